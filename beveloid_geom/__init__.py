@@ -1,25 +1,23 @@
 """Tooth contact analysis of beveloid gears with parabolic profile modification.
 
-Here are the names that most users need, loaded when first used::
+Functions, results and enumerations are imported when they are first used::
 
-    what is given       Design of two Member (each with its Tool), a Pair and Errors, in mm and rad, or
-                        by from_degrees; builtin_design, read_design, zero_backlash_layout; DesignError
-                        says what is wrong
-    where flanks touch  path_of_contact(design, flank) is a ContactPath with a Status; contact_ratio,
-                        sliding_of(path), pressure_along(path, Load(...))
-    what touches first  certify(path), first_contact, mesh_cycle is a MeshCycle, contact_pattern,
-                        mounted_backlash
-    how flanks fit      ease_off(design, flank) is an EaseOff over the pinion's flank
-    what errors do      path_sensitivity, tolerance_study within Tolerances, map_of, optimise_parabola
-                        for an Aim
-    shapes              sample_flank, gear_solid, tooth_hexahedra
+    inputs         Design of two Member (each with its Tool and Modification), a Pair and Errors, mm and rad,
+                   or from_degrees; builtin_design, read_design, design_text; DesignError lists the faults
+    layout         zero_backlash_layout, closing_of, findings_on, advice_on; propose for a Request
+    contact        path_of_contact is a ContactPath with a Status for each position; contact_ratio,
+                   contact_lines, sliding_of(path), pressure_along(path, Load(...))
+    first contact  certify(path), first_contact, mesh_cycle, operating_ratios, contact_pattern,
+                   mounted_backlash
+    analysis       ease_off, path_sensitivity, tolerance_study within Tolerances, map_of, optimise_parabola
+                   for an Aim, place_path, pattern_matrix
+    workshop       tooth_data, balls_at, span_over, measuring_grid, read_deviations, shim
+    shapes         sample_flank, gear_solid, tooth_hexahedra; write(object, path)
+    results        to_dict(result), to_csv(result)
 
-All else is imported from its room. The rooms stand in the data's way, and each imports only from those
-before it: `design` (what is given), `gear` (one gear), `pair` (how two stand to each other), `contact`
-(where their flanks are tangent), `operation` (what touches first), `analysis` (what follows),
-`workshop` (drawing, measuring room, shims), `shapes` and `export` (meshes and files), `reference` and
-`studies` (the paper), `findings`, `report` and `cli` (words and commands). Each has a page of its own,
-README.md.
+The subpackages, ordered along the data flow, are `support`, `design`, `gear`, `pair`, `contact`, `operation`,
+`analysis`, `workshop`, `shapes`, `export`, `validation`, `findings`, `proposal`, `report` and `cli`. Each
+has a README.md.
 """
 
 from __future__ import annotations
@@ -27,17 +25,31 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from .version import __version__ as __version__
+
 if TYPE_CHECKING:
-    __version__: str
-    from .analysis.ease_off import EaseOff as EaseOff, ease_off as ease_off
-    from .analysis.maps import map_of as map_of
-    from .analysis.optimise import Aim as Aim, optimise_parabola as optimise_parabola
-    from .analysis.pressure import Load as Load, pressure_along as pressure_along
-    from .analysis.sensitivity import path_sensitivity as path_sensitivity
-    from .analysis.sliding import sliding_of as sliding_of
-    from .analysis.tolerance import Tolerances as Tolerances, tolerance_study as tolerance_study
+    from .analysis.ease_off import EaseOff as EaseOff, SecondOrder as SecondOrder, ease_off as ease_off
+    from .analysis.maps import DesignMap as DesignMap, map_of as map_of
+    from .analysis.mountings import Mountings as Mountings
+    from .analysis.optimise import Aim as Aim, Optimum as Optimum, optimise_parabola as optimise_parabola
+    from .analysis.path_placement import Placement as Placement, place_path as place_path
+    from .analysis.pattern_matrix import PatternMatrix as PatternMatrix, pattern_matrix as pattern_matrix
+    from .analysis.pressure import (
+        Load as Load,
+        PathPressure as PathPressure,
+        pressure_along as pressure_along,
+    )
+    from .analysis.sensitivity import Sensitivity as Sensitivity, path_sensitivity as path_sensitivity
+    from .analysis.sliding import Sliding as Sliding, sliding_of as sliding_of
+    from .analysis.tolerance import (
+        Tolerances as Tolerances,
+        ToleranceStudy as ToleranceStudy,
+        tolerance_study as tolerance_study,
+    )
+    from .contact.parallel.lines import ContactLines as ContactLines, contact_lines as contact_lines
     from .contact.path import (
         ContactPath as ContactPath,
+        PathEnds as PathEnds,
         contact_ratio as contact_ratio,
         path_of_contact as path_of_contact,
     )
@@ -52,54 +64,136 @@ if TYPE_CHECKING:
         Tool as Tool,
         from_degrees as from_degrees,
     )
-    from .operation.backlash import mounted_backlash as mounted_backlash
-    from .operation.certificate import certify as certify
-    from .operation.first_contact import first_contact as first_contact
-    from .operation.marking.pattern import contact_pattern as contact_pattern
+    from .design.modification import Modification as Modification
+    from .design.text import design_text as design_text
+    from .export.write import write as write
+    from .findings.advice import Advice as Advice, advice_on as advice_on, findings_on as findings_on
+    from .findings.diagnostics import Remark as Remark
+    from .operation.backlash import Backlash as Backlash, mounted_backlash as mounted_backlash
+    from .operation.certificate import Certificate as Certificate, certify as certify
+    from .operation.contact_pattern.pattern import (
+        ContactPattern as ContactPattern,
+        MemberPattern as MemberPattern,
+        contact_pattern as contact_pattern,
+    )
+    from .operation.first_contact import FirstContact as FirstContact, first_contact as first_contact
     from .operation.mesh_cycle import MeshCycle as MeshCycle, mesh_cycle as mesh_cycle
-    from .pair.closing import zero_backlash_layout as zero_backlash_layout
-    from .pair.mesh_errors import read_design as read_design
+    from .operation.operating_ratio import (
+        OperatingRatios as OperatingRatios,
+        operating_ratios as operating_ratios,
+    )
+    from .pair.misalignment_at_mesh import read_design as read_design
+    from .pair.zero_backlash import (
+        ClosedLayout as ClosedLayout,
+        Closing as Closing,
+        closing_of as closing_of,
+        zero_backlash_layout as zero_backlash_layout,
+    )
+    from .proposal.propose import Proposal as Proposal, propose as propose
+    from .proposal.request import Request as Request
+    from .report.result import to_csv as to_csv, to_dict as to_dict
     from .shapes.hexahedra import tooth_hexahedra as tooth_hexahedra
-    from .shapes.sampling import sample_flank as sample_flank
-    from .shapes.solid import gear_solid as gear_solid
-    from .status import Status as Status
+    from .shapes.hexahedral_mesh import VolumeMesh as VolumeMesh
+    from .shapes.sampling import FlankGrid as FlankGrid, sample_flank as sample_flank
+    from .shapes.solid import Solid as Solid, gear_solid as gear_solid
+    from .status import (
+        BallStatus as BallStatus,
+        EllipseStatus as EllipseStatus,
+        FirstStatus as FirstStatus,
+        Limit as Limit,
+        NotComputed as NotComputed,
+        PatternStatus as PatternStatus,
+        PlaceStatus as PlaceStatus,
+        RatioStatus as RatioStatus,
+        ShimStatus as ShimStatus,
+        SpanStatus as SpanStatus,
+        Status as Status,
+        Verdict as Verdict,
+    )
+    from .validation.statement_verdicts import Statement as Statement
+    from .validation.statements import paper_statements as paper_statements
+    from .workshop.balls import Balls as Balls, balls_at as balls_at
+    from .workshop.grid import MeasuringGrid as MeasuringGrid, measuring_grid as measuring_grid
+    from .workshop.measured import Deviations as Deviations, read_deviations as read_deviations
+    from .workshop.shim import Shim as Shim, shim as shim
+    from .workshop.span import Span as Span, span_over as span_over
+    from .workshop.tooth_data import ToothData as ToothData, tooth_data as tooth_data
 
-_ROOMS = {
-    "analysis.ease_off": "EaseOff ease_off",
-    "analysis.maps": "map_of",
-    "analysis.optimise": "Aim optimise_parabola",
-    "analysis.pressure": "Load pressure_along",
-    "analysis.sensitivity": "path_sensitivity",
-    "analysis.sliding": "sliding_of",
-    "analysis.tolerance": "Tolerances tolerance_study",
-    "contact.path": "ContactPath contact_ratio path_of_contact",
+_MODULES = {
+    "analysis.ease_off": "EaseOff SecondOrder ease_off",
+    "analysis.maps": "DesignMap map_of",
+    "analysis.optimise": "Aim Optimum optimise_parabola",
+    "analysis.path_placement": "Placement place_path",
+    "analysis.pattern_matrix": "PatternMatrix pattern_matrix",
+    "analysis.pressure": "Load PathPressure pressure_along",
+    "analysis.sensitivity": "Sensitivity path_sensitivity",
+    "analysis.sliding": "Sliding sliding_of",
+    "analysis.mountings": "Mountings",
+    "analysis.tolerance": "ToleranceStudy Tolerances tolerance_study",
+    "contact.parallel.lines": "ContactLines contact_lines",
+    "contact.path": "ContactPath PathEnds contact_ratio path_of_contact",
     "design.field_limits": "DesignError",
     "design.file": "builtin_design",
     "design.model": "Design Errors Member MeshErrors Pair Tool from_degrees",
-    "operation.backlash": "mounted_backlash",
-    "operation.certificate": "certify",
-    "operation.first_contact": "first_contact",
+    "design.modification": "Modification",
+    "design.text": "design_text",
+    "export.write": "write",
+    "findings.advice": "Advice advice_on findings_on",
+    "findings.diagnostics": "Remark",
+    "operation.backlash": "Backlash mounted_backlash",
+    "operation.certificate": "Certificate certify",
+    "operation.contact_pattern.pattern": "ContactPattern MemberPattern contact_pattern",
+    "operation.first_contact": "FirstContact first_contact",
     "operation.mesh_cycle": "MeshCycle mesh_cycle",
-    "operation.marking.pattern": "contact_pattern",
-    "pair.closing": "zero_backlash_layout",
-    "pair.mesh_errors": "read_design",
+    "operation.operating_ratio": "OperatingRatios operating_ratios",
+    "pair.misalignment_at_mesh": "read_design",
+    "pair.zero_backlash": "ClosedLayout Closing closing_of zero_backlash_layout",
+    "proposal.propose": "Proposal propose",
+    "proposal.request": "Request",
+    "report.result": "to_csv to_dict",
     "shapes.hexahedra": "tooth_hexahedra",
-    "shapes.sampling": "sample_flank",
-    "shapes.solid": "gear_solid",
-    "status": "Status",
+    "shapes.hexahedral_mesh": "VolumeMesh",
+    "shapes.sampling": "FlankGrid sample_flank",
+    "shapes.solid": "Solid gear_solid",
+    "status": "BallStatus EllipseStatus FirstStatus Limit NotComputed PatternStatus "
+    "PlaceStatus RatioStatus ShimStatus SpanStatus Status Verdict",
+    "validation.statement_verdicts": "Statement",
+    "validation.statements": "paper_statements",
+    "workshop.balls": "Balls balls_at",
+    "workshop.grid": "MeasuringGrid measuring_grid",
+    "workshop.measured": "Deviations read_deviations",
+    "workshop.shim": "Shim shim",
+    "workshop.span": "Span span_over",
+    "workshop.tooth_data": "ToothData tooth_data",
 }
-"""The names by the module that has them."""
-_HOME = {name: module for module, names in _ROOMS.items() for name in names.split()}
-__all__ = sorted(_HOME)
+"""Public names by module."""
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names.split()}
+_SUBPACKAGES = (
+    *(
+        "support",
+        "design",
+        "gear",
+        "pair",
+        "contact",
+        "operation",
+        "analysis",
+        "workshop",
+        "shapes",
+        "export",
+    ),
+    *("validation", "findings", "proposal", "report", "cli"),
+)
+__all__ = sorted(_MODULE_OF)
 
 
 def __getattr__(name: str) -> Any:
-    if name == "__version__":
-        return import_module("importlib.metadata").version("beveloid-geom")
-    if name not in _HOME:
+    """Import a public name or a subpackage when it is first used."""
+    if name in _SUBPACKAGES:
+        return import_module(f".{name}", __name__)
+    if name not in _MODULE_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f".{_HOME[name]}", __name__), name)
+    return getattr(import_module(f".{_MODULE_OF[name]}", __name__), name)
 
 
 def __dir__() -> list[str]:
-    return __all__
+    return sorted((*__all__, *_SUBPACKAGES, "__version__"))

@@ -27,3 +27,12 @@ def flank_sign(flank: str) -> float:
         return FLANK_SIGN[flank]
     except KeyError:
         raise ValueError(f"flank must be 'right' or 'left', got {flank!r}") from None
+
+
+def gear_sense(flank: str) -> float:
+    """Return the sense of the gear's roll while the pinion drives on this flank: -1 right, +1 left.
+
+    The pinion's roll rises on right flanks and falls on left flanks; the gear turns in the opposite sense.
+    Times this sense, an angle of the gear is positive ahead.
+    """
+    return -flank_sign(flank)

@@ -1,32 +1,43 @@
-"""What results say of themselves: every word, and what it means."""
+"""Status codes of results, and the reason of a result that could not be computed."""
 
 from __future__ import annotations
 
 from enum import IntEnum
 
 
+class NotComputed(str):
+    """Reason for a missing result whose calculation failed.
+
+    Reasons that are plain `str` are results themselves, such as a pair without contact."""
+
+    __slots__ = ()
+
+
 class Status(IntEnum):
-    """What is known of one position."""
+    """Result of the contact equation at one position, or over a path."""
 
     SOLVED = 0
     NO_COMMON_NORMAL = 1
-    """The flanks share no normal at this l1, or none under which they can touch; of a path: no contact
-    was found near the flanks, and for some of their points there is no common normal."""
+    """The flanks have no common normal at this l1, or none with which they can touch. For a path: no contact
+    was found near the flanks, and some of their points have no common normal."""
     NOT_CONVERGED = 2
-    """Not found to rounding; of a path: lost, or not resolved on the flanks."""
+    """Not solved to rounding. For a path: the curve was lost or not resolved on the flanks."""
     OFF_FLANK = 3
-    """A contact of the flanks' extensions, outside root, tip, toe or heel of a member; NaN where it lies
-    more than a flank's depth away. Of a path: none of it lies on the flanks."""
+    """A contact of the extended flanks, outside root, tip, toe or heel of a member; NaN if it is further away
+    than the depth of a flank. For a path: no part of it is on the flanks."""
     SEVERAL_CONTACTS = 4
     """More than one contact on the flanks for this l1."""
     ENDLESS = 5
-    """Of a path: it closes on itself on the flanks, without meeting a limit."""
+    """For a path: it is a closed curve on the flanks that meets no limit."""
     UNDEFINED = 6
-    """The inputs leave nothing to solve: a member that its tool cannot cut, no layout, NaN."""
+    """The inputs define no problem: a member that its tool cannot cut, no layout, NaN."""
 
 
 class Limit(IntEnum):
-    """Limits of the active flanks, in the order of `limit_margins`."""
+    """Limits of the active flanks, in the order of `limit_margins`.
+
+    TOE is the end of the face at -z and HEEL the end at +z of that member, whatever its cone angle;
+    `design.ends` has their names in print, where the heel is the large end."""
 
     PINION_ROOT = 0
     GEAR_ROOT = 1
@@ -38,6 +49,7 @@ class Limit(IntEnum):
     GEAR_HEEL = 7
 
     def __str__(self) -> str:
+        """Return the code in words; TOE and HEEL are named by z, not by size."""
         return f"{self.member} {self.limit}"
 
     @property
@@ -47,12 +59,12 @@ class Limit(IntEnum):
 
     @property
     def limit(self) -> str:
-        """'root', 'tip', 'toe' or 'heel'."""
+        """'root', 'tip', 'toe' (the end at -z) or 'heel' (the end at +z)."""
         return self.name.split("_")[1].lower()
 
 
 class FirstStatus(IntEnum):
-    """What is known of the first contact at one position."""
+    """Result of the search for the first contact at one position."""
 
     SOLVED = 0
     NO_CONTACT = 1
@@ -61,105 +73,123 @@ class FirstStatus(IntEnum):
     MEETS_BOTTOM = 3
     """A tip reaches down to the other member's bottom land."""
     UNDERCUT = 4
-    """A fillet reaches into its flank: the surfaces used here are not those of the tooth."""
+    """Undercut removes a flank completely in a part of the face."""
     OUT_OF_STEP = 5
-    """Few teeth, so far from where the unmodified pair without errors would touch that an overlap and
-    the clearance of the next turn cannot be told apart."""
+    """With few teeth, the gear is so far from the contact of the unmodified pair without errors that an
+    overlap cannot be distinguished from the clearance one turn later."""
     UNDEFINED = 6
-    """The inputs leave nothing to search: a member that its tool cannot cut, no layout, NaN."""
+    """The inputs define no problem: a member that its tool cannot cut, no layout, NaN."""
+
+    @property
+    def reason_type(self) -> type[str]:
+        """Type of a reason with this status: `NotComputed`, or `str` if a missing contact is the result."""
+        return str if self in (FirstStatus.NO_CONTACT, FirstStatus.MEETS_BOTTOM) else NotComputed
 
 
 class Verdict(IntEnum):
-    """What the tangency at one position of a path is."""
+    """Comparison of one position of a path with the first contact of all teeth."""
 
     FIRST_CONTACT = 0
     """Nothing touches earlier."""
     EDGE_CONTACT = 1
     """An edge touches earlier; the limits of the first contact name it."""
     NEXT_PAIR = 2
-    """The flanks of another tooth pair touch earlier, in a tangency of their own: this position
-    lies beyond the hand-over."""
+    """The flanks of another tooth pair are tangent earlier: this position is beyond the hand-over."""
     INTERFERENCE = 3
-    """The flanks overlap beside their tangency, or a tip or flank stands in a fillet."""
+    """The flanks overlap next to their point of tangency, or a tip or flank overlaps with a fillet."""
     NOT_SOLVED = 4
     """No position on the flanks, or no first contact found."""
 
 
 class RatioStatus(IntEnum):
-    """What is known of an operating contact ratio."""
+    """Result of the calculation of a contact ratio in operation."""
 
     KNOWN = 0
     NO_FIRST_CONTACT = 1
     """A position of the cycle has no first contact."""
     NOT_CONVERGED = 2
-    """At a roll the clearance of a tooth pair taken alone is not known."""
+    """At some roll the clearance of a single tooth pair was not computed."""
     TOO_THICK = 3
-    """The thickness reaches tooth pairs beyond those looked at, or the next turn of the same teeth."""
+    """The film reaches beyond the tooth pairs considered, or the next turn of the same teeth."""
     UNSTEADY = 4
-    """Rolls at which a tooth pair begins and ceases to touch cannot be told apart."""
+    """The rolls at which a tooth pair begins and ends to touch cannot be separated."""
 
 
 class PatternStatus(IntEnum):
-    """How the separation of one point comes to its least value."""
+    """Kind of the minimum over the roll of the separation of one point."""
 
     STANDSTILL = 0
-    """It stands still there."""
+    """The derivative of the separation is zero."""
     MATE_EDGE = 1
-    """The foot reaches an edge of the mating flank there."""
+    """The closest point is on an edge of the mating flank."""
     END_OF_ROLL = 2
-    """It still falls at the first or the last pose."""
+    """The separation still decreases at the first or the last roll."""
     NO_MATE = 3
-    """The point has no foot on the mating flank at any pose; NaN."""
+    """The point has no closest point on the mating flank at any roll; NaN."""
 
 
 class EllipseStatus(IntEnum):
-    """What is known of the contact ellipse at one position."""
+    """Result for the contact ellipse at one position."""
 
     ELLIPSE = 0
     LINE_CONTACT = 1
-    """The smaller relative curvature is zero to rounding: the minor axis is given, the other is NaN."""
+    """The smaller relative curvature is zero to rounding: the minor axis is finite, the major axis NaN."""
     INTERFERENCE = 2
-    """A relative curvature is negative: the flanks cut each other beside the contact."""
+    """A relative curvature is negative: the flanks overlap next to the point of contact."""
     NO_CONTACT = 3
     """The path has no contact on the flanks here."""
 
 
 class PlaceStatus(IntEnum):
-    """Whether two errors put the middle of a path where it is wanted."""
+    """Result of the search for two errors that put the middle of a path at a wanted position."""
 
     REACHED = 0
-    OUT_OF_REACH = 1
-    """None within the limits of the search do; what is given is the nearest."""
+    NOT_CONVERGED = 1
+    """Newton's method found no such errors within the limits; all values are NaN."""
     OFF_CENTRE = 2
-    """Centred in profile the pair cannot be assembled there; what is given is the same place on the face, and
-    in profile the nearest at which it can, NaN if it cannot at any near."""
+    """At the wanted position the pair cannot be assembled. The values belong to the same position on the face
+    and the nearest one in profile at which it can be assembled; NaN if there is none."""
     NO_PATH = 3
-    """No mounting within the limits of the search has a path."""
+    """The design itself has no path to start from."""
 
 
 class BallStatus(IntEnum):
-    """What a ball between two teeth is good for."""
+    """Whether a ball between two teeth can be measured."""
 
     MEASURED = 0
     OFF_FLANK = 1
-    """It touches outside root, tip, toe or heel, or where undercut has left nothing."""
+    """It touches outside root, tip, toe or heel, or where undercut has removed the flank."""
     BELOW_TIP = 2
-    """It does not stand out of the teeth: there is nothing to measure over."""
+    """It does not project beyond the tips: there is nothing to measure over."""
     ON_BOTTOM = 3
     """It would lie in the root cone: the bottom land stops it before both flanks do."""
     NOT_FOUND = 4
-    """No place at which it touches both flanks."""
+    """No position at which it touches both flanks was found."""
+
+
+class SpanStatus(IntEnum):
+    """Whether a span over some teeth can be measured."""
+
+    MEASURED = 0
+    CONE = 1
+    """Not defined: right and left flanks of a cone have different base helix angles."""
+    PARABOLA = 2
+    """Not defined: flanks with a parabola or a modification are no involutes."""
+    OFF_FLANK = 3
+    """The planes would touch the flank above the tip or below the form diameter."""
+    FACE_TOO_NARROW = 4
+    """The points of contact are further apart along the axis than the face is wide."""
 
 
 class ShimStatus(IntEnum):
-    """Whether axial positions give the backlash, and the place of the path, that are wanted."""
+    """Result of the search for axial positions with a required backlash and position of the path."""
 
     REACHED = 0
     OUT_OF_REACH = 1
-    """They do, further away than the lesser face width."""
+    """The positions are further away than the smaller face width."""
     NO_EFFECT = 2
     """Axial positions do not change the backlash: neither member has a cone."""
     NO_PATH = 3
-    """A place is wanted, and at no position tried is there a path on the flanks."""
+    """A position of the path is required, and no tried axial position has a path on the flanks."""
     NOT_FOUND = 4
-    """None were found: a first contact on the way is not known, or nothing near meets both conditions."""
+    """A first contact was not computed, or no nearby positions meet both conditions."""

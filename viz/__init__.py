@@ -1,6 +1,7 @@
-"""Pictures of what `beveloid_geom` computes: the figures of Ni et al. 2017, page, film, scenes of one's own.
+"""Pictures of results of `beveloid_geom`: figures of Ni et al. 2017, report page, film, and scenes for
+scripts.
 
-Names below are loaded when first used.
+The names below are imported on first use.
 """
 
 from __future__ import annotations
@@ -9,9 +10,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from .parts.to_pyvista import to_pyvista as to_pyvista
-    from .stage.opengl import require_opengl as require_opengl
-    from .stage.scene import (
+    from .components.to_pyvista import to_pyvista as to_pyvista
+    from .rendering.opengl import require_opengl as require_opengl
+    from .rendering.scene import (
         Arrow as Arrow,
         Camera as Camera,
         Paint as Paint,
@@ -36,12 +37,12 @@ _SCENE = (
     "grid_surface",
     "render",
 )
-_HOMES = dict.fromkeys(_SCENE, "stage.scene")
-_HOMES |= {"require_opengl": "stage.opengl", "to_pyvista": "parts.to_pyvista"}
-__all__ = sorted(_HOMES)
+_MODULES = dict.fromkeys(_SCENE, "rendering.scene")
+_MODULES |= {"require_opengl": "rendering.opengl", "to_pyvista": "components.to_pyvista"}
+__all__ = sorted(_MODULES)
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOMES:
+    if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    return getattr(import_module(f".{_MODULES[name]}", __name__), name)

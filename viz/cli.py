@@ -1,4 +1,4 @@
-"""`render-figures`: all figures, the paper's and more, and the numbers behind each."""
+"""Command `render-figures`: draw figures and write the numbers behind each."""
 
 from __future__ import annotations
 
@@ -15,12 +15,19 @@ import click
 from click.core import ParameterSource
 
 from beveloid_geom.cli.commands.workshop.grid import grid_options, measured_report
-from beveloid_geom.cli.options import BUILTIN_DESIGN, Refusal, block, load_design, write_out
-from beveloid_geom.support.whole_file import whole_file
+from beveloid_geom.cli.options import (
+    BUILTIN_DESIGN,
+    Refusal,
+    block,
+    load_design,
+    worker_processes,
+    write_out,
+)
+from beveloid_geom.support.atomic_file import atomic_file
 
 from .figures import FIGURES, LOADED, MEASURED, SETS, UNASKED, Figure
 from .options import (
-    MOST_UNASKED,
+    DEFAULT_PROCESSES,
     command,
     option,
     prepare_folder,
@@ -29,27 +36,27 @@ from .options import (
     usable_cores,
     writing,
 )
-from .stage.layout import Layout, of_size, of_width
+from .rendering.layout import Layout, of_size, of_width
 
 if TYPE_CHECKING:
     from beveloid_geom import Design
     from beveloid_geom.report.workshop.grid import DeviationReport
 
     from .figures.results.load_sharing import Loaded
-    from .stage.theme import Page
+    from .rendering.theme import Page
 
 DEFAULT_OUT = Path("outputs/figures")
 WIDTHS_MM = 80, 260
-"""Widths of a page in print, mm."""
-MEASURED_HELP = "Draw the deviations of measured points instead: a file of the grid asked for, as of `grid`."
+"""Smallest and largest width of a page in print, mm."""
+MEASURED_HELP = "Draw the deviations of measured points instead: a file with the grid of the command `grid`."
 LOADED_HELP = (
-    "Draw load sharing and transmission error instead, of the decks that `mesh --part pair --rolls` wrote for"
-    " this --out and CalculiX has solved."
+    "Draw load sharing and transmission error instead, from the decks that `mesh --part pair --rolls` wrote"
+    " to this --out and CalculiX has solved."
 )
 
 
 def chosen_figures(names: Sequence[str], sets: Sequence[str] = ()) -> list[Figure]:
-    """Give the figures named and those of the sets, the paper's first; without either those of UNASKED."""
+    """Return the figures with these names and those of the sets; the default sets without either."""
     known = [figure.name for figure in FIGURES]
     unknown = [name for name in names if name not in known]
     if unknown:
@@ -61,7 +68,7 @@ def chosen_figures(names: Sequence[str], sets: Sequence[str] = ()) -> list[Figur
 
 @dataclass(frozen=True)
 class Made:
-    """A figure as it is written: its `files` by suffix, the triangles on it, and the seconds it took."""
+    """A finished figure: `files` by suffix, number of triangles, and time in seconds."""
 
     files: dict[str, bytes]
     triangles: int
@@ -70,8 +77,9 @@ class Made:
 
 @dataclass(frozen=True)
 class Job:
-    """A figure of a design, measured points or loaded teeth to be made: which `flank`, if it shows one,
-    how it is laid out, and the `form` of its file, one of `files.FORMATS`."""
+    """A figure to be drawn for a design, measured points or loaded teeth.
+
+    `flank` is used if the figure shows one flank; `form` is one of `files.FORMATS`."""
 
     figure: Figure
     design: Design | DeviationReport | Loaded
@@ -81,13 +89,13 @@ class Job:
 
     @property
     def name(self) -> str:
-        """What its files are called."""
+        """Name of the files without suffix."""
         return self.figure.name + ("-left" if self.figure.of_flank and self.flank == "left" else "")
 
 
 def make_figure(job: Job) -> Made:
-    """Compute and draw one figure; where the page is plain with its words as a text."""
-    from .stage import files, theme
+    """Compute and draw one figure; a plain page has its text in a file."""
+    from .rendering import files, theme
 
     start = time.perf_counter()
     recipe = job.figure.recipe()
@@ -105,45 +113,38 @@ def make_figure(job: Job) -> Made:
 
 
 def caption_of(page: Page) -> str:
-    """Give what a plain page leaves out: title, subtitle and note, a paragraph each."""
+    """Return title, subtitle and note, a paragraph each, which a plain page leaves out."""
     return "".join(f"{words}\n\n" for words in (page.title, page.subtitle, page.note) if words)[:-1]
 
 
 def made(jobs: Sequence[Job], processes: int) -> Iterator[tuple[Job, Made]]:
-    """Give each figure as soon as it is made, by so many processes. Those that measure time come last, made
-    here while nothing else runs. Raises Refusal where a process is lost."""
+    """Yield each figure as soon as it is finished, using several processes.
+
+    Figures that measure times are drawn last in this process. Raises Refusal if a process is lost."""
     timed = [job for job in jobs if job.figure.timed]
     others = [job for job in jobs if not job.figure.timed]
     if min(processes, len(others)) > 1:
         from concurrent.futures import as_completed
-        from concurrent.futures.process import BrokenProcessPool
 
-        from beveloid_geom.support.workers import workers
-
-        with workers(min(processes, len(others))) as pool:
-            # The last of the list take longest: first, so that none is waited for alone.
+        with worker_processes(min(processes, len(others)), "try --jobs 1") as pool:
+            # The last figures of the list take longest and are started first.
             tasks = {pool.submit(make_figure, job): job for job in reversed(others)}
-            try:
-                for task in as_completed(tasks):
-                    yield tasks[task], task.result()
-            except BrokenProcessPool:
-                raise Refusal(
-                    ["a process ended before its time, memory may be short: try --jobs 1"]
-                ) from None
+            for task in as_completed(tasks):
+                yield tasks[task], task.result()
         others = []
     for job in (*others, *timed):
         yield job, make_figure(job)
 
 
 def write_figure(name: str, found: Made, folder: Path) -> None:
-    """Write picture, numbers and words into the folder; each file appears whole or not at all."""
+    """Write the files of a figure to the folder, each atomically."""
     for suffix, content in found.files.items():
-        with whole_file(folder / f"{name}.{suffix}") as beside:
-            beside.write_bytes(content)
+        with atomic_file(folder / f"{name}.{suffix}") as temporary:
+            temporary.write_bytes(content)
 
 
 def solved_decks(design: Design, path: Path) -> Loaded:
-    """Read what CalculiX found for the decks of a pair in contact. Raises Refusal."""
+    """Read the results of CalculiX for the decks of a pair in contact. Raises Refusal."""
     from .figures.results.load_sharing import loaded_pair
 
     try:
@@ -157,7 +158,7 @@ def solved_decks(design: Design, path: Path) -> Loaded:
 
 
 def summary(drawn: Sequence[tuple[Job, Made]], where: str) -> str:
-    """Say what was drawn, a line for each figure, and where it is."""
+    """Return the summary for the user: a line for each figure, and the folder."""
     lines = [
         f"{job.name}  {found.triangles:>9,} triangles  {found.seconds:5.2f} s  {job.figure.title}"
         for job, found in drawn
@@ -180,7 +181,7 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     is_eager=True,
     expose_value=False,
     callback=_list,
-    help="List the figures, and stop.",
+    help="List the figures and exit.",
 )
 @click.option("--only", "names", metavar="NAME", multiple=True, help="Draw only this figure; repeatable.")
 @click.option(
@@ -189,7 +190,7 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     type=click.Choice(SETS),
     multiple=True,
     show_default=" and ".join(UNASKED),
-    help="Draw the figures of the paper, of results, of methods; repeatable.",
+    help="Draw the figures of this set; repeatable.",
 )
 @option("--out", click.Path(path_type=Path), DEFAULT_OUT, "Folder for pictures and CSV files.", metavar="DIR")
 @size_option("1600x1200")
@@ -197,25 +198,27 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     "--width-mm",
     type=click.FloatRange(*WIDTHS_MM),
     metavar="MM",
-    help="Lay the page out anew for a width in print, such as 90, 140 or 190, instead of --size: type of 7 to"
-    " 9 points, as high as needed, 300 pixels to an inch.",
+    help="Width of a page in print, such as 90, 140 or 190, instead of --size: text of 7 to 9 points, height"
+    " as needed, 300 pixels per inch.",
 )
-@click.option("--plain", is_flag=True, help="Leave title, number and note to a text file NAME.txt.")
+@click.option("--plain", is_flag=True, help="Write title, number and note to a text file NAME.txt.")
 @click.option(
     "--format",
     "form",
     type=click.Choice(["png", "pdf", "svg"]),
     default="png",
     show_default=True,
-    help="PDF has type and lines as such, SVG its type as outlines; 3D pictures stand in them.",
+    help="PDF and SVG contain vector graphics with 3D pictures as images; SVG has text as outlines.",
 )
-@option("--design", str, BUILTIN_DESIGN, "Design file (TOML), or a built-in design's name.", metavar="FILE")
+@option(
+    "--design", str, BUILTIN_DESIGN, "Design file (TOML), or the name of a built-in design.", metavar="FILE"
+)
 @click.option(
     "--flank",
     type=click.Choice(["right", "left", "both"]),
     default="right",
     show_default=True,
-    help="Flanks of figures that show one; those of the left end in -left.",
+    help="Flanks of figures that show one flank; names of left flanks end in -left.",
 )
 @option("--measured", click.Path(path_type=Path), None, MEASURED_HELP, "FILE")
 @option("--loaded", click.Path(path_type=Path), None, LOADED_HELP, "FILE")
@@ -224,8 +227,8 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     "--jobs",
     type=click.IntRange(1, 64),
     default=usable_cores,
-    show_default=f"the number of cores, up to {MOST_UNASKED}",
-    help="Processes that draw.",
+    show_default=f"the number of cores, up to {DEFAULT_PROCESSES}",
+    help="Number of processes.",
 )
 def main(
     names: tuple[str, ...],
@@ -242,15 +245,15 @@ def main(
     jobs: int,
     **grid: Any,
 ) -> None:
-    """Draw figures, each with the numbers behind it as CSV: those of Ni et al. 2017, results such as
-    contact pattern and transmission error, and, if asked for, how fast and how exact the methods are."""
+    """Draw figures, each with its numbers as CSV: those of Ni et al. 2017, results such as contact pattern
+    and transmission error, and comparisons of the methods."""
     asked = click.get_current_context().get_parameter_source("size")
     if width_mm is not None and asked == ParameterSource.COMMANDLINE:
-        raise Refusal(["--size and --width-mm cannot both be given: either lays out the page"])
+        raise Refusal(["--size and --width-mm cannot both be given: leave one of them out"])
     layout = of_size(size, plain) if width_mm is None else of_width(width_mm, plain)
     if sum((measured is not None, loaded is not None, bool(names or sets))) > 1:
         raise Refusal(
-            ["--measured and --loaded draw a figure of their own: leave out --only, --set and the other"]
+            ["--measured and --loaded draw a single figure: leave out --only, --set and the other option"]
         )
     given = load_design(design)
     shown: Design | DeviationReport | Loaded = given
@@ -263,7 +266,8 @@ def main(
 
     from tqdm import tqdm
 
-    require_drawing()
+    if not all(figure.flat for figure in figures):
+        require_drawing()
     prepare_folder(out)
     begin = time.perf_counter()
     flanks = ("right", "left") if flank == "both" else (flank,)

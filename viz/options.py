@@ -1,4 +1,4 @@
-"""What the commands of the pictures share: options, checks before anything is computed, and refusals."""
+"""Options, checks and error messages shared by the commands that draw."""
 
 from __future__ import annotations
 
@@ -6,64 +6,66 @@ import os
 import re
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 import click
 
-from beveloid_geom.cli.options import Option, Refusal, option as option, version_option
+from beveloid_geom.cli.options import (
+    OneLineCommand,
+    Option,
+    Refusal,
+    option as option,
+    version_option,
+)
+from beveloid_geom.support.process import undoing
 
-SMALLEST, LARGEST = 200, 8000
-"""Pixels of a side of a page."""
-MOST_UNASKED = 4
-"""Processes that are started unasked: each takes about 0.4 GB."""
+SMALLEST_SIDE_PX, LARGEST_SIDE_PX = 200, 8000
+"""Smallest and largest side of a page, pixels."""
+DEFAULT_PROCESSES = 4
+"""Largest default number of processes; each takes about 0.4 GB."""
 
 
 class NoOpenGL(click.ClickException):
-    """Nothing can be drawn on this machine: one line, exit status 3."""
+    """Error if this machine cannot draw: one line, exit status 3."""
 
     exit_code = 3
 
 
-class PageSize(click.ParamType[tuple[int, int]]):
-    """A page size in pixels, such as 1600x1200."""
-
-    name = "WxH"
-
-    def convert(
-        self, value: object, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[int, int]:
-        """Give width and height."""
-        match = re.fullmatch(r"(\d+)[xX](\d+)", str(value))
-        if not match:
-            self.fail(f"{value!r} is not a size: write it as 1600x1200", param, ctx)
-        width, height = int(match[1]), int(match[2])
-        if not all(SMALLEST <= side <= LARGEST for side in (width, height)):
-            self.fail(f"{value!r} is out of range: sides are {SMALLEST} to {LARGEST} pixels", param, ctx)
-        return width, height
+def page_size(value: str) -> tuple[int, int]:
+    """Return width and height of a page size such as 1600x1200. Raises BadParameter."""
+    match = re.fullmatch(r"(\d+)[xX](\d+)", value)
+    if not match:
+        raise click.BadParameter(f"{value!r} is not a size: write it as 1600x1200")
+    width, height = int(match[1]), int(match[2])
+    if not all(SMALLEST_SIDE_PX <= side <= LARGEST_SIDE_PX for side in (width, height)):
+        raise click.BadParameter(
+            f"{value!r} is out of range: sides are {SMALLEST_SIDE_PX} to {LARGEST_SIDE_PX} pixels"
+        )
+    return width, height
 
 
 def usable_cores() -> int:
-    """Count the cores that this process may use, up to MOST_UNASKED."""
+    """Return the number of cores available to this process, at most DEFAULT_PROCESSES."""
     affinity = getattr(os, "sched_getaffinity", None)  # not on all systems
-    return min(len(affinity(0)) if affinity else os.cpu_count() or 1, MOST_UNASKED)
+    return min(len(affinity(0)) if affinity else os.cpu_count() or 1, DEFAULT_PROCESSES)
 
 
 def command(name: str) -> Callable[[Callable[..., Any]], click.Command]:
-    """Make a command with `-h` and `--version`, called `name`."""
-    made = click.command(context_settings={"help_option_names": ["-h", "--help"]})
+    """Return a decorator for a command `name` with `-h` and `--version`."""
+    made = click.command(cls=OneLineCommand, context_settings={"help_option_names": ["-h", "--help"]})
     return lambda function: made(version_option(name)(function))
 
 
 def size_option(default: str) -> Option:
-    """Add option `--size`."""
-    return option("--size", PageSize(), default, "Size in pixels.")
+    """Return the option `--size`."""
+    return option("--size", page_size, default, "Size in pixels.", metavar="WxH")
 
 
 def require_drawing() -> None:
-    """See that OpenGL draws off screen. Raises NoOpenGL."""
-    from .stage.opengl import MissingOpenGLError, require_opengl
+    """Check that OpenGL draws off screen. Raises NoOpenGL."""
+    from .rendering.opengl import MissingOpenGLError, require_opengl
 
     try:
         require_opengl()
@@ -71,19 +73,40 @@ def require_drawing() -> None:
         raise NoOpenGL(str(error)) from None
 
 
+@contextmanager
+def _output_folder(path: Path) -> Iterator[None]:
+    """Create a writable folder. New folders are removed at the end if they are empty."""
+    new = [folder for folder in (path, *path.parents) if not os.path.exists(folder)]
+
+    def remove_empty() -> str:
+        """Remove the new folders that are empty; return no message for the user."""
+        for folder in new:
+            with suppress(OSError):
+                folder.rmdir()
+        return ""
+
+    with undoing(remove_empty):
+        try:
+            path.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=path):
+                pass
+            yield
+        finally:
+            remove_empty()
+
+
 def prepare_folder(path: Path) -> None:
-    """Make the output folder and see that it can be written to."""
+    """Create the output folder for the duration of the command and check that it is writable. Raises
+    Refusal."""
     try:
-        path.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=path):
-            pass
+        click.get_current_context().with_resource(_output_folder(path))
     except OSError as error:
         raise Refusal([f"cannot write to {path} ({error.strerror}): choose a folder with --out"]) from None
 
 
 @contextmanager
 def writing(what: str, cure: str = "") -> Iterator[None]:
-    """Refuse, while `what` is written, what the system refuses; `cure` says what may help."""
+    """Raise Refusal for system errors while `what` is written; `cure` may name a solution."""
     try:
         yield
     except OSError as error:

@@ -1,1 +1,1 @@
-"""What follows from contact: sliding, sensitivity, tolerances, maps, an optimum."""
+"""Results derived from the contact: sliding, pressure, sensitivity, tolerances, maps, optimisation."""

@@ -1,23 +1,23 @@
-"""Ease-off: how far the pinion's flank stands back from the conjugate of its mate.
+"""Ease-off: deviation of the pinion flank from the conjugate of its mate.
 
-The conjugate is what the gear's flank, unlimited and turning at the constant ratio -N1/N2, would generate on
-the pinion: the envelope of its positions in the pinion's frame. The gear is phased so that both flanks touch
-in the middle of their path of contact (`contact.placing`), where the ease-off is 0 but for the square of the
-slope of the transmission error. At a point P of the pinion's flank with the outward normal n1 it is the
-distance g along n1 to that envelope, positive where the flanks part. With X a point of the gear's flank and N
-its outward normal, all in S_f at the pinion roll phi,
+The conjugate is the envelope that the unlimited gear flank, turning at the constant ratio -N1/N2, generates
+on the pinion. The gear is phased so that both flanks touch in the middle of their path of contact
+(`contact.mesh_position`). The ease-off is 0 there, apart from the square of the slope of the transmission
+error. At a point P of the pinion flank with the outward normal n1, the ease-off is the distance g along n1 to
+this envelope, positive if there is a gap. With a point X of the gear flank and its outward normal N, all in
+S_f at the pinion roll phi,
 
     P + g n1 = X,    N.W = 0,    W = k1 x (X - O1) + (N1/N2) k2 x (X - O2).
 
-W is the velocity of the pinion at X seen from the gear, the second the equation of meshing. For any roll the
-first gives g, l2 and u2, with dg/dphi = -N.W / N.n1: the second is the one equation in phi under which g is
-least. Newton's method takes phi from it, and l2 and u2 along the ray, with analytic derivatives, for all
-points at once. It starts at the roll at which P itself would touch a conjugate mate, n1.W = 0 at P, that is
-A cos(phi) + B sin(phi) = C, and there from the foot of the perpendicular on the gear's flank.
+W is the velocity of the pinion at X relative to the gear; N.W = 0 is the equation of meshing. For any roll,
+the first equation determines g, l2 and u2, with dg/dphi = -N.W / N.n1. The equation of meshing is therefore
+one equation in phi, and g has its minimum there. Newton's method solves it for phi, and for l2 and u2 along
+the ray, with analytic derivatives for all points at once. It starts at the roll at which P itself would touch
+a conjugate mate, n1.W = 0 at P, which is A cos(phi) + B sin(phi) = C, and from the projection of P on the
+gear flank.
 
-Along the path of contact g is the transmission error times its lever, to first order. Tips, edges and
-neighbouring teeth have no part in it: what they do is in `operation`.
-"""
+Along the path of contact, g equals the transmission error times its lever, to first order. Tips, edges and
+neighbouring teeth are not considered; they are in `operation`."""
 
 from __future__ import annotations
 
@@ -27,38 +27,47 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Codes, FloatArray, Mask
-from ..contact.ellipse import normal_rates
-from ..contact.placing import Frame, MeshingPair, frames_at, meshing_pair
+from ..contact.mesh_position import Frame, MeshingPair, frames_at, meshing_pair
+from ..design.arguments import require_design
 from ..design.model import Design
-from ..gear.flank import flank_patch, place_at, trace_parameter
-from ..gear.perpendicular import feet
-from ..operation.separation import without_turns
+from ..gear.active_flank import place_at
+from ..gear.closest_point import feet
+from ..gear.flank import flank_patch, normal_rates, trace_parameter
+from ..operation.angular_clearance import without_turns
 from ..pair.frames import layout_of, normals_to_fixed, to_fixed
 from ..status import Status
-from ..support.few_lines import few_lines
+from ..support.array_repr import short_repr
 
-SHAPE = (15, 21)
-"""Points from root to tip and from toe to heel."""
-STEPS, LAST_STEP = 40, 1e-9
-"""Newton steps at most; rad of roll, and modules on the flank, below which one is the last: it leaves an
-error of its square."""
-FACING = float(np.cos(np.radians(30.0)))
-"""Cosine of the angle between normals beyond which, and more than a module apart, flanks that are nowhere
-trimmed meet without being in mesh."""
+NEWTON_MAX_ITERATIONS = 40
+LAST_STEP = 1e-9
+"""Newton step, rad of roll and modules on the flank, after which the iteration ends: the error is its
+square."""
+LEAST_FACING_COSINE = float(np.cos(np.radians(30.0)))
+"""Beyond this angle between the normals, or a module apart, the untrimmed flanks intersect without being in
+mesh."""
 PINION_AXIS = np.array((0.0, 0.0, 1.0))
 COEFFICIENTS = ("mean", "face_slope", "profile_slope", "face_crowning", "profile_crowning", "twist")
 
 
 @dataclass(frozen=True, eq=False)
 class EaseOff:
-    """Ease-off of the pinion's flank of a `design`. Arrays (nl, nz), root and toe first.
+    """Ease-off of the pinion flank of a `design`. Arrays (nl, nz) from root to tip and from toe to heel.
 
-    `profile` (nl) and `face` (nz): places from -1 at root and toe to 1 at tip and heel; `l`, `z`, flank
-    parameter and distance from mid-face, mm; `deviation` along the normal, mm, positive where the flanks
-    part; `pinion_roll` at which the flanks are nearest there, rad; `status`, codes of `Status`:
-    NOT_CONVERGED and NaN where the mate has no conjugate."""
+    Attributes
+    ----------
+    profile, face : FloatArray
+        (nl,) and (nz,), positions from -1 at root and toe to 1 at tip and heel.
+    l, z : FloatArray
+        Flank parameter and distance from mid-face, mm.
+    deviation : FloatArray
+        Ease-off along the normal, mm; positive if there is a gap.
+    pinion_roll : FloatArray
+        Roll at which the flanks are nearest at this point, rad.
+    status : Codes
+        Codes of `Status`: NOT_CONVERGED, with NaN values, where the mate has no conjugate.
+    """
 
-    __repr__ = few_lines
+    __repr__ = short_repr
 
     design: Design = field(repr=False)
     flank: str
@@ -82,19 +91,19 @@ class EaseOff:
 
     @property
     def second_order(self) -> SecondOrder:
-        """The surface of second order nearest to it."""
+        """Surface of second order fitted to the ease-off."""
         return second_order_of(self.profile, self.face, self.deviation)
 
 
 @dataclass(frozen=True)
 class SecondOrder:
-    """A surface of second order, mm, with x from toe (-1) to heel (1) and y from root (-1) to tip (1):
+    """Surface of second order, mm, with x from toe (-1) to heel (1) and y from root (-1) to tip (1):
 
-    mean + face_slope x + profile_slope y
-         + face_crowning (x^2 - 1/3) + profile_crowning (y^2 - 1/3) + twist x y.
+        mean + face_slope x + profile_slope y
+             + face_crowning (x^2 - 1/3) + profile_crowning (y^2 - 1/3) + twist x y.
 
-    `mean` is that over the flank, a crowning by how much both ends stand back from the middle; `rest`: root
-    mean square of what it leaves. NaN without six points."""
+    `mean` is the mean over the flank. A crowning is the height of both ends relative to the middle. `rest` is
+    the root mean square of the residual. NaN with fewer than six points."""
 
     mean: float
     face_slope: float
@@ -105,16 +114,16 @@ class SecondOrder:
     rest: float
 
 
-def ease_off(design: Design, flank: str = "right", shape: tuple[int, int] = SHAPE) -> EaseOff:
-    """Find the ease-off of the pinion's flank over an even grid, root to tip and toe to heel.
+def ease_off(design: Design, flank: str = "right", shape: tuple[int, int] = (15, 21)) -> EaseOff:
+    """Compute the ease-off of the pinion flank on an even grid, from root to tip and from toe to heel.
 
     Parameters
     ----------
     design : Design
-        A single one; its errors count.
+        A single design, with its errors.
     flank : {'right', 'left'}
     shape : (int, int)
-        Points along profile and face, at least 3 each.
+        Number of points along profile and face, at least 3 each.
 
     Returns
     -------
@@ -123,8 +132,17 @@ def ease_off(design: Design, flank: str = "right", shape: tuple[int, int] = SHAP
     Raises
     ------
     ValueError
-        For a batch, too few points, and where the pair has no path of contact on these flanks.
+        For a batch; for too few points; and if the flanks have no path of contact.
+
+    Examples
+    --------
+    >>> import beveloid_geom as bg
+    >>> design = bg.builtin_design("ni-2017").with_parabola(0.001, -0.001)
+    >>> surface = bg.ease_off(design, "right", shape=(3, 3))
+    >>> print(f"{surface.deviation.max():.4f} mm")
+    0.0126 mm
     """
+    require_design(design)
     if min(shape) < 3:
         raise ValueError(f"shape must be at least 3 points along profile and face, got {shape}")
     profile, face = (np.linspace(-1.0, 1.0, count) for count in shape)
@@ -135,15 +153,16 @@ def ease_off(design: Design, flank: str = "right", shape: tuple[int, int] = SHAP
 
 
 def ease_off_at(design: Design, flank: str, l: ArrayLike, z: ArrayLike) -> FloatArray:
-    """Find the ease-off (...), mm, of the pinion's flank at parameters `l` in planes `z`, mm, on the active
-    flank or not; NaN where the mate has no conjugate. ValueError as of `ease_off`."""
+    """Return the ease-off (...), mm, of the pinion flank at parameters `l` in planes `z`, mm, also outside
+    the active flank; NaN where the mate has no conjugate. Raises ValueError as `ease_off`."""
     pose, u = meshing_pair(design, flank), trace_parameter(design.pinion, flank, l, z)
     return conjugate_gap(design, pose, *np.broadcast_arrays(np.asarray(l, dtype=float), u))[0]
 
 
 def second_order_of(profile: FloatArray, face: FloatArray, deviation: FloatArray) -> SecondOrder:
-    """Fit a surface of second order to values (nl, nz), mm, by least squares over the flank, integrals by the
-    trapezoidal rule, so that little depends on the grid; NaN is left out."""
+    """Return the surface of second order fitted to values (nl, nz), mm, by least squares over the flank. The
+    integrals use the trapezoidal rule, so that the result depends little on the grid; NaN values are ignored.
+    """
     y, x = np.meshgrid(profile, face, indexing="ij")
     known = np.isfinite(deviation)
     if np.count_nonzero(known) < len(COEFFICIENTS):
@@ -156,7 +175,7 @@ def second_order_of(profile: FloatArray, face: FloatArray, deviation: FloatArray
 
 
 def _widths(places: FloatArray) -> FloatArray:
-    """Give the weights (n,) of the trapezoidal rule at places (n,)."""
+    """Return the weights (n,) of the trapezoidal rule at positions (n,)."""
     steps = np.diff(places)
     return np.asarray(0.5 * (np.append(steps, 0.0) + np.append(0.0, steps)))
 
@@ -164,9 +183,10 @@ def _widths(places: FloatArray) -> FloatArray:
 def conjugate_gap(
     design: Design, pose: MeshingPair, l: FloatArray, u: FloatArray
 ) -> tuple[FloatArray, FloatArray, Codes]:
-    """Find distances (...), mm, along the pinion's normal from its flank points (l, u), mm, to the conjugate
-    of the gear phased as in `pose`; the pinion rolls (rad) at which the gear touches it; and status. What is
-    not found from its own start is looked for from the nearest that is."""
+    """Return distances (...), mm, along the pinion normal from flank points (l, u), mm, to the conjugate of
+    the gear phased as in `pose`, the pinion rolls (rad) at which the gear touches it, and the status.
+
+    Points that are not solved from their own start are started again from the nearest solved point."""
     from scipy.spatial import cKDTree
 
     mate, shape, place = _mate_of(design, pose), np.shape(l), np.stack((np.ravel(l), np.ravel(u)), axis=-1)
@@ -191,10 +211,9 @@ def conjugate_gap(
 def _least(
     mate: _Mate, point: FloatArray, normal: FloatArray, state: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Find least distances (n,), mm, and their states (3, n), from the states given on; NaN where there is
-    none to be found."""
+    """Return the distances (n,), mm, and states (3, n) after Newton's method; NaN if it fails."""
     last = LAST_STEP * np.array([[1.0], [mate.module], [mate.module]])
-    for _ in range(STEPS):
+    for _ in range(NEWTON_MAX_ITERATIONS):
         gap, step, nearest = _newton_step(mate, point, normal, state)
         state = state + step
         done = (np.abs(step) <= last).all(axis=0)
@@ -206,8 +225,9 @@ def _least(
 
 @dataclass(frozen=True, eq=False)
 class _Mate:
-    """The gear's unlimited flank at a constant ratio. `rate`: gear roll by pinion roll; `roll` (2,) of both
-    in the middle of the path, rad; `axis` (3,) of the gear and a point of it, `centre` (3,), mm, in S_f."""
+    """The unlimited gear flank at a constant ratio. `rate`: gear roll per pinion roll; `roll` (2,): both
+    rolls in the middle of the path, rad; `axis` (3,) and `centre` (3,), mm: direction and a point of the gear
+    axis in S_f."""
 
     design: Design
     flank: str
@@ -218,11 +238,12 @@ class _Mate:
     centre: FloatArray
 
     def frames(self, roll: FloatArray) -> tuple[Frame, Frame]:
-        """Give frames of pinion and gear at pinion rolls (...), rad."""
+        """Return the frames of pinion and gear at pinion rolls (...), rad."""
         return frames_at(self.design, roll, self.roll[1] + self.rate * (roll - self.roll[0]))
 
     def sliding(self, vectors: FloatArray) -> FloatArray:
-        """Give the pinion's turning less the gear's, k1 x v + (N1/N2) k2 x v, of vectors (..., 3)."""
+        """Return k1 x v + (N1/N2) k2 x v, the rotation of the pinion relative to the gear, of vectors (...,
+        3)."""
         return np.asarray(np.cross(PINION_AXIS - self.rate * self.axis, vectors))
 
 
@@ -240,11 +261,11 @@ def _mate_of(design: Design, pose: MeshingPair) -> _Mate:
 
 
 def _own_roll(mate: _Mate, point: FloatArray, normal: FloatArray) -> FloatArray:
-    """Find the pinion roll (...) nearest to that of `mate` at which points with their normals (..., 3), own
-    frame, meet the equation of meshing; where there is none, that which comes nearest to it."""
+    """Return the pinion roll (...) nearest to that of `mate` at which points with their normals (..., 3), in
+    the pinion frame, satisfy the equation of meshing; if there is none, the roll that comes nearest to it."""
     origin = frames_at(mate.design, 0.0, 0.0)[0][1]
     moment, arm = np.cross(point, normal), np.cross(mate.axis, origin - mate.centre)
-    # n.(k2 x (R - O2)) = k2.Rz (P x n) + (k2 x (O1 - O2)).Rz n, while n.(k1 x R) does not turn.
+    # n.(k2 x (R - O2)) = k2.Rz (P x n) + (k2 x (O1 - O2)).Rz n; n.(k1 x R) is independent of the roll.
     cos = moment[..., :2] @ mate.axis[:2] + normal[..., :2] @ arm[:2]
     sin = moment[..., :2] @ _quarter(mate.axis) + normal[..., :2] @ _quarter(arm)
     rest = moment[..., 2] / mate.rate - moment[..., 2] * mate.axis[2] - normal[..., 2] * arm[2]
@@ -255,12 +276,12 @@ def _own_roll(mate: _Mate, point: FloatArray, normal: FloatArray) -> FloatArray:
 
 
 def _quarter(vector: FloatArray) -> FloatArray:
-    """Give x and y of a vector (3,), turned back by a right angle about z."""
+    """Return x and y of a vector (3,) rotated by -90 deg about z."""
     return np.array((vector[1], -vector[0]))
 
 
 def _seen_by_gear(mate: _Mate, point: FloatArray, roll: FloatArray) -> FloatArray:
-    """Give points (..., 3) of the pinion's own frame in the gear's, at pinion rolls."""
+    """Return points (..., 3) of the pinion frame in the gear frame, at pinion rolls."""
     pinion, (rotation, origin) = mate.frames(roll)
     return np.asarray(np.einsum("...ji,...j->...i", rotation, to_fixed(pinion, point) - origin))
 
@@ -268,8 +289,8 @@ def _seen_by_gear(mate: _Mate, point: FloatArray, roll: FloatArray) -> FloatArra
 def _newton_step(
     mate: _Mate, point: FloatArray, normal: FloatArray, state: FloatArray
 ) -> tuple[FloatArray, FloatArray, Mask]:
-    """Find the distance (...) along the pinion's normal at a `state` (3, ...) of roll, l2 and u2, the step of
-    Newton's method, and whether the distance is least here and the flanks face each other."""
+    """Return the distance (...) along the pinion normal at a `state` (3, ...) of roll, l2 and u2, the Newton
+    step, and whether the distance is a minimum and the flanks face each other."""
     roll, l, u = state
     pinion, gear = mate.frames(roll)
     own, ray = to_fixed(pinion, point), normals_to_fixed(pinion, normal)
@@ -285,7 +306,7 @@ def _newton_step(
     facing = _dot(n, ray)
     gap = _dot(n, x - own) / facing
     off = own + gap[..., None] * ray - x  # in the tangent plane of the gear's flank
-    # Meshing, N.W = 0, and its derivatives; the gear turns with `rate`.
+    # Equation of meshing, N.W = 0, and its derivatives by roll, l2 and u2.
     slide = mate.sliding(x) + mate.rate * np.cross(mate.axis, mate.centre)
     turned, carried = (mate.rate * np.cross(mate.axis, v) for v in (n, x - mate.centre))
     meshing = _dot(n, slide)
@@ -293,21 +314,22 @@ def _newton_step(
         _dot(by, slide) + _dot(n, mate.sliding(moved))
         for by, moved in ((turned, carried), (n_l, x_l), (n_u, x_u))
     )
-    # The place on the gear's flank moves by `off`, and with the roll by what the ray does over the flank.
+    # The point on the gear flank moves by `off`, and with the roll by the motion of the ray over the flank.
     over = slide + np.cross(PINION_AXIS, off)
     over = over - (_dot(n, over) / facing)[..., None] * ray
     along, across = np.cross(x_u, n), np.cross(n, x_l)
     along, across = along / _dot(along, x_l)[..., None], across / _dot(across, x_u)[..., None]
     bend = by_roll + by_l * _dot(along, over) + by_u * _dot(across, over)
-    # Down to where the distance is least, also from where it is bent the other way; half a pitch at most.
+    # Dividing by the magnitude leads to the minimum of the distance, also from negative curvature. The step
+    # is limited to half a pitch.
     step = -(meshing + by_l * _dot(along, off) + by_u * _dot(across, off)) / np.abs(bend)
     most = np.pi / float(mate.design.pinion.teeth)
     step = np.clip(step, -most, most)
     moved = off + step[..., None] * over
-    nearest = (bend > 0.0) & (facing < -FACING) & (patch.regularity > 0.0)
+    nearest = (bend > 0.0) & (facing < -LEAST_FACING_COSINE) & (patch.regularity > 0.0)
     return gap, np.stack((step, _dot(along, moved), _dot(across, moved))), nearest
 
 
 def _dot(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Give the scalar products (...) of vectors (..., 3)."""
+    """Return the scalar products (...) of vectors (..., 3)."""
     return np.asarray((first * second).sum(axis=-1))

@@ -1,98 +1,121 @@
-"""Maps of a design: figures of its path of contact over two of its values, one of each member.
+"""Maps of a design: quantities of its path of contact over any two of its numeric inputs.
 
-`over` says which values:
+An input is named as in INPUTS. PRESETS are the usual pairs of inputs: the parabola coefficients, changes of
+the mounting distances, and the profile shift coefficients of both members. Each cell of the map is a design
+with two changed values. The cells are solved in vectorised calls.
 
-- 'parabola': the parabola coefficients a1, a2, 1/mm.
-- 'mounting': changes of the mounting distances, mm, positive towards the member's heel. Both members
-  stand there without errors: backlash changes, the lines of action do not.
-- 'shift': the profile shift coefficients x1, x2. Offset and shaft angle stay as given, and with them
-  the pitch point, as shifted flanks are the same surfaces, turned: mounting distances, fixed or not,
-  stay too. What changes is the backlash, and where tips and roots end the path.
+A cell may have a path and still be useless: the parabolas may make the flanks hollow against each other
+(`hollow`), so that the tangency is not the first contact, and a negative backlash makes the opposite flanks
+interfere (`interferes`). Edge contact and hand-over between tooth pairs are found only with `operation=True`
+(`mesh_cycle`).
 
-Coefficients whose sum is positive make the flanks hollow against each other (`hollow`), and a negative
-backlash makes the other flanks interfere (`interferes`): such cells have a path, but no pair runs so.
-What the teeth do over a mesh cycle, edges and hand-overs included, is found where asked for (`mesh_cycle`).
-
-The angle is that of `analysis.path_measures`, of the chord in the pinion's side view; the shift that of
-`optimise`. Source: the paper's Figs. 7 to 11 are lines of the first map, its case C3 is a quadrant.
+Figs. 7 to 11 of the paper are lines of the map of the parabola coefficients; its case C3 is a quadrant.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
+from operator import attrgetter
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from ..arrays import Codes, FloatArray, Mask, Quantity, flank_sign
 from ..contact.path import path_ends
+from ..design.arguments import require_design
 from ..design.limits import member_faults, parabola_limit
 from ..design.model import Design, Errors, MeshErrors, unchecked
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
 from ..operation.mesh_cycle import mesh_cycle
-from ..pair.errors import KINDS, errors_below
+from ..pair.misalignment import ERROR_CLASSES, errors_below
 from ..pair.mounting import half_pitch, mounting_of
 from ..status import Status
-from ..support.few_lines import few_lines
-from .optimise import Aim, paths_of
-from .path_measures import paths_of as measures_of
+from ..support.array_repr import short_repr
+from .optimise import Aim, objectives_of
+from .path_measures import measures_of
 from .tolerance import USUAL_AT
 
-Over: TypeAlias = Literal["parabola", "mounting", "shift"]
 Bounds: TypeAlias = tuple[float, float]
-OVER: tuple[Over, ...] = ("parabola", "mounting", "shift")
-UNITS = {"parabola": "1/mm", "mounting": "mm", "shift": ""}
-"""Units of the values of both members."""
-PARABOLA = 0.012
-"""Greatest coefficient of a usual map times the module: 0.002 1/mm on Table 1, as far as the paper's
-Figs. 9 to 11 go."""
-FACE = 0.6
-"""Greatest change of mounting of a usual map, in greater face widths: beyond half of one paths are lost."""
-SHIFT = 0.3
-"""Change of the shift coefficients of a usual map, to either side."""
-LARGEST_SHIFT = 3.0
-STEPS, MOST_STEPS = 21, 201
-CELLS = 512
-"""Cells solved in one call."""
-NEAR = 1e-3
-"""Change of the values, mm or a coefficient, by which the rate of the backlash is taken."""
-ROUNDING = 1e-9
-"""mm of negative backlash that are none: members may be made to close without."""
+Inputs: TypeAlias = tuple[str, str]
+INPUTS: dict[str, tuple[str, str]] = {
+    f"{name}_{member}": (f"{member}.{attribute}", unit)
+    for member in ("pinion", "gear")
+    for name, attribute, unit in (
+        ("parabola", "tool.parabola", "1/mm"),
+        ("parabola_apex", "tool.parabola_apex", "mm"),
+        ("profile_shift", "profile_shift", ""),
+        ("helix_angle", "helix_angle", "rad"),
+        ("cone_angle", "cone_angle", "rad"),
+        ("face_width", "face_width", "mm"),
+        ("tip_alteration", "tip_alteration", ""),
+    )
+} | {
+    "pinion_mounting_change": ("pair.pinion_mounting", "mm"),
+    "gear_mounting_change": ("pair.gear_mounting", "mm"),
+    "offset": ("pair.offset", "mm"),
+    "shaft_angle": ("pair.shaft_angle", "rad"),
+}
+"""Attribute of the design and unit of each input. Mounting distances are given as changes."""
+PRESETS: dict[str, Inputs] = {
+    "parabola": ("parabola_pinion", "parabola_gear"),
+    "mounting": ("pinion_mounting_change", "gear_mounting_change"),
+    "shift": ("profile_shift_pinion", "profile_shift_gear"),
+}
+CELLS_PER_CALL = 512
+BACKLASH_ROUNDING_MM = 1e-9  # members may be designed for a backlash of 0
 QUADRANTS: dict[str, tuple[int, int]] = {"C1": (1, 1), "C2": (-1, -1), "C3": (1, -1), "C4": (-1, 1)}
-"""Signs of both coefficients in the paper's cases."""
-FIGURES = (
-    *("contact_ratio", "angle", "shift", "peak_to_peak", "centre"),
-    *("normal_backlash", "mounted_backlash"),
-)
-"""What is mapped, by the names of the fields."""
+"""Signs of the parabola coefficients in the cases of the paper."""
+FIGURES = ("contact_ratio", "angle", "shift", "peak_to_peak", "centre", "normal_backlash", "mounted_backlash")
+"""Quantities of a map: fields of DesignMap."""
 IN_OPERATION = ("cycle_peak_to_peak", "edge_share")
-"""What is mapped besides if asked for."""
+"""Quantities that are computed only with `operation=True`."""
 
 
 @dataclass(frozen=True, eq=False)
 class DesignMap:
-    """Figures of a design over values of its members, arrays (pinion values, gear values).
+    """Quantities of a design over two inputs; arrays (n first values, m second values).
 
-    `pinion` (n,), `gear` (m,): the values. `status`: codes of `Status` of the path as mounted; NaN where
-    it is not SOLVED. `contact_ratio`: Eq. 16. `angle` (rad, -pi/2 to pi/2): of the path's chord to the
-    axial direction in the pinion's side view (z, r), positive if z rises with r; pi further is the same.
-    `shift` (mm): how far the place at mid-roll moves on the pinion's flank square to the path under
-    `errors`, each alone and both ways (root of the sum of the squares, the mean over both ways); NaN also
-    where an error carries the path off the flanks. `peak_to_peak` (rad): transmission error over the path
-    of one tooth pair. `centre` (mm): z at mid-roll on the pinion. `normal_backlash` (mm): without
-    parabolas and errors, that of the design followed past half a pitch. `mounted_backlash` (mm): least over
-    a mesh cycle with those of the design, by tangency (`backlash_by_tangency`). `cycle_peak_to_peak` (rad),
-    `edge_share`: of a mesh cycle of all teeth, as in `Running`; NaN where not asked for or not known."""
+    Attributes
+    ----------
+    over : tuple of str
+        Names of the inputs, keys of INPUTS.
+    errors : Errors or MeshErrors
+        Assembly errors of the shift.
+    first, second : FloatArray
+        (n,) and (m,), values of the inputs, in the units of INPUTS.
+    status : Codes
+        Codes of `Status` of the path. All quantities of the path are NaN where it is not SOLVED.
+    contact_ratio : FloatArray
+        Eq. 16.
+    angle : FloatArray
+        Angle of the chord of the path to the axial direction in the side view (z, r) of the pinion, rad,
+        -pi/2 to pi/2; positive if z increases with r.
+    shift : FloatArray
+        Shift of the position at mid-roll on the flank of the pinion, perpendicular to the path, under
+        `errors`, mm: root of the sum of the squares over the errors, mean over both signs. NaN also where an
+        error moves the path off the flanks.
+    peak_to_peak : FloatArray
+        Transmission error over the path of one tooth pair, rad.
+    centre : FloatArray
+        z at mid-roll on the pinion, mm.
+    normal_backlash : FloatArray
+        Backlash without parabolas and errors, mm; it continues that of the design past half a pitch.
+    mounted_backlash : FloatArray
+        Smallest backlash over a mesh cycle with parabolas and errors, by tangency, mm.
+    cycle_peak_to_peak, edge_share : FloatArray
+        Transmission error of all teeth, rad, and share of the mesh cycle carried by edges; NaN where not
+        computed.
+    """
 
-    __repr__ = few_lines
+    __repr__ = short_repr
 
     design: Design
     flank: str
-    over: Over
+    over: Inputs
     errors: Errors | MeshErrors
-    pinion: FloatArray
-    gear: FloatArray
+    first: FloatArray
+    second: FloatArray
     status: Codes
     contact_ratio: FloatArray
     angle: FloatArray
@@ -105,146 +128,238 @@ class DesignMap:
     edge_share: FloatArray
 
     @property
+    def preset(self) -> str | None:
+        """Name of the pair of inputs in PRESETS, or None."""
+        return next((name for name, over in PRESETS.items() if over == self.over), None)
+
+    @property
     def solved(self) -> Mask:
         """Cells with a path on the flanks."""
         return np.asarray(self.status == Status.SOLVED)
 
     @property
     def hollow(self) -> Mask:
-        """Cells whose parabolas make the flanks hollow against each other: their sum is positive."""
-        own = [float(member.tool.parabola) for member in self.design.members]
-        total = np.add.outer(self.pinion, self.gear) if self.over == "parabola" else np.full((1, 1), sum(own))
+        """Cells whose flanks are hollow against each other: the sum of their parabola coefficients is
+        positive."""
+        cells = design_at(self.design, self.over, self.first[:, None], self.second)
+        pinion, gear = (np.asarray(member.tool.parabola_of(self.flank)) for member in cells.members)
+        total = pinion + gear
         return np.broadcast_to(total > 1e-9 * np.abs(total).max(), self.status.shape)
 
     @property
     def interferes(self) -> Mask:
-        """Cells with negative backlash: the other flanks interfere."""
-        return np.asarray(self.normal_backlash < -ROUNDING)
+        """Cells with negative backlash: the opposite flanks interfere."""
+        return np.asarray(self.normal_backlash < -BACKLASH_ROUNDING_MM)
 
     @property
     def jammed(self) -> Mask:
-        """Cells that cannot be put together with the errors and parabolas that they have."""
+        """Cells that cannot be assembled with their errors and parabolas."""
         return jammed(self.mounted_backlash, float(self.design.pinion.tool.normal_module))
 
     @property
     def sound(self) -> Mask:
-        """Cells with a path that are neither hollow nor interfere, and can be put together."""
+        """Cells with a path that are neither hollow nor interfere and can be assembled."""
         return self.solved & ~self.hollow & ~self.interferes & ~self.jammed
 
     def quadrants(self) -> dict[str, Mask]:
-        """Cells of the paper's cases C1 to C4 in a map of parabola coefficients; axes belong to none."""
-        if self.over != "parabola":
+        """Return the cells of the paper's cases C1 to C4; axes belong to none. Empty for other inputs."""
+        if self.preset != "parabola":
             return {}
         return {
-            name: np.logical_and.outer(pinion * self.pinion > 0.0, gear * self.gear > 0.0)
+            name: np.logical_and.outer(pinion * self.first > 0.0, gear * self.second > 0.0)
             for name, (pinion, gear) in QUADRANTS.items()
         }
 
 
-def own_values(design: Design, over: Over) -> tuple[float, float]:
-    """Find where a single design lies on its map."""
-    if over == "parabola":
-        return float(design.pinion.tool.parabola), float(design.gear.tool.parabola)
-    if over == "shift":
-        return float(design.pinion.profile_shift), float(design.gear.profile_shift)
-    return 0.0, 0.0
+def inputs_of(over: str | Inputs) -> Inputs:
+    """Return the names of two inputs, given by a preset or by both names. Raises ValueError for others."""
+    first, second = PRESETS.get(over, ("", "")) if isinstance(over, str) else over
+    if first == second or not {first, second} <= set(INPUTS):
+        presets, names = ", ".join(PRESETS), ", ".join(INPUTS)
+        raise ValueError(f"over must be one of {presets}, or two different inputs of {names}, got {over!r}")
+    return first, second
 
 
-def usual_bounds(design: Design, over: Over) -> tuple[Bounds, Bounds]:
-    """Find the least and greatest value of pinion and gear where none are given: see PARABOLA, FACE,
-    SHIFT."""
-    if over == "mounting":
-        change = FACE * max(float(member.face_width) for member in design.members)
-        return (-change, change), (-change, change)
-    if over == "shift":
-        low, high = ([x + step for x in own_values(design, over)] for step in (-SHIFT, SHIFT))
-        return (low[0], high[0]), (low[1], high[1])
-    most = []
-    for member in design.members:
-        usual = max(PARABOLA / float(member.tool.normal_module), abs(float(member.tool.parabola)))
-        most.append(min(usual, parabola_limit(member)))
-    return (-most[0], most[0]), (-most[1], most[1])
+def own_values(design: Design, over: str | Inputs, flank: str = "right") -> tuple[float, float]:
+    """Return the values of both inputs of a single design: its position on the map.
+
+    Parabola coefficients are those of `flank`."""
+    names = inputs_of(over)
+    first, second = (_own_value(design, name, flank) for name in names)
+    return first, second
+
+
+def _own_value(design: Design, name: str, flank: str) -> float:
+    """Return the value of an input in a single design."""
+    if name.endswith("mounting_change"):
+        return 0.0
+    part, _, attribute = INPUTS[name][0].partition(".")
+    if attribute == "tool.parabola":
+        return float(getattr(design, part).tool.parabola_of(flank))
+    return float(attrgetter(attribute)(getattr(design, part)))
+
+
+def design_at(design: Design, over: str | Inputs, first: Quantity, second: Quantity) -> Design:
+    """Return a design with other values of two inputs, numbers or arrays that broadcast."""
+    for name, value in zip(inputs_of(over), (first, second), strict=True):
+        if name.endswith("mounting_change"):
+            # Both distances are fixed, so that the change of one does not move the other member.
+            one, other = mounting_of(design).distance  # NaN without a layout
+            one, other = (one + value, other) if name.startswith("pinion") else (one, other + value)
+            design = replace(design, pair=unchecked(design.pair, pinion_mounting=one, gear_mounting=other))
+        else:
+            design = _replaced(design, INPUTS[name][0], value)
+    return design
+
+
+def _replaced(part: Any, attribute: str, value: Quantity) -> Any:
+    """Return a dataclass with another value of an attribute such as 'pinion.tool.parabola'; a parabola
+    coefficient is set on both flanks."""
+    if attribute == "parabola":
+        return part.with_parabola(value)
+    name, _, rest = attribute.partition(".")
+    return replace(part, **{name: _replaced(getattr(part, name), rest, value) if rest else value})
+
+
+def usual_bounds(design: Design, over: str | Inputs) -> tuple[Bounds, Bounds]:
+    """Return the default bounds of both inputs.
+
+    The parabola coefficients reach as far as in Figs. 9 to 11 of the paper, 0.002 1/mm on Table 1, scaled by
+    the module, and their apexes a module to both sides of the reference line. Mounting distances change by
+    0.6 times the larger face width; with more than half of it, some paths are lost. Profile shift
+    coefficients change by 0.3. Raises ValueError for other inputs."""
+    first, second = (_usual(design, name) for name in inputs_of(over))
+    return first, second
+
+
+def _usual(design: Design, name: str) -> Bounds:
+    member = design.gear if name.endswith("gear") else design.pinion
+    if name.startswith("parabola_apex"):
+        return -(module := float(member.tool.normal_module)), module
+    if name.startswith("parabola"):
+        own = [abs(float(value)) for value in member.tool.parabolas.values()]
+        usual = max(0.012 / float(member.tool.normal_module), *own)
+        return -(most := min(usual, parabola_limit(member))), most
+    if name.endswith("mounting_change"):
+        change = 0.6 * max(float(each.face_width) for each in design.members)
+        return -change, change
+    if name.startswith("profile_shift"):
+        return float(member.profile_shift) - 0.3, float(member.profile_shift) + 0.3
+    raise ValueError(f"bounds of {name} must be given")
 
 
 def usual_errors(design: Design) -> Errors | MeshErrors:
-    """Give errors as large as the usual tolerances, of the place where a design has its own measured."""
+    """Return errors as large as the usual tolerances, with the reference of the errors of the design."""
     usual = USUAL_AT[design.errors_at]
-    return KINDS[design.errors_at](*usual.values().tolist())
-
-
-def design_at(design: Design, over: Over, pinion: Quantity, gear: Quantity) -> Design:
-    """Give the design with these values of its members, arrays of one shape or numbers."""
-    if over == "parabola":
-        return design.with_parabola(pinion, gear)
-    if over == "shift":
-        first, second = (
-            replace(member, profile_shift=x) for member, x in zip(design.members, (pinion, gear), strict=True)
-        )
-        return replace(design, pinion=first, gear=second)
-    distance = mounting_of(design).distance
-    moved = {"pinion_mounting": distance[0] + pinion, "gear_mounting": distance[1] + gear}
-    return replace(design, pair=unchecked(design.pair, **moved))  # NaN without a layout
+    return ERROR_CLASSES[design.errors_at](*usual.values().tolist())
 
 
 def map_of(
     design: Design,
-    over: Over,
+    over: str | Inputs,
     flank: str = "right",
     *,
-    pinion: Bounds | None = None,
-    gear: Bounds | None = None,
-    steps: int = STEPS,
+    first: Bounds | None = None,
+    second: Bounds | None = None,
+    steps: int = 21,
     errors: Errors | MeshErrors | None = None,
     operation: bool = False,
     progress: Callable[[int], object] | None = None,
 ) -> DesignMap:
-    """Find figures of a single design over `steps` times `steps` values of its members, bounds included.
+    """Compute quantities of a design over `steps` times `steps` values of two of its inputs.
 
-    Bounds are `usual_bounds`, errors the usual tolerances (`tolerance.USUAL_AT`) unless given. A cell takes
-    as long as 1 to 20 paths of 101 positions, most of it for the errors, with `operation` 20 to 30 more.
-    `progress` is called with the number of cells done since.
+    Parameters
+    ----------
+    design : Design
+        A single design.
+    over : str or tuple of str
+        A key of PRESETS, or two keys of INPUTS.
+    flank : {'right', 'left'}
+    first, second : tuple of float, optional
+        Bounds of the inputs, in the units of INPUTS; `usual_bounds` by default.
+    steps : int
+        Number of values of each input, 2 to 201.
+    errors : Errors or MeshErrors, optional
+        Assembly errors of the shift; the usual tolerances by default.
+    operation : bool
+        Compute the mesh cycle of each cell as well.
+    progress : callable, optional
+        Called with the number of cells computed since the last call.
 
-    Raises ValueError for a batch, bounds that do not rise or that a member cannot be cut with, errors
-    that are not finite or all 0, and steps below 2."""
-    usual = usual_bounds(design, over) if over in OVER and not design.batch_shape else ((0.0, 0.0),) * 2
-    bounds = (usual[0] if pinion is None else pinion, usual[1] if gear is None else gear)
+    Returns
+    -------
+    DesignMap
+
+    Raises
+    ------
+    ValueError
+        For a batch; for unknown inputs; for bounds that do not increase or with which a member cannot be
+        generated; for errors that are not finite or all 0; for steps outside the limits.
+
+    Notes
+    -----
+    A cell costs 1 to 20 paths of 101 positions, a mesh cycle 20 to 30.
+
+    Examples
+    --------
+    >>> import beveloid_geom as bg
+    >>> design = bg.builtin_design("ni-2017")
+    >>> found = bg.map_of(design, "parabola", first=(0.0, 0.001), second=(-0.001, 0.0), steps=2)
+    >>> found.contact_ratio.round(3)
+    array([[1.307, 1.651],
+           [1.816, 0.075]])
+    """
+    require_design(design)
+    flank_sign(flank)
+    over = inputs_of(over)
+    if design.batch_shape:
+        raise ValueError("a map takes a single design: give its cases one by one")
+    bounds = tuple(
+        _usual(design, name) if given is None else given
+        for name, given in zip(over, (first, second), strict=True)
+    )
     errors = usual_errors(design) if errors is None else errors
-    _check(design, over, flank, bounds, steps, errors)
-    first, second = (low + (high - low) * np.linspace(0.0, 1.0, steps) for low, high in bounds)
-    x, y = (side.ravel() for side in np.meshgrid(first, second, indexing="ij"))
+    _check(design, over, bounds, steps, errors)
+    first_values, second_values = (low + (high - low) * np.linspace(0.0, 1.0, steps) for low, high in bounds)
+    x, y = (side.ravel() for side in np.meshgrid(first_values, second_values, indexing="ij"))
     rows: dict[str, list[FloatArray]] = {name: [] for name in ("status", *FIGURES, *IN_OPERATION)}
-    for start in range(0, x.size, CELLS):
-        block = slice(start, start + CELLS)
-        for name, values in _cells(design, over, flank, errors, x[block], y[block]).items():
-            rows[name].append(values)
-        cells = np.full((len(IN_OPERATION), *x[block].shape), np.nan)
+    for start in range(0, x.size, CELLS_PER_CALL):
+        block = slice(start, start + CELLS_PER_CALL)
+        for name, column in _cells(design, over, flank, errors, x[block], y[block]).items():
+            rows[name].append(column)
+        cells = np.full((len(IN_OPERATION), x[block].size), np.nan)
         for k in range(x[block].size) if operation else ():
             cells[:, k] = _in_operation(
                 design_at(design, over, float(x[start + k]), float(y[start + k])), flank
             )
             if progress is not None:
                 progress(1)
-        for name, values in zip(IN_OPERATION, cells, strict=True):
-            rows[name].append(values)
+        for name, column in zip(IN_OPERATION, cells, strict=True):
+            rows[name].append(column)
         if progress is not None and not operation:
             progress(x[block].size)
     found = {name: np.concatenate(parts).reshape(steps, steps) for name, parts in rows.items()}
     status = found.pop("status").astype(np.int8)
-    return DesignMap(design, flank, over, errors, first, second, status, **found)
+    return DesignMap(design, flank, over, errors, first_values, second_values, status, **found)
 
 
 def _cells(
-    design: Design, over: Over, flank: str, errors: Errors | MeshErrors, pinion: FloatArray, gear: FloatArray
+    design: Design,
+    over: Inputs,
+    flank: str,
+    errors: Errors | MeshErrors,
+    first: FloatArray,
+    second: FloatArray,
 ) -> dict[str, FloatArray]:
-    """Find status and figures of cells (n,), in one call each."""
-    cells = design_at(design, over, pinion, gear)
-    parabola = (np.broadcast_to(member.tool.parabola, pinion.shape) for member in cells.members)
-    with np.errstate(invalid="ignore"):  # a path may be a single point: it has no direction
-        measures, shown = measures_of(cells, flank), paths_of(cells, flank, Aim(errors), *parabola)
-    backlash = _backlash(design, over, pinion, gear)
-    status, lost = np.full(pinion.size, Status.SOLVED, dtype=float), measures.limit[:, 0] < 0
+    """Return status and quantities of cells (n,), in one call each."""
+    cells = design_at(design, over, first, second)
+    parabola = (np.broadcast_to(m.tool.parabola_of(flank), first.shape) for m in cells.members)
+    with np.errstate(invalid="ignore"):  # a path may be a single point, which has no direction
+        measures, shown = measures_of(cells, flank), objectives_of(cells, flank, Aim(errors), *parabola)
+    backlash = _backlash(design, over, first, second)
+    status, lost = np.full(first.size, Status.SOLVED, dtype=float), measures.limit[:, 0] < 0
     if lost.any():
-        status[lost] = path_ends(design_at(design, over, pinion[lost], gear[lost]), flank).status
+        status[lost] = path_ends(design_at(design, over, first[lost], second[lost]), flank).status
     return {
         "status": status,
         "contact_ratio": measures.contact_ratio,
@@ -257,63 +372,56 @@ def _cells(
     }
 
 
-def _backlash(design: Design, over: Over, pinion: FloatArray, gear: FloatArray) -> FloatArray:
-    """Find the normal backlash (n,), mm, of cells: what `mounting_of` reduces to half a pitch either way,
-    and the whole pitches by which it is linear in the values."""
-    values, tool = np.array(own_values(design, over)), design.gear.tool
+def _backlash(design: Design, over: Inputs, first: FloatArray, second: FloatArray) -> FloatArray:
+    """Return the normal backlash (n,), mm, of cells.
+
+    `mounting_of` reduces the backlash to plus and minus half a pitch. The number of pitches to be added
+    follows from the linear change of the backlash with both values."""
+    values, tool, step = np.array(own_values(design, over)), design.gear.tool, 1e-3
     pitch = np.pi * float(tool.normal_module) * np.cos(float(tool.normal_pressure_angle))
-    near = values[:, None] + NEAR * np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-    own, *moved = np.broadcast_to(mounting_of(design_at(design, over, *near)).normal_backlash, 3)
-    rates = half_pitch(np.array(moved) - own, pitch) / NEAR
-    linear = own + rates @ (np.stack((pinion, gear)) - values[:, None])
-    reduced = mounting_of(design_at(design, over, pinion, gear)).normal_backlash
+    near = values[:, None] + step * np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    given, *moved = np.broadcast_to(mounting_of(design_at(design, over, *near)).normal_backlash, 3)
+    rates = half_pitch(np.array(moved) - given, pitch) / step
+    linear = given + rates @ (np.stack((first, second)) - values[:, None])
+    reduced = mounting_of(design_at(design, over, first, second)).normal_backlash
     return np.asarray(reduced + pitch * np.round((linear - reduced) / pitch))
 
 
 def _in_operation(design: Design, flank: str) -> list[float]:
-    """Find the figures IN_OPERATION of a cell; NaN where they are not known."""
+    """Return the quantities IN_OPERATION of a cell; NaN if they are not known."""
     try:
         cycle = mesh_cycle(design, flank, 1)
-    except ValueError:  # a tool whose rounds overlap has no fillets to offer
+    except ValueError:  # the fillets of a tool whose tip rounds overlap are not defined
         return [np.nan] * len(IN_OPERATION)
     return [float(cycle.peak_to_peak), float(cycle.edge_share)]
 
 
 def _check(
-    design: Design,
-    over: Over,
-    flank: str,
-    bounds: tuple[Bounds, Bounds],
-    steps: int,
-    errors: Errors | MeshErrors,
+    design: Design, over: Inputs, bounds: tuple[Bounds, ...], steps: int, errors: Errors | MeshErrors
 ) -> None:
-    flank_sign(flank)
-    if over not in OVER:
-        raise ValueError(f"over must be one of {', '.join(OVER)}, got {over!r}")
-    if design.batch_shape:
-        raise ValueError("a map takes a single design: give its cases one by one")
-    if not 2 <= steps <= MOST_STEPS or steps != int(steps):
-        raise ValueError(f"steps must be 2 to {MOST_STEPS}, a whole number, got {steps}")
+    if not 2 <= steps <= 201 or steps != int(steps):
+        raise ValueError(f"steps must be 2 to 201, an integer, got {steps}")
     values = [float(value) for value in vars(errors).values()]
     if not any(values):
         raise ValueError(f"errors of a map must be finite, one of them not 0, got {values}")
     for name, most in errors_below(design).items():
         if abs(error := float(getattr(errors, name, 0.0))) >= most:
             raise ValueError(f"error of {name} must be less than {most:g} on this pair, got {error:g}")
-    for name, (low, high) in zip(("pinion", "gear"), bounds, strict=True):
+    for name, (low, high) in zip(over, bounds, strict=True):
         if not (-np.inf < low < high < np.inf and float(high) - float(low) < np.inf):
-            raise ValueError(f"bounds of the {name} must be two finite values that rise, got {low}, {high}")
+            raise ValueError(f"bounds of {name} must be two finite values that increase, got {low}, {high}")
     for fault in _bound_faults(design, over, bounds):
         raise ValueError(fault)
 
 
-def _bound_faults(design: Design, over: Over, bounds: tuple[Bounds, Bounds]) -> Iterator[str]:
-    """Find what is wrong with members at the bounds and not with them as given."""
-    for k, name in enumerate(("pinion", "gear")):
-        if over == "shift" and max(map(abs, bounds[k])) > LARGEST_SHIFT:
-            most = f"between -{LARGEST_SHIFT:g} and {LARGEST_SHIFT:g}"
-            yield f"profile shift of the {name} must be {most}, got bounds {bounds[k][0]:g}, {bounds[k][1]:g}"
-        known = {str(fault) for fault in member_faults(name, design.members[k])}
-        for bound in bounds[k] if over != "mounting" else ():
-            at = design_at(design, over, float(bound), float(bound)).members[k]
-            yield from (text for text in map(str, member_faults(name, at)) if text not in known)
+def _bound_faults(design: Design, over: Inputs, bounds: tuple[Bounds, ...]) -> Iterator[str]:
+    """Return the faults that members have at the bounds but not in the design."""
+    for name, limits in zip(over, bounds, strict=True):
+        if name.startswith("profile_shift") and max(map(abs, limits)) > 3.0:
+            yield f"bounds of {name} must be between -3 and 3, got {limits[0]:g}, {limits[1]:g}"
+        attribute = INPUTS[name][0]
+        part = attribute.partition(".")[0]
+        for bound in limits if part in ("pinion", "gear") else ():
+            known = {str(fault) for fault in member_faults(part, getattr(design, part))}
+            member = getattr(_replaced(design, attribute, float(bound)), part)
+            yield from (text for text in map(str, member_faults(part, member)) if text not in known)

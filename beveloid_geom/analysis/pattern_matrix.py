@@ -1,8 +1,7 @@
-"""The marking pattern of a pair under two assembly errors: a square matrix of patterns.
+"""Contact patterns of a pair under two assembly errors: a square matrix of patterns.
 
-Each cell is the design with the values of two errors added to those it has. Mesh cycles and backlash of all
-cells are found in one call, patterns one by one. What cannot be assembled gets no pattern: nothing runs so.
-"""
+Each cell is the design with two values added to its errors. Mesh cycles and backlash of all cells are
+computed in one call, patterns one by one. Cells that cannot be assembled have no pattern."""
 
 from __future__ import annotations
 
@@ -14,24 +13,25 @@ import numpy as np
 
 from ..arrays import Codes, FloatArray, Mask, flank_sign
 from ..contact.ellipse import MARKING_SEPARATION
+from ..design.arguments import require_design
 from ..design.model import Design
 from ..operation.backlash import mounted_backlash
-from ..operation.marking.operating_rolls import first_contact_operation
-from ..operation.marking.pattern import AREA_ERROR, ContactPattern, contact_pattern
+from ..operation.contact_pattern.motion import first_contact_operation
+from ..operation.contact_pattern.pattern import AREA_ERROR, ContactPattern, contact_pattern
 from ..operation.mesh_cycle import mesh_cycle
-from ..pair.errors import ALL_NAMES, errors_below, mounted, place_of
+from ..pair.misalignment import ALL_NAMES, errors_below, mounted, place_of
 from ..status import FirstStatus
-from ..support.few_lines import few_lines
-from .marked_ellipse import MarkedEllipse, marked_ellipse
+from ..support.array_repr import short_repr
+from .pattern_ellipse import MarkedEllipse, marked_ellipse
 from .tolerance import USUAL_AT
 
 CELLS = (3, 5)
-"""Cells along a side that a matrix may have."""
+"""Allowed numbers of cells along a side."""
 
 
 @dataclass(frozen=True, eq=False)
 class PatternCell:
-    """The `pattern` of one cell and its ellipses on pinion and gear."""
+    """The `pattern` of a cell and its ellipses on pinion and gear."""
 
     pattern: ContactPattern
     ellipses: tuple[MarkedEllipse, MarkedEllipse]
@@ -39,15 +39,30 @@ class PatternCell:
 
 @dataclass(frozen=True, eq=False)
 class PatternMatrix:
-    """Patterns of a design's `flank` under two errors, by their names: `over`.
+    """Contact patterns of one flank of a design under two errors.
 
-    `first`, `second` (n): values added to the design's own errors, mm or rad. Arrays (n, n), the first error
-    down the rows: `status`, codes of `FirstStatus` of the mesh cycle; `jammed`, whether the pair cannot be
-    assembled; `normal_backlash` as mounted, mm; of what can run, else NaN, `cycle_peak_to_peak`, rad, the
-    transmission error of all teeth, and `edge_share`, what edges carry of the cycle. `cells` in the order of
-    rows, None where nothing runs."""
+    Attributes
+    ----------
+    separation : float
+        Thickness of the marking compound, mm.
+    over : tuple of str
+        Names of the errors: along the rows and along the columns.
+    first, second : FloatArray
+        (n,), values added to the errors of the design, mm or rad.
+    status : Codes
+        (n, n), codes of `FirstStatus` of the mesh cycle.
+    jammed : Mask
+        (n, n), cells that cannot be assembled.
+    normal_backlash : FloatArray
+        (n, n), backlash as mounted, mm.
+    cycle_peak_to_peak, edge_share : FloatArray
+        (n, n), transmission error of all teeth, rad, and share of the cycle carried by edges; NaN for cells
+        without a pattern.
+    cells : tuple of PatternCell or None
+        Row by row; None for cells without a pattern.
+    """
 
-    __repr__ = few_lines
+    __repr__ = short_repr
 
     design: Design
     flank: str
@@ -64,12 +79,12 @@ class PatternMatrix:
 
     @property
     def added(self) -> FloatArray:
-        """The values (n n, 2) of both errors of each cell, mm or rad."""
+        """Values (n n, 2) of both errors of each cell, mm or rad."""
         return np.stack(np.meshgrid(self.first, self.second, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
 def check_names(names: tuple[str, str], field: str) -> None:
-    """Raise ValueError unless these are two different errors of one place."""
+    """Raise ValueError unless the names are two different errors with the same reference."""
     if len(names) != 2 or len(set(names)) != 2 or not set(names) <= set(ALL_NAMES):
         raise ValueError(
             f"{field} must be two different ones of {', '.join(ALL_NAMES)}, got {', '.join(names)}"
@@ -79,9 +94,9 @@ def check_names(names: tuple[str, str], field: str) -> None:
 
 def check_size(design: Design, name: str, size: float) -> None:
     """Raise ValueError unless the size of an error is positive and below its limit."""
-    own = errors_below(design).get(name, np.inf)
-    if not 0.0 < size < own:
-        most = f", less than {own:g} on this pair" if np.isfinite(own) else ""
+    limit = errors_below(design).get(name, np.inf)
+    if not 0.0 < size < limit:
+        most = f", less than {limit:g} on this pair" if np.isfinite(limit) else ""
         raise ValueError(f"the size of the error of {name} must be positive, mm or rad{most}, got {size:g}")
 
 
@@ -98,31 +113,45 @@ def pattern_matrix(
     area_error: float = AREA_ERROR,
     progress: Callable[[int], object] | None = None,
 ) -> PatternMatrix:
-    """Find patterns under `cells` times `cells` values of two errors, evenly from minus to plus their size.
+    """Compute contact patterns under `cells` times `cells` values of two errors, evenly spaced from minus to
+    plus their size.
 
     Parameters
     ----------
     design : Design
-        A single one.
+        A single design.
     over : (str, str)
-        Names of two errors: down the rows, and from column to column.
+        Names of two errors: along the rows and along the columns.
     flank : {'right', 'left'}
+    like : PatternMatrix, optional
+        Matrix of the other flanks under the same errors. Its backlash is used, because backlash belongs to
+        both flanks.
     sizes : (float, float), optional
-        Greatest value of each, mm or rad; the usual tolerances (`tolerance.USUAL_AT`) if not given.
+        Largest value of each error, mm or rad; the usual tolerances (`tolerance.USUAL_AT`) by default.
     cells : {3, 5}
     separation, resolution, area_error
-        Of each pattern, as in `contact_pattern`.
-    like : PatternMatrix, optional
-        That of the other flanks under the same errors: its backlash is that of both.
+        Settings of each pattern, as in `contact_pattern`.
     progress : callable, optional
-        Called with the number of cells done since.
+        Called with the number of cells computed since the last call.
+
+    Returns
+    -------
+    PatternMatrix
 
     Raises
     ------
     ValueError
-        For a batch, errors without a name or a size, another number of cells, `like` of other errors, where a
-        tool's rounds overlap, and as `contact_pattern`.
+        For a batch; for unknown errors or sizes outside their limits; for another number of cells; for `like`
+        with other errors; if the tip rounds of a tool overlap; and as in `contact_pattern`.
+
+    Examples
+    --------
+    >>> import beveloid_geom as bg
+    >>> matrix = bg.pattern_matrix(bg.builtin_design("ni-2017"), ("offset", "shaft_angle"), cells=3)
+    >>> int(matrix.jammed.sum()), matrix.first
+    (1, array([-0.05,  0.  ,  0.05]))
     """
+    require_design(design)
     flank_sign(flank)
     check_names(over, "over")
     if design.batch_shape:
@@ -170,8 +199,8 @@ def pattern_matrix(
 def _play_of(
     design: Design, over: tuple[str, str], values: FloatArray, mountings: Design, like: PatternMatrix | None
 ) -> tuple[FloatArray, Mask]:
-    """Give normal backlash, mm, of a matrix and whether it is jammed, (n, n), by a matrix of the same errors
-    if there is one. Raises ValueError for one of others."""
+    """Return the normal backlash, mm, of a matrix and the cells that jam, (n, n), from a matrix of the same
+    errors if it is given. Raises ValueError if its errors differ."""
     if like is None:
         found = mounted_backlash(mountings)
         return found.normal, found.jammed

@@ -1,41 +1,65 @@
-"""Hertz's pressure along a path of contact: the ellipse in which one tooth pair touches under its load.
+"""Hertzian pressure along a path of contact.
 
-At each position the flanks touch under a force F along the common normal n, that given or, under a torque
-T on the pinion, F = T / |n.(k1 x R)|: without parabola the lever is m_n N cos(alpha) / 2 all along. Relative
-curvatures and their directions are those of `contact.ellipse`, axes and pressure those of `contact.hertz`:
-flanks of one material, without friction, neighbouring tooth pairs or edges.
+At each position the flanks are loaded by a force F along the common normal n. F is given, or follows from a
+torque T on the pinion, F = T / |n.(k1 x R)|; without parabola, this lever is m_n N cos(alpha) / 2 everywhere.
+Relative curvatures and their directions are those of `contact.ellipse`, axes and pressure those of
+`contact.hertz`. Both flanks have the same material. Friction, neighbouring tooth pairs and edges are
+neglected.
 
-Where the ellipse ends beyond an edge of a flank, less metal carries the force than Hertz has, and the
-pressure is greater than his. Where its four vertices stand is told by their flank parameters, to first order
-of their distance: dl and du of a step in the tangent plane, then z and radius there (Eq. 6).
-"""
+Flanks in line contact (`contact.parallel`) carry F on all lines of this roll, because rigid flanks without
+transmission error touch on several tooth pairs at the same time. F is distributed evenly, with a load per
+length of q = F / (total length of the lines). The pressure is that of a strip, at the point of the line with
+the largest relative curvature. For involutes, whose curvature 1/rho_1 + 1/rho_2 is convex along the line,
+this is one of the ends of the line. The elastic deflection of the teeth, which changes this distribution, is
+neglected.
+
+If the ellipse extends beyond an edge of a flank, less material carries the force than in Hertz's theory, and
+the pressure is higher. The positions of its four vertices are computed to first order of their distance: dl
+and du of a step in the tangent plane, then z and radius (Eq. 6)."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
-from ..arrays import Codes, FloatArray, flank_sign
-from ..contact.ellipse import ellipse_of, relative_curvature, steps_and_turns
-from ..contact.equation import limit_margins, pairing_of
-from ..contact.hertz import POISSON, YOUNG, contact_modulus, hertz_ellipse
+from ..arrays import Codes, FloatArray, Mask, flank_sign
+from ..contact.ellipse import curvature_ellipse, relative_curvature, steps_and_turns
+from ..contact.equation import edge_margins, limit_margins
+from ..contact.flank_pair import generated_pairing
+from ..contact.hertz import POISSON, YOUNG, contact_modulus, hertz_ellipse, hertz_strip
+from ..contact.parallel.lines import ContactLines, carrying_length, contact_lines, touches_along_lines
 from ..contact.path import ContactPath
 from ..gear.flank import flank_point
-from ..status import EllipseStatus
-from ..support.few_lines import few_lines
+from ..status import EllipseStatus, Status
+from ..support.array_repr import short_repr
 from .sliding import tooth_traces
 
 WHOLE = -1
-"""In place of a limit: the ellipse passes none."""
+"""Code of an ellipse that exceeds no limit."""
 
 
 @dataclass(frozen=True)
 class Load:
-    """What one tooth pair carries: the `force` along the common normal, N, or the torque on the pinion,
-    `torque_nm`, N m; with `young`, MPa, and `poisson` of both members.
+    """Load on one tooth pair, or on all lines of contact together.
 
-    Raises ValueError for neither or both, and for values outside their limits."""
+    Parameters
+    ----------
+    force : float, optional
+        Force along the common normal, N.
+    torque_nm : float, optional
+        Torque on the pinion, N m.
+    young : float
+        Young's modulus of both members, MPa.
+    poisson : float
+        Poisson's ratio of both members.
+
+    Raises
+    ------
+    ValueError
+        Unless exactly one of force and torque is given, and for values outside their limits.
+    """
 
     force: float | None = None
     torque_nm: float | None = None
@@ -43,9 +67,9 @@ class Load:
     poisson: float = POISSON
 
     def __post_init__(self) -> None:
-        """Raises ValueError as the class says."""
+        """Check the values. Raises ValueError."""
         if (self.force is None) == (self.torque_nm is None):
-            raise ValueError("a load is a force or a torque on the pinion: give one of them")
+            raise ValueError("a load is either a force or a torque on the pinion: give one of them")
         sizes = {
             "force": (self.force, "N"),
             "torque_nm": (self.torque_nm, "N m"),
@@ -60,16 +84,37 @@ class Load:
 
 @dataclass(frozen=True, eq=False)
 class PathPressure:
-    """Hertz's ellipses under a `load` at the positions of a `path`; NaN where there is none.
+    """Hertzian ellipses or strips under a `load` at the positions of a `path`; NaN where there is none.
 
-    Arrays (*batch, positions): `force` along the normal, N; `pressure`, the greatest in the ellipse, MPa;
-    `angle` (rad, -pi/2 to pi/2) of its major axis from the pinion's tooth trace, positive if the end towards
-    the heel lies towards the tip; `reaches`, codes of the `Limit` that the ellipse passes by most, WHOLE
-    where it passes none: of the others the pressure is too low; `status`, codes of `EllipseStatus`.
-    `curvature` (..., 2), principal relative curvatures, 1/mm, smaller first; `semi_axes` (..., 2), mm, major
-    first; `direction` (..., 2, 3): unit directions of both in S_f."""
+    Attributes
+    ----------
+    force, pressure : FloatArray
+        (..., positions), force along the normal, N, and largest pressure, MPa.
+    semi_axes : FloatArray
+        (..., 2), mm, major axis first. In line contact (LINE_CONTACT): half the length of the line and half
+        the width of the
+        strip.
+    direction : FloatArray
+        (..., 2, 3), unit directions of both axes in S_f.
+    angle : FloatArray
+        Angle of the major axis to the pinion tooth trace, rad, -pi/2 to pi/2; positive if its end towards the
+        heel lies towards
+        the tip.
+    curvature : FloatArray
+        (..., 2), principal relative curvatures, 1/mm, smaller first. In line contact, curvature, width and
+        pressure are those
+        at the point of the line with the largest pressure; the pressure is NaN if the lines have no length.
+    reaches : Codes
+        Codes of the `Limit` that the ellipse exceeds most, WHOLE if it exceeds none. If it exceeds one, the
+        true pressure is
+        higher.
+    status : Codes
+        Codes of `EllipseStatus`.
+    total_length : FloatArray
+        Total length of the lines that share the force, mm; NaN for an ellipse.
+    """
 
-    __repr__ = few_lines
+    __repr__ = short_repr
 
     path: ContactPath = field(repr=False)
     load: Load
@@ -81,10 +126,12 @@ class PathPressure:
     curvature: FloatArray
     reaches: Codes
     status: Codes
+    total_length: FloatArray
 
 
 def pressure_along(path: ContactPath, load: Load) -> PathPressure:
-    """Find ellipse and pressure of Hertz at the positions of a path, one tooth pair under the `load`.
+    """Compute the Hertzian ellipse, or the strip of a line contact, and the pressure at the positions of a
+    path.
 
     Parameters
     ----------
@@ -94,33 +141,74 @@ def pressure_along(path: ContactPath, load: Load) -> PathPressure:
     Returns
     -------
     PathPressure
-        NaN in approximate line contact to rounding (LINE_CONTACT), and where the flanks cut each other
-        beside the contact (INTERFERENCE); `status` says so.
+        On an ellipse, one tooth pair carries the load; in line contact, all lines carry it together. NaN for
+        line contact to rounding on crossed axes (LINE_CONTACT), and if the flanks intersect near the contact
+        (INTERFERENCE).
+
+    Examples
+    --------
+    >>> import beveloid_geom as bg
+    >>> path = bg.path_of_contact(bg.builtin_design("ni-2017"), points=3)
+    >>> bg.pressure_along(path, bg.Load(force=100.0)).pressure.round(1)  # MPa
+    array([152.3, 137.7, 138.7])
     """
-    relative = relative_curvature(path)
-    status = ellipse_of(relative, 1.0).status
-    kept = status == EllipseStatus.ELLIPSE
+    along = touches_along_lines(path.design, path.flank) & (path.ends.status == Status.SOLVED)
+    relative, modulus = relative_curvature(path), contact_modulus(load.young, load.poisson)
+    status = curvature_ellipse(relative, 1.0).status
+    kept = (status == EllipseStatus.ELLIPSE) & ~along[..., None]
     (x, y, _), (nx, ny, _) = np.moveaxis(path.point, -1, 0), np.moveaxis(path.normal, -1, 0)
     lever = np.abs(x * ny - y * nx)  # n.(k1 x R)
     force = load.force + 0.0 * lever if load.torque_nm is None else 1e3 * load.torque_nm / lever
     curvature = np.where(kept[..., None], relative.curvature, np.nan)
-    found = hertz_ellipse(curvature, force, contact_modulus(load.young, load.poisson))
-    return PathPressure(
+    found = hertz_ellipse(curvature, force, modulus)
+    pressed = PathPressure(
         path=path,
         load=load,
         force=found.force,
         pressure=found.pressure,
         semi_axes=found.semi_axes,
         direction=relative.direction,
-        angle=np.where(kept, _angle(path, relative.direction[..., 0, :]), np.nan),
+        angle=np.where(kept | along[..., None], _angle(path, relative.direction[..., 0, :]), np.nan),
         curvature=relative.curvature,
         reaches=_reaches(path, found.semi_axes[..., None] * relative.direction),
         status=status,
+        total_length=np.full(status.shape, np.nan),
+    )
+    return _along_lines(pressed, along[..., None], modulus) if along.any() else pressed
+
+
+def _along_lines(found: PathPressure, along: Mask, modulus: float) -> PathPressure:
+    """Return the pressures with strips for the cases `along` (..., 1) whose flanks touch along lines."""
+    path, lines = found.path, contact_lines(found.path)
+    along = along & np.isfinite(lines.length)
+    greatest = np.fmax(_curvature_at_ends(lines, path).max(axis=-1), found.curvature[..., 1])
+    total = np.where(along, carrying_length(path), np.nan)
+    with np.errstate(divide="ignore"):
+        half_width, pressure = hertz_strip(greatest, found.force / total, modulus)
+    strip = np.stack((0.5 * lines.length, half_width), axis=-1)
+    across = np.stack((np.zeros_like(greatest), greatest), axis=-1)
+    return replace(
+        found,
+        pressure=np.where(along, pressure, found.pressure),
+        semi_axes=np.where(along[..., None], strip, found.semi_axes),
+        curvature=np.where(along[..., None], across, found.curvature),
+        status=np.where(along, np.int8(EllipseStatus.LINE_CONTACT), found.status),
+        total_length=total,
     )
 
 
+def _curvature_at_ends(lines: ContactLines, path: ContactPath) -> FloatArray:
+    """Return the greater relative curvature (..., positions, 2), 1/mm, at both ends of the lines."""
+    shape = lines.l1.shape
+    both = {name: getattr(lines, name).reshape(*shape[:-2], -1) for name in ("l1", "u1", "l2", "u2")}
+    both |= {name: np.repeat(getattr(path, name), 2, axis=-1) for name in ("pinion_roll", "gear_roll")}
+    values: dict[str, Any] = both | {"normal": np.repeat(path.normal, 2, axis=-2)}
+    ends = replace(path, **values)
+    return np.asarray(relative_curvature(ends).curvature[..., 1].reshape(shape))
+
+
 def _angle(path: ContactPath, major: FloatArray) -> FloatArray:
-    """Find the angle (rad) of directions from the pinion's tooth trace towards its tip."""
+    """Return the angle (rad) of directions to the pinion tooth trace, positive towards the tip."""
     trace = tooth_traces(path)[..., 0, :].reshape(major.shape)
     upward = flank_sign(path.flank) * np.cross(path.normal, trace)
     along, up = (np.einsum("...i,...i", major, axis) for axis in (trace, upward))
@@ -128,20 +216,23 @@ def _angle(path: ContactPath, major: FloatArray) -> FloatArray:
 
 
 def _reaches(path: ContactPath, axes: FloatArray) -> Codes:
-    """Find which limit the vertices of ellipses with the semi-axes (..., 2, 3), S_f, mm, pass by most."""
+    """Return the limits that the vertices of ellipses with semi-axes (..., 2, 3), in S_f, mm, exceed most."""
     design, shape = path.design, path.l1.shape
     cases = max(1, int(np.prod(shape[:-1])))
     ends = np.concatenate((axes, -axes), axis=-2).reshape(-1, 4, 3)
     both = ((path.l1, path.u1), (path.l2, path.u2))
     moved = np.empty((2, 2, len(ends), 4))  # l and u, member
-    for member, ((tangents, _), own) in enumerate(zip(steps_and_turns(path), both, strict=True)):
+    for member, ((tangents, _), parameters) in enumerate(zip(steps_and_turns(path), both, strict=True)):
         form = np.einsum("nia,nib->nab", tangents, tangents)
         (a, b), (_, c) = np.moveaxis(form, 0, -1)
         inverse = np.moveaxis(np.array(((c, -b), (-b, a))) / (a * c - b * b), -1, 0)
         step = np.einsum("nab,nib,nki->ank", inverse, tangents, ends)
-        moved[:, member] = np.stack([values.reshape(-1, 1) for values in own]) + step
+        moved[:, member] = np.stack([values.reshape(-1, 1) for values in parameters]) + step
     l, u = moved.reshape(2, 2, cases, -1)
     x, y, z = np.moveaxis(flank_point(design.stacked_members(), path.flank, l, u), -1, 0)
-    margins = limit_margins(pairing_of(design, path.flank), l, z, np.hypot(x, y))
+    pairing = generated_pairing(design, path.flank)
+    margins = limit_margins(pairing, l, z, np.hypot(x, y))
+    if pairing.edges:
+        margins[:2] = np.minimum(margins[:2], edge_margins(pairing, l, z))
     least = margins.reshape(8, *shape, 4).min(axis=-1)
     return np.where(least.min(axis=0) < 0.0, least.argmin(axis=0), WHOLE).astype(np.int8)

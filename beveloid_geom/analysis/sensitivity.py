@@ -1,23 +1,22 @@
-"""How a path of contact answers the assembly errors: exact derivatives, not differences of results.
+"""Derivatives of a path of contact with respect to the assembly errors, exact to rounding.
 
-The path is a curve in y = (l1, l2, n_x, n_y, w1) with four equations R(y, e) = 0 that hold the assembly
-errors e (`parallel.regular`). A place of it is fixed by a fifth one, c(y, e) = 0: at an end that the
-limit met there is met still, in the middle that the pinion's roll is the mean of the rolls of both ends. Both
-differentiated,
+The path is a curve in y = (l1, l2, n_x, n_y, w1) with four equations R(y, e) = 0 that contain the assembly
+errors e (`contact.parallel.small_angle_equations`). A position on it is fixed by a fifth equation c(y, e) =
+0. At an end, c states that the limit is still met; in the middle, that the pinion roll is the mean of the
+rolls of both ends. Differentiation gives
 
     [R_y; c_y] dy/de = -[R_e; c_e],   dq/de = q_y dy/de + q_e
 
-for any quantity q of the contact. All derivatives on the right hand side come from a complex step in
-y, in the layout and in the axial positions, exact to rounding. The mounting is held, as everywhere:
-errors move members that were mounted without them. Derivatives by errors at the mesh follow from those by the
-four errors about the common perpendicular by the chain rule (`pair.mesh_errors.by_mesh_errors`).
+for any quantity q of the contact. All derivatives on the right-hand side come from complex steps in y, in the
+layout and in the axial positions. The mounting is constant: errors displace members that were mounted without
+errors. Derivatives by errors at the mesh follow from those by the four errors about the common perpendicular
+by the chain rule (`pair.misalignment_at_mesh.by_mesh_errors`).
 
-A greatest or least value along the path (transmission error, roll) is at an end, and moves as the end
-does, or inside, where q does not change along the path: there any c does, and the one square to the
-path is taken. Where two places share the greatest value the derivative is that of one of them.
+An extremum along the path (transmission error, roll) is either at an end and moves with it, or inside the
+path, where q is stationary. There any c can be used; we take the plane perpendicular to the path. If two
+positions share the largest value, the derivative is that of one of them.
 
-Source: none in the paper, which draws paths under single errors (Figs. 12 to 15).
-"""
+Source: not in the paper, which shows paths under single errors (Figs. 12 to 15)."""
 
 from __future__ import annotations
 
@@ -28,17 +27,11 @@ import numpy as np
 
 from ..arrays import COMPLEX_STEP, Codes, FloatArray, Integers
 from ..contact.ends import at_shares
-from ..contact.equation import (
-    Meeting,
-    Pairing,
-    axial_and_radius,
-    limit_margins,
-    pairing_of,
-    trace_parameters,
-)
+from ..contact.equation import ContactTerms, axial_and_radius, limit_margins, trace_parameters
+from ..contact.flank_pair import FlankPair, generated_pairing, is_modified
 from ..contact.parallel.lines import along_lines
-from ..contact.parallel.regular import (
-    UNKNOWNS,
+from ..contact.parallel.small_angle_equations import (
+    UNKNOWN_COUNT,
     meet_regular,
     point_on_curve,
     tangent_of,
@@ -46,22 +39,25 @@ from ..contact.parallel.regular import (
 )
 from ..contact.path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROLL, PathSeries
 from ..contact.path_search import Group, paths_on_flanks
+from ..contact.surfaces.path_rates import surface_rates
+from ..contact.surfaces.paths import surface_paths
+from ..design.arguments import require_design
 from ..design.model import Design, ErrorsAt
 from ..gear.flank import flank_patch
 from ..gear.rack import Numbers
-from ..pair.errors import ERROR_NAMES, NAMES
 from ..pair.frames import layout_at
-from ..pair.mesh_errors import by_mesh_errors
+from ..pair.misalignment import ERROR_NAMES, NAMES
+from ..pair.misalignment_at_mesh import by_mesh_errors
 from ..status import Status
+from ..support.array_repr import short_repr
 from ..support.chebyshev import evaluate, greatest
-from ..support.few_lines import few_lines
 
 PLACES = ("enter", "middle", "leave")
 CASES_PER_BLOCK = 256
-ALONG = 1e-9
-"""Share of its way along the face up to which a path keeps l."""
+CONSTANT_L = 1e-9
+"""A path whose l changes by less than this share of its change of z runs along the face."""
 AT_END = 1e-12
-"""Distance, in the series's parameter, within which an extreme is at the end of the path."""
+"""Distance, in the parameter of the series, within which an extremum is at the end of the path."""
 # Rows of `_quantities`.
 _L, _U, _Z, _R, _ROLLS = (slice(2 * k, 2 * k + 2) for k in range(5))
 _ROLL, _PHASE, _MARGINS = 8, 10, 11
@@ -71,20 +67,34 @@ _WIDTH = _MARGINS * (len(ERROR_NAMES) + 2)
 
 @dataclass(frozen=True, eq=False)
 class Sensitivity:
-    """Places of one path and their derivatives by the errors whose names are `errors`, mm and rad.
+    """Positions of a path and their derivatives by the assembly errors.
 
-    Batch axes lead, then place (enter, middle, leave), member (pinion, gear), error. `l`, `z`, `r`
-    (..., 3, 2), mm: flank parameter, z from mid-face towards the heel, radius; `pinion_roll` (..., 3), rad.
-    The same with `_by`, one axis more: derivatives of the place itself. Of the path as a curve on the
-    member's flank, both (..., 3, 2, errors) and positive towards the heel: `face_shift_by`, of z at the same
-    l; `square_shift_by`, along the flank and square to the path.
+    Axes: batch, position (enter, middle, leave), member (pinion, gear), error. Names ending in `_by` are
+    derivatives with an additional axis for the errors, mm and rad. All values are NaN, and `limit` -1, unless
+    `status` is SOLVED. The middle is NaN if the roll turns back along the path.
 
-    `contact_ratio` (Eq. 16), `peak_to_peak` of the transmission error over the path (rad), batch
-    shape; `contact_ratio_by`, `peak_to_peak_by` (..., errors). `limit` (..., 2): codes of `Limit` met by
-    the ends. `status`: codes of `Status`; all is NaN, and `limit` -1, where it is not SOLVED. The
-    middle is NaN where the roll turns back along the path."""
+    Attributes
+    ----------
+    errors : tuple of str
+        Names of the errors.
+    l, z, r : FloatArray
+        (..., 3, 2), flank parameter, z from mid-face, and radius, mm.
+    pinion_roll : FloatArray
+        (..., 3), rad.
+    face_shift_by : FloatArray
+        (..., 3, 2, errors), derivative of z of the path at constant l, positive towards +z.
+    square_shift_by : FloatArray
+        (..., 3, 2, errors), derivative of the position of the path along the flank, perpendicular to the
+        path.
+    contact_ratio, peak_to_peak : FloatArray
+        Eq. 16, and transmission error over the path, rad.
+    limit : Codes
+        (..., 2), codes of `Limit` at the ends.
+    status : Codes
+        Codes of `Status`.
+    """
 
-    __repr__ = few_lines
+    __repr__ = short_repr
 
     flank: str
     errors: tuple[str, ...]
@@ -108,8 +118,8 @@ class Sensitivity:
 
 @dataclass(frozen=True, eq=False)
 class _Rates:
-    """At places of the path (cases, places): quantities q (rows, ...), their derivatives by y and
-    by the errors, and those of the four equations (..., 4, 5); y in units."""
+    """Values at positions of the path (cases, positions): quantities q (rows, ...), their derivatives by y
+    and by the errors, and those of the four equations (..., 4, 5); y in units."""
 
     q: FloatArray
     q_y: FloatArray
@@ -121,7 +131,7 @@ class _Rates:
 def path_sensitivity(
     design: Design, flank: str = "right", errors_at: ErrorsAt = "perpendicular"
 ) -> Sensitivity:
-    """Differentiate a design's path of contact by the assembly errors, under the errors it has.
+    """Compute the derivatives of the path of contact by the assembly errors, at the errors of the design.
 
     Parameters
     ----------
@@ -129,7 +139,7 @@ def path_sensitivity(
         Array quantities broadcast to its batch shape.
     flank : {'right', 'left'}
     errors_at : {'perpendicular', 'mesh'}
-        Where the errors are measured by which is differentiated.
+        Reference of the errors of the derivatives.
 
     Returns
     -------
@@ -139,21 +149,38 @@ def path_sensitivity(
     ------
     ValueError
         For arrays without elements and for an unknown flank.
+
+    Examples
+    --------
+    >>> import beveloid_geom as bg
+    >>> found = bg.path_sensitivity(bg.builtin_design("ni-2017"))
+    >>> found.errors[0], found.z_by.shape
+    ('offset', (3, 2, 4))
+    >>> print(f"{found.z_by[1, 0, 0]:.1f} mm per mm")
+    25.2 mm per mm
     """
+    require_design(design)
     if 0 in design.batch_shape:
         raise ValueError("the design holds an array without elements: there is nothing to solve")
-    pairing = pairing_of(design, flank)
+    pairing = generated_pairing(design, flank)
     cases = pairing.branch.shape[0]
     table, limit = np.full((_WIDTH, cases, len(PLACES)), np.nan), np.full((cases, 2), -1, dtype=np.int8)
     scalars, status = np.full((2, cases, 1 + len(ERROR_NAMES)), np.nan), np.empty(cases, dtype=np.int8)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        for start in range(0, cases, CASES_PER_BLOCK):
+        modified = is_modified(design, flank)
+        if modified:
+            sense = np.broadcast_to(pairing.layout.sense, (cases, 1))[:, 0]
+            for path in surface_paths(design, flank, pairing):
+                places, scalars[:, path.cases] = surface_rates(path, sense[path.cases])
+                table[:, path.cases] = places.reshape(_WIDTH, *places.shape[2:])
+                limit[path.cases], status[path.cases] = path.segment.limit, path.segment.status
+        for start in range(0, 0 if modified else cases, CASES_PER_BLOCK):
             block = np.arange(start, min(start + CASES_PER_BLOCK, cases))
             for group in paths_on_flanks(pairing.cases(block)):
                 own = block[group.cases]
                 table[:, own], scalars[:, own] = _of_group(group)
                 limit[own], status[own] = group.ends.limit, group.ends.status
-        lines = along_lines(pairing)
+        lines = along_lines(pairing) & (not modified)
         table.reshape(_MARGINS, -1, cases, len(PLACES))[:, 1:, lines] = np.nan
         scalars[:, lines, 1:] = np.nan
         found = _result(design, flank, pairing, table, scalars, limit, status)
@@ -161,15 +188,15 @@ def path_sensitivity(
 
 
 def _by_mesh_errors(design: Design, found: Sensitivity) -> Sensitivity:
-    """Give the same with derivatives by the errors at the mesh."""
+    """Return the sensitivity with derivatives by the errors at the mesh."""
     rates = {name: value for name, value in vars(found).items() if name.endswith("_by")}
     turned: dict[str, Any] = {name: by_mesh_errors(design, value) for name, value in rates.items()}
     return replace(found, errors=NAMES["mesh"], **turned)
 
 
 def _of_group(group: Group) -> tuple[FloatArray, FloatArray]:
-    """Rows (_WIDTH, cases, places): values, derivatives by the errors, direction of the path; and roll
-    and transmission error between their extremes (2, cases, 5), each with its derivatives."""
+    """Return rows (_WIDTH, cases, positions) of values, derivatives by the errors and direction of the path;
+    and roll and transmission error between their extrema (2, cases, 5), each with its derivatives."""
     series, ends = group.series, group.ends
     enter, leave = ends.x[:, :1], ends.x[:, 1:]
     middle = np.where(ends.turning[:, None], np.nan, at_shares(series, ends, np.zeros(1)))
@@ -184,7 +211,7 @@ def _of_group(group: Group) -> tuple[FloatArray, FloatArray]:
     met = np.where(at[0], ends.limit[:, :1], ends.limit[:, 1:])
     row = np.where(at.any(axis=0), _MARGINS + met, _NO_ROW)
     by = _by_errors(rates, row, tangent)
-    # The middle follows the rolls of the ends.
+    # The roll of the middle is the mean of the rolls of the ends: correct the middle along the path.
     goal = 0.5 * (by[_ROLL, :, 0] + by[_ROLL, :, 2])
     along = np.einsum("qpsi,psi->qps", rates.q_y, tangent)
     missing = (goal - by[_ROLL, :, 1]) / along[_ROLL, :, 1, None]
@@ -202,24 +229,24 @@ def _of_group(group: Group) -> tuple[FloatArray, FloatArray]:
 
 
 def _curve_points(series: PathSeries, x: FloatArray) -> FloatArray:
-    """y = (l1, l2, n_x, n_y, w1) (5, cases, places) at parameters of the series."""
+    """Return y = (l1, l2, n_x, n_y, w1) (5, cases, positions) at parameters of the series."""
     rows = evaluate(series.coefficients[:HEIGHT], x)
     point, normal = (np.moveaxis(rows[part], 0, -1) for part in (POINT, NORMAL))
     return point_on_curve(point, normal, rows[0], rows[1])
 
 
-def _rates(pairing: Pairing, y: FloatArray, units: FloatArray) -> _Rates:
-    """Find quantities and derivatives at points of the curve (5, cases, places)."""
+def _rates(pairing: FlankPair, y: FloatArray, units: FloatArray) -> _Rates:
+    """Return quantities and derivatives at points of the curve (5, cases, positions)."""
     _, cases, places = y.shape
     step = COMPLEX_STEP * 1j
-    turns = np.zeros((UNKNOWNS, 1, 1, UNKNOWNS + len(ERROR_NAMES)), dtype=complex)
-    turns[:, 0, 0, :UNKNOWNS] = step * np.eye(UNKNOWNS)
+    turns = np.zeros((UNKNOWN_COUNT, 1, 1, UNKNOWN_COUNT + len(ERROR_NAMES)), dtype=complex)
+    turns[:, 0, 0, :UNKNOWN_COUNT] = step * np.eye(UNKNOWN_COUNT)
     moved = y[..., None] + turns * units[..., None]
-    errors = np.zeros((len(ERROR_NAMES), UNKNOWNS + len(ERROR_NAMES)), dtype=complex)
-    errors[:, UNKNOWNS:] = step * np.eye(len(ERROR_NAMES))
+    errors = np.zeros((len(ERROR_NAMES), UNKNOWN_COUNT + len(ERROR_NAMES)), dtype=complex)
+    errors[:, UNKNOWN_COUNT:] = step * np.eye(len(ERROR_NAMES))
     near = _under_errors(pairing, np.tile(errors, places))
-    residual, met = meet_regular(near, moved.reshape(UNKNOWNS, cases, -1))
-    l = moved.reshape(UNKNOWNS, cases, -1)[:2]
+    residual, met = meet_regular(near, moved.reshape(UNKNOWN_COUNT, cases, -1))
+    l = moved.reshape(UNKNOWN_COUNT, cases, -1)[:2]
     z, radius = axial_and_radius(near, met)
     roll = _rolls(near, met)
     phase = roll[1] + pairing.teeth[0] / pairing.teeth[1] * roll[0]
@@ -228,22 +255,23 @@ def _rates(pairing: Pairing, y: FloatArray, units: FloatArray) -> _Rates:
     q = q.reshape(len(q), cases, places, -1)
     residual = np.moveaxis(residual.reshape(4, cases, places, -1), 0, -2).imag / COMPLEX_STEP
     slope = q.imag / COMPLEX_STEP
-    y_part, e_part = slice(UNKNOWNS), slice(UNKNOWNS, None)
+    y_part, e_part = slice(UNKNOWN_COUNT), slice(UNKNOWN_COUNT, None)
     return _Rates(
         q[..., 0].real, slope[..., y_part], slope[..., e_part], residual[..., y_part], residual[..., e_part]
     )
 
 
-def _under_errors(pairing: Pairing, errors: Numbers) -> Pairing:
-    """Give the pairing under further errors (4, positions), by ERROR_NAMES, which may be complex."""
+def _under_errors(pairing: FlankPair, errors: Numbers) -> FlankPair:
+    """Return the flank pair under additional errors (4, positions), in the order of ERROR_NAMES; they may be
+    complex."""
     old = pairing.layout
     layout = layout_at(old.offset + errors[0], old.shaft_angle + old.sense * errors[1], old.sense)
     return replace(pairing, layout=layout, position=pairing.position + errors[2:, None])
 
 
-def _rolls(pairing: Pairing, met: Meeting) -> Numbers:
-    """Find `roll_angles` for complex terms: the imaginary part is that of the first order."""
-    (nx, ny, v), (x0, y0, z0) = met.own, met.start
+def _rolls(pairing: FlankPair, met: ContactTerms) -> Numbers:
+    """Return `roll_angles` of complex terms, with the imaginary part to first order."""
+    (nx, ny, v), (x0, y0, z0) = met.normal, met.start
     across, along = met.normal_y * nx - met.normal_x * ny, met.normal_x * nx + met.normal_y * ny
     turn = (along.real * across.imag - across.real * along.imag) / (along.real**2 + across.real**2)
     drawn = nx * (pairing.rack.pitch_radius + x0) + ny * y0 + v * (z0 + pairing.position)
@@ -251,8 +279,8 @@ def _rolls(pairing: Pairing, met: Meeting) -> Numbers:
 
 
 def _by_errors(rates: _Rates, row: Integers, tangent: FloatArray) -> FloatArray:
-    """Find derivatives of all quantities (rows, cases, places, errors), each place held by the zero of the
-    quantity in `row`, or where it has none, square to the path."""
+    """Return derivatives of all quantities (rows, cases, positions, errors). Each position is fixed by the
+    zero of the quantity in `row`, or, if there is none, by the plane perpendicular to the path."""
     cases, places = np.indices(row.shape)
     held = row == _NO_ROW
     last_y = np.where(held[..., None], tangent, rates.q_y[row, cases, places])
@@ -260,9 +288,9 @@ def _by_errors(rates: _Rates, row: Integers, tangent: FloatArray) -> FloatArray:
     system = np.concatenate((rates.r_y, last_y[..., None, :]), axis=-2)
     right = np.concatenate((rates.r_e, last_e[..., None, :]), axis=-2)
     lost = ~np.isfinite(system.sum(axis=(-1, -2)) + right.sum(axis=(-1, -2)))
-    system[lost] = np.eye(UNKNOWNS)
+    system[lost] = np.eye(UNKNOWN_COUNT)
     lost |= np.linalg.det(system) == 0.0
-    system[lost], right[lost] = np.eye(UNKNOWNS), np.nan
+    system[lost], right[lost] = np.eye(UNKNOWN_COUNT), np.nan
     moves = -np.linalg.solve(system, right)
     return np.asarray(np.einsum("qpsi,psie->qpse", rates.q_y, moves) + rates.q_e)
 
@@ -270,8 +298,9 @@ def _by_errors(rates: _Rates, row: Integers, tangent: FloatArray) -> FloatArray:
 def _shifts(
     design: Design, flank: str, l: FloatArray, u: FloatArray, by: FloatArray, along: FloatArray
 ) -> FloatArray:
-    """Find the shift of the path along each member's flank and square to it (2, cases, places, errors),
-    from the derivatives `by` of l and u (2, 2, cases, places, errors) and its direction in them."""
+    """Return the shift of the path along each member's flank, perpendicular to the path (2, cases, positions,
+    errors), from the derivatives `by` of l and u (2, 2, cases, positions, errors) and the direction of the
+    path in l and u."""
     patch = flank_patch(design.stacked_members(), flank, l, u)
     tangents = np.stack((patch.tangent_l, patch.tangent_u))
     path = np.einsum("kjcpi,kjcp->jcpi", tangents, along)
@@ -283,29 +312,30 @@ def _shifts(
 def _result(
     design: Design,
     flank: str,
-    pairing: Pairing,
+    pairing: FlankPair,
     table: FloatArray,
     scalars: FloatArray,
     limit: Codes,
     status: Codes,
 ) -> Sensitivity:
-    """Give the rows of all cases in the batch shape, and what follows from them."""
+    """Return the rows of all cases in the batch shape, with the derived quantities."""
     shape, count = design.batch_shape, len(ERROR_NAMES)
     rows = table.reshape(_MARGINS, count + 2, *table.shape[1:])
     value, by, along = rows[:, 0], np.moveaxis(rows[:, 1:-1], 1, -1), rows[:, -1]
     face = by[_Z] - (along[_Z] / along[_L])[..., None] * by[_L]
-    # A path that runs along the face has no shift along it.
-    face = np.where((np.abs(along[_L]) > ALONG * np.abs(along[_Z]))[..., None], face, np.nan)
+    # A path that runs along the face has no shift along the face.
+    face = np.where((np.abs(along[_L]) > CONSTANT_L * np.abs(along[_Z]))[..., None], face, np.nan)
     square = _shifts(
         design, flank, value[_L], value[_U], np.stack((by[_L], by[_U])), np.stack((along[_L], along[_U]))
     )
     per_pitch = pairing.teeth[0, :, 0, None] / (2.0 * np.pi)
     ratio, swing = scalars[0] * per_pitch, scalars[1]
     plain = (np.asarray(pairing.rack.parabola) == 0.0).all(axis=0) & (status == Status.SOLVED)[:, None]
+    plain &= not is_modified(design, flank)
     swing = np.where(plain & ~np.isnan(scalars[1]), 0.0, swing)
 
     def batch(values: FloatArray) -> FloatArray:
-        """(2, cases, places, ...) in the order of the result."""
+        """Return (2, cases, positions, ...) in the axes of the result."""
         return np.moveaxis(values, 0, 2).reshape(*shape, len(PLACES), 2, *values.shape[3:])
 
     return Sensitivity(

@@ -1,40 +1,42 @@
 """Sliding along a path of contact: velocities of the flanks and of the contact, specific sliding.
 
-Everything is per unit of the pinion's speed, mm per rad of its roll: times the pinion's speed in
-rad/s, with its sign, it is mm/s. R is the contact point in S_f, n the common normal out of the pinion's
-tooth, k_j the axes, O_j a point of each:
+All velocities are per unit of the pinion speed, mm per rad of its roll. Multiplied by the pinion speed in
+rad/s, with its sign, they are mm/s. With the contact point R in S_f, the common normal n out of the pinion
+tooth, the axes k_j and a point O_j of each axis,
 
     v_j = phi_j' k_j x (R - O_j),   phi_1' = 1,   n.(v_1 - v_2) = 0.
 
-The last is the equation of meshing (Litvin & Fuentes, Gear Geometry and Applied Theory, 2004); it gives
-the gear's instantaneous speed phi_2', which with a parabola is not that of the tooth numbers.
+The last equation is the equation of meshing (Litvin & Fuentes, Gear Geometry and Applied Theory, 2004). It
+gives the instantaneous speed phi_2' of the gear, which with a parabola differs from the ratio of the tooth
+numbers.
 
-The contact point itself moves with V along the path. With T tangent to the path, from its equations
-(`parallel.regular`) differentiated by a complex step, V = T n.v_1 / n.T, since the contact stays on the
-pinion's flank. Over either flank it runs, in the tangent plane, with
+The contact point moves with V along the path. The tangent T of the path follows from the path equations
+(`contact.parallel.small_angle_equations`), differentiated by a complex step. Because the contact stays on the
+pinion flank, V = T n.v_1 / n.T. Over each flank, the contact moves in the tangent plane with
 
     w_j = V - v_j,   w_2 - w_1 = v_1 - v_2.
 
-Without parabola V is along n, and w_j is the tangential part of -v_j.
+Without parabola, V is along n, and w_j is the tangential part of -v_j.
 
-Specific sliding. Of cylindrical gears it is the sliding speed over the speed of the member's transverse
-profile along its tangent (DIN 3960, ISO 21771): 1 - (rho_2/rho_1)(N1/N2) for the pinion. On crossed axes
-each member has a transverse section of its own, and flanks slide along their tooth traces even at the
-pitch point. With e_j the tangent of the transverse profile (square to k_j and n), t_j that of the tooth
-trace (l = const) and q_j that of the flank square to the trace, e_j and q_j from root to tip,
+Specific sliding. For cylindrical gears, it is the sliding speed divided by the speed of the member's
+transverse profile along its tangent (DIN 3960, ISO 21771): 1 - (rho_2/rho_1)(N1/N2) for the pinion. On
+crossed axes, each member has its own transverse section, and the flanks slide along their tooth traces even
+at the pitch point. With the tangent e_j of the transverse profile (perpendicular to k_j and n), the tangent
+t_j of the tooth trace (l = const) and the tangent q_j of the flank perpendicular to the trace, e_j and q_j
+from root to tip,
 
     zeta_1 = (v_1 - v_2).q_1 / [(v_1.e_1)(e_1.q_1)],   zeta_2 = (v_2 - v_1).q_2 / [(v_2.e_2)(e_2.q_2)],
 
-sliding square to the trace over the same component of the profile's speed. v_j.e_j is phi_j' times the
-distance from the base cylinder along the plane of action, the transverse radius of curvature of an
-involute. So zeta_j is -inf at the base circle, and 0 at the pitch point of crossed helical gears; on
-parallel axes v_1 - v_2 is along e_j, and it is the standards' number, of spur and of helical gears.
-Projected on e_j alone, sliding along the trace would count: 1 at the pitch point of 45 deg screw gears.
+which is the sliding perpendicular to the trace divided by the same component of the profile speed. v_j.e_j is
+phi_j' times the distance from the base cylinder along the plane of action, the transverse radius of curvature
+of an involute. Therefore zeta_j is -inf at the base circle and 0 at the pitch point of crossed helical gears.
+On parallel axes v_1 - v_2 is along e_j, and zeta_j is the specific sliding of the standards for spur and
+helical gears. With a projection on e_j alone, the sliding along the trace would count: 1 at the pitch point
+of 45 deg screw gears.
 
-zeta_j leaves out the sliding along the trace; all of it is in |v_1 - v_2| / |w_j|, the sliding distance
-per distance run over. That one is not negative, and falls where a parabola makes the contact run along
-the face. The paper has neither.
-"""
+zeta_j excludes the sliding along the trace. The total sliding is in |v_1 - v_2| / |w_j|, the sliding distance
+per distance travelled by the contact. It is not negative, and decreases if a parabola makes the contact move
+along the face. The paper contains neither quantity."""
 
 from __future__ import annotations
 
@@ -43,9 +45,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import COMPLEX_STEP, Codes, FloatArray, flank_sign
-from ..contact.equation import contact_point, pairing_of
+from ..contact.equation import contact_point
+from ..contact.flank_pair import is_modified, pairing_of
 from ..contact.parallel.lines import touches_along_lines
-from ..contact.parallel.regular import (
+from ..contact.parallel.small_angle_equations import (
     meet_regular,
     point_on_curve,
     regular_jacobian,
@@ -53,29 +56,45 @@ from ..contact.parallel.regular import (
     units_of_all,
 )
 from ..contact.path import ContactPath
+from ..contact.surfaces.second_order import path_tangents
 from ..design.model import Design
 from ..gear.flank import flank_patch
-from ..pair.frames import layout_by_case, layout_of, member_frame, normals_to_fixed
-from ..support.few_lines import few_lines
+from ..pair.frames import layout_by_case, member_frame, normals_to_fixed
+from ..support.array_repr import short_repr
 
 
 @dataclass(frozen=True, eq=False)
 class Sliding:
-    """Velocities at the positions of a path, in S_f, mm per rad of pinion roll; NaN where it has none.
+    """Velocities at the positions of a path, in S_f, mm per rad of pinion roll; NaN without a path.
 
-    Arrays (*batch, positions): `pinion_roll` (rad) and `status` of the path, `gear_rate` (gear roll by
-    pinion roll, negative), `speed` of sliding. Vectors (..., 3): `pinion_velocity` v_1 and
-    `gear_velocity` v_2 of the flanks, `contact_velocity` V, `sliding` v_1 - v_2.
+    Speeds are those of a pinion that turns in the positive sense, in which it drives right flanks. If it
+    drives left flanks, all vectors and components change sign; the other quantities do not.
 
-    A further axis holds pinion and gear: `rolling` (..., 2, 3), w_j; (..., 2): components of v_1 - v_2,
-    `lengthwise` along the member's tooth trace towards the heel, and `profile` square to it from root to
-    tip; `specific` sliding along the profile, above 1 where an undercut flank touches inside its base
-    circle, and `specific_total`, that of all sliding.
+    Attributes
+    ----------
+    pinion_roll, gear_rate : FloatArray
+        (..., positions), pinion roll, rad, and gear roll per pinion roll, negative.
+    pinion_velocity, gear_velocity : FloatArray
+        (..., 3), velocities v_1 and v_2 of the flanks.
+    contact_velocity : FloatArray
+        (..., 3), velocity V of the contact point.
+    sliding, speed : FloatArray
+        (..., 3) and (...), v_1 - v_2 and its magnitude.
+    rolling : FloatArray
+        (..., 2, 3), w_j of pinion and gear.
+    profile, lengthwise : FloatArray
+        (..., 2), components of v_1 - v_2 perpendicular to the tooth trace of the member, from root to tip,
+        and along it,
+        towards +z.
+    specific, specific_total : FloatArray
+        (..., 2), specific sliding along the profile, above 1 where an undercut flank touches inside its base
+        circle, and that
+        of the total sliding.
+    status : Codes
+        Codes of `Status` of the path.
+    """
 
-    Speeds are for a pinion that turns in the positive sense, with which it drives right flanks. Where
-    it drives left ones all vectors and components turn round; the other numbers stay."""
-
-    __repr__ = few_lines
+    __repr__ = short_repr
 
     flank: str
     pinion_roll: FloatArray
@@ -94,7 +113,7 @@ class Sliding:
 
 
 def sliding_of(path: ContactPath) -> Sliding:
-    """Find velocities and specific sliding at the positions of a path.
+    """Compute velocities and specific sliding at the positions of a path.
 
     Parameters
     ----------
@@ -103,9 +122,16 @@ def sliding_of(path: ContactPath) -> Sliding:
     Returns
     -------
     Sliding
-        Per radian of the pinion's roll, mm. The contact's velocity grows without bound where the pinion's
-        roll turns back along the path; all but `contact_velocity`, `rolling` and `specific_total` are
+        mm per radian of pinion roll. The velocity of the contact is unbounded where the pinion roll turns
+        back along the path; all quantities except `contact_velocity`, `rolling` and `specific_total` are
         regular there.
+
+    Examples
+    --------
+    >>> import beveloid_geom as bg
+    >>> path = bg.path_of_contact(bg.builtin_design("ni-2017"), points=3)
+    >>> print(f"{bg.sliding_of(path).speed.max():.2f} mm per rad")
+    34.94 mm per rad
     """
     shape = path.l1.shape
     by_case = (max(1, int(np.prod(shape[:-1]))), shape[-1], 3)
@@ -143,16 +169,18 @@ def sliding_of(path: ContactPath) -> Sliding:
 
 
 def least_sliding(sliding: Sliding) -> tuple[FloatArray, FloatArray]:
-    """Find the pinion roll (rad) and speed (mm/rad) of the least sliding on each path, batch shape; NaN where
-    there is no path. Exact without parabola, else the speed to the third order of the spacing and the
-    roll to the second."""
+    """Return the pinion roll (rad) and the speed (mm/rad) of the smallest sliding on each path, batch shape;
+    NaN without a path.
+
+    Exact without parabola; otherwise the speed has an error of third order in the spacing, the roll of second
+    order."""
     roll, square = least_along(sliding.pinion_roll, sliding.speed**2)
     return roll, np.sqrt(np.maximum(square, 0.0))
 
 
 def least_along(roll: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Find the roll and value (...) at which `values` (..., positions) are least, taken as a parabola
-    through the least and its neighbours, which stand at even distances; NaN where no value is known."""
+    """Return the roll and value (...) of the minimum of `values` (..., positions), by a parabola through the
+    smallest value and its neighbours, which must be evenly spaced; NaN if no value is known."""
     roll, values = np.asarray(roll, dtype=float), np.asarray(values, dtype=float)
     last = values.shape[-1] - 1
     if last < 0:
@@ -170,8 +198,8 @@ def least_along(roll: FloatArray, values: FloatArray) -> tuple[FloatArray, Float
 
 
 def _axes(design: Design) -> tuple[FloatArray, FloatArray]:
-    """Find directions and feet (cases, 1, 2, 3), mm, of both axes in S_f, errors included."""
-    layout = layout_by_case(layout_of(design), design.batch_shape)
+    """Return directions and feet (cases, 1, 2, 3), mm, of both axes in S_f, with errors."""
+    layout = layout_by_case(design)
     axes, feet = np.zeros((2, *np.shape(layout.offset), 2, 3))
     axes[..., 0, 2], feet[..., 1, 0] = 1.0, layout.offset
     axes[..., 1, 1], axes[..., 1, 2] = layout.sin_angle, layout.cos_angle
@@ -179,7 +207,9 @@ def _axes(design: Design) -> tuple[FloatArray, FloatArray]:
 
 
 def _path_tangents(path: ContactPath, point: FloatArray, normal: FloatArray) -> FloatArray:
-    """Find tangents (cases, positions, 3) of the path in S_f, of any length and either sense."""
+    """Return tangents (cases, positions, 3) of the path in S_f, of any length and sense."""
+    if is_modified(path.design, path.flank):
+        return path_tangents(path)
     pairing = pairing_of(path.design, path.flank)
     l1, l2 = (values.reshape(normal.shape[:-1]) for values in (path.l1, path.l2))
     y, lines = point_on_curve(point, normal, l1, l2), touches_along_lines(path.design, path.flank)
@@ -192,15 +222,15 @@ def _path_tangents(path: ContactPath, point: FloatArray, normal: FloatArray) -> 
 
 
 def tooth_traces(path: ContactPath) -> FloatArray:
-    """Find the unit tangents (cases, positions, 2, 3) in S_f of the lines of constant l through the
-    contacts, on pinion and gear, towards the heel."""
+    """Return the unit tangents (cases, positions, 2, 3) in S_f of the lines of constant l through the
+    contacts, on pinion and gear, towards +z."""
     design, cases = path.design, max(1, int(np.prod(path.l1.shape[:-1])))
     l, u, roll = (
         np.stack([values.reshape(cases, -1 if values.size else 0) for values in pair])
         for pair in ((path.l1, path.l2), (path.u1, path.u2), (path.pinion_roll, path.gear_roll))
     )
     tangents = flank_patch(design.stacked_members(), path.flank, l, u).tangent_u
-    layout = layout_by_case(layout_of(design), design.batch_shape)
+    layout = layout_by_case(design)
     frames = [member_frame(layout, j, roll[j], 0.0) for j in (0, 1)]
     fixed = [normals_to_fixed(frame, tangent) for frame, tangent in zip(frames, tangents, strict=True)]
     return _unit(np.stack(fixed, axis=-2))

@@ -1,8 +1,8 @@
-"""The command `beveloid-geom`: commands on the shelves of the folder `commands`, found by module.
+"""The command `beveloid-geom`: the commands of the packages in `commands`, one module for each.
 
-Exit status: 0 done (`check`: errors, warnings or not), 1 no contact on the flanks, none that could be
-followed, or a pair that cannot be assembled, 2 bad input; `process` has those of a command that does
-not come to its end.
+Exit status: 0 success, with or without warnings; 1 no contact on the flanks, a pair that cannot be assembled,
+or errors found by `check`; 2 bad input; 4 a failed calculation. `support.process` has the statuses of
+interrupted commands.
 """
 
 from __future__ import annotations
@@ -15,38 +15,38 @@ from types import ModuleType
 import click
 
 from .commands import contact, errors, pair, workshop
-from .options import version_option
+from .options import OneLineCommand, version_option
 
-SHELVES = (pair, contact, errors, workshop)
-"""Folders of commands, in the order of the help."""
+SECTIONS = (pair, contact, errors, workshop)
+"""Packages of commands, in the order of the help."""
 
 
-def _found(shelf: ModuleType) -> Iterator[click.Command]:
-    """Give the command of each module of a folder, by name."""
-    for module in iter_modules(shelf.__path__):
-        values = vars(import_module(f"{shelf.__name__}.{module.name}")).values()
+def _commands_of(section: ModuleType) -> Iterator[click.Command]:
+    """Yield the command of each module of a package, sorted by name."""
+    for module in iter_modules(section.__path__):
+        values = vars(import_module(f"{section.__name__}.{module.name}")).values()
         yield next(value for value in values if isinstance(value, click.Command))
 
 
-COMMANDS = {str(shelf.__doc__).rstrip("."): {str(c.name): c for c in _found(shelf)} for shelf in SHELVES}
-"""Commands by name, by what their shelf's docstring says of it."""
+COMMANDS = {str(section.TITLE): {str(c.name): c for c in _commands_of(section)} for section in SECTIONS}
+"""Commands by title of their package and by name."""
 
 
-class ShelvedGroup(click.Group):
-    """A group whose help lists the commands by shelf."""
+class SectionedGroup(OneLineCommand, click.Group):
+    """Group whose help lists the commands by section."""
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write a section for each shelf, all in the same columns."""
+        """Write the sections with aligned columns."""
         width = max(map(len, self.commands))
-        for title, of_shelf in COMMANDS.items():
-            rows = [(name.ljust(width), of_shelf[name].get_short_help_str()) for name in of_shelf]
+        for title, by_name in COMMANDS.items():
+            rows = [(name.ljust(width), by_name[name].get_short_help_str()) for name in by_name]
             with formatter.section(title):
                 formatter.write_dl(rows)
 
 
 @click.group(
-    cls=ShelvedGroup,
-    commands={name: command for of_shelf in COMMANDS.values() for name, command in of_shelf.items()},
+    cls=SectionedGroup,
+    commands={name: command for by_name in COMMANDS.values() for name, command in by_name.items()},
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 @version_option("beveloid-geom")

@@ -1,4 +1,7 @@
-"""The parts that `beveloid-geom mesh` writes: how each is built, and what is told about it."""
+"""Parts that `beveloid-geom mesh` writes.
+
+Each function `write_..._part` builds and writes one kind of geometry and returns the message for the user.
+"""
 
 from __future__ import annotations
 
@@ -8,41 +11,57 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import click
-
 from ..export import (
     ASSEMBLY_FORMATS,
     CAD_FORMATS,
     CONTACT_FORMATS,
     FIELD_FORMATS,
     FIXED_FRAME,
+    GEAR_FRAME,
     MEMBERS,
-    OWN_FRAME,
     SCENE_FORMATS,
     UNITS,
     writer_of,
 )
-from .options import Refusal
+from ..status import NotComputed
+from .options import Refusal, no_result
 
 if TYPE_CHECKING:
-    from ..contact.placing import Frame, MeshingPair
+    from ..arrays import FloatArray
+    from ..contact.mesh_position import Frame, MeshingPair
     from ..design.model import Design, Member
 
 GEARS, TEETH, FLANKS = (tuple(f"{m}{kind}" for m in MEMBERS) for kind in ("", "-tooth", "-flank"))
-UNRESOLVED = "stresses at the contact are not resolved, those of the fillet are"
-"""By the mesh, under the pressure of a load."""
-PRESSED = 20e3
-"""N between the teeth of a pair of 6 mm module: its default load goes with the square of the module."""
-HELD = "held at its cut sides: take --teeth 3 for stresses"
-"""Of a loaded tooth without a neighbour on both sides, which is too stiff."""
+NOT_RESOLVED = "stresses at the contact are not resolved, those of the fillet are"
+TOOTH_FORCE_N = 20e3
+"""Default force between the teeth for a module of 6 mm, N; it scales with the square of the module."""
+CUT_SIDES_HELD = "held at its cut sides: take --teeth 3 for stresses"
+SOLVER_GB_PER_NODE = 9.5e-7
+"""Memory of CalculiX over the number of nodes to the power 4/3, measured on pairs of 20,000 to 37,000
+nodes."""
+SMALL_MEMORY_GB = 1.0
+"""Solver memory that is not mentioned."""
 
 
 @dataclass(frozen=True)
-class Request:
-    """What is to be written: a `part` of a `design` from the file `source`, as a 'surface', 'volume',
-    'contact', 'solid' or 'scene' in the format `suffix`; lengths in mm, the `load` in N, the `torque` in N m;
-    elements `across` the contact; `rolls`: how many over a pitch, in place of one; `placed`: in S_f as in
-    mesh, not in the gear's own frame."""
+class MeshRequest:
+    """Part to be written, with the values of the options.
+
+    Attributes
+    ----------
+    source : str
+        Name of the design or of its file.
+    suffix : str
+        Format.
+    kind : {'surface', 'volume', 'contact', 'solid', 'scene'}
+        Kind of geometry.
+    bore_radii : tuple of 2 float or None
+        Bore radius of pinion and gear, mm.
+    placed : bool
+        Whether a single part is written in S_f, not in the frame of its gear.
+
+    The other attributes are options of `mesh`: lengths in mm, `load` in N, `torque` in N m.
+    """
 
     source: str
     design: Design
@@ -53,7 +72,7 @@ class Request:
     tolerance: float | None
     flank: str
     teeth: int
-    bore_radius: float | None
+    bore_radii: tuple[float | None, float | None]
     element: str
     load: float
     torque: float | None
@@ -65,55 +84,88 @@ class Request:
 
     @property
     def number(self) -> int:
-        """0 for a part of the pinion, 1 for one of the gear."""
+        """0 for a part of the pinion, 1 for a part of the gear."""
         return int(self.part in (GEARS[1], TEETH[1], FLANKS[1]))
 
     @property
     def member(self) -> Member:
-        """The gear of which something is written."""
+        """Gear to which a single part belongs."""
         return self.design.members[self.number]
 
     @property
     def tooth_count(self) -> int | None:
-        """How many teeth, None for a whole gear."""
+        """Number of teeth, None for a complete gear."""
         return self.teeth if self.part in TEETH else None
 
     @property
-    def within(self) -> float:
-        """The tolerance, mm, which only the pair in contact can do without."""
+    def tolerance_mm(self) -> float:
+        """Tolerance, mm. Only the pair in contact needs none."""
         assert self.tolerance is not None
         return self.tolerance
 
     @property
-    def posed(self) -> bool:
-        """Whether the contact of the flanks is asked for."""
+    def needs_contact(self) -> bool:
+        """Whether the contact of the flanks is needed."""
         return self.part == "pair" or self.suffix == ".inp" or self.placed or bool(self.fields)
 
     @property
-    def pose(self) -> MeshingPair | None:
-        """The pair in mesh where it is asked for; raises as `pose` does."""
-        return pose(self.design, self.flank) if self.posed else None
+    def position(self) -> MeshingPair | None:
+        """Position of the pair in mesh if it is needed. Raises as `position_of`."""
+        return position_of(self.design, self.flank) if self.needs_contact else None
+
+    @property
+    def frames(self) -> tuple[Frame, Frame] | None:
+        """Frames of the gears in S_f, for the pair and for a part with --placed."""
+        if self.part != "pair" and not self.placed:
+            return None
+        return part_frames(self.design, self.flank, self.roll_deg)
+
+    @property
+    def mating_tooth(self) -> int:
+        """Index, among the `teeth`, of the tooth that carries the load and is in mesh when placed.
+
+        It is the middle one, or one of the two in the middle such that the remaining teeth of pinion and gear
+        mate, too."""
+        return (self.teeth - 1 + self.number) // 2 if self.part in TEETH else 0
 
     @property
     def frame(self) -> Frame | None:
-        """The frame in which a single part is written, None for its own."""
-        return self.pose.frames[self.number] if self.pose is not None and self.placed else None
+        """Frame in which a single part is written, None for the frame of its gear.
+
+        It is turned back from the position in mesh until the mating tooth is in the place of tooth 0."""
+        if self.frames is None or self.part == "pair":
+            return None
+        rotation, origin = self.frames[self.number]
+        angle = 2.0 * math.pi / float(self.member.teeth) * self.mating_tooth
+        cosine, sine = math.cos(angle), math.sin(angle)
+        return rotation @ [[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]], origin
 
     @property
-    def each(self) -> list[Request]:
-        """The same by roll of the pinion, if several are asked for: files with numbers. Raises Refusal where
-        they reach beyond the path of contact."""
+    def origin(self) -> FloatArray | None:
+        """Origin (3,), mm in S_f, of a format with single precision, None if it is that of the frame."""
+        from ..export.positions import near_origin
+
+        if self.frames is None or self.suffix not in (".stl", ".glb"):
+            return None
+        origin = near_origin(self.design, position_of(self.design, self.flank))
+        return origin if origin.any() else None
+
+    @property
+    def each(self) -> list[MeshRequest]:
+        """The request for each roll of the pinion if there are several: files with numbers.
+
+        Raises Refusal if the rolls exceed the path of contact."""
         from ..export.fea.pair_mesh import rolls_in_mesh
 
         if self.rolls is None:
             return [self]
-        posed = pose(self.design, self.flank)
-        pitch, middle = 360.0 / float(self.design.pinion.teeth), math.degrees(float(posed.roll[0]))
-        least, greatest = map(math.degrees, rolls_in_mesh(posed))
-        beside = min(greatest - middle, middle - least) / pitch
-        if 0.5 - 0.5 / self.rolls > beside:  # pitches from the middle to the last roll
-            text = f"as tooth pair 0 is in mesh over {2.0 * beside:.4g} pitches only, got {self.rolls}"
-            most = int(1.0 / (1.0 - 2.0 * beside))
+        position = position_of(self.design, self.flank)
+        pitch, middle = 360.0 / float(self.design.pinion.teeth), math.degrees(float(position.roll[0]))
+        low, high = map(math.degrees, rolls_in_mesh(position))
+        reach = min(high - middle, middle - low) / pitch
+        if 0.5 - 0.5 / self.rolls > reach:  # distance of the last roll from the middle, in pitches
+            text = f"as tooth pair 0 is in mesh over {2.0 * reach:.4g} pitches only, got {self.rolls}"
+            most = int(1.0 / (1.0 - 2.0 * reach))
             raise Refusal([f"--rolls must be at most {most}, {text}: or give each roll by --roll-deg"])
         digits = len(str(self.rolls))
         return [
@@ -126,9 +178,9 @@ class Request:
         ]
 
 
-def pose(design: Design, flank: str) -> MeshingPair:
-    """Find the pair in mesh; ClickException (status 1) says why where its flanks have no contact."""
-    from ..contact.placing import meshing_pair
+def position_of(design: Design, flank: str) -> MeshingPair:
+    """Return the pair in the middle of its path of contact. Raises NoResult if the flanks have no contact."""
+    from ..contact.mesh_position import meshing_pair
 
     try:
         return meshing_pair(design, flank)
@@ -137,164 +189,209 @@ def pose(design: Design, flank: str) -> MeshingPair:
         from ..findings.path import reason_of
 
         reason = reason_of(path_of_contact(design, flank, 3))
-        raise click.ClickException(f"no contact: {reason or error}") from None
+        raise no_result(
+            reason or str(error), "" if isinstance(reason, NotComputed) else "no contact"
+        ) from None
     except ArithmeticError as error:
-        raise click.ClickException(str(error)) from None
+        raise no_result(NotComputed(error)) from None
 
 
-def frames_in_mesh(design: Design, flank: str) -> str:
-    """Say how the gears stand in mesh, as matrices (4, 4) that carry their own frames to S_f, mm."""
+def part_frames(design: Design, flank: str, roll_deg: float | None) -> tuple[Frame, Frame]:
+    """Return the frames of the gears at a roll, by default in the middle of the path of contact.
+
+    Raises NoResult if there is no contact."""
+    from ..export.positions import frames_at_roll
+    from ..operation.contact_pattern.motion import UnknownOperationError
+
+    position = position_of(design, flank)
+    try:
+        return frames_at_roll(design, position, None if roll_deg is None else math.radians(roll_deg))
+    except UnknownOperationError as error:
+        raise no_result(error.reason, "no contact") from None
+
+
+def frames_text(design: Design, flank: str, roll_deg: float | None) -> str:
+    """Return the matrices (4, 4), in mm, from the frames of the gears to S_f as text."""
     import numpy as np
 
     lines = []
-    for name, (rotation, origin) in zip(MEMBERS, pose(design, flank).frames, strict=True):
+    for name, (rotation, origin) in zip(MEMBERS, part_frames(design, flank, roll_deg), strict=True):
         lines.append(f"{name}, from its own frame to S_f, mm:")
         rows = np.vstack((np.column_stack((rotation, origin)), (0.0, 0.0, 0.0, 1.0)))
         lines += [" ".join(f"{value:22.15g}" for value in row) for row in rows.tolist()]
     return "\n".join(lines) + "\n"
 
 
-def begin_writing(request: Request, bar: Any) -> None:
-    """Show that the part is made and is written now."""
+def begin_writing(request: MeshRequest, bar: Any) -> None:
+    """Show in the progress bar that the geometry is complete and is being written."""
     bar.update()
     bar.set_description(f"write {request.out.name}")
 
 
-def write_surface_part(request: Request, path: Path, bar: Any) -> str:
-    """Build and write a surface; what is to be told about it."""
-    from ..export import parts
-    from ..export.surfaces import in_fixed, write_surface
-    from ..shapes.solid import NAMES
+def origin_text(request: MeshRequest) -> str:
+    """Return the note for the user about a new origin, or an empty text."""
+    if request.origin is None:
+        return ""
+    place = ", ".join(f"{x:.0f}" for x in request.origin)
+    return f"; origin at ({place}) mm in S_f, as single precision loses digits far from it"
 
-    posed, suffix, tolerance = request.pose, request.suffix, request.within
+
+def write_surface_part(request: MeshRequest, path: Path, bar: Any) -> str:
+    """Build and write a surface; return the message for the user."""
+    from ..export import parts
+    from ..export.surfaces import in_fixed, moved, write_surface
+
+    suffix, tolerance = request.suffix, request.tolerance_mm
     if request.part in FLANKS:
         surface = parts.flank_part(
-            request.design, request.number, request.flank, tolerance, posed, request.fields
+            request.design, request.number, request.flank, tolerance, request.position, request.fields
         )
-    elif request.part == "pair" and posed is not None:
-        surface = parts.pair_surface(request.design, posed, suffix, tolerance)
+    elif request.part == "pair":
+        assert request.frames is not None
+        surface = parts.pair_surface(request.design, request.frames, suffix, tolerance, request.bore_radii)
     else:
-        surface = parts.gear_surface(
-            request.member, suffix, tolerance, request.tooth_count, request.bore_radius
-        )
+        bore = request.bore_radii[request.number]
+        surface = parts.gear_surface(request.member, suffix, tolerance, request.tooth_count, bore)
     if request.frame is not None:
         surface = in_fixed(surface, request.frame)
+    note = origin_text(request)
+    if request.origin is not None:
+        surface = moved(surface, -request.origin)
     begin_writing(request, bar)
-    write_surface(surface, path, suffix, f"{request.part} of {Path(request.source).name}, mm")
-    told = f"{len(surface.faces):,} triangles, {len(surface.points):,} points"
-    if suffix in FIELD_FORMATS and "part" in surface.cell_fields:
-        told += f"; part: {', '.join(f'{number} {name}' for number, name in enumerate(NAMES))}"
-    return told
+    write_surface(surface, path, suffix, f"{request.part} of {Path(request.source).name}, mm{note}")
+    message = f"{len(surface.faces):,} triangles, {len(surface.points):,} points"
+    if suffix in FIELD_FORMATS and surface.part_names:
+        message += f"; part: {', '.join(f'{k} {name}' for k, name in enumerate(surface.part_names))}"
+    return message + note
 
 
-def write_volume_part(request: Request, path: Path, bar: Any) -> str:
-    """Build and write hexahedra; what is to be told about them."""
+def write_volume_part(request: MeshRequest, path: Path, bar: Any) -> str:
+    """Build and write hexahedra; return the message for the user."""
     from ..export import parts
     from ..export.fea.volumes import write_volume
-    from ..shapes.elements import element_shapes
     from ..shapes.hexahedra import tooth_hexahedra
-    from ..shapes.outline import counted
+    from ..shapes.hexahedral_mesh import element_shapes, rounded_down
+    from ..shapes.tooth_boundary import counted
 
-    posed, member = request.pose, request.member
-    teeth, element, loaded = request.teeth, request.element, (request.teeth - 1) // 2
-    mesh = tooth_hexahedra(member, teeth, element, request.within, request.bore_radius)
+    member, position = request.member, request.position
+    teeth, element, loaded = request.teeth, request.element, request.mating_tooth
+    bore = request.bore_radii[request.number]
+    mesh = tooth_hexahedra(member, teeth, element, request.tolerance_mm, bore)
     begin_writing(request, bar)
-    told = f"{len(mesh.hexahedra):,} hexahedra {element}, {len(mesh.points):,} nodes"
-    told += f", scaled Jacobian {element_shapes(mesh)[0].min():.2f} or more"
-    comment = [f"{request.part} of {request.source}, {counted(teeth)}, edges within {request.within:g} mm"]
+    message = f"{len(mesh.hexahedra):,} hexahedra {element}, {len(mesh.points):,} nodes"
+    message += f", scaled Jacobian {rounded_down(element_shapes(mesh)[0].min())} or more"
+    edges = f"edges within {request.tolerance_mm:g} mm"
+    comment = [f"{request.part} of {request.source}, {counted(teeth)}, {edges}"]
     case = None
-    if posed is not None and request.suffix == ".inp":
-        case = parts.contact_case(mesh, request.design, posed, request.number, request.load, loaded)
+    if position is not None and request.suffix == ".inp":
+        case = parts.contact_case(mesh, request.design, position, request.number, request.load, loaded)
     if request.frame is not None:
         mesh, case = parts.placed_volume(mesh, case, request.frame)
     if case is not None:
         place = ", ".join(f"{x:.4f}" for x in case.load.point)
         where = f"{request.load:g} N on the {request.flank} flank of tooth {loaded + 1} of {teeth}"
         where += f" at ({place}) mm"
-        comment += [f"{where}, the middle of the path of contact", f"{case.load.told}.", f"{UNRESOLVED}."]
-        told += f"; {where}, {case.load.told}; {UNRESOLVED}"
+        comment += [f"{where}, the middle of the path of contact", f"{case.load.description}."]
+        comment.append(f"{NOT_RESOLVED}.")
+        message += f"; {where}, {case.load.description}; {NOT_RESOLVED}"
         if teeth < min(3, member.teeth):
-            comment.append(f"The loaded tooth is {HELD}.")
-            told += f"; {HELD}"
-        told += f"; run: {ccx_command(request.out)}"
-    frame = FIXED_FRAME if request.placed else OWN_FRAME
+            comment.append(f"The loaded tooth is {CUT_SIDES_HELD}.")
+            message += f"; {CUT_SIDES_HELD}"
+        message += solver_note(len(mesh.points), request.out)
+    frame = FIXED_FRAME if request.placed else GEAR_FRAME
     write_volume(mesh, path, element, case=case, comment=comment, suffix=request.suffix, frame=frame)
-    return told
+    return message
 
 
-def write_contact_part(request: Request, path: Path, bar: Any) -> str:
-    """Build and write the pair in contact; what is to be told about it."""
-    from ..export.fea.pair_mesh import ELEMENT, lever_of, pair_mesh
-    from ..report.words import failure_of
-    from ..shapes.outline import counted
+def write_contact_part(request: MeshRequest, path: Path, bar: Any) -> str:
+    """Build and write the pair in contact; return the message for the user."""
+    from ..export.fea.pair_mesh import ELEMENT, force_lever, pair_mesh
+    from ..report.result import failure_of
+    from ..shapes.tooth_boundary import counted
 
-    design, posed = request.design, request.pose
-    assert posed is not None  # the pair always has one
+    design, position = request.design, request.position
+    assert position is not None  # always given for the pair
     if jammed := failure_of(None, design):
-        raise click.ClickException(jammed)
-    lever, size = lever_of(design), float(design.pinion.tool.normal_module) / 6.0
-    torque = 1e-3 * PRESSED * size**2 * lever if request.torque is None else request.torque
+        raise no_result(jammed.text)
+    lever, size = force_lever(design), float(design.pinion.tool.normal_module) / 6.0
+    torque = 1e-3 * TOOTH_FORCE_N * size**2 * lever if request.torque is None else request.torque
     force = 1e3 * torque / lever
     pair = pair_mesh(
         design,
-        posed,
+        position,
         None if request.roll_deg is None else math.radians(request.roll_deg),
         teeth=request.teeth,
         force=force,
         across=request.across,
         tolerance=request.tolerance,
-        bore_radius=request.bore_radius,
+        bore_radii=request.bore_radii,
     )
     begin_writing(request, bar)
     where = f"{torque:.6g} N m on the pinion at a roll of {math.degrees(pair.roll[0]):.4f} deg"
-    fine = f"{pair.across:.2g} elements across the ellipse of contact of {force:.4g} N"
+    fine = f"{pair.across:.2g} elements across and {pair.along:.2g} along the ellipse of {force:.4g} N"
     comment = [f"pair of {request.source}, {counted(request.teeth)} of each", where, fine, FIXED_FRAME, UNITS]
     write = writer_of(CONTACT_FORMATS, request.suffix)
     write(path, design, pair, 1e3 * torque, comment, request.rolls or 1)
-    told = f"{len(pair.mesh.hexahedra):,} hexahedra {ELEMENT}, {len(pair.mesh.points):,} nodes"
-    return f"{told}; {where}, {request.flank} flanks; {fine}; run: {ccx_command(request.out)}"
+    message = f"{len(pair.mesh.hexahedra):,} hexahedra {ELEMENT}, {len(pair.mesh.points):,} nodes"
+    message += f"; {where}, {request.flank} flanks; {fine}"
+    return message + solver_note(len(pair.mesh.points), request.out)
+
+
+def solver_note(nodes: int, deck: Path) -> str:
+    """Return the command that runs CalculiX, and the memory for a number of nodes if it is large."""
+    size = SOLVER_GB_PER_NODE * nodes ** (4.0 / 3.0)
+    memory = f"; CalculiX takes about {size:.2g} GB of memory" if size > SMALL_MEMORY_GB else ""
+    return f"{memory}; run: {ccx_command(deck)}"
 
 
 def ccx_command(deck: Path) -> str:
-    """Give what to type for CalculiX to solve a deck. It takes the name without `.inp`, which it adds in
-    small letters, and leaves its files where it is started."""
+    """Return the command line by which CalculiX solves a deck.
+
+    CalculiX takes the name without `.inp`, appends it in lower case, and writes into the current folder."""
     command = f"ccx -i {shlex.quote(deck.stem)}"
     if deck.suffix != ".inp":
         command = f"mv {shlex.quote(deck.name)} {shlex.quote(deck.stem + '.inp')} && {command}"
     return command if deck.parent == Path() else f"cd {shlex.quote(str(deck.parent))} && {command}"
 
 
-def write_solid_part(request: Request, path: Path, _: Any) -> str:
-    """Build and write a solid; what is to be told about it."""
-    from ..shapes.outline import counted
+def write_solid_part(request: MeshRequest, path: Path, _: Any) -> str:
+    """Build and write a solid; return the message for the user."""
+    from ..shapes.tooth_boundary import counted
 
     member = request.member
-    if request.part == "pair" and request.pose is not None:
-        writer_of(ASSEMBLY_FORMATS, request.suffix)(request.design, path, request.pose.frames)
+    if request.part == "pair":
+        write_pair = writer_of(ASSEMBLY_FORMATS, request.suffix)
+        write_pair(request.design, path, request.frames, request.bore_radii)
         return f"an assembly of {' and '.join(MEMBERS)}"
     numbers = None if request.tooth_count is None else range(request.tooth_count)
-    write = writer_of(CAD_FORMATS, request.suffix)
-    write(member, path, numbers, request.bore_radius, MEMBERS[request.number], request.frame)
+    write, bore = writer_of(CAD_FORMATS, request.suffix), request.bore_radii[request.number]
+    write(member, path, numbers, bore, MEMBERS[request.number], request.frame)
     return f"a solid with {counted(int(member.teeth) if numbers is None else len(numbers))}"
 
 
-def write_scene_part(request: Request, path: Path, bar: Any) -> str:
-    """Build and write the pair to look at, with paths and patterns; what is to be told about it."""
-    from ..export.scene import pair_pieces
+def write_scene_part(request: MeshRequest, path: Path, bar: Any) -> str:
+    """Build and write the pair for viewers, with paths and patterns; return the message for the user."""
+    from ..export.scene import pair_scene
+    from ..export.surfaces import moved
 
-    assert request.pose is not None  # the pair always has one
-    pieces = pair_pieces(request.design, request.pose, request.within)
+    position, frames = request.position, request.frames
+    assert position is not None
+    assert frames is not None  # always given for the pair
+    items = pair_scene(request.design, position, frames, request.tolerance_mm, request.bore_radii)
+    if request.origin is not None:
+        items = [replace(item, surface=moved(item.surface, -request.origin)) for item in items]
     begin_writing(request, bar)
-    writer_of(SCENE_FORMATS, request.suffix)(pieces, path)
-    faces = sum(len(piece.surface.faces) for piece in pieces)
-    return f"{faces:,} triangles in m, y up: {', '.join(piece.name for piece in pieces)}"
+    writer_of(SCENE_FORMATS, request.suffix)(items, path)
+    faces = sum(len(item.surface.faces) for item in items)
+    names = ", ".join(item.name for item in items)
+    return f"{faces:,} triangles in m, y up: {names}{origin_text(request)}"
 
 
-WRITE = {
+WRITERS = {
     "surface": write_surface_part,
     "volume": write_volume_part,
     "contact": write_contact_part,
     "solid": write_solid_part,
     "scene": write_scene_part,
 }
-"""By the kind of a request."""
+"""Function for each kind of request."""

@@ -1,32 +1,39 @@
-"""What the commands share: options, designs with changes, refusals, writing to standard output.
+"""Shared parts of all commands: options, designs with changes, messages for bad input, output.
 
-A command imports the rest of the package inside its function: `--help` must not wait for it.
+Commands import other packages inside their functions, so that `--help` is fast.
 """
 
 from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import IO, TYPE_CHECKING, Any, TypeAlias
 
 import click
 
+from ..status import NotComputed
+from ..support.process import NO_CONTACT, NOT_COMPUTED
+from ..version import __version__
+
 if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
     from ..design.model import Design, Errors, MeshErrors
 
 BUILTIN_DESIGN = "ni-2017"
 Option: TypeAlias = Callable[[Callable[..., Any]], Callable[..., Any]]
-"""A decorator that gives a command an option, or several."""
+"""Decorator that adds one or several options to a command."""
 
 
 class Refusal(click.ClickException):
-    """Bad input: one line for every fault on standard error, exit status 2."""
+    """Bad input: one line for each fault on standard error, exit status 2."""
 
     exit_code = 2
 
     def __init__(self, faults: Iterable[str]) -> None:
-        """Take the lines to be shown."""
+        """Store the lines of the message."""
         self.faults = tuple(faults)
         super().__init__("\n".join(self.faults))
 
@@ -36,11 +43,87 @@ class Refusal(click.ClickException):
             click.echo(f"Error: {fault}", file=file, err=True)
 
 
-class NumberRange(click.FloatRange):
-    """A range that NaN is not in: it compares false with both ends."""
+@contextmanager
+def _usage_in_a_line() -> Iterator[None]:
+    """Raise Refusal instead of Click's usage errors, which take up to ten lines."""
+    try:
+        yield
+    except click.UsageError as error:
+        if type(error).show is not click.UsageError.show:  # the help, without a command
+            raise
+        help_command = f" (see {error.ctx.command_path} --help)" if error.ctx else ""
+        raise Refusal([" ".join(error.format_message().split()) + help_command]) from None
+
+
+class OneLineCommand(click.Command):
+    """Command or group of commands whose usage errors are one line."""
+
+    def make_context(self, *args: Any, **kwargs: Any) -> click.Context:
+        """Parse the command line. Raises Refusal."""
+        with _usage_in_a_line():
+            return super().make_context(*args, **kwargs)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command, or the named command of a group. Raises Refusal."""
+        with _usage_in_a_line():
+            try:
+                return super().invoke(ctx)
+            except ValueError as error:
+                from ..design.arguments import (
+                    ModifiedFlanksError,  # imports NumPy, which --help does not need
+                )
+
+                if isinstance(error, ModifiedFlanksError):
+                    raise Refusal([str(error)]) from None
+                raise
+
+
+class NoResult(click.ClickException):
+    """Missing result, such as no contact: one line on standard error."""
+
+    exit_code = NO_CONTACT
+
+
+class FailedCalculation(NoResult):
+    """Result that is missing because its calculation failed."""
+
+    exit_code = NOT_COMPUTED
+
+
+def no_result(reason: str, what: str = "") -> NoResult:
+    """Return the exception for the `reason` of a missing result: FailedCalculation if it is `NotComputed`.
+
+    `what` names the missing result; it is printed before the reason."""
+    kind = FailedCalculation if isinstance(reason, NotComputed) else NoResult
+    return kind(f"{what}: {reason}" if what else reason)
+
+
+def _require_number(value: Any, param: click.Parameter | None) -> None:
+    """Raise Refusal for a value with a decimal comma or a unit."""
+    from ..design.field_limits import number_cure, refused
+
+    metavar = str(getattr(param, "metavar", "") or "").lower()
+    unit = metavar if metavar in ("mm", "deg") else ""
+    if param is not None and isinstance(value, str) and (cure := number_cure(value, unit)):
+        raise Refusal([f"{param.opts[0]} {refused('be a number', value, cure)}"])
+
+
+class Number(click.types.FloatParamType):
+    """Number; for other text with a decimal comma or a unit, the message contains the number to give."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Read the number; fails if it is none or outside."""
+        """Return the number. Raises Refusal or a usage error for other text."""
+        _require_number(value, param)
+        return super().convert(value, param, ctx)
+
+
+class NumberRange(click.FloatRange):
+    """Range that excludes NaN, which compares false with both ends."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the number. Raises Refusal or a usage error for other text and for numbers outside the
+        range."""
+        _require_number(value, param)
         number = super().convert(value, param, ctx)
         if math.isnan(number):
             self.fail(f"{value} is not in the range {self._describe_range()}.", param, ctx)
@@ -48,7 +131,7 @@ class NumberRange(click.FloatRange):
 
 
 def block(*options: Option) -> Option:
-    """Make one decorator of several, in the order in which help shows them."""
+    """Return one decorator for several options; the help shows them in this order."""
 
     def add(command: Callable[..., Any]) -> Callable[..., Any]:
         for option in reversed(options):
@@ -59,22 +142,26 @@ def block(*options: Option) -> Option:
 
 
 def option_name(argument: str) -> str:
-    """Give the option of an argument."""
+    """Return the name of the option for an argument."""
     return "--" + argument.replace("_", "-")
 
 
 def option(
     name: str, kind: Any, default: Any, text: str, metavar: str | None = None, argument: str = ""
 ) -> Option:
-    """Make an option that shows its default, if it has one, for an `argument` if that has another name."""
+    """Return an option that shows its default, if there is one. `argument` is the name of the argument if it
+    differs."""
     names, shown = [name, argument or name.lstrip("-").replace("-", "_")], default not in (None, math.inf)
+    numbers = {float: Number(), (float, float): (Number(), Number())}
+    kind = numbers.get(kind, kind) if kind is float or isinstance(kind, tuple) else kind
     return click.option(*names, type=kind, default=default, show_default=shown, metavar=metavar, help=text)
 
 
 def renamed(old: str, new: str) -> Option:
-    """Refuse an option that has another name by now, with a line that says so."""
+    """Return a hidden option with an old name, which is rejected with the new name."""
 
     def refuse(_: click.Context, __: click.Parameter, value: str | None) -> None:
+        """Raise Refusal if the old name is used."""
         if value is not None:
             raise Refusal([f"{old} has a new name: write {new}"])
 
@@ -82,29 +169,43 @@ def renamed(old: str, new: str) -> Option:
     return click.option(old, place, hidden=True, expose_value=False, is_eager=True, callback=refuse)
 
 
-OVERRIDES = (
+ERROR_OVERRIDES = (
     ("offset_error", "MM", "Error of the offset."),
     ("shaft_angle_error_deg", "DEG", "Error of the shaft angle, added to its magnitude."),
-    ("pinion_axial_error", "MM", "Axial error of the pinion, positive towards its heel."),
-    ("gear_axial_error", "MM", "Axial error of the gear, positive towards its heel."),
+    ("pinion_axial_error", "MM", "Axial error of the pinion, positive towards +z."),
+    ("gear_axial_error", "MM", "Axial error of the gear, positive towards +z."),
+)
+PARABOLAS = (
     ("parabola_pinion", "A", "Parabola coefficient of the pinion's tool, 1/mm; positive is concave."),
     ("parabola_gear", "A", "Parabola coefficient of the gear's tool, 1/mm; positive is concave."),
+    ("parabola_right_pinion", "A", "Parabola coefficient of the pinion's right flanks only."),
+    ("parabola_left_pinion", "A", "Parabola coefficient of the pinion's left flanks only."),
+    ("parabola_right_gear", "A", "Parabola coefficient of the gear's right flanks only."),
+    ("parabola_left_gear", "A", "Parabola coefficient of the gear's left flanks only."),
+    (
+        "parabola_apex_pinion",
+        "MM",
+        "Apex of the pinion's parabolas, from the reference line towards the tip.",
+    ),
+    ("parabola_apex_gear", "MM", "Apex of the gear's parabolas, from the reference line towards the tip."),
 )
-"""Arguments of `design.file.override` that have an option, its metavar and help."""
+OVERRIDES = ERROR_OVERRIDES + PARABOLAS
+"""Arguments of `design.file.override` with an option: name, metavar and help."""
 
 
 def _override(argument: str, metavar: str, text: str) -> Option:
+    """Return the option for an argument of `design.file.override`."""
     return option(option_name(argument), float, None, f"{text} Default: that of the design.", metavar)
 
 
-parabola_options = block(*(_override(*each) for each in OVERRIDES[-2:]))
-"""Those of the override options that change the members."""
+parabola_options = block(*(_override(*each) for each in PARABOLAS))
+"""Options for the parabola coefficients and the position of their apex."""
 override_options = block(
-    *(_override(*each) for each in OVERRIDES[:-2]),
+    *(_override(*each) for each in ERROR_OVERRIDES),
     parabola_options,
     renamed("--shaft-angle-error", "--shaft-angle-error-deg"),
 )
-"""One option for each value of a design that a command line may change."""
+"""Options for all values of a design that a command line may change."""
 
 TOLERANCES = (
     ("offset", "--offset-tolerance", "MM", 1000.0, "offset", "--offset"),
@@ -113,14 +214,22 @@ TOLERANCES = (
     ("gear_axial", "--gear-axial-tolerance", "MM", 1000.0, "gear's axial position", "--gear-axial"),
     ("centre_distance", "--centre-distance-tolerance", "MM", 1000.0, "centre distance at the mesh", ""),
     ("in_plane_deg", "--in-plane-tolerance-deg", "DEG", 5.0, "shaft angle about the mesh point", ""),
-    ("out_of_plane_deg", "--out-of-plane-tolerance-deg", "DEG", 5.0, "tilt out of the axes' plane there", ""),
+    (
+        "out_of_plane_deg",
+        "--out-of-plane-tolerance-deg",
+        "DEG",
+        5.0,
+        "tilt out of the plane of the axes at the mesh",
+        "",
+    ),
 )
-"""Argument, option, unit, greatest value and name of the sizes of assembly errors, and the option's old
-name, if it had another."""
+"""Sizes of assembly errors: argument, option, unit, largest value, name of the quantity, and old name of the
+option, if any."""
 
 
-def _tolerance(argument: str, name: str, metavar: str, most: float, what: str, _: str) -> Option:
-    text = f"Tolerance of the {what}, to either side."
+def _tolerance(argument: str, name: str, metavar: str, most: float, quantity: str, _: str) -> Option:
+    """Return the option for the size of an assembly error."""
+    text = f"Tolerance of the {quantity}, in both directions."
     return option(name, NumberRange(0.0, most), 0.0, text, metavar, argument=argument)
 
 
@@ -128,44 +237,49 @@ tolerance_options = block(
     *(_tolerance(*each) for each in TOLERANCES),
     *(renamed(old, option) for _, option, *_, old in TOLERANCES if old),
 )
-"""An option for the size of each assembly error, to either side."""
+"""Options for the sizes of all assembly errors."""
 
 
 def errors_option(name: str, default: str | None, text: str) -> Option:
-    """Make an option of two different assembly errors, as in offset,shaft-angle: by their names, with or
-    without -error, or by the letters of the trade."""
+    """Return an option for two different assembly errors, such as offset,shaft-angle.
+
+    The errors are given by name, with or without -error, or by their usual letters."""
 
     def read(value: str) -> tuple[str, str]:
-        """Give their names as `Errors` has them. Raises Refusal."""
-        from ..pair.errors import ALL_NAMES, place_of
-        from ..report.words import TRADE
+        """Return the names of the errors as in `Errors`. Raises Refusal."""
+        from ..pair.misalignment import ALL_NAMES, place_of
+        from ..report.text import TRADE
 
         letters = {letter.lower(): error for error, letter in TRADE.items()}
         words = [word.strip().lower().replace("-", "_").removesuffix("_error") for word in value.split(",")]
-        found = [letters.get(word, word) for word in words]
-        if len(found) != 2 or len(set(found)) != 2 or not set(found) <= set(ALL_NAMES):
+        names = [letters.get(word, word) for word in words]
+        if len(names) != 2 or len(set(names)) != 2 or not set(names) <= set(ALL_NAMES):
             known = ", ".join(
                 error.replace("_", "-") + (f" ({TRADE[error]})" if error in TRADE else "")
                 for error in ALL_NAMES
             )
             raise Refusal([f"{name} must be two different ones of {known}, a comma between, got {value!r}"])
         try:
-            place_of(found)
+            place_of(names)
         except ValueError as error:
             raise Refusal([f"{name}: {error}"]) from None
-        return found[0], found[1]
+        return names[0], names[1]
 
     return option(name, read, default, text, "ERROR,ERROR")
 
 
-def sizes_of(values: Mapping[str, float], needed: str = "") -> dict[str, float]:
-    """Give the tolerances that are not 0, by the names of their errors, in mm and rad. Raises Refusal if all
-    are 0 where they are `needed`, such as 'tolerances', and for those of errors of two places."""
-    from ..pair.errors import NAMES, place_of
+def sizes_of(values: Mapping[str, float], usual_of: Design | None = None) -> dict[str, float]:
+    """Return the tolerances that are not 0 by name of their errors, in mm and rad.
 
-    if needed and not any(values.values()):
-        *most, last = (option for _, option, *_ in TOLERANCES)
-        raise Refusal([f"no {needed}: give {', '.join(most)} or {last}"])
+    If all are 0 and a design `usual_of` is given, the usual tolerances of its errors are returned. Raises
+    Refusal if errors about the common perpendicular are mixed with errors at the mesh."""
+    from ..pair.misalignment import NAMES, place_of
+
+    if usual_of is not None and not any(values.values()):
+        from ..analysis.tolerance import USUAL_AT
+
+        usual = USUAL_AT[usual_of.errors_at]
+        return dict(zip(usual.names, usual.values().tolist(), strict=True))
     options = {
         argument.removesuffix("_deg"): option for argument, option, *_ in TOLERANCES if values[argument]
     }
@@ -186,23 +300,23 @@ def sizes_of(values: Mapping[str, float], needed: str = "") -> dict[str, float]:
 
 
 def errors_of(sizes: Mapping[str, float]) -> Errors | MeshErrors:
-    """Give errors as large as sizes by their names, mm or rad, of the place where those are measured."""
-    from ..pair.errors import KINDS, place_of
+    """Return errors of the given sizes, mm or rad, about the common perpendicular or at the mesh."""
+    from ..pair.misalignment import ERROR_CLASSES, place_of
 
-    return KINDS[place_of(tuple(sizes))](**sizes)
+    return ERROR_CLASSES[place_of(tuple(sizes))](**sizes)
 
 
 SIDES = click.Choice(["right", "left"])
-flank_option = option("--flank", SIDES, "right", "Which flanks carry.")
+flank_option = option("--flank", SIDES, "right", "Driving flanks.")
 
 
 def points_option(default: int, along: str) -> Option:
-    """Give option `--points`, how many positions `along` something."""
+    """Return the option `--points`: number of positions `along` a path or a cycle."""
     return option("--points", click.IntRange(2, 100_000), default, f"Positions {along}, both ends included.")
 
 
 def bounds_options(text: str, default: tuple[float, float] | None = None) -> Option:
-    """Give options `--pinion-bounds` and `--gear-bounds`, two numbers each; in `text` {} is the member."""
+    """Return the options `--pinion-bounds` and `--gear-bounds`; {} in `text` is the member."""
     return block(
         *(
             option(f"--{member}-bounds", (float, float), default, text.format(member), "LOW HIGH")
@@ -211,17 +325,31 @@ def bounds_options(text: str, default: tuple[float, float] | None = None) -> Opt
     )
 
 
+@contextmanager
+def worker_processes(number: int, cure: str) -> Iterator[Executor]:
+    """Start worker processes. If one is lost, raise Refusal with the `cure`."""
+    from concurrent.futures.process import BrokenProcessPool
+
+    from ..support.process import workers
+
+    try:
+        with workers(number) as pool:
+            yield pool
+    except BrokenProcessPool:
+        raise Refusal([f"a process ended unexpectedly, memory may be short: {cure}"]) from None
+
+
 def progress_bar(total: int, unit: str) -> Any:
-    """Make a bar on standard error, if that is a terminal."""
+    """Return a progress bar on standard error, shown if this is a terminal."""
     from tqdm import tqdm
 
     return tqdm(total=total, desc=f"{unit}s", unit=unit, file=sys.stderr, disable=None)
 
 
 def load_design(source: str) -> Design:
-    """Read the design in the file `source`, or a built-in one by its name. Raises Refusal."""
+    """Return the design in a file, or a built-in design by its name. Raises Refusal."""
     from ..design.field_limits import DesignError
-    from ..pair.mesh_errors import read_design
+    from ..pair.misalignment_at_mesh import read_design
 
     try:
         return read_design(source)
@@ -231,13 +359,14 @@ def load_design(source: str) -> Design:
 
 
 def changed_design(design: Design, changes: Mapping[str, float | None]) -> Design:
-    """Give the design with the values of options, by the names of OVERRIDES. Raises Refusal, which
-    speaks of the options."""
+    """Return the design with the values of options, by the names of OVERRIDES. Raises Refusal with the names
+    of the options."""
     from ..design.file import DesignError, override
 
-    # With one of four replaced by their equals about the perpendicular the other three would stay.
+    # Errors at the mesh are equivalent to four errors about the common perpendicular. An option would replace
+    # one of the four and keep the other three.
     if design.errors_at == "mesh" and any(vars(design.errors).values()):
-        for name, *_ in OVERRIDES[:-2]:
+        for name, *_ in ERROR_OVERRIDES:
             if changes.get(name) is not None:
                 where = "is about the common perpendicular, the errors of the design are at the mesh"
                 raise Refusal([f"{option_name(name)} {where}: change [errors] of its file"])
@@ -251,10 +380,10 @@ def changed_design(design: Design, changes: Mapping[str, float | None]) -> Desig
 
 
 def write_out(text: str) -> None:
-    """Write to standard output; what happens where that fails is said in `process`."""
+    """Write to standard output; `process` handles failures."""
     click.echo(text, nl=False)
 
 
 def version_option(name: str) -> Option:
-    """Give option `--version` of the command called `name`."""
-    return click.version_option(package_name="beveloid-geom", prog_name=name)
+    """Return the option `--version` of a command."""
+    return click.version_option(__version__, prog_name=name)

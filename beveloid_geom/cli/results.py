@@ -1,10 +1,11 @@
-"""Commands that print a result: what they do alike is done here.
+"""Shared parts of the commands that print a result.
 
-A new one is one module on a shelf of `commands`, with a function of a name, a design and its options:
+A new command is one module in a package of `commands`, with a function of the name of the design, the design
+and the options:
 
-    @results.result_command(flank_option, override_options, csv="one position a row")
+    @results.result_command(flank_option, override_options, csv="one position per row")
     def mine(name: str, design: results.Design, flank: str) -> results.Result:
-        '''One sentence that the list of commands shows.'''
+        '''One sentence for the list of commands.'''
         from ....report.mine import my_report
 
         return my_report(name, design, flank)
@@ -22,14 +23,15 @@ import click
 
 from .options import BUILTIN_DESIGN, OVERRIDES, Option, Refusal, block, changed_design, load_design, write_out
 
-if TYPE_CHECKING:  # what commands take and give: nothing reads their annotations while they run
+if TYPE_CHECKING:  # annotations of commands are not evaluated
     from ..design.model import Design as Design
     from ..report.result import Result as Result
 
 
 def named(function: Callable[..., Any], run: Callable[..., Any]) -> click.Command:
-    """Make a command that does `run`, with name and help of `function`: the first paragraph, whole, is what
-    the list of commands shows."""
+    """Return a command that calls `run`, with the name and the help of `function`.
+
+    The list of commands shows the complete first paragraph of the help."""
     text = inspect.getdoc(function) or ""
     short = " ".join(text.partition("\n\n")[0].split())
     return click.command(function.__name__.rstrip("_").replace("_", "-"), help=text, short_help=short)(run)
@@ -38,11 +40,19 @@ def named(function: Callable[..., Any], run: Callable[..., Any]) -> click.Comman
 def result_command(
     *options: Option, csv: str, json: str = "", units: str = "mm and rad"
 ) -> Callable[[Callable[..., Result]], click.Command]:
-    """Make a command of a function of a design's name, the design with its changes, and `options`.
+    """Return a decorator that makes a command from a function of the name of a design, the design and
+    options.
 
-    It gets a DESIGN, `--json` and `--csv`, whose help says what `json` holds, what a row of the `csv` is,
-    and the `units`. Both at once are refused. The failure of a result is a line on standard error, except
-    beside JSON, which has it, and exit status 1."""
+    The command has a DESIGN, `--json` and `--csv`, which exclude each other. A failure sets the exit status
+    and is one line on standard error, except with JSON, which contains the reason.
+
+    Parameters
+    ----------
+    *options : Option
+        Options of the command; those of OVERRIDES change the design.
+    csv, json, units : str
+        Contents of a row of CSV, contents of JSON, and units, for the help.
+    """
     shared = (
         click.option("--json", "as_json", is_flag=True, help=f"Print JSON{json}, {units}."),
         click.option("--csv", "as_csv", is_flag=True, help=f"Print CSV, {csv}, {units}."),
@@ -50,25 +60,25 @@ def result_command(
     )
 
     def command(compute: Callable[..., Result]) -> click.Command:
-        """Make a command that prints what a function computes."""
+        """Return a command that prints the result of a function."""
 
         def run(context: click.Context, /, design: str, as_json: bool, as_csv: bool, **values: Any) -> None:
-            """Read the design, compute, print."""
+            """Read the design, compute and print the result."""
             if as_json and as_csv:
                 raise click.UsageError("--json and --csv exclude each other: give one of them")
-            os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its products are too small to be shared out
+            os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # threads do not pay for small products
             changes = {name: values.pop(name) for name, *_ in OVERRIDES if name in values}
             changed = changed_design(load_design(design), changes)
             show(context, compute(click.format_filename(design), changed, **values), as_json, as_csv)
 
-        own = block(click.argument("design", default=BUILTIN_DESIGN), *options, *shared)
-        return named(compute, own(run))
+        decorate = block(click.argument("design", default=BUILTIN_DESIGN), *options, *shared)
+        return named(compute, decorate(run))
 
     return command
 
 
 def show(context: click.Context, result: Result, as_json: bool, as_csv: bool) -> None:
-    """Print a result, and end with its exit status."""
+    """Print a result and exit with its status."""
     from ..report.result import csv_text, json_text
 
     if as_json:
@@ -77,16 +87,16 @@ def show(context: click.Context, result: Result, as_json: bool, as_csv: bool) ->
         write_out(csv_text(result.rows()) if as_csv else result.summary())
     if result.failure:
         if not as_json:
-            click.echo(result.failure, err=True)
-        context.exit(1)
+            click.echo(result.failure.text, err=True)
+        context.exit(result.failure.status)
 
 
 @contextmanager
 def refused_values() -> Iterator[None]:
-    """Refuse what the calculation refuses of the values of options, in its words."""
+    """Convert a ValueError of the calculation to a Refusal with the same message."""
     try:
         yield
     except ValueError as error:
-        if type(error) is not ValueError:  # as LinAlgError is: no fault of the input
+        if type(error) is not ValueError:  # subclasses such as LinAlgError are not faults of the input
             raise
         raise Refusal([str(error)]) from None

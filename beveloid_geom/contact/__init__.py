@@ -1,1 +1,1 @@
-"""Where two flanks are tangent: the path of contact and its ends."""
+"""Contact of two flanks: path of contact, contact ratio, contact ellipse, Hertz pressure."""

@@ -1,8 +1,8 @@
-"""Where a path of contact enters and leaves the flanks, and the way between shared out in roll.
+"""Where a path of contact enters and leaves the flanks, and positions between the ends by roll.
 
-`find_ends` finds where the first of the eight limits (root, tip, toe, heel of either member) is
-met, `at_shares` the positions that share out the pinion's roll between the ends. Both work on
-the polynomials of a series, whatever its parameter is.
+`find_ends` computes where the path meets the first of the eight limits (root, tip, toe, heel of both
+members). `at_shares` computes positions at given fractions of the pinion roll between the ends. Both use the
+polynomials of a series with any parameter.
 """
 
 from __future__ import annotations
@@ -16,30 +16,39 @@ from numpy.typing import NDArray
 from ..arrays import FloatArray
 from ..status import Limit, Status
 from ..support.chebyshev import evaluate, inverted, polynomials, real_roots, with_derivative
-from .equation import Pairing, meet, relative_margins
-from .path_polynomial import HEIGHT, LARGEST, ROLL, PathSeries
+from ..support.products import product
+from .equation import edge_margins, meet, relative_margins
+from .flank_pair import FlankPair
+from .path_polynomial import HEIGHT, MAX_DEGREE, ROLL, PathSeries
 
-SCAN = np.linspace(-1.0, 1.0, 65)
-SCAN_VALUES = polynomials(SCAN, LARGEST)
-STEP = 2.0 * (SCAN[1] - SCAN[0])
-SHARES, CLOSE = np.linspace(0.0, 1.0, 17), np.linspace(0.0, 1.0, 65)
-PASSES, NEWTON_LAST = 30, 1e-8
-"""Newton on the polynomials ends with a step below NEWTON_LAST, whose square is rounding."""
-BESIDE, SPARE = 0.25, 0.1
-"""Flank depths, or face widths, by which rough positions are taken for ones that may be on the flanks; share
-of a range of l2 that is added at both ends."""
-ENDING = 1e-12
-"""Share of l1 by which a position asked for may miss the end of a path."""
+SCAN_POSITIONS = np.linspace(-1.0, 1.0, 65)
+SCAN_VALUES = polynomials(SCAN_POSITIONS, MAX_DEGREE)
+FINE_SCAN_WIDTH = 2.0 * (SCAN_POSITIONS[1] - SCAN_POSITIONS[0])
+OUTWARD_STEPS = np.array((-1, 1))
+ROLL_POSITIONS, FINE_POSITIONS = np.linspace(0.0, 1.0, 17), np.linspace(0.0, 1.0, 65)
+HALLEY_MAX_STEPS, LAST_HALLEY_STEP = 30, 1e-6
+"""Maximum steps of Halley's method on the polynomials, and the step that ends it: its cube is below rounding.
+"""
+TOE_ROWS = HEIGHT + Limit.PINION_TOE, HEIGHT + Limit.GEAR_TOE
+"""Rows of a series from which z of a contact on both members follows."""
+EDGE_BISECTIONS = 55
+"""Bisection steps for the point at which a path meets an edge of undercut."""
+NEAR_MARGIN, L2_MARGIN = 0.25, 0.1
+"""Distance from the limits, in flank depths or face widths, within which approximate positions may be on the
+flanks; fraction of the range of l2 that is added at both ends.
+"""
+END_TOLERANCE = 1e-12
+"""Tolerance, relative to l1, by which a given position may miss the end of a path."""
 
 
 @dataclass(frozen=True, eq=False)
 class Ends:
     """Where the path enters and leaves the flanks, (cases, 2); NaN and -1 without a path.
 
-    `x` is the parameter of the series, `limit` holds `Limit` codes. Per case: `span`, greatest
-    less least pinion roll of the path (rad); `turning`, whether the roll turns back on the way; `pieces`,
-    in how many the path lies on the flanks, of which the one with the greatest span is taken;
-    `status`."""
+    `x` is the parameter of the series, `limit` has codes of `Limit`. Per case: `span`, the range of pinion
+    roll of the path (rad); `turning`, whether the roll turns back; `pieces`, the number of segments on the
+    flanks, of which the one with the largest span is used; `status`.
+    """
 
     x: FloatArray
     l: FloatArray
@@ -51,40 +60,31 @@ class Ends:
     status: NDArray[np.int8]
 
     def cases(self, index: NDArray[np.int_]) -> Ends:
-        """Give the ends of the cases `index`."""
+        """Return the ends of the cases `index`."""
         picked = {
             name: value[:, index] if name == "l" else value[index] for name, value in vars(self).items()
         }
         return Ends(**picked)
 
-
-def longest_run(
-    inside: NDArray[np.bool_],
-) -> tuple[NDArray[np.int_], NDArray[np.int_], NDArray[np.int_]]:
-    """Give the first and the last index of the longest run of True along the last axis, and the number of
-    runs; last < first where there is none."""
-    index = np.arange(inside.shape[-1])
-    before = np.maximum.accumulate(np.where(inside, -1, index), axis=-1)
-    length = np.where(inside, index - before, 0)
-    last = np.argmax(length, axis=-1)
-    runs = inside[..., 0] + (inside[..., 1:] & ~inside[..., :-1]).sum(axis=-1)
-    return last - length.max(axis=-1) + 1, last, runs
+    def put(self, index: NDArray[np.int_], ends: Ends) -> None:
+        """Overwrite the ends of the cases `index`."""
+        for name, value in vars(ends).items():
+            getattr(self, name)[(slice(None), index) if name == "l" else index] = value
 
 
-def find_ends(pairing: Pairing, series: PathSeries) -> Ends:
-    """Give ends of the path within the window of its series; none where there is no series."""
+def find_ends(pairing: FlankPair, series: PathSeries) -> Ends:
+    """Return the ends of the path within the window of its series; none if there is no series."""
     solved = np.flatnonzero(series.status == Status.SOLVED)
     if solved.size == series.status.size:
-        return _ends(pairing, series)
+        return _trimmed_ends(pairing, series)
     ends = no_ends(series.status)
     if solved.size:
-        for name, value in vars(_ends(pairing.cases(solved), series.cases(solved))).items():
-            getattr(ends, name)[(slice(None), solved) if name == "l" else solved] = value
+        ends.put(solved, _trimmed_ends(pairing.cases(solved), series.cases(solved)))
     return ends
 
 
 def no_ends(status: NDArray[np.int8]) -> Ends:
-    """Give the ends of cases without a path, for the reasons `status`."""
+    """Return the ends of cases without a path, with the reasons `status`."""
     void = np.full((len(status), 2), np.nan)
     return Ends(
         x=void,
@@ -98,181 +98,311 @@ def no_ends(status: NDArray[np.int8]) -> Ends:
     )
 
 
-def _ends(pairing: Pairing, series: PathSeries) -> Ends:
-    """Give ends of solved paths.
+def _trimmed_ends(pairing: FlankPair, series: PathSeries) -> Ends:
+    """Return the ends of solved paths, also where undercut ends the flanks."""
+    ends = _ends(pairing, series, *_rough_ends(series))
+    if pairing.edges:
+        several = np.flatnonzero(ends.pieces > 1)
+        ends = _before_edges(pairing, series, ends)
+        # Undercut can shorten the segment with the largest range of roll below that of another segment.
+        for case in several:
+            one = np.array([case])
+            part, single = pairing.cases(one), series.cases(one)
+            runs, _ = _exact_runs(single.coefficients[:, 0])
+            for run in runs:
+                other = _before_edges(part, single, _ends(part, single, run[None], np.array([len(runs)])))
+                if other.span[0] > np.nan_to_num(ends.span[case]):
+                    ends.put(one, other)
+        endless = np.flatnonzero((np.abs(ends.x) == 1.0).any(axis=-1))  # no limit within the series
+        ends.put(endless, no_ends(np.full(endless.size, Status.NOT_CONVERGED, dtype=np.int8)))
+    return ends
 
-    Of the margins that shrink towards the outside, the one whose zero lies furthest inside
-    ends the path; Newton on that maximum changes limits by itself when another one turns
-    out to be met first. The pinion drives, with rising roll on right flanks and falling roll on
-    left ones: that says which end is entered."""
-    x, pieces = _rough_ends(series)
-    sought = pieces > 0
+
+def _longest_run(
+    inside: NDArray[np.bool_],
+) -> tuple[NDArray[np.int_], NDArray[np.int_], NDArray[np.int_]]:
+    """Return the first and the last index of the longest run of True in each row, and the number of runs."""
+    index = np.arange(inside.shape[-1])
+    before = np.maximum.accumulate(np.where(inside, -1, index), axis=-1)
+    length = np.where(inside, index - before, 0)
+    last = np.argmax(length, axis=-1)
+    runs = inside[..., 0] + (inside[..., 1:] & ~inside[..., :-1]).sum(axis=-1)
+    return last - length.max(axis=-1) + 1, last, runs
+
+
+def _before_edges(pairing: FlankPair, series: PathSeries, ends: Ends) -> Ends:
+    """Return the ends of paths, shortened where undercut ends them earlier.
+
+    Of the parts above the edges of both flanks, the one with the largest range of roll is used. The edges are
+    not polynomials of the path, so that crossings are sampled and then bisected.
+    """
+
+    def inside(x: FloatArray) -> FloatArray:
+        values = evaluate(series.coefficients[[0, 1, *TOE_ROWS]], x)
+        return edge_margins(pairing, values[:2], values[2:] - pairing.half_width)
+
+    low, high = np.sort(ends.x, axis=-1).T[..., None]
+    x = low + (high - low) * FINE_POSITIONS
+    depth = inside(x).min(axis=0)
+    cut = np.flatnonzero(((depth < 0.0).any(axis=-1)) & (ends.status == Status.SOLVED))
+    if not cut.size:
+        return ends
+    x, depth = x[cut], depth[cut]
+    # Longest run of samples above both edges, with its ends refined by bisection.
+    first, last, pieces = _longest_run(depth >= 0.0)
+    row, limits = np.arange(cut.size), ends.limit[cut]
+    result = np.empty((cut.size, 2))
+    swapped = ends.x[cut, 0] > ends.x[cut, 1]
+    part, coefficients = pairing.cases(cut), series.coefficients[:, cut]
+    for end, (place, sense) in enumerate(((first, -1), (last, 1))):
+        beyond = np.clip(place + sense, 0, FINE_POSITIONS.size - 1)
+        good, bad = x[row, place], x[row, beyond]
+        for _ in range(EDGE_BISECTIONS):
+            middle = 0.5 * (good + bad)
+            values = evaluate(coefficients[[0, 1, *TOE_ROWS]], middle[:, None])
+            margins = edge_margins(part, values[:2], values[2:] - part.half_width)[..., 0]
+            holds = margins.min(axis=0) >= 0.0
+            good, bad = np.where(holds, middle, good), np.where(holds, bad, middle)
+        result[:, end] = good
+        side = np.where(swapped, 1 - end, end)
+        moved = beyond != place
+        limits[row[moved], side[moved]] = margins.argmin(axis=0)[moved]
+    # Restore the order of entering and leaving.
+    result[swapped] = result[swapped, ::-1]
+    gone = pieces == 0
+    result[gone], limits[gone] = np.nan, -1
+    values = evaluate(coefficients[[0, 1, ROLL]], result)
+    span, turning = _roll_span(series.cases(cut), result, values[2])
+    for name, value in (("x", result), ("roll", values[2]), ("limit", limits), ("span", span)):
+        getattr(ends, name)[cut] = value
+    ends.l[:, cut], ends.turning[cut] = values[:2], turning & ~gone
+    ends.pieces[cut] = np.where(gone, 0, ends.pieces[cut] + pieces - 1)
+    ends.status[cut[gone]] = Status.OFF_FLANK
+    return ends
+
+
+def _ends(pairing: FlankPair, series: PathSeries, x: FloatArray, pieces: NDArray[np.int_]) -> Ends:
+    """Return the ends of solved paths near the starting values x (cases, 2), and their numbers of `pieces`.
+
+    Among the margins that decrease towards the outside, the one whose zero is furthest inside ends the path.
+    Newton's method on this maximum changes the limit if another one is met first. The pinion drives, with
+    increasing roll on right flanks and decreasing roll on left flanks; this decides which end is entered.
+    """
     inward = np.array([1.0, -1.0])
-    both = with_derivative(series.coefficients[HEIGHT:])
-    for _ in range(PASSES):
-        values = evaluate(both, x)
-        rates = values[len(Limit) :] * inward
-        moves = np.where(rates > 0.0, -values[: len(Limit)] / rates, -np.inf)
+    margins = with_derivative(series.coefficients[HEIGHT:], 2)
+    for _ in range(HALLEY_MAX_STEPS):
+        value, rate, bend = evaluate(margins, x).reshape(3, len(Limit), *x.shape)
+        # Step to the zero of each margin; the largest inward step belongs to the limiting one.
+        moves = _step(value, rate, bend) * inward
+        moves[~(rate * inward > 0.0)] = -np.inf
         limit, move = moves.argmax(axis=0), inward * moves.max(axis=0)
         before, x = x, np.minimum(np.maximum(x + move, -1.0), 1.0)
-        if not (np.abs(x - before)[sought] > NEWTON_LAST).any():
+        far = np.abs(x - before) > LAST_HALLEY_STEP
+        if not far.any() or not far[pieces > 0].any():
             break
-    missed = ~(np.abs(move) <= NEWTON_LAST).all(axis=-1)
-    status = np.where(missed, np.int8(Status.NOT_CONVERGED), np.int8(Status.SOLVED))
-    status = np.where(pieces == 0, np.int8(Status.OFF_FLANK), status)
-    away = status != Status.SOLVED
-    x, limit = np.where(away[:, None], np.nan, x), np.where(away[:, None], -1, limit).astype(np.int8)
-    values = evaluate(series.coefficients[[0, 1, ROLL]], x)
-    backwards = pairing.rack.sigma * (values[2, :, 1] - values[2, :, 0]) < 0.0
-    x[backwards], limit[backwards] = x[backwards, ::-1], limit[backwards, ::-1]
-    values[:, backwards] = values[:, backwards, ::-1]
-    span, turning = _roll_span(series, x, values[2])
-    pieces = np.where(away, 0, pieces)
-    return Ends(x, values[:2], values[2], limit, span, turning, pieces, status)
+    status = np.zeros(len(x), dtype=np.int8)
+    settled = np.abs(move) <= LAST_HALLEY_STEP
+    if pairing.edges:  # undercut may end the path within the series, before any of these limits
+        settled |= (np.abs(x) == 1.0) & (evaluate(margins[: len(Limit)], x).min(axis=0) > 0.0)
+    status[~settled.all(axis=-1)] = Status.NOT_CONVERGED
+    status[pieces == 0] = Status.OFF_FLANK
+    limit = limit.astype(np.int8)
+    if status.any():
+        away = status.astype(bool)
+        x[away], limit[away], pieces[away] = np.nan, -1, 0
+    l1, l2, roll = evaluate(series.coefficients[[0, 1, ROLL]], x)
+    # Exchange the ends if the driving sense enters at the other one.
+    backwards = pairing.rack.sigma * (roll[:, 1] - roll[:, 0]) < 0.0
+    if backwards.any():
+        for ends in (x, limit, l1, l2, roll):
+            ends[backwards] = ends[backwards, ::-1]
+    span, turning = _roll_span(series, x, roll)
+    return Ends(x, np.array((l1, l2)), roll, limit, span, turning, pieces, status)
+
+
+def _step(value: FloatArray, rate: FloatArray, bend: FloatArray) -> FloatArray:
+    """Return the step of Halley's method towards a zero of functions with these values and derivatives. Far
+    from a zero it is at most twice the Newton step, and never in the opposite direction.
+    """
+    newton = value / rate
+    return -newton / np.maximum(1.0 - 0.5 * newton * bend / rate, 0.5)
 
 
 def _rough_ends(series: PathSeries) -> tuple[FloatArray, NDArray[np.int_]]:
-    """Give starting values (cases, 2) for the ends of the path, and the number of its pieces.
+    """Return starting values (cases, 2) for the ends of the path, and the number of its segments.
 
-    A scan of the least margin does where it crosses zero twice. Where it has several runs
-    inside, or an extremum so near to zero that a crossing may hide between closer samples, too, the
-    roots of all margins are taken."""
-    depth = (series.coefficients[HEIGHT:] @ SCAN_VALUES[: series.coefficients.shape[-1]]).min(axis=0)
-    first, last, pieces = longest_run(depth > 0.0)
-    scan = np.broadcast_to(SCAN, depth.shape)
-    x = np.stack((_crossing(scan, depth, first, -1), _crossing(scan, depth, last, 1)), axis=-1)
+    A scan of the least margin suffices if it crosses zero twice. If it has several runs inside, or an
+    extremum so near to zero that finer samples may still hide a crossing, the roots of all margins are
+    computed.
+    """
+    depth = product(series.coefficients[HEIGHT:], SCAN_VALUES[: series.coefficients.shape[-1]]).min(axis=0)
+    # Sign changes of the least margin on the scan.
+    inside = depth > 0.0
+    pieces = inside[:, 0] + (inside[:, 1:] & ~inside[:, :-1]).sum(axis=-1)
+    edge = np.stack(
+        (inside.argmax(axis=-1), len(SCAN_POSITIONS) - 1 - inside[:, ::-1].argmax(axis=-1)), axis=-1
+    )
+    x = _crossing(np.broadcast_to(SCAN_POSITIONS, depth.shape), depth, edge)
+    # Extrema near zero may hide a crossing between samples.
     steps = depth[:, 1:] - depth[:, :-1]
     before, after, middle = steps[:, :-1], steps[:, 1:], depth[:, 1:-1]
-    near = np.abs(middle) <= np.maximum(np.abs(before), np.abs(after))
-    hidden = near & np.where(middle > 0.0, (before < 0.0) & (after > 0.0), (before > 0.0) & (after < 0.0))
+    hidden = (before * middle < 0.0) & (after * middle > 0.0)
+    if hidden.any():
+        hidden &= np.abs(middle) <= np.maximum(np.abs(before), np.abs(after))
     row, place = np.nonzero(hidden)
     if row.size:
-        fine = evaluate(series.coefficients[HEIGHT:, row], SCAN[place, None] + STEP * CLOSE).min(axis=0)
+        fine = evaluate(
+            series.coefficients[HEIGHT:, row], SCAN_POSITIONS[place, None] + FINE_SCAN_WIDTH * FINE_POSITIONS
+        ).min(axis=0)
         away = np.abs(fine).min(axis=-1) > np.abs(np.diff(fine)).max(axis=-1)
         hidden[row[away], place[away]] = False
-    for case in np.flatnonzero(hidden.any(axis=-1) | (pieces > 1)):
-        x[case], pieces[case] = _exact_run(series.coefficients[:, case])
+    several = (pieces > 1) | hidden.any(axis=-1)
+    for case in np.flatnonzero(several) if several.any() else ():
+        runs, spans = _exact_runs(series.coefficients[:, case])
+        x[case], pieces[case] = runs[np.argmax(spans)] if len(runs) else 0.0, len(runs)
     return x, pieces
 
 
-def _exact_run(coefficients: FloatArray) -> tuple[FloatArray, int]:
-    """Give ends of the piece on the flanks with the greatest span of roll, and the number of pieces."""
+def _exact_runs(coefficients: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the ends (segments, 2) of all segments on the flanks, and their ranges of roll, rad."""
+    # The roots of all margins divide the series into segments inside and outside.
     cuts = np.concatenate([real_roots(margin, -1.0, 1.0) for margin in coefficients[HEIGHT:]])
     cuts = np.concatenate(([-1.0], np.sort(cuts), [1.0]))
     between = 0.5 * (cuts[1:] + cuts[:-1])
     inside = evaluate(coefficients[HEIGHT:, None], between)[:, 0].min(axis=0) > 0.0
     edges = np.flatnonzero(np.diff(np.concatenate(([0], inside, [0]))))
-    if edges.size == 0:
-        return np.zeros(2), 0
     runs, roll = cuts[edges].reshape(-1, 2), coefficients[ROLL : ROLL + 1]
-    turns = real_roots(with_derivative(roll[:, None])[1, 0], -1.0, 1.0)
+    # Extrema of the roll inside each segment.
+    turns = real_roots(with_derivative(roll[:, None])[1, 0], -1.0, 1.0) if len(runs) else np.empty(0)
     spans = []
     for first, last in runs:
         reached = np.concatenate(([first], turns[(turns > first) & (turns < last)], [last]))
         spans.append(np.ptp(evaluate(roll[:, None], reached)))
-    return runs[int(np.argmax(spans))], len(runs)
+    return runs, np.array(spans)
 
 
-def _crossing(x: FloatArray, depth: FloatArray, edge: NDArray[np.int_], outward: int) -> FloatArray:
-    """Say at which x (cases, samples) the depth crosses zero beside the sample `edge`, by a straight line."""
-    case = np.arange(len(edge))
-    beyond = np.minimum(np.maximum(edge + outward, 0), x.shape[-1] - 1)
-    inside, outside = depth[case, edge], depth[case, beyond]
+def _crossing(x: FloatArray, depth: FloatArray, edge: NDArray[np.int_]) -> FloatArray:
+    """Return at which x (cases, samples) the depth crosses zero before the first and after the second of two
+    samples `edge` (cases, 2), by linear interpolation.
+    """
+    case = np.arange(len(edge))[:, None]
+    beyond = np.minimum(np.maximum(edge + OUTWARD_STEPS, 0), x.shape[-1] - 1)
+    inside, outside, start = depth[case, edge], depth[case, beyond], x[case, edge]
     share = np.where(outside < inside, inside / (inside - outside), 0.0)
-    return np.asarray(x[case, edge] + share * (x[case, beyond] - x[case, edge]))
+    return np.asarray(start + share * (x[case, beyond] - start))
 
 
-def rough_window(pairing: Pairing, l: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Give bounds of l1 and l2 (2, cases, 1), mm, of contacts roughly at l (2, cases, positions), along which
-    l1 rises, that seem to lie on the flanks or less than BESIDE beyond, with SPARE in l2; NaN where none
-    does."""
-    room = np.nan_to_num(relative_margins(pairing, l, meet(pairing, l)).min(axis=0) + BESIDE, nan=-BESIDE)
+def rough_window(pairing: FlankPair, l: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return bounds of l1 and l2 (2, cases, 1), mm, of contacts near the flanks.
+
+    The contacts are known approximately at l (2, cases, positions), along which l1 increases. Those on the
+    flanks or less than NEAR_MARGIN outside are inside the bounds, with a margin L2_MARGIN in l2; NaN if there
+    are none.
+    """
+    room = np.nan_to_num(
+        relative_margins(pairing, l, meet(pairing, l)).min(axis=0) + NEAR_MARGIN, nan=-NEAR_MARGIN
+    )
     near = room > 0.0
-    first, last = near.argmax(axis=-1), near.shape[-1] - 1 - near[:, ::-1].argmax(axis=-1)
-    ends = np.array([[_crossing(x, room, edge, way) for x in l] for edge, way in ((first, -1), (last, 1))])
+    edge = np.stack((near.argmax(axis=-1), near.shape[-1] - 1 - near[:, ::-1].argmax(axis=-1)), axis=-1)
+    ends = np.moveaxis(np.array([_crossing(x, room, edge) for x in l]), -1, 0)
     ends[..., ~near.any(axis=-1)] = np.nan
     low, high = np.sort(ends, axis=0)[..., None]
-    spare = SPARE * (high[1] - low[1])
+    spare = L2_MARGIN * (high[1] - low[1])
     low[1], high[1] = low[1] - spare, high[1] + spare
     return low, high
 
 
 def _roll_span(series: PathSeries, x: FloatArray, roll: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Give the pinion roll covered between the ends (cases), rad: greatest less least roll of the path, which
-    is that between its ends unless it turns back on the way; and whether it does."""
+    """Return the range of pinion roll of the path (cases), rad, and whether the roll turns back. If it does
+    not, the range is the difference between the ends.
+    """
     span = np.abs(roll[:, 1] - roll[:, 0])
     both = with_derivative(series.coefficients[ROLL : ROLL + 1])
-    share = x[:, :1] + (x[:, 1:] - x[:, :1]) * SHARES
+    share = x[:, :1] + (x[:, 1:] - x[:, :1]) * ROLL_POSITIONS
+    # The roll may turn back if its rate varies strongly or changes sign.
     rate = evaluate(both[1:], share)[0]
     low, high = rate.min(axis=-1), rate.max(axis=-1)
     turning = low * high <= 0.25 * np.maximum(np.abs(low), np.abs(high)) ** 2
-    some = np.flatnonzero(turning)
-    if some.size:
-        turns, turning[some] = _turns(both[1, some], x[some])
+    subset = np.flatnonzero(turning)
+    if subset.size:
+        turns, turning[subset] = _turns(both[1, subset], x[subset])
         row, place = np.nonzero(~np.isnan(turns))
-        reached = np.full((some.size, turns.shape[1] + 2), np.nan)
-        reached[:, :2] = roll[some]
-        reached[row, place + 2] = evaluate(both[:1, some[row]], turns[row, place, None])[0, :, 0]
-        span[some] = np.nanmax(reached, axis=-1) - np.nanmin(reached, axis=-1)
+        reached = np.full((subset.size, turns.shape[1] + 2), np.nan)
+        reached[:, :2] = roll[subset]
+        reached[row, place + 2] = evaluate(both[:1, subset[row]], turns[row, place, None])[0, :, 0]
+        span[subset] = np.nanmax(reached, axis=-1) - np.nanmin(reached, axis=-1)
     return span, turning
 
 
 def _turns(rate: FloatArray, ends: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Say where polynomials (cases, degree + 1) change their sign between `ends` (cases, 2): (cases, steps),
-    NaN in steps without; and which do.
+    """Return where polynomials (cases, degree + 1) change sign between `ends` (cases, 2), as (cases, steps)
+    with NaN in steps without a change; and which cases have a change.
 
-    Between samples a polynomial strays from their chord by about an eighth of the second difference: where
-    it may so reach zero and go back, its roots are sought one by one."""
+    Between samples a polynomial deviates from their chord by about an eighth of the second difference. Where
+    it may reach zero and return within this deviation, its roots are computed one by one.
+    """
     low, high = np.sort(ends, axis=-1).T[..., None]
-    x = low + (high - low) * CLOSE
+    x = low + (high - low) * FINE_POSITIONS
     value = evaluate(rate[None], x)[0]
-    roots = np.full((len(x), CLOSE.size - 1), np.nan)
+    roots = np.full((len(x), FINE_POSITIONS.size - 1), np.nan)
+    # Changes of sign between samples, then double roots between them.
     row, step = np.nonzero(np.signbit(value[:, :-1]) != np.signbit(value[:, 1:]))
     at = inverted(rate[row], np.zeros((row.size, 1)), x[row, step, None], x[row, step + 1, None])
     roots[row, step] = at[:, 0]
     bend = np.abs(np.diff(value, 2, axis=-1))
     hidden = (np.abs(value[:, 1:-1]) <= bend) & np.isnan(roots[:, 1:]) & np.isnan(roots[:, :-1])
     for case in np.flatnonzero(hidden.any(axis=-1)):
-        found = real_roots(rate[case], low[case, 0], high[case, 0])
+        result = real_roots(rate[case], low[case, 0], high[case, 0])
         roots[case] = np.nan
-        roots[case, : found.size] = found
+        roots[case, : result.size] = result
     return roots, np.isfinite(roots).any(axis=-1)
 
 
 def at_shares(series: PathSeries, ends: Ends, share: FloatArray) -> FloatArray:
-    """Give series parameters x (cases, positions) at `share` in [-1, 1] of the way from enter to leave.
+    """Return series parameters x (cases, positions) at relative positions `share` in [-1, 1] from enter to
+    leave.
 
-    The way is measured in pinion roll, inverted by Newton; on a path along which the roll
-    turns back it is measured in x."""
+    The position is measured in pinion roll, inverted by Newton's method. If the roll turns back along the
+    path, it is measured in x.
+    """
     enter, leave, first, last = ends.x[:, :1], ends.x[:, 1:], ends.roll[:, :1], ends.roll[:, 1:]
+    # Invert the roll by Halley's method; bisection for positions that do not converge.
     goal = 0.5 * ((first + last) + (last - first) * share)
     low, high = np.minimum(enter, leave), np.maximum(enter, leave)
     straight = x = 0.5 * ((enter + leave) + (leave - enter) * share)
-    both = with_derivative(series.coefficients[ROLL : ROLL + 1])
-    for _ in range(PASSES):
-        value, rate = evaluate(both, x)
-        move = np.where(ends.turning[:, None], 0.0, (goal - value) / rate)
+    turns = ends.turning.any()
+    rolls = with_derivative(series.coefficients[ROLL : ROLL + 1], 2)
+    for _ in range(HALLEY_MAX_STEPS):
+        value, rate, bend = evaluate(rolls, x)
+        move = _step(value - goal, rate, bend)
+        if turns:
+            move[ends.turning] = 0.0
         x = np.minimum(np.maximum(x + move, low), high)
-        if not (np.abs(move) > NEWTON_LAST).any():
+        far = np.abs(move) > LAST_HALLEY_STEP
+        if not far.any():
             break
-    x = np.where(ends.turning[:, None], straight, x)
-    lost = np.flatnonzero((np.abs(move) > NEWTON_LAST).any(axis=-1))
-    if lost.size:
+    if turns:
+        x = np.where(ends.turning[:, None], straight, x)
+    lost = np.flatnonzero(far.any(axis=-1)) if far.any() else ()
+    if len(lost):
         x[lost] = inverted(series.coefficients[ROLL, lost], goal[lost], low[lost], high[lost])
     return x
 
 
 def shares_at_l1(series: PathSeries, ends: Ends, l1: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Give series parameters x (cases, positions) at `l1`, and where several contacts on the flanks have it.
+    """Return series parameters x (cases, positions) at `l1`, and where several contacts on the flanks have
+    this l1.
 
-    Where x is no function of l1, only the path on the flanks is searched; NaN beyond it."""
+    If x is not a function of l1, only the path on the flanks is searched; NaN beyond it.
+    """
     x, several = (l1 - series.middle) / series.half, np.zeros(l1.shape, dtype=bool)
     for case in np.flatnonzero(np.isnan(series.half[:, 0]) & (ends.status == Status.SOLVED)):
+        # Divide the path where l1 turns back, and invert l1 on each monotone part.
         both, (low, high) = with_derivative(series.coefficients[:1, case, None]), np.sort(ends.x[case])
         cuts = np.concatenate(([low], real_roots(both[1, 0], low, high), [high]))
         at_cuts, given = evaluate(both[:1], cuts)[0, 0], l1[case]
-        for end in at_cuts[[0, -1]]:  # rounding must not part an end from its path
-            given = np.where(np.abs(given - end) <= ENDING * np.abs(both[0]).sum(), end, given)
+        for end in at_cuts[[0, -1]]:  # rounding must not separate an end from its path
+            given = np.where(np.abs(given - end) <= END_TOLERANCE * np.abs(both[0]).sum(), end, given)
         for k, (start, stop) in enumerate(pairwise(cuts)):
             least, most = np.sort(at_cuts[k : k + 2])
             here = (given >= least) & (given <= most)

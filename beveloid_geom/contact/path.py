@@ -1,57 +1,60 @@
-"""Path of contact of a pair, its contact ratio and the limits that end it.
+"""Path of contact of a pair, its contact ratio and the limits at its ends.
 
-A path is followed as a polynomial through exact solutions (`path_polynomial`), expanded in the pinion's
-roll between its ends, and evaluated where it is asked for. Pinion drives, so that its roll
-rises along the path of right flanks and falls along that of left flanks: ordinarily the path
-enters at the pinion's root side and leaves towards its tip.
+The path is a polynomial through exact solutions (`path_polynomial`). It is expanded in the pinion roll
+between its ends and evaluated at the requested positions. The pinion drives, so that its roll increases along
+the path of right flanks and decreases along that of left flanks. The path usually enters at the root side of
+the pinion and leaves towards its tip.
 
-The contact ratio is Eq. 16: the pinion roll over which a tooth pair is tangent on its flanks, greatest
-less least roll of its path, over a pitch. Where the roll turns back along the path that is more than the
-roll between the ends: the pair is tangent twice at some rolls. It speaks of the geometry of one tooth
-pair. Where the gear runs ahead towards the ends of the path, as on the right flanks of Table 1 with both
-parabola coefficients positive, the edge of the next tooth touches first and the ratio at which the pair
-operates is another.
+The contact ratio is Eq. 16: the range of pinion roll over which the flanks of a tooth pair are tangent,
+divided by the pitch. If the roll turns back along the path, this range exceeds the roll between the ends, and
+the pair is tangent twice at some rolls. The contact ratio describes the geometry of one tooth pair. If the
+gear runs ahead towards the ends of the path, as on the right flanks of Table 1 with both parabola
+coefficients positive, the edge of the next tooth touches first. The ratio in operation is then different
+(`operating_ratio`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, gear_sense
+from ..design.arguments import require_design
 from ..design.field_limits import float64_of
 from ..design.model import Design
 from ..status import Limit, Status
-from ..support.chebyshev import basis_of, evaluate, resolved_degree
-from ..support.few_lines import few_lines, html_table
-from .ends import Ends, at_shares, shares_at_l1
-from .equation import Pairing, gap_tolerance, pairing_of
-from .path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROWS, PathSeries, exact_rows, rounding_scale
+from ..support.array_repr import html_table, short_repr
+from .ends import Ends, no_ends
+from .flank_pair import FlankPair, generated_pairing, is_modified, pairing_of
+from .path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROWS
+from .path_positions import (
+    MAX_SINGLE_SOLVES,
+    expanded_in_roll,
+    middles_of,
+    rows_alone,
+    rows_at_given,
+    rows_on_path,
+)
 from .path_search import Group, paths_on_flanks
-
-DENSE, MANY = basis_of(40), 256
-"""A path of MANY positions or more is expanded in roll before it is evaluated."""
-POSITIONS_PER_BLOCK, SAFE_PER_BLOCK = 8192, 2048
-"""Sizes at which the arrays of a block stay in the cache; a safe solve takes many samples."""
-ROUNDING = 64.0
-"""Limits count as met within this many gap tolerances."""
+from .surfaces.paths import rows_at_l1, rows_between_ends, surface_ends, surface_paths
 
 
 @dataclass(frozen=True, eq=False)
 class PathEnds:
-    """Ends of the path on the flanks; last axis (enter, leave), before it the batch axes.
+    """Ends of the path on the flanks.
 
-    `l1`, `l2` (mm), `pinion_roll` (rad), `limit` (codes of `Limit`, -1 without a path);
-    `contact_ratio` (Eq. 16: greatest less least pinion roll of the path, over a pitch; 0 without a path,
-    NaN where the path could not be followed), `pieces` (in how many the path lies on the
-    flanks; that which covers most roll is taken; where l1 resolves the path, one with the other sign of n_x
-    is not looked for) and `status` (codes of `Status`)
-    have the batch shape."""
+    The last axis is (enter, leave), after the batch axes: `l1`, `l2` (mm), `pinion_roll` (rad) and `limit`
+    (codes of `Limit`, -1 without a path). With the batch shape: `contact_ratio` (Eq. 16), 0 without a path
+    and NaN where the path could not be computed; `pieces`, the number of segments of the path on the flanks,
+    of which the one with the largest range of roll is used; `status` (codes of `Status`). The second solution
+    branch (opposite sign of n_x) is not searched if l1 resolves the path of the first.
+    """
 
-    __repr__ = few_lines
+    __repr__ = short_repr
 
     l1: FloatArray
     l2: FloatArray
@@ -63,12 +66,12 @@ class PathEnds:
 
     @property
     def enter(self) -> Limit | None:
-        """Give the limit at which a single path enters."""
+        """Limit at which a single path enters."""
         return self._single(0)
 
     @property
     def leave(self) -> Limit | None:
-        """Give the limit at which a single path leaves."""
+        """Limit at which a single path leaves."""
         return self._single(1)
 
     def _single(self, end: int) -> Limit | None:
@@ -79,16 +82,36 @@ class PathEnds:
 
 @dataclass(frozen=True, eq=False)
 class ContactPath:
-    """Contacts of one flank pair of a `design`, arrays `(*batch, positions)`, or `(*batch, positions, 3)`.
+    """Contacts of one flank pair, arrays (..., positions), or (..., positions, 3).
 
-    `l1, u1, l2, u2` flank parameters, mm; `pinion_roll, gear_roll`, rad; `point` (mm) and
-    `normal` (out of the pinion's tooth) in S_f; `pinion_z, gear_z` (mm) from mid-face, which
-    moves with the member, towards the heel; `pinion_r, gear_r` (mm) from the member's axis;
-    `transmission_error`: gear roll plus N1/N2 pinion roll less its value at mid-roll of the path
-    on the flanks (midway where the roll turns back; without such a path, the middle of the l1
-    asked for), rad; `status`: codes of `Status`. NaN where not solved."""
+    Attributes
+    ----------
+    design : Design
+    flank : str
+    l1, u1, l2, u2 : ndarray
+        Flank parameters, mm.
+    pinion_roll, gear_roll : ndarray
+        Roll angles, rad.
+    point, normal : ndarray
+        Contact point (mm) and unit normal out of the pinion tooth, in S_f.
+    pinion_z, gear_z : ndarray
+        Axial coordinate from mid-face of the member, mm.
+    pinion_r, gear_r : ndarray
+        Distance from the axis of the member, mm.
+    transmission_error : ndarray
+        Gear roll plus N1/N2 pinion roll, rad, minus its value at mid-roll of the path on the flanks (the
+        middle of the path parameter if the roll turns back; the middle of the given l1 without a path).
+        Positive if the gear is ahead in the sense of driving (`gear_sense`).
+    status : ndarray
+        Codes of `Status`. Values that are not solved are NaN.
+    ends : PathEnds
 
-    __repr__ = few_lines
+    Notes
+    -----
+    For a few given l1, `ends` and `transmission_error` are computed when they are first read.
+    """
+
+    __repr__ = short_repr
     _repr_html_ = html_table
 
     design: Design = field(repr=False)
@@ -109,30 +132,46 @@ class ContactPath:
     status: NDArray[np.int8]
     ends: PathEnds
 
+    if not TYPE_CHECKING:  # it would hide misspelt names from the type checker
+
+        def __getattr__(self, name: str) -> Any:
+            """Compute ends and transmission error of contacts that were solved one by one."""
+            if name not in ("ends", "transmission_error"):
+                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            vars(self).update(_searched(self))
+            return vars(self)[name]
+
 
 def path_of_contact(
-    design: Design, flank: str = "right", points: int = 101, *, l1: ArrayLike | None = None
+    design: Design,
+    flank: str = "right",
+    points: int = 101,
+    *,
+    l1: ArrayLike | None = None,
+    undercut: bool = True,
 ) -> ContactPath:
-    """Find the path of contact of a flank pair: Eqs. 15 and 16 of Ni et al. 2017.
+    """Compute the path of contact of a flank pair: Eqs. 15 and 16 of Ni et al. 2017.
 
     Parameters
     ----------
     design : Design
         Array quantities broadcast to its batch shape: one call solves all cases.
     flank : {'right', 'left'}
-        Of both members; the paper's figures are of right flanks.
+        Flank of both members. The paper does not say which flanks its figures show.
     points : int
-        Positions from the exact point where the path enters both flanks to that where it leaves them, both
-        included, evenly spaced in pinion roll (where the roll turns back along the path, evenly in l1, or
-        where that does not resolve it along its chord, or the curve).
+        Number of positions, from the exact point where the path enters both flanks to the exact point where
+        it leaves them, evenly spaced in pinion roll. If the roll turns back along the path, they are evenly
+        spaced in l1 or, where l1 does not resolve the path, along its chord or the curve.
     l1 : array_like, shape (positions) or batch shape and positions, optional
-        In place of `points`: the contacts at these pinion flank parameters, mm, unclipped; those outside
+        Replaces `points`: pinion flank parameters of the contacts, mm. They are not clipped; those outside
         the limits have the status OFF_FLANK.
+    undercut : bool
+        Whether undercut limits the flanks.
 
     Returns
     -------
     ContactPath
-        Without contact on the flanks a single design gives empty arrays, a batch rows of NaN.
+        Without contact on the flanks, a single design gives empty arrays and a batch gives rows of NaN.
 
     Raises
     ------
@@ -141,40 +180,108 @@ def path_of_contact(
 
     Notes
     -----
-    The paper solves five equations at every position; here they are reduced to one in l1 and l2, the
-    same to rounding (`beveloid_geom.contact`). It clips paths at no limits that it names; here they end at
-    tip, root, toe and heel of both members.
+    The paper solves five equations at every position. Here they are reduced to one equation in l1 and l2,
+    with the same solution to rounding (`beveloid_geom.contact`). The paper names no limits of the path; here
+    it ends at tip, root, toe and heel of both members.
+
+    Examples
+    --------
+    >>> from beveloid_geom import builtin_design, path_of_contact
+    >>> path = path_of_contact(builtin_design("ni-2017"), "right", 5)
+    >>> round(float(path.ends.contact_ratio), 4)
+    1.651
     """
+    require_design(design)
     if l1 is None:
         require_points(points)
-    pairing, shape = _solvable(design, flank), design.batch_shape
+    pairing, shape = _solvable(design, flank, undercut), design.batch_shape
     cases = pairing.branch.shape[0]
     given = None if l1 is None else _by_case(l1, shape)
+    if is_modified(design, flank):
+        return _on_surfaces(design, flank, pairing, points, given)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        if (
+            given is not None
+            and given.shape[-1] <= MAX_SINGLE_SOLVES
+            and (alone := rows_alone(pairing, given))
+        ):
+            return _result(design, flank, *alone)
         groups = paths_on_flanks(pairing)
-        parts = [
-            _on_path(group, points) if given is None else _at_given(group, given[group.cases])
-            for group in groups
-        ]
+        table, status = _rows_of_groups(groups, points, given, cases)
+        middle = None if given is None else middles_of(groups, given)
     path_ends = _path_ends(pairing, groups, shape)
-    table, status = parts[0]
-    if len(parts) > 1:
-        table = np.empty((HEIGHT, cases, table.shape[-1]))
-        status = np.empty(table.shape[1:], dtype=np.int8)
-        for group, (rows, codes) in zip(groups, parts, strict=True):
-            table[:, group.cases], status[group.cases] = rows, codes
-    if given is None and not shape and path_ends.status != Status.SOLVED:
+    # Transmission error relative to mid-roll; a single design without a path gives empty arrays.
+    if middle is not None:
+        table[PHASE] -= middle
+    elif not shape and path_ends.status != Status.SOLVED:
         table, status = table[..., :0], status[:, :0]
     return _result(design, flank, table, status, path_ends)
+
+
+def _on_surfaces(
+    design: Design, flank: str, pairing: FlankPair, points: int, given: FloatArray | None
+) -> ContactPath:
+    """Return the path of modified flanks, to which the one equation does not apply."""
+    cases = pairing.branch.shape[0]
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        paths = surface_paths(design, flank, pairing)
+        if given is None:
+            table, status = rows_between_ends(paths, cases, np.linspace(0.0, 1.0, points))
+        else:
+            table, status = rows_at_l1(paths, given)
+        path_ends = _of_batch(pairing, surface_ends(paths, cases), design.batch_shape)
+    if given is None and not design.batch_shape and path_ends.status != Status.SOLVED:
+        table, status = table[..., :0], status[:, :0]
+    return _result(design, flank, table, status, path_ends)
+
+
+def _rows_of_groups(
+    groups: list[Group], points: int, given: FloatArray | None, cases: int
+) -> tuple[FloatArray, NDArray[np.int8]]:
+    """Return rows (HEIGHT, cases, positions) and status of all cases at evenly spaced positions, or at the
+    `given` l1 (cases, positions), mm.
+    """
+    table, status = np.empty((HEIGHT, 0, 0)), np.empty((0, 0), dtype=np.int8)
+    for group in groups:
+        if given is None:
+            rows, codes = rows_on_path(group, points)
+        else:
+            rows, codes = rows_at_given(group, given[group.cases])
+        if len(groups) == 1:
+            return rows, codes
+        if table.size == 0:
+            table, status = (
+                np.empty((HEIGHT, cases, rows.shape[-1])),
+                np.empty((cases, rows.shape[-1]), np.int8),
+            )
+        table[:, group.cases], status[group.cases] = rows, codes
+    return table, status
 
 
 def path_blocks(
     design: Design, flank: str = "right", points: int = 101, *, positions_per_block: int = 65536
 ) -> Iterator[ContactPath]:
-    """Give the positions of `path_of_contact` of a single design, block by block and in order, so that memory
-    does not grow with their number. The `ends` of every block are those of the path.
+    """Yield the positions of `path_of_contact` of a single design block by block, with constant memory.
 
-    Raises ValueError for a batch: give it in slices of its cases."""
+    Parameters
+    ----------
+    design : Design
+        A single one; slice a batch by its cases.
+    flank : {'right', 'left'}
+    points : int
+        Total number of positions.
+    positions_per_block : int
+
+    Yields
+    ------
+    ContactPath
+        Blocks in order. The `ends` of every block are those of the path.
+
+    Raises
+    ------
+    ValueError
+        For a batch, or invalid numbers of positions.
+    """
     if design.batch_shape:
         raise ValueError("path_blocks takes single designs; call path_of_contact on slices of a batch")
     require_points(points)
@@ -185,48 +292,68 @@ def path_blocks(
 
 def _blocks(design: Design, flank: str, points: int, size: int) -> Iterator[ContactPath]:
     pairing = _solvable(design, flank)
+    if is_modified(design, flank):
+        yield from _surface_blocks(design, flank, pairing, points, size)
+        return
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         (group,) = paths_on_flanks(pairing)
-        way = _way_of(group)
+        expanded = expanded_in_roll(group)
     limits = _path_ends(pairing, [group], ())
-    found = points if limits.status == Status.SOLVED else 0
-    for start in range(0, max(found, 1), size):
-        index = np.arange(start, min(start + size, found))
+    result = points if limits.status == Status.SOLVED else 0
+    for start in range(0, max(result, 1), size):
+        index = np.arange(start, min(start + size, result))
+        # The same relative positions as for a single call.
         share = np.where(index == points - 1, 1.0, index * (2.0 / (points - 1)) - 1.0)  # as np.linspace
         with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            table = way.rows(share)
+            table = expanded.rows(share)
         status = np.broadcast_to(group.ends.status[:, None], table.shape[1:])
         yield _result(design, flank, table, status, limits)
 
 
+def _surface_blocks(
+    design: Design, flank: str, pairing: FlankPair, points: int, size: int
+) -> Iterator[ContactPath]:
+    """Yield the blocks of a path of modified flanks."""
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        paths = surface_paths(design, flank, pairing)
+        limits = _of_batch(pairing, surface_ends(paths, 1), ())
+    share = np.linspace(0.0, 1.0, points) if limits.status == Status.SOLVED else np.empty(0)
+    for start in range(0, max(share.size, 1), size):
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            table, status = rows_between_ends(paths, 1, share[start : start + size])
+        yield _result(design, flank, table, status, limits)
+
+
 def require_points(points: object) -> None:
-    """Raise ValueError unless `points` is a number of positions along a path."""
+    """Raise ValueError unless `points` is a valid number of positions along a path."""
     if not isinstance(points, int | np.integer) or isinstance(points, bool) or points < 2:
         raise ValueError(f"points must be at least 2, a whole number, got {points!r}")
 
 
-def _solvable(design: Design, flank: str) -> Pairing:
+def _solvable(design: Design, flank: str, undercut: bool = True) -> FlankPair:
     if 0 in design.batch_shape:
         raise ValueError("the design holds an array without elements: there is nothing to solve")
-    return pairing_of(design, flank)
+    return generated_pairing(design, flank, undercut)
 
 
 def _by_case(l1: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
-    """Give the flank parameters asked for, (cases, positions)."""
+    """Return the requested flank parameters, (cases, positions)."""
     given = np.atleast_1d(float64_of("l1", l1))
     if given.shape[:-1] not in ((), shape):
         batch = f" or {(*shape, 'positions')}" if shape else ""
         raise ValueError(f"l1 must have the shape (positions){batch}, got {given.shape}")
     if given.size == 0 or not np.isfinite(given).all():
         raise ValueError("l1 must hold finite numbers, at least one")
+    if not shape:
+        return given[None]
     return np.broadcast_to(given, (*shape, given.shape[-1])).reshape(-1, given.shape[-1])
 
 
 def contact_ratio(design: Design, flank: str = "right") -> FloatArray:
-    """Find the contact ratio of one tooth pair's flanks, Eq. 16.
+    """Compute the contact ratio of the flanks of one tooth pair, Eq. 16.
 
-    It is the greatest less the least pinion roll of the path, over a pitch, and not the ratio at which the
-    pair runs where edges touch first: `operating_ratio` has that.
+    It is the range of pinion roll of the path, divided by the pitch. Where edges touch first, the pair runs
+    with another ratio (`operating_ratio`).
 
     Parameters
     ----------
@@ -237,126 +364,92 @@ def contact_ratio(design: Design, flank: str = "right") -> FloatArray:
     Returns
     -------
     ndarray
-        Of the batch shape; 0 where there is no contact on the flanks, NaN where the path could not be
-        followed.
+        Of the batch shape; 0 without contact on the flanks, NaN where the path could not be computed.
+
+    Examples
+    --------
+    >>> import beveloid_geom as bg
+    >>> round(float(bg.contact_ratio(bg.builtin_design("ni-2017"), "left")), 4)
+    1.652
     """
+    require_design(design)
     return path_ends(design, flank).contact_ratio
 
 
 def path_ends(design: Design, flank: str = "right") -> PathEnds:
-    """Give ends of the path of contact and the contact ratio, without the positions between."""
+    """Compute the ends of the path of contact and the contact ratio, without the positions between.
+
+    Parameters
+    ----------
+    design : Design
+        Array quantities broadcast to its batch shape.
+    flank : {'right', 'left'}
+
+    Returns
+    -------
+    PathEnds
+    """
     pairing = _solvable(design, flank)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        if is_modified(design, flank):
+            paths = surface_paths(design, flank, pairing)
+            return _of_batch(pairing, surface_ends(paths, pairing.branch.shape[0]), design.batch_shape)
         return _path_ends(pairing, paths_on_flanks(pairing), design.batch_shape)
 
 
-def _path_ends(pairing: Pairing, groups: list[Group], shape: tuple[int, ...]) -> PathEnds:
-    cases = pairing.branch.shape[0]
-    l, roll, limit = np.empty((2, cases, 2)), np.empty((cases, 2)), np.empty((cases, 2), dtype=np.int8)
-    span, pieces = np.empty(cases), np.empty(cases, dtype=int)
-    status = np.empty(cases, dtype=np.int8)
-    for group in groups:
-        own, ends = group.cases, group.ends
-        l[:, own], roll[own], limit[own] = ends.l, ends.roll, ends.limit
-        span[own], pieces[own], status[own] = ends.span, ends.pieces, ends.status
-    ratio = span * pairing.teeth[0, :, 0] / (2.0 * np.pi)
-    ratio = np.where((status == Status.OFF_FLANK) | (status == Status.NO_COMMON_NORMAL), 0.0, ratio)
+def _path_ends(pairing: FlankPair, groups: list[Group], shape: tuple[int, ...]) -> PathEnds:
+    ends = groups[0].ends
+    # Collect the ends of all groups.
+    if len(groups) > 1:
+        ends = no_ends(np.empty(pairing.branch.shape[0], dtype=np.int8))
+        for group in groups:
+            ends.put(group.cases, group.ends)
+    return _of_batch(pairing, ends, shape)
+
+
+def _of_batch(pairing: FlankPair, ends: Ends, shape: tuple[int, ...]) -> PathEnds:
+    """Return the ends of all cases in the batch shape, with the contact ratio."""
+    status = ends.status
+    ratio = ends.span * pairing.teeth[0, :, 0] / (2.0 * np.pi)
+    if status.any():
+        ratio[(status == Status.OFF_FLANK) | (status == Status.NO_COMMON_NORMAL)] = 0.0
     return PathEnds(
-        l1=l[0].reshape(*shape, 2),
-        l2=l[1].reshape(*shape, 2),
-        pinion_roll=roll.reshape(*shape, 2),
-        limit=limit.reshape(*shape, 2),
+        l1=ends.l[0].reshape(*shape, 2),
+        l2=ends.l[1].reshape(*shape, 2),
+        pinion_roll=ends.roll.reshape(*shape, 2),
+        limit=ends.limit.reshape(*shape, 2),
         contact_ratio=ratio.reshape(shape),
-        pieces=pieces.reshape(shape),
+        pieces=ends.pieces.reshape(shape),
         status=status.reshape(shape),
     )
 
 
 def _result(
-    design: Design, flank: str, table: FloatArray, status: NDArray[np.int8], ends: PathEnds
+    design: Design, flank: str, table: FloatArray, status: NDArray[np.int8], ends: PathEnds | None = None
 ) -> ContactPath:
+    """Return the path with these rows (HEIGHT, cases, positions). Without `ends`, ends and transmission error
+    are computed later.
+    """
     shape = design.batch_shape
     table, status = table.reshape(HEIGHT, *shape, -1), status.reshape(*shape, -1)
     last = (*range(1, table.ndim), 0)
     vectors = {"point": table[POINT].transpose(last), "normal": table[NORMAL].transpose(last)}
     rows = {name: table[row] for name, row in ROWS.items()}
-    return ContactPath(design=design, flank=flank, status=status, ends=ends, **rows, **vectors)
+    if ends is not None:
+        rows["transmission_error"] = gear_sense(flank) * rows["transmission_error"]
+        return ContactPath(design=design, flank=flank, status=status, ends=ends, **rows, **vectors)
+    del rows["transmission_error"]
+    path = object.__new__(ContactPath)
+    vars(path).update(design=design, flank=flank, status=status, **rows, **vectors)
+    return path
 
 
-@dataclass(frozen=True, eq=False)
-class _Way:
-    """A path from enter to leave: rows as polynomials of the share of the way in [-1, 1], or, where
-    `by_roll` is False, of the parameter of the series; PHASE less its value in the `middle`."""
-
-    coefficients: FloatArray
-    by_roll: bool
-    series: PathSeries
-    ends: Ends
-    middle: FloatArray
-
-    def rows(self, share: FloatArray) -> FloatArray:
-        """Give rows (HEIGHT, cases, positions) at shares of the way."""
-        values = _by_blocks(
-            self.coefficients, share if self.by_roll else at_shares(self.series, self.ends, share)
-        )
-        values[PHASE] -= self.middle
-        return values
-
-
-def _way_of(group: Group) -> _Way:
-    """Give the way along the paths, expanded in roll where that resolves them."""
-    series, ends, rows = group.series, group.ends, group.series.coefficients[:HEIGHT]
-    values = evaluate(rows, at_shares(series, ends, DENSE.nodes))
-    middle, by_roll = values[PHASE, :, DENSE.nodes.size // 2, None], DENSE.coefficients(values)
-    solved = ends.status == Status.SOLVED
-    degree = resolved_degree(by_roll[:, solved], rounding_scale(group.pairing)[:HEIGHT, solved])
-    if degree is None:
-        return _Way(rows, False, series, ends, middle)
-    return _Way(by_roll[..., : degree + 1], True, series, ends, middle)
-
-
-def _on_path(group: Group, points: int) -> tuple[FloatArray, NDArray[np.int8]]:
-    """Give rows and status at positions evenly spaced from enter to leave."""
-    share, series, ends = np.linspace(-1.0, 1.0, points), group.series, group.ends
-    if points < MANY:
-        values = evaluate(series.coefficients[:HEIGHT], at_shares(series, ends, np.append(share, 0.0)))
-        values, middle = values[..., :-1], values[PHASE, :, -1:].copy()
-        values[PHASE] -= middle
-    else:
-        values = _way_of(group).rows(share)
-    return values, np.broadcast_to(ends.status[:, None], values.shape[1:])
-
-
-def _at_given(group: Group, l1: FloatArray) -> tuple[FloatArray, NDArray[np.int8]]:
-    """Give rows and status at given l1: from the series, beyond its window solved one by one."""
-    pairing, series, ends = group.pairing, group.series, group.ends
-    x, several = shares_at_l1(series, ends, l1)
-    values = _by_blocks(series.coefficients, x)
-    status = np.where(several, np.int8(Status.SEVERAL_CONTACTS), np.int8(Status.SOLVED))
-    beyond = ~((np.abs(x) <= 1.0) & (series.status == Status.SOLVED)[:, None] | several)
-    found = np.flatnonzero(beyond.any(axis=0))
-    size = max(1, SAFE_PER_BLOCK // len(l1))
-    for part in (found[start : start + size] for start in range(0, found.size, size)):
-        rows, known = exact_rows(pairing, l1[:, part])
-        values[..., part] = np.where(beyond[:, part], rows, values[..., part])
-        status[:, part] = np.where(beyond[:, part], known, status[:, part])
-    values[0] = l1
-    off = values[HEIGHT:].min(axis=0) < -ROUNDING * gap_tolerance(pairing)
-    status[off & (status == Status.SOLVED)] = Status.OFF_FLANK
-    middle = evaluate(series.coefficients[PHASE : PHASE + 1], at_shares(series, ends, np.zeros(1)))[0]
-    if np.isnan(middle).any():  # no path on the flanks: the middle of what was asked for
-        between = 0.5 * (l1.min(axis=-1, keepdims=True) + l1.max(axis=-1, keepdims=True))
-        middle = np.where(np.isnan(middle), exact_rows(pairing, between)[0][PHASE], middle)
-    values[PHASE] -= middle
-    return values[:HEIGHT], status
-
-
-def _by_blocks(coefficients: FloatArray, parameter: FloatArray) -> FloatArray:
-    """Give values (rows, cases, positions), a block of positions at a time to stay in the cache."""
-    cases, positions = coefficients.shape[1], parameter.shape[-1]
-    size = max(1, POSITIONS_PER_BLOCK // cases)
-    values = np.empty((len(coefficients), cases, positions))
-    for start in range(0, positions, size):
-        block = slice(start, start + size)
-        values[..., block] = evaluate(coefficients, parameter[..., block])
-    return values
+def _searched(path: ContactPath) -> dict[str, Any]:
+    """Return ends and transmission error of contacts that were solved one by one."""
+    pairing, shape = pairing_of(path.design, path.flank), path.l1.shape
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        groups = paths_on_flanks(pairing)
+        middle = middles_of(groups, path.l1.reshape(-1, shape[-1])).reshape(*shape[:-1], 1)
+    ratio = (pairing.teeth[0] / pairing.teeth[1] + 0.0 * middle.reshape(-1, 1)).reshape(middle.shape)
+    error = gear_sense(path.flank) * (path.gear_roll + ratio * path.pinion_roll - middle)
+    return {"ends": _path_ends(pairing, groups, shape[:-1]), "transmission_error": error}

@@ -1,12 +1,12 @@
 """Paths of contact as polynomials through exact solutions.
 
-`series_over_l1` solves F(l1, l2) = 0 safely at the Chebyshev points of a window in l1, and fits every
-quantity asked for by a polynomial. If the coefficients fall to rounding the series is resolved: its values
-anywhere in the window are solutions to rounding. Where they do not, n_x is small in the window or an l1 has
-several contacts, and the path is sought in a narrower window, in cells and along its length (`path_search`).
+`series_over_l1` solves F(l1, l2) = 0 with safeguards at the Chebyshev points of a window in l1 and fits every
+quantity by a polynomial. If the coefficients decrease to rounding, the series is resolved: its values
+anywhere in the window are solutions to rounding. Otherwise n_x is small in the window, or an l1 has several
+contacts; the path is then searched in a narrower window, in cells and along its length (`path_search`).
 
-Arrays have one axis of cases in place of the batch shape. The rows of a series are those of
-`ROWS`, then the eight limit margins in the order of `Limit`.
+Arrays have one axis of cases in place of the batch shape. The rows of a series are those of `ROWS`, followed
+by the eight limit margins in the order of `Limit`.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, Quantity
 from ..gear.rack import rack_normal
 from ..pair.frames import common_normal
 from ..status import Limit, Status
 from ..support.chebyshev import NOISE, Basis, basis_of, resolved, resolved_degree
-from .curve_equations import meet_on_curve, onto_curve, units_of
+from .curves.curve_equations import meet_on_curve, onto_curve, units_of
 from .equation import (
-    Meeting,
-    Pairing,
+    EPSILON,
+    ContactTerms,
     axial_and_radius,
     contact_normal,
     contact_point,
@@ -34,8 +34,10 @@ from .equation import (
     roll_angles,
     trace_parameters,
 )
+from .flank_pair import FlankPair
 from .parallel.equation import contact_at_l1
-from .roots import SHARES, Roots, Samples, roots_in, samples_of, solve_gear_parameter
+from .root_samples import SAMPLE_POSITIONS, RootSamples, root_samples
+from .roots import Roots, roots_in, solve_gear_parameter
 
 ROWS = {
     "l1": 0,
@@ -53,30 +55,35 @@ ROWS = {
 POINT, NORMAL, LENGTHS = slice(8, 11), slice(14, 17), slice(0, 11)
 ROLL, PHASE, HEIGHT = 11, 13, 17
 WIDTH = HEIGHT + len(Limit)
-"""Rows of quantities, and with the margins."""
+"""Number of rows with the margins."""
 
-COARSE, FINE = basis_of(16), basis_of(20)
-LARGEST = 400
+COARSE_BASIS, FINE_BASIS = basis_of(16), basis_of(20)
+MAX_DEGREE = 400
 """Highest degree of a series."""
-HOPELESS = 1e-12
-"""Last coefficient, relative to the first, above which roots are not polished."""
-LOOSENED = 16.0
-"""Rounding allowed, relative to that of the terms, where no basis brings it down to that: the curve turns
-sharply against rounding, or a member has next to no base circle."""
-LOOSEST = 1.6e-11
-"""Rounding, as a share of a flank's depth, up to which a series may be loosened: 2e-10 mm on Table 1."""
-STEEP, NEAR, PASSES = 0.05, 1e-4, 5
-"""|n_x| below which a position is solved again with n_x as an unknown; how far, in units of z, that may
-move it; passes of Newton."""
+PREDICTED_COEFFICIENT_LIMIT, PREDICTION_MIN_CASES = 1e-12, 4
+"""Predicted last coefficient, relative to the first, above which roots are not polished; number of cases up
+to which polishing is cheaper than the prediction.
+"""
+LOOSENED_ROUNDING_FACTOR = 16.0
+"""Factor on the rounding tolerance if no basis reaches it: the curve has a sharp bend, or a member has a very
+small base circle.
+"""
+MAX_ROUNDING_DEPTHS = 1.6e-11
+"""Upper bound of the loosened rounding, relative to the flank depth: 2e-10 mm on Table 1."""
+SMALL_NORMAL_X, MAX_CORRECTION, POLISHING_STEPS = 0.05, 1e-4, 5
+"""|n_x| below which a position is solved again with n_x as an unknown; largest change in this step, in units
+of z; Newton steps.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class PathSeries:
     """Paths as polynomials of a parameter x in [-1, 1].
 
-    `coefficients` (WIDTH, cases, degree + 1). `middle`, `half` (cases, 1), mm: l1 = middle + half x,
-    but NaN where the path is followed by its length and x is no function of l1. `status` (cases):
-    SOLVED, or why there is no series."""
+    `coefficients` (WIDTH, cases, degree + 1). `middle`, `half` (cases, 1), mm: l1 = middle + half x. They are
+    NaN if the path is followed by its length and x is no function of l1. `status` (cases): SOLVED, or the
+    reason why there is no series.
+    """
 
     coefficients: FloatArray
     middle: FloatArray
@@ -84,53 +91,61 @@ class PathSeries:
     status: NDArray[np.int8]
 
     def cases(self, index: NDArray[np.int_]) -> PathSeries:
-        """Give the series of the cases `index`."""
+        """Return the series of the cases `index`."""
         return PathSeries(
             self.coefficients[:, index], self.middle[index], self.half[index], self.status[index]
         )
 
 
 def by_length(coefficients: FloatArray, status: NDArray[np.int8]) -> PathSeries:
-    """Give series whose parameter is no function of l1."""
+    """Return series whose parameter is no function of l1."""
     void = np.full((len(status), 1), np.nan)
     return PathSeries(coefficients, void, void, status)
 
 
 def exact_rows(
-    pairing: Pairing, l1: FloatArray, roots: Roots | None = None
+    pairing: FlankPair, l1: FloatArray, roots: Roots | None = None
 ) -> tuple[FloatArray, NDArray[np.int8]]:
-    """Solve at every l1 (cases, positions), mm: the rows (WIDTH, cases, positions), NaN where not solved, and
-    the Status of each position; from `roots` if these are at hand."""
+    """Return the rows (WIDTH, cases, positions) at every l1 (cases, positions), mm, and the Status of each
+    position.
+
+    NaN where not solved. `roots` are used if they are known.
+    """
     parallel = pairing.parallel
     if parallel.any():
         return _exact_rows_by_axes(pairing, l1, parallel)
     roots = solve_gear_parameter(pairing, l1) if roots is None else roots
     l = np.array((l1, roots.l2))
-    met = meet(pairing, l)
+    met = meet(pairing, l) if roots.met is None else roots.met
     tolerance = gap_tolerance(pairing)
+    # Polish the roots to rounding.
     for _ in range(2):
         if not (np.abs(met.gap) > 2.0 * tolerance).any():
             break
         l[1] -= met.gap / roots.slope
         met = meet(pairing, l)
-    # n_x^2 is a difference of terms near 1: for small n_x its rounding reaches F through B w.
-    rounding = np.finfo(float).eps * np.abs(met.slope * met.across).sum(axis=0) / met.normal_x**2
-    good = np.abs(met.gap) <= 8.0 * (tolerance + rounding)
+    good = np.abs(met.gap) <= 8.0 * tolerance
+    if not good.all():
+        # n_x^2 is a difference of terms near 1. For small n_x its rounding error enters F through B w.
+        rounding = EPSILON * np.abs(met.slope * met.across).sum(axis=0) / met.normal_x**2
+        good = np.abs(met.gap) <= 8.0 * (tolerance + rounding)
     rows = _rows_and_settled(pairing, l, met, good)
-    status = np.where((roots.status == Status.SOLVED) & ~good, np.int8(Status.NOT_CONVERGED), roots.status)
-    undefined = pairing.undefined
-    if undefined.any():
-        status[undefined] = Status.UNDEFINED
+    status = roots.status.copy()
+    if not good.all():
+        status[~good & (status == Status.SOLVED)] = Status.NOT_CONVERGED
+    if pairing.undefined.any():
+        status[pairing.undefined] = Status.UNDEFINED
     if status.any():
         rows[:, status != Status.SOLVED] = np.nan
     return rows, status
 
 
 def _exact_rows_by_axes(
-    pairing: Pairing, l1: FloatArray, parallel: NDArray[np.bool_]
+    pairing: FlankPair, l1: FloatArray, parallel: NDArray[np.bool_]
 ) -> tuple[FloatArray, NDArray[np.int8]]:
-    """Give the same where some cases have parallel axes: of their contacts that midway between the
-    mid-faces."""
+    """Return the result of `exact_rows` if some cases have parallel axes: their contacts midway between the
+    mid-faces.
+    """
     rows, status = np.empty((WIDTH, *l1.shape)), np.full(l1.shape, np.int8(Status.OFF_FLANK))
     crossed, others = np.flatnonzero(~parallel), np.flatnonzero(parallel)
     if crossed.size:
@@ -143,18 +158,24 @@ def _exact_rows_by_axes(
     return rows, status
 
 
-def _rows_and_settled(pairing: Pairing, l: FloatArray, met: Meeting, good: NDArray[np.bool_]) -> FloatArray:
-    """Give rows of contacts at `l` (2, cases, positions). Where |n_x| is under STEEP they are solved again
-    with n_x as an unknown, which l2 alone fixes but coarsely, and `good` then says whether that was done."""
-    weak = np.abs(met.normal_x) < STEEP
-    cases = np.flatnonzero(weak.any(axis=-1))
-    if cases.size == 0:
+def _rows_and_settled(
+    pairing: FlankPair, l: FloatArray, met: ContactTerms, good: NDArray[np.bool_]
+) -> FloatArray:
+    """Return rows of contacts at `l` (2, cases, positions).
+
+    Where |n_x| is below SMALL_NORMAL_X, l2 determines n_x only with large rounding errors. These contacts are
+    solved again with n_x as an unknown, and `good` then states whether this succeeded.
+    """
+    weak = np.abs(met.normal_x) < SMALL_NORMAL_X
+    if not weak.any():
         return rows_of(pairing, l, met)
+    cases = np.flatnonzero(weak.any(axis=-1))
     part, weak = pairing.cases(cases), weak[cases]
+    # Newton's method in l2, n_x and w1 at constant l1.
     units, y = units_of(part), np.array((*l, met.normal_x, met.across[0]))[:, cases]
     start = np.moveaxis(y, 0, -1) / units
-    z, solved = onto_curve(part, start, np.broadcast_to(np.eye(4)[0], start.shape), units, PASSES)
-    solved &= weak & (np.abs(z - start).max(axis=-1) < NEAR)
+    z, solved = onto_curve(part, start, np.broadcast_to(np.eye(4)[0], start.shape), units, POLISHING_STEPS)
+    solved &= weak & (np.abs(z - start).max(axis=-1) < MAX_CORRECTION)
     y[1:] = np.where(solved, np.moveaxis(z * units, -1, 0)[1:], y[1:])
     good[cases] = np.where(weak, solved, good[cases])
     rows = rows_of(part, y[:2], meet_on_curve(part, y)[1])
@@ -164,8 +185,8 @@ def _rows_and_settled(pairing: Pairing, l: FloatArray, met: Meeting, good: NDArr
     return rows
 
 
-def rows_of(pairing: Pairing, l: FloatArray, met: Meeting) -> FloatArray:
-    """Give rows (WIDTH, cases, positions) of contacts at `l` with the terms `met`."""
+def rows_of(pairing: FlankPair, l: FloatArray, met: ContactTerms) -> FloatArray:
+    """Return rows (WIDTH, cases, positions) of contacts at `l` with the terms `met`."""
     z, radius = axial_and_radius(pairing, met)
     roll = roll_angles(pairing, met)
     rows = np.empty((WIDTH, *l.shape[1:]))
@@ -177,17 +198,19 @@ def rows_of(pairing: Pairing, l: FloatArray, met: Meeting) -> FloatArray:
     return rows
 
 
-def rounding_scale(pairing: Pairing, loosened: float = 1.0) -> FloatArray:
-    """Give sizes (WIDTH, cases) to which the rounding of the rows relates.
+def rounding_scale(
+    pairing: FlankPair, loosened: Quantity = 1.0, loosest: float = MAX_ROUNDING_DEPTHS
+) -> FloatArray:
+    """Return the sizes (WIDTH, cases) to which the rounding errors of the rows are proportional.
 
-    `loosened` is for series whose rounding is more than that of the sizes of their terms: it lets lengths
-    be less exact by this factor, as long as that is below LOOSEST, and rolls by as much at the pitch
-    radius."""
+    `loosened`, a number or (cases,), is for series whose rounding error exceeds that of the terms of the
+    equations. Lengths may be less exact by this factor, up to the share `loosest` of the flank depth,
+    and rolls by as much at the pitch radius."""
     size = pairing.scale[:, 0]
     scale = np.ones((WIDTH, len(size)))
-    if loosened > 1.0:
+    if np.any(np.asarray(loosened) > 1.0):
         depth = (pairing.highest - pairing.lowest).min(axis=0)[:, 0]
-        size = np.maximum(size, np.minimum(loosened * size, LOOSEST / NOISE * depth))
+        size = np.maximum(size, np.minimum(loosened * size, loosest / NOISE * depth))
         scale[[ROLL, ROLL + 1, PHASE]] = np.maximum(
             1.0, size / np.asarray(pairing.rack.pitch_radius).min(axis=0)[:, 0]
         )
@@ -196,11 +219,15 @@ def rounding_scale(pairing: Pairing, loosened: float = 1.0) -> FloatArray:
     return scale
 
 
-def fitted(
-    pairing: Pairing, rows: FloatArray, basis: Basis, loosened: float = 1.0
+def fitted_series(
+    pairing: FlankPair,
+    rows: FloatArray,
+    basis: Basis,
+    loosened: Quantity = 1.0,
+    loosest: float = MAX_ROUNDING_DEPTHS,
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Give coefficients through `rows` at the nodes of a basis, and which cases they resolve."""
-    coefficients, scale = basis.coefficients(rows), rounding_scale(pairing, loosened)
+    """Return coefficients through `rows` at the nodes of a basis, and which cases they resolve."""
+    coefficients, scale = basis.coefficients(rows), rounding_scale(pairing, loosened, loosest)
     degree = resolved_degree(coefficients, scale)
     if degree is not None:
         return coefficients[..., : degree + 1], np.ones(rows.shape[1], dtype=bool)
@@ -208,8 +235,7 @@ def fitted(
 
 
 def between(known: FloatArray, new: FloatArray) -> FloatArray:
-    """Give values (..., nodes) at the nodes of a degree, out of those at half the degree and those
-    between."""
+    """Return values (..., nodes) at the nodes of a degree, from those of half the degree and the others."""
     if known.shape[-1] == 0:
         return new
     values = np.empty((*new.shape[:-1], known.shape[-1] + new.shape[-1]))
@@ -218,38 +244,51 @@ def between(known: FloatArray, new: FloatArray) -> FloatArray:
 
 
 def series_over_l1(
-    pairing: Pairing, low: FloatArray, high: FloatArray, basis: Basis, one_curve: bool = False
-) -> tuple[PathSeries, Samples]:
-    """Give series over l1, by roots in a window from `low` to `high` in l1 and l2 (2, cases, 1), mm:
-    NOT_CONVERGED where some l1 has none there, or two on the flanks, or `basis` does not resolve the path.
-    And the samples, fewer of them where it is known that there is but `one_curve`."""
+    pairing: FlankPair, low: FloatArray, high: FloatArray, basis: Basis, one_curve: bool = False
+) -> tuple[PathSeries, RootSamples]:
+    """Return series over l1, by roots in a window from `low` to `high` in l1 and l2 (2, cases, 1), mm, and
+    the samples of F.
+
+    The status is NOT_CONVERGED if an l1 has no root in the window or two on the flanks, or if `basis` does
+    not resolve the path. `one_curve`: the window is known to contain a single curve, so that fewer samples
+    suffice.
+    """
     (middle, _), (half, _) = 0.5 * (low + high), 0.5 * (high - low)
     l1 = middle + half * basis.nodes
-    samples = samples_of(pairing, l1, np.array((low[1], high[1])), SHARES[::2] if one_curve else SHARES)
+    samples = root_samples(
+        pairing, l1, np.array((low[1], high[1])), SAMPLE_POSITIONS[::2] if one_curve else SAMPLE_POSITIONS
+    )
     samples = samples.one_way() if one_curve else samples
+    # Roots beyond root or tip of the gear are not on the flanks and are used only if there is no other.
+    samples = samples.preferring(pairing.lowest[1], pairing.highest[1])
     status = np.full(len(l1), np.int8(Status.NOT_CONVERGED))
     status[pairing.undefined] = Status.UNDEFINED
-    tried = samples.change.any(axis=0).all(axis=-1) & (status != Status.UNDEFINED)
-    if np.any(pairing.rack.parabola):
+    # Cases without a root at each node, and cases that cannot converge, are not solved.
+    tried = samples.change.any(axis=0).all(axis=-1) & ~pairing.undefined
+    if len(l1) > PREDICTION_MIN_CASES and np.any(pairing.rack.parabola):
         tried &= ~_hopeless(pairing, np.array((l1, samples.one_way().rough())), basis)
-    at, part, some = np.flatnonzero(tried), pairing, samples
+    at, part, subset = np.flatnonzero(tried), pairing, samples
     if at.size < len(l1):
-        part, l1, some = pairing.cases(at), l1[at], samples.cases(at)
-    rows, found = exact_rows(part, l1, roots_in(part, l1, some, PASSES))
-    coefficients, good = fitted(part, rows, basis)
-    status[at[(found == Status.SOLVED).all(axis=-1) & good]] = Status.SOLVED
+        part, l1, subset = pairing.cases(at), l1[at], samples.cases(at)
+    rows, result = exact_rows(part, l1, roots_in(part, l1, subset, POLISHING_STEPS))
+    coefficients, good = fitted_series(part, rows, basis)
+    status[at[~result.any(axis=-1) & good]] = Status.SOLVED
     if at.size < len(status):
         of_some, coefficients = coefficients, np.full((WIDTH, len(status), coefficients.shape[-1]), np.nan)
         coefficients[:, at] = of_some
     return PathSeries(coefficients, middle, half, status), samples
 
 
-def _hopeless(pairing: Pairing, l: FloatArray, basis: Basis) -> NDArray[np.bool_]:
-    """Say of which cases, roughly at l (2, cases, positions), mm, n_x changes too much for this degree: the
-    root of a straight line that crosses zero at `zero`, beyond [-1, 1], has Chebyshev coefficients that fall
-    by the factor `rate` from each to the next."""
+def _hopeless(pairing: FlankPair, l: FloatArray, basis: Basis) -> NDArray[np.bool_]:
+    """Return for which cases, approximately at l (2, cases, positions), mm, n_x changes too much for this
+    degree.
+
+    The Chebyshev coefficients of the square root of a straight line with its zero at `zero`, outside [-1, 1],
+    decrease by the factor `rate` from one to the next.
+    """
     x_squared = common_normal(pairing.layout, rack_normal(pairing.rack, l)[2]).x_squared
+    # n_x^2 is nearly linear in l1; its zero follows from the extreme values in the window.
     share = np.maximum(x_squared.min(axis=-1) / x_squared.max(axis=-1), 0.0)
     zero = (1.0 + share) / (1.0 - share)
     rate = zero + np.sqrt(zero * zero - 1.0)
-    return np.asarray(rate ** (1.0 - basis.nodes.size) > HOPELESS)
+    return np.asarray(rate ** (1.0 - basis.nodes.size) > PREDICTED_COEFFICIENT_LIMIT)

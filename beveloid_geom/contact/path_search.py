@@ -1,10 +1,10 @@
-"""Series of paths that no single flank parameter describes, followed by their length.
+"""Paths of contact on the flanks, also where no single flank parameter describes them.
 
-`paths_on_flanks` gives the polynomials over l1 wherever they resolve the path, and those through cells that
-hold but one curve near the faces (`cells`, `chains`). For the rest, paths that cross n_x = 0, or beside
-which another curve of contact may be near the faces, all curves of contact in the window are traced
-(`curve_tracing`), their parts near the flanks fitted by polynomials (`chains`), and the part on the flanks
-that covers most roll is the path.
+`paths_on_flanks` returns the polynomials over l1 where these resolve the path, and series through cells of
+(l1, l2) that contain a single curve near the faces (`root_exclusion`, `curve_series`). For the remaining
+cases (paths that cross n_x = 0, or with other curves of contact near the faces) all curves of contact in the
+window are traced (`curve_tracing`) and their parts near the flanks fitted by polynomials (`curve_series`).
+The path is the part on the flanks with the largest range of roll.
 """
 
 from __future__ import annotations
@@ -16,108 +16,132 @@ from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..status import Status
-from .cells import Box, box_of, vanishing, window_of
-from .chains import chains_of, missed, series_along, series_of
-from .curve_tracing import Part, Window, curves_of, near_flanks
+from .curves.curve_series import chain_series, chains_of, missed, series_along
+from .curves.curve_tracing import CurvePart, Window, curves_of, near_flanks
+from .curves.root_exclusion import Box, box_of, vanishing, window_of
 from .ends import Ends, find_ends, no_ends, rough_window
-from .equation import Pairing
-from .parallel.clear import clear_of_flanks
-from .parallel.nearly import nearly_parallel, series_over_w1
+from .flank_pair import FlankPair
+from .parallel.no_contact_bound import clear_of_flanks
 from .parallel.paths import parallel_series
-from .path_polynomial import COARSE, FINE, NORMAL, STEEP, WIDTH, PathSeries, by_length, series_over_l1
-from .roots import Samples
+from .parallel.small_angle_paths import NEARLY_PARALLEL_SINE, nearly_parallel, series_over_w1
+from .path_polynomial import (
+    COARSE_BASIS,
+    FINE_BASIS,
+    NORMAL,
+    SMALL_NORMAL_X,
+    WIDTH,
+    PathSeries,
+    by_length,
+    series_over_l1,
+)
+from .root_samples import RootSamples
 
-CASES_PER_BLOCK, NEAR_PER_BLOCK = 1024, 128
-"""Sizes at which the arrays of a block stay in the cache; the second on parallel axes, or nearly."""
-BEYOND = np.array((0.02, 0.3)).reshape(2, 1, 1)
-"""Share of the flank depths by which series over l1 reach beyond root and tip, and l2 is sought there."""
-FEW, ROUNDS = 5, (9, 9, 17, 33)
-"""Grid lines of each member: where a series over l1 is at hand, and else round by round over the cells left
-before."""
-ONE_PLACE = 1e-9
-"""Share of the size of the pair within which two ends are one."""
+CASES_PER_BLOCK, PARALLEL_CASES_PER_BLOCK = 1024, 128
+"""Block sizes for which the arrays stay in the cache; the second is for parallel and nearly parallel axes."""
+WINDOW_MARGINS = np.array((0.02, 0.3)).reshape(2, 1, 1)
+"""Fractions of the flank depths by which series over l1 reach beyond root and tip, and in which l2 is
+searched there.
+"""
+FIRST_GRID_LINES, GRID_LINES_BY_ROUND = 5, (9, 9, 17, 33)
+"""Number of grid lines of each member: if a series over l1 is known, and in successive rounds over the cells
+that remain.
+"""
+SAME_END_TOLERANCE = 1e-9
+"""Distance of two ends, relative to the size of the pair, below which they are the same."""
 
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Cases solved alike: their numbers, constants, series and ends."""
+    """Cases with the same type of solution: their numbers, constants, series and ends."""
 
     cases: NDArray[np.int_]
-    pairing: Pairing
+    pairing: FlankPair
     series: PathSeries
     ends: Ends
 
     def part(self, index: NDArray[np.int_]) -> Group:
-        """Give the group of the cases at the places `index`, which rise."""
+        """Return the group of the cases at the positions `index`, in ascending order."""
         if index.size == self.cases.size:
             return self
         series, ends = self.series.cases(index), self.ends.cases(index)
         return Group(self.cases[index], self.pairing.cases(index), series, ends)
 
     def of(self, cases: NDArray[np.int_]) -> Group:
-        """Give the group under the numbers `cases` of its cases in a greater lot."""
+        """Return the group with the numbers `cases` of its cases in a larger set."""
         return replace(self, cases=cases[self.cases])
 
 
-def _with_ends(cases: NDArray[np.int_], pairing: Pairing, series: PathSeries) -> Group:
-    """Give the group of some cases, their constants and series."""
+def _with_ends(cases: NDArray[np.int_], pairing: FlankPair, series: PathSeries) -> Group:
+    """Return the group of cases with their constants and series."""
     return Group(cases, pairing, series, find_ends(pairing, series))
 
 
-def paths_on_flanks(pairing: Pairing) -> list[Group]:
-    """Give the path of every case on its flanks; of several the one that covers most roll.
+def paths_on_flanks(pairing: FlankPair) -> list[Group]:
+    """Return the path of every case on its flanks; of several segments the one with the largest range of
+    roll.
 
-    Series over l1 are made a block of cases at a time. What these leave open is looked for in the cells near
-    the faces; the cases that these do not describe are followed together, as a step of a trace costs little
-    more for many than for one: near the faces, and all over the window where that leaves a doubt."""
+    Series over l1 are computed in blocks of cases. Undecided cases are searched in the cells near the faces.
+    Cases that these do not describe are traced together, since a step costs little more for many cases than
+    for one: first near the faces, then over the entire window where this leaves a doubt.
+    """
+    if (np.abs(pairing.layout.sin_angle) > NEARLY_PARALLEL_SINE).all():
+        return _crossed(pairing)
     parallel, near = pairing.parallel, np.flatnonzero(nearly_parallel(pairing))
     if not (near.size or parallel.any()):
         return _crossed(pairing)
+    # Exclude nearly parallel cases without contact, then use series over w1 and the parallel solution.
     clear = clear_of_flanks(pairing.cases(near))
     off = np.full(np.count_nonzero(clear), np.int8(Status.OFF_FLANK))
     groups = [_without_path(pairing, near[clear], off)]
     for cases, series_of_all in ((np.flatnonzero(parallel), parallel_series), (near[~clear], series_over_w1)):
-        for index in _blocks(cases, NEAR_PER_BLOCK):
+        for index in _blocks(cases, PARALLEL_CASES_PER_BLOCK):
             part = pairing.cases(index)
-            whole = _with_ends(index, part, series_of_all(part))
-            # Nearly parallel axes can have a path that w1 does not describe.
-            told = (whole.ends.status == Status.SOLVED) | parallel[index]
-            groups.append(whole.part(np.flatnonzero(told)))
+            full = _with_ends(index, part, series_of_all(part))
+            # On nearly parallel axes a path can exist that w1 does not describe.
+            decided = (full.ends.status == Status.SOLVED) | parallel[index]
+            groups.append(full.part(np.flatnonzero(decided)))
     groups = [group for group in groups if group.cases.size]
-    rest = np.setdiff1d(np.arange(parallel.size), np.concatenate([[], *(group.cases for group in groups)]))
-    rest = rest.astype(int)
-    return groups + [group.of(rest) for group in (_crossed(pairing.cases(rest)) if rest.size else [])]
+    remaining = np.setdiff1d(
+        np.arange(parallel.size), np.concatenate([[], *(group.cases for group in groups)])
+    )
+    remaining = remaining.astype(int)
+    return groups + [
+        group.of(remaining) for group in (_crossed(pairing.cases(remaining)) if remaining.size else [])
+    ]
 
 
-def _crossed(pairing: Pairing) -> list[Group]:
-    """Find the paths of cases whose axes are not parallel."""
+def _crossed(pairing: FlankPair) -> list[Group]:
+    """Return the paths of cases whose axes are not parallel."""
     count = pairing.branch.shape[0]
     groups: list[Group] = []
-    told: list[Group] = []
+    decided: list[Group] = []
     open_ones = []
+    # Step 1: series over l1.
     for block in _blocks(np.arange(count)):
-        sure, doubted, rest = _over_l1(pairing.cases(block) if block.size < count else pairing)
-        groups += [group.of(block) for group in sure]
-        told += [group.of(block) for group in doubted]
-        open_ones.append(block[rest])
-    if not np.concatenate(open_ones).size:
+        certain, doubtful, remaining = _over_l1(pairing.cases(block) if block.size < count else pairing)
+        groups += [group.of(block) for group in certain]
+        decided += [group.of(block) for group in doubtful]
+        open_ones.append(block[remaining])
+    if not any(block.size for block in open_ones):
         return groups
-    known = np.isin(np.arange(count), np.concatenate([group.cases for group in told]))
+    known = np.isin(np.arange(count), np.concatenate([group.cases for group in decided]))
     low, high = np.empty((2, 2, count, 1))
     left, again = [], []
+    # Step 2: cells near the faces.
     for block in _blocks(np.concatenate(open_ones)):
-        found, rest, bounds = _near_faces(pairing.cases(block), known[block])
-        groups += [group.of(block) for group in found]
-        known[block[np.concatenate([rest, *(group.cases for group in found)])]] = False
-        left.append(block[rest])
+        result, remaining, bounds = _near_faces(pairing.cases(block), known[block])
+        groups += [group.of(block) for group in result]
+        known[block[np.concatenate([remaining, *(group.cases for group in result)])]] = False
+        left.append(block[remaining])
         low[:, left[-1]], high[:, left[-1]] = bounds
-    parts = [group.part(np.flatnonzero(known[group.cases])) for group in told]
+    parts = [group.part(np.flatnonzero(known[group.cases])) for group in decided]
     groups += [part for part in parts if part.cases.size]
+    # Step 3: trace the curves near the faces, and in the entire window where this fails.
     for block in _blocks(np.concatenate(left)):
-        found = _followed(pairing.cases(block), (low[:, block], high[:, block]))
-        kept = [group.part(np.flatnonzero(group.ends.status != Status.NOT_CONVERGED)) for group in found]
-        groups += [group.of(block) for group in kept if group.cases.size]
-        again.append(np.delete(block, np.concatenate([group.cases for group in kept])))
+        result = _followed(pairing.cases(block), (low[:, block], high[:, block]))
+        closed = [group.part(np.flatnonzero(group.ends.status != Status.NOT_CONVERGED)) for group in result]
+        groups += [group.of(block) for group in closed if group.cases.size]
+        again.append(np.delete(block, np.concatenate([group.cases for group in closed])))
     for block in _blocks(np.concatenate(again)) if again else ():
         groups += [group.of(block) for group in _followed(pairing.cases(block))]
     return groups
@@ -127,80 +151,93 @@ def _blocks(cases: NDArray[np.int_], size: int = CASES_PER_BLOCK) -> list[NDArra
     return [cases[start : start + size] for start in range(0, cases.size, size)]
 
 
-def _over_l1(pairing: Pairing) -> tuple[list[Group], list[Group], NDArray[np.int_]]:
-    """Give paths by series over l1: those that are sure, those beside which other curves may be, and the
-    cases whose path is not sure, or not found.
+def _over_l1(pairing: FlankPair) -> tuple[list[Group], list[Group], NDArray[np.int_]]:
+    """Return paths by series over l1: certain ones, those with possible other curves nearby, and the cases
+    whose path is not certain or was not found.
 
-    The sign of n_x that the design's pitch point has is not the only one possible, nor does a series say
-    what lies beyond its window. Where n_x comes near zero, nothing is found on the flanks, or l1 describes
-    but a part of the curve, a few cells mostly say at once that no other is near the faces."""
-    spare = BEYOND * (pairing.highest - pairing.lowest)
-    series, samples = series_over_l1(pairing, pairing.lowest - spare, pairing.highest + spare, COARSE)
-    whole = _with_ends(np.arange(len(series.status)), pairing, series)
+    The sign of n_x at the pitch point of the design is not the only possible one, and a series does not cover
+    the region outside its window. If n_x is nearly zero, if nothing is found on the flanks, or if l1
+    describes only a part of the curve, a few cells usually show that no other curve is near the faces.
+    """
+    spare = WINDOW_MARGINS * (pairing.highest - pairing.lowest)
+    series, samples = series_over_l1(pairing, pairing.lowest - spare, pairing.highest + spare, COARSE_BASIS)
+    full = _with_ends(np.arange(len(series.status)), pairing, series)
     n_x = series.coefficients[NORMAL.start]
-    steep = ~(2.0 * np.abs(n_x[:, 0]) - np.abs(n_x).sum(axis=-1) > STEEP)
-    lost = (whole.ends.status != Status.SOLVED) | steep
+    # Small n_x within the window: another curve may be near.
+    steep = ~(2.0 * np.abs(n_x[:, 0]) - np.abs(n_x).sum(axis=-1) > SMALL_NORMAL_X)
+    lost = full.ends.status.astype(bool) | steep
     if not lost.any():
-        return [whole], [], np.empty(0, dtype=int)
-    told, sure, void = _told(whole), ~lost, np.zeros(len(lost), dtype=bool)
+        return [full], [], np.empty(0, dtype=int)
+    decided, certain, void = _is_decided(full), ~lost, np.zeros(len(lost), dtype=bool)
     at = np.flatnonzero(lost)
     part = pairing.cases(at)
-    box = box_of(part, *window_of(part), nodes=FEW)
+    box = box_of(part, *window_of(part), nodes=FIRST_GRID_LINES)
     defined = ~(part.undefined | vanishing(part))
-    sure[at], void[at] = (box.none | box.one) & defined, box.none & ~box.missing & defined & ~told[at]
-    some = _over_some_of_l1(whole, samples, np.flatnonzero(lost & ~told & ~void))
+    certain[at], void[at] = (box.none | box.one) & defined, box.none & ~box.missing & defined & ~decided[at]
+    partial = _over_some_of_l1(full, samples, np.flatnonzero(lost & ~decided & ~void))
     empty, off = np.flatnonzero(void), np.full(np.count_nonzero(void), np.int8(Status.OFF_FLANK))
-    found = [
-        whole.part(np.flatnonzero(told & sure)),
-        some.part(np.flatnonzero(sure[some.cases])),
+    result = [
+        full.part(np.flatnonzero(decided & certain)),
+        partial.part(np.flatnonzero(certain[partial.cases])),
         _without_path(pairing, empty, off),
     ]
-    doubted = [whole.part(np.flatnonzero(told & ~sure)), some.part(np.flatnonzero(~sure[some.cases]))]
-    lost[np.concatenate([group.cases for group in found])] = False
-    return [group for group in found if group.cases.size], doubted, np.flatnonzero(lost)
+    doubtful = [
+        full.part(np.flatnonzero(decided & ~certain)),
+        partial.part(np.flatnonzero(~certain[partial.cases])),
+    ]
+    lost[np.concatenate([group.cases for group in result])] = False
+    return [group for group in result if group.cases.size], doubtful, np.flatnonzero(lost)
 
 
-def _over_some_of_l1(whole: Group, samples: Samples, cases: NDArray[np.int_]) -> Group:
-    """Give those of the `cases` whose path a series over less of l1 describes: over what of their contacts,
-    which `samples` at the nodes of their series tell roughly, seems to lie on the flanks."""
-    pairing, l1 = whole.pairing.cases(cases), (whole.series.middle + whole.series.half * COARSE.nodes)[cases]
+def _over_some_of_l1(full: Group, samples: RootSamples, cases: NDArray[np.int_]) -> Group:
+    """Return those of the `cases` whose path is described by a series over a part of l1: the part in which
+    their contacts, known approximately from `samples` at the nodes of their series, seem to be on the flanks.
+    """
+    pairing, l1 = (
+        full.pairing.cases(cases),
+        (full.series.middle + full.series.half * COARSE_BASIS.nodes)[cases],
+    )
     low, high = rough_window(pairing, np.array((l1, samples.cases(cases).one_way().rough())))
     seen = np.flatnonzero(high[0, :, 0] > low[0, :, 0])
     part, low, high = pairing.cases(seen), low[:, seen], high[:, seen]
-    series, _ = series_over_l1(part, low, high, FINE, one_curve=True)
-    found = _with_ends(cases[seen], part, series)
-    return found.part(np.flatnonzero(found.ends.status == Status.SOLVED))
+    series, _ = series_over_l1(part, low, high, FINE_BASIS, one_curve=True)
+    result = _with_ends(cases[seen], part, series)
+    return result.part(np.flatnonzero(result.ends.status == Status.SOLVED))
 
 
-def _near_faces(pairing: Pairing, known: NDArray[np.bool_]) -> tuple[list[Group], NDArray[np.int_], Window]:
-    """Give paths where cells of l1 and l2 leave but one curve near the faces for each sign of n_x, or none:
-    they shrink from round to round. And the cases left, with bounds in l1 and l2, mm, of all contacts near
-    their faces. The cases that are `known` by a series over all l1, of which the cells say no more, are in
-    neither."""
+def _near_faces(pairing: FlankPair, known: NDArray[np.bool_]) -> tuple[list[Group], NDArray[np.int_], Window]:
+    """Return paths where the cells of l1 and l2 leave at most one curve near the faces for each sign of n_x.
+
+    The cells shrink from round to round. The other results are the remaining cases, and bounds in l1 and l2,
+    mm, of all contacts near their faces. Cases that are `known` from a series over all l1, for which the
+    cells give no further result, are in neither list.
+    """
     undefined = pairing.undefined
     status = np.where(undefined, np.int8(Status.UNDEFINED), np.int8(Status.OFF_FLANK))
-    kept, void = np.zeros(len(known), dtype=bool), vanishing(pairing)
+    closed, void = np.zeros(len(known), dtype=bool), vanishing(pairing)
     owner, fits = np.flatnonzero(~undefined & ~void), []
     sheets, (low, high) = pairing.cases(owner), (bound[:, owner] for bound in window_of(pairing))
     done, empty = np.zeros(owner.size, dtype=bool), np.zeros(owner.size, dtype=bool)
-    for turn, nodes in enumerate(ROUNDS):
+    # Refine the grid from round to round.
+    for turn, nodes in enumerate(GRID_LINES_BY_ROUND):
         at = np.flatnonzero(~done)
         if at.size == 0:
             break
         part = sheets.cases(at)
         box = box_of(part, low[:, at], high[:, at], turn == 0, nodes)
         keep = known[owner[at]] & (box.none | box.one)
-        kept[owner[at[keep]]] = True
+        closed[owner[at[keep]]] = True
         tried = np.flatnonzero(box.alone & ~box.none & ~keep)
         low[:, at[tried]], high[:, at[tried]] = box.low[:, tried], box.high[:, tried]
-        found, off = _through_cells(part.cases(tried), box.cases(tried))
-        fits += [group.of(at[tried]) for group in found]
+        result, off = _through_cells(part.cases(tried), box.cases(tried))
+        fits += [group.of(at[tried]) for group in result]
         empty[np.concatenate((at[box.none], at[tried[off]]))] = True
         done |= empty
         done[np.concatenate([at[keep], *(group.cases for group in fits)])] = True
+        # After the first round, both signs of n_x are treated as separate cases.
         if turn == 0:
             status[owner[box.missing & ~box.curve]] = Status.NO_COMMON_NORMAL
-            twice = np.flatnonzero(~box.alone)  # from here on either sign by itself
+            twice = np.flatnonzero(~box.alone)  # from here on, both signs are treated separately
             known = known & ~np.isin(np.arange(len(known)), owner[twice])
             other = sheets.cases(twice)
             sheets = sheets.cases(np.append(np.arange(owner.size), twice))
@@ -215,16 +252,17 @@ def _near_faces(pairing: Pairing, known: NDArray[np.bool_]) -> tuple[list[Group]
         np.maximum.at(bounds[1, member], owner[sought], high[member, sought])
     fits = [group.part(np.flatnonzero(~np.isin(owner[group.cases], left))) for group in fits]
     groups = _best_of(owner, fits, np.zeros(len(known), dtype=bool))
-    kept[np.concatenate([left, *(group.cases for group in groups)])] = True
-    rest = np.flatnonzero(~kept)
-    if rest.size:
-        groups.append(_without_path(pairing, rest, status[rest]))
+    closed[np.concatenate([left, *(group.cases for group in groups)])] = True
+    remaining = np.flatnonzero(~closed)
+    if remaining.size:
+        groups.append(_without_path(pairing, remaining, status[remaining]))
     return groups, left, (bounds[0][:, left], bounds[1][:, left])
 
 
-def _through_cells(pairing: Pairing, box: Box) -> tuple[list[Group], NDArray[np.int_]]:
-    """Give paths through cells that hold one curve of the pairing's sign of n_x, over l1 where that is
-    enough; and the cases in which it clearly misses the flanks."""
+def _through_cells(pairing: FlankPair, box: Box) -> tuple[list[Group], NDArray[np.int_]]:
+    """Return paths through cells with one curve of the sign of n_x of the pair, over l1 if this is
+    sufficient; and the cases in which the curve clearly misses the flanks.
+    """
     chains = chains_of(pairing, box)
     off = missed(chains) & (chains.count > 0)
     groups, left = [], (chains.count > 0) & ~off
@@ -232,38 +270,40 @@ def _through_cells(pairing: Pairing, box: Box) -> tuple[list[Group], NDArray[np.
         names = np.flatnonzero(left & asked)
         if names.size == 0:
             continue
-        for found, series in series_of(pairing.cases(names), chains.cases(names), over_l1):
-            whole = _with_ends(names[found], pairing.cases(names[found]), series)
-            groups.append(whole.part(np.flatnonzero(_told(whole))))
+        for result, series in chain_series(pairing.cases(names), chains.cases(names), over_l1):
+            full = _with_ends(names[result], pairing.cases(names[result]), series)
+            groups.append(full.part(np.flatnonzero(_is_decided(full))))
             left[groups[-1].cases] = False
     return groups, np.flatnonzero(off)
 
 
-def _told(group: Group) -> NDArray[np.bool_]:
-    """Say of which cases a series says whether and where they lie on the flanks."""
+def _is_decided(group: Group) -> NDArray[np.bool_]:
+    """Return for which cases a series decides whether and where they are on the flanks."""
     said = (group.ends.status == Status.SOLVED) | (group.ends.status == Status.OFF_FLANK)
     return np.asarray(said & (group.series.status == Status.SOLVED))
 
 
-def _without_path(pairing: Pairing, cases: NDArray[np.int_], status: NDArray[np.int8]) -> Group:
-    """Give cases without a path, and why."""
+def _without_path(pairing: FlankPair, cases: NDArray[np.int_], status: NDArray[np.int8]) -> Group:
+    """Return cases without a path, with the reason."""
     part, series = pairing.cases(cases), by_length(np.full((WIDTH, cases.size, 2), np.nan), status)
     return Group(cases, part, series, no_ends(status))
 
 
-def _followed(pairing: Pairing, near: Window | None = None) -> list[Group]:
-    """Give paths by length, of curves `near` the faces alone if bounds are given, as in `curves_of`.
+def _followed(pairing: FlankPair, near: Window | None = None) -> list[Group]:
+    """Return paths by length; only of curves `near` the faces if bounds are given, as in `curves_of`.
 
-    OFF_FLANK and NO_COMMON_NORMAL are said where all curves found were traced to where they leave the
-    window; NOT_CONVERGED is a curve lost, or not resolved on the flanks."""
+    OFF_FLANK and NO_COMMON_NORMAL mean that all curves found were traced until they left the window.
+    NOT_CONVERGED means that a curve was lost, or not resolved on the flanks.
+    """
     curves, missing = curves_of(pairing, near)
     lost = [curve for curve in curves if curve.lost]
     status = np.where(missing, np.int8(Status.NO_COMMON_NORMAL), np.int8(Status.OFF_FLANK))
-    if near is not None:  # no curve where signs do not rule one out: the lines of the grid may pass it by
+    if near is not None:  # the grid lines may miss a curve in cells where the signs do not exclude one
         status[:] = Status.NOT_CONVERGED
     status[pairing.undefined] = Status.UNDEFINED
     status[vanishing(pairing)] = Status.NOT_CONVERGED
     status[[curve.case for curve in curves]] = Status.OFF_FLANK
+    # Paths that close on the flanks, and lost curves, are not fitted.
     parts = near_flanks(pairing, [curve for curve in curves if not curve.lost])
     status[[part.case for part in parts if part.endless]] = Status.ENDLESS
     status[[part.case for part in near_flanks(pairing, lost)]] = Status.NOT_CONVERGED
@@ -272,20 +312,24 @@ def _followed(pairing: Pairing, near: Window | None = None) -> list[Group]:
     whose = np.array([part.case for part in parts], dtype=int)
     groups = _best_of(whose, _parts_fitted(pairing, parts) if parts else [], status == Status.NOT_CONVERGED)
     done = np.concatenate([np.empty(0, dtype=int), *(group.cases for group in groups)])
-    rest = np.setdiff1d(np.arange(len(status)), done)
-    return [*groups, _without_path(pairing, rest, status[rest])] if rest.size else groups
+    remaining = np.setdiff1d(np.arange(len(status)), done)
+    return [*groups, _without_path(pairing, remaining, status[remaining])] if remaining.size else groups
 
 
-def _parts_fitted(pairing: Pairing, parts: list[Part]) -> list[Group]:
-    """Give series and ends of parts of traced curves, by their numbers."""
+def _parts_fitted(pairing: FlankPair, parts: list[CurvePart]) -> list[Group]:
+    """Return series and ends of parts of traced curves, by their numbers."""
     pairing = pairing.cases(np.array([part.case for part in parts]))
-    return [_with_ends(found, pairing.cases(found), series) for found, series in series_along(pairing, parts)]
+    return [
+        _with_ends(result, pairing.cases(result), series) for result, series in series_along(pairing, parts)
+    ]
 
 
 def _best_of(case: NDArray[np.int_], fits: list[Group], incomplete: NDArray[np.bool_]) -> list[Group]:
-    """Give one path for each case of which parts are fitted: the part that covers most roll. `case` (parts)
-    says whose each is. Where a curve of the case was lost (`incomplete`) and no part lies on the flanks, it
-    is not said that none does."""
+    """Return one path for each case with fitted parts: the part with the largest range of roll.
+
+    `case` (parts) is the case of each part. If a curve of the case was lost (`incomplete`) and no part is on
+    the flanks, the result is not OFF_FLANK.
+    """
     fits = [fit for fit in fits if fit.cases.size]
     if not fits:
         return []
@@ -301,10 +345,12 @@ def _best_of(case: NDArray[np.int_], fits: list[Group], incomplete: NDArray[np.b
         doubtful[fit.cases] = (state != Status.SOLVED) & (state != Status.OFF_FLANK)
         corners[fit.cases] = np.concatenate(tuple(fit.ends.l), axis=-1)
         scale[fit.cases] = fit.pairing.scale[:, 0]
+    # A part traced twice counts once.
     again = _repeated(case, corners, scale)
     span[again], pieces[again] = -1.0, 0
     total, unsure = np.bincount(case, pieces).astype(int), np.bincount(case, doubtful) > 0
     unsure |= (np.bincount(case, span > 0.0) == 0) & incomplete[: len(unsure)]
+    # The part with the largest range of roll of each case.
     order = np.lexsort((-span, case))
     best = order[np.unique(case[order], return_index=True)[1]]
     groups = []
@@ -323,8 +369,8 @@ def _best_of(case: NDArray[np.int_], fits: list[Group], incomplete: NDArray[np.b
 
 
 def _repeated(case: NDArray[np.int_], ends: FloatArray, scale: FloatArray) -> NDArray[np.bool_]:
-    """Say which parts end where one before them of the same case does: a curve traced twice."""
+    """Return which parts have the same ends as an earlier part of the same case: a curve traced twice."""
     same = case[:, None] == case
     for value in ends.T:
-        same &= np.abs(value[:, None] - value) < ONE_PLACE * scale
+        same &= np.abs(value[:, None] - value) < SAME_END_TOLERANCE * scale
     return np.asarray(np.tril(same, -1).any(axis=1))

@@ -1,10 +1,11 @@
-"""Roots of the one equation F(l1, l2) = 0 in l2, for given l1.
+"""Roots l2 of the one equation F(l1, l2) = 0 for given l1.
 
-`solve_gear_parameter` samples F over l2 (`Samples`), brackets every sign change, and runs Newton with the
-exact slope inside the bracket, halving it whenever a step leaves it. Where n_x vanishes F runs
-off to an infinity of known sign, so that a root between the last sample and that pole is
-bracketed too; where an extremum of F comes near zero more samples look for two roots beside it.
-Of several roots the one on the flanks is taken; if two are, the position is marked.
+`solve_gear_parameter` samples F over l2 (`RootSamples`) and brackets all changes of sign. Some steps with the
+slope of the polynomial through the last five points usually reach the root. If they do not, Newton's method
+with the exact slope follows inside the bracket, which is halved whenever a step leaves it. Where n_x
+vanishes, F diverges with a known sign, so that a root between the last sample and this pole is bracketed too.
+Where an extremum of F is nearly zero, more samples are taken to detect two roots next to it. Of several
+roots, the one on the flanks is returned; if two are on the flanks, the position is marked.
 """
 
 from __future__ import annotations
@@ -14,45 +15,54 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import FloatArray, Mask
 from ..status import Status
 from .equation import (
-    Pairing,
-    Terms,
+    ContactTerms,
     axial_and_radius,
-    facing,
+    edge_margins,
     gap_and_slope,
+    gap_of,
     gap_tolerance,
     guarded_gap,
+    joined_terms,
     limit_margins,
     meet,
-    terms_of_one,
 )
+from .flank_pair import FlankPair, MemberTerms, terms_of_one
+from .root_samples import Bracket, RootSamples, sampled, with_extremum
 
-SHARES = np.linspace(0.0, 1.0, 7)[:, None, None]
-NEAR = 1.2 * SHARES - 0.1
-FAR = np.linspace(-1.0, 2.0, 25)[:, None, None]
-"""Where F is sampled in l2: shares of the gear flank's depth from its root, first near the
-active flank, and over three flank depths where nothing was found there."""
-EXTREMA, NEWTON_LIMIT = 6, 60
-"""Samples added beside an extremum of F near zero; passes of Newton, most of which only halve."""
-SHORT = 2
-"""Passes of Newton after which the positions that are left, if they are fewer than half, go on alone."""
-LAST_STEP = 1e-6
-"""Share of the flank's depth below which a Newton step is the last: it leaves an error of its
-square. The callers judge F afterwards."""
+FAR_POSITIONS = np.linspace(-1.0, 2.0, 25)[:, None, None]
+"""Samples of F in l2, in flank depths of the gear from its root, if nothing was found near the active
+flank.
+"""
+NEWTON_MAX_STEPS = 60
+"""Maximum number of Newton steps, most of which only bisect."""
+STEPS_TOGETHER = 2
+"""Newton steps after which the remaining positions, if they are fewer than half, are iterated separately."""
+LAST_STEP_DEPTHS = 1e-6
+"""Step, relative to the flank depth, below which the iteration ends: the error is about its square. The
+callers check F afterwards.
+"""
+INTERPOLATION_STEPS, LAST_STEP_REDUCTION = 4, 1e-3
+"""Evaluations of F with slopes from previous points before Newton's method is used; fraction of F that may
+remain after the last step.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class Roots:
-    """Roots l2 (mm), the slope dF/dl2 there, and the Status, each (cases, positions)."""
+    """Roots l2 (mm), the slope dF/dl2 there, and the Status, each (cases, positions); and the terms of F at
+    all of them, if these are known.
+    """
 
     l2: FloatArray
     slope: FloatArray
     status: NDArray[np.int8]
+    met: ContactTerms | None = None
 
     def where(self, kept: NDArray[np.bool_], other: Roots) -> Roots:
-        """Give these roots where `kept`, elsewhere the other ones."""
+        """Return these roots where the mask is true, elsewhere the other ones."""
         return Roots(
             np.where(kept, self.l2, other.l2),
             np.where(kept, self.slope, other.slope),
@@ -61,108 +71,10 @@ class Roots:
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
-    """F sampled over l2: the pinion's terms, points `l2` and F (`values`) there, mm, and which of them have a
-    common normal (`real`), (samples, cases, positions); and between which of them F changes its sign
-    (`change`), (samples - 1, cases, positions)."""
-
-    pinion: Terms
-    l2: FloatArray
-    values: FloatArray
-    real: NDArray[np.bool_]
-    change: NDArray[np.bool_]
-
-    def cases(self, index: NDArray[np.int_]) -> Samples:
-        """Give the samples of the cases `index`."""
-        pinion = Terms(*(value[..., index, :] for value in vars(self.pinion).values()))
-        l2, values, real, change = self.l2, self.values, self.real, self.change
-        return Samples(pinion, l2[:, index], values[:, index], real[:, index], change[:, index])
-
-    def one_way(self) -> Samples:
-        """Leave those changes in which F rises, or those in which it falls: of each case the ones that more
-        of its positions have, since along one curve it is either."""
-        rising = self.change & np.signbit(self.values[:-1])
-        falling = self.change & ~rising
-        rises = rising.any(axis=0).sum(axis=-1) >= falling.any(axis=0).sum(axis=-1)
-        return replace(self, change=np.where(rises[:, None], rising, falling))
-
-    def rough(self) -> FloatArray:
-        """Give l2 (cases, positions), mm, near the first change, NaN without such."""
-        return np.where(self.change.any(axis=0), self.between(self.change.argmax(axis=0))[2], np.nan)
-
-    def between(
-        self, place: NDArray[np.int_]
-    ) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.bool_]]:
-        """Give brackets of l2, mm, from the samples `place` (cases, positions) to the next, where a parabola
-        through both ends and a third sample crosses zero in them, and whether F rises there."""
-        low, high = self.at(place), self.at(place + 1)
-        third = self.at(np.where(place > 0, place - 1, np.minimum(place + 2, len(self.l2) - 1)))
-        rise = (high[1] - low[1]) / (high[0] - low[0])
-        bend = ((third[1] - high[1]) / (third[0] - high[0]) - rise) / (third[0] - low[0])
-        chord = low[0] - low[1] / rise
-        start = chord - bend * (chord - low[0]) * (chord - high[0]) / rise
-        for other in (chord, 0.5 * (low[0] + high[0])):  # beside a pole
-            start = np.where((start >= low[0]) & (start <= high[0]), start, other)
-        return low[0], high[0], start, high[1] > low[1]
-
-    def at(self, place: NDArray[np.int_]) -> tuple[FloatArray, FloatArray]:
-        """Give l2 and F of the samples `place` (cases, positions)."""
-        index = place * place.size + np.arange(place.size).reshape(place.shape)
-        return self.l2.take(index), self.values.take(index)
-
-
-def samples_of(pairing: Pairing, l1: FloatArray, bounds: FloatArray, shares: FloatArray) -> Samples:
-    """Sample F at every `l1` (cases, positions) at `shares` of the way between `bounds` of l2 (2, cases, 1),
-    mm."""
-    return _sampled(pairing, terms_of_one(pairing, l1, 0), bounds[0] + shares * (bounds[1] - bounds[0]))
-
-
-def _sampled(pairing: Pairing, pinion: Terms, l2: FloatArray) -> Samples:
-    met = facing(pairing, pinion, terms_of_one(pairing, l2, 1))
-    values, real = guarded_gap(pairing, met), ~np.isnan(met.gap)
-    return Samples(pinion, np.broadcast_to(l2, values.shape), values, real, _changes(values, real))
-
-
-def _changes(values: FloatArray, real: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Say between which samples F changes its sign where it is real on one side at least."""
-    below = np.signbit(values)
-    return np.asarray((below[:-1] != below[1:]) & (real[:-1] | real[1:]))
-
-
-def _with_extremum(pairing: Pairing, samples: Samples) -> Samples:
-    """Give the samples with a few more, near that extremum of F which comes closest to zero without crossing
-    it: two roots may hide between the samples around it."""
-    pinion, l2, values, real, _ = vars(samples).values()
-    for turn in range(EXTREMA):
-        left, middle, right = values[:-2], values[1:-1], values[2:]
-        towards = (np.abs(middle) <= np.minimum(np.abs(left), np.abs(right))) & (left * middle > 0.0)
-        towards &= (middle * right > 0.0) & real[1:-1]
-        if not towards.any():
-            break
-        best = np.where(towards, np.abs(middle), np.inf).argmin(axis=0)[None] + 1
-        x0, x1, x2 = (np.take_along_axis(l2, best + k, axis=0)[0] for k in (-1, 0, 1))
-        f0, f1, f2 = (np.take_along_axis(values, best + k, axis=0)[0] for k in (-1, 0, 1))
-        rise, fall = (f1 - f0) / (x1 - x0), (f2 - f1) / (x2 - x1)
-        vertex = 0.5 * (x0 + x1) - 0.5 * rise * (x2 - x0) / (fall - rise)
-        # Beside a pole the parabola says nothing: halve, first towards the pole.
-        pole = np.isinf(f0) | np.isinf(f2)
-        halfway = 0.5 * (x1 + np.where(np.isinf(f2) == (turn % 2 == 0), x2, x0))
-        usable = (vertex > x0) & (vertex < x2) & (vertex != x1) & ~pole
-        vertex = np.where(usable, vertex, halfway)
-        met = facing(pairing, pinion, terms_of_one(pairing, vertex, 1))
-        new = (vertex, guarded_gap(pairing, met), ~np.isnan(met.gap))
-        order = np.argsort(np.concatenate((l2, vertex[None])), axis=0, kind="stable")
-        l2, values, real = (
-            np.take_along_axis(np.concatenate((known, added[None])), order, axis=0)
-            for known, added in zip((l2, values, real), new, strict=True)
-        )
-    return Samples(pinion, l2, values, real, _changes(values, real))
-
-
-@dataclass(frozen=True, eq=False)
 class _Search:
-    """Roots being sought: brackets [low, high] in l2 (mm), whether F is `rising` in them, where Newton
-    stands, the slope there, and what is `done`; (cases, positions)."""
+    """Roots being computed, (cases, positions): brackets [low, high] in l2 (mm), whether F is `rising` in
+    them, the present l2 and slope of Newton's method, and which are `done`.
+    """
 
     low: FloatArray
     high: FloatArray
@@ -172,21 +84,23 @@ class _Search:
     done: NDArray[np.bool_]
 
 
-def _newton(pairing: Pairing, pinion: Terms, search: _Search, passes: int) -> _Search:
-    """Take Newton steps inside the brackets. After SHORT passes the positions left are solved by
-    themselves."""
+def _newton(pairing: FlankPair, pinion: MemberTerms, search: _Search, passes: int) -> _Search:
+    """Return the roots after Newton steps inside the brackets. After STEPS_TOGETHER steps the remaining
+    positions are solved separately.
+    """
     low, high, l2, slope, done = search.low, search.high, search.l2, search.slope, search.done
-    tolerance, enough = gap_tolerance(pairing), LAST_STEP * (pairing.highest[1] - pairing.lowest[1])
+    tolerance, enough = gap_tolerance(pairing), LAST_STEP_DEPTHS * (pairing.highest[1] - pairing.lowest[1])
     for turn in range(passes):
         left = np.count_nonzero(~done)
         if left == 0:
             break
-        if turn % SHORT == 0 and 2 * left < done.size:
+        if turn % STEPS_TOGETHER == 0 and 2 * left < done.size:
             now = replace(search, low=low, high=high, l2=l2, slope=slope, done=done)
             return _newton_of_some(pairing, pinion, now, passes - turn)
+        # Evaluate, shrink the bracket, and step; bisect if the step leaves the bracket.
         gap, slope = gap_and_slope(pairing, pinion, l2)
         if np.isnan(gap).any():
-            beyond = guarded_gap(pairing, facing(pairing, pinion, terms_of_one(pairing, l2, 1)))
+            beyond = guarded_gap(pairing, gap_of(pairing, pinion, terms_of_one(pairing, l2, 1)))
             gap = np.where(np.isnan(gap), beyond, gap)
         done = done | (np.abs(gap) <= tolerance)
         above = (gap > 0.0) == search.rising
@@ -199,62 +113,158 @@ def _newton(pairing: Pairing, pinion: Terms, search: _Search, passes: int) -> _S
     return replace(search, l2=l2, slope=slope, done=done)
 
 
-def _newton_of_some(pairing: Pairing, pinion: Terms, search: _Search, passes: int) -> _Search:
-    """Take Newton steps for the positions that are not done, each as a case of its own."""
+def _newton_of_some(pairing: FlankPair, pinion: MemberTerms, search: _Search, passes: int) -> _Search:
+    """Return the roots after Newton steps for the positions that are not done, each as a separate case."""
     case, position = np.nonzero(~search.done)
-    terms = Terms(*(value[..., case, position, None] for value in vars(pinion).values()))
+    terms = MemberTerms(*(value[..., case, position, None] for value in vars(pinion).values()))
     part = _Search(*(value[case, position, None] for value in vars(search).values()))
-    found = _newton(pairing.cases(case), terms, part, passes)
+    result = _newton(pairing.cases(case), terms, part, passes)
     for name in ("l2", "slope", "done"):
-        getattr(search, name)[case, position] = getattr(found, name)[:, 0]
+        getattr(search, name)[case, position] = getattr(result, name)[:, 0]
     return search
 
 
-def solve_gear_parameter(pairing: Pairing, l1: FloatArray) -> Roots:
-    """Solve F(l1, l2) = 0 for l2 at every `l1` (cases, positions), mm, safely.
+def solve_gear_parameter(pairing: FlankPair, l1: FloatArray) -> Roots:
+    """Return the roots l2 of F(l1, l2) = 0 at every `l1` (cases, positions), mm, with safeguards.
 
-    Roots off the flanks are found up to one flank depth beyond the gear's flank and are reported as solved;
-    nothing is clipped here."""
+    Roots off the flanks are searched up to one flank depth beyond the gear flank and are reported as solved;
+    nothing is clipped here.
+    """
     low, high = pairing.lowest[1], pairing.highest[1]
     pinion = terms_of_one(pairing, l1, 0)
-    roots = roots_in(pairing, l1, _sampled(pairing, pinion, low + NEAR * (high - low)))
+    roots = roots_in(pairing, l1, sampled(pairing, pinion, *pairing.near_gear))
+    # Positions without a root near the flank are searched over three flank depths.
     lost = np.flatnonzero((roots.status != Status.SOLVED).any(axis=-1))
     if lost.size:
-        part, far = pairing.cases(lost), (low + FAR * (high - low))[:, lost]
-        pinion = Terms(*(value[..., lost, :] for value in vars(pinion).values()))
-        far = roots_in(part, l1[lost], _with_extremum(part, _sampled(part, pinion, far)))
+        part, far = pairing.cases(lost), (low + FAR_POSITIONS * (high - low))[:, lost]
+        pinion = MemberTerms(*(value[..., lost, :] for value in vars(pinion).values()))
+        far = roots_in(part, l1[lost], with_extremum(part, sampled(part, pinion, far)))
         near = Roots(roots.l2[lost], roots.slope[lost], roots.status[lost])
         both = near.where(near.status == Status.SOLVED, far)
         roots.l2[lost], roots.slope[lost], roots.status[lost] = both.l2, both.slope, both.status
     return roots
 
 
-def roots_in(pairing: Pairing, l1: FloatArray, samples: Samples, passes: int = NEWTON_LIMIT) -> Roots:
-    """Give the root on the flanks among all that `samples` at `l1` (cases, positions), mm, bracket, else the
-    one least far off, by so many `passes` of Newton."""
-    rank = np.cumsum(samples.change, axis=0, dtype=np.int8)
-    count, last = rank[-1], len(rank) - 1
-    best = Roots(*(np.full(l1.shape, fill) for fill in (np.nan, np.nan, np.int8(Status.OFF_FLANK))))
-    several = np.flatnonzero((count > 1).any(axis=-1))
-    part = pairing.cases(several)
-    margin, hits = np.full(l1.shape, -np.inf), np.zeros(l1.shape, dtype=int)
-    for k in range(1, int(count.max(initial=0)) + 1):
-        has = count >= k
-        low, high, start, rising = samples.between(np.minimum((rank < k).sum(axis=0), last))
-        sought = _Search(low, high, rising, start, np.ones(l1.shape), ~has)
-        found = _newton(pairing, samples.pinion, sought, passes)
-        lost = np.where(found.done, np.int8(Status.SOLVED), np.int8(Status.NOT_CONVERGED))
-        root = Roots(found.l2, found.slope, lost)
-        if several.size:
-            l = np.array((l1, root.l2))[:, several]
-            depth = np.full(l1.shape, -np.inf)
-            depth[several] = limit_margins(part, l, *axial_and_radius(part, meet(part, l))).min(axis=0)
-            depth[~has] = -np.inf
-            hits += depth >= 0.0
-            has = has & ((depth > margin) | (k == 1))
-            margin = np.where(has, depth, margin)
-        best = root.where(has, best)
-    status = np.where(hits > 1, np.int8(Status.SEVERAL_CONTACTS), best.status)
-    status = np.where((count == 0) & ~samples.real.all(axis=0), np.int8(Status.NO_COMMON_NORMAL), status)
+def sole_roots(pairing: FlankPair, l1: FloatArray) -> Roots | None:
+    """Return the roots l2 at `l1` (cases, positions), mm, if each l1 has one root near the gear flank and no
+    contact there with the other sign of n_x; None if this is not certain for all.
+    """
+    pinion, (l2, gear) = terms_of_one(pairing, l1, 0), pairing.near_gear
+    values = gap_of(pairing, pinion, gear).gap
+    # With the other sign of n_x, all terms except A_1 + A_2 change sign.
+    other = np.signbit(2.0 * (pinion.level + gear.level) - values)
+    real, below = ~np.isnan(values), np.signbit(values)
+    change = below[1:] != below[:-1]
+    if not real.all() or (other != other[0]).any() or (change.sum(axis=0) != 1).any():
+        return None
+    samples = RootSamples(pinion, np.broadcast_to(l2, values.shape), values, real, change)
+    roots = _solved(pairing, pinion, samples.first(), change.any(axis=0), NEWTON_MAX_STEPS)
+    return None if roots.status.any() else roots
+
+
+def roots_in(
+    pairing: FlankPair, l1: FloatArray, samples: RootSamples, passes: int = NEWTON_MAX_STEPS
+) -> Roots:
+    """Return the root on the flanks among all that `samples` at `l1` (cases, positions), mm, bracket, or the
+    root nearest to the flanks, with at most `passes` Newton steps.
+    """
+    count = samples.change.sum(axis=0)
+    roots = _solved(pairing, samples.pinion, samples.first(), count > 0, passes)
+    if (count > 1).any():
+        roots = _best_of_several(pairing, l1, samples, roots, passes)
+    if roots.status.any():
+        roots.status[(count == 0) & ~samples.real.all(axis=0)] = Status.NO_COMMON_NORMAL
+    return roots
+
+
+def _solved(pairing: FlankPair, pinion: MemberTerms, bracket: Bracket, has: Mask, passes: int) -> Roots:
+    """Return the roots in the brackets of positions that `has` (cases, positions) selects; OFF_FLANK
+    elsewhere.
+
+    The slope is that of the polynomial through the last five points, the first of which are samples. Each
+    step costs one evaluation of F, and two or three are sufficient where F is smooth. The remaining positions
+    are solved by Newton's method.
+    """
+    enough = 2.0 * gap_tolerance(pairing)
+    last = LAST_STEP_DEPTHS * (pairing.highest[1] - pairing.lowest[1])
+    points, differences, l2 = bracket.points, bracket.differences, bracket.start
+    slope, expected = differences[1], np.where(has, enough, np.inf)
+    for turn in range(INTERPOLATION_STEPS):
+        gear = terms_of_one(pairing, l2, 1)
+        met = gap_of(pairing, pinion, gear)
+        gap = met.gap
+        settled = np.abs(gap) <= expected
+        if turn == INTERPOLATION_STEPS - 1 or settled.all():
+            break
+        # Divided differences with the new point as the first, and the slope of their polynomial there.
+        away, result = [l2 - x for x in points], [gap]
+        for far, difference in zip(away, differences, strict=True):
+            result.append((result[-1] - difference) / far)
+        fresh = result[4]
+        for far, difference in zip(away[2::-1], result[3:0:-1], strict=True):
+            fresh = difference + far * fresh
+        points, differences = [l2, *points[:3]], result[:4]
+        slope = np.where(settled, slope, fresh)
+        step = np.where(settled, 0.0, gap / slope)
+        l2 = l2 - step
+        # After a small step F is at rounding level, unless the slope was too steep.
+        expected = np.where(
+            np.abs(step) <= last, np.maximum(LAST_STEP_REDUCTION * np.abs(gap), expected), expected
+        )
+    done = settled & has & (l2 >= bracket.low) & (l2 <= bracket.high)
+    if done.all():
+        status = np.zeros(done.shape, dtype=np.int8)
+        return Roots(l2, slope, status, joined_terms(pinion, gear, met))
+    start = np.where(done, l2, bracket.start)
+    search = _Search(bracket.low, bracket.high, bracket.rising, start, slope.copy(), done | ~has)
+    left = _newton(pairing, pinion, search, passes)
+    status = np.where(left.done, np.int8(Status.SOLVED), np.int8(Status.NOT_CONVERGED))
+    status = np.where(has, status, np.int8(Status.OFF_FLANK))
     known = status == Status.SOLVED
-    return Roots(np.where(known, best.l2, np.nan), np.where(known, best.slope, np.nan), status)
+    return Roots(np.where(known, left.l2, np.nan), np.where(known, left.slope, np.nan), status)
+
+
+def _best_of_several(
+    pairing: FlankPair, l1: FloatArray, samples: RootSamples, roots: Roots, passes: int
+) -> Roots:
+    """Return the roots on the flanks, or nearest to them, where there are more than the first, `roots`.
+
+    Each position with several brackets is treated as a separate case.
+    """
+    rank = np.cumsum(samples.change, axis=0, dtype=np.int8)
+    case, position = np.nonzero(rank[-1] > 1)
+    count, rank = rank[-1, case, position], rank[:, case, position]
+    part, l1 = pairing.cases(case), l1[case, position, None]
+
+    def depth_of(l2: FloatArray) -> FloatArray:
+        """Return the distance of contacts from the nearest limit, mm, positive inside; -inf where l2 is not
+        known.
+        """
+        l = np.array((l1, l2))
+        z, radius = axial_and_radius(part, meet(part, l))
+        depth = limit_margins(part, l, z, radius).min(axis=0)
+        if part.edges:
+            depth = np.minimum(depth, edge_margins(part, l, z).min(axis=0))
+        return np.asarray(np.nan_to_num(depth, nan=-np.inf))
+
+    pinion = MemberTerms(*(value[..., case, position, None] for value in vars(samples.pinion).values()))
+    at = case, position, None
+    best = Roots(roots.l2[at], roots.slope[at], roots.status[at])
+    margin = depth_of(best.l2)
+    hits = (margin >= 0.0).astype(int)
+    # Solve the second and further brackets and keep the root furthest inside the limits.
+    for k in range(2, int(count.max()) + 1):
+        has = (count >= k)[:, None]
+        place = np.minimum((rank < k).sum(axis=0), len(rank) - 1)[:, None]
+        bracket = samples.between(place, (case * roots.l2.shape[1] + position)[:, None])
+        result = _solved(part, pinion, bracket, has, passes)
+        depth = depth_of(result.l2)
+        hits += depth >= 0.0
+        better = depth > margin
+        best, margin = result.where(better, best), np.where(better, depth, margin)
+    l2, slope, status = roots.l2.copy(), roots.slope.copy(), roots.status.copy()
+    solved = np.where(hits > 1, np.int8(Status.SEVERAL_CONTACTS), best.status)
+    known = solved == Status.SOLVED
+    l2[case, position], slope[case, position] = np.where(known, (best.l2, best.slope), np.nan)[..., 0]
+    status[case, position] = solved[:, 0]
+    return Roots(l2, slope, status)

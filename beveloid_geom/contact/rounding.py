@@ -1,9 +1,9 @@
-"""How far rounding moves a contact: the condition of the equations at a position.
+"""Sensitivity of a contact to rounding: the condition of the equations at a position.
 
-A solved position satisfies the five equations to rounding. That is not yet a position that rounding
-leaves where it is: where n_x is small all along a path, or the axes are nearly parallel, the last
-digit of an angle moves the contact by much more. It is the pair that is so sensitive, not the method:
-an error of mounting moves it by as many times more as it is greater than rounding.
+A solved position satisfies the five equations to rounding. Where n_x is small along the entire path, where
+the axes are nearly parallel, or where parabolas are weak, rounding of the inputs can still move the contact
+by much more. This is a property of the pair, not of the method: an assembly error moves the contact by the
+same factor.
 """
 
 from __future__ import annotations
@@ -11,28 +11,41 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import FloatArray
-from .curve_equations import linearised, units_of
-from .equation import pairing_of
+from .curves.curve_equations import linearised, units_of
+from .flank_pair import is_modified, pairing_of
 from .parallel.lines import along_lines
-from .parallel.nearly import nearly_parallel
-from .parallel.regular import regular_jacobian
+from .parallel.small_angle_equations import regular_jacobian
+from .parallel.small_angle_paths import nearly_parallel
 from .path import ContactPath
+from .surfaces.second_order import least_rates
 
 
 def rounding_error(path: ContactPath) -> FloatArray:
-    """Give the distance (*batch, positions), mm, by which rounding in the terms of the equations may move
-    each contact of a `path`, square to the path; NaN where there is none, and on lines of contact.
+    """Return the distance by which rounding of the terms of the equations may move each contact.
 
-    From the least singular value of the equations' Jacobian (`curve_equations`), an estimate within a factor
-    of some ten."""
+    It is estimated from the least singular value of the Jacobian of the equations (`curve_equations`), within
+    a factor of about ten.
+
+    Parameters
+    ----------
+    path : ContactPath
+
+    Returns
+    -------
+    ndarray, shape (..., positions)
+        mm, perpendicular to the path; NaN where there is no contact, and on lines of contact.
+    """
     if path.l1.size == 0:
         return np.empty(path.l1.shape)
+    if is_modified(path.design, path.flank):
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.finfo(float).eps / least_rates(path)
     pairing = pairing_of(path.design, path.flank)
     units = units_of(pairing)
     shape = path.l1.shape
     l1, l2, n_x = (np.reshape(x, (-1, shape[-1])) for x in (path.l1, path.l2, path.normal[..., 0]))
     point, normal = (np.reshape(x, (-1, shape[-1], 3)) for x in (path.point, path.normal))
-    # w1 of the point: its coordinate along (k1 - v1 n) / S1.
+    # w1 is the coordinate of the point along (k1 - v1 n) / S1.
     v = normal[..., 2]
     across = (point[..., 2] - v * np.einsum("...i,...i", point, normal)) / np.sqrt(1.0 - v * v)
     z = np.stack((l1, l2, n_x, across), axis=-1) / units
@@ -48,8 +61,7 @@ def rounding_error(path: ContactPath) -> FloatArray:
 
 
 def _least_rate(jacobian: FloatArray) -> FloatArray:
-    """Give the least singular value of Jacobians (..., equations, unknowns), NaN where these are not
-    known."""
+    """Return the least singular value of Jacobians (..., equations, unknowns), NaN where these are NaN."""
     known = np.asarray(np.isfinite(jacobian).all(axis=(-1, -2)))
     least = np.linalg.svd(np.where(known[..., None, None], jacobian, 0.0), compute_uv=False)[..., -1]
     return np.where(known, least, np.nan)

@@ -1,1 +1,1 @@
-"""What is given: tools, members, the pair and its errors, and design files."""
+"""Input data: tools, members, pair, assembly errors; design files."""

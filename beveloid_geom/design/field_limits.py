@@ -1,35 +1,51 @@
-"""Limits of the single quantities of a design: one table for both its doors, files and Python.
+"""Limits of single quantities of a design, for design files and for Python.
 
-A design file gives angles in deg, under keys that end in `_deg`; inputs from Python are in rad. All
-that has no meaning is refused at both doors, in the same words, each of which names the quantity, its
-limit, the value and the likely cure: wrong types, NaN, lengths that are not positive, parts of a tooth,
-angles that must have been meant in the other unit, members of different base pitch.
+A design file gives angles in deg, under keys that end in `_deg`; inputs from Python are in rad. Both are
+checked by the same function, `checked`, with the same messages. Each message names the quantity, its limit,
+the value and the likely cure. Rejected are wrong types, NaN, lengths that are not positive, fractions of a
+tooth, and angles that were probably given in the other unit.
 
-Python takes more than a file where the solver has a named answer, so that such cases can be studied:
+Python accepts more than a file where the solver has a named status, so that such cases can be studied:
 
-- a quantity whose `Limit` has a `least` or a `most` of its own;
-- base pitches that differ by a digit noted too few (`inputs.ROUNDED_PITCH`);
-- what else joins several quantities in `design.limits`: a parabola that folds the
-  profile, a tip round that eats the flank, a cone too steep for the tool, helix angles that cancel,
-  errors greater than the layout bears, angles that do not fit one another.
+- a wider range, if the `Limit` has a `least` or a `most`;
+- base pitches that differ by the rounding of a few digits (`model.Design`);
+- the combinations of several quantities in `design.limits`, such as a parabola that folds the profile.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-MIN_FLANK_DEPTH = 0.5  # modules; profile shift moves the pitch point about that far
-GREATEST = float(np.finfo(float).max)
+MIN_FLANK_DEPTH = 0.5
+"""Least depth of the flank below the reference line, in modules: the profile shift moves the pitch point by
+about this depth."""
 IN_RADIANS, IN_DEGREES = "was it given in radians?", "was it given in degrees?"
+MM_PER_INCH = 25.4
+_DEGREE = math.pi / 180.0
+_LENGTHS_MM = {"mm": 1.0, "um": 1e-3, "µm": 1e-3, "cm": 10.0, "m": 1e3}
+_LENGTHS_MM |= dict.fromkeys(("in", "inch", "inches", '"', "″"), MM_PER_INCH)
+_ANGLES_RAD = {"rad": 1.0} | dict.fromkeys(("deg", "°", "degree", "degrees"), _DEGREE)
+_ANGLES_RAD |= {"arcmin": _DEGREE / 60.0, "arcsec": _DEGREE / 3600.0}
+_UNITS = {
+    "mm": _LENGTHS_MM,
+    "um": {name: size / 1e-3 for name, size in _LENGTHS_MM.items()},
+    "rad": _ANGLES_RAD,
+    "deg": {name: size / _DEGREE for name, size in _ANGLES_RAD.items()},
+}
+"""Conversion factors by the unit in which a quantity is expected and the unit in which it was written."""
+_WRITTEN_NUMBER = re.compile(r"\s*([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\d\s.,;]*)\s*")
 
 
 class Fault(NamedTuple):
-    """What is wrong with one key of a design, as a line: [table] key text. From Python the table is ''."""
+    """Fault of one key of a design: `table` and `key` of the design file, and the message.
+
+    For inputs from Python the table is ''."""
 
     table: str
     key: str
@@ -40,28 +56,35 @@ class Fault(NamedTuple):
 
 
 class DesignError(ValueError):
-    """A design that cannot be used; the message has one line for every fault."""
+    """Design that cannot be used; the message has one line for each fault."""
 
     def __init__(self, faults: Iterable[Fault | str], source: str = "") -> None:
-        """`faults` are what is wrong, a text alone where that is no key; `source` (a file, a class) leads
-        each line of the message."""
+        """Store the faults.
+
+        Parameters
+        ----------
+        faults : iterable of Fault or str
+            A fault that does not belong to a key is a text.
+        source : str
+            File or class, printed at the beginning of each line of the message.
+        """
         self.parts = tuple(Fault("", "", fault) if isinstance(fault, str) else fault for fault in faults)
         self.source = source
         super().__init__(self.parts, source)
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """The lines of the message, without its source."""
+        """The lines of the message, without the source."""
         return tuple(map(str, self.parts))
 
     def __str__(self) -> str:
-        """The lines of the message."""
+        """Return the lines of the message."""
         lead = f"{self.source}: " if self.source else ""
         return "\n".join(lead + fault for fault in self.faults)
 
 
 def shown_value(value: object) -> str:
-    """Give a value on one short line, as TOML writes it."""
+    """Return a value as one short line, in the notation of TOML."""
     if isinstance(value, bool | np.bool_):
         return str(value).lower()
     if isinstance(value, int) and value.bit_length() > 100:
@@ -72,16 +95,54 @@ def shown_value(value: object) -> str:
     return text if len(text) <= 40 else text[:37] + "..."
 
 
+def number_cure(text: str, unit: str = "") -> str | None:
+    """Return the cure for a text with a decimal comma or a unit, instead of a number.
+
+    Parameters
+    ----------
+    text : str
+        Input text, such as '6,5' or '0.25 in'.
+    unit : {'mm', 'um', 'deg', 'rad', ''}
+        Unit in which the quantity is expected.
+
+    Returns
+    -------
+    str or None
+        Sentence with the number to give; None for any other text.
+    """
+    match = _WRITTEN_NUMBER.fullmatch(text)
+    if match is None:
+        return None
+    number, suffix = float(match[1].replace(",", ".")), match[2]
+    if suffix:
+        size = _UNITS.get(unit, {}).get(suffix.lower())
+        return None if size is None else f"give it in {unit} without a unit, {number * size:.10g}"
+    return f"write a decimal point, {number:g}" if "," in match[1] else None
+
+
 def refused(limit: str, value: object, cure: str, place: str = "") -> str:
-    """Give the words for a value outside its limit ('be between ...'); `place` (' at [3]') is where in a
-    batch."""
+    """Return the message for a value outside its limit.
+
+    Parameters
+    ----------
+    limit : str
+        Such as 'be between 0 and 1 mm'.
+    value : object
+        The rejected value.
+    cure : str
+        What the user can do.
+    place : str
+        Index in an array, such as ' at [3]'.
+    """
     return f"must {limit}, got {shown_value(value)}{place}: {cure}"
 
 
 class Limit(NamedTuple):
-    """Closed range of one quantity in a design file, angles in deg, and what may be wrong outside: the
-    cure offered is the first whose bound is not below the value. From Python the range ends at `least`
-    and `most` instead, if these are given."""
+    """Closed range of one quantity in a design file; angles in deg.
+
+    `cures` are pairs of a bound and a text. The cure of a rejected value is the first whose bound is not
+    below the value. `least` and `most` replace the range for inputs from Python. `whole` quantities are whole
+    numbers; `optional` ones may be None."""
 
     low: float
     high: float
@@ -93,19 +154,24 @@ class Limit(NamedTuple):
     optional: bool = False
 
     def fault(self, value: float, place: str = "") -> str | None:
-        """Give the words for a value outside, None for one within."""
+        """Return the message for a value outside the range, None for a value inside."""
         if self.low <= value <= self.high:
             return None
         unit = f" {self.unit}" if self.unit else ""
         cure = next(text for bound, text in self.cures if value <= bound)
-        other = {"deg": (180.0 / math.pi, IN_RADIANS), "rad": (math.pi / 180.0, IN_DEGREES)}.get(self.unit)
+        # A value that lies inside the range in another unit was probably given in that unit.
+        other = {
+            "deg": (1.0 / _DEGREE, IN_RADIANS),
+            "rad": (_DEGREE, IN_DEGREES),
+            "mm": (MM_PER_INCH, "was it given in inches?"),
+        }.get(self.unit)
         if other and value * other[0] != 0.0 and self.low <= value * other[0] <= self.high:
             cure = other[1]
         return refused(f"be between {self.low:g} and {self.high:g}{unit}", value, cure, place)
 
     @property
     def from_python(self) -> Limit:
-        """The range from Python, angles in rad."""
+        """The range for inputs from Python, angles in rad."""
         low = self.low if self.least is None else self.least
         high = self.high if self.most is None else self.most
         if self.unit != "deg":
@@ -117,29 +183,30 @@ class Limit(NamedTuple):
 NUMBER = "a number", "give it like 1.5, without quotes"
 WHOLE = "a whole number", "give it like 29, without quotes or decimals"
 FINITE = "a finite number", "give the value itself"
-"""What a value must be, and the cure if it is not."""
+"""Kinds of values, each with the cure for a value of another kind."""
 
-_ANY = math.inf
-_POSITIVE = ((_ANY, "give a positive length in mm"),)
-_OFFSET = ((_ANY, "give the distance of the axes in mm, 0 where they intersect"),)
-_MODULES = ((_ANY, "it counts in normal modules, not in mm"),)
-_PRESSURE = ((0.0, "it is positive on both flanks"), (_ANY, "tools usually have 14.5 to 30 deg"))
+_POSITIVE = ((math.inf, "give a positive length in mm"),)
+_OFFSET = ((math.inf, "give the distance of the axes in mm, 0 where they intersect"),)
+_MODULES = ((math.inf, "give it in normal modules, not in mm"),)
+_PRESSURE = ((0.0, "the pressure angle is positive"), (math.inf, "usual tools have 14.5 to 30 deg"))
 _TEETH = (
     (-1.0, "internal gears are not covered"),
     (0.0, "a member has at least one tooth"),
-    (_ANY, "a rack is not covered by this model"),
+    (math.inf, "a rack is not covered by this model"),
 )
-_HELIX = ((_ANY, "measure it from the axis, right hand positive; the lead angle is 90 deg less it"),)
-_CONE = (
-    (_ANY, "it is half the angle of the pitch cone, positive if the tooth grows towards the heel at +z"),
+_HELIX = (
+    (math.inf, "measure it from the axis, right hand positive; it is the complement of the lead angle"),
 )
+_CONE = ((math.inf, "it is half the angle of the pitch cone, positive if the tooth grows towards +z"),)
 _SHAFT = (
-    (0.0, "give its magnitude, its sense follows from the helix angles"),
-    (_ANY, "it is the smaller angle of the two axes, take 180 deg less it"),
+    (0.0, "give the magnitude, the sense follows from the helix angles"),
+    (math.inf, "it is the smaller angle between the axes, give 180 deg minus this angle"),
 )
-_LAYOUT = ((_ANY, "change the shaft angle of the pair if another layout is meant"),)
-_AXIAL = ((_ANY, "give it in mm, positive towards the heel"),)
-_FREE = Limit(-GREATEST, GREATEST, "", ())
+_LAYOUT = ((math.inf, "change the shaft angle of the pair if another layout is meant"),)
+_AXIAL = ((math.inf, "give it in mm, positive towards +z"),)
+_GREATEST = float(np.finfo(float).max)
+_FREE = Limit(-_GREATEST, _GREATEST, "", ())
+_FREE_LENGTH = _FREE._replace(unit="mm")
 
 LIMITS: dict[str, dict[str, Limit]] = {
     "Tool": {
@@ -149,6 +216,9 @@ LIMITS: dict[str, dict[str, Limit]] = {
         "dedendum": Limit(MIN_FLANK_DEPTH, 4, "", _MODULES, least=0, most=10),
         "tip_radius": Limit(0, 4, "", _MODULES, most=10),
         "parabola": _FREE,
+        "parabola_right": _FREE._replace(optional=True),
+        "parabola_left": _FREE._replace(optional=True),
+        "parabola_apex": _FREE_LENGTH,
     },
     "Member": {
         "teeth": Limit(1, 2000, "", _TEETH, whole=True),
@@ -156,6 +226,7 @@ LIMITS: dict[str, dict[str, Limit]] = {
         "cone_angle": Limit(-45, 45, "deg", _CONE),
         "profile_shift": Limit(-3, 3, "", _MODULES, least=-10, most=10),
         "face_width": Limit(0.01, 1e4, "mm", _POSITIVE, least=1e-9, most=1e9),
+        "tip_alteration": Limit(-3, 3, "", _MODULES, least=-10, most=10),
     },
     "Pair": {
         "offset": Limit(0, 1e5, "mm", _OFFSET, most=1e9),
@@ -164,30 +235,40 @@ LIMITS: dict[str, dict[str, Limit]] = {
         "gear_mounting": Limit(-1e5, 1e5, "mm", _AXIAL, least=-1e9, most=1e9, optional=True),
     },
     "Errors": {
-        "offset": _FREE,
+        "offset": _FREE_LENGTH,
         "shaft_angle": Limit(-5, 5, "deg", _LAYOUT),
         "pinion_axial": Limit(-1000, 1000, "mm", _AXIAL),
         "gear_axial": Limit(-1000, 1000, "mm", _AXIAL),
     },
     "MeshErrors": {
-        "centre_distance": _FREE,
+        "centre_distance": _FREE_LENGTH,
         "in_plane": Limit(-5, 5, "deg", _LAYOUT),
         "out_of_plane": Limit(-5, 5, "deg", _LAYOUT),
         "pinion_axial": Limit(-1000, 1000, "mm", _AXIAL),
         "gear_axial": Limit(-1000, 1000, "mm", _AXIAL),
     },
 }
-"""Limits by the class of `design.model` and its fields."""
+"""Limits by class of `design.model` and by field."""
 _FROM_PYTHON = {
     kind: {name: limit.from_python for name, limit in limits.items()} for kind, limits in LIMITS.items()
 }
 
 
 def take(kind: str, values: dict[str, Any]) -> None:
-    """Check the quantities of an input of the class `kind` by its LIMITS, and put in their place what is
-    calculated with: a float (teeth: an int), or a read-only copy as float64, which nobody can change.
+    """Check the quantities of an input and replace them by the values for the calculation.
 
-    Raises DesignError with every fault found."""
+    Parameters
+    ----------
+    kind : str
+        Name of a class in `LIMITS`.
+    values : dict
+        Quantities by name; replaced in place by a float (teeth: an int) or a read-only float64 copy.
+
+    Raises
+    ------
+    DesignError
+        With all faults.
+    """
     faults = []
     for name, limit in _FROM_PYTHON[kind].items():
         value = values[name]
@@ -195,38 +276,45 @@ def take(kind: str, values: dict[str, Any]) -> None:
             continue
         if value is None and limit.optional:
             continue
-        found = _taken(value, limit)
-        if isinstance(found, str):
-            faults.append(Fault("", name, found))
+        result = checked(value, limit)
+        if isinstance(result, str):
+            faults.append(Fault("", name, result))
         else:
-            values[name] = found
+            values[name] = result
     if faults:
         raise DesignError(faults, kind)
 
 
 def in_radians(kind: str, values: dict[str, Any]) -> dict[str, Any]:
-    """Give inputs of the class `kind` with angles in rad, of which some came in deg as `helix_angle_deg`.
+    """Return the inputs of a class with all angles in rad; angles in deg have names such as
+    `helix_angle_deg`.
 
-    Raises DesignError for a quantity that is no angle, or that is given twice."""
-    limits, found, faults = _FROM_PYTHON[kind], {}, []
+    Raises DesignError for a name with `_deg` that is not an angle, and for an angle that is given twice."""
+    limits, faults = _FROM_PYTHON[kind], []
+    converted: dict[str, Any] = {}
     for name, value in values.items():
         plain = name.removesuffix("_deg")
         if plain != name and (plain not in limits or limits[plain].unit != "rad"):
             angles = ", ".join(f"{key}_deg" for key, limit in limits.items() if limit.unit == "rad")
-            faults.append(Fault("", name, f"is no angle of {kind}: give one of {angles}"))
-        elif plain in found or (plain != name and plain in values):
+            faults.append(Fault("", name, f"is not an angle of {kind}: give one of {angles}"))
+        elif plain in converted or (plain != name and plain in values):
             faults.append(Fault("", name, "is given twice, in deg and in rad: leave one out"))
         else:
             degrees = plain != name and not isinstance(value, bool | str)
-            found[plain] = np.multiply(value, math.pi / 180.0)[()] if degrees else value
+            converted[plain] = np.multiply(value, math.pi / 180.0)[()] if degrees else value
     if faults:
         raise DesignError(faults, kind)
-    return found
+    return converted
 
 
-def _taken(value: object, limit: Limit) -> float | NDArray[np.float64] | str:
-    """Give a value as it is calculated with, or the words for what is wrong with it."""
-    given = _as_float64(value, WHOLE if limit.whole else NUMBER)
+def checked(value: object, limit: Limit) -> float | NDArray[np.float64] | str:
+    """Return a value for the calculation: a float, an int, or a read-only float64 copy of an array.
+
+    If the value is not a number or outside its limit, return the message instead."""
+    kind = WHOLE if limit.whole else NUMBER
+    if isinstance(value, str) and (cure := number_cure(value, limit.unit)):
+        kind = kind[0], cure
+    given = _as_float64(value, kind)
     if isinstance(given, str):
         return given
     bad = ~((given >= limit.low) & (given <= limit.high))
@@ -234,21 +322,30 @@ def _taken(value: object, limit: Limit) -> float | NDArray[np.float64] | str:
         bad |= given % 1.0 != 0.0
     if bad.any():
         index = np.argwhere(bad)[0].tolist()
-        return _fault_of(given[tuple(index)].item(), limit, f" at {index}" if index else "")
+        return _outside_range(given[tuple(index)].item(), limit, f" at {index}" if index else "")
     if given.ndim:
         given.flags.writeable = False
         return given
     return int(given) if limit.whole else float(given)
 
 
+def number_fault(value: object, limit: Limit) -> str | None:
+    """Return the message for a value of a design file or an option, None for a number within its limit."""
+    if isinstance(value, list):  # files have no arrays
+        kind, cure = WHOLE if limit.whole else NUMBER
+        return refused(f"be {kind}", value, cure)
+    result = checked(value, limit)
+    return result if isinstance(result, str) else None
+
+
 def _as_float64(value: object, kind: tuple[str, str]) -> NDArray[np.float64] | str:
-    """Give a copy as float64, or the words for what is no number, and no row of numbers."""
+    """Return a float64 copy, or the message for a value that is neither a number nor an array of numbers."""
     parts = value if isinstance(value, list | tuple) else (value,)
     if any(isinstance(part, np.ma.MaskedArray) for part in parts):
-        return refused("be a number or a plain array", value, "fill it, or take the cases that it shows")
+        return refused("be a number or a plain array", value, "fill it, or take the unmasked cases")
     try:
         given = np.asarray(value)
-    except ValueError:  # lists of several lengths
+    except ValueError:  # lists of different lengths
         return refused(f"be {kind[0]}", value, kind[1])
     if given.dtype.kind not in "iuf":
         return refused(f"be {kind[0]}", value, kind[1])
@@ -256,27 +353,17 @@ def _as_float64(value: object, kind: tuple[str, str]) -> NDArray[np.float64] | s
 
 
 def float64_of(name: str, value: object) -> NDArray[np.float64]:
-    """Give the argument `name` of a function as float64. Raises ValueError for what is no real number, and no
-    row of them."""
-    found = _as_float64(value, NUMBER)
-    if isinstance(found, str):
-        raise ValueError(f"{name} {found}")
-    return found
+    """Return the argument `name` of a function as float64.
+
+    Raises ValueError for a value that is neither a real number nor an array of real numbers."""
+    array = _as_float64(value, NUMBER)
+    if isinstance(array, str):
+        raise ValueError(f"{name} {array}")
+    return array
 
 
-def number_fault(value: object, limit: Limit) -> str | None:
-    """Say what is wrong with a value of a design file, None for a number within its limit."""
-    name, cure = WHOLE if limit.whole else NUMBER
-    if isinstance(value, bool) or not isinstance(value, int if limit.whole else int | float):
-        return refused(f"be {name}", value, cure)
-    if limit.whole:
-        return limit.fault(value)
-    if isinstance(value, int) and abs(value) > GREATEST:  # no float holds it
-        return refused(f"be {name}", value, cure)
-    return _fault_of(float(value), limit, "") or None
-
-
-def _fault_of(value: float, limit: Limit, place: str) -> str:
+def _outside_range(value: float, limit: Limit, place: str) -> str:
+    """Return the message for a number that is not finite, not whole, or outside the range."""
     if not math.isfinite(value):
         return refused(f"be {FINITE[0]}", value, FINITE[1], place)
     if limit.whole and not value.is_integer():
@@ -285,16 +372,27 @@ def _fault_of(value: float, limit: Limit, place: str) -> str:
 
 
 def base_pitch_fault(
-    pitches: tuple[Any, Any], apart: float, suffix: str, table: str, other: str
+    pitches: tuple[Any, Any], tolerance: float, suffix: str, table: str, other: str
 ) -> Fault | None:
-    """Find what is wrong with m_n cos(alpha_n), mm, of pinion and gear, if more than a share `apart` of it
-    lies between them; `suffix` is that of angles, `table` and `other` name gear and pinion."""
+    """Return the fault of base pitches that differ by more than a relative `tolerance`, otherwise None.
+
+    Parameters
+    ----------
+    pitches : tuple
+        m_n cos(alpha_n) of pinion and gear, mm.
+    tolerance : float
+        Relative tolerance.
+    suffix : str
+        Suffix of angles in the message, '_deg' or ''.
+    table, other : str
+        Names of gear and pinion in the message.
+    """
     first, second = pitches
-    bad = abs(first - second) > apart * abs(first)
+    bad = abs(first - second) > tolerance * abs(first)
     if not np.any(bad):
         return None
     index = np.argwhere(bad)[0].tolist()
     first, second = (float(np.broadcast_to(pitch, np.shape(bad))[tuple(index)]) for pitch in pitches)
-    limit, got = f"equal that of {other}, {first:.12g} mm", float(f"{second:.12g}")
-    text = refused(limit, got, "teeth that mesh share their base pitch", f" at {index}" if index else "")
+    limit, value = f"equal that of {other}, {first:.12g} mm", float(f"{second:.12g}")
+    text = refused(limit, value, "meshing teeth have the same base pitch", f" at {index}" if index else "")
     return Fault(table, f"normal_module cos(normal_pressure_angle{suffix})", text)

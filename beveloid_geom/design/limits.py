@@ -1,12 +1,12 @@
-"""Limits of a design that join several of its keys, and the faults they report.
+"""Limits of a design file that combine several keys, and their messages.
 
-Limits of single keys belong to the table of `field_limits`. Here, of the finished inputs of a file:
+Limits of single keys are in `field_limits`. Here, the finished inputs of a file are checked:
 
-- the generating normal must lean outwards on both flanks, tan(alpha) > sin|beta| tan|gamma|;
-  where its radial component vanishes the generating roll of Eq. 6 is infinite;
-- so must it all along a parabolic flank, whose profile must not fold either;
-- the tool must keep a flank between its tip round and the point where its flanks meet;
-- on parallel axes the members must be made for each other.
+- The radial component of the generating normal must point outwards on both flanks, tan(alpha) > sin|beta|
+  tan|gamma|. Where it vanishes, the generating roll angle of Eq. 6 is infinite.
+- The same holds along a parabolic flank, and the parabolic profile must not fold.
+- The tool must have a flank between its tip round and the point where its two flanks intersect.
+- On parallel axes the angles of both members must be opposite.
 """
 
 from __future__ import annotations
@@ -23,97 +23,153 @@ from .field_limits import (
     base_pitch_fault,
     refused,
 )
-from .model import MATCH, PARALLEL, Errors, Member, MeshErrors, Pair
+from .model import MATCH, MODIFICATIONS, PARALLEL, Errors, Member, MeshErrors, Pair
+from .modification import kinds_of, length_of
 
-SAME_PITCH = 1e-9
-"""Share by which base pitches in a file may differ."""
 MOST_OFFSET_ERROR = 10.0
-"""Modules, whole depths of teeth several times, by which the offset of a file may err."""
-NORMAL_MARGIN = math.radians(1.0)  # local pressure angle above a vanishing radial normal
-MAX_LOCAL_PRESSURE_ANGLE = math.radians(60.0)  # the rack profile folds at 90 deg
+"""Largest offset error in a file, in modules; this is several times the tooth depth."""
+LEAST_TIP_HEIGHT = 0.1
+"""Least tip height (addendum plus tip alteration) of a member in a file, in modules."""
+NORMAL_MARGIN = math.radians(1.0)
+"""Least difference of the local pressure angle from the angle at which the radial normal vanishes, rad."""
 
 
 def in_degrees(angle: Any) -> float:
-    """Give degrees for a message, free of the rounding of the way to rad and back."""
+    """Return an angle in deg for a message, without the rounding error of the conversion to rad and back."""
     return float(f"{math.degrees(angle):.6g}")
 
 
 def outside(table: str, key: str, limit: str, value: object, cure: str) -> Fault:
-    """Refuse a key whose value is outside its limit ('be between ...')."""
+    """Return the fault of a key whose value is outside its limit, such as 'be between 0 and 1 mm'."""
     return Fault(table, key, refused(limit, value, cure))
 
 
 def parabola_limit(member: Member) -> float:
-    """Find the largest magnitude of the parabola coefficient (1/mm) that `member` can be cut with.
+    """Return the largest magnitude of the parabola coefficient with which `member` can be cut, 1/mm.
 
-    Over the height h = max(addendum, dedendum) m_n either side of the tool's reference line
-    the local pressure angle alpha - tau, tan(tau) = 2 a l, must stay 1 deg above the angle at
-    which the generating normal of a flank loses its radial component, atan(sin|beta|
-    tan|gamma|), and below 60 deg. With l = tan(tau)/(2 a), x_n = l cos(alpha) +
-    a l^2 sin(alpha) = h gives a = tan(tau) (cos(alpha) + tan(tau) sin(alpha)/2)/(2 h). A change
-    of sign of a, l and x_n together changes nothing: one limit for concave and convex. Not
-    positive where the cone is too steep for any tool of this pressure angle."""
+    Let l0 be the distance of the apex from the reference line of the tool along the flank. Up to the height
+    h = max(tip height, dedendum) m_n + |l0| cos(alpha) on both sides of the apex, the local pressure angle
+    alpha - tau with tan(tau) = 2 a l must stay 1 deg above the angle at which the radial component of the
+    generating normal vanishes, atan(sin|beta| tan|gamma|), and below 60 deg; the rack profile folds at 90
+    deg. With l = tan(tau)/(2 a) and l cos(alpha) + a l^2 sin(alpha) = h, the coefficient is
+
+        a = tan(tau) (cos(alpha) + tan(tau) sin(alpha)/2) / (2 h).
+
+    The equations do not change if a, l and h change sign together, so that one limit holds for concave and
+    convex flanks. The result is not positive if the cone is too steep for any tool of this pressure angle."""
+    max_local_pressure_angle = math.radians(60.0)
     tool = member.tool
     alpha = float(tool.normal_pressure_angle)
-    height = float(tool.normal_module) * max(float(tool.addendum), float(tool.dedendum))
+    height = _tool_height(member) + abs(float(tool.parabola_apex)) * math.cos(alpha)
     lowest = math.atan(abs(math.sin(member.helix_angle) * math.tan(member.cone_angle))) + NORMAL_MARGIN
     low, high = (
         bend * (math.cos(alpha) + 0.5 * bend * math.sin(alpha)) / (2.0 * height)
-        for bend in (math.tan(alpha - lowest), math.tan(alpha - MAX_LOCAL_PRESSURE_ANGLE))
+        for bend in (math.tan(alpha - lowest), math.tan(alpha - max_local_pressure_angle))
     )
     return min(low, -high)
 
 
+def _tool_height(member: Member) -> float:
+    """Return the height of the profile of the tool above or below its reference line, the larger one, mm."""
+    return float(member.tool.normal_module) * max(float(member.tip_height), float(member.tool.dedendum))
+
+
+def tip_radius_at_mid_face(member: Member) -> float:
+    """Return the tip radius of a single member at mid-face, mm."""
+    modules = 0.5 * member.teeth / math.cos(member.helix_angle) + member.profile_shift + member.tip_height
+    return float(member.tool.normal_module * modules)
+
+
 def member_faults(name: str, member: Member) -> Iterator[Fault]:
-    """Find what joins several keys of one member, each within its own limits."""
+    """Yield faults of combinations of keys of one member."""
     tool, alpha = member.tool, float(member.tool.normal_pressure_angle)
-    most = parabola_limit(member)
+    most, reach = parabola_limit(member), _tool_height(member) / math.cos(alpha)
     if most <= 0.0:
         steepest = in_degrees(math.atan(math.tan(alpha - NORMAL_MARGIN) / abs(math.sin(member.helix_angle))))
         limit = f"be between -{steepest} and {steepest} deg at this helix and pressure angle"
-        cure = "the tool would cut one flank from behind, take a larger pressure angle"
+        cure = "the tool cannot generate one of the flanks, take a larger pressure angle"
         yield outside(name, "cone_angle_deg", limit, in_degrees(member.cone_angle), cure)
-    elif abs(float(tool.parabola)) > most:
-        cure = "a stronger one folds the rack profile, usual are 0.0001 to 0.01"
-        yield outside(name, "parabola", f"be between -{most:.4g} and {most:.4g} 1/mm", tool.parabola, cure)
+    elif abs(float(tool.parabola_apex)) > reach:
+        cure = "it is on the flank of the tool, measured along it from the reference line"
+        limit = f"be between -{reach:.4g} and {reach:.4g} mm"
+        yield outside(name, "parabola_apex", limit, tool.parabola_apex, cure)
+    else:
+        for key, parabola in tool.parabolas.items():
+            if abs(float(parabola)) > most:
+                cure = "a larger one folds the rack profile, usual values are 0.0001 to 0.01"
+                yield outside(name, key, f"be between -{most:.4g} and {most:.4g} 1/mm", parabola, cure)
 
     largest = (float(tool.dedendum) - MIN_FLANK_DEPTH) / (1.0 - math.sin(alpha))
     if float(tool.tip_radius) > largest:
-        cure = "the round would eat the flank; it counts in normal modules, not in mm"
+        cure = "a larger tip round leaves no flank; give it in normal modules, not in mm"
         yield outside(name, "tip_radius", f"be at most {largest:.4g} at this dedendum", tool.tip_radius, cure)
-    tip = 0.5 * member.teeth / math.cos(member.helix_angle) + member.profile_shift + tool.addendum
+    if float(member.tip_height) < LEAST_TIP_HEIGHT:
+        limit = f"leave a tip at least {LEAST_TIP_HEIGHT:g} modules above the shifted pitch cone"
+        cure = f"the addendum is {float(tool.addendum):g}, take a larger tip diameter"
+        yield outside(name, "tip_alteration", limit, float(f"{member.tip_alteration:.6g}"), cure)
     taper = 0.5 * member.face_width * abs(math.tan(member.cone_angle))
-    if (radius := float(tool.normal_module * tip - taper)) <= 0.0:
+    if (radius := tip_radius_at_mid_face(member) - float(taper)) <= 0.0:
         limit = "leave a tip radius at the narrow end of the face above 0 mm"
         yield outside(
             name, "face_width", limit, float(f"{radius:.6g}"), "take a narrower face or a smaller cone"
         )
+    yield from modification_faults(name, member)
+
+
+def modification_faults(name: str, member: Member) -> Iterator[Fault]:
+    """Yield faults of amounts thicker than the tooth, and of lengths longer than the flank."""
+    tool = member.tool
+    thickness = 0.5e3 * math.pi * float(tool.normal_module)
+    start = float(tool.dedendum) - float(tool.tip_radius) * (1.0 - math.sin(tool.normal_pressure_angle))
+    depth = float(tool.normal_module) * (start + float(member.tip_height))
+    longest = {"profile": depth / math.cos(tool.normal_pressure_angle), "face": float(member.face_width)}
+    given = {flank: member.modification(flank) for flank in MODIFICATIONS}
+    same = given["right"] == given["left"]
+    for flank, one in given.items():
+        if one is None or (same and flank == "left"):
+            continue
+        table = f"{name}.modification" + ("" if same else f".{flank}")
+        for key, row in kinds_of(type(one)).items():
+            if abs(amount := float(getattr(one, key))) > thickness:
+                limit = f"be between {-thickness:.4g} and {thickness:.4g} um, the thickness of the tooth"
+                yield outside(table, key, limit, amount, "give it in um")
+            if not row.has_length or (length := getattr(one, length_of(key))) is None:
+                continue
+            direction = "face" if row.profile == "active" else "profile"
+            if float(length) > longest[direction]:
+                limit = (
+                    f"be at most {longest[direction]:.4g} mm, the length of the flank along the {direction}"
+                )
+                yield outside(table, length_of(key), limit, length, "a longer relief is a crowning")
 
 
 def mesh_faults(pinion: Member, gear: Member) -> Iterator[Fault]:
-    """Find what keeps two members from running together."""
+    """Yield the fault of members with different base pitches."""
+    relative_tolerance = 1e-9
     first, second = (m.tool.normal_module * math.cos(m.tool.normal_pressure_angle) for m in (pinion, gear))
-    if fault := base_pitch_fault((first, second), SAME_PITCH, "_deg", "gear", "[pinion]"):
+    if fault := base_pitch_fault((first, second), relative_tolerance, "_deg", "gear", "[pinion]"):
         yield fault
 
 
 def offset_error_faults(pinion: Member, errors: Errors) -> Iterator[Fault]:
-    """Refuse an error of the offset that takes the teeth far out of each other."""
+    """Yield the fault of an offset error that separates the teeth."""
     yield from _distance_faults("offset", pinion, errors.offset, "it adds to the offset")
 
 
 def _distance_faults(key: str, pinion: Member, error: Any, cure: str) -> Iterator[Fault]:
+    """Yield the fault of an error of a distance above MOST_OFFSET_ERROR."""
     if abs(float(error)) > (most := MOST_OFFSET_ERROR * float(pinion.tool.normal_module)):
         limit = f"be between -{most:g} and {most:g} mm, {MOST_OFFSET_ERROR:g} modules"
         yield outside("errors", key, limit, error, f"{cure}, it does not replace it")
 
 
 def parallel_faults(pinion: Member, gear: Member, pair: Pair) -> Iterator[Fault]:
-    """Refuse members that do not fit each other on parallel axes.
+    """Yield faults of members that do not fit each other on parallel axes.
 
-    Flanks share a normal there only if the axial components of theirs are opposite, so that base helix angles
-    are, on right and left flanks: sin(alpha) sin(gamma) and cos(alpha) sin(beta) cos(gamma) of both members
-    must cancel. Where their pressure angles differ they then touch along cylinders alone, and unmodified."""
+    Flanks on parallel axes have a common normal only if the axial components of their normals are opposite,
+    on right and on left flanks. Therefore sin(alpha) sin(gamma) and cos(alpha) sin(beta) cos(gamma) of both
+    members must cancel. If the pressure angles differ, only unmodified cylindrical gears have line
+    contact."""
     if abs(math.sin(pair.shaft_angle)) > PARALLEL:
         return
     alphas, cones, helices = (
@@ -124,36 +180,34 @@ def parallel_faults(pinion: Member, gear: Member, pair: Pair) -> Iterator[Fault]
             ((pinion, gear), "helix_angle"),
         )
     )
-    bent = any(float(member.tool.parabola) != 0.0 for member in (pinion, gear)) and any(helices)
-    if abs(alphas[0] - alphas[1]) > MATCH and (any(cones) or bent):
-        cure = (
-            "on parallel axes cones, and helical teeth with parabolas, are cut by tools of one pressure angle"
-        )
+    modified = any(member.tool.has_parabola for member in (pinion, gear)) and any(helices)
+    if abs(alphas[0] - alphas[1]) > MATCH and (any(cones) or modified):
+        cure = "on parallel axes conical gears and modified helical gears need equal pressure angles"
         limit = f"equal that of [pinion], {in_degrees(alphas[0])} deg"
         yield outside("gear", "normal_pressure_angle_deg", limit, in_degrees(alphas[1]), cure)
         return
     cone = -math.asin(math.sin(alphas[0]) * math.sin(cones[0]) / math.sin(alphas[1]))
     lean = math.cos(alphas[0]) * math.sin(helices[0]) * math.cos(cones[0])
     helix = -math.asin(lean / (math.cos(alphas[1]) * math.cos(cone)))
-    fits = (
+    requirements = (
         ("helix_angle_deg", helix, helices[1], "on parallel axes base helix angles must be opposite"),
-        ("cone_angle_deg", cone, cones[1], "on parallel axes one tooth must taper as the space of the other"),
+        ("cone_angle_deg", cone, cones[1], "on parallel axes the cone angles must be opposite"),
     )
-    for key, wanted, given, cure in fits:
-        if abs(wanted - given) > MATCH:
-            limit = f"be {in_degrees(wanted)} deg, opposite to that of [pinion]"
-            if key == "helix_angle_deg" and wanted * given < 0.0:
-                cure = "teeth of equal hands cross each other on parallel axes"
+    for key, required, given, cure in requirements:
+        if abs(required - given) > MATCH:
+            limit = f"be {in_degrees(required)} deg, opposite to that of [pinion]"
+            if key == "helix_angle_deg" and required * given < 0.0:
+                cure = "on parallel axes the members must have opposite hands"
             yield outside("gear", key, limit, in_degrees(given), cure)
 
 
 def given_at_mesh_faults(pinion: Member, pair: Pair, errors: MeshErrors) -> Iterator[Fault]:
-    """Refuse errors at the mesh that take the teeth far out of each other, or turn axes past parallel."""
+    """Yield faults of errors at the mesh that separate the teeth or tilt the axes beyond parallel."""
     cure = "it adds to the centre distance"
     yield from _distance_faults("centre_distance", pinion, errors.centre_distance, cure)
     shaft = float(pair.shaft_angle)
     if shaft > 0.0 and float(errors.in_plane) < -shaft:
-        cure = "past parallel axes they would have another common perpendicular"
+        cure = "beyond parallel axes the common perpendicular changes its direction"
         yield outside(
             "errors",
             "in_plane_deg",
@@ -164,11 +218,11 @@ def given_at_mesh_faults(pinion: Member, pair: Pair, errors: MeshErrors) -> Iter
 
 
 def mesh_error_faults(pinion: Member, errors: Errors) -> Iterator[Fault]:
-    """Refuse errors given at the mesh that come to more about the common perpendicular, where they are
-    `errors`, than these may be."""
+    """Yield faults of errors at the mesh whose equivalent `errors` about the common perpendicular are too
+    large."""
     given = vars(errors)
     if any(math.isnan(value) for value in given.values()):
-        nowhere = 'cannot be "mesh": the flanks have no common normal, and the pair no mesh point'
+        nowhere = 'cannot be "mesh": the flanks have no common normal, so that the pair has no pitch point'
         yield Fault("errors", "at", nowhere)
         return
     faults = [*offset_error_faults(pinion, errors)]
@@ -178,25 +232,35 @@ def mesh_error_faults(pinion: Member, errors: Errors) -> Iterator[Fault]:
         if text := limit.fault(value):
             faults.append(Fault("errors", f"{name}_deg" if angle else name, text))
     for fault in faults:
-        key = f'at = "mesh" comes to {fault.key} about the common perpendicular, which'
+        key = f'at = "mesh" is equivalent to {fault.key} about the common perpendicular, which'
         yield Fault("errors", key, fault.text)
 
 
 def radian_faults(pinion: Member, gear: Member, pair: Pair) -> Iterator[Fault]:
-    """Refuse angles within their limits that fit together only if some were given in rad."""
-    keys = ("pinion", "helix_angle_deg"), ("gear", "helix_angle_deg"), ("pair", "shaft_angle_deg")
-    given = float(pinion.helix_angle), float(gear.helix_angle), float(pair.shaft_angle)
-    scale, cones = 180.0 / math.pi, (float(pinion.cone_angle), float(gear.cone_angle))
-    readings = (1, 1, 1), (1, 1, scale), (scale, scale, 1), (scale, 1, 1), (1, scale, 1)
+    """Yield faults of angles within their limits that fit together only if some were given in rad."""
+    keys = (
+        *(("pinion", "helix_angle_deg"), ("gear", "helix_angle_deg"), ("pair", "shaft_angle_deg")),
+        *(("pinion", "cone_angle_deg"), ("gear", "cone_angle_deg")),
+    )
+    given = (
+        *(float(pinion.helix_angle), float(gear.helix_angle), float(pair.shaft_angle)),
+        *(float(pinion.cone_angle), float(gear.cone_angle)),
+    )
+    scale = 180.0 / math.pi
+    # Factors of the angles in the order of `keys`; the first reading is the design as it is.
+    readings = (
+        *((1, 1, 1, 1, 1), (1, 1, scale, 1, 1), (scale, scale, 1, 1, 1), (scale, 1, 1, 1, 1)),
+        *((1, scale, 1, 1, 1), (1, 1, 1, scale, scale)),
+    )
     for factors in readings:
-        first, second, shaft = (angle * factor for angle, factor in zip(given, factors, strict=True))
-        # Shaft angle that fits the reference cones and tooth traces; working ones are near them.
+        first, second, shaft, *cones = (angle * factor for angle, factor in zip(given, factors, strict=True))
+        # Shaft angle that fits the reference cones and tooth traces; the working ones are close to them.
         cosine = math.cos(cones[0]) * math.cos(cones[1]) * math.cos(first + second)
         fitting = math.acos(min(1.0, cosine - math.sin(cones[0]) * math.sin(cones[1])))
         tolerance = 0.2 if factors == readings[0] else 0.1
-        if max(abs(first), abs(second), shaft) < 1.6 and abs(shaft - fitting) < tolerance * fitting:
+        if max(map(abs, (first, second, shaft, *cones))) < 1.6 and abs(shaft - fitting) < tolerance * fitting:
             for (table, key), angle, factor in zip(keys, given, factors, strict=True):
-                if factor > 1.0:
+                if factor > 1.0 and angle != 0.0:
                     limit = f"be about {math.degrees(angle * factor):.3g} deg to fit the other angles"
                     yield outside(table, key, limit, in_degrees(angle), IN_RADIANS)
             return

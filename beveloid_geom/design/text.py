@@ -1,48 +1,84 @@
-"""A design as the text of a design file: TOML in mm and degrees, which `file` reads."""
+"""Text of a design file from a design: TOML in mm and degrees, which `file` reads."""
 
 from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from .field_limits import LIMITS, in_radians
-from .model import Design
-
-WIDTH = 100
-"""Characters of a line of the remark at the top."""
+from .model import MODIFICATIONS, Design
 
 
 def design_text(design: Design, remark: str = "") -> str:
-    """Write a single design as a file, with a `remark` at its top. Read again it has the same numbers, angles
-    to the last digit; errors are those about the common perpendicular. Raises ValueError for arrays."""
+    """Return a single design as the text of a design file.
+
+    Angles in deg have the digits that give the same numbers when the text is read again. Errors are written
+    about the common perpendicular.
+
+    Parameters
+    ----------
+    design : Design
+        Design of plain numbers.
+    remark : str
+        Comment at the top of the file.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    ValueError
+        If the design has arrays.
+
+    Examples
+    --------
+    >>> import beveloid_geom as bg
+    >>> text = bg.design_text(bg.builtin_design("ni-2017"))
+    >>> text.splitlines()[:2]
+    ['[tool]', 'normal_module = 6.0']
+    """
     if design.batch_shape:
         raise ValueError(f"design must be a single one, got arrays of shape {design.batch_shape}")
     tables: dict[str, dict[str, Any]] = {}
     first, second = ({**vars(m.tool), **vars(m)} for m in design.members)
-    shared = {key for key in LIMITS["Tool"] if key != "parabola" and first[key] == second[key]}
-    tables["tool"] = {key: first[key] for key in LIMITS["Tool"] if key in shared}
-    for name, own in (("pinion", first), ("gear", second)):
-        tables[name] = {key: own[key] for key in (*LIMITS["Member"], *LIMITS["Tool"]) if key not in shared}
+    tool = [key for key in LIMITS["Tool"] if not key.startswith("parabola")]
+    shared = [key for key in tool if first[key] == second[key]]
+    tables["tool"] = {key: first[key] for key in shared}
+    for name, values, member in zip(("pinion", "gear"), (first, second), design.members, strict=True):
+        own = [*LIMITS["Member"], *(key for key in tool if key not in shared), *member.tool.parabolas]
+        at_default = [key for key in ("tip_alteration", "parabola_apex") if not values[key]]
+        tables[name] = {key: values[key] for key in (*own, "parabola_apex") if key not in at_default}
+        tables |= modification_tables(name, values)
     tables["pair"] = {key: value for key, value in vars(design.pair).items() if value is not None}
     tables["errors"] = dict(vars(design.errors))
-    head = textwrap.fill(remark, WIDTH, initial_indent="# ", subsequent_indent="# ", break_on_hyphens=False)
+    head = textwrap.fill(remark, 100, initial_indent="# ", subsequent_indent="# ", break_on_hyphens=False)
     lead = f"{head}\n# Lengths in mm, angles in degrees, right hand positive.\n" if remark else ""
     return lead + "\n".join("\n".join(_lines(name, values)) + "\n" for name, values in tables.items())
 
 
+def modification_tables(name: str, member: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the tables of the modifications of a member by name, from the fields of the member."""
+    given = {flank: member[field] for flank, field in MODIFICATIONS.items()}
+    rows = {flank: {} if one is None else one.given() for flank, one in given.items()}
+    if rows["right"] == rows["left"]:
+        rows = {"": rows["right"]}
+    return {f"{name}.modification{flank and '.'}{flank}": row for flank, row in rows.items() if row}
+
+
 def _lines(name: str, values: dict[str, Any]) -> Iterator[str]:
-    """Give the lines of a table."""
+    """Yield the lines of a table."""
     limits = {key: limit for kind in LIMITS.values() for key, limit in kind.items()}
     yield f"[{name}]"
     for key, value in values.items():
-        angle = limits[key].unit == "deg"
+        angle = key in limits and limits[key].unit == "deg"
         yield f"{key}_deg = {_degrees(value)!r}" if angle else f"{key} = {value!r}"
 
 
 def _degrees(angle: float) -> float:
-    """Give an angle in deg, with fewer digits where these are read as the same."""
+    """Return an angle in deg, with 14 digits if they give the same angle when read again."""
     short = float(f"{math.degrees(angle):.14g}")
     return (
         short

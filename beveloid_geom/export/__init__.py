@@ -1,9 +1,8 @@
-"""Files for other programs: surfaces of triangles, meshes of hexahedra, CAD.
+"""Files for other programs: surfaces of triangles, hexahedral meshes, CAD solids, scenes.
 
-Libraries write all formats but three. Without VTK none writes triangles as .vtp (pyevtk has points
-and lines), so `vtp` does. meshio's .inp has neither surfaces nor loads and calls its hexahedra
-C3D8RH, and its .bdf cannot hold negative coordinates of twelve digits nor name an element of 20
-nodes as Nastran does: hence `fea.abaqus` and `fea.nastran`.
+Most formats are written by trimesh, meshio, VTK and Open CASCADE. Only .inp and .bdf have writers of their
+own: meshio writes neither surfaces nor loads to .inp and calls the hexahedra C3D8RH, and its .bdf cannot hold
+negative coordinates of twelve digits, nor elements with 20 nodes under Nastran's name.
 """
 
 from __future__ import annotations
@@ -14,8 +13,17 @@ from typing import NamedTuple
 
 
 class Format(NamedTuple):
-    """The `writer` of a format as 'module:function' of this room, which is imported where it is needed; its
-    `purpose`, the programs that read it; whether it holds `fields` of numbers."""
+    """A file format.
+
+    Attributes
+    ----------
+    writer : str
+        Function as 'module:function' of this package; it is imported when it is needed.
+    purpose : str
+        Programs that read the format.
+    fields : bool
+        Whether the format holds fields of numbers.
+    """
 
     writer: str
     purpose: str
@@ -27,50 +35,50 @@ SURFACE_FORMATS = {
     ".ply": Format("surfaces:write_ply", "CAD, printing"),
     ".obj": Format("surfaces:write_obj", "CAD, printing"),
     ".3mf": Format("surfaces:write_3mf", "CAD, printing"),
-    ".vtk": Format("surfaces:write_vtk", "ParaView", fields=True),
-    ".vtp": Format("vtp:write_polydata", "ParaView", fields=True),
-    ".vtu": Format("surfaces:write_vtu", "ParaView", fields=True),
+    ".vtk": Format("vtk_files:write_legacy_vtk", "ParaView", fields=True),
+    ".vtp": Format("vtk_files:write_vtp", "ParaView", fields=True),
+    ".vtu": Format("vtk_files:write_triangles_vtu", "ParaView", fields=True),
 }
-"""Of triangles: a writer takes a `SurfaceMesh`, the path, and a title."""
+"""Formats of triangles: writers take a `SurfaceMesh`, the path and a title."""
 VOLUME_FORMATS = {
     ".inp": Format("fea.abaqus:write_deck", "CalculiX, Abaqus"),
     ".msh": Format("fea.volumes:write_msh", "Gmsh"),
     ".bdf": Format("fea.nastran:write_bulk", "Nastran"),
-    ".vtu": Format("fea.volumes:write_vtu", "ParaView"),
+    ".vtu": Format("fea.volumes:write_hexahedra_vtu", "ParaView"),
 }
-"""Of hexahedra: a writer takes the path, a `VolumeMesh`, the element, a `LoadCase` or None, and lines of
-comment."""
+"""Formats of hexahedra: writers take the path, a `VolumeMesh`, the element, a `LoadCase` or None,
+comments."""
 CONTACT_FORMATS = {".inp": Format("fea.pair_deck:write_pair_deck", "CalculiX, Abaqus")}
-"""Of the pair in contact: a writer takes the path, a design, a `PairMesh`, the torque, and comment."""
+"""Formats of the pair in contact: writers take the path, a design, a `PairMesh`, the torque and comments."""
 CAD_FORMATS = {
     ".step": Format("step:write_step", "CAD"),
     ".stp": Format("step:write_step", "CAD"),
 }
-"""Of solids: a writer takes a member, the path, teeth, the radius of the bore, a name, and a frame."""
+"""Formats of solids: writers take a member, the path, teeth, the bore radius, a name and a frame."""
 ASSEMBLY_FORMATS = {suffix: Format("step:write_step_pair", "CAD") for suffix in CAD_FORMATS}
-"""Of the pair as solids: a writer takes a design, the path, and the frames of its members in mesh."""
+"""Formats of the pair as solids: writers take a design, the path, frames and bore radii of its members."""
 SCENE_FORMATS = {".glb": Format("scene:write_glb", "viewers, web pages")}
-"""Of the pair to look at: a writer takes pieces, and the path."""
+"""Formats of scenes: writers take a sequence of `SceneItem` and the path."""
 FIELD_FORMATS = tuple(suffix for suffix, one in SURFACE_FORMATS.items() if one.fields)
-"""Those surface formats that hold fields."""
+"""Surface formats that hold fields."""
 MEMBERS = ("pinion", "gear")
 UNITS = "Units: N, mm, MPa, tonne, s."
-OWN_FRAME = (
-    "Own frame of the gear: z along its axis from mid-face towards the heel, x through the first tooth."
-)
+GEAR_FRAME = "Own frame of the gear: z along its axis from mid-face, x through the first tooth."
 FIXED_FRAME = (
     "Frame of the pair in mesh: z along the pinion's axis, x along the common perpendicular to the gear's."
 )
-"""What the header of a mesh of hexahedra says."""
+"""Frames in the header of a mesh of hexahedra."""
 
 
 def identifier(name: str) -> str:
-    """Give the name of a part or set as files have it: 'right flank' is right_flank."""
+    """Return the name of a part or set in files: 'right flank' becomes right_flank."""
     return "_".join(name.split())
 
 
 def writer_of(formats: Mapping[str, Format], suffix: str) -> Callable[..., None]:
-    """Give the writer of one of the `formats`. Raises ValueError for a suffix that is not among them."""
+    """Return the writer of a suffix.
+
+    Raises ValueError if the suffix is not one of the `formats`."""
     if suffix not in formats:
         raise ValueError(f"there is no writer of {suffix!r}: give one of {', '.join(formats)}")
     writer: Callable[..., None] = resolve_name(f"{__name__}.{formats[suffix].writer}")
@@ -78,7 +86,7 @@ def writer_of(formats: Mapping[str, Format], suffix: str) -> Callable[..., None]
 
 
 def suffixes_by_purpose(formats: Mapping[str, Format]) -> str:
-    """Name the formats for a help text, as '.stl, .ply (CAD), .vtk (ParaView)'."""
+    """Return the suffixes with their purpose for a help text: '.stl, .ply (CAD), .vtk (ParaView)'."""
     groups: dict[str, list[str]] = {}
     for suffix, one in formats.items():
         groups.setdefault(one.purpose, []).append(suffix)

@@ -1,19 +1,21 @@
-"""Solids of the CAD kernel, Open CASCADE, from the surfaces of a gear, and their STEP files.
+"""Solids of the CAD kernel, Open CASCADE, from the faces of a gear, and their STEP files.
 
-A `Strip` is a surface from toe to heel; strips follow each other round a closed `loop`, the metal
-on their left seen from +z. Neighbours have one edge in common, and so have a strip and the end
-planes, which makes the solid closed by construction; nothing is sewn. Every edge holds its
-curve in space and, for each curved surface beside it, in that surface's parameters.
+A `Strip` is a face from toe to heel. Strips follow each other around a closed `loop`, with the metal to their
+left seen from +z. Neighbouring strips share an edge, and so do a strip and the end planes, so that the solid
+is closed without sewing. Every edge has a curve in space and, for each curved surface next to it, a curve in
+the parameters of this surface.
 
-Only this module imports OCP (OCCT 8). `step` imports it when it has something to write.
+Only this module imports OCP (Open CASCADE 8). `step` imports it when there is something to write.
 """
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -45,25 +47,23 @@ from OCP.TopoDS import TopoDS_Edge, TopoDS_Face, TopoDS_Shell, TopoDS_Solid, Top
 from OCP.XCAFDoc import XCAFDoc_ColorSurf, XCAFDoc_DocumentTool
 
 from ..arrays import FloatArray
-from ..contact.placing import Frame
-from .strips import Net, Part, Revolved, Strip, Trace
+from ..contact.mesh_position import Frame
+from .strips import Net, Revolved, SolidPart, Strip, StripEdge
 
-PRECISION = 1e-7
-"""mm. The kernel's own; edges and surfaces must agree to it."""
+PRECISION_MM = 1e-7
+"""Precision of the kernel, to which edges and surfaces must agree."""
 COLOURS = {
     "right flank": (0.27, 0.47, 0.67),
     "left flank": (0.93, 0.40, 0.47),
     "right fillet": (0.40, 0.80, 0.93),
     "left fillet": (0.93, 0.73, 0.40),
 }
-"""Red, green and blue of faces; the others are GREY."""
+"""Red, green and blue of faces. All other faces are GREY."""
 GREY = (0.75, 0.75, 0.75)
-STRAIGHT = 1e-12
-"""Cone angles (rad) below which a surface of revolution is a cylinder."""
 
 
 NamedSolid: TypeAlias = tuple[TopoDS_Solid, list[tuple[str, TopoDS_Face]]]
-"""A solid and its faces with their names."""
+"""Solid, and its faces with their names."""
 
 
 def _array(kind: Any, values: Sequence[Any]) -> Any:
@@ -74,7 +74,7 @@ def _array(kind: Any, values: Sequence[Any]) -> Any:
 
 
 def _knots(knots: FloatArray, poles: int) -> tuple[Any, Any, int]:
-    """Find knots, multiplicities and degree as the kernel takes them."""
+    """Return distinct knots, multiplicities and degree in the form of the kernel."""
     distinct, counts = np.unique(knots, return_counts=True)
     lengths = _array(Array1_double, distinct.tolist())
     return lengths, _array(Array1_int, counts.tolist()), len(knots) - poles - 1
@@ -98,7 +98,7 @@ def _line(start: tuple[float, float], direction: tuple[float, float]) -> Geom2d_
     return Geom2d_Line(gp_Pnt2d(*start), gp_Dir2d(*direction))
 
 
-def _spline_surface(net: Net, trace: Trace) -> Geom_BSplineSurface:
+def _spline_surface(net: Net, trace: StripEdge) -> Geom_BSplineSurface:
     rows, columns = net.poles.shape[:2]
     poles = Array2_gp_Pnt(1, rows, 1, columns)
     for i, row in enumerate(net.poles.tolist(), 1):
@@ -110,7 +110,7 @@ def _spline_surface(net: Net, trace: Trace) -> Geom_BSplineSurface:
 
 def _vertex(builder: BRep_Builder, point: FloatArray) -> TopoDS_Vertex:
     vertex = TopoDS_Vertex()
-    builder.MakeVertex(vertex, _point(point), PRECISION)
+    builder.MakeVertex(vertex, _point(point), PRECISION_MM)
     return vertex
 
 
@@ -118,7 +118,7 @@ def _edge(
     builder: BRep_Builder, curve: Any, ends: tuple[float, float], vertices: Sequence[TopoDS_Vertex]
 ) -> TopoDS_Edge:
     edge = TopoDS_Edge()
-    builder.MakeEdge(edge, curve, PRECISION)
+    builder.MakeEdge(edge, curve, PRECISION_MM)
     builder.Add(edge, vertices[0])
     builder.Add(edge, vertices[1].Oriented(TopAbs_REVERSED))
     builder.Range(edge, *ends)
@@ -127,9 +127,11 @@ def _edge(
 
 @dataclass(frozen=True, eq=False)
 class _Placed:
-    """A strip in the kernel's terms: its surface; its arcs at toe and heel, with their ranges; and
-    in the surface's parameters the curves of the toe, last trace, heel and first trace. `inward`
-    if the strip runs against the first parameter of the surface, whose own normal points in."""
+    """Strip in the form of the kernel.
+
+    `surface`; `arcs` at toe and heel with their `ranges`; `in_surface`: curves of toe, last trace, heel and
+    first trace in the parameters of the surface. `inward` is whether the strip runs against the first
+    parameter of the surface, whose normal then points into the metal."""
 
     surface: Any
     arcs: tuple[Any, Any]
@@ -150,9 +152,11 @@ def _placed_net(strip: Strip, net: Net) -> _Placed:
 
 
 def _placed_revolved(strip: Strip, shape: Revolved) -> _Placed:
-    """Place a strip of a cone or cylinder. Angles count from its far side, so that nothing crosses the
-    seam; the axis points to where the cone widens, as STEP knows no other cones. Both turn the
-    other way round: the cone's angle where it narrows towards the heel, the arcs' in a bore."""
+    """Return a strip of a cone or cylinder in the form of the kernel.
+
+    Angles are counted from the opposite side, so that no strip crosses the seam. The axis points in the
+    direction in which the cone widens, because STEP has no other cones. The angle of the cone is therefore
+    reversed if it narrows towards +z, and the angle of the arcs is reversed in a bore."""
     angles = np.concatenate((strip.first.angle, strip.last.angle))
     seam = 0.5 * float(angles.min() + angles.max()) - np.pi
     x = gp_Dir(float(np.cos(seam)), float(np.sin(seam)), 0.0)
@@ -162,7 +166,7 @@ def _placed_revolved(strip: Strip, shape: Revolved) -> _Placed:
     slope = float(np.arctan(abs(shape.growth)))
     axes = gp_Ax3(gp_Pnt(0.0, 0.0, 0.0), gp_Dir(0.0, 0.0, up), x)
     surface: Any
-    if slope > STRAIGHT:
+    if slope > 1e-12:  # rad
         surface = Geom_ConicalSurface(axes, slope, shape.radius)
     else:
         surface = Geom_CylindricalSurface(axes, shape.radius)
@@ -170,12 +174,12 @@ def _placed_revolved(strip: Strip, shape: Revolved) -> _Placed:
     def turned(angle: Any, sense: float) -> Any:
         return angle - seam if sense > 0.0 else 2.0 * np.pi - (angle - seam)
 
-    def trace(line: Trace) -> Geom2d_BSplineCurve:
+    def trace(line: StripEdge) -> Geom2d_BSplineCurve:
         along = up * line.points[:, 2] / np.cos(slope)
         return _plane_curve(line.knots, np.stack((turned(line.angle, up), along), axis=-1))
 
     def arc(end: int) -> tuple[Geom_Circle, Geom2d_Line, tuple[float, float]]:
-        """Give the arc at toe (0) or heel (-1), its line in the surface, and its range."""
+        """Return the arc at toe (0) or heel (-1), its line in the surface, and its range."""
         z = float(strip.first.points[end, 2])
         frame = gp_Ax2(gp_Pnt(0.0, 0.0, z), gp_Dir(0.0, 0.0, spin), x)
         start = 0.0 if up * spin > 0.0 else 2.0 * np.pi
@@ -198,11 +202,11 @@ def _wire(builder: BRep_Builder, edges: Sequence[TopoDS_Edge], forward: Sequence
 
 
 def _face_of(builder: BRep_Builder, placed: _Placed, edges: Sequence[TopoDS_Edge]) -> TopoDS_Face:
-    """Give the face of a strip between its edges at toe, last trace, heel and first trace."""
+    """Return the face of a strip between its edges at toe, last trace, heel and first trace."""
     face = TopoDS_Face()
-    builder.MakeFace(face, placed.surface, PRECISION)
+    builder.MakeFace(face, placed.surface, PRECISION_MM)
     for edge, curve in zip(edges, placed.in_surface, strict=True):
-        builder.UpdateEdge(edge, curve, face, PRECISION)
+        builder.UpdateEdge(edge, curve, face, PRECISION_MM)
     wire = _wire(builder, edges, (True, True, False, False))
     builder.Add(face, wire.Reversed() if placed.inward else wire)
     return face.Reversed() if placed.inward else face
@@ -211,7 +215,7 @@ def _face_of(builder: BRep_Builder, placed: _Placed, edges: Sequence[TopoDS_Edge
 def _loop_faces(
     builder: BRep_Builder, loop: Sequence[Strip]
 ) -> tuple[list[TopoDS_Face], tuple[TopoDS_Wire, TopoDS_Wire]]:
-    """Give the faces of a closed loop of strips and the wires that bound it at toe and heel."""
+    """Return the faces of a closed loop of strips and the wires that bound it at toe and heel."""
     corners = [[_vertex(builder, strip.first.points[end]) for end in (0, -1)] for strip in loop]
     traces = [
         _edge(builder, _curve(strip.first.knots, strip.first.points), (0.0, 1.0), ends)
@@ -232,8 +236,7 @@ def _loop_faces(
 
 
 def solid_of(loops: Sequence[Sequence[Strip]]) -> NamedSolid:
-    """Give the solid between two planes bounded by closed loops of strips, the outer one first, and its
-    faces with their names."""
+    """Return the solid between two planes that is bounded by closed loops of strips, the outer loop first."""
     builder = BRep_Builder()
     named: list[tuple[str, TopoDS_Face]] = []
     rims = []
@@ -244,7 +247,7 @@ def solid_of(loops: Sequence[Sequence[Strip]]) -> NamedSolid:
     for end, name in ((0, "toe"), (1, "heel")):
         plane = gp_Pln(_point(loops[0][0].first.points[-end] * (0.0, 0.0, 1.0)), gp_Dir(0.0, 0.0, 1.0))
         face = TopoDS_Face()
-        builder.MakeFace(face, Geom_Plane(plane), PRECISION)
+        builder.MakeFace(face, Geom_Plane(plane), PRECISION_MM)
         for wires in rims:
             builder.Add(face, wires[end])
         named.append((name, face if end else face.Reversed()))
@@ -262,28 +265,45 @@ def _name(strip: Strip) -> str:
     return strip.name if strip.tooth is None else f"{strip.name} {strip.tooth}"
 
 
-def write_solids(parts: Sequence[Part], path: Path, name: str) -> None:
-    """Write solids as STEP, mm, with the names of their faces; those with a frame as components of an
-    assembly of that `name`. Raises OSError, or RuntimeError where the kernel finds fault with a solid."""
+def write_solids(parts: Sequence[SolidPart], path: Path, name: str) -> None:
+    """Write solids as STEP, mm, with the names of their faces.
+
+    Solids with a frame are components of an assembly of the given `name`. Raises OSError if the file cannot
+    be written, and RuntimeError if a solid is not valid in the kernel."""
     shapes = [solid_of(part.loops) for part in parts]
     for part, (solid, _) in zip(parts, shapes, strict=True):
         if not BRepCheck_Analyzer(solid).IsValid():
-            raise RuntimeError(f"{part.name}: the kernel finds fault with the solid, please report it")
+            raise RuntimeError(f"{part.name}: the solid is not valid in the CAD kernel, please report it")
     with quiet_kernel():
         writer = STEPCAFControl_Writer()
         writer.Transfer(_document(parts, shapes, name))
         finder = writer.ChangeWriter().WS().TransferWriter().FinderProcess()
         for part, (solid, faces) in zip(parts, shapes, strict=True):
-            for own, shape in [*faces, (part.name, solid)]:
-                STEPConstruct.FindEntity_s(finder, shape).SetName(_text(own))
-        _sign(writer.ChangeWriter().Model(), name)
-        if writer.Write(str(path)) != IFSelect_RetDone:
-            raise OSError("the CAD kernel could not write it")
+            for label, shape in [*faces, (part.name, solid)]:
+                STEPConstruct.FindEntity_s(finder, shape).SetName(_text(label))
+        _write_header(writer.ChangeWriter().Model(), name)
+        with _path_in_utf8(path) as written:
+            if writer.Write(str(written)) != IFSelect_RetDone:
+                raise OSError("the CAD kernel could not write it")
 
 
-def _document(parts: Sequence[Part], shapes: Sequence[NamedSolid], name: str) -> TDocStd_Document:
-    """Give the solids as products of their names, their faces coloured, and those with a frame as
-    components of one assembly, each in its place."""
+@contextmanager
+def _path_in_utf8(path: Path) -> Iterator[Path]:
+    """Yield a path in UTF-8, which the kernel requires; the file is copied from there to `path`."""
+    try:
+        str(path).encode("utf-8")
+    except UnicodeEncodeError:
+        with TemporaryDirectory() as folder:
+            yield (temporary := Path(folder) / "solid.step")
+            shutil.copyfile(temporary, path)
+    else:
+        yield path
+
+
+def _document(parts: Sequence[SolidPart], shapes: Sequence[NamedSolid], name: str) -> TDocStd_Document:
+    """Return the solids as products with their names and coloured faces.
+
+    Those with a frame are components of one assembly, each in its position."""
     document = TDocStd_Document(TCollection_ExtendedString("XmlXCAF"))
     products, colours = (
         tool(document.Main()) for tool in (XCAFDoc_DocumentTool.ShapeTool_s, XCAFDoc_DocumentTool.ColorTool_s)
@@ -291,27 +311,27 @@ def _document(parts: Sequence[Part], shapes: Sequence[NamedSolid], name: str) ->
     placed = []
     for part, (solid, faces) in zip(parts, shapes, strict=True):
         product = products.AddShape(solid, False)
-        _called(product, part.name)
-        for own, face in faces:
-            colour = Quantity_Color(*COLOURS.get(own.rstrip(" 0123456789"), GREY), Quantity_TOC_sRGB)
+        _set_name(product, part.name)
+        for label, face in faces:
+            colour = Quantity_Color(*COLOURS.get(label.rstrip(" 0123456789"), GREY), Quantity_TOC_sRGB)
             colours.SetColor(products.AddSubShape(product, face), colour, XCAFDoc_ColorSurf)
         if part.frame is not None:
             placed.append((part.name, product, _location(part.frame)))
     if placed:
         assembly = products.NewShape()
-        _called(assembly, name)
-        for own, product, place in placed:
-            _called(products.AddComponent(assembly, product, place), own)
+        _set_name(assembly, name)
+        for label, product, place in placed:
+            _set_name(products.AddComponent(assembly, product, place), label)
         products.UpdateAssemblies()
     return document
 
 
-def _called(label: Any, name: str) -> None:
+def _set_name(label: Any, name: str) -> None:
     TDataStd_Name.Set_s(label, TCollection_ExtendedString(name))
 
 
 def _location(frame: Frame) -> TopLoc_Location:
-    """Give the place of a member's own frame in the kernel's terms."""
+    """Return the position of the frame of a gear in the form of the kernel."""
     rotation, origin = frame
     place = gp_Trsf()
     place.SetValues(*np.column_stack((rotation, origin)).ravel().tolist())
@@ -320,7 +340,7 @@ def _location(frame: Frame) -> TopLoc_Location:
 
 @contextmanager
 def quiet_kernel() -> Iterator[None]:
-    """Keep the kernel from reporting its progress on standard output."""
+    """Suppress the progress reports of the kernel on standard output."""
     messenger = Message.DefaultMessenger_s()
     printers = list(messenger.Printers())
     messenger.ChangePrinters().Clear()
@@ -331,8 +351,8 @@ def quiet_kernel() -> Iterator[None]:
             messenger.AddPrinter(printer)
 
 
-def _sign(model: Any, name: str) -> None:
-    """Say what is in the file and what wrote it."""
+def _write_header(model: Any, name: str) -> None:
+    """Write the name and the originating system into the header."""
     header = APIHeaderSection_MakeHeader(model)
     header.SetName(_text(name))
     header.SetOriginatingSystem(_text("beveloid-geom"))

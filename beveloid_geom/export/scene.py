@@ -1,9 +1,8 @@
-"""The pair in mesh as a scene to look at, .glb: both gears, and on the flanks that drive paths and patterns.
+"""Scene of the pair in mesh for viewers (.glb): both gears, paths of contact and patterns.
 
-glTF 2.0 has metres and y up: S_f's z, the pinion's axis, points up there. What lies on a flank is raised a
-little from it, to be seen. Nodes are named for what they show, and hang below their gear: a viewer that hides
-one gear shows the other's flank.
-"""
+A glTF 2.0 scene is in metres with y up. The z axis of S_f, the axis of the pinion, becomes y. Paths and
+patterns are raised a little from the flank so that they are visible. Their nodes are children of the node of
+their gear: a viewer that hides one gear shows the flank of the other."""
 
 from __future__ import annotations
 
@@ -15,64 +14,91 @@ from typing import Any, cast
 import numpy as np
 
 from ..arrays import FloatArray, Mask
+from ..contact.mesh_position import Frame, MeshingPair
 from ..contact.path import ContactPath, path_of_contact
-from ..contact.placing import MeshingPair
 from ..design.model import Design
 from ..export import MEMBERS
 from ..gear.flank import flank_patch, trace_parameter
 from ..operation.certificate import certify
-from ..operation.marking.pattern import MemberPattern, contact_pattern
+from ..operation.contact_pattern.pattern import MemberPattern, contact_pattern
 from ..shapes.sampling import grid_faces
 from ..status import Status, Verdict
 from .parts import gear_surface
 from .surfaces import SurfaceMesh, in_fixed
 
 METRES_Y_UP = 1e-3 * np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
-"""From mm of S_f to a scene's axes."""
-GEARS, FIRST, LATER, MARKED = ("#b9c4cf", "#d3c3a6"), "#d55e00", "#1a1a1a", "#0072b2"
-"""Colours of pinion and gear, of a path where it is the first contact and where not, of a pattern."""
-RADIUS, THIN, RAISED = 1.0 / 30.0, 0.4, 1.0 / 300.0
-"""Modules: of a path's tube; thinner by this share where it is no contact; of a pattern over its flank."""
-PATH_POINTS, SECTIONS = 33, 12
+"""From mm in S_f to the axes of a scene."""
+GEAR_COLOURS = ("#b9c4cf", "#d3c3a6")
+FIRST_CONTACT_COLOUR, NOT_FIRST_COLOUR, PATTERN_COLOUR = "#d55e00", "#1a1a1a", "#0072b2"
+PATH_RADIUS_MODULES = 1.0 / 30.0
+"""Radius of the tube along a path of contact."""
+PATTERN_HEIGHT_MODULES = 1.0 / 300.0
+"""Height of the pattern over the flank."""
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
-    """One node of a scene: its `name`, its `colour` as #rrggbb, its surface in S_f, mm, and the name of the
-    gear `of` which it is a part, with which viewers hide it."""
+class SceneItem:
+    """Node of a scene: `name`, `colour` as #rrggbb, `surface` in S_f (mm), and name of the `parent` node."""
 
     name: str
     colour: str
     surface: SurfaceMesh
-    of: str | None = None
+    parent: str | None = None
 
 
-def pair_pieces(design: Design, pose: MeshingPair, tolerance: float) -> list[Piece]:
-    """Make both gears within `tolerance` (mm), and the path and the pattern of the flanks of a `pose` on
-    pinion and gear. Raises ValueError as `gear_surface` and `contact_pattern` do."""
-    pattern = contact_pattern(design, pose.flank)
-    path = path_of_contact(design, pose.flank, PATH_POINTS)
+def pair_scene(
+    design: Design,
+    position: MeshingPair,
+    frames: Sequence[Frame],
+    tolerance: float,
+    bore_radii: Sequence[float | None] = (None, None),
+) -> list[SceneItem]:
+    """Return both gears with the path of contact and the pattern on their flanks.
+
+    Parameters
+    ----------
+    design : Design
+        A single design.
+    position : MeshingPair
+        Position of the pair, which names the flanks that drive.
+    frames : sequence of 2 frames
+        Positions of pinion and gear in S_f.
+    tolerance : float
+        Largest distance of the triangles from the exact surfaces, mm.
+    bore_radii : sequence of 2 float, optional
+        Bore radii of pinion and gear, mm.
+
+    Returns
+    -------
+    list of SceneItem
+
+    Raises
+    ------
+    ValueError
+        As `gear_surface` and `contact_pattern`.
+    """
+    flank = position.flank
+    pattern = contact_pattern(design, flank)
+    path = path_of_contact(design, flank, 33)
     first = certify(path).verdict == Verdict.FIRST_CONTACT
-    pieces = []
+    scene = []
     for number, name in enumerate(MEMBERS):
-        gear = gear_surface(design.members[number], ".vtu", tolerance)
-        own = [Piece(name, GEARS[number], gear), *_path(path, first, number)]
-        marked = _marked(
-            design, pose.flank, number, (pattern.pinion, pattern.gear)[number], pattern.separation
-        )
-        own += [] if marked is None else [marked]
-        pieces += [replace(one, surface=in_fixed(one.surface, pose.frames[number])) for one in own]
-    return pieces
+        gear = gear_surface(design.members[number], ".vtu", tolerance, bore_radius=bore_radii[number])
+        items = [SceneItem(name, GEAR_COLOURS[number], gear), *_path_items(path, first, number)]
+        member_pattern = (pattern.pinion, pattern.gear)[number]
+        items += _pattern_items(design, flank, number, member_pattern, pattern.separation)
+        scene += [replace(one, surface=in_fixed(one.surface, frames[number])) for one in items]
+    return scene
 
 
-def write_glb(pieces: Sequence[Piece], path: Path) -> None:
-    """Write the scene as binary glTF 2.0."""
+def write_glb(items: Sequence[SceneItem], path: Path) -> None:
+    """Write a scene as binary glTF 2.0."""
     import trimesh
     from trimesh import visual
 
     scene, look = cast(Any, trimesh.Scene()), cast(Any, visual)  # trimesh has no types for them
-    for piece in pieces:
-        surface = piece.surface
+    for item in items:
+        surface = item.surface
         normals = surface.point_fields.get("normals")
         mesh = trimesh.Trimesh(
             surface.points @ METRES_Y_UP.T,
@@ -81,72 +107,79 @@ def write_glb(pieces: Sequence[Piece], path: Path) -> None:
             process=False,
         )
         material = look.material.PBRMaterial(
-            name=piece.name, baseColorFactor=_linear(piece.colour), metallicFactor=0.1, roughnessFactor=0.6
+            name=item.name, baseColorFactor=_linear(item.colour), metallicFactor=0.1, roughnessFactor=0.6
         )
         mesh.visual = look.TextureVisuals(material=material)
-        scene.add_geometry(mesh, node_name=piece.name, geom_name=piece.name, parent_node_name=piece.of)
-    scene.export(str(path), file_type="glb", include_normals=True)
+        scene.add_geometry(mesh, node_name=item.name, geom_name=item.name, parent_node_name=item.parent)
+    path.write_bytes(scene.export(file_type="glb", include_normals=True))
 
 
 def _linear(colour: str) -> list[float]:
-    """Give red, green, blue, 1 as glTF counts them, in shares of light, of a colour as screens do (IEC
-    61966-2-1)."""
+    """Return red, green, blue and alpha of a colour #rrggbb in linear light, as in glTF (IEC 61966-2-1)."""
     screen = np.array([int(colour[k : k + 2], 16) / 255.0 for k in (1, 3, 5)])
     light = np.where(screen <= 0.04045, screen / 12.92, ((screen + 0.055) / 1.055) ** 2.4)
     return [*light.tolist(), 1.0]
 
 
-def _path(path: ContactPath, first: Mask, number: int) -> Iterator[Piece]:
-    """Make tubes along the path on a member's flank, in its own frame: where it is the `first` contact of all
-    teeth, and, thinner, where something else touches earlier."""
+def _path_items(path: ContactPath, first: Mask, number: int) -> Iterator[SceneItem]:
+    """Yield tubes along the path on a member's flank, in the frame of the gear.
+
+    The tube is thick where the path is the `first` contact of all teeth, and thin where another contact is
+    earlier."""
     solved, design = path.status == Status.SOLVED, path.design
     l, u = ((path.l1, path.u1), (path.l2, path.u2))[number]
     points = flank_patch(design.members[number], path.flank, l, u).point
-    radius = RADIUS * float(design.pinion.tool.normal_module)
-    ends = solved[:-1] & solved[1:]
-    both = first[:-1] & first[1:]
+    radius = PATH_RADIUS_MODULES * float(design.pinion.tool.normal_module)
+    steps = solved[:-1] & solved[1:]
+    both_first = first[:-1] & first[1:]
     name = f"path of contact on {MEMBERS[number]}"
-    for wanted, own, colour, size in (
-        (ends & both, name, FIRST, radius),
-        (ends & ~both, f"{name}, not the first contact", LATER, THIN * radius),
+    for chosen, label, colour, size in (
+        (steps & both_first, name, FIRST_CONTACT_COLOUR, radius),
+        (
+            steps & ~both_first,
+            f"{name}, not the first contact",
+            NOT_FIRST_COLOUR,
+            0.4 * radius,
+        ),
     ):
-        if wanted.any():
-            yield Piece(own, colour, _tube(points, wanted, size), MEMBERS[number])
+        if chosen.any():
+            yield SceneItem(label, colour, _tube(points, chosen, size), MEMBERS[number])
 
 
-def _tube(points: FloatArray, wanted: Mask, radius: float) -> SurfaceMesh:
-    """Make a tube round those steps (n - 1,) of a line (n, 3) that are `wanted`."""
+def _tube(points: FloatArray, chosen: Mask, radius: float) -> SurfaceMesh:
+    """Return a tube around the chosen steps (n - 1,) of a line (n, 3)."""
     import trimesh
 
     steps = [
-        trimesh.creation.cylinder(radius, sections=SECTIONS, segment=points[k : k + 2])
-        for k in np.flatnonzero(wanted)
+        trimesh.creation.cylinder(radius, sections=12, segment=points[k : k + 2])
+        for k in np.flatnonzero(chosen)
     ]
     tube = cast(Any, trimesh.util.concatenate(steps))
     return SurfaceMesh(np.asarray(tube.vertices), np.asarray(tube.faces), {}, {})
 
 
-def _marked(
+def _pattern_items(
     design: Design, flank: str, number: int, pattern: MemberPattern, separation: float
-) -> Piece | None:
-    """Make the marked part of a member's flank, in its own frame: its grid over l and z, cut where the root
-    of the least separation passes that of the compound, and laid onto the flank again. None where nothing
-    is marked."""
+) -> Iterator[SceneItem]:
+    """Yield the pattern on a member's flank, in the frame of the gear, if there is one.
+
+    The grid of the pattern over l and z is cut where the square root of the smallest separation equals that
+    of the thickness of the marking compound. The cut grid is then mapped to the flank again."""
     from trimesh import intersections
 
     member = design.members[number]
     least = np.nan_to_num(pattern.least, nan=np.inf)
-    under = np.sqrt(separation) - np.sqrt(np.clip(least, 0.0, 9.0 * separation))
-    chart = np.stack((pattern.l, pattern.z, under), axis=-1)
+    margin = np.sqrt(separation) - np.sqrt(np.clip(least, 0.0, 9.0 * separation))
+    chart = np.stack((pattern.l, pattern.z, margin), axis=-1)
     patch = flank_patch(member, flank, pattern.l, trace_parameter(member, flank, pattern.l, pattern.z))
     faces = grid_faces(pattern.points, patch.normal)
     cut, faces, *_ = cast(Any, intersections).slice_faces_plane(
         chart.reshape(-1, 3), faces, [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]
     )
     if not len(faces):
-        return None
+        return
     l, z, _ = cut.T
     patch = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
-    points = patch.point + RAISED * float(member.tool.normal_module) * patch.normal
+    points = patch.point + PATTERN_HEIGHT_MODULES * float(member.tool.normal_module) * patch.normal
     surface = SurfaceMesh(points, np.asarray(faces), {"normals": patch.normal}, {})
-    return Piece(f"pattern on {MEMBERS[number]}", MARKED, surface, MEMBERS[number])
+    yield SceneItem(f"pattern on {MEMBERS[number]}", PATTERN_COLOUR, surface, MEMBERS[number])

@@ -1,11 +1,11 @@
-"""A gear as one solid for CAD, or the pair as an assembly of two: a STEP file (AP214, mm).
+"""STEP files (AP214, mm): a gear or some teeth as one solid, or the pair as an assembly of two solids.
 
-The faces, as `strips` makes them, are named for their tooth, counted from 1 at angle 0: 'right flank 1',
-'tip 1' ...; a bottom land has the number of the tooth before it. The names stand in the file; readers
-built on Open CASCADE give them where they ask for names of parts of a shape, which FreeCAD and Gmsh do
-not. These show the colours instead, one for each kind of surface, and the name of the product.
+Faces are named for their tooth, counted from 1 at angle 0: 'right flank 1', 'tip 1'. A bottom land has the
+number of the tooth before it. Programs that are based on Open CASCADE can read the names of faces as names of
+parts of a shape; FreeCAD and Gmsh do not. They show the name of the product and the colours, one for each
+kind of surface.
 
-Needs OCP, the Python bindings of Open CASCADE 8: pip install 'beveloid-geom[step]'.
+The module needs OCP, the Python bindings of Open CASCADE 8: pip install 'beveloid-geom[step]'.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
-from ..contact.placing import Frame
+from ..contact.mesh_position import Frame
 from ..design.model import Design, Member
 from ..export import MEMBERS
-from ..support.whole_file import whole_file
-from .strips import Part, gear_loops
+from ..support.atomic_file import atomic_file
+from .strips import SolidPart, gear_loops
 
 INSTALL = "STEP files need Open CASCADE: pip install 'beveloid-geom[step]'"
 LIBRARIES = "on Debian and Ubuntu `sudo apt-get install libgl1` brings it"
@@ -32,37 +32,77 @@ def write_step(
     name: str = "gear",
     frame: Frame | None = None,
 ) -> None:
-    """Write the whole gear, or the neighbouring teeth of the `tooth_numbers` (0 is at angle 0), as one
-    solid in the own frame of a single member; the `bore_radius` (mm) is 0.45 of the root radius if None. The
-    product has the `name`, with the count of teeth where they are not all. With a `frame` it is the only
-    component of an assembly, and stands there as the frame says.
+    """Write a gear, or some teeth of it, as one solid.
 
-    Part of a gear is cut in the middle of the tooth spaces beside it. Raises ValueError for an
-    undercut member, a pointed tooth, a pointed tool, a bore out of its limits, teeth that are no
-    neighbours or wind round the gear; ModuleNotFoundError without OCP; OSError where the file cannot be
-    written."""
+    Parameters
+    ----------
+    member : Member
+        A single member.
+    path : Path or str
+        File to write.
+    tooth_numbers : sequence of int, optional
+        Neighbouring teeth; tooth 0 is at angle 0. All teeth by default. A part of a gear is cut in the middle
+        of the tooth spaces next to it.
+    bore_radius : float, optional
+        mm; 0.45 of the root radius by default.
+    name : str
+        Name of the product. The number of teeth is appended if these are not all.
+    frame : Frame, optional
+        Position of the gear in S_f. The solid is then the only component of an assembly.
+
+    Raises
+    ------
+    ValueError
+        For an undercut member, a pointed tooth, a pointed tool, a bore outside its limits, and teeth that are
+        not neighbours or overlap around the gear.
+    ImportError
+        If OCP is not installed or cannot be loaded.
+    OSError
+        If the file cannot be written.
+    """
     write_solids = _kernel()
     loops = gear_loops(member, tooth_numbers, bore_radius)
     count, total = sum(strip.name == "tip" for strip in loops[0]), int(member.teeth)
-    own = name if count == total else f"{name}, {count} of {total} teeth"
-    with whole_file(Path(path)) as unfinished:
-        write_solids([Part(own, loops, frame)], unfinished, own)
+    product = name if count == total else f"{name}, {count} of {total} teeth"
+    with atomic_file(Path(path)) as unfinished:
+        write_solids([SolidPart(product, loops, frame)], unfinished, product)
 
 
-def write_step_pair(design: Design, path: Path | str, frames: Sequence[Frame]) -> None:
-    """Write both whole gears of a single design as products 'pinion' and 'gear' of an assembly 'pair', each
-    where its frame of `frames` (2) carries it. Raises as `write_step` does."""
+def write_step_pair(
+    design: Design,
+    path: Path | str,
+    frames: Sequence[Frame],
+    bore_radii: Sequence[float | None] = (None, None),
+) -> None:
+    """Write both gears of a single design as products 'pinion' and 'gear' of an assembly 'pair'.
+
+    Parameters
+    ----------
+    design : Design
+        A single design.
+    path : Path or str
+        File to write.
+    frames : sequence of 2 frames
+        Positions of pinion and gear in S_f.
+    bore_radii : sequence of 2 float, optional
+        Bore radii of pinion and gear, mm; see `write_step`.
+
+    Raises
+    ------
+    ValueError, ImportError, OSError
+        As `write_step`.
+    """
     write_solids = _kernel()
     parts = [
-        Part(name, gear_loops(member), frame)
-        for name, member, frame in zip(MEMBERS, design.members, frames, strict=True)
+        SolidPart(name, gear_loops(member, bore_radius=bore), frame)
+        for name, member, frame, bore in zip(MEMBERS, design.members, frames, bore_radii, strict=True)
     ]
-    with whole_file(Path(path)) as unfinished:
+    with atomic_file(Path(path)) as unfinished:
         write_solids(parts, unfinished, "pair")
 
 
-def _kernel() -> Callable[[Sequence[Part], Path, str], None]:
-    """Give the function that writes solids. Raises ImportError that says how to install what is not there."""
+def _kernel() -> Callable[[Sequence[SolidPart], Path, str], None]:
+    """Return the function that writes solids. Raises ImportError with the missing package or library."""
     with _kernel_errors():
         import OCP  # noqa: F401
 
@@ -72,10 +112,9 @@ def _kernel() -> Callable[[Sequence[Part], Path, str], None]:
 
 @contextmanager
 def _kernel_errors() -> Iterator[None]:
-    """Say how to install what is not there, the bindings or the system's libraries under them.
+    """Add how to install a missing package or system library to an ImportError.
 
-    An interrupt that the kernel's bindings met while they were imported, and turned into an ImportError,
-    becomes one again."""
+    A KeyboardInterrupt during the import, which the bindings turn into an ImportError, is raised again."""
     try:
         yield
     except ImportError as error:
@@ -86,6 +125,6 @@ def _kernel_errors() -> Iterator[None]:
             cause = cause.__cause__ or cause.__context__
         if isinstance(error, ModuleNotFoundError) and (error.name or "").partition(".")[0] == "OCP":
             raise ModuleNotFoundError(INSTALL, name=error.name) from None
-        if "cannot open shared object file" in str(error):  # servers and containers have no screen
+        if "cannot open shared object file" in str(error):  # servers and containers without a screen
             raise ImportError(f"Open CASCADE cannot be loaded: {error}: {LIBRARIES}") from None
         raise

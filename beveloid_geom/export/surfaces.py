@@ -1,14 +1,15 @@
-"""Triangles with fields, written as .stl, .ply, .obj, .3mf, .vtk, .vtp or .vtu.
+"""Triangle surfaces with fields, and the writers of .stl, .ply, .obj and .3mf. `vtk_files` has those of VTK.
 
-Lengths are mm. .stl and .ply hold single precision (about 1e-5 mm on these gears), .obj nine
-decimals, the VTK formats double precision.
-"""
+Lengths are mm. An .stl file holds coordinates in single precision, with a rounding error of 6e-8 of the
+largest coordinate. An .obj file holds nine decimals, all other formats double precision."""
 
 from __future__ import annotations
 
+import io
 import re
+import zipfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -16,31 +17,40 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray
-from ..contact.placing import Frame
+from ..contact.mesh_position import Frame
 from ..export import MEMBERS, SURFACE_FORMATS, writer_of
 from ..pair.frames import normals_to_fixed, to_fixed
 from ..shapes.sampling import Faces
 
 Fields: TypeAlias = Mapping[str, NDArray[Any]]
-OBJ_DIGITS = 9
-STL_HEADER = 80
-"""Bytes at the start of a binary file; those of a text start with 'solid'."""
 
 
 @dataclass(frozen=True, eq=False)
 class SurfaceMesh:
-    """Triangles to be written: `points` (n, 3), mm, and `faces` (m, 3), winding outwards, with
-    fields by name on points (n,) or (n, 3) and on faces (m,) or (m, 3). A point field 'normals'
-    holds the exact unit normals out of the metal."""
+    """Triangles with fields, ready to be written.
+
+    Parameters
+    ----------
+    points : array (n, 3)
+        Coordinates, mm.
+    faces : array (m, 3)
+        Point indices of the triangles, counterclockwise seen from outside.
+    point_fields, cell_fields : mapping of str to array
+        Values on points (n,) or (n, 3) and on triangles (m,) or (m, 3). The point field 'normals' holds the
+        exact unit normals, which point out of the metal.
+    part_names : tuple of str
+        Names of the values 0, 1, ... of the cell field 'part'.
+    """
 
     points: FloatArray
     faces: Faces
     point_fields: Fields
     cell_fields: Fields
+    part_names: tuple[str, ...] = ()
 
 
 def in_fixed(surface: SurfaceMesh, frame: Frame) -> SurfaceMesh:
-    """Place a surface of a member's own frame in S_f, its normals turned too."""
+    """Return a surface, given in the frame of its gear, in the fixed frame S_f, with its normals."""
     points, cells = (
         {
             name: normals_to_fixed(frame, values) if name == "normals" else values
@@ -48,120 +58,130 @@ def in_fixed(surface: SurfaceMesh, frame: Frame) -> SurfaceMesh:
         }
         for fields in (surface.point_fields, surface.cell_fields)
     )
-    return SurfaceMesh(to_fixed(frame, surface.points), surface.faces, points, cells)
+    return replace(surface, points=to_fixed(frame, surface.points), point_fields=points, cell_fields=cells)
+
+
+def moved(surface: SurfaceMesh, distance: FloatArray) -> SurfaceMesh:
+    """Return a surface that is moved by a distance (3,), mm."""
+    return replace(surface, points=surface.points + distance)
 
 
 def joined(surfaces: Sequence[SurfaceMesh]) -> SurfaceMesh:
-    """Join several surfaces to one, with the fields that all of them have."""
+    """Return several surfaces as one, with the fields that all of them have."""
     starts = np.cumsum([0, *(len(surface.points) for surface in surfaces[:-1])])
-    faces = [surface.faces + start for surface, start in zip(surfaces, starts, strict=True)]
 
-    def together(fields: Sequence[Fields]) -> Fields:
+    def joined_fields(fields: Sequence[Fields]) -> Fields:
         names = [name for name in fields[0] if all(name in other for other in fields)]
         return {name: np.concatenate([one[name] for one in fields]) for name in names}
 
     return SurfaceMesh(
         np.concatenate([surface.points for surface in surfaces]),
-        np.concatenate(faces),
-        together([surface.point_fields for surface in surfaces]),
-        together([surface.cell_fields for surface in surfaces]),
+        np.concatenate([one.faces + start for one, start in zip(surfaces, starts, strict=True)]),
+        joined_fields([surface.point_fields for surface in surfaces]),
+        joined_fields([surface.cell_fields for surface in surfaces]),
+        surfaces[0].part_names,
     )
 
 
-def write_surface(surface: SurfaceMesh, path: Path, suffix: str | None = None, title: str = "") -> None:
-    """Write triangles into `path` in the format that `suffix` names, that of `path` if None. The `title`
-    goes into the header of .stl and .obj; the members of a pair are groups of an .obj.
+def write_surface(surface: SurfaceMesh, path: Path | str, suffix: str | None = None, title: str = "") -> None:
+    """Write triangles to a file in the format of a suffix.
 
-    Raises ValueError for a suffix that is none of SURFACE_FORMATS, OSError where the file cannot
-    be written. .ply and .obj hold the normals beside the points, .stl the points only."""
+    Parameters
+    ----------
+    surface : SurfaceMesh
+        In a .obj file the members of a pair are groups, in a .3mf file objects. The formats .ply and .obj
+        hold the normals, too, .stl and .3mf only the triangles; the VTK formats hold all fields.
+    path : Path or str
+        File to write.
+    suffix : str, optional
+        Format, a key of SURFACE_FORMATS. By default, the suffix of `path`.
+    title : str
+        Text for the header of .stl, .ply, .obj and .vtk, and name of the object in .3mf. Line breaks become
+        spaces.
+
+    Raises
+    ------
+    ValueError
+        If there is no writer for the suffix.
+    OSError
+        If the file cannot be written.
+    """
+    path = Path(path)
     writer = writer_of(SURFACE_FORMATS, path.suffix.lower() if suffix is None else suffix)
-    writer(surface, path, f"beveloid-geom {title}".strip())
-
-
-def _plain(values: NDArray[Any]) -> NDArray[Any]:
-    """Give values as both VTK formats have them: VTK knows only the longest integers as meshio names them."""
-    return values if values.dtype.kind == "f" else values.astype(np.int64)
-
-
-def _write_meshio(surface: SurfaceMesh, path: Path, file_format: str) -> None:
-    import meshio
-
-    points, cells = (
-        {name: _plain(values) for name, values in fields.items()}
-        for fields in (surface.point_fields, surface.cell_fields)
-    )
-    listed = {name: [values] for name, values in cells.items()}
-    mesh = meshio.Mesh(surface.points, [("triangle", surface.faces)], points, listed)
-    meshio.write(path, mesh, file_format=file_format)
-
-
-def write_vtk(surface: SurfaceMesh, path: Path, _: str) -> None:
-    """Write VTK's old format."""
-    _write_meshio(surface, path, "vtk")
-
-
-def write_vtu(surface: SurfaceMesh, path: Path, _: str) -> None:
-    """Write VTK's XML format of unstructured grids."""
-    _write_meshio(surface, path, "vtu")
+    writer(surface, path, " ".join(f"beveloid-geom {title}".split()))
 
 
 def write_stl(surface: SurfaceMesh, path: Path, title: str) -> None:
-    """Write a binary STL file, in its header the title."""
-    _trimesh(surface.points, surface.faces, None).export(str(path), file_type="stl")
-    with open(path, "r+b") as file:
-        file.write(title.encode("ascii", "replace")[:STL_HEADER])
+    """Write a binary STL file with the title in its header."""
+    data = bytearray(_trimesh(surface.points, surface.faces, None).export(file_type="stl"))
+    header = title.encode("ascii", "replace")[:80]  # bytes of the header
+    data[: len(header)] = header
+    path.write_bytes(data)
 
 
-def write_ply(surface: SurfaceMesh, path: Path, _: str) -> None:
-    """Write a PLY file, with the normals if there are any."""
+def write_ply(surface: SurfaceMesh, path: Path, title: str) -> None:
+    """Write a binary PLY file in double precision, with the normals if there are any.
+
+    The title replaces the comment of meshio, which holds the present time."""
+    import meshio
+
     normals = surface.point_fields.get("normals")
-    mesh = _trimesh(surface.points, surface.faces, normals)
-    mesh.export(str(path), file_type="ply", vertex_normal=normals is not None)
+    data = {} if normals is None else {f"n{axis}": normals[:, k] for k, axis in enumerate("xyz")}
+    faces = surface.faces.astype(np.int32)  # PLY has no longer integers
+    meshio.write(path, meshio.Mesh(surface.points, [("triangle", faces)], data), file_format="ply")
+    content = path.read_bytes()
+    path.write_bytes(re.sub(rb"(?m)^comment .*$", b"comment " + title.encode(), content, count=1))
 
 
 def write_obj(surface: SurfaceMesh, path: Path, title: str) -> None:
-    """Write a text of points and triangles, with the normals if there are any."""
-    path.write_text(_obj(surface, title), encoding="utf-8")
+    """Write an OBJ file: a text of points and triangles, with the normals if there are any.
+
+    The members of a pair are groups and objects; they have no normals."""
+    from trimesh.exchange import obj
+
+    export: Any = obj.export_obj
+    normals = surface.point_fields.get("normals")
+    if "member" in surface.cell_fields:
+        text = str(export(_scene(surface, title), include_normals=False, digits=9, header=title))
+        text = re.sub(r"^o (.+)$", r"o \1\ng \1", text, flags=re.MULTILINE)
+    else:
+        mesh = _trimesh(surface.points, surface.faces, normals)
+        text = str(export(mesh, include_normals=normals is not None, digits=9, header=title))
+    path.write_text(text, encoding="utf-8")
+
+
+def write_3mf(surface: SurfaceMesh, path: Path, title: str) -> None:
+    """Write a 3MF file in mm, with one object for each member of a pair.
+
+    The random identifiers and the extensions that trimesh adds are removed: the identifiers are not valid
+    3MF, and with them the file would differ from run to run."""
+    data = io.BytesIO(_scene(surface, title).export(file_type="3mf"))
+    with zipfile.ZipFile(data) as source, zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as target:
+        for name in source.namelist():
+            content = re.sub(rb' (p:UUID|xmlns:\w+|(?<=item )xmlns)="[^"]*"', b"", source.read(name))
+            target.writestr(zipfile.ZipInfo(name), content, zipfile.ZIP_DEFLATED)
 
 
 def _trimesh(points: FloatArray, faces: Faces, normals: NDArray[Any] | None) -> Any:
-    """Make trimesh's mesh. Nothing may be merged or dropped: the triangles are those of the calculation."""
+    """Return a trimesh.Trimesh of exactly these points and triangles, without merging or dropping any."""
     import trimesh
 
     return trimesh.Trimesh(points, faces, vertex_normals=normals, process=False)
 
 
-def write_3mf(surface: SurfaceMesh, path: Path, title: str) -> None:
-    """Write a 3MF file, mm, with an object for each member of a pair."""
-    _scene(surface, title).export(str(path), file_type="3mf")
-
-
 def _scene(surface: SurfaceMesh, title: str) -> Any:
-    """Make trimesh's scene of a surface, with a geometry for each member of a pair."""
+    """Return a trimesh.Scene with one geometry for each member of a pair, or one for a single surface."""
     import trimesh
 
-    of = surface.cell_fields.get("member")
-    scene = trimesh.Scene()
-    if of is None:
+    scene, members = trimesh.Scene(), surface.cell_fields.get("member")
+    if members is None:
         scene.add_geometry(_trimesh(surface.points, surface.faces, None), geom_name=title, node_name=title)
         return scene
     for number, name in enumerate(MEMBERS):
-        faces = surface.faces[of == number]
-        start = faces.min()
-        mesh = _trimesh(surface.points[start : faces.max() + 1], faces - start, None)
+        # The points of a member follow each other, because `joined` puts one member after the other.
+        faces = surface.faces[members == number]
+        first = faces.min()
+        mesh = _trimesh(surface.points[first : faces.max() + 1], faces - first, None)
         mesh.metadata["name"] = name
         scene.add_geometry(mesh, geom_name=name, node_name=name)
     return scene
-
-
-def _obj(surface: SurfaceMesh, title: str) -> str:
-    """Write the text of an .obj file, with an object and a group for each member of a pair."""
-    from trimesh.exchange import obj
-
-    export: Any = obj.export_obj
-    normals = surface.point_fields.get("normals")
-    if "member" not in surface.cell_fields:
-        mesh = _trimesh(surface.points, surface.faces, normals)
-        return str(export(mesh, include_normals=normals is not None, digits=OBJ_DIGITS, header=title))
-    text = str(export(_scene(surface, title), include_normals=False, digits=OBJ_DIGITS, header=title))
-    return re.sub(r"^o (.+)$", r"o \1\ng \1", text, flags=re.MULTILINE)

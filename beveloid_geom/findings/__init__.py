@@ -1,1 +1,1 @@
-"""What is to be known of a design: errors, warnings, notes, advice."""
+"""Remarks on designs: errors, warnings, notes, advice."""

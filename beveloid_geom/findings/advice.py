@@ -1,7 +1,7 @@
-"""What to change about a layout in which gears do not mesh: advice that was tried before it is given.
+"""Advice on layouts in which the gears do not mesh.
 
-Of a few changes, one offset, one shaft angle or one helix angle, each is made, rounded as it is
-printed, and looked at as `check` looks at any design. Those with an error or a warning are dropped.
+A change of the offset, the shaft angle or one helix angle is computed, rounded to the printed digits and
+checked as by `check`. Changes with an error or a warning are not given.
 """
 
 from __future__ import annotations
@@ -15,48 +15,47 @@ import numpy as np
 from ..contact.path import path_of_contact
 from ..design.model import Design, Pair
 from ..operation.certificate import certify
-from ..pair.closing import Closing, closing_of
+from ..pair.zero_backlash import Closing, closing_of
 from ..status import Status
+from .diagnostics import Remark, in_order, quiet, tooth_remarks
 from .layout import (
     FLANKS,
     HELIX_TOLERANCE,
     bare,
-    crossing_of,
     ideal_layout,
     layout_remarks,
     remarks_on,
 )
 from .path import certificate_remarks, first_contact_fault, path_remarks
-from .remarks import Remark, in_order, quiet, tooth_remarks
+from .reach import rolling_generator_angle
+from .units import unit_remarks
 
-POSITIONS = 101
-"""Positions of the path at which `check` looks for what touches earlier."""
+CHECK_POSITIONS = 101
+"""Positions of the path that `check` certifies."""
 DIGITS = 7
-"""Significant digits of advice: a hundredth of the tolerances of closing on pairs of usual size."""
-PASSES = 8
-"""Corrections of a helix angle by what its shaft angle misses; each leaves about a tenth of it."""
-MOST = 3
-"""Pieces of advice on one design."""
-NEAR = 1e-9
-"""rad by which the shaft angle of a corrected helix angle may miss that asked for."""
-MOST_HELIX = math.radians(60.0)
-"""Steepest helix angle that is advised."""
+"""Significant digits of advice; their rounding is a hundredth of the layout tolerances for pairs of usual
+size."""
+MAX_ADVICE = 3
+"""Largest number of changes for one design."""
+MAX_HELIX = math.radians(60.0)
+"""Largest helix angle that is advised, rad."""
 
 
 def _deg(angle: float) -> str:
+    """Return an angle in deg as text."""
     return f"{math.degrees(angle):.{DIGITS}g} deg"
 
 
 def _helix_of(member: str) -> str:
-    """Name the change of one member's helix angle."""
+    """Return the name of a change of the helix angle of one member."""
     return f"helix angle of the {member}"
 
 
 @dataclass(frozen=True)
 class Advice:
-    """A layout that works, mm and rad: with these helix angles, this offset and this shaft angle the pair
-    closes, its gears reach each other, and both flanks have contact. `change` names what differs
-    from the design as it is."""
+    """Layout in which the pair has contact on both flanks without backlash; mm and rad.
+
+    `change` names the quantity that differs from the design."""
 
     change: str
     offset: float
@@ -65,7 +64,7 @@ class Advice:
     gear_helix_angle: float
 
     def words(self) -> str:
-        """Say the change with all numbers that go with it."""
+        """Return the change and the new values as text."""
         helix = {_helix_of("pinion"): self.pinion_helix_angle, _helix_of("gear"): self.gear_helix_angle}
         angles = {self.change: _deg(helix[self.change])} if self.change in helix else {}
         angles |= {"E": f"{self.offset:.{DIGITS}g} mm", "shaft angle": _deg(self.shaft_angle)}
@@ -73,107 +72,166 @@ class Advice:
         return f"change the {self.change}: {numbers}"
 
     def applied_to(self, design: Design) -> Design:
-        """Give the design changed so, mounted at its pitch point."""
+        """Return the design with the change, mounted at its pitch point."""
         pinion = replace(design.pinion, helix_angle=self.pinion_helix_angle)
         gear = replace(design.gear, helix_angle=self.gear_helix_angle)
         return replace(design, pinion=pinion, gear=gear, pair=Pair(self.offset, self.shaft_angle))
 
 
 def findings_on(design: Design, closing: Closing | None = None, jam: str | None = None) -> tuple[Remark, ...]:
-    """Find all that `check` says of a single design: of layout, teeth and paths on both flanks; `jam` says
-    why it cannot be assembled as mounted (`findings.backlash`), where that is known."""
-    return in_order(found_on(design, closing, jam))
+    """Return the remarks of `check` on layout, teeth and paths of a single design.
+
+    Parameters
+    ----------
+    design : Design
+    closing : Closing, optional
+        Result of `closing_of`, if it is known.
+    jam : str, optional
+        Reason why the pair cannot be assembled as mounted (`findings.backlash`), if it is known.
+
+    Returns
+    -------
+    tuple of Remark
+        The most important first.
+
+    Examples
+    --------
+    >>> import beveloid_geom as bg
+    >>> (remark,) = bg.findings_on(bg.builtin_design("ni-2017"))
+    >>> remark.level, remark.text[:34]
+    ('note', 'right flanks: sensitive to errors,')
+    """
+    return in_order(iter_findings(design, closing, jam))
 
 
-def found_on(design: Design, closing: Closing | None = None, jam: str | None = None) -> Iterator[Remark]:
-    """Find the same one after the other, for those whom the first warning is enough."""
+def iter_findings(
+    design: Design, closing: Closing | None = None, jam: str | None = None, certified: bool = True
+) -> Iterator[Remark]:
+    """Yield the remarks of `findings_on` one by one, so that a caller can stop at the first warning.
+
+    If `certified` is false, paths are not certified. This is sufficient for pairs in which only flanks can
+    touch first."""
     yield from remarks_on(design, closing, jam)
-    paths = [path_of_contact(design, flank, POSITIONS) for flank in FLANKS]
+    paths = [path_of_contact(design, flank, CHECK_POSITIONS) for flank in FLANKS]
     for path in paths:
         yield from path_remarks(path)
-    if first_contact_fault(design) is None:
+    if certified and first_contact_fault(design) is None:
         for path in paths:
             if path.ends.status == Status.SOLVED:
                 yield from certificate_remarks(path, certify(path))
 
 
 def advice_on(design: Design) -> tuple[Advice, ...]:
-    """Find changes of a layout that does not close or has no contact, the nearest first; none where all is
-    well or where nothing that was tried helps. Raises ValueError for arrays."""
+    """Return changes of a layout that has backlash or no contact, the smallest change first.
+
+    Parameters
+    ----------
+    design : Design
+        A single design.
+
+    Returns
+    -------
+    tuple of Advice
+        Empty if nothing has to be changed or no tested change helps.
+
+    Raises
+    ------
+    ValueError
+        For arrays.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> import beveloid_geom as bg
+    >>> design = bg.builtin_design("ni-2017")
+    >>> tight = replace(design, pair=replace(design.pair, offset=228.5))
+    >>> bg.advice_on(tight)[0].offset
+    229.0751
+    """
+    if design.batch_shape:
+        raise ValueError(f"design must be a single one, got arrays of shape {design.batch_shape}")
     plain = bare(design)
     if quiet(layout_remarks(plain)):
         return ()
     known = {remark for name in ("pinion", "gear") for remark in tooth_remarks(name, getattr(plain, name))}
-    found: list[Advice] = []
+    known |= set(unit_remarks(plain))
+    advice: list[Advice] = []
     for change, candidate in _candidates(plain):
-        advice = _rounded(change, candidate)
-        tried = advice.applied_to(plain)
-        known_layout = tried in [other.applied_to(plain) for other in found]
-        if not known_layout and quiet(r for r in found_on(tried) if r not in known):
-            found.append(advice)
-        if len(found) == MOST:
+        rounded = _rounded(change, candidate)
+        tried = rounded.applied_to(plain)
+        known_layout = tried in [other.applied_to(plain) for other in advice]
+        if not known_layout and quiet(r for r in iter_findings(tried) if r not in known):
+            advice.append(rounded)
+        if len(advice) == MAX_ADVICE:
             break
-    return tuple(found)
+    return tuple(advice)
 
 
 def _candidates(design: Design) -> Iterator[tuple[str, Design]]:
-    """Give changed designs with what changes: where the shaft angle is that of the helix angles, the layout;
-    else a helix angle first, as the shaft angle is what was wanted."""
+    """Yield the name of a change and the changed design.
+
+    If the shaft angle fits the helix angles, the layout is changed. Otherwise a helix angle is changed first,
+    because the shaft angle is the requirement."""
     ideal = ideal_layout(design)
     if ideal is None:
         return
-    wanted = float(design.pair.shaft_angle)
-    turned = abs(float(ideal.shaft_angle) - wanted) > HELIX_TOLERANCE
+    required = float(design.pair.shaft_angle)
+    helix_misfit = abs(float(ideal.shaft_angle) - required) > HELIX_TOLERANCE
     if design.pair.offset == 0.0 != ideal.offset:
         yield from _with_helix(design, (0.0,))
-    if turned:
+    if helix_misfit:
         yield from _with_helix(design)
     elif design.pair.pinion_mounting is not None or design.pair.gear_mounting is not None:
         yield "mounting distances to those of the pitch point", design
     offset, angle = float(ideal.offset), float(ideal.shaft_angle)
-    near = closing_of(replace(design, pair=Pair(max(offset, 0.0), wanted)))
-    if not turned and near.offset >= 0.0:
-        yield "offset", replace(design, pair=Pair(near.offset, wanted))
-    near = closing_of(replace(design, pair=Pair(design.pair.offset, angle)))
-    if not math.isnan(near.shaft_angle):
-        yield "shaft angle", replace(design, pair=Pair(design.pair.offset, near.shaft_angle))
+    closing = closing_of(replace(design, pair=Pair(max(offset, 0.0), required)))
+    if not helix_misfit and closing.offset >= 0.0:
+        yield "offset", replace(design, pair=Pair(closing.offset, required))
+    closing = closing_of(replace(design, pair=Pair(design.pair.offset, angle)))
+    if not math.isnan(closing.shaft_angle):
+        yield "shaft angle", replace(design, pair=Pair(design.pair.offset, closing.shaft_angle))
     if offset >= 0.0:
         yield "offset and shaft angle", replace(design, pair=Pair(offset, angle))
 
 
 def _with_helix(design: Design, hands: tuple[float, ...] = (1.0, -1.0)) -> Iterator[tuple[str, Design]]:
-    """Give designs with one helix angle changed, the gear's, the pinion's, each to the nearer of `hands`, as
-    in `_fitted`."""
+    """Yield designs with one changed helix angle, first of the gear, then of the pinion.
+
+    For each member the smaller change of those for `hands` is taken, see `_fitted`."""
     for name in ("gear", "pinion"):
-        fitting = [found for hand in hands if (found := _fitted(design, name, hand)) is not None]
+        fitting = [fitted for hand in hands if (fitted := _fitted(design, name, hand)) is not None]
         before = float(getattr(design, name).helix_angle)
-        changes = [abs(float(getattr(found, name).helix_angle) - before) for found in fitting]
+        changes = [abs(float(getattr(fitted, name).helix_angle) - before) for fitted in fitting]
         if changes:
             yield _helix_of(name), fitting[int(np.argmin(changes))]
 
 
 def _fitted(design: Design, name: str, hand: float) -> Design | None:
-    """Find the design without backlash with that helix angle of the member `name` which fits the design's own
-    shaft angle, the sum of the helix angles having the sign `hand`; 0: with which the axes intersect."""
-    wanted, changed = float(design.pair.shaft_angle), design
-    for _ in range(PASSES):
+    """Return the design without backlash whose helix angle of member `name` fits the shaft angle, None if
+    there is none.
+
+    `hand` is the sign of the sum of the helix angles; 0 selects intersecting axes."""
+    required, changed = float(design.pair.shaft_angle), design
+    # Each correction leaves about a tenth of the error.
+    max_corrections, angle_tolerance_rad = 8, 1e-9
+    for _ in range(max_corrections):
         ideal = ideal_layout(changed)
         if ideal is None:
             return None
-        crossing = crossing_of(ideal.cone_angle, wanted) if hand else 0.0
+        crossing = rolling_generator_angle(ideal.cone_angle, required) if hand else 0.0
         missing = hand * crossing - float(np.sum(ideal.helix_angle))
         helix = float(getattr(changed, name).helix_angle)
-        if abs(missing) < NEAR:
-            layout = (max(float(ideal.offset), 0.0), wanted) if hand else (0.0, float(ideal.shaft_angle))
+        if abs(missing) < angle_tolerance_rad:
+            layout = (max(float(ideal.offset), 0.0), required) if hand else (0.0, float(ideal.shaft_angle))
             return replace(changed, pair=Pair(*layout))
-        if not abs(helix + missing) < MOST_HELIX:
+        if not abs(helix + missing) < MAX_HELIX:
             return None
         changed = replace(changed, **{name: replace(getattr(changed, name), helix_angle=helix + missing)})
     return None
 
 
 def _rounded(change: str, design: Design) -> Advice:
-    """Make advice to take a design, in the digits in which it is printed."""
+    """Return the layout of a design as advice, rounded to the printed digits."""
     angles = (design.pair.shaft_angle, design.pinion.helix_angle, design.gear.helix_angle)
     rounded = (math.radians(float(f"{math.degrees(angle):.{DIGITS}g}")) for angle in angles)
     return Advice(change, float(f"{design.pair.offset:.{DIGITS}g}"), *rounded)

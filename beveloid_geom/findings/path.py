@@ -1,4 +1,4 @@
-"""A path of contact in words: why there is none, how easily it is lost, and what its numbers do not say."""
+"""Remarks on a path of contact: reasons for a missing path, sensitivity, edge contact, limits of validity."""
 
 from __future__ import annotations
 
@@ -10,42 +10,67 @@ import numpy as np
 from ..analysis.pressure import WHOLE, PathPressure
 from ..analysis.sensitivity import Sensitivity, path_sensitivity
 from ..analysis.tolerance import USUAL_AT
-from ..arrays import FloatArray
+from ..arrays import FLANK_SIGN, Codes, FloatArray
 from ..contact.parallel.lines import touches_along_lines
 from ..contact.path import ContactPath, path_of_contact
 from ..contact.rounding import rounding_error
+from ..design.ends import limit_names, limit_words
 from ..design.model import Design, ErrorsAt
 from ..gear.fillet import tool_round
-from ..gear.flank import highest_parameter, root_parameter
+from ..gear.flank import active_range, tip_radius
 from ..operation.certificate import Certificate
-from ..pair.errors import ANGLES, mounted
+from ..pair.misalignment import ANGLES, mounted
 from ..pair.mounting import mounting_of
-from ..status import EllipseStatus, FirstStatus, Limit, Status, Verdict
-from .remarks import NOTE, WARNING, Remark
+from ..status import EllipseStatus, FirstStatus, NotComputed, Status, Verdict
+from .diagnostics import NOTE, UNKNOWN, WARNING, Remark
 
 SENSITIVE = ((0.25, WARNING), (0.1, NOTE))
-"""Shift of a path under one usual tolerance, over the size of the flank in the direction of the shift, from
-which it is said. A path in the middle of the flank leaves it at one half; half of that is a warning: the
-other errors, deflection and the length of the path take the rest."""
-ALONG_LINES = "they touch along lines, and an error of the shaft angle puts the contact on an edge"
-STILL = 1e-12
-"""Step along a path, mm or rad, up to which a quantity stands still."""
-ROUNDING_TOLERANCE = 1e-9
-"""mm by which rounding may move a contact without a note."""
-UNKNOWN = {
+"""Shifts of a path that cause a remark, and the level of the remark. A shift under one usual tolerance is
+divided by the size of the flank in the direction of the shift. A path in the middle of the flank leaves it at
+one half. One quarter is a warning, because other errors, deflection and the length of the path need the
+remaining space."""
+ALONG_LINES = "they have line contact, and an error of the shaft angle moves the contact to an edge"
+MONOTONE_TOLERANCE = 1e-12
+"""Step against the direction of a path that is attributed to rounding, mm or rad."""
+ROUNDING_TOLERANCE_MM = 1e-9
+"""Displacement of a contact by rounding that needs no note."""
+WHY_NO_FIRST_CONTACT = {
     FirstStatus.NO_CONTACT: "no tooth reaches the other member",
     FirstStatus.MEETS_BOTTOM: "a tip reaches the other member's bottom land",
-    FirstStatus.UNDERCUT: "a member is undercut",
-    FirstStatus.OUT_OF_STEP: "the teeth are too far out of step to tell which of them meet",
-    FirstStatus.UNDEFINED: "the inputs leave nothing to search",
+    FirstStatus.UNDERCUT: "undercut removes a complete flank in a part of the face",
+    FirstStatus.OUT_OF_STEP: "the roll angles are too far from mesh to distinguish the tooth pairs",
+    FirstStatus.UNDEFINED: "the teeth are not defined by the inputs",
     FirstStatus.NOT_CONVERGED: "the search did not converge",
-    FirstStatus.SOLVED: "the search missed it",
+    FirstStatus.SOLVED: "the search found only a later contact",
 }
-"""Why the first contact at a position is not known; SOLVED is one found, but not as near as the position."""
+"""Reasons for an unknown first contact at a position. SOLVED: the first contact found is later than the
+contact of the path."""
+
+
+def first_contact_reason(flank: str, code: int) -> str:
+    """Return the reason for an unknown first contact on these flanks; `code` is its `FirstStatus`.
+
+    The reason is `NotComputed` if the calculation failed."""
+    status, teeth = FirstStatus(code), f"first contact of the {flank} teeth"
+    if status.reason_type is str:
+        return f"no {teeth}: {WHY_NO_FIRST_CONTACT[status]}"
+    return NotComputed(f"the {teeth} could not be computed: {WHY_NO_FIRST_CONTACT[status]}")
+
+
+def batch_reason(words: str, status: Codes) -> str | None:
+    """Return the reason `words` if no case of a batch has a path on the flanks, otherwise None.
+
+    `status` contains codes of `Status` of the paths. The reason is `NotComputed` if a calculation failed,
+    because that case may have a path."""
+    if (status == Status.SOLVED).any():
+        return None
+    failed = ~np.isin(status, (Status.NO_COMMON_NORMAL, Status.OFF_FLANK))
+    return NotComputed(f"{words}: not all could be computed") if failed.any() else words
 
 
 def reason_of(path: ContactPath) -> str | None:
-    """Say why a path has no point on the flanks."""
+    """Return the reason why a path has no point on the flanks, `NotComputed` if it could not be computed,
+    otherwise None."""
     design = path.design
     status = Status(int(path.ends.status))
     if status == Status.SOLVED:
@@ -54,34 +79,45 @@ def reason_of(path: ContactPath) -> str | None:
         return f"the {path.flank} flanks have no common normal in this layout: is the shaft angle right?"
     if status != Status.OFF_FLANK:
         words = status.name.lower().replace("_", " ")
-        return f"the path of contact on the {path.flank} flanks could not be followed: {words}"
+        return NotComputed(f"the path of contact on the {path.flank} flanks could not be computed: {words}")
     text = f"the path of contact does not meet the {path.flank} flanks"
-    middle = 0.5 * (root_parameter(design.pinion) + highest_parameter(design.pinion))
-    beyond = path_of_contact(design, path.flank, l1=[float(middle)])
-    where = [
-        f"{axial[0]:+.4g} mm on the {member} (half face width {0.5 * float(teeth.face_width):g} mm)"
-        for member, axial, teeth in (
-            ("pinion", beyond.pinion_z, design.pinion),
-            ("gear", beyond.gear_z, design.gear),
+    middle = 0.5 * sum(active_range(design.pinion, path.flank))
+    extended = path_of_contact(design, path.flank, l1=[float(middle)])
+    places = [
+        (name, float(axial[0]), 0.5 * float(member.face_width))
+        for name, axial, member in (
+            ("pinion", extended.pinion_z, design.pinion),
+            ("gear", extended.gear_z, design.gear),
         )
         if math.isfinite(axial[0])
     ]
-    return f"{text}: at mid-depth of the pinion it runs at z = {' and '.join(where)}" if where else text
+    if not places:
+        return text
+    if all(abs(z) <= half for _, z, half in places):
+        return f"{text}: within the faces it lies beyond a tip or root"
+    words = " and ".join(
+        f"{z:+.4g} mm on the {name} (half face width {half:g} mm)" for name, z, half in places
+    )
+    return f"{text}: at mid-depth of the pinion flank its position is z = {words}"
 
 
 def first_contact_fault(design: Design) -> str | None:
-    """Say why first contacts cannot be found: a tool without a round that fits has no fillets to offer."""
+    """Return the reason why first contacts cannot be computed: a tip round that does not fit on the tool.
+    Otherwise None."""
     for name, member in zip(("pinion", "gear"), design.members, strict=True):
         try:
-            tool_round(member.tool, "right")
+            for flank in FLANK_SIGN:
+                tool_round(member.tool, flank)
         except ValueError as error:
-            return f"{name}: {error}"
+            return NotComputed(f"the first contact could not be computed: {name}: {error}")
     return None
 
 
 def path_remarks(path: ContactPath) -> Iterator[Remark]:
-    """Find what to know about a path on the flanks of a single design: how easily contact is lost, what its
-    numbers do not say. Without such a path nothing: `reason_of` says why."""
+    """Yield remarks on a path on the flanks of a single design: sensitivity, lost contact, edges, failed
+    positions.
+
+    Without a path on the flanks there is no remark; `reason_of` returns the reason."""
     if path.ends.status != Status.SOLVED:
         return
     lines = bool(touches_along_lines(path.design, path.flank))
@@ -91,40 +127,54 @@ def path_remarks(path: ContactPath) -> Iterator[Remark]:
 
 
 def certificate_remarks(path: ContactPath, certificate: Certificate) -> Iterator[Remark]:
-    """Say where on a path something else touches earlier."""
-    for level, text in _certificate_remarks(certificate):
+    """Yield remarks on the positions of a path at which something touches earlier."""
+    for level, text in _certificate_remarks(path.design, certificate):
         yield Remark(level, f"{path.flank} flanks: {text}")
 
 
 def usual_shifts(found: Sensitivity, sizes: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Give how far two errors of these `sizes` (2), the first two of `found`, move a path along the face and
-    square to itself (..., place, member, error), mm."""
+    """Return the shifts of a path under two errors, along the face and perpendicular to the path.
+
+    Parameters
+    ----------
+    found : Sensitivity
+        Sensitivity of the path; its first two errors are used.
+    sizes : ndarray
+        Sizes (2,) of the errors, mm and rad.
+
+    Returns
+    -------
+    face, perpendicular : ndarray
+        Magnitudes (..., place, member, error), mm.
+    """
     face, square = (sizes * np.abs(rates[..., :2]) for rates in (found.face_shift_by, found.square_shift_by))
     return face, square
 
 
 def usual_sizes(at: ErrorsAt = "perpendicular") -> FloatArray:
-    """Give the usual tolerances of the first two errors `at` common perpendicular or mesh, mm and rad."""
+    """Return the usual tolerances (2,) of the first two errors about the common perpendicular or at the mesh,
+    mm and rad."""
     return np.asarray(USUAL_AT[at].values()[:2])
 
 
 def shares_of_flank(design: Design, found: Sensitivity, sizes: FloatArray) -> FloatArray:
-    """Give the same over the size of the flank in the direction of the shift, of the design's batch shape."""
+    """Return the shifts of `usual_shifts` relative to the size of the flank in the direction of the shift."""
     face, square = usual_shifts(found, sizes)
-    depths = [highest_parameter(member) - root_parameter(member) for member in design.members]
+    depths = [np.subtract(*active_range(member, found.flank)[::-1]) for member in design.members]
     both = [member.face_width for member in design.members], depths
     width, depth = (np.stack(np.broadcast_arrays(*size), axis=-1)[..., None, :, None] for size in both)
-    # The flank, face by depth, as wide as it is square to the path: the cosine is that of path and depth.
+    # Width of the flank (face by depth) perpendicular to the path; the angle is between path and depth.
     cosine = np.divide(square, face, out=np.ones_like(face), where=face > 0.0)
     return np.asarray(square / (width * cosine + depth * np.sqrt(np.maximum(1.0 - cosine**2, 0.0))))
 
 
 def _sensitivity_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
-    """Find how far usual tolerances of offset and shaft angle, or of centre distance and the angle in plane,
-    move the path, where that is far."""
+    """Yield a remark if usual tolerances of offset and shaft angle move the path far.
+
+    For errors at the mesh, these are the centre distance and the angle in the plane."""
     design, at = path.design, path.design.errors_at
     found, sizes = path_sensitivity(design, path.flank, at), usual_sizes(at)
-    what = {"perpendicular": ("offset", "shaft angle"), "mesh": ("centre distance", "angle in plane")}[at]
+    names = {"perpendicular": ("offset", "shaft angle"), "mesh": ("centre distance", "angle in plane")}[at]
     share, (face, square) = shares_of_flank(design, found, sizes), usual_shifts(found, sizes)
     if np.isnan(share).all():
         return
@@ -134,19 +184,19 @@ def _sensitivity_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
         return
     place, member, _ = worst
     lengthwise = 2.0 * square[worst] > face[worst]
-    where = "along its face" if lengthwise else "square to itself"
+    where = "along the face" if lengthwise else "perpendicular to itself"
     offset, angle = (face if lengthwise else square)[place, member]
     width = float(design.members[member].face_width)
     yield (
         level,
-        f"sensitive to errors, as flanks close to line contact are: {math.degrees(sizes[1]):g} deg of"
-        f" {what[1]} shifts the path on the {('pinion', 'gear')[member]} by {angle:.3g} mm {where},"
-        f" {sizes[0]:g} mm of {what[0]} by {offset:.3g} mm; the face is {width:g} mm wide",
+        f"sensitive to errors, close to line contact: {math.degrees(sizes[1]):g} deg of"
+        f" {names[1]} shifts the path on the {('pinion', 'gear')[member]} by {angle:.3g} mm {where},"
+        f" {sizes[0]:g} mm of {names[0]} by {offset:.3g} mm; the face is {width:g} mm wide",
     )
 
 
 def _loss_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
-    """Find single errors of the size of a usual tolerance under which no contact is left."""
+    """Yield a warning on single errors of the size of a usual tolerance under which contact is lost."""
     design, usual = path.design, USUAL_AT[path.design.errors_at]
     size, names = usual.values(), usual.names
     errors = np.concatenate((np.diag(size), np.diag(-size)))
@@ -163,83 +213,112 @@ def _loss_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
         yield WARNING, f"contact is lost within usual tolerances, at an error of {' or '.join(words)}"
 
 
+def end_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
+    """Yield warnings if a path ends at an end of the face or at the start of an active flank.
+
+    Line contact always reaches the ends of the face, which is not reported."""
+    lines, design = bool(touches_along_lines(path.design, path.flank)), path.design
+    for limit, k in ((path.ends.enter, 0), (path.ends.leave, -1)):
+        if limit is None:
+            continue
+        if limit.limit in ("toe", "heel") and not lines:
+            name, end = limit_names(design, limit)
+            yield WARNING, f"the contact reaches the {name}'s {end}: an edge carries there"
+        if limit.limit == "root":
+            # At the end of the path, the tip of the mate reaches beyond the point of contact by `over`.
+            mate = "gear" if limit.member == "pinion" else "pinion"
+            z, radius = (getattr(path, f"{mate}_{name}")[k] for name in "zr")
+            over = float(tip_radius(getattr(design, mate), z) - radius)
+            below = (
+                f"the tips of the {mate} reach below the active flank of the {limit.member} (form diameter)"
+            )
+            yield WARNING, f"{below}: on the {mate} the path ends {over:.3g} mm below its tips"
+
+
 def _path_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
-    """Say what a contact ratio and a path do not say."""
+    """Yield remarks that contact ratio and positions do not show."""
+    yield from end_remarks(path)
     missing = int(np.count_nonzero(path.status != Status.SOLVED))
     if missing:
-        yield WARNING, f"{missing} of {path.status.size} positions are not solved"
+        yield UNKNOWN, f"{missing} of {path.status.size} positions could not be computed"
     if path.ends.contact_ratio < 1.0:
         yield WARNING, "the contact ratio is below 1: one tooth pair leaves before the next one enters"
     if path.ends.pieces > 1:
-        pieces = f"the path lies on the flanks in {int(path.ends.pieces)} pieces"
-        yield NOTE, f"{pieces}: this is the one that covers most roll, the contact ratio is its own"
+        segments = f"the path has {int(path.ends.pieces)} segments on the flanks"
+        yield NOTE, f"{segments}: positions and contact ratio are those of the longest one in roll"
     for values, words in (
         (
             path.pinion_roll,
             (
                 "the roll turns back along the path: the flanks are tangent twice at some rolls,"
-                " and the contact ratio is that of all rolls it reaches"
+                " and the contact ratio covers all rolls of the path"
             ),
         ),
-        (path.l1, "l1 turns back along the path: at some l1 the pinion's flank has two contacts"),
+        (path.l1, "l1 turns back along the path: the pinion flank has two contacts at some l1"),
     ):
         steps = np.diff(values)
-        if steps.size and steps.min() < -STILL and steps.max() > STILL:
+        if steps.size and steps.min() < -MONOTONE_TOLERANCE and steps.max() > MONOTONE_TOLERANCE:
             yield NOTE, words
     if path.normal.size and path.normal[:, 0].min() < 0.0 < path.normal[:, 0].max():
-        where = "at one place of the path the common normal is square to the common perpendicular (n_x = 0)"
-        yield NOTE, f"{where}: small errors of mounting move the contact far there"
+        where = "at one place of the path the common normal and the common perpendicular form a right angle"
+        yield NOTE, f"{where} (n_x = 0): small mounting errors move the contact far there"
     moved = rounding_error(path).max(initial=0.0)
-    if moved > ROUNDING_TOLERANCE:
-        words = f"rounding of the inputs alone moves the contact by about {moved:.1g} mm"
-        yield NOTE, f"{words}, errors of mounting far more"
+    if moved > ROUNDING_TOLERANCE_MM:
+        words = f"rounding of the inputs moves the contact by about {moved:.1g} mm"
+        yield NOTE, f"{words}, mounting errors move it much further"
 
 
-def _certificate_remarks(certificate: Certificate) -> Iterator[tuple[str, str]]:
-    """Say where the tangency of the flanks is not the contact of the teeth."""
+def _certificate_remarks(design: Design, certificate: Certificate) -> Iterator[tuple[str, str]]:
+    """Yield levels and texts on the positions where the tangency of the flanks is not the first contact of
+    the teeth."""
     verdict, all_positions = certificate.verdict, certificate.verdict.size
     codes = certificate.first.limit[verdict == Verdict.EDGE_CONTACT]
-    edges = ", ".join(str(Limit(int(code))) for code in np.unique(codes[codes >= 0]))
-    cut = "the flanks cut into each other beside their tangency, or a tip into a fillet"
-    said = {
-        Verdict.INTERFERENCE: (WARNING, cut),
+    edges = ", ".join(limit_words(design, int(code)) for code in np.unique(codes[codes >= 0]))
+    interference = "the flanks interfere away from their tangency, or a tip interferes with a fillet"
+    texts = {
+        Verdict.INTERFERENCE: (WARNING, interference),
         Verdict.EDGE_CONTACT: (WARNING, f"an edge touches earlier ({edges})"),
         Verdict.NEXT_PAIR: (NOTE, "the flanks of a neighbouring tooth pair touch earlier"),
     }
-    for code, (level, words) in said.items():
-        found = verdict == code
-        if found.any():
-            depth = -1e3 * float(certificate.separation[found].min())
-            count = f"at {np.count_nonzero(found)} of {all_positions} positions"
+    for code, (level, words) in texts.items():
+        mask = verdict == code
+        if mask.any():
+            depth = -1e3 * float(certificate.separation[mask].min())
+            count = f"at {np.count_nonzero(mask)} of {all_positions} positions"
             yield level, f"{count} {words}, by up to {depth:.3g} um"
-    if np.isin(verdict, tuple(said)).any():
-        yield NOTE, "the contact ratio, Eq. 16, is not an operating one: see `beveloid-geom operation`"
+    if np.isin(verdict, tuple(texts)).any():
+        text = "the contact ratio of one tooth pair (Eq. 16) is not the operating contact ratio"
+        yield NOTE, f"{text}: see `beveloid-geom operation`"
     unknown = certificate.first.status[verdict == Verdict.NOT_SOLVED]
-    for status in np.unique(unknown):
-        count = f"at {np.count_nonzero(unknown == status)} of {all_positions} positions"
-        yield (
-            NOTE,
-            f"{count} it is not known whether something touches earlier: {UNKNOWN[FirstStatus(int(status))]}",
-        )
+    for status in map(FirstStatus, np.unique(unknown).tolist()):
+        where = f"at {np.count_nonzero(unknown == status)} of {all_positions} positions"
+        text = f"{where} it is unknown whether something touches earlier: {WHY_NO_FIRST_CONTACT[status]}"
+        yield NOTE if status.reason_type is str else UNKNOWN, text
 
 
 def pressure_remarks(found: PathPressure) -> Iterator[Remark]:
-    """Say where the ellipses of a single path are not what Hertz's theory is of, of lines once for all."""
+    """Yield remarks on the positions where the theory of Hertz does not apply, or on the load distribution of
+    line contact."""
     if touches_along_lines(found.path.design, found.path.flank):
-        yield Remark(NOTE, "flanks that touch along lines have no ellipse: no pressure")
+        shared = (
+            "the load is distributed evenly over all lines in contact at the same roll, as for rigid teeth"
+        )
+        yield Remark(NOTE, f"{shared}; the pressure is the maximum over these lines")
         return
     count, lead = found.status.size, f"{found.path.flank} flanks: at"
     past = found.reaches != WHOLE
     if past.any():
-        limits = ", ".join(str(Limit(int(code))) for code in np.unique(found.reaches[past]))
+        limits = ", ".join(
+            limit_words(found.path.design, int(code)) for code in np.unique(found.reaches[past])
+        )
         text = (
             f"{lead} {np.count_nonzero(past)} of {count} positions the ellipse ends beyond an edge of a flank"
         )
-        yield Remark(NOTE, f"{text} ({limits}): less metal carries the load, at a greater pressure")
-    said = {
-        EllipseStatus.LINE_CONTACT: "the flanks touch along a line to rounding",
-        EllipseStatus.INTERFERENCE: "the flanks cut each other beside the contact",
+        yield Remark(NOTE, f"{text} ({limits}): a smaller area carries the load, the pressure is higher")
+    texts = {
+        EllipseStatus.LINE_CONTACT: "the flanks have line contact within rounding",
+        EllipseStatus.INTERFERENCE: "the flanks interfere next to the contact",
     }
-    for code, words in said.items():
-        if lost := np.count_nonzero(found.status == code):
-            yield Remark(WARNING, f"{lead} {lost} of {count} positions {words}: no ellipse, no pressure")
+    for code, words in texts.items():
+        if number := np.count_nonzero(found.status == code):
+            yield Remark(WARNING, f"{lead} {number} of {count} positions {words}: no ellipse, no pressure")

@@ -1,1 +1,1 @@
-"""One gear: rack, generated flank, fillet, the whole side of a tooth."""
+"""Geometry of one gear: rack, generated flank, fillet, undercut."""

@@ -1,15 +1,15 @@
-"""What the tip of the tool cuts: fillet and bottom land.
+"""Fillet and bottom land, which the tip of the tool cuts.
 
-The tool's tip is rounded. Round and flank meet with the same tangent, at a height that
-depends on the parabola; from there the section normal turns on to square while the round
-cuts the fillet, and the flat tip of the tool cuts the bottom land. Both are envelopes of the
-same sliding rack as the flank, so Eq. 6 holds for each with its own point and normal:
+The tip of the tool is rounded. Round and flank meet with a common tangent, at a height that depends
+on the parabola. From this joint the section normal rotates to 90 degrees while the round cuts the
+fillet; the flat tip of the tool cuts the bottom land. Both are envelopes of the same sliding rack as
+the flank, so that Eq. 6 holds with their points and normals:
 
     flank        section normal (sin(alpha - tau), sigma cos(alpha - tau))
-    fillet       c - rho n(theta), n = (sin(theta), sigma cos(theta)), from the flank's to pi/2
+    fillet       c - rho n(theta), n = (sin(theta), sigma cos(theta)), theta from the joint to pi/2
     bottom land  x_n = -dedendum, n = (1, 0): the root cone, dedendum / cos(gamma) below
 
-The paper says nothing of them; tool and dedendum are the usual basic rack.
+The paper does not treat them; tool and dedendum are those of the usual basic rack.
 """
 
 from __future__ import annotations
@@ -22,14 +22,16 @@ from numpy.typing import ArrayLike
 from ..arrays import FloatArray, flank_sign
 from ..design.model import Member, Tool
 from .flank import generated
-from .rack import rack_of, reference_radius, section_point
+from .rack import rack_of, reference_radius, section_frame, section_point
 
 
 @dataclass(frozen=True)
 class ToolRound:
-    """Rounded tip of the tool beside one flank, in its normal section: where it meets the flank
-    (parameter `joint`, mm, and `angle` of the section normal there, rad), its centre
-    (x_n, y_n) and radius, mm."""
+    """Rounded tip of the tool next to one flank, in its normal section.
+
+    `joint` (mm) is the flank parameter at which it meets the flank, `angle` (rad) the angle of the section
+    normal there; centre (x_n, y_n) and radius in mm.
+    """
 
     joint: float
     angle: float
@@ -38,15 +40,21 @@ class ToolRound:
 
 
 def tool_round(tool: Tool, flank: str) -> ToolRound:
-    """Give the tip round of a single tool at one flank.
+    """Return the tip round of a single tool at one flank.
 
-    Raises ValueError where the rounds of both flanks overlap, the flank ends above the round or
-    its profile folds before it meets the round."""
-    alpha, a, module = float(tool.normal_pressure_angle), float(tool.parabola), float(tool.normal_module)
+    Raises
+    ------
+    ValueError
+        If the rounds of both flanks overlap, if the flank ends above the round, or if its profile folds
+        above the round.
+    """
+    alpha, module = float(tool.normal_pressure_angle), float(tool.normal_module)
+    a, apex = float(tool.parabola_of(flank)), float(tool.parabola_apex) * np.cos(alpha)
     depth, radius = float(tool.dedendum) * module, float(tool.tip_radius) * module
     folds = f"parabola {a:g} 1/mm leaves no place for the tool's tip round: make it smaller"
-    if not 4.0 * abs(a) * (depth - radius) * np.sin(alpha) < np.cos(alpha) ** 2:
-        raise ValueError(folds)  # the joint stands less than a radius above the tip
+    if not 4.0 * abs(a) * (depth - radius + abs(apex)) * np.sin(alpha) < np.cos(alpha) ** 2:
+        raise ValueError(folds)  # the joint is less than a radius above the tip
+    depth += apex  # below the apex, from which l is measured
     l = (radius * (1.0 - np.sin(alpha)) - depth) / np.cos(alpha)
     for _ in range(30):
         tau = np.arctan(2.0 * a * l)
@@ -59,6 +67,7 @@ def tool_round(tool: Tool, flank: str) -> ToolRound:
             break
     else:
         raise ValueError(folds)
+    # Tangent condition of round and flank.
     angle = alpha - np.arctan(2.0 * a * l)
     if not 0.0 < angle < 0.5 * np.pi:
         raise ValueError(folds)
@@ -75,13 +84,11 @@ def tool_round(tool: Tool, flank: str) -> ToolRound:
 def _cut(
     member: Member, flank: str, section: tuple[FloatArray, ...], z: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Find what points (x_n, y_n) of the tool's normal section with unit normals (n_x, n_y) cut in the
-    planes `z`."""
+    """Return what points (x_n, y_n) of the normal section of the tool, with unit normals (n_x, n_y), cut in
+    the planes `z`.
+    """
     x, y, nx, ny = section
-    rack, alpha = rack_of(member, flank), float(member.tool.normal_pressure_angle)
-    along = np.cos(alpha) * rack.direction + np.sin(alpha) * rack.normal
-    across = rack.sigma * (np.cos(alpha) * rack.normal - np.sin(alpha) * rack.direction)
-    origin = rack.apex - rack.sigma * 0.25 * np.pi * member.tool.normal_module * across
+    rack, (origin, along, across) = rack_of(member, flank), section_frame(member)
     normal = _spanned(nx, along) + _spanned(ny, across)
     start = _spanned(np.ones_like(x), origin) + _spanned(x, along) + _spanned(y, across)
     u = (z - start[2]) / rack.trace[2]
@@ -89,13 +96,16 @@ def _cut(
 
 
 def _spanned(lengths: FloatArray, vector: FloatArray) -> FloatArray:
-    """Find components (3, ...) of a vector (3,) times each of the lengths (...)."""
+    """Return the components (3, ...) of a vector (3,) multiplied by each of the lengths (...)."""
     return np.multiply.outer(vector, lengths)
 
 
 def fillet_point(member: Member, flank: str, angle: ArrayLike, z: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Find points (mm) and unit normals (..., 3), own frame, of the fillet below a flank of a single
-    member, at section normal angles (rad, the joint's to pi/2) in the planes `z` (mm from mid-face)."""
+    """Return points (mm) and unit normals (..., 3) of the fillet below a flank of a single member, in the
+    gear frame.
+
+    `angle` is that of the section normal (rad, from the joint to pi/2); `z` are planes in mm from mid-face.
+    """
     angle, z = np.broadcast_arrays(np.asarray(angle, dtype=float), np.asarray(z, dtype=float))
     rounding, sigma = tool_round(member.tool, flank), flank_sign(flank)
     sin, cos = np.sin(angle), sigma * np.cos(angle)
@@ -106,8 +116,11 @@ def fillet_point(member: Member, flank: str, angle: ArrayLike, z: ArrayLike) -> 
 def bottom_point(
     member: Member, flank: str, across: ArrayLike, z: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Find points (mm) and unit normals (..., 3), own frame, of the bottom land beside a flank of a
-    single member; `across` is y_n of the tool, mm, in the planes `z` (mm from mid-face)."""
+    """Return points (mm) and unit normals (..., 3) of the bottom land next to a flank of a single member, in
+    the gear frame.
+
+    `across` is y_n of the tool, mm; `z` are planes in mm from mid-face.
+    """
     across, z = np.broadcast_arrays(np.asarray(across, dtype=float), np.asarray(z, dtype=float))
     depth = float(member.tool.dedendum * np.asarray(member.tool.normal_module))
     one = np.ones_like(across)
@@ -115,7 +128,7 @@ def bottom_point(
 
 
 def root_radius(member: Member, z: ArrayLike) -> FloatArray:
-    """Find the radius of the root cone in the plane `z` (mm from mid-face), mm."""
+    """Return the radius of the root cone in the plane `z` (mm from mid-face), mm."""
     height = member.profile_shift - member.tool.dedendum / np.cos(member.cone_angle)
     radius = reference_radius(member) + height * np.asarray(member.tool.normal_module)
     return np.asarray(radius + np.asarray(z) * np.tan(member.cone_angle))

@@ -1,44 +1,67 @@
 """The generated flank (Eq. 6), its normal and tangents, and the limits of its active part.
 
-While the rack slides by r_P phi the gear turns by phi; the rack point touches the gear when
-its normal meets the pitch line. In the fixed frame of generation that point is
+While the rack slides by r_P phi, the gear rotates by phi. A rack point touches the gear when its
+normal meets the pitch line. In the fixed frame of generation this point is
 
     Q = (r_P + x_c, (n_y / n_x) x_c, z_c),   phi = (y_c - (n_y / n_x) x_c) / r_P,
 
-and turning it by phi about z gives the point in the gear's own frame S_j. For a fixed `l`
-the normal is constant and Q runs along a straight line in `u`. Without parabola the flank
-is an involute helicoid whose base radius and base helix angle differ between the right and
-the left flank of a beveloid gear.
+and its rotation by phi about z gives the flank point in the gear frame S_j. For a fixed `l` the
+normal is constant and Q moves along a straight line in `u`. Without a parabola the flank is an
+involute helicoid. Its base radius and base helix angle differ between the right and the left
+flank of a beveloid gear.
 
-z is axial from mid-face, towards the heel (the thick end for a positive cone angle).
+z is the axial coordinate from mid-face; the tooth is larger at +z if the cone angle is positive.
 
-Limits. The paper gives none. Here: the tip cone runs `addendum` modules above the shifted
-pitch cone, measured radially; the active profile starts where the tool's tip round meets its
-flank, but not below the basic rack's working depth of `addendum` modules; toe and heel are
-planes half a face width from mid-face.
+Limits: the paper gives none. Here the tip cone is `addendum + tip_alteration` modules above the
+shifted pitch cone, measured radially. The active profile starts at the fillet, where the tip round
+of the tool meets its flank; on an undercut member it starts where flank and fillet intersect
+(`crossing`). Toe and heel are the planes half a face width from mid-face.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import FloatArray, Mask
+from ..arrays import FloatArray, Mask, flank_sign
 from ..design.model import Member
-from .rack import Rack, parameter_at_height, rack_normal, rack_of, rack_point, rack_tangent, reference_radius
+from ..support.frozen_arrays import kept
+from .modification import FlankExtent, FlankModification, flank_modification, turned_normal
+from .rack import (
+    Rack,
+    parameter_at_height,
+    rack_at,
+    rack_normal,
+    rack_of,
+    rack_point,
+    rack_tangent,
+    reference_radius,
+    turn_rate,
+)
 
-ROUND_SNAP = 1e-4
-"""Modules. The customary tip radius 0.38 is the rounded value of 0.37995, so that the round
-meets the flank 0.00003 modules above the working depth; closer than this it counts as there."""
+ROUND_SNAP_MODULES = 1e-4
+"""Modules. The usual tip radius 0.38 is the rounded value of 0.37995, so that the round meets
+the flank 0.00003 modules above the depth of one addendum. If the distance is below ROUND_SNAP_MODULES,
+the active profile starts at the depth of one addendum.
+"""
+
+
+BELOW_JOINT_MODULES, FOLD_SAMPLES = 0.02, 25
+"""Modules below the start of the active profile, and number of samples along a parabolic profile, in the
+check for folds.
+"""
 
 
 @dataclass(frozen=True, eq=False)
 class BaseCylinder:
-    """Base radius (mm) and base helix angle (rad, the sign of the normal's z component) of
-    one unmodified flank; `radius cos(helix_angle)` is `m_n N cos(alpha) / 2` for all flanks."""
+    """Base radius (mm) and base helix angle (rad) of one unmodified flank.
+
+    The helix angle has the sign of the z component of the normal. `radius cos(helix_angle)` equals
+    `m_n N cos(alpha) / 2` on all flanks.
+    """
 
     radius: FloatArray
     helix_angle: FloatArray
@@ -46,11 +69,12 @@ class BaseCylinder:
 
 @dataclass(frozen=True, eq=False)
 class FlankPatch:
-    """Points, unit normals and tangents of a flank in its own frame, each (..., 3), mm.
+    """Points, unit normals and tangents of a flank in its gear frame, each (..., 3), mm.
 
-    `normal` leaves the tooth. `tangent_l` and `tangent_u` are derivatives by the flank
-    parameters. `regularity` is positive on a sound flank, vanishes on an edge of undercut
-    and changes sign beyond it."""
+    `normal` points out of the tooth. `tangent_l` and `tangent_u` are the derivatives by the flank
+    parameters. `regularity` is positive on a sound flank, vanishes on the edge of regression and is negative
+    on the part that folds back. It is not affected by a modification.
+    """
 
     point: FloatArray
     normal: FloatArray
@@ -60,7 +84,7 @@ class FlankPatch:
 
 
 def base_cylinder(member: Member, flank: str) -> BaseCylinder:
-    """Find the base radius and base helix angle of the flank cut without parabola."""
+    """Return the base radius and base helix angle of the flank without its parabola."""
     rack = rack_of(member, flank)
     nx, ny, nz = rack.normal
     radius = rack.pitch_radius * np.abs(ny) / np.hypot(nx, ny)
@@ -72,28 +96,42 @@ def _turn(cos: FloatArray, sin: FloatArray, x: FloatArray, y: FloatArray, z: Flo
 
 
 def turned(phi: FloatArray | float, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
-    """Turn vectors given by their components about z by `phi` (rad): (..., 3)."""
+    """Return vectors (..., 3), given by their components, rotated about z by `phi` (rad)."""
     return _turn(np.cos(phi), np.sin(phi), x, y, z)
 
 
 def trace_parameter(member: Member, flank: str, l: ArrayLike, z: ArrayLike) -> FloatArray:
-    """Find `u` (mm) of the flank point with parameter `l` in the plane `z` (mm from mid-face)."""
+    """Return `u` (mm) of the flank point with parameter `l` in the plane `z` (mm from mid-face)."""
     rack = rack_of(member, flank)
     z0 = rack_point(rack, np.asarray(l, dtype=float))[2]
     return np.asarray((z - z0) / rack.trace[2])
 
 
 def flank_point(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> FloatArray:
-    """Find points (..., 3) of a flank in its own frame S_j, mm (Eq. 6)."""
-    rack = rack_of(member, flank)
-    x, y, z, phi = _generated(rack, np.asarray(l, dtype=float), np.asarray(u, dtype=float))
-    return turned(phi, x, y, z)
+    """Return points of a flank (Eq. 6).
+
+    Parameters
+    ----------
+    member : Member
+    flank : {'right', 'left'}
+    l, u : array_like
+        Flank parameters, mm.
+
+    Returns
+    -------
+    ndarray, shape (..., 3)
+        Points in the gear frame S_j, mm.
+    """
+    rack, modification = rack_of(member, flank), modification_of(member, flank)
+    l = np.asarray(l, dtype=float)
+    x, y, z, phi = _generated(rack, l, np.asarray(u, dtype=float))
+    return turned(phi if modification is None else phi + modification.turn(l, z), x, y, z)
 
 
 def _generated(
     rack: Rack, l: FloatArray, u: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Find Q and the generating roll angle phi of Eq. 6."""
+    """Return Q and the generating roll angle phi of Eq. 6."""
     x0, y0, z0 = rack_point(rack, l)
     tx, ty, tz = rack.trace
     return _envelope(rack, (x0 + u * tx, y0 + u * ty, z0 + u * tz), rack_normal(rack, l))
@@ -102,7 +140,7 @@ def _generated(
 def _envelope(
     rack: Rack, point: Sequence[FloatArray] | FloatArray, normal: Sequence[FloatArray] | FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Find Q and phi of Eq. 6 for points of the sliding rack with their unit normals, by components."""
+    """Return Q and phi of Eq. 6 for points of the sliding rack with their unit normals, by components."""
     x_c, y_c, z_c = point
     along = normal[1] / normal[0] * x_c
     phi = (y_c - along) / rack.pitch_radius  # Eq. (6), last line
@@ -112,40 +150,130 @@ def _envelope(
 def generated(
     rack: Rack, point: Sequence[FloatArray] | FloatArray, normal: Sequence[FloatArray] | FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Find points (mm) and unit normals (..., 3), own frame, which the `rack` cuts (Eq. 6) with any of
-    its surface points; these and their unit normals by components in S_c, as `rack_point` has them."""
+    """Return the points (mm) and unit normals (..., 3), in the gear frame, that `rack` generates (Eq. 6) with
+    the given points of its surface and their unit normals, by components in S_c as in `rack_point`.
+    """
     x, y, z, phi = _envelope(rack, point, normal)
     cos, sin = np.cos(phi), np.sin(phi)
     return _turn(cos, sin, x, y, z), _turn(cos, sin, *normal)
 
 
 def flank_patch(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> FlankPatch:
-    """Find points, unit normals and tangents (..., 3) of a flank in its own frame S_j.
+    """Return points, unit normals and tangents of a flank.
 
-    The tangents are analytic: with Q(l, u) and phi(l, u) of Eq. 6, a derivative of the turned
-    point is the turned (Q' + phi' k x Q)."""
+    The tangents are analytic: with Q(l, u) and phi(l, u) of Eq. 6, the derivative of the rotated
+    point is the rotated vector Q' + phi' k x Q.
+
+    Parameters
+    ----------
+    member : Member
+    flank : {'right', 'left'}
+    l, u : array_like
+        Flank parameters, mm.
+
+    Returns
+    -------
+    FlankPatch
+        Arrays (..., 3) in the gear frame S_j, mm.
+    """
     rack = rack_of(member, flank)
     l, u = np.broadcast_arrays(np.asarray(l, dtype=float), np.asarray(u, dtype=float))
-    x, y, z, phi = _generated(rack, l, u)
-    nx, ny, nz = rack_normal(rack, l)
-    tx, ty, tz = rack.trace
-    dx, dy, dz = rack_tangent(rack, l)
-    slope, slope_l = _pitch_slope(rack, l, (nx, ny, nz), (dx, dy, dz))
-    x_c = x - rack.pitch_radius
-    along_l, along_u = slope_l * x_c + slope * dx, slope * tx
-    phi_l = (dy - along_l) / rack.pitch_radius
-    phi_u = (ty - along_u) / rack.pitch_radius
+    (nx, ny, nz), (x, y, z, phi), by_l, by_u = _with_rates(rack, l, u)
+    patch = _patch(rack, phi, (x, y, z), (nx, ny, nz), by_l, by_u)
+    if (modification := modification_of(member, flank)) is None:
+        return patch
+    (dx, along_l, dz, phi_l), (tx, along_u, tz, phi_u) = by_l, by_u
+    turn, turn_l, turn_z = modification.rows(l, z)[:3]
+    phi, phi_l, phi_u = phi + turn, phi_l + turn_l + turn_z * dz, phi_u + turn_z * tz
+    # Tangents by l at constant z, and by z.
+    second = (tx - phi_u * y) / tz, (along_u + phi_u * x) / tz
+    first = dx - phi_l * y - dz * second[0], along_l + phi_l * x - dz * second[1]
+    normal = turned_normal((nx, ny, nz), first, second)
+    made = _patch(rack, phi, (x, y, z), normal, (dx, along_l, dz, phi_l), (tx, along_u, tz, phi_u))
+    return replace(made, regularity=patch.regularity)
+
+
+def _patch(
+    rack: Rack,
+    phi: FloatArray,
+    point: Sequence[FloatArray],
+    normal: Sequence[FloatArray],
+    by_l: Sequence[FloatArray],
+    by_u: Sequence[FloatArray],
+) -> FlankPatch:
+    """Return points, normals and tangents, given by components before the rotation by `phi`; the last
+    component of the derivatives is that of phi."""
+    (x, y, z), (dx, dy, dz, phi_l), (tx, ty, tz, phi_u) = point, by_l, by_u
     cos, sin = np.cos(phi), np.sin(phi)
-    normal = _turn(cos, sin, nx, ny, nz)
-    tangent_l = _turn(cos, sin, dx - phi_l * y, along_l + phi_l * x, dz)
-    tangent_u = _turn(cos, sin, tx - phi_u * y, along_u + phi_u * x, tz)
+    tangent_l = _turn(cos, sin, dx - phi_l * y, dy + phi_l * x, dz)
+    tangent_u = _turn(cos, sin, tx - phi_u * y, ty + phi_u * x, tz)
+    turned_normal = _turn(cos, sin, *normal)
     return FlankPatch(
         point=_turn(cos, sin, x, y, z),
-        normal=normal,
+        normal=turned_normal,
         tangent_l=tangent_l,
         tangent_u=tangent_u,
-        regularity=rack.sigma * np.einsum("...i,...i", normal, np.cross(tangent_u, tangent_l)),
+        regularity=rack.sigma * np.einsum("...i,...i", turned_normal, np.cross(tangent_u, tangent_l)),
     )
+
+
+def normal_rates(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Return derivatives (..., 3), 1/mm, of the unit normal of a flank by its parameters l and u (mm), in the
+    gear frame. They are analytic, as the tangents of `flank_patch`.
+
+    A `Modification` is not included: of such flanks these are approximate derivatives, for Newton steps.
+    """
+    rack = rack_of(member, flank)
+    l, u = np.broadcast_arrays(np.asarray(l, dtype=float), np.asarray(u, dtype=float))
+    (nx, ny, _), (*_, phi), (*_, phi_l), (*_, phi_u) = _with_rates(rack, l, u)
+    bent_x, bent_y, bent_z = turn_rate(rack, l) * rack_tangent(rack, l)
+    by_l = turned(phi, bent_x - phi_l * ny, bent_y + phi_l * nx, bent_z)
+    return by_l, turned(phi, -phi_u * ny, phi_u * nx, 0.0 * phi)
+
+
+def _with_rates(
+    rack: Rack, l: FloatArray, u: FloatArray
+) -> tuple[tuple[FloatArray, ...], tuple[FloatArray, ...], tuple[FloatArray, ...], tuple[FloatArray, ...]]:
+    """Return the unit normal, Q and phi of Eq. 6, and the derivatives of Q and phi by l and by u."""
+    normal, (x0, y0, z0), tangent = rack_at(rack, l)
+    (tx, ty, tz), (dx, dy, dz) = rack.trace, tangent
+    x, y, z, phi = _envelope(rack, (x0 + u * tx, y0 + u * ty, z0 + u * tz), normal)
+    # Q_y = (n_y / n_x) x_c, and phi is the rest of y_c over the pitch radius.
+    slope, slope_l = _pitch_slope(rack, l, normal, tangent)
+    y_l, y_u = slope_l * (x - rack.pitch_radius) + slope * dx, slope * tx
+    by_l = dx, y_l, dz, (dy - y_l) / rack.pitch_radius
+    return tuple(normal), (x, y, z, phi), by_l, (tx, y_u, tz, (ty - y_u) / rack.pitch_radius)
+
+
+def modification_of(member: Member, flank: str) -> FlankModification | None:
+    """Return the modification of a flank, None for a flank without one.
+
+    Undercut does not move the beginning of the flank from which the coordinate lam is counted.
+    """
+    if member.modification(flank) is None:
+        return None
+    return (_modification if is_batch(member) else _kept_modification)(member, flank)
+
+
+def _modification(member: Member, flank: str) -> FlankModification:
+    given = member.modification(flank)
+    assert given is not None
+    extent = FlankExtent(
+        start=root_parameter(member, flank),
+        tip=tip_parameter(member, flank, 0.0),
+        half=0.5 * member.face_width,
+        base_radius=base_cylinder(member, flank).radius,
+        sigma=flank_sign(flank),
+    )
+    return flank_modification(given, extent)
+
+
+_kept_modification = kept(64)(_modification)
+
+
+def is_batch(member: Member) -> bool:
+    """Return whether any quantity of a member, its tool or its modifications is an array."""
+    return any(np.ndim(value) for value in member.quantities())
 
 
 def _pitch_slope(
@@ -154,76 +282,87 @@ def _pitch_slope(
     normal: Sequence[FloatArray] | FloatArray,
     tangent: Sequence[FloatArray] | FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """n_y / n_x of the rack at `l` and its derivative by `l`."""
-    # The normal turns back along the tangent d: n' = -2 a d / |d|^3, and |d|^2 = 1 + 4 a^2 l^2.
-    turn = -2.0 * rack.parabola / (1.0 + (2.0 * rack.parabola * l) ** 2) ** 1.5
+    """Return n_y / n_x of the rack at `l` and its derivative by `l`."""
     slope = normal[1] / normal[0]
-    return slope, turn * (tangent[1] - slope * tangent[0]) / normal[0]
+    return slope, turn_rate(rack, l) * (tangent[1] - slope * tangent[0]) / normal[0]
 
 
 def tip_radius(member: Member, z: ArrayLike) -> FloatArray:
-    """Find the radius of the tip cone in the plane `z` (mm from mid-face), mm."""
+    """Return the radius of the tip cone in the plane `z` (mm from mid-face), mm."""
     tool = member.tool
-    height = (member.profile_shift + tool.addendum) * tool.normal_module
+    height = (member.profile_shift + member.tip_height) * tool.normal_module
     return np.asarray(reference_radius(member) + height + np.asarray(z) * np.tan(member.cone_angle))
 
 
-def root_parameter(member: Member) -> FloatArray:
-    """Find the flank parameter `l` (mm, negative) at which the active profile starts; NaN where the tool
-    cannot cut the active flank (see `active_range`)."""
-    return active_range(member)[0]
+def root_parameter(member: Member, flank: str) -> FloatArray:
+    """Return the flank parameter `l` (mm) at which the active profile of a flank starts.
+
+    NaN if the tool cannot cut the active flank (see `active_range`).
+    """
+    return active_range(member, flank)[0]
 
 
-def highest_parameter(member: Member) -> FloatArray:
-    """Find the bound of `l` (mm) on the whole active flank: nowhere on the tip cone does a point stand
-    higher in the tilted rack than cos(gamma) addenda. NaN as in `root_parameter`."""
-    return active_range(member)[1]
+def highest_parameter(member: Member, flank: str) -> FloatArray:
+    """Return an upper bound of `l` (mm) on an active flank.
+
+    In the tilted rack, no point of the tip cone is higher than cos(gamma) times its height. NaN as in
+    `root_parameter`.
+    """
+    return active_range(member, flank)[1]
 
 
-def active_range(member: Member) -> tuple[FloatArray, FloatArray]:
-    """Find the lowest and highest flank parameter `l` (mm) of the active flanks.
+def active_range(member: Member, flank: str) -> tuple[FloatArray, FloatArray]:
+    """Return the lowest and highest flank parameter `l` (mm) of an active flank ('right' or 'left').
 
-    NaN, both, where the tool cannot cut all of the flank between: where the profile of the rack
-    folds, or its generating normal has no radial component out of the tooth on one of the flanks.
-    Eq. 6 gives a surface beyond such a place too, but none that the tool leaves."""
+    Both are NaN if the tool cannot cut the flank between them: if the profile of the rack folds, or if the
+    generating normal of this flank or of its mirror image has no radial component out of the tooth. Eq. 6
+    gives a surface beyond such a place, but the tool does not produce it.
+    """
     tool = member.tool
     joint = tool.dedendum - tool.tip_radius * (1.0 - np.sin(tool.normal_pressure_angle))
-    start = np.where(joint > tool.addendum - ROUND_SNAP, tool.addendum, joint)
+    start = np.where(np.abs(joint - tool.addendum) < ROUND_SNAP_MODULES, tool.addendum, joint)
     with np.errstate(invalid="ignore", over="ignore"):
-        low = parameter_at_height(tool, -start * tool.normal_module)
-        high = parameter_at_height(tool, tool.addendum * tool.normal_module * np.cos(member.cone_angle))
-        cut = _leans_outwards(member, low) & _leans_outwards(member, high)  # linear in l between
+        low = parameter_at_height(tool, flank, -start * tool.normal_module)
+        tip = member.tip_height * tool.normal_module * np.cos(member.cone_angle)
+        high = parameter_at_height(tool, flank, tip)
+        # The condition is linear in l, so that both ends decide.
+        cut = _leans_outwards(member, flank, low) & _leans_outwards(member, flank, high)
     return np.where(cut, low, np.nan), np.where(cut, high, np.nan)
 
 
-def _leans_outwards(member: Member, l: FloatArray) -> Mask:
-    """Tell whether the rack's normals on both flanks lean out of the tooth at `l`, before the fold:
-    tan(alpha - tau) > sin|beta| tan|gamma| with tan(tau) = 2 a l."""
-    tool, bend = member.tool, 2.0 * member.tool.parabola * l
+def _leans_outwards(member: Member, flank: str, l: FloatArray) -> Mask:
+    """Return whether the normals of the rack lean out of the tooth at `l` of a flank and of its mirror image,
+    before the fold.
+
+    The condition is tan(alpha - tau) > sin|beta| tan|gamma| with tan(tau) = 2 a l.
+    """
+    tool, bend = member.tool, 2.0 * member.tool.parabola_of(flank) * l
     sin, cos = np.sin(tool.normal_pressure_angle), np.cos(tool.normal_pressure_angle)
     across = np.abs(np.sin(member.helix_angle) * np.tan(member.cone_angle))
     return np.asarray(sin - bend * cos > (cos + bend * sin) * across)
 
 
 def tip_parameter(member: Member, flank: str, z: ArrayLike) -> FloatArray:
-    """Find the flank parameter `l` (mm) at which the flank reaches the tip cone in the plane `z`.
+    """Return the flank parameter `l` (mm) at which the flank reaches the tip cone in the plane `z`.
 
-    Newton from above with the exact slope of the radius along the line of constant z, kept
-    between the start of the active profile and its highest point by halving; NaN where the flank
-    does not get there. It is the only such point unless the flank is undercut."""
+    Newton's method from above, with the exact slope of the radius along the line of constant z, is kept
+    by bisection between the start of the active profile and its highest point. NaN if the flank does not
+    reach the tip cone. The solution is unique unless the flank is undercut.
+    """
     z = np.asarray(z, dtype=float)
     rack, target = rack_of(member, flank), tip_radius(member, z)
     lean = rack.trace[0] / rack.trace[2]
-    low, high = root_parameter(member) + 0.0 * z, highest_parameter(member) + 0.0 * z
+    low, high = (end + 0.0 * z for end in active_range(member, flank))
     l = high
     with np.errstate(invalid="ignore", divide="ignore"):
         for _ in range(60):
-            # Of Eq. 6 the radius takes only x and y of Q; the roll angle has no part in it.
+            # In Eq. 6 the radius depends on x and y of Q only, not on the roll angle.
             (x0, _, z0), tangent = rack_point(rack, l), rack_tangent(rack, l)
             slope, slope_l = _pitch_slope(rack, l, rack_normal(rack, l), tangent)
             x_c, x_l = x0 + (z - z0) * lean, tangent[0] - tangent[2] * lean
             x, y = rack.pitch_radius + x_c, slope * x_c
             radius = np.hypot(x, y)
+            # Newton step of the radius; bisect if it leaves the bracket.
             missing = target - radius
             low, high = np.where(missing > 0.0, l, low), np.where(missing > 0.0, high, l)
             moved = l + missing * radius / (x * x_l + y * (slope_l * x_c + slope * x_l))
@@ -234,47 +373,85 @@ def tip_parameter(member: Member, flank: str, z: ArrayLike) -> FloatArray:
     return np.where((step <= 1e-9 * target) & (np.abs(missing) <= 1e-9 * target), l, np.nan)
 
 
-def place_at(
-    member: Member, flank: str, depth: ArrayLike, face: ArrayLike
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Find l, z and u (mm) at shares of the active depth from the root and of the face from the toe, which
-    broadcast, of a single member. Raises ValueError where the flank does not reach its tip cone."""
-    root, z = root_parameter(member), float(member.face_width) * (np.asarray(face, dtype=float) - 0.5)
-    tip = tip_parameter(member, flank, z)
-    if not np.isfinite(tip).all():
-        raise ValueError(f"the {flank} flank does not reach its tip cone: reduce the addendum or the shift")
-    l = root + np.asarray(depth, dtype=float) * (tip - root)
-    z = np.broadcast_to(z, l.shape)
-    return l, z, trace_parameter(member, flank, l, z)
-
-
 def half_thickness_angle(member: Member, flank: str, l: ArrayLike, z: ArrayLike) -> FloatArray:
-    """Find the angle (rad) from the tooth's own middle to the flank point (l, z), measured around the
-    axis away from the metal: positive while there is tooth between the two flanks.
+    """Return the angle (rad) from the middle of the tooth to the flank point (l, z).
 
-    The middle is where the rack's section at mid-face has y_n = 0; with a helix it turns
-    along the face, equally for both flanks, so only the sum of both flanks' angles at equal
-    radius and z is a tooth thickness."""
+    It is measured around the axis away from the material and is positive where the tooth has thickness
+    between its flanks. The middle is the point of the rack section at mid-face with y_n = 0. With a helix
+    angle it rotates along the face, equally for both flanks, so that only the sum of the angles of both
+    flanks at equal radius and z is a tooth thickness.
+    """
     rack, u = rack_of(member, flank), trace_parameter(member, flank, l, z)
     x, y, _, phi = _generated(rack, np.asarray(l, dtype=float), u)
-    return np.asarray(rack.sigma * (phi + np.arctan2(y, x)))  # whole turns of a long helix kept
+    if (modification := modification_of(member, flank)) is not None:
+        phi = phi + modification.turn(np.asarray(l, dtype=float), np.asarray(z, dtype=float))
+    return np.asarray(rack.sigma * (phi + np.arctan2(y, x)))  # a long helix keeps its full turns
 
 
 def tip_thickness(member: Member, z: ArrayLike) -> FloatArray:
-    """Find the transverse thickness (mm, along the circle) of the tooth at the tip cone in the plane
-    `z`; negative where the tooth is pointed below its tip cone."""
+    """Return the transverse thickness (mm, along the circle) of the tooth at the tip cone in the plane `z`.
+
+    It is negative where the tooth is pointed below its tip cone.
+    """
     angle = sum(
         half_thickness_angle(member, flank, tip_parameter(member, flank, z), z) for flank in ("right", "left")
     )
     return np.asarray(angle * tip_radius(member, z))
 
 
+def may_fold(member: Member, rack: Rack, low: FloatArray, high: FloatArray) -> Mask:
+    """Return whether flanks may fold back at toe or heel. If False, they are sound.
+
+    For each l the regularity is linear in z, so that toe and heel suffice. Samples begin slightly below the
+    start of the active profile, because a parabola moves the joint with the fillet.
+
+    Parameters
+    ----------
+    member : Member
+        A single member, or members stacked as in `stacked`.
+    rack : Rack
+        The rack of the flanks.
+    low, high : ndarray
+        Ends of the active profile, mm of l (`active_range`).
+
+    Returns
+    -------
+    ndarray of bool
+        Shape of the member without its last axis.
+    """
+    low = low - BELOW_JOINT_MODULES * np.asarray(member.tool.normal_module)
+    z = np.multiply.outer((-0.5, 0.5), member.face_width * np.ones(1))
+    if not np.any(rack.parabola):  # the regularity rises with l, so that the joint decides
+        return np.asarray(~(_radial_slope(rack, low, z) > 0.0).all(axis=(0, -1)))
+    # The slope is smooth in l. It has no zero if it exceeds its second differences at five points.
+    slope = _radial_slope(rack, low + (high - low) * np.linspace(0.0, 1.0, 5), z)
+    bend = np.abs(np.diff(slope, 2, axis=-1)).max(axis=-1, keepdims=True)
+    folds = np.asarray(~(slope > bend).all(axis=(0, -1)))
+    if folds.any():
+        at = (slice(None), np.flatnonzero(folds.any(axis=0))) if folds.ndim else ()
+        l = low[at] + (high - low)[at] * np.linspace(0.0, 1.0, FOLD_SAMPLES)
+        folds[at] = ~(_radial_slope(rack.pick(at), l, z[(slice(None), *at)]) > 0.0).all(axis=(0, -1))
+    return folds
+
+
+def _radial_slope(rack: Rack, l: FloatArray, z: FloatArray) -> FloatArray:
+    """Return half of d(r^2)/dl at flank parameters `l` in the planes `z`, both mm; its sign is that of the
+    regularity of the flank."""
+    normal, (x0, _, z0), tangent = rack_at(rack, l)
+    lean = rack.trace[0] / rack.trace[2]
+    slope, slope_l = _pitch_slope(rack, l, normal, tangent)
+    x_c, x_l = x0 + (z - z0) * lean, tangent[0] - tangent[2] * lean
+    return np.asarray((rack.pitch_radius + x_c) * x_l + slope * x_c * (slope_l * x_c + slope * x_l))
+
+
 def undercut_margin(member: Member, flank: str, points: int = 9) -> FloatArray:
-    """Find the least regularity of the active flank, relative to its largest: not positive where the
-    active flank is undercut. Taken over the rim of the active flank, where it is least for
-    flanks that are sound inside."""
+    """Return the least regularity on the rim of the active flank, relative to its largest value.
+
+    It is not positive if the active flank is undercut. On flanks that are sound inside, the regularity is
+    least on the rim.
+    """
     half = 0.5 * np.asarray(member.face_width, dtype=float)
-    half, low, _ = np.broadcast_arrays(half, root_parameter(member), tip_radius(member, 0.0))
+    half, low, _ = np.broadcast_arrays(half, root_parameter(member, flank), tip_radius(member, 0.0))
     z = np.multiply.outer(np.linspace(-1.0, 1.0, points), half)
     high = tip_parameter(member, flank, z)
     l = np.stack((low + 0.0 * z, 0.5 * (low + high), high))

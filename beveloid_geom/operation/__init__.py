@@ -1,1 +1,1 @@
-"""What touches first: all teeth, edges and fillets included."""
+"""Operation: first contact of all teeth, edges and fillets, and results that follow from it."""

@@ -1,19 +1,18 @@
-"""Backlash of a pair as mounted and modified: the play of the gear while the pinion is held.
+"""Backlash of the mounted pair: play of the gear while the pinion is held.
 
-At a roll of the pinion the first contacts of the right flanks stop the gear in one sense, those of
-the left flanks in the other (`first_contact`, all teeth, edges and fillets included). The gear's roll
-plus N1/N2 times the pinion's, theta, at either stop gives the play along the normal,
+At a pinion roll, the first contact of the right flanks limits the gear in one sense, and the first contact of
+the left flanks limits it in the other (`first_contact`: all teeth, edges and fillets). With theta = gear roll
+plus N1/N2 pinion roll at either limit, the play along the normal is
 
-    j = (theta_R - theta_L) m_n N2 cos(alpha) / 2,
+    j = (theta_R - theta_L) m_n N2 cos(alpha) / 2.
 
-which for the unmodified pair without errors is the backlash of the layout (`mounting`). From there it
-is followed as errors and parabolas move both stops, so that no pitch can be lost on the way. The least
-j over a mesh cycle is the backlash: where it is negative the teeth of a gear in mesh would overlap at
-that roll, and the pair cannot be put together.
+For the unmodified pair without errors, j is the backlash of the layout (`pair.mounting`). Errors and
+parabolas move both limits from there, so that j is unique even if it exceeds half a pitch. The minimum of j
+over a mesh cycle is the backlash. If it is negative, teeth of a gear in mesh would overlap at that roll, and
+the pair cannot be assembled.
 
-Of several tooth pairs on a side the first to touch counts, so that j has kinks as ridges only: its
-least value is at a smooth minimum, which is refined from samples.
-"""
+On each side, the first of several tooth pairs to touch counts. The kinks of j are therefore maxima, and the
+minimum is smooth; it is refined from samples."""
 
 from __future__ import annotations
 
@@ -22,40 +21,45 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Codes, FloatArray, Mask
+from ..design.arguments import require_design
 from ..design.model import Design
 from ..pair.frames import layout_of
-from ..pair.mounting import half_pitch, mounting_of
+from ..pair.mounting import half_pitch
 from ..status import FirstStatus
-from ..support.read_only import kept, restored
-from .first_contact import (
-    FirstContact,
-    contact_normals,
-    first_contact,
-    middle_roll,
-    moved_by_gear,
-)
+from ..support.frozen_arrays import kept, restored
+from .contact_normals import contact_normals, moved_by_gear, touches_undercut_edge, with_tangencies
+from .engagement import conjugate_phase, middle_roll
+from .first_contact import FirstContact, first_contact
 
-SAMPLES, KEPT = 32, 2
-"""Rolls of a mesh cycle at which the play is found, and how many of its minima are refined."""
-PASSES, FINER = 3, 4
-"""Passes of the refinement, each of which makes the steps so much finer."""
-EVEN = 1e-11
-"""Modules of play between rolls that are rounding: flatter minima are not refined."""
-JAMMED = 2e-5
-"""Modules of overlap that are none: of a layout without backlash offset and shaft angle, rounded to four
-digits of mm and deg, may make them."""
+SAMPLES = 32
+"""Rolls of a mesh cycle at which the play is computed; two of the minima among them are refined."""
+FINER = 4
+"""Factor by which the step is divided in each of three refinements."""
+JAM_MODULES = 2e-5
+"""Overlap, modules, up to which a pair is not reported as jammed: layouts without backlash whose offset and
+shaft angle are rounded to four digits of mm and deg can have this overlap."""
 FLANKS = ("right", "left")
 
 
 @dataclass(frozen=True, eq=False)
 class Backlash:
-    """Least normal backlash over a mesh cycle, of the batch shape.
+    """Minimum normal backlash over a mesh cycle, of the batch shape.
 
-    `normal` (mm): negative where the pair cannot be put together; `pinion_roll` (rad) where it is so
-    small; `right` and `left`: the first contacts there, with a last axis of one position. NaN unless
-    `status`, codes of `FirstStatus`, is SOLVED: the first that is not among all rolls looked at.
-    `jammed`: whether the pair cannot be put together, by negative play at some roll, known at all of
-    them or not, or because a tip reaches the other member's bottom land."""
+    Attributes
+    ----------
+    normal : ndarray
+        mm along the normal; negative if the pair cannot be assembled.
+    pinion_roll : ndarray
+        Roll of the minimum, rad.
+    right, left : FirstContact
+        First contacts at this roll, with a last axis of one position.
+    status : ndarray of int
+        Codes of `FirstStatus`: the first that is not SOLVED among all sampled rolls. Then the numbers are
+        NaN.
+    jammed : ndarray of bool
+        Whether the pair cannot be assembled, because of negative play at some roll, even if other rolls are
+        not known, or because a tip reaches the bottom land of the mate.
+    """
 
     normal: FloatArray
     pinion_roll: FloatArray
@@ -68,22 +72,51 @@ class Backlash:
 
 
 def lever_of(design: Design) -> FloatArray:
-    """Give the mm along the normal for a rad of the gear's roll, m_n N2 cos(alpha) / 2."""
+    """Return the play along the normal per rad of gear roll, m_n N2 cos(alpha) / 2.
+
+    Parameters
+    ----------
+    design : Design
+
+    Returns
+    -------
+    ndarray
+        mm.
+    """
     tool = design.gear.tool
     return np.asarray(0.5 * tool.normal_module * np.cos(tool.normal_pressure_angle) * design.gear.teeth)
 
 
 def play_at(design: Design, pinion_roll: FloatArray) -> tuple[FloatArray, Codes]:
-    """Give the play (mm along the normal) at pinion rolls (positions) or (*batch, positions), rad, and codes
-    of `FirstStatus`: that of the right flanks unless it is SOLVED, else that of the left ones.
+    """Compute the play at given pinion rolls.
 
-    Members must be single; pair and errors may be arrays. Raises ValueError as `first_contact`."""
+    Parameters
+    ----------
+    design : Design
+        The members must be single; pair and errors may be arrays.
+    pinion_roll : ndarray, shape (positions) or (..., positions)
+        rad.
+
+    Returns
+    -------
+    play : ndarray, shape (..., positions)
+        mm along the normal.
+    status : ndarray of int, shape (..., positions)
+        Codes of `FirstStatus`: of the right flanks unless SOLVED, otherwise of the left flanks.
+
+    Raises
+    ------
+    ValueError
+        As `first_contact`.
+    """
     right, left = (first_contact(design, flank, pinion_roll) for flank in FLANKS)
-    own = mounting_of(design).normal_backlash[..., None]
-    play = own + lever_of(design) * (right.transmission_error - left.transmission_error)
+    pitch = 2.0 * np.pi / float(design.gear.teeth)
+    phases = [conjugate_phase(design, flank) for flank in FLANKS]
+    layout_play = half_pitch(phases[0] - phases[1], pitch)[..., None]
+    # On either side, a gear that is ahead in the sense of driving reduces the play.
+    play = lever_of(design) * (layout_play - right.transmission_error - left.transmission_error)
     lost = np.isnan(play)
-    if lost.any():  # without a layout or conjugate flanks to count from: the play nearest to none
-        pitch = 2.0 * np.pi / float(design.gear.teeth)
+    if lost.any():  # no layout or no conjugate flanks: the play within half a pitch
         turn = half_pitch(right.gear_roll - left.gear_roll, pitch)
         play = np.where(lost, lever_of(design) * turn, play)
     status = np.where(right.status != FirstStatus.SOLVED, right.status, left.status)
@@ -91,17 +124,17 @@ def play_at(design: Design, pinion_roll: FloatArray) -> tuple[FloatArray, Codes]
 
 
 def mounted_backlash(design: Design) -> Backlash:
-    """Find the least normal backlash over a mesh cycle, with the design's errors and parabolas.
+    """Compute the minimum normal backlash over a mesh cycle, with errors and parabolas.
 
     Parameters
     ----------
     design : Design
-        Members must be single; pair and errors may be arrays.
+        The members must be single; pair and errors may be arrays.
 
     Returns
     -------
     Backlash
-        mm; negative where the pair cannot be put together. The answer for a design of plain numbers is kept.
+        Results of single designs are cached.
 
     Raises
     ------
@@ -110,9 +143,18 @@ def mounted_backlash(design: Design) -> Backlash:
 
     Notes
     -----
-    SAMPLES first contacts a flank and case, and 54 more where the play changes over the cycle; its least
-    value is right to 1e-6 modules.
+    Computes SAMPLES first contacts for each flank and case, and 54 more if the play varies. The minimum is
+    accurate to 1e-6 modules where it is smooth at the sampled rolls. Minima at edges that are narrower than
+    the samples are up to 1e-4 mm too large: 8 of 211 random pairs differ by more than 3e-7 mm from the
+    difference of two mesh cycles.
+
+    Examples
+    --------
+    >>> import beveloid_geom as bg
+    >>> print(f"{bg.mounted_backlash(bg.builtin_design('ni-2017')).normal:.4f} mm")
+    0.0416 mm
     """
+    require_design(design)
     return _backlash(design) if design.batch_shape else _kept_backlash(design)
 
 
@@ -123,32 +165,33 @@ def _kept_backlash(design: Design) -> Backlash:
 
 def _backlash(design: Design) -> Backlash:
     shape, pitch = design.batch_shape, 2.0 * np.pi / int(design.pinion.teeth)
-    even = EVEN * float(design.pinion.tool.normal_module)
+    rounding = 1e-11 * float(design.pinion.tool.normal_module)
     start = np.broadcast_to(middle_roll(design, FLANKS[0]), shape)[..., None]
     roll = start + pitch * np.arange(SAMPLES) / SAMPLES
     play, status = play_at(design, roll)
     known = np.where(np.isnan(play), np.inf, play)
-    beside = np.stack([np.roll(known, way, axis=-1) for way in (1, 0, -1)])
-    minima = np.where(known <= beside.min(axis=0), known, np.inf)
-    # Of minima equal but for rounding the first is taken.
-    level = np.where(minima <= minima.min(axis=-1, keepdims=True) + even, -np.inf, minima)
-    best = np.argsort(level, axis=-1, kind="stable")[..., :KEPT]
+    neighbours = np.stack([np.roll(known, way, axis=-1) for way in (1, 0, -1)])
+    minima = np.where(known <= neighbours.min(axis=0), known, np.inf)
+    # Take the first of minima that differ by rounding only.
+    level = np.where(minima <= minima.min(axis=-1, keepdims=True) + rounding, -np.inf, minima)
+    best = np.argsort(level, axis=-1, kind="stable")[..., :2]
     at = np.take_along_axis(roll, best, axis=-1)
-    values, step = np.take_along_axis(beside, best[None], axis=-1), pitch / SAMPLES
-    for _ in range(PASSES):
-        if not (values.max(axis=0) > values[1] + even).any():
+    values, step = np.take_along_axis(neighbours, best[None], axis=-1), pitch / SAMPLES
+    for _ in range(3):
+        if not (values.max(axis=0) > values[1] + rounding).any():
             break
         at, values = _finer(design, at, values, step)
         step /= FINER
-    pick = np.where(values[1] <= values[1].min(axis=-1, keepdims=True) + even, 0, 1).argmin(axis=-1)
+    pick = np.where(values[1] <= values[1].min(axis=-1, keepdims=True) + rounding, 0, 1).argmin(axis=-1)
     at, least = (np.take_along_axis(x, pick[..., None], axis=-1) for x in (at, values[1]))
     return _result(design, at, least[..., 0], status)
 
 
 def _finer(design: Design, at: FloatArray, values: FloatArray, step: float) -> tuple[FloatArray, FloatArray]:
-    """Give minima (*batch, k) between finer steps, and the play (3, *batch, k) about them, from that at steps
-    of roll `step`: at even finer steps, moved so that one meets the vertex of the parabola."""
-    with np.errstate(invalid="ignore", divide="ignore"):  # flat, or not known beside
+    """Return the minima (..., k) at finer steps of roll, and the play (3, ..., k) around them, from
+    the play at steps of `step`. The finer steps are shifted so that one of them is at the vertex of the
+    parabola."""
+    with np.errstate(invalid="ignore", divide="ignore"):  # constant play, or not known at a neighbour
         away = 0.5 * step * (values[0] - values[2]) / (values[0] - 2.0 * values[1] + values[2])
     vertex = at + np.where(np.abs(away) <= 0.5 * step, away, 0.0)
     roll = vertex[..., None] + step * np.arange(-FINER, FINER + 1) / FINER
@@ -160,14 +203,15 @@ def _finer(design: Design, at: FloatArray, values: FloatArray, step: float) -> t
 
 
 def _result(design: Design, roll: FloatArray, least: FloatArray, status: Codes) -> Backlash:
-    """Give the backlash from the least play known, at rolls (*batch, 1), and the status of all samples."""
+    """Return the backlash from the minimum of the known play, at rolls (..., 1), and the status of all
+    samples."""
     first_fault = np.take_along_axis(
         status, (status != FirstStatus.SOLVED).argmax(axis=-1)[..., None], axis=-1
     )
-    jammed = least < -JAMMED * float(design.pinion.tool.normal_module)
+    jammed = least < -JAM_MODULES * float(design.pinion.tool.normal_module)
     jammed |= (status == FirstStatus.MEETS_BOTTOM).any(axis=-1)
     known = first_fault[..., 0] == FirstStatus.SOLVED
-    right, left = (first_contact(design, flank, roll) for flank in FLANKS)
+    right, left = (with_tangencies(design, flank, first_contact(design, flank, roll)) for flank in FLANKS)
     return Backlash(
         normal=np.where(known, least, np.nan),
         pinion_roll=np.where(known, roll[..., 0], np.nan),
@@ -179,25 +223,35 @@ def _result(design: Design, roll: FloatArray, least: FloatArray, status: Codes) 
 
 
 def backlash_by_errors(design: Design) -> FloatArray:
-    """Give derivatives (*batch, 4) of the least normal backlash by the assembly errors, under those that the
-    design has: by offset, shaft angle, pinion's and gear's axial error; mm per mm, mm per rad.
+    """Compute derivatives of the minimum normal backlash by the assembly errors.
 
-    At its least the play stands still over the roll, so that its change is that at a held roll: an error
-    moves the gear's point of contact by v against the pinion's, and the gear gives way by the turn for
-    which both stay in contact, n.(v + turn k2 x r) = 0 with the normal n there. Exact; NaN where the
-    backlash is not known, and where it is an edge on an edge that stops the gear."""
-    found = mounted_backlash(design)
-    right, left = (_turn_by_errors(design, flank, getattr(found, flank)) for flank in FLANKS)
-    known = (found.status == FirstStatus.SOLVED)[..., None]
+    Parameters
+    ----------
+    design : Design
+        The derivatives are taken at the errors of the design.
+
+    Returns
+    -------
+    ndarray, shape (..., 4)
+        By offset, shaft angle, pinion and gear axial error; mm per mm and mm per rad. NaN where the backlash
+        is not known, and where an undercut edge touches an edge.
+
+    Notes
+    -----
+    At its minimum, the play is stationary in the roll, so that its derivative is that at a fixed roll. An
+    error moves the contact point of the gear by v relative to the pinion, and the gear rotates until both
+    touch again: n.(v + turn k2 x r) = 0 with the normal n. The derivatives are exact."""
+    backlash = mounted_backlash(design)
+    right, left = (_turn_by_errors(design, flank, getattr(backlash, flank)) for flank in FLANKS)
+    known = (backlash.status == FirstStatus.SOLVED)[..., None]
     return np.where(known, lever_of(design) * (right - left), np.nan)
 
 
 def _turn_by_errors(design: Design, flank: str, first: FirstContact) -> FloatArray:
-    """Give the turn of the gear (*batch, 4), rad, by which first contacts (*batch, 1) follow each error; NaN
-    where edges of both members touch."""
-    edge, of_gear = first.limit >= 0, first.limit % 2 == 1
-    both = edge.all(axis=-1) & (of_gear[..., 0] != of_gear[..., 1])
-    normal = np.where(both[..., None], np.nan, contact_normals(design, flank, first))[..., 0, :]
+    """Return the rotation of the gear (..., 4), rad, by which first contacts (..., 1) follow each
+    error."""
+    unknown = touches_undercut_edge(first)[..., None]
+    normal = np.where(unknown, np.nan, contact_normals(design, flank, first))[..., 0, :]
     turned = moved_by_gear(design, first.point)[..., 0, :]
     _, y, z = np.moveaxis(first.point[..., 0, :], -1, 0)
     layout, zero, one = layout_of(design), np.zeros_like(z), np.ones_like(z)

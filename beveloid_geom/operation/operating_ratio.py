@@ -1,10 +1,9 @@
-"""The operating contact ratio: how many tooth pairs are in contact, edges and fillets included.
+"""Contact ratio in operation: mean number of tooth pairs in contact, edges and fillets included.
 
-A tooth pair is in contact where it is the first of all to touch, or within a given thickness of it,
-as of a lubricant film or marking compound. The roll over which one pair is, over the pitch, is
-the operating contact ratio. Unmodified pairs have the contact ratio of Eq. 16; modified flanks of
-rigid teeth touch in one point at a time and have 1, unless given a thickness.
-"""
+A tooth pair is in contact where it is the first of all to touch, or where its clearance is within a given
+thickness of the first, for instance of a lubricant film or marking compound. The contact ratio is the length
+of roll over which one pair is in contact, divided by the pitch. Unmodified pairs have the contact ratio of
+Eq. 16. Rigid modified flanks touch in one point at a time and have the ratio 1 for zero thickness."""
 
 from __future__ import annotations
 
@@ -17,43 +16,45 @@ import numpy as np
 
 from ..arrays import Codes, FloatArray, Integers, Mask
 from ..contact.path import contact_ratio
+from ..design.arguments import require_design
 from ..design.model import Design
 from ..status import FirstStatus, RatioStatus
-from ..support.few_lines import few_lines
-from .first_contact import TOGETHER, Found, Grids, Mesh, found_at
-from .least_clearance import OVERLAP
-from .mesh_cycle import MeshCycle, conjugate_lines, cycle_and_pairs, in_order
-from .overlooked import CHECKED
-from .pieces import SAMPLES as STEPS, Pieces, Samples, fitted, samples_of
+from ..support.array_repr import short_repr
+from .cycle.cycle_segments import SAMPLES_PER_PITCH, CycleSegments, Samples, samples_of
+from .cycle.missed_contacts import LATE_RAD
+from .cycle.segment_fit import fitted
+from .cycle.segment_search import in_order
+from .engagement import Engagement
+from .mesh_cycle import MeshCycle, cycle_and_pairs
+from .search.earliest_contact import TOGETHER_RAD, Found, Grids, found_at
+from .search.search_task import OVERLAP
 
 Label: TypeAlias = Callable[[Integers, FloatArray], Integers]
 """Labels (n, rolls) of the cases with the numbers (n,) at rolls (n, rolls), rad."""
 
-SAMPLES = 96
-"""Rolls of a pitch at which a tooth pair alone is compared with the first to touch."""
-DIVISIONS, CHANGE_WIDTH, MOST_CHANGES = 64, 1e-10, 64
-"""Parts into which an interval with a change is divided at a time, until it is as narrow as this, in
-pitches; changes in a cycle beyond which they are taken for rounding and divided no more."""
-ASIDE = 1e-3
-"""Modules beyond the thickness up to which a tooth pair alone is followed."""
-GAP = 1.5
-"""Steps between the samples of a tooth pair alone beyond which there are none between."""
-ASTRAY = 0.1
-"""Share of the room between a tooth pair alone and a thickness that its pieces may miss each other by: where
-a carrier between them was not seen, it is not much earlier."""
-ROUNDS, BETWEEN = 5, np.array((0.1, 0.3, 0.45, 0.6, 0.8, 0.95))
-"""How often pieces of a tooth pair alone are fitted; shares of the way between two samples at which it is
-searched for where its pieces do not meet."""
-AT_LEAST = 1.0 - 1e-6
-"""Operating contact ratio of any pair, less what rounding may take: at every roll some tooth pair touches."""
+ROLLS_PER_PITCH = 96
+"""Rolls at which a single tooth pair is compared with the first contact."""
+CHANGE_WIDTH_PITCHES = 1e-10
+"""Width to which the intervals with a change of contact are divided."""
+SEARCH_PLACES, CUT_PLACE = np.array((0.1, 0.3, 0.45, 0.6, 0.8, 0.95)), 0.45
+"""Places between two samples, or along a segment, at which a single tooth pair is searched where its segments
+do not meet or do not agree with the samples; and the place at which such a segment is cut."""
 
 
 @dataclass(frozen=True, eq=False)
 class OperatingRatios:
-    """Operating contact ratios (thicknesses, *batch), NaN where not known, and their `status`, codes of
-    `RatioStatus`; the `cycle` that they are of."""
+    """Contact ratios in operation.
 
-    __repr__ = few_lines
+    Attributes
+    ----------
+    ratio : ndarray, shape (thicknesses, ...)
+        NaN where not known.
+    status : ndarray of int, shape (thicknesses, ...)
+        Codes of `RatioStatus`.
+    cycle : MeshCycle
+    """
+
+    __repr__ = short_repr
 
     ratio: FloatArray
     status: Codes
@@ -61,45 +62,95 @@ class OperatingRatios:
 
 
 def operating_ratio(design: Design, flank: str = "right", thickness: float = 0.0) -> FloatArray:
-    """Give the operating contact ratio of the batch shape: pinion roll over which a tooth pair is the first
-    to touch, or its clearance along the normal is within `thickness` (mm) of the first's, over the pitch. NaN
-    where it is not known; `operating_ratios` says why.
+    """Compute the contact ratio in operation.
 
-    Members must be single; pair and errors may be arrays. Raises ValueError for members of arrays
-    and a negative thickness."""
+    Parameters
+    ----------
+    design : Design
+        The members must be single; pair and errors may be arrays.
+    flank : {'right', 'left'}
+    thickness : float
+        Clearance along the normal, in addition to that of the first contact, within which a tooth pair counts
+        as in contact, mm.
+
+    Returns
+    -------
+    ndarray
+        Of the batch shape; NaN where it is not known. `operating_ratios` returns the reason.
+
+    Raises
+    ------
+    ValueError
+        For members of arrays, and for a negative thickness.
+    """
     return np.asarray(operating_ratios(design, flank, (thickness,)).ratio[0])
 
 
 def operating_ratios(
     design: Design, flank: str, thicknesses: tuple[float, ...], harmonics: int = 1
 ) -> OperatingRatios:
-    """Give `operating_ratio` for several thicknesses (mm) at little more than the cost of one, with its
-    status, and the mesh cycle with so many harmonics.
+    """Compute the contact ratio in operation for several thicknesses, at little more than the cost of one.
 
-    Raises ValueError as `operating_ratio` and `mesh_cycle` do."""
+    Parameters
+    ----------
+    design : Design
+        The members must be single; pair and errors may be arrays.
+    flank : {'right', 'left'}
+    thicknesses : tuple of float
+        mm.
+    harmonics : int
+        Number of Fourier coefficients of the mesh cycle.
+
+    Returns
+    -------
+    OperatingRatios
+
+    Raises
+    ------
+    ValueError
+        For members of arrays, a negative thickness, and fewer than one harmonic.
+
+    Examples
+    --------
+    >>> import beveloid_geom as bg
+    >>> found = bg.operating_ratios(bg.builtin_design("ni-2017"), "right", (0.0, 0.006))
+    >>> found.ratio.round(3)
+    array([1.651, 2.283])
+    """
+    require_design(design)
     for thickness in thicknesses:
         if not thickness >= 0.0:
             raise ValueError(f"thickness must be at least 0 mm, got {thickness}")
     cycle, grids, samples, each = cycle_and_pairs(design, flank, harmonics)
-    shape, alone = design.batch_shape, _of_one_pair(cycle.mesh, samples, *each)
-    lost, mesh = cycle.lost.reshape(-1), cycle.mesh
+    shape, alone = design.batch_shape, _of_one_pair(cycle.engagement, samples, *each)
+    lost, engagement = cycle.lost.reshape(-1), cycle.engagement
     ratio = np.full((len(thicknesses), lost.size), np.nan)
     status = np.full(ratio.shape, RatioStatus.NO_FIRST_CONTACT, dtype=np.int8)
-    lines = np.flatnonzero(conjugate_lines(design, flank).reshape(-1) & ~lost)
+    lines = np.flatnonzero(cycle.along_lines.reshape(-1) & ~lost)
     eq16 = contact_ratio(design, flank).reshape(-1) if lines.size else np.empty(0)
-    useful = [size for size in thicknesses if size < mesh.period * mesh.lever]
-    pieces, followed = _pieces_alone(cycle, grids, alone, np.array(useful or [0.0]))
-    share = np.arange(-mesh.reach * SAMPLES, mesh.reach * SAMPLES + 1) / SAMPLES
-    for contacts in (partial(_alone, cycle, pieces), partial(_searched, cycle, grids)):
+    useful = [size for size in thicknesses if size < engagement.period * engagement.lever]
+    segments, followed = _segments_alone(cycle, grids, alone, np.array(useful or [0.0]))
+    share = (
+        np.arange(-engagement.reach * ROLLS_PER_PITCH, engagement.reach * ROLLS_PER_PITCH + 1)
+        / ROLLS_PER_PITCH
+    )
+    evaluations = (
+        (partial(_alone, cycle, segments), 64),
+        (partial(_searched, cycle, grids), 4),
+    )
+    # First from the segments of single pairs, then by search.
+    for contacts, parts in evaluations:
         known = np.flatnonzero(followed & ~lost)
         if known.size:
-            roll = mesh.roll[known, None] + mesh.pitch[0] * share
+            roll = engagement.roll[known, None] + engagement.pitch[0] * share
             curves = _first(cycle, known, roll), contacts(known, roll)
             for k, thickness in enumerate(thicknesses):
-                ratio[k, known], status[k, known] = _ratio(cycle, contacts, known, roll, curves, thickness)
-                if thickness == 0.0 and lines.size:  # which of them is first is a matter of rounding
+                ratio[k, known], status[k, known] = _ratio(
+                    cycle, (contacts, parts), known, roll, curves, thickness
+                )
+                if thickness == 0.0 and lines.size:  # rounding decides which of the lines is first
                     ratio[k, lines], status[k, lines] = eq16[lines], RatioStatus.KNOWN
-        # By search those that the pieces do not tell.
+        # Second pass, by search: cases for which the segments are not reliable.
         followed = ~followed | (status == RatioStatus.UNSTEADY).any(axis=0)
     ratio[status != RatioStatus.KNOWN] = np.nan
     shape = (len(thicknesses), *shape)
@@ -108,8 +159,8 @@ def operating_ratios(
 
 @dataclass(frozen=True, eq=False)
 class _Curve:
-    """Contacts (cases, rolls): f (mm), infinite without one, whether it is an edge, and whether it is in
-    doubt what touches, if anything."""
+    """Contacts (cases, rolls): f (mm), infinite without contact; whether it is an edge contact; and
+    whether the search has not converged."""
 
     f: FloatArray
     edge: Mask
@@ -121,140 +172,153 @@ Contacts: TypeAlias = Callable[[Integers, FloatArray], _Curve]
 
 
 def _first(cycle: MeshCycle, case: Integers, roll: FloatArray) -> _Curve:
-    """Give first contacts of the cases (n,) at rolls (n, rolls), of all tooth pairs."""
-    piece, _, values = cycle.located(case.repeat(roll.shape[1]), roll.ravel(), 1)
-    edge = cycle.pieces.limit[0, piece] >= 0
+    """Return the first contacts of all tooth pairs of the cases (n,) at rolls (n, rolls)."""
+    segment, _, values = cycle.located(case.repeat(roll.shape[1]), roll.ravel(), 1)
+    edge = cycle.segments.limit[0, segment] >= 0
     return _Curve(values.reshape(roll.shape), edge.reshape(roll.shape), np.zeros(roll.shape, dtype=bool))
 
 
 def _first_and_whose(cycle: MeshCycle, case: Integers, roll: FloatArray) -> tuple[FloatArray, Mask]:
-    """Give f (mm) of the first contacts of the cases at rolls, (n,), and where they are those of tooth pair
-    0."""
-    piece, turns, values = cycle.located(case, roll, 1)
-    return values[0], np.asarray(cycle.pieces.pair[piece] == turns)
+    """Return f (mm) of the first contacts of the cases at rolls, (n,), and whether tooth pair 0 touches."""
+    segment, turns, values = cycle.located(case, roll, 1)
+    return values[0], np.asarray(cycle.segments.pair[segment] == turns)
 
 
-def _of_one_pair(mesh: Mesh, samples: Samples, position: Integers, found: Found) -> Samples:
-    """Give contacts of tooth pair 0 alone, in order of case and roll, from those of each pair near at samples
-    of a cycle: pair k at a roll is pair 0 k pitches on; each is known once."""
-    turned = samples.roll[position] + found.pair * mesh.pitch[0]
-    # The last roll of a cycle is the first one of the next tooth pair.
-    once = np.flatnonzero((position % (STEPS + 1) < STEPS) & (found.status == FirstStatus.SOLVED))
+def _of_one_pair(engagement: Engagement, samples: Samples, position: Integers, contacts: Found) -> Samples:
+    """Return the contacts of tooth pair 0 alone, in order of case and roll, from those of all pairs at the
+    samples of a cycle: pair k at a roll is pair 0 after k pitches."""
+    turned = samples.roll[position] + contacts.pair * engagement.pitch[0]
+    # The last roll of a cycle is the first roll of the next tooth pair.
+    once = np.flatnonzero(
+        (position % (SAMPLES_PER_PITCH + 1) < SAMPLES_PER_PITCH) & (contacts.status == FirstStatus.SOLVED)
+    )
     order = once[np.lexsort((turned[once], samples.case[position[once]]))]
-    rows = {name: value[..., order] for name, value in vars(found).items()}
+    rows = {name: value[..., order] for name, value in vars(contacts).items()}
     alone = Found(**rows | {"pair": np.zeros(order.size, dtype=np.int64)})
     return samples_of(samples.case[position[order]], turned[order], alone)
 
 
-def _pieces_alone(
+def _segments_alone(
     cycle: MeshCycle, grids: Grids, samples: Samples, thicknesses: FloatArray
-) -> tuple[Pieces, Mask]:
-    """Give pieces of tooth pair 0 alone through its samples, and in which cases they are sure to tell where
-    it is within each of the `thicknesses` (mm) of the first: they agree with the samples, meet wherever that
-    matters, and end further off than the greatest. Where they do not meet they are divided."""
-    mesh, lost = cycle.mesh, cycle.lost.reshape(-1)
+) -> tuple[CycleSegments, Mask]:
+    """Return the segments of tooth pair 0 alone, and the cases in which they are reliable within each of
+    the `thicknesses` (mm): they agree with the samples, meet where this matters, and end beyond the
+    largest thickness. Where they do not meet, they are divided."""
+    engagement, lost = cycle.engagement, cycle.lost.reshape(-1)
     thickness = float(thicknesses.max())
     samples = samples.pick(np.flatnonzero(~lost[samples.case]))
-    off = samples.found.f - _first(cycle, samples.case, samples.roll[:, None]).f[:, 0]
-    # As far as it may touch and one sample on.
-    near = np.pad(off <= thickness + ASIDE * mesh.module, 1)
+    off = samples.contacts.f - _first(cycle, samples.case, samples.roll[:, None]).f[:, 0]
+    # Samples within the thickness, and one more on either side.
+    near = np.pad(off <= thickness + 1e-3 * engagement.module, 1)
     chosen = np.flatnonzero(near[1:-1] | near[2:] | near[:-2])
     samples, off = samples.pick(chosen), off[chosen]
-    # Where every tooth is near, one is near on more than one turn, which a scan does not tell apart.
-    many = mesh.near.size > 2 * mesh.reach
+    # If all teeth of the pinion are near, a tooth can touch on several turns, which the scan joins.
+    many = engagement.near.size > 2 * engagement.reach
     followed, case = (np.bincount(samples.case, minlength=lost.size) > 0) & many, samples.case
-    samples, ends = _in_runs(mesh, samples)
-    followed[case[ends[off[ends] <= thickness + TOGETHER * mesh.lever]]] = False
-    # Each run is a case of its own to what fits the pieces.
-    case, parts = case[ends[0]], [cycle.pieces.pick(np.zeros(0, dtype=np.int64))]
-    runs = replace(mesh.at(case, samples.roll[ends[0]]), span=2.0 * mesh.reach + 2.0)
-    for count in range(ROUNDS):
+    samples, ends = _in_runs(engagement, samples)
+    followed[case[ends[off[ends] <= thickness + TOGETHER_RAD * engagement.lever]]] = False
+    # The fit treats each run as a case.
+    case, parts = case[ends[0]], [cycle.segments.pick(np.zeros(0, dtype=np.int64))]
+    runs = replace(engagement.at(case, samples.roll[ends[0]]), span=2.0 * engagement.reach + 2.0)
+    for count in range(5):
         samples = samples.pick(np.flatnonzero(followed[case[samples.case]]))
         if not samples.case.size:
             break
-        pieces = fitted(runs, samples)
-        run, roll = _in_doubt(cycle, (runs, case), samples, pieces, thicknesses)
+        segments = fitted(runs, samples)
+        run, roll, cut = _in_doubt(cycle, (runs, case), samples, segments, thicknesses)
         failed = np.isin(np.arange(case.size), run)
-        parts.append(pieces.pick(np.flatnonzero(~failed[pieces.case])))
+        parts.append(segments.pick(np.flatnonzero(~failed[segments.case])))
         samples = samples.pick(np.flatnonzero(failed[samples.case]))
-        if count == ROUNDS - 1:
+        if count == 4:
             followed[case[failed]] = False
         elif run.size:
-            found = found_at(runs.at(run, roll), grids, 0)
-            followed[case[run[found.status != FirstStatus.SOLVED]]] = False
-            samples = samples.and_also(samples_of(run, roll, found))
-    pieces = in_order([replace(part, case=case[part.case]) for part in parts])
-    return pieces.pick(followed[pieces.case]), followed
+            contacts = found_at(runs.at(run, roll), grids, 0)
+            followed[case[run[contacts.status != FirstStatus.SOLVED]]] = False
+            samples = samples.and_also(Samples(run, roll, cut, contacts))
+    segments = in_order([replace(part, case=case[part.case]) for part in parts])
+    return segments.pick(followed[segments.case]), followed
 
 
 def _in_doubt(
-    cycle: MeshCycle, runs: tuple[Mesh, Integers], samples: Samples, pieces: Pieces, thicknesses: FloatArray
-) -> tuple[Integers, FloatArray]:
-    """Give rolls (n,), rad, at which more contacts of a tooth pair alone are wanted, and the numbers of their
-    runs: where the pieces do not agree with the samples, and between the samples about ends where they do not
-    meet. `runs`: as a mesh, and the cases they are of."""
-    (mesh, case), bound = runs, CHECKED * cycle.mesh.lever
-    own = pieces.number(mesh, samples.case, samples.roll)
-    behind = np.abs(pieces.values_at(own, samples.roll, 1)[0] - samples.found.f)
-    inner = np.flatnonzero(pieces.case[1:] == pieces.case[:-1])
-    ends = np.array([pieces.values_at(inner + k, pieces.high[inner], 1)[0] for k in (0, 1)])
-    run, at, jump = pieces.case[inner], pieces.high[inner], np.abs(ends[1] - ends[0])
-    # Where it is the first itself the cycle has it; elsewhere a jump matters near a thickness.
+    cycle: MeshCycle,
+    runs: tuple[Engagement, Integers],
+    samples: Samples,
+    segments: CycleSegments,
+    thicknesses: FloatArray,
+) -> tuple[Integers, FloatArray, Mask]:
+    """Return runs and rolls (n,), rad, at which more contacts of a single tooth pair are needed, and
+    whether a segment is cut there: in segments that do not agree with the samples, and between the
+    samples next to ends at which segments do not meet. `runs`: as an engagement, and the cases of the
+    runs."""
+    (engagement, case), bound = runs, LATE_RAD * cycle.engagement.lever
+    single = segments.number(engagement, samples.case, samples.roll)
+    behind = np.abs(segments.values_at(single, samples.roll, 1)[0] - samples.contacts.f)
+    inner = np.flatnonzero(segments.case[1:] == segments.case[:-1])
+    ends = np.array([segments.values_at(inner + k, segments.high[inner], 1)[0] for k in (0, 1)])
+    run, at, jump = segments.case[inner], segments.high[inner], np.abs(ends[1] - ends[0])
+    # Where the pair is the first, the cycle is exact. Elsewhere, a jump matters only near a thickness.
     first, ours = _first_and_whose(cycle, case[run], at)
     room = np.abs(ends.min(axis=0) - first - thicknesses[:, None]).min(axis=0)
-    apart = ~((jump <= bound) | ours | (jump < ASTRAY * room))
-    run, at, late = run[apart], at[apart, None], np.unique(own[~(behind <= bound)])
+    apart = ~((jump <= bound) | ours | (jump < 0.1 * room))
+    run, at, late = run[apart], at[apart, None], np.unique(single[~(behind <= bound)])
     same = samples.case == run[:, None]
     low = np.where(same & (samples.roll <= at), samples.roll, -np.inf).max(axis=1, initial=-np.inf)
     high = np.where(same & (samples.roll >= at), samples.roll, np.inf).min(axis=1, initial=np.inf)
-    about = low[:, None] + (high - low)[:, None] * BETWEEN
-    more = np.append(about, pieces.rolls(2.0 * BETWEEN - 1.0)[late])
-    return np.append(run, pieces.case[late]).repeat(BETWEEN.size), more
+    about = low[:, None] + (high - low)[:, None] * SEARCH_PLACES
+    more = np.append(about, segments.rolls(2.0 * SEARCH_PLACES - 1.0)[late])
+    cut = np.append(np.zeros(about.shape, dtype=bool), np.tile(SEARCH_PLACES == CUT_PLACE, (late.size, 1)))
+    return np.append(run, segments.case[late]).repeat(SEARCH_PLACES.size), more, cut
 
 
-def _in_runs(mesh: Mesh, samples: Samples) -> tuple[Samples, Integers]:
-    """Give the samples with the numbers of the runs to which they belong, without gaps between, as their
-    cases; and the first and the last of each run (2, runs)."""
-    apart = np.diff(samples.roll) > GAP * mesh.pitch[0] / STEPS
+def _in_runs(engagement: Engagement, samples: Samples) -> tuple[Samples, Integers]:
+    """Return the samples numbered by the runs without gaps to which they belong, and the first and last
+    sample of each run (2, runs)."""
+    apart = np.diff(samples.roll) > 1.5 * engagement.pitch[0] / SAMPLES_PER_PITCH
     begins = np.append(samples.case[:1] >= 0, apart | (np.diff(samples.case) != 0))
     first = np.flatnonzero(begins)
     ends = np.stack((first, np.append(first[1:], samples.case.size)[: first.size] - 1))
     return replace(samples, case=np.cumsum(begins) - 1), ends
 
 
-def _alone(cycle: MeshCycle, pieces: Pieces, case: Integers, roll: FloatArray) -> _Curve:
-    """Give contacts of tooth pair 0 of the cases (n,) at rolls (n, rolls), by its pieces."""
-    mesh, span = cycle.mesh, 4.0 * cycle.mesh.reach
-    early = replace(mesh, roll=mesh.roll - 0.5 * span * mesh.pitch[0], span=span)
+def _alone(cycle: MeshCycle, segments: CycleSegments, case: Integers, roll: FloatArray) -> _Curve:
+    """Return the contacts of tooth pair 0 of the cases (n,) at rolls (n, rolls), from its segments."""
+    engagement, span = cycle.engagement, 4.0 * cycle.engagement.reach
+    early = replace(engagement, roll=engagement.roll - 0.5 * span * engagement.pitch[0], span=span)
     case, turned = case.repeat(roll.shape[1]), roll.ravel()
-    piece = pieces.number(early, case, turned)
-    on = (pieces.case[piece] == case) & (pieces.low[piece] <= turned) & (turned <= pieces.high[piece])
+    segment = segments.number(early, case, turned)
+    on = (
+        (segments.case[segment] == case)
+        & (segments.low[segment] <= turned)
+        & (turned <= segments.high[segment])
+    )
     f = np.full(turned.size, np.inf)
-    f[on] = pieces.values_at(piece[on], turned[on], 1)[0]
+    f[on] = segments.values_at(segment[on], turned[on], 1)[0]
     first, ours = _first_and_whose(cycle, case, turned)
     f[on & ours] = first[on & ours]
-    edge, doubt = on & (pieces.limit[0, piece] >= 0), np.zeros(turned.size, dtype=bool)
+    edge, doubt = on & (segments.limit[0, segment] >= 0), np.zeros(turned.size, dtype=bool)
     return _Curve(*(row.reshape(roll.shape) for row in (f, edge, doubt)))
 
 
 def _searched(cycle: MeshCycle, grids: Grids, case: Integers, roll: FloatArray) -> _Curve:
-    """Give contacts of tooth pair 0 of the cases (n,) at rolls (n, rolls), searched for."""
-    found = found_at(cycle.mesh.at(case.repeat(roll.shape[1]), roll.ravel()), grids, 0)
-    f = np.where(found.status == FirstStatus.SOLVED, found.f, np.inf)
-    doubt = (found.status != FirstStatus.SOLVED) & (found.status != FirstStatus.NO_CONTACT)
-    return _Curve(*(row.reshape(roll.shape) for row in (f, found.limit[0] >= 0, doubt)))
+    """Return the contacts of tooth pair 0 of the cases (n,) at rolls (n, rolls), by search."""
+    contacts = found_at(cycle.engagement.at(case.repeat(roll.shape[1]), roll.ravel()), grids, 0)
+    f = np.where(contacts.status == FirstStatus.SOLVED, contacts.f, np.inf)
+    doubt = (contacts.status != FirstStatus.SOLVED) & (contacts.status != FirstStatus.NO_CONTACT)
+    return _Curve(*(row.reshape(roll.shape) for row in (f, contacts.limit[0] >= 0, doubt)))
 
 
-def _divided(case: Integers, roll: FloatArray, labels: Integers, label: Label, least: float) -> _Intervals:
-    """Give the intervals between rolls (n, rolls) of the cases over which the labels change, divided until
-    narrower than `least` at equal steps, of which every part with a change goes on."""
-    share = np.linspace(0.0, 1.0, DIVISIONS + 1)
-    found = _with_change(case, roll, labels)
-    limit = MOST_CHANGES * max(1, np.unique(found.case).size)
-    while 0 < found.case.size <= limit and float((found.high - found.low).max()) > least:
-        roll = found.low[:, None] + (found.high - found.low)[:, None] * share
-        found = _with_change(found.case, roll, label(found.case, roll))
-    return found
+def _divided(
+    case: Integers, roll: FloatArray, labels: Integers, label: Label, least: float, parts: int
+) -> _Intervals:
+    """Return the intervals between rolls (n, rolls) of the cases in which the labels change, divided into
+    equal `parts` until narrower than `least`."""
+    share = np.linspace(0.0, 1.0, parts + 1)
+    contacts = _with_change(case, roll, labels)
+    limit = 64 * max(1, np.unique(contacts.case).size)
+    while 0 < contacts.case.size <= limit and float((contacts.high - contacts.low).max()) > least:
+        roll = contacts.low[:, None] + (contacts.high - contacts.low)[:, None] * share
+        contacts = _with_change(contacts.case, roll, label(contacts.case, roll))
+    return contacts
 
 
 @dataclass(frozen=True, eq=False)
@@ -267,42 +331,43 @@ class _Intervals:
 
 
 def _with_change(case: Integers, roll: FloatArray, labels: Integers) -> _Intervals:
-    """Say of the intervals between rolls (n, rolls) those whose ends have different labels."""
+    """Return the intervals between rolls (n, rolls) at whose ends the labels differ."""
     row, column = np.nonzero(labels[:, 1:] != labels[:, :-1])
     return _Intervals(case[row], roll[row, column], roll[row, column + 1])
 
 
 def _ratio(
     cycle: MeshCycle,
-    alone: Contacts,
+    evaluation: tuple[Contacts, int],
     case: Integers,
     roll: FloatArray,
     curves: tuple[_Curve, _Curve],
     thickness: float,
 ) -> tuple[FloatArray, Integers]:
-    """Give ratios and their status (cases,), from the `curves` of all pairs and of pair 0 alone at rolls
-    (cases, rolls), which `alone` gives at others."""
-    mesh, cases = cycle.mesh, cycle.mesh.roll.size
+    """Return ratios and status (cases,), from the `curves` of all pairs and of pair 0 alone at rolls
+    (cases, rolls). `way`: the function that returns the latter at other rolls, and the `parts` of
+    `_divided`."""
+    engagement, cases, (alone, parts) = cycle.engagement, cycle.engagement.roll.size, evaluation
 
-    def touching(first: _Curve, own: _Curve) -> Integers:
-        # An edge that a tangency of another pair is ahead of, if only by rounding, does not touch.
-        spare = mesh.lever * np.where(own.edge & ~first.edge, -TOGETHER, TOGETHER)
-        return np.asarray(own.f - first.f <= thickness + spare).astype(int)
+    def touching(first: _Curve, single: _Curve) -> Integers:
+        # An edge does not touch if a tangency of another pair is earlier, even by rounding only.
+        spare = engagement.lever * np.where(single.edge & ~first.edge, -TOGETHER_RAD, TOGETHER_RAD)
+        return np.asarray(single.f - first.f <= thickness + spare).astype(int)
 
     def touches(cases: Integers, rolls: FloatArray) -> Integers:
         return touching(_first(cycle, cases, rolls), alone(cases, rolls))
 
-    # Further off than this the same teeth are those of another turn.
-    most = (1.0 - OVERLAP) * mesh.period * mesh.lever - np.maximum(curves[0].f, 0.0).max(axis=1)
+    # Beyond this clearance, the same teeth are counted on another turn.
+    most = (1.0 - OVERLAP) * engagement.period * engagement.lever - np.maximum(curves[0].f, 0.0).max(axis=1)
     if (thickness >= most).all():
         return np.full(case.size, np.nan), np.full(case.size, RatioStatus.TOO_THICK)
-    inside, width = touching(*curves), CHANGE_WIDTH * mesh.pitch[0]
-    ends = _divided(case, roll, inside, touches, width)
+    inside, width = touching(*curves), CHANGE_WIDTH_PITCHES * engagement.pitch[0]
+    ends = _divided(case, roll, inside, touches, width, parts)
     ratio, balance, wide = np.zeros(cases), np.zeros(cases), np.zeros(cases, dtype=bool)
     leaves = touches(ends.case, ends.low[:, None])[:, 0] if ends.case.size else np.zeros(0)
     sign = np.where(leaves, 1.0, -1.0)
-    middle = 0.5 * (ends.low + ends.high) - mesh.roll[ends.case]
-    np.add.at(ratio, ends.case, sign * middle / mesh.pitch[0])
+    middle = 0.5 * (ends.low + ends.high) - engagement.roll[ends.case]
+    np.add.at(ratio, ends.case, sign * middle / engagement.pitch[0])
     np.add.at(balance, ends.case, sign)
     wide[ends.case[ends.high - ends.low > width]] = True
     ratio, balance, wide = ratio[case], balance[case], wide[case]
@@ -310,7 +375,7 @@ def _ratio(
     faults = (
         (curves[1].doubt.any(axis=1), RatioStatus.NOT_CONVERGED),
         (beyond, RatioStatus.TOO_THICK),
-        (wide | (balance != 0.0) | ~(ratio >= AT_LEAST), RatioStatus.UNSTEADY),
+        (wide | (balance != 0.0) | ~(ratio >= 1.0 - 1e-6), RatioStatus.UNSTEADY),
     )
-    found = np.select([where for where, _ in faults], [code for _, code in faults], RatioStatus.KNOWN)
-    return ratio, found
+    contacts = np.select([where for where, _ in faults], [code for _, code in faults], RatioStatus.KNOWN)
+    return ratio, contacts

@@ -1,1 +1,1 @@
-"""How two gears stand to each other: frames, mounting, layouts that close."""
+"""The mounted pair: frames, mounting, layouts without backlash, assembly errors."""

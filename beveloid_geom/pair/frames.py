@@ -1,18 +1,17 @@
 """Frames of the mounted pair and its assembly errors (Eqs. 7-14, Figs. 4 and 5).
 
-S_f is fixed: z along the pinion axis towards the pinion's heel, x along the common
-perpendicular from the pinion axis to the gear axis, origin at its foot. The gear axis goes
-through (E, 0, 0) along k2 = (0, sin d, cos d) with the shaft angle d. The gear's own fixed
-frame has X2 = -x, Z2 = k2, Y2 = Z2 x X2, so that each member sees the other in the same way:
-exchanging pinion and gear changes no formula. A positive roll turns about +k_j; at roll 0 a
-member's frame coincides with its fixed frame, `mounting` further along the axis, and its
-generating rack stands at phi = 0.
+S_f is fixed: z along the pinion axis towards +z of the pinion, x along the common perpendicular from the
+pinion axis to the gear axis, origin at its foot on the pinion axis. The gear axis passes through (E, 0, 0)
+along k2 = (0, sin d, cos d) with the shaft angle d. The fixed frame of the gear has X2 = -x, Z2 = k2 and
+Y2 = Z2 x X2, so that exchanging pinion and gear changes no formula. A positive roll is about +k_j. At roll
+0 the frame of a member coincides with its fixed frame, shifted along the axis by the mounting distance, and
+its generating rack is at phi = 0.
 
-The shaft angle takes the sign of the sum of the helix angles, so that a left-hand pinion
-gives the mirror image; a design holds its magnitude, to which the shaft-angle error adds.
+The shaft angle has the sign of the sum of the helix angles, so that a left-hand pinion gives the mirror
+image. A design contains its magnitude, to which the shaft-angle error is added.
 
-Difference to the paper: it lays the errors of offset and shaft angle on either side of S_f
-(Fig. 5); here the pinion axis stays and the gear moves, the same pair seen from the pinion.
+Difference from the paper: the paper places the errors of offset and shaft angle on both sides of S_f
+(Fig. 5). Here the pinion axis is fixed and the gear is moved: the same pair, seen from the pinion.
 """
 
 from __future__ import annotations
@@ -29,8 +28,12 @@ from ..design.model import MATCH, PARALLEL, Design, Errors
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Axes of the pair: offset E (mm) and signed shaft angle d (rad), with the functions of
-    it that keep their digits when the axes are nearly parallel, and the sign with which its errors count."""
+    """Axes of the pair.
+
+    `offset` E in mm; signed `shaft_angle` d in rad, with sin(d), cos(d) and 1 - cos(d) (`versed_angle`),
+    which keep their digits for nearly parallel axes; `sense`, the sign with which a shaft-angle error is
+    added.
+    """
 
     offset: Quantity
     shaft_angle: Quantity
@@ -41,7 +44,7 @@ class Layout:
 
     @property
     def parallel(self) -> NDArray[np.bool_]:
-        """Say whether the axes are parallel."""
+        """Whether the axes are parallel."""
         return np.asarray(np.abs(self.sin_angle) <= PARALLEL)
 
 
@@ -49,76 +52,85 @@ class Layout:
 class CommonNormal:
     """Common unit normal at contact, out of the pinion tooth, in S_f.
 
-    `x_squared` and, for pinion and gear on the leading axis, `y`: the y component of the
-    member's own outward normal in its own fixed frame. The x component is the same in both
-    frames; its sign is a property of the design (see `mounting`)."""
+    `x_squared` is n_x^2. `y` has pinion and gear on the leading axis: the y component of the outward normal
+    of the member in its fixed frame. The x component is the same in both frames; its sign is a property of
+    the design (see `mounting`).
+    """
 
     x_squared: FloatArray
     y: FloatArray
 
 
 def layout_of(design: Design, with_errors: bool = True) -> Layout:
-    """Find the axes of the pair, with or without its assembly errors."""
-    errors = design.errors if with_errors else Errors()
-    angle = np.asarray(design.sense * (design.pair.shaft_angle + errors.shaft_angle))
-    offset = design.pair.offset + errors.offset
-    return layout_at(np.asarray(offset), angle, design.sense)
+    """Return the axes of the pair, with or without its assembly errors."""
+    return layout_at(*_axes(design, design.errors if with_errors else Errors()))
+
+
+def layout_by_case(design: Design) -> Layout:
+    """Return the layout with its errors, each quantity of shape (cases, 1), to broadcast with positions."""
+    axes, shape = _axes(design, design.errors), design.batch_shape
+    return layout_at(*(np.broadcast_to(x, shape).reshape(-1, 1) if shape else x.reshape(1, 1) for x in axes))
+
+
+def _axes(design: Design, errors: Errors) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return offset (mm), signed shaft angle (rad) and its sense."""
+    sense = design.sense
+    angle = np.asarray(sense * (design.pair.shaft_angle + errors.shaft_angle))
+    return np.asarray(design.pair.offset + errors.offset), angle, sense
 
 
 def layout_at(offset: Any, angle: Any, sense: Any) -> Layout:
-    """Give the axes at an offset, mm, and a signed shaft angle, rad, which may be complex."""
+    """Return the axes at an offset, mm, and a signed shaft angle, rad, which may be complex."""
     return Layout(offset, angle, sense, np.sin(angle), np.cos(angle), 2.0 * np.sin(0.5 * angle) ** 2)
 
 
-def layout_by_case(layout: Layout, batch_shape: tuple[int, ...]) -> Layout:
-    """Give the layout with every quantity of shape (cases, 1), to go with positions."""
-    if not batch_shape:  # spares a single design some microseconds
-        return Layout(*(np.reshape(value, (1, 1)) for value in vars(layout).values()))
-    return Layout(*(np.broadcast_to(value, batch_shape).reshape(-1, 1) for value in vars(layout).values()))
-
-
 def common_normal(layout: Layout, axial: FloatArray | tuple[FloatArray, FloatArray]) -> CommonNormal:
-    """Find the common normal of two flanks whose outward unit normals have the axial components
-    `axial`, pinion first; the two may have shapes that broadcast.
+    """Return the common normal of two flanks whose outward unit normals have the axial components `axial`.
 
-    With n the pinion's normal, n.k1 = v1 and n.k2 = -v2 give n_y = -(v2 + v1 cos d)/sin d,
-    written so that it stays exact for small d. `x_squared` is negative where no common
-    normal exists."""
+    Pinion and gear may have shapes that broadcast. With the normal n of the pinion, n.k1 = v1 and n.k2 = -v2
+    give n_y = -(v2 + v1 cos d)/sin d, in a form that is exact for small d. `x_squared` is negative where no
+    common normal exists.
+    """
     both = axial[0] + axial[1]
-    y = np.array([(layout.versed_angle * own - both) / layout.sin_angle for own in axial])
+    y = np.array([(layout.versed_angle * v - both) / layout.sin_angle for v in axial])
     return CommonNormal(1.0 - axial[0] * axial[0] - y[0] * y[0], y)
 
 
 def parallel_normal(layout: Layout, axial: FloatArray, moment: FloatArray) -> CommonNormal:
-    """Find the common normal on parallel axes of two flanks whose outward unit normals have the axial
-    components `axial` and the moments `moment` about their axes, mm, pinion first.
+    """Return the common normal on parallel axes.
 
-    n.k1 = v1 and n.k2 = -v2 are one equation there, which asks for v1 + v2 = 0 and leaves n_y free; the
-    moments g1, g2 of the line of action about both axes give it, E n_y = g1 + g2. NaN where v1 + v2 is
-    more than MATCH."""
+    The outward unit normals of the flanks have the axial components `axial` and the moments `moment` about
+    their axes, mm, pinion first. n.k1 = v1 and n.k2 = -v2 are a single equation there: it requires v1 + v2 =
+    0 and leaves n_y free. The moments g1, g2 of the line of action about both axes give E n_y = g1 + g2. NaN
+    if v1 + v2 exceeds MATCH.
+    """
     y = (moment[0] + moment[1]) / layout.offset
     y = np.where(np.abs(axial[0] + axial[1]) <= MATCH, y, np.nan)
     return CommonNormal(1.0 - axial[0] * axial[0] - y * y, np.array((y, y)))
 
 
 def normal_of_unmodified(layout: Layout, axial: FloatArray, moment: FloatArray) -> CommonNormal:
-    """Find the common normal of unmodified flanks: `parallel_normal` where axes are parallel, elsewhere
-    `common_normal`."""
+    """Return the common normal of unmodified flanks: `parallel_normal` on parallel axes, else
+    `common_normal`.
+    """
     crossed, parallel = common_normal(layout, axial), layout.parallel
     if not parallel.any():
         return crossed
-    own = parallel_normal(layout, axial, moment)
+    limit = parallel_normal(layout, axial, moment)
     return CommonNormal(
-        np.where(parallel, own.x_squared, crossed.x_squared), np.where(parallel, own.y, crossed.y)
+        np.where(parallel, limit.x_squared, crossed.x_squared), np.where(parallel, limit.y, crossed.y)
     )
 
 
 def member_frame(
     layout: Layout, member: int, roll: ArrayLike, axial_position: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Find the rotation (..., 3, 3) and origin (..., 3) that carry a member's own frame to S_f:
-    `x_f = rotation @ x_j + origin` (Eqs. 7-14). `member` is 0 for the pinion, 1 for the gear;
-    `axial_position` is its mounting distance plus axial error, mm."""
+    """Return the rotation (..., 3, 3) and origin (..., 3), mm, that transform from the frame of a member to
+    S_f.
+
+    `x_f = rotation @ x_j + origin` (Eqs. 7-14). `member` is 0 for the pinion and 1 for the gear;
+    `axial_position` is mounting distance plus axial error, mm.
+    """
     roll, position = np.asarray(roll, dtype=float), np.asarray(axial_position, dtype=float)
     shape = np.broadcast_shapes(
         roll.shape, position.shape, np.shape(layout.offset), np.shape(layout.sin_angle)
@@ -143,11 +155,11 @@ def member_frame(
 
 
 def to_fixed(frame: tuple[FloatArray, FloatArray], points: FloatArray) -> FloatArray:
-    """Carry points (..., 3) of a member's own frame to S_f, mm (Eq. 7)."""
+    """Return points (..., 3) of the frame of a member in S_f, mm (Eq. 7)."""
     rotation, origin = frame
     return np.asarray(np.einsum("...ij,...j->...i", rotation, points) + origin)
 
 
 def normals_to_fixed(frame: tuple[FloatArray, FloatArray], normals: FloatArray) -> FloatArray:
-    """Carry directions (..., 3) of a member's own frame to S_f (Eq. 8)."""
+    """Return directions (..., 3) of the frame of a member in S_f (Eq. 8)."""
     return np.asarray(np.einsum("...ij,...j->...i", frame[0], normals))

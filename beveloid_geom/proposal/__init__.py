@@ -1,1 +1,1 @@
-"""From a requirement to pairs that close."""
+"""Pairs with contact without backlash, or with a given backlash, for given requirements."""

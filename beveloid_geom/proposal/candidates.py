@@ -1,9 +1,9 @@
-"""The pairs that close as a request asks for: what is unknown, from where it is searched, what is found.
+"""Candidates for a request: unknown quantities, starts of the search, solutions.
 
-Every condition fixes one number of the pair. The working pressure angle always is one of those that are
-found; after it come, as far as they are free, the gear's helix angle, the cone angles, the pinion's helix
-angle and the shifts. What is free beyond that keeps the round values at which the search starts: points
-spread evenly over the limits. Where round values give nothing all that is free moves, the shortest way.
+Every equation determines one quantity of the pair. The working pressure angle is always unknown. Then follow,
+if they are free, the helix angle of the gear, the cone angles, the helix angle of the pinion and the shifts.
+Further free quantities keep the rounded values at which the search starts: points spread evenly over the
+limits. If these have no solution, all free quantities are changed by the shortest steps.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray, Mask, flank_sign
-from .conditions import (
+from .closure_equations import (
     GEAR_CONE,
     GEAR_HELIX,
     GEAR_SHIFT,
@@ -25,7 +25,7 @@ from .conditions import (
     PINION_HELIX,
     PINION_SHIFT,
     PRESSURE,
-    UNITS,
+    STEP_SCALE,
     Starts,
     Wanted,
     pair_at,
@@ -34,39 +34,40 @@ from .conditions import (
 from .request import Bounds, Request
 
 ORDER = (GEAR_HELIX, GEAR_CONE, PINION_CONE, PINION_HELIX, GEAR_SHIFT, PINION_SHIFT)
-"""What follows from conditions first, after the working pressure angle."""
-ROUND = np.array([*np.radians([1.0, 1.0, 5.0, 5.0]), 0.1, 0.1])[:, None]
-"""Of what the values tried are multiples, cones, helix angles and shifts; and the TURNS."""
-TURN = math.radians(15.0)
-"""Of what directions of the two cone angles are. The larger is least where they are equal, at 45 deg, or
-opposite."""
-SPREAD, FEW, ROUNDS = 192, 24, 3
-"""Starts on one request, and on each of many; how often it is searched about the nearest where few are
-found."""
-NEAR = np.array([*np.radians([4.0, 4.0, 10.0, 10.0]), 0.4, 0.4])[:, None]
-"""How wide, in cones, helix angles and shifts."""
-ON_LIMIT = 1e-9
-"""Rounding (rad, modules) beyond a limit that still keeps it."""
-GOLDEN = 1.0757660660868371
-"""Root of x^10 = x + 1: multiples of its powers without their whole parts are spread evenly, in 9
-dimensions. SciPy's sequences take longer to import than a search takes."""
-SAME = 1e-5
-"""Difference (rad, modules) below which two pairs are one."""
+"""Order in which free quantities become unknown, after the working pressure angle."""
+START_STEP = np.array([*np.radians([1.0, 1.0, 5.0, 5.0]), 0.1, 0.1])[:, None]
+"""Step of the rounded start values of cone angles, helix angles (rad) and shifts."""
+TURN_STEP = math.radians(15.0)
+"""Step of the direction in the plane of the two cone angles. The larger cone angle is smallest if both are
+equal or opposite, at 45 deg."""
+STARTS_FOR_ONE, STARTS_FOR_EACH = 192, 24
+"""Numbers of starts for one request, and for each of several requests."""
+REPETITIONS = 3
+"""Number of searches around the pairs nearest to the limits, if few pairs are within the limits."""
+NEIGHBOURHOOD = np.array([*np.radians([4.0, 4.0, 10.0, 10.0]), 0.4, 0.4])[:, None]
+"""Width of these searches in cone angles, helix angles (rad) and shifts."""
+LIMIT_TOLERANCE = 1e-9
+"""Rounding error allowed beyond a limit, rad and modules."""
+SEQUENCE_BASE = 1.0757660660868371
+"""Root of x^10 = x + 1. The fractional parts of multiples of its inverse powers are spread evenly in 9
+dimensions. The import of SciPy's sequences takes longer than a search."""
+EQUALITY_TOLERANCE = 1e-5
+"""Difference below which two pairs are equal, rad and modules."""
 
 
 @dataclass(frozen=True, eq=False)
 class Candidates:
-    """Pairs (7, n) that close as required, by conditions.VARIABLES."""
+    """Pairs (7, n) that meet the requirements, by `closure_equations.VARIABLES`."""
 
     values: FloatArray
 
     def take(self, rows: Mask | NDArray[np.intp]) -> Candidates:
-        """Give some of them."""
+        """Return some of the pairs."""
         return Candidates(self.values[:, rows])
 
 
 def given_of(request: Request) -> dict[int, float]:
-    """Give what is given of VARIABLES."""
+    """Return the given values by index of VARIABLES."""
     given: dict[int, float] = {}
     if request.cone_angles is not None:
         given |= dict(zip((PINION_CONE, GEAR_CONE), request.cone_angles, strict=True))
@@ -75,14 +76,14 @@ def given_of(request: Request) -> dict[int, float]:
     if request.shifts is not None:
         given |= dict(zip((PINION_SHIFT, GEAR_SHIFT), request.shifts, strict=True))
     if request.gear is not None:
-        held = request.gear
-        values = (held.cone_angle, held.helix_angle, held.profile_shift)
+        gear = request.gear
+        values = (gear.cone_angle, gear.helix_angle, gear.profile_shift)
         given |= dict(zip((GEAR_CONE, GEAR_HELIX, GEAR_SHIFT), map(float, values), strict=True))
     return given
 
 
 def wanted_of(request: Request, along: bool = False) -> Wanted:
-    """Give the conditions of a request."""
+    """Return the requirements of a request."""
     module = float(request.members[0].tool.normal_module)
     offset = None if request.offset is None else request.offset / module
     return Wanted(
@@ -91,126 +92,139 @@ def wanted_of(request: Request, along: bool = False) -> Wanted:
 
 
 def free_of(request: Request) -> list[int]:
-    """Give what of VARIABLES is not given and can follow from conditions; on parallel axes the shifts."""
+    """Return the indices of VARIABLES that are not given and can be unknown; on parallel axes only shifts."""
     given, order = given_of(request), ORDER if request.shaft_angle > 0.0 else ORDER[-2:]
     return [variable for variable in order if variable not in given]
 
 
 def unknown_of(request: Request, along: bool = False) -> tuple[int, ...] | None:
-    """Give what of VARIABLES is found from the conditions where no more than these fix is, None where less is
+    """Return the indices of VARIABLES that are determined by the equations, None if too few quantities are
     free."""
     count, free = wanted_of(request, along).count, free_of(request)
     if request.offset == 0.0:
-        # The working helix angles cancel and the working cone angles make the shaft angle: given cones
-        # leave it to the shifts, and the helix angle alone changes the crossing.
+        # Intersecting axes: the working helix angles cancel, and the sum of the working cone angles is the
+        # shaft angle. With given cones, the shifts are unknown. Only the helix angle changes the angle of the
+        # generators.
         last = PINION_CONE if request.crossing is not None else PINION_HELIX
-        kept = request.gear is not None or along
-        free = [v for v in free if kept or v != last or (v == PINION_CONE and along)]
+        all_free = request.gear is not None or along
+        free = [v for v in free if all_free or v != last or (v == PINION_CONE and along)]
     return None if len(free) < count - 1 else (PRESSURE, *free[: count - 1])
 
 
 def candidates_of(request: Request) -> Candidates:
-    """Find pairs that close as required, within the limits of the request or not, round values of what is
-    free."""
+    """Return pairs that meet the requirements, within the limits of the request or not, with rounded free
+    quantities."""
     if not request.least_cones:
         return _found(request, unknown_of(request))
-    level = replace(request, least_cones=False, cone_angles=(0.0, 0.0))
+    # Least cones: try cylindrical gears first.
+    cylindrical = replace(request, least_cones=False, cone_angles=(0.0, 0.0))
     if request.offset != 0.0:
-        found = _found(level, unknown_of(level))
-        if request.offset is None or request.shaft_angle == 0.0 or within(request, found).any():
-            return found
+        pairs = _found(cylindrical, unknown_of(cylindrical))
+        if request.offset is None or request.shaft_angle == 0.0 or within(request, pairs).any():
+            return pairs
     return _found(request, unknown_of(request, along=True), along=True)
 
 
 def others_found(request: Request) -> Candidates:
-    """Find pairs that close as required anywhere between, within the limits of the request or not; where few
-    are within, again about those that are nearest to it."""
+    """Return pairs that meet the requirements without rounded quantities.
+
+    If few of them are within the limits, the search is repeated around the pairs that are nearest to the
+    limits."""
     if unknown_of(request) is None:
         return Candidates(np.empty((7, 0)))
-    return _found(request, (PRESSURE, *free_of(request)), rounds=ROUNDS)
+    return _found(request, (PRESSURE, *free_of(request)), rounds=REPETITIONS)
 
 
 def found_for_each(requests: Sequence[Request]) -> tuple[Candidates, NDArray[np.intp]]:
-    """Find pairs that close as any of several requests require, which give the same, with other numbers; and
-    which of them each is for."""
-    starts = [_starts(request, FEW, False, number) for number, request in enumerate(requests)]
+    """Return pairs for several requests, and the number of the request of each pair.
+
+    All requests give the same quantities, with different values."""
+    starts = [_starts(request, STARTS_FOR_EACH, False, number) for number, request in enumerate(requests)]
     joined = _joined(starts)
     wanted = [vars(wanted_of(request)) for request in requests]
     each: dict[str, Any] = {
-        name: np.array([one[name] for one in wanted])[joined.owner]
+        name: np.array([values[name] for values in wanted])[joined.owner]
         for name in ("shaft_angle", "backlash", "offset", "crossing")
         if wanted[0][name] is not None
     }
     first = requests[0]
-    found = roots(first.members, replace(wanted_of(first), **each), joined, (PRESSURE, *free_of(first)))
-    found = found.take(_sound(first, found))
-    return Candidates(found.values), found.owner
+    solutions = roots(first.members, replace(wanted_of(first), **each), joined, (PRESSURE, *free_of(first)))
+    solutions = solutions.take(_valid(first, solutions))
+    return Candidates(solutions.values), solutions.owner
 
 
 def limits_of(request: Request) -> tuple[Bounds, ...]:
-    """Give the limits of cone angles, helix angles and shifts, each of pinion and gear."""
+    """Return the limits of cone angles, helix angles and shifts, each for pinion and gear."""
     return (request.cone_limits,) * 2 + (request.helix_limits,) * 2 + (request.shift_limits,) * 2
 
 
 def within(request: Request, found: Candidates) -> Mask:
-    """Tell which pairs keep the limits of the request."""
-    return np.asarray((np.abs(_put_back(request, found.values) - found.values) <= ON_LIMIT).all(axis=0))
+    """Return the mask of pairs within the limits of the request."""
+    return np.asarray((np.abs(_clipped(request, found.values) - found.values) <= LIMIT_TOLERANCE).all(axis=0))
 
 
-def _put_back(request: Request, values: FloatArray) -> FloatArray:
-    """Give pairs (7, n) with what is beyond the limits on them."""
-    found, given = values.copy(), given_of(request)
+def _clipped(request: Request, values: FloatArray) -> FloatArray:
+    """Return pairs (7, n) with free quantities clipped to their limits."""
+    clipped, given = values.copy(), given_of(request)
     for variable, (low, high) in enumerate(limits_of(request)):
         if variable not in given:
-            found[variable] = np.clip(values[variable], low, high)
-    return found
+            clipped[variable] = np.clip(values[variable], low, high)
+    return clipped
 
 
 def _found(
     request: Request, unknown: tuple[int, ...] | None, along: bool = False, rounds: int = 0
 ) -> Candidates:
+    """Return the solutions for a request by changing the `unknown` quantities.
+
+    With `rounds`, the starts are not rounded, and the search is repeated around the pairs nearest to the
+    limits."""
     if unknown is None:
         return Candidates(np.empty((7, 0)))
-    wanted, starts = wanted_of(request, along), _starts(request, SPREAD, not rounds, along=along)
-    found = roots(request.members, wanted, starts, unknown)
-    found = found.take(_sound(request, found))
-    about = np.zeros(starts.values.shape)
-    about[:6] = NEAR * (_spread(SPREAD)[:6] - 0.5)
+    wanted, starts = wanted_of(request, along), _starts(request, STARTS_FOR_ONE, not rounds, along=along)
+    solutions = roots(request.members, wanted, starts, unknown)
+    solutions = solutions.take(_valid(request, solutions))
+    offsets = np.zeros(starts.values.shape)
+    offsets[:6] = NEIGHBOURHOOD * (_spread(STARTS_FOR_ONE)[:6] - 0.5)
     for _ in range(rounds):
-        found = found.take(_first_of_each(found.values))
-        past = (np.abs(_put_back(request, found.values) - found.values) / UNITS[:, None]).sum(axis=0)
-        if not past.size or np.count_nonzero(past < ON_LIMIT) > FEW:
+        solutions = solutions.take(_first_of_each(solutions.values))
+        past = (np.abs(_clipped(request, solutions.values) - solutions.values) / STEP_SCALE[:, None]).sum(
+            axis=0
+        )
+        if not past.size or np.count_nonzero(past < LIMIT_TOLERANCE) > STARTS_FOR_EACH:
             break
-        again = found.take(np.resize(np.argsort(past, kind="stable")[:FEW], SPREAD))
+        again = solutions.take(np.resize(np.argsort(past, kind="stable")[:STARTS_FOR_EACH], STARTS_FOR_ONE))
         moved = again.values.copy()
-        moved[list(unknown)] += about[list(unknown)]
-        again = roots(request.members, wanted, replace(again, values=_put_back(request, moved)), unknown)
-        found = _joined((found, again.take(_sound(request, again))))
-    return Candidates(found.values[:, _first_of_each(found.values)])
+        moved[list(unknown)] += offsets[list(unknown)]
+        again = roots(request.members, wanted, replace(again, values=_clipped(request, moved)), unknown)
+        solutions = _joined((solutions, again.take(_valid(request, again))))
+    return Candidates(solutions.values[:, _first_of_each(solutions.values)])
 
 
 def _joined(starts: Sequence[Starts]) -> Starts:
-    return Starts(*(np.concatenate([vars(one)[name] for one in starts], -1) for name in vars(starts[0])))
+    """Return several sets of starts as one."""
+    return Starts(*(np.concatenate([vars(each)[name] for each in starts], -1) for name in vars(starts[0])))
 
 
 def _spread(count: int) -> FloatArray:
-    """Spread points evenly over a cube (9, count)."""
-    return np.asarray(np.arange(1, count + 1) / GOLDEN ** np.arange(1, 10)[:, None] % 1.0)
+    """Return `count` points spread evenly over a unit cube, (9, count)."""
+    return np.asarray(np.arange(1, count + 1) / SEQUENCE_BASE ** np.arange(1, 10)[:, None] % 1.0)
 
 
 def _starts(request: Request, count: int, rounded: bool, owner: int = 0, along: bool = False) -> Starts:
-    """Give starts spread over the limits, of round values or not, a search each; of the mirror image of a
-    request the mirror images."""
+    """Return starts spread over the limits of a request, with rounded values or not.
+
+    The mirror image of a request has the mirror images of the starts."""
     spread = _spread(count)
     low, high = np.array(limits_of(request)).T[..., None]
     values = low + (high - low) * spread[:6]
     if rounded:
-        values = np.clip(np.round(values / ROUND) * ROUND, low, high)
+        values = np.clip(np.round(values / START_STEP) * START_STEP, low, high)
     given, shaft = given_of(request), request.shaft_angle
     if (given.get(PINION_HELIX) or given.get(GEAR_HELIX) or flank_sign(request.flank)) < 0.0:
         values[2:4], spread[6] = low[2:4] + high[2:4] - values[2:4], 1.0 - spread[6]
     hand, side = np.where(spread[6:8] < 0.5, -1.0, 1.0)
-    turn = np.round((2.0 * spread[8] - 1.0) * math.pi / TURN) * TURN
+    turn = np.round((2.0 * spread[8] - 1.0) * math.pi / TURN_STEP) * TURN_STEP
     if along:
         values[:2] = 0.08 * np.cos(turn), 0.08 * np.sin(turn)
     elif request.offset == 0.0:
@@ -219,17 +233,18 @@ def _starts(request: Request, count: int, rounded: bool, owner: int = 0, along: 
         values[variable] = value
     crossing = _crossing(request, values) if request.offset != 0.0 else 0.0 * hand
     pairs = ((PINION_HELIX, GEAR_HELIX, hand * crossing), (PINION_CONE, GEAR_CONE, 0.0))
-    for own, other, total in pairs if shaft == 0.0 else pairs[:1]:
-        if other not in given:
-            values[other] = total - values[own]
-        elif own not in given:
-            values[own] = total - values[other]
+    for first, second, total in pairs if shaft == 0.0 else pairs[:1]:
+        if second not in given:
+            values[second] = total - values[first]
+        elif first not in given:
+            values[first] = total - values[second]
     pressure = np.full((1, count), float(request.members[0].tool.normal_pressure_angle) + 0.01)
     return Starts(np.vstack((values, pressure)), hand, side, turn, np.full(count, owner))
 
 
 def _crossing(request: Request, values: FloatArray) -> FloatArray:
-    """Guess the sum of the working helix angles: from the offset, if it is given, and rough radii."""
+    """Return an estimate of the sum of the working helix angles, from the offset and approximate radii if it
+    is given."""
     if request.offset is None or request.shaft_angle == 0.0:
         return np.full(values.shape[1], request.shaft_angle)
     module, (first, second) = float(request.members[0].tool.normal_module), request.teeth
@@ -238,21 +253,23 @@ def _crossing(request: Request, values: FloatArray) -> FloatArray:
     return np.asarray(np.arcsin(np.clip(request.offset * math.sin(request.shaft_angle) / reach, 0.0, 0.99)))
 
 
-def _sound(request: Request, found: Starts) -> Mask:
-    """Tell which of the pairs found are ones: backlash that grows as the gears part, which it does not at a
-    second, false working pressure angle; axes that lean in the sense of the helix angles; cones whose apexes
-    lie the same way."""
-    design, layout = pair_at(request.members, found.values)
-    wider = found.values.copy()
+def _valid(request: Request, solutions: Starts) -> Mask:
+    """Return the mask of valid solutions.
+
+    At a valid solution the backlash increases with the distance of the gears; a second, false working
+    pressure angle is excluded by this. The sense of the shaft angle fits the helix angles. On intersecting
+    axes the sum of the cone angles is positive."""
+    design, layout = pair_at(request.members, solutions.values)
+    wider = solutions.values.copy()
     wider[PRESSURE] += 1e-5
     rising = pair_at(request.members, wider)[1].normal_backlash > layout.normal_backlash
     if request.shaft_angle == 0.0:
         return np.asarray(rising)
     if request.offset == 0.0:
         return np.asarray(rising & (layout.cone_angle.sum(axis=0) > 0.0))
-    return np.asarray(rising & (design.sense == found.sense) & (layout.offset > 0.0))
+    return np.asarray(rising & (design.sense == solutions.sense) & (layout.offset > 0.0))
 
 
 def _first_of_each(values: FloatArray) -> NDArray[np.intp]:
-    """Find the first of pairs (7, n) that are alike, in their order."""
-    return np.sort(np.unique(np.round(values / SAME), axis=1, return_index=True)[1])
+    """Return the indices of different pairs (7, n), in their order."""
+    return np.sort(np.unique(np.round(values / EQUALITY_TOLERANCE), axis=1, return_index=True)[1])

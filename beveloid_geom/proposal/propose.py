@@ -1,8 +1,8 @@
-"""From a request to pairs that close, mesh and have no warning, the best first; or why there is none.
+"""Proposals for a request, the best first, or the reason why there are none.
 
-Pairs that close are many. Of those within the limits the ones with the greatest reserve (`figures`) are
-looked at as `check` does, until as many as are asked for have passed, each unlike those before it. Where
-none does one number of the request is changed, as little as goes, until one does.
+Many pairs meet the requirements. The pairs within the limits are sorted by their reserve (`merit`) and
+checked as by `check`, until the requested number has passed; each proposal differs from the earlier ones. If
+no pair passes, one quantity of the request is changed as little as possible until a pair passes.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from ..arrays import FloatArray
 from ..design.field_limits import DesignError
 from ..design.model import Design
-from ..findings.advice import found_on
-from ..findings.remarks import NOTE
+from ..findings.advice import iter_findings
+from ..findings.diagnostics import NOTE
 from .candidates import (
     Candidates,
     candidates_of,
@@ -29,123 +29,148 @@ from .candidates import (
     unknown_of,
     within,
 )
-from .changes import Change, changes_of, others_of, rounded
-from .figures import FLANKS, Figures, design_of, figures_of, teeth_of
+from .merit import FLANKS, Figures, design_of, figures_of, teeth_of
+from .relaxation import Change, changes_of, others_of, rounded
 from .request import Request, faults_of, usual_tool
 
-MOST = 3
-"""Proposals on one request, if no other number is asked for."""
-LITTLE = 0.1
+DEFAULT_COUNT = 3
+"""Number of proposals for one request."""
+SMALL_RESERVE = 0.1
 """Reserve up to which a pair is tried only if there is no better one."""
-FAIR = 0.25
-"""Reserve up to which the figures that it is made of are not relied on, and a pair is looked at whole."""
-LOOKED = 64
-"""Pairs of which paths are looked at, before all others."""
-DOUBTFUL = 10
-"""Pairs with a warning after which it is given up."""
-UNLIKE = np.array([*np.radians([0.4, 0.4, 2.0, 2.0]), 0.25, 0.25])
-"""Differences of cone angles, helix angles and shifts of which proposals have at least one."""
-SHARES, BETWEEN, TRIES = (0.03, 0.1, 0.3, 1.0), 3, 3
-"""Of the greatest change of a number in search of a request that works, shares tried between two of them, and
-how many changes of which it is hoped are looked at whole."""
-TIE = math.radians(0.02)
-"""Difference of the larger cone angle below which proposals of least cones are ranked by their reserve."""
+FAIR_RESERVE = 0.25
+"""Reserve up to which a pair is checked completely. Above this value, the criteria of the reserve are relied
+on."""
+STEEP_HELIX = math.radians(31.0)
+"""Helix angle above which pairs with a reserve above FAIR_RESERVE come after pairs with smaller helix angles,
+rad."""
+FIRST_PATHS = 64
+"""Number of pairs whose paths are computed first."""
+MAX_WARNINGS = 10
+"""Number of pairs with a warning after which the search is stopped."""
+LEAST_DIFFERENCE = np.array([*np.radians([0.4, 0.4, 2.0, 2.0]), 0.25, 0.25])
+"""Differences of cone angles, helix angles (rad) and shifts; two proposals have at least one of them."""
+CHANGE_SHARES = (0.03, 0.1, 0.3, 1.0)
+"""Fractions of the largest change of a quantity that are tried in the search for a request with a
+proposal."""
+SUBDIVISIONS, MAX_CHECKED_CHANGES = 3, 3
+"""Number of values tried between two fractions, and number of changes that are checked completely."""
+CONE_TIE = math.radians(0.02)
+"""Difference of the larger cone angles below which pairs are sorted by their reserve, rad."""
 
 
 @dataclass(frozen=True, eq=False)
 class Proposal:
-    """A pair that closes as required, and its `figures`, those of one pair (2, 1)."""
+    """Pair that meets the requirements, and its `figures`: the criteria of one pair."""
 
     design: Design
     figures: Figures
 
 
 class Refused(Exception):  # noqa: N818
-    """Why no pair is proposed; `nearest` is a request near it for which there is one, None where none was
+    """Reason why no pair is proposed. `nearest` is a similar request with a proposal, None if none was
     found."""
 
     def __init__(self, reason: str, nearest: Request | None) -> None:
-        """Take reason, in words, and nearest request."""
+        """Store the reason and the nearest request."""
         self.reason, self.nearest = reason, nearest
         super().__init__(reason)
 
 
-def propose(request: Request, most: int = MOST) -> tuple[Proposal, ...]:
-    """Find pairs that close as required, the best first.
+def propose(request: Request, most: int = DEFAULT_COUNT) -> tuple[Proposal, ...]:
+    """Return pairs that meet a request and have no warning of `check`, the best first.
 
     Parameters
     ----------
     request : Request
     most : int
-        Pairs to be found at the most.
+        Largest number of pairs.
 
     Returns
     -------
     tuple of Proposal
-        At least one; `check` warns of none.
+        At least one.
 
     Raises
     ------
     DesignError
-        For a request that cannot be meant, with a line for each fault.
+        If the request has faults, with one line for each.
     Refused
-        Where no pair was found.
+        If no pair was found.
+
+    Examples
+    --------
+    >>> import beveloid_geom as bg
+    >>> request = bg.Request(
+    ...     module=4.0, teeth=(25, 31), face_widths=(30.0, 30.0), backlash=0.05, shaft_angle=0.35,
+    ...     cone_angles=(0.05, 0.09),
+    ... )
+    >>> (best,) = bg.propose(request, most=1)
+    >>> print(f"{best.design.pair.offset:.1f} mm")
+    127.8 mm
     """
     if faults := faults_of(request):
         raise DesignError(faults)
-    found = candidates_of(request)
-    first = _chosen(request, found, most)
+    candidates = candidates_of(request)
+    first = _chosen(request, candidates, most)
     if first.proposals:
         return first.proposals
     others = others_found(request)
     second = _chosen(request, others, most)
     if second.proposals:
         return second.proposals
-    both = Candidates(np.concatenate((found.values, others.values), axis=1))
+    both = Candidates(np.concatenate((candidates.values, others.values), axis=1))
     raise Refused(_reason(request, first, second, both), _nearest(request))
 
 
 class Choice(NamedTuple):
-    """Proposals, and what is warned of the first pair that is looked at whole, None if nothing is."""
+    """Proposals, and the first warning of a completely checked pair (None without one)."""
 
     proposals: tuple[Proposal, ...] = ()
     warning: str | None = None
 
 
 def _chosen(request: Request, found: Candidates, most: int) -> Choice:
-    """Choose among pairs that close."""
+    """Return the best candidates within the limits that have no warning."""
     if not within(request, found).any():
         return Choice()
-    values, figures = _looked_at(request, found)
-    seen = _plain(values)
-    # What a parabola changes, or a tool that cuts far below the active flank, is not among the figures.
+    values, figures = _evaluated(request, found)
+    compared = _without_symmetry(values)
+    # The criteria do not cover parabolas and tools that cut far below the active flank.
     usual = request.members[1].tool == usual_tool(request.module, request.pressure_angle)
-    relied_on = FAIR if usual else math.inf
+    reliable = FAIR_RESERVE if usual else math.inf
+    # On parallel axes, the tips of a possible pair are clear of the fillets, so that only flanks can touch.
+    certified = not usual or request.shaft_angle > 0.0
     chosen: list[int] = []
     warnings: list[str] = []
     for k in _ranked(request, values, figures):
-        if chosen and figures.reserve[k] <= LITTLE:
+        if chosen and figures.reserve[k] <= SMALL_RESERVE:
             break
-        if any((np.abs(seen[:, k] - seen[:, j]) < UNLIKE).all() for j in chosen):
+        if any((np.abs(compared[:, k] - compared[:, j]) < LEAST_DIFFERENCE).all() for j in chosen):
             continue
-        if figures.reserve[k] > relied_on or (text := _warning_of(design_of(request, values[:, k]))) is None:
+        text = None
+        if not figures.reserve[k] > reliable:
+            text = _warning_of(design_of(request, values[:, k]), certified)
+        if text is None:
             chosen.append(k)
         else:
             warnings.append(text)
-        if len(chosen) == most or len(warnings) == DOUBTFUL:
+        if len(chosen) == most or len(warnings) == MAX_WARNINGS:
             break
     proposals = tuple(Proposal(design_of(request, values[:, k]), figures.take([k])) for k in chosen)
     return Choice(proposals, next(iter(warnings), None))
 
 
-def _warning_of(design: Design) -> str | None:
-    """Give the first warning of `check`, if there is one."""
-    return next((remark.text for remark in found_on(design) if remark.level != NOTE), None)
+def _warning_of(design: Design, certified: bool) -> str | None:
+    """Return the first warning of `check`, with or without a certificate, None without a warning."""
+    remarks = iter_findings(design, certified=certified)
+    return next((remark.text for remark in remarks if remark.level != NOTE), None)
 
 
-def _plain(values: FloatArray) -> FloatArray:
-    """Give cones, helices and shifts (6, n) of which a pair, its mirror image and the same pair seen from
-    behind, where toe is heel, have the same: right and left flanks are all they differ in."""
+def _without_symmetry(values: FloatArray) -> FloatArray:
+    """Return cone angles, helix angles and shifts (6, n) in a form that is equal for equivalent pairs.
+
+    Equivalent are a pair, its mirror image, and the pair with toe and heel exchanged. They differ only in
+    right and left flanks."""
     plain = values[:6].copy()
     for pair in (plain[:2], plain[2:4]):
         larger = np.where(np.abs(pair[0]) > np.abs(pair[1]) - 1e-6, pair[0], pair[1])
@@ -153,43 +178,51 @@ def _plain(values: FloatArray) -> FloatArray:
     return plain
 
 
-def _looked_at(request: Request, found: Candidates) -> tuple[FloatArray, Figures]:
-    """Give pairs within the limits and their figures: the first by what their teeth leave, all if none of
-    those is sound."""
+def _evaluated(request: Request, found: Candidates) -> tuple[FloatArray, Figures]:
+    """Return pairs within the limits and all their criteria.
+
+    The paths of the FIRST_PATHS best pairs are computed first, and those of all pairs if none of these has a
+    sufficient reserve."""
     values = found.values[:, within(request, found)]
     teeth = teeth_of(request, values)
     ranked = _ranked(request, values, teeth)
-    for rows in (ranked[:LOOKED], ranked):
+    for rows in (ranked[:FIRST_PATHS], ranked):
         figures = figures_of(request, values[:, rows], teeth.take(rows))
-        if len(rows) == len(ranked) or (figures.reserve > LITTLE).any():
+        if len(rows) == len(ranked) or (figures.reserve > SMALL_RESERVE).any():
             break
     return values[:, rows], figures
 
 
 def _ranked(request: Request, values: FloatArray, figures: Figures) -> list[int]:
-    """Give the pairs with a reserve, the greatest first; where cones are to be least, those of least ones. Of
-    equals that one is first whose drive flanks are nearer to line contact, then that of less helix. If there
-    is none, the pair that lacks least: the clearance of tips, for one, is an estimate."""
+    """Return the possible pairs, the best first.
+
+    The keys of the order are, the first most important: a positive reserve and the smallest cones, if least
+    cones are required; a reserve above FAIR_RESERVE without steep helix angles; the largest reserve; drive
+    flanks nearest to line contact; the smallest helix angle. If no pair is possible, the pair with the
+    largest reserve is returned, because its tip clearance is an estimate."""
     drive = figures.crossing[FLANKS.index(request.flank)]
     helix = np.abs(values[2:4]).max(axis=0)
-    keys: list[NDArray[Any]] = [helix, np.round(np.abs(drive) / TIE), -np.round(figures.reserve, 2)]
+    keys: list[NDArray[Any]] = [helix, np.round(np.abs(drive) / CONE_TIE), -np.round(figures.reserve, 2)]
+    # Steep helix angles cause axial forces: a pair with a fair reserve and a smaller helix angle is better.
+    keys.append(np.where(figures.reserve > FAIR_RESERVE, np.where(helix > STEEP_HELIX, 1, 0), 2))
     if request.least_cones:
-        keys += [np.round(np.abs(values[:2]).max(axis=0) / TIE), figures.reserve <= 0.0]
+        keys += [np.round(np.abs(values[:2]).max(axis=0) / CONE_TIE), figures.reserve <= 0.0]
     ranked = [int(k) for k in np.lexsort(keys) if figures.possible[k]]
     return ranked or [int(np.argmax(figures.reserve))]
 
 
 def _reason(request: Request, first: Choice, second: Choice, both: Candidates) -> str:
-    """Say why there is no proposal: no pair closes, the limits leave none, or there is a warning."""
+    """Return why there is no proposal: no pair meets the requirements, the limits exclude all, or all have a
+    warning."""
     if warning := first.warning or second.warning:
-        return f"each pair that closes like this has a warning, the best: {warning}"
+        return f"each pair that meets these requirements has a warning, the best one: {warning}"
     if unknown_of(request) is None:
-        return "as much is given as there is to be found, and it does not fit together"
-    return _beyond(request, both.values) if both.values.size else "no pair closes like this"
+        return "all quantities are given, and they do not fit together"
+    return _beyond(request, both.values) if both.values.size else "no pair meets these requirements"
 
 
 def _beyond(request: Request, values: FloatArray) -> str:
-    """Say which limits the pair nearest to them passes."""
+    """Return the limits that are exceeded by the pair nearest to them."""
     limits = limits_of(request)
     low, high = np.array(limits)[:, :1], np.array(limits)[:, 1:]
     past = np.maximum(np.maximum(low - values[:6], values[:6] - high) / (high - low + 1e-9), 0.0)
@@ -203,21 +236,21 @@ def _beyond(request: Request, values: FloatArray) -> str:
     shown = " and ".join(f"{units[j] * value:.3g}" for value in values[2 * j : 2 * j + 2, k])
     unit = "" if j == 2 else " deg"
     bounds = " to ".join(f"{units[j] * bound:g}" for bound in limits[2 * j])
-    return f"it would take {names[j]} of {shown}{unit}, beyond the limits {bounds}"
+    return f"it needs {names[j]} of {shown}{unit}, beyond the limits {bounds}"
 
 
 def _nearest(request: Request) -> Request | None:
-    """Find a request for which there is a pair, one number of it changed as little as goes; else the first
-    that gives less."""
-    tried = [(change, share) for share in SHARES for change in changes_of(request)]
-    for _ in range(TRIES):
-        if (first := _first_hopeful(request, tried)) is None:
+    """Return a request with a proposal, with one quantity changed as little as possible, or with fewer given
+    quantities."""
+    tried = [(change, share) for share in CHANGE_SHARES for change in changes_of(request)]
+    for _ in range(MAX_CHECKED_CHANGES):
+        if (first := _first_promising(request, tried)) is None:
             break
         change, share = tried[first]
         tried = tried[first + 1 :]
-        fails = max((each for each in SHARES if each < share), default=0.0)
-        nearer = [(change, float(each)) for each in np.linspace(fails, share, 2 + BETWEEN)[1:-1]]
-        least = _first_hopeful(request, nearer)
+        fails = max((each for each in CHANGE_SHARES if each < share), default=0.0)
+        nearer = [(change, float(each)) for each in np.linspace(fails, share, 2 + SUBDIVISIONS)[1:-1]]
+        least = _first_promising(request, nearer)
         for reached in (share,) if least is None else (nearer[least][1], share):
             for digits in (3, 5):
                 if works(changed := rounded(change(reached), request, digits)):
@@ -225,28 +258,32 @@ def _nearest(request: Request) -> Request | None:
     return next((other for other in others_of(request) if works(other)), None)
 
 
-def _first_hopeful(request: Request, tried: list[tuple[Change, float]]) -> int | None:
-    """Find the first of changes, with their shares, for which figures promise a pair."""
+def _first_promising(request: Request, tried: list[tuple[Change, float]]) -> int | None:
+    """Return the index of the first change whose criteria promise a proposal, None without any.
+
+    `tried` contains changes and their fractions."""
     requests = [change(share) for change, share in tried]
-    numbers = [number for number, one in enumerate(requests) if not faults_of(one)]
+    numbers = [number for number, each in enumerate(requests) if not faults_of(each)]
     changed = [requests[number] for number in numbers]
     if not changed or unknown_of(request) is None:
         return None
-    found, owner = found_for_each(changed)
-    kept = within(request, found)
-    values, owner = found.values[:, kept], owner[kept]
+    pairs, owner = found_for_each(changed)
+    inside = within(request, pairs)
+    values, owner = pairs.values[:, inside], owner[inside]
     teeth = teeth_of(request, values)
-    sound = np.flatnonzero(teeth.reserve > LITTLE)
-    for start in range(0, sound.size, LOOKED):
-        rows = sound[start : start + LOOKED]
-        hopeful = owner[rows[figures_of(request, values[:, rows], teeth.take(rows)).reserve > LITTLE]]
-        if hopeful.size:
-            return numbers[int(hopeful[0])]
+    sound = np.flatnonzero(teeth.reserve > SMALL_RESERVE)
+    for start in range(0, sound.size, FIRST_PATHS):
+        rows = sound[start : start + FIRST_PATHS]
+        promising = owner[
+            rows[figures_of(request, values[:, rows], teeth.take(rows)).reserve > SMALL_RESERVE]
+        ]
+        if promising.size:
+            return numbers[int(promising[0])]
     return None
 
 
 def works(request: Request) -> bool:
-    """Tell whether there is a proposal on a request."""
+    """Return whether a request has a proposal."""
     if faults_of(request):
         return False
     return bool(_chosen(request, candidates_of(request), 1).proposals)

@@ -1,4 +1,4 @@
-"""What is asked for: teeth, tool and layout of a pair, what of its members is given, and limits."""
+"""Requests for a pair: teeth, tool, layout, given quantities of the members, limits; and their faults."""
 
 from __future__ import annotations
 
@@ -7,45 +7,80 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+from ..arrays import FLANK_SIGN
 from ..design.field_limits import LIMITS, Fault, Limit, number_fault, refused
 from ..design.limits import in_degrees, outside
 from ..design.model import Member, Tool
 from ..gear.fillet import tool_round
 
-BACKLASH, MOST_BACKLASH = 0.04, 1.0
-"""Modules of backlash if none is given, and at the most."""
+BACKLASH = 0.04
+"""Default normal backlash, modules."""
 FACE = 10.0
-"""Modules of face width if none is given."""
-NEAR_SUM = 1.35
-"""What the sum of the reference cone angles may be over that of the working ones, or under it."""
-NEAR_HELIX = 1.05
-"""The same of helix angles."""
-CANCELLING = math.radians(1.0)
-"""Sum of helix angles of members whose axes intersect that profile shift can make of one that vanishes."""
-INTERNAL = "internal gears are not covered, both members have teeth outside"
+"""Default face width, modules."""
+CONE_SUM_FACTOR = 1.35
+"""Largest ratio of the sums of reference and working cone angles, and of its inverse."""
+HELIX_SUM_FACTOR = 1.05
+"""Largest ratio of the sums of reference and working helix angles."""
+HELIX_SUM_TOLERANCE = math.radians(1.0)
+"""Largest sum of the reference helix angles on intersecting axes, rad; the working helix angles cancel."""
+INTERNAL = "internal gears are not covered"
 
 
 class Bounds(NamedTuple):
-    """Least and greatest value."""
+    """Lower and upper limit."""
 
     low: float
     high: float
 
 
 CONES = Bounds(math.radians(-15.0), math.radians(15.0))
+"""Default limits of the cone angles, rad."""
 HELICES = Bounds(math.radians(-45.0), math.radians(45.0))
+"""Default limits of the helix angles, rad."""
 SHIFTS = Bounds(-0.5, 0.8)
-"""Limits of cone angles, helix angles and profile shifts, if none are given."""
+"""Default limits of the profile shifts."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """A pair that is asked for; mm and rad, shifts in modules, right hand positive.
+    """Requirements on a pair.
 
-    `offset` None leaves it free, 0 lets the axes intersect. What of the members is given is one of these:
-    `cone_angles`; `crossing`, the angle at which the generators of the drive `flank` cross, with the
-    pinion's `helix_angle`; `least_cones`; the whole `gear`, for which the pinion is found, with its tool; on
-    axes that intersect the helix angle alone. What is None is found within its limits."""
+    Exactly one of these is given: `cone_angles`; `crossing` with `helix_angle`; `least_cones`; `gear`; or, on
+    intersecting axes, `helix_angle` alone. Quantities that are None are computed within their limits.
+
+    Attributes
+    ----------
+    module : float
+        Normal module, mm.
+    teeth : tuple of int
+        Numbers of teeth of pinion and gear. All tuples are for pinion and gear.
+    face_widths : tuple of float
+        Face widths, mm.
+    shaft_angle : float
+        Magnitude of the shaft angle, rad.
+    backlash : float
+        Normal backlash, mm.
+    offset : float or None
+        Offset, mm; 0 for intersecting axes.
+    flank : str
+        Drive flanks.
+    cone_angles : tuple of float or None
+        Cone angles, rad.
+    helix_angle : float or None
+        Helix angle of the pinion, rad, right hand positive.
+    crossing : float or None
+        Angle between the generators of the drive flanks, rad; 0 is line contact.
+    least_cones : bool
+        Whether the larger cone angle is minimised.
+    shifts : tuple of float or None
+        Profile shift coefficients.
+    gear : Member or None
+        Given gear; the pinion has the same tool.
+    pressure_angle : float
+        Normal pressure angle, rad.
+    cone_limits, helix_limits, shift_limits : Bounds
+        Limits of computed quantities, rad and modules.
+    """
 
     module: float
     teeth: tuple[int, int]
@@ -67,25 +102,26 @@ class Request:
 
     @property
     def members(self) -> tuple[Member, Member]:
-        """Pinion and gear, of which teeth, tool and face are meant."""
+        """Pinion and gear with the given teeth, tool and face widths."""
         tool = usual_tool(self.module, self.pressure_angle)
         if self.gear is not None:
-            tool = replace(self.gear.tool, parabola=0.0)
+            tool = self.gear.tool.straight()
         sizes = zip(self.teeth, self.face_widths, strict=True)
         pinion, gear = (Member(tool, teeth, 0.0, 0.0, 0.0, face) for teeth, face in sizes)
         return pinion, self.gear or gear
 
 
 def usual_tool(module: float, pressure_angle: float) -> Tool:
-    """Give the usual basic rack, of a smaller tip round where the rounds of both flanks would overlap."""
+    """Return the usual basic rack; its tip radius is reduced if the rounds of both flanks would overlap."""
     tool = Tool(module, pressure_angle)
     sine, cosine = math.sin(pressure_angle), math.cos(pressure_angle)
-    whole = (0.25 * math.pi * cosine - float(tool.dedendum) * sine) / (1.0 - sine)  # one arc for both
-    return replace(tool, tip_radius=min(float(tool.tip_radius), max(math.floor(100.0 * whole) / 100.0, 0.0)))
+    full_round = (0.25 * math.pi * cosine - float(tool.dedendum) * sine) / (1.0 - sine)  # one arc
+    largest = max(math.floor(100.0 * full_round) / 100.0, 0.0)
+    return replace(tool, tip_radius=min(float(tool.tip_radius), largest))
 
 
 _BACKLASH = Limit(
-    0.0, MOST_BACKLASH, "modules", ((math.inf, "it is along the normal, usual are 0.02 to 0.1"),)
+    0.0, 1.0, "modules", ((math.inf, "it is the normal backlash, usual values are 0.02 to 0.1"),)
 )
 _PRESSURE = Limit(5.0, 32.0, "deg", ((math.inf, "the usual basic rack is pointed, usual are 14.5 to 25"),))
 _SHAFT = Limit(
@@ -94,19 +130,19 @@ _SHAFT = Limit(
     "deg",
     (
         (0.0, "give its magnitude, 0 is parallel axes"),
-        (math.inf, "it is the smaller angle of the two axes, take 180 deg less it"),
+        (math.inf, "it is the smaller angle between the axes, give 180 deg minus this angle"),
     ),
 )
 _CROSSING = Limit(0.0, 90.0, "deg", ((math.inf, "give its magnitude, 0 is line contact"),))
 
 
 def faults_of(request: Request) -> tuple[Fault, ...]:
-    """Find what cannot be meant: single values first, then what contradicts itself."""
+    """Return the faults of a request: values outside their limits, or else contradictions."""
     return tuple(_single_faults(request)) or tuple(_joint_faults(request))
 
 
 def _single_faults(request: Request) -> Iterator[Fault]:
-    """Find values outside their limits, angles in deg."""
+    """Yield values outside their limits, angles in deg."""
     tool, member, pair = LIMITS["Tool"], LIMITS["Member"], LIMITS["Pair"]
     cones, helix = request.cone_angles or (), request.helix_angle
     if text := number_fault(request.module, tool["normal_module"]):  # others are measured by it
@@ -139,11 +175,11 @@ def _single_faults(request: Request) -> Iterator[Fault]:
         ("shift_limits", request.shift_limits),
     ):
         if low > high:
-            yield Fault("", key, "must be the least value first, then the greatest")
+            yield Fault("", key, "must be the lower limit first, then the upper limit")
 
 
 def teeth_faults(numbers: tuple[int, int]) -> Iterator[Fault]:
-    """Find numbers of teeth that no member has."""
+    """Yield faults of numbers of teeth."""
     for teeth in numbers:
         if teeth < 0:
             yield Fault("", "teeth", refused("be at least 1", teeth, INTERNAL))
@@ -152,45 +188,44 @@ def teeth_faults(numbers: tuple[int, int]) -> Iterator[Fault]:
 
 
 def _joint_faults(request: Request) -> Iterator[Fault]:
-    """Find what does not go together."""
+    """Yield contradictions between given quantities."""
     given = [name for name in ("cone_angles", "crossing", "gear") if getattr(request, name) is not None]
     given += ["least_cones"] * request.least_cones
     crossed_gear = set(given) == {"crossing", "gear"}
     alone = not given and request.offset == 0.0 and request.helix_angle is not None
     ways = "--cones-deg, --crossing-deg with --helix-deg, --least-cones or --gear"
     if len(given) != 1 and not crossed_gear and not alone:
-        count = "nothing is given of" if not given else "too much is given of"
-        yield Fault("", "", f"{count} the members: give one of {ways}")
+        count = "no quantity" if not given else "more than one kind of quantity"
+        yield Fault("", "", f"{count} of the members is given: give one of {ways}")
         return
     if request.shaft_angle == 0.0:
         yield from _parallel_faults(request)
         return
     if request.offset is None and (request.crossing is not None or request.gear is not None):
-        yield Fault(
-            "", "offset", "is missing: it goes with --crossing-deg and --gear, 0 where axes intersect"
-        )
+        text = "is missing: --crossing-deg and --gear need it, 0 for intersecting axes"
+        yield Fault("", "offset", text)
     if request.gear is None and request.crossing is not None and request.helix_angle is None:
-        yield Fault("", "helix_deg", "is missing: the pinion's helix angle goes with --crossing-deg")
+        yield Fault("", "helix_deg", "is missing: --crossing-deg needs the helix angle of the pinion")
     if request.gear is not None:
         yield from _gear_faults(request, request.gear)
     elif request.offset == 0.0 and request.crossing is not None:
-        text = "does not go with --offset 0: on axes that intersect the helix angle makes it, leave it out"
+        text = "cannot be given with --offset 0: on intersecting axes it follows from the helix angle"
         yield Fault("", "crossing_deg", text)
     if request.cone_angles is not None:
         yield from _cone_faults(request, request.cone_angles)
 
 
 def _parallel_faults(request: Request) -> Iterator[Fault]:
-    """Find what does not go with parallel axes, on which cones and helix angles of both members cancel."""
+    """Yield contradictions on parallel axes, where cone and helix angles of both members cancel."""
     if request.offset == 0.0:
-        yield outside("", "offset", "be above 0 where the axes are parallel", 0.0, "or leave it out")
+        yield outside("", "offset", "be above 0 on parallel axes", 0.0, "or leave it out")
     if request.crossing is not None:
-        text = "does not go with --shaft-angle-deg 0: flanks on parallel axes touch along lines, leave it out"
+        text = "cannot be given with --shaft-angle-deg 0: flanks on parallel axes have line contact"
         yield Fault("", "crossing_deg", text)
-    cure = "those of members on parallel axes cancel"
+    cure = "on parallel axes the angles of both members cancel"
     if request.cone_angles is not None and sum(request.cone_angles) != 0.0:
         shown = " ".join(f"{in_degrees(cone):g}" for cone in request.cone_angles)
-        yield Fault("", "cones_deg", refused("be opposite where the axes are parallel", shown, cure))
+        yield Fault("", "cones_deg", refused("be opposite on parallel axes", shown, cure))
     gear, helix = request.gear, request.helix_angle
     if gear is not None and helix is not None and helix != -gear.helix_angle:
         limit = f"be {-in_degrees(gear.helix_angle):g} deg with this gear"
@@ -200,53 +235,53 @@ def _parallel_faults(request: Request) -> Iterator[Fault]:
 
 
 def _gear_faults(request: Request, gear: Member) -> Iterator[Fault]:
-    """Find what does not go with a gear that is given whole."""
+    """Yield contradictions with a given gear."""
     for tool in (gear.tool, request.members[0].tool):
         try:
-            tool_round(tool, "right")
+            for flank in FLANK_SIGN:
+                tool_round(tool, flank)
         except ValueError as error:
-            yield Fault("", "gear", f"has a tool that cuts no fillets: {error}")
+            yield Fault("", "gear", f"has a tool without a fillet: {error}")
             return
     if request.teeth[1] != gear.teeth:
-        yield outside(
-            "", "teeth", f"be {gear.teeth} of the gear, as --gear has", request.teeth[1], "change one"
-        )
+        yield outside("", "teeth", f"be {gear.teeth} for the gear of --gear", request.teeth[1], "change one")
     if request.shifts is not None:
-        yield Fault("", "shifts", "does not go with --gear, which has its own: use --shift-limits")
+        yield Fault("", "shifts", "cannot be given with --gear, which has a shift: use --shift-limits")
     if request.helix_angle is None or request.offset is None or request.shaft_angle == 0.0:
         return
-    total, own = request.helix_angle + float(gear.helix_angle), -in_degrees(gear.helix_angle)
-    if request.offset == 0.0 and abs(total) > CANCELLING:
-        cure = "the hands of members whose axes intersect are opposite, their helix angles nearly cancel"
-        yield outside(
-            "", "helix_deg", f"be about {own:g} deg with this gear", in_degrees(request.helix_angle), cure
-        )
-    elif request.offset > 0.0 and abs(total) > request.shaft_angle + CANCELLING:
-        low, high = (in_degrees(-float(gear.helix_angle) + way * request.shaft_angle) for way in (-1.0, 1.0))
-        cure = "helix angles of both together make at most about the shaft angle"
+    total, fitting = request.helix_angle + float(gear.helix_angle), -in_degrees(gear.helix_angle)
+    if request.offset == 0.0 and abs(total) > HELIX_SUM_TOLERANCE:
+        cure = "on intersecting axes the hands are opposite and the helix angles nearly cancel"
+        limit = f"be about {fitting:g} deg with this gear"
+        yield outside("", "helix_deg", limit, in_degrees(request.helix_angle), cure)
+    elif request.offset > 0.0 and abs(total) > request.shaft_angle + HELIX_SUM_TOLERANCE:
+        low, high = (in_degrees(-float(gear.helix_angle) + s * request.shaft_angle) for s in (-1.0, 1.0))
+        cure = "the sum of both helix angles is at most about the shaft angle"
         limit = f"be between {low:g} and {high:g} deg with this gear"
         yield outside("", "helix_deg", limit, in_degrees(request.helix_angle), cure)
 
 
 def _cone_faults(request: Request, cones: tuple[float, float]) -> Iterator[Fault]:
-    """Find cones that do not roll on each other at the shaft angle."""
+    """Yield faults of cones that do not roll on each other at the shaft angle."""
     shown = " ".join(f"{in_degrees(cone):g}" for cone in cones)
     total, shaft = abs(sum(cones)), request.shaft_angle
     if request.offset == 0.0:
-        if not shaft / NEAR_SUM < total < shaft * NEAR_SUM:
-            cure = "on axes that intersect they make the shaft angle, leave --offset out for crossed axes"
-            yield Fault("", "cones_deg", refused(f"be about {in_degrees(shaft):g} deg together", shown, cure))
+        if not shaft / CONE_SUM_FACTOR < total < shaft * CONE_SUM_FACTOR:
+            cure = "on intersecting axes their sum is the shaft angle, leave --offset out for crossed axes"
+            yield Fault(
+                "", "cones_deg", refused(f"have a sum of about {in_degrees(shaft):g} deg", shown, cure)
+            )
         return
-    if total > shaft * NEAR_SUM:
+    if total > shaft * CONE_SUM_FACTOR:
         cure = "cones whose sum is above the shaft angle do not roll on each other"
-        yield Fault("", "cones_deg", refused(f"be at most {in_degrees(shaft):g} deg together", shown, cure))
+        yield Fault("", "cones_deg", refused(f"have a sum of at most {in_degrees(shaft):g} deg", shown, cure))
         return
-    # Reference angles are near the working ones, for which this holds.
+    # The equation holds for the working angles, which are close to the reference angles.
     sine, cosine = (math.prod(function(cone) for cone in cones) for function in (math.sin, math.cos))
     needed = math.acos(min(1.0, (math.cos(shaft) + sine) / cosine))
     low, high = request.helix_limits
     reach = max(abs(2.0 * low), abs(2.0 * high))
-    if needed > reach * NEAR_HELIX:
-        cure = f"helix angles must make {in_degrees(needed):.4g} deg together, or take a smaller shaft angle"
+    if needed > reach * HELIX_SUM_FACTOR:
+        cure = f"the helix angles need a sum of {in_degrees(needed):.4g} deg, or choose a smaller shaft angle"
         limit = f"reach to {in_degrees(0.5 * needed):.4g} deg"
         yield Fault("", "helix_limits_deg", refused(limit, f"{in_degrees(low):g} {in_degrees(high):g}", cure))

@@ -1,1 +1,1 @@
-"""Results in words: tables, JSON, CSV."""
+"""Reports of results: text, JSON, CSV."""

@@ -1,22 +1,24 @@
-"""The columns of all results: name, unit in JSON and CSV, and how a text shows it.
+"""Columns of all results: unit in JSON and CSV, unit, digits and heading in a text.
 
-A name that is not here is looked up without its first word, and so on: pinion_z is a z. Names that are
-found nowhere have no unit.
+A name that is not listed is looked up without its first word, then without the first two words, and so on:
+pinion_z has the column of z. Other names have no unit.
 """
 
 from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 
 class Column(NamedTuple):
-    """`unit` in JSON and CSV; a text has `digits` after the point in the unit `shown`, under a `heading`
-    if the name itself is none."""
+    """Column of a table.
+
+    `unit` is the unit in JSON and CSV. A text has the unit `shown`, with `digits` after the decimal point,
+    under the `heading`, or under the name of the column if the heading is empty."""
 
     unit: str = ""
     shown: str = ""
@@ -25,117 +27,129 @@ class Column(NamedTuple):
 
 
 ARCSEC = math.degrees(3600.0)
+"""Seconds of arc in a radian."""
 SCALES = {"deg": math.degrees(1.0), "arcsec": ARCSEC, "um": 1e3}
-"""From rad and mm to the units of a text."""
-MM, ANGLE, SWING, SPEED = Column("mm"), Column("rad", "deg"), Column("rad", "arcsec"), Column("mm/rad")
+"""Factors from rad and mm to the units of a text."""
 PLACES = ("enter", "middle", "leave")
-COLUMNS: dict[str, Column] = {
-    **dict.fromkeys(
-        (
-            *("l", "l1", "l2", "u1", "u2", "x", "y", "z", "r"),
-            *("point", "least", "separation", "backlash", "length"),
-        ),
-        MM,
-    ),
-    **{f"{name}_{place}": Column("mm", digits=3) for name in ("z", "r") for place in PLACES},
-    "z1": Column("mm", heading="pinion z"),
-    "z2": Column("mm", heading="gear z"),
-    **dict.fromkeys(("offset", "offset_difference", "gap", "shift", "mounting", "mounting_change"), MM),
-    **dict.fromkeys(
-        ("dw1", "dw2", "rw1", "rw2", "working_radius", "offset_error", "axial_error", "axial"), MM
-    ),
-    "centre_distance_error": MM,
-    "centre": Column("mm", digits=3, heading="pinion z middle"),
-    "roll": Column("rad", "deg", 6),
-    **dict.fromkeys(("angle", "shaft_angle_error", "shaft_angle_difference", "plane_error"), ANGLE),
-    "transmission_error": SWING,
-    "peak_to_peak": SWING._replace(heading="transmission error"),
-    "cycle_peak_to_peak": SWING._replace(heading="the same of all teeth"),
-    "greatest_cycle_peak_to_peak": SWING._replace(heading="greatest under errors"),
-    "edge_share": Column(digits=4, heading="share carried by edges"),
-    "film_ratio": Column(heading="contact ratio in a film"),
-    **dict.fromkeys(("speed", "profile", "lengthwise", "sliding"), SPEED),
-    **dict.fromkeys(("specific", "specific_total"), Column(digits=3)),
-    **dict.fromkeys(("contact_ratio", "ratio"), Column(digits=6)),
-    "area": Column("mm^2"),
-    **dict.fromkeys(("major", "minor", "off_centre"), MM),
-    **dict.fromkeys(("diameter", "thickness", "height", "dimension", "beside"), MM),
-    "swivel": ANGLE,
-    "pair": Column(digits=0),
-    "deviation": Column("mm", "um", 3),
-    "profile_shift": Column(),
-    "tip_clearance": MM,
-    "undercut_margin": Column(digits=3),
-    "reserve": Column(digits=2),
-    "n_x": Column(),  # of a unit normal
-    "force": Column("N", digits=2),
-    "curvature": Column("1/mm", digits=7),
-    "semi_axis": MM,
-    "pressure": Column("MPa", digits=2),
-    **dict.fromkeys(("parabola_pinion", "parabola_gear"), Column("1/mm")),
-    **dict.fromkeys(("by_offset", "by_centre_distance", "by_pinion_axial", "by_gear_axial"), Column("1/mm")),
-    **dict.fromkeys(("by_shaft_angle", "by_in_plane", "by_out_of_plane"), Column("1/rad")),
-}
+_LENGTHS = """
+l l1 l2 u1 u2 x y z r point least separation backlash length offset offset_difference offset_error gap shift
+mounting mounting_change dw1 dw2 rw1 rw2 working_radius axial axial_error axial_distance centre_distance_error
+tip_clearance semi_axis major minor off_centre diameter thickness height dimension beside foot_distance span
+"""
+_PLACES = " ".join(f"{name}_{place}" for name in "zr" for place in PLACES)
+_COLUMNS = (
+    (Column("mm"), _LENGTHS),
+    (Column("mm", digits=3), _PLACES),
+    (Column("mm", heading="pinion z"), "z1"),
+    (Column("mm", heading="gear z"), "z2"),
+    (Column("mm", digits=3, heading="pinion z middle"), "centre"),
+    (Column("mm", "um", 3), "deviation"),
+    (Column("rad", "deg"), "angle shaft_angle_error shaft_angle_difference plane_error swivel"),
+    (Column("rad", "deg", 6), "roll"),
+    (Column("rad", "arcsec", heading="transmission error, gear ahead"), "transmission_error"),
+    (Column("rad", "arcsec", heading="transmission error"), "peak_to_peak"),
+    (Column("rad", "arcsec", heading="transmission error, all teeth"), "cycle_peak_to_peak"),
+    (Column("rad", "arcsec", heading="largest under errors"), "greatest_cycle_peak_to_peak"),
+    (Column(heading="share carried by edges"), "edge_share"),
+    (Column(heading="contact ratio in a film"), "film_ratio"),
+    (Column("mm/rad"), "speed profile lengthwise sliding"),
+    (Column(digits=6), "contact_ratio ratio"),
+    (Column(digits=3), "specific specific_total undercut_margin"),
+    (Column(), "profile_shift n_x"),
+    (Column(digits=2), "reserve"),
+    (Column(digits=0), "pair"),
+    (Column("mm^2"), "area"),
+    (Column("N", digits=2), "force"),
+    (Column("MPa", digits=2), "pressure"),
+    (Column("1/mm", digits=7), "curvature"),
+    (Column("1/mm"), "parabola_pinion parabola_gear"),
+    (Column("1/mm"), "by_offset by_centre_distance by_pinion_axial by_gear_axial"),
+    (Column("1/rad"), "by_shaft_angle by_in_plane by_out_of_plane"),
+)
+COLUMNS = {name: column for column, names in _COLUMNS for name in names.split()}
 
 
 def column(name: str) -> Column:
-    """Give the column of that name, or of the longest tail of it that is known."""
+    """Return the column of a name, or of its longest part that is listed."""
     words = name.split("_")
     tails = ("_".join(words[start:]) for start in range(len(words)))
     return next((COLUMNS[tail] for tail in tails if tail in COLUMNS), Column())
 
 
 def header_of(name: str, axis: str = "") -> str:
-    """Give the header in CSV: the name, the `axis` of a vector, the unit, as in least_mm, point_x_mm."""
+    """Return the header in CSV: name, axis of a vector and unit, such as least_mm or point_x_mm."""
     unit = column(name).unit.removeprefix("1").replace("/", "_per_").replace("^", "")
     return "_".join(part for part in (name, axis, unit.strip("_")) if part)
 
 
 def heading(name: str) -> str:
-    """Give the words for a column in a text."""
+    """Return the heading of a column in a text."""
     return column(name).heading or name.replace("_", " ")
 
 
 def unit_shown(name: str) -> str:
-    """Give the unit of a column in a text."""
+    """Return the unit of a column in a text."""
     return column(name).shown or column(name).unit
 
 
 def label(name: str) -> str:
-    """Give words and unit for a row of a text, as in 'pinion z, mm'."""
+    """Return heading and unit for a row of a text, such as 'pinion z, mm'."""
     return ", ".join(part for part in (heading(name), unit_shown(name)) if part)
 
 
 def scaled(name: str, values: Any) -> Any:
-    """Give values of a column in the unit of a text."""
+    """Return values of a column in the unit of a text."""
     return SCALES.get(column(name).shown, 1.0) * np.asarray(values)
 
 
 def number(name: str, value: Any, width: int = 0) -> str:
-    """Write a value of a column as a text has it."""
+    """Return a value of a column as in a text, right-aligned in `width` characters."""
     return f"{scaled(name, value):z{width or ''}.{column(name).digits}f}"
+
+
+def known_number(name: str, value: Any) -> str:
+    """Return a value of a column as in a text, '-' for NaN."""
+    return "-" if math.isnan(value) else number(name, value)
+
+
+def labelled_lines(rows: Iterable[tuple[str, Iterable[str]]], label_width: int, cell_width: int) -> str:
+    """Return rows of a table as text: a label, and right-aligned cells of equal width."""
+    lines = (
+        f"{label:<{label_width}}" + "".join(f"{x:>{cell_width}}" for x in cells) for label, cells in rows
+    )
+    return "\n".join(lines) + "\n"
 
 
 def table_lines(
     columns: Mapping[str, Any], status: Sequence[str], words: Mapping[str, Sequence[str]] | None = None
 ) -> str:
-    """Write a table of columns (n,), a row for each position that is solved, the name of its `status` for
-    every other; columns of `words` end a row."""
+    """Return a table as text, one row for each position.
+
+    Parameters
+    ----------
+    columns : mapping
+        Numbers (n,) by name of the column.
+    status : sequence of str
+        'solved', or the text that replaces the numbers of the row.
+    words : mapping, optional
+        Texts (n,) at the end of each row, by heading.
+    """
     rows, widths = [""] * len(status), []
-    heads: list[list[str]] = []
+    headings: list[list[str]] = []
     for name, values in columns.items():
         width = max(6 + column(name).digits, 1 + max(map(len, heading(name).split())))
-        heads.append([*textwrap.wrap(heading(name), width - 1), unit_shown(name)])
+        headings.append([*textwrap.wrap(heading(name), width - 1), unit_shown(name)])
         widths.append(width)
         rows = [row + number(name, value, width) for row, value in zip(rows, values, strict=True)]
     rows = [row if state == "solved" else f"{state:>24}" for row, state in zip(rows, status, strict=True)]
-    depth = max(map(len, heads))
-    filled = ([""] * (depth - len(head)) + head for head in heads)
-    tops = [
+    # Headings of different heights are aligned at the unit, their last line.
+    depth = max(map(len, headings))
+    aligned = ([""] * (depth - len(lines)) + lines for lines in headings)
+    top = [
         "".join(f"{word:>{width}}" for word, width in zip(row, widths, strict=True))
-        for row in zip(*filled, strict=True)
+        for row in zip(*aligned, strict=True)
     ]
-    for name, listed in (words or {}).items():
-        tops[-2] += f"  {name}"
-        rows = [f"{row}  {word}" for row, word in zip(rows, listed, strict=True)]
-    return "\n".join([*(top.rstrip() for top in tops), *rows]) + "\n"
+    for name, texts in (words or {}).items():
+        top[-2] += f"  {name}"
+        rows = [f"{row}  {text}" for row, text in zip(rows, texts, strict=True)]
+    return "\n".join([*(row.rstrip() for row in top), *rows]) + "\n"

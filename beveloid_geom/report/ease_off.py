@@ -1,4 +1,4 @@
-"""The ease-off of both flanks of a pinion, with its parabolas and without."""
+"""Report of `ease-off`: both flanks of the pinion, with the parabolas of the design and without."""
 
 from __future__ import annotations
 
@@ -10,139 +10,128 @@ import numpy as np
 from ..analysis.ease_off import EaseOff, ease_off
 from ..arrays import FLANK_SIGN
 from ..contact.path import path_of_contact
+from ..design.ends import end_names
 from ..design.model import Design
 from ..findings.path import reason_of
 from ..status import Status
-from .columns import number
-from .result import Rows
-from .words import head_lines, layout_data, line, status_name
+from .columns import known_number, labelled_lines
+from .result import MEMBERS, Report, Rows, flattened, picked, stacked_rows
+from .text import head_lines, line
 
 GIVEN, PLAIN = "as_given", "without_parabola"
 GRID = ("l", "z", "deviation", "pinion_roll")
-"""Numbers of a point."""
+"""Quantities of a point."""
 POINT = ("flank", "parabola", "profile_place", "face_place", *GRID, "status")
 """Columns of a point."""
-LABELS = {
-    **{f"{depth}_{end}": f"{depth}, {end}" for depth in ("root", "tip") for end in ("toe", "heel")},
+SECOND_ORDER = {
     "mean": "mean",
     "face_slope": "slope along the face",
     "profile_slope": "slope along the profile",
     "face_crowning": "crowning along the face",
     "profile_crowning": "crowning along the profile",
     "twist": "twist",
-    "rest": "rms of the rest",
+    "rest": "rms of the residual",
 }
-"""Words for the corners and coefficients of a text."""
+"""Labels of the coefficients of a quadratic surface."""
+LABELS = {f"{depth}_{end}": f"{depth}, {{{end}}}" for depth in ("root", "tip") for end in ("toe", "heel")}
+LABELS |= SECOND_ORDER
+"""Labels of corners and coefficients; {toe} and {heel} are replaced by the printed names of the ends."""
 
 
 @dataclass(frozen=True, eq=False)
-class EaseOffReport:
-    """Ease-off of right and left flanks of a single design: `found` by flank and by GIVEN and PLAIN, with its
-    parabolas and without; where a pair has no path of contact, the reason why."""
+class EaseOffReport(Report):
+    """Ease-off of right and left flanks of a single design.
+
+    `results` contains the ease-off by flank and by GIVEN or PLAIN, or the reason for a missing path of
+    contact."""
 
     name: str
     design: Design
-    found: dict[tuple[str, str], EaseOff | str]
+    results: dict[tuple[str, str], EaseOff | str]
 
     @property
     def known(self) -> dict[tuple[str, str], EaseOff]:
-        """What was found."""
-        return {key: one for key, one in self.found.items() if isinstance(one, EaseOff)}
+        """The ease-off of the flanks with a path of contact."""
+        return {key: result for key, result in self.results.items() if isinstance(result, EaseOff)}
 
     @property
     def reason(self) -> str | None:
-        """Why the design as given has no path on a flank, None if it has both."""
-        return next(
-            (one for (_, of), one in self.found.items() if of == GIVEN and isinstance(one, str)), None
-        )
+        """Reason why the design as given has no path on a flank, None if it has both."""
+        given = (result for (_, state), result in self.results.items() if state == GIVEN)
+        return next((result for result in given if isinstance(result, str)), None)
 
-    @property
-    def failure(self) -> str | None:
-        """Why there is no contact."""
-        return f"No contact: {self.reason}" if self.reason else None
-
-    def data(self) -> dict[str, Any]:
-        """Give grids, corners and coefficients; mm."""
-        data = layout_data(self.name, self.design)
-        data["parabola"] = {name: getattr(self.design, name).tool.parabola for name in ("pinion", "gear")}
-        for (flank, state), one in self.found.items():
-            own = {"reason": one} if isinstance(one, str) else _numbers(one)
-            data.setdefault(flank, {})[state] = own
-        return data | ({"reason": self.reason} if self.reason else {})
+    def values(self) -> dict[str, Any]:
+        """Return grids, corners and coefficients; mm."""
+        tools = {name: getattr(self.design, name).tool for name in MEMBERS}
+        flanks: dict[str, Any] = {
+            flank: {"parabola": {name: tool.parabola_of(flank) for name, tool in tools.items()}}
+            for flank in FLANK_SIGN
+        }
+        for (flank, state), result in self.results.items():
+            flanks[flank][state] = {"reason": result} if isinstance(result, str) else _numbers(result)
+        apex = {name: tool.parabola_apex for name, tool in tools.items()}
+        return {"parabola": flanks["right"]["parabola"], "parabola_apex": apex, **flanks}
 
     def rows(self) -> Rows:
-        """Give the points."""
-        tables = [_points(flank, state, one) for (flank, state), one in self.known.items()]
-        return {name: [value for table in tables for value in table[name].tolist()] for name in POINT}
+        """Return the points."""
+        return stacked_rows([_points(*key, result) for key, result in self.known.items()], POINT)
 
     def summary(self) -> str:
-        """Write corners and coefficients of both flanks, then how they are meant."""
+        """Return corners and coefficients of both flanks, and their definitions."""
         text = f"Ease-off of {self.name}: the pinion's flanks against the conjugate of the untrimmed gear\n\n"
-        bent = any(float(member.tool.parabola) for member in self.design.members)
-        shown = [key for key in self.found if bent or key[1] == GIVEN]
-        heads = [f"{flank} flanks" for flank, _ in shown], [state.replace("_", " ") for _, state in shown]
-        text += "".join(
-            f"{label:30}" + "".join(f"{head:>17}" for head in row) + "\n"
-            for label, row in zip(("", "  um"), heads, strict=True)
-        )
-        sizes = [_sizes(one) if isinstance(one, EaseOff) else {} for one in map(self.found.get, shown)]
+        modified = self.design.has_parabola
+        shown = [key for key in self.results if modified or key[1] == GIVEN]
+        rows = [("", [f"{flank} flanks" for flank, _ in shown])]
+        rows += [("  um", [state.replace("_", " ") for _, state in shown])]
+        sizes = [_sizes(self.known[key]) if key in self.known else {} for key in shown]
+        ends = dict(zip(("toe", "heel"), end_names(self.design.pinion), strict=True))
         for name, words in LABELS.items():
-            values = (own.get(name, np.nan) for own in sizes)
-            cells = (f"{'-':>17}" if np.isnan(size) else number("deviation", size, 17) for size in values)
-            text += f"  {words:28}" + "".join(cells) + "\n"
-        text += "\n" + head_lines(self.design)
-        text += line("sign", "positive where the flanks part; they touch at mid-roll of the path, at 0")
+            cells = [known_number("deviation", by_name.get(name, np.nan)) for by_name in sizes]
+            rows.append((f"  {words.format(**ends)}", cells))
+        text += labelled_lines(rows, 30, 17) + "\n" + head_lines(self.design)
+        text += line("sign", "positive where the flanks are apart; 0 at the contact at mid-roll of the path")
         text += line(
-            "coefficients", "of 1, x, y, x^2 - 1/3, y^2 - 1/3 and x y; x toe to heel, y root to tip, -1 to 1"
+            "coefficients",
+            "of 1, x, y, x^2 - 1/3, y^2 - 1/3 and x y;"
+            f" x {ends['toe']} to {ends['heel']}, y root to tip, -1 to 1",
         )
         return text + "".join(line("note", note) for key in shown if (note := self._note(*key)))
 
     def _note(self, flank: str, state: str) -> str:
-        """Say what is not known of a flank."""
-        one, lead = self.found[flank, state], f"{flank} flanks, {state.replace('_', ' ')}"
-        if isinstance(one, str):
-            return f"{lead}: {one}"
-        lost = np.count_nonzero(one.status != Status.SOLVED)
-        return f"{lead}: the mate has no conjugate at {lost} of {one.status.size} points" if lost else ""
+        """Return why the ease-off of a flank, or of some of its points, is unknown."""
+        result, lead = self.results[flank, state], f"{flank} flanks, {state.replace('_', ' ')}"
+        if isinstance(result, str):
+            return f"{lead}: {result}"
+        count = np.count_nonzero(result.status != Status.SOLVED)
+        return f"{lead}: the mate has no conjugate at {count} of {result.status.size} points" if count else ""
 
 
 def ease_off_report(name: str, design: Design, grid: tuple[int, int]) -> EaseOffReport:
-    """Find the ease-off of a single design; the grid and ValueError as of `ease_off`."""
-    designs = {GIVEN: design, PLAIN: design.with_parabola(0.0, 0.0)}
-    found: dict[tuple[str, str], EaseOff | str] = {}
+    """Return the ease-off of a single design; `grid` and ValueError as in `ease_off`."""
+    designs = {GIVEN: design, PLAIN: design.unmodified()}
+    results: dict[tuple[str, str], EaseOff | str] = {}
     for flank in FLANK_SIGN:
-        for state, one in designs.items():
-            reason = reason_of(path_of_contact(one, flank, 2))
-            found[flank, state] = reason or ease_off(one, flank, grid)
-    return EaseOffReport(name, design, found)
+        for state, variant in designs.items():
+            reason = reason_of(path_of_contact(variant, flank, 2))
+            results[flank, state] = reason or ease_off(variant, flank, grid)
+    return EaseOffReport(name, design, results)
 
 
-def _sizes(one: EaseOff) -> dict[str, float]:
-    """Give corners and coefficients, mm."""
-    return one.corners | vars(one.second_order)
+def _sizes(result: EaseOff) -> dict[str, float]:
+    """Return corners and coefficients by name, mm."""
+    return result.corners | vars(result.second_order)
 
 
-def _numbers(one: EaseOff) -> dict[str, Any]:
-    """Give the entries of one flank in JSON."""
-    status = [[status_name(int(code)) for code in row] for row in one.status]
-    places = {"profile_place": one.profile, "face_place": one.face}
-    grid = {name: getattr(one, name) for name in GRID}
+def _numbers(result: EaseOff) -> dict[str, Any]:
+    """Return the entries of one flank in JSON."""
     return {
-        **places,
-        **grid,
-        "status": status,
-        "corners": one.corners,
-        "second_order": vars(one.second_order),
+        **{"profile_place": result.profile, "face_place": result.face},
+        **picked(result, *GRID, "status", "corners", "second_order"),
     }
 
 
-def _points(flank: str, state: str, one: EaseOff) -> dict[str, Any]:
-    """Give the points of one flank."""
-    places = np.meshgrid(one.profile, one.face, indexing="ij")
-    return {
-        "flank": np.full(one.status.size, flank),
-        "parabola": np.full(one.status.size, state),
-        **{name: place.ravel() for name, place in zip(("profile_place", "face_place"), places, strict=True)},
-        **{name: getattr(one, name).ravel() for name in GRID},
-        "status": np.array([status_name(int(code)) for code in one.status.ravel()]),
-    }
+def _points(flank: str, state: str, result: EaseOff) -> dict[str, Any]:
+    """Return the columns of one flank."""
+    profile, face = np.meshgrid(result.profile, result.face, indexing="ij")
+    columns = {"profile_place": profile, "face_place": face, **picked(result, *GRID, "status")}
+    return {"flank": flank, "parabola": state} | flattened(columns)

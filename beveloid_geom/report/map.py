@@ -1,4 +1,4 @@
-"""A map of a design over two of its values."""
+"""Report of `map`: results over two quantities of a design."""
 
 from __future__ import annotations
 
@@ -9,178 +9,182 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.maps import FIGURES, IN_OPERATION, UNITS, DesignMap, own_values
+from ..analysis.maps import FIGURES, IN_OPERATION, INPUTS, DesignMap, own_values
 from ..arrays import Mask
 from ..design.model import Design
+from ..findings.path import batch_reason
 from ..status import Status
 from .columns import column, label, scaled
-from .result import Rows
-from .words import WIDTH, error_words, head_data, head_lines, line, status_name, status_words
+from .result import ResultReport, Rows, flattened, picked
+from .text import LINE_WIDTH, error_words, head_lines, line, status_words
 
-ALIKE = 1e-9
-"""In the unit of the text: figures no further apart are the same everywhere."""
-AS_GOOD = 1e-9
-"""Share by which a contact ratio may miss what is asked for: that of the design itself is met by its cell."""
 WORDS = {
     "parabola": "parabola coefficients",
     "mounting": "changes of the mounting distances",
     "shift": "profile shift coefficients",
 }
-SIDES = {
-    "parabola": ("parabola_pinion", "parabola_gear"),
-    "mounting": ("pinion_mounting_change", "gear_mounting_change"),
-    "shift": ("profile_shift_pinion", "profile_shift_gear"),
-}
-"""Columns of the values."""
+MASKS = ("hollow", "interferes", "jammed")
+"""Properties of a cell."""
 
 
 @dataclass(frozen=True, eq=False)
-class MapReport:
-    """The map `found` of a single design."""
-
-    name: str
-    found: DesignMap
+class MapReport(ResultReport[DesignMap]):
+    """Map of a single design over two of its quantities."""
 
     @property
     def reason(self) -> str | None:
-        """Why there is nothing to be seen, None if some cell has a path."""
-        none = f"no cell of the map has a path on the {self.found.flank} flanks"
-        return None if self.found.solved.any() else none
+        """Reason why no cell has a path, None if one has."""
+        return batch_reason(f"no cell of the map has a path on the {self.flank} flanks", self.result.status)
 
-    @property
-    def failure(self) -> str | None:
-        """Why there is no contact."""
-        return f"No contact: {self.reason}" if self.reason else None
-
-    def data(self) -> dict[str, Any]:
-        """Give the map, in it a row for each value of the pinion."""
-        found = self.found
-        data = {
-            **head_data(self.name, found.design, found.flank),
-            "over": found.over,
-            "errors": dict(vars(found.errors)),
-            "pinion": found.pinion,
-            "gear": found.gear,
-            "map": {
-                "status": [[status_name(code) for code in row] for row in found.status.tolist()],
-                **{mask: getattr(found, mask) for mask in ("hollow", "interferes", "jammed")},
-                **{figure: getattr(found, figure) for figure in figures_of(found)},
-            },
+    def values(self) -> dict[str, Any]:
+        """Return the map, one row for each value of the pinion."""
+        result = self.result
+        return {
+            "over": result.preset or list(result.over),
+            "errors": result.errors,
+            "pinion": result.first,
+            "gear": result.second,
+            "map": picked(result, "status", *MASKS, *figures_of(result)),
         }
-        return data | ({"reason": self.reason} if self.reason else {})
 
     def rows(self) -> Rows:
-        """Give the cells."""
-        return map_rows(self.found)
+        """Return the cells."""
+        return map_rows(self.result)
 
     def summary(self) -> str:
-        """Write the extremes of the figures and where they are."""
-        found, unit = self.found, UNITS[self.found.over]
-        shape = f"{found.pinion.size} x {found.gear.size} cells"
-        text = f"Map of {self.name} over the {WORDS[found.over]}, {found.flank} flanks: {shape}\n"
-        text += head_lines(found.design) + line("errors for shift", error_words(found.errors))
+        """Return the extremes of the results and their positions."""
+        result = self.result
+        units = [INPUTS[name][1] for name in result.over]
+        shape = f"{result.first.size} x {result.second.size} cells"
+        inputs = WORDS[result.preset] if result.preset else " and ".join(result.over)
+        text = f"Map of {self.name} over the {inputs}, {self.flank} flanks: {shape}\n"
+        text += head_lines(result.design) + line("errors for shift", error_words(result.errors))
         sides = (
             f"{member} {values[0]:.6g} to {values[-1]:.6g} {unit}".rstrip()
-            for member, values in (("pinion", found.pinion), ("gear", found.gear))
+            for member, values, unit in zip(
+                _headings(result), (result.first, result.second), units, strict=True
+            )
         )
-        text += line("values", ", ".join(sides)) + line("cells", cell_words(found))
+        text += line("values", ", ".join(sides)) + line("cells", cell_words(result))
         if self.reason:
             return text
-        sound = bool(found.sound.any())
-        cells = found.sound if sound else found.solved
-        which = "neither hollow nor with negative backlash" if sound else "with a path, none of it sound"
-        where = f"values of the members in {unit}" if unit else "values of the members have no unit"
-        text += f"\nOf the {np.count_nonzero(cells)} cells {which}, {where}:\n"
-        return text + _extreme_lines(found, cells) + _quadrant_lines(found)
+        sound = bool(result.sound.any())
+        cells = result.sound if sound else result.solved
+        which = (
+            "neither hollow nor with negative backlash" if sound else "with a path, none of which is sound"
+        )
+        both = " and ".join(dict.fromkeys(unit for unit in units if unit))
+        values = "values of the members" if result.preset else "values of the inputs"
+        unit_words = f"{values} in {both}" if both else f"{values} have no unit"
+        text += f"\nExtremes over the {np.count_nonzero(cells)} cells {which}, {unit_words}:\n"
+        return text + _extreme_lines(result, cells) + _quadrant_lines(result)
 
 
-def map_rows(found: DesignMap) -> Rows:
-    """Give the cells of a map as columns."""
-    sides = np.meshgrid(found.pinion, found.gear, indexing="ij")
-    masks = ("hollow", "interferes", "jammed")
-    return {
-        **{name: side.ravel() for name, side in zip(SIDES[found.over], sides, strict=True)},
-        "status": [status_name(code) for code in found.status.ravel().tolist()],
-        **{name: getattr(found, name).astype(int).ravel() for name in masks},
-        **{figure: getattr(found, figure).ravel() for figure in figures_of(found)},
-    }
+def _headings(result: DesignMap) -> tuple[str, str]:
+    """Return the printed names of both inputs."""
+    return ("pinion", "gear") if result.preset else result.over
 
 
-def figures_of(found: DesignMap) -> tuple[str, ...]:
-    """Give the names of what a map holds: what it has of the operation only if some cell does."""
-    return (*FIGURES, *(name for name in IN_OPERATION if np.isfinite(getattr(found, name)).any()))
+def map_rows(result: DesignMap) -> Rows:
+    """Return the cells of a map as columns."""
+    sides = np.meshgrid(result.first, result.second, indexing="ij")
+    inputs = dict(zip(result.over, sides, strict=True))
+    return flattened(inputs | picked(result, "status", *MASKS, *figures_of(result)))
 
 
-def cell_words(found: DesignMap) -> str:
-    """Say how many cells have a path, how many have none by status, and how many no pair can run in."""
-    counts = {status_words(status): found.status == status for status in Status}
+def figures_of(result: DesignMap) -> tuple[str, ...]:
+    """Return the names of the results of a map, those in operation only if they are known in a cell."""
+    return (*FIGURES, *(name for name in IN_OPERATION if np.isfinite(getattr(result, name)).any()))
+
+
+def cell_words(result: DesignMap) -> str:
+    """Return the numbers of cells by status and by property."""
+    counts = {status_words(status): result.status == status for status in Status}
     words = [f"{count} {name}" for name, mask in counts.items() if (count := int(np.count_nonzero(mask)))]
     for mask, text in (
-        (found.solved & np.isnan(found.shift), "an error of the shift carries the path off the flanks"),
-        (found.hollow, "the flanks are hollow against each other"),
-        (found.interferes, "the backlash is negative"),
-        (found.jammed, "the pair cannot be assembled"),
+        (result.solved & np.isnan(result.shift), "an error moves the path off the flanks"),
+        (result.hollow, "the relative curvature of the flanks is negative"),
+        (result.interferes, "the backlash is negative"),
+        (result.jammed, "the pair cannot be assembled"),
     ):
         if count := int(np.count_nonzero(mask)):
             words.append(f"in {count} {text}")
     return ", ".join(words)
 
 
-def _extreme_lines(found: DesignMap, cells: Mask) -> str:
-    """Write least and greatest of each figure over some cells, and where; of the angle its magnitude."""
-    lines = [f"{'':<27}{'least':>10}{'pinion':>11}{'gear':>11}{'greatest':>12}{'pinion':>11}{'gear':>11}"]
-    for figure in figures_of(found):
-        values = np.where(cells, scaled(figure, getattr(found, figure)), np.nan)
+def _extreme_lines(result: DesignMap, cells: Mask) -> str:
+    """Return least and largest value of each result over some cells, and their positions; magnitudes of
+    angles."""
+    equal_tolerance = 1e-9
+    first, second = (name[:10] for name in _headings(result))
+    lines = [f"{'':<27}{'least':>10}{first:>11}{second:>11}{'largest':>12}{first:>11}{second:>11}"]
+    for figure in figures_of(result):
+        values = np.where(cells, scaled(figure, getattr(result, figure)), np.nan)
         values = np.abs(values) if figure == "angle" else values
         if np.isnan(values).all():
             continue
         text, digits = f"{label(figure):<27}", column(figure).digits
-        if np.nanmax(values) - np.nanmin(values) < ALIKE:
-            lines.append(f"{text}{np.nanmin(values):z10.{digits}f}  in all of them")
+        if np.nanmax(values) - np.nanmin(values) < equal_tolerance:
+            lines.append(f"{text}{np.nanmin(values):z10.{digits}f}  in all cells")
             continue
         for width, pick in ((10, np.nanargmin), (12, np.nanargmax)):
             i, j = np.unravel_index(pick(values), values.shape)
-            at = found.pinion[i], found.gear[j]
+            at = result.first[i], result.second[j]
             text += f"{values[i, j]:z{width}.{digits}f}" + "".join(f"{v + 0.0:11.4g}" for v in at)
         lines.append(text)
     return "\n".join(lines) + "\n"
 
 
-def quadrant_bests(found: DesignMap, ratio: float) -> dict[str, tuple[int, float, tuple[float, float]]]:
-    """Count in each of the paper's quadrants of a map of coefficients, C1 to C4, the sound cells that reach a
-    contact `ratio`, and find the least shift (mm) of those and where it is; NaN without any."""
+def quadrant_bests(result: DesignMap, ratio: float) -> dict[str, tuple[int, float, tuple[float, float]]]:
+    """Return the best sound cells in each quadrant of a map over the parabola coefficients.
+
+    The quadrants are the cases C1 to C4 of the paper: the signs of both coefficients.
+
+    Parameters
+    ----------
+    result : DesignMap
+    ratio : float
+        Least contact ratio.
+
+    Returns
+    -------
+    dict
+        By quadrant: number of sound cells with at least this ratio, their least shift (mm) and the
+        coefficients (1/mm) of that cell; NaN without any.
+    """
+    relative_tolerance = 1e-9  # so that the cell of the design has the ratio of the design
     bests = {}
-    for name, cells in found.quadrants().items():
+    for name, cells in result.quadrants().items():
         with np.errstate(invalid="ignore"):
-            good = cells & found.sound & (found.contact_ratio >= (1.0 - AS_GOOD) * ratio)
-        shift = np.where(good, found.shift, np.nan)
+            good = cells & result.sound & (result.contact_ratio >= (1.0 - relative_tolerance) * ratio)
+        shift = np.where(good, result.shift, np.nan)
         if np.isnan(shift).all():
             bests[name] = (int(np.count_nonzero(good)), math.nan, (math.nan, math.nan))
             continue
         i, j = np.unravel_index(np.nanargmin(shift), shift.shape)
-        where = float(found.pinion[i]), float(found.gear[j])
+        where = float(result.first[i]), float(result.second[j])
         bests[name] = (int(np.count_nonzero(good)), float(shift[i, j]), where)
     return bests
 
 
 def ratio_as_given(design: Design, flank: str) -> float:
-    """Give the contact ratio of the design as it is, NaN if that is not known."""
+    """Return the contact ratio of the design, NaN if it is unknown."""
     from ..contact.path import contact_ratio
 
     return float(contact_ratio(design, flank))
 
 
-def _quadrant_lines(found: DesignMap) -> str:
-    """Compare the paper's cases at a contact ratio no lower than as given."""
-    if found.over != "parabola":
+def _quadrant_lines(result: DesignMap) -> str:
+    """Return a comparison of the cases C1 to C4 of the paper at the contact ratio of the design or above."""
+    if result.preset != "parabola":
         return ""
-    ratio = ratio_as_given(found.design, found.flank)
+    ratio = ratio_as_given(result.design, result.flank)
     if not ratio > 0.0:
-        return "\nThe design itself has no contact ratio to be kept: the cases are not compared.\n"
-    own = "pinion {:g}, gear {:g}".format(*own_values(found.design, found.over))
-    least = f"Least shift where the contact ratio is at least {ratio:.4f}, that of the design ({own}):"
-    text = f"\n{textwrap.fill(least, WIDTH)}\n"
-    for name, (count, shift, where) in quadrant_bests(found, ratio).items():
+        return "\nThe design has no contact ratio: the cases are not compared.\n"
+    values = "pinion {:g}, gear {:g}".format(*own_values(result.design, result.over, result.flank))
+    least = f"Least shift where the contact ratio is at least {ratio:.4f}, that of the design ({values}):"
+    text = f"\n{textwrap.fill(least, LINE_WIDTH)}\n"
+    for name, (count, shift, where) in quadrant_bests(result, ratio).items():
         if math.isnan(shift):
             text += f"{name:<20}no such cell\n"
         else:

@@ -1,46 +1,67 @@
-"""A pair in operation: one mesh cycle."""
+"""Report of `operation`: one mesh cycle of a pair."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from ..analysis.cycle_statistics import pattern_ends
 from ..contact.path import contact_ratio
+from ..design.ends import limit_words
 from ..design.model import Design
 from ..findings.backlash import backlash_report
-from ..findings.path import UNKNOWN
+from ..findings.diagnostics import NOTE, UNKNOWN, WARNING, Remark, remarks_data
+from ..findings.path import first_contact_reason
 from ..operation.first_contact import FirstContact
 from ..operation.mesh_cycle import MeshCycle
 from ..operation.operating_ratio import operating_ratios
-from ..status import FirstStatus, Limit, RatioStatus
+from ..status import FirstStatus, Limit, NotComputed, RatioStatus
+from ..support.process import NOT_COMPUTED
 from .columns import number, table_lines
-from .result import Rows
-from .words import failure_of, head_data, line, mounted_lines, name_in_files
+from .result import Failure, Report, Rows, failure_of, picked, plain
+from .text import line, mounted_lines, remark_lines
 
 FIELDS = ("pinion_roll", "gear_roll", "transmission_error", "pair", "l1", "z1", "l2", "z2")
-"""Numbers of a position."""
+"""Quantities of a position."""
 SHOWN = ("pinion_roll", "transmission_error", "pair", "z1", "z2")
-INTERVALS = 12
-"""Of the cycle between the positions of a text."""
+"""Columns of the text."""
 RATIOS = ("operating_contact_ratio", "operating_contact_ratio_within_film")
 DOUBTS = {
-    RatioStatus.NO_FIRST_CONTACT: "at some rolls there is no first contact",
-    RatioStatus.NOT_CONVERGED: "the clearance of a tooth pair did not converge",
-    RatioStatus.TOO_THICK: "the film reaches beyond the tooth pairs looked at, take a thinner one",
-    RatioStatus.UNSTEADY: "the rolls at which a tooth pair touches cannot be told apart",
+    RatioStatus.NO_FIRST_CONTACT: NotComputed("there is no first contact at some rolls"),
+    RatioStatus.NOT_CONVERGED: NotComputed("the clearance of a tooth pair did not converge"),
+    RatioStatus.TOO_THICK: "the film reaches beyond the tooth pairs considered, choose a thinner film",
+    RatioStatus.UNSTEADY: NotComputed("the rolls at which a tooth pair touches cannot be distinguished"),
 }
-"""Why an operating contact ratio is not known."""
+"""Reasons for an unknown operating contact ratio."""
 
 
 @dataclass(frozen=True, eq=False)
-class OperationReport:
-    """One mesh cycle of a flank pair: its `cycle`, first contacts at even rolls, and the contact
-    ratios by Eq. 16, in operation, and within `film` (mm) of touching. `reason` says why the
-    cycle is not known, None if it is; `doubts` the same of the last two ratios; `along_lines` whether it is
-    lines of contact that carry, of which the first contacts are points."""
+class OperationReport(Report):
+    """One mesh cycle of a flank pair.
+
+    Attributes
+    ----------
+    cycle : MeshCycle
+        Segments of first contacts.
+    first : FirstContact
+        First contacts at equally spaced rolls.
+    eq16, operating, within_film : float
+        Contact ratios: of one tooth pair (Eq. 16 of the paper), in operation, and with a clearance up to
+        `film`.
+    film : float
+        Film thickness, mm.
+    reason : str or None
+        Reason for an unknown cycle.
+    doubts : tuple of str or None
+        Reasons for unknown values of `operating` and `within_film`.
+    along_lines : bool
+        Whether the flanks have line contact; first contacts are then points of the lines.
+    """
 
     name: str
     design: Design
@@ -58,69 +79,107 @@ class OperationReport:
     @property
     def status(self) -> list[str]:
         """Names of the statuses of the positions."""
-        return [name_in_files(FirstStatus(int(code))) for code in self.first.status]
+        return list(plain(self.first.status, FirstStatus))
 
     @property
     def carriers(self) -> list[str]:
-        """What carries at each position: 'flanks', or edges as 'gear tip'; with 'on fillet'."""
+        """Surfaces in contact at each position, for files: 'flanks', or edges such as 'gear tip', or 'on
+        fillet'."""
+        return self._carriers(lambda code: str(Limit(code)))
+
+    @property
+    def carriers_in_print(self) -> list[str]:
+        """Surfaces in contact at each position, with the printed names of the ends of the face
+        (`design.ends`)."""
+        return self._carriers(lambda code: limit_words(self.design, code))
+
+    def _carriers(self, name: Callable[[int], str]) -> list[str]:
+        """Return the surfaces in contact at each position; `name` converts the code of an edge."""
         words = []
         for codes, on_fillet, status in zip(self.first.limit, self.first.on_fillet, self.status, strict=True):
-            edges = " and ".join(str(Limit(int(code))) for code in codes if code >= 0)
+            edges = " and ".join(name(int(code)) for code in codes if code >= 0)
             text = (edges or "flanks") + (" on fillet" if on_fillet.any() else "")
             text = "a line" if self.along_lines else text
             words.append(text if status == "solved" else status)
         return words
 
     @property
-    def failure(self) -> str | None:
-        """Why the cycle is not known, or why the pair cannot be assembled."""
-        return failure_of(self.reason, self.design)
+    def failure(self) -> Failure | None:
+        """Failure if the cycle or a contact ratio is unknown, or if the pair cannot be assembled."""
+        failed = (doubt for doubt in self.doubts if isinstance(doubt, NotComputed))
+        ratio = next((NotComputed(f"operating contact ratio: {doubt}") for doubt in failed), None)
+        return failure_of(self.reason, self.design) or failure_of(ratio)
+
+    @property
+    def remarks(self) -> tuple[Remark, ...]:
+        """Remarks on the cycle: a failed calculation, edge contact, edges that the pattern reaches."""
+        lead, failure = f"{self.flank} flanks, in operation", self.failure
+        if failure is not None and failure.status == NOT_COMPUTED:
+            return (Remark(UNKNOWN, f"{lead}: {failure.text}"),)
+        if self.reason:
+            return ()
+        remarks, share = [], float(self.cycle.edge_share)
+        if share > 0.0 and not self.along_lines:
+            codes = np.unique(self.first.limit[self.first.limit >= 0])
+            edges = ", ".join(limit_words(self.design, int(code)) for code in codes)
+            where = f" ({edges})" if edges else ""  # few positions may miss the edges
+            text = f"{lead}: edges carry {100.0 * share:.3g} % of the mesh cycle{where}"
+            remarks.append(Remark(WARNING, text))
+        pattern = f"the contact pattern, {1e3 * self.film:g} um thick, reaches {self.edges_reached}"
+        return (*remarks, Remark(NOTE, f"{self.flank} flanks: {pattern}"))
+
+    @cached_property
+    def edges_reached(self) -> str:
+        """Printed names of the edges, except roots, that the contact pattern of the film reaches."""
+        ends = pattern_ends(self.design, self.flank, self.film, self.cycle)
+        reached = (limit for limit in Limit if ends[limit] and limit.limit != "root")
+        return ", ".join(limit_words(self.design, limit) for limit in reached) or "no edge"
 
     @property
     def positions(self) -> dict[str, Any]:
-        """Numbers and words of the positions by their names in JSON and CSV."""
-        numbers = {name: getattr(self.first, name) for name in FIELDS}
-        return {**numbers, "carried_by": self.carriers, "status": self.status}
+        """Columns of the positions in JSON and CSV."""
+        return {**picked(self.first, *FIELDS), "carried_by": self.carriers, "status": self.status}
 
-    def data(self) -> dict[str, Any]:
-        """Give the cycle and its positions."""
+    def values(self) -> dict[str, Any]:
+        """Return the cycle, its positions, and the reasons for unknown contact ratios."""
         cycle = self.cycle
-        data = {
-            **head_data(self.name, self.design, self.flank),
+        return {
             "contact_ratio": self.eq16,
             "film": self.film,
             **dict(zip(RATIOS, (self.operating, self.within_film), strict=True)),
-            "pitch": cycle.pitch,
-            "peak_to_peak": cycle.peak_to_peak,
+            **picked(cycle, "pitch", "peak_to_peak"),
+            "cycle_peak_to_peak": cycle.peak_to_peak,
             "mean": cycle.mean,
             "amplitudes": np.abs(cycle.harmonics),
-            "edge_share": cycle.edge_share,
-            "changes": cycle.changes,
-            "hand_over": cycle.hand_over,
+            **picked(cycle, "edge_share", "changes", "hand_over"),
             "positions": self.positions,
+            **remarks_data(self.remarks),
+            **{f"{key}_reason": doubt for key, doubt in zip(RATIOS, self.doubts, strict=True) if doubt},
         }
-        reasons = {"reason": self.reason}
-        reasons |= {f"{key}_reason": doubt for key, doubt in zip(RATIOS, self.doubts, strict=True)}
-        return data | {key: reason for key, reason in reasons.items() if reason}
 
     def rows(self) -> Rows:
-        """Give the positions."""
-        backlash = np.full(self.first.status.size, backlash_report(self.design).normal)
-        return {**self.positions, "mounted_backlash": backlash}
+        """Return the positions."""
+        return {**self.positions, "mounted_backlash": backlash_report(self.design).normal}
 
     def summary(self) -> str:
-        """Write some positions of the cycle, then what it comes to."""
+        """Return some positions of the cycle, contact ratios and transmission error."""
         text = f"Operation of {self.name}, {self.flank} flanks: first contact of all teeth, one mesh cycle\n"
         eq16 = "not known" if math.isnan(self.eq16) else number("contact_ratio", self.eq16)
         if self.reason:
-            return text + mounted_lines(self.design) + line("contact ratio", f"{eq16} by Eq. 16")
-        text += "\n" + self._position_lines() + "\n" + mounted_lines(self.design)
+            return (
+                text
+                + mounted_lines(self.design)
+                + line("contact ratio", f"{eq16} of one tooth pair (Eq. 16)")
+            )
+        text += "\n" + self._position_lines() + "\n" + mounted_lines(self.design) + remark_lines(self.remarks)
         operating, near = (
-            f"not known ({doubt})" if doubt else number("contact_ratio", value)
+            f"{'could not be computed' if isinstance(doubt, NotComputed) else 'not known'} ({doubt})"
+            if doubt
+            else number("contact_ratio", value)
             for value, doubt in zip((self.operating, self.within_film), self.doubts, strict=True)
         )
-        near += f" within {1e3 * self.film:g} um of touching"
-        text += line("contact ratio", f"{eq16} by Eq. 16; in operation {operating}, {near}")
+        near += f" with clearances up to {1e3 * self.film:g} um"
+        text += line("contact ratio", f"{eq16} of one tooth pair (Eq. 16); in operation {operating}, {near}")
         cycle = self.cycle
         text += line(
             "transmission error", f"{number('peak_to_peak', cycle.peak_to_peak)} arcsec peak to peak"
@@ -128,16 +187,19 @@ class OperationReport:
         amplitudes = ", ".join(number("peak_to_peak", value) for value in np.abs(cycle.harmonics))
         text += line("amplitudes", f"{amplitudes} arcsec at the mesh frequency and its multiples")
         share = f"carry {100.0 * float(cycle.edge_share):.1f} % of the cycle"
-        text += line("edges", "are the ends of the lines that carry" if self.along_lines else share)
+        text += line("edges", "none touches before the flanks" if self.along_lines else share)
+        if self.along_lines:
+            return text + line("hand-over", "none, several pairs carry at the same time")
         changes = (cycle.changes[cycle.hand_over] - float(cycle.start)) / cycle.pitch
         return text + line("hand-over", ", ".join(f"{at:.4f}" for at in changes) + " pitches into the cycle")
 
     def _position_lines(self) -> str:
+        """Return a table of 13 positions."""
         first, size = self.first, self.first.pinion_roll.size
-        picked = np.unique(np.linspace(0, size - 1, INTERVALS + 1).round().astype(int))
+        picked = np.unique(np.linspace(0, size - 1, 13).round().astype(int))
         columns = {"pitches": (first.pinion_roll - float(self.cycle.start)) / self.cycle.pitch}
         columns |= {name: getattr(first, name) for name in SHOWN}
-        carriers, status = self.carriers, self.status
+        carriers, status = self.carriers_in_print, self.status
         return table_lines(
             {name: values[picked] for name, values in columns.items()},
             [status[k] for k in picked],
@@ -148,12 +210,11 @@ class OperationReport:
 def operation_report(
     name: str, design: Design, flank: str, points: int, harmonics: int, film: float
 ) -> OperationReport:
-    """Find the mesh cycle of a single design at `points` positions; `film` in mm."""
-    found = operating_ratios(design, flank, (0.0, film), harmonics)
-    cycle, ratios = found.cycle, found.ratio.tolist()
+    """Return the mesh cycle of a single design at `points` positions; `film` in mm."""
+    result = operating_ratios(design, flank, (0.0, film), harmonics)
+    cycle, ratios = result.cycle, result.ratio.tolist()
     first = cycle.at(float(cycle.start) + cycle.pitch * np.linspace(0.0, 1.0, points))
-    doubts = [None if cycle.lost else DOUBTS.get(RatioStatus(int(code))) for code in found.status]
-    why = UNKNOWN[FirstStatus(int(cycle.status))] if cycle.lost else ""
+    doubts = [None if cycle.lost else DOUBTS.get(RatioStatus(int(code))) for code in result.status]
     return OperationReport(
         name=name,
         design=design,
@@ -164,7 +225,7 @@ def operation_report(
         operating=ratios[0],
         film=film,
         within_film=ratios[1],
-        reason=f"no first contact of the {flank} teeth: {why}" if why else None,
+        reason=first_contact_reason(flank, int(cycle.status)) if cycle.lost else None,
         doubts=(doubts[0], doubts[1]),
         along_lines=bool(cycle.along_lines),
     )

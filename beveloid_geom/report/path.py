@@ -1,4 +1,4 @@
-"""A path of contact, with all that it is to be read with."""
+"""Report of `tca`: a path of contact with certificate, pressures and remarks."""
 
 from __future__ import annotations
 
@@ -8,36 +8,27 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.pressure import WHOLE, Load, PathPressure, pressure_along
+from ..analysis.pressure import Load, PathPressure, pressure_along
 from ..contact.parallel.lines import ContactLines, contact_lines, touches_along_lines
 from ..contact.path import ContactPath, path_of_contact
+from ..design.ends import limit_words
 from ..design.model import Design
 from ..findings.advice import Advice, advice_on
 from ..findings.backlash import BacklashReport, backlash_report
+from ..findings.diagnostics import UNKNOWN, Remark, in_order, remarks_data
 from ..findings.layout import layout_remarks
 from ..findings.path import certificate_remarks, path_remarks, pressure_remarks, reason_of
-from ..findings.remarks import NOTE, Remark, in_order, remarks_data
+from ..findings.units import unit_remarks
 from ..operation.certificate import Certificate, certify
 from ..pair.mounting import mounting_of
-from ..status import EllipseStatus, Limit, Verdict
 from .columns import number, table_lines
-from .result import Rows
-from .words import (
-    advice_data,
-    advice_lines,
-    end_words,
-    ends_data,
-    failure_of,
-    head_data,
-    head_lines,
-    line,
-    name_in_files,
-    remark_lines,
-    status_name,
-)
+from .result import Report, Rows, advice_data, ends_data, picked
+from .text import advice_lines, end_words, head_lines, line, remark_lines
 
-NOT_POSITIONS = ("design", "flank", "ends")
-PATH_FIELDS = tuple(field.name for field in fields(ContactPath) if field.name not in NOT_POSITIONS)
+PATH_FIELDS = tuple(
+    field.name for field in fields(ContactPath) if field.name not in ("design", "flank", "ends")
+)
+"""Quantities of a position."""
 SHOWN = (
     *("pinion_roll", "gear_roll", "pinion_z", "pinion_r", "gear_z", "gear_r", "l1", "l2"),
     "transmission_error",
@@ -48,24 +39,41 @@ PRESSED = (
     *("ellipse_angle", "pressure"),
 )
 """Columns of the text under a load."""
-
-OF_LINE_ENDS = ("l1", "l2", "pinion_z", "pinion_r", "gear_z", "gear_r", "point")
+PRESSED_LINES = ("pinion_roll", "total_length", "greatest_curvature", "minor_semi_axis", "pressure")
+"""Columns of the text under a load for line contact."""
+LINE_END_FIELDS = ("l1", "l2", "pinion_z", "pinion_r", "gear_z", "gear_r", "point")
+"""Quantities of both ends of a line of contact."""
 LINE_RATIOS = ("transverse_ratio", "overlap_ratio", "total_ratio")
 LINE_ENDS = ("first", "last")
-LINES_SHOWN = ("pinion_z", "pinion_r", "gear_r")
-"""Of both ends, in the text."""
 
 
 @dataclass(frozen=True, eq=False)
-class ContactReport:
-    """A path of contact with all that it is to be read with.
+class ContactReport(Report):
+    """Path of contact of one flank pair of a single design, with its evaluation.
 
-    `certificate` says at which positions nothing of the teeth touches earlier, None if that was not
-    asked for or the pair cannot be put together (`backlash`); `reason` why there is no contact on the
-    flanks, None if there is; `remarks` on layout and path, what matters most first; `advice` what to change
-    about a layout without contact. `pressed`: ellipses and pressures under a load, None without one. `lines`:
-    those along which flanks on parallel axes touch, None where they touch in points."""
+    Attributes
+    ----------
+    method : str
+        'one-equation' or 'five-equation'.
+    path : ContactPath
+    backlash : BacklashReport
+        Backlash as mounted.
+    certificate : Certificate or None
+        Positions at which nothing touches earlier; None if it was not requested or the pair cannot be
+        assembled.
+    reason : str or None
+        Reason for missing contact on the flanks.
+    remarks : tuple of Remark
+        Remarks on layout and path, the most important first.
+    advice : tuple of Advice
+        Changes of a layout without contact.
+    pressed : PathPressure or None
+        Contact ellipses and pressures under a load.
+    lines : ContactLines or None
+        Lines of contact of flanks on parallel axes.
+    """
 
+    needs_assembly = True
     name: str
     design: Design
     method: str
@@ -79,126 +87,132 @@ class ContactReport:
     lines: ContactLines | None = None
 
     @property
+    def flank(self) -> str:
+        """Flanks that carry."""
+        return self.path.flank
+
+    @property
     def contact_ratio(self) -> float:
-        """Contact ratio: 0 without contact on the flanks, NaN where that is not known."""
+        """Contact ratio: 0 without contact on the flanks, NaN if unknown."""
         return float(self.path.ends.contact_ratio)
 
     @property
-    def failure(self) -> str | None:
-        """Why there is no contact, or why the pair cannot be assembled."""
-        return failure_of(self.reason, self.design)
-
-    @property
     def positions(self) -> dict[str, Any]:
-        """Numbers of the positions by their names in JSON and CSV."""
-        numbers = {name: getattr(self.path, name) for name in PATH_FIELDS}
-        return numbers | {"status": [status_name(code) for code in self.path.status]}
+        """Columns of the positions in JSON and CSV."""
+        return picked(self.path, *PATH_FIELDS)
 
     @property
     def certified(self) -> dict[str, Any]:
-        """The certificate by its names in JSON and CSV, nothing without one."""
-        if self.certificate is None:
-            return {}
-        verdicts = [name_in_files(Verdict(int(code))) for code in self.certificate.verdict]
-        return {"separation": self.certificate.separation, "verdict": verdicts}
+        """Columns of the certificate in JSON and CSV, empty without one."""
+        return {} if self.certificate is None else picked(self.certificate, "separation", "verdict")
 
     @property
     def certified_count(self) -> int:
-        """At how many positions nothing touches earlier."""
+        """Number of positions at which nothing touches earlier."""
         return int(self.certified.get("verdict", []).count("first_contact"))
 
     @property
     def pressures(self) -> dict[str, Any]:
-        """Ellipses and pressures by their names in JSON and CSV, nothing without a load."""
-        found = self.pressed
-        if found is None:
+        """Columns of ellipses and pressures in JSON and CSV, empty without a load."""
+        result = self.pressed
+        if result is None:
             return {}
-        least, greatest = found.curvature.T
-        major, minor = found.semi_axes.T
-        ellipses = [name_in_files(EllipseStatus(int(code))) for code in found.status]
-        limits = ["none" if code == WHOLE else name_in_files(Limit(int(code))) for code in found.reaches]
+        least, greatest = result.curvature.T
+        major, minor = result.semi_axes.T
+        ellipses, limits = picked(result, "status", "reaches").values()
         return {
-            "force": found.force,
+            "force": result.force,
             "least_curvature": least,
             "greatest_curvature": greatest,
             "major_semi_axis": major,
             "minor_semi_axis": minor,
-            "major_direction": found.direction[:, 0],
-            "ellipse_angle": found.angle,
-            "pressure": found.pressure,
-            "reaches": [n if known == "ellipse" else None for n, known in zip(limits, ellipses, strict=True)],
+            "major_direction": result.direction[:, 0],
+            "ellipse_angle": result.angle,
+            "pressure": result.pressure,
+            "total_length": result.total_length,
+            "reaches": [
+                limit or "none" if known == "ellipse" else None
+                for limit, known in zip(limits, ellipses, strict=True)
+            ],
             "ellipse": ellipses,
         }
 
-    def data(self) -> dict[str, Any]:
-        """Give the path, its ends, what was found of it."""
+    def values(self) -> dict[str, Any]:
+        """Return path, ends, remarks, certificate, pressures and lines of contact."""
         ends = self.path.ends
-        data = {
-            **head_data(self.name, self.design, self.path.flank),
+        values = {
             "method": self.method,
-            "status": status_name(int(ends.status)),
+            **picked(ends, "status"),
             "contact_ratio": self.contact_ratio,
-            "ends": ends_data(self.path.ends),
+            "ends": ends_data(ends),
             "path": self.positions,
             **remarks_data(self.remarks),
         }
         if self.certificate is not None:
-            data["certificate"] = self.certified
+            values["certificate"] = self.certified
         if self.pressed is not None:
             material = {"youngs_modulus_mpa": self.pressed.load.young, "poisson": self.pressed.load.poisson}
-            data["hertz"] = material | self.pressures
+            values["hertz"] = material | self.pressures
         if self.lines is not None:
-            data["contact_lines"] = lines_data(self.lines)
-        if self.reason:
-            data |= {"reason": self.reason, "advice": advice_data(self.advice)}
-        return data
+            values["contact_lines"] = lines_data(self.lines)
+        return values
+
+    def data(self) -> dict[str, Any]:
+        """Return the content of JSON, with advice if there is no contact."""
+        data: dict[str, Any] = super().data()
+        return data | ({"advice": advice_data(self.advice)} if self.reason else {})
 
     def rows(self) -> Rows:
-        """Give the positions."""
-        backlash = np.full(self.path.status.size, self.backlash.normal)
+        """Return the positions."""
         lines = {} if self.lines is None else lines_rows(self.lines)
-        return {**self.positions, "mounted_backlash": backlash, **self.certified, **self.pressures, **lines}
+        backlash = {"mounted_backlash": self.backlash.normal}
+        return self.positions | backlash | self.certified | self.pressures | lines
 
     @property
-    def lost_ellipses(self) -> list[str]:
-        """Give 'solved' for each position with an ellipse, for others why there is none."""
-        names, path = self.pressures["ellipse"], self.positions["status"]
-        known = ["solved" if name == "ellipse" else name for name in names]
-        return [state if state != "solved" else own for state, own in zip(path, known, strict=True)]
+    def lost_pressures(self) -> list[str]:
+        """'solved' for each position with a pressure, otherwise the reason for the missing pressure."""
+        pressures, path = self.pressures, self.positions["status"]
+        finite = np.isfinite(pressures["pressure"])
+        states = ["solved" if ok else name for ok, name in zip(finite, pressures["ellipse"], strict=True)]
+        return [
+            on_path if on_path != "solved" else state for on_path, state in zip(path, states, strict=True)
+        ]
 
-    def pressure_words(self, found: PathPressure) -> str:
-        """Say the range of pressures along the path, and under what load."""
-        load, known = found.load, found.pressure[np.isfinite(found.pressure)]
+    def pressure_words(self, pressed: PathPressure) -> str:
+        """Return the range of pressures along the path, and the load."""
+        load, finite = pressed.load, pressed.pressure[np.isfinite(pressed.pressure)]
         force = f"{load.force:.6g} N" if load.force else f"{load.torque_nm:.6g} N m on the pinion"
         material = f"E {load.young:.6g} MPa, Poisson's ratio {load.poisson:.3g}"
-        span = f"{known.min():.2f} to {known.max():.2f} MPa" if known.size else "not known"
-        return f"{span} along the path, one tooth pair under {force}; {material}"
+        span = f"{finite.min():.2f} to {finite.max():.2f} MPa" if finite.size else "not known"
+        carriers = "one tooth pair" if self.lines is None else "all lines of contact together"
+        return f"{span} along the path, {carriers} under {force}; {material}"
 
     def summary(self) -> str:
-        """Write the positions, then what they come to, notes last."""
+        """Return the positions, contact ratio, limits, backlash and remarks."""
         path = self.path
         text = f"Path of contact of {self.name}, {path.flank} flanks, {self.method} method\n"
         if not self.reason:
             rows = self.rows()
             text += "\n" + table_lines({name: rows[name] for name in SHOWN}, rows["status"]) + "\n"
             if self.lines is not None:
-                text += lines_table(self.lines) + "\n"
+                text += lines_table(self.design, self.lines) + "\n"
             if self.pressed is not None:
                 words = {"reaches": [(name or "").replace("_", " ") for name in rows["reaches"]]}
-                pressed = {name: rows[name] for name in PRESSED}
-                text += table_lines(pressed, self.lost_ellipses, words) + "\n"
+                shown, words = (PRESSED, words) if self.lines is None else (PRESSED_LINES, {})
+                pressed = {name: rows[name] for name in shown}
+                text += table_lines(pressed, self.lost_pressures, words) + "\n"
         text += head_lines(self.design)
         ratio = self.contact_ratio
         text += line("contact ratio", "not known" if math.isnan(ratio) else number("contact_ratio", ratio))
         if not self.reason:
-            text += line("path", end_words(path.ends))
+            text += line("path", end_words(self.design, path.ends))
         if self.lines is not None:
             text += ratio_lines(self.lines)
         if self.pressed is not None and not self.reason:
             text += line("greatest pressure", self.pressure_words(self.pressed))
         if self.certificate is not None:
             count = f"at {self.certified_count} of {path.status.size} positions"
-            text += line("certified", f"{count} nothing on this side touches earlier")
+            text += line("certified", f"{count} nothing on the driving flanks touches earlier")
         backlash = float(mounting_of(self.design).normal_backlash)
         if not math.isnan(backlash):
             text += line("normal backlash", f"{backlash:z.6f} mm without errors and parabolas")
@@ -215,10 +229,29 @@ def contact_report(
     certified: bool = True,
     load: Load | None = None,
 ) -> ContactReport:
-    """Find the path of contact of a single design by `method`, 'one-equation' or 'five-equation',
-    `certified` or not: that takes most of the time; pressed together under a `load`, if there is one."""
+    """Return the path of contact of a single design with its evaluation.
+
+    Parameters
+    ----------
+    name : str
+        Name of the design in the report.
+    design : Design
+        Design of plain numbers.
+    flank : {'right', 'left'}
+    points : int
+        Number of positions.
+    method : {'one-equation', 'five-equation'}
+    certified : bool
+        Whether the path is certified; this takes most of the time.
+    load : Load, optional
+        Load for contact ellipses and pressures.
+
+    Returns
+    -------
+    ContactReport
+    """
     if method == "five-equation":
-        from ..reference.five_equations import path_of_contact_five_equations
+        from ..validation.five_equations import path_of_contact_five_equations
 
         path = path_of_contact_five_equations(design, flank, points)
     else:
@@ -228,11 +261,13 @@ def contact_report(
     certificate = certify(path) if certifiable else None
     remarks = [
         *layout_remarks(design, flanks=(flank,), jam=backlash.jam),
+        *unit_remarks(design),
+        *backlash.remarks,
         *path_remarks(path),
         *(certificate_remarks(path, certificate) if certificate else ()),
     ]
     if backlash.fault and certified and not reason:
-        remarks.append(Remark(NOTE, f"whether something touches earlier is not known: {backlash.fault}"))
+        remarks.append(Remark(UNKNOWN, f"whether something touches earlier is unknown: {backlash.fault}"))
     advice = advice_on(design) if reason else ()
     pressed = None if load is None else pressure_along(path, load)
     remarks += [] if pressed is None else pressure_remarks(pressed)
@@ -242,50 +277,37 @@ def contact_report(
     )
 
 
-def _limits(lines: ContactLines, words: bool) -> list[list[str]]:
-    """Give the limit of both ends of each line, in words or as files have it."""
-    return [
-        [str(limit) if words else name_in_files(limit) for limit in map(Limit, map(int, row))]
-        for row in lines.limit
-    ]
-
-
 def lines_data(lines: ContactLines) -> dict[str, Any]:
-    """Give JSON: ratios, and of each line roll, length, both ends and the limits there; mm and rad."""
-    values = {
-        name: getattr(lines, name)
-        for name in (*LINE_RATIOS, "pinion_roll", "gear_roll", "length", *OF_LINE_ENDS)
-    }
-    return {**values, "limit": _limits(lines, words=False)}
+    """Return contact ratios, and roll angles, length, both ends and limits of each line; mm and rad."""
+    return picked(lines, *LINE_RATIOS, "pinion_roll", "gear_roll", "length", *LINE_END_FIELDS, "limit")
 
 
-def lines_rows(lines: ContactLines) -> Rows:
-    """Give columns of CSV, one row for each line: length, and both ends of it."""
+def lines_rows(lines: ContactLines) -> dict[str, Any]:
+    """Return columns of CSV, one row for each line: length and both ends."""
     ends = {
         f"line_{end}_{name}": getattr(lines, name)[:, k]
         for k, end in enumerate(LINE_ENDS)
-        for name in OF_LINE_ENDS
+        for name in LINE_END_FIELDS
     }
-    limits = _limits(lines, words=False)
-    return {
-        "line_length": lines.length,
-        **ends,
-        **{f"line_{end}_limit": [row[k] for row in limits] for k, end in enumerate(LINE_ENDS)},
-    }
+    limits = zip(*picked(lines, "limit")["limit"], strict=True)
+    names = (f"line_{end}_limit" for end in LINE_ENDS)
+    return {"line_length": lines.length, **ends, **dict(zip(names, limits, strict=True))}
 
 
-def lines_table(lines: ContactLines) -> str:
-    """Write a table of the lines, the end nearer to the pinion's toe first."""
+def lines_table(design: Design, lines: ContactLines) -> str:
+    """Return a table of the lines; the first end has the lower z of the pinion."""
     columns = {"pinion_roll": lines.pinion_roll, "length": lines.length}
     columns |= {
-        f"{end}_{name}": getattr(lines, name)[:, k] for k, end in enumerate(LINE_ENDS) for name in LINES_SHOWN
+        f"{end}_{name}": getattr(lines, name)[:, k]
+        for k, end in enumerate(LINE_ENDS)
+        for name in ("pinion_z", "pinion_r", "gear_r")
     }
-    words = {"from, to": [" to ".join(row) for row in _limits(lines, words=True)]}
+    words = {"from, to": [" to ".join(limit_words(design, int(code)) for code in row) for row in lines.limit]}
     return table_lines(columns, ["solved"] * lines.length.size, words)
 
 
 def ratio_lines(lines: ContactLines) -> str:
-    """Write the contact ratios of ISO 21771."""
+    """Return the line with the contact ratios of ISO 21771."""
     transverse, overlap, total = (number("contact_ratio", getattr(lines, name)) for name in LINE_RATIOS)
     text = f"transverse {transverse} at mid-face, overlap {overlap}, total {total}"
-    return line("contact lines", f"the flanks touch along lines: contact ratios {text}")
+    return line("contact lines", f"line contact on parallel axes, contact ratios {text}")

@@ -1,4 +1,4 @@
-"""Sensitivity of a path of contact to the assembly errors."""
+"""Report of `sensitivity`: derivatives of a path of contact with respect to the assembly errors."""
 
 from __future__ import annotations
 
@@ -16,19 +16,21 @@ from ..design.model import Design, ErrorsAt
 from ..findings.backlash import backlash_report
 from ..findings.path import ALONG_LINES, first_contact_fault
 from ..operation.backlash import backlash_by_errors
-from ..pair.errors import ANGLES, place_of
-from ..pair.mesh_errors import by_mesh_errors
-from ..status import Limit, Status
-from .columns import header_of, label, number, scaled
-from .result import Rows, by_columns
-from .words import failure_of, head_data, line, mounted_lines, place_words, status_name, status_words
+from ..pair.misalignment import ANGLES, place_of
+from ..pair.misalignment_at_mesh import by_mesh_errors
+from ..status import Limit, NotComputed, Status
+from .columns import header_of, label, labelled_lines, number, scaled
+from .result import MEMBERS, ResultReport, Rows, by_columns, picked
+from .text import line, mounted_lines, place_words, status_words
 
-MEMBERS = ("pinion", "gear")
 NOT_VALUES = ("flank", "errors", "status", "limit")
+"""Fields of `Sensitivity` that are not entries of JSON."""
 
 
 class Step(NamedTuple):
-    """An error for which changes are shown: its name in words, its size in a unit, and that in mm or rad."""
+    """Size of an error for which changes are printed.
+
+    `name` is its printed name, `shown` its size in `unit`, `size` the size in mm or rad."""
 
     name: str
     shown: float
@@ -37,7 +39,7 @@ class Step(NamedTuple):
 
 
 def steps_of(errors: Sequence[str]) -> list[Step]:
-    """Give the steps of errors by their names: 0.1 mm and 0.01 deg."""
+    """Return the steps of errors by name: 0.1 mm and 0.01 deg."""
     return [
         Step(
             name.replace("_", " "),
@@ -48,113 +50,149 @@ def steps_of(errors: Sequence[str]) -> list[Step]:
 
 
 @dataclass(frozen=True, eq=False)
-class SensitivityReport:
-    """The `found` sensitivity of one flank of a single design, and the derivatives of its least normal
-    backlash by the same errors, NaN where that is not known; whether the flanks touch along lines
-    (`along_lines`), which have none."""
+class SensitivityReport(ResultReport[Sensitivity]):
+    """Sensitivity of one flank pair of a single design.
 
-    name: str
-    design: Design
-    found: Sensitivity
+    Attributes
+    ----------
+    result : Sensitivity
+        Derivatives of the path of contact.
+    backlash_by : ndarray
+        Derivatives of the least normal backlash with respect to the same errors; NaN if unknown.
+    along_lines : bool
+        Whether the flanks have line contact, for which the derivatives do not exist.
+    """
+
+    needs_assembly = True
     backlash_by: FloatArray
     along_lines: bool = False
 
     @property
     def reason(self) -> str | None:
-        """Why there is none, None if there is."""
-        status = int(self.found.status)
-        none = f"no path of contact on the {self.found.flank} flanks: {status_words(status)}"
-        return None if status == Status.SOLVED else none
+        """Reason for a missing path, None if there is one."""
+        status = int(self.result.status)
+        text = f"path of contact on the {self.result.flank} flanks"
+        if status in (Status.OFF_FLANK, Status.NO_COMMON_NORMAL):
+            return f"no {text}: {status_words(status)}"
+        computed = status == Status.SOLVED
+        return None if computed else NotComputed(f"the {text} could not be computed: {status_words(status)}")
 
-    @property
-    def failure(self) -> str | None:
-        """Why there is no path, or why the pair cannot be assembled."""
-        return failure_of(self.reason, self.design)
-
-    def data(self) -> dict[str, Any]:
-        """Give values, and derivatives with the errors on their last axis."""
+    def values(self) -> dict[str, Any]:
+        """Return values and derivatives; the errors are on the last axis of the derivatives."""
         return {
-            **head_data(self.name, self.design, self.found.flank),
-            "status": status_name(int(self.found.status)),
-            "errors_of_derivatives": self.found.errors,
+            **picked(self.result, "status"),
+            "errors_of_derivatives": self.result.errors,
             "places": PLACES,
             "members": MEMBERS,
-            "limits": [str(Limit(int(code))) if code >= 0 else None for code in self.found.limit],
-            **{name: value for name, value in vars(self.found).items() if name not in NOT_VALUES},
+            "limits": [str(Limit(int(code))) if code >= 0 else None for code in self.result.limit],
+            **{name: value for name, value in vars(self.result).items() if name not in NOT_VALUES},
+            "path_peak_to_peak": self.result.peak_to_peak,
+            "path_peak_to_peak_by": self.result.peak_to_peak_by,
             "mounted_backlash_by": self.backlash_by,
         }
 
+    def data(self) -> dict[str, Any]:
+        """Return the content of JSON, which has a status but no reason."""
+        data: dict[str, Any] = super().data()
+        data.pop("reason", None)
+        return data
+
     def rows(self) -> Rows:
-        """Give each quantity, whose name has its unit, with its derivatives; nothing without a path."""
-        names = ("quantity", "place", "member", "value", *(f"by_{name}" for name in self.found.errors))
-        return by_columns(names, [] if self.reason else list(self._quantities()))
+        """Return each quantity, with its unit in the name, and its derivatives; empty without a path.
+
+        Quantities without any known derivative are omitted."""
+        names = ("quantity", "place", "member", "value", *(f"by_{name}" for name in self.result.errors))
+        known = [row for row in self._quantities() if not np.isnan(row[3:]).all()]
+        return by_columns(names, [] if self.reason else known)
 
     def _quantities(self) -> Iterator[tuple[Any, ...]]:
-        found, nothing = self.found, np.full(self.found.z.shape, np.nan)
+        """Yield quantity, place, member, value and derivatives."""
+        result, nothing = self.result, np.full(self.result.z.shape, np.nan)
         for name, values, rates in (
-            ("l", found.l, found.l_by),
-            ("z", found.z, found.z_by),
-            ("r", found.r, found.r_by),
-            ("face_shift", nothing, found.face_shift_by),
-            ("square_shift", nothing, found.square_shift_by),
+            ("l", result.l, result.l_by),
+            ("z", result.z, result.z_by),
+            ("r", result.r, result.r_by),
+            ("face_shift", nothing, result.face_shift_by),
+            ("square_shift", nothing, result.square_shift_by),
         ):
             for k, j in np.ndindex(values.shape):
                 yield header_of(name), PLACES[k], MEMBERS[j], float(values[k, j]), *rates[k, j].tolist()
-        for place, roll, by in zip(PLACES, found.pinion_roll.tolist(), found.pinion_roll_by, strict=True):
+        for place, roll, by in zip(PLACES, result.pinion_roll.tolist(), result.pinion_roll_by, strict=True):
             yield header_of("pinion_roll"), place, "pinion", roll, *by.tolist()
         for name, value, by in (
-            ("contact_ratio", found.contact_ratio, found.contact_ratio_by),
-            ("peak_to_peak", found.peak_to_peak, found.peak_to_peak_by),
+            ("contact_ratio", result.contact_ratio, result.contact_ratio_by),
+            ("peak_to_peak", result.peak_to_peak, result.peak_to_peak_by),
             ("mounted_backlash", backlash_report(self.design).normal, self.backlash_by),
         ):
             yield header_of(name), "", "", float(value), *by.tolist()
 
     def summary(self) -> str:
-        """Write what errors of usual size do by the derivatives."""
-        found = self.found
+        """Return the changes under errors of usual size, computed from the derivatives."""
+        result = self.result
         text = (
-            f"Sensitivity of {self.name}, {found.flank} flanks: exact derivatives, times the errors named\n"
+            f"Sensitivity of {self.name}, {result.flank} flanks: exact derivatives times the errors below\n"
         )
         text += mounted_lines(self.design)
-        text += line("derivatives", f"by errors {place_words(self.design, place_of(found.errors))}")
+        text += line(
+            "derivatives", f"with respect to errors {place_words(self.design, place_of(result.errors))}"
+        )
         if self.reason:
             return text
-        text += line("contact ratio", f"{number('contact_ratio', found.contact_ratio)} by Eq. 16")
-        swing = number("peak_to_peak", found.peak_to_peak)
-        text += line("transmission error", f"{swing} arcsec peak to peak over the path")
-        steps = steps_of(found.errors)
-        heads = [step.name for step in steps], [f"{step.shown:g} {step.unit}" for step in steps]
+        text += line(
+            "contact ratio", f"{number('contact_ratio', result.contact_ratio)} of one tooth pair (Eq. 16)"
+        )
+        amplitude = number("peak_to_peak", result.peak_to_peak)
+        text += line("transmission error", f"{amplitude} arcsec peak to peak over the path")
+        steps = steps_of(result.errors)
+        table = [("", [step.name for step in steps])]
+        table += [("", [f"{step.shown:g} {step.unit}" for step in steps])]
         sizes = np.array([step.size for step in steps])
-        text += "\n" + "".join(" " * 36 + "".join(f"{word:>16}" for word in head) + "\n" for head in heads)
         shifts = (
-            ("along the face", found.face_shift_by),
-            ("square to the path", found.square_shift_by),
-            ("z of the middle", found.z_by),
+            ("along the face", result.face_shift_by),
+            ("across the path", result.square_shift_by),
+            ("z of the middle", result.z_by),
         )
         rows = [
-            (f"{member}, {what}, mm", rates[1, j])
-            for what, rates in shifts
+            (f"{member}, {quantity}, mm", rates[1, j])
+            for quantity, rates in shifts
             for j, member in enumerate(MEMBERS)
         ]
-        rows.append(("contact ratio", found.contact_ratio_by))
-        rows.append((label("peak_to_peak"), scaled("peak_to_peak", found.peak_to_peak_by)))
+        rows.append(("contact ratio", result.contact_ratio_by))
+        rows.append((label("peak_to_peak"), scaled("peak_to_peak", result.peak_to_peak_by)))
         rows.append(("least normal backlash, mm", self.backlash_by))
         for words, rates in rows:
-            text += f"  {words:<34}" + "".join(f"{value:z16.6f}" for value in rates * sizes) + "\n"
-        return text + (line("no derivatives", ALONG_LINES) if self.along_lines else "")
+            if not np.isnan(rates).all():
+                cells = ["-" if np.isnan(value) else f"{value:z.6f}" for value in rates * sizes]
+                table.append((f"  {words}", cells))
+        text += "\n" + labelled_lines(table, label_width=36, cell_width=16)
+        return text + (line("no derivatives", self.missing) if self.missing else "")
+
+    @property
+    def missing(self) -> str:
+        """Derivatives that do not exist, with the reason; empty if all exist."""
+        result = self.result
+        if self.along_lines:
+            return f"of the path: {ALONG_LINES}. The backlash decreases with both signs of that error (-)"
+        if np.isnan(result.pinion_roll_by[1]).any():
+            return "of the middle of the path: the roll is not monotone along the path"
+        if np.isnan(result.face_shift_by[1]).any():
+            return "of a shift along the face: the path is parallel to the face"
+        unknown = np.isnan(self.backlash_by).any()
+        return "of the backlash: it is unknown or limited by the contact of two edges" if unknown else ""
 
 
 def sensitivity_report(
     name: str, design: Design, flank: str, errors_at: ErrorsAt | None = None
 ) -> SensitivityReport:
-    """Find the sensitivity of one flank of a single design, to errors where it has its own measured, unless
-    told."""
+    """Return the sensitivity of one flank pair of a single design.
+
+    The errors are those of the design (`errors_at`) by default."""
     at = design.errors_at if errors_at is None else errors_at
-    found, lines = path_sensitivity(design, flank, at), bool(touches_along_lines(design, flank))
+    result, lines = path_sensitivity(design, flank, at), bool(touches_along_lines(design, flank))
     if first_contact_fault(design):
-        return SensitivityReport(name, design, found, np.full(len(found.errors), np.nan), lines)
+        return SensitivityReport(name, design, result, np.full(len(result.errors), np.nan), lines)
     backlash = backlash_by_errors(design)
     backlash = by_mesh_errors(design, backlash) if at == "mesh" else backlash
-    if lines:  # either sense of a shaft angle takes backlash
-        backlash = np.where([error in ANGLES for error in found.errors], np.nan, backlash)
-    return SensitivityReport(name, design, found, backlash, lines)
+    if lines:  # shaft-angle errors of both signs reduce the backlash
+        backlash = np.where([error in ANGLES for error in result.errors], np.nan, backlash)
+    return SensitivityReport(name, design, result, backlash, lines)

@@ -1,4 +1,4 @@
-"""A tolerance study: paths of contact of mountings drawn at random."""
+"""Report of `tolerance`: paths of contact of random mountings."""
 
 from __future__ import annotations
 
@@ -7,68 +7,52 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.running import Running
-from ..analysis.tolerance import PLACES, SHARES, Tolerances, ToleranceStudy
+from ..analysis.cycle_statistics import CycleStatistics
+from ..analysis.mountings import PLACES
+from ..analysis.tolerance import SHARES, Tolerances, ToleranceStudy
 from ..arrays import Mask
 from ..contact.ellipse import MARKING_SEPARATION
+from ..contact.parallel.lines import touches_along_lines
+from ..design.ends import limit_words
 from ..design.model import Design
-from ..findings.remarks import NOTE, WARNING, Remark, remarks_data
+from ..findings.diagnostics import NOTE, UNKNOWN, WARNING, Remark, remarks_data
+from ..findings.path import batch_reason
 from ..operation.backlash_by_tangency import Tangency
-from ..status import FirstStatus, Limit
-from .columns import label, number, scaled
-from .result import Rows
-from .words import (
-    head_data,
-    line,
-    mounted_lines,
-    name_in_files,
-    remark_lines,
-    status_name,
-    status_words,
-    unit_of,
-)
+from ..status import FirstStatus, Limit, Status
+from .columns import label, labelled_lines, number, scaled
+from .result import MEMBERS, ResultReport, Rows, name_in_files, picked, plain, status_name
+from .text import line, mounted_lines, remark_lines, status_words, unit_of
 
 SHOWN = (
     *("contact_ratio", "peak_to_peak", "normal_backlash"),
-    *(f"{member}_z_{place}" for member in ("pinion", "gear") for place in PLACES),
+    *(f"{member}_z_{place}" for member in MEMBERS for place in PLACES),
 )
 """Quantities of the text."""
 SHOWN_SHARES = (0.01, 0.05, 0.5, 0.95, 0.99)
-SHOWN_LIMITS = 8
-"""Pairs of limits that a text names."""
-LOST_SHARE = 0.0027
-"""Share of mountings without contact from which it is a warning: so many of a normal distribution lie
-outside a tolerance of three standard deviations anyway."""
+"""Quantiles of the text."""
+FACE_ENDS = [limit for limit in Limit if limit.limit in ("toe", "heel")]
 
 
 @dataclass(frozen=True, eq=False)
-class ToleranceReport:
-    """The `study` of a single design."""
+class ToleranceReport(ResultReport[ToleranceStudy]):
+    """Tolerance study of a single design."""
 
-    name: str
-    design: Design
-    study: ToleranceStudy
+    needs_assembly = True
 
     @property
     def reason(self) -> str | None:
-        """Why there is nothing to be seen, None if some mounting has a path."""
-        none = f"no mounting has a path on the {self.study.flank} flanks"
-        return None if self.study.mountings.solved.any() else none
+        """Reason why no mounting has a path, None if one has."""
+        return batch_reason(
+            f"no mounting has a path on the {self.flank} flanks", self.result.mountings.status
+        )
 
-    @property
-    def failure(self) -> str | None:
-        """Why there is no contact."""
-        return f"No contact: {self.reason}" if self.reason else None
-
-    def data(self) -> dict[str, Any]:
-        """Give what the mountings come to."""
-        study, own = self.study, self.study.tolerances
+    def values(self) -> dict[str, Any]:
+        """Return the counts and quantiles of the mountings."""
+        study, tolerances = self.result, self.result.tolerances
         counts = study.limit_counts().items()
-        data = {
-            **head_data(self.name, self.design, study.flank),
-            "tolerances": {name: getattr(own, name) for name in (*own.names, "distribution", "sigmas")},
-            "cases": study.cases,
-            "seed": study.seed,
+        return {
+            "tolerances": picked(tolerances, *tolerances.names, "distribution", "sigmas"),
+            **picked(study, "cases", "seed"),
             "nominal": _nominal(study),
             "status": {status_name(status): count for status, count in study.status_counts().items()},
             "limits_changed": study.limits_changed(),
@@ -80,41 +64,37 @@ class ToleranceReport:
             **jam_counts(study),
             **_running_data(study),
             "quantiles": {"share": SHARES, **study.quantiles()},
-            **remarks_data(tolerance_remarks(study)),
+            **remarks_data(tolerance_remarks(self.design, study)),
         }
-        return data | ({"reason": self.reason} if self.reason else {})
 
     def rows(self) -> Rows:
-        """Give the mountings."""
-        found = self.study.mountings
-        limits = ([limit_name(code) for code in codes] for codes in found.limit.T)
+        """Return the mountings."""
+        mountings, names = self.result.mountings, self.result.tolerances.names
+        enter, leave = ([limit_name(code) for code in codes] for codes in mountings.limit.T)
         places = {
-            f"{name}_{place}": getattr(found, name)[:, k]
+            f"{name}_{place}": getattr(mountings, name)[:, k]
             for name in ("pinion_z", "pinion_r", "gear_z", "gear_r")
             for k, place in enumerate(PLACES)
         }
-        running = self.study.running
-        in_operation = {} if running is None else _to_all(running, found.status.size)
+        running = self.result.running
         return {
-            **dict(
-                zip((f"{name}_error" for name in self.study.tolerances.names), found.errors.T, strict=True)
-            ),
-            "status": [status_name(code) for code in found.status],
-            **dict(zip(("enter", "leave"), limits, strict=True)),
-            **{name: getattr(found, name) for name in ("pieces", "contact_ratio", "peak_to_peak")},
+            **{f"{name}_error": errors for name, errors in zip(names, mountings.errors.T, strict=True)},
+            **picked(mountings, "status"),
+            **{"enter": enter, "leave": leave},
+            **picked(mountings, "pieces", "contact_ratio", "peak_to_peak"),
             **places,
-            "normal_backlash": found.normal_backlash,
-            "tangency": [name_in_files(Tangency(int(code))) for code in found.tangency],
-            "jammed": found.jammed.astype(int),
-            **in_operation,
+            "normal_backlash": mountings.normal_backlash,
+            "tangency": plain(mountings.tangency, Tangency),
+            "jammed": mountings.jammed.astype(int),
+            **({} if running is None else _to_all(running, mountings.status.size)),
         }
 
     def summary(self) -> str:
-        """Write counts and quantiles of the mountings."""
-        study, flank = self.study, self.study.flank
+        """Return counts and quantiles of the mountings."""
+        study, flank = self.result, self.result.flank
         text = f"Tolerance study of {self.name}, {flank} flanks: {study.cases} mountings, seed {study.seed}\n"
         text += mounted_lines(self.design) + line("tolerances", _tolerance_words(study))
-        text += remark_lines(tolerance_remarks(study))
+        text += remark_lines(tolerance_remarks(self.design, study))
         counts = (
             f"{status_words(status)} {_percent(count, study.cases)}"
             for status, count in study.status_counts().items()
@@ -123,7 +103,7 @@ class ToleranceReport:
         text += line("mountings", ", ".join(counts)) + line("jammed", _jam_words(study))
         if study.running:
             text += line("in operation", _running_words(study.running))
-            text += line("patterns", _pattern_words(study.running))
+            text += line("patterns", _pattern_words(self.design, study.running))
         if self.reason:
             return text
         text += line("limits changed", f"{_percent(study.limits_changed(), study.cases)} of the mountings")
@@ -134,40 +114,39 @@ class ToleranceReport:
         return f"{text}\n{_quantile_lines(study)}"
 
 
-def _to_all(running: Running, count: int) -> dict[str, Any]:
-    """Give columns of `count` mountings, empty for those that were not studied in operation."""
-    rest = count - running.status.size
-    status = [name_in_files(FirstStatus(int(code))) for code in running.status]
-    numbers = {name: np.append(x, np.full(rest, np.nan)) for name, x in running.quantities().items()}
-    each = zip(running.pattern_ends, running.solved, strict=True)
+def _to_all(running: CycleStatistics, count: int) -> dict[str, Any]:
+    """Return columns of `count` mountings; those without a mesh cycle have empty cells."""
+    missing = count - running.status.size
+    status = plain(running.status, FirstStatus)
+    numbers = {name: np.append(x, np.full(missing, np.nan)) for name, x in running.quantities().items()}
+    each = zip(running.pattern_ends, running.pattern_known, strict=True)
     ends = [_ends_in_files(at) if known else "" for at, known in each]
-    return {"operation_status": status + [""] * rest, **numbers, "pattern_ends_at": ends + [""] * rest}
+    return {"operation_status": status + [""] * missing, **numbers, "pattern_ends_at": ends + [""] * missing}
 
 
 def _ends_in_files(at: Mask) -> str:
-    """Name the edges (8) at which a pattern ends, as 'pinion_tip+gear_tip'."""
+    """Return the names of the edges (8) at which a pattern ends, such as 'pinion_tip+gear_tip'."""
     return "+".join(name_in_files(limit) for limit in Limit if at[limit]) or "none"
 
 
-def pattern_counts(running: Running) -> dict[str, Any]:
-    """Count the mountings of which the mesh cycle is known, those of them whose patterns end at each edge of
-    both flanks, at some toe or heel, and at no edge."""
-    ends = running.pattern_ends[running.solved]
-    faces = [limit for limit in Limit if limit.limit in ("toe", "heel")]
+def pattern_counts(running: CycleStatistics) -> dict[str, Any]:
+    """Return the numbers of mountings with a known pattern by the edges at which their patterns end."""
+    ends = running.pattern_ends[running.pattern_known]
     return {
         "known": len(ends),
         "ends_at": {name_in_files(limit): int(np.count_nonzero(ends[:, limit])) for limit in Limit},
-        "toe_or_heel": int(np.count_nonzero(ends[:, faces].any(axis=1))),
+        "toe_or_heel": int(np.count_nonzero(ends[:, FACE_ENDS].any(axis=1))),
         "nowhere": int(np.count_nonzero(~ends.any(axis=1))),
     }
 
 
-def edges_carry(running: Running) -> int:
-    """Count the mountings of which edges carry some of the mesh cycle."""
+def edges_carry(running: CycleStatistics) -> int:
+    """Return the number of mountings with edge contact in the mesh cycle."""
     return int(np.count_nonzero(running.edge_share[running.solved] > 0.0))
 
 
 def _running_data(study: ToleranceStudy) -> dict[str, Any]:
+    """Return the entries of JSON on the mesh cycles, empty without any."""
     running, nominal = study.running, study.nominal_running
     if running is None or nominal is None:
         return {}
@@ -186,7 +165,7 @@ def _running_data(study: ToleranceStudy) -> dict[str, Any]:
     }
 
 
-def _running_words(running: Running) -> str:
+def _running_words(running: CycleStatistics) -> str:
     count = running.status.size
     text = f"edges carry some of the mesh cycle in {_percent(edges_carry(running), count)}"
     text += f" of the first {count} mountings"
@@ -194,72 +173,99 @@ def _running_words(running: Running) -> str:
     return f"{text}; not known in {_percent(lost, count)}" if lost else text
 
 
-def _pattern_words(running: Running) -> str:
-    """Say how many patterns end at an edge of a flank, and at which."""
+def _pattern_words(design: Design, running: CycleStatistics) -> str:
+    """Return the shares of patterns that end at the edges of a flank."""
     counts = pattern_counts(running)
     if not (known := counts["known"]):
         return "not known"
-    words = f"compound of {1e3 * MARKING_SEPARATION:g} um ends at a toe or heel in"
-    words += f" {_percent(counts['toe_or_heel'], known)} of these {known}"
-    at = {name.replace("_", " "): count for name, count in counts["ends_at"].items()}
+    words = f"compound of {1e3 * MARKING_SEPARATION:g} um ends at an end of a face in"
+    words += f" {_percent(counts['toe_or_heel'], known)} of the {known} mountings that move the path furthest"
+    ends = counts["ends_at"]
+    at = {limit_words(design, limit): ends[name_in_files(limit)] for limit in Limit}
     at["no edge at all"] = counts["nowhere"]
     return f"{words}: {', '.join(f'{name} {_percent(count, known)}' for name, count in at.items() if count)}"
 
 
 def limit_name(limit: int) -> str:
-    """Name of a limit in files, as 'pinion_tip'; empty without a path."""
+    """Return the name of a limit in files, such as 'pinion_tip'; empty without a path."""
     return name_in_files(Limit(int(limit))) if limit >= 0 else ""
 
 
 def _nominal(study: ToleranceStudy) -> dict[str, Any]:
-    found = {name: float(value[0]) for name, value in study.nominal.quantities().items()}
+    """Return the results of the design without random errors."""
+    quantities = {name: float(value[0]) for name, value in study.nominal.quantities().items()}
     enter, leave = (limit_name(code) or None for code in study.nominal.limit[0])
-    return {"status": status_name(study.nominal.status[0]), "enter": enter, "leave": leave, **found}
+    return {"status": status_name(study.nominal.status[0]), "enter": enter, "leave": leave, **quantities}
 
 
 def below_one(study: ToleranceStudy) -> int:
-    """Count the mountings with a path whose contact ratio is below 1."""
+    """Return the number of mountings with a path and a contact ratio below 1."""
     return int(np.count_nonzero(study.mountings.contact_ratio[study.mountings.solved] < 1.0))
 
 
-def tolerance_remarks(study: ToleranceStudy) -> tuple[Remark, ...]:
-    """Say which share of the mountings has no contact on its flanks or cannot be assembled, if any."""
+def tolerance_remarks(design: Design, study: ToleranceStudy) -> tuple[Remark, ...]:
+    """Return remarks on lost contact, failed calculations, edge contact and mountings that jam.
+
+    A remark on less than 0.27 % of the mountings is a note: this share of a normal distribution lies outside
+    a tolerance of three standard deviations."""
+    warning_share = 0.0027
     words = f"with errors drawn at random within {_tolerance_words(study)}"
-    lost = study.cases - int(np.count_nonzero(study.mountings.solved))
-    counts = {  # the latter is of both flanks, and the same whichever drives
-        f"{study.flank} flanks: {{}} of mountings have no contact": lost,
-        "{} of mountings cannot be assembled, by the tangency of their flanks": jam_counts(study)["jammed"],
-    }
-    found = []
-    for text, count in counts.items():
-        level = WARNING if count >= LOST_SHARE * study.cases else NOTE
-        if count:
-            found.append(Remark(level, f"{text.format(f'{100.0 * count / study.cases:.3g} %')}, {words}"))
-    return tuple(found)
+    lead = f"{study.flank} flanks: {{}}"
+    mountings = study.mountings
+    failed = np.isin(mountings.status, (Status.NOT_CONVERGED, Status.UNDEFINED))
+    faces = np.isin(mountings.limit, FACE_ENDS).any(axis=1)
+    jammed = "{} of mountings cannot be assembled, according to the tangency of their flanks"
+    counts = [
+        (f"{lead} of mountings have no contact", ~mountings.solved & ~failed, WARNING),
+        (f"{lead} of mountings could not be computed", failed, UNKNOWN),
+        (jammed, mountings.jammed, WARNING),  # does not depend on the driving flanks
+    ]
+    if not touches_along_lines(design, study.flank):  # lines of contact always reach the ends of the face
+        reach = "of mountings have contact that reaches an end of a face"
+        counts.append((f"{lead} {reach}", faces & mountings.solved, WARNING))
+    if (running := study.running) is not None:
+        first = f"{lead} of the first {running.status.size} mountings"
+        carried = running.solved & (running.edge_share > 0.0)
+        counts.append((f"{first} have edges that carry some of the mesh cycle", carried, WARNING))
+        ends = running.pattern_ends[running.pattern_known]
+        patterns = np.asarray(ends[:, FACE_ENDS].any(axis=1) if ends.size else [False])
+        furthest = f"{lead} of the {len(ends)} mountings that move the path furthest"
+        counts.append((f"{furthest} have a contact pattern that reaches an end of a face", patterns, NOTE))
+        counts.append((f"{first} have a mesh cycle that could not be computed", ~running.solved, UNKNOWN))
+    remarks = []
+    for text, mask, level in counts:
+        if share := float(np.mean(mask)):
+            level = level if share >= warning_share else NOTE
+            remarks.append(Remark(level, f"{text.format(f'{100.0 * share:.3g} %')}, {words}"))
+    return tuple(remarks)
 
 
 def jam_counts(study: ToleranceStudy) -> dict[str, int]:
-    """Count mountings that cannot be assembled; among them those whose tangencies lie on the faces of both
-    sides, so that their teeth jam for sure; and mountings whose backlash is not known."""
-    found = study.mountings
-    sure = found.jammed & (found.tangency == Tangency.TOUCHES)
-    unknown = found.tangency == Tangency.UNKNOWN
-    masks = {"jammed": found.jammed, "jammed_for_sure": sure, "backlash_unknown": unknown}
+    """Return the numbers of mountings that cannot be assembled and of mountings with unknown backlash.
+
+    The interference is certain if the tangencies of both sides lie on the faces (`jammed_for_sure`)."""
+    mountings = study.mountings
+    certain = mountings.jammed & (mountings.tangency == Tangency.TOUCHES)
+    unknown = mountings.tangency == Tangency.UNKNOWN
+    masks = {"jammed": mountings.jammed, "jammed_for_sure": certain, "backlash_unknown": unknown}
     return {name: int(np.count_nonzero(mask)) for name, mask in masks.items()}
 
 
 def _jam_words(study: ToleranceStudy) -> str:
+    """Return the share of mountings that cannot be assembled, and how certain it is."""
     counts = jam_counts(study)
-    some, sure, unknown = (_percent(count, study.cases) for count in counts.values())
-    text = f"{some} of the mountings cannot be assembled, by the tangency of their flanks"
+    jammed, certain, unknown = (_percent(count, study.cases) for count in counts.values())
+    text = f"{jammed} of the mountings cannot be assembled, according to the tangency of their flanks"
+    if (study.mountings.tangency == Tangency.ESTIMATE).any():
+        text += "; an estimate, because negative relative curvature or tips near fillets reduce the backlash"
     if counts["jammed_for_sure"] < counts["jammed"]:
-        text += f"; {sure} surely: in the others edges carry, which may leave more or less backlash"
+        text += f"; certain in {certain}: in the others edge contact may change the backlash"
     return f"{text}; not known in {unknown}" if counts["backlash_unknown"] else text
 
 
-def size_words(own: Tolerances) -> str:
-    """Say the sizes of tolerances, in mm and deg."""
-    sizes = dict(zip(own.names, own.values().tolist(), strict=True))
+def size_words(tolerances: Tolerances) -> str:
+    """Return the sizes of tolerances, in mm and deg."""
+    sizes = dict(zip(tolerances.names, tolerances.values().tolist(), strict=True))
     return ", ".join(
         f"{name.replace('_', ' ')} {scaled(f'{name}_error', size):g} {unit_of(name)}"
         for name, size in sizes.items()
@@ -267,33 +273,32 @@ def size_words(own: Tolerances) -> str:
 
 
 def _tolerance_words(study: ToleranceStudy) -> str:
-    own, words = study.tolerances, size_words(study.tolerances)
-    spread = f", each {own.sigmas:g} sigma" if own.distribution == "normal" else ""
-    return f"{words}; {own.distribution}{spread}"
+    """Return sizes and distribution of the tolerances of a study."""
+    tolerances, words = study.tolerances, size_words(study.tolerances)
+    spread = f", each {tolerances.sigmas:g} sigma" if tolerances.distribution == "normal" else ""
+    return f"{words}; {tolerances.distribution}{spread}"
 
 
 def _percent(count: int, cases: int) -> str:
-    """Write a share of the mountings, none and all of them without digits."""
+    """Return a share of the mountings in percent; 0 and 100 % have no digits."""
     return f"{100.0 * count / cases:.3g} %" if count in (0, cases) else f"{100.0 * count / cases:.3f} %"
 
 
 def _limit_words(study: ToleranceStudy) -> str:
-    counts = list(study.limit_counts().items())
-    words = [
-        f"{enter} to {leave} {_percent(count, study.cases)}"
-        for (enter, leave), count in counts[:SHOWN_LIMITS]
-    ]
-    more = [f"{len(counts) - SHOWN_LIMITS} more"] if len(counts) > SHOWN_LIMITS else []
+    """Return the most frequent pairs of limits at which paths enter and leave the flanks."""
+    counts, shown = list(study.limit_counts().items()), 8
+    words = [f"{enter} to {leave} {_percent(count, study.cases)}" for (enter, leave), count in counts[:shown]]
+    more = [f"{len(counts) - shown} more"] if len(counts) > shown else []
     return ", ".join(words + more)
 
 
 def _quantile_lines(study: ToleranceStudy) -> str:
-    heads = ["as designed", *(f"{100.0 * share:g} %" for share in SHOWN_SHARES)]
-    text = f"{'quantiles':<28}" + "".join(f"{head:>12}" for head in heads) + "\n"
+    """Return the table of quantiles."""
+    rows = [("quantiles", ["as designed", *(f"{100.0 * share:g} %" for share in SHOWN_SHARES)])]
     nominal, spread = study.nominal.quantities(), study.quantiles(SHOWN_SHARES)
     running = study.nominal_running.quantities() if study.nominal_running else {}
     nominal |= running
     for name in (*SHOWN, *running):
         values = np.append(nominal[name], spread[name])
-        text += f"{label(name):<28}" + "".join(number(name, value, 12) for value in values) + "\n"
-    return text
+        rows.append((label(name), [number(name, value) for value in values]))
+    return labelled_lines(rows, label_width=28, cell_width=12)

@@ -1,4 +1,4 @@
-"""A sampled flank as triangles that know inside from outside: what proximity queries are made of."""
+"""A sampled flank as triangles, with the normals that give the sign of a distance from it."""
 
 from __future__ import annotations
 
@@ -9,19 +9,30 @@ from numpy.typing import NDArray
 
 from ..arrays import FloatArray, Mask
 from ..design.model import Member
-from ..support.read_only import kept
+from ..support.frozen_arrays import kept
 from .sampling import Faces, FlankGrid, grid_faces, sample_flank
 
 
 @dataclass(frozen=True, eq=False)
 class FlankMesh:
-    """A sampled flank: its grid and the triangles (m, 3) of the grid's points in row-major order.
+    """A sampled flank as triangles.
 
-    `rim` (m, 3): whether the edge opposite a triangle's corner is on the rim of the mesh; `border` (points,):
-    whether a point is. `normals` (m, 7, 3): what tells inside from outside where the closest point lies in
-    the triangle, on the edge opposite each corner, at each corner: the sum of the unit normals of all
-    triangles that meet there, weighted by their angles at a corner (Baerentzen and Aanaes 2005). So it
-    does not matter which of them is taken for the closest, even along the sharp edge of undercut."""
+    Attributes
+    ----------
+    grid : FlankGrid
+        Points of the triangles.
+    faces : array (m, 3)
+        Indices of the points of the grid in row-major order.
+    rim : array (m, 3)
+        Whether the edge opposite to each corner of a triangle is on the rim of the mesh.
+    border : array (points,)
+        Whether a point is on the rim.
+    normals : array (m, 7, 3)
+        Normals that give the sign of a distance, for a closest point inside the triangle, on the edge
+        opposite to each corner, and at each corner: sums of the unit normals of all triangles that meet
+        there, weighted by their angles at corners (Baerentzen and Aanaes 2005). The sign is therefore the
+        same for all triangles that contain the closest point, also along the sharp edge of undercut.
+    """
 
     grid: FlankGrid
     faces: Faces
@@ -32,9 +43,8 @@ class FlankMesh:
 
 @kept(16)
 def flank_mesh(member: Member, flank: str, tolerance: float) -> FlankMesh:
-    """Mesh a flank of a single member as triangles within `tolerance` (mm) of it.
-
-    Raises ValueError as `sample_flank` does."""
+    """Return a flank of a single member as triangles within a `tolerance` (mm). Raises ValueError as
+    `sample_flank`."""
     grid = sample_flank(member, flank, tolerance)
     faces = grid_faces(grid.points, grid.normals)
     edges = np.sort(np.stack((faces[:, [1, 2]], faces[:, [2, 0]], faces[:, [0, 1]]), axis=1), axis=-1)
@@ -46,20 +56,20 @@ def flank_mesh(member: Member, flank: str, tolerance: float) -> FlankMesh:
 
 
 def _normals(corners: FloatArray, edges: NDArray[np.intp], faces: Faces) -> FloatArray:
-    """Give the normals (m, 7, 3) of FlankMesh, of triangles with `corners` (m, 3, 3), mm, whose edges, by the
-    corner opposite, and corners have the numbers `edges` and `faces` (m, 3)."""
+    """Return the normals (m, 7, 3) of a FlankMesh. `corners` (m, 3, 3), mm, of the triangles; `edges` (m, 3):
+    numbers of the edges opposite to each corner; `faces` (m, 3): numbers of the corners."""
     sides = _unit(np.roll(corners, -1, axis=1) - corners)  # from each corner to the next
-    own = _unit(np.cross(sides[:, 0], sides[:, 1]))
+    face_normals = _unit(np.cross(sides[:, 0], sides[:, 1]))
     angles = np.arccos(np.clip(-np.einsum("mki,mki->mk", sides, np.roll(sides, 1, axis=1)), -1.0, 1.0))
-    found = [own[:, None]]
+    normals = [face_normals[:, None]]
     for number, weight in ((edges, np.ones_like(angles)), (faces, angles)):
         total = np.zeros((number.max() + 1, 3))
-        np.add.at(total, number, weight[..., None] * own[:, None])
-        found.append(total[number])
-    return _unit(np.concatenate(found, axis=1))
+        np.add.at(total, number, weight[..., None] * face_normals[:, None])
+        normals.append(total[number])
+    return _unit(np.concatenate(normals, axis=1))
 
 
 def _unit(vectors: FloatArray) -> FloatArray:
-    """Scale vectors (..., 3) to length 1; those without length stay as they are."""
+    """Return vectors (..., 3) scaled to length 1; zero vectors are not changed."""
     length = np.linalg.norm(vectors, axis=-1, keepdims=True)
     return np.asarray(vectors / np.where(length > 0.0, length, 1.0))

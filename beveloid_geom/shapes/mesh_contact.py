@@ -1,23 +1,21 @@
-"""Separation and contact of two flanks by surface proximity queries on sampled meshes.
+"""Separation and contact of two flanks by proximity queries on sampled meshes.
 
-This is the route by meshes: both flanks are sampled to a tolerance (`sampling`), posed, and the
-separation of a vertex is its distance to the closest point on the other flank's triangles. Its
-error is of the order of the tolerance in the separation; the contact point, where the separation
-is least, is worse: by the square root of tolerance over relative curvature, which in approximate
-line contact makes millimetres of a micrometre, and depends on where the vertices happen to lie.
-`convergence` charts both.
+1. Both flanks are sampled to a tolerance (`sampling`) and placed at a pose. The separation of a vertex is its
+   distance from the closest point on the triangles of the other flank. Its error is of the order of the
+   tolerance. The contact point, where the separation is smallest, has a larger error: the square root of the
+   tolerance over the relative curvature. In approximate line contact this is millimetres for a tolerance of a
+   micrometre, and it depends on the positions of the vertices. `convergence` computes both errors.
+2. The result is refined on the exact flanks. The closest point on a triangle is the start of Newton's method
+   for the foot on the flank (`closest_point.feet`). The vertex with the smallest separation is the start of
+   Newton's method for the point where the exact separation D, as a function of the flank parameters of the
+   pinion, is stationary. With the outward unit normals n1 at the point and n2 at its foot on the gear,
 
-Hence the polish. A facet's answer starts Newton for the foot on the flank itself (`perpendicular.feet`),
-and the vertex of least separation starts Newton for the standstill of the exact separation D,
-as a function of the pinion's flank parameters. With the outward unit normals n1 at the point and
-n2 at its foot on the gear,
+       dD = n2.dR1 = 0,    d2D = dR1.A_2' dR1 + n2.d2R1,
 
-    dD = n2.dR1 = 0,    d2D = dR1.A_2' dR1 + n2.d2R1,
-
-where A_2' maps a step to the change of n2 on the gear's parallel surface through the point. With
-n2 = -n1, as holds where D stands still, n2.d2R1 is dn1.dR1; so the steps converge quadratically.
-They lead downhill only, off saddles, and what they end at must be a minimum beyond rounding: as the
-smaller relative curvature vanishes none is given.
+   where A_2' maps a step to the change of n2 on the parallel surface of the gear through the point. Where D
+   is stationary, n2 = -n1 holds and n2.d2R1 is dn1.dR1, so that the steps converge quadratically. Steps lead
+   downhill only, so that they leave saddle points. The result must be a minimum beyond rounding. If the
+   smaller relative curvature vanishes, there is no result.
 """
 
 from __future__ import annotations
@@ -28,45 +26,63 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import Codes, FloatArray, Indices
-from ..contact.ellipse import normal_rates
+from ..contact.mesh_position import Frame, frames_at
 from ..contact.path import path_of_contact
-from ..contact.placing import Frame, frames_at
 from ..design.model import Design, Member
-from ..gear.flank import flank_patch, flank_point, highest_parameter, root_parameter, trace_parameter
-from ..gear.perpendicular import Feet, feet
+from ..gear.closest_point import Feet, feet
+from ..gear.flank import (
+    flank_patch,
+    flank_point,
+    highest_parameter,
+    normal_rates,
+    root_parameter,
+    trace_parameter,
+)
 from ..pair.frames import normals_to_fixed, to_fixed
 from ..status import Status
-from ..support.few_lines import few_lines
+from ..support.array_repr import short_repr
 from .closest_points import closest_on_mesh
 from .flank_mesh import FlankMesh, flank_mesh
 
-CONTACT_PASSES = 60
-LONGEST_STEP = 0.5
-"""Greatest step of the contact search, as a share of the flank's depth along l and of its width, which
-counts as the depth at least."""
-LAST_STEP, NOISE, CERTAIN = 1e-6, 1e-12, 1e-8
-"""Shares of the flank's depth: a step of the contact search below which it is the last, as ordinarily
-it leaves an error of its square; separation that is rounding; doubt about the place of a polished
-contact above which there is none."""
-SLOPE_NOISE = 16.0 * np.finfo(float).eps
-"""Slope of the separation that is rounding."""
-ALIKE = 4.0
-"""Tolerances by which a grid point's separation may be above the least and the contact still be beside
-it: either mesh may be off by one, and so may the separation between grid points, once for each."""
-ON_RIM = 1e-9
-"""Barycentric coordinate below which a closest point counts as on an edge of its triangle."""
+MAX_CONTACT_STEPS = 60
+MAX_STEP_RATIO = 0.5
+"""Largest step of the contact search over the depth of the flank along l, and over the larger of face width
+and depth along the face."""
+LAST_STEP_RATIO = 1e-6
+"""Step over the depth of the flank that ends the search. It usually leaves an error of its square."""
+SEPARATION_ROUNDING = 1e-12
+"""Rounding of the separation over the depth of the flank."""
+MAX_DOUBT_RATIO = 1e-8
+"""Largest uncertainty of the position of a refined contact over the depth of the flank."""
+SLOPE_ROUNDING = 16.0 * np.finfo(float).eps
+"""Rounding of the slope of the separation."""
+NEAR_TOLERANCES = 4.0
+"""The contact may be next to grid points whose separation is larger than the smallest one by this number of
+tolerances: one for each mesh, and one for the separation between the grid points of each."""
+EDGE_COORDINATE = 1e-9
+"""Barycentric coordinate below which a closest point is on an edge of its triangle."""
 
 
 @dataclass(frozen=True, eq=False)
 class MeshSeparation:
-    """Separation of a flank's grid points from the other member's flank at a pose.
+    """Separation of the grid points of a flank from the flank of the other member at a pose.
 
-    `l` (nl, nz), `z` (nl, nz), mm: the grid points on their own flank; `points` (nl, nz, 3), mm,
-    in S_f; `separation` (nl, nz), mm, positive where the flanks are clear of each other;
-    `foot_l`, `foot_z` (nl, nz), mm: the closest point on the other flank; `status`: SOLVED,
-    OFF_FLANK where the foot leaves the other flank, NOT_CONVERGED; NaN there."""
+    Attributes
+    ----------
+    l, z : array (nl, nz)
+        Flank parameter and axial coordinate of the grid points, mm.
+    points : array (nl, nz, 3)
+        Grid points in S_f, mm.
+    separation : array (nl, nz)
+        mm, positive if there is a gap.
+    foot_l, foot_z : array (nl, nz)
+        Flank parameter and axial coordinate of the closest point on the other flank, mm.
+    status : array (nl, nz)
+        SOLVED, OFF_FLANK if the foot is outside the other flank, or NOT_CONVERGED. Values are NaN unless
+        SOLVED.
+    """
 
-    __repr__ = few_lines
+    __repr__ = short_repr
 
     l: FloatArray
     z: FloatArray
@@ -79,12 +95,24 @@ class MeshSeparation:
 
 @dataclass(frozen=True, eq=False)
 class MeshContact:
-    """The point of least separation at a pose. `point` (3,) in S_f, mm, midway between the flanks;
-    `separation`, mm; flank parameters `l` and axial coordinates `z` (2,), mm, pinion first;
-    `doubt`, mm: how far from there the least separation may lie. By facets that is estimated,
-    as far as other grid points are as near within their error: millimetres, or the whole flank;
-    polished it is what rounding leaves. `status` as in `MeshSeparation`; NOT_CONVERGED also where the
-    separation is no minimum or rounding hides whether it is. NaN where not SOLVED."""
+    """The point of smallest separation at a pose.
+
+    Attributes
+    ----------
+    point : array (3,)
+        Middle between the flanks, in S_f, mm.
+    separation : float
+        mm.
+    l, z : array (2,)
+        Flank parameters and axial coordinates on pinion and gear, mm.
+    doubt : float
+        Uncertainty of the position, mm. Without refinement it is the distance of the grid points whose
+        separation is equal within the error: millimetres, or the length of the flank. With refinement it is
+        the effect of rounding.
+    status : Status
+        As in `MeshSeparation`. NOT_CONVERGED also if the separation has no minimum beyond rounding. Values
+        are NaN unless SOLVED.
+    """
 
     point: FloatArray
     separation: float
@@ -96,11 +124,19 @@ class MeshContact:
 
 @dataclass(frozen=True, eq=False)
 class Convergence:
-    """Errors of the route by meshes at one pose, arrays over `tolerance` (mm).
+    """Errors of contact by meshes at one pose.
 
-    `point_error` (mm): distance of the contact point from that of the path of contact;
-    `separation_error` (mm): greatest error of the separation over the points of the pinion's
-    grid; `faces`: triangles of both flanks. NaN where there is no contact point."""
+    Attributes
+    ----------
+    tolerance : array (n,)
+        mm.
+    point_error : array (n,)
+        Distance of the contact point from that of the path of contact, mm; NaN without contact point.
+    separation_error : array (n,)
+        Largest error of the separation at the grid points of the pinion, mm.
+    faces : array (n,)
+        Number of triangles of both flanks.
+    """
 
     tolerance: FloatArray
     point_error: FloatArray
@@ -118,8 +154,8 @@ def _frames(design: Design, pinion_roll: float, gear_roll: float) -> tuple[Frame
     return frames
 
 
-def _seen_from(frames: tuple[Frame, Frame], member: int, points: FloatArray) -> FloatArray:
-    """Carry points (..., 3) of S_f to a member's own frame."""
+def _in_frame_of(frames: tuple[Frame, Frame], member: int, points: FloatArray) -> FloatArray:
+    """Return points (..., 3) of S_f in the frame of a member."""
     rotation, origin = frames[member]
     return np.asarray((points - origin) @ rotation)
 
@@ -134,16 +170,36 @@ def mesh_separation(
     gear_roll: float,
     polish: bool = True,
 ) -> MeshSeparation:
-    """Find the separation of the grid points of a `member`'s flank (0 pinion, 1 gear) from the other's flank.
+    """Return the separation of the grid points of a flank from the mating flank.
 
-    Both flanks are sampled to `tolerance` (mm). Without `polish` separations and feet are those of
-    the other's triangles, else of its flank. Raises ValueError for a batch of designs, for one that
-    cannot be posed, and as `sample_flank` does."""
+    Parameters
+    ----------
+    design : Design
+        A single one.
+    flank : {'right', 'left'}
+    member : int
+        Member with the grid points: 0 pinion, 1 gear.
+    tolerance : float
+        Tolerance to which both flanks are sampled, mm.
+    pinion_roll, gear_roll : float
+        rad.
+    polish : bool
+        Whether separations and feet are refined on the exact flank, or those of its triangles.
+
+    Returns
+    -------
+    MeshSeparation
+
+    Raises
+    ------
+    ValueError
+        For a batch of designs, a design without mounting distances, and as `sample_flank`.
+    """
     meshes = [flank_mesh(part, flank, tolerance) for part in design.members]
     frames = _frames(design, pinion_roll, gear_roll)
     own, other = meshes[member].grid, 1 - member
     points = to_fixed(frames[member], own.points)
-    seen = _seen_from(frames, other, points).reshape(-1, 3)
+    seen = _in_frame_of(frames, other, points).reshape(-1, 3)
     values, status = _facet_feet(meshes[other], seen, tolerance)
     if polish:
         values, status = _polished_feet(design.members[other], flank, seen, values)
@@ -155,25 +211,25 @@ def mesh_separation(
 
 
 def _facet_feet(mesh: FlankMesh, seen: FloatArray, tolerance: float) -> tuple[FloatArray, Codes]:
-    """Find the signed distance, l and z (3, n) of the closest points on a mesh, and status.
+    """Return the signed distance, l and z (3, n) of the closest points on a mesh, and their status.
 
-    A foot on the rim is on the flank if it is beside the point by no more than the tolerance."""
+    A foot on the rim is accepted if the point is above it within the tolerance."""
     grid, faces = mesh.grid, mesh.faces
     vertices = grid.points.reshape(-1, 3)
     closest, index, weights = closest_on_mesh(vertices, faces, seen)
-    on_edge, at_corner = weights < ON_RIM, weights > 1.0 - 2.0 * ON_RIM
+    on_edge, at_corner = weights < EDGE_COORDINATE, weights > 1.0 - 2.0 * EDGE_COORDINATE
     place = np.where(on_edge.any(axis=1), 1 + on_edge.argmax(axis=1), 0)
     place = np.where(at_corner.any(axis=1), 4 + at_corner.argmax(axis=1), place)
     normal = mesh.normals[index, place]
     offset = seen - closest
     height = np.einsum("ni,ni->n", offset, normal)
-    aside = np.linalg.norm(offset - height[:, None] * normal, axis=-1)
+    lateral = np.linalg.norm(offset - height[:, None] * normal, axis=-1)
     z = np.broadcast_to(grid.z, grid.l.shape)
     l, z = (np.einsum("nk,nk->n", weights, v.reshape(-1)[faces[index]]) for v in (grid.l, z))
-    # A triangle may have but a corner on the rim.
+    # A triangle may have only a corner on the rim.
     corner = at_corner & mesh.border[faces[index]]
     edge = on_edge & mesh.rim[index]
-    off = (corner | edge).any(axis=1) & (aside > tolerance)
+    off = (corner | edge).any(axis=1) & (lateral > tolerance)
     distance = np.copysign(np.linalg.norm(offset, axis=-1), height)
     return np.stack((distance, l, z)), np.where(off, Status.OFF_FLANK, Status.SOLVED).astype(np.int8)
 
@@ -181,7 +237,8 @@ def _facet_feet(mesh: FlankMesh, seen: FloatArray, tolerance: float) -> tuple[Fl
 def _polished_feet(
     member: Member, flank: str, seen: FloatArray, start: FloatArray
 ) -> tuple[FloatArray, Codes]:
-    """Give the same on the flank itself, by Newton from the feet on the mesh."""
+    """Return distance, l and z (3, n) of the feet on the exact flank, by Newton's method from those on the
+    mesh."""
     u = trace_parameter(member, flank, start[1], start[2])
     found = feet(member, flank, seen, (start[1], u))
     return np.stack((found.distance, found.l, found.z)), found.status
@@ -196,13 +253,31 @@ def mesh_contact(
     gear_roll: float,
     polish: bool = True,
 ) -> MeshContact:
-    """Give the contact at a pose as the least separation of the flanks, sampled to `tolerance` (mm).
+    """Return the contact at a pose: the point of smallest separation of the flanks.
 
-    Without `polish` it is found among the vertices of both meshes and the closest points of these on
-    the other mesh. With it the exact separation is brought to its standstill from there. A least
-    separation on an edge is not a tangency: OFF_FLANK with `polish`.
+    Parameters
+    ----------
+    design : Design
+        A single one.
+    flank : {'right', 'left'}
+    tolerance : float
+        Tolerance to which both flanks are sampled, mm.
+    pinion_roll, gear_roll : float
+        rad.
+    polish : bool
+        Whether the contact is refined on the exact flanks. Without refinement it is a vertex of one mesh and
+        its closest point on the other.
 
-    Raises ValueError as `mesh_separation` does."""
+    Returns
+    -------
+    MeshContact
+        OFF_FLANK with refinement if the smallest separation is on an edge, which is no tangency.
+
+    Raises
+    ------
+    ValueError
+        As `mesh_separation`.
+    """
     pose = {"pinion_roll": float(pinion_roll), "gear_roll": float(gear_roll)}
     rough = _facet_contact(design, flank, tolerance, pose)
     if not polish or rough.status != Status.SOLVED:
@@ -216,7 +291,7 @@ def _no_contact(status: Status) -> MeshContact:
 
 
 def _facet_contact(design: Design, flank: str, tolerance: float, pose: dict[str, float]) -> MeshContact:
-    """Give the vertex of least separation and its closest point on the other mesh."""
+    """Return the vertex of smallest separation and its closest point on the other mesh."""
     sides = [mesh_separation(design, flank, j, tolerance, **pose, polish=False) for j in (0, 1)]
     least = [np.nanmin(np.append(side.separation, np.inf)) for side in sides]
     member = int(np.argmin(least))
@@ -228,44 +303,44 @@ def _facet_contact(design: Design, flank: str, tolerance: float, pose: dict[str,
     u = trace_parameter(design.members[other], flank, l[1], z[1])
     foot = to_fixed(_frames(design, **pose)[other], flank_point(design.members[other], flank, l[1], u))
     pinion_first, point = [member, other], 0.5 * (side.points[at] + foot)
-    near = [_near_least(each, least[member] + ALIKE * tolerance) for each in sides]
+    near = [_near_least(each, least[member] + NEAR_TOLERANCES * tolerance) for each in sides]
     doubt = float(np.linalg.norm(np.concatenate(near) - point, axis=-1).max())
     return MeshContact(point, float(least[member]), l[pinion_first], z[pinion_first], doubt, Status.SOLVED)
 
 
 def _near_least(side: MeshSeparation, bound: float) -> FloatArray:
-    """Find the grid points (n, 3) of the cells about those points whose separation is within the bound,
-    S_f."""
-    near = np.pad(side.separation <= bound, 1)  # no NaN is
+    """Return the grid points (n, 3) in S_f of the cells around points whose separation is within the
+    bound."""
+    near = np.pad(side.separation <= bound, 1)  # False for NaN
     rows, columns = near.shape
-    beside = [near[i : rows - 2 + i, j : columns - 2 + j] for i in range(3) for j in range(3)]
-    return np.asarray(side.points[np.any(beside, axis=0)])
+    neighbours = [near[i : rows - 2 + i, j : columns - 2 + j] for i in range(3) for j in range(3)]
+    return np.asarray(side.points[np.any(neighbours, axis=0)])
 
 
 def _polished_contact(
     design: Design, flank: str, frames: tuple[Frame, Frame], rough: MeshContact
 ) -> MeshContact:
-    """Give the least of the exact separation, downhill from a mesh's contact: steps are Newton's where the
-    separation is convex, and never lead to a greater one."""
+    """Return the minimum of the exact separation, downhill from a contact of meshes. Steps are those of
+    Newton's method where the separation is convex, and never increase it."""
     pinion, reach = design.pinion, 1.0
-    depth = float(highest_parameter(pinion) - root_parameter(pinion))
-    longest = LONGEST_STEP * np.array((depth, max(depth, pinion.face_width)))
+    depth = float(highest_parameter(pinion, flank) - root_parameter(pinion, flank))
+    longest = MAX_STEP_RATIO * np.array((depth, max(depth, pinion.face_width)))
     place = np.array((rough.l[0], trace_parameter(pinion, flank, rough.l[0], rough.z[0])))
     here = _separation_at(design, flank, frames, place)
-    for _ in range(CONTACT_PASSES):
+    for _ in range(MAX_CONTACT_STEPS):
         step = here.step(longest, reach)
         there = _separation_at(design, flank, frames, place + step)
-        if there.foot.distance <= here.foot.distance + NOISE * depth:
+        if there.foot.distance <= here.foot.distance + SEPARATION_ROUNDING * depth:
             place, here, reach = place + step, there, min(1.0, 2.0 * reach)
-            if np.abs(step).max() <= LAST_STEP * depth:
+            if np.abs(step).max() <= LAST_STEP_RATIO * depth:
                 break
-        else:  # or NaN
+        else:  # larger, or NaN beyond the flank: try a shorter step
             reach *= 0.25
-    own = feet(pinion, flank, _seen_from(frames, 0, here.point), tuple(place))
+    own = feet(pinion, flank, _in_frame_of(frames, 0, here.point), tuple(place))
     doubt = float(here.doubt(longest))
     if own.status == Status.OFF_FLANK or here.foot.status == Status.OFF_FLANK:
         return _no_contact(Status.OFF_FLANK)
-    if not (doubt <= CERTAIN * depth and own.status == here.foot.status == Status.SOLVED):
+    if not (doubt <= MAX_DOUBT_RATIO * depth and own.status == here.foot.status == Status.SOLVED):
         return _no_contact(Status.NOT_CONVERGED)
     middle = here.point - 0.5 * here.foot.distance * normals_to_fixed(frames[1], here.foot.normal)
     pair = (np.array((place[0], here.foot.l)), np.array((own.z, here.foot.z)))
@@ -274,8 +349,9 @@ def _polished_contact(
 
 @dataclass(frozen=True, eq=False)
 class _Local:
-    """The exact separation at a point (3,) of the pinion's flank, S_f, mm: its `foot` on the gear, `slope`
-    (2,) and `bend` (2, 2) by the flank parameters (l, u), and the `metric` (2, 2) of these."""
+    """The exact separation at a `point` (3,) of the pinion in S_f, mm: its `foot` on the gear, first
+    derivatives `slope` (2,) and second derivatives `bend` (2, 2) by the flank parameters (l, u), and their
+    `metric`."""
 
     point: FloatArray
     foot: Feet
@@ -284,8 +360,9 @@ class _Local:
     metric: FloatArray
 
     def step(self, longest: FloatArray, reach: float) -> FloatArray:
-        """Find the step (2,) downhill: Newton's along each direction of curvature that is positive, as
-        long for a negative one, and no longer than the `reach` share of `longest` (2,), mm."""
+        """Return the step (2,) downhill: that of Newton's method along each principal direction of positive
+        curvature, of the same length for negative curvature, and limited to `reach` times `longest` (2,),
+        mm."""
         if not np.isfinite(self.bend).all():
             return np.full(2, np.nan)
         curvature, directions = np.linalg.eigh(self.bend * np.outer(longest, longest))
@@ -293,22 +370,22 @@ class _Local:
         return np.asarray(longest * (directions @ np.clip(share, -reach, reach)))
 
     def doubt(self, longest: FloatArray) -> float:
-        """Say how far (mm) the least separation may be from here: the Newton step that is left, and the
-        slope's rounding over the least curvature. Infinite where the separation is not convex."""
+        """Return the possible distance (mm) of the minimum: the larger of the remaining Newton step and the
+        rounding of the slope over the smallest curvature. Infinite where the separation is not convex."""
         if not np.isfinite(self.bend).all():
             return float("inf")
         root = np.linalg.inv(np.linalg.cholesky(self.metric))
         curvature = np.linalg.eigvalsh(root @ self.bend @ root.T)[0]
-        left = np.abs(self.step(longest, 1.0)).max()
-        return float(max(left, SLOPE_NOISE / curvature)) if curvature > 0.0 else float("inf")
+        remaining = np.abs(self.step(longest, 1.0)).max()
+        return float(max(remaining, SLOPE_ROUNDING / curvature)) if curvature > 0.0 else float("inf")
 
 
 def _separation_at(design: Design, flank: str, frames: tuple[Frame, Frame], place: FloatArray) -> _Local:
-    """Give the separation from the gear's flank at the place (l, u) of the pinion's."""
+    """Return the separation from the flank of the gear at (l, u) of the pinion."""
     l, u = place
     own = flank_patch(design.pinion, flank, l, u)
     point = to_fixed(frames[0], own.point)
-    foot = feet(design.gear, flank, _seen_from(frames, 1, point))
+    foot = feet(design.gear, flank, _in_frame_of(frames, 1, point))
     met = flank_patch(design.gear, flank, foot.l, foot.u)
     steps, turns, other_steps, other_turns = (
         np.stack([normals_to_fixed(frame, vector) for vector in pair], axis=-1)
@@ -334,12 +411,31 @@ def convergence(
     *,
     share: float = 0.5,
 ) -> Convergence:
-    """Find errors of the route by meshes for sampling `tolerances` (n,), mm, at one pose of the path of
-    contact.
+    """Return errors of contact by meshes at one pose of the path of contact.
 
-    `share` (0 ... 1): how far the pose is along the path, in pinion roll. The reference is the contact of
-    `path_of_contact` and the distance to the flank itself. Raises ValueError where the path has
-    no contact on the flanks, and as `mesh_separation` does."""
+    The references are the contact of `path_of_contact` and the distance from the exact flank.
+
+    Parameters
+    ----------
+    design : Design
+        A single one.
+    flank : {'right', 'left'}
+    tolerances : array (n,)
+        Sampling tolerances, mm.
+    polish : bool
+        As in `mesh_contact`.
+    share : float
+        Position of the pose along the path, 0 ... 1.
+
+    Returns
+    -------
+    Convergence
+
+    Raises
+    ------
+    ValueError
+        If the path has no contact on the flanks, and as `mesh_separation`.
+    """
     path = path_of_contact(design, flank, 3)
     if not len(path.l1):
         raise ValueError(f"the {flank} flanks have no contact with which to compare that of the meshes")
@@ -351,7 +447,7 @@ def convergence(
     for size in tolerance.tolist():
         contact = mesh_contact(design, flank, size, **pose, polish=polish)
         side = mesh_separation(design, flank, 0, size, **pose, polish=polish)
-        exact = feet(design.gear, flank, _seen_from(frames, 1, side.points))
+        exact = feet(design.gear, flank, _in_frame_of(frames, 1, side.points))
         error = np.abs(side.separation - exact.distance)[exact.status == Status.SOLVED]
         faces = sum(len(flank_mesh(member, flank, size).faces) for member in design.members)
         rows.append((np.linalg.norm(contact.point - path.point[0]), np.nanmax(error), faces))

@@ -1,23 +1,23 @@
-"""Structured quadrilaterals over the transverse section of one tooth and its part of the body.
+"""Structured quadrilaterals in the transverse section of one tooth and its part of the body.
 
-The outline from the middle of one tooth space to that of the next is one smooth curve but for
-the two edges of the tip. The lattice has the shape of a T upside down: rows of the tooth run
-from the left to the right flank, columns of the tooth from the tip through the body to the
-bore, and beside them columns of the body from the bottom lands and the lower halves of the
-fillets. The two inner corners of the T stand in the middle of the fillets, where three cells
-meet and 180 deg of metal leave about 60 deg for each. All nodes inside have four cells.
+The outline from the middle of one tooth space to that of the next is a smooth curve except for the two edges
+of the tip and of undercut. The lattice has the shape of a T upside down. Rows of the tooth run from the left
+to the right flank. Columns of the tooth run from the tip through the body to the bore. Next to them are
+columns of the body from the bottom lands and the lower halves of the fillets. The two inner corners of the
+T are in the middle of the fillets, where three cells meet, each with about 60 deg of the 180 deg of metal.
+All inner nodes have four cells.
 
-Nodes inside solve Winslow's equations
+1. Lattice coordinates (xi, eta) are chosen whose steps are those of the outline. Near an inner corner they
+   are the power 3/2 of the distance from it, because a conformal map opens the 270 deg of the T to 180 deg.
+2. Inner nodes solve the equations of Winslow
 
-    |x_eta|^2 x_xixi - 2 x_xi . x_eta x_xieta + |x_xi|^2 x_etaeta = 0
+       |x_eta|^2 x_xixi - 2 x_xi . x_eta x_xieta + |x_xi|^2 x_etaeta = 0
 
-on lattice coordinates whose steps follow those of the outline, and near an inner corner the
-power 3/2 of the distance from it: a conformal map opens the T's 270 deg there to 180 deg. The
-coefficients are iterated at toe, middle and heel. The linear equations so found serve the
-outlines at all stations, which differ little but for a turn, and their three solutions are
-blended: the nodes move as smoothly along the face as the outline does.
-
-Winslow: Thompson, Warsi and Mastin, Numerical Grid Generation (1985), chapter VI.
+   (Thompson, Warsi and Mastin, Numerical Grid Generation (1985), chapter VI). Their coefficients are iterated
+   at toe, middle and heel.
+3. The linear equations with each of these coefficients are solved for the outlines of all stations, which
+   hardly differ except for a rotation. The three solutions are blended by a parabola, so that nodes move as
+   smoothly along the face as the outline.
 """
 
 from __future__ import annotations
@@ -32,25 +32,33 @@ from numpy.typing import NDArray
 from ..arrays import FloatArray, Indices
 
 Plane: TypeAlias = NDArray[np.complex128]
-"""Points of transverse planes as x + i y, mm."""
+"""Points in transverse planes as x + i y, mm."""
 
 OUTLINE = ("left bottom", "left fillet", "left flank", "tip", "right flank", "right fillet", "right bottom")
-"""Curves around one tooth, against the clock seen from +z."""
+"""Curves around one tooth, counter-clockwise seen from +z."""
 SIDES = ("first side", "last side")
-"""Where the tooth is cut from its neighbours, in the middle of the tooth spaces."""
-ITERATIONS = 100
-MOST_PITCH = 1.001 * np.pi
-"""rad. A single tooth's section lies all round the axis, and the lattice would meet itself."""
-SETTLED = 5e-4
-"""Pitches by which nodes may still move."""
+"""Cuts between the tooth and its neighbours, in the middle of the tooth spaces."""
+MAX_ITERATIONS = 100
+MAX_PITCH = 1.001 * np.pi
+"""Largest angle of the section about the axis, rad: that of a gear with two teeth."""
+MAX_MOVE_PITCHES = 5e-4
+"""Largest movement of nodes in the last iteration."""
 
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """Quadrilaterals in transverse planes: `points` (n, nz, 3), mm, own frame; `quads` (m, 4),
-    against the clock seen from +z; `boundary`: for each curve the indices of its points in
-    order. The curves are those of the outline and 'bore', 'first side' and 'last side', the
-    sides from the outline down to the bore, the bore from the first side to the last."""
+    """Quadrilaterals in transverse planes, in the frame of the gear.
+
+    Attributes
+    ----------
+    points : array (n, nz, 3)
+        mm.
+    quads : array (m, 4)
+        Indices of points, counter-clockwise seen from +z.
+    boundary : dict
+        Indices of the points of each curve, in order: the curves of OUTLINE, 'bore' from the first to the
+        last side, and 'first side' and 'last side' from the outline to the bore.
+    """
 
     points: FloatArray
     quads: Indices
@@ -59,9 +67,9 @@ class Section:
 
 @dataclass(frozen=True, eq=False)
 class _Lattice:
-    """Node numbers `index` (rows, columns), bore first, -1 beside the tooth; `body` rows of
-    cells; columns `left` and `right` of the tooth's sides; radial stations `shares` of the body's
-    rows, 0 at the bottom land, 1 at the `bore` (radius, mm)."""
+    """Lattice of a section: node numbers `index` (rows, columns) from the bore on, -1 next to the tooth;
+    number `body` of rows of cells in the body; columns `left` and `right` of the flanks; radial stations
+    `shares` of the rows of the body, 0 at the bottom land and 1 at the `bore` (radius, mm)."""
 
     index: Indices
     body: int
@@ -74,17 +82,31 @@ class _Lattice:
 def section_of(
     outline: dict[str, FloatArray], bore_radius: float, aspect: float = 8.0, growth: float = 1.3
 ) -> Section:
-    """Make quadrilaterals between an outline and the bore.
+    """Return quadrilaterals between an outline and the bore.
 
-    `outline`: points (k, nz, 3), mm, of the curves of `OUTLINE` from the middle of one tooth space
-    to that of the next; all have the same stations, neighbours share their ends, left and right
-    have equal numbers, fillets three points or more, a bottom land without width one. They
-    become nodes as they are, in the planes of the tip's; of an end given twice the later curve's.
-    Rows of the body are about `aspect` times as high as wide at most, and each is at most
-    `growth` times as high as the next one outside. The tooth has as many columns as the tip cells.
+    Parameters
+    ----------
+    outline : dict of arrays (k, nz, 3)
+        Points of the curves of OUTLINE, mm, which become nodes. Curves have the same stations and share their
+        ends with their neighbours. Left and right curves have equal numbers of points. Fillets have three or
+        more, and bottom lands without width have one. The columns of the tooth are those of the tip.
+    bore_radius : float
+        mm.
+    aspect : float
+        Largest ratio of height and width of the rows of the body, approximately.
+    growth : float
+        Largest ratio of the heights of successive rows of the body, from the root to the bore.
 
-    Raises ValueError for curves that do not fit, for a bore that is too large, for the outline of a
-    single tooth and for one that cannot be filled (an undercut tooth's crosses itself)."""
+    Returns
+    -------
+    Section
+
+    Raises
+    ------
+    ValueError
+        For curves that do not match, a bore that is too large, an outline that surrounds the axis, and an
+        outline that cannot be filled, for example because it intersects itself.
+    """
     flat = _flat(outline)
     half = _corner(flat)
     lattice = _lattice_of(flat, half, bore_radius, (aspect, growth))
@@ -105,15 +127,15 @@ def section_of(
 def section_size(
     outline: dict[str, FloatArray], bore_radius: float, aspect: float = 8.0, growth: float = 1.3
 ) -> tuple[int, int]:
-    """Count the points and of quadrilaterals that `section_of` would give; raises what it does, but
-    for an outline that cannot be filled."""
+    """Return the numbers of points and of quadrilaterals of `section_of` without computing the section.
+    Parameters and errors are the same, but the outline is not filled."""
     flat = _flat(outline)
     lattice = _lattice_of(flat, _corner(flat), bore_radius, (aspect, growth))
     return int(lattice.index.max()) + 1, len(_quads(lattice))
 
 
 def _flat(outline: dict[str, FloatArray]) -> dict[str, Plane]:
-    """Give the curves as points of transverse planes, in order, checked."""
+    """Return the curves as points in transverse planes, in order. Raises ValueError if they do not match."""
     flat = {name: np.asarray(outline[name][..., 0] + 1.0j * outline[name][..., 1]) for name in OUTLINE}
     for name, partner in zip(OUTLINE[:3], OUTLINE[:3:-1], strict=True):
         if flat[name].shape != flat[partner].shape:
@@ -130,7 +152,7 @@ def _flat(outline: dict[str, FloatArray]) -> dict[str, Plane]:
 
 
 def _quads(lattice: _Lattice) -> Indices:
-    """Find the node numbers (m, 4) of the lattice's cells, against the clock."""
+    """Return the node numbers (m, 4) of the cells of the lattice, counter-clockwise."""
     index = lattice.index
     quads = np.stack((index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]), axis=-1)
     return np.asarray(quads[(quads >= 0).all(axis=-1)])
@@ -144,17 +166,18 @@ def _refuse_folds(x: Plane, z: FloatArray, quads: Indices) -> None:
     )
     if not bent.max() < 0.0:
         at = z[int(np.argmax(bent.max(axis=(0, 1))))]
-        cure = "is the tooth undercut, or next to without a fillet? take a larger tip radius"
+        cure = "does undercut cut through the tooth, or is the fillet too small? take a larger tip radius"
         raise ValueError(f"the section at z = {at:.4g} mm cannot be filled with cells: {cure}")
 
 
 def _lengths(curve: Plane) -> FloatArray:
-    """Find the length (mm) along points (k,) from the first."""
+    """Return the lengths (mm) along points (k,) from the first one."""
     return np.concatenate(([0.0], np.cumsum(np.abs(np.diff(curve)))))
 
 
 def _corner(flat: dict[str, Plane]) -> int:
-    """Cells of the fillet from the bottom land to the lattice's corner, near its middle."""
+    """Return the number of cells of a fillet from the bottom land to the corner of the lattice, near its
+    middle."""
     left, right = (
         _lengths(curve[:, curve.shape[1] // 2]) for curve in (flat["left fillet"], flat["right fillet"][::-1])
     )
@@ -164,8 +187,8 @@ def _corner(flat: dict[str, Plane]) -> int:
 
 
 def _shares(root: float, bore: float, first: float, across: float, limits: tuple[float, float]) -> FloatArray:
-    """Find stations 0 ... 1 from root radius to bore, three or more. The `first` row (mm) is given,
-    others grow, but not beyond the aspect of cells `across` (rad) wide."""
+    """Return three or more stations 0 ... 1 from the root radius to the bore. Heights of rows grow from the
+    `first` one (mm) up to the limit of the aspect ratio of cells that are `across` (rad) wide."""
     (aspect, growth), radii, height = limits, [root], min(first, 0.5 * (root - bore))
     while radii[-1] > bore:
         height = min(height, aspect * across * max(radii[-1], bore))
@@ -176,27 +199,27 @@ def _shares(root: float, bore: float, first: float, across: float, limits: tuple
 
 
 def _swept(flat: dict[str, Plane]) -> FloatArray:
-    """Find angles (rad) about the axis from the outline's first to its last point, by station: one pitch.
-    They are added up, as a pitch may be half a turn or a whole one."""
+    """Return the angle (rad) about the axis from the first to the last point of the outline at each station,
+    one pitch. The angles of all steps are added, because a pitch may be half a turn."""
     outline = np.concatenate([flat[name] for name in OUTLINE])
     return np.asarray(np.angle(outline[1:] * outline[:-1].conj()).sum(axis=0))
 
 
 def _stretched(lengths: FloatArray, scale: float) -> FloatArray:
-    """Find the lattice coordinate at lengths from an inner corner: their power 3/2, linear beyond `scale`."""
+    """Return lattice coordinates at lengths from an inner corner: their power 3/2, linear beyond `scale`."""
     return np.asarray(lengths * np.sqrt(lengths / (lengths + scale)))
 
 
 def _lattice_of(flat: dict[str, Plane], half: int, bore: float, limits: tuple[float, float]) -> _Lattice:
-    """Give the lattice's shape; the rows of the body suit the outline at the middle station."""
+    """Return the lattice. The rows of the body follow from the outline at the middle station."""
     first = flat["left bottom"][0]
     root = float(np.abs(first).min())
     if not 0.0 < bore < root:
         raise ValueError(f"bore_radius must be between 0 and the root radius {root:.6g} mm, got {bore:g}")
     at, pitch = len(first) // 2, _swept(flat)
-    if not (pitch.min() > 0.0 and pitch.max() < MOST_PITCH):
+    if not (pitch.min() > 0.0 and pitch.max() < MAX_PITCH):
         turn = f"from {np.degrees(pitch.min()):.4g} to {np.degrees(pitch.max()):.4g} deg"
-        raise ValueError(f"an outline must go round the axis by 180 deg at most, got {turn}: one tooth only?")
+        raise ValueError(f"an outline must span 180 deg about the axis at most, got {turn}: one tooth only?")
     wing, tall = (
         len(flat["left bottom"]) - 1 + half,
         len(flat["left flank"]) + len(flat["left fillet"]) - 2 - half,
@@ -214,7 +237,7 @@ def _lattice_of(flat: dict[str, Plane], half: int, bore: float, limits: tuple[fl
 
 
 def _profile(flat: dict[str, Plane], side: str, half: int, at: int) -> tuple[FloatArray, FloatArray]:
-    """Find lengths (mm) of the outline at one station from an inner corner, down and up."""
+    """Return lengths (mm) along the outline at one station, from an inner corner downwards and upwards."""
     step = 1 if side == "left" else -1
     bottom, fillet, flank = (flat[f"{side} {part}"][::step, at] for part in ("bottom", "fillet", "flank"))
     below = np.concatenate((bottom, fillet[1 : half + 1]))[::-1]
@@ -224,7 +247,7 @@ def _profile(flat: dict[str, Plane], side: str, half: int, at: int) -> tuple[Flo
 def _coordinates(
     flat: dict[str, Plane], half: int, at: int, lattice: _Lattice, pitch: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Find the lattice coordinates xi and eta (rows, columns) that suit the outline at one station."""
+    """Return lattice coordinates xi and eta (rows, columns) for the outline at one station."""
     wings, walls = [], []
     for side in ("left", "right"):
         below, above = _profile(flat, side, half, at)
@@ -238,6 +261,7 @@ def _coordinates(
     bore = lattice.bore
     depths = -lattice.shares[::-1] * (start - bore)
     reach = start * np.sin(0.5 * min(pitch, np.pi))
+    # The columns are those of the outline at the root, and become even towards the bore.
     blend = np.concatenate((np.exp(depths / reach), np.ones(len(walls[0]))))[:, None]
     xi = blend * top + (1.0 - blend) * np.linspace(top[0], top[-1], len(top))
     across = np.clip(top / rim, 0.0, 1.0)
@@ -251,7 +275,7 @@ def _coordinates(
 
 
 def _boundary(lattice: _Lattice, flat: dict[str, Plane], half: int) -> dict[str, Indices]:
-    """Find the node numbers of the boundary's curves, in order."""
+    """Return the node numbers of the curves of the boundary, in order."""
     index, body, left, right = lattice.index, lattice.body, lattice.left, lattice.right
     profiles = {
         "left": np.concatenate((index[body, : left + 1], index[body + 1 :, left])),
@@ -269,8 +293,8 @@ def _boundary(lattice: _Lattice, flat: dict[str, Plane], half: int) -> dict[str,
 
 
 def _operators(lattice: _Lattice, coordinates: tuple[FloatArray, FloatArray]) -> tuple[Indices, FloatArray]:
-    """Give the inner nodes with their neighbours (9, n), row by row, and weights (5, 9, n): first
-    derivatives by xi and eta, second ones by xi, by both, by eta."""
+    """Return the inner nodes with their neighbours (9, n), row by row, and finite difference weights (5, 9,
+    n): first derivatives by xi and eta, and second derivatives by xi, by both, and by eta."""
     window = np.lib.stride_tricks.sliding_window_view(lattice.index, (3, 3))
     rows, columns = np.nonzero((window >= 0).all(axis=(2, 3)))
     nodes = window[rows, columns].reshape(-1, 9).T
@@ -290,29 +314,29 @@ def _operators(lattice: _Lattice, coordinates: tuple[FloatArray, FloatArray]) ->
 
 
 def _fill(x: Plane, z: FloatArray, flat: dict[str, Plane], half: int, lattice: _Lattice) -> None:
-    """Place the nodes inside and on the bore, where columns end at right angles.
+    """Compute the inner nodes and those on the bore in place. Columns are perpendicular to the bore.
 
-    The solutions with the coefficients of toe, middle and heel are blended by a parabola."""
+    The solutions with the coefficients of toe, middle and heel are blended by a parabola (step 3)."""
     references, pitch = np.unique((0, len(z) // 2, len(z) - 1)), _swept(flat)
-    found = []
+    solutions = []
     for at in references:
         xi, eta = _coordinates(flat, half, at, lattice, float(pitch[at]))
         nodes, weights = _operators(lattice, (xi, eta))
-        found.append(_winslow(x[:, at].copy(), xi[0], lattice, (nodes, weights), float(pitch[at])))
+        solutions.append(_winslow(x[:, at].copy(), xi[0], lattice, (nodes, weights), float(pitch[at])))
     blend = np.ones((len(references), len(z)))
     for k, at in enumerate(references):
         for other in references[references != at]:
             blend[k] *= (z - z[other]) / (z[at] - z[other])
     ends = lattice.index[0]
-    shares = sum(part * line[:, None] for (_, line), part in zip(found, blend, strict=True))
+    shares = sum(part * line[:, None] for (_, line), part in zip(solutions, blend, strict=True))
     x[ends] = x[ends[0]] * np.exp(1.0j * shares * pitch)
     x[nodes[4]] = sum(
-        part * _solved(x, nodes, values) for (values, _), part in zip(found, blend, strict=True)
+        part * _solved(x, nodes, values) for (values, _), part in zip(solutions, blend, strict=True)
     )
 
 
 def _solved(x: Plane, nodes: Indices, values: FloatArray) -> Plane:
-    """Find the inner nodes (n, k) to the given ones of `x` (all, k), for equations (9, n)."""
+    """Return the inner nodes (n, k) that solve equations (9, n) with the boundary nodes of `x` (all, k)."""
     from scipy.sparse import csr_array
     from scipy.sparse.linalg import splu
 
@@ -320,8 +344,8 @@ def _solved(x: Plane, nodes: Indices, values: FloatArray) -> Plane:
     row = np.tile(np.arange(len(inside)), 9)
     matrix = csr_array((values.ravel(), (row, nodes.ravel())), shape=(len(inside), len(x)))
     fixed = np.setdiff1d(np.arange(len(x)), inside)
-    known = np.ascontiguousarray(matrix[:, fixed] @ x[fixed])
-    solution = splu(matrix[:, inside].tocsc(), permc_spec="MMD_AT_PLUS_A").solve(-known.view(float))
+    constant = np.ascontiguousarray(matrix[:, fixed] @ x[fixed])
+    solution = splu(matrix[:, inside].tocsc(), permc_spec="MMD_AT_PLUS_A").solve(-constant.view(float))
     return np.ascontiguousarray(solution).view(complex)
 
 
@@ -332,19 +356,21 @@ def _winslow(
     operators: tuple[Indices, FloatArray],
     pitch: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Give the equations (9, n) of the inner nodes at one station, and the shares of the pitch at
-    which columns reach the bore."""
+    """Return the equations (9, n) of the inner nodes at one station (step 2), and the angles at which columns
+    reach the bore, as fractions of the pitch."""
     nodes, weights = operators
     ends, above = lattice.index[:2]
     shares = (spacing - spacing[0]) / (spacing[-1] - spacing[0])
+    # Start from the equation of Laplace.
     values = weights[2] + weights[4]
-    for _ in range(ITERATIONS):
+    for _ in range(MAX_ITERATIONS):
         x[ends] = x[ends[0]] * np.exp(1.0j * shares * pitch)
         before, x[nodes[4]] = x[nodes[4]], _solved(x[:, None], nodes, values)[:, 0]
         shares = np.append(np.unwrap(np.angle(x[above[:-1]] / x[ends[0]])) / pitch, 1.0)
         shares[0] = 0.0
-        if np.abs(x[nodes[4]] - before).max() < SETTLED * abs(pitch * x[ends[0]]):
+        if np.abs(x[nodes[4]] - before).max() < MAX_MOVE_PITCHES * abs(pitch * x[ends[0]]):
             break
+        # Coefficients of the equations of Winslow from the present nodes.
         xi, eta = (np.einsum("jn,jn->n", part, x[nodes]) for part in weights[:2])
         squares = np.abs(xi) ** 2, np.abs(eta) ** 2
         mixed = -2.0 * (xi * eta.conj()).real

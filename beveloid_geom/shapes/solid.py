@@ -1,11 +1,13 @@
-"""A whole gear, or some teeth of it, as one closed surface of triangles.
+"""A gear, or some of its teeth, as one closed surface of triangles.
 
-`outline` samples the surfaces that the tool leaves on one tooth, `section` fills the outlines of toe
-and heel with quadrilaterals. These are the end faces; their inner edge is that of the bore, and
-along their sides a tooth joins the next one or is cut from it. Surfaces share the points of
-their common edges, so that the solid is closed by construction. Other teeth are the same, turned.
+`tooth_boundary` samples the surfaces that the tool cuts on one tooth. The part of the body that belongs to
+the tooth ends at the bore and at two sides. The sides are in the middle of the tooth spaces, where the tooth
+joins the next one or is cut from it. All these surfaces are grids with the same stations along the face.
+Their first and last stations bound the plane end faces (toe and heel), which `polygon` triangulates.
+Neighbouring surfaces share the points of their common edge, so that the solid is closed by construction.
+The other teeth are copies of the first one, rotated about the axis.
 
-Pictures are drawn from the same pieces (`surface_mesh.gear_mesh`).
+Pictures are drawn from the same surfaces (`surface_mesh.gear_mesh`).
 """
 
 from __future__ import annotations
@@ -20,35 +22,49 @@ from ..arrays import FloatArray, Indices
 from ..design.model import Member
 from ..gear.fillet import root_radius
 from ..support.argument import ArgumentError
-from ..support.few_lines import few_lines
-from .outline import cut_sheets, outline_grids, require_memory, require_tolerance
-from .sampling import Faces, Sheet, SheetGrid, grid_faces, grid_of
-from .section import SIDES, Section, section_of, section_size
+from ..support.array_repr import short_repr
+from .polygon import triangulate_polygon
+from .sampling import Faces, SheetGrid, grid_faces
+from .section import OUTLINE, SIDES
+from .tooth_boundary import ASPECT, cut_sheets, outline_grids, require_memory, require_tolerance
 
 NAMES = (
     *("right flank", "left flank", "right fillet", "left fillet"),
     *("tip", "bottom", "toe", "heel", "bore", *SIDES),
 )
-BORE_SHARE = 0.45
-"""Radius of the bore if none is given, as a share of the least root radius."""
-LEAST_BORE, LEAST_RIM = 0.02, 0.1
-"""The bore is at least this share of the least root radius, and leaves a rim of at least so many modules:
-next to the axis, and in a thinner rim, cells would be needles."""
-SHOWN = 1e-5
-"""Of the limits: messages show six digits of them, and what they show is allowed."""
-LEAST_ANGLE = math.radians(1.2)
-"""Angle in the triangles of the end faces below which the tooth takes more columns."""
-LEAST_TEETH = 2
-"""The section of a single tooth lies all round the axis: it has no neighbour to be cut from."""
-ATTEMPTS = 6
+DEFAULT_BORE_RATIO = 0.45
+"""Default radius of the bore over the smallest root radius."""
+MIN_BORE_RATIO = 0.02
+"""Smallest radius of the bore over the smallest root radius. Cells closer to the axis would be slivers."""
+MIN_RIM_MODULES = 0.1
+"""Smallest distance of the bore from the root. Cells in a thinner rim would be slivers."""
+END_FACE_ANGLE = math.radians(3.0)
+"""Smallest angle aimed at in the triangles of the end faces."""
+SIDE_GROWTH = 3.0
+"""Ratio of successive cells along the sides, from the root and from the bore."""
+SIDE_ASPECT = 8.0
+"""Ratio of the length of a cell along the sides to the width of the body there."""
+MIN_TEETH = 2
+"""The section of a gear with a single tooth surrounds the axis, so that it has no sides."""
 
 
 @dataclass(frozen=True, eq=False)
 class Solid:
-    """A closed surface of triangles: `points` (n, 3), mm, own frame, each there once; `faces`
-    (m, 3) winding outwards; `part` (m,): which of `names` each face belongs to."""
+    """A closed surface of triangles in the frame of the gear.
 
-    __repr__ = few_lines
+    Attributes
+    ----------
+    points : array (n, 3)
+        Different points, mm.
+    faces : array (m, 3)
+        Indices of points, counter-clockwise seen from outside.
+    part : array (m,)
+        Index of the surface in `names` to which each face belongs.
+    names : tuple of str
+        Names of the surfaces.
+    """
+
+    __repr__ = short_repr
 
     points: FloatArray
     faces: Faces
@@ -58,8 +74,8 @@ class Solid:
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """One surface of a tooth: its `points` (mm) with exact unit `normals` out of the metal (p, 3),
-    the number (p,) each has in the tooth's `nodes`, and `faces` (f, 3) of its own points."""
+    """One surface of a tooth: `points` (p, 3), mm, with exact outward unit `normals` (p, 3), the indices
+    `nodes` (p,) of these points in the tooth, and `faces` (f, 3), indices of `points`."""
 
     name: str
     nodes: Indices
@@ -70,8 +86,8 @@ class Piece:
 
 @dataclass(frozen=True, eq=False)
 class ToothSurface:
-    """Surface of one tooth with its part of the body: `points` (n, 3), mm, of which some may be
-    unused, `pieces`, and the points (k,) of either side; the last side is the first, turned."""
+    """Surface of one tooth with its part of the body: `points` (n, 3), mm, `pieces`, and the indices (k,) of
+    the points on both sides. The last side is the first side rotated by one pitch."""
 
     points: FloatArray
     pieces: tuple[Piece, ...]
@@ -80,15 +96,34 @@ class ToothSurface:
 
 
 def bore_of(member: Member, bore_radius: float | None) -> float:
-    """Find the radius (mm) of the bore: BORE_SHARE of the least root radius if `bore_radius` is None. Raises
-    ValueError outside the limits LEAST_BORE and LEAST_RIM."""
+    """Return the radius of the bore.
+
+    Parameters
+    ----------
+    member : Member
+        A single one.
+    bore_radius : float or None
+        mm; DEFAULT_BORE_RATIO times the smallest root radius if None.
+
+    Returns
+    -------
+    float
+        mm.
+
+    Raises
+    ------
+    ArgumentError
+        If the radius is outside the limits MIN_BORE_RATIO and MIN_RIM_MODULES.
+    """
+    message_rounding = 1e-5  # messages show the limits with six digits, and the shown numbers are accepted
     half = 0.5 * float(member.face_width)
     root = float(root_radius(member, (-half, half)).min())
-    bore = BORE_SHARE * root if bore_radius is None else float(bore_radius)
-    least, most = LEAST_BORE * root, root - LEAST_RIM * float(member.tool.normal_module)
-    if not least * (1.0 - SHOWN) <= bore <= most * (1.0 + SHOWN):
+    bore = DEFAULT_BORE_RATIO * root if bore_radius is None else float(bore_radius)
+    least, most = MIN_BORE_RATIO * root, root - MIN_RIM_MODULES * float(member.tool.normal_module)
+    if not least * (1.0 - message_rounding) <= bore <= most * (1.0 + message_rounding):
         limits = f"between {least:.6g} and {most:.6g} mm, got {bore:.6g}"
-        why = f"{LEAST_BORE:g} of the least root radius {root:.6g} mm, and {LEAST_RIM:g} modules less than it"
+        why = f"{MIN_BORE_RATIO:g} of the smallest root radius {root:.6g} mm"
+        why += f", and {MIN_RIM_MODULES:g} modules less than it"
         raise ArgumentError("bore_radius", f"must be {limits}: {why}")
     return bore
 
@@ -96,97 +131,113 @@ def bore_of(member: Member, bore_radius: float | None) -> float:
 def tooth_surface(
     member: Member, tolerance: float, bore_radius: float | None = None, teeth: int = 1
 ) -> ToothSurface:
-    """Make the surface of one tooth of a single member with its part of the body, own frame; `tolerance`
-    (mm) is the greatest distance of its triangles from the surfaces the tool cuts.
+    """Return the surface of one tooth with its part of the body, in the frame of the gear.
 
-    Raises ValueError for a gear of one tooth, a pointed or undercut tooth, a tool whose rounds overlap,
-    a bore out of its limits, and where `teeth` of them take too many points."""
+    Parameters
+    ----------
+    member : Member
+        A single one.
+    tolerance : float
+        Largest distance of the triangles from the exact surfaces, mm.
+    bore_radius : float, optional
+        As in `bore_of`.
+    teeth : int
+        Number of teeth that the surface is used for. It limits the number of points, and sides hold the
+        tolerance only if it is less than that of the gear.
+
+    Returns
+    -------
+    ToothSurface
+
+    Raises
+    ------
+    ValueError
+        For a gear with one tooth, a pointed tooth, flanks that undercut removes, tip rounds of the tool that
+        overlap, a bore outside its limits, and too many points.
+    """
     require_tolerance(tolerance)
-    if member.teeth < LEAST_TEETH:
-        text = f"teeth must be at least {LEAST_TEETH} for a solid, got {member.teeth:g}"
-        raise ValueError(f"{text}: the section of a single tooth lies all round the axis")
-    sheets, pitch = cut_sheets(member), 2.0 * math.pi / float(member.teeth)
-    bore = bore_of(member, bore_radius)
-    grids = _around(outline_grids(sheets, tolerance, teeth, pitch * bore))
-    grids, section = _filled(grids, sheets["tip"], bore, tolerance, teeth)
+    if member.teeth < MIN_TEETH:
+        text = f"teeth must be at least {MIN_TEETH} for a solid, got {member.teeth:g}"
+        raise ValueError(f"{text}: the section of a single tooth surrounds the axis")
+    pitch, bore = 2.0 * math.pi / float(member.teeth), bore_of(member, bore_radius)
+    across = _bore_cells(bore, pitch, tolerance)
+    grids = _around(outline_grids(cut_sheets(member), tolerance, teeth, pitch * bore / across))
     walls = {name: (grid.points, grid.normals) for name, grid in grids.items()}
-    walls |= _inner_walls(section, grids["left bottom"].points[0], pitch)
-    nz, inner = len(grids["tip"].z), np.ones(len(section.points), dtype=bool)
-    inner[np.concatenate(list(section.boundary.values()))] = False
-    # Nodes on a wall have a number at each station, those inside one at toe and one at heel.
-    on_wall, inside, count = np.cumsum(~inner) - 1, np.cumsum(inner) - 1, int(inner.sum())
-    start = nz * (len(inner) - count)
-    ends = [np.where(inner, start + end * count + inside, on_wall * nz + end * (nz - 1)) for end in (0, 1)]
-    points = np.empty((start + 2 * count, 3))
-    numbers = {}
+    # The sides are seen only if teeth are cut off.
+    side_tolerance = tolerance if teeth < member.teeth else np.inf
+    walls |= _inner_walls(grids["left bottom"], bore, pitch, across, side_tolerance)
+    rings = _rings({name: len(points) for name, (points, _) in walls.items()})
+    nz, count = len(grids["tip"].z), len(np.unique(np.concatenate(list(rings.values()))))
+    require_memory(count * (nz + 1.0), tolerance, teeth)
+    numbers = {name: ring[:, None] * nz + np.arange(nz) for name, ring in rings.items()}
+    points = np.empty((count * nz, 3))
     for name, (at, _) in walls.items():
-        numbers[name] = on_wall[section.boundary[name], None] * nz + np.arange(nz)
         points[numbers[name]] = at
-    for end in (0, 1):
-        points[ends[end]] = section.points[:, -end]
+    points[:, 2] = np.tile(grids["tip"].z, count)  # all stations are exactly plane
     pieces = [_piece(name, numbers[name], at, normals) for name, (at, normals) in walls.items()]
-    # Cut as the first side is, for the teeth of two solids to fit.
+    # The last side is divided like the first one, so that two teeth fit together.
     pieces[-1] = replace(pieces[-1], faces=pieces[-2].faces[:, ::-1])
-    pieces += [_end_face(section, end, ends[end]) for end in (0, 1)]
+    for name, end in (("toe", 0), ("heel", nz - 1)):
+        ring = np.arange(count) * nz + end
+        inside, piece = _end_face(name, points, ring, len(points))
+        points = np.concatenate((points, inside))
+        pieces.append(piece)
     first, last = (numbers[name].ravel() for name in SIDES)
     return ToothSurface(points, tuple(pieces), first, last)
 
 
 def _around(grids: dict[str, SheetGrid]) -> dict[str, SheetGrid]:
-    """Give the grids, all with their rows against the clock."""
+    """Return the grids with their rows in counter-clockwise order."""
 
-    def turned_round(grid: SheetGrid) -> SheetGrid:
+    def reversed_rows(grid: SheetGrid) -> SheetGrid:
         return SheetGrid(grid.points[::-1], grid.normals[::-1], grid.parameter[::-1], grid.z)
 
-    return {name: turned_round(grid) if "right" in name else grid for name, grid in grids.items()}
+    return {name: reversed_rows(grid) if "right" in name else grid for name, grid in grids.items()}
 
 
-def _filled(
-    grids: dict[str, SheetGrid], tip: Sheet, bore: float, tolerance: float, teeth: int
-) -> tuple[dict[str, SheetGrid], Section]:
-    """Give the section at toe, mid-face and heel, of more columns at the tip where its cells are too
-    slender or too few on the bore; these come with the grids."""
-    best: tuple[tuple[float, float], dict[str, SheetGrid], Section] | None = None
-    last = len(grids["tip"].z) - 1
-    at = sorted({0, last // 2, last})
-    for _ in range(ATTEMPTS):
-        outline = {name: grid.points[:, at] for name, grid in grids.items()}
-        size, walls = section_size(outline, bore)[0], sum(grid.points.size / 3.0 for grid in grids.values())
-        require_memory(1.1 * walls + 2.0 * size, tolerance, teeth)
-        section = section_of(outline, bore)
-        ends = section.points[:, [0, -1]].swapaxes(0, 1)
-        least = min(float(least_angle(end, _halved(end, section.quads)).min()) for end in ends)
-        inner = section.points[section.boundary["bore"], 0]
-        chord = float(np.linalg.norm(np.diff(inner, axis=0), axis=-1).max())
-        sagitta = bore - np.sqrt(bore**2 - 0.25 * chord**2)
-        quality = min(tolerance - sagitta, 0.0), least
-        if best is not None and quality <= best[0]:
-            break
-        best = quality, grids, section
-        more = max(LEAST_ANGLE / least, np.sqrt(sagitta / tolerance))
-        if more <= 1.0:
-            break
-        rows = int(np.ceil(1.1 * more * (len(grids["tip"].points) - 1)))
-        grids = {**grids, "tip": grid_of(tip, np.linspace(0.0, 1.0, rows + 1), grids["tip"].z)}
-    assert best is not None
-    return best[1:]
+def _bore_cells(bore: float, pitch: float, tolerance: float) -> int:
+    """Return the number of chords that approximate one `pitch` (rad) of the bore within the tolerance (mm).
+
+    A chord spans 120 deg at most, so that the bore of a complete gear has three or more."""
+    return math.ceil(pitch / (2.0 * math.acos(max(1.0 - tolerance / bore, 0.5))) - 1e-9)
+
+
+def _depths(
+    radii: tuple[float, float], cells: tuple[float, float], longest: float, pitch: float
+) -> FloatArray:
+    """Return stations 0 ... 1 along a side, from the root to the bore at the given `radii` (mm).
+
+    Cells grow by SIDE_GROWTH from the size of the neighbouring `cells` (mm) at both ends. They are limited to
+    `longest` (mm) and to SIDE_ASPECT times the width of the part of the body that belongs to the tooth."""
+    (root, bore), ends = radii, ([0.0], [0.0])
+    while (height := root - bore - sum(ends[0]) - sum(ends[1])) > 0.0:
+        inner = sum(ends[1]), sum(ends[1]) + height
+        sizes = [
+            min(cell * SIDE_GROWTH ** len(end), longest, SIDE_ASPECT * pitch * (bore + above))
+            for cell, end, above in zip(cells, ends, inner[::-1], strict=True)
+        ]
+        shorter = int(sizes[1] < sizes[0])
+        ends[shorter].append(sizes[shorter])
+    lengths = np.array(ends[0] + ends[1][:0:-1])
+    return np.asarray(np.cumsum(lengths) / lengths.sum())
 
 
 def _inner_walls(
-    section: Section, edge: FloatArray, pitch: float
+    bottom: SheetGrid, bore: float, pitch: float, across: int, side_tolerance: float
 ) -> dict[str, tuple[FloatArray, FloatArray]]:
-    """Find points and normals (k, nz, 3) of the bore and of the sides, at the stations of the first
-    side's outer `edge` (nz, 3), as the section has them at toe and heel."""
-    outer, z = edge @ (1.0, 1.0j, 0.0), edge[:, 2]
-    first, ring = (
-        section.points[section.boundary[name], 0] @ (1.0, 1.0j, 0.0) for name in ("first side", "bore")
-    )
-    bore = float(np.abs(ring[0]))
-    depth = ((np.abs(first[0]) - np.abs(first)) / (np.abs(first[0]) - bore))[:, None]
-    side = outer - outer / np.abs(outer) * depth * (np.abs(outer) - bore)
-    shares = np.stack([_turns(section, station) for station in (0, -1)], axis=-1)
-    shares = shares[:, :1] + (shares[:, 1:] - shares[:, :1]) * (z - z[0]) / (z[-1] - z[0])
-    inner = bore * outer / np.abs(outer) * np.exp(1.0j * shares)
+    """Return points and normals (k, nz, 3) of the bore, in `across` cells, and of the sides below the first
+    row of the left `bottom` land. The sides are helicoids of radial lines, which the triangles approximate
+    within the `side_tolerance` (mm)."""
+    outer, z = bottom.points[0] @ (1.0, 1.0j, 0.0), bottom.z
+    root, direction = np.abs(outer), outer / np.abs(outer)
+    step = np.linalg.norm(bottom.points[1] - bottom.points[0], axis=-1).min()
+    # Two triangles over a cell of the length h, twisted by the angle t, are off by h t / 4 in its middle.
+    twist = float(np.abs(np.angle(direction[1:] / direction[:-1])).max())
+    longest = min(ASPECT * float(np.diff(z).min()), 4.0 * side_tolerance / max(twist, 1e-9))
+    cells = float(step), pitch * bore / across
+    depths = _depths((float(root.max()), bore), cells, longest, pitch)
+    side = direction * (root - depths[:, None] * (root - bore))
+    inner = bore * direction * np.exp(1.0j * pitch * np.linspace(0.0, 1.0, across + 1)[:, None])
     walls = {}
     for name, plane in (("bore", inner), (SIDES[0], side), (SIDES[1], side * np.exp(1.0j * pitch))):
         points = np.stack((plane.real, plane.imag, np.broadcast_to(z, plane.shape)), axis=-1)
@@ -198,15 +249,25 @@ def _inner_walls(
     return walls
 
 
-def _turns(section: Section, station: int) -> FloatArray:
-    """Find angles (rad) on the bore from the first side, at a station."""
-    ring = section.points[section.boundary["bore"], station] @ (1.0, 1.0j, 0.0)
-    return np.asarray(np.unwrap(np.angle(ring / ring[0])))
+def _rings(sizes: dict[str, int]) -> dict[str, Indices]:
+    """Return the point numbers of the curves around the section of a tooth, given the size of each curve.
+
+    The points are numbered counter-clockwise: outline, last side, bore, first side. The numbers of a curve
+    are in the order of its points: from the outline to the bore on the sides, counter-clockwise on the bore.
+    """
+    order = (*OUTLINE, SIDES[1], "bore", SIDES[0])
+    count = sum(sizes[name] - 1 for name in order)
+    rings, start = {}, 0
+    for name in order:
+        ring = (start + np.arange(sizes[name])) % count
+        rings[name] = ring[::-1] if name in ("bore", SIDES[0]) else ring
+        start += sizes[name] - 1
+    return rings
 
 
 def _piece(curve: str, numbers: Indices, points: FloatArray, normals: FloatArray) -> Piece:
-    """Make what a curve of the section's boundary draws along the face: numbers (k, nz), points and
-    normals (k, nz, 3). Raises ValueError where its triangles are turned over."""
+    """Return the surface that a boundary curve of the section generates along the face, from the numbers
+    (k, nz), points and normals (k, nz, 3) of a grid. Raises ValueError if triangles are inverted."""
     faces = grid_faces(points, normals)
     flat, outward = points.reshape(-1, 3), normals.reshape(-1, 3)
     a, b, c = flat[faces.T]
@@ -217,50 +278,41 @@ def _piece(curve: str, numbers: Indices, points: FloatArray, normals: FloatArray
     return Piece(surface_name(curve), numbers.ravel(), flat, outward, faces)
 
 
-def _end_face(section: Section, end: int, numbers: Indices) -> Piece:
-    """Make toe (0) or heel (1) of the section's quadrilaterals, each cut so that its least angle is
-    greatest."""
-    points, sign = section.points[:, -end], 2 * end - 1
-    faces = _halved(points, section.quads)[:, ::sign]
-    return Piece(
-        ("toe", "heel")[end], numbers, points, np.broadcast_to((0.0, 0.0, sign), points.shape), faces
-    )
+def _end_face(name: str, points: FloatArray, ring: Indices, start: int) -> tuple[FloatArray, Piece]:
+    """Return the points (k, 3) added inside the toe or heel, and the end face as a piece.
 
-
-def _halved(points: FloatArray, quads: Indices) -> Faces:
-    """Make triangles (2 m, 3) of quadrilaterals (m, 4), wound as they are."""
-    a, b, c, d = (quads[:, i] for i in range(4))
-    cuts = np.stack(((a, b, c, a, c, d), (a, b, d, b, c, d)), axis=-1).reshape(2, 3, -1, 2)
-    cuts = cuts.transpose(2, 3, 0, 1)  # (m, cut, triangle, corner)
-    best = least_angle(points, cuts).min(axis=-1).argmax(axis=-1)
-    return np.asarray(cuts[np.arange(len(quads)), best].reshape(-1, 3))
-
-
-def least_angle(points: FloatArray, faces: Faces) -> FloatArray:
-    """Find the least angle (rad) of triangles (..., 3) of `points` (n, 3)."""
-    corners = points[faces]
-    sides = np.roll(corners, -1, axis=-2) - corners
-    back = -np.roll(sides, 1, axis=-2)
-    across = np.linalg.norm(np.cross(sides, back), axis=-1)
-    return np.asarray(np.arctan2(across, np.einsum("...i,...i", sides, back)).min(axis=-1))
+    `ring`: numbers of the points around it, counter-clockwise seen from +z; added points are numbered from
+    `start`."""
+    z = float(points[ring[0], 2])
+    try:
+        flat, faces = triangulate_polygon(points[ring, :2], END_FACE_ANGLE)
+    except ValueError:
+        cure = "undercut cuts through the tooth, take more teeth or a larger profile shift"
+        raise ValueError(f"the outline of the tooth intersects itself at z = {z:.4g} mm: {cure}") from None
+    at = np.column_stack((flat, np.full(len(flat), z)))
+    inside = at[len(ring) :]
+    numbers = np.concatenate((ring, start + np.arange(len(inside))))
+    outwards = -1 if name == "toe" else 1
+    normals = np.broadcast_to((0.0, 0.0, outwards), at.shape)
+    return inside, Piece(name, numbers, at, normals, faces[:, ::outwards])
 
 
 def gear_solid(
     member: Member, tolerance: float, teeth: int | None = None, bore_radius: float | None = None
 ) -> Solid:
-    """Build a gear, or some teeth of it, as a closed surface of triangles in the own frame.
+    """Return a gear, or some of its teeth, as a closed surface of triangles in the frame of the gear.
 
     Parameters
     ----------
     member : Member
         A single one.
     tolerance : float
-        Greatest distance of a triangle from the surface, mm.
+        Largest distance of the triangles from the exact surfaces, mm.
     teeth : int, optional
-        Number of neighbouring teeth with their part of the body, the first at angle 0, the others against
-        the clock seen from the heel; all are the whole gear.
+        Number of adjacent teeth with their part of the body; all teeth (the complete gear) by default. The
+        first tooth is at angle 0, the others follow counter-clockwise seen from +z.
     bore_radius : float, optional
-        mm; 0.45 of the root radius unless given.
+        mm; 0.45 of the smallest root radius by default.
 
     Returns
     -------
@@ -269,7 +321,14 @@ def gear_solid(
     Raises
     ------
     ValueError
-        As `tooth_surface`, and for a number of teeth the gear has not.
+        As `tooth_surface`, and for a number of teeth that is not between 1 and that of the gear.
+
+    Examples
+    --------
+    >>> from beveloid_geom import builtin_design, gear_solid
+    >>> solid = gear_solid(builtin_design().pinion, tolerance=0.05, teeth=1)
+    >>> solid.points.shape[1], solid.names[0]
+    (3, 'right flank')
     """
     count = int(member.teeth)
     wanted = count if teeth is None else teeth
@@ -288,14 +347,25 @@ def gear_solid(
     every = np.concatenate(faces)
     used[every] = True
     angles = np.asarray(2.0 * math.pi / count * np.arange(wanted), dtype=float)
-    points = turned(tooth.points, angles).reshape(-1, 3)
+    points = rotated_copies(tooth.points, angles).reshape(-1, 3)
     return Solid(points[used], (np.cumsum(used) - 1)[every], np.concatenate(part), NAMES)
 
 
 def joined_numbers(teeth: Sequence[tuple[int, Indices, Indices]], closed: bool) -> list[Indices]:
-    """Number the points of some neighbouring teeth, given how many each has and which are on its first and on
-    its last side: those of a last side as those of the first one of the next tooth; `closed` where the next
-    of the last tooth is the first."""
+    """Return the point numbers of adjacent teeth that share the points of their sides.
+
+    Parameters
+    ----------
+    teeth : sequence of (int, array, array)
+        For each tooth the number of its points, and the indices of those on its first and last side.
+    closed : bool
+        Whether the last tooth is adjacent to the first one.
+
+    Returns
+    -------
+    list of arrays
+        For each tooth the new numbers of its points.
+    """
     starts = np.cumsum([0, *(size for size, _, _ in teeth)])
     numbers = [np.arange(start, start + size) for start, (size, _, _) in zip(starts, teeth, strict=False)]
     ahead = [own[first] for own, (_, first, _) in zip(numbers, teeth, strict=True)]
@@ -305,19 +375,20 @@ def joined_numbers(teeth: Sequence[tuple[int, Indices, Indices]], closed: bool) 
 
 
 def teeth_with(name: str, teeth: int, closed: bool) -> slice:
-    """Find which of some neighbouring teeth show a surface: the first and the last one the sides, at which
-    they are cut from the others, and none if they are the whole gear."""
+    """Return which of some adjacent teeth show the surface `name`: all, except for the sides, which only the
+    first and the last tooth show, and none in a `closed` gear."""
     if name not in SIDES:
         return slice(None)
     return slice(0, 0) if closed else slice(0, 1) if name == SIDES[0] else slice(teeth - 1, None)
 
 
 def surface_name(curve: str) -> str:
-    """Name the surface that a curve of the section draws along the face: the bottom land has two."""
+    """Return the name of the surface that a curve of the section generates; the bottom land has two
+    curves."""
     return "bottom" if curve.endswith("bottom") else curve
 
 
-def turned(vectors: FloatArray, angles: FloatArray) -> FloatArray:
-    """Turn vectors (n, 3) about z by each of the angles (k,): (k, n, 3)."""
+def rotated_copies(vectors: FloatArray, angles: FloatArray) -> FloatArray:
+    """Return vectors (n, 3) rotated about z by each of the angles (k,), rad: (k, n, 3)."""
     plane = np.exp(1.0j * angles)[:, None] * (vectors[:, :2] @ (1.0, 1.0j))
     return np.stack((plane.real, plane.imag, np.broadcast_to(vectors[:, 2], plane.shape)), axis=-1)

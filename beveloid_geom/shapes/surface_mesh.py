@@ -1,7 +1,7 @@
-"""Whole teeth to look at: surfaces with exact normals.
+"""Triangles of teeth for pictures, with exact normals.
 
-The surfaces are those of the solid (`solid.tooth_surface`), but each part has points of its own
-there, so that edges stay sharp and normals are those of the true surface.
+The surfaces are those of the solid (`solid.tooth_surface`). Surfaces do not share points, so that edges are
+sharp and the normals are those of the exact surfaces.
 """
 
 from __future__ import annotations
@@ -13,18 +13,30 @@ import numpy as np
 
 from ..arrays import FloatArray, Indices, Mask
 from ..design.model import Member
-from ..support.few_lines import few_lines
+from ..support.array_repr import short_repr
 from .sampling import Faces
-from .solid import NAMES, teeth_with, tooth_surface, turned
+from .solid import NAMES, rotated_copies, teeth_with, tooth_surface
 
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Triangles of a gear: `points` (mm) and unit `normals` (n, 3), `faces` (m, 3) winding
-    outwards, `part` (m,): which of `names` each face belongs to. Parts do not share points, so
-    that edges stay sharp."""
+    """Triangles of a gear.
 
-    __repr__ = few_lines
+    Attributes
+    ----------
+    points : array (n, 3)
+        mm. Surfaces do not share points, so that edges are sharp.
+    normals : array (n, 3)
+        Outward unit normals of the exact surfaces.
+    faces : array (m, 3)
+        Indices of points, counter-clockwise seen from outside.
+    part : array (m,)
+        Index of the surface in `names` to which each face belongs.
+    names : tuple of str
+        Names of the surfaces.
+    """
+
+    __repr__ = short_repr
 
     points: FloatArray
     normals: FloatArray
@@ -33,19 +45,17 @@ class Mesh:
     names: tuple[str, ...]
 
     def of(self, *names: str) -> Mesh:
-        """Keep only the faces of the named parts."""
+        """Return the faces of the named surfaces."""
         return self.where(self.is_of(*names))
 
     def is_of(self, *names: str) -> Mask:
-        """Find which faces (m,) belong to the named parts."""
+        """Return which faces (m,) belong to the named surfaces."""
         return np.isin(self.part, [self.names.index(name) for name in names])
 
-    def where(self, wanted: Mask) -> Mesh:
-        """Keep only the faces `wanted` (m,), with the points they use."""
-        used, faces = np.unique(self.faces[wanted], return_inverse=True)
-        return Mesh(
-            self.points[used], self.normals[used], faces.reshape(-1, 3), self.part[wanted], self.names
-        )
+    def where(self, mask: Mask) -> Mesh:
+        """Return the faces selected by a mask (m,), with the points that they use."""
+        used, faces = np.unique(self.faces[mask], return_inverse=True)
+        return Mesh(self.points[used], self.normals[used], faces.reshape(-1, 3), self.part[mask], self.names)
 
 
 def gear_mesh(
@@ -54,20 +64,37 @@ def gear_mesh(
     tooth_numbers: Sequence[int] | None = None,
     bore_radius: float | None = None,
 ) -> Mesh:
-    """Mesh the whole gear, or the neighbouring teeth of the `tooth_numbers` (0 is at angle 0), in the own
-    frame, within `tolerance` (mm) of its surfaces; `bore_radius` (mm) as in `gear_solid`. All teeth are the
-    whole gear.
+    """Return triangles of a gear, or of some adjacent teeth, in the frame of the gear.
 
-    Raises ValueError as `tooth_surface` does."""
+    Parameters
+    ----------
+    member : Member
+        A single one.
+    tolerance : float
+        Largest distance of the triangles from the exact surfaces, mm.
+    tooth_numbers : sequence of int, optional
+        Adjacent teeth; tooth 0 is at angle 0. All teeth by default.
+    bore_radius : float, optional
+        As in `gear_solid`, mm.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    ValueError
+        As `tooth_surface`.
+    """
     numbers = np.arange(int(member.teeth)) if tooth_numbers is None else np.asarray(tooth_numbers)
     surface = tooth_surface(member, tolerance, bore_radius, len(numbers))
-    whole = len(numbers) == int(member.teeth)
+    closed = len(numbers) == int(member.teeth)
     angles = np.asarray(2.0 * np.pi / float(member.teeth) * numbers, dtype=float)
     points, normals, faces, part, start = [], [], [], [], 0
     for piece in surface.pieces:
-        at = angles[teeth_with(piece.name, len(numbers), whole)]
-        points.append(turned(piece.points, at).reshape(-1, 3))
-        normals.append(turned(piece.normals, at).reshape(-1, 3))
+        at = angles[teeth_with(piece.name, len(numbers), closed)]
+        points.append(rotated_copies(piece.points, at).reshape(-1, 3))
+        normals.append(rotated_copies(piece.normals, at).reshape(-1, 3))
         first = start + len(piece.points) * np.arange(len(at))
         faces.append((first[:, None, None] + piece.faces).reshape(-1, 3))
         part.append(np.full(len(faces[-1]), NAMES.index(piece.name)))

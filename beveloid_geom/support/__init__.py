@@ -1,1 +1,1 @@
-"""Tools without a word of gears."""
+"""Numerical and file utilities that do not depend on gears."""

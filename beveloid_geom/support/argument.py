@@ -1,13 +1,13 @@
-"""Faults of single arguments, with the argument as a field."""
+"""Errors of single arguments, with the name of the argument as a field."""
 
 from __future__ import annotations
 
 
 class ArgumentError(ValueError):
-    """A value outside its limits: the message is the `argument` and what it must be, `text`."""
+    """Value outside its limits. The message is the name of the `argument`, followed by its limits, `text`."""
 
     def __init__(self, argument: str, text: str) -> None:
-        """Take the argument's name and the rest of the line."""
+        """Store the name of the argument and the remaining text of the message."""
         self.argument, self.text = argument, text
         super().__init__(argument, text)
 

@@ -1,17 +1,23 @@
-"""Area of the region of a chart in which a function is negative, to a stated bound.
+"""Area of the region of a surface in which a function is negative, with an error bound.
 
-The function is known on an even grid. Where it changes sign between neighbours a vertex of the
-region's border lies, and the vertices are joined cell by cell to closed polygons. A vertex is
-interpolated between the nearest values on its line; how far lines through the values on either side
-would move it is its doubt. A chord leaves out at most the triangle that the directions of its
-neighbours make with it (an arc without inflection lies in there). Both summed over the border are the
-error of the area. Where most of it is, the function is evaluated again: beside doubtful vertices, and
-on the normals in the middle of chords, for a vertex between; until the error is within the bound.
+The function is given on a regular grid of a chart of the surface. The border of the region has a vertex where
+the function changes sign between neighbouring grid points. Vertices are connected cell by cell to closed
+polygons. Two kinds of errors are estimated:
 
-Kinks need no care of their own: on their two sides different lines fit, which is doubt. A strip
-between two lines of the grid is looked for where values on both sides fall towards it; there a line
-is put between.
-"""
+1. A vertex is interpolated between the nearest values on its line. Its uncertainty is the distance to the
+zeros of
+   straight lines through the values on either side.
+2. A chord between two vertices omits at most the triangle between the directions of its neighbours, because
+an arc
+   without an inflection point lies inside it.
+
+The error of the area is the sum of both over the border. Where it is largest, the function is evaluated
+again: near uncertain vertices, and on the normal in the middle of chords, to insert a vertex. This is
+repeated until the error is within the bound.
+
+Kinks need no special treatment: different lines fit on their two sides, which increases the uncertainty. A
+strip between two lines of the grid is detected by values that decrease towards it from both sides. A grid
+line is inserted there."""
 
 from __future__ import annotations
 
@@ -23,35 +29,26 @@ import numpy as np
 
 from ..arrays import FloatArray, Integers, Mask
 
-ROUNDS = 12
-"""How often the border is improved, at most."""
-WORSE = 4.0
-"""A border whose error has grown by this is given up: it is not one line at the scale reached."""
-MAX_VERTICES = 20_000
-HALVINGS = 8
-"""How often lines are put between those of the grid for narrow strips, at most."""
-STEEPER = 2.0
-"""Slope assumed towards a strip between lines of the grid, over the slope beside it."""
-WITHIN = (np.arange(8) + 0.5) / 8.0
-"""Where a vertex is looked for again: shares of where it may lie."""
-ACROSS = np.array([-2.0, -0.5, -0.125, -0.03, 0.0, 0.03, 0.125, 0.5, 2.0])
-"""Where a vertex is looked for on the normal of a chord, over its length."""
-STEEPEST, UNKNOWN = 1.4, 0.5
-"""Angles between chord and border, rad: greatest that is counted, and that of a chord between two edges of
-the chart."""
-
+MAX_ROUNDS = 12
+"""Largest number of improvements of the border."""
+VERTEX_SAMPLES = (np.arange(8) + 0.5) / 8.0
+"""Positions at which a vertex is searched again, in shares of its uncertainty interval."""
+NORMAL_SAMPLES = np.array([-2.0, -0.5, -0.125, -0.03, 0.0, 0.03, 0.125, 0.5, 2.0])
+"""Positions at which a vertex is searched on the normal of a chord, in lengths of the chord."""
 Function: TypeAlias = Callable[[FloatArray], FloatArray]
-"""Values (n,) at places (n, 2) of the chart; inf where there are none."""
+"""Function values (n,) at points (n, 2) of the unit square; inf where there are none."""
 
 
 @dataclass(frozen=True, eq=False)
 class _Border:
-    """Closed polygons with the region to the left. Vertex k lies at `base` + `t` `way` (n, 2), in the
-    region below `t` and not above; between `low` and `high`, where the function is `below` and `above`.
-    It may be wrong by `doubt` along `t`; `following` (n,) is the next vertex."""
+    """Closed polygons with the region on their left.
+
+    Vertex k is at `base` + `t` `direction` (n, 2). The region is where t is smaller. The zero is between
+    `low` and `high`, where the function has the values `below` and `above`. The uncertainty of t is `doubt`,
+    and `following` (n,) is the index of the next vertex."""
 
     base: FloatArray
-    way: FloatArray
+    direction: FloatArray
     t: FloatArray
     low: FloatArray
     high: FloatArray
@@ -64,18 +61,31 @@ class _Border:
 def marked_area(
     function: Function, table: FloatArray, points: FloatArray, bound: float
 ) -> tuple[float, float, float]:
-    """Give the area (mm^2) where the function is negative on a surface, its relative error, and the whole
-    area.
+    """Return the area where a function is negative on a surface, its relative error, and the total area.
 
-    `table` (n, m): the function on an even grid of the unit square, to which its arguments belong;
-    `points` (n, m, 3), mm, of the surface there. The error is within the relative `bound` unless
-    `ROUNDS` do not suffice or make it worse; it is that of the best of them."""
+    Parameters
+    ----------
+    function : callable
+        Function values (n,) at points (n, 2) of the unit square.
+    table : array (n, m)
+        Function values on a regular grid of the unit square.
+    points : array (n, m, 3)
+        Points of the surface on this grid, mm.
+    bound : float
+        Requested relative error of the area.
+
+    Returns
+    -------
+    area, error, total : float
+        mm^2; the relative error; mm^2. The error exceeds the bound if MAX_ROUNDS improvements are not
+        sufficient or make it worse. The result is the best of them.
+    """
     size = np.array([_length(points), _length(np.swapaxes(points, 0, 1))])
     amount = _amount(points)
-    whole = float(np.trapezoid(amount[-1], dx=1.0 / (table.shape[1] - 1)))
+    total = float(np.trapezoid(amount[-1], dx=1.0 / (table.shape[1] - 1)))
 
     def placed(places: FloatArray) -> FloatArray:
-        """Give the function at places (n, 2), mm, of the chart; infinite beyond its edges."""
+        """Return the function at points (n, 2), mm, of the chart; infinite outside."""
         share = places / size
         inside = ((share >= 0.0) & (share <= 1.0)).all(axis=1)
         values = np.full(len(places), np.inf)
@@ -83,30 +93,32 @@ def marked_area(
         return values
 
     border = _marched(placed, *_resolved(placed, table, size, bound))
-    density, best = whole / size.prod(), (np.inf, 0.0)
-    for count in range(ROUNDS + 1):
+    density, best = total / size.prod(), (np.inf, 0.0)
+    for count in range(MAX_ROUNDS + 1):
         places = _vertices(border, size)
         area = _area_inside(places / size, border.following, amount)
         spread, cut = density * _spread(border, places), density * _cut_off(border, places, size)
         error, allowed = float(spread.sum() + cut.sum()), bound * max(area, 0.0)
         best = min(best, (error, area))
-        diverges = error > WORSE * best[0]
-        if error <= allowed or diverges or count == ROUNDS or len(places) > MAX_VERTICES:
+        diverges = error > 4.0 * best[0]  # the border is not a line at this scale
+        if error <= allowed or diverges or count == MAX_ROUNDS or len(places) > 20_000:
             break
         moved, split = _worst(spread, allowed / 4.0), _worst(cut, allowed / 4.0)
         border = _improved(placed, border, places, moved, split[_settled(border, places)[split]])
     error, area = best
-    return area, error / area if error > 0.0 else 0.0, whole
+    return area, error / area if error > 0.0 else 0.0, total
 
 
 def _length(points: FloatArray) -> float:
-    """Give the mean length (mm) of the lines of a grid along its first axis."""
+    """Return the mean length (mm) of the lines of a grid along its first axis."""
     return float(np.linalg.norm(np.diff(points, axis=0), axis=-1).sum(axis=0).mean())
 
 
 def _amount(points: FloatArray) -> FloatArray:
-    """Give the area (mm^2) up to each point along the first axis, over the share of the second: the area of a
-    region of the unit square is its integral along the border over the second share."""
+    """Return the integral of the area density over the first coordinate, up to each point, mm^2.
+
+    The area of a region of the unit square is the integral of this quantity over the second coordinate along
+    its border."""
     steps = [1.0 / (n - 1) for n in points.shape[:2]]
     along = [np.gradient(points, step, axis=axis, edge_order=2) for axis, step in enumerate(steps)]
     density = np.linalg.norm(np.cross(along[0], along[1]), axis=-1)
@@ -115,6 +127,7 @@ def _amount(points: FloatArray) -> FloatArray:
 
 
 def _area_inside(share: FloatArray, following: Integers, amount: FloatArray) -> float:
+    """Return the area (mm^2) inside polygons with vertices (n, 2) in the unit square."""
     last = np.array(amount.shape) - 1
     place = share * last
     corner = np.minimum(place.astype(int), last - 1)
@@ -127,9 +140,9 @@ def _area_inside(share: FloatArray, following: Integers, amount: FloatArray) -> 
 def _resolved(
     function: Function, table: FloatArray, size: FloatArray, bound: float
 ) -> tuple[FloatArray, list[FloatArray]]:
-    """Give the table and its lines (n,), (m,), mm, with more of them where strips would be missed between."""
+    """Return the table and its grid lines (n,), (m,), mm, with more lines where strips would be missed."""
     lines = [np.linspace(0.0, length, count) for length, count in zip(size, table.shape, strict=True)]
-    for _ in range(HALVINGS):
+    for _ in range(8):
         before = table.shape
         for axis in (0, 1):
             rows, line = np.moveaxis(table, axis, 0), lines[axis]
@@ -151,15 +164,17 @@ def _resolved(
 
 
 def _hidden(rows: FloatArray, line: FloatArray) -> FloatArray:
-    """Give widths (n - 1, m), mm, over which positive values (n, m) may be negative between lines (n,), mm,
-    without being so at them: where they go on falling from both sides, STEEPER than they do beside."""
+    """Return widths (n - 1, m), mm, of strips between lines (n,) in which positive values may be negative.
+
+    A strip is possible where the values decrease from both sides, with twice the slope next
+    to it."""
     step = np.diff(line)[:, None]
     with np.errstate(invalid="ignore", divide="ignore"):
         fall = -np.diff(rows, axis=0) / step
         none = np.full((1, rows.shape[1]), np.nan)
         before, after = np.concatenate((none, fall[:-1])), -np.concatenate((fall[1:], none))
         before, after = (
-            STEEPER * np.maximum(np.where(np.isfinite(own), own, other), 0.0)
+            2.0 * np.maximum(np.where(np.isfinite(own), own, other), 0.0)
             for own, other in ((before, after), (after, before))
         )
         width = step - rows[:-1] / before - rows[1:] / after
@@ -167,8 +182,9 @@ def _hidden(rows: FloatArray, line: FloatArray) -> FloatArray:
 
 
 def _marched(function: Function, table: FloatArray, lines: list[FloatArray]) -> _Border:
-    """Give the border of the negative values of a table, cell by cell. Beyond the chart's edges, in a rim of
-    no width, nothing belongs to the region, so that its border is closed."""
+    """Return the border of the negative values of a table, cell by cell (marching squares).
+
+    A rim of no width around the chart does not belong to the region, so that the border is closed."""
     f = np.pad(table, 2, constant_values=np.inf)
     node = np.arange(f.size).reshape(f.shape)
     corners = np.stack((node[:-1, :-1], node[1:, :-1], node[1:, 1:], node[:-1, 1:]), axis=-1).reshape(-1, 4)
@@ -182,7 +198,7 @@ def _marched(function: Function, table: FloatArray, lines: list[FloatArray]) -> 
     first = enters[cell[:, None], others].argmax(axis=1)
     rows, columns = (np.pad(line, 2, mode="edge") for line in lines)
     place = np.stack(np.meshgrid(rows, columns, indexing="ij"), axis=-1).reshape(-1, 2)
-    # Of two opposite corners either is cut off alone, or they are joined over the cell's middle.
+    # Two opposite corners inside are separate, or connected if the function is negative in the middle.
     apart = leaves.sum(axis=1) == 2
     if apart.any():
         apart[apart] = function(place[corners[apart]].mean(axis=1)) > 0.0
@@ -191,21 +207,23 @@ def _marched(function: Function, table: FloatArray, lines: list[FloatArray]) -> 
     end = corners[cell, (back + 1) % 4] * f.size + corners[cell, back]
     order = np.argsort(start)
     own, other = np.divmod(start[order], f.size)
-    base, way = place[own], place[other] - place[own]
+    base, direction = place[own], place[other] - place[own]
     line = np.stack([own + k * (other - own) for k in (-1, 0, 1, 2)], axis=-1)
-    fixed = (way == 0.0).all(axis=1)
-    length = np.where(fixed, 1.0, (way**2).sum(axis=1))
-    t = ((place[line] - base[:, None]) * way[:, None]).sum(axis=-1) / length[:, None]
+    fixed = (direction == 0.0).all(axis=1)
+    length = np.where(fixed, 1.0, (direction**2).sum(axis=1))
+    t = ((place[line] - base[:, None]) * direction[:, None]).sum(axis=-1) / length[:, None]
     found = np.where(fixed, 0.0, _crossing(t, f.ravel()[line], np.full(len(own), 0.5)))
     t, low, high, below, above, doubt = found
     following = np.searchsorted(start[order], end[order])
-    return _Border(base, way, t, low, high, below, above, doubt, following)
+    return _Border(base, direction, t, low, high, below, above, doubt, following)
 
 
 def _crossing(t: FloatArray, f: FloatArray, near: FloatArray) -> FloatArray:
-    """Give `t`, `low`, `high`, `below`, `above` and `doubt` (6, n) of `_Border` from values `f` (n, k) at
-    rising `t` (n, k): where the region is left nearest to `near` (n,); the end of `t` where all are of it,
-    the start where none are, to go on from there."""
+    """Return `t`, `low`, `high`, `below`, `above` and `doubt` (6, n) of `_Border` for the zero nearest to
+    `near`.
+
+    `f` (n, k) are values at increasing `t` (n, k). If all values belong to the region, the last t is
+    returned, and if none does, the first one."""
     n, k = t.shape
     leaves = (f[:, :-1] <= 0.0) & (f[:, 1:] > 0.0)
     away = np.where(leaves, np.abs(0.5 * (t[:, :-1] + t[:, 1:]) - near[:, None]), np.inf)
@@ -230,7 +248,8 @@ def _crossing(t: FloatArray, f: FloatArray, near: FloatArray) -> FloatArray:
 
 
 def _vertices(border: _Border, size: FloatArray) -> FloatArray:
-    return np.clip(border.base + border.t[:, None] * border.way, 0.0, size)
+    """Return the vertices (n, 2), mm, limited to the chart."""
+    return np.clip(border.base + border.t[:, None] * border.direction, 0.0, size)
 
 
 def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -238,14 +257,16 @@ def _cross(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _spread(border: _Border, places: FloatArray) -> FloatArray:
-    """Give the area (n,) by which the doubt of each vertex can move the border."""
+    """Return the area (n,) by which the uncertainty of each vertex can change the region."""
     before = places[np.argsort(border.following)]
-    return 0.5 * border.doubt * np.abs(_cross(border.way, places[border.following] - before))
+    return 0.5 * border.doubt * np.abs(_cross(border.direction, places[border.following] - before))
 
 
 def _cut_off(border: _Border, places: FloatArray, size: FloatArray) -> FloatArray:
-    """Give the area (n,) that the chord after each vertex can leave out: that of the triangle on it with the
-    mean of the turns at its ends. At the chart's edges a turn says nothing; along them a chord is exact."""
+    """Return the area (n,) that the chord after each vertex can omit.
+
+    It is the area of the triangle on the chord with the mean of the direction changes at its ends. Changes at
+    the edges of the chart are not used, and a chord along an edge is exact."""
     chord = places[border.following] - places
     last = chord[np.argsort(border.following)]
     turn = np.abs(np.arctan2(_cross(last, chord), (last * chord).sum(axis=1)))
@@ -254,21 +275,21 @@ def _cut_off(border: _Border, places: FloatArray, size: FloatArray) -> FloatArra
     ends = np.stack((turn, turn[border.following]))
     known = np.isfinite(ends)
     mean = np.where(known, ends, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
-    angle = np.where(known.any(axis=0), mean, UNKNOWN)
+    angle = np.where(known.any(axis=0), mean, 0.5)  # rad, of a chord between two edges of the chart
     along = (edge & edge[border.following] & (chord == 0.0)).any(axis=1)
-    triangle = 0.25 * (chord**2).sum(axis=1) * np.tan(np.minimum(angle, STEEPEST))
+    triangle = 0.25 * (chord**2).sum(axis=1) * np.tan(np.minimum(angle, 1.4))
     return np.where(along, 0.0, triangle)
 
 
 def _worst(errors: FloatArray, allowed: float) -> Integers:
-    """Give the greatest errors, without which the sum of the others is allowed."""
+    """Return the indices of the largest errors, without which the sum of the others is allowed."""
     order = np.argsort(errors)
     return order[np.cumsum(errors[order]) > allowed]
 
 
 def _settled(border: _Border, places: FloatArray) -> Mask:
-    """Say whether the ends of the chord after each vertex are in doubt over less than a quarter of it."""
-    doubt = border.doubt * np.hypot(*border.way.T)
+    """Return whether the ends of the chord after each vertex are uncertain by less than a quarter of it."""
+    doubt = border.doubt * np.hypot(*border.direction.T)
     return np.asarray(
         4.0 * (doubt + doubt[border.following]) < np.hypot(*(places[border.following] - places).T)
     )
@@ -281,26 +302,25 @@ def _improved(
     moved: Integers,
     split: Integers,
 ) -> _Border:
-    """Give the border with vertices `moved` looked for again, and one more in the middle of chords
-    `split`."""
+    """Return the border with vertices `moved` searched again and new ones in the middle of chords `split`."""
     following, added = border.following.copy(), len(places) + np.arange(len(split))
     end = following[split]
     following = np.append(following, end)
     following[split] = added
     chord = places[end] - places[split]
     base = np.concatenate((border.base, 0.5 * (places[split] + places[end])))
-    way = np.concatenate((border.way, chord[:, ::-1] * (1.0, -1.0)))
+    direction = np.concatenate((border.direction, chord[:, ::-1] * (1.0, -1.0)))
     rows = np.stack([getattr(border, field.name) for field in fields(border)[2:8]])
     rows = np.hstack((rows, np.zeros((6, len(split)))))
     t, low, high, below, above, doubt = rows[:, moved, None]
     first, last = np.maximum(t - doubt, low), np.minimum(t + doubt, high)
-    again = first + (last - first) * WITHIN
-    across = np.broadcast_to(ACROSS, (len(split), ACROSS.size))
+    again = first + (last - first) * VERTEX_SAMPLES
+    across = np.broadcast_to(NORMAL_SAMPLES, (len(split), NORMAL_SAMPLES.size))
     rays = ((moved, again), (added, across))
-    asked = [(base[k, None] + t[..., None] * way[k, None]).reshape(-1, 2) for k, t in rays]
+    asked = [(base[k, None] + t[..., None] * direction[k, None]).reshape(-1, 2) for k, t in rays]
     values = function(np.concatenate(asked))
     f = np.concatenate((below, values[: again.size].reshape(again.shape), above), axis=1)
     rows[:, moved] = _crossing(np.concatenate((low, again, high), axis=1), f, t[:, 0])
     rows[:, added] = _crossing(across, values[again.size :].reshape(across.shape), np.zeros(len(split)))
     t, low, high, below, above, doubt = rows
-    return _Border(base, way, t, low, high, below, above, doubt, following)
+    return _Border(base, direction, t, low, high, below, above, doubt, following)

@@ -1,1 +1,1 @@
-"""What a workshop and a measuring room take: dimensions of a tooth, balls, grids of points, shims."""
+"""Manufacturing and measurement: tooth dimensions, balls, spans, measuring grids, shims."""

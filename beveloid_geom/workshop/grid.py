@@ -1,9 +1,9 @@
-"""The grid of points on which a measuring machine touches both flanks of a tooth.
+"""Grids of points for measuring both flanks of a tooth.
 
-Rows lie from root to tip, columns from toe to heel, evenly between borders that keep the probe off fillet,
-tip and end faces: shares of the flank's depth along its profile (the parameter l) and of the face width, or
-mm of both. Points and normals are those of the exact flank, in the blank's frame: z along the axis towards
-the heel, 0 at mid-face; x through tooth 0.
+Rows run from root to tip and columns from -z to +z. They are evenly distributed between borders that keep the
+probe away from fillet, tip and end faces. Borders are shares of the depth of the flank along its profile
+(parameter l) and of the face width, or lengths in mm. Points and normals are those of the exact flank in the
+frame of the blank: z along the axis, 0 at mid-face; x through tooth 0.
 """
 
 from __future__ import annotations
@@ -14,25 +14,37 @@ import numpy as np
 
 from ..arrays import FLANK_SIGN, FloatArray
 from ..design.model import Member
-from ..gear.flank import flank_patch, place_at
-from ..gear.undercut import require_sound
-from ..support.few_lines import few_lines
+from ..gear.active_flank import place_at
+from ..gear.flank import flank_patch
+from ..gear.undercut import require_flanks
+from ..support.array_repr import short_repr
 from .tooth_data import middle_angle
 
-LEAST_ROWS, MOST = 2, 999
-"""Rows and columns of a grid, at least and at most."""
+MIN_POINTS, MAX_POINTS = 2, 999
+"""Smallest and largest number of rows and of columns."""
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuringGrid:
-    """Points on both flanks of tooth 0 of a single `member`, right before left, rows from root to tip,
-    columns from toe to heel: (2, rows, columns), mm.
+    """Points on both flanks of tooth 0, right flank first, rows from root to tip, columns from -z to +z.
 
-    `depth` (2, rows, columns) and `face` (columns,): shares of the flank from its root and of the face from
-    the toe; `l`, `u`, and `point`, unit `normal` out of the tooth (2, rows, columns, 3); `middle`, the angle
-    (rad) from x to the tooth's middle on the reference cylinder at mid-face, 0 without cone or helix."""
+    Attributes
+    ----------
+    member : Member
+    depth : array (2, rows, columns)
+        Relative position along the profile from the root.
+    face : array (columns,)
+        Relative position along the face from -z.
+    l, u : array (2, rows, columns)
+        Flank parameters, mm.
+    point, normal : array (2, rows, columns, 3)
+        Points, mm, and outward unit normals.
+    middle : float
+        Angle from x to the middle of the tooth on the reference cylinder at mid-face, rad; 0 without cone or
+        helix.
+    """
 
-    __repr__ = few_lines
+    __repr__ = short_repr
 
     member: Member
     depth: FloatArray
@@ -45,24 +57,24 @@ class MeasuringGrid:
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows and columns."""
+        """Numbers of rows and columns."""
         return self.depth.shape[1], self.depth.shape[2]
 
 
 def measuring_grid(
     member: Member, rows: int = 5, columns: int = 9, border: float = 0.1, border_mm: float | None = None
 ) -> MeasuringGrid:
-    """Lay a grid over both flanks of a single member.
+    """Return a grid of points on both flanks of a single member.
 
     Parameters
     ----------
     member : Member
     rows, columns : int
-        From root to tip and from toe to heel, 2 to 999.
+        Numbers from root to tip and from -z to +z, 2 to 999.
     border : float
-        Left free at root and tip, toe and heel: a share of the depth and of the face width.
+        Border at root, tip and both ends, as a share of the depth and of the face width.
     border_mm : float, optional
-        The same in mm along profile and face, in place of `border`.
+        Border along profile and face in mm, instead of `border`.
 
     Returns
     -------
@@ -71,13 +83,20 @@ def measuring_grid(
     Raises
     ------
     ValueError
-        For too few or too many points, a border that leaves none, and a member whose flanks are undercut or
-        do not reach their tip cone.
+        For numbers of points and borders outside their limits, flanks that undercut removes in a part of the
+        face, and flanks that do not reach their tip cone.
+
+    Examples
+    --------
+    >>> import beveloid_geom as bg
+    >>> grid = bg.measuring_grid(bg.builtin_design("ni-2017").pinion, rows=3, columns=5)
+    >>> grid.point.shape
+    (2, 3, 5, 3)
     """
     for name, count in (("rows", rows), ("columns", columns)):
-        if not LEAST_ROWS <= count <= MOST:
-            raise ValueError(f"{name} must be between {LEAST_ROWS} and {MOST}, got {count}")
-    require_sound(member)
+        if not MIN_POINTS <= count <= MAX_POINTS:
+            raise ValueError(f"{name} must be between {MIN_POINTS} and {MAX_POINTS}, got {count}")
+    require_flanks(member)
     face_width = float(member.face_width)
     share = border if border_mm is None else border_mm / face_width
     if not 0.0 <= share < 0.5:
@@ -85,13 +104,13 @@ def measuring_grid(
     face, even = share + (1.0 - 2.0 * share) * np.linspace(0.0, 1.0, columns), np.linspace(0.0, 1.0, rows)
     sides = []
     for flank in FLANK_SIGN:
-        beside = np.full(columns, share)
+        free = np.full(columns, share)
         if border_mm is not None:
             ends, _, _ = place_at(member, flank, np.array([[0.0], [1.0]]), face)
-            beside = border_mm / (ends[1] - ends[0])
-            if not (beside < 0.5).all():
+            free = border_mm / (ends[1] - ends[0])
+            if not (free < 0.5).all():
                 raise ValueError(_border_fault(border, border_mm, "flank", float((ends[1] - ends[0]).min())))
-        depth = beside + (1.0 - 2.0 * beside) * even[:, None]
+        depth = free + (1.0 - 2.0 * free) * even[:, None]
         l, _, u = place_at(member, flank, depth, face)
         patch = flank_patch(member, flank, l, u)
         sides.append((depth, l, u, patch.point, patch.normal))
@@ -99,9 +118,9 @@ def measuring_grid(
     return MeasuringGrid(member, depth, face, l, u, point, normal, middle_angle(member))
 
 
-def _border_fault(border: float, border_mm: float | None, of: str, size: float) -> str:
-    """Say that a border leaves nothing."""
+def _border_fault(border: float, border_mm: float | None, part: str, size: float) -> str:
+    """Return the message for a border that leaves no points."""
     if border_mm is None:
         return f"border must be at least 0 and below 50 %, got {100.0 * border:g} %"
-    limit = f"below {0.5 * size:.4g} mm, half of the {of}'s {size:.4g} mm"
+    limit = f"below {0.5 * size:.4g} mm, half of the {part}'s {size:.4g} mm"
     return f"border must be at least 0 and {limit}, got {border_mm:g} mm"

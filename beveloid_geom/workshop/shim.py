@@ -1,14 +1,16 @@
-"""The inverse of mounting: which axial positions give the backlash wanted in a housing as it was measured.
+"""Axial positions of pinion and gear that give a required backlash in a measured housing.
 
-Offset and shaft angle are those of the housing; the pinion is moved by P and the gear by G along their axes,
-each towards its heel. One condition is the least normal backlash over a mesh cycle, j(P, G) = j_w. The other
-is that the middle of the path of contact, its place at mid-roll, is at a share of the pinion's face,
-z(P, G) = z_w; or, where no place is wanted, that both are moved no further than they must,
+Offset and shaft angle are those of the housing. The pinion is moved by P and the gear by G along their axes,
+positive towards +z. The first condition is the smallest normal backlash over a mesh cycle, j(P, G) = j_w. The
+second condition is the position of the middle of the path of contact on the pinion, z(P, G) = z_w. If no
+position is required, it is the smallest movement, the minimum of P^2 + G^2,
 
-    P dj/dG - G dj/dP = 0,
+    P dj/dG - G dj/dP = 0.
 
-the least of P^2 + G^2. Derivatives are exact (`backlash_by_errors`, `path_sensitivity`), the root is SciPy's.
-Of flanks without parabolas j is linear in both.
+Derivatives are exact (`backlash_by_errors`, `path_sensitivity`), and the root is found by SciPy. For flanks
+without parabolas, j is linear in both. If the search does not converge, for example at a kink of the
+backlash, and no position is required, the backlash is bracketed along one direction. The movement may then
+not be the smallest one.
 """
 
 from __future__ import annotations
@@ -19,41 +21,57 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..analysis.place import limits_of
+from ..analysis.path_placement import limits_of
 from ..analysis.sensitivity import path_sensitivity
 from ..arrays import FloatArray, flank_sign
 from ..contact.path import path_of_contact
+from ..design.arguments import require_design
 from ..design.model import Design
 from ..operation.backlash import backlash_by_errors, mounted_backlash
-from ..pair.errors import ERROR_NAMES, mounted
+from ..pair.misalignment import ERROR_NAMES, mounted
 from ..pair.mounting import mounting_of
 from ..status import ShimStatus, Status
-from ..support.few_lines import few_lines
+from ..support.array_repr import short_repr
 
 BY = ("pinion_axial", "gear_axial")
 COLUMNS = [ERROR_NAMES.index(name) for name in BY]
-CLOSE = 1e-9
-"""mm within which backlash and place are what is wanted."""
-NO_EFFECT = 1e-9
-"""mm of backlash a mm below which an axial position has none to give."""
-
-GRID = 41
-"""Even positions of either member at which a path is looked for, to start from."""
+RESIDUAL_TOLERANCE_MM = 1e-9
+"""Largest deviation from the required backlash and position."""
+MIN_BACKLASH_SLOPE = 1e-9
+"""Change of the backlash per mm of axial position (mm/mm) below which shims have no effect."""
 
 Function: TypeAlias = Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True, eq=False)
 class Shim:
-    """Axial positions of a `design` that give the normal backlash `wanted_backlash` (mm), and, unless
-    `wanted_z` is NaN, put the middle of the path on `flank` there on the pinion, mm from mid-face.
+    """Axial positions that give a required backlash.
 
-    `axial` (2,): by how much pinion and gear are moved, mm, towards the heel, from where the design has them;
-    `distance` (2,): their mounting distances then. What follows is of the mounting so found, solved anew:
-    `backlash`, `z` (mm) and `contact_ratio`, NaN without a path; `residual`, mm, of all that was wanted.
-    NaN, all, unless `status` is REACHED or OUT_OF_REACH, where it is more than `limit` (mm)."""
+    Attributes
+    ----------
+    design : Design
+    flank : str
+        Flank of the path of contact.
+    wanted_backlash : float
+        Required normal backlash, mm.
+    wanted_z : float
+        Required position of the middle of the path on the pinion, mm from mid-face; NaN if none is required.
+    limit : float
+        Largest movement, mm.
+    axial : array (2,)
+        Movements of pinion and gear from the positions of the design, mm, positive towards +z.
+    distance : array (2,)
+        Mounting distances after the movements, mm.
+    backlash, z, contact_ratio : float
+        Backlash (mm), position of the middle of the path (mm) and contact ratio, computed for the new
+        mounting. NaN without a path.
+    residual : float
+        Largest deviation from the requirements, mm.
+    status : ShimStatus
+        Values are NaN unless it is REACHED or OUT_OF_REACH, if movements exceed the limit.
+    """
 
-    __repr__ = few_lines
+    __repr__ = short_repr
 
     design: Design
     flank: str
@@ -70,19 +88,19 @@ class Shim:
 
 
 def shim(design: Design, backlash: float, at: float | None = None, flank: str = "right") -> Shim:
-    """Find the axial positions of both members that give a backlash, in a pair as its errors have it.
+    """Compute the axial positions of both members that give a backlash.
 
     Parameters
     ----------
     design : Design
-        A single one; offset and shaft angle measured are its errors.
+        A single one. Its errors contain the measured offset and shaft angle.
     backlash : float
-        Least normal backlash over a mesh cycle, mm.
+        Smallest normal backlash over a mesh cycle, mm.
     at : float, optional
-        Share of the pinion's face from the toe at which the path's middle is wanted, above 0 and below 1;
-        without it both members are moved as little as can be.
+        Required position of the middle of the path as a share of the face of the pinion from -z, above 0 and
+        below 1. Without it, the movements are as small as possible.
     flank : {'right', 'left'}
-        Whose path.
+        Flank of the path.
 
     Returns
     -------
@@ -91,35 +109,48 @@ def shim(design: Design, backlash: float, at: float | None = None, flank: str = 
     Raises
     ------
     ValueError
-        For a batch, a share that is none, and where a tool's rounds overlap.
+        For a batch of designs, a share outside its limits, and tip rounds of a tool that overlap.
+
+    Examples
+    --------
+    >>> import beveloid_geom as bg
+    >>> found = bg.shim(bg.builtin_design("ni-2017"), backlash=0.1)
+    >>> found.status.name, found.axial.round(3)
+    ('REACHED', array([1.523, 0.406]))
     """
+    require_design(design)
     flank_sign(flank)
     if design.batch_shape:
-        raise ValueError("shims are found of a single design: give its cases one by one")
+        raise ValueError("shims are computed for a single design: give the designs one by one")
     if at is not None and not 0.0 < at < 1.0:
         raise ValueError(f"at must be a share of the face above 0 and below 1, got {at:g}")
     z = np.nan if at is None else float(design.pinion.face_width) * (at - 0.5)
     limit = float(limits_of(design, BY).min())
-    if np.abs(backlash_by_errors(design)[COLUMNS]).max() < NO_EFFECT:
+    if np.abs(backlash_by_errors(design)[COLUMNS]).max() < MIN_BACKLASH_SLOPE:
         return _forward(design, flank, backlash, z, limit, None, ShimStatus.NO_EFFECT)
     off, by = _conditions(design, flank, backlash, z)
-    found = _forward(design, flank, backlash, z, limit, _root(off, by, np.zeros(2)), ShimStatus.REACHED)
-    if not found.residual <= CLOSE and at is not None:
+    result = _forward(design, flank, backlash, z, limit, _root(off, by, np.zeros(2)), ShimStatus.REACHED)
+    # At a kink of the backlash, the derivatives lead astray.
+    if not result.residual <= RESIDUAL_TOLERANCE_MM and at is None:
+        result = _bracketed_shim(design, flank, backlash, limit, (off, by))
+    # The path may leave the flanks between the design and the solution.
+    if not result.residual <= RESIDUAL_TOLERANCE_MM and at is not None:
         start = _start(design, flank, backlash, z, limit)
         if np.isnan(_middle(mounted(design, start, BY), flank)):
             return _forward(design, flank, backlash, z, limit, None, ShimStatus.NO_PATH)
-        found = _forward(design, flank, backlash, z, limit, _root(off, by, start), ShimStatus.REACHED)
-    if not found.residual <= CLOSE:
+        result = _forward(design, flank, backlash, z, limit, _root(off, by, start), ShimStatus.REACHED)
+    if not result.residual <= RESIDUAL_TOLERANCE_MM:
         return _forward(design, flank, backlash, z, limit, None, ShimStatus.NOT_FOUND)
-    far = np.abs(found.axial).max() > limit
-    return replace(found, status=ShimStatus.OUT_OF_REACH) if far else found
+    far = np.abs(result.axial).max() > limit
+    return replace(result, status=ShimStatus.OUT_OF_REACH) if far else result
 
 
 def _conditions(design: Design, flank: str, backlash: float, z: float) -> tuple[Function, Function]:
-    """Give both conditions (2,), mm, of axial positions (2,), mm, and their derivatives (2, 2)."""
+    """Return functions of axial positions (2,), mm: both conditions (2,), mm, and their derivatives (2,
+    2)."""
 
     def off(axial: FloatArray) -> FloatArray:
-        """Give by how much the conditions are not met."""
+        """Return the deviations from the conditions."""
         at = mounted(design, axial, BY)
         first = float(mounted_backlash(at).normal) - backlash
         if np.isnan(z):
@@ -128,7 +159,7 @@ def _conditions(design: Design, flank: str, backlash: float, z: float) -> tuple[
         return np.array((first, _middle(at, flank) - z))
 
     def by(axial: FloatArray) -> FloatArray:
-        """Give the derivatives; those of the second without what the first's change by."""
+        """Return the derivatives; those of the second condition neglect the change of the slopes of j."""
         at = mounted(design, axial, BY)
         pinion, gear = backlash_by_errors(at)[COLUMNS]
         second = (gear, -pinion) if np.isnan(z) else path_sensitivity(at, flank).z_by[1, 0, COLUMNS]
@@ -138,15 +169,16 @@ def _conditions(design: Design, flank: str, backlash: float, z: float) -> tuple[
 
 
 def _middle(design: Design, flank: str) -> float:
-    """Give z (mm) on the pinion of the middle of a path, NaN without one."""
+    """Return z (mm) of the middle of a path on the pinion, NaN without a path."""
     path = path_of_contact(design, flank, 3)
     return float(path.pinion_z[1]) if path.ends.status == Status.SOLVED else np.nan
 
 
 def _start(design: Design, flank: str, backlash: float, z: float, limit: float) -> FloatArray:
-    """Give axial positions (2,), mm, to start from: of a grid within the limit those with a path that come
-    nearest to both conditions, the backlash taken as linear, or left out where that of the design is lost."""
-    steps, by = limit * np.linspace(-1.0, 1.0, GRID), backlash_by_errors(design)[COLUMNS]
+    """Return axial positions (2,), mm, to start from: the positions of a grid within the limit that have a
+    path and the smallest deviations from both conditions. The backlash is assumed to be linear, and is
+    ignored if that of the design is unknown."""
+    steps, by = limit * np.linspace(-1.0, 1.0, 41), backlash_by_errors(design)[COLUMNS]
     axial = np.stack(np.meshgrid(steps, steps, indexing="ij"), axis=-1).reshape(-1, 2)
     path = path_of_contact(mounted(design, axial, BY), flank, 3)
     play = float(mounted_backlash(design).normal) + axial @ by - backlash
@@ -155,11 +187,52 @@ def _start(design: Design, flank: str, backlash: float, z: float, limit: float) 
 
 
 def _root(off: Function, by: Function, start: FloatArray) -> FloatArray:
-    """Find axial positions (2,), mm, that meet both conditions; where there are none, what SciPy ends at."""
+    """Return axial positions (2,), mm, that meet both conditions, or the last ones of SciPy's iteration."""
     from scipy import optimize
 
     root: Any = optimize.root
-    return np.asarray(root(off, start, jac=by, method="hybr", options={"xtol": 1e-13}).x)
+    return np.asarray(root(off, start, jac=by, method="hybr", options={"xtol": 1e-13, "maxfev": 40}).x)
+
+
+def _bracketed_shim(
+    design: Design, flank: str, backlash: float, limit: float, conditions: tuple[Function, Function]
+) -> Shim:
+    """Return axial positions found by bracketing, or those of smallest movement if they are found from
+    there."""
+    axial = _bracketed(design, backlash, limit)
+    bracketed = _forward(design, flank, backlash, np.nan, limit, axial, ShimStatus.REACHED)
+    if not bracketed.residual <= RESIDUAL_TOLERANCE_MM:
+        return bracketed
+    least = _forward(design, flank, backlash, np.nan, limit, _root(*conditions, axial), ShimStatus.REACHED)
+    shorter = least.residual <= RESIDUAL_TOLERANCE_MM and np.linalg.norm(least.axial) < np.linalg.norm(axial)
+    return least if shorter else bracketed
+
+
+def _bracketed(design: Design, backlash: float, limit: float) -> FloatArray:
+    """Return axial positions (2,), mm, that give the backlash, along its gradient at the design's positions.
+
+    NaN if there are none within the limit. No derivatives are needed."""
+    from scipy import optimize
+
+    def off(distance: FloatArray) -> FloatArray:
+        """Return backlash minus required backlash at distances (n,) along the direction, mm."""
+        at = mounted(design, distance[:, None] * direction, BY)
+        return np.asarray(mounted_backlash(at).normal - backlash)
+
+    by = backlash_by_errors(design)[COLUMNS]
+    now = float(mounted_backlash(design).normal) - backlash
+    direction = -np.sign(now) * by / np.linalg.norm(by)
+    if not np.isfinite(direction).all():
+        return np.full(2, np.nan)
+    distance = limit / np.abs(direction).max() * np.linspace(0.0, 1.0, 17)
+    values = off(distance)
+    change = np.flatnonzero((values[:-1] * now > 0.0) & (values[1:] * now <= 0.0))
+    if not change.size:
+        return np.full(2, np.nan)
+    low, high = distance[change[0]], distance[change[0] + 1]
+    return np.asarray(
+        direction * optimize.toms748(lambda x: float(off(np.array([x]))[0]), low, high, xtol=1e-12)
+    )
 
 
 def _forward(
@@ -171,14 +244,14 @@ def _forward(
     axial: FloatArray | None,
     status: ShimStatus,
 ) -> Shim:
-    """Solve the mounting found anew; without one all is NaN."""
-    if axial is None:
+    """Return the result for axial positions, computed for the new mounting; NaN without positions."""
+    if axial is None or not np.isfinite(axial).all():
         none, nan = np.full(2, np.nan), np.nan
         return Shim(design, flank, backlash, z, limit, none, none, nan, nan, nan, nan, status)
     at = mounted(design, axial, BY)
     errors = np.array([at.errors.pinion_axial, at.errors.gear_axial])
-    found, middle = float(mounted_backlash(at).normal), _middle(at, flank)
-    apart = [found - backlash] if np.isnan(z) else [found - backlash, middle - z]
+    actual, middle = float(mounted_backlash(at).normal), _middle(at, flank)
+    deviations = [actual - backlash] if np.isnan(z) else [actual - backlash, middle - z]
     ratio = float(path_of_contact(at, flank, 2).ends.contact_ratio)
     return Shim(
         design=design,
@@ -188,9 +261,9 @@ def _forward(
         limit=limit,
         axial=axial,
         distance=mounting_of(design).distance + errors,
-        backlash=found,
+        backlash=actual,
         z=middle,
         contact_ratio=ratio,
-        residual=float(np.abs(apart).max()),
+        residual=float(np.abs(deviations).max()),
         status=status,
     )

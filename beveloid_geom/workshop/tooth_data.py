@@ -1,25 +1,25 @@
 """Dimensions of a member for its drawing, in the planes of toe, middle and heel.
 
-The tooth's thickness is taken on a cylinder of the radius r. In the plane z its flanks stand at the angles
-theta_R and theta_L there, so that s_t = r (theta_R - theta_L); the tooth's middle runs at the helix angle
+The thickness of the tooth is defined on a cylinder of the radius r. In the plane z, the flanks are at the
+angles theta_R and theta_L, so that s_t = r (theta_R - theta_L). The middle of the tooth has the helix angle
 
     tan(beta_y) = r tan(beta) cos(gamma) / r_P,
 
-the mean of both flanks. The normal thickness s_n is the length of the line on the cylinder that is square to
-the middle, from flank to flank. Its ends lie beside the plane z, where a beveloid's tooth is thicker on one
-side and thinner on the other: an end is t = r cos(beta_y) |theta_R - theta| away from the middle theta, both
-angles those in its own plane, z -+ t sin(beta_y). Chord between the ends and its height below the tip are
-then those of a cylindrical gear,
+the mean of both flanks. The normal thickness s_n is the length, from flank to flank, of the line on the
+cylinder that is perpendicular to the middle. Its ends are outside the plane z, and there the tooth of a
+beveloid is thicker on one side and thinner on the other. An end is at the distance t = r cos(beta_y)
+|theta_R - theta| from the middle theta, with both angles in the plane z -+ t sin(beta_y) of the end. The
+chord between the ends and its height below the tip are then those of a cylindrical gear,
 
     s_c = sqrt((s_n sin(beta_y))^2 + (2 r sin(psi))^2),  h_c = r_a - r cos(psi),  psi = s_n cos(beta_y) / 2 r,
 
-DIN 21773 Eqs. (2), (5), the standard of measures beside ISO 21771. s_n is given on the reference cylinder, on
-which the rack's own width rolls off: between straight flanks it grows evenly along the face, on a spur
-beveloid by 2 tan(alpha_t) tan(gamma) a mm, tan(alpha_t) = tan(alpha_n) cos(gamma). The chord is that where a
-caliper reaches: on the shifted reference cone, a tool's addendum below the tip.
+Eqs. (2) and (5) of DIN 21773. s_n is given on the reference cylinder, on which the rack rolls. Between
+straight flanks it grows linearly along the face: on a spur beveloid by 2 tan(alpha_t) tan(gamma) per mm, with
+tan(alpha_t) = tan(alpha_n) cos(gamma). The chord is given where a caliper measures: on the shifted reference
+cone, with the height of the tip above it.
 
-A tooth that is thicker or thinner by A in the tool's normal section has the same flanks, each turned by
-A / (2 r_P cos(beta)); normal backlash changes by -A cos(alpha).
+A tooth that is thicker by A in the normal section of the tool has the same flanks, each rotated by
+A / (2 r_P cos(beta)). The normal backlash changes by -A cos(alpha).
 """
 
 from __future__ import annotations
@@ -37,26 +37,44 @@ from ..gear.flank import base_cylinder, flank_point, tip_radius, trace_parameter
 from ..gear.rack import reference_radius
 from ..gear.tooth_side import Surface, angle_of, cut_at, profile_at, surface_of
 from ..gear.undercut import undercut_of
-from ..support.few_lines import few_lines
+from ..support.array_repr import short_repr
 
 PLACES = ("toe", "middle", "heel")
-"""Planes at which a member is described."""
-PASSES = 40
-"""Passes to the end of a normal line: each leaves a share sin(beta_y) tan(taper) of the error."""
+"""Planes in which dimensions are given."""
+MAX_ITERATIONS = 40
+"""Largest number of iterations for the end of a normal line. Each reduces the error by the factor
+sin(beta_y) tan(taper)."""
 
 
 @dataclass(frozen=True, eq=False)
 class ToothData:
-    """Dimensions of a single member, mm and rad, in its planes `z` (3,) of toe, middle and heel.
+    """Dimensions of a single member. Lengths in mm, angles in rad.
 
-    `tip_diameter`, `root_diameter` (3,); `form_diameter` (2, 3), where right and left flanks begin above
-    fillet or undercut, NaN where nothing is left of one; `base_diameter` (2,). Of teeth whose normal
-    thickness is changed by `change` (k,): `normal_thickness` (k, 3) on the cylinder `reference_diameter`,
-    `chordal_thickness` and `chordal_height` (k, 3) on the cylinders `chord_diameter` (3,).
-    `root_cone_angle`; `infeed`, mm of radial for a mm of axial feed towards the heel; `swivel`, the angle by
-    which the hob's head is turned about the radial line, for a hob without lead."""
+    Attributes
+    ----------
+    z : array (3,)
+        Planes of toe, middle and heel.
+    change : array (k,)
+        Changes of the normal thickness.
+    reference_diameter : float
+    tip_diameter, root_diameter : array (3,)
+    form_diameter : array (2, 3)
+        Start of right and left flank above fillet or undercut; NaN where undercut removes the flank.
+    base_diameter : array (2,)
+        Of right and left flank.
+    normal_thickness : array (k, 3)
+        On the reference cylinder.
+    chord_diameter : array (3,)
+        Cylinders on which the chord is given.
+    chordal_thickness, chordal_height : array (k, 3)
+    root_cone_angle : float
+    infeed : float
+        Radial feed per axial feed towards +z.
+    swivel : float
+        Angle by which the head of a hob without lead is turned about the radial line.
+    """
 
-    __repr__ = few_lines
+    __repr__ = short_repr
 
     z: FloatArray
     change: FloatArray
@@ -75,13 +93,13 @@ class ToothData:
 
 
 def tooth_data(member: Member, change: ArrayLike = 0.0) -> ToothData:
-    """Find the dimensions of a single member for its drawing.
+    """Compute the dimensions of a single member for its drawing.
 
     Parameters
     ----------
     member : Member
     change : float or array (k,)
-        By how much the normal thickness differs from that of the design, mm; a thinner tooth's is negative.
+        Change of the normal thickness from that of the design, mm; negative for a thinner tooth.
 
     Returns
     -------
@@ -90,7 +108,16 @@ def tooth_data(member: Member, change: ArrayLike = 0.0) -> ToothData:
     Raises
     ------
     ValueError
-        For a member of arrays, one that its tool cannot cut, and a tool whose rounds overlap.
+        For a member with arrays, a member that its tool cannot cut, and tip rounds of the tool that overlap.
+
+    Examples
+    --------
+    >>> import beveloid_geom as bg
+    >>> data = bg.tooth_data(bg.builtin_design("ni-2017").pinion)
+    >>> print(f"{data.reference_diameter:.3f} mm")
+    191.988 mm
+    >>> data.tip_diameter.round(3)
+    array([203.407, 206.028, 208.648])
     """
     change = np.atleast_1d(np.asarray(change, dtype=float))
     surfaces = [surface_of(member, flank) for flank in FLANK_SIGN]
@@ -98,7 +125,7 @@ def tooth_data(member: Member, change: ArrayLike = 0.0) -> ToothData:
     z, reference = starts[0].z, float(reference_radius(member))
     form = [_radius_at(member, flank, one.start, z) for flank, one in zip(FLANK_SIGN, starts, strict=True)]
     module, tip = float(member.tool.normal_module), tip_radius(member, z)
-    chord = tip - float(member.tool.addendum) * module
+    chord = tip - float(member.tip_height) * module
     with np.errstate(invalid="ignore"):
         thickness, _ = _across(
             member, surfaces, _on_reference_cylinder, np.full(z.shape, reference), z, change
@@ -124,30 +151,43 @@ def tooth_data(member: Member, change: ArrayLike = 0.0) -> ToothData:
 
 
 def _radius_at(member: Member, flank: str, l: FloatArray, z: FloatArray) -> FloatArray:
-    """Give the radii of flank points, mm."""
+    """Return the radii of flank points, mm."""
     x, y, _ = np.moveaxis(flank_point(member, flank, l, trace_parameter(member, flank, l, z)), -1, 0)
     return np.asarray(np.hypot(x, y))
 
 
 def middle_angle(member: Member) -> float:
-    """Find the angle (rad) from x to the middle of a single member's tooth 0, on the reference cylinder at
-    mid-face: 0 without a cone or without a helix."""
+    """Return the angle (rad) from x to the middle of tooth 0 of a single member, on the reference cylinder at
+    mid-face. It is 0 without a cone or without a helix."""
     sides = [_on_reference_cylinder(surface_of(member, flank), np.zeros(1)) for flank in FLANK_SIGN]
     return float(0.5 * (sides[0] + sides[1])[0])
 
 
 def turn_of(member: Member, change: ArrayLike) -> FloatArray:
-    """Find the angle (rad) by which each flank of a single member turns out of a tooth whose normal thickness
-    changes by `change`, mm."""
+    """Return the angle (rad) by which each flank of a single member is rotated outwards if the normal
+    thickness changes by `change`, mm."""
     tool = member.tool
     return np.asarray(change, dtype=float) / (float(tool.normal_module) * float(member.teeth))
 
 
 def backlash_change(design: Design, pinion: ArrayLike, gear: ArrayLike) -> FloatArray:
-    """Find by how much the normal backlash of a pair changes with the normal thickness of its members, mm.
+    """Return the change of the normal backlash of a pair with the normal thickness of its members.
 
-    Exact for flanks without parabolas; with them right and left flanks then touch at rolls that are a little
-    further apart, and the least over a mesh cycle differs by that share of the transmission error."""
+    The change is exact for flanks without parabolas. With parabolas, right and left flanks touch at rolls
+    that are slightly further apart, and the smallest backlash over a mesh cycle differs by the corresponding
+    part of the transmission error.
+
+    Parameters
+    ----------
+    design : Design
+    pinion, gear : float or array
+        Changes of the normal thickness, mm.
+
+    Returns
+    -------
+    array
+        mm.
+    """
     cosine = np.cos(design.pinion.tool.normal_pressure_angle)
     return np.asarray(-cosine * (np.asarray(pinion, dtype=float) + np.asarray(gear, dtype=float)))
 
@@ -160,15 +200,17 @@ def _across(
     z: FloatArray,
     change: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Find the normal thickness (k, n), mm, on cylinders of `radius` (n,) in the planes `z` (n,), and the
-    helix angle (n,) of the tooth's middle there. `theta`: angle (rad) of a flank there in planes (n,)."""
+    """Return the normal thickness (k, n), mm, on cylinders of `radius` (n,) in the planes `z` (n,), and the
+    helix angle (n,) of the middle of the tooth there. `theta` returns the angle (rad) of a flank in given
+    planes."""
     slope = np.tan(member.helix_angle) * np.cos(member.cone_angle) / reference_radius(member)
     helix, total = np.arctan(radius * slope), np.zeros((change.size, z.size))
     middle = 0.5 * sum(theta(surface, z) for surface in surfaces)
     for surface in surfaces:
         for row, turn in enumerate(turn_of(member, change)):
+            # Iterate the distance of the end of the normal line from the middle, in the plane of the end.
             length = np.zeros(z.size)
-            for _ in range(PASSES):
+            for _ in range(MAX_ITERATIONS):
                 off = -surface.sigma * length * np.sin(helix)
                 half = turn + surface.sigma * (theta(surface, z + off) - middle - off * slope)
                 step, length = radius * np.cos(helix) * half - length, radius * np.cos(helix) * half
@@ -179,20 +221,22 @@ def _across(
 
 
 def _on_reference_cylinder(surface: Surface, z: FloatArray) -> FloatArray:
-    """Find the angles (n,) of a flank, extended as the rack is, on the cylinder on which the rack rolls."""
+    """Return the angles (n,), rad, of a flank, extended as the rack is, on the cylinder on which the rack
+    rolls."""
     a, ((bx, by), (cx, cy)) = surface.parabola, (surface.along, surface.out)
     start = surface.apex[0] + z * surface.trace[0]
-    l = -2.0 * start / (bx + np.sqrt(bx * bx - 4.0 * a * cx * start))  # its x_c is 0: phi = y_c / r_P
+    # x_c = 0 on this cylinder, so that phi = y_c / r_P.
+    l = -2.0 * start / (bx + np.sqrt(bx * bx - 4.0 * a * cx * start))
     return np.asarray(
         (surface.apex[1] + z * surface.trace[1] + l * by + a * l * l * cy) / surface.pitch_radius
     )
 
 
 def _on_cylinders(radius: FloatArray) -> Callable[[Surface, FloatArray], FloatArray]:
-    """Make the function that finds the angles (n,) of a flank on cylinders (n,)."""
+    """Return a function that computes the angles (n,) of a flank on cylinders of `radius` (n,)."""
 
     def theta(surface: Surface, z: FloatArray) -> FloatArray:
-        """Give the angles in the planes `z` (n,)."""
+        """Return the angles (rad) in the planes `z` (n,)."""
         s = profile_at(surface, radius * radius, z)
         return angle_of(cut_at(surface, s, z))
 

@@ -8,12 +8,13 @@ from math import cos, pi, radians, sin, sqrt
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Errors, Member, Pair, Tool, path_of_contact
+from beveloid_geom import Design, Errors, Member, Pair, Tool, builtin_design, path_of_contact
 from beveloid_geom.analysis.pressure import WHOLE, Load, pressure_along
 from beveloid_geom.contact.ellipse import relative_curvature
 from beveloid_geom.contact.hertz import contact_modulus
+from beveloid_geom.contact.parallel.lines import contact_lines
+from beveloid_geom.gear.closest_point import feet
 from beveloid_geom.gear.flank import flank_point
-from beveloid_geom.gear.perpendicular import feet
 from beveloid_geom.pair.frames import layout_of, member_frame, to_fixed
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import EllipseStatus, Limit
@@ -87,6 +88,109 @@ def test_the_strip_of_two_cylinders() -> None:
     }
 
 
+def helical(helix: float, widths: tuple[float, float], shifts: tuple[float, float]) -> Design:
+    """A pair on parallel axes, module 3, 25 and 40 teeth, 0.5 mm apart further than the reference circles."""
+    tool = Tool(3.0, radians(20.0))
+    pinion, gear = (
+        Member(tool, n, h, 0.0, x, b)
+        for n, h, x, b in zip((25, 40), (helix, -helix), shifts, widths, strict=True)
+    )
+    return Design(pinion, gear, Pair(1.5 * 65 / cos(helix) + 0.5, 0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("helix", [0.0, 0.15, -0.45])
+@pytest.mark.parametrize("widths", [(30.0, 30.0), (8.0, 12.0)])
+@pytest.mark.parametrize("shifts", [(0.0, 0.0), (0.3, -0.1)])
+def test_lines_share_the_load_by_their_length(
+    helix: float, widths: tuple[float, float], shifts: tuple[float, float], flank: str
+) -> None:
+    """ISO 21771: in the plane of action, lines at the base helix angle lie p_bt apart in a rectangle of the
+    length of action g by the face width b. In the normal section F = T / (r_b cos(beta_b)) and
+    kappa = cos(beta_b) (1 / rho_1 + 1 / rho_2), greatest at an end of the line; p0^2 = q E* kappa / pi."""
+    design, torque, points = helical(helix, widths, shifts), 100.0, 17
+    found = pressure_along(path_of_contact(design, flank, points), Load(torque_nm=torque))
+    transverse, base_helix = (
+        np.arctan(np.tan(radians(20.0)) / cos(helix)),
+        np.arcsin(sin(helix) * cos(radians(20.0))),
+    )
+    reference = np.array([1.5 * n / cos(helix) for n in (25, 40)])
+    base, tip = reference * cos(transverse), reference + 3.0 * (1.0 + np.array(shifts))
+    offset, width = float(design.pair.offset), min(widths)
+    tangents = offset * sin(np.arccos(base.sum() / offset))  # between the feet on the base circles
+    first = tangents - sqrt(tip[1] ** 2 - base[1] ** 2)  # rho_1 where the gear's tip enters
+    action = sqrt(tip[0] ** 2 - base[0] ** 2) - first
+    pitch, lean = 2.0 * pi * base[0] / 25, abs(np.tan(base_helix))
+    places = np.linspace(-0.5 * width * lean, action + 0.5 * width * lean, points)
+    length, greatest = np.zeros(points), np.zeros(points)
+    for pair in range(-9, 10):
+        # z from which and to which the line lies on the length of action: x + z lean from 0 to g
+        x = places + pair * pitch
+        ends = np.clip([-x, action - x], -0.5 * width * lean, 0.5 * width * lean)
+        on = (x >= -0.5 * width * lean - 1e-9) & (x <= action + 0.5 * width * lean + 1e-9)
+        length += np.where(on, np.ptp(ends, axis=0) / lean if lean else width, 0.0) / cos(base_helix)
+        if pair == 0:
+            rho = first + x + (ends if lean else 0.0 * ends)
+            greatest = cos(base_helix) * (1.0 / rho + 1.0 / (tangents - rho)).max(axis=0)
+    assert found.total_length == pytest.approx(length, rel=1e-9)
+    assert found.curvature[:, 1] == pytest.approx(greatest, rel=1e-9)
+    load = 1e3 * torque / (base[0] * cos(base_helix)) / length
+    modulus = contact_modulus(206000.0, 0.3)
+    assert found.pressure == pytest.approx(np.sqrt(load * modulus * greatest / pi), rel=1e-9)
+    assert found.semi_axes[:, 1] == pytest.approx(2.0 * load / (pi * found.pressure), rel=1e-9)
+    assert (found.status == EllipseStatus.LINE_CONTACT).all()
+    assert (found.reaches == WHOLE).all()
+
+
+def test_a_spur_pair_at_its_pitch_point_as_in_iso_6336() -> None:
+    """sigma_H0 = sqrt(F E' / (2 pi R b)), E' = E / (1 - nu^2); one pair touches at the pitch point."""
+    design = spur(0.0)
+    found = pressure_along(path_of_contact(design, "right", l1=[0.0]), Load(torque_nm=300.0))
+    assert found.total_length == pytest.approx(30.0, rel=1e-9)
+    radii = np.array([46.0, 74.0]) * sin(radians(20.0))
+    force, young = 300e3 / (46.0 * cos(radians(20.0))), 206000.0 / (1.0 - 0.3**2)
+    wanted = sqrt(force * young / (2.0 * pi * (1.0 / (1.0 / radii).sum()) * 30.0))
+    assert found.pressure == pytest.approx(wanted, rel=1e-9)
+
+
+def counterparts() -> Design:
+    """Parabolas of opposite sign on reference cylinders that touch: one rack cuts both, conjugate lines."""
+    design = helical(0.2, (30.0, 25.0), (0.0, 0.0))
+    pinion, gear = (
+        replace(m, tool=replace(m.tool, parabola=a))
+        for m, a in zip(design.members, (0.002, -0.002), strict=True)
+    )
+    return Design(pinion, gear, replace(design.pair, offset=1.5 * 65 / cos(0.2)))
+
+
+@pytest.mark.parametrize("design", [builtin_design("anti-backlash"), counterparts()])
+def test_lines_of_beveloids_and_counterparts_add_up(design: Design) -> None:
+    """Total length: the lengths of single lines, interpolated a pitch apart on a fine path."""
+    path = path_of_contact(design, "right", 81)
+    found = pressure_along(path, Load(force=1.0))
+    own, pitch = contact_lines(path), 2.0 * pi / int(design.pinion.teeth)
+    total = sum(
+        np.interp(path.pinion_roll + k * pitch, own.pinion_roll, own.length, 0.0, 0.0) for k in range(-3, 4)
+    )
+    assert np.isfinite(found.pressure).all()
+    assert np.median(np.abs(found.total_length - total)) < 0.01
+    assert found.total_length == pytest.approx(total, abs=1.0)
+
+
+def test_lines_with_a_transmission_error_carry_alone_and_batches_are_their_cases() -> None:
+    design = spur(0.0, parabola=-0.002)
+    found = pressure_along(path_of_contact(design, "left", 5), Load(force=1e3))
+    assert found.total_length == pytest.approx(30.0, rel=1e-9)
+    offsets, angles = np.array([0.0, 0.0, 0.2]), np.array([0.0, 0.05, 0.0])
+    batch = replace(spur(0.0), errors=Errors(offset=offsets, shaft_angle=angles))
+    together = pressure_along(path_of_contact(batch, "right", 5), LOAD)
+    assert np.isnan(together.total_length[1]).all()
+    for k in (0, 2):
+        errors = Errors(offset=offsets[k], shaft_angle=angles[k])
+        alone = pressure_along(path_of_contact(replace(spur(0.0), errors=errors), "right", 5), LOAD)
+        for name in ("force", "pressure", "semi_axes", "total_length", "status"):
+            np.testing.assert_allclose(getattr(together, name)[k], getattr(alone, name), rtol=1e-7)
+
+
 def test_line_contact_and_flanks_that_cut_have_no_pressure() -> None:
     found = pressure_along(path_of_contact(spur(1e-8), "right", 3), LOAD)
     assert (found.status == EllipseStatus.LINE_CONTACT).all()
@@ -136,7 +240,7 @@ def test_the_angle_is_from_the_tooth_trace(flank: str) -> None:
     assert np.array_equal(np.sign((rise - cosine * across) * np.sign(cosine)), np.sign(found.angle))
 
 
-def test_the_same_pair_seen_otherwise(flank: str) -> None:
+def test_symmetries_of_the_pattern(flank: str) -> None:
     design = table1((0.001, -0.0005), Errors(0.05, 0.0001, 0.1, -0.1))
     other = {"right": "left", "left": "right"}[flank]
     path = path_of_contact(design, flank, 4)
@@ -160,19 +264,3 @@ def test_batches_are_their_cases_one_by_one(flank: str) -> None:
             np.testing.assert_allclose(getattr(found, name)[k], getattr(alone, name), rtol=1e-7)
     assert (found.status[2] == EllipseStatus.NO_CONTACT).all()
     assert np.isnan(found.pressure[2]).all()
-
-
-@pytest.mark.parametrize(
-    ("values", "said"),
-    [
-        ({}, "give one of them"),
-        ({"force": 1.0, "torque_nm": 1.0}, "give one of them"),
-        ({"force": 0.0}, "force must be a finite number above 0 N, got 0"),
-        ({"torque_nm": np.inf}, "torque_nm must be"),
-        ({"force": 1.0, "young": np.nan}, "young must be"),
-        ({"force": 1.0, "poisson": 0.6}, "poisson must be from 0 to 0.5, got 0.6"),
-    ],
-)
-def test_loads_that_cannot_be_meant(values: dict[str, float], said: str) -> None:
-    with pytest.raises(ValueError, match=said):
-        Load(**values)

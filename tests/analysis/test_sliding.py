@@ -11,8 +11,8 @@ from beveloid_geom import ContactPath, Design, Errors, Status, path_of_contact, 
 from beveloid_geom.analysis.sliding import Sliding, least_along, least_sliding
 from beveloid_geom.gear.flank import base_cylinder, flank_patch
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.reference.five_equations_mp import MP, solve_mp
 from beveloid_geom.report.sliding import columns_of, sliding_report
+from beveloid_geom.validation.five_equations_mp import MP, solve_mp
 
 from ..contact.test_path_search import TURNING
 from ..oracle.sixty_digits import numbers_of

@@ -29,13 +29,13 @@ import pytest
 import pyvista as pv
 
 from beveloid_geom import tooth_hexahedra
-from beveloid_geom.contact.placing import meshing_pair
+from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.export import parts
 from beveloid_geom.export.fea.volumes import write_volume
 from beveloid_geom.export.step import write_step
 from beveloid_geom.export.strips import gear_loops
 from beveloid_geom.export.surfaces import write_surface
-from tests.benchmarks.timing import best, told
+from tests.benchmarks.timing import best, timed
 from tests.oracle.table1 import table1
 
 pytestmark = pytest.mark.benchmark
@@ -77,7 +77,7 @@ def test_own_writers_against_those_of_libraries(tmp_path: Path) -> None:
     poly.cell_data["part"] = surface.cell_fields["part"]
     vtp, other = tmp_path / "a.vtp", tmp_path / "b.vtp"
     works = {"own": (lambda: write_surface(surface, vtp), 5, 1), "VTK's": (lambda: poly.save(other), 5, 1)}
-    ours, theirs = told("vtp", works).values()
+    ours, theirs = timed("vtp", works).values()
     assert ours < theirs
     mesh = tooth_hexahedra(design.pinion, 1, "C3D20R", 0.02)
     case = parts.contact_case(mesh, design, meshing_pair(design), 0, 1000.0)
@@ -86,7 +86,7 @@ def test_own_writers_against_those_of_libraries(tmp_path: Path) -> None:
     for suffix, kind in ((".inp", "abaqus"), (".bdf", "nastran")):
         own = partial(write_volume, mesh, tmp_path / f"a{suffix}", "C3D20R", case=case)
         meshios = partial(plain.write, tmp_path / f"b{suffix}", file_format=kind)
-        ours, theirs = told(suffix[1:], {"own": (own, 3, 1), "meshio's": (meshios, 3, 1)}).values()
+        ours, theirs = timed(suffix[1:], {"own": (own, 3, 1), "meshio's": (meshios, 3, 1)}).values()
         assert ours < 1.5 * theirs
 
 

@@ -1,4 +1,4 @@
-"""Speed of separations, first contacts and what stands on them, as ratios in one run.
+"""Speed of separations, first contacts and results based on them, as ratios in one run.
 
     OPENBLAS_NUM_THREADS=1 python -m pytest tests/benchmarks/test_operation_speed.py -m benchmark -s
 
@@ -7,8 +7,8 @@ the same distance on unmodified flanks. The reference for first contacts is a se
 as it is done on grids: the least of the approach over all teeth on 101 x 101 points, which finds it to about
 a tenth of a micrometre and its place to tenths of a millimetre.
 
-What stands on first contacts is stated in paths of contact of 101 positions, all with errors that are new
-each time, by the processor's time of one core.
+Results based on first contacts are compared with 101 positions of a path by the five equations in `math`
+(`test_contact_speed`), by the processor's time of one core. Errors are new each time.
 """
 
 from __future__ import annotations
@@ -21,20 +21,23 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Design, Errors, certify, contact_pattern, first_contact, mesh_cycle, path_of_contact
-from beveloid_geom.analysis.running import TOGETHER, running
+from beveloid_geom.analysis.cycle_statistics import CYCLES_PER_CALL, cycle_statistics
 from beveloid_geom.analysis.tolerance import USUAL, drawn_errors
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import contact_ellipse
 from beveloid_geom.gear.flank import tip_parameter
 from beveloid_geom.gear.tooth_side import surface_of
-from beveloid_geom.operation.first_contact import middle_roll
+from beveloid_geom.operation.angular_clearance import angular_clearance
+from beveloid_geom.operation.engagement import middle_roll
 from beveloid_geom.operation.operating_ratio import operating_ratio
-from beveloid_geom.operation.separation import separation
-from beveloid_geom.pair.errors import mounted
+from beveloid_geom.pair.misalignment import mounted
+from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.shapes.flank_mesh import flank_mesh
 from beveloid_geom.shapes.mesh_contact import mesh_contact, mesh_separation
-from tests.benchmarks.timing import best, told
-from tests.operation.test_separation import foot_distance
+from beveloid_geom.validation.five_equations_math import solve_math
+from tests.benchmarks.timing import best, timed
+from tests.operation.test_angular_clearance import foot_distance
+from tests.oracle.sixty_digits import numbers_of
 from tests.oracle.table1 import table1
 from tests.shapes.test_mesh_contact import pose_at
 
@@ -47,8 +50,8 @@ def test_separation_against_foot_points(parabola: tuple[float, float]) -> None:
     path = path_of_contact(design, flank, 3)
     rolls = float(path.pinion_roll[1]), float(path.gear_roll[1]) + 1e-4
     l, z = rng.uniform(-4.0, 4.0, 100_000), rng.uniform(-20.0, 20.0, 100_000)
-    seconds = best(partial(separation, design, flank, 0, l, z, *rolls), 5) / l.size
-    met = separation(design, flank, 0, l[:100], z[:100], *rolls)
+    seconds = best(partial(angular_clearance, design, flank, 0, l, z, *rolls), 5) / l.size
+    met = angular_clearance(design, flank, 0, l[:100], z[:100], *rolls)
 
     def feet() -> FloatArray:
         places = zip(l[:100], z[:100], met.other_l, met.other_z, strict=True)
@@ -75,7 +78,7 @@ def test_first_contact_against_grids(parabola: tuple[float, float], flank: str) 
     pairs = np.arange(-2, 3)[:, None, None]
 
     def grid(k: int) -> float:
-        met = separation(design, flank, 0, s, z + 0.0 * s, roll[k], first.gear_roll[k], pairs)
+        met = angular_clearance(design, flank, 0, s, z + 0.0 * s, roll[k], first.gear_roll[k], pairs)
         return float(np.where(met.inside, met.distance, np.inf).min())
 
     slow = best(lambda: [grid(k) for k in range(5)], 2) / 5
@@ -86,54 +89,49 @@ def test_first_contact_against_grids(parabola: tuple[float, float], flank: str) 
     assert slow / seconds > 5.0
 
 
-def test_operation_in_paths_of_contact() -> None:
+def five_equations(design: Design) -> Callable[[], object]:
+    """Return the solution of 101 positions of right flanks by the five equations in scalar `math`."""
+    path, mounting = path_of_contact(design, "right", 101), mounting_of(design).distance
+    known = numbers_of(path, 0), (float(mounting[0]), float(mounting[1]))
+    return partial(solve_math, design, "right", path.pinion_roll, *known)
+
+
+def test_operation_against_positions_by_five_equations() -> None:
     """Of Table 1 with parabolas 0.001 and -0.001, right flanks."""
-    design, drawn = table1((0.001, -0.001)), iter(range(1, 1000))
+    design, drawn = table1((0.001, -0.001)), iter(range(1, 10_000))
+    five = five_equations(design)
 
-    def seconds(work: Callable[[Design], object], repeats: int) -> float:
-        taken = []
-        for _ in range(repeats):
-            given = design.with_errors(Errors(1e-6 * next(drawn)))
-            start = process_time()
-            work(given)
-            taken.append(process_time() - start)
-        return min(taken)
-
-    def path(given: Design) -> object:
-        return path_of_contact(given, "right", 101)
+    def new(work: Callable[[Design], object]) -> Callable[[], object]:
+        return lambda: work(design.with_errors(Errors(1e-6 * next(drawn))))
 
     works: dict[str, tuple[Callable[[Design], object], float]] = {
-        "mesh cycle": (mesh_cycle, 12.0),
-        "operating ratio": (operating_ratio, 16.0),
-        "path with its certificate": (lambda given: certify(path_of_contact(given, "right", 101)), 14.0),
-        "pattern of both members": (contact_pattern, 27.0),
-        "path with its ellipses": (lambda given: contact_ellipse(path_of_contact(given)), 100.0),
+        "path": (path_of_contact, 1.0 / 5.0),
+        "path with its ellipses": (lambda given: contact_ellipse(path_of_contact(given)), 0.5),
+        "mesh cycle": (mesh_cycle, 5.0),
+        "operating ratio": (operating_ratio, 6.7),
+        "path with its certificate": (lambda given: certify(path_of_contact(given, "right", 101)), 5.8),
+        "pattern of both members": (contact_pattern, 12.5),
     }
-    seconds(path, 3)
     for name, (work, most) in works.items():
-        seconds(work, 1)
-        ratio = seconds(work, 5) / seconds(path, 30)
-        print(f"\n{name}: {ratio:.1f} paths")
+        new(work)()
+        ratio = min(best(new(work), 5, process_time) / best(five, 3, process_time) for _ in range(3))
+        print(f"\n{name}: {ratio:.2f} times 101 positions by the five equations")
         assert ratio < most, name
 
 
 @pytest.mark.parametrize(
-    ("parabola", "most"), [((0.001, -0.001), 4.0), ((0.0002, 0.0002), 5.0), ((0.001, 0.001), 6.0)]
+    ("parabola", "most"), [((0.001, -0.001), 1.7), ((0.0002, 0.0002), 2.1), ((0.001, 0.001), 2.5)]
 )
-def test_mountings_in_operation_in_paths_of_contact(parabola: tuple[float, float], most: float) -> None:
-    """Each of those solved together, its operating ratio in a film included."""
-    design, taken = table1(parabola), []
+def test_mountings_in_operation_against_five_equations(parabola: tuple[float, float], most: float) -> None:
+    """Each of those solved together, its operating ratio in a film included, in 101 positions."""
+    design, ratio = table1(parabola), np.inf
+    five = five_equations(table1((0.001, -0.001)))
     for unit in range(3):
-        mountings = mounted(design, drawn_errors(USUAL, 0, unit, TOGETHER))
-        single = [mounted(table1((0.001, -0.001)), errors) for errors in drawn_errors(USUAL, 1, unit, 30)]
-        start = process_time()
-        running(mountings, "right")
-        between = process_time()
-        for given in single:
-            path_of_contact(given, "right", 101)
-        taken.append((between - start) / TOGETHER / (process_time() - between) * len(single))
-    print(f"\na = {parabola}: {min(taken):.1f} paths a mounting")
-    assert min(taken) < most
+        mountings = mounted(design, drawn_errors(USUAL, 0, unit, CYCLES_PER_CALL))
+        seconds = best(partial(cycle_statistics, mountings, "right"), 1, process_time) / CYCLES_PER_CALL
+        ratio = min(ratio, seconds / best(five, 5, process_time))
+    print(f"\na = {parabola}: {ratio:.2f} times 101 positions a mounting")
+    assert ratio < most
 
 
 @pytest.mark.parametrize("tolerance", [0.01, 0.001, 0.0001])
@@ -148,9 +146,11 @@ def test_meshes_against_flanks(tolerance: float) -> None:
 
     apart = partial(mesh_separation, design, "right", 0, tolerance, **pose)
     mesh = flank_mesh(design.pinion, "right", tolerance)
-    turned = partial(separation, design, "right", 0, mesh.grid.l, np.tile(mesh.grid.z, (len(mesh.grid.l), 1)))
+    turned = partial(
+        angular_clearance, design, "right", 0, mesh.grid.l, np.tile(mesh.grid.z, (len(mesh.grid.l), 1))
+    )
     apart(polish=False)
-    found = told(
+    found = timed(
         f"{tolerance:g} mm, {mesh.grid.l.size} points of the pinion",
         {
             "sampling one flank": (sample, 3, 1),

@@ -20,12 +20,12 @@ import numpy as np
 import pytest
 
 from beveloid_geom import gear_solid, sample_flank, tooth_hexahedra
-from beveloid_geom.shapes.hexahedra import Cells
-from beveloid_geom.shapes.outline import cut_sheets, outline_grids
+from beveloid_geom.shapes.element_sizes import Cells
 from beveloid_geom.shapes.sampling import flank_sheet
 from beveloid_geom.shapes.section import section_of
 from beveloid_geom.shapes.surface_mesh import gear_mesh
-from tests.benchmarks.timing import told
+from beveloid_geom.shapes.tooth_boundary import cut_sheets, outline_grids
+from tests.benchmarks.timing import timed
 from tests.oracle.table1 import table1
 from tests.shapes.test_section import outline_of
 
@@ -41,7 +41,7 @@ def test_sampling_against_the_exact_formula(parabola: float) -> None:
     for name, tolerance, repeat in (("1e5 points", 3e-6, 20), ("1e6 points", 3e-7, 7)):
         grid = sample_flank(pinion, "right", tolerance)
         l, z = grid.l, np.ascontiguousarray(np.broadcast_to(grid.z, grid.l.shape))
-        found = told(
+        found = timed(
             f"a = {parabola}, {tolerance:g} mm",
             {
                 "sampled": (partial(sample_flank, pinion, "right", tolerance), repeat, l.size),
@@ -72,7 +72,7 @@ def test_whole_gear_against_its_exact_points(tolerance: float) -> None:
         "solid of 29 teeth": (lambda: gear_solid(member, tolerance), 5, points),
         "29 teeth to look at": (lambda: gear_mesh(member, tolerance), 5, points),
     }
-    exact, one, whole, _ = told(f"{tolerance:g} mm, times over the points of the solid", works).values()
+    exact, one, whole, _ = timed(f"{tolerance:g} mm, times over the points of the solid", works).values()
     assert whole < 12.0 * exact
     assert whole < 4.0 * one
 
@@ -88,7 +88,7 @@ def test_three_stations_serve_all() -> None:
         "101 stations together": (lambda: section_of(outline, 60.0), 3, nodes),
         "each by itself": (lambda: [section_of(single, 60.0) for single in singles], 1, nodes),
     }
-    together, apart = told("nodes of a section", works).values()
+    together, apart = timed("nodes of a section", works).values()
     assert apart > 5.0 * together
 
 
@@ -97,5 +97,5 @@ def test_cost_grows_with_the_nodes() -> None:
     for face in (50, 100):
         work = partial(tooth_hexahedra, PINION, cells=Cells(bottom=1, fillet=8, flank=12, tip=10, face=face))
         works[f"face of {face} elements"] = (work, 3, len(work().points))
-    short, long = told("nodes with C3D20", works).values()
+    short, long = timed("nodes with C3D20", works).values()
     assert long < 1.5 * short

@@ -1,4 +1,4 @@
-"""What a command prints in three forms is calculated once."""
+"""Fixtures: cached reports, so that three output forms are computed once; design files with changes."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from pathlib import Path
 import pytest
 
 from beveloid_geom.design.file import builtin_text
-from beveloid_geom.report import closing, ease_off, operation, path, pattern, sensitivity, sliding
+from beveloid_geom.report import check, ease_off, operation, path, pattern, sensitivity, sliding
 from beveloid_geom.report.workshop import gear_data, shim
 
 
-@pytest.fixture(autouse=True, scope="package")
-def _reports_are_kept() -> Iterator[None]:
-    """Reports of the same design, flank and options: a command asked for its JSON has them from its text."""
+@pytest.fixture(autouse=True, scope="module")
+def _cached_reports() -> Iterator[None]:
+    """Cache reports by design, flank and options."""
     with pytest.MonkeyPatch.context() as patch:
-        for module in (closing, ease_off, gear_data, operation, path, pattern, sensitivity, sliding, shim):
+        for module in (check, ease_off, gear_data, operation, path, pattern, sensitivity, sliding, shim):
             name = f"{module.__name__.rpartition('.')[2]}_report".replace("path_", "contact_")
             patch.setattr(module, name, lru_cache(64)(getattr(module, name)))
         yield
@@ -25,7 +25,7 @@ def _reports_are_kept() -> Iterator[None]:
 
 @pytest.fixture
 def design_file(tmp_path: Path) -> Callable[..., Path]:
-    """Writes the built-in design with one piece of text replaced."""
+    """Return a function that writes the built-in design with one replaced text."""
 
     def write(old: str = "", new: str = "") -> Path:
         text = builtin_text()

@@ -1,4 +1,4 @@
-"""How tests run the command, in this process or as installed."""
+"""Helpers that run the command in this process or as installed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def run(*arguments: str | Path) -> Result:
 
 def installed(*arguments: str | Path, program: str = "beveloid-geom") -> list[str]:
     command = shutil.which(program, path=str(Path(sys.executable).parent))
-    assert command is not None, f"{program} is not installed beside the interpreter"
+    assert command is not None, f"{program} is not installed next to the interpreter"
     return [command, *map(str, arguments)]
 
 
@@ -32,7 +32,7 @@ def call(*arguments: str | Path, program: str = "beveloid-geom") -> subprocess.C
 
 
 def refused(*arguments: str | Path) -> str:
-    """The one line that a refusal is, with exit status 2."""
+    """Return the line of a refusal, which has exit status 2."""
     result = run(*arguments)
     assert (result.exit_code, result.stdout) == (2, ""), result.output
     assert result.stderr.startswith("Error: ")
@@ -41,14 +41,14 @@ def refused(*arguments: str | Path) -> str:
 
 
 def tca(*arguments: str | Path) -> Any:
-    """What the command `tca` prints as JSON."""
+    """Return the JSON of the command `tca`."""
     result = run("tca", "--json", *arguments)
     assert (result.exit_code, result.stderr) == (0, ""), result.stderr
     return strict_json(result.stdout)
 
 
 def strict_json(text: str) -> Any:
-    """JSON as the standard has it: no NaN, no Infinity."""
+    """Return data from strict JSON, without NaN and Infinity."""
 
     def refuse(name: str) -> None:
         raise AssertionError(f"{name} is not JSON")
@@ -61,7 +61,7 @@ def rows_of(result: Result) -> list[dict[str, str]]:
 
 
 def imported_by(*arguments: str, folder: Path | None = None) -> set[str]:
-    """Modules that a command imports."""
+    """Return the names of the modules that a command imports."""
     script = (
         "import sys\n"
         "from beveloid_geom.cli.main import main\n"

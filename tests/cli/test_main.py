@@ -1,4 +1,4 @@
-"""The command `beveloid-geom`: what it prints, its exit statuses, and what it says of bad input."""
+"""The command `beveloid-geom`: installed command, output of `tca`, `check` and `design`, imports."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import csv
 import io
 import math
 import os
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -34,13 +36,35 @@ def test_installed_command_prints_a_table() -> None:
     done = call("tca", "--points", "5")
     assert (done.returncode, done.stderr) == (0, "")
     lines = done.stdout.splitlines()
-    assert "dw1 = 211.594669 mm, dw2 = 210.211869 mm" in done.stdout
+    assert "dw1 = 211.594669 mm" in done.stdout
     assert "  as mounted         backlash 0.041589 mm with errors and parabolas, least at" in done.stdout
     path = path_of_contact(builtin_design(), "right", 5)
-    assert [float(word) for word in lines[9].split()[:3]] == pytest.approx(
+    assert [float(word) for word in lines[10].split()[:3]] == pytest.approx(
         [math.degrees(path.pinion_roll[-1]), math.degrees(path.gear_roll[-1]), path.pinion_z[-1]], abs=5e-5
     )
     assert sum(line.startswith("  note ") for line in lines) == 1
+
+
+def test_commands_do_not_need_docstrings() -> None:
+    """With `python -OO`, which removes docstrings, the help has the same titles and all commands."""
+    plain, bare = (
+        [
+            subprocess.run(
+                [sys.executable, *flags, "-m", "beveloid_geom", *arguments],
+                capture_output=True,
+                text=True,
+                check=True,
+            ).stdout
+            for arguments in (["--help"], ["tca", "--points", "5"], ["mesh", "--help"])
+        ]
+        for flags in ([], ["-OO"])
+    )
+    assert plain[1] == bare[1]
+    assert [line for line in bare[0].splitlines() if line.endswith(":")] == [
+        line for line in plain[0].splitlines() if line.endswith(":")
+    ]
+    assert set(main.commands) <= set(bare[0].split())
+    assert "None" not in bare[2]
 
 
 # tca
@@ -77,12 +101,12 @@ def test_five_equations_agree() -> None:
 
 
 @pytest.mark.parametrize(
-    ("flank", "parabolas", "said"),
+    ("flank", "parabolas", "expected"),
     [
         ("right", (0.0, 0.0), []),
         ("left", (0.0, 0.0), []),
         ("right", (0.0002, 0.0002), ["an edge touches earlier (pinion tip, gear tip)"]),
-        ("right", (0.0007, 0.0007), ["the flanks cut into each other"]),
+        ("right", (0.0007, 0.0007), ["the flanks interfere"]),
         ("left", (-0.0001, -0.0001), ["the flanks of a neighbouring tooth pair"]),
         (
             "right",
@@ -92,27 +116,30 @@ def test_five_equations_agree() -> None:
     ],
 )
 def test_notes_where_something_touches_earlier(
-    flank: str, parabolas: tuple[float, float], said: list[str]
+    flank: str, parabolas: tuple[float, float], expected: list[str]
 ) -> None:
     options = "--parabola-pinion", str(parabolas[0]), "--parabola-gear", str(parabolas[1])
     data = tca("--flank", flank, *options, "--offset-error", "0.06")  # with backlash for all of them
     notes, verdicts = [*data["warnings"], *data["notes"]], data["certificate"]["verdict"]
-    assert all(any(words in note for note in notes) for words in said)
-    assert any("not an operating one" in note for note in notes) is bool(said)
-    assert all(verdict == "first_contact" for verdict in verdicts) is not bool(said)
+    assert all(any(words in note for note in notes) for words in expected)
+    assert any("not the operating contact ratio" in note for note in notes) is bool(expected)
+    assert all(verdict == "first_contact" for verdict in verdicts) is not bool(expected)
     separation = np.array(data["certificate"]["separation"])
     np.testing.assert_array_equal(separation >= -1e-6, np.array(verdicts) == "first_contact")
 
 
-def test_a_tool_without_a_fitting_round_leaves_the_path() -> None:
-    """The path is known, what the fillets do is not."""
+def test_tool_without_a_fitting_tip_round() -> None:
+    """The path is known; first contacts, which need the fillets, are not."""
     data = tca("--parabola-pinion", "0.01")
     assert data["contact_ratio"] == pytest.approx(0.637397, abs=5e-7)
     assert "certificate" not in data
-    assert any("not known: pinion: tip_radius 0.38 is too large" in note for note in data["notes"])
+    (unknown,) = data["unknowns"]
+    assert (
+        unknown.endswith("could not be computed: pinion: tip_radius 0.38 is too large") or "0.38" in unknown
+    )
 
 
-def test_negative_backlash_is_a_verdict(design_file: Callable[..., Path]) -> None:
+def test_negative_backlash(design_file: Callable[..., Path]) -> None:
     result = run("tca", "--json", design_file("offset = 229.0", "offset = 228.7"))
     data = strict_json(result.stdout)
     assert result.exit_code == 1
@@ -125,7 +152,8 @@ def test_negative_backlash_is_a_verdict(design_file: Callable[..., Path]) -> Non
 def test_check_warns_of_a_jam(design_file: Callable[..., Path]) -> None:
     path = design_file("[errors]\noffset = 0.0", "[errors]\noffset = -0.5")
     result = run("check", path)
-    assert result.exit_code == 0
+    assert result.exit_code == 1
+    assert result.stderr.startswith("Jammed: the pair cannot be assembled: the other flanks interfere")
     assert "error the pair cannot be assembled" in " ".join(result.stdout.split())
     assert "cannot be assembled" in strict_json(run("check", path, "--json").stdout)["errors"][0]
     assert "mounted,normal_backlash,mm,-0.3130" in run("check", path, "--csv").stdout
@@ -143,10 +171,10 @@ def test_positions_need_not_be_certified() -> None:
     assert {row["verdict"] for row in rows} == {"first_contact"}
 
 
-def test_note_on_a_design_that_does_not_close(design_file: Callable[..., Path]) -> None:
-    warnings = tca(design_file("offset = 229.0", "offset = 229.3"))["warnings"]
-    assert warnings[0].startswith("the design does not close")
-    assert "are 6.622 mm apart" in warnings[0]
+def test_note_on_displaced_paths(design_file: Callable[..., Path]) -> None:
+    notes = tca(design_file("offset = 229.0", "offset = 229.3"))["notes"]
+    assert notes[0].startswith("the paths of contact of right and left flanks are displaced along the face")
+    assert "pass each other at 6.622 mm" in notes[0]
 
 
 @pytest.mark.parametrize(
@@ -159,7 +187,7 @@ def test_note_on_a_design_that_does_not_close(design_file: Callable[..., Path]) 
         ("left", "--shaft-angle-error-deg", "-5", "left flanks have no common normal in this layout"),
     ],
 )
-def test_no_contact_is_no_crash(flank: str, option: str, value: str, reason: str) -> None:
+def test_no_contact(flank: str, option: str, value: str, reason: str) -> None:
     result = run("tca", "--json", "--flank", flank, option, value)
     assert (result.exit_code, result.stderr) == (1, "")
     data = strict_json(result.stdout)
@@ -178,11 +206,11 @@ def test_no_contact_is_no_crash(flank: str, option: str, value: str, reason: str
         ("--gear-axial-error", "-70", (False, True)),
     ],
 )
-def test_the_place_off_the_face_is_told_on_both_members(
+def test_position_off_the_face_is_printed_for_both_members(
     option: str, value: str, off: tuple[bool, bool]
 ) -> None:
-    told = run("tca", option, value).stderr
-    z = [float(told.split(f" mm on the {name}")[0].split()[-1]) for name in ("pinion", "gear")]
+    message = run("tca", option, value).stderr
+    z = [float(message.split(f" mm on the {name}")[0].split()[-1]) for name in ("pinion", "gear")]
     assert (abs(z[0]) > 25.0, abs(z[1]) > 30.0) == off
 
 
@@ -195,8 +223,8 @@ def test_design_without_a_common_normal(design_file: Callable[..., Path]) -> Non
     assert "nan" not in run("tca", path).stdout
 
 
-def test_positions_that_are_not_known_are_shown_as_such() -> None:
-    """NaN in the result: null, an empty cell, the name of the status."""
+def test_unknown_positions() -> None:
+    """NaN is null in JSON, an empty cell in CSV and the name of the status in the text."""
     found = contact_report("pair", builtin_design(), "right", 3)
     missing = np.array([1.0, np.nan, 1.0])
     status = np.array([Status.SOLVED, Status.SEVERAL_CONTACTS, Status.SOLVED], dtype=np.int8)
@@ -212,14 +240,14 @@ def test_positions_that_are_not_known_are_shown_as_such() -> None:
     rows = list(csv.DictReader(io.StringIO(csv_text(holed.rows()))))
     assert (rows[1]["l1_mm"], rows[1]["point_z_mm"], rows[1]["status"]) == ("", "", "several_contacts")
     table = holed.summary()
-    assert table.splitlines()[6].split() == ["several_contacts"]
+    assert table.splitlines()[7].split() == ["several_contacts"]
     assert "contact ratio      not known" in table
 
 
-# design, check, the rest
+# design, check, help
 
 
-def test_design_prints_a_file_that_can_be_checked(tmp_path: Path) -> None:
+def test_design_prints_a_valid_file(tmp_path: Path) -> None:
     printed = run("design")
     assert printed.exit_code == 0
     assert parse_design(printed.stdout) == builtin_design()
@@ -241,7 +269,7 @@ def test_design_lists_and_prints_by_name() -> None:
 
 
 @pytest.mark.parametrize("command", ["design", "check", "tca", "mesh --part pinion --out a.stl"])
-def test_an_unknown_name_is_refused_with_those_there_are(command: str) -> None:
+def test_unknown_design_name(command: str) -> None:
     first, *options = command.split()
     line = refused(first, "marine", *options)
     assert line.endswith(f"{', '.join(BUILTINS)}\n")
@@ -257,20 +285,22 @@ def test_check_as_json() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "warning"),
     [
-        ("offset = 229.0", "offset = 229.2", "the design does not close"),
+        ("face_width = 50.0", "face_width = 3.0", "the contact reaches the pinion's"),
         ("shaft_angle_deg = 15.0", "shaft_angle_deg = 14.0", "no common normal at a shaft angle of 14 deg"),
         ("profile_shift = 0.17", "profile_shift = -1.5", "the right flank of the pinion is undercut"),
         ("addendum = 1.0", "addendum = 2.2", "the tooth of the pinion is pointed at the heel"),
     ],
 )
-def test_check_warns_and_succeeds(design_file: Callable[..., Path], old: str, new: str, warning: str) -> None:
+def test_check_warns(design_file: Callable[..., Path], old: str, new: str, warning: str) -> None:
+    """Exit status 0 with warnings only, 1 with an error, 4 with a failed calculation."""
     path = design_file(old, new)
     result = run("check", path)
-    assert (result.exit_code, result.stderr) == (0, "")
     assert "No warnings" not in result.stdout
     data = strict_json(run("check", "--json", path).stdout)
     assert any(warning in text for text in data["errors"] + data["warnings"])
     assert "nan" not in result.stdout
+    expected = 1 if data["errors"] else 4 if data["unknowns"] else 0
+    assert (result.exit_code, result.stderr.count("\n")) == (expected, int(expected > 0))
 
 
 def test_check_where_no_layout_is_without_backlash(design_file: Callable[..., Path]) -> None:
@@ -279,8 +309,8 @@ def test_check_where_no_layout_is_without_backlash(design_file: Callable[..., Pa
     assert strict_json(run("check", "--json", path).stdout)["zero_backlash"] is None
 
 
-def test_help_cuts_no_summary() -> None:
-    """Of every command the first paragraph of its help, whole, in the list of commands."""
+def test_help_has_complete_summaries() -> None:
+    """The list of commands contains the complete first paragraph of each help text."""
     listed = run("--help").stdout
     for name, command in main.commands.items():
         shown = run(name, "--help")
@@ -299,13 +329,13 @@ def test_file_name_that_is_not_text(tmp_path: Path) -> None:
     assert strict_json(result.stdout)["design"].endswith(".toml")
 
 
-def test_a_contact_that_the_five_equations_lose_is_said_in_a_line(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_failure_of_the_five_equations(monkeypatch: pytest.MonkeyPatch) -> None:
     def lost(*_: object) -> None:
         raise ArithmeticError("the five equations lose the contact at pinion roll 1.0000 deg")
 
-    monkeypatch.setattr("beveloid_geom.reference.five_equations.follow_five_equations", lost)
+    monkeypatch.setattr("beveloid_geom.validation.five_equations.follow_five_equations", lost)
     result = CliRunner().invoke(main, ["tca", "--method", "five-equation"])
-    assert (result.exit_code, result.stdout) == (1, "")
+    assert (result.exit_code, result.stdout) == (4, "")
     assert result.stderr == "Error: the five equations lose the contact at pinion roll 1.0000 deg\n"
 
 
@@ -317,14 +347,14 @@ SLOW: dict[str, tuple[str, ...]] = {
     "tca --points 3": ("scipy", "beveloid_viz", *PICTURES),
     "check ni-2017": ("beveloid_viz", *PICTURES),
     "mesh --help": ("numpy", "scipy", "trimesh", "meshio", "tqdm", "pyvista", "OCP"),
-    f"{SURFACE} --part pinion-tooth --out a.vtp": ("trimesh", "meshio", "OCP", "pyvista", "vtkmodules"),
+    f"{SURFACE} --part pinion-tooth --out a.vtp": ("trimesh", "meshio", "OCP", "pyvista", "beveloid_viz"),
     f"{SURFACE} --part gear-tooth --out a.stl": ("OCP", "pyvista", "vtkmodules", "beveloid_viz"),
-    "mesh --part gear-flank --out a.vtu": ("trimesh", "OCP", "pyvista", "vtkmodules", "beveloid_viz"),
+    "mesh --part gear-flank --out a.vtu": ("trimesh", "meshio", "OCP", "pyvista", "beveloid_viz"),
 }
 
 
 @pytest.mark.parametrize("command", SLOW)
-def test_commands_import_no_more_than_they_need(tmp_path: Path, command: str) -> None:
+def test_imports_of_commands(tmp_path: Path, command: str) -> None:
     imported = imported_by(*command.split(), folder=tmp_path)
     assert "beveloid_geom.cli.main" in imported
     assert not imported & set(SLOW[command])

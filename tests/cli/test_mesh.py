@@ -1,4 +1,4 @@
-"""The command `beveloid-geom mesh`: its files, what it says of them, and its progress."""
+"""Command `beveloid-geom mesh`: files, messages and progress."""
 
 from __future__ import annotations
 
@@ -17,10 +17,12 @@ import pytest
 import pyvista as pv
 from click.testing import Result
 
-from beveloid_geom import Design, Member
-from beveloid_geom.contact.placing import Frame
+from beveloid_geom import Design, Member, read_design, tooth_hexahedra
+from beveloid_geom.cli.mesh_parts import TEETH
+from beveloid_geom.contact.mesh_position import Frame, meshing_pair
 from beveloid_geom.design.file import builtin_text
-from beveloid_geom.export import FIXED_FRAME, OWN_FRAME
+from beveloid_geom.export import FIXED_FRAME, GEAR_FRAME
+from beveloid_geom.shapes.hexahedral_mesh import element_shapes
 from tests.cli import running
 
 
@@ -38,13 +40,10 @@ NARROW = builtin_text().replace("face_width = 50.0", "face_width = 10.0")
 
 @pytest.fixture
 def narrow(tmp_path: Path) -> Path:
-    """A design whose pinion takes few elements."""
+    """Write a design whose pinion needs few elements."""
     path = tmp_path / "narrow.toml"
     path.write_text(NARROW, encoding="utf-8")
     return path
-
-
-# What it writes
 
 
 def test_installed_command_writes_the_pair(tmp_path: Path) -> None:
@@ -83,8 +82,9 @@ def test_a_tooth_as_hexahedra(tmp_path: Path, narrow: Path, suffix: str) -> None
 
 
 def test_the_pair_in_contact_over_a_pitch(tmp_path: Path) -> None:
-    """A deck for each roll, about the middle of the path, with the torque for 20 kN."""
-    (tmp_path / "narrow.toml").write_text(builtin_text().replace("face_width = 50.0", "face_width = 12.0"))
+    """One deck for each roll about the middle of the path, with the torque of 20 kN."""
+    narrow = builtin_text().replace("face_width = 50.0", "face_width = 12.0")
+    (tmp_path / "narrow.toml").write_text(narrow.replace("face_width = 60.0", "face_width = 12.0"))
     result = run(tmp_path / "narrow.toml", "--part", "pair", "--rolls", "2", "--out", tmp_path / "p.inp")
     assert (result.exit_code, result.stderr) == (0, "")
     first, second = result.stdout.splitlines()
@@ -95,7 +95,7 @@ def test_the_pair_in_contact_over_a_pitch(tmp_path: Path) -> None:
         assert match[1] == str(tmp_path / name)
         assert float(match[2]) == pytest.approx(20.0 * 3.0 * 29 * np.cos(np.radians(20.0)), rel=1e-5)
         rolls.append(float(line.split("at a roll of ")[1].split()[0]))
-        assert ", right flanks; 4 elements across the ellipse of contact of 2e+04 N; run: cd" in line
+        assert ", right flanks; 4 elements across and 6 along the ellipse of 2e+04 N; " in line
         assert line.endswith(f" && ccx -i {name[:-4]}")
         text = (tmp_path / name).read_text(encoding="ascii")
         assert f"at a roll of {rolls[-1]:.4f} deg" in text
@@ -105,38 +105,60 @@ def test_the_pair_in_contact_over_a_pitch(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["narrow.toml", "p-1.inp", "p-2.inp"]
 
 
+def test_the_memory_of_the_solver_is_printed_for_large_decks(tmp_path: Path) -> None:
+    lines = [
+        run("--part", "pair", "--teeth", "1", "--across", across, "--out", tmp_path / "a.inp").stdout
+        for across in ("0.2", "4")
+    ]
+    assert "of memory" not in lines[0]
+    nodes = int(re.search(r"([\d,]+) nodes", lines[1])[1].replace(",", ""))  # type: ignore[index]
+    size = float(re.search(r"; CalculiX takes about ([\d.]+) GB of memory; run: ", lines[1])[1])  # type: ignore[index]
+    assert size == pytest.approx(1.2 * (nodes / 36_729) ** (4.0 / 3.0), rel=0.1)  # measured: 1.2 GB
+
+
+def test_the_scaled_jacobian_is_a_lower_bound(tmp_path: Path, narrow: Path) -> None:
+    for tolerance in (0.05, 0.3, 1.0):
+        shape = element_shapes(tooth_hexahedra(read_design(narrow).pinion, 1, "C3D8", tolerance))[0].min()
+        options = "--element", "C3D8", "--tolerance", str(tolerance), "--out", tmp_path / "a.msh"
+        line = run(narrow, "--part", "pinion-tooth", *options).stdout
+        printed = float(line.split("scaled Jacobian ")[1].split()[0])
+        assert printed <= shape < printed + 0.01
+
+
 @pytest.mark.parametrize("module", [6.0, 1.5])
-def test_defaults_go_with_the_module(tmp_path: Path, module: float) -> None:
-    """At 6 mm 0.01 and 0.05 mm and 1000 N, lengths with the module, the load with its square: the same mesh
-    and stresses for a pair of another size."""
+def test_defaults_scale_with_the_module(tmp_path: Path, module: float) -> None:
+    """Similar pairs have the same mesh and the same stresses.
+
+    At 6 mm the tolerances are 0.01 and 0.05 mm and the load is 1000 N. Lengths scale with the module, the
+    load with its square."""
     scale = module / 6.0
     keys = "normal_module", "face_width", "offset"
     lines = [line.partition(" = ") for line in NARROW.splitlines()]
     scaled = [
-        f"{key} = {float(rest.split('#')[0]) * scale!r}" if key in keys else key + middle + rest
-        for key, middle, rest in lines
+        f"{key} = {float(value.split('#')[0]) * scale!r}" if key in keys else key + equals + value
+        for key, equals, value in lines
     ]
-    (tmp_path / "own.toml").write_text("\n".join(scaled))
-    told = []
+    (tmp_path / "scaled.toml").write_text("\n".join(scaled))
+    messages = []
     for part, suffix in (("gear-flank", ".ply"), ("pinion-tooth", ".inp")):
-        for source in ("own.toml", "narrow.toml"):
+        for source in ("scaled.toml", "narrow.toml"):
             (tmp_path / "narrow.toml").write_text(NARROW)
             result = run(tmp_path / source, "--part", part, "--out", tmp_path / f"a{suffix}")
             assert (result.exit_code, result.stderr) == (0, ""), result.stderr
-            told.append(result.stdout.split(": ", 1)[1])
-    assert told[0] == told[1]
-    assert told[2].split(";")[0] == told[3].split(";")[0]
-    assert f"; {1000 * scale**2:g} N on the right flank" in told[2]
-    assert "1000 N on" in told[3]
+            messages.append(result.stdout.split(": ", 1)[1])
+    assert messages[0] == messages[1]
+    assert messages[2].split(";")[0] == messages[3].split(";")[0]
+    assert f"; {1000 * scale**2:g} N on the right flank" in messages[2]
+    assert "1000 N on" in messages[3]
     text = (tmp_path / "a.inp").read_text(encoding="ascii")
     assert "edges within 0.05 mm" in text
-    assert "module / 600, to look at module / 200, hexahedra module / 120" in " ".join(
+    assert "module / 600, for viewers module / 200, hexahedra module / 120" in " ".join(
         run("--help").stdout.split()
     )
 
 
 @pytest.mark.parametrize("suffix", [".stl", ".inp"])
-def test_all_teeth_are_the_whole_gear(tmp_path: Path, narrow: Path, suffix: str) -> None:
+def test_all_teeth_are_the_complete_gear(tmp_path: Path, narrow: Path, suffix: str) -> None:
     path = tmp_path / f"a{suffix}"
     options = "--teeth", "29", "--tolerance", "0.5", *(["--element", "C3D8"] if suffix == ".inp" else [])
     result = run(narrow, "--part", "pinion-tooth", *options, "--out", path)
@@ -155,7 +177,7 @@ def test_all_teeth_are_the_whole_gear(tmp_path: Path, narrow: Path, suffix: str)
 @pytest.mark.slow
 @pytest.mark.skipif(not shutil.which("ccx"), reason="CalculiX is not installed: apt-get install calculix-ccx")
 @pytest.mark.parametrize("name", ["a b.inp", "A.INP", "sub/c.inp", "sub/D.Inp"])
-def test_the_command_that_is_told_runs(tmp_path: Path, narrow: Path, name: str) -> None:
+def test_the_printed_command_runs(tmp_path: Path, narrow: Path, name: str) -> None:
     (tmp_path / "sub").mkdir()
     options = "--part", "pinion-tooth", "--tolerance", "0.5", "--element", "C3D8", "--out", name
     done = subprocess.run(
@@ -165,7 +187,7 @@ def test_the_command_that_is_told_runs(tmp_path: Path, narrow: Path, name: str) 
     ran = subprocess.run(command, shell=True, cwd=tmp_path, capture_output=True, text=True, timeout=300)
     assert ran.returncode == 0, ran.stdout[-500:]
     assert "ERROR" not in ran.stdout
-    [results] = (tmp_path / name).parent.glob("*.dat")  # of 'a b' CalculiX makes a.dat
+    [results] = (tmp_path / name).parent.glob("*.dat")  # CalculiX writes a.dat for 'a b'
     assert "total force" in results.read_text()
 
 
@@ -195,11 +217,11 @@ def test_options_of_a_loaded_tooth(tmp_path: Path, narrow: Path) -> None:
     assert np.arctan2(loaded[1], loaded[0]) == pytest.approx(2.0 * np.pi / 29.0, abs=0.1)  # the middle tooth
 
 
-def test_one_loaded_tooth_is_said_to_be_held_at_its_sides(tmp_path: Path, narrow: Path) -> None:
+def test_the_message_of_a_single_tooth_mentions_its_cut_sides(tmp_path: Path, narrow: Path) -> None:
     path = tmp_path / "a b.inp"
     result = run(narrow, "--part", "pinion-tooth", *COARSE, "--out", path)
-    told = "; held at its cut sides: take --teeth 3 for stresses; run: "
-    assert result.stdout.endswith(f"{told}cd {tmp_path} && ccx -i 'a b'\n")
+    note = "; held at its cut sides: take --teeth 3 for stresses; run: "
+    assert result.stdout.endswith(f"{note}cd {tmp_path} && ccx -i 'a b'\n")
     text = path.read_text(encoding="ascii")
     assert "** The loaded tooth is held at its cut sides: take --teeth 3 for stresses.\n" in text
     assert ", 1 tooth, " in text
@@ -208,7 +230,7 @@ def test_one_loaded_tooth_is_said_to_be_held_at_its_sides(tmp_path: Path, narrow
     assert "** stresses at the contact are not resolved, those of the fillet are.\n" in text
 
 
-def test_a_link_stays_and_its_target_is_written(tmp_path: Path) -> None:
+def test_a_link_is_followed(tmp_path: Path) -> None:
     (tmp_path / "far").mkdir()
     link, target = tmp_path / "a.stl", tmp_path / "far" / "b.stl"
     target.write_text("old")
@@ -260,7 +282,7 @@ def test_options_change_the_design(tmp_path: Path) -> None:
 def test_a_solid_for_cad(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: list[str], given: tuple[object, ...]
 ) -> None:
-    """What `write_step` is given; its own tests look at what it writes."""
+    """Arguments of `write_step`, whose result is tested in tests/export/test_step.py."""
     asked = []
 
     def step(
@@ -288,7 +310,7 @@ def test_a_solid_for_cad(
 def test_the_pair_as_an_assembly_and_as_a_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
 
-    def step(design: Design, path: Path, frames: Sequence[Frame]) -> None:
+    def step(design: Design, path: Path, frames: Sequence[Frame], _: object) -> None:
         asked.append([origin[2] for _, origin in frames])
         path.write_text("ISO-10303-21;")
 
@@ -306,11 +328,11 @@ def test_the_pair_as_an_assembly_and_as_a_scene(tmp_path: Path, monkeypatch: pyt
     assert path.read_bytes().startswith(b"glTF")
 
 
-def test_frames_place_a_part_as_it_is_placed(tmp_path: Path) -> None:
-    """What is printed carries a part in its own frame to where --placed has it, rows to 15 digits."""
-    own, placed = tmp_path / "own.vtu", tmp_path / "placed.vtu"
-    run("--part", "gear-flank", *COARSE, "--out", own)
-    for options, frame in (((), OWN_FRAME), (("--placed",), FIXED_FRAME)):
+def test_printed_frames_are_those_of_placed_parts(tmp_path: Path) -> None:
+    """The printed matrices transform a part to its position with --placed."""
+    local, placed = tmp_path / "local.vtu", tmp_path / "placed.vtu"
+    run("--part", "gear-flank", *COARSE, "--out", local)
+    for options, frame in (((), GEAR_FRAME), (("--placed",), FIXED_FRAME)):
         run("--part", "pinion-tooth", *options, "--element", "C3D8", *COARSE, "--out", tmp_path / "a.bdf")
         written = (tmp_path / "a.bdf").read_text(encoding="ascii").replace("\n$ ", " ")
         assert frame in written
@@ -320,21 +342,36 @@ def test_frames_place_a_part_as_it_is_placed(tmp_path: Path) -> None:
     rows = [line.split() for line in alone.stdout.splitlines()[6:]]
     assert alone.stdout.splitlines()[5] == "gear, from its own frame to S_f, mm:"
     matrix = np.array(rows, dtype=float)
-    points = pv.read(own).points @ matrix[:3, :3].T + matrix[:3, 3]
+    points = pv.read(local).points @ matrix[:3, :3].T + matrix[:3, 3]
     np.testing.assert_allclose(pv.read(placed).points, points, rtol=0, atol=1e-11)
 
 
-def test_what_is_missing_is_said() -> None:
+def test_placed_teeth_of_pinion_and_gear_are_in_mesh(tmp_path: Path, narrow: Path) -> None:
+    """Both loads act at the contact, and a second tooth of either is on the same side of it."""
+    contact, middles = meshing_pair(read_design(narrow)).contact, {}
+    for part in TEETH:
+        for teeth in (1, 2, 3):
+            options = "--part", part, "--teeth", str(teeth), "--placed", "--element", "C3D8"
+            result = run(narrow, *options, "--tolerance", "0.5", "--out", tmp_path / "a.inp")
+            point = result.stdout.split(" at (")[1].split(") mm")[0].split(",")
+            np.testing.assert_allclose(np.array(point, dtype=float), contact, atol=0.05)
+            middles[part, teeth] = meshio.read(tmp_path / "a.inp").points.mean(axis=0)
+    pinion, gear = ([middles[part, k] - middles[part, 1] for k in (2, 3)] for part in TEETH)
+    assert pinion[0] @ gear[0] > 0.9 * np.linalg.norm(pinion[0]) * np.linalg.norm(gear[0]) > 1.0
+    assert max(np.linalg.norm(pinion[1]), np.linalg.norm(gear[1])) < 2.0  # one tooth more on each side
+
+
+def test_missing_options_are_named() -> None:
     for given, missing in ((["--part", "pair"], "--out"), (["--out", "a.stl"], "--part")):
         result = run(*given)
         assert result.exit_code == 2
         assert f"Missing option '{missing}'" in result.stderr
 
 
-def test_progress_is_for_terminals(tmp_path: Path) -> None:
+def test_progress_is_shown_on_terminals(tmp_path: Path) -> None:
     terminal, side = pty.openpty()
     termios.tcsetwinsize(side, (24, 100))
-    os.set_blocking(terminal, False)  # nothing to read is to fail, not to wait
+    os.set_blocking(terminal, False)  # reading without data fails instead of waiting
     done = subprocess.run(
         installed("--part", "pinion-tooth", *COARSE, "--out", tmp_path / "a.ply"),
         stdout=subprocess.PIPE,

@@ -1,4 +1,4 @@
-"""Every command on pairs whose axes are parallel, and what it refuses there."""
+"""All commands on a pair with parallel axes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from beveloid_geom import builtin_design, path_of_contact
+from beveloid_geom import Load, builtin_design, path_of_contact, pressure_along
 from beveloid_geom.contact.parallel.lines import contact_lines
 from beveloid_geom.design.file import builtin_text
 
@@ -37,18 +37,18 @@ def test_every_command_runs(command: str, parabola: tuple[str, ...]) -> None:
     result = run(command, NAME, *COMMANDS[command], *parabola)
     assert (result.exit_code, result.stderr) == (0, ""), result.output
     assert "shaft angle = 0 deg" in result.stdout
-    known = command == "sensitivity"  # says that lines have no derivatives, and a path no shift along itself
-    assert ("nan" in result.stdout) == known
+    assert "nan" not in result.stdout
+    assert ("no derivatives" in result.stdout) == (command == "sensitivity")
 
 
 def test_check_has_no_warnings() -> None:
     found = run("check", NAME).stdout
     assert "No warnings." in found
-    assert "touch along lines" in " ".join(found.split())
+    assert "they have line contact" in " ".join(found.split())
 
 
 @pytest.mark.parametrize("error", ["0.0", "0.01"])
-def test_check_says_in_words_that_generators_are_parallel(error: str, tmp_path: Path) -> None:
+def test_check_prints_that_generators_are_parallel(error: str, tmp_path: Path) -> None:
     path, (layout, errors) = tmp_path / "pair.toml", builtin_text(NAME).split("[errors]")
     tilted = errors.replace("shaft_angle_deg = 0.0", f"shaft_angle_deg = {error}")
     path.write_text(f"{layout}[errors]{tilted}")
@@ -57,10 +57,38 @@ def test_check_says_in_words_that_generators_are_parallel(error: str, tmp_path: 
     assert "nan" not in found
 
 
-def test_lines_without_an_ellipse_are_a_note() -> None:
-    found = run("tca", NAME, "--points", "3", "--force", "1000").stdout
-    assert "flanks that touch along lines have no ellipse" in found
-    assert "warning" not in found.lower().replace("no warnings", "")
+def test_load_on_lines_of_contact() -> None:
+    """The note states the load distribution; text, JSON and CSV have pressure and total length."""
+    arguments = "tca", NAME, "--points", "3", "--torque", "100"
+    design = builtin_design(NAME)
+    found = pressure_along(path_of_contact(design, "right", 3), Load(torque_nm=100.0))
+    text = " ".join(run(*arguments).stdout.split())
+    assert "the load is distributed evenly over all lines in contact" in text
+    assert f"to {found.pressure.max():.2f} MPa along the path, all lines of contact together under" in text
+    data = json.loads(run(*arguments, "--json").stdout)["hertz"]
+    np.testing.assert_array_equal(data["pressure"], found.pressure)
+    np.testing.assert_array_equal(data["total_length"], found.total_length)
+    assert set(data["ellipse"]) == {"line_contact"}
+    rows = list(csv.DictReader(io.StringIO(run(*arguments, "--csv").stdout)))
+    assert [float(row["pressure_MPa"]) for row in rows] == found.pressure.tolist()
+
+
+def test_flanks_limit_the_backlash() -> None:
+    """The ends of a line of contact are not reported as edges."""
+    assert "stopped by" not in run("tca", NAME, "--points", "3").stdout
+    data = json.loads(run("check", NAME, "--json").stdout)["mounted_backlash"]
+    assert data["right"]["edges"] == data["left"]["edges"] == []
+
+
+def test_sensitivity_of_line_contact() -> None:
+    """An axial shift changes the backlash by 2 sin(alpha_n) sin(cone) = 0.0358 mm per mm."""
+    text = run("sensitivity", NAME).stdout
+    rows = [line for line in text.splitlines() if " mm  " in line and "backlash" in line]
+    assert len(rows) == 1
+    assert rows[0].split()[-4:] == ["0.068310", "-", "0.003580", "-0.003580"]
+    assert "no derivatives     of the path: they have line contact" in text
+    for row in csv.DictReader(io.StringIO(run("sensitivity", NAME, "--csv").stdout)):
+        assert any(row[name] for name in row if name not in ("quantity", "place", "member"))
 
 
 def test_lines_in_text_json_and_csv() -> None:
@@ -82,7 +110,7 @@ def test_lines_in_text_json_and_csv() -> None:
     assert "contact_lines" not in json.loads(run("tca", NAME, *PARABOLA, "--points", "5", "--json").stdout)
 
 
-def test_operation_names_lines_and_not_their_ends() -> None:
+def test_operation_of_line_contact() -> None:
     data = json.loads(run("operation", NAME, "--points", "3", "--json").stdout)
     assert set(data["positions"]["carried_by"]) == {"a line"}
     assert data["edge_share"] == 0.0
@@ -96,21 +124,36 @@ def test_meshes_are_written(tmp_path: Path) -> None:
     assert out.stat().st_size > 1000
 
 
+@pytest.mark.parametrize("part", ["pinion-tooth", "gear-tooth"])
+def test_a_loaded_tooth_is_written(part: str, tmp_path: Path) -> None:
+    """62.5 N at module 1.5 on the line of contact as wide as the gear: 15 mm over the cosine of the base
+    helix angle."""
+    out = tmp_path / "tooth.inp"
+    result = run("mesh", NAME, "--part", part, "--out", out, "--tolerance", "0.1")
+    assert result.exit_code == 0, result.output
+    assert "Hertz's pressure on a strip of 15 by 0.03" in result.stdout
+    loads = [line.split(",") for line in out.read_text().split("*CLOAD\n")[1].split("*")[0].splitlines()]
+    forces = np.zeros(3)
+    for _, axis, force in loads:
+        forces[int(axis) - 1] += float(force)
+    assert np.linalg.norm(forces) == pytest.approx(62.5, rel=1e-6)
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (("place",), "so that it has no middle to place: give the pair a shaft angle"),
         (("place", *PARABOLA), "runs along the whole face, with parabolas too"),
-        (("tolerance", "--shaft-angle-tolerance-deg", "0.01"), "every error of it puts the contact on an"),
+        (("tolerance", "--shaft-angle-tolerance-deg", "0.01"), "any such error moves the contact to an edge"),
     ],
 )
-def test_what_has_no_meaning_is_refused_in_a_line(arguments: tuple[str, ...], words: str) -> None:
+def test_commands_that_need_point_contact(arguments: tuple[str, ...], words: str) -> None:
     command, *rest = arguments
     assert words in refused(command, NAME, *rest)
 
 
-def test_equal_hands_are_refused(tmp_path: Path) -> None:
+def test_equal_hands(tmp_path: Path) -> None:
     path = tmp_path / "pair.toml"
     path.write_text(builtin_text(NAME).replace("helix_angle_deg = 0.0", "helix_angle_deg = 10.0"))
-    said = "helix_angle_deg must be -10.0 deg, opposite to that of [pinion], got 10.0: teeth of equal hands"
-    assert said in refused("check", path)
+    message = "helix_angle_deg must be -10.0 deg, opposite to that of [pinion], got 10.0: on parallel axes"
+    assert message in refused("check", path)

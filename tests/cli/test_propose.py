@@ -1,4 +1,4 @@
-"""The command `propose`: what it prints and writes, and that it writes nothing where nothing is proposed."""
+"""Output and files of the command `propose`."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from pathlib import Path
 
 import pytest
 
-from beveloid_geom import builtin_design
-from beveloid_geom.design.file import builtin_text, parse_design, read_design
+from beveloid_geom import builtin_design, read_design
+from beveloid_geom.design.file import builtin_text, parse_design
 from beveloid_geom.proposal.propose import propose
 from tests.cli.running import refused, run, strict_json
-from tests.proposal.test_conditions import TABLE1
+from tests.proposal.test_closure_equations import TABLE1
 
-ASKED = (
+REQUEST = (
     *("propose", "--module", "6", "--teeth", "29", "45", "--shaft-angle-deg", "15", "--offset", "229"),
     *("--helix-deg", "25", "--crossing-deg", "2.2957", "--shifts", "0.17", "0.2181", "--backlash", "0.0416"),
     *("--face-widths", "50", "60"),
 )
 
 
-def test_the_file_that_is_written_is_ready_for_tca(tmp_path: Path) -> None:
+def test_written_file_is_accepted_by_tca(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
-    result = run(*ASKED, "--out", path)
+    result = run(*REQUEST, "--out", path)
     assert (result.exit_code, result.stderr) == (0, "")
     design = read_design(path)
     assert degrees(design.gear.helix_angle) == pytest.approx(-10.561, abs=5e-4)
@@ -34,55 +34,109 @@ def test_the_file_that_is_written_is_ready_for_tca(tmp_path: Path) -> None:
     assert "No warnings.\n" in run("check", path).stdout
 
 
-def test_json_is_the_librarys() -> None:
-    data = strict_json(run(*ASKED, "--json").stdout)
+def test_json_has_the_library_values() -> None:
+    data = strict_json(run(*REQUEST, "--json").stdout)
     first = propose(TABLE1)[0]
-    found = data["designs"][0]
-    assert found["pinion_cone_angle"] == pytest.approx(float(first.design.pinion.cone_angle), abs=1e-12)
-    assert found["drive_crossing_angle"] == pytest.approx(radians(2.2957), abs=1e-9)
-    assert found["coast_contact_ratio"] == pytest.approx(first.figures.contact_ratio[1, 0], abs=1e-9)
-    assert found["reserve"] == pytest.approx(first.figures.reserve[0], abs=1e-9)
-    written = parse_design(found["toml"])
-    assert float(written.gear.cone_angle) == pytest.approx(float(first.design.gear.cone_angle), abs=1e-15)
+    entry = data["designs"][0]
+    assert entry["pinion_cone_angle"] == pytest.approx(float(first.design.pinion.cone_angle), abs=1e-5)
+    assert entry["drive_crossing_angle"] == pytest.approx(radians(2.2957), abs=1e-9)
+    assert entry["coast_contact_ratio"] == pytest.approx(first.figures.contact_ratio[1, 0], abs=1e-9)
+    assert entry["reserve"] == pytest.approx(first.figures.reserve[0], abs=1e-9)
+    written = parse_design(entry["toml"])
+    assert float(written.gear.cone_angle) == pytest.approx(entry["gear_cone_angle"], abs=1e-15)
     assert data["command"].startswith("beveloid-geom propose --module 6 --teeth 29 45")
 
 
-def test_csv_and_text_have_the_same(tmp_path: Path) -> None:
-    data = strict_json(run(*ASKED, "--json").stdout)
-    rows = list(csv.DictReader(io.StringIO(run(*ASKED, "--csv").stdout)))
+def test_csv_and_text(tmp_path: Path) -> None:
+    data = strict_json(run(*REQUEST, "--json").stdout)
+    rows = list(csv.DictReader(io.StringIO(run(*REQUEST, "--csv").stdout)))
     assert len(rows) == len(data["designs"])
     assert float(rows[0]["gear_helix_angle_rad"]) == data["designs"][0]["gear_helix_angle"]
-    text = run(*ASKED).stdout
+    text = run(*REQUEST).stdout
     assert max(map(len, text.splitlines())) <= 100
     for words in (
         "gear cone angle, deg",
         "0.8974",
         "drive crossing angle, deg",
         "2.2957",
-        "the greatest reserve",
+        "the largest reserve",
     ):
         assert words in text
 
 
-def test_what_is_refused_writes_nothing(tmp_path: Path) -> None:
+def test_refusal_writes_nothing(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
-    asked = [word.replace("2.2957", "4") for word in ASKED]
-    line = refused(*asked, "--out", path)
+    request = [word.replace("2.2957", "4") for word in REQUEST]
+    line = refused(*request, "--out", path)
     assert "the nearest that works: --crossing-deg 3.9" in line
     assert list(tmp_path.iterdir()) == []
-    assert refused(*ASKED, "--pick", "5", "--out", path).startswith("Error: --pick must be between 1 and")
+    assert refused(*REQUEST, "--pick", "5", "--out", path).startswith("Error: --pick must be between 1 and")
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_gear_that_is_given_is_held(tmp_path: Path) -> None:
+def test_given_gear_is_kept(tmp_path: Path) -> None:
     path = tmp_path / "second.toml"
-    asked = ("propose", "--gear", "marine-gearbox", "--teeth", "24", "61", "--shaft-angle-deg", "7")
-    result = run(*asked, "--offset", "180", "--count", "1", "--out", path)
+    request = ("propose", "--gear", "marine-gearbox", "--teeth", "24", "61", "--shaft-angle-deg", "7")
+    result = run(*request, "--offset", "180", "--count", "1", "--out", path)
     assert (result.exit_code, result.stderr) == (0, "")
     assert read_design(path).gear == builtin_design("marine-gearbox").gear
 
 
-def test_check_leads_with_what_to_do_and_offers_a_proposal(tmp_path: Path) -> None:
+def test_default_is_least_cones() -> None:
+    """Pairs with steep helix angles do not come first."""
+    for shaft in ("0", "20", "60"):
+        request = ("propose", "--module", "4", "--teeth", "25", "31", "--shaft-angle-deg", shaft)
+        data = strict_json(run(*request, "--json").stdout)
+        assert data["command"].endswith("--least-cones")
+        first = data["designs"][0]
+        assert max(abs(first["pinion_cone_angle"]), abs(first["gear_cone_angle"])) < radians(0.01)
+        steepest = max(abs(degrees(first[f"{name}_helix_angle"])) for name in ("pinion", "gear"))
+        assert steepest <= max(31.0, 0.5 * float(shaft) + 5.0)
+
+
+def test_steep_helix_angles_come_last_on_parallel_axes() -> None:
+    request = ("propose", "--module", "2", "--teeth", "20", "50", "--shaft-angle-deg", "0")
+    designs = strict_json(run(*request, "--cones-deg", "5", "-5", "--json").stdout)["designs"]
+    assert all(abs(degrees(one["pinion_helix_angle"])) < 31.0 for one in designs)
+
+
+def test_file_is_not_replaced_without_overwrite(tmp_path: Path) -> None:
+    path = tmp_path / "mine.toml"
+    result = run(*REQUEST, "--out", path)
+    assert result.stdout.startswith(
+        f"{path}: proposal 1 of 1, module 6 mm, teeth 29/45, helix 25/-10.56 deg, "
+    )
+    written = path.read_text(encoding="utf-8")
+    assert refused(*REQUEST, "--out", path).endswith(
+        "exists already: add --overwrite, or choose another --out\n"
+    )
+    assert path.read_text(encoding="utf-8") == written
+    again = run(*REQUEST, "--json", "--out", path, "--overwrite")
+    assert again.exit_code == 0
+    assert again.stderr.startswith(f"{path}: proposal 1 of 1")
+    assert strict_json(again.stdout)["designs"][0]["toml"] == written
+
+
+def test_weakest_criterion(tmp_path: Path) -> None:
+    """Tips of an intersecting pair with wide faces reach deep away from the path: a negative reserve."""
+    request = (
+        *("propose", "--module", "8", "--teeth", "24", "27", "--face-widths", "70.3173", "70.3173"),
+        *("--shaft-angle-deg", "16.5152", "--offset", "0", "--backlash", "0.229664", "--least-cones"),
+    )
+    data, text = strict_json(run(*request, "--json").stdout), " ".join(run(*request).stdout.split())
+    first = data["designs"][0]
+    assert first["weakest"] == "depth of tips"
+    assert first["reserve"] < 0.0
+    assert "weakest criterion 1 depth of tips" in text
+    depth = -0.1 * 8.0 * first["reserve"]
+    assert f"tips of design 1 reach {depth:.3g} mm below the mate's active flank (form diameter)" in text
+    path = tmp_path / "mine.toml"
+    run(*request, "--out", path)
+    notes = strict_json(run("check", path, "--json").stdout)["notes"]
+    assert any("form diameter" in note for note in notes)
+
+
+def test_check_prints_advice_first_and_a_proposal(tmp_path: Path) -> None:
     path = tmp_path / "astray.toml"
     path.write_text(
         builtin_text().replace("shaft_angle_deg = 15.0", "shaft_angle_deg = 14.0"), encoding="utf-8"
@@ -90,7 +144,7 @@ def test_check_leads_with_what_to_do_and_offers_a_proposal(tmp_path: Path) -> No
     text = run("check", path).stdout
     lines = text.splitlines()
     assert lines[1].startswith("  advice ")
-    assert text.index("have a pair proposed") < text.index("  layout") < text.index("  error")
+    assert text.index("propose a pair") < text.index("  layout") < text.index("  error")
     typed = text[text.index("beveloid-geom propose") : text.index("\n  layout")]
     command = typed.replace(" \\\n", " ").split()[1:]
     assert command == strict_json(run("check", path, "--json").stdout)["proposal"].split()[1:]
@@ -99,9 +153,9 @@ def test_check_leads_with_what_to_do_and_offers_a_proposal(tmp_path: Path) -> No
     assert "No warnings.\n" in run("check", tmp_path / "mine.toml").stdout
 
 
-def test_check_prints_how_generators_cross() -> None:
+def test_check_prints_the_angle_between_generators() -> None:
     result = run("check")
-    assert "cross at right 2.2957 deg, left 9.3266 deg" in result.stdout
+    assert "right 2.2957 deg, left 9.3266 deg" in result.stdout
     assert "propose" not in result.stdout
     data = strict_json(run("check", "--json").stdout)
     assert {flank: degrees(angle) for flank, angle in data["crossing"].items()} == pytest.approx(
@@ -112,16 +166,8 @@ def test_check_prints_how_generators_cross() -> None:
 
 def test_a_pair_on_parallel_axes_passes_check(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
-    asked = ("propose", "--module", "3", "--teeth", "25", "31", "--shaft-angle-deg", "0")
-    result = run(*asked, "--cones-deg", "3", "-3", "--count", "1", "--out", path)
+    request = ("propose", "--module", "3", "--teeth", "25", "31", "--shaft-angle-deg", "0")
+    result = run(*request, "--cones-deg", "3", "-3", "--count", "1", "--out", path)
     assert (result.exit_code, result.stderr) == (0, "")
     assert "drive n x  " in result.stdout
     assert "No warnings.\n" in run("check", path).stdout
-
-
-def test_teeth_are_refused_first() -> None:
-    line = refused("propose", "--teeth", "-25", "31")
-    assert line.startswith("Error: --teeth must be at least 1, got -25: internal gears are not covered")
-    assert refused("propose", "--module", "3", "--teeth", "25", "31").startswith(
-        "Error: --shaft-angle-deg is"
-    )

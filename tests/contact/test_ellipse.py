@@ -1,4 +1,4 @@
-"""Second order of the flanks: against closed forms, identities of surfaces and brute force."""
+"""Second-order geometry of the flanks: against closed forms, identities of surfaces and brute force."""
 
 from __future__ import annotations
 
@@ -11,13 +11,12 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import (
     RelativeCurvature,
     contact_ellipse,
-    ellipse_of,
-    normal_rates,
+    curvature_ellipse,
     relative_curvature,
 )
-from beveloid_geom.contact.equation import pairing_of
-from beveloid_geom.gear.flank import base_cylinder, flank_patch, flank_point, trace_parameter
-from beveloid_geom.gear.perpendicular import feet
+from beveloid_geom.contact.flank_pair import pairing_of
+from beveloid_geom.gear.closest_point import feet
+from beveloid_geom.gear.flank import base_cylinder, flank_patch, flank_point, normal_rates, trace_parameter
 from beveloid_geom.pair.frames import layout_of, member_frame, to_fixed
 from beveloid_geom.status import EllipseStatus
 from tests.oracle.table1 import table1
@@ -47,7 +46,7 @@ def test_normal_rates_are_those_of_the_normal(flank: str, parabola: tuple[float,
 
 
 def test_radius_of_curvature_of_an_involute_helicoid(flank: str) -> None:
-    """rho = sqrt(r^2 - r_b^2) / cos(beta_b) across the generators, along which it is straight."""
+    """rho = sqrt(r^2 - r_b^2) / cos(beta_b) across the generators; along them the surface is straight."""
     for member in table1().members:
         u, base = trace_parameter(member, flank, L, Z), base_cylinder(member, flank)
         patch, rates = flank_patch(member, flank, L, u), normal_rates(member, flank, L, u)
@@ -78,7 +77,7 @@ def test_feet_of_offset_points(flank: str, parabola: tuple[float, float]) -> Non
     ("l", "z", "inside"),
     [(0.0, 10.0, True), (-6.6, 0.0, False), (6.9, 0.0, False), (0.0, -25.1, False), (0.0, 25.1, False)],
 )
-def test_feet_beyond_the_limits_are_named(l: float, z: float, inside: bool) -> None:
+def test_feet_beyond_the_limits_have_a_status(l: float, z: float, inside: bool) -> None:
     member = table1().pinion
     patch = flank_patch(member, "right", l, trace_parameter(member, "right", l, z))
     found = feet(member, "right", patch.point + 0.3 * patch.normal)
@@ -99,9 +98,10 @@ def test_no_foot_inside_the_base_cylinder() -> None:
 
 
 @pytest.mark.parametrize("parabola", [*PARABOLAS, (0.02, -0.01)])
-def test_no_feet_where_there_are_none(parabola: tuple[float, float]) -> None:
-    """Points all around the base cylinder: what counts as a foot is one, on the flank, and nearer
-    than the points around it: the point is not beyond a centre of curvature."""
+def test_every_foot_is_a_nearest_point(parabola: tuple[float, float]) -> None:
+    """Points around the base cylinder: each foot is on the flank and nearer than the points around it, so
+    that the point is not beyond a centre of curvature.
+    """
     member, random = table1(parabola).gear, np.random.default_rng(5)
     radius = float(base_cylinder(member, "right").radius) + random.uniform(-2.0, 4.0, 3000)
     angle, z = random.uniform(-0.3, 0.3, 3000), random.uniform(-40.0, 40.0, 3000)
@@ -142,7 +142,7 @@ def test_generators_cross_at_the_known_angle(flank: str, degrees: float) -> None
 def _height(
     design: Design, path: ContactPath, member: int, aside: FloatArray, basis: FloatArray
 ) -> FloatArray:
-    """Height over the common tangent plane of a flank's points `aside` (n, 2) from the contact."""
+    """Return the height of flank points `aside` (n, 2) from the contact over the common tangent plane."""
     pairing = pairing_of(design, path.flank)
     roll, l, u = ((path.pinion_roll, path.l1, path.u1), (path.gear_roll, path.l2, path.u2))[member]
     frame = member_frame(layout_of(design), member, roll[0], pairing.position[member, 0, 0])
@@ -163,7 +163,7 @@ def _height(
 
 @pytest.mark.parametrize("parabola", PARABOLAS[:2])
 def test_curvature_is_that_of_the_separation(flank: str, parabola: tuple[float, float]) -> None:
-    """Mean of opposite points, so that the third order drops out; steps small against 1/kappa."""
+    """The mean of opposite points cancels the third order; steps are small compared with 1/kappa."""
     design = table1(parabola)
     path = path_of_contact(design, flank, l1=[0.5])
     relative = relative_curvature(path)
@@ -190,10 +190,10 @@ def test_ellipse_scales_with_the_root_of_the_separation() -> None:
     assert 0.5 * one.curvature * one.semi_axes**2 == pytest.approx(0.001)
 
 
-def test_curvatures_without_an_ellipse_are_named() -> None:
-    """A line contact, a saddle, two surfaces that cut each other all around, and no contact."""
+def test_curvatures_without_an_ellipse_have_a_status() -> None:
+    """A line contact, a saddle, two surfaces that overlap all around, and no contact."""
     curvature = np.array([[0.0, 0.05], [-0.01, 0.05], [-0.05, -0.01], [np.nan, np.nan], [0.01, 0.05]])
-    found = ellipse_of(RelativeCurvature(curvature, np.zeros((5, 2, 3))), 0.01)
+    found = curvature_ellipse(RelativeCurvature(curvature, np.zeros((5, 2, 3))), 0.01)
     wanted = [EllipseStatus.LINE_CONTACT, EllipseStatus.INTERFERENCE, EllipseStatus.INTERFERENCE]
     assert found.status.tolist() == [*wanted, EllipseStatus.NO_CONTACT, EllipseStatus.ELLIPSE]
     known = np.isfinite(found.semi_axes)
@@ -204,7 +204,7 @@ def test_curvatures_without_an_ellipse_are_named() -> None:
             contact_ellipse(path_of_contact(table1(), "left", 3), separation)
 
 
-def test_the_same_pair_seen_otherwise(flank: str) -> None:
+def test_mirrored_and_exchanged_pairs(flank: str) -> None:
     design = table1((0.001, -0.0005), Errors(0.05, 0.0001, 0.1, -0.1))
     other = {"right": "left", "left": "right"}[flank]
     path = path_of_contact(design, flank, 4)

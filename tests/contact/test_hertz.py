@@ -1,5 +1,6 @@
-"""Hertz's ellipse of contact against closed forms of circle and strip, elliptic integrals to 50 digits, and
-the integral of the pressure."""
+"""Hertzian contact ellipse against closed forms of circle and strip, elliptic integrals to 50 digits, and the
+integral of the pressure.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.hertz import SLENDEREST, contact_modulus, hertz_ellipse, slenderness
+from beveloid_geom.contact.hertz import LEAST_AXIS_RATIO, contact_modulus, hertz_ellipse, slenderness
 
 STEEL = contact_modulus(206000.0, 0.3)
 
@@ -38,7 +39,7 @@ def test_elliptic_integrals(ratio: float) -> None:
         scale = float(found.pressure) * b / (STEEL * parameter * a * a)
         least = scale * (first - second)
         most = scale * (second * (a / b) ** 2 - first)
-        # Next to a circle a and b have lost what tells them apart.
+        # For a nearly circular ellipse, the difference of a and b is dominated by rounding.
         precision = 1e-12 + 1e-15 / (1.0 - ratio)
         assert abs(float(2 * least / (ratio * greatest)) - 1.0) < precision
         assert abs(float(2 * most / greatest) - 1.0) < precision
@@ -58,15 +59,17 @@ def test_slenderness_of_very_long_ellipses_and_near_circles() -> None:
             first, second = mpmath.ellipk(1 - square), mpmath.ellipe(1 - square)
             ratios.append(float(square * (first - second) / (second - square * first)))
     assert np.abs(slenderness(ratios) / wanted - 1.0).max() < 1e-14
-    assert slenderness([1.0, 0.0]).tolist() == pytest.approx([1.0, SLENDEREST], rel=1e-12)
+    assert slenderness([1.0, 0.0]).tolist() == pytest.approx([1.0, LEAST_AXIS_RATIO], rel=1e-12)
     assert np.isnan(slenderness([-0.1, 1.1, np.nan])).all()
 
 
 @pytest.mark.parametrize("ratio", [1.0, 0.5, 0.01, 1e-3])
 def test_by_the_integral_of_the_pressure(ratio: float) -> None:
-    """Boussinesq: u = 1/(pi E*) times the integral of p / r. In polar coordinates about a point inside the
-    ellipse each chord gives a half-ellipse, of which the area is known; the surfaces then touch all over:
-    u(0) - u = A x^2 + B y^2. No elliptic integral is used."""
+    """Boussinesq: u = 1/(pi E*) times the integral of p / r.
+
+    In polar coordinates about a point inside the ellipse, the integrand of each chord is a half-ellipse with
+    known area. The surfaces touch everywhere: u(0) - u = A x^2 + B y^2. No elliptic integral is used.
+    """
     curvature = np.array([ratio, 1.0]) * 0.05
     found = hertz_ellipse(curvature, 2500.0, STEEL)
     angle = (np.arange(200_000) + 0.5) * np.pi / 200_000
@@ -84,14 +87,14 @@ def test_by_the_integral_of_the_pressure(ratio: float) -> None:
 
 
 def test_a_very_long_ellipse_is_a_strip() -> None:
-    """Across its middle p0 = E* b / (2 R), as of two cylinders; a line contact is that of SLENDEREST."""
+    """In its middle p0 = E* b / (2 R), as for two cylinders; line contact has the ratio LEAST_AXIS_RATIO."""
     for least in (1e-14, 0.0):
         found = hertz_ellipse(np.array([least, 0.04]), 1000.0, STEEL)
         assert found.pressure == pytest.approx(0.5 * STEEL * found.semi_axes[1] * 0.04, rel=1e-4)
-    assert found.semi_axes[1] == pytest.approx(SLENDEREST * found.semi_axes[0], rel=1e-12)
+    assert found.semi_axes[1] == pytest.approx(LEAST_AXIS_RATIO * found.semi_axes[0], rel=1e-12)
 
 
-def test_many_ellipses_are_those_one_by_one() -> None:
+def test_a_batch_equals_single_ellipses() -> None:
     curvature = np.array([[1e-5, 0.04], [0.02, 0.04], [-1e-5, 0.04], [0.04, 0.04]])
     force = np.array([10.0, 100.0, 1000.0, 1e4])
     found = hertz_ellipse(curvature, force, STEEL)
@@ -102,6 +105,6 @@ def test_many_ellipses_are_those_one_by_one() -> None:
 
 
 @pytest.mark.parametrize("curvature", [(-1e-5, 0.04), (np.nan, np.nan), (0.0, 0.0)])
-def test_flanks_that_cut_each_other_have_no_ellipse(curvature: tuple[float, float]) -> None:
+def test_overlapping_flanks_have_no_ellipse(curvature: tuple[float, float]) -> None:
     found = hertz_ellipse(np.array(curvature), 1000.0, STEEL)
     assert np.isnan([*found.semi_axes, found.pressure]).all()

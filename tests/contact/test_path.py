@@ -1,7 +1,8 @@
-"""Paths of contact: exact ends, both methods, symmetry, batches, and what is said without one."""
+"""Paths of contact: exact ends, both methods, symmetry, batches, and results without a path."""
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable
 from dataclasses import replace
 from inspect import signature
@@ -22,17 +23,18 @@ from beveloid_geom import (
     path_of_contact,
     sliding_of,
 )
-from beveloid_geom.arrays import FloatArray
+from beveloid_geom.arrays import Flank, FloatArray
 from beveloid_geom.contact.ellipse import contact_ellipse
 from beveloid_geom.contact.path import path_ends
 from beveloid_geom.contact.rounding import rounding_error
 from beveloid_geom.gear.flank import flank_patch
 from beveloid_geom.pair.frames import layout_of, member_frame, normals_to_fixed, to_fixed
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.reference.five_equations import path_of_contact_five_equations
 from beveloid_geom.status import Limit
+from beveloid_geom.validation.five_equations import path_of_contact_five_equations
 from tests.oracle.table1 import table1
-from tests.stability.five_residuals import margins
+from tests.stability.five_residuals import cases_of, margins
+from tests.stability.random_designs import Kind, random_designs
 
 FLANKS = ("right", "left")
 CASES = [(0.0, 0.0), *((a, -a) for a in (0.001, -0.002)), *((a, a) for a in (0.001, 0.0002, -0.0002, -0.002))]
@@ -43,7 +45,7 @@ NUMBERS = (
 
 
 def five_equation_residual(design: Design, path: ContactPath) -> float:
-    """Largest violation of Eq. 15, mm and 1, from flanks and frames alone."""
+    """Return the largest residual of Eq. 15, mm and 1, from flanks and frames alone."""
     layout, mounting, worst = layout_of(design), mounting_of(design).distance, 0.0
     errors = (design.errors.pinion_axial, design.errors.gear_axial)
     for j, (member, l, u, roll) in enumerate(
@@ -117,7 +119,7 @@ def test_contact_ratios_of_table_1(flank: str, parabola: tuple[float, float], ex
     st.sampled_from(FLANKS),
 )
 def test_unmodified_flanks_transmit_exactly(e: float, d: float, a1: float, a2: float, flank: str) -> None:
-    """Involute helicoids turn at a constant ratio under every misalignment."""
+    """Involute helicoids rotate at a constant ratio under every misalignment."""
     path = path_of_contact(table1(errors=Errors(e, d, a1, a2)), flank, 21)
     assert np.abs(path.transmission_error).max(initial=0.0) < 1e-12
 
@@ -152,7 +154,7 @@ def test_given_parameters_lie_on_the_path_and_are_not_clipped() -> None:
         (table1((0.001, -0.001), Errors(shaft_angle=np.radians(-1.0))), Status.NO_COMMON_NORMAL),
     ],
 )
-def test_no_path_is_empty_and_says_why(design: Design, status: Status) -> None:
+def test_no_path_is_empty_with_a_status(design: Design, status: Status) -> None:
     path = path_of_contact(design)
     assert path.l1.size == 0
     assert path.point.shape == (0, 3)
@@ -165,19 +167,8 @@ def test_no_path_is_empty_and_says_why(design: Design, status: Status) -> None:
         assert np.isnan(at_l1.point).all()
 
 
-def test_arguments_are_checked() -> None:
-    with pytest.raises(ValueError, match="points must be at least 2, a whole number, got 1"):
-        path_of_contact(table1(), points=1)
-    with pytest.raises(ValueError, match="without elements"):
-        path_of_contact(table1(errors=Errors(offset=np.empty(0))))
-    with pytest.raises(ValueError, match="l1 must have the shape"):
-        path_of_contact(table1(), l1=np.zeros((2, 3)))
-    for useless in (np.array(np.inf), np.empty(0)):
-        with pytest.raises(ValueError, match="l1 must hold finite numbers"):
-            path_of_contact(table1(), l1=useless)
+def test_a_single_l1_and_the_ends_of_a_batch() -> None:
     assert path_of_contact(table1(), l1=0.0).l1.shape == (1,)
-    with pytest.raises(ValueError, match="flank must be"):
-        path_of_contact(table1(), "upper")
     with pytest.raises(ValueError, match="one path"):
         _ = path_ends(table1(errors=Errors(offset=np.zeros(2)))).enter
 
@@ -194,8 +185,34 @@ MEASURES: list[tuple[Callable[..., Any], Callable[[Any], FloatArray]]] = [
 def test_a_path_is_measured_by_its_own_design(
     measure: Callable[..., Any], numbers: Callable[[Any], FloatArray]
 ) -> None:
-    """No other can be given beside it; with another in its place the answer is another."""
+    """The functions use the design of the path; replacing it changes the result."""
     path = path_of_contact(table1(), points=5)
     moved = replace(path, design=table1((0.001, -0.001), Errors(0.03)))
     assert not np.array_equal(numbers(measure(path)), numbers(measure(moved)), equal_nan=True)
     assert "design" not in signature(measure).parameters
+
+
+@pytest.mark.parametrize("kind", ["usual", "strained", "touching", "intersecting"])
+def test_a_few_l1_have_the_contacts_of_many(kind: Kind, flank: Flank) -> None:
+    """A few l1 are solved one by one, many along the path. Ends and transmission error are computed when
+    read.
+    """
+    designs, near = random_designs(kind, 12, 5, flank), 0
+    for k in range(12):
+        one = cases_of(designs, slice(k, k + 1))
+        asked = float(one.pinion.tool.normal_module[0]) * np.linspace(-0.9, 0.9, 19)
+        few, unread = (path_of_contact(one, flank, l1=asked[4:9]) for _ in range(2))
+        many, unread = path_of_contact(one, flank, l1=asked), pickle.loads(pickle.dumps(unread))
+        np.testing.assert_array_equal(few.status, many.status[:, 4:9])
+        on = few.status == Status.SOLVED
+        near += int(np.count_nonzero(on))
+        # Without a path the transmission error is relative to the middle of the given l1.
+        for name in NUMBERS if few.ends.status == Status.SOLVED else NUMBERS[:-1]:
+            found, given = getattr(few, name), getattr(many, name)[:, 4:9]
+            np.testing.assert_allclose(found[on], given[on], rtol=0.0, atol=1e-8)
+            np.testing.assert_array_equal(getattr(unread, name), found)
+        for name, value in vars(many.ends).items():
+            np.testing.assert_array_equal(getattr(few.ends, name), value)
+    assert near > 5
+    with pytest.raises(AttributeError, match="no attribute 'rolls'"):
+        getattr(few, "rol" + "ls")

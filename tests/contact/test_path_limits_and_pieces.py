@@ -1,12 +1,13 @@
-"""Details of paths: named limits, pieces, batches, turning rolls, several contacts.
+"""Details of paths: named limits, segments, batches, rolls that turn back, several contacts.
 
-Each of these catches a fault that was once put into the code and went unseen by other tests.
+Each test detects a fault that was once inserted into the code and not found by other tests.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 from math import radians
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,12 +22,13 @@ from beveloid_geom import (
     contact_ratio,
     path_of_contact,
 )
-from beveloid_geom.contact.ends import longest_run
-from beveloid_geom.contact.path import path_ends
+from beveloid_geom.contact.path import PathEnds, path_ends
 from beveloid_geom.gear.flank import root_parameter, tip_parameter, undercut_margin
 from beveloid_geom.gear.rack import parameter_at_height, section_point
 from beveloid_geom.pair.frames import layout_of
 from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.pair.zero_backlash import zero_backlash_layout
+from beveloid_geom.status import Limit
 from tests.contact.test_path import NUMBERS, five_equation_residual
 from tests.oracle.table1 import table1
 from tests.stability.five_residuals import margins
@@ -78,11 +80,11 @@ def test_the_named_limit_is_the_one_that_is_met(
 
 
 @pytest.mark.parametrize("parabola", [0.02, -0.02])
-def test_root_of_a_parabolic_flank_stands_at_the_working_depth(parabola: float) -> None:
+def test_root_of_a_parabolic_flank_is_at_the_working_depth(parabola: float) -> None:
     tool = Tool(6.0, radians(20.0), parabola=parabola)
-    root = root_parameter(replace(table1().pinion, tool=tool))
+    root = root_parameter(replace(table1().pinion, tool=tool), "right")
     assert section_point(tool, "right", root)[0] == pytest.approx(-6.0, rel=1e-14)
-    assert np.isnan(parameter_at_height(replace(tool, parabola=0.2), -6.0))
+    assert np.isnan(parameter_at_height(replace(tool, parabola=0.2), "right", -6.0))
 
 
 def test_error_of_the_shaft_angle_opens_it_for_either_hand() -> None:
@@ -97,8 +99,8 @@ def test_layout_keeps_its_digits_at_small_shaft_angles() -> None:
     assert layout.versed_angle == pytest.approx(0.5e-14, rel=1e-14, abs=0.0)  # 1 - cos d = d^2/2 - ...
 
 
-def test_steep_cones_have_the_normal_leaning_back_on_one_flank_only() -> None:
-    """8 and 6 deg: the pitch point stands so far off that the right normal has n_x < 0."""
+def test_steep_cones_have_a_negative_n_x_on_one_flank_only() -> None:
+    """8 and 6 deg: the pitch point is so far away that the right normal has n_x < 0."""
     pinion, gear = (
         replace(m, cone_angle=radians(cone)) for m, cone in zip(table1().members, (8.0, 6.0), strict=True)
     )
@@ -112,24 +114,24 @@ def test_steep_cones_have_the_normal_leaning_back_on_one_flank_only() -> None:
         assert path.ends.contact_ratio > 1.5
 
 
-def test_given_gear_mounting_is_kept() -> None:
+def test_given_gear_mounting_is_used() -> None:
     pair = Pair(229.0, radians(15.0), None, 205.0)
     assert mounting_of(replace(table1(), pair=pair)).distance == pytest.approx([211.594669, 205.0], abs=1e-6)
 
 
 def test_two_contacts_on_the_flanks_are_marked() -> None:
-    """One l1, two l2: told apart by giving l2 instead, with the members exchanged."""
-    design = wide(table1((-0.0195, -0.0187), Errors(offset=-7.5, shaft_angle=radians(-0.04))))
-    asked = np.linspace(-4.8, -4.4, 9)
-    path = path_of_contact(design, "left", l1=asked)
+    """One l1 has two l2. Exchanging the members makes l2 the given parameter, which distinguishes them."""
+    design = wide(table1((-0.002, -0.002), Errors(offset=-6.0, shaft_angle=radians(-0.08))))
+    asked = np.linspace(-4.21, -4.16, 9)
+    path = path_of_contact(design, "right", l1=asked)
     assert (path.status == Status.SEVERAL_CONTACTS).all()
     assert np.isnan(path.l2).all()
     assert np.isnan(path.point).all()
-    whole = path_of_contact(design, "left")
+    whole = path_of_contact(design, "right")
     assert whole.ends.status == Status.SOLVED
     assert five_equation_residual(design, whole) < 1e-10
-    other = path_of_contact(exchanged(design), "left", l1=np.linspace(-6.0, 6.0, 2401))
-    l1 = np.where(other.status == Status.SOLVED, other.l2, np.nan)  # of the pinion, for each l2
+    other = path_of_contact(exchanged(design), "right", l1=np.linspace(-6.0, 6.0, 2401))
+    l1 = np.where(other.status == Status.SOLVED, other.l2, np.nan)  # l1 for each l2
     for value in asked:
         below = l1 < value
         known = ~np.isnan(l1[:-1]) & ~np.isnan(l1[1:])
@@ -151,18 +153,9 @@ def test_given_parameters_broadcast_against_a_batch_and_its_blocks() -> None:
         np.testing.assert_allclose(ends.l1[k], single.ends.l1, atol=1e-10)
 
 
-def test_longest_run_and_the_number_of_runs() -> None:
-    table = np.array([[0, 1, 0, 1, 1], [1, 1, 0, 1, 0], [0, 0, 0, 0, 0], [1, 1, 1, 1, 1]], dtype=bool)
-    first, last, runs = longest_run(table)
-    assert first[[0, 1, 3]].tolist() == [3, 0, 0]
-    assert last[[0, 1, 3]].tolist() == [4, 1, 4]
-    assert last[2] < first[2]
-    assert runs.tolist() == [2, 2, 0, 1]
-
-
 @pytest.mark.parametrize("inward", [1.0, 0.1, 0.01])
 def test_a_path_that_leaves_the_face_and_returns_has_two_pieces(inward: float) -> None:
-    """Its z on the pinion rises to 2.185374 mm and falls again; half the face is less."""
+    """Its z on the pinion rises to 2.185374 mm and falls again; half the face width is smaller."""
     design = table1((-0.003, 0.005))
     whole = path_of_contact(design, "left", 2001)
     top = whole.pinion_z.max()
@@ -184,14 +177,14 @@ def test_limits_count_as_met_within_rounding_and_no_further(flank: str) -> None:
     assert path.status.tolist() == [Status.SOLVED] * 2 + [Status.OFF_FLANK] * 2 + [Status.SOLVED] * 2
 
 
-def test_status_tells_what_is_not_there_from_what_is_off() -> None:
-    """At 14.8 deg nothing has a common normal; the margins, not numbers, must not rename that."""
+def test_status_distinguishes_no_normal_from_off_flank() -> None:
+    """At 14.8 deg there is no common normal anywhere; margins that are NaN must not change the status."""
     design = table1((-0.002, -0.002), Errors(offset=-6.0, shaft_angle=radians(-0.08)))
     path = path_of_contact(design, l1=[-6.0, -5.0, -4.3, -4.0, -3.0])
     assert path.status.tolist() == [Status.NO_COMMON_NORMAL] * 3 + [Status.OFF_FLANK] * 2
 
 
-def test_error_of_transmission_without_a_path_is_taken_from_the_middle_of_what_was_asked() -> None:
+def test_transmission_error_without_a_path_is_relative_to_the_middle_of_the_given_l1() -> None:
     design = table1((0.0002, -0.0002), Errors(offset=2.0))
     path = path_of_contact(design, l1=[-2.0, 0.0, 2.0])
     assert path.ends.status == Status.OFF_FLANK
@@ -200,7 +193,7 @@ def test_error_of_transmission_without_a_path_is_taken_from_the_middle_of_what_w
 
 
 def test_path_beyond_the_coarse_window_is_the_same_at_given_l1() -> None:
-    """Asked at l1 that the coarse window cannot resolve, the answer still satisfies the equations."""
+    """At l1 that the coarse window does not resolve, the result still satisfies the equations."""
     tried = twice = 0
     for a in (0.003, 0.005, 0.01, 0.02):
         for flank in ("right", "left"):
@@ -223,7 +216,7 @@ def test_path_beyond_the_coarse_window_is_the_same_at_given_l1() -> None:
 
 
 def test_positions_near_the_pole_are_solved_with_n_x_as_an_unknown() -> None:
-    """Closed at 14.84 deg, n_x falls to 0.002: the rounding of l2 alone would move the contact too far."""
+    """Closed at 14.84 deg, n_x falls to 0.002: rounding of l2 alone would move the contact too far."""
     design = replace(table1((0.0001, 0.0001)), pair=Pair(218.9033, radians(14.84)))
     path = path_of_contact(design, l1=np.linspace(-5.0, 5.0, 401))
     assert np.isin(path.status, (Status.SOLVED, Status.OFF_FLANK)).all()
@@ -232,7 +225,9 @@ def test_positions_near_the_pole_are_solved_with_n_x_as_an_unknown() -> None:
 
 
 def test_newton_stays_in_its_bracket() -> None:
-    """Free Newton jumps to the other root here: two contacts told of where there is one."""
+    """Without a bracket, Newton's method converges to the other root and reports two contacts in place of
+    one.
+    """
     design = table1((0.0089, -0.0091), Errors(offset=-0.4, shaft_angle=radians(-0.07)))
     path = path_of_contact(design, l1=np.linspace(-6.0, 5.9, 61)[:25])
     assert (path.status == Status.SOLVED).all()
@@ -240,7 +235,7 @@ def test_newton_stays_in_its_bracket() -> None:
     assert five_equation_residual(design, path) < 1e-9
 
 
-def test_tip_and_undercut_are_looked_for_along_the_whole_face() -> None:
+def test_tip_and_undercut_are_searched_along_the_entire_face() -> None:
     never = replace(table1().pinion, tool=replace(table1().pinion.tool, parabola=-0.5))
     with np.errstate(all="ignore"):
         assert np.isnan(tip_parameter(never, "right", 0.0))
@@ -249,9 +244,64 @@ def test_tip_and_undercut_are_looked_for_along_the_whole_face() -> None:
     assert undercut_margin(member, "right") < 0.0 < undercut_margin(narrow, "right")
 
 
-def test_the_way_is_even_in_l1_where_the_roll_turns_back() -> None:
+def test_positions_are_even_in_l1_where_the_roll_turns_back() -> None:
     path = path_of_contact(table1((0.00045, 0.00045)), points=41)
     steps = np.diff(path.l1)
     np.testing.assert_allclose(steps, steps.mean(), rtol=1e-9)
     rolls = np.diff(path.pinion_roll)
     assert rolls.min() < 0.0 < rolls.max()
+
+
+@pytest.mark.parametrize("teeth", [(9, 23), (11, 30), (12, 44)])
+def test_undercut_cones_on_parallel_axes_keep_their_path_at_a_corner(
+    teeth: tuple[int, int], flank: str
+) -> None:
+    """The path is continuous in the cone angle.
+
+    At a corner of the flank, where the edge of undercut meets the end of the face, the contact line is one
+    point. Rounding must not lose the path there.
+    """
+
+    def ends(cone: float) -> PathEnds:
+        pinion, gear = (
+            Member(Tool(2.0, radians(20.0)), number, 0.0, sense * cone, 0.0, 20.0)
+            for number, sense in zip(teeth, (1.0, -1.0), strict=True)
+        )
+        return path_ends(Design(pinion, gear, Pair(float(sum(teeth)), 0.0)), flank)
+
+    for cone in np.radians(np.linspace(1.5, 6.0, 10)):
+        here, near = ends(float(cone)), ends(float(cone) + 1e-9)
+        assert here.status == near.status == Status.SOLVED
+        assert here.contact_ratio == pytest.approx(float(near.contact_ratio), abs=1e-6)
+
+
+@pytest.mark.parametrize("shaft_angle_deg", [0.0, 8.0])
+def test_members_in_a_batch_are_limited_by_their_undercut(shaft_angle_deg: float, flank: str) -> None:
+    """A batch of an undercut cone, an undercut cylinder, a sound pinion and a parabola equals each case
+    alone.
+    """
+    teeth, cone = np.array((12, 13, 30, 12)), np.radians((4.0, 0.0, 3.0, 4.0))
+    helix = radians(10.0 if shaft_angle_deg else 0.0)
+    tool = Tool(2.0, radians(20.0))
+
+    def pair(teeth: Any, cone: Any, parabola: Any, offset: Any, shaft_angle: Any) -> Design:
+        pinion = Member(replace(tool, parabola=parabola), teeth, helix, cone, 0.0, 20.0)
+        gear = Member(tool, 40, -0.3 * helix, -cone if not shaft_angle_deg else radians(2.0), 0.1, 24.0)
+        return Design(pinion, gear, Pair(offset, shaft_angle))
+
+    parabola, layouts = np.array((0.0, 0.0, 0.0, 2e-4)), []
+    for k in range(4):
+        layout = zero_backlash_layout(
+            pair(int(teeth[k]), cone[k], 0.0, 52.0, 0.1 if shaft_angle_deg else 0.0)
+        )
+        layouts.append((float(layout.offset), float(layout.shaft_angle)))
+    offset, shaft_angle = np.array(layouts).T
+    batch = path_of_contact(pair(teeth, cone, parabola, offset, shaft_angle), flank, 5)
+    for k in range(4):
+        alone = path_of_contact(
+            pair(int(teeth[k]), cone[k], parabola[k], offset[k], shaft_angle[k]), flank, 5
+        )
+        assert batch.ends.limit[k].tolist() == alone.ends.limit.tolist()
+        assert batch.ends.contact_ratio[k] == pytest.approx(float(alone.ends.contact_ratio), abs=1e-12)
+        np.testing.assert_allclose(batch.point[k], alone.point, atol=1e-10)
+    assert np.isin(batch.ends.limit, (Limit.PINION_ROOT, Limit.GEAR_ROOT)).any()

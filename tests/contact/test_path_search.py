@@ -1,7 +1,7 @@
-"""Paths that no single flank parameter describes: followed by their length, against the five equations.
+"""Paths that no single flank parameter describes, traced by their length, against the five equations.
 
-The oracle is the paper's system at 60 digits (`reference.five_equations_mp`), solved at the position's
-own roll, or l1 where the roll is about to turn back.
+The oracle is the system of the paper at 60 digits (`validation.five_equations_mp`), solved at the roll of
+the position, or at its l1 where the roll turns back.
 """
 
 from __future__ import annotations
@@ -12,20 +12,13 @@ from math import radians
 import numpy as np
 import pytest
 
-from beveloid_geom import ContactPath, Design, Errors, Status, contact_ratio, path_of_contact
-from beveloid_geom.arrays import COMPLEX_STEP, FloatArray
-from beveloid_geom.contact.curve_equations import (
-    _solved,
-    direction_of,
-    linearised,
-    meet_on_curve,
-    onto_curve,
-    units_of,
-)
-from beveloid_geom.contact.curve_tracing import FARTHEST, _within, curves_of
-from beveloid_geom.contact.equation import Pairing, meet, pairing_of
+from beveloid_geom import Design, Errors, Status, contact_ratio, path_of_contact
+from beveloid_geom.arrays import COMPLEX_STEP
+from beveloid_geom.contact.curves.curve_equations import _solved, linearised, meet_on_curve, units_of
+from beveloid_geom.contact.curves.curve_tracing import MAX_DISTANCE_FACES, _within, curves_of
+from beveloid_geom.contact.flank_pair import pairing_of
 from beveloid_geom.contact.path import path_blocks, path_ends
-from beveloid_geom.contact.path_polynomial import HEIGHT, PathSeries
+from beveloid_geom.contact.path_polynomial import PathSeries
 from beveloid_geom.contact.path_search import _followed, paths_on_flanks
 from tests.contact.test_path import five_equation_residual
 from tests.oracle.sixty_digits import exact_at, off_by
@@ -39,7 +32,7 @@ TURNING = {
     "a -0.0022/-0.0017": table1((-0.0022, -0.0017), Errors(offset=-6.1, shaft_angle=radians(-0.12))),
     "a -0.01/0.01": table1((-0.01, 0.01)),
 }
-"""l1 turns back on the flanks."""
+"""Pairs on which l1 turns back on the flanks."""
 LOST = CROSSING | TURNING
 both = pytest.mark.parametrize("design", LOST.values(), ids=LOST)
 
@@ -54,7 +47,7 @@ def series_found(design: Design) -> PathSeries:
 def test_followed_paths_agree_with_the_five_equations(design: Design) -> None:
     path = path_of_contact(design, points=9)
     assert path.ends.status == Status.SOLVED
-    assert np.isnan(series_found(design).half).all()  # it was followed
+    assert np.isnan(series_found(design).half).all()  # it was traced
     assert five_equation_residual(design, path) < 1e-11
     for k in range(9):
         rate = np.abs(np.gradient(path.pinion_roll))[k], np.abs(np.gradient(path.l1))[k]
@@ -62,7 +55,7 @@ def test_followed_paths_agree_with_the_five_equations(design: Design) -> None:
         assert off_by(path, k, fixed)[0] < 1e-9
     inside = margins(design, path)
     assert inside.min() > -1e-9
-    assert np.abs(inside.min(axis=0)[[0, -1]]).max() < 1e-9  # both ends lie on a limit
+    assert np.abs(inside.min(axis=0)[[0, -1]]).max() < 1e-9  # both ends are on a limit
 
 
 @pytest.mark.parametrize("design", CROSSING.values(), ids=CROSSING)
@@ -72,7 +65,7 @@ def test_the_normal_crosses(design: Design) -> None:
     assert n_x.min() < -0.001
     assert n_x.max() > 0.001
     steps = np.linalg.norm(np.diff(path.point, axis=0), axis=-1)
-    assert steps.max() < 1.3 * steps.mean()  # no jump where the signs join
+    assert steps.max() < 1.3 * steps.mean()  # no jump where the branches of n_x join
     assert np.unwrap(path.pinion_roll).tolist() == path.pinion_roll.tolist()
 
 
@@ -135,8 +128,8 @@ def test_a_batch_mixes_both_kinds() -> None:
 
 @pytest.mark.parametrize("design", [table1((0.001, -0.001)), table1((0.0005, 0.0005)), *LOST.values()])
 @pytest.mark.parametrize("block", [1, 100, 1000])
-def test_blocks_are_the_path(design: Design, block: int) -> None:
-    """Of many positions, so that the expansion in roll is used."""
+def test_blocks_equal_the_path(design: Design, block: int) -> None:
+    """With many positions, so that the expansion in roll is used."""
     points = 301 if block > 1 else 5
     whole = path_of_contact(design, points=points)
     blocks = list(path_blocks(design, points=points, positions_per_block=block))
@@ -147,8 +140,8 @@ def test_blocks_are_the_path(design: Design, block: int) -> None:
     assert blocks[-1].ends.contact_ratio == whole.ends.contact_ratio
 
 
-def test_memory_of_blocks_is_that_of_one() -> None:
-    """However long the path is: ten times as many positions take no more, where one call takes five times."""
+def test_memory_of_blocks_is_constant() -> None:
+    """Ten times as many positions need no more memory, where one call needs five times as much."""
 
     def peak(points: int, block: int) -> int:
         tracemalloc.start()
@@ -161,12 +154,12 @@ def test_memory_of_blocks_is_that_of_one() -> None:
         return found
 
     design = table1((0.001, -0.001))
-    peak(1_000, 1_000)  # the first call also pays for what is kept
+    peak(1_000, 1_000)  # the first call also fills the caches
     assert peak(20_000, 1_000) < 1.2 * peak(2_000, 1_000)
     assert peak(20_000, 20_000) > 5.0 * peak(2_000, 2_000)
 
 
-def test_positions_stand_where_they_were_asked_for() -> None:
+def test_positions_are_at_the_given_l1() -> None:
     l1 = np.linspace(-5.0, 5.0, 37)
     for design in (table1((0.001, -0.001)), table1((-0.01, 0.01))):
         assert path_of_contact(design, l1=l1).l1.tolist() == l1.tolist()
@@ -178,45 +171,6 @@ def test_blocks_of_no_path_and_of_bad_input() -> None:
     assert empty.ends.status != Status.SOLVED
     with pytest.raises(ValueError, match="single designs"):
         path_blocks(table1(errors=Errors(offset=np.zeros(2))))
-    with pytest.raises(ValueError, match="points must be at least 2"):
-        path_blocks(table1(), points=1)
-    for useless in (True, 2.0, "7", None):
-        with pytest.raises(ValueError, match="a whole number"):
-            path_of_contact(table1(), points=useless)  # type: ignore[arg-type]
-
-
-def on_the_curve(pairing: Pairing, path: ContactPath) -> FloatArray:
-    """Points z (1, positions, 4) of the positions of a path."""
-    met = meet(pairing, np.array((path.l1, path.l2))[:, None])
-    y = np.array((path.l1, path.l2, met.normal_x[0], met.across[0, 0]))
-    return np.asarray(y.T[None] / units_of(pairing))
-
-
-def test_the_four_unknowns_say_the_same_as_one_equation(flank: str) -> None:
-    design = table1((0.001, -0.001), Errors(offset=0.05, shaft_angle=1e-4))
-    pairing, path = pairing_of(design, flank), path_of_contact(design, flank, 9)
-    z, units = on_the_curve(pairing, path), units_of(pairing)
-    y = np.moveaxis(z * units, -1, 0)
-    residual, met = meet_on_curve(pairing, y)
-    assert np.abs(residual).max() < 1e-13
-    plain = meet(pairing, y[:2])
-    for name in ("across", "along", "slope", "moment", "normal_y"):
-        np.testing.assert_allclose(getattr(met, name), getattr(plain, name), atol=1e-10, err_msg=name)
-
-
-def test_tangents_and_the_way_back() -> None:
-    pairing = pairing_of(table1((0.001, -0.001)), "right")
-    path = path_of_contact(table1((0.001, -0.001)), points=9)
-    z, units = on_the_curve(pairing, path), units_of(pairing)
-    _, jacobian = linearised(pairing, z, units)
-    tangent = direction_of(jacobian)
-    np.testing.assert_allclose(np.linalg.norm(tangent, axis=-1), 1.0, atol=1e-14)
-    np.testing.assert_allclose(np.einsum("...ij,...j->...i", jacobian, tangent), 0.0, atol=1e-14)
-    start = z + 1e-3 * np.array([1.0, -1.0, 0.5, -0.5])
-    back, solved = onto_curve(pairing, start, tangent, units, 6)
-    assert solved.all()
-    assert np.abs(linearised(pairing, back, units)[0]).max() < 1e-14
-    np.testing.assert_allclose(np.einsum("...i,...i", back - start, tangent), 0.0, atol=1e-13)
 
 
 @pytest.mark.parametrize("design", [table1((0.001, -0.001)), *CROSSING.values()])
@@ -258,21 +212,17 @@ def test_traces_leave_the_window_and_pass_through_the_path(design: Design) -> No
         assert steps.max(axis=1).min() < 0.05
     for curve in curves:
         part = pairing.cases(np.zeros(len(curve.points), dtype=int))
-        faces = np.abs(_within(part, curve.points[:, None], units_of(part), FARTHEST)[1]).max(axis=-1)
+        faces = np.abs(_within(part, curve.points[:, None], units_of(part), MAX_DISTANCE_FACES)[1]).max(
+            axis=-1
+        )
         steps = np.linalg.norm(np.diff(curve.points, axis=0), axis=-1)
         far = np.maximum(1.0, 4.0 * np.maximum(faces[1:], faces[:-1]))
         assert (steps < 0.1 * far).all()
         assert np.abs(meet_on_curve(pairing, (curve.points * units[0]).T[:, None])[0]).max() < 1e-12
 
 
-def test_rows_of_a_followed_series_hold_the_limits() -> None:
-    series = series_found(TURNING["a -0.002/-0.002"])
-    assert series.coefficients.shape[0] == HEIGHT + 8
-    assert series.coefficients.shape[-1] < 60  # smooth in its length
-
-
 def test_a_curve_is_not_left_for_another_far_from_the_faces() -> None:
-    """Traced in long steps it was, and its piece on the flanks was counted twice."""
+    """Long steps once changed to another curve, so that the segment on the flanks was counted twice."""
     design = CROSSING["4.15/2.03 deg"].with_parabola(0.0012891466317091031, 0.000607238206935391)
     assert path_ends(design).pieces == 1
     assert path_ends(exchanged(design)).pieces == 1
@@ -280,11 +230,11 @@ def test_a_curve_is_not_left_for_another_far_from_the_faces() -> None:
 
 @pytest.mark.parametrize("a", [0.00045, 0.0005])
 def test_contact_ratio_where_the_roll_turns_back_at_60_digits(a: float) -> None:
-    """Eq. 16 is greatest less least roll of the path, by the five equations; its ends are nearer together."""
+    """Eq. 16 is the range of roll of the path by the five equations; its ends are closer together."""
     path = path_of_contact(table1((a, a)), points=401)
     turn = int(path.pinion_roll.argmin() if path.pinion_roll.argmin() % 400 else path.pinion_roll.argmax())
     rolls = [float(exact_at(path, k, "l1").phi1) for k in (0, turn - 1, turn, turn + 1, 400)]
-    before, middle, after = rolls[1:4]  # the extreme of the parabola through three positions
+    before, middle, after = rolls[1:4]  # extremum of the parabola through three positions
     extreme = middle - 0.125 * (after - before) ** 2 / (before - 2.0 * middle + after)
     pitch, ends = 2.0 * np.pi / 29, (rolls[0], rolls[-1])
     ratio = (max(*ends, extreme) - min(*ends, extreme)) / pitch
@@ -310,7 +260,7 @@ FROM_AFAR = [
 
 
 @pytest.mark.parametrize(("parabola", "offset", "shaft_deg", "l1"), FROM_AFAR)
-def test_contact_on_the_flanks_is_never_called_none(
+def test_contact_on_the_flanks_is_never_lost(
     parabola: tuple[float, float], offset: float, shaft_deg: float, l1: float
 ) -> None:
     design = table1(parabola, Errors(offset=offset, shaft_angle=radians(shaft_deg)))
@@ -323,7 +273,9 @@ def test_contact_on_the_flanks_is_never_called_none(
 
 
 def test_two_roots_between_two_samples_are_not_a_missing_normal() -> None:
-    """n_x is 0.14 and 0.10 at the two contacts of l1 = -1.0417; the members exchanged find them."""
+    """n_x is 0.14 and 0.10 at the two contacts of l1 = -1.0417, which are also found with the members
+    exchanged.
+    """
     design = table1((0.0089, -0.0091), Errors(offset=-0.4, shaft_angle=radians(-0.07)))
     l2 = np.array([0.4338, 0.2431, -1.4578, -2.3864])
     other = path_of_contact(exchanged(design), l1=l2)

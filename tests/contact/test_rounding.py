@@ -1,4 +1,4 @@
-"""The estimate of what rounding moves, against 60 digits."""
+"""The estimated effect of rounding, against 60 digits."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.stability.test_shaft_angles import folding
 
 
 def true_error(design: Design, flank: str = "right") -> float:
-    """Greatest distance (mm) of three positions of the path from the solution at their rolls."""
+    """Return the largest distance (mm) of three positions of the path from the solution at their rolls."""
     path = path_of_contact(design, flank, 5)
     exact = [np.array(exact_at(path, k).point, dtype=float) for k in (1, 2, 3)]
     away = np.linalg.norm(path.point[1:4] - exact, axis=-1)
@@ -22,7 +22,7 @@ def true_error(design: Design, flank: str = "right") -> float:
 
 
 @pytest.mark.parametrize("degrees", [0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6])
-def test_near_the_fold_the_estimate_grows_with_the_error(degrees: float) -> None:
+def test_near_the_fold_the_estimate_increases_with_the_error(degrees: float) -> None:
     design = folding(degrees)
     estimate = rounding_error(path_of_contact(design, points=5)).max()
     assert 0.05 * estimate < true_error(design) < 20.0 * estimate
@@ -30,7 +30,7 @@ def test_near_the_fold_the_estimate_grows_with_the_error(degrees: float) -> None
 
 
 @pytest.mark.parametrize("design", [table1(), table1((0.001, -0.001)), *CROSSING.values()])
-def test_where_n_x_only_passes_0_nothing_is_lost(design: Design) -> None:
+def test_paths_that_cross_n_x_0_lose_no_digits(design: Design) -> None:
     estimate = rounding_error(path_of_contact(design, points=5)).max()
     assert estimate < 1e-11
     assert true_error(design) < 20.0 * estimate

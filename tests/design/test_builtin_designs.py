@@ -1,7 +1,8 @@
-"""Built-in designs besides Table 1: no warnings, and their numbers in closed form.
+"""Built-in designs other than Table 1: no warnings, and numbers in closed form.
 
-Helix angles cancel and cone angles add up to the shaft angle, 0 of the pair on parallel axes, so that each
-closes with its reference cones as pitch cones, whatever the profile shift: that moves tips and thins teeth.
+The helix angles cancel, and the cone angles add up to the shaft angle (0 on parallel axes). The reference
+cones are therefore the pitch cones for any profile shift, which only moves tips and changes tooth
+thicknesses.
 """
 
 from __future__ import annotations
@@ -13,16 +14,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from beveloid_geom import DesignError, Pair, builtin_design, certify, path_of_contact, sliding_of
+from beveloid_geom import DesignError, Pair, builtin_design, certify, path_of_contact, read_design, sliding_of
 from beveloid_geom.contact.parallel.lines import contact_lines
 from beveloid_geom.design import file
-from beveloid_geom.design.file import BUILTINS, builtin_text, parse_design, read_design
-from beveloid_geom.findings.remarks import NOTE, tip_clearances
+from beveloid_geom.design.file import BUILTINS, builtin_text, parse_design
+from beveloid_geom.findings.diagnostics import NOTE, tip_clearances
 from beveloid_geom.operation.backlash import mounted_backlash
 from beveloid_geom.operation.operating_ratio import operating_ratio
-from beveloid_geom.pair.closing import closing_of
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.report.closing import closing_report
+from beveloid_geom.pair.zero_backlash import closing_of
+from beveloid_geom.report.check import check_report
 from beveloid_geom.status import Limit, Status
 from tests.oracle.sixty_digits import off_by
 from tests.validation.test_intersecting_axes import closed_form
@@ -34,21 +35,21 @@ PARALLEL = "anti-backlash"
 def test_every_file_is_listed() -> None:
     folder = Path(file.__file__).parent / "designs"
     assert {path.stem for path in folder.glob("*.toml")} == set(BUILTINS) == {"ni-2017", *NAMES, PARALLEL}
-    with pytest.raises(DesignError, match=f"there are ni-2017, {', '.join((*NAMES, PARALLEL))}$"):
+    with pytest.raises(DesignError, match=f"known are ni-2017, {', '.join((*NAMES, PARALLEL))}$"):
         builtin_design("marine")
 
 
 @pytest.mark.parametrize("name", [*NAMES, PARALLEL])
-def test_each_reads_and_has_nothing_above_a_note(name: str) -> None:
+def test_built_in_designs_have_notes_only(name: str) -> None:
     design = builtin_design(name)
     assert design == parse_design(builtin_text(name)) == read_design(name)
-    report = closing_report(name, design)
+    report = check_report(name, design)
     assert [remark for remark in report.remarks if remark.level != NOTE] == []
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_what_its_comments_say(name: str) -> None:
-    """Radii, mounting distances and backlash from the numbers of the file alone."""
+def test_numbers_in_the_comments(name: str) -> None:
+    """Radii, mounting distances and backlash in closed form."""
     design, text = builtin_design(name), builtin_text(name)
     mounting, closing = mounting_of(design), closing_of(design)
     pinion = design.pinion
@@ -67,8 +68,10 @@ def test_what_its_comments_say(name: str) -> None:
     assert f"= {backlash:.3f} mm" in text
     for radius in {r1, r2}:
         assert f"{radius:.4f}" in text
-    written = parse_design(text.replace("# pinion_mounting", "pinion_mounting").replace("# gear_m", "gear_m"))
-    np.testing.assert_allclose(mounting_of(written).distance, distance, rtol=0.0, atol=1e-6)
+    with_mounting = parse_design(
+        text.replace("# pinion_mounting", "pinion_mounting").replace("# gear_m", "gear_m")
+    )
+    np.testing.assert_allclose(mounting_of(with_mounting).distance, distance, rtol=0.0, atol=1e-6)
     assert (tip_clearances(design) > 0.25 * module).all()
     for member in design.members:
         least = 1.0 - float(member.teeth) * sin(alpha) ** 2 / (2.0 * cos(float(member.helix_angle)) ** 3)
@@ -90,14 +93,15 @@ def test_contact_ratios_in_closed_form(name: str, flank: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_sixty_digits(name: str, flank: str) -> None:
-    """Ends of the path by the five equations; between them the roll, over the pitch, is the contact ratio."""
+    """Ends of the path by the five equations in 60 digits; the contact ratio follows from their roll
+    angles."""
     design = builtin_design(name)
     path = path_of_contact(design, flank, 3)
     assert path.ends.status == Status.SOLVED
     for k in range(3):
-        apart, turned = off_by(path, k, "l1")
-        assert apart < 1e-11
-        assert turned < 1e-13
+        position_error, roll_error = off_by(path, k, "l1")
+        assert position_error < 1e-11
+        assert roll_error < 1e-13
     roll = abs(float(path.pinion_roll[-1] - path.pinion_roll[0]))
     ratio = roll * float(design.pinion.teeth) / (2.0 * pi)
     assert ratio == pytest.approx(closed_form(design, flank), abs=1e-11)
@@ -109,7 +113,7 @@ def test_specific_sliding_of_the_marine_pair_is_balanced() -> None:
     np.testing.assert_allclose(least, (-1.2, -1.2), rtol=0.0, atol=0.05)
 
 
-def test_what_the_comments_of_the_anti_backlash_pair_say() -> None:
+def test_numbers_in_the_comments_of_the_anti_backlash_pair() -> None:
     design, text = builtin_design(PARALLEL), builtin_text(PARALLEL)
     mounting, closing, pinion = mounting_of(design), closing_of(design), design.pinion
     module, alpha = float(pinion.tool.normal_module), float(pinion.tool.normal_pressure_angle)
@@ -122,12 +126,12 @@ def test_what_the_comments_of_the_anti_backlash_pair_say() -> None:
     backlash, rate = -2.0 * module * shift * cos(cone) * sin(alpha), 2.0 * sin(alpha) * sin(cone)
     assert closing.normal_backlash == pytest.approx(backlash, abs=1e-12)
     away = backlash / rate
-    said = f"= {backlash:.3f} mm", f"= {rate:.4f} mm", f"{away:.3f} mm further", "= 0.47 mm, 0.31 modules"
-    for words in said:
-        assert words in text
+    comments = f"= {backlash:.3f} mm", f"= {rate:.4f} mm", f"{away:.3f} mm further", "= 0.47 mm, 0.31 modules"
+    for comment in comments:
+        assert comment in text
     assert 9.0 * tan(cone) == pytest.approx(0.47, abs=0.005)
-    taken = replace(design, pair=Pair(design.pair.offset, 0.0, 0.0, away))
-    assert float(mounting_of(taken).normal_backlash) == pytest.approx(0.0, abs=1e-12)
+    without = replace(design, pair=Pair(design.pair.offset, 0.0, 0.0, away))
+    assert float(mounting_of(without).normal_backlash) == pytest.approx(0.0, abs=1e-12)
     assert float(mounted_backlash(design).normal) == pytest.approx(backlash, abs=1e-9)
     assert (tip_clearances(design) > 0.25 * module * cos(cone)).all()
     least = 1.0 - 24.0 * sin(alpha) ** 2 / 2.0
@@ -135,18 +139,19 @@ def test_what_the_comments_of_the_anti_backlash_pair_say() -> None:
     assert float(pinion.profile_shift) - 9.0 * tan(cone) / module > least + 0.3
 
 
-def test_the_anti_backlash_pair_runs_along_lines(flank: str) -> None:
-    """Mirror images on both flanks; each line as long as the common face, over the cosine of its lean."""
+def test_lines_of_contact_of_the_anti_backlash_pair(flank: str) -> None:
+    """Both flanks are mirror images. A line is as long as the common face over the cosine of the base helix
+    angle."""
     design = builtin_design(PARALLEL)
     path = path_of_contact(design, flank, 9)
     lines, other = contact_lines(path), path_of_contact(design, {"right": "left", "left": "right"}[flank], 3)
     assert float(path.ends.contact_ratio) == pytest.approx(float(other.ends.contact_ratio), abs=1e-13)
     assert float(lines.transverse_ratio) > 1.5
     alpha, cone = float(design.pinion.tool.normal_pressure_angle), float(design.pinion.cone_angle)
-    lean = sin(alpha) * sin(cone)  # sine of the base helix angle
-    assert lines.length.max() == pytest.approx(15.0 / np.sqrt(1.0 - lean**2), abs=1e-9)
+    sine = sin(alpha) * sin(cone)  # of the base helix angle
+    assert lines.length.max() == pytest.approx(15.0 / np.sqrt(1.0 - sine**2), abs=1e-9)
     pitch = pi * 1.5 * cos(alpha)
-    assert float(lines.overlap_ratio) == pytest.approx(15.0 * lean / pitch, abs=1e-12)
+    assert float(lines.overlap_ratio) == pytest.approx(15.0 * sine / pitch, abs=1e-12)
     assert certify(path).holds
     assert float(operating_ratio(design, flank)) == float(path.ends.contact_ratio)
     least = sliding_of(path).specific.min(axis=0)

@@ -1,4 +1,4 @@
-"""Limits that join several keys, against the rack surface."""
+"""Limit of the parabola coefficient, compared with the rack surface."""
 
 from math import cos, radians, sin
 
@@ -20,7 +20,7 @@ from beveloid_geom.design.limits import parabola_limit
 def test_parabola_limit_against_the_rack_surface(
     alpha: float, helix: float, cone: float, module: float
 ) -> None:
-    """Least and greatest lean of the rack's own normals, from tangents of Eqs. 2-4 by differences."""
+    """The normals follow from numerical derivatives of Eqs. 2-4."""
     tool = Tool(module, radians(alpha))
     member = Member(tool, 20, radians(helix), radians(cone), 0.0, 10.0)
     limit = parabola_limit(member)
@@ -31,8 +31,8 @@ def test_parabola_limit_against_the_rack_surface(
         assert radians(alpha) <= np.arctan(abs(sin(beta) * np.tan(gamma))) + radians(1.0)
         return
 
-    def leans(coefficient: float) -> tuple[float, float, float]:
-        """Least radial normal, least and greatest local pressure angle (deg) within +-1.25 modules."""
+    def angles_of(coefficient: float) -> tuple[float, float, float]:
+        """Return the least radial normal and the least and largest local pressure angle, deg."""
         l = np.linspace(-4.0 * module, 4.0 * module, 80_001)
         x = l * cos(radians(alpha)) + coefficient * l**2 * sin(radians(alpha))
         y = coefficient * l**2 * cos(radians(alpha)) - l * sin(radians(alpha))
@@ -40,18 +40,18 @@ def test_parabola_limit_against_the_rack_surface(
         middle = len(l) // 2
         low = middle - np.argmax(x[middle::-1] < -1.25 * module)
         high = middle + np.argmax(x[middle:] > 1.25 * module)
-        used = slice(low + 1, high)
-        local = np.arctan2(-dy[used], dx[used])
+        active = slice(low + 1, high)
+        local = np.arctan2(-dy[active], dx[active])
         radial = []
         for sigma in (1.0, -1.0):
             section = np.stack((np.sin(local), sigma * np.cos(local), np.zeros_like(local)))
             radial.append((tilt @ turn @ section)[0].min())
         return min(radial), np.degrees(local.min()), np.degrees(local.max())
 
-    radial, lowest, highest = leans(limit)
+    radial, lowest, highest = angles_of(limit)
     assert radial > 0.0
     margin = np.degrees(np.arctan(abs(sin(beta) * np.tan(gamma)))) + 1.0
     assert lowest == pytest.approx(margin, abs=0.02) or highest == pytest.approx(60.0, abs=0.02)
     assert lowest > margin - 0.02
     assert highest < 60.02
-    assert leans(-limit)[1:] == pytest.approx((lowest, highest), abs=0.02)
+    assert angles_of(-limit)[1:] == pytest.approx((lowest, highest), abs=0.02)

@@ -1,4 +1,4 @@
-"""Inputs from Python: what is taken, as what it is kept, and what is refused in which words."""
+"""Inputs from Python: accepted types, stored values, messages for faults."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import re
 from collections.abc import Callable
 from copy import deepcopy
 from dataclasses import replace
-from math import inf, nan, radians
+from math import nan, radians
 from typing import Any, TypeVar
 
 import numpy as np
@@ -27,7 +27,7 @@ from beveloid_geom import (
 )
 from beveloid_geom.design.field_limits import LIMITS
 from beveloid_geom.gear.tooth_side import _surface, surface_of
-from beveloid_geom.operation.separation import separation
+from beveloid_geom.operation.angular_clearance import angular_clearance
 from tests.oracle.table1 import table1
 
 T = TypeVar("T")
@@ -47,7 +47,7 @@ def changed(given: T, name: str, value: Any) -> T:
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float16])
 @pytest.mark.parametrize("name", ["shaft_angle", "offset", "gear_axial"])
-def test_narrow_errors_are_those_of_their_values(name: str, dtype: type) -> None:
+def test_float32_errors(name: str, dtype: type) -> None:
     narrow: Any = np.array([-1e-3, 2e-4, 1e-3], dtype=dtype)
     wide = narrow.astype(float)
     paths = [path_of_contact(TABLE.with_errors(Errors(**{name: x})), points=5) for x in (narrow, wide)]
@@ -56,8 +56,8 @@ def test_narrow_errors_are_those_of_their_values(name: str, dtype: type) -> None
     np.testing.assert_allclose(alone.point, paths[1].point[1], rtol=0.0, atol=1e-11)
 
 
-def test_a_narrow_member_is_kept_as_its_float64_twin() -> None:
-    """Kept for the one of them it is right for the other."""
+def test_float32_member() -> None:
+    """A float32 member and its float64 copy have equal flanks."""
     for name in ("helix_angle", "cone_angle", "face_width"):
         narrow: Any = np.float32(getattr(PINION, name) * 1.01)
         surface = surface_of(changed(PINION, name, narrow), "right")
@@ -79,68 +79,51 @@ def test_numbers_become_floats(value: Any) -> None:
 
 
 @pytest.mark.parametrize("value", [29, 29.0, np.int8(29), np.float32(29.0), np.array(29)])
-def test_teeth_become_a_whole_number(value: Any) -> None:
+def test_teeth_become_an_int(value: Any) -> None:
     member = replace(PINION, teeth=value)
     assert type(member.teeth) is int
     assert member == PINION
 
 
 @pytest.mark.parametrize("value", [[0.1, 0.2], (0.1, 0.2), np.array([0.1, 0.2]), np.array([0.1, 0.2], ">f8")])
-def test_rows_become_arrays_that_nobody_can_change(value: Any) -> None:
+def test_arrays_are_copied_and_read_only(value: Any) -> None:
     errors = Errors(offset=value)
-    kept = errors.offset
-    assert isinstance(kept, np.ndarray)
-    assert kept.dtype == np.dtype(np.float64)
-    np.testing.assert_array_equal(kept, [0.1, 0.2])
+    stored = errors.offset
+    assert isinstance(stored, np.ndarray)
+    assert stored.dtype == np.dtype(np.float64)
+    np.testing.assert_array_equal(stored, [0.1, 0.2])
     if isinstance(value, np.ndarray):
         value[0] = 9.0
-        assert kept[0] == 0.1
+        assert stored[0] == 0.1
     with pytest.raises(ValueError, match="read-only"):
-        kept[0] = 9.0
+        stored[0] = 9.0
     assert TABLE.with_errors(errors).batch_shape == (2,)
 
 
 NUMBER = "give it like 1.5, without quotes"
 WHOLE = "give it like 29, without quotes or decimals"
 DEGREES = "was it given in degrees?"
-PLAIN, UNMASK = "must be a number or a plain array", "fill it, or take the cases that it shows"
+PLAIN, UNMASK = "must be a number or a plain array", "fill it, or take the unmasked cases"
 ROUND = "must be between -3.14159 and 3.14159 rad"
 BAD: list[tuple[str, str, object, str]] = [
     # not a number
-    ("Member", "teeth", "29", f"teeth must be a whole number, got '29': {WHOLE}"),
     ("Member", "teeth", 29.5, f"teeth must be a whole number, got 29.5: {WHOLE}"),
-    ("Member", "teeth", True, f"teeth must be a whole number, got true: {WHOLE}"),
-    ("Member", "teeth", -29, "teeth must be between 1 and 2000, got -29: internal gears are not covered"),
     ("Pair", "offset", np.True_, f"offset must be a number, got true: {NUMBER}"),
     ("Pair", "offset", None, f"offset must be a number, got None: {NUMBER}"),
-    ("Pair", "offset", 229 + 0j, f"offset must be a number, got (229+0j): {NUMBER}"),
     ("Pair", "offset", np.array([1j]), f"offset must be a number, got array([0.+1.j]): {NUMBER}"),
     ("Pair", "offset", 10**400, f"offset must be a number, got an integer of 1329 bits: {NUMBER}"),
     ("Pair", "offset", ["229"], f"offset must be a number, got ['229']: {NUMBER}"),
     ("Pair", "offset", [[1.0], [1.0, 2.0]], f"offset must be a number, got [[1.0], [1.0, 2.0]]: {NUMBER}"),
     ("Pair", "gear_mounting", "far", f"gear_mounting must be a number, got 'far': {NUMBER}"),
     ("Tool", "parabola", nan, "parabola must be a finite number, got nan: give the value itself"),
-    ("Errors", "offset", -inf, "offset must be a finite number, got -inf: give the value itself"),
     ("Errors", "offset", np.ma.array([0.1, 0.2], mask=[False, True]), f"offset {PLAIN}, got a masked array: "
      f"{UNMASK}"),
     ("Errors", "offset", [0.1, np.ma.masked], f"offset {PLAIN}, got [0.1, masked]: {UNMASK}"),
-    # out of range
+    # wider ranges than in files, and angles in degrees
     ("Tool", "normal_module", -6, "normal_module must be between 1e-06 and 1e+06 mm, got -6.0: give a "
      "positive length in mm"),
-    ("Member", "face_width", 0.0, "face_width must be between 1e-09 and 1e+09 mm, got 0.0: give a positive "
-     "length in mm"),
-    ("Tool", "addendum", -1.0, "addendum must be between 0 and 10, got -1.0: it counts in normal modules, "
-     "not in mm"),
-    ("Errors", "gear_axial", 2e3, "gear_axial must be between -1000 and 1000 mm, got 2000.0: give it in mm, "
-     "positive towards the heel"),
-    # degrees
     ("Pair", "shaft_angle", 15.0, f"shaft_angle {ROUND}, got 15.0: {DEGREES}"),
-    ("Tool", "normal_pressure_angle", 20, "normal_pressure_angle must be between 0.0872665 and 0.785398 rad, "
-     f"got 20.0: {DEGREES}"),
     ("Member", "helix_angle", -25, "helix_angle must be between -1.39626 and 1.39626 rad, got -25.0: "
-     f"{DEGREES}"),
-    ("Member", "cone_angle", 3, f"cone_angle must be between -0.785398 and 0.785398 rad, got 3.0: {DEGREES}"),
-    ("Errors", "shaft_angle", 0.2, "shaft_angle must be between -0.0872665 and 0.0872665 rad, got 0.2: "
      f"{DEGREES}"),
     ("Errors", "shaft_angle", 15.0, "shaft_angle must be between -0.0872665 and 0.0872665 rad, got 15.0: "
      "change the shaft angle of the pair if another layout is meant"),
@@ -153,13 +136,13 @@ BAD: list[tuple[str, str, object, str]] = [
 
 
 @pytest.mark.parametrize(("kind", "name", "value", "message"), BAD, ids=lambda v: str(v)[:30])
-def test_each_fault_has_its_line(kind: str, name: str, value: object, message: str) -> None:
+def test_message(kind: str, name: str, value: object, message: str) -> None:
     with pytest.raises(DesignError) as caught:
         replace(KINDS[kind], **{name: value})
     assert str(caught.value) == f"{kind}: {message}"
 
 
-def test_all_faults_of_an_input_come_at_once() -> None:
+def test_all_faults_are_reported_together() -> None:
     with pytest.raises(ValueError, match=r"^Member: teeth must be .*\nMember: helix_angle must be .*$"):
         Member(TOOL, 0, 25.0, 0.05, 0.0, 50.0)
 
@@ -168,12 +151,12 @@ OTHER: dict[str, tuple[Callable[[], object], str]] = {
     "modules": (
         lambda: replace(TABLE, gear=replace(TABLE.gear, tool=replace(TOOL, normal_module=5.0))),
         "Design: gear normal_module cos(normal_pressure_angle) must equal that of the pinion, 5.63815572472 "
-        "mm, got 4.69846310393: teeth that mesh share their base pitch",
+        "mm, got 4.69846310393: meshing teeth have the same base pitch",
     ),
     "modules in a batch": (
         lambda: replace(TABLE, pinion=replace(PINION, tool=changed(TOOL, "normal_module", [6.0, 5.0]))),
         "Design: gear normal_module cos(normal_pressure_angle) must equal that of the pinion, 4.69846310393 "
-        "mm, got 5.63815572472 at [1]: teeth that mesh share their base pitch",
+        "mm, got 5.63815572472 at [1]: meshing teeth have the same base pitch",
     ),
     "no tool": (
         lambda: replace(PINION, tool=6.0),  # type: ignore[arg-type]
@@ -187,23 +170,23 @@ OTHER: dict[str, tuple[Callable[[], object], str]] = {
 
 
 @pytest.mark.parametrize(("make", "message"), OTHER.values(), ids=OTHER)
-def test_what_does_not_go_together_is_refused(make: Callable[[], object], message: str) -> None:
+def test_objects_that_do_not_fit_each_other(make: Callable[[], object], message: str) -> None:
     with pytest.raises(DesignError) as caught:
         make()
     assert str(caught.value) == message
 
 
 @pytest.mark.parametrize(("kind", "name"), [(kind, name) for kind in LIMITS for name in LIMITS[kind]])
-def test_what_a_file_takes_python_takes(kind: str, name: str) -> None:
-    """The ends of every range, in rad."""
+def test_python_accepts_the_limits_of_files(kind: str, name: str) -> None:
+    """Both ends of each range, angles in rad."""
     limit = LIMITS[kind][name]
     for end in (limit.low, limit.high):
         value = radians(end) if limit.unit == "deg" else end
         assert getattr(replace(KINDS[kind], **{name: value}), name) == value
 
 
-def test_what_the_solver_answers_by_name_is_taken() -> None:
-    """Parallel axes, axes that lean the other way, a parabola that folds, a cone too steep, far apart."""
+def test_inputs_with_a_named_status_are_accepted() -> None:
+    """Parallel axes, shaft angles out of range, folding parabolas, steep cones, large offsets."""
     for pair in (Pair(229.0, 0.0), Pair(229.0, -0.26), Pair(229.0, 1.7), Pair(9e4, 0.26)):
         assert replace(TABLE, pair=pair).batch_shape == ()
     assert TABLE.with_parabola(-0.5, 10.0).with_errors(Errors(offset=500.0)).batch_shape == ()
@@ -214,14 +197,14 @@ def test_what_the_solver_answers_by_name_is_taken() -> None:
 ARGUMENTS: dict[str, Callable[[Any], object]] = {
     "l1": lambda x: path_of_contact(TABLE, l1=x),
     "pinion_roll": lambda x: first_contact(TABLE, "right", x),
-    "gear_roll": lambda x: separation(TABLE, "right", 0, 0.0, 0.0, 0.1, x),
-    "z": lambda x: separation(TABLE, "right", 0, 0.0, x, 0.1, 0.1),
+    "gear_roll": lambda x: angular_clearance(TABLE, "right", 0, 0.0, 0.0, 0.1, x),
+    "z": lambda x: angular_clearance(TABLE, "right", 0, 0.0, x, 0.1, 0.1),
 }
 
 
 @pytest.mark.parametrize(("name", "call"), ARGUMENTS.items(), ids=ARGUMENTS)
-def test_arguments_are_numbers_or_refused(name: str, call: Callable[[Any], object]) -> None:
-    """Text was read as a number, and what a mask hides was solved."""
+def test_arguments_must_be_numbers(name: str, call: Callable[[Any], object]) -> None:
+    """Text and masked arrays are rejected."""
     for value, shown in ((["0.1"], "['0.1']"), ([True], "[True]"), ([0.1j], "[0.1j]")):
         with pytest.raises(ValueError) as caught:  # noqa: PT011
             call(value)
@@ -246,7 +229,7 @@ def test_copies_are_equal_and_read_only(design: Design, made: Callable[[Design],
 
 
 def test_equal_designs() -> None:
-    """By their values, arrays too; of plain numbers they are the same key, those of arrays are no keys."""
+    """Designs are compared by value. Designs of plain numbers are hashable."""
     assert table1() == TABLE
     assert hash(table1()) == hash(TABLE)
     assert table1((0.001, 0.0)) != TABLE
@@ -260,7 +243,7 @@ def test_equal_designs() -> None:
 
 
 def test_degrees_can_be_given() -> None:
-    """As in a design file; of several cases, too."""
+    """Numbers and arrays, as in a design file."""
     turned = from_degrees(Pair, offset=200.0, shaft_angle_deg=[10.0, 20.0])
     np.testing.assert_allclose(turned.shaft_angle, np.radians([10.0, 20.0]), rtol=1e-15)
     assert not np.asarray(turned.shaft_angle).flags.writeable
@@ -268,13 +251,13 @@ def test_degrees_can_be_given() -> None:
 
 
 @pytest.mark.parametrize(
-    ("values", "words"),
+    ("values", "message"),
     [
-        ({"offset_deg": 1.0}, "offset_deg is no angle of Errors: give one of shaft_angle_deg"),
+        ({"offset_deg": 1.0}, "offset_deg is not an angle of Errors: give one of shaft_angle_deg"),
         ({"shaft_angle_deg": 1.0, "shaft_angle": 0.1}, "shaft_angle_deg is given twice, in deg and in rad"),
         ({"shaft_angle_deg": "wide"}, "shaft_angle must be a number"),
     ],
 )
-def test_degrees_of_what_is_no_angle_are_refused(values: dict[str, Any], words: str) -> None:
-    with pytest.raises(DesignError, match=re.escape(words)):
+def test_degrees_are_accepted_for_angles_only(values: dict[str, Any], message: str) -> None:
+    with pytest.raises(DesignError, match=re.escape(message)):
         from_degrees(Errors, **values)

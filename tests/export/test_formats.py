@@ -1,4 +1,4 @@
-"""The dictionaries of formats: every writer is there, and help, refusals and both tables name all of them."""
+"""Formats: every writer exists, and the help, messages and tables name all of them."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ def test_every_format_has_its_writer(kind: str) -> None:
 
 
 @each
-def test_help_and_refusals_name_every_format(kind: str) -> None:
-    told = CliRunner().invoke(main, ["mesh", "--help"]).stdout
+def test_help_and_messages_name_every_format(kind: str) -> None:
+    help_text = CliRunner().invoke(main, ["mesh", "--help"]).stdout
     line = CliRunner().invoke(main, ["mesh", "--part", "pair", "--out", "a.pdf"]).stderr
-    assert line.startswith("Error: --out: .pdf is no known format: give one of ")
+    assert line.startswith("Error: --out: .pdf is not a known format: give one of ")
     for suffix, one in ALL[kind].items():
-        assert suffix in told
+        assert suffix in help_text
         assert suffix in line
-        assert one.purpose in " ".join(told.split())
+        assert one.purpose in " ".join(help_text.split())
 
 
 @pytest.mark.parametrize("page", ["README.md", "beveloid_geom/export/README.md"])
-def test_tables_name_every_format_and_what_reads_it(page: str) -> None:
+def test_tables_name_every_format_and_its_programs(page: str) -> None:
     lines = (ROOT / page).read_text(encoding="utf-8").splitlines()
     for formats in ALL.values():
         for suffix, one in formats.items():

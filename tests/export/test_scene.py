@@ -1,4 +1,4 @@
-"""The pair as a scene: what trimesh reads back, on which surfaces it lies, and what it shows as contact."""
+"""Scene of the pair: geometry read back by trimesh, height of the pattern, first contacts."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import pytest
 
 from beveloid_geom import Design, Member, certify, contact_pattern, path_of_contact
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.placing import meshing_pair
-from beveloid_geom.export.scene import METRES_Y_UP, RAISED, Piece, pair_pieces, write_glb
+from beveloid_geom.contact.mesh_position import meshing_pair
+from beveloid_geom.export.scene import METRES_Y_UP, PATTERN_HEIGHT_MODULES, SceneItem, pair_scene, write_glb
 from beveloid_geom.gear.flank import flank_point, trace_parameter
 from beveloid_geom.status import Verdict
 from tests.oracle.table1 import table1
@@ -21,8 +21,9 @@ MODIFIED = table1((0.001, -0.001))
 TOLERANCE = 0.05
 
 
-def pieces_of(design: Design, flank: str) -> dict[str, Piece]:
-    return {piece.name: piece for piece in pair_pieces(design, meshing_pair(design, flank), TOLERANCE)}
+def scene_of(design: Design, flank: str) -> dict[str, SceneItem]:
+    position = meshing_pair(design, flank)
+    return {item.name: item for item in pair_scene(design, position, position.frames, TOLERANCE)}
 
 
 def in_own_frame(design: Design, flank: str, member: int, points: FloatArray) -> FloatArray:
@@ -30,11 +31,11 @@ def in_own_frame(design: Design, flank: str, member: int, points: FloatArray) ->
     return np.asarray((points - origin) @ rotation)
 
 
-def test_what_is_written_is_read_back(tmp_path: Path) -> None:
-    """In metres and y up to 1e-6 m, what lies on a flank below its gear."""
+def test_scenes_are_read_back(tmp_path: Path) -> None:
+    """Coordinates are in metres with y up, to 1e-6 m; paths and patterns are children of their gear."""
     import trimesh
 
-    pieces = pieces_of(MODIFIED, "left")
+    pieces = scene_of(MODIFIED, "left")
     write_glb(list(pieces.values()), tmp_path / "a.glb")
     scene: Any = trimesh.load(tmp_path / "a.glb")
     assert set(scene.geometry) == set(pieces)
@@ -45,7 +46,7 @@ def test_what_is_written_is_read_back(tmp_path: Path) -> None:
         points = piece.surface.points @ METRES_Y_UP.T
         np.testing.assert_allclose(mesh.vertices, points, rtol=0, atol=1e-6)
         np.testing.assert_array_equal(mesh.faces, piece.surface.faces)
-        assert parents[name] == (piece.of or "world")
+        assert parents[name] == (piece.parent or "world")
     np.testing.assert_allclose(METRES_Y_UP @ (0.0, 0.0, 1000.0), (0.0, 1.0, 0.0))
     assert np.linalg.det(1e3 * METRES_Y_UP) == pytest.approx(1.0)
 
@@ -53,9 +54,11 @@ def test_what_is_written_is_read_back(tmp_path: Path) -> None:
 @pytest.mark.parametrize("member", [0, 1])
 def test_pattern_is_raised_from_the_flank_and_has_the_area_of_the_pattern(member: int) -> None:
     name = ("pinion", "gear")[member]
-    piece = pieces_of(MODIFIED, "left")[f"pattern on {name}"]
+    piece = scene_of(MODIFIED, "left")[f"pattern on {name}"]
     points = in_own_frame(MODIFIED, "left", member, piece.surface.points)
-    assert distances(MODIFIED.members[member], points) == pytest.approx(RAISED * MODULE, rel=0.01)
+    assert distances(MODIFIED.members[member], points) == pytest.approx(
+        PATTERN_HEIGHT_MODULES * MODULE, rel=0.01
+    )
     corners = piece.surface.points[piece.surface.faces]
     area = 0.5 * np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
@@ -65,7 +68,7 @@ def test_pattern_is_raised_from_the_flank_and_has_the_area_of_the_pattern(member
 
 
 def distances(member: Member, points: FloatArray) -> FloatArray:
-    """Distances, mm, of a dozen of the points from the left flank, by SciPy's least squares."""
+    """Return the distances (mm) of twelve points from the left flank, by SciPy's least squares."""
     from scipy.optimize import least_squares
 
     def off(place: FloatArray, point: FloatArray, /) -> FloatArray:
@@ -82,8 +85,8 @@ def distances(member: Member, points: FloatArray) -> FloatArray:
 
 @pytest.mark.parametrize("flank", ["right", "left"])
 def test_only_first_contacts_are_shown_as_contact(flank: str) -> None:
-    """The thick tube is as long as those steps of the path whose ends are first contacts."""
-    pieces = pieces_of(MODIFIED, flank)
+    """The thick tube covers the steps of the path between first contacts."""
+    pieces = scene_of(MODIFIED, flank)
     path = path_of_contact(MODIFIED, flank, 33)
     first = certify(path).verdict == Verdict.FIRST_CONTACT
     assert 0 < first.sum() < len(first)

@@ -17,9 +17,9 @@ from beveloid_geom.gear.rack import rack_of
 from beveloid_geom.gear.undercut import (
     pointed_part,
     regular_start,
-    require_sound,
+    require_flanks,
     undercut_of,
-    words_of,
+    undercut_text,
 )
 from tests.oracle.table1 import table1
 from tests.oracle.tool_sweep import clearance_of_round
@@ -57,8 +57,9 @@ def test_spur_gears_are_undercut_below_the_handbooks_number_of_teeth(
 def test_undercut_of_an_involute_ends_where_the_joint_meets_the_base_cylinder(
     flank: str, hand: float
 ) -> None:
-    """The point of contact at the joint is r_P sin^2 of the transverse pressure angle below the
-    pitch line there; its height is linear along the trace."""
+    """The point of contact at the joint is r_P sin^2 of the transverse pressure angle below the pitch line
+    there; its height is linear along the trace.
+    """
     member = replace(FEW, helix_angle=hand * FEW.helix_angle)
     rack, found = rack_of(member, flank), undercut_of(member, flank, 5)
     nx, ny, _ = rack.normal
@@ -70,14 +71,16 @@ def test_undercut_of_an_involute_ends_where_the_joint_meets_the_base_cylinder(
 
 
 def test_an_involute_is_regular_from_its_base_cylinder_on(flank: str) -> None:
-    """Where the tool folds it; with enough teeth from its root on."""
+    """Where the flank folds back; with more teeth it is regular from its root."""
     z = np.array([-10.0, 0.0, 10.0])
     l = regular_start(SPUR, flank, z)
     points = flank_point(SPUR, flank, l, trace_parameter(SPUR, flank, l, z))
     base = 0.5 * 6.0 * 10.0 * cos(radians(20.0))
     np.testing.assert_allclose(np.hypot(points[:, 0], points[:, 1]), base, atol=1e-6)
     many = unchecked(SPUR, teeth=30)
-    np.testing.assert_allclose(regular_start(many, flank, z), root_parameter(many), rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(
+        regular_start(many, flank, z), root_parameter(many, flank), rtol=0.0, atol=1e-12
+    )
 
 
 def on_flank(member: Member, flank: str, l: float, z: float) -> FloatArray:
@@ -98,8 +101,8 @@ def test_the_flank_starts_where_the_round_ceases_to_cut_it(member: Member, flank
 
 
 @pytest.mark.parametrize("name", ["spur", "almost sharp tool", "beveloid"])
-def test_the_neck_is_as_thin_as_the_round_makes_it(name: str) -> None:
-    """Lines behind the radial line through the flank's start: the round just reaches them."""
+def test_the_neck_is_tangent_to_the_tool_round(name: str) -> None:
+    """Lines behind the radial line through the start of the flank: the round just reaches them."""
     member = UNDERCUT[name]
     found = undercut_of(member, "right", 5)
     x, y, z = on_flank(member, "right", float(found.start[0]), float(found.z[0]))
@@ -122,17 +125,22 @@ def test_mirrored_member_has_its_flanks_exchanged(member: Member) -> None:
 
 def test_table_1_is_sound_and_convex_its_pinion_is_undercut() -> None:
     for member in (PINION, GEAR, replace(GEAR, tool=CONVEX.tool)):
-        require_sound(member)
+        require_flanks(member)
         for flank in ("right", "left"):
             assert not undercut_of(member, flank).undercut
-    with pytest.raises(ValueError, match=r"the right flank is undercut from z = -25 to 19.91 mm, it loses"):
-        require_sound(CONVEX)
+    assert undercut_of(CONVEX, "right").undercut
+    require_flanks(CONVEX)
+    nothing = replace(FEW, teeth=8, cone_angle=radians(20.0), profile_shift=-0.5, face_width=60.0)
+    with pytest.raises(ValueError, match=r"undercut .* nothing of it is left"):
+        require_flanks(nothing)
 
 
-def test_slight_undercut_loses_half_as_much_again_as_folds_back() -> None:
-    """Near its cusp the involute is y = +/- x^(3/2) in units of its own, x growing as the square of
-    l. The tool's edge at x0 on the part that folds back runs on along the tangent there and
-    meets the other part where 2 t^(3/2) + 3 t = 1, t = x/x0 = 1/4: half as far from the cusp in l."""
+def test_slight_undercut_loses_1_5_times_the_folded_length() -> None:
+    """Near its cusp the involute is y = +/- x^(3/2) in scaled units, where x grows with the square of l.
+
+    The tool edge at x0 on the folded part continues along the tangent there and meets the other part where
+    2 t^(3/2) + 3 t = 1, t = x/x0 = 1/4: at half the distance from the cusp in l.
+    """
     alpha, less = radians(20.0), 1e-3
     limit = 1.25 - 0.38 * (1.0 - sin(alpha)) - 5.0 * sin(alpha) ** 2
     lost = undercut_of(replace(SPUR, profile_shift=limit - less), "right", 3).lost
@@ -144,11 +152,11 @@ def test_a_flank_can_be_lost_altogether() -> None:
     found = undercut_of(stub, "right", 3)
     assert np.isnan(found.start).all()
     assert np.isinf(found.lost).all()
-    assert words_of(found) == "along the whole face, at -10 mm nothing of it is left"
+    assert undercut_text(found) == "along the whole face, at -10 mm nothing of it is left"
 
 
 def test_pointed_part_is_where_the_involutes_meet() -> None:
-    """Spur beveloid: shift and tip grow along the face, thickness from the involute function."""
+    """Spur beveloid: shift and tip increase along the face; thickness from the involute function."""
     gamma, alpha, module, teeth, shift = radians(8.0), radians(20.0), 3.0, 14, 0.5
     member = Member(Tool(module, alpha), teeth, 0.0, gamma, shift, 30.0)
     transverse, pitch = np.arctan(tan(alpha) * cos(gamma)), 0.5 * module * teeth

@@ -1,4 +1,4 @@
-"""Whether tangencies of a path are contacts: known cases of Table 1, and the search behind them."""
+"""Certificates of paths of contact: known cases of Table 1 and independent searches."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 from beveloid_geom import Errors, certify, path_of_contact
 from beveloid_geom.gear.flank import tip_parameter
 from beveloid_geom.gear.tooth_side import surface_of
-from beveloid_geom.operation.separation import separation
+from beveloid_geom.operation.angular_clearance import angular_clearance
 from beveloid_geom.status import Limit, Verdict
 from tests.oracle.table1 import table1
 
@@ -25,7 +25,7 @@ def test_unmodified_paths_are_certified(flank: str, errors: Errors) -> None:
 
 
 def test_both_slightly_concave_edges_touch() -> None:
-    """Right flanks with 0.0002 1/mm: tips touch nearly everywhere, ten micrometres before."""
+    """With 0.0002 1/mm, tips touch the right flanks nearly everywhere, ten micrometres earlier."""
     design = table1((0.0002, 0.0002))
     proof = certify(path_of_contact(design, "right", 101))
     edges = proof.verdict == Verdict.EDGE_CONTACT
@@ -37,8 +37,7 @@ def test_both_slightly_concave_edges_touch() -> None:
 
 @pytest.mark.parametrize("coefficient", [0.0006, 0.001])
 def test_both_concave_flanks_interpenetrate(coefficient: float) -> None:
-    """The path of the right flanks is a row of saddles, passed backwards: rising roll at the pinion's
-    tip first."""
+    """The path of the right flanks consists of saddle points and is passed in the reverse sense."""
     design = table1((coefficient, coefficient))
     path = path_of_contact(design, "right", 21)
     proof = certify(path)
@@ -49,20 +48,20 @@ def test_both_concave_flanks_interpenetrate(coefficient: float) -> None:
 
 
 def test_a_saddle_overlaps_close_by() -> None:
-    """Independent of the first contact: beside the tangency there is overlap, as the curvature
-    foretells, and none where it is positive."""
+    """Next to the tangency there is overlap where the curvature is negative, and none where it is
+    positive."""
     for coefficient, overlaps in ((0.0006, True), (0.0, False)):
         design = table1((coefficient, coefficient))
         path = path_of_contact(design, "right", 3)
         place = np.radians(np.arange(0.0, 360.0, 0.5))
         l, z = path.l1[1] + 0.5 * np.cos(place), path.pinion_z[1] + 5.0 * np.sin(place)
-        met = separation(design, "right", 0, l, z, path.pinion_roll[1], path.gear_roll[1])
+        met = angular_clearance(design, "right", 0, l, z, path.pinion_roll[1], path.gear_roll[1])
         assert bool((met.distance < 0.0).any()) == overlaps
         assert bool(certify(path).curvature[1] < 0.0) == overlaps
 
 
 def test_convex_flanks_hand_over(flank: str) -> None:
-    """Both convex: contact in the middle of the path, the next pair's flanks before at its ends."""
+    """Contact in the middle of the path; at its ends, the flanks of the next pair touch earlier."""
     design = table1((-0.0005, -0.0005))
     proof = certify(path_of_contact(design, flank, 41))
     assert set(proof.verdict) == {Verdict.FIRST_CONTACT, Verdict.NEXT_PAIR}
@@ -73,19 +72,19 @@ def test_convex_flanks_hand_over(flank: str) -> None:
 
 
 @pytest.mark.parametrize("parabola", [(0.001, -0.001), (0.0003, 0.0003)])
-def test_separation_is_the_least_there_is(parabola: tuple[float, float], flank: str) -> None:
-    """Nothing on a grid over seven teeth lies lower, and the place that is named lies as low."""
+def test_separation_is_the_minimum(parabola: tuple[float, float], flank: str) -> None:
+    """No point of a grid over seven teeth has a smaller clearance than the reported point."""
     design = table1(parabola)
     path = path_of_contact(design, flank, 4)
     proof = certify(path)
     first, gear = proof.first, surface_of(design.gear, flank)
-    # Along the normal of the surface that is touched: by an edge of the gear, the pinion's.
+    # Distance along the normal of the touched surface: the pinion's where an edge of the gear touches.
     by_gear = (first.limit[:, 0] >= 0) & (first.limit[:, 0] % 2 == 1)
     rolls = path.pinion_roll, path.gear_roll, first.pair
-    on_gear = separation(design, flank, 0, first.l1, first.z1, *rolls).distance
-    on_pinion = separation(design, flank, 1, first.l2, first.z2, *rolls).distance
+    on_gear = angular_clearance(design, flank, 0, first.l1, first.z1, *rolls).distance
+    on_pinion = angular_clearance(design, flank, 1, first.l2, first.z2, *rolls).distance
     apart = np.abs(np.where(by_gear, on_pinion, on_gear) - proof.separation)
-    # Turning the pinion instead of the gear is the same to first order in the clearance.
+    # Rotating the pinion instead of the gear agrees to first order in the clearance.
     assert (apart < 1e-7 + np.where(by_gear, 2e-4 * np.abs(proof.separation), 0.0)).all()
     z = gear.half_width * np.linspace(-1.0, 1.0, 31)
     s = (
@@ -94,7 +93,9 @@ def test_separation_is_the_least_there_is(parabola: tuple[float, float], flank: 
     )
     pairs = np.arange(-3, 4)[:, None, None]
     for k in range(4):
-        met = separation(design, flank, 1, s, z + 0.0 * s, path.pinion_roll[k], path.gear_roll[k], pairs)
+        met = angular_clearance(
+            design, flank, 1, s, z + 0.0 * s, path.pinion_roll[k], path.gear_roll[k], pairs
+        )
         least = np.where(met.inside, met.distance, np.inf).min()
         assert proof.separation[k] - 1e-7 < least < proof.separation[k] + 0.01
 

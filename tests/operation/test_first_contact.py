@@ -1,4 +1,4 @@
-"""First contact of teeth with their edges and fillets, against search without any of its means."""
+"""First contact of teeth, edges and fillets, compared with simple independent searches."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from beveloid_geom import (
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.flank import flank_point, tip_parameter, trace_parameter
 from beveloid_geom.gear.tooth_side import surface_of
-from beveloid_geom.operation.first_contact import middle_roll
+from beveloid_geom.operation.engagement import middle_roll
 from beveloid_geom.pair.frames import layout_of, member_frame
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import FirstStatus, Limit
@@ -34,7 +34,7 @@ def pitches(design: Design) -> tuple[float, float]:
 
 
 def cycle(design: Design, flank: str, count: int) -> FloatArray:
-    """Rolls of the pinion over one pitch."""
+    """Return pinion rolls over one pitch."""
     return float(middle_roll(design, flank)) + pitches(design)[0] * (np.arange(count) + 0.3) / count
 
 
@@ -47,7 +47,7 @@ def test_unmodified_flanks_touch_along_the_path(flank: str, errors: Errors) -> N
     assert (first.limit == -1).all()
     assert not first.on_fillet.any()
     assert np.abs(first.gear_roll - path.gear_roll[1:-1]).max() < 1e-12
-    # Two pairs touch together in part of the cycle; where it is this pair, it is this point.
+    # Two pairs touch at once in part of the cycle; compare where the first contact is of this pair.
     mine = first.pair == 0
     assert mine.sum() > 15
     for name, other in (("l1", "l1"), ("z1", "pinion_z"), ("l2", "l2"), ("z2", "gear_z"), ("point", "point")):
@@ -56,7 +56,8 @@ def test_unmodified_flanks_touch_along_the_path(flank: str, errors: Errors) -> N
 
 
 def edge_point(design: Design, flank: str, limit: Limit, along: float, roll: float) -> FloatArray:
-    """Point of S_f on an edge of a flank: `along` is z on a tip, the flank parameter at the ends."""
+    """Return a point of S_f on an edge of a flank: `along` is z on a tip and the flank parameter at the
+    ends."""
     member = 0 if limit.member == "pinion" else 1
     own = design.members[member]
     half = 0.5 * float(own.face_width) * (-1.0 if limit.limit == "toe" else 1.0)
@@ -76,8 +77,9 @@ EDGES = {
 
 
 @pytest.mark.parametrize("name", EDGES)
-def test_contacts_of_edges_stand_on_the_edge_named(name: str, flank: str) -> None:
-    """That they touch, and nothing does so earlier, is found by bisection next door."""
+def test_edge_contacts_lie_on_the_reported_edge(name: str, flank: str) -> None:
+    """The contact point lies on the reported edge (`test_first_contact_by_bisection` tests that it touches
+    first)."""
     design, seen = EDGES[name], 0
     first = first_contact(design, flank, cycle(design, flank, 6))
     for k in range(6):
@@ -96,7 +98,7 @@ def test_contacts_of_edges_stand_on_the_edge_named(name: str, flank: str) -> Non
 
 
 def test_expected_edges() -> None:
-    """What the paper's Table 1 does: tips where both flanks are concave, ends under misalignment."""
+    """Edges of Table 1: tips where both flanks are concave, ends under misalignment."""
     limits = {
         name: {int(x) for x in first_contact(design, "right", cycle(design, "right", 8)).limit.ravel()}
         for name, design in EDGES.items()
@@ -110,8 +112,8 @@ def test_expected_edges() -> None:
     assert not limits["ends"] & limits["other ends"] & ends
 
 
-def test_pairs_asked_for() -> None:
-    """One pair alone touches no earlier than the first of all, and that one is among them."""
+def test_selected_tooth_pairs() -> None:
+    """A single pair touches no earlier than the first contact, and one of the pairs equals it."""
     design = table1((0.001, -0.001))
     roll = cycle(design, "right", 9)
     first = first_contact(design, "right", roll)
@@ -138,8 +140,8 @@ def test_arrays_of_layouts() -> None:
 def test_a_tip_on_a_fillet(
     parabola: tuple[float, float], offset: float, share: float, limits: tuple[int, int]
 ) -> None:
-    """A gear mounted too close: its tips touch the pinion's fillets, beside tangencies of the flanks that are
-    nearly as early."""
+    """A gear mounted too close: its tips touch the fillets of the pinion, next to tangencies of the flanks
+    that are nearly as early."""
     design = table1(parabola, Errors(offset))
     roll = float(middle_roll(design, "right")) + pitches(design)[0] * share
     first = first_contact(design, "right", roll)
@@ -148,25 +150,17 @@ def test_a_tip_on_a_fillet(
     assert first.l1[0] < surface_of(design.pinion, "right").joint
 
 
-def test_positions_without_contact_are_named() -> None:
+def test_status_of_positions_without_contact() -> None:
     apart = first_contact(table1(errors=Errors(gear_axial=400.0)), "right", [0.1, 0.2])
     assert (apart.status == FirstStatus.NO_CONTACT).all()
     deep = first_contact(table1(errors=Errors(offset=-4.0)), "right", [0.1, 0.2])
     assert (deep.status == FirstStatus.MEETS_BOTTOM).all()
     tool = Tool(6.0, radians(20.0))
-    small = Member(tool, 12, radians(20.0), 0.0, 0.0, 20.0)
-    undercut = first_contact(replace(table1(), pinion=small), "right", [0.1])
+    small = Member(tool, 8, radians(20.0), radians(20.0), -0.5, 60.0)
+    mounted = replace(table1().pair, pinion_mounting=211.6, gear_mounting=210.2)
+    undercut = first_contact(replace(table1(), pinion=small, pair=mounted), "right", [0.1])
     assert undercut.status[0] == FirstStatus.UNDERCUT
     for first in (apart, deep, undercut):
         assert np.isnan(first.gear_roll).all()
         assert np.isnan(first.point).all()
         assert (first.limit == -1).all()
-
-
-def test_refusals() -> None:
-    with pytest.raises(ValueError, match="finite"):
-        first_contact(table1(), "right", [0.1, np.nan])
-    with pytest.raises(ValueError, match="must have the shape"):
-        first_contact(table1(errors=Errors(offset=np.zeros(3))), "right", np.zeros((2, 4)))
-    with pytest.raises(ValueError, match="single numbers"):
-        first_contact(table1().with_parabola(np.zeros(2)), "right", [0.1])

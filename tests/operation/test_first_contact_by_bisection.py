@@ -1,8 +1,9 @@
-"""First contact against flanks and fillets evaluated here, from the tool's section on, by bisection."""
+"""First contact by bisection, with flanks and fillets computed here from the section of the tool."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache, cached_property
 from math import radians
 
 import numpy as np
@@ -20,10 +21,10 @@ from beveloid_geom import (
 )
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.tooth_side import surface_of
-from beveloid_geom.operation.certificate import TOLERANCE
-from beveloid_geom.operation.first_contact import mesh_of, middle_roll
-from beveloid_geom.operation.least_clearance import local_at, square
-from beveloid_geom.operation.separation import separation
+from beveloid_geom.operation.angular_clearance import angular_clearance
+from beveloid_geom.operation.certificate import TOLERANCE_MODULES
+from beveloid_geom.operation.engagement import engagement_of, middle_roll
+from beveloid_geom.operation.search.local_clearance import hessian, local_at
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import FirstStatus, Limit, Verdict
 from tests.operation.test_first_contact import EDGES
@@ -36,19 +37,19 @@ from tests.stability.random_designs import random_designs
 HALVINGS = 54
 BOTH = ("right", "left")
 CLOSE = {(0.0, 0.0): -1.2, (0.003, -0.003): -0.9, (0.005, 0.003): -0.9}
-"""Parabolas and errors of offset with which tips stand on fillets."""
+"""Parabolas and offset errors for which tips touch fillets."""
 
 
 @dataclass(frozen=True)
 class Tooth:
-    """One flank with its fillet. Profile coordinate w: 0 to 1 up the fillet, then mm of l."""
+    """Flank with its fillet. Profile coordinate w: 0 to 1 along the fillet, then flank parameter in mm."""
 
     member: Member
     sign: float
 
-    @property
+    @cached_property
     def joint(self) -> float:
-        """Flank parameter where the tool's round touches its flank."""
+        """Return the flank parameter of the joint with the fillet."""
         tool = self.member.tool
         alpha, a, m = tool.normal_pressure_angle, tool.parabola, float(tool.normal_module)
 
@@ -59,7 +60,7 @@ class Tooth:
         return float(brentq(apart, -1.5 * m, -0.3 * m, xtol=1e-15))
 
     def _section(self, w: FloatArray) -> tuple[FloatArray, ...]:
-        """Points of the tool's normal section and angles of their normals."""
+        """Return points of the tool's normal section and the angles of their normals."""
         tool = self.member.tool
         alpha, a, m = tool.normal_pressure_angle, tool.parabola, tool.normal_module
 
@@ -77,7 +78,7 @@ class Tooth:
         return np.where(low, x_round, x), np.where(low, y_round, y), np.where(low, turned, angle)
 
     def polar(self, w: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Radius and angle about the own axis in the planes z (Eqs. 4-6)."""
+        """Return radius and angle about the axis in the planes z (Eqs. 4-6)."""
         member = self.member
         beta, gamma, m = member.helix_angle, member.cone_angle, member.tool.normal_module
         turn = np.array([[1, 0, 0], [0, np.cos(beta), np.sin(beta)], [0, -np.sin(beta), np.cos(beta)]])
@@ -90,31 +91,80 @@ class Tooth:
         x, y = point[0] + along * trace[0] + member.profile_shift * m, point[1] + along * trace[1]
         slope, pitch_radius = normal[1] / normal[0], 0.5 * m * member.teeth / np.cos(beta)
         phi = (y - slope * x) / pitch_radius
-        return np.hypot(pitch_radius + x, slope * x), phi + np.arctan2(slope * x, pitch_radius + x)
+        generated = phi + np.arctan2(slope * x, pitch_radius + x)
+        return np.hypot(pitch_radius + x, slope * x), generated - self.sign * self._removed(w, z)
+
+    def _removed(self, w: FloatArray, z: FloatArray) -> FloatArray:
+        """Return the rotation by the modification: depth over base radius."""
+        member = self.member
+        given = member.modification_right if self.sign > 0.0 else member.modification_left
+        if given is None:
+            return 0.0 * (w + z)
+        amounts = {name: 1e-3 * value for name, value in vars(given).items() if name.endswith("um")}
+        tool, half, m = member.tool, 0.5 * float(member.face_width), float(member.tool.normal_module)
+        alpha, beta, gamma = tool.normal_pressure_angle, member.helix_angle, member.cone_angle
+        start, top = _ends(replace(self, member=member.modified(None)))
+        l = self.joint + np.maximum(w - 1.0, 0.0)
+        lam, zeta = 2.0 * (l - start) / (top - start) - 1.0, z / half
+
+        def relief(name: str, beyond: FloatArray) -> FloatArray:
+            """Return the depth of a relief whose edge is passed by `beyond` mm."""
+            length = getattr(given, f"{name}_relief_length_mm")
+            if length is None:
+                return 0.0 * beyond
+            share = np.maximum(1.0 + beyond / length, 0.0)
+            return np.asarray(amounts[f"{name}_relief_um"] * share**2)
+
+        removed = amounts["helix_slope_um"] * zeta / 2.0 + amounts["helix_crowning_um"] * zeta**2
+        removed = removed + amounts["profile_slope_um"] * lam / 2.0 + amounts["profile_crowning_um"] * lam**2
+        removed = removed + amounts["twist_um"] * lam * zeta / 4.0
+        removed = removed + relief("tip", l - top) + relief("root", start - l)
+        removed = removed + relief("heel", z - half) + relief("toe", -half - z)
+        # Base radius: r_b cos(beta_b) = m N cos(alpha) / 2, with the axial part of the normal sin(beta_b).
+        axial = -np.sin(alpha) * np.sin(gamma) - self.sign * np.cos(alpha) * np.sin(beta) * np.cos(gamma)
+        base = 0.5 * m * member.teeth * np.cos(alpha) / np.sqrt(1.0 - axial**2)
+        return np.asarray(removed / base)
 
     def tip(self, z: FloatArray) -> FloatArray:
-        """Radius of the tip cone."""
+        """Return the radius of the tip cone."""
         tool, member = self.member.tool, self.member
         radius = 0.5 * tool.normal_module * member.teeth / np.cos(member.helix_angle)
         radius += (member.profile_shift + tool.addendum) * tool.normal_module
         return np.asarray(radius + z * np.tan(member.cone_angle))
 
     def profile(self, radius: FloatArray, z: FloatArray) -> FloatArray:
-        """w at which the surface has a radius, by bisection; NaN without one."""
+        """Return w at a radius, by bisection; NaN without a point."""
+        plain = replace(self, member=self.member.modified(None))
         low, high = (
             np.zeros_like(radius),
             np.full_like(radius, 1.0 + 2.4 * float(self.member.tool.normal_module)),
         )
-        known = (self.polar(low, z)[0] <= radius) & (self.polar(high, z)[0] >= radius)
+        known = (plain.polar(low, z)[0] <= radius) & (plain.polar(high, z)[0] >= radius)
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
-            above = self.polar(middle, z)[0] > radius
+            above = plain.polar(middle, z)[0] > radius
             low, high = np.where(above, low, middle), np.where(above, middle, high)
         return np.where(known, low, np.nan)
 
 
+@cache
+def _ends(plain: Tooth) -> tuple[float, float]:
+    """Return the flank parameters at the start of the active flank and at the tip, both at mid-face."""
+    tool, zero = plain.member.tool, np.zeros(1)
+    alpha, m = tool.normal_pressure_angle, float(tool.normal_module)
+    top = plain.joint + float(plain.profile(plain.tip(zero), zero)[0]) - 1.0
+    # The height at which the round of a tool without parabola ends; the usual one is rounded to one addendum.
+    depth = float(tool.dedendum - tool.tip_radius * (1.0 - np.sin(alpha)))
+    depth = float(tool.addendum) if abs(depth - float(tool.addendum)) < 1e-4 else depth
+
+    def above(l: float) -> float:
+        return float(l * np.cos(alpha) + tool.parabola * l * l * np.sin(alpha) + depth * m)
+
+    return float(brentq(above, -2.0 * m, -0.3 * m, xtol=1e-15)), top
+
+
 def coordinate(tooth: Tooth, flank: str, s: FloatArray) -> FloatArray:
-    """w of a profile coordinate of the package."""
+    """Return w of a profile coordinate of the package."""
     surface = surface_of(tooth.member, flank)
     below = (s - surface.bottom) / (surface.joint - surface.bottom)
     return np.where(s < surface.joint, below, 1.0 + s - surface.joint)
@@ -123,12 +173,12 @@ def coordinate(tooth: Tooth, flank: str, s: FloatArray) -> FloatArray:
 def clearance(
     design: Design, flank: str, w: FloatArray, z: FloatArray, rolls: tuple[float, float]
 ) -> FloatArray:
-    """How far (rad) the gear may turn until it meets points (w, z) of the pinion, infinite where the
-    gear, within its limits, never does."""
+    """Return the rotation (rad) of the gear until it touches points (w, z) of the pinion, infinite without
+    a point within its limits."""
     sign = 1.0 if flank == "right" else -1.0
     pinion, gear = (Tooth(member, sign) for member in design.members)
     errors, distance = design.errors, mounting_of(design).distance
-    hand = np.sign(design.pinion.helix_angle + design.gear.helix_angle)
+    hand = np.sign(design.pinion.helix_angle + design.gear.helix_angle) or np.sign(design.pinion.helix_angle)
     angle = hand * (design.pair.shaft_angle + errors.shaft_angle)
     radius, theta = pinion.polar(w, z)
     theta = theta + rolls[0]
@@ -137,11 +187,12 @@ def clearance(
         radius * np.sin(theta),
         z + distance[0] + errors.pinion_axial,
     )
-    # The gear's axis (0, sin, cos), and k2 x (-x) beside it.
+    # The gear's axis (0, sin, cos), and k2 x (-x).
     x, y = -place[0], np.sin(angle) * place[2] - np.cos(angle) * place[1]
     z = np.sin(angle) * place[1] + np.cos(angle) * place[2] - distance[1] - errors.gear_axial
     reach = np.hypot(x, y)
-    inside = (np.abs(z) <= 0.5 * gear.member.face_width + 1e-9) & (reach <= gear.tip(z) + 1e-9)
+    slack = max(1e-9, 2.5e-10 * float(gear.member.tool.normal_module))
+    inside = (np.abs(z) <= 0.5 * gear.member.face_width + slack) & (reach <= gear.tip(z) + slack)
     gap = np.full(reach.shape, np.inf)
     met = gear.profile(reach[inside], z[inside])
     turn = np.arctan2(y, x)[inside] - gear.polar(met, z[inside])[1] - rolls[1]
@@ -150,7 +201,7 @@ def clearance(
 
 
 def deep_design() -> Design:
-    """Table 1 with teeth so high that tips dig into fillets."""
+    """Return Table 1 with teeth so high that tips reach into fillets."""
     return closed(*(changed(member, addendum=1.2) for member in table1().members))
 
 
@@ -169,8 +220,8 @@ CASES = {
 
 
 def assert_first(design: Design, flank: str, roll: FloatArray, rows: tuple[int, int, int]) -> float:
-    """It touches where it says, and no point of the pinion's teeth touches earlier, of so many along the
-    fillet, up the flank and along the face; the least clearance of a roll, the greatest of them."""
+    """Check that the contact touches and that no point of the pinion touches earlier, on a grid with
+    `rows` points along fillet, flank and face. Return the largest minimum clearance."""
     first = first_contact(design, flank, roll)
     assert (first.status == FirstStatus.SOLVED).all()
     pinion = Tooth(design.pinion, 1.0 if flank == "right" else -1.0)
@@ -200,12 +251,12 @@ def test_first_contact_by_bisection(name: str, flank: str) -> None:
 
 
 @pytest.mark.parametrize("case", HARD.values(), ids=HARD)
-def test_what_a_coarse_search_misses(case: Named) -> None:
+def test_contacts_between_coarse_scan_points(case: Named) -> None:
     assert_first(case.design, case.flank, np.array([case.roll]), (60, 80, 41))
 
 
 def test_deep_teeth_touch_on_fillets() -> None:
-    """Before their tangency, and not as first contacts of the path."""
+    """Fillets touch before the tangency of the flanks."""
     design = deep_design()
     path = path_of_contact(design, "right", 7)
     proof = certify(path)
@@ -215,23 +266,23 @@ def test_deep_teeth_touch_on_fillets() -> None:
 
 
 def test_slight_overlap_is_not_certified() -> None:
-    """Flanks so nearly unmodified that the next pair is hardly earlier."""
+    """Nearly unmodified flanks, for which the next pair is hardly earlier."""
     design = table1((-1e-5, -1e-5))
     proof = certify(path_of_contact(design, "left", 31))
-    slight = (proof.separation < -TOLERANCE) & (proof.separation > -6e-4)
+    slight = (proof.separation < -TOLERANCE_MODULES) & (proof.separation > -6e-4)
     assert slight.sum() > 10
     assert (proof.verdict[slight] == Verdict.NEXT_PAIR).all()
 
 
 def test_undercut_at_the_toe_only() -> None:
-    """Sixteen teeth with shift enough at mid-face and at the heel, not at the toe."""
+    """Sixteen teeth with sufficient profile shift at mid-face and heel, but not at the toe."""
     member = Member(Tool(6.0, radians(20.0)), 16, 0.0, radians(5.0), 0.15, 40.0)
-    assert surface_of(member, "right").undercut
-    assert not surface_of(replace(member, face_width=4.0), "right").undercut
+    assert surface_of(member, "right").crossing is not None
+    assert surface_of(replace(member, face_width=4.0), "right").crossing is None
 
 
-def test_of_pairs_that_touch_together_the_last_to_enter_counts(flank: str) -> None:
-    """The pinion drives: what comes into mesh is at its root, where the other pair is at its tip."""
+def test_last_entering_pair_is_reported(flank: str) -> None:
+    """The pinion drives: the entering pair touches at the root of the pinion, the other one at its tip."""
     design, pitch = table1(), 2.0 * np.pi / 29.0
     path = path_of_contact(design, flank, 41)
     sign = 1.0 if flank == "right" else -1.0
@@ -245,11 +296,11 @@ def test_of_pairs_that_touch_together_the_last_to_enter_counts(flank: str) -> No
 
 
 def test_derivatives_of_approach_and_margins() -> None:
-    """Against central differences, on flank and fillet."""
+    """Central differences on flank and fillet."""
     design = table1((0.001, -0.0005), Errors(0.2, radians(0.01), 0.3, -0.4))
     roll = np.full(1, float(middle_roll(design, "right")))
-    mesh, _ = mesh_of(design, "right", roll)
-    place = np.array([[0.5, 3.0, -4.0, mesh.own.joint - 0.4], [2.0, -8.0, 10.0, -3.0]])
+    mesh, _ = engagement_of(design, "right", roll)
+    place = np.array([[0.5, 3.0, -4.0, mesh.pinion.joint - 0.4], [2.0, -8.0, 10.0, -3.0]])
     task = mesh.task(np.zeros(4, dtype=int), np.zeros(4, dtype=int))
     here, step = local_at(task, *place), 1e-5
     for axis in (0, 1):
@@ -262,32 +313,35 @@ def test_derivatives_of_approach_and_margins() -> None:
         known = np.isfinite(here.f)
         assert known.sum() >= 3
         assert np.abs(rate(above.f, below.f) - here.slope[axis])[known].max() < 1e-7
-        assert np.abs(rate(above.slope, below.slope) - square(here.bend)[axis])[:, known].max() < 1e-7
+        assert np.abs(rate(above.slope, below.slope) - hessian(here.bend)[axis])[:, known].max() < 1e-7
         margin = rate(above.margin, below.margin) - here.rate[:, axis]
         assert np.abs(margin)[:, known].max() < 1e-7
-        curve = rate(above.rate, below.rate) - square(here.curve)[:, axis]
+        curve = rate(above.rate, below.rate) - hessian(here.curve)[:, axis]
         assert np.abs(curve)[..., known].max() < 1e-7
     assert len(here.margin) == len(Limit)
 
 
 @pytest.mark.slow
 def test_random_pairs_by_bisection() -> None:
-    """As they are made and mounted; found on both members, and known wherever the tool does not undercut."""
-    designs, counts = random_designs("usual", 200, seed=2017), dict.fromkeys(FirstStatus, 0)
-    for number in range(200):
+    """Random usual pairs, on both members. Undercut members are tested in
+    `test_first_contact_of_undercut_teeth`, since the teeth here are not cut at the intersection of
+    flank and fillet."""
+    designs, counts = random_designs("usual", 100, seed=2017), dict.fromkeys(FirstStatus, 0)
+    for number in range(100):
         design: Design = cases_of(designs, number)
         flank, share = BOTH[number % 2], np.random.default_rng(number).uniform(-0.5, 0.5, 1)
         try:
             roll = middle_roll(design, flank) + 2.0 * np.pi / float(design.pinion.teeth) * share
-        except ValueError:  # the tool's rounds overlap: there is no fillet
+        except ValueError:  # the tool's rounds overlap: no fillet
             continue
         first = first_contact(design, flank, roll)
         counts[FirstStatus(int(first.status[0]))] += 1
-        if first.status[0] == FirstStatus.SOLVED:
+        sound = all(surface_of(member, flank).crossing is None for member in design.members)
+        if sound and first.status[0] == FirstStatus.SOLVED:
             assert_first(design, flank, roll, (8, 30, 25))
-            met = separation(design, flank, 0, first.l1, first.z1, roll, first.gear_roll, first.pair)
+            met = angular_clearance(design, flank, 0, first.l1, first.z1, roll, first.gear_roll, first.pair)
             assert met.inside.all()
             assert abs(float(met.other_l[0] - first.l2[0])) < 1e-7
     print(counts)
-    assert counts[FirstStatus.SOLVED] > 100
+    assert counts[FirstStatus.SOLVED] > 50
     assert counts[FirstStatus.NOT_CONVERGED] == counts[FirstStatus.NO_CONTACT] == 0

@@ -1,4 +1,4 @@
-"""First contacts where a review found them late: wide faces with a helix, deep teeth."""
+"""First contacts of wide helical faces and of deep teeth."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from beveloid_geom import (
     first_contact,
     path_of_contact,
 )
-from beveloid_geom.operation.first_contact import middle_roll, spread
+from beveloid_geom.operation.angular_clearance import angular_clearance
+from beveloid_geom.operation.engagement import middle_roll, spread
 from beveloid_geom.operation.operating_ratio import operating_ratio
-from beveloid_geom.operation.separation import separation
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import Limit, PatternStatus, Verdict
 from tests.oracle.table1 import table1
@@ -31,7 +31,7 @@ ALPHA = radians(20.0)
 
 
 def wide(shaft_angle_error_deg: float) -> Design:
-    """Teeth of which several lie one behind the other along the face."""
+    """Return a pair in which several teeth overlap along the face."""
     pinion, gear = (
         Member(Tool(2.0, ALPHA), teeth, radians(helix), radians(cone), 0.1, 120.0)
         for teeth, helix, cone in ((87, 35.0, 1.0), (135, -28.0, 0.3))
@@ -51,7 +51,7 @@ def test_spread_is_that_of_the_trace_on_the_pitch_cylinder() -> None:
 
 
 @pytest.mark.parametrize("error", [-0.3, 0.1, 0.3])
-def test_no_tooth_of_a_wide_face_is_overlooked(error: float, flank: str) -> None:
+def test_all_teeth_of_a_wide_face_are_searched(error: float, flank: str) -> None:
     design = wide(error)
     roll = float(middle_roll(design, flank)) + 2.0 * np.pi / 87 * np.array([0.1, 0.35, 0.6, 0.85])
     found, every = first_contact(design, flank, roll), first_contact(design, flank, roll, np.arange(-10, 11))
@@ -77,7 +77,7 @@ def test_the_pattern_of_a_wide_face_is_found_where_its_path_is() -> None:
     nearest = np.hypot(side.l - path.l1[1], side.z - path.pinion_z[1]).argmin()
     assert side.least.ravel()[nearest] < 0.00635
     assert side.area_share > 0.05
-    # The cycle is as long as the face is wide: at its ends no marked point is still coming closer.
+    # The motion covers the overlap of the face: no marked point still approaches at its ends.
     for marked in (pattern.pinion, pattern.gear):
         assert not (marked.marked & (marked.status == PatternStatus.END_OF_ROLL)).any()
     pitches = np.diff(pattern.roll_range).item() * 87 / (2.0 * np.pi)
@@ -85,8 +85,8 @@ def test_the_pattern_of_a_wide_face_is_found_where_its_path_is() -> None:
     assert pitches == pytest.approx(2.0 * spread(design, "left") + ratio, abs=1e-9)
 
 
-def test_a_tip_in_a_fillet_is_interference_and_as_deep_as_it_is(flank: str) -> None:
-    """Deep tips: the verdict names what they do, the depth is that along the fillet's normal."""
+def test_depth_of_a_tip_in_a_fillet(flank: str) -> None:
+    """Deep tips: the verdict is interference, and the depth is measured along the normal of the fillet."""
     pinion, gear = (changed(member, addendum=1.2) for member in table1().members)
     design = replace(table1(), pinion=pinion, gear=gear)
     path = path_of_contact(design, flank, 9)
@@ -100,5 +100,5 @@ def test_a_tip_in_a_fillet_is_interference_and_as_deep_as_it_is(flank: str) -> N
     for k in np.flatnonzero(by_gear):
         rolls = float(path.pinion_roll[k]), float(path.gear_roll[k])
         edge = first.l2[k] + np.array([0.0]), first.z2[k] + np.linspace(-1.0, 1.0, 41)
-        clear = separation(design, flank, 1, *edge, *rolls, pair=int(first.pair[k]))
+        clear = angular_clearance(design, flank, 1, *edge, *rolls, pair=int(first.pair[k]))
         assert np.nanmin(clear.distance) == pytest.approx(found.separation[k], rel=0.15)

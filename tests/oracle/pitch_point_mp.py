@@ -1,4 +1,4 @@
-"""The pitch point of a pair at 60 digits, by `reference.five_equations_mp`."""
+"""The pitch point of a pair at 60 digits, by `validation.five_equations_mp`."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from beveloid_geom import Design, Errors
-from beveloid_geom.reference.five_equations_mp import MP, Mpf, solve_mp
-from beveloid_geom.reference.pitch_region import hand_of_pair, pitch_guess, pitch_region
+from beveloid_geom.validation.five_equations_mp import MP, Mpf, solve_mp
+from beveloid_geom.validation.pitch_region import hand_of_pair, pitch_guess, pitch_region
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ def mounting_mp(design: Design) -> MountingMp:
             raise ArithmeticError(f"the {flank} flank's common normal belongs to the false branch")
         lines.append((first.point, second.point - first.point))
     (p, along_p), (q, along_q) = lines
-    # Closest points p + s along_p and q + t along_q: the difference is square to both lines.
+    # Closest points p + s along_p and q + t along_q: the difference is perpendicular to both lines.
     pp, pq, qq = along_p @ along_p, along_p @ along_q, along_q @ along_q
     between = q - p
     determinant = pp * qq - pq**2

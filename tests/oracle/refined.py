@@ -1,4 +1,5 @@
-"""Positions found by any method, moved on to the curve of the five equations: how far is a check of them."""
+"""Correction of positions found by any method to the curve of the five equations; the size of the correction
+is the check."""
 
 from __future__ import annotations
 
@@ -9,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from beveloid_geom import Design, Status
 from beveloid_geom.arrays import Codes, FloatArray
-from beveloid_geom.reference.five_equations import UNKNOWNS, nearest_contact
-from beveloid_geom.reference.five_equations_curve import five_equations_of
+from beveloid_geom.validation.five_equations import UNKNOWNS, nearest_contact
+from beveloid_geom.validation.five_equations_curve import five_equations_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,10 +49,11 @@ def refine(
     gear_roll: ArrayLike,
     pinion_roll: ArrayLike,
 ) -> Refined:
-    """Give the contacts of a single design next to given positions (mm, rad; shapes broadcast), each solved
-    for in the plane through the position that is square to the curve of contacts.
+    """Return the contacts of a single design next to given positions (mm, rad; shapes broadcast), each in the
+    plane through the position perpendicular to the curve of contacts.
 
-    So a position is not moved along the path, and no quantity is held that might turn back along it."""
+    A position is therefore not moved along the path, and no quantity is fixed that might turn back along it.
+    """
     given = np.stack(np.broadcast_arrays(l1, u1, l2, u2, gear_roll, pinion_roll), axis=-1).astype(float)
     system = five_equations_of(design, flank)
     start = given.reshape(-1, 6)

@@ -1,10 +1,10 @@
-"""Positions of a path solved anew at 60 digits, by `reference.five_equations_mp`."""
+"""Positions of a path solved anew at 60 digits, by `validation.five_equations_mp`."""
 
 from __future__ import annotations
 
 from beveloid_geom import ContactPath
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.reference.five_equations_mp import MP, ContactMp, Mpf, solve_mp
+from beveloid_geom.validation.five_equations_mp import MP, ContactMp, Mpf, solve_mp
 
 SIX = ("l1", "u1", "l2", "u2", "pinion_roll", "gear_roll")
 

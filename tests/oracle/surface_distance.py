@@ -1,4 +1,4 @@
-"""Distance of triangles from the surface they stand for, by other means than those that made them."""
+"""Distance of triangles from the surface they approximate, independent of the code that made them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from beveloid_geom.shapes.sampling import FlankGrid, Sheet, SheetGrid, grid_face
 def inside_triangles(
     grid: SheetGrid | FlankGrid, parameter: FloatArray, count: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Points (n, 3) in all triangles of a grid, at edges and inside, with the parameters there."""
+    """Return points (n, 3) in all triangles of a grid, on edges and inside, with their parameters."""
     faces = grid_faces(grid.points, grid.normals)
     weights = np.random.default_rng(1).dirichlet((1.0, 1.0, 1.0), count)
     weights = np.concatenate((weights, [[0.5, 0.5, 0.0], [0.5, 0.0, 0.5], [0.0, 0.5, 0.5]]))
@@ -22,7 +22,8 @@ def inside_triangles(
 
 
 def distance_bound(sheet: Sheet, points: FloatArray, p: FloatArray, z: FloatArray) -> FloatArray:
-    """Distance (n,) from a surface to points, by damped Newton from parameters nearby, or more."""
+    """Return an upper bound of the distance (n,) of points from a surface, by damped Newton from parameters
+    nearby."""
     span = sheet.upper(z) - sheet.lower(z)
     best = np.full(len(points), np.inf)
     for _ in range(25):

@@ -1,5 +1,5 @@
-"""What the tool's tip round sweeps out of a gear, by brute force: the rack's pose written out by
-hand, turned by beta about x, then tilted by gamma about y."""
+"""Material that the tip round of the tool removes from a gear, by brute force: the rack is rotated by beta
+about x and then tilted by gamma about y."""
 
 from __future__ import annotations
 

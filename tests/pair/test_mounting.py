@@ -1,8 +1,8 @@
 """Frames, pitch point, mounting and backlash: Table 1 against 60 digits and symmetry, and other layouts.
 
-Each of those is laid out without backlash in closed form, which knows nothing of the contact solve;
-both flanks must then touch at the pitch point, near mid-face, and satisfy the five equations.
-The wrong sign of n_x would put the contact hundreds of mm away.
+The other layouts are computed without backlash in closed form, independently of the contact solver. Both
+flanks must touch at the pitch point, near mid-face, and satisfy the five equations. The wrong sign of n_x
+would move the contact by hundreds of mm.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def test_neither_errors_nor_parabola_move_the_mounting() -> None:
     assert np.array_equal(plain.normal_backlash, other.normal_backlash)
 
 
-def test_given_mounting_distances_are_kept() -> None:
+def test_given_mounting_distances_are_used() -> None:
     design = replace(table1(), pair=Pair(229.0, table1().pair.shaft_angle, 200.0))
     mounting = mounting_of(design)
     assert mounting.distance == pytest.approx([200.0, 210.211869], abs=1e-6)
@@ -65,7 +65,7 @@ def test_exchange_mirror_and_scale() -> None:
 
 
 def test_no_common_normal_gives_nan() -> None:
-    """At 14.8 deg the right flanks of Table 1 share no normal."""
+    """At 14.8 deg the right flanks of Table 1 have no common normal."""
     mounting = mounting_of(replace(table1(), pair=Pair(229.0, np.radians(14.8))))
     assert np.isnan(mounting.distance).all()
     assert np.isnan(mounting.normal_backlash)
@@ -75,7 +75,7 @@ def frames(design: Design) -> list[tuple[NDArray[np.float64], NDArray[np.float64
     return [member_frame(layout_of(design), j, 0.3, 200.0) for j in (0, 1)]
 
 
-def test_frames_are_right_handed_and_stand_on_their_axes() -> None:
+def test_frames_are_right_handed_and_on_their_axes() -> None:
     design = table1(errors=Errors(offset=0.5, shaft_angle=0.01))
     angle = np.radians(15.0) + 0.01
     for rotation, _ in frames(design):
@@ -87,7 +87,7 @@ def test_frames_are_right_handed_and_stand_on_their_axes() -> None:
     np.testing.assert_allclose(to_fixed(frames(design)[1], on_axis), expected)
 
 
-def test_a_positive_roll_turns_about_the_members_own_axis() -> None:
+def test_a_positive_roll_is_about_the_axis_of_the_member() -> None:
     layout = layout_of(table1())
     for j in (0, 1):
         turned, straight = (member_frame(layout, j, roll, 0.0)[0] for roll in (0.2, 0.0))
@@ -99,7 +99,7 @@ def test_a_positive_roll_turns_about_the_members_own_axis() -> None:
 
 
 @pytest.mark.parametrize("degrees", [15.0, -15.0, 90.0, 1e-5])
-def test_common_normal_has_the_asked_axial_components(degrees: float) -> None:
+def test_common_normal_has_the_given_axial_components(degrees: float) -> None:
     design = replace(table1(), pair=Pair(229.0, np.radians(degrees)))
     layout = layout_of(design)
     turn = np.radians(degrees)
@@ -155,6 +155,6 @@ def test_contact_is_near_the_pitch_point(name: str, parabola: tuple[float, float
         assert np.ptp(path.transmission_error) < (1e-12 if parabola[0] == 0.0 else 1e-3)
 
 
-def test_the_negative_branch_is_met() -> None:
-    """The steep layouts are here because one of their flanks has n_x < 0."""
+def test_a_layout_with_negative_n_x_is_included() -> None:
+    """One flank of the steep layouts has n_x < 0."""
     assert any(mounting_of(laid_out(name)).branch.min() < 0.0 for name in LAYOUTS)

@@ -1,4 +1,4 @@
-"""Random requests of all kinds, those of use and those that cannot be met."""
+"""Random requests of all kinds, with and without solutions."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ KINDS = ("cones", "cones at an offset", "crossing", "least cones", "intersecting
 
 
 def random_requests(count: int, seed: int) -> Iterator[Request]:
-    """Requests of all KINDS in turn."""
+    """Yield requests of all KINDS in turn."""
     rng = np.random.default_rng(seed)
     for k in range(count):
         yield random_request(rng, KINDS[k % len(KINDS)])
 
 
 def random_request(rng: np.random.Generator, kind: str) -> Request:
-    """One of a kind: sizes of use, angles that may or may not go together."""
+    """Return a random request of one kind, with usual sizes and angles that may or may not fit each other."""
     module = float(rng.choice([1.5, 2.0, 3.0, 4.0, 6.0, 8.0]))
     first = int(rng.integers(14, 41))
     teeth = first, min(int(first * rng.uniform(1.0, 3.2)), 110)
@@ -72,7 +72,8 @@ def random_request(rng: np.random.Generator, kind: str) -> Request:
 
 
 def parallel_request(rng: np.random.Generator, tool: Tool, teeth: tuple[int, int], helix: float) -> Request:
-    """One on parallel axes: opposite cones, least cones or a gear that is given, with an offset or none."""
+    """Return a request on parallel axes: opposite cones, least cones or a given gear, with an offset or
+    without."""
     module, face, drawn = float(tool.normal_module), float(tool.normal_module) * 8.0, rng.random()
     cone, shift = radians(float(rng.uniform(0.0, 6.0))), float(rng.uniform(-0.3, 0.3))
     offset = 0.5 * module * sum(teeth) / cos(helix) * float(rng.uniform(0.97, 1.04))

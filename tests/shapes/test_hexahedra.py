@@ -5,29 +5,31 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from functools import cache
-from math import pi
+from math import pi, radians
 
 import numpy as np
 import pytest
 
 from beveloid_geom import Member, tooth_hexahedra
-from beveloid_geom.arrays import FloatArray
+from beveloid_geom.arrays import FLANK_SIGN, FloatArray
 from beveloid_geom.gear.fillet import root_radius
 from beveloid_geom.gear.flank import tip_radius
 from beveloid_geom.gear.tooth_side import angle_of, cut_at, profile_at, surface_of
-from beveloid_geom.shapes.elements import (
+from beveloid_geom.gear.undercut import undercut_of
+from beveloid_geom.shapes.element_sizes import Cells, cells_of
+from beveloid_geom.shapes.hexahedral_mesh import (
     EDGES,
     ELEMENT_FACES,
     VolumeMesh,
     determinants,
     element_shapes,
     face_nodes,
+    rounded_down,
     shape_functions,
 )
-from beveloid_geom.shapes.hexahedra import Cells, cells_of
-from beveloid_geom.shapes.outline import cut_sheets
 from beveloid_geom.shapes.sampling import grid_of
 from beveloid_geom.shapes.solid import NAMES
+from beveloid_geom.shapes.tooth_boundary import cut_sheets
 from tests.members import GEAR, MEMBERS, PINION
 from tests.oracle.tooth_volume import exact_volume, section_area
 
@@ -61,8 +63,8 @@ def polar(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 @some_members
 @pytest.mark.parametrize("part", ["flank", "fillet"])
-def test_nodes_stand_on_flank_and_fillet(member: Member, flank: str, part: str) -> None:
-    """By the flank's inverse: the angle that belongs to a node's radius and plane."""
+def test_nodes_are_on_flank_and_fillet(member: Member, flank: str, part: str) -> None:
+    """Compare with the angle of the surface at the radius and in the plane of each node."""
     mesh, surface = few(member, "C3D20"), surface_of(member, flank)
     points = mesh.points[mesh.node_sets[f"{flank} {part}"]]
     radius, angle = polar(points)
@@ -71,8 +73,8 @@ def test_nodes_stand_on_flank_and_fillet(member: Member, flank: str, part: str) 
     floor = surface.bottom + 0.1 * (surface.joint - surface.bottom)
     inner = s > floor  # below, where the fillet runs along the root cone, a radius says little
     assert inner.sum() > 0.7 * len(s)
-    found = angle_of(cut_at(surface, s[inner], points[inner, 2]))
-    apart = radius[inner] * np.abs(np.remainder(found - angle[inner] + pi, 2.0 * pi) - pi)
+    exact = angle_of(cut_at(surface, s[inner], points[inner, 2]))
+    apart = radius[inner] * np.abs(np.remainder(exact - angle[inner] + pi, 2.0 * pi) - pi)
     assert apart.max() < 1e-9
     if part == "flank":
         assert (s[inner] > surface.joint - 1e-9).all()
@@ -81,7 +83,7 @@ def test_nodes_stand_on_flank_and_fillet(member: Member, flank: str, part: str) 
 
 
 @some_members
-def test_nodes_stand_on_the_other_surfaces(member: Member) -> None:
+def test_nodes_are_on_the_other_surfaces(member: Member) -> None:
     mesh, half = few(member, "C3D20"), 0.5 * float(member.face_width)
     on = {name: mesh.points[mesh.node_sets[name]] for name in NAMES}
     for name, expected in (("tip", tip_radius), ("bottom", root_radius)):
@@ -104,7 +106,7 @@ def test_elements_with_8_and_20_nodes_share_their_corners() -> None:
 
 
 @both_orders
-def test_every_node_is_used_and_stands_alone(element: str) -> None:
+def test_every_node_is_used_and_unique(element: str) -> None:
     mesh = few(PINION, element, 3)
     assert np.array_equal(np.unique(mesh.hexahedra), np.arange(len(mesh.points)))
     assert len(np.unique(np.round(mesh.points, 6), axis=0)) == len(mesh.points)
@@ -127,7 +129,7 @@ def test_volume_converges_to_the_exact_one(member: Member, element: str, order: 
 
 
 def area(mesh: VolumeMesh, name: str) -> float:
-    """Area of a surface by Gauss points of its 8-node faces."""
+    """Return the area of a surface by Gauss points of its faces with 8 nodes."""
     nodes = face_nodes(mesh, mesh.surfaces[name])
     x = mesh.points[nodes]
     place, weights = np.polynomial.legendre.leggauss(4)
@@ -176,6 +178,26 @@ def test_elements_are_well_shaped(member: Member, share: float) -> None:
     assert off.max() < 0.1
 
 
+UNDERCUT = {
+    # teeth, helix and cone angle (deg), profile shift, face width (modules); drawn at random
+    "thin tip at the heel": (19, -8.642, 7.220, 0.3469, 13.358),
+    "undercut deeply": (17, 5.017, 7.722, 0.0855, 13.720),
+    "onset in the face": (18, -20.137, 8.735, 0.2328, 13.330),
+}
+
+
+@pytest.mark.parametrize("values", UNDERCUT.values(), ids=UNDERCUT)
+def test_undercut_members_are_meshed(values: tuple[int, float, float, float, float]) -> None:
+    """Elements taper to a thin tip, and the flank starts at its base circle where undercut begins."""
+    teeth, helix, cone, shift, width = values
+    member = Member(PINION.tool, teeth, radians(helix), radians(cone), shift, 6.0 * width)
+    assert any(undercut_of(member, flank).undercut for flank in FLANK_SIGN)
+    mesh = tooth_hexahedra(member)
+    assert min(quality.min() for quality in element_shapes(mesh)) > 0.25
+    exact = exact_volume(member, 1, bore_of(member))
+    assert volume(tooth_hexahedra(member, bore_radius=bore_of(member))) == pytest.approx(exact, rel=5e-5)
+
+
 @pytest.mark.parametrize("name", ["pinion", "gear", "spur", "12 teeth"])
 def test_sizes_do_not_jump_along_the_profile(name: str, flank: str) -> None:
     mesh = tooth_hexahedra(MEMBERS[name], 1, "C3D8")
@@ -188,10 +210,13 @@ def test_sizes_do_not_jump_along_the_profile(name: str, flank: str) -> None:
     assert jump.max() < 1.7
 
 
-@pytest.mark.parametrize(("member", "least"), [(PINION, 0.72), (GEAR, 0.81)], ids=["pinion", "gear"])
-def test_scaled_jacobians_that_the_readme_states(member: Member, least: float) -> None:
-    """Those of the default mesh; by corners alone they would be 0.76 and 0.87."""
-    assert element_shapes(tooth_hexahedra(member))[0].min() == pytest.approx(least, abs=0.005)
+@pytest.mark.parametrize(("member", "least"), [(PINION, "0.72"), (GEAR, "0.80")], ids=["pinion", "gear"])
+def test_scaled_jacobians_of_the_documentation(member: Member, least: str) -> None:
+    """Values of the default mesh, rounded down (0.8083 for the gear). Corners alone would give 0.76 and
+    0.87."""
+    quality = float(element_shapes(tooth_hexahedra(member))[0].min())
+    assert rounded_down(quality) == least
+    assert float(least) <= quality
 
 
 # Sets
@@ -258,8 +283,8 @@ def test_teeth_join(element: str) -> None:
 
 
 @both_orders
-def test_teeth_join_that_differ_in_their_flanks(element: str) -> None:
-    """As on the finer one alone and the coarse ones, no node twice."""
+def test_teeth_with_different_flank_cells_join(element: str) -> None:
+    """The mesh consists of the fine and the coarse teeth, and no node exists twice."""
     cells = FEW, replace(FEW, flank=11), FEW
     mesh = tooth_hexahedra(PINION, 3, element, cells=cells, bore_radius=bore_of(PINION))
     coarse = few(PINION, element)
@@ -273,7 +298,7 @@ def test_teeth_join_that_differ_in_their_flanks(element: str) -> None:
 
 @both_orders
 @pytest.mark.parametrize("teeth", [None, 12])
-def test_a_whole_gear_is_closed(element: str, teeth: int | None) -> None:
+def test_a_complete_gear_is_closed(element: str, teeth: int | None) -> None:
     member = MEMBERS["12 teeth"]
     one, whole = few(member, element), few(member, element, teeth)
     assert len(np.unique(np.round(whole.points, 6), axis=0)) == len(whole.points)
@@ -286,12 +311,12 @@ def test_a_whole_gear_is_closed(element: str, teeth: int | None) -> None:
 
 
 @pytest.mark.parametrize("member", [PINION, GEAR], ids=["pinion", "gear"])
-def test_decks_of_table_1_are_of_a_handy_size(member: Member) -> None:
+def test_default_meshes_have_a_practical_size(member: Member) -> None:
     assert 5_000 < len(tooth_hexahedra(member).points) < 30_000
 
 
 def distance_from_flanks(member: Member, mesh: VolumeMesh) -> float:
-    """Greatest distance of the middles of the flanks' faces with 4 nodes."""
+    """Return the largest distance of the middles of the flank faces with 4 nodes."""
     worst = 0.0
     for flank in ("left", "right"):
         surface, nodes = surface_of(member, flank), face_nodes(mesh, mesh.surfaces[f"{flank} flank"])
@@ -312,7 +337,7 @@ def test_elements_with_8_nodes_stay_near_the_flank(member: Member, tolerance: fl
 
 
 def test_fine_elements_of_a_bent_flank_stay_near_it() -> None:
-    """Near the base cylinder distances fall more slowly at first than with the square of the number."""
+    """Near the base cylinder, deviations fall more slowly at first than with the square of the number."""
     member = replace(MEMBERS["12 teeth"], face_width=70.0, helix_angle=-0.33)
     cells = replace(cells_of(member, 0.0006), tip=6)
     mesh = tooth_hexahedra(member, 1, "C3D8", cells=cells, bore_radius=1.2 * bore_of(member))
@@ -330,20 +355,13 @@ def test_smaller_tolerances_take_more_elements() -> None:
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"teeth": 0}, "teeth must be between 1 and 29, got 0"),
-        ({"teeth": 30}, "teeth must be between 1 and 29, got 30"),
-        ({"element": "C3D10"}, "element must be one of C3D20, C3D20R, C3D8I, C3D8, got 'C3D10'"),
-        ({"tolerance": 0.0}, "tolerance must be a positive length in mm, got 0"),
-        ({"tolerance": 1e-320}, "tolerance must be at least 1e-09 mm, got"),
-        ({"tolerance": 1e-5}, r"the mesh takes about .* nodes for 1 tooth, the limit is 5e\+06"),
         ({"teeth": None, "cells": Cells(9, 20, 50, 50, 90)}, "the mesh takes about .* nodes for 29 teeth"),
-        ({"bore_radius": 89.0}, "bore_radius must be between 1.76387 and 87.5934 mm, got 89"),
         ({"cells": Cells(1, 1, 4, 4, 4)}, "a fillet needs two cells"),
         ({"cells": Cells(1, 4, 0, 4, 4)}, "cells must be 1 or more, got flank=0"),
         ({"teeth": 2, "cells": [FEW]}, "cells must be given for 2 teeth, equal but for the flank, got"),
         ({"teeth": 2, "cells": [FEW, replace(FEW, tip=5)]}, "cells must be given for 2 teeth"),
     ],
 )
-def test_what_cannot_be_is_refused(values: dict[str, object], message: str) -> None:
+def test_invalid_arguments_are_rejected(values: dict[str, object], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         tooth_hexahedra(PINION, **values)  # type: ignore[arg-type]

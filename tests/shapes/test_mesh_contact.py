@@ -1,5 +1,5 @@
-"""The route by meshes: closest points against brute force, separations and contacts against the
-exact flanks, and the errors it makes without polish."""
+"""Contact by meshes: closest points against brute force, separations and contacts against the exact flanks,
+and errors without refinement."""
 
 from __future__ import annotations
 
@@ -9,21 +9,20 @@ import numpy as np
 import pytest
 
 from beveloid_geom import ContactPath, Design, Errors, Status, path_of_contact
-from beveloid_geom.arrays import Codes, FloatArray
-from beveloid_geom.contact.equation import pairing_of
-from beveloid_geom.gear.perpendicular import feet
-from beveloid_geom.operation.separation import separation, surface_of
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.contact.flank_pair import pairing_of
+from beveloid_geom.gear.closest_point import feet
+from beveloid_geom.operation.angular_clearance import angular_clearance, surface_of
 from beveloid_geom.pair.frames import layout_of, member_frame
-from beveloid_geom.shapes import mesh_contact as mesh_contact_module
 from beveloid_geom.shapes.closest_points import closest_on_mesh
-from beveloid_geom.shapes.flank_mesh import FlankMesh, flank_mesh
+from beveloid_geom.shapes.flank_mesh import flank_mesh
 from beveloid_geom.shapes.mesh_contact import convergence, mesh_contact, mesh_separation
 from beveloid_geom.shapes.sampling import Faces
 from tests.oracle.table1 import table1
 
 
 def on_triangle(points: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
-    """Squared distances (n, m) of points (n, 3) from triangles (m, 3), or each from its own (n, m, 3)."""
+    """Return squared distances (n, m) of points (n, 3) from triangles with corners (m, 3) or (n, m, 3)."""
     p = points[:, None]
     normal = np.cross(b - a, c - a)
     height = dots(p - a, normal) ** 2 / dots(normal, normal)
@@ -62,7 +61,7 @@ def test_closest_points_on_flanks_are_exact(spread: float, tolerance: float) -> 
     check_against_all(points, mesh.faces, np.concatenate((queries, points[:5])))
 
 
-def test_meshes_that_have_no_closest_point_are_refused() -> None:
+def test_invalid_meshes_are_rejected() -> None:
     points, one = np.eye(3), np.array([[0, 1, 2]])
     with pytest.raises(ValueError, match="no triangles"):
         closest_on_mesh(points, one[:0], points)
@@ -79,7 +78,7 @@ def test_the_rim_is_the_border_of_the_grid() -> None:
 
 
 def test_normals_of_triangles_edges_and_corners_point_out_of_the_tooth() -> None:
-    """Else a point outside is taken for one inside where it is closest to an edge or a corner."""
+    """Otherwise the sign would be wrong for points closest to an edge or a corner."""
     mesh = flank_mesh(table1().gear, "right", 0.01)
     exact = mesh.grid.normals.reshape(-1, 3)[mesh.faces]
     assert dots(mesh.normals[:, 4:], exact).min() > 0.999
@@ -97,8 +96,8 @@ def pose_at(path: ContactPath, k: int) -> Pose:
 
 @pytest.mark.parametrize("member", [0, 1])
 @pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001)])
-def test_agreement_with_turning_to_touch(flank: str, member: int, parabola: tuple[float, float]) -> None:
-    """Turned about the axis until they touch: exact without parabola, else to the square of the gap.
+def test_agreement_with_angular_clearance(flank: str, member: int, parabola: tuple[float, float]) -> None:
+    """Compare with angular clearance, which is exact without parabola, else to the square of the gap.
     Compared where that route, too, starts from and meets the flank, not the fillet: the tool's round
     begins 0.0002 mm inside the active profile."""
     design = table1(parabola)
@@ -107,7 +106,7 @@ def test_agreement_with_turning_to_touch(flank: str, member: int, parabola: tupl
     for k in (0, 2, 4):
         pose = pose_at(path, k)
         found = mesh_separation(design, flank, member, 0.0003, **pose)
-        turned = separation(design, flank, member, found.l, found.z, **pose)
+        turned = angular_clearance(design, flank, member, found.l, found.z, **pose)
         solved = (found.status == Status.SOLVED) & (turned.other_l >= other) & (found.l >= own)
         assert solved.sum() > 0.6 * solved.size
         error = np.abs(found.separation - turned.distance)[solved]
@@ -120,7 +119,7 @@ def test_agreement_with_turning_to_touch(flank: str, member: int, parabola: tupl
 
 
 def test_facets_stay_within_their_tolerance(flank: str) -> None:
-    """Vertices lie on their own flank, so that only the other mesh errs."""
+    """Vertices are on their flank, so that only the other mesh has an error."""
     design = table1((0.001, -0.001))
     pose = pose_at(path_of_contact(design, flank, 3), 1)
     for tolerance in (0.03, 0.001):
@@ -136,22 +135,8 @@ def test_facets_stay_within_their_tolerance(flank: str) -> None:
         assert (exact.status == Status.OFF_FLANK).any()
 
 
-def test_the_polish_starts_from_the_closest_points_on_the_mesh(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What the proximity query finds is refined: without it there is no answer."""
-    facets = mesh_contact_module._facet_feet
-
-    def nowhere(mesh: FlankMesh, seen: FloatArray, tolerance: float) -> tuple[FloatArray, Codes]:
-        values, status = facets(mesh, seen, tolerance)
-        return np.full_like(values, np.nan), status
-
-    pose = pose_at(path_of_contact(table1(), "right", 3), 1)
-    assert (mesh_separation(table1(), "right", 0, 0.1, **pose).status == Status.SOLVED).any()
-    monkeypatch.setattr(mesh_contact_module, "_facet_feet", nowhere)
-    assert (mesh_separation(table1(), "right", 0, 0.1, **pose).status != Status.SOLVED).all()
-
-
 def test_overlap_is_negative() -> None:
-    """The gear turned into the pinion by a gap of 0.1 mm along the normal."""
+    """The gear is rotated into the pinion by 0.1 mm along the normal."""
     design = table1()
     pose = pose_at(path_of_contact(design, "right", 3), 1)
     lever = 0.5 * 6.0 * 45.0 * np.cos(np.radians(20.0))
@@ -165,7 +150,7 @@ def test_overlap_is_negative() -> None:
 
 
 @pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001)])
-def test_polished_contact_is_that_of_the_path(flank: str, parabola: tuple[float, float]) -> None:
+def test_refined_contact_is_on_the_path(flank: str, parabola: tuple[float, float]) -> None:
     design = table1(parabola, Errors(offset=0.05, shaft_angle=0.0002))
     path = path_of_contact(design, flank, 7)
     for k in (1, 3, 5):
@@ -178,8 +163,8 @@ def test_polished_contact_is_that_of_the_path(flank: str, parabola: tuple[float,
             assert np.abs(found.z - (path.pinion_z[k], path.gear_z[k])).max() < 1e-7
 
 
-def test_contact_of_flanks_that_stand_apart(flank: str) -> None:
-    """Least distance of two involute helicoids: turned apart, it grows by the lever's way."""
+def test_contact_of_flanks_with_a_gap(flank: str) -> None:
+    """The smallest distance of two involute helicoids grows linearly with the rotation."""
     design = table1()
     pose = pose_at(path_of_contact(design, flank, 3), 1)
     lever = {"right": -1.0, "left": 1.0}[flank] * 0.5 * 6.0 * 45.0 * np.cos(np.radians(20.0))
@@ -197,8 +182,8 @@ def test_contact_of_flanks_that_stand_apart(flank: str) -> None:
             assert abs(seen.z - found.z[j]) < 1e-6
 
 
-def test_contact_by_facets_is_a_place_on_both_flanks(flank: str) -> None:
-    """Whichever member's vertex is the nearest, its place and the other's are told apart."""
+def test_contact_of_triangles_is_on_both_flanks(flank: str) -> None:
+    """Results are correct for both members, whichever of them has the nearest vertex."""
     design = table1((0.001, -0.001))
     pose = pose_at(path_of_contact(design, flank, 3), 1)
     position = pairing_of(design, flank).position[:, 0, 0]
@@ -214,8 +199,8 @@ def test_contact_by_facets_is_a_place_on_both_flanks(flank: str) -> None:
 
 
 def test_convergence(flank: str) -> None:
-    """Separations converge with the tolerance; contact points do not follow in step, and in
-    approximate line contact, on the right flank, they are off by millimetres."""
+    """Separations converge with the tolerance. Contact points converge irregularly, and in approximate line
+    contact, on the right flank, they are wrong by millimetres."""
     sizes = [0.1, 0.03, 0.01, 0.003, 0.001, 0.0003]
     rough, fine = (convergence(table1(), flank, sizes, polish=polish) for polish in (False, True))
     rate = np.polyfit(np.log(sizes), np.log(rough.separation_error), 1)[0]
@@ -230,7 +215,7 @@ def test_convergence(flank: str) -> None:
     assert along.point_error[0] < 1e-8
 
 
-def test_meshes_are_of_single_designs() -> None:
+def test_batches_are_rejected() -> None:
     design: Design = table1((0.0, 0.0), Errors(offset=np.zeros(2)))
     with pytest.raises(ValueError, match="batch"):
         mesh_contact(design, "right", pinion_roll=0.0, gear_roll=0.0)

@@ -1,4 +1,4 @@
-"""Surfaces of one tooth: fillets against the sweep of the tool, lands, section; meshes to look at."""
+"""Surfaces of one tooth: fillets against the sweep of the tool, lands, section; triangles for pictures."""
 
 from __future__ import annotations
 
@@ -12,10 +12,16 @@ from beveloid_geom import Member, gear_solid
 from beveloid_geom.gear.fillet import root_radius, tool_round
 from beveloid_geom.gear.flank import tip_radius
 from beveloid_geom.gear.rack import reference_radius
-from beveloid_geom.shapes.outline import NARROW, bottom_sheet, cut_sheets, fillet_sheet, outline_grids
 from beveloid_geom.shapes.sampling import SheetGrid, grid_of
 from beveloid_geom.shapes.section import SIDES
 from beveloid_geom.shapes.surface_mesh import gear_mesh
+from beveloid_geom.shapes.tooth_boundary import (
+    MIN_LAND_MODULES,
+    bottom_sheet,
+    cut_sheets,
+    fillet_sheet,
+    outline_grids,
+)
 from tests.members import GEAR, OTHERS as MEMBERS, PINION
 from tests.oracle.tool_sweep import clearance_of_round
 
@@ -61,11 +67,12 @@ def test_lands_are_cones(member: Member) -> None:
     np.testing.assert_allclose(root_radius(member, root[..., 2]), expected, rtol=1e-14)
 
 
-def test_a_narrow_bottom_land_takes_in_the_end_of_the_fillet() -> None:
+def test_a_narrow_bottom_land_includes_the_end_of_the_fillet() -> None:
     member = MEMBERS["narrow"]
     assert 0.0 < 0.5 * pi * 6.0 - tool_round(member.tool, "right").centre[1] < 0.02
     sheet, fillet = bottom_sheet(member, "right"), fillet_sheet(member, "right")
-    assert float(sheet.upper(np.zeros(1))[0] - sheet.lower(np.zeros(1))[0]) == pytest.approx(NARROW * 6.0)
+    width = float(sheet.upper(np.zeros(1))[0] - sheet.lower(np.zeros(1))[0])
+    assert width == pytest.approx(MIN_LAND_MODULES * 6.0)
     assert float(fillet.lower(np.zeros(1))[0]) < 0.5 * pi - 0.04
 
 
@@ -90,7 +97,7 @@ def test_thickness_of_a_spur_gear(shift: float) -> None:
 @pytest.mark.parametrize("name", ["gear", "spur"])
 @pytest.mark.parametrize("teeth", [None, range(2)])
 def test_pictures_show_the_solid(name: str, teeth: range | None) -> None:
-    """The same triangles, with points of their own for each part."""
+    """Pictures have the triangles of the solid, but surfaces do not share points."""
     member = MEMBERS[name]
     mesh = gear_mesh(member, 0.05, teeth)
     solid = gear_solid(member, 0.05, None if teeth is None else len(teeth))
@@ -103,7 +110,7 @@ def test_pictures_show_the_solid(name: str, teeth: range | None) -> None:
 
 @all_members
 def test_normals_are_those_of_the_surfaces(member: Member) -> None:
-    """Triangles face along them, closer the finer they are; cones, planes and cylinders exactly."""
+    """Triangles face along the normals, on cones, planes and cylinders exactly."""
     mesh, gamma = gear_mesh(member, 0.05, range(-1, 1)), float(member.cone_angle)
     np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-12)
     a, b, c = mesh.points[mesh.faces.T]
@@ -119,7 +126,7 @@ def test_normals_are_those_of_the_surfaces(member: Member) -> None:
         assert (angle < 0.0).all() if name == SIDES[0] else (angle > -0.25).all()
 
 
-def test_parts_can_be_taken_out() -> None:
+def test_surfaces_can_be_selected() -> None:
     mesh = gear_mesh(GEAR, 0.05, range(2))
     flank = mesh.of("right flank")
     assert 0 < len(flank.faces) < len(mesh.faces)

@@ -1,9 +1,8 @@
-"""The five equations of Eq. 15 written from Eqs. 1-14, for batches, by other code than the library's.
+"""The five equations of Eq. 15 written from Eqs. 1-14 for batches, independent of the library.
 
-Flanks, frames and misalignment stand here as in the paper, component by component; profile shift
-enters as a radial displacement of the rack at mid-face. Nothing of `flank`, `rack`, `pair.frames` or
-`contact.equation` is used. Lengths mm, angles rad; arrays (*batch, positions).
-"""
+Flanks, frames and misalignment are written as in the paper, component by component. Profile shift is a radial
+displacement of the rack at mid-face. Nothing of `gear.flank`, `gear.rack`, `pair.frames` or
+`contact.equation` is used. Lengths in mm, angles in rad; arrays (..., positions)."""
 
 from __future__ import annotations
 
@@ -22,7 +21,7 @@ Cases = NDArray[np.int_]
 
 
 class Generated(NamedTuple):
-    """One flank at some l: rack point at u = 0 and trace, and the unit normal, all in S_c."""
+    """One flank at given l: rack point at u = 0, trace and unit normal, all in S_c."""
 
     point: Vector
     trace: Vector
@@ -31,15 +30,17 @@ class Generated(NamedTuple):
 
 
 def column(value: Quantity) -> FloatArray:
-    """A quantity of the batch with one axis for positions behind it."""
+    """Return a quantity of the batch with an additional axis for positions."""
     array = np.asarray(value, dtype=float)
     return array[..., None] if array.ndim else array
 
 
 def rack_at(member: Member, flank: str, l: FloatArray) -> Generated:
-    """Eqs. 1-5 at flank parameters `l` (*batch, positions)."""
+    """Eqs. 1-5 at flank parameters `l` (..., positions)."""
     tool, sigma = member.tool, FLANK_SIGN[flank]
-    m, a, alpha = column(tool.normal_module), column(tool.parabola), column(tool.normal_pressure_angle)
+    m, alpha, apex = map(column, (tool.normal_module, tool.normal_pressure_angle, tool.parabola_apex))
+    own = tool.parabola_right if sigma > 0.0 else tool.parabola_left
+    a = column(tool.parabola if own is None else own)
     beta, gamma = column(member.helix_angle), column(member.cone_angle)
     sa, ca, sb, cb = np.sin(alpha), np.cos(alpha), np.sin(beta), np.cos(beta)
     sg, cg = np.sin(gamma), np.cos(gamma)
@@ -48,8 +49,8 @@ def rack_at(member: Member, flank: str, l: FloatArray) -> Generated:
         y, z = cb * y + sb * z, cb * z - sb * y  # turned by the helix angle about x
         return cg * x + sg * z, y, cg * z - sg * x  # tilted by the cone angle about y
 
-    x_n = l * ca + a * l * l * sa
-    y_n = sigma * (a * l * l * ca - l * sa + 0.25 * np.pi * m)
+    x_n = (l + apex) * ca + a * l * l * sa
+    y_n = sigma * (a * l * l * ca - (l + apex) * sa + 0.25 * np.pi * m)
     x_c, y_c, z_c = to_rack(x_n, y_n, 0.0 * x_n)
     steep = 2.0 * a * l
     size = np.hypot(1.0, steep)
@@ -92,7 +93,7 @@ def gear_to_fixed(design: Design, vector: Vector) -> Vector:
 
 
 def residuals(design: Design, path: ContactPath, distance: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """|R1 - R2| (mm) and |n1 + n2| (rad), (*batch, positions); `distance` (2, *batch) are the
+    """|R1 - R2| (mm) and |n1 + n2| (rad), (..., positions); `distance` (2, ...) are the
     mounting distances without errors."""
     errors, pair = design.errors, design.pair
     point1, normal1 = flank_at(design.pinion, path.flank, path.l1, path.u1, path.pinion_roll)
@@ -110,12 +111,15 @@ def residuals(design: Design, path: ContactPath, distance: FloatArray) -> tuple[
 
 
 def own_margins(member: Member, flank: str, l: FloatArray, u: FloatArray) -> FloatArray:
-    """How far (mm) flank points lie inside root (in l), tip, toe and heel, (4, *batch, positions)."""
+    """Return how far (mm) flank points lie inside root (in l), tip, toe and heel, (4, ..., positions).
+
+    The root is the joint with the fillet. Undercut, which may end the flank above it, does not count."""
     tool = member.tool
-    m, added = column(tool.normal_module), column(tool.addendum)
+    m, added = column(tool.normal_module), column(tool.addendum) + column(member.tip_alteration)
     (x, y, z), _ = flank_at(member, flank, l, u, np.zeros_like(l))
     joint = tool.dedendum - tool.tip_radius * (1.0 - np.sin(tool.normal_pressure_angle))
-    depth = np.where(joint > tool.addendum - 1e-4, tool.addendum, joint)
+    # A tip radius of 0.38 modules is rounded: its joint lies at the depth of the addendum.
+    depth = np.where(np.abs(joint - tool.addendum) < 1e-4, tool.addendum, joint)
     root = at_height(member, -tool.normal_module * depth)
     pitch_radius = m * column(member.teeth) / (2.0 * np.cos(column(member.helix_angle)))
     tip = pitch_radius + (column(member.profile_shift) + added) * m + z * np.tan(column(member.cone_angle))
@@ -124,15 +128,15 @@ def own_margins(member: Member, flank: str, l: FloatArray, u: FloatArray) -> Flo
 
 
 def margins(design: Design, path: ContactPath) -> FloatArray:
-    """Margins (8, *batch, positions) to the limits, in the order of `Limit`."""
+    """Margins (8, ..., positions) to the limits, in the order of `Limit`."""
     pinion = own_margins(design.pinion, path.flank, path.l1, path.u1)
     gear = own_margins(design.gear, path.flank, path.l2, path.u2)
     return np.stack((pinion, gear), axis=1).reshape(8, *path.l1.shape)
 
 
 class Lines(NamedTuple):
-    """Where flanks of given l1, l2 with one common normal could touch: height above each other
-    of the two straight generators (mm, signed; 0 at a contact), and u1, u2 at their closest."""
+    """Lines on which flanks of given l1, l2 with one common normal could touch: distance of the two straight
+    generators (mm, signed; 0 at a contact), and u1, u2 at their closest points."""
 
     height: FloatArray
     u1: FloatArray
@@ -149,10 +153,10 @@ def common_normal(first: Generated, second: Generated, angle: FloatArray) -> tup
 def generators(
     design: Design, flank: str, l1: FloatArray, l2: FloatArray, sign: float, distance: FloatArray
 ) -> Lines:
-    """The generators of both members in S_f under the common normal of `l1` and `l2`.
+    """Return the generators of both members in S_f under the common normal of `l1` and `l2`.
 
-    `sign` is that of the normal's x component. All flank points of one l with a given normal lie
-    on a straight line; two lines meet where the triple product with their distance vanishes."""
+    `sign` is that of the x component of the normal. All flank points of one l with a given normal lie on a
+    straight line. Two lines meet where the triple product with their distance vanishes."""
     d, errors = shaft_angle(design), design.errors
     first, second = rack_at(design.pinion, flank, l1), rack_at(design.gear, flank, l2)
     squared, n_y = common_normal(first, second, d)
@@ -191,8 +195,8 @@ def _cross(a: Vector, b: Vector) -> Vector:
 
 
 class Found(NamedTuple):
-    """Contacts that a search came upon, one row each: the case, flank parameters, sign of the common
-    normal's x component, and the least margin (mm) to the limits of both flanks."""
+    """Contacts found by a search, one row each: case, flank parameters, sign of the x component of the common
+    normal, and smallest margin (mm) to the limits of both flanks."""
 
     case: Cases
     l1: FloatArray
@@ -201,7 +205,7 @@ class Found(NamedTuple):
     margin: FloatArray
 
     def beyond(self, margin: float) -> Found:
-        """Those further inside the flanks than `margin` (mm)."""
+        """Return the contacts further inside the flanks than `margin` (mm)."""
         kept = self.margin > margin
         return Found(*(column[kept] for column in self))  # type: ignore[arg-type]
 
@@ -211,7 +215,7 @@ PASSES, PRUNED = 45, 10
 
 
 def at_height(member: Member, height: Quantity) -> FloatArray:
-    """l at which the tool flank of the batch has x_n = `height` (mm), (*batch, 1)."""
+    """l at which the tool flank of the batch has x_n = `height` (mm), (..., 1)."""
     alpha, a = column(member.tool.normal_pressure_angle), column(member.tool.parabola)
     # x_n = l cos(alpha) + a l^2 sin(alpha): the root that stays finite without parabola.
     root = np.sqrt(np.cos(alpha) ** 2 + 4.0 * a * np.sin(alpha) * column(height))
@@ -219,7 +223,7 @@ def at_height(member: Member, height: Quantity) -> FloatArray:
 
 
 def flank_grid(member: Member, points: int) -> FloatArray:
-    """l over the whole active flank, ends included, (*batch, points)."""
+    """Return l over the complete active flank, ends included, (..., points)."""
     tool = member.tool
     low = at_height(member, -tool.normal_module * np.asarray(tool.addendum))
     high = at_height(member, tool.normal_module * np.asarray(tool.addendum))
@@ -227,10 +231,10 @@ def flank_grid(member: Member, points: int) -> FloatArray:
 
 
 def search(design: Design, flank: str, distance: FloatArray, points: int = 32, turned: bool = False) -> Found:
-    """Contacts on a grid of l1, of both signs of n_x, with l2 by sign change and bisection.
+    """Return the contacts on a grid of l1, for both signs of n_x, with l2 by sign change and bisection.
 
-    `turned` searches on a grid of l2 instead. Contacts further than half a module outside the flanks
-    are left out. Array designs of one batch axis only."""
+    `turned` searches on a grid of l2 instead. Contacts further than half a module outside the flanks are
+    omitted. Array designs of one batch axis only."""
     first, second = (flank_grid(member, points) for member in design.members)
     l1 = np.repeat(first, points, axis=-1) if not turned else np.tile(first, (1, points))
     l2 = np.tile(second, (1, points)) if not turned else np.repeat(second, points, axis=-1)
@@ -260,7 +264,8 @@ def search(design: Design, flank: str, distance: FloatArray, points: int = 32, t
 
 
 class Scan(NamedTuple):
-    """What a search goes over: one flank and one sign of n_x, with l2 moving at fixed l1, or `turned`."""
+    """Variables of a search: one flank and one sign of n_x, with l2 varied at fixed l1, or the reverse if
+    `turned`."""
 
     design: Design
     flank: str
@@ -278,14 +283,15 @@ class Scan(NamedTuple):
 
 
 def joined(parts: list[Found]) -> Found:
-    """What several searches found."""
+    """Return the contacts of several searches."""
     return Found(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
 def _edge(
     scan: Scan, case: Cases, fixed: FloatArray, good: FloatArray, bad: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """The last place with a common normal between a `good` and a `bad` one, and the height there."""
+    """Return the last position with a common normal between a `good` and a `bad` one, and the
+    distance there."""
     part = cases_of(scan.design, case)
     for _ in range(50):
         middle = 0.5 * (good + bad)
@@ -299,7 +305,7 @@ def _edge(
 def _refined(
     scan: Scan, case: Cases, fixed: FloatArray, bounds: list[tuple[FloatArray, FloatArray]]
 ) -> Found:
-    """The roots between `bounds` (place and height), by bisection from the chord's guess on."""
+    """Return the roots between `bounds` (position and distance), by bisection from the secant."""
     (low, f_low), (high, f_high) = bounds
     guess = low - f_low * (high - low) / (f_high - f_low)
     module = np.broadcast_to(scan.design.pinion.tool.normal_module, scan.distance.shape[1:])
@@ -327,7 +333,7 @@ def _refined(
 
 
 def mapped(change: Callable[..., Any], *parts: Any) -> Any:
-    """A design, a path or any other dataclass whose numbers are made of those of `parts` by `change`."""
+    """Return a dataclass whose numbers are computed by `change` from those of `parts`."""
     values = {}
     for item in fields(parts[0]):
         column = [getattr(part, item.name) for part in parts]
@@ -340,17 +346,17 @@ def mapped(change: Callable[..., Any], *parts: Any) -> Any:
 
 
 def cases_of(part: Any, index: Any) -> Any:
-    """The cases `index` of an array design of one batch axis, or of any of its parts."""
+    """Return the cases `index` of an array design of one batch axis, or of any of its parts."""
     return mapped(lambda value: value[index] if np.ndim(value) else value, part)
 
 
 def batch_of_one(part: Any) -> Any:
-    """A single design, or any of its parts, as a batch of one."""
+    """Return a single design, or any of its parts, as a batch of one."""
     return mapped(lambda value: np.array([value], dtype=float), part)
 
 
 def off_path(path: ContactPath, found: Found) -> FloatArray:
-    """Distance (mm) in the plane of l1 and l2 of contacts found from the paths (cases, positions)."""
+    """Return the distance (mm) of contacts from the paths (cases, positions) in the plane of l1 and l2."""
     across = np.stack((path.l1, path.l2), axis=-1)[found.case]
     steps = np.diff(across, axis=1)
     seen = np.stack((found.l1, found.l2), axis=-1)[:, None] - across[:, :-1]

@@ -1,5 +1,5 @@
-"""What each method does in a situation, in a word or two with fixed thresholds, so that the words do not
-change from machine to machine."""
+"""Outcome of each method in a situation, in a few words with fixed thresholds, so that they are the same on
+all machines."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import numpy as np
 
 from beveloid_geom import ContactPath, Design, Status, certify, first_contact, path_of_contact
 from beveloid_geom.findings.layout import remarks_on
-from beveloid_geom.operation.first_contact import middle_roll
+from beveloid_geom.operation.engagement import middle_roll
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.reference.five_equations import path_of_contact_five_equations
 from beveloid_geom.report.path import ContactReport, contact_report
 from beveloid_geom.shapes.mesh_contact import mesh_contact
 from beveloid_geom.status import FirstStatus, Verdict
+from beveloid_geom.validation.five_equations import path_of_contact_five_equations
 
 from .answers import SIZE, size_of
 from .five_residuals import margins, residuals
@@ -36,8 +36,8 @@ Said = Callable[[Design, str], Iterable[str]]
 
 @dataclass(frozen=True)
 class Case:
-    """A design and flank; for the meshes the pose: how far along the path in `share` of l1, or, where there
-    is no path, both rolls 0; and the `tolerance`, mm."""
+    """A design and flank. For the meshes also the pose: the position along the path as a `share` of l1
+    (without a path, both rolls are 0), and the `tolerance`, mm."""
 
     design: Design
     flank: str = "right"
@@ -47,22 +47,24 @@ class Case:
 
 @dataclass(frozen=True)
 class Situation:
-    """A row: the cases that are run, which of METHODS are `trusted` ("status": that nothing is there), what
-    the user is `told`, and where (`said`); without `told` that nothing need be said.
+    """A row of the table.
 
-    `disturbed` is a context in which the meshes are asked, and `moved` (mm) how far it takes the pair."""
+    The `cases` are run. `trusted` are those of METHODS whose results are trusted ("status": there is no
+    contact). `message` is the message to the user, empty if none is needed, and `texts` returns the texts
+    that may contain it. `disturbed` is a context in which the meshes are evaluated, and `moved` (mm) the
+    displacement of the pair by it."""
 
     name: str
     cases: Callable[[], Sequence[Case]]
     trusted: tuple[str, ...]
-    told: str = ""
-    said: Said | None = None
+    message: str = ""
+    texts: Said | None = None
     disturbed: Callable[[], AbstractContextManager[object]] = nullcontext
     moved: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
 def in_a_cell(names: Iterable[str]) -> str:
-    """Each once."""
+    """Return different outcomes, each once."""
     return ", ".join(dict.fromkeys(name for part in names for name in part.split(", ")))
 
 
@@ -71,7 +73,8 @@ def scale_of(design: Design) -> float:
 
 
 def of_path(design: Design, path: ContactPath) -> str:
-    """A status; or exact: every position solved, on both flanks, the five equations held."""
+    """Return a status, or 'exact': every position is solved on both flanks and satisfies the five
+    equations."""
     if not path.l1.size:
         return f"`{Status(int(path.ends.status)).name}`"
     if (path.status != Status.SOLVED).any():
@@ -83,7 +86,7 @@ def of_path(design: Design, path: ContactPath) -> str:
 
 
 def of_five(design: Design, ours: ContactPath, path: ContactPath) -> str:
-    """The same, and whether it is the path of the one equation."""
+    """Return the outcome of the five equations, and whether their path is that of the one equation."""
     word = of_path(design, path)
     if word != "exact" or not ours.l1.size:
         return word
@@ -126,13 +129,13 @@ def of_meshes(case: Case, polish: bool, moved: tuple[float, float, float], turne
 
 
 def of_first_contact(case: Case, path: ContactPath) -> str:
-    """Verdicts of the certificate, or what touches where there is no path."""
+    """Return the verdicts of the certificate, or the first contact if there is no path."""
     if path.l1.size:
         proof = certify(path)
         lost = proof.first.status != FirstStatus.SOLVED
         codes = np.unique(np.where(lost, -proof.first.status, proof.verdict))
         words = [_verdict(int(code)) for code in codes]
-        # What is tangent does not overlap by a module: another tooth was taken for this one.
+        # Tangent flanks do not overlap by a module: another tooth was mistaken for this one.
         overlap = proof.separation < -float(case.design.pinion.tool.normal_module)
         return in_a_cell([WRONG] if overlap.any() else words)
     roll = float(middle_roll(case.design, case.flank))
@@ -151,7 +154,7 @@ def _verdict(code: int) -> str:
 
 
 def cells_of(situation: Situation) -> tuple[str, ...]:
-    """Outcomes of each of METHODS for the cases of a situation."""
+    """Return the outcomes of each of METHODS for the cases of a situation."""
     cells: list[list[str]] = [[] for _ in METHODS]
     for case in situation.cases():
         design, flank = case.design, case.flank
@@ -165,22 +168,22 @@ def cells_of(situation: Situation) -> tuple[str, ...]:
     return tuple(in_a_cell(cell) for cell in cells)
 
 
-def told_in(situation: Situation) -> str:
+def message_in(situation: Situation) -> str:
     """The words of the user for the cases of a situation."""
-    return in_a_cell(_told(situation, case.design, case.flank) for case in situation.cases())
+    return in_a_cell(_message(situation, case.design, case.flank) for case in situation.cases())
 
 
 def _five(design: Design, flank: str, ours: ContactPath) -> str:
     return of_five(design, ours, path_of_contact_five_equations(design, flank, POINTS))
 
 
-def _told(situation: Situation, design: Design, flank: str) -> str:
-    """What is said, if it is said; else all that is said instead."""
-    texts = list((situation.said or path_notes)(design, flank))
-    if not situation.told:
+def _message(situation: Situation, design: Design, flank: str) -> str:
+    """Return the expected message if it is found, else all messages."""
+    texts = list((situation.texts or path_notes)(design, flank))
+    if not situation.message:
         return " | ".join(texts) or "nothing"
-    said = any(situation.told in text for text in texts)
-    return f'"{situation.told}"' if said else f"NOT TOLD, but: {' | '.join(texts)}"
+    found = any(situation.message in text for text in texts)
+    return f'"{situation.message}"' if found else f"NO MESSAGE, but: {' | '.join(texts)}"
 
 
 OF_ASSEMBLY = ("sensitive to errors", "contact is lost within usual tolerances")

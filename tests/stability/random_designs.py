@@ -1,14 +1,13 @@
 """Random pairs in wide, valid batches: one Design whose quantities are arrays of one batch axis.
 
-Six kinds. 'fitted' pairs close exactly: a working pressure angle is drawn, offset, shaft angle and
-profile shift follow in closed form. 'strained' ones are the same under errors from a micrometre to
-absurd, 'usual' ones are as gears are made, under errors as they are mounted.
-'touching' pairs are laid together at a random point of both flanks with a random angle between the
-generators, mounting given: where that angle vanishes so does n_x. 'wild' layouts have nothing to do
-with the gears. 'intersecting' pairs close at offset 0, some as gears are made and mounted, others under
-errors of all sizes; half of the shaft angles are rounded. Members range from one tooth to 300, module 0.3
-to 10, with cones and helices of both signs up to the limits of a design file.
-"""
+There are six kinds. 'fitted' pairs have no backlash: for a random working pressure angle, offset, shaft angle
+and profile shift follow in closed form. 'strained' pairs are 'fitted' pairs under errors of all sizes.
+'usual' pairs are as gears are made, under errors as they occur in assembly. 'touching' pairs are placed at a
+random point of both flanks with a random angle between the generators and given mounting distances; n_x
+vanishes with this angle. 'wild' layouts are unrelated to the gears. 'intersecting' pairs have no backlash at
+offset 0, some with usual errors, others with errors of all sizes; half of the shaft angles are rounded.
+Members have 1 to 300 teeth and modules of 0.3 to 10, with cone and helix angles of both signs up to the
+limits of a design file."""
 
 from __future__ import annotations
 
@@ -20,7 +19,7 @@ import numpy as np
 from beveloid_geom import Design, Errors, Member, Pair, Tool
 from beveloid_geom.arrays import Flank, FloatArray
 from beveloid_geom.design.model import unchecked
-from beveloid_geom.pair.closing import ClosedLayout, closed_layout
+from beveloid_geom.pair.zero_backlash import ClosedLayout, closed_layout
 
 from .five_residuals import Vector, cases_of, flank_at, mapped, rack_at
 
@@ -30,12 +29,12 @@ DEG = np.pi / 180.0
 
 
 def spread(rng: np.random.Generator, low: float, high: float, size: int) -> FloatArray:
-    """Numbers of all magnitudes between two bounds."""
+    """Return numbers of all magnitudes between two bounds."""
     return np.asarray(np.exp(rng.uniform(np.log(low), np.log(high), size)))
 
 
 def signed(rng: np.random.Generator, low: float, high: float, size: int, zeros: float = 0.1) -> FloatArray:
-    """The same with both signs, and a share of exact zeros."""
+    """Return numbers of both signs, and a share of exact zeros."""
     return np.asarray(
         spread(rng, low, high, size) * rng.choice([-1.0, 1.0], size) * (rng.random(size) >= zeros)
     )
@@ -78,6 +77,7 @@ def random_members(rng: np.random.Generator, size: int) -> tuple[Member, Member]
             cone_angle=DEG * np.where(steep, cone, flat),
             profile_shift=np.where(rng.random(size) < 0.8, rng.uniform(-0.4, 0.6, size), 0.0),
             face_width=module * spread(rng, 1.0, 30.0, size),
+            tip_alteration=np.zeros(size),
         )
         most = np.maximum(parabola_limits(member), 0.0)
         share = np.where(
@@ -95,7 +95,7 @@ def narrow_radius(member: Member) -> FloatArray:
 
 
 def valid(design: Design) -> np.ndarray[Any, np.dtype[np.bool_]]:
-    """Which designs of the batch a design file could hold."""
+    """Return which designs of the batch a design file could contain."""
     pair, errors = design.pair, design.errors
     good = np.abs(errors.offset) <= 10.0 * design.pinion.tool.normal_module
     for member in design.members:
@@ -116,7 +116,7 @@ def valid(design: Design) -> np.ndarray[Any, np.dtype[np.bool_]]:
 
 
 def usual_members(rng: np.random.Generator, size: int) -> tuple[Member, Member]:
-    """Pinions and gears as they are made, the flank bent by up to 0.004 modules."""
+    """Return pinions and gears as they are made, with parabolas of up to 0.004 modules."""
     module, alpha = rng.uniform(1.0, 8.0, size), DEG * rng.choice([17.5, 20.0, 22.5, 25.0], size)
     hand = rng.choice([-1.0, 1.0], size)
     members = []
@@ -128,6 +128,7 @@ def usual_members(rng: np.random.Generator, size: int) -> tuple[Member, Member]:
             cone_angle=DEG * rng.uniform(-1.0, 5.0, size),
             profile_shift=rng.uniform(-0.2, 0.4, size),
             face_width=module * rng.uniform(5.0, 12.0, size),
+            tip_alteration=np.zeros(size),
         )
         relief = module * signed(rng, 1e-5, 0.004, size, 0.25)
         members.append(replace(member, tool=replace(member.tool, parabola=relief / module**2)))
@@ -135,12 +136,12 @@ def usual_members(rng: np.random.Generator, size: int) -> tuple[Member, Member]:
 
 
 def usual(rng: np.random.Generator, size: int) -> Design:
-    """Pairs as they are made and mounted."""
+    """Return pairs as they are made and mounted."""
     return fitted(rng, size, usual_members(rng, size)).with_errors(usual_errors(rng, size))
 
 
 def usual_errors(rng: np.random.Generator, size: int) -> Errors:
-    """Assembly errors as they occur, each absent in a third of the cases."""
+    """Return assembly errors as they occur, each absent in a third of the cases."""
     offset, pinion, gear = (signed(rng, 1e-4, 0.3, size, 0.33) for _ in range(3))
     return Errors(offset, DEG * signed(rng, 1e-4, 0.05, size, 0.33), pinion, gear)
 
@@ -151,8 +152,8 @@ def fitted(
     members: tuple[Member, Member] | None = None,
     aw: FloatArray | None = None,
 ) -> Design:
-    """Pairs that close without backlash: with the working pressure angle drawn, the layout follows; the
-    gear's profile shift then takes up the backlash, which is linear in it."""
+    """Return pairs without backlash: the layout follows from a random working pressure angle, and the profile
+    shift of the gear removes the backlash, in which it is linear."""
     pinion, gear = random_members(rng, size) if members is None else members
     if aw is None:
         aw = np.asarray(pinion.tool.normal_pressure_angle + DEG * rng.normal(0.0, 1.5, size))
@@ -191,13 +192,13 @@ def intersecting(rng: np.random.Generator, size: int) -> Design:
         angle = np.where(rng.random(count) < 0.5, DEG * np.round(angle / DEG, 2), angle)
         design = replace(design, pair=drawn_pair(offset=np.zeros(count), shaft_angle=angle), errors=errors)
         parts.append(cases_of(design, valid(design)))
-    both: Design = mapped(lambda *columns: np.concatenate(columns), *parts)
+    both: Design = mapped(_joined, *parts)
     mixed: Design = cases_of(both, rng.permutation(np.size(both.pair.offset)))
     return mixed
 
 
 def drawn_pair(**values: FloatArray) -> Pair:
-    """A layout that was drawn, before `valid` chooses: some are NaN or have no meaning."""
+    """Return a random layout before `valid` selects: some are NaN or meaningless."""
     return unchecked(Pair(1.0, 1.0), **values)
 
 
@@ -228,11 +229,11 @@ def strained(rng: np.random.Generator, size: int) -> Design:
 
 
 def touching(rng: np.random.Generator, size: int, flank: Flank = "right") -> Design:
-    """Pairs laid together at a random point of both flanks, mounting given.
+    """Return pairs placed at a random point of both flanks, with given mounting distances.
 
-    The pinion stands still. The gear is put with its point on the pinion's, normal against normal,
-    and turned about it until the generators cross at an angle drawn; then the common perpendicular
-    of the axes is sought. The sine of the angle is n_x sin(d)/(S1 S2): as it vanishes so does n_x."""
+    The pinion is fixed. The gear is placed with its point on that of the pinion, normal against normal, and
+    rotated about the normal until the generators cross at a random angle. The common perpendicular of the
+    axes follows. The sine of the angle is n_x sin(d)/(S1 S2): n_x vanishes with the angle."""
     members = random_members(rng, size)
     points, normals = [], []
     for member in members:
@@ -253,7 +254,7 @@ def touching(rng: np.random.Generator, size: int, flank: Flank = "right") -> Des
         frames.append(np.stack((normal, along, np.cross(normal, along)), axis=-2))
     sin, cos = np.sin(angle), np.cos(angle)
     none = np.zeros(size)
-    # What the gear's normal and its two companions become among those of the pinion.
+    # Gear normal and both tangents in the frame of the pinion normal and tangents.
     turn = np.array([[none - 1.0, none, none], [none, cos, sin], [none, sin, -cos]]).transpose(2, 0, 1)
     rotation = np.swapaxes(frames[1], 1, 2) @ turn @ frames[0]
     second = axis @ rotation
@@ -284,13 +285,21 @@ def _stacked(vector: Vector) -> FloatArray:
 
 
 def wild(rng: np.random.Generator, size: int) -> Design:
-    """Layouts that have nothing to do with the gears."""
+    """Return layouts that are unrelated to the gears."""
     pinion, gear = random_members(rng, size)
     pair = Pair(spread(rng, 0.01, 2000.0, size), DEG * spread(rng, 0.5, 90.0, size))
     return Design(pinion, gear, pair, random_errors(rng, size))
 
 
 MAKERS = {"usual": usual, "fitted": fitted, "strained": strained, "wild": wild, "intersecting": intersecting}
+
+
+def _joined(*columns: Any) -> Any:
+    """Join one quantity of several batches; a quantity that is not an array has one value in all of them."""
+    if np.ndim(columns[0]):
+        return np.concatenate(columns)
+    (value,) = set(columns)
+    return value
 
 
 def random_designs(kind: Kind, size: int, seed: int, flank: Flank = "right") -> Design:
@@ -303,5 +312,5 @@ def random_designs(kind: Kind, size: int, seed: int, flank: Flank = "right") -> 
             kept = np.flatnonzero(valid(drawn))
         parts.append(cases_of(drawn, kept))
         found += kept.size
-    designs: Design = cases_of(mapped(lambda *columns: np.concatenate(columns), *parts), slice(size))
+    designs: Design = cases_of(mapped(_joined, *parts), slice(size))
     return designs

@@ -10,12 +10,13 @@ from unittest.mock import patch
 
 import numpy as np
 
-from beveloid_geom import Design, Errors, MeshErrors, builtin_design, path_of_contact
+from beveloid_geom import Design, Errors, Member, MeshErrors, builtin_design, path_of_contact
+from beveloid_geom.contact.mesh_position import Frame, frames_at
 from beveloid_geom.contact.path import path_ends
-from beveloid_geom.contact.placing import Frame, frames_at
 from beveloid_geom.design.file import DesignError, builtin_text, parse_design
-from beveloid_geom.pair.mesh_errors import from_mesh
+from beveloid_geom.pair.misalignment_at_mesh import from_mesh
 from beveloid_geom.shapes import mesh_contact as proximity
+from beveloid_geom.shapes.flank_mesh import FlankMesh, flank_mesh
 from tests.contact.test_path_search import TURNING
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged, mirrored, scaled
@@ -25,6 +26,7 @@ from . import test_line_contact as line_contact, test_meshes as meshes
 from .answers import at_shaft_angle, changed, closed, held
 from .named_designs import CROSSING, LOST, SPLIT
 from .outcomes import Case, Said, Situation, all_notes, checked
+from .parallel_pairs import HELICAL
 from .test_cones_and_helices import PLAIN, with_cones
 from .test_shaft_angles import fold, folding, right_angled
 from .test_shapes_of_teeth import APART, MANY, ONE, POINTED, UNDERCUT, of_module
@@ -51,7 +53,7 @@ def late(*designs: Callable[[], Design], flank: str = "right") -> Callable[[], l
 def in_file(old: str, new: str) -> Said:
     """What reading the built-in design file says after a replacement."""
 
-    def said(design: Design, flank: str) -> Iterable[str]:
+    def texts(design: Design, flank: str) -> Iterable[str]:
         assert old in builtin_text()
         try:
             parse_design(builtin_text().replace(old, new))
@@ -59,7 +61,7 @@ def in_file(old: str, new: str) -> Said:
             return refused.faults
         return ()
 
-    return said
+    return texts
 
 
 def spur(pinion: float, gear: float) -> Design:
@@ -109,7 +111,12 @@ def thin() -> list[Case]:
 
 
 def single_precision() -> AbstractContextManager[object]:
-    return patch.object(proximity, "flank_mesh", meshes.in_single_precision)
+    def mesh(member: Member, flank: str, tolerance: float) -> FlankMesh:
+        exact = flank_mesh(member, flank, tolerance)
+        points = exact.grid.points.astype(np.float32).astype(float)
+        return replace(exact, grid=replace(exact.grid, points=points))
+
+    return patch.object(proximity, "flank_mesh", mesh)
 
 
 def ten_metres_away() -> AbstractContextManager[object]:
@@ -211,13 +218,31 @@ SITUATIONS = (
         "parallel axes, lines of contact",
         of(LINES),
         PATHS[:1],
-        "an error of the shaft angle puts the contact on an edge",
+        "an error of the shaft angle moves the contact to an edge",
     ),
     Situation(
         "the same, 0.01 deg of shaft angle",
         of(tilted(LINES)),
         ("status", "first contact"),
         "the path of contact does not meet the right flanks",
+    ),
+    Situation(
+        "helical pair on parallel axes, errors of offset and axial position",
+        of(HELICAL, HELICAL.with_errors(Errors(0.2, 0.0, 0.5, -0.3)), flanks=("right", "left")),
+        PATHS[:1],
+        "an error of the shaft angle moves the contact to an edge",
+    ),
+    Situation(
+        "the same, tilted by 1e-3, 1e-8 rad",
+        of(*(HELICAL.with_errors(Errors(shaft_angle=tilt)) for tilt in (1e-3, 1e-8))),
+        ("status", "first contact"),
+        "the path of contact does not meet the right flanks",
+    ),
+    Situation(
+        "the same, convex flanks, laid out with a shaft angle of 0.001 deg",
+        of(at_shaft_angle(HELICAL.with_parabola(-5e-4, -5e-4), 0.001)),
+        PATHS,
+        "the contact ratio is below 1",
     ),
     Situation(
         "parallel axes, one or both flanks convex; 0.01 deg of shaft angle",
@@ -234,7 +259,7 @@ SITUATIONS = (
         "negative shaft angle",
         of(at_shaft_angle(table1(), -15.0)),
         STATUS,
-        "give its magnitude, its sense follows from the helix angles",
+        "give the magnitude, the sense follows from the helix angles",
         in_file("shaft_angle_deg = 15.0", "shaft_angle_deg = -15.0"),
     ),
     Situation(
@@ -246,7 +271,7 @@ SITUATIONS = (
         "path across n_x = 0",
         of(*list(CROSSING.values())[:2]),
         PATHS,
-        "the common normal is square to the common perpendicular",
+        "the common normal and the common perpendicular form a right angle",
     ),
     Situation("l1 turns back on the path", of(*TURNING.values()), PATHS, "l1 turns back along the path"),
     Situation(
@@ -267,7 +292,7 @@ SITUATIONS = (
     Situation(
         "undercut: few teeth, negative shift",
         of(*UNDERCUT.values()),
-        ("first contact",),
+        ALL,
         "take more teeth, more profile shift or a less deep tool",
         checked,
     ),
@@ -275,7 +300,7 @@ SITUATIONS = (
         "tooth pointed at the heel",
         of(POINTED),
         ALL,
-        "take less profile shift or a lower addendum",
+        "reduce the profile shift or the addendum",
         checked,
     ),
     Situation(
@@ -284,7 +309,7 @@ SITUATIONS = (
         STATUS,
         "the path of contact does not meet the right flanks",
     ),
-    Situation("one tooth", of(ONE), ALL),
+    Situation("one tooth", of(ONE), ALL, "an edge carries there"),
     Situation("1000 teeth: gear, both", of(*MANY.values()), ALL),
     Situation("module 0.05, 50 mm", late(lambda: of_module(0.05), lambda: of_module(50.0)), ALL),
     Situation(
@@ -303,13 +328,13 @@ SITUATIONS = (
         "path in two pieces",
         lambda: [Case(case.design, case.flank) for case in SPLIT[:3]],
         PATHS,
-        "the path lies on the flanks in 2 pieces",
+        "the path has 2 segments on the flanks",
     ),
     Situation(
         "lost by earlier versions, found at random",
         lambda: [Case(c.design, c.flank) for c in list(LOST.values())[1:4]],
         PATHS,
-        "whether something touches earlier is not known",
+        "whether something touches earlier is unknown",
         all_notes,
     ),
     Situation(

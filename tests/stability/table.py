@@ -9,10 +9,10 @@ from collections.abc import Iterator
 from functools import cache
 from typing import NamedTuple
 
-from .outcomes import METHODS, Situation, cells_of, told_in
+from .outcomes import METHODS, Situation, cells_of, message_in
 from .situations import SITUATIONS
 
-HEADINGS = ("situation", *METHODS, "trusted", "the user is told")
+HEADINGS = ("situation", *METHODS, "trusted", "message to the user")
 PATHS = METHODS[:2]
 
 
@@ -23,9 +23,9 @@ class Row(NamedTuple):
     cells: tuple[str, ...]
 
     @property
-    def told(self) -> str:
+    def message(self) -> str:
         """The words of the user; they take as long as the cells, and are not asked for by all tests."""
-        return _told(self.situation)
+        return _message(self.situation)
 
 
 @cache
@@ -35,8 +35,8 @@ def row(number: int) -> Row:
 
 
 @cache
-def _told(situation: Situation) -> str:
-    return told_in(situation)
+def _message(situation: Situation) -> str:
+    return message_in(situation)
 
 
 def trusted(situation: Situation) -> str:
@@ -47,7 +47,7 @@ def trusted(situation: Situation) -> str:
 
 
 def markdown() -> Iterator[str]:
-    """The lines of the table as it stands in the README; each row is run when its turn comes."""
+    """Return the lines of the table in the README; each row is run when it is reached."""
     yield f"| {' | '.join(HEADINGS)} |"
     yield f"| {' | '.join(['---'] * len(HEADINGS))} |"
     yield from (line(number) for number in range(len(SITUATIONS)))
@@ -56,7 +56,7 @@ def markdown() -> Iterator[str]:
 def line(number: int) -> str:
     """A row of it."""
     found = row(number)
-    cells = (found.situation.name, *found.cells, trusted(found.situation), found.told)
+    cells = (found.situation.name, *found.cells, trusted(found.situation), found.message)
     return f"| {' | '.join(cells)} |"
 
 

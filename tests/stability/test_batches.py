@@ -1,5 +1,5 @@
-"""Arrays of designs: what is asked of all at once is, case by case, what each gives alone; a case without an
-answer is NaN there, and touches no other."""
+"""Arrays of designs: each case of a batch has the result of the single design; a case without a result is NaN
+and affects no other."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from beveloid_geom.analysis.sliding import least_sliding
 from beveloid_geom.contact.ellipse import contact_ellipse
 from beveloid_geom.design.model import unchecked
 from beveloid_geom.operation.backlash_by_tangency import tangent_backlash
-from beveloid_geom.operation.first_contact import middle_roll
+from beveloid_geom.operation.engagement import middle_roll
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from tests.contact.test_path import NUMBERS
 from tests.oracle.table1 import table1
@@ -43,7 +43,7 @@ TURNED = MODIFIED.with_errors(Errors(np.array([[-0.2], [0.1]]), np.radians([0.0,
 """Mountings only."""
 MANY = MODIFIED.with_errors(Errors(np.linspace(-0.4, 0.4, CASES_PER_BLOCK + 3)))
 APART = MODIFIED.with_errors(Errors(np.array([0.2, -5.0])))
-"""Of the second tips meet bottom lands."""
+"""In the second case tips touch bottom lands."""
 FLAT = table1(errors=Errors(offset=np.array([-0.2, 0.0, 0.1])))
 VALUES = ("l", "z", "r", "pinion_roll", "contact_ratio", "peak_to_peak")
 RATES = " ".join((*VALUES, *(f"{name}_by" for name in VALUES), "face_shift_by square_shift_by status limit"))

@@ -1,7 +1,7 @@
-"""Few teeth, teeth that wind round their axis, nearly parallel axes, and inputs that leave nothing to solve.
+"""Few teeth, teeth that wind around their axis, nearly parallel axes, and inputs that leave nothing to solve.
 
-First contacts are compared with dense points of all the pinion's teeth, both flanks: the rolls at which
-one stands in a tooth of the gear are shut, and of what is left open the ends are first contacts."""
+First contacts are compared with dense points of all teeth of the pinion, on both flanks. The rolls at which a
+point lies inside a tooth of the gear are blocked; the ends of the open intervals are first contacts."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ from beveloid_geom import (
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.flank import tip_radius, tip_thickness
 from beveloid_geom.gear.rack import reference_radius
-from beveloid_geom.operation.first_contact import conjugate_phase, middle_roll
+from beveloid_geom.operation.engagement import conjugate_phase, middle_roll
 from beveloid_geom.operation.operating_ratio import operating_ratio, operating_ratios
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.reference.five_equations import path_of_contact_five_equations
 from beveloid_geom.report.operation import operation_report
 from beveloid_geom.report.result import strict
 from beveloid_geom.shapes.mesh_contact import mesh_contact
-from beveloid_geom.shapes.outline import cut_sheets, tip_angle
 from beveloid_geom.shapes.sampling import grid_of
 from beveloid_geom.shapes.section import section_of, section_size
+from beveloid_geom.shapes.tooth_boundary import cut_sheets, tip_angle
 from beveloid_geom.status import FirstStatus, RatioStatus
+from beveloid_geom.validation.five_equations import path_of_contact_five_equations
 from tests.operation.test_first_contact_by_bisection import Tooth
 from tests.oracle.table1 import table1
 from tests.shapes.test_solid import assert_closed
@@ -51,7 +51,7 @@ SIGNS = (1.0, -1.0)
 def few(
     teeth: int, helix: float, face: float, shift: float = 0.3, cone: float = 0.5, **more: float
 ) -> Member:
-    """A pinion with a low addendum; angles in deg."""
+    """Return a pinion with a low addendum; angles in deg."""
     angles = {"helix_angle": radians(helix), "cone_angle": radians(cone)}
     return changed(PINION, teeth=teeth, face_width=face, profile_shift=shift, addendum=0.7, **angles, **more)
 
@@ -75,8 +75,8 @@ def dense_points(tooth: Tooth, rows: int, per_turn: int) -> tuple[FloatArray, Fl
 
 
 def shut(design: Design, roll: float, sign: float, rows: int = 40, per_turn: int = 160) -> FloatArray:
-    """Rolls of the gear (2, n), rad, at which its right flank meets points of a flank of any of the
-    pinion's teeth and its left flank leaves them."""
+    """Return gear rolls (2, n), rad, at which its right flank meets points of a flank of any pinion tooth and
+    its left flank leaves them."""
     errors, distance = design.errors, mounting_of(design).distance
     hand = -1.0 if design.pinion.helix_angle + design.gear.helix_angle < 0.0 else 1.0
     angle = hand * (design.pair.shaft_angle + errors.shaft_angle)
@@ -97,8 +97,8 @@ def shut(design: Design, roll: float, sign: float, rows: int = 40, per_turn: int
 
 
 def open_ends(design: Design, roll: float) -> tuple[float, float, float]:
-    """First contacts of the right and the left flanks at a roll of the pinion, by points: the rolls of the
-    gear (rad, up to whole pitches) to which it can turn from its middle position; and the pitch."""
+    """Return the first contacts of right and left flanks at a roll of the pinion, by points: the gear rolls
+    (rad, up to multiples of the pitch) to which the gear can turn from its middle position; and the pitch."""
     pitch = 2.0 * np.pi / float(design.gear.teeth)
     parts = [shut(design, roll, sign) for sign in SIGNS]
     low, high = np.concatenate(parts, axis=1)
@@ -117,7 +117,7 @@ def open_ends(design: Design, roll: float) -> tuple[float, float, float]:
 
 
 def assert_first_contacts(design: Design, roll: float, within: float = 0.01) -> None:
-    """They are those by points, and what lies between points makes them earlier by little (mm)."""
+    """Check the first contacts against points; they may be earlier by the error between points (mm)."""
     right, left, pitch = open_ends(design, roll)
     lever = 0.5 * float(GEAR.tool.normal_module) * design.gear.teeth * np.cos(GEAR.tool.normal_pressure_angle)
     found = [first_contact(design, flank, roll) for flank in FLANKS]
@@ -171,7 +171,7 @@ def test_the_gear_may_have_the_few_teeth(teeth: int, axial: float) -> None:
 
 @pytest.mark.parametrize("face", [5.0, 20.0])
 def test_a_single_thread_is_certified(face: float, flank: str) -> None:
-    """Its next turns stand at other teeth of the gear, and overlap nothing."""
+    """Its other turns touch other teeth of the gear and overlap nothing."""
     design = closed(few(1, 75.0, face), changed(GEAR, helix_angle=radians(5.0)))
     proof = certify(path_of_contact(design, flank, 5))
     assert proof.holds
@@ -179,7 +179,7 @@ def test_a_single_thread_is_certified(face: float, flank: str) -> None:
 
 
 def test_a_single_thread_operates_with_the_ratio_of_eq_16() -> None:
-    """Of pair 0 only that turn counts which meets the gear's tooth 0."""
+    """For pair 0, only the turn that meets tooth 0 of the gear counts."""
     design = closed(few(1, 75.0, 20.0), changed(GEAR, helix_angle=radians(5.0)))
     assert operating_ratio(design, "left") == pytest.approx(float(contact_ratio(design, "left")), abs=1e-8)
 
@@ -190,7 +190,8 @@ def wound(teeth: int, helix: float) -> Design:
 
 
 def counted_ratio(design: Design, flank: str, rolls: int = 400) -> float:
-    """Mean over a pitch of how many tooth pairs have a position of their path of contact at a roll."""
+    """Return the mean, over a pitch, of the number of tooth pairs with a position of their path of contact at
+    a roll."""
     pitch = 2.0 * np.pi / float(design.pinion.teeth)
     on_path = path_of_contact(design, flank, 401).pinion_roll
     roll = pitch * (np.arange(rolls) + 0.5) / rolls
@@ -202,7 +203,7 @@ def counted_ratio(design: Design, flank: str, rolls: int = 400) -> float:
     ("teeth", "helix", "flank"), [(1, 80.0, "right"), (2, 75.0, "left"), (3, 70.0, "right")]
 )
 def test_teeth_that_wind_operate_with_the_ratio_of_eq_16(teeth: int, helix: float, flank: str) -> None:
-    """Where a tooth pair has nothing to touch, other turns of its teeth once counted as this one: -2.16."""
+    """If a tooth pair has nothing to touch, other turns of its teeth were once counted for it: -2.16."""
     design = wound(teeth, helix)
     ratio = float(operating_ratio(design, flank))
     assert ratio == pytest.approx(float(contact_ratio(design, flank)), abs=1e-8)
@@ -226,7 +227,8 @@ def test_a_tooth_pair_asked_for_is_that_of_this_turn(teeth: int, helix: float) -
 
 
 def test_ratios_within_a_thickness_of_winding_teeth() -> None:
-    """Counted over even rolls; a film as thick as the way to the next turn has no ratio, and says so."""
+    """Counted over even rolls. A film as thick as the distance to the next turn has no ratio, and the status
+    states it."""
     design, pitch, film = wound(1, 80.0), 2.0 * np.pi, 0.05
     # The gear's base pitch is the way to the next turn; a quarter of it may be overlap.
     turn = np.pi * float(GEAR.tool.normal_module) * np.cos(float(GEAR.tool.normal_pressure_angle))
@@ -244,9 +246,9 @@ def test_ratios_within_a_thickness_of_winding_teeth() -> None:
 def test_a_report_says_why_a_ratio_is_not_known() -> None:
     design = closed(few(1, 75.0, 20.0), changed(GEAR, helix_angle=radians(5.0)))
     report = operation_report("wound", design, "left", 2, 1, 18.0)
-    why = "the film reaches beyond the tooth pairs looked at, take a thinner one"
+    why = "the film reaches beyond the tooth pairs considered, choose a thinner film"
     lines = " ".join(report.summary().split())
-    assert f"in operation {report.operating:.6f}, not known ({why}) within 18000 um of touching" in lines
+    assert f"in operation {report.operating:.6f}, not known ({why}) with clearances up to 18000 um" in lines
     data = strict(report.data())
     assert data["operating_contact_ratio"] == pytest.approx(float(report.eq16), abs=1e-8)
     assert data["operating_contact_ratio_within_film"] is None
@@ -274,7 +276,8 @@ def test_teeth_touch_though_their_pitch_point_is_far_away(shaft_angle: float) ->
 
 
 def test_a_single_thread_far_out_of_step_is_right_or_named() -> None:
-    """Moved along its axis it is in step with the gear again and again; between, no number is given."""
+    """Displaced along its axis, it is in phase with the gear again and again; in between, no value
+    is given."""
     plain = pair_of(few(1, 75.0, 20.0, 0.6, 0.0))
     moved = np.linspace(-30.0, 30.0, 13)
     design = plain.with_errors(Errors(offset=0.3, pinion_axial=moved))
@@ -312,7 +315,7 @@ def test_a_design_that_leaves_nothing_to_solve_says_so(design: Design) -> None:
 
 
 def test_a_single_tooth_makes_no_solid() -> None:
-    """Its section lies all round the axis; it once led to rows of no height, without end."""
+    """Its section surrounds the axis; rows of zero height must not lead to an endless loop."""
     member = few(1, 60.0, 6.0, 0.8, 0.0)
     with pytest.raises(ValueError, match=r"^teeth must be at least 2 for a solid, got 1: the section .*$"):
         gear_solid(member, 0.1)
@@ -323,7 +326,7 @@ def test_a_single_tooth_makes_no_solid() -> None:
         outline[name] = points[::-1] if name.startswith("right") else points
     sizes: tuple[Callable[..., object], ...] = (section_size, section_of)
     for size in sizes:
-        with pytest.raises(ValueError, match=r"^an outline must go .* by 180 deg at most, got .* one tooth"):
+        with pytest.raises(ValueError, match=r"^an outline must span 180 deg .* at most, got .* one tooth"):
             size(outline, 1.0)
 
 

@@ -1,8 +1,8 @@
-"""Approximate line contact: the small relative curvature of Table 1's right flanks goes to 0 and changes
+"""Approximate line contact: the small relative curvature of Table 1's right flanks tends to 0 and changes
 sign as both parabola coefficients grow from 0.0002 to 0.001 1/mm.
 
-Where it vanishes the pinion's roll stands still along the path: on either side there is a contact at the
-same roll, a minimum of the separation on one, a saddle on the other."""
+Where it vanishes, the pinion roll is stationary along the path. On either side there is a contact at the same
+roll: on one side a minimum of the separation, on the other a saddle point."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def smaller_curvature(a: float, path: ContactPath) -> FloatArray:
 
 @lru_cache(maxsize=32)
 def fold(a: float) -> float:
-    """l1 at which the smaller curvature is zero, by halving."""
+    """Return l1 at which the smaller curvature is zero, by bisection."""
     low, high = path_ends(concave(a)).l1
     sign = smaller_curvature(a, path_of_contact(concave(a), l1=[low]))[0]
     for _ in range(60):
@@ -56,9 +56,9 @@ def fold(a: float) -> float:
 
 @pytest.mark.parametrize("a", COEFFICIENTS)
 def test_no_jump_along_the_path(a: float) -> None:
-    """Steps and their differences between 2001 positions are those between 501, divided by 4 and by 16:
-    a jump would be as large in both. The fifth of a percent is what the next order of such a curve
-    adds; below 1e-11 mm is rounding."""
+    """Steps and their differences between 2001 positions are those between 501 positions divided by 4 and 16;
+    a jump would have the same size in both. The tolerance of 0.2 % covers the next order of such a curve;
+    differences below 1e-11 mm are rounding."""
     coarse, fine = even_in_l1(a, 501), even_in_l1(a, 2001)
     assert (fine.status == Status.SOLVED).all()
     assert five_equation_residual(concave(a), fine) < 1e-11
@@ -128,7 +128,7 @@ def test_the_very_coefficients_at_which_it_changes(turn: tuple[float, float]) ->
 
 @pytest.mark.parametrize("a", TURNING)
 def test_the_roll_stands_still_where_the_curvature_vanishes(a: float) -> None:
-    """Either is worked out without the other: the curvature from the flanks, the roll from the path."""
+    """The two results are independent: the curvature is computed from the flanks, the roll from the path."""
     path = even_in_l1(a, 2001)
     curvature = smaller_curvature(a, path)
     rises = np.gradient(path.pinion_roll, path.l1) > 0.0
@@ -189,8 +189,9 @@ def check_mesh(found: MeshContact, path: ContactPath, curvature: float) -> None:
 
 @pytest.mark.parametrize("a", FOLDS)
 def test_meshes_near_the_fold(a: float) -> None:
-    """Towards the fold the doubt about the place grows with one over the curvature. Where rounding
-    hides whether there is a minimum, none is given; a saddle or a point of inflection never is."""
+    """Towards the fold, the doubt about the position grows with the inverse of the curvature. If rounding
+    hides whether there is a minimum, no contact is given; a saddle or a point of inflection is never given.
+    """
     design, middle = concave(a), fold(a)
     up = np.sign(smaller_curvature(a, path_of_contact(design, l1=[middle + 0.1]))[0])
     for away in (-0.3, -1e-3, -1e-6, 0.0, 1e-7, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.3):
@@ -229,8 +230,8 @@ def test_certificate_and_first_contact_agree(a: float) -> None:
 
 
 def test_cycles_over_the_range() -> None:
-    """What operates is not the tangency but edges: smooth through the change of sign, and the curve is
-    that of the first contacts."""
+    """Edges carry, not the tangency: the result is smooth through the change of sign and equals the curve of
+    the first contacts."""
     a = np.array([0.0003, 0.0004, 0.0005, 0.0006])
     cycles = [mesh_cycle(concave(x), "right", 3) for x in a.tolist()]
     swing = np.array([float(cycle.peak_to_peak) for cycle in cycles])

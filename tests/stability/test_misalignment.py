@@ -17,9 +17,9 @@ from beveloid_geom import (
     mesh_cycle,
     path_of_contact,
 )
-from beveloid_geom.contact.equation import pairing_of
+from beveloid_geom.contact.flank_pair import pairing_of
 from beveloid_geom.contact.path import path_ends
-from beveloid_geom.operation.first_contact import middle_roll
+from beveloid_geom.operation.engagement import middle_roll
 from beveloid_geom.shapes.mesh_contact import mesh_contact
 from beveloid_geom.status import FirstStatus, Limit
 from tests.contact.test_path import five_equation_residual
@@ -65,7 +65,7 @@ def test_off_the_face_on_the_right(errors: Errors) -> None:
 
 @pytest.mark.parametrize("errors", OFF[1:5])
 def test_what_touches_without_a_path(errors: Errors) -> None:
-    """At every roll the first contact is an edge; meshes have no tangency there, by name."""
+    """At every roll the first contact is an edge; meshes report no tangency there, by name."""
     design = table1(errors=errors)
     pitch = 2.0 * np.pi / 29.0
     roll = float(middle_roll(design, "right")) + pitch * np.arange(8) / 8.0

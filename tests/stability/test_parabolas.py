@@ -10,7 +10,7 @@ import pytest
 
 from beveloid_geom import Status, contact_ratio, first_contact, gear_solid, path_of_contact, sample_flank
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.placing import meshing_pair
+from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.design.limits import parabola_limit
 from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.gear.flank import (
@@ -22,8 +22,8 @@ from beveloid_geom.gear.flank import (
 )
 from beveloid_geom.gear.rack import rack_normal, rack_of, section_point
 from beveloid_geom.gear.undercut import undercut_of
-from beveloid_geom.reference.five_equations import path_of_contact_five_equations
 from beveloid_geom.shapes.mesh_contact import mesh_contact
+from beveloid_geom.validation.five_equations import path_of_contact_five_equations
 from tests.oracle.table1 import table1
 
 from .answers import FLANKS, assert_no_path, changed, check, checked_path, solved_path
@@ -33,7 +33,7 @@ shares = pytest.mark.parametrize("share", SHARES.values(), ids=SHARES)
 STEPS: FloatArray = np.arange(-6.0, 7.0) * 1e-14
 """1/mm"""
 STRONG = [0.0285, -0.0285, 0.05, -0.05, 0.2, -0.2, 10.0, -10.0, 1e6, 1e200, -1e200]
-"""1/mm: past what the tool of Table 1's pinion can cut."""
+"""1/mm: coefficients that the tool of Table 1's pinion cannot generate."""
 
 
 @shares
@@ -92,7 +92,7 @@ def test_the_active_flank_is_what_the_tool_can_cut() -> None:
             ]
             radial = min(float(rack_normal(rack_of(bent, flank), used)[0].min()) for flank in FLANKS)
             if abs(radial) > 2e-3:  # else a matter of sampling
-                assert np.isfinite(active_range(bent)).all() == (reaches and radial > 0.0)
+                assert np.isfinite(active_range(bent, "right")).all() == (reaches and radial > 0.0)
 
 
 @pytest.mark.parametrize("a", STRONG)
@@ -104,7 +104,7 @@ def test_a_flank_that_cannot_be_cut_gives_no_number(a: float, gear: float) -> No
         assert_no_path(design, flank, Status.UNDEFINED)
         assert np.isnan(path_of_contact(design, flank, l1=[-1.0, 0.0, 1.0]).point).all()
     member = design.pinion
-    assert np.isnan([root_parameter(member), highest_parameter(member)]).all()
+    assert np.isnan([root_parameter(member, "right"), highest_parameter(member, "right")]).all()
     assert np.isnan(tip_thickness(member, np.zeros(3))).all()
 
 
@@ -128,10 +128,10 @@ def test_a_flank_that_cannot_be_cut_is_refused_by_all_that_builds_on_it(a: float
             first_contact(design, "right", np.zeros(1))
     with pytest.raises(ValueError, match="no path of contact"):
         meshing_pair(design)
-    told = [remark.text for remark in remarks_on(design) if line in remark.text]
-    assert len(told) == 1
-    assert told[0].startswith(f"the flanks of the pinion {line}")
-    assert "parabola must be between -0.0212 and 0.0212 1/mm" in told[0]
+    texts = [remark.text for remark in remarks_on(design) if line in remark.text]
+    assert len(texts) == 1
+    assert texts[0].startswith(f"the flanks of the pinion {line}")
+    assert "parabola must be between -0.0212 and 0.0212 1/mm" in texts[0]
 
 
 def test_strong_coefficients_of_a_batch_spoil_no_other_case() -> None:
@@ -152,7 +152,7 @@ def test_just_before_the_fold_the_answers_hold(a: float, flank: str) -> None:
     """Past the limit of design files a flank may still be cut: then it has its contacts."""
     design = table1((a, 0.0))
     path = checked_path(design, flank)
-    assert np.isfinite([root_parameter(design.pinion), highest_parameter(design.pinion)]).all()
+    assert np.isfinite(active_range(design.pinion, flank)).all()
     assert (path.status == Status.SOLVED).all()
 
 

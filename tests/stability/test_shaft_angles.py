@@ -24,9 +24,9 @@ from beveloid_geom import (
 from beveloid_geom.contact.rounding import rounding_error
 from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.gear.rack import rack_of
-from beveloid_geom.pair.closing import closing_of, closing_offset
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.reference.five_equations import path_of_contact_five_equations
+from beveloid_geom.pair.zero_backlash import closing_of, closing_offset
+from beveloid_geom.validation.five_equations import path_of_contact_five_equations
 from tests.oracle.sixty_digits import exact_at
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged, mirrored
@@ -113,7 +113,7 @@ def test_sensitivity_goes_with_1_over_n_x() -> None:
 
 @pytest.mark.parametrize("below", [1e-12, 1e-9, 1e-3, 1.0, 10.0])
 def test_past_the_fold_the_right_flank_has_no_answer_and_says_so(below: float) -> None:
-    """With its own mounting and with that of Table 1; the left flank meets as before."""
+    """With its mounting and with that of Table 1; the left flank meets as before."""
     for design, status in ((table1(), Status.UNDEFINED), (held(table1()), Status.NO_COMMON_NORMAL)):
         past = at_shaft_angle(design, fold() - below)
         assert_no_path(past, "right", status)
@@ -180,7 +180,7 @@ def test_parallel_axes_of_other_helix_angles_give_no_number(angle: float, total:
 
 
 def test_a_negative_shaft_angle_is_the_axes_leaning_the_other_way() -> None:
-    """Nothing closes there, no contact is on the flanks, and a mirrored pair is told the same."""
+    """No layout closes, no contact is on the flanks, and the mirrored pair has the same result."""
     for design in (at_shaft_angle(table1(), -15.0), at_shaft_angle(mirrored(table1()), -15.0)):
         for flank in FLANKS:
             assert_no_path(design, flank, Status.OFF_FLANK)

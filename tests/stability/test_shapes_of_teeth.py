@@ -18,14 +18,15 @@ from beveloid_geom import (
     path_of_contact,
     sample_flank,
 )
-from beveloid_geom.contact.placing import meshing_pair
+from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.findings.layout import remarks_on
+from beveloid_geom.gear.active_flank import active_start
 from beveloid_geom.gear.flank import tip_radius, tip_thickness, undercut_margin
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.gear.undercut import pointed_part, undercut_of
-from beveloid_geom.reference.five_equations import path_of_contact_five_equations
 from beveloid_geom.shapes.mesh_contact import mesh_contact
 from beveloid_geom.status import FirstStatus, Limit, Verdict
+from beveloid_geom.validation.five_equations import path_of_contact_five_equations
 from tests.oracle.table1 import table1
 from tests.symmetry import scaled
 
@@ -64,23 +65,24 @@ def of_module(module: float) -> Design:
 
 
 @pytest.mark.parametrize("design", UNDERCUT.values(), ids=UNDERCUT)
-def test_an_undercut_pair_has_tangencies_but_no_certificate(design: Design, flank: str) -> None:
-    """The equations hold on flanks the tool does not leave: first contact says so."""
+def test_the_path_of_an_undercut_pair_ends_where_its_flank_does(design: Design, flank: str) -> None:
     path = solved_path(design, flank, 5)
     assert_five_equations_agree(path)
+    assert Limit.PINION_ROOT in path.ends.limit
+    end = int(np.flatnonzero(path.ends.limit == Limit.PINION_ROOT)[0])
+    z = path.pinion_z[[0, -1][end]]
+    assert path.ends.l1[end] == pytest.approx(float(active_start(design.pinion, flank, z)), abs=1e-9)
     certificate = certify(path)
-    assert (certificate.verdict == Verdict.NOT_SOLVED).all()
-    assert (certificate.first.status == FirstStatus.UNDERCUT).all()
-    assert np.isnan(certificate.separation).all()
+    assert (certificate.first.status == FirstStatus.SOLVED).all()
+    assert certificate.holds
     assert float(undercut_margin(design.pinion, flank)) < 0.0
     assert undercut_of(design.pinion, flank).undercut
-    told = [
-        r.text
-        for r in remarks_on(design)
-        if r.text.startswith(f"the {flank} flank of the pinion is undercut")
-    ]
-    assert len(told) == 1
-    assert "take more teeth, more profile shift or a less deep tool" in told[0]
+    remarks = remarks_on(design)
+    texts = [r.text for r in remarks if r.text.startswith(f"the {flank} flank of the pinion is undercut")]
+    assert len(texts) == 1
+    assert "take more teeth, more profile shift or a less deep tool" in texts[0]
+    ends = f"the path of contact of the {flank} flanks ends at the undercut of the pinion"
+    assert [r.level for r in remarks if r.text == ends] == ["note"]
 
 
 @pytest.mark.parametrize("design", UNDERCUT.values(), ids=UNDERCUT)
@@ -98,11 +100,10 @@ def test_meshes_of_an_undercut_pair_give_the_tangency_or_none(design: Design, fl
 
 
 @pytest.mark.parametrize("design", UNDERCUT.values(), ids=UNDERCUT)
-def test_an_undercut_gear_makes_no_solid_but_a_flank(design: Design) -> None:
-    with pytest.raises(
-        ValueError, match=r"^the right flank is undercut along the whole face, .* less deep tool$"
-    ):
-        gear_solid(design.pinion, 0.1)
+def test_an_undercut_gear_makes_a_solid(design: Design) -> None:
+    solid = gear_solid(design.pinion, 0.1)
+    edges = np.sort(np.concatenate([solid.faces[:, pair] for pair in ([0, 1], [1, 2], [2, 0])]), axis=1)
+    assert (np.unique(edges, axis=0, return_counts=True)[1] == 2).all()
     grid = sample_flank(design.pinion, "right", 0.02)
     assert grid.deviation <= 0.02
     assert np.isfinite(grid.points).all()
@@ -114,9 +115,9 @@ def test_a_tooth_pointed_at_the_heel(flank: str) -> None:
     first, last = pointed_part(member)
     assert -20.0 < first < last == 20.0
     assert float(tip_thickness(member, 20.0)) < 0.0 < float(tip_thickness(member, first - 0.01))
-    told = [r for r in remarks_on(POINTED) if "pointed at the heel" in r.text]
-    assert [r.level for r in told] == ["warning"]
-    assert told[0].text.endswith("take less profile shift or a lower addendum")
+    texts = [r for r in remarks_on(POINTED) if "pointed at the heel" in r.text]
+    assert [r.level for r in texts] == ["warning"]
+    assert texts[0].text.endswith("reduce the profile shift or the addendum")
     with pytest.raises(
         ValueError, match=r"^the tooth is pointed at z = 20 mm, its flanks cross below the tip"
     ):
@@ -127,12 +128,13 @@ def test_a_tooth_pointed_at_the_heel(flank: str) -> None:
     assert np.isfinite(sample_flank(member, flank, 0.02).points).all()
 
 
+FLAT = {"addendum": 0.1, "dedendum": 0.5, "tip_radius": 0.6}
 APART = {
     "offset": table1(errors=Errors(offset=20.0)),
     "axial": table1(errors=Errors(pinion_axial=200.0)),
     "shaft angle": table1(errors=Errors(shaft_angle=radians(3.0))),
     "no depth": replace(
-        table1(), pinion=changed(PINION, addendum=0.1), gear=changed(GEAR, addendum=0.1, profile_shift=-0.9)
+        table1(), pinion=changed(PINION, **FLAT), gear=changed(GEAR, **FLAT, profile_shift=-0.9)
     ),
 }
 

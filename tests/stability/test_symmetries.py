@@ -1,9 +1,9 @@
-"""Symmetries hold to rounding: mirrored, exchanged and scaled pairs have the same answers.
+"""Symmetries hold to rounding: mirrored, exchanged and scaled pairs have the same results.
 
-What rounding may do is worked out beside each answer: all inputs are moved by a small relative
-amount, one at a time, and the shifts of the answer, brought down to one unit of rounding, are
-added up and counted `OPERATIONS` times. That is large where the pair is sensitive: Table 1's right
-flanks move 57 m per rad of shaft angle, 0.1 nm for its rounding."""
+The effect of rounding is computed for each result. All inputs are changed by a small relative amount, one at
+a time. The changes of the result, scaled to one unit of rounding, are added and multiplied by `OPERATIONS`.
+The sum is large for sensitive pairs: Table 1's right flanks move by 57 m per rad of shaft angle, which is 0.1
+nm for its rounding."""
 
 from __future__ import annotations
 
@@ -28,23 +28,23 @@ from beveloid_geom import (
 )
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import path_ends
-from beveloid_geom.operation.first_contact import middle_roll
-from beveloid_geom.operation.marking.pattern import MemberPattern
-from beveloid_geom.operation.pieces import SETTLED
-from beveloid_geom.operation.separation import separation
+from beveloid_geom.operation.angular_clearance import angular_clearance
+from beveloid_geom.operation.contact_pattern.pattern import MemberPattern
+from beveloid_geom.operation.cycle.segment_fit import END_TOLERANCE_PITCHES
+from beveloid_geom.operation.engagement import middle_roll
 from beveloid_geom.shapes.mesh_contact import mesh_contact, mesh_separation
 from beveloid_geom.status import FirstStatus, PatternStatus
+from tests.operation.test_angular_clearance import PARABOLAS
 from tests.operation.test_first_contact import EDGES
-from tests.operation.test_separation import PARABOLAS
 from tests.oracle.table1 import table1
 from tests.shapes.test_mesh_contact import Pose
 from tests.symmetry import OTHER, exchanged, mirrored, scaled
 
 EPS = float(np.finfo(float).eps)
 OPERATIONS, NUDGE = 32.0, 1e-8
-"""Roundings on the way from the inputs to an answer that may add up; relative nudge of an input."""
+"""Number of rounding errors from the inputs to a result that may add up; relative change of an input."""
 SWAPPED_LIMIT = np.array([1, 0, 3, 2, 5, 4, 7, 6, -1])
-"""Codes of the limits with pinion and gear exchanged; the last stands for none, -1."""
+"""Codes of the limits with pinion and gear exchanged; the last one means no limit, -1."""
 DESIGNS = {
     "unmodified": (0.0, 0.0),
     "recommended": (0.001, -0.001),
@@ -57,8 +57,8 @@ FIRST = {name: table1(parabola, Errors(0.05, 1e-4, 0.1, -0.2)) for name, parabol
 
 @dataclass(frozen=True)
 class Seen:
-    """A design seen otherwise: the `flank` there, the `factor` of lengths, the sign of rolls and of y,
-    and the number of `member` 0."""
+    """Another view of a design: its `flank`, the `factor` of lengths, the sign of rolls and of y, and the
+    number of `member` 0."""
 
     name: str
     design: Design
@@ -88,7 +88,7 @@ def nudged(design: Design) -> list[Design]:
 
 
 def rounding(answer: Callable[[Design], FloatArray], design: Design) -> FloatArray:
-    """What rounding may do to each number of an answer."""
+    """Return the effect of rounding on each number of a result."""
     value = answer(design)
     shifts = [np.abs(answer(other) - value) * (EPS / NUDGE) for other in nudged(design)]
     return np.asarray(OPERATIONS * (np.sum(shifts, axis=0) + EPS * np.abs(value).max(initial=1.0)))
@@ -99,8 +99,9 @@ def lengths(path: ContactPath) -> FloatArray:
     return np.array([getattr(path, name) for name in names])
 
 
-def angles(path: ContactPath) -> FloatArray:
-    return np.array([path.pinion_roll, path.gear_roll, path.transmission_error])
+def angles(path: ContactPath, sign: float = 1.0) -> FloatArray:
+    """Rolls with a sign, and the transmission error, which counts ahead and needs none."""
+    return np.array([sign * path.pinion_roll, sign * path.gear_roll, path.transmission_error])
 
 
 parabolas = st.tuples(*[st.floats(-0.0012, 0.0012)] * 2)
@@ -130,7 +131,7 @@ def test_paths_mirrored_and_scaled(
             return angles(path_of_contact(moved, flank, l1=l1))
 
         assert (np.abs(lengths(again) / seen.factor - in_mm(design)) <= rounding(in_mm, design)).all()
-        assert (np.abs(seen.sign * angles(again) - in_rad(design)) <= rounding(in_rad, design)).all()
+        assert (np.abs(angles(again, seen.sign) - in_rad(design)) <= rounding(in_rad, design)).all()
         turned = again.point * (1.0, seen.sign, 1.0) / seen.factor
         bound = rounding(lambda moved: path_of_contact(moved, flank, l1=l1).point, design)  # noqa: B023
         assert (np.abs(turned - path_of_contact(design, flank, l1=l1).point) <= bound).all()
@@ -207,6 +208,7 @@ def test_first_contacts(name: str, flank: str) -> None:
         assert np.array_equal(found.pair, seen.sign * first.pair), seen.name
         assert np.array_equal(found.limit, first.limit), seen.name
         assert np.abs(seen.sign * found.gear_roll - first.gear_roll).max() <= turn, seen.name
+        assert np.abs(found.transmission_error - first.transmission_error).max() <= turn, seen.name
         where = np.array((found.l1, found.z1, found.l2, found.z2)) / seen.factor
         assert (np.abs(where - places(design)) <= bound).all(), seen.name
     other = first_contact(exchanged(design), flank, first.gear_roll)
@@ -242,20 +244,21 @@ def test_certificates(name: str, flank: str) -> None:
 
 @pytest.mark.slow
 def test_mesh_cycles() -> None:
-    """Extremes may differ by what the kinks, found to some SETTLED of a pitch, leave to them."""
+    """Extrema may differ by the error of the kinks, which are found to SETTLED of a pitch."""
     flank, design = "left", table1(DESIGNS["recommended"], Errors(0.05, 1e-4, 0.1, -0.2))
     cycle = mesh_cycle(design, flank)
     samples = first_contact(design, flank, cycle.start + cycle.pitch * np.linspace(0.0, 1.0, 97))
     steepest = np.abs(np.diff(samples.transmission_error)).max() * 96.0  # rad a pitch
-    bound = 8.0 * SETTLED * steepest + OPERATIONS * EPS * 2.0 * np.pi
+    bound = 8.0 * END_TOLERANCE_PITCHES * steepest + OPERATIONS * EPS * 2.0 * np.pi
     seen = seen_otherwise(design, flank)
     for other in seen[:2]:
         found = mesh_cycle(other.design, other.flank)
         assert found.changes.shape == cycle.changes.shape, other.name
         assert np.array_equal(found.hand_over, cycle.hand_over[:: int(other.sign)])
         assert abs(found.peak_to_peak - cycle.peak_to_peak) <= bound, other.name
+        assert abs(found.mean - cycle.mean) <= bound, other.name
         assert np.abs(np.abs(found.harmonics) - np.abs(cycle.harmonics)).max() <= bound, other.name
-        assert abs(found.edge_share - cycle.edge_share) <= 100.0 * SETTLED * cycle.changes.size
+        assert abs(found.edge_share - cycle.edge_share) <= 100.0 * END_TOLERANCE_PITCHES * cycle.changes.size
     swapped = mesh_cycle(exchanged(design), flank)
     assert swapped.changes.shape == cycle.changes.shape
     assert abs(swapped.peak_to_peak * 29.0 / 45.0 - cycle.peak_to_peak) <= bound
@@ -263,8 +266,8 @@ def test_mesh_cycles() -> None:
 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_contacts_of_meshes(name: str, flank: str) -> None:
-    """Polished: within the doubt that either states. Of the facets, the same grids have the same
-    separations: to rounding, for a mesh is one of exact points."""
+    """Polished contacts agree within the doubt of either. With facets, the same grids have the same
+    separations to rounding, because the grid points are exact."""
     design = table1(DESIGNS[name], Errors(0.05, 1e-4, 0.1, -0.2))
     path = path_of_contact(design, flank, 9)
     pinion, gear = float(path.pinion_roll[3]), float(path.gear_roll[3])
@@ -301,14 +304,16 @@ def test_least_separation_by_turning(parabola: tuple[float, float], flank: str) 
     path = path_of_contact(design, flank, 3)
     l, z = np.meshgrid(np.linspace(-5.0, 5.0, 9), np.linspace(-24.0, 24.0, 7), indexing="ij")
     pinion, gear = path.pinion_roll[1], path.gear_roll[1]
-    met = separation(design, flank, 0, l, z, pinion, gear)
+    met = angular_clearance(design, flank, 0, l, z, pinion, gear)
     noise = OPERATIONS * EPS * 300.0
     for seen in seen_otherwise(design, flank):
         k = seen.factor
-        other = separation(seen.design, seen.flank, 0, l * k, z * k, seen.sign * pinion, seen.sign * gear)
+        other = angular_clearance(
+            seen.design, seen.flank, 0, l * k, z * k, seen.sign * pinion, seen.sign * gear
+        )
         assert np.array_equal(other.inside, met.inside)
         assert np.abs(other.distance / k - met.distance)[met.inside].max() <= noise, seen.name
-    other = separation(exchanged(design), flank, 1, l, z, gear, pinion)
+    other = angular_clearance(exchanged(design), flank, 1, l, z, gear, pinion)
     assert np.array_equal(other.inside, met.inside)
     assert np.abs(other.distance - met.distance)[met.inside].max() <= noise
 
@@ -319,7 +324,7 @@ def marked(pattern: MemberPattern) -> NDArray[np.bool_]:
 
 @pytest.mark.slow
 def test_contact_patterns(flank: str) -> None:
-    """Of an unmodified pair, whose operation is not interpolated; the marking compound scales too."""
+    """For an unmodified pair, whose operation is not interpolated; the marking compound is scaled as well."""
     design, noise = table1(errors=Errors(0.05, 1e-4, 0.1, -0.2)), OPERATIONS * EPS * 300.0
     pattern = contact_pattern(design, flank, 0.00635, resolution=5.0)
     swapped = Seen("exchanged", exchanged(design), flank, first=1)
@@ -332,8 +337,8 @@ def test_contact_patterns(flank: str) -> None:
             assert np.array_equal(one.status, same.status), seen.name
             assert np.array_equal(marked(one), marked(same))
             assert np.nanmax(np.abs(same.least / k - one.least)) <= noise, seen.name
-            # The border goes with the root of the separation, which grows across it: the area is that to
-            # the noise over the thickness, as often as there are cells across the pattern.
+            # The border depends on the root of the separation, which grows across it: the error of the area
+            # is the noise over the thickness, times the number of cells across the pattern.
             assert abs(same.area / k**2 - one.area) <= one.least.size * noise / 0.00635 * one.area
 
 

@@ -1,4 +1,4 @@
-"""The page's table of where methods fail is what its run gives, and what it trusts may be trusted."""
+"""The table on the page is the result of its run, and the trusted methods are checked."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_what_is_trusted_is_exact_or_says_that_nothing_is_there(number: int) -> 
     """Where the status is trusted no method but the facets, which know of no tangency, gives a number."""
     row = run(number)
     assert row.situation.trusted
-    assert "NOT TOLD" not in row.told
+    assert "NO MESSAGE" not in row.message
     for method in row.situation.trusted:
         if method == "status":
             for other in ("one equation", "five equations", "polished"):
@@ -107,7 +107,7 @@ def test_a_wrong_path_is_called_wrong() -> None:
 
 
 def test_meshes_elsewhere_are_called_wrong() -> None:
-    """A pair moved by a micrometre without being told so."""
+    """The pair is displaced by a micrometre, which the expected position ignores."""
     case = Case(table1((0.001, -0.001)), "left")
     assert of_meshes(case, True, (0.0, 0.0, 0.0)) == "exact"
     assert of_meshes(case, True, (0.0, 1e-3, 0.0)) == WRONG

@@ -1,4 +1,4 @@
-"""Areas of regions on a chart, against closed forms: large, tiny, narrow; with corners, kinks and jumps."""
+"""Areas of regions against closed forms: large, small and narrow ones, with corners, kinks and jumps."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ def diagonal(x: FloatArray, y: FloatArray) -> FloatArray:
 
 
 def steep_beyond_a_kink(x: FloatArray, y: FloatArray) -> FloatArray:
-    """Flat within 0.5 of a line and thirty times as steep beyond, as where a mating edge limits."""
+    """Flat within 0.5 of a line and thirty times as steep beyond, as at the edge of a mating flank."""
     away = np.abs(x - 6.1) + 0.0 * y
     return np.where(away < 0.5, 0.6 * away - 0.4, 18.0 * (away - 0.5) - 0.1)
 
 
 def without_values(x: FloatArray, y: FloatArray) -> FloatArray:
-    """As where there is no mate: no value beyond an inclined line."""
+    """No value beyond an inclined line, as without a mating flank."""
     return np.where((x > 4.1) & (x - 0.1 * y < 7.3), -0.5, np.inf)
 
 
 def gap(x: FloatArray, y: FloatArray) -> FloatArray:
-    """Two strips with a narrow one between them that is free."""
+    """Two strips with a narrow gap between them."""
     return np.asarray(np.maximum(0.1 - np.abs(x - 5.03), np.abs(x - 5.03) - 0.6) + 0.0 * y)
 
 
@@ -67,48 +67,48 @@ CASES: dict[str, tuple[Field, float]] = {
 
 
 def measured(field: Field, shape: tuple[int, int], bound: float) -> tuple[float, float]:
-    """Area and error from a grid of a flat chart."""
+    """Return area and error from a grid on a plane."""
     x, y = np.meshgrid(np.linspace(0.0, DEPTH, shape[0]), np.linspace(0.0, FACE, shape[1]), indexing="ij")
     points = np.stack((x, y, 0.0 * x), axis=-1)
-    area, error, whole = marked_area(lambda at: field(*(at * (DEPTH, FACE)).T), field(x, y), points, bound)
-    assert whole == pytest.approx(600.0, rel=1e-12)
+    area, error, total = marked_area(lambda at: field(*(at * (DEPTH, FACE)).T), field(x, y), points, bound)
+    assert total == pytest.approx(600.0, rel=1e-12)
     return area, error
 
 
 @pytest.mark.parametrize("bound", [0.01, 0.001])
 @pytest.mark.parametrize("name", CASES)
-def test_the_bound_is_kept(name: str, bound: float) -> None:
+def test_the_error_is_within_the_bound(name: str, bound: float) -> None:
     field, exact = CASES[name]
     area, error = measured(field, (25, 33), bound)
     assert error <= bound
     assert abs(area / exact - 1.0) <= max(error, 1e-9)
 
 
-def test_the_grid_has_no_say() -> None:
+def test_the_area_does_not_depend_on_the_grid() -> None:
     field, exact = CASES["kink"]
     for shape in ((25, 33), (28, 37), (60, 45)):
         assert measured(field, shape, 0.01)[0] == pytest.approx(exact, rel=0.01)
 
 
 def test_a_curved_surface() -> None:
-    """A part of a sphere of radius 10 mm between latitudes, half of its longitudes marked."""
+    """Part of a sphere of radius 10 mm between two latitudes; the region has half of its longitudes."""
     grid = np.meshgrid(np.linspace(0.2, 1.0, 25), np.linspace(0.0, 1.5, 33), indexing="ij")
     points = 10.0 * np.stack(
         (np.cos(grid[0]) * np.cos(grid[1]), np.cos(grid[0]) * np.sin(grid[1]), np.sin(grid[0])), axis=-1
     )
-    area, error, whole = marked_area(lambda at: at[:, 1] - 0.5, grid[1] / 1.5 - 0.5, points, 0.001)
-    assert whole == pytest.approx(150.0 * (np.sin(1.0) - np.sin(0.2)), rel=1e-3)
-    assert area == pytest.approx(0.5 * whole, rel=1e-4)
+    area, error, total = marked_area(lambda at: at[:, 1] - 0.5, grid[1] / 1.5 - 0.5, points, 0.001)
+    assert total == pytest.approx(150.0 * (np.sin(1.0) - np.sin(0.2)), rel=1e-3)
+    assert area == pytest.approx(0.5 * total, rel=1e-4)
     assert error <= 0.001
 
 
-def test_nothing_marked_has_no_area() -> None:
+def test_an_empty_region_has_no_area() -> None:
     assert measured(lambda x, y: 0.0 * x + 1.0, (25, 33), 0.01) == (0.0, 0.0)
     assert measured(lambda x, y: 0.0 * x + np.inf, (25, 33), 0.01) == (0.0, 0.0)
 
 
-def test_a_bound_that_is_not_reached_is_said() -> None:
-    """The region's border is nowhere smooth: what is left of the error is more than asked for."""
+def test_an_exceeded_bound_is_reported() -> None:
+    """The border is nowhere smooth, so that the error remains larger than the bound."""
 
     def rough(x: FloatArray, y: FloatArray) -> FloatArray:
         waves = sum(3.0 ** (-0.3 * k) * np.sin(3.0**k * y) for k in range(12))

@@ -1,9 +1,10 @@
-"""Commands that are interrupted at any time, and whose output cannot be written: a status of its own, a line
-at most, and nothing left behind. Status 1 is kept for "no contact"."""
+"""Interrupts of the commands, output that cannot be written, and exit statuses.
+
+An interrupted command has an exit status of its own, prints one line and leaves no file. Status 1 is reserved
+for "no contact"."""
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import random
 import signal
@@ -11,12 +12,12 @@ import subprocess
 import sys
 import time
 from collections.abc import Sequence
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
 
 import beveloid_geom
-from beveloid_geom.support.workers import workers
 
 BIN = Path(sys.executable).parent
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="no signals between processes here")
@@ -31,20 +32,20 @@ LONG = {
 COMMANDS = ("beveloid-geom", "render-figures", "render-animation", "render-report")
 
 
-def heed_ctrl_c() -> None:
-    """Shells let what they start in the background ignore Ctrl-C, and children inherit that."""
+def restore_ctrl_c() -> None:
+    """Undo that a shell makes processes in the background ignore Ctrl-C, which children inherit."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def started(arguments: Sequence[str], folder: Path) -> subprocess.Popen[str]:
-    """The command, in a group of its own as in a terminal, once it answers to signals."""
+    """Return the process of a command in its own process group, once it handles signals."""
     process = subprocess.Popen(
         [BIN / arguments[0], *(word.format(folder) for word in arguments[1:])],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        preexec_fn=heed_ctrl_c,
+        preexec_fn=restore_ctrl_c,
     )
     state = Path(f"/proc/{process.pid}/status")
     while state.exists() and process.poll() is None and not _catches(state.read_text(), signal.SIGTERM):
@@ -62,12 +63,12 @@ def _catches(state: str, number: int) -> bool:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["ctrl-c", "sigterm"])
 @pytest.mark.parametrize("command", LONG)
 def test_an_interrupt_at_any_time(command: str, number: signal.Signals, tmp_path: Path) -> None:
-    """From the first import to the middle of the work; the moments are drawn anew in every run."""
+    """The moments, from the first import to the middle of the calculation, are random in every run."""
     for longest in (0.0, 0.1, 0.5, 1.0, 2.0, 3.0):
         delay = random.uniform(0.5, 1.0) * longest
         with started(LONG[command], tmp_path) as process:
             time.sleep(delay)
-            assert process.poll() is None, "it was done too soon"
+            assert process.poll() is None, "it was finished too early"
             os.killpg(process.pid, number)
             out, errors = process.communicate(timeout=60)
         assert (process.returncode, out) == (128 + number, ""), (delay, errors)
@@ -77,7 +78,7 @@ def test_an_interrupt_at_any_time(command: str, number: signal.Signals, tmp_path
         assert errors.count("Error") == errors.count("interrupted") == 1, (delay, errors)
         assert all(file.suffix in (".png", ".csv") for file in tmp_path.iterdir()), delay
         with pytest.raises(ProcessLookupError):  # noqa: PT012
-            end = time.monotonic() + 20.0  # for a probe of OpenGL to end, or a tracker of resources
+            end = time.monotonic() + 20.0  # a test of OpenGL or the resource tracker may take time to end
             while time.monotonic() < end:
                 os.killpg(process.pid, 0)
                 time.sleep(0.02)
@@ -85,7 +86,7 @@ def test_an_interrupt_at_any_time(command: str, number: signal.Signals, tmp_path
 
 @POSIX
 def test_an_interrupt_during_a_message() -> None:
-    """Python refuses to write to a stream that is being written to."""
+    """Python does not write to a stream that is being written."""
     code = (
         "import os, signal, sys, beveloid_geom.support.process as process\n"
         "process.import_module = lambda _: type('Talker', (), {'main': staticmethod(talk)})\n"
@@ -142,7 +143,7 @@ def test_output_that_cannot_be_written(command: str, status: int, errors: str, t
     assert (done.returncode, done.stderr) == (status, line)
 
 
-def test_a_fault_of_the_program_does_not_look_like_no_contact() -> None:
+def test_an_internal_error_has_another_status_than_no_contact() -> None:
     code = "from beveloid_geom.support.process import run; run('beveloid_geom.no_such_module')"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 70
@@ -150,12 +151,49 @@ def test_a_fault_of_the_program_does_not_look_like_no_contact() -> None:
 
 
 @POSIX
+@pytest.mark.parametrize(
+    ("count", "line"),
+    [(1, "0.stl is not written"), (20, "0.stl is not written, nor are 19 others")],
+)
+def test_an_interrupt_of_many_files_is_one_short_line(count: int, line: str, tmp_path: Path) -> None:
+    code = (
+        "import os, signal, sys, types\nfrom contextlib import ExitStack\nfrom pathlib import Path\n"
+        "import beveloid_geom.support.process as process\n"
+        "from beveloid_geom.support.atomic_file import atomic_file\n"
+        "def main():\n"
+        "    with ExitStack() as stack:\n"
+        f"        [stack.enter_context(atomic_file(Path(f'{{i}}.stl'))) for i in range({count})]\n"
+        "        os.kill(os.getpid(), signal.SIGTERM)\n"
+        "process.import_module = lambda _: types.SimpleNamespace(main=main)\nprocess.run('')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (143, f"Error: interrupted: {line}\n")
+    assert not list(tmp_path.iterdir())
+
+
+@POSIX
+def test_an_interrupt_leaves_no_empty_folder(tmp_path: Path) -> None:
+    out = tmp_path / "new" / "figures"
+    asked = ["render-figures", "--only", "tolerance-cloud", "--out", "{}/new/figures"]
+    with started(asked, tmp_path) as process:
+        end = time.monotonic() + 60.0
+        while not out.exists() and time.monotonic() < end:
+            time.sleep(0.02)
+        os.killpg(process.pid, signal.SIGTERM)
+        process.communicate(timeout=60)
+    assert process.returncode == 143
+    assert not list(tmp_path.iterdir())
+
+
+@POSIX
 def test_signals_that_are_ignored_stay_ignored() -> None:
-    code = "import os, signal\nfrom beveloid_geom.support.process import _answer_signals\n_answer_signals()\n"
+    code = "import os, signal\nfrom beveloid_geom.support.process import _handle_signals\n_handle_signals()\n"
     code += "os.kill(os.getpid(), signal.SIGHUP)\nos.kill(os.getpid(), signal.SIGINT)\n"
     ignored = "trap '' HUP; exec " + f"{sys.executable} -c '{code}'"
     done = subprocess.run(
-        ["bash", "-c", ignored], capture_output=True, text=True, check=False, preexec_fn=heed_ctrl_c
+        ["bash", "-c", ignored], capture_output=True, text=True, check=False, preexec_fn=restore_ctrl_c
     )
     assert (done.returncode, done.stderr) == (130, "Error: interrupted\n")
 
@@ -166,19 +204,51 @@ def test_every_command_has_its_version(command: str) -> None:
     assert done.stdout == f"{command}, version {beveloid_geom.__version__}\n"
 
 
+def test_the_version_is_known_without_metadata() -> None:
+    """Frozen programs and zip files have none."""
+    code = (
+        "import importlib.metadata as metadata\n"
+        "def missing(name):\n    raise metadata.PackageNotFoundError(name)\n"
+        "metadata.version = metadata.distribution = missing\n"
+        "from beveloid_geom.cli.main import main\nmain(['--version'])\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.endswith(f", version {beveloid_geom.__version__}\n")
+    assert version("beveloid-geom") == beveloid_geom.__version__
+
+
+@POSIX
+@pytest.mark.parametrize("encoding", ["cp1252", "ascii:surrogateescape", "cp932"])
+def test_names_outside_the_encoding_of_the_console(encoding: str, tmp_path: Path) -> None:
+    (tmp_path / "\u6b6f\u00f8").mkdir()
+    written = "beveloid-geom mesh --part pinion-flank --out \u6b6f\u00f8/p.stl"
+    done = shell(f"PYTHONIOENCODING={encoding} {written} > out.txt", tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert b"/p.stl: " in (tmp_path / "out.txt").read_bytes()
+    assert (tmp_path / "\u6b6f\u00f8" / "p.stl").exists()
+
+
+@POSIX
+@pytest.mark.parametrize("epoch", ["abc", "1.5", "9" * 30])
+@pytest.mark.parametrize(
+    "command", ["beveloid-geom mesh --part pinion-flank --out p.stl", "render-report --cases 1 --out r.html"]
+)
+def test_an_invalid_source_date_is_named(command: str, epoch: str, tmp_path: Path) -> None:
+    done = shell(f"SOURCE_DATE_EPOCH={epoch} {command}", tmp_path)
+    assert (done.returncode, done.stdout) == (2, "")
+    assert done.stderr == (
+        f"Error: SOURCE_DATE_EPOCH must be whole seconds since 1970, got '{epoch}': correct it or unset it\n"
+    )
+    assert not list(tmp_path.iterdir())
+
+
 def test_the_package_is_a_command() -> None:
     command = [sys.executable, "-m", "beveloid_geom", "tca", "--points", "3"]
     done = subprocess.run(command, capture_output=True, text=True, check=True)
     assert "dw1 = 211.594669 mm" in done.stdout
 
 
-def test_all_workers_start_while_ctrl_c_waits() -> None:
-    """One that started later would answer to it, with a traceback."""
-    with workers(3):
-        assert len(multiprocessing.active_children()) == 3
-
-
-WATCHED = """
+UNCHANGED_STATE_SCRIPT = """
 import os, signal
 def state():
     mask = os.umask(0o022)
@@ -193,11 +263,13 @@ design = bg.builtin_design()
 bg.certify(bg.path_of_contact(design, points=5)), bg.mounted_backlash(design)
 bg.mesh_cycle(design), bg.contact_pattern(design)
 assert state() == before
-print("kept")
+print("same")
 """
 
 
-def test_a_python_users_process_is_left_as_it_is() -> None:
-    """Its environment, umask and signal handlers, by import and by public functions."""
-    run = subprocess.run([sys.executable, "-c", WATCHED], capture_output=True, text=True, check=False)
-    assert (run.stdout, run.stderr) == ("kept\n", "")
+def test_the_library_does_not_change_the_process() -> None:
+    """The import and public functions do not change the environment, the umask and the signal handlers."""
+    run = subprocess.run(
+        [sys.executable, "-c", UNCHANGED_STATE_SCRIPT], capture_output=True, text=True, check=False
+    )
+    assert (run.stdout, run.stderr) == ("same\n", "")

@@ -1,10 +1,9 @@
 """Crossed helical gears, the limit of cone angle zero, in closed form.
 
-Without cone angles the flanks are ordinary involute helicoids. The contact runs along a line
-square to both tooth traces, and the tip circles cut from it the path of contact; its length over
-the normal base pitch is the contact ratio (Litvin and Fuentes, Gear Geometry and Applied
-Theory, chapter on crossed helical gears; DIN 868 sense of signs).
-"""
+Without cone angles the flanks are ordinary involute helicoids. The contact runs along a line perpendicular to
+both tooth traces, and the tip circles limit the path of contact. Its length divided by the normal base pitch
+is the contact ratio (Litvin and Fuentes, Gear Geometry and Applied Theory, chapter on crossed helical gears;
+signs of DIN 868)."""
 
 from __future__ import annotations
 
@@ -26,8 +25,8 @@ from beveloid_geom import (
     zero_backlash_layout,
 )
 from beveloid_geom.operation.backlash_by_tangency import tangent_backlash
-from beveloid_geom.pair.closing import closed_layout, closing_of
 from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.pair.zero_backlash import closed_layout, closing_of
 from beveloid_geom.status import Limit
 
 MODULE, ALPHA = 6.0, radians(20.0)
@@ -148,8 +147,8 @@ def test_backlash_of_wider_layouts(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(12))
 def test_path_and_contact_ratio_with_profile_shift(seed: int, flank: str) -> None:
-    """The path is a straight line through the pitch point along n = sin(a_w) N +- cos(a_w) b, N along the
-    common perpendicular, b square to the tooth trace; both tips end it."""
+    """The path is a straight line through the pitch point along n = sin(a_w) N +- cos(a_w) b, with N along
+    the common perpendicular and b perpendicular to the tooth trace; both tips limit it."""
     pair = drawn_pair(seed)
     aw = pair.without_backlash()
     offset, shaft_angle = pair.layout(aw)

@@ -1,11 +1,10 @@
-"""Axes that intersect: closed form, 60 digits, symmetry, and the limit of crossed axes.
+"""Intersecting axes: closed form, 60 digits, symmetry, and the limit of crossed axes.
 
-Without parabolas the flanks of a pair that closes have one common normal each, n = sin(a_w) N +- cos(a_w) b
-in the pitch plane: N its normal, b square to the tooth trace. The path of contact is the straight line
-through the pitch point along n, which both tip cones cut; its length over the normal base pitch is the
-contact ratio. Axes intersect where the working helix angles cancel: both axes then lie in the plane of N and
-the trace. Nothing here but `tip` knows of the library.
-"""
+Without parabolas, the flanks of a pair without backlash have one common normal each, n = sin(a_w) N +-
+cos(a_w) b, with the normal N of the pitch plane and b in this plane, perpendicular to the tooth trace. The
+path of contact is the straight line through the pitch point along n, limited by both tip cones. Its length
+divided by the normal base pitch is the contact ratio. The axes intersect if the working helix angles cancel:
+both axes then lie in the plane of N and the trace. Only `tip` uses the library."""
 
 from __future__ import annotations
 
@@ -30,10 +29,10 @@ from beveloid_geom import (
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import path_ends
 from beveloid_geom.design.file import parse_design
-from beveloid_geom.pair.closing import closing_of
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.reference.five_equations import path_of_contact_five_equations
+from beveloid_geom.pair.zero_backlash import closing_of
 from beveloid_geom.status import Limit, Status
+from beveloid_geom.validation.five_equations import path_of_contact_five_equations
 from tests.oracle.pitch_point_mp import mounting_mp
 from tests.oracle.sixty_digits import off_by
 from tests.symmetry import OTHER, exchanged, mirrored
@@ -101,7 +100,8 @@ def closed_form(design: Design, flank: str) -> float:
 
 
 def _reach(member: Member, side: float) -> float:
-    """Way (mm) along the normal, out of the tooth, from the pitch point to the member's tip cone."""
+    """Return the distance (mm) along the normal, out of the tooth, from the pitch point to the tip cone of
+    the member."""
     alpha, module = float(member.tool.normal_pressure_angle), float(member.tool.normal_module)
     beta, gamma = float(member.helix_angle), float(member.cone_angle)
     # Components across the trace, along it, and out of the member.
@@ -200,7 +200,7 @@ def test_straight_teeth_are_their_own_mirror_image(errors: Errors) -> None:
     assert float(left.ends.contact_ratio) == pytest.approx(float(right.ends.contact_ratio), abs=1e-12)
     for name in ("l1", "l2", "u1", "u2", "pinion_z", "pinion_r", "gear_z", "gear_r"):
         np.testing.assert_allclose(getattr(left, name), getattr(right, name), rtol=0.0, atol=1e-12)
-    np.testing.assert_allclose(left.transmission_error, -right.transmission_error, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(left.transmission_error, right.transmission_error, rtol=0.0, atol=1e-12)
     image = right.point - (0.0, 0.0, *[mounting_of(design).distance[0]])
     np.testing.assert_allclose(
         left.point - (0.0, 0.0, *[mounting_of(design).distance[0]]),
@@ -315,7 +315,7 @@ def test_straight_teeth_close_at_every_shaft_angle(shaft_angle_deg: float) -> No
 
 
 def test_helix_angles_that_nearly_cancel_close_with_an_offset_of_either_sign() -> None:
-    """Of a pair with profile shift and its mirror image, which has the other sense."""
+    """A pair with profile shift and its mirror image have opposite signs."""
     gear = replace(LARGE.gear, profile_shift=0.3)
     for extra, sign in ((0.01, 1.0), (0.0, 1.0), (-0.01, -1.0)):
         turned = replace(gear, helix_angle=float(gear.helix_angle) + radians(extra))

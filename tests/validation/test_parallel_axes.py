@@ -1,6 +1,6 @@
 """Parallel axes: ISO 21771 in closed form, five equations, symmetry, and the limit of crossed axes.
 
-Unmodified flanks touch along lines in a plane of action. Of cylindrical gears, with the working transverse
+Unmodified flanks touch along lines in a plane of action. For cylindrical gears with the working transverse
 pressure angle a_wt, base radii r_b, tip radii r_a, common face width b and base helix angle b_b,
 
     eps_alpha = [sqrt(r_a1^2 - r_b1^2) + sqrt(r_a2^2 - r_b2^2) - a sin(a_wt)] / p_bt,
@@ -34,17 +34,17 @@ from beveloid_geom import (
     zero_backlash_layout,
 )
 from beveloid_geom.arrays import FLANK_SIGN, FloatArray
-from beveloid_geom.contact.equation import pairing_of
+from beveloid_geom.contact.flank_pair import pairing_of
 from beveloid_geom.contact.parallel.equation import mate_parameter, meet_on_parallel
 from beveloid_geom.contact.parallel.lines import ContactLines, contact_lines, touches_along_lines
 from beveloid_geom.contact.parallel.paths import on_lines
 from beveloid_geom.findings.path import reason_of
 from beveloid_geom.operation.operating_ratio import operating_ratio
-from beveloid_geom.pair.closing import closing_of
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.reference.five_equations import path_of_contact_five_equations
+from beveloid_geom.pair.zero_backlash import closing_of
 from beveloid_geom.status import Limit, Status
 from tests.stability.five_residuals import flank_at, residuals
+from tests.stability.parallel_pairs import involute
 from tests.symmetry import OTHER, exchanged, mirrored
 
 ALPHA = radians(20.0)
@@ -85,10 +85,6 @@ ANGLES = {
     "straight": (0.0, 5.0),
 }
 CYLINDRICAL = ("spur", "helical", "left hand")
-
-
-def involute(angle: float) -> float:
-    return tan(angle) - angle
 
 
 def iso_21771(design: Design) -> tuple[float, float, float]:
@@ -216,14 +212,14 @@ def test_lines_end_at_limits(name: str, flank: str) -> None:
 
 
 @pytest.mark.parametrize("name", ANGLES)
-def test_two_lines_tell_all(name: str, flank: str) -> None:
+def test_two_lines_determine_all(name: str, flank: str) -> None:
     """Against every line solved by itself."""
     pairing = pairing_of(pair(*ANGLES[name]).with_errors(Errors(offset=0.05, pinion_axial=0.3)), flank)
     l1 = np.linspace(-3.0, 3.0, 13)[None]
     l, met = on_lines(pairing)(l1)
     np.testing.assert_allclose(l[1], mate_parameter(pairing, l1, 0.0 * l1), rtol=0.0, atol=1e-12)
     each = meet_on_parallel(pairing, l, 0.0 * l1)
-    for part in ("along", "across", "slope", "normal_x", "normal_y", "square", "moment", "own", "start"):
+    for part in ("along", "across", "slope", "normal_x", "normal_y", "square", "moment", "normal", "start"):
         np.testing.assert_allclose(
             getattr(met, part) + 0.0 * l1, getattr(each, part) + 0.0 * l1, rtol=0.0, atol=1e-12
         )
@@ -316,95 +312,6 @@ def test_mirrored_and_exchanged(name: str, parabola: tuple[float, float], flank:
     assert float(contact_ratio(mirrored(design), OTHER[flank])) == pytest.approx(ratio, abs=1e-12)
     if parabola == UNMODIFIED or name != "spur":  # whose transmission error makes other pitches of the gear's
         assert float(contact_ratio(exchanged(design), flank)) == pytest.approx(ratio, abs=1e-12)
-
-
-MODIFIED = [name for name in ANGLES if name != "spur"]
-
-
-@pytest.mark.parametrize("name", MODIFIED)
-@pytest.mark.parametrize("parabola", [CONVEX, (-1e-3, 0.0), (0.0, -1e-3), (2e-3, -1e-3)])
-def test_a_point_runs_along_the_face(name: str, parabola: tuple[float, float], flank: str) -> None:
-    """l1 and l2 stand still with a1 l1 = a2 l2; five equations; the overlap ratio of cylindrical gears."""
-    design = pair(*ANGLES[name], parabola).with_errors(Errors(offset=0.02, gear_axial=0.4))
-    path = path_of_contact(design, flank, 5)
-    assert path.ends.status == Status.SOLVED
-    assert not bool(touches_along_lines(design, flank))
-    apart, turned = residuals(design, path, mounting_of(design).distance)
-    assert apart.max() < 1e-11
-    assert turned.max() < 1e-13
-    assert np.ptp(path.l1) < 1e-14
-    np.testing.assert_allclose(parabola[0] * path.l1, parabola[1] * path.l2, atol=1e-15)
-    assert np.abs(path.transmission_error).max() < 1e-14
-    if name in CYLINDRICAL:
-        width = min(
-            0.5 * float(m.face_width) + s * 0.4 for m, s in zip(design.members, (0.0, 1.0), strict=True)
-        )
-        width += min(
-            0.5 * float(m.face_width) - s * 0.4 for m, s in zip(design.members, (0.0, 1.0), strict=True)
-        )
-        turn = width * abs(tan(float(design.pinion.helix_angle)))
-        radius = 1.5 * 25 / cos(float(design.pinion.helix_angle))
-        assert float(path.ends.contact_ratio) == pytest.approx(turn / radius * 25 / (2.0 * pi), abs=1e-12)
-
-
-def test_the_five_equations_give_the_same_point() -> None:
-    design = pair(15.0, 3.0, CONVEX)
-    own = path_of_contact(design, "right", 4)
-    other = path_of_contact_five_equations(design, "right", 4)
-    np.testing.assert_allclose(other.point, own.point, atol=1e-9)
-    np.testing.assert_allclose(other.gear_roll, own.gear_roll, atol=1e-12)
-
-
-def test_conjugate_parabolas_touch_along_lines(flank: str) -> None:
-    """a1 = -a2 on reference cylinders that touch: both racks are one, and every l2 = -l1 a contact."""
-    design = pair(15.0, 3.0, (1e-3, -1e-3), shift=(0.1, -0.1))
-    design = replace(design, pair=Pair(1.5 * 56 / cos(radians(15.0)), 0.0))
-    path = path_of_contact(design, flank, 7)
-    assert bool(touches_along_lines(design, flank))
-    apart, turned = residuals(design, path, mounting_of(design).distance)
-    assert (apart.max(), turned.max()) < (1e-11, 1e-13)
-    np.testing.assert_allclose(path.l2, -path.l1, atol=1e-12)
-    assert np.abs(path.transmission_error).max() < 1e-13
-    elsewhere = path_of_contact(replace(design, pair=Pair(design.pair.offset + 0.1, 0.0)), flank)
-    assert elsewhere.ends.status == Status.OFF_FLANK
-
-
-def test_spur_teeth_with_parabolas(flank: str) -> None:
-    """Lines along the axes, whose path is that of the transverse section, by its five equations."""
-    design = pair(0.0, 0.0, CONVEX)
-    path = path_of_contact(design, flank, 11)
-    apart, turned = residuals(design, path, mounting_of(design).distance)
-    assert (apart.max(), turned.max()) < (1e-11, 1e-13)
-    lines = contact_lines(path)
-    np.testing.assert_allclose(lines.length, 28.0, atol=1e-9)
-    assert float(lines.overlap_ratio) == 0.0
-    assert float(lines.transverse_ratio) == pytest.approx(float(lines.total_ratio), abs=1e-12)
-    assert np.abs(path.transmission_error).max() > 1e-6
-
-
-@pytest.mark.parametrize("name", MODIFIED)
-@pytest.mark.parametrize("parabola", [CONVEX, (-1e-3, 0.0)])
-def test_the_limit_of_crossed_axes(name: str, parabola: tuple[float, float], flank: str) -> None:
-    """Point contacts tend to those of parallel axes linearly, from either sense, and meet the five
-    equations."""
-    design = pair(*ANGLES[name], parabola)
-    limit = path_of_contact(design, flank, 3)
-    rates = []
-    for degrees in (1e-3, 1e-6, -1e-6, -1e-3):
-        near = design.with_errors(Errors(shaft_angle=radians(degrees)))
-        path = path_of_contact(near, flank, 3)
-        assert path.ends.status == Status.SOLVED
-        apart, turned = residuals(near, path, mounting_of(near).distance)
-        assert (apart.max(), turned.max()) < (1e-10, 1e-12)
-        rates.append((path.point - limit.point) / degrees)
-    scale = np.abs(rates[1]).max()
-    assert np.abs(rates[1]).max() > 1.0
-    for k in (0, 2, 3):
-        np.testing.assert_allclose(rates[k], rates[1], atol=0.02 * scale)
-    nominal = path_of_contact(
-        replace(design, pair=Pair(design.pair.offset, radians(1e-6), 0.0, 0.0)), flank, 3
-    )
-    np.testing.assert_allclose(nominal.point - limit.point, rates[1] * 1e-6, atol=1e-7)
 
 
 def test_a_batch_of_all_kinds_equals_its_cases(flank: str) -> None:

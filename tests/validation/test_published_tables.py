@@ -29,7 +29,7 @@ from beveloid_geom.gear.flank import (
     trace_parameter,
 )
 from beveloid_geom.gear.rack import reference_radius
-from beveloid_geom.pair.closing import closed_layout
+from beveloid_geom.pair.zero_backlash import closed_layout
 from beveloid_geom.status import Limit
 
 from .test_spur_and_helical_limits import limit_of
@@ -103,7 +103,7 @@ def on_flank(member: Member, value: str, wanted: float) -> tuple[FloatArray, Flo
         length, angle = hypot(vector[0], vector[1]), atan2(vector[1], vector[0])
         return (length if value == "radius" else angle) - wanted
 
-    low, high = float(root_parameter(member)), float(tip_parameter(member, "right", 0.0))
+    low, high = float(root_parameter(member, "right")), float(tip_parameter(member, "right", 0.0))
     return patch(brentq(missing, low, high, xtol=1e-14))
 
 

@@ -1,4 +1,4 @@
-"""What is left of the model where cone angle, helix angle or shaft angle vanish.
+"""Limits of the model for vanishing cone angle, helix angle or shaft angle.
 
 Flanks. In the plane z a flank cut without parabola is the involute of its base circle,
 
@@ -13,12 +13,12 @@ angle b and tilted by the cone angle g, meets the transverse plane and the pitch
 the formulas usual for conical involute gears, different on the right (sigma = 1) and the left flank.
 Without a cone angle they are those of helical gears, with neither those of spur gears.
 
-Pairs. Flanks on nearly parallel axes still touch in a point, which moves along the common normal. Of
+Pairs. Flanks on nearly parallel axes still touch in a point, which moves along the common normal. For
 spur gears the contact ratio tends to
 
     [sqrt(r_a1^2 - r_b1^2) + sqrt(r_a2^2 - r_b2^2) - a sin(a_w)] / (pi m cos(a)),
 
-of helical gears to that in the transverse plane over cos^2(b_b): the normal leans to the transverse
+for helical gears to that in the transverse plane over cos^2(b_b): the normal is inclined to the transverse
 plane by the base helix angle, and the normal base pitch is the shorter by its cosine. It is the
 contact ratio of the virtual spur gears of ISO 6336.
 """
@@ -79,7 +79,7 @@ def angles(member: Member, flank: str) -> tuple[float, float, float]:
 def active_points(member: Member, flank: str) -> tuple[FloatArray, FloatArray]:
     """Flank parameters l and z (13, 7) all over the active flank."""
     z = np.linspace(-0.5, 0.5, 7) * member.face_width
-    low, high = root_parameter(member), tip_parameter(member, flank, z)
+    low, high = root_parameter(member, flank), tip_parameter(member, flank, z)
     return low + (high - low) * np.linspace(0.0, 1.0, 13)[:, None], np.broadcast_to(z, (13, 7))
 
 
@@ -166,7 +166,7 @@ STEPS_DEG = (4.0, 2.0, 1.0, 0.5)
 @pytest.mark.parametrize(("teeth", "beta", "shift"), CASES)
 @pytest.mark.parametrize("share", [0.5, 0.0])
 def test_parallel_axes(teeth: tuple[int, int], beta: float, shift: tuple[float, float], share: float) -> None:
-    """At shaft angles down to the least the project takes, 0.5 deg, of which the pinion leans a share."""
+    """At shaft angles down to the smallest allowed value, 0.5 deg; `share` is that of the pinion."""
     rows = np.array([crossed(teeth, beta, shift, _leans(step, share)) for step in STEPS_DEG])
     centre, working, ratio = classical(teeth, beta, shift)
     base_helix = asin(sin(beta) * cos(ALPHA))

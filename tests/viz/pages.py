@@ -1,36 +1,29 @@
-"""Figures drawn for tests, and the words on their pages."""
+"""Figures drawn for tests, and the text on their pages."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from beveloid_geom import Design
-from beveloid_geom.studies.comparison import Settings
+from beveloid_geom.validation.comparison import METHODS
+from beveloid_viz.components.figure_steps import Drawing, Recipe
 from beveloid_viz.figures import FIGURES
 from beveloid_viz.figures.methods import mesh_convergence as fig_mesh, speed_accuracy as fig_speed
-from beveloid_viz.figures.results import maps as fig_maps
-from beveloid_viz.parts.recipe import Drawing, Recipe
-from beveloid_viz.stage import theme
-from beveloid_viz.stage.layout import Layout, of_size
-from beveloid_viz.stage.scene import Size
-from beveloid_viz.stage.theme import Page
+from beveloid_viz.figures.results import parabola_map as fig_map
+from beveloid_viz.rendering import theme
+from beveloid_viz.rendering.layout import Layout, of_size
+from beveloid_viz.rendering.scene import Size
+from beveloid_viz.rendering.theme import Page
 
 SMALL = (400, 300)
-FEW = Settings(
-    tolerances=(0.1, 0.01),
-    xtols=(1e-2, 1e-14),
-    batches=(1, 100),
-    batch=10,
-    run=11,
-    repeat=0,
-    grids=(8, 16),
-)
-"""Of the comparison of methods."""
+FEW = tuple(replace(method, values=method.values[:2]) for method in METHODS)
+"""Methods with two settings each."""
 
 
 def recipe_of(name: str) -> Recipe[Any]:
@@ -43,7 +36,7 @@ def page_of(draw: Callable[[Any, Layout], Drawing], data: Any, size: Size = SMAL
 
 
 def drawn(name: str, design: Design, size: Size = SMALL) -> tuple[Page, list[dict[str, Any]]]:
-    """A figure's page, and its table by the header."""
+    """Return the page of a figure, and its table as dictionaries."""
     recipe = recipe_of(name)
     data = recipe.compute(design)
     page = page_of(recipe.draw, data, size)
@@ -54,17 +47,17 @@ def drawn(name: str, design: Design, size: Size = SMALL) -> tuple[Page, list[dic
 
 @contextmanager
 def short_measurements() -> Iterator[None]:
-    """Draw pages of measurements, and maps, from a few of them."""
+    """Draw measurements and maps with few values."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(fig_speed, "SETTINGS", FEW)
+        patch.setattr(fig_speed, "METHODS", FEW)
+        patch.setattr(fig_speed, "RUNS", 1)
         patch.setattr(fig_mesh, "TOLERANCES", np.logspace(-1.0, -2.0, 5))
-        patch.setattr(fig_maps, "STEPS", 7)
-        patch.setattr(fig_maps, "STEPS_IN_OPERATION", 7)
+        patch.setattr(fig_map, "STEPS", 6)
         yield
 
 
 def words(page: Page) -> str:
-    """All that is written on a page and its axes."""
+    """Return the text on a page and its axes."""
     return " ".join(texts(page))
 
 

@@ -1,4 +1,4 @@
-"""Load sharing and loaded transmission error as a picture: `render-figures --loaded`."""
+"""Load sharing and transmission error under load: `render-figures --loaded`."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ from click.testing import CliRunner
 
 from beveloid_geom import builtin_design, first_contact
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.placing import meshing_pair
+from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.export import identifier
 from beveloid_geom.export.fea.pair_deck import write_pair_deck
-from beveloid_geom.export.fea.pair_mesh import PairMesh, lever_of, pair_mesh
-from beveloid_geom.shapes.hexahedra import Cells
+from beveloid_geom.export.fea.pair_mesh import PairMesh, force_lever, pair_mesh
+from beveloid_geom.shapes.element_sizes import Cells
 from beveloid_viz.cli import main
 from beveloid_viz.figures.results import load_sharing
 from beveloid_viz.figures.results.load_sharing import decks_of, loaded_pair
-from beveloid_viz.stage import theme
+from beveloid_viz.rendering import theme
+from tests.symmetry import scaled
 
 from .pages import page_of, words
 from .test_print import faults, in_print
@@ -36,7 +37,7 @@ TIME = "and time  0.2000000E+01"
 
 
 def printed(pair: PairMesh, shares: tuple[float, ...], turn: float) -> str:
-    """What CalculiX would print for a force along one normal so shared out, and a turn of the pinion."""
+    """Return the output of CalculiX for given shares of a normal force and a rotation of the pinion."""
     pose = meshing_pair(DESIGN, pair.flank)
     (_, origin), point = pair.frames[0], pose.contact
     lines = []
@@ -59,21 +60,21 @@ def in_columns(numbers: FloatArray) -> str:
 
 @pytest.fixture(scope="module")
 def decks(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Decks at three rolls as if they had been solved."""
+    """Write decks at three rolls with results."""
     folder = tmp_path_factory.mktemp("decks")
     pose = meshing_pair(DESIGN)
     for k, shares in enumerate(SHARES):
         roll = float(pose.roll[0]) + PITCH * (k - 1) / 3.0
         pair = pair_mesh(
-            DESIGN, pose, roll, force=FORCE, across=0.2, cells=Cells(1, 2, 2, 2, 1), bore_radius=80.0
+            DESIGN, pose, roll, force=FORCE, across=0.2, cells=Cells(1, 2, 2, 2, 1), bore_radii=(80.0, 80.0)
         )
-        write_pair_deck(folder / f"p-{k + 1}.inp", DESIGN, pair, FORCE * lever_of(DESIGN), decks=3)
+        write_pair_deck(folder / f"p-{k + 1}.inp", DESIGN, pair, FORCE * force_lever(DESIGN), decks=3)
         (folder / f"p-{k + 1}.dat").write_text(printed(pair, shares, TURN * (1.0 + 0.1 * k)))
     return folder / "p.inp"
 
 
 def test_what_is_read_is_what_was_printed(decks: Path) -> None:
-    """In order of the rolls; the rigid pair is the first contact of the design."""
+    """Results are sorted by roll; the rigid pair is the first contact of the design."""
     found = loaded_pair(DESIGN, decks)
     np.testing.assert_allclose([one.share for one in found.results], SHARES, atol=1e-7)
     np.testing.assert_allclose(found.turns, TURN * np.array((1.0, 1.1, 1.2)), rtol=1e-6)
@@ -84,7 +85,8 @@ def test_what_is_read_is_what_was_printed(decks: Path) -> None:
         np.testing.assert_allclose(one.centre[np.array(one.share) == 0.0], np.nan)
     rolls = np.array([one.rolls[0] for one in found.results])
     rigid = first_contact(DESIGN, "right", rolls).transmission_error
-    np.testing.assert_allclose(found.loaded, rigid + 29.0 / 45.0 * found.turns, rtol=0.0, atol=1e-15)
+    # The load turns the pinion on, so that the gear falls behind.
+    np.testing.assert_allclose(found.loaded, rigid - 29.0 / 45.0 * found.turns, rtol=0.0, atol=1e-15)
     at, share = found.shares
     assert (np.diff(at) > 0.0).all()
     np.testing.assert_allclose(at[share == 1.0], 0.0, atol=1e-12)
@@ -99,7 +101,7 @@ def test_the_page_shows_them(decks: Path) -> None:
     np.testing.assert_allclose(np.asarray(marks.get_ydata(), dtype=float), 100.0 * found.shares[1])
     loaded = next(line for line in errors.lines if line.get_marker() == "o")
     drawn = np.asarray(loaded.get_ydata(), dtype=float)
-    np.testing.assert_allclose(drawn, 1e6 * (found.loaded - found.loaded.mean()), atol=1e-9)
+    np.testing.assert_allclose(drawn, np.degrees(found.loaded - found.loaded.mean()) * 3600.0, atol=1e-9)
     assert "N m on the pinion, right flanks; 3 rolls" in words(page)
 
 
@@ -118,7 +120,7 @@ def test_the_command_draws_the_decks(decks: Path, tmp_path: Path) -> None:
     loaded = [row for row in table if row["kind"] == "loaded"]
     np.testing.assert_allclose([float(row["share"]) for row in loaded], np.ravel(SHARES), atol=1e-7)
     assert [row["tooth_pair"] for row in loaded[:3]] == ["-1", "0", "1"]
-    assert len(table) == 9 + load_sharing.STEPS + 2
+    assert len(table) == 9 + load_sharing.RIGID_ROLLS + 2
     found = loaded_pair(DESIGN, decks)
     shares = sorted((float(row["tooth_pair_pitches"]), float(row["share"])) for row in loaded)
     np.testing.assert_allclose(shares, np.transpose(found.shares), rtol=1e-12)
@@ -130,7 +132,7 @@ def test_the_command_draws_the_decks(decks: Path, tmp_path: Path) -> None:
 
 
 def refused(*arguments: str) -> str:
-    """The one line of a refusal."""
+    """Return the error message, one line."""
     done = CliRunner().invoke(main, arguments)
     assert (done.exit_code, done.stderr.count("\n")) == (2, 1), done.output
     return done.stderr
@@ -152,8 +154,15 @@ def test_what_is_no_result_is_refused(decks: Path, tmp_path: Path) -> None:
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("size", [0.5, 1.001])
+def test_decks_of_another_size_are_refused(decks: Path, size: float) -> None:
+    """Teeth of the same shape touch at the same rolls for every size."""
+    with pytest.raises(ValueError, match="the mid-faces differ by"):
+        loaded_pair(scaled(DESIGN, size), decks)
+
+
 def copied(decks: Path, folder: Path, *names: str) -> Path:
-    """The first decks, and what was printed for them, under other names."""
+    """Copy decks and results under other names."""
     for k, name in enumerate(names):
         for suffix in (".inp", ".dat"):
             source = decks.with_name(f"p-{k + 1}{suffix}")
@@ -162,7 +171,7 @@ def copied(decks: Path, folder: Path, *names: str) -> Path:
 
 
 def test_decks_of_other_rolls_are_not_mixed(decks: Path, tmp_path: Path) -> None:
-    """Two of three, old ones beside new ones, and a single deck beside those of `--rolls`."""
+    """Incomplete sets, old decks, and a single deck next to those of `--rolls` are refused."""
     path = copied(decks, tmp_path, "p-1", "p-2")
     given = "--loaded", str(path), "--out", str(tmp_path / "out")
     assert f"there are 2 decks of {path}, written by --rolls 3: remove all and write" in refused(*given)
@@ -170,7 +179,7 @@ def test_decks_of_other_rolls_are_not_mixed(decks: Path, tmp_path: Path) -> None
     new.write_text(new.read_text().replace('"decks": 3', '"decks": 2'))
     assert f"there are 3 decks of {path}, written by --rolls 2 and 3: remove all" in refused(*given)
     copied(decks, tmp_path, "p")
-    assert f"there are both {path} and {path.with_stem('p-1')}: remove what is not meant" in refused(*given)
+    assert f"there are both {path} and {path.with_stem('p-1')}: remove the unwanted files" in refused(*given)
 
 
 def test_a_single_deck(decks: Path, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Figures of a pair on parallel axes, whose flanks touch along lines."""
+"""Figures of a pair on parallel axes with line contact."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import pytest
 from beveloid_geom import builtin_design, path_of_contact
 from beveloid_geom.contact.parallel.lines import contact_lines
 from beveloid_geom.report.operation import operation_report
-from beveloid_geom.studies.claims import MODIFIED
+from beveloid_geom.validation.claims import MODIFIED
+from beveloid_viz.components import motion_graph, paths_table
 from beveloid_viz.figures.paper import fig_11_contact_ratio as ratios
 from beveloid_viz.figures.results import posed_pair, sensitivity, tolerance_cloud
-from beveloid_viz.parts import motion_graph, solved
-from beveloid_viz.stage.opengl import require_opengl
+from beveloid_viz.rendering.opengl import require_opengl
 
 from .pages import drawn, words
 
@@ -22,9 +22,9 @@ PAIR = builtin_design("anti-backlash")
 WORDS = {
     "fig-01": "The beveloid gear pair in mesh",
     "fig-04": "midway between the mid-faces on the pitch line",
-    "fig-08": "the flanks touch along lines, of which these are some",
-    "ease-off": "zero but for rounding",
-    "posed-pair": "in black the line along which the middle one touches as posed",
+    "fig-08": "some of the lines along which the flanks touch",
+    "ease-off": "zero within rounding",
+    "posed-pair": "black: line of contact",
 }
 
 
@@ -33,15 +33,15 @@ def test_what_figures_say_of_lines(name: str) -> None:
     require_opengl()
     said = words(drawn(name, PAIR)[0])
     assert WORDS[name] in said, said
-    assert "crossed" not in said.partition("Rolls")[0]
+    assert "crossed" not in said.partition("Roll angles")[0]
 
 
 @pytest.mark.parametrize("member", [0, 1])
 def test_the_path_crosses_the_lines_drawn(member: int, flank: str) -> None:
-    """Each at the path's own point; their lengths are those of the library."""
-    lines = solved.solve(PAIR, flank).contact_lines(member)
-    path = path_of_contact(PAIR, flank, solved.LINES + 2)
-    points = solved.points_on(path, member)[1:-1]
+    """Each line contains a point of the path, and its length is that of the library."""
+    lines = paths_table.solve(PAIR, flank).contact_lines(member)
+    path = path_of_contact(PAIR, flank, paths_table.LINES + 2)
+    points = paths_table.points_on(path, member)[1:-1]
     way = lines[:, 1] - lines[:, 0]
     length = np.linalg.norm(way, axis=-1)
     np.testing.assert_allclose(length, contact_lines(path).length[1:-1], atol=1e-9)
@@ -50,45 +50,45 @@ def test_the_path_crosses_the_lines_drawn(member: int, flank: str) -> None:
 
 
 def test_the_posed_pair_touches_along_a_line() -> None:
-    """It leads through the contact that the pair is posed by, from toe to heel."""
+    """The line passes through the contact point from toe to heel."""
     data = posed_pair.compute(PAIR)
     line = posed_pair.line_of_contact(data)
     assert line is not None
     way = line[1] - line[0]
     assert np.linalg.norm(np.cross(data.pair.contact - line[0], way)) < 1e-9 * np.linalg.norm(way)
     assert np.ptp(line[:, 2]) == pytest.approx(float(PAIR.gear.face_width))
-    bent = replace(data, path=solved.solve(PAIR.with_parabola(-1e-3, -1e-3), "right"))
+    bent = replace(data, path=paths_table.solve(PAIR.with_parabola(-1e-3, -1e-3), "right"))
     assert posed_pair.line_of_contact(bent) is None
 
 
 def test_lines_of_contact_are_lines_of_the_page() -> None:
-    """As many on each member's flank, from end to end: a thin tube that leans a little is drawn in steps."""
+    """Both members have the same number of lines, from end to end."""
     require_opengl()
     page, _ = drawn("fig-08", PAIR)
     black = [line for axes in page.axes for line in axes.lines if line.get_solid_capstyle() == "butt"]
     drawn_lines = [np.column_stack(line.get_data()) for line in black]
     ends = [np.ptp(points, axis=0) for points in drawn_lines if points.shape == (2, 2)]
     upright = [reach for reach in ends if 0.0 < reach[0] < 0.05 * reach[1]]
-    assert len(upright) >= 2 * solved.LINES - 2
+    assert len(upright) >= 2 * paths_table.LINES - 2
 
 
 def test_points_have_no_lines() -> None:
-    assert not len(solved.solve(PAIR.with_parabola(-1e-3, -1e-3), "right").contact_lines(0))
-    assert not len(solved.solve(builtin_design(), "right").contact_lines(1))
+    assert not len(paths_table.solve(PAIR.with_parabola(-1e-3, -1e-3), "right").contact_lines(0))
+    assert not len(paths_table.solve(builtin_design(), "right").contact_lines(1))
 
 
 def test_the_modification_leaves_a_path_on_the_flanks() -> None:
-    bent = solved.modified(PAIR)
-    assert solved.parabolas(bent) == (-0.004, -0.004)
-    assert solved.solve(bent, "right").found
-    assert solved.parabolas(solved.modified(builtin_design())) == MODIFIED
+    bent = paths_table.modified(PAIR)
+    assert paths_table.parabolas(bent, "right") == (-0.004, -0.004)
+    assert paths_table.solve(bent, "right").found
+    assert paths_table.parabolas(paths_table.modified(builtin_design()), "right") == MODIFIED
 
 
 def test_lines_carry_and_not_their_ends() -> None:
     report = operation_report("", PAIR, "right", 13, 3, 0.00635)
     assert report.cycle.edge_share == 0.0
     graph = motion_graph.motion_graph(report)
-    assert "lines of contact carry" in motion_graph.words(graph)
+    assert "lines of contact carry" in motion_graph.graph_text(graph)
     assert not graph.edge[np.abs(graph.alone) < 1e-12].any()
     assert graph.edge.any()  # a tooth pair alone, beyond its lines
 
@@ -100,9 +100,9 @@ def test_sensitivities_say_what_is_missing() -> None:
 
 
 def test_clouds_are_of_convex_flanks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Errors of the shaft angle leave no path of line contact."""
+    """Under shaft-angle errors, line contact has no path."""
     monkeypatch.setattr(tolerance_cloud, "MOUNTINGS", 8)
-    monkeypatch.setattr(tolerance_cloud, "IN_OPERATION", 1)
+    monkeypatch.setattr(tolerance_cloud, "CYCLE_MOUNTINGS", 1)
     side = tolerance_cloud.compute(PAIR)[0]
     assert side.cases[0].study is None
     assert side.nominal.design == side.cases[1].design
@@ -112,7 +112,7 @@ def test_clouds_are_of_convex_flanks(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_no_edges_without_coefficients(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ratios, "EVERY", slice(0, 161, 160))
+    monkeypatch.setattr(ratios, "CYCLE_POINTS", slice(0, 161, 160))
     data = ratios.compute(PAIR)
     assert data.lines
     for flank in ("right", "left"):

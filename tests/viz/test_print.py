@@ -1,5 +1,4 @@
-"""Pages for print: words keep clear of each other and of the edge, pages are no higher than a
-journal's, files have their true size."""
+"""Pages for print: text does not overlap and is not cut, and pages and files have the right size."""
 
 from __future__ import annotations
 
@@ -20,24 +19,24 @@ from PIL import Image
 from beveloid_geom import Design, Member, Pair, builtin_design
 from beveloid_viz.cli import main
 from beveloid_viz.figures import FIGURES, Figure
-from beveloid_viz.stage import files, theme, typeset
-from beveloid_viz.stage.layout import SCALE, Cells, Layout, of_size, of_width
-from beveloid_viz.stage.opengl import require_opengl
-from beveloid_viz.stage.theme import Page
+from beveloid_viz.rendering import files, theme, typeset
+from beveloid_viz.rendering.layout import SCALE, Cells, Layout, of_size, of_width
+from beveloid_viz.rendering.opengl import require_opengl
+from beveloid_viz.rendering.theme import Page
 
 from ..symmetry import mirrored, scaled
 from .pages import recipe_of, short_measurements
 
 WIDTHS = (90.0, 140.0, 190.0)
 HIGHEST = 235.0
-"""mm: what a journal's page has."""
+"""Largest height of a page, mm."""
 DPI = 70.0
-"""Pixels to an inch of paper: words take the same room at any."""
+"""Resolution; the space of text does not depend on it."""
 TABLE = builtin_design()
 
 
 def both_right() -> Design:
-    """A pair of which both hands are right."""
+    """Return a pair with two right-hand members."""
     tool = replace(TABLE.pinion.tool, normal_module=2.5)
     angles = np.radians([[14.0, 3.0], [8.0, 2.0]])
     pinion, gear = (
@@ -51,9 +50,9 @@ def both_right() -> Design:
 
 DESIGNS = {"table1": TABLE, "mirror": scaled(mirrored(TABLE), 2.0 / 6.0), "both_right": both_right()}
 BUILT_IN = {name: builtin_design(name) for name in ("awd-transfer", "marine-gearbox", "anti-backlash")}
-"""Axes that intersect far away, and parallel ones."""
+"""Designs with axes that intersect far away, and with parallel axes."""
 ALSO_BUILT_IN = ("fig-01", "fig-04", "fig-05", "fig-13")
-"""Figures that are laid out of these designs, too."""
+"""Figures that are also laid out for these designs."""
 LEAST_SHARES = {
     "fig-05": 0.14,
     "fig-07": 0.145,
@@ -62,7 +61,7 @@ LEAST_SHARES = {
     "fig-14": 0.2,
     "separation": 0.15,
 }
-"""Of the page, what surfaces cover in print."""
+"""Smallest fraction of the page that surfaces cover in print."""
 QUICK = ("fig-02", "fig-05", "fig-09", "sensitivity", "transmission-error")
 
 
@@ -78,7 +77,7 @@ def in_print(width_mm: float, plain: bool = False) -> Layout:
 
 
 def assert_printable(page: Page, width: float) -> None:
-    """Assert that a page is as wide as asked for, mm, no higher than a journal's, and its words are sound."""
+    """Assert the width (mm) and the largest height of a page, and that its text has no faults."""
     wide, high = page.get_size_inches() * SCALE * 25.4
     assert wide == pytest.approx(width, abs=0.05)
     assert high <= HIGHEST, f"{width:g} mm"
@@ -86,9 +85,9 @@ def assert_printable(page: Page, width: float) -> None:
 
 
 def faults(page: Page) -> list[str]:
-    """What is wrong with the words on a page."""
+    """Return the faults of the text on a page."""
     with theme.style():
-        words = typeset.written(page)
+        words = typeset.visible_text(page)
     width, height = page.canvas.get_width_height()
     found = []
     for k, (text, box) in enumerate(words):
@@ -136,7 +135,7 @@ def test_words_are_apart_whole_and_large_enough(figure: Figure, design: str) -> 
     ],
 )
 def test_surfaces_fill_the_page(name: str, least: float) -> None:
-    """At every width surfaces, with what lies on them, cover this share of the page, words included."""
+    """At every width, surfaces with their text cover this fraction of the page."""
     recipe = recipe_of(name)
     data = recipe.compute(TABLE)
     for width in WIDTHS:
@@ -146,7 +145,7 @@ def test_surfaces_fill_the_page(name: str, least: float) -> None:
 
 
 def test_faults_are_seen() -> None:
-    """Words moved onto others, over the edge, or made small, are found."""
+    """Text that overlaps, is cut or too small is reported."""
     recipe = recipe_of("fig-11")
     page = recipe.drawn(recipe.compute(TABLE), in_print(190.0)).page
     assert faults(page) == []
@@ -175,9 +174,9 @@ def test_indices_have_six_points() -> None:
 def test_words_beside_places_are_moved_apart() -> None:
     page, _, _ = theme.new_page(of_size((800, 600)), "title", "", "")
     axes = page.add_axes((0.0, 0.0, 1.0, 1.0))
-    first, second = (theme.beside(axes, (0.5, 0.5), words, (0.0, 0.0)) for words in ("first", "second"))
-    edge = theme.beside(axes, (1.0, 0.2), "at the edge", (0.0, 0.0))
-    typeset.settle(page)
+    first, second = (theme.label_point(axes, (0.5, 0.5), words, (0.0, 0.0)) for words in ("first", "second"))
+    edge = theme.label_point(axes, (1.0, 0.2), "at the edge", (0.0, 0.0))
+    typeset.finish_page(page)
     one, other = first.get_window_extent(), second.get_window_extent()
     assert not one.overlaps(other)
     assert abs(one.y0 - other.y0) < 2.5 * one.height
@@ -188,7 +187,8 @@ def test_words_beside_places_are_moved_apart() -> None:
     ("count", "width", "columns"), [(4, 16.0, 2), (4, 12.0, 2), (4, 8.0, 1), (5, 22.0, 3)]
 )
 def test_cells_fill_the_page(count: int, width: float, columns: int) -> None:
-    """Panels keep their distances, end at the margins, and are in as few columns as give as few rows."""
+    """Panels keep their distances, end at the margins, and need as few columns as possible for the fewest
+    rows."""
     cells, layout = (
         Cells(left=1.0, right=0.5, across=0.8, down=0.6, most=4, least=4.0),
         Layout(width, 9.0, 100.0),
@@ -229,7 +229,7 @@ def test_files_have_their_true_size(tmp_path: Path) -> None:
 
 
 def test_lines_of_a_pdf_reach_its_edges() -> None:
-    """They are clipped to the page as laid out, not to the smaller one of the file."""
+    """Lines are clipped to the page as laid out, not to the smaller page of the file."""
     page, _, _ = theme.new_page(of_width(90.0), "", "", "")
     axes = page.add_axes((0.0, 0.0, 1.0, 1.0))
     axes.set_axis_off()

@@ -1,8 +1,9 @@
-"""The command `render-figures`: what it writes, what it refuses, and a machine without OpenGL."""
+"""The command `render-figures`: output, errors, and machines without OpenGL."""
 
 from __future__ import annotations
 
 import csv
+import math
 import os
 import subprocess
 import sys
@@ -16,7 +17,7 @@ from beveloid_geom import builtin_design
 from beveloid_geom.design.file import builtin_text
 from beveloid_viz.cli import chosen_figures, main
 from beveloid_viz.figures import FIGURES
-from beveloid_viz.stage import opengl
+from beveloid_viz.rendering import opengl
 
 from ..symmetry import scaled
 
@@ -41,11 +42,34 @@ def test_figures_are_written_with_their_numbers(tmp_path: Path) -> None:
     path = [row for row in rows if row["index"]]
     assert {row["status"] for row in path} == {"solved"}
     assert len(path) == 5 * 2 * 101
-    rest = [row for row in rows if not row["index"]]  # the other rolls of a pitch, where Eq. 16 is below 1
-    assert {row["status"] for row in rest} == {"off_flank"}
-    assert all(float(row["contact_ratio"]) < 1.0 and row["edge_that_touches"] for row in rest)
+    # Rolls on both sides of each change of the contact; the rest of a pitch where Eq. 16 is below 1.
+    rest = [row for row in rows if not row["index"]]
+    assert {row["status"] for row in rest} == {"", "off_flank"}
+    assert all(row["edge_that_touches"] and math.isfinite(float(row["edge_z_mm"])) for row in rest)
+    assert all(float(row["contact_ratio"]) < 1.0 for row in rest if row["status"])
     straight = next(row for row in rows if float(row["a1_per_mm"]) == 0.0)
     assert float(straight["contact_ratio"]) == pytest.approx(1.651001, abs=1e-6)
+
+
+def test_a_notebook_and_a_read_only_home_do_not_matter(tmp_path: Path) -> None:
+    """A notebook exports its backend, and the folders of Matplotlib may not be writable."""
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    unusual = {
+        "MPLBACKEND": "module://matplotlib_inline.backend_inline",
+        "HOME": "/proc/none",
+        "TMPDIR": str(temporary),
+    }
+    own = ("MPLCONFIGDIR", "XDG_CACHE_HOME", "XDG_CONFIG_HOME")
+    environment = {name: value for name, value in os.environ.items() if name not in own}
+    arguments = ["--only", "sliding", "--size", "320x240", "--jobs", "1", "--out", str(tmp_path / "out")]
+    done = subprocess.run(
+        [COMMAND, *arguments], capture_output=True, text=True, check=False, env=environment | unusual
+    )
+    assert done.returncode == 0, done.stderr
+    assert "atplotlib" not in done.stderr
+    assert (tmp_path / "out" / "sliding.png").exists()
+    assert not list(temporary.iterdir())
 
 
 def test_processes_write_what_one_writes(tmp_path: Path) -> None:
@@ -70,7 +94,7 @@ def test_a_process_that_is_killed_is_said(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 def abort(*_: object) -> None:
-    """Stands for a process that the system kills."""
+    """Simulate a process that the system kills."""
     os.abort()
 
 
@@ -84,13 +108,11 @@ RESULTS = [
     "pattern",
     "pattern-errors",
     "transmission-error",
-    "statements",
     "ease-off",
     "sliding",
     "sensitivity",
     "tolerance-cloud",
     "map-parabola",
-    "map-mounting",
     "posed-pair",
     "meshed-tooth",
 ]
@@ -122,7 +144,8 @@ def test_figures_are_chosen_by_name_and_set(
 
 
 def test_both_flanks_are_drawn(tmp_path: Path) -> None:
-    """The left flanks of a pair are the right ones of its mirror image; figures of both are drawn once."""
+    """Left flanks of a pair are the right flanks of its mirror image; figures of both flanks are drawn
+    once."""
     mirror = tmp_path / "mirror.toml"
     text = builtin_text().replace("helix_angle_deg = 25.0", "helix_angle_deg = -25.0")
     mirror.write_text(text.replace("helix_angle_deg = -10.57", "helix_angle_deg = 10.57"))
@@ -138,12 +161,15 @@ def test_both_flanks_are_drawn(tmp_path: Path) -> None:
     )
     assert len(left) == len(right) > 1000
     for one, other in zip(left, right, strict=True):
+        if not one["index"]:  # between the positions of the path
+            assert not other["index"]
+            continue
         for name in ("contact_ratio", "z_mm", "r_mm", "length_mm", "operating_contact_ratio"):
             assert float(one[name]) == pytest.approx(float(other[name]), abs=1e-9)
 
 
 def test_coefficients_and_errors_scale_with_the_module() -> None:
-    """Figures of a pair a third as large have three times the coefficients and a third of the errors."""
+    """A pair of a third of the size has three times the coefficients and a third of the errors."""
     small = scaled(builtin_design(), 1.0 / 3.0)
     for name, times in (("fig-09", 3.0), ("fig-12", 1.0 / 3.0)):
         recipe = next(figure for figure in FIGURES if figure.name == name).recipe()
@@ -178,7 +204,7 @@ def test_an_interrupted_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest
 
 
 def test_a_window_class_that_crashes_is_not_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The probe's child process may die; the program does not."""
+    """A crash of the probe does not stop the program."""
     monkeypatch.setattr(opengl, "PROBE", "import os; os.abort()")
     assert not opengl.draws("")
 
@@ -188,6 +214,21 @@ def test_window_classes() -> None:
     assert list(opengl.window_classes({}, "darwin")) == [""]
     assert "" not in list(opengl.window_classes({}, "linux"))
     assert next(opengl.window_classes({"DISPLAY": ":0"}, "linux")) == ""
+
+
+def test_flat_figures_need_no_opengl(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(*_: object, **__: object) -> None:
+        raise AssertionError("there is no OpenGL")
+
+    monkeypatch.setattr(opengl, "draws", lambda _: False)
+    monkeypatch.setattr("pyvista.Plotter", missing)
+    names = ["fig-02", "fig-11", "sliding", "ease-off"]
+    asked = [word for name in names for word in ("--only", name)]
+    rest = ["--size", "400x300", "--jobs", "1", "--out", str(tmp_path / "out")]
+    done = CliRunner().invoke(main, [*asked, *rest])
+    assert done.exit_code == 0, done.output
+    assert {file.stem for file in (tmp_path / "out").iterdir()} == set(names)
+    assert CliRunner().invoke(main, [*asked, "--only", "fig-09", *rest]).exit_code == 3
 
 
 @pytest.mark.slow

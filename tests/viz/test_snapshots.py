@@ -1,16 +1,15 @@
-"""Every figure against reference pictures, at a small size: what VTK draws, and the page around it.
+"""Every figure is compared with reference pictures at a small size: renderings of VTK, and the page.
 
-Rendering in software is the same to the pixel but for old processors, which change some by up to 3 of 255
-levels; so differences up to 8 levels do not count, and the rest is summed in whole pixels. Pages are compared
-without their words and pictures: curves, bars, hatches, arrows. Words depend on fonts. Measured times, and
-errors that are rounding, are replaced by numbers that are always the same.
-"""
+Software rendering differs by up to 3 of 255 levels on old processors. Differences up to 8 levels are ignored,
+and the others are summed in whole pixels. Pages are compared without text, which depends on fonts, and
+without pictures. Measured times and rounding errors are replaced by fixed numbers."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -25,17 +24,17 @@ from PIL import Image as Pillow
 from beveloid_geom import builtin_design
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.shapes.mesh_contact import Convergence
-from beveloid_geom.studies.comparison import Row
+from beveloid_geom.validation.comparison import Measurement
+from beveloid_viz.components.figure_steps import Drawing
+from beveloid_viz.components.paths_table import SolvedPath
 from beveloid_viz.figures import FIGURES, Figure
 from beveloid_viz.figures.paper.fig_07_to_10_paths import PathFigure
 from beveloid_viz.figures.paper.fig_12_to_15_misalignment import MisalignmentFigure
 from beveloid_viz.figures.results.pattern import BandFigure
-from beveloid_viz.parts.recipe import Drawing
-from beveloid_viz.parts.solved import SolvedPath
-from beveloid_viz.stage import theme
-from beveloid_viz.stage.layout import of_size
-from beveloid_viz.stage.opengl import require_opengl
-from beveloid_viz.stage.theme import Page
+from beveloid_viz.rendering import theme
+from beveloid_viz.rendering.layout import of_size
+from beveloid_viz.rendering.opengl import require_opengl
+from beveloid_viz.rendering.theme import Page
 
 from .pages import recipe_of, short_measurements
 
@@ -43,15 +42,14 @@ SNAPSHOTS = Path(__file__).parent / "snapshots"
 SIZE = (800, 600)
 NOISE_LEVELS = 8
 LIMIT = 6.0
-"""Whole pixels by which one picture may differ. A path moved by 0.5 mm differs by far more."""
+"""Largest difference of a picture, whole pixels. A path moved by 0.5 mm differs by far more."""
 FLAT = {"fig-02", "fig-11", "transmission-error", "sensitivity", "mesh-convergence"}
-FLAT |= {"sliding", "speed-accuracy", "ease-off", "pattern-errors", "statements"}
-FLAT |= {"map-parabola", "map-mounting"}
+FLAT |= {"sliding", "speed-accuracy", "ease-off", "pattern-errors", "map-parabola"}
 SOLID = [figure for figure in FIGURES if figure.name not in FLAT]
 WITHOUT_CURVES = {"meshed-tooth"}
-"""Pages on which nothing is left but words, or that are never the same twice."""
+"""Pages without curves."""
 CHARTS = ["fig-02", "fig-06", "fig-11", "transmission-error", "sliding", "sensitivity", "tolerance-cloud"]
-CHARTS += ["speed-accuracy", "ease-off", "statements"]
+CHARTS += ["speed-accuracy", "ease-off"]
 Image = NDArray[np.uint8]
 
 
@@ -70,8 +68,7 @@ def _short_measurements() -> Iterator[None]:
 def data_of(name: str) -> Any:
     data = recipe_of(name).compute(builtin_design())
     if name == "speed-accuracy":
-        rows = [[measured(k, row) for k, row in enumerate(case.rows)] for case in data]
-        return tuple(replace(case, rows=tuple(some)) for case, some in zip(data, rows, strict=True))
+        return replace(data, measurements=tuple(map(measured, count(), data.measurements)))
     if name == "mesh-convergence":
         found = {
             key: tuple(even(one, 1.0 + k) for k, one in enumerate(poses)) if key[1] else poses
@@ -81,16 +78,14 @@ def data_of(name: str) -> Any:
     return data
 
 
-def measured(number: int, row: Row) -> Row:
-    """Give a row with a time and errors that no machine measures."""
-    error = 10.0 ** -(number % 13)
-    return replace(
-        row, seconds_per_position=1e-6 * 1.7**number, error_mm=error, transmission_error_arcsec=2.0 * error
-    )
+def measured(number: int, one: Measurement) -> Measurement:
+    """Replace times and errors by values that do not depend on the machine."""
+    time = 1e-6 * 1.7**number
+    return replace(one, seconds=(0.8 * time, time, 1.5 * time), error_mm=10.0 ** -(number % 13))
 
 
 def even(found: Convergence, size: float) -> Convergence:
-    """What the polish leaves is rounding."""
+    """Replace errors of the polished mesh, which are rounding errors."""
     point, apart = (size * error * found.tolerance**0.1 for error in (1e-10, 1e-13))
     return replace(found, point_error=point, separation_error=apart)
 
@@ -106,7 +101,7 @@ def drawn(name: str, data: object) -> Drawing:
 
 @cache
 def page_of(name: str) -> Image:
-    """The whole page of a figure, before its words are taken off."""
+    """Return the complete page of a figure, before its text is hidden."""
     return pixels(drawing(name).page)
 
 
@@ -119,7 +114,7 @@ def pixels(page: Page) -> Image:
 
 @cache
 def bare_page(name: str) -> Page:
-    """The page of a figure without words, legends and pictures of VTK."""
+    """Return the page of a figure without text, legends and pictures of VTK."""
     page_of(name)
     page = drawing(name).page
     legends = [*page.legends, *filter(None, (axes.get_legend() for axes in page.axes))]
@@ -134,7 +129,7 @@ def bare_page(name: str) -> Page:
 
 
 def sheet(images: list[Image]) -> Image:
-    """All pictures of a figure side by side on white."""
+    """Return all pictures of a figure next to each other on white."""
     height, width = max(i.shape[0] for i in images), sum(i.shape[1] for i in images)
     board = np.full((height, width, 3), 255, dtype=np.uint8)
     x = 0
@@ -145,7 +140,7 @@ def sheet(images: list[Image]) -> Image:
 
 
 def difference(one: Image, other: Image) -> float:
-    """Difference of two pictures in whole pixels; infinite if they differ in size."""
+    """Return the difference of two pictures, whole pixels; infinite for different sizes."""
     if one.shape != other.shape:
         return float("inf")
     levels = np.abs(one.astype(int) - other.astype(int)).max(axis=-1)
@@ -179,7 +174,7 @@ def test_snapshot_of_the_page(name: str, request: pytest.FixtureRequest, tmp_pat
 
 @pytest.mark.parametrize("name", CHARTS)
 def test_a_moved_curve_fails(name: str) -> None:
-    """The comparison sees each line of a chart of some length that is moved by a pixel."""
+    """Every long line of a chart that is moved by one pixel fails the comparison."""
     page, seen = bare_page(name), 0
     before = pixels(page)
     for line in (line for axes in page.axes for line in axes.lines):
@@ -196,7 +191,7 @@ def test_a_moved_curve_fails(name: str) -> None:
 
 
 def test_a_moved_contact_line_fails() -> None:
-    """The comparison sees a path that is moved by 0.5 mm, in every picture of the figure."""
+    """A path that is moved by 0.5 mm fails in every picture of the figure."""
     data: PathFigure = data_of("fig-09")
     other = drawn("fig-09", replace(data, paths=moved(data.paths, 0.5)))
     for key, picture in drawing("fig-09").pictures.items():
@@ -209,7 +204,7 @@ def test_a_moved_contact_line_fails() -> None:
 
 
 def test_another_pattern_fails() -> None:
-    """The comparison sees a pattern whose least separation is half a micrometre larger."""
+    """A pattern with a separation larger by half a micrometre fails."""
     data: BandFigure = data_of("pattern")
     columns = []
     for column in data.columns:
@@ -222,7 +217,7 @@ def test_another_pattern_fails() -> None:
 
 
 def moved(paths: tuple[SolvedPath, ...], distance: float) -> tuple[SolvedPath, ...]:
-    """Paths with every point moved along the tooth trace towards the heel, mm."""
+    """Return paths with every point moved along the tooth trace towards the heel, mm."""
 
     def one(solved: SolvedPath) -> SolvedPath:
         design, path = solved.design, solved.path
@@ -235,7 +230,7 @@ def moved(paths: tuple[SolvedPath, ...], distance: float) -> tuple[SolvedPath, .
 
 @pytest.mark.parametrize("figure", FIGURES, ids=lambda f: f.name)
 def test_page_is_whole(figure: Figure) -> None:
-    """Every page is drawn at the size asked for and is neither blank nor full."""
+    """Every page has the requested size and is neither blank nor full."""
     image = page_of(figure.name)
     assert image.shape[:2] == SIZE[::-1]
     assert 0.01 < (image.min(axis=-1) < 204).mean() < 0.9

@@ -1,4 +1,4 @@
-"""From where flanks are seen, and the sketch that says so."""
+"""Views of flanks, and the sketch that explains them."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from matplotlib.text import Annotation
 from beveloid_geom import builtin_design
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.flank import flank_patch, tip_parameter, trace_parameter
-from beveloid_viz.parts import viewpoint
+from beveloid_viz.components import viewpoint
 
 CASES = [(number, flank) for number in (0, 1) for flank in ("right", "left")]
 
 
 def at_mid_face(number: int, flank: str) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Points at mid-depth and tip, and the outward normal at mid-depth, (3,) each."""
+    """Return points at mid-depth and tip, and the outward normal at mid-depth, (3,) each."""
     member, z = builtin_design().members[number], np.zeros(1)
     tip = float(tip_parameter(member, flank, z)[0])
     l = np.array([[0.0], [tip]])
@@ -31,8 +31,8 @@ def at_mid_face(number: int, flank: str) -> tuple[FloatArray, FloatArray, FloatA
 @pytest.mark.parametrize("outside", [False, True])
 @pytest.mark.parametrize(("number", "flank"), CASES)
 def test_views_are_what_they_are_called(number: int, flank: str, outside: bool) -> None:
-    """The heel is on top and nothing is mirrored; as in the paper the tip is on the right, and right flanks
-    are seen from the metal; else all are seen from outside."""
+    """The heel is at the top and nothing is mirrored. As in the paper, the tip is on the right and right
+    flanks are seen through the tooth; other views are from outside."""
     middle, tip, normal = at_mid_face(number, flank)
     view = viewpoint.flank_view(builtin_design().members[number], flank, outside=outside)
     assert view is not None
@@ -46,7 +46,7 @@ def test_views_are_what_they_are_called(number: int, flank: str, outside: bool) 
 
 @pytest.mark.parametrize("number", [0, 1])
 def test_right_flanks_are_on_the_right_from_the_toe(number: int) -> None:
-    """As the sketch has it: who looks along z, the tooth upright, sees the right flank on the right."""
+    """In a view along z with the tooth upright, the right flank is on the right."""
     right, left = (at_mid_face(number, flank)[0] for flank in ("right", "left"))
     up = right + left
     assert np.cross((0.0, 0.0, 1.0), up) @ (right - left) > 0.0

@@ -1,4 +1,5 @@
-"""Dimensions over balls: DIN 21773 of cylindrical gears, an independent search on the flanks of beveloids."""
+"""Dimensions over balls: DIN 21773 for cylindrical gears, an independent search on the flanks of
+beveloids."""
 
 from __future__ import annotations
 
@@ -11,10 +12,17 @@ import pytest
 from scipy import optimize
 
 from beveloid_geom import Member, Tool
-from beveloid_geom.arrays import FloatArray
-from beveloid_geom.gear.flank import flank_point, highest_parameter, root_parameter, trace_parameter
+from beveloid_geom.arrays import FLANK_SIGN, FloatArray
+from beveloid_geom.gear.flank import (
+    base_cylinder,
+    flank_patch,
+    highest_parameter,
+    root_parameter,
+    trace_parameter,
+)
+from beveloid_geom.gear.undercut import undercut_of
 from beveloid_geom.status import BallStatus
-from beveloid_geom.workshop.balls import SIZES, ball_planes, balls_at, recommended_ball
+from beveloid_geom.workshop.balls import BALL_DIAMETERS_MM, ball_planes, balls_at, recommended_ball
 from tests.members import MEMBERS
 
 ALPHA, MODULE = radians(20.0), 4.0
@@ -48,26 +56,27 @@ def ideal(teeth: int, beta: float, x: float) -> float:
 
 
 @pytest.mark.parametrize(("teeth", "helix_deg", "x"), CYLINDRICAL)
-def test_cylindrical_gears_are_those_of_the_standard(teeth: int, helix_deg: float, x: float) -> None:
+def test_cylindrical_gears_agree_with_the_standard(teeth: int, helix_deg: float, x: float) -> None:
     beta = radians(helix_deg)
     member = Member(TOOL, teeth, beta, 0.0, x, 30.0)
     ball = recommended_ball(member)
-    assert ball == SIZES[np.searchsorted(SIZES, ideal(teeth, beta, x))]
+    assert ball == BALL_DIAMETERS_MM[np.searchsorted(BALL_DIAMETERS_MM, ideal(teeth, beta, x))]
     found = balls_at(member, ball, ball_planes(member, ball), (0.0, -0.08))
     for row, thinner in zip(found.dimension, (0.0, -0.08), strict=True):
         np.testing.assert_allclose(row, standard(teeth, beta, x, ball, thinner), atol=1e-9)
 
 
 def nearest(member: Member, flank: str, turn: float, point: FloatArray) -> float:
-    """Distance of a point from a flank that is turned by `turn`, by a search over l and z."""
-    low, high = 1.3 * float(root_parameter(member)), 1.3 * float(highest_parameter(member))
+    """Return the distance of a point from a flank that is rotated by `turn`, by a search over l and z."""
+    low, high = 1.3 * float(root_parameter(member, "right")), 1.3 * float(highest_parameter(member, "right"))
     (x, y, height), c, s = point, cos(turn), sin(turn)
     target = c * x + s * y, c * y - s * x, height
 
     def square(at: FloatArray) -> FloatArray:
         l, z = at[..., 0], at[..., 1]
-        found = flank_point(member, flank, l, trace_parameter(member, flank, l, z))
-        return np.asarray(((found - target) ** 2).sum(axis=-1))
+        found = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
+        away = ((found.point - target) ** 2).sum(axis=-1)
+        return np.asarray(np.where(found.regularity > 0.0, away, np.inf))  # no sheet that undercut removes
 
     grid = np.stack(np.meshgrid(np.linspace(low, high, 81), height + np.linspace(-8, 8, 81)), axis=-1)
     start = grid.reshape(-1, 2)[square(grid.reshape(-1, 2)).argmin()]
@@ -76,8 +85,8 @@ def nearest(member: Member, flank: str, turn: float, point: FloatArray) -> float
 
 
 @pytest.mark.parametrize("name", ["pinion", "gear", "concave", "convex", "cone 20"])
-def test_beveloids_are_those_of_a_search_on_the_flanks(name: str) -> None:
-    """Radius and angle at which both distances that a search finds are the ball's radius, to 1e-6 mm."""
+def test_beveloids_agree_with_a_search_on_the_flanks(name: str) -> None:
+    """Find radius and angle at which both distances, by search, equal the ball radius to 1e-6 mm."""
     member = MEMBERS[name]
     ball = recommended_ball(member)
     found, pitch = balls_at(member, ball, ball_planes(member, ball)), 2.0 * pi / float(member.teeth)
@@ -93,6 +102,41 @@ def test_beveloids_are_those_of_a_search_on_the_flanks(name: str) -> None:
         radius, _ = optimize.fsolve(off, start, xtol=1e-11, epsfcn=1e-8)
         across = 2.0 * radius * (cos(0.5 * pi / float(member.teeth)) if int(member.teeth) % 2 else 1.0)
         assert found.dimension[0, k] == pytest.approx(across + ball, abs=1e-6)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 4, 5, 6, 7, 9, 10, 13, 14])
+def test_balls_on_steep_cones_agree_with_balls_on_one_flank(seed: int) -> None:
+    """Place a ball on a point of the right flank; its size follows from a search on the left flank. For the
+    seeds left out, the centre is inside a base cylinder, and no perpendicular to the flank passes through
+    it."""
+    draw = np.random.default_rng(seed)
+    helix, cone, x = radians(draw.uniform(-20, 20)), radians(draw.uniform(30, 43)), draw.uniform(-0.2, 0.3)
+    width = float(draw.uniform(3, 6) * MODULE)
+    member = Member(TOOL, int(draw.integers(20, 60)), helix, cone, x, width)
+    pitch, z = 2.0 * pi / int(member.teeth), float(draw.uniform(-0.3, 0.1) * width)
+    cut = undercut_of(member, "right")
+    l = float(np.interp(z, cut.z, cut.start)) + draw.uniform(0.1, 0.4) * MODULE
+    patch = flank_patch(member, "right", l, trace_parameter(member, "right", l, z))
+
+    def gap(size: float) -> float:
+        return nearest(member, "left", pitch, patch.point + size * patch.normal) - size
+
+    half = optimize.brentq(gap, 0.1 * MODULE, 4.0 * MODULE)
+    centre = patch.point + half * patch.normal
+    radius = float(np.hypot(*centre[:2]))
+    assert radius > max(float(base_cylinder(member, flank).radius) for flank in FLANK_SIGN)
+    found = balls_at(member, 2.0 * half, centre[2])
+    assert found.status[0, 0] != BallStatus.NOT_FOUND
+    assert found.radius[0, 0] == pytest.approx(radius, abs=1e-6)
+    assert found.angle[0, 0] == pytest.approx(float(np.arctan2(centre[1], centre[0])), abs=1e-8)
+
+
+def test_a_ball_on_a_cone_of_31_deg() -> None:
+    """67 teeth, helix -26.5 deg, x -0.16, a ball of two modules: brute force found 37.6428 modules."""
+    member = Member(Tool(3.0, ALPHA), 67, radians(-26.5), radians(31.1), -0.16, 16.0)
+    found = balls_at(member, 6.0, -0.16 * 16.0)
+    assert found.status[0, 0] == BallStatus.MEASURED
+    assert found.radius[0, 0] / 3.0 == pytest.approx(37.6428, abs=1e-3)
 
 
 def test_a_ball_touches_a_beveloid_on_both_sides_of_its_plane() -> None:
@@ -112,22 +156,16 @@ def test_a_ball_touches_a_beveloid_on_both_sides_of_its_plane() -> None:
         (20.0, BallStatus.OFF_FLANK),
     ],
 )
-def test_balls_that_measure_nothing_say_why(ball: float, status: BallStatus) -> None:
+def test_balls_without_dimension_have_a_status(ball: float, status: BallStatus) -> None:
     found = balls_at(MEMBERS["pinion"], ball, 0.0)
     assert (int(found.status[0, 0]), np.isnan(found.dimension[0, 0])) == (status, True)
 
 
-def test_a_ball_beside_the_face_is_told() -> None:
-    """At the very toe of a helical member it touches one flank beyond the face."""
+def test_a_ball_that_touches_beyond_the_face_is_reported() -> None:
+    """With its centre at the toe of a helical member, a ball touches one flank beyond the face."""
     member = MEMBERS["pinion"]
     toe = -0.5 * float(member.face_width)
     assert balls_at(member, 10.5, toe).status[0, 0] == BallStatus.OFF_FLANK
     narrow = replace(member, face_width=6.0)
     assert (ball_planes(narrow, 10.5) == 0.0).all()
     assert balls_at(narrow, 10.5, 0.0).status[0, 0] == BallStatus.MEASURED
-
-
-def test_what_is_no_ball_is_refused() -> None:
-    for ball in (0.0, -1.0, np.nan, np.inf):
-        with pytest.raises(ValueError, match="diameter of a ball must be positive"):
-            balls_at(MEMBERS["pinion"], ball, 0.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from math import radians
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,10 @@ import pytest
 from beveloid_geom import Member
 from beveloid_geom.arrays import FLANK_SIGN, FloatArray
 from beveloid_geom.gear.flank import root_parameter, tip_parameter
-from beveloid_geom.reference.five_equations_mp import MP, flank_surface, zero_shift
+from beveloid_geom.gear.undercut import undercut_of
 from beveloid_geom.report.result import csv_text
 from beveloid_geom.report.workshop.grid import GridReport, Named
+from beveloid_geom.validation.five_equations_mp import MP, flank_surface, zero_shift
 from beveloid_geom.workshop.grid import MeasuringGrid, measuring_grid
 from beveloid_geom.workshop.measured import MeasuredError, deviations_of, read_deviations
 from beveloid_geom.workshop.tooth_data import tooth_data
@@ -26,7 +28,7 @@ GRID = measuring_grid(MEMBERS["pinion"])
 
 @pytest.mark.parametrize("name", ["pinion", "gear", "spur", "concave", "convex", "cone 20"])
 def test_points_are_on_the_exact_flank(name: str) -> None:
-    """The paper's own equations at 60 digits, without this library's profile shift."""
+    """Compare with the equations of the paper at 60 digits, without the profile shift of the library."""
     member = MEMBERS[name]
     grid, moved = measuring_grid(member, 3, 4, 0.05), zero_shift(member)
     for side, flank in enumerate(FLANK_SIGN):
@@ -41,8 +43,8 @@ def test_points_are_on_the_exact_flank(name: str) -> None:
             )
 
 
-def test_normals_leave_the_tooth() -> None:
-    """Of the right flank from x to y, of the left one back, and both away from the axis."""
+def test_normals_point_out_of_the_tooth() -> None:
+    """Right normals point from x to y and left ones from y to x."""
     assert (GRID.normal[0, ..., 1] > 0.0).all()
     assert (GRID.normal[1, ..., 1] < 0.0).all()
     np.testing.assert_allclose(np.linalg.norm(GRID.normal, axis=-1), 1.0, atol=1e-15)
@@ -58,7 +60,7 @@ def test_borders_are_shares_or_mm() -> None:
     np.testing.assert_allclose(length.point[..., 2][..., [0, -1]], np.broadcast_to([-28.0, 28.0], (2, 4, 2)))
     for side, flank in enumerate(FLANK_SIGN):
         tip = tip_parameter(member, flank, length.point[side, 0, :, 2])
-        np.testing.assert_allclose(length.l[side, 0], root_parameter(member) + 2.0, atol=1e-12)
+        np.testing.assert_allclose(length.l[side, 0], root_parameter(member, "right") + 2.0, atol=1e-12)
         np.testing.assert_allclose(length.l[side, -1], tip - 2.0, atol=1e-10)
 
 
@@ -70,30 +72,17 @@ def test_the_middle_of_the_tooth_is_where_the_grid_says() -> None:
     assert abs(GRID.middle) > 1e-5
 
 
-@pytest.mark.parametrize(
-    ("given", "words"),
-    [
-        ({"rows": 1}, "rows must be between 2 and 999, got 1"),
-        ({"columns": 1000}, "columns must be between 2 and 999, got 1000"),
-        ({"border": 0.5}, "border must be at least 0 and below 50 %, got 50 %"),
-        ({"border": -0.1}, "border must be at least 0"),
-        ({"border_mm": 25.0}, "below 25 mm, half of the face's 50 mm, got 25 mm"),
-        ({"border_mm": 7.0}, "half of the flank's"),
-        ({"border_mm": float("nan")}, "border must be"),
-    ],
-)
-def test_grids_that_cannot_be_are_refused(given: dict[str, float], words: str) -> None:
-    with pytest.raises(ValueError, match=words):
-        measuring_grid(MEMBERS["pinion"], **given)  # type: ignore[arg-type]
-
-
-def test_undercut_flanks_have_no_grid() -> None:
-    with pytest.raises(ValueError, match="undercut"):
-        measuring_grid(Member(MEMBERS["spur"].tool, 10, 0.0, 0.0, 0.0, 30.0))
+def test_grids_of_undercut_flanks_begin_above_the_fillet() -> None:
+    member = Member(MEMBERS["spur"].tool, 10, 0.0, 0.0, 0.0, 30.0)
+    grid = measuring_grid(member, border=0.0)
+    for number, flank in enumerate(("right", "left")):
+        np.testing.assert_allclose(grid.l[number, 0], undercut_of(member, flank, 9).start, atol=1e-12)
+    with pytest.raises(ValueError, match="nothing of it is left"):
+        measuring_grid(Member(MEMBERS["spur"].tool, 8, 0.0, radians(20.0), -0.5, 60.0))
 
 
 def off_flank(grid: MeasuringGrid) -> FloatArray:
-    """Deviations of some um, different at all points."""
+    """Return deviations of some um, different at all points."""
     return 0.004 * np.sin(np.arange(grid.l.size)).reshape(grid.l.shape)
 
 
@@ -101,20 +90,20 @@ def test_deviations_are_along_the_normal() -> None:
     wanted = off_flank(GRID)
     found = deviations_of(GRID, GRID.point + wanted[..., None] * GRID.normal)
     np.testing.assert_allclose(found.deviation, wanted, atol=1e-12)
-    assert found.beside.max() < 1e-10
+    assert found.foot_distance.max() < 1e-10
 
 
-def test_a_probe_beside_its_place_measures_the_flank_there() -> None:
-    """Points of a finer grid, off the flank along their own normals."""
+def test_a_laterally_displaced_probe_causes_no_error() -> None:
+    """Measure points of a finer grid, off the flank along their normals."""
     fine = measuring_grid(MEMBERS["pinion"], 5, 9, 0.1005)
     wanted = off_flank(GRID)
     found = deviations_of(GRID, fine.point + wanted[..., None] * fine.normal)
     np.testing.assert_allclose(found.deviation, wanted, atol=1e-11)
-    assert found.beside.max() > 1e-2
+    assert found.foot_distance.max() > 1e-2
 
 
-def test_another_thickness_and_another_datum_are_told_apart() -> None:
-    """A tooth that is thinner and turned: its flanks turned, as those of allowances are."""
+def test_thickness_and_datum_are_distinguished() -> None:
+    """A tooth is made thinner and rotated, by rotating its flanks."""
     member, thinner, turn = MEMBERS["gear"], -0.03, 2e-5
     grid = measuring_grid(replace(member, tool=replace(member.tool, parabola=0.0)))
     own = thinner / (float(member.tool.normal_module) * float(member.teeth))
@@ -143,6 +132,76 @@ FORMS: dict[str, Callable[[MeasuringGrid], str]] = {
 }
 
 
+def rewritten(
+    change: Callable[[str], str], mark: str = ",", names: str = ""
+) -> Callable[[MeasuringGrid], str]:
+    """Return the CSV of the grid with changed cells, separator and names."""
+
+    def text(grid: MeasuringGrid) -> str:
+        header, *rows = csv_of(grid).splitlines()
+        cells = [[change(cell) for cell in row.split(",")] for row in rows]
+        return "\n".join([names or header.replace(",", mark), *map(mark.join, cells)])
+
+    return text
+
+
+def xyz(grid: MeasuringGrid) -> list[list[str]]:
+    return [[repr(value) for value in point] for point in grid.point.reshape(-1, 3).tolist()]
+
+
+def unnamed(mark: str, before: str = "") -> Callable[[MeasuringGrid], str]:
+    """Return only the points, after the text `before`, with a separator between x, y and z."""
+    return lambda grid: before + "\n".join(mark.join(point) for point in xyz(grid))
+
+
+def with_comma(cell: str) -> str:
+    return cell.replace(".", ",")
+
+
+def with_exponent(cell: str) -> str:
+    return f"{float(cell):.16E}".replace("E", "D") if "." in cell else cell
+
+
+FORMS |= {
+    "decimal commas, semicolons": rewritten(with_comma, ";"),
+    "decimal commas, tabs": rewritten(with_comma, "\t"),
+    "decimal commas, blanks": lambda grid: with_comma(FORMS["bare"](grid)),
+    "decimal commas, quoted": rewritten(lambda cell: f'"{with_comma(cell)}"'),
+    "quoted": rewritten(lambda cell: f'"{cell}"'),
+    "tabs": unnamed("\t"),
+    "commas and tabs": unnamed(",\t"),
+    "commas and blanks": unnamed(", "),
+    "x(mm)": unnamed(",", "x(mm),y(mm),z(mm)\n"),
+    "X [mm]": unnamed(" ", "X [mm] Y [mm] Z [mm]\n"),
+    "quoted names": unnamed(";", '"X";"Y";"Z"\n'),
+    "x in mm": unnamed(",", "x in mm,y / mm,Z (MM)\n"),
+    "sep=": unnamed("|", "sep=|\nx_mm|y_mm|z_mm\n"),
+    "title": unnamed(",", "Gear 5, tooth 3 of 29: flank X, 20 deg\n\nx,y,z\n"),
+    "title, no names": unnamed(" ", "Measured on 2 machines\n"),
+    "exponents": rewritten(with_exponent),
+    "minus": rewritten(lambda cell: cell.replace("-", "\u2212")),
+    "dash": rewritten(lambda cell: cell.replace("-", "\u2013")),
+    "numbered": lambda grid: "\n".join(f"{i + 1} {' '.join(p)}" for i, p in enumerate(xyz(grid))),
+    "numbered in tens": lambda grid: "\n".join(f"P{10 * i};{';'.join(p)}" for i, p in enumerate(xyz(grid))),
+    "numbered, by name": lambda grid: "\n".join(
+        ["Point;X;Y;Z", *(f"{i};{';'.join(p)}" for i, p in enumerate(xyz(grid)))]
+    ),
+}
+ENCODINGS = {
+    "utf-8": "mm\u00b2",
+    "utf-8-sig": "\u6b6f\u8eca",
+    "utf-16": "\u6b6f\u8eca",
+    "latin-1": "Pr\u00fcfling, 5 \u00b5m",
+}
+
+
+@pytest.mark.parametrize("encoding", ENCODINGS)
+def test_comments_may_have_any_usual_encoding(encoding: str, tmp_path: Path) -> None:
+    path = tmp_path / "m.csv"
+    path.write_text(f"# {ENCODINGS[encoding]}\n{csv_of(GRID)}", encoding=encoding)
+    assert np.array_equal(read_deviations(path, GRID).point, GRID.point)
+
+
 @pytest.mark.parametrize("form", FORMS)
 def test_files_are_read_back(form: str, tmp_path: Path) -> None:
     path, shifted = tmp_path / "m.txt", off_flank(GRID)
@@ -153,12 +212,12 @@ def test_files_are_read_back(form: str, tmp_path: Path) -> None:
 
 
 def lines(change: Callable[[list[str]], list[str]]) -> str:
-    """The CSV of the grid with its lines changed, the header at 0."""
+    """Return the CSV of the grid with changed lines; the header is line 0."""
     return "\n".join(change(csv_of(GRID).splitlines()))
 
 
 def without_names(change: Callable[[list[str]], list[str]]) -> str:
-    """Points alone, changed."""
+    """Return only the points, changed."""
     return "\n".join(change(FORMS["bare"](GRID).splitlines()))
 
 
@@ -196,13 +255,31 @@ BAD = {
         csv_of(measuring_grid(MEMBERS["gear"])),
         "mm away from its place: is it this design, member, grid and datum",
     ),
+    "decimal commas between commas": (
+        "\n".join(",".join(with_comma(cell) for cell in point) for point in xyz(GRID)),
+        "line 1 has whole numbers only: a decimal comma? write points, or separate the columns by semicolons",
+    ),
+    "the same with names and places": (
+        rewritten(with_comma)(GRID),
+        "line 2 has whole numbers only: a decimal comma?",
+    ),
+    "thousands": (
+        unnamed(";")(GRID).replace("92.", "1.092,"),
+        "line 2 has no place, x, y and z in mm: a decimal",
+    ),
+    "um in brackets": (unnamed(",", "x(um),y(um),z(um)\n")(GRID), "line 1: x_um must be in mm, as x_mm"),
+    "a hole in numbered points": (
+        "\n".join(f"{i} {' '.join(p[: 3 - (i == 4)])}" for i, p in enumerate(xyz(GRID))),
+        "line 5 has no place, x, y and z in mm: a hole in the grid",
+    ),
+    "a hole in the first point": ("right,1,1,,2.0,3.0\n", "line 1 has no place, x, y and z in mm: a hole"),
     "nothing": ("", "has 0 points in place of 90"),
     "words": ("a b c\n", "line 1 has no place, x, y and z"),
 }
 
 
 @pytest.mark.parametrize("fault", BAD)
-def test_files_that_do_not_fit_are_refused(fault: str, tmp_path: Path) -> None:
+def test_files_that_do_not_fit_are_rejected(fault: str, tmp_path: Path) -> None:
     text, words = BAD[fault]
     path = tmp_path / "m.csv"
     path.write_text(text, encoding="utf-8")
@@ -212,8 +289,20 @@ def test_files_that_do_not_fit_are_refused(fault: str, tmp_path: Path) -> None:
     assert "\n" not in str(refusal.value)
 
 
-def test_a_binary_file_is_no_table(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "data", [b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR", b"\xff\xfe1\x00,", "1 2 3".encode("utf-16-le")]
+)
+def test_a_binary_file_is_no_table(data: bytes, tmp_path: Path) -> None:
     path = tmp_path / "m.csv"
-    path.write_bytes(b"\xff\xfe\x00\x01")
-    with pytest.raises(MeasuredError, match="is no text"):
+    path.write_bytes(data)
+    with pytest.raises(MeasuredError, match=r"is not a text file|is not UTF-16 text"):
         read_deviations(path, GRID)
+
+
+def test_files_have_a_largest_size(tmp_path: Path) -> None:
+    """Endless devices and files of millions of lines are read up to the limit only."""
+    path = tmp_path / "m.csv"
+    path.write_text("91.9 -2.8 -20.0\n" * 100_000, encoding="utf-8")
+    for long in (path, Path("/dev/zero")):
+        with pytest.raises(MeasuredError, match="is longer than 1,090,000 bytes: give the table of points"):
+            read_deviations(long, GRID)

@@ -1,4 +1,4 @@
-"""Dimensions for drawings: ISO 21771 and DIN 21773 of cylindrical gears, brute force of others."""
+"""Dimensions for drawings: ISO 21771 and DIN 21773 for cylindrical gears, brute force for others."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ CYLINDRICAL = [(24, 0.0, 0.0), (17, 0.0, 0.35), (31, 28.0, -0.1), (40, -12.0, 0.
 
 
 @pytest.mark.parametrize(("teeth", "helix_deg", "x"), CYLINDRICAL)
-def test_cylindrical_gears_are_those_of_the_standards(teeth: int, helix_deg: float, x: float) -> None:
+def test_cylindrical_gears_agree_with_the_standards(teeth: int, helix_deg: float, x: float) -> None:
     """ISO 21771: d_a, d_f, d_b, s_n, d_Ff of a hob; DIN 21773 (2), (5): the chord on the V-cylinder."""
     beta, alpha_t = radians(helix_deg), atan(tan(ALPHA) / cos(radians(helix_deg)))
     d = teeth * MODULE / cos(beta)
@@ -55,8 +55,9 @@ def test_cylindrical_gears_are_those_of_the_standards(teeth: int, helix_deg: flo
 
 
 @pytest.mark.parametrize("cone_deg", [2.0, 8.0, -5.0])
-def test_a_spur_beveloid_grows_evenly(cone_deg: float) -> None:
-    """By 2 tan(alpha_t) tan(gamma) a mm of the face, alpha_t being the pressure angle of the plane z."""
+def test_the_thickness_of_a_spur_beveloid_grows_linearly(cone_deg: float) -> None:
+    """The thickness grows by 2 tan(alpha_t) tan(gamma) per mm; alpha_t is the pressure angle in the plane
+    z."""
     gamma = radians(cone_deg)
     found = tooth_data(Member(TOOL, 36, 0.0, gamma, 0.1, 30.0))
     rate = 2 * (tan(ALPHA) * cos(gamma)) * tan(gamma)
@@ -68,7 +69,8 @@ def test_a_spur_beveloid_grows_evenly(cone_deg: float) -> None:
 
 
 def brute_chord(member: Member, radius: float, z: float) -> tuple[float, float]:
-    """Thickness and chord on a cylinder square to the tooth's middle, from curves of points."""
+    """Return thickness and chord on a cylinder, perpendicular to the middle of the tooth, from curves of
+    points."""
     slope = radius * tan(member.helix_angle) * cos(member.cone_angle)
     slope /= 0.5 * float(member.tool.normal_module * member.teeth) / cos(member.helix_angle)
     beta = atan(slope)
@@ -84,7 +86,7 @@ def brute_chord(member: Member, radius: float, z: float) -> tuple[float, float]:
 
 
 def trace_on(member: Member, flank: str, radius: float, z: float) -> tuple[FloatArray, FloatArray]:
-    """z and angle of a flank's points on a cylinder, by bisection in l."""
+    """Return z and angle of points of a flank on a cylinder, by bisection in l."""
     beside = z + np.linspace(-4.0, 4.0, 4001)
     low, high = np.full(beside.shape, -9.0), np.full(beside.shape, 9.0)
     for _ in range(60):
@@ -96,7 +98,7 @@ def trace_on(member: Member, flank: str, radius: float, z: float) -> tuple[Float
 
 
 @pytest.mark.parametrize("name", ["pinion", "gear", "concave", "convex", "cone 20"])
-def test_chords_of_beveloids_are_those_of_a_caliper(name: str) -> None:
+def test_chords_of_beveloids_agree_with_a_caliper(name: str) -> None:
     member = MEMBERS[name]
     found = tooth_data(member)
     for k, z in enumerate(found.z):
@@ -107,7 +109,7 @@ def test_chords_of_beveloids_are_those_of_a_caliper(name: str) -> None:
 
 
 def test_form_diameters_are_above_undercut() -> None:
-    """Where the handbook's condition undercuts a spur gear, its flanks begin above the tool's round."""
+    """Flanks of an undercut spur gear begin above the point that the tip round of the tool generates."""
     few = Member(TOOL, 11, 0.0, 0.0, 0.0, 30.0)
     sound = tooth_data(replace(few, profile_shift=0.5))
     cut = tooth_data(few)
@@ -126,8 +128,8 @@ def test_mirrored_members_have_the_same_dimensions() -> None:
         np.testing.assert_allclose(getattr(other, name), sign * np.asarray(turned), rtol=1e-13, atol=1e-13)
 
 
-def test_thickness_moves_the_backlash() -> None:
-    """As a pair whose flanks are turned does: without parabolas for good, with them to their share."""
+def test_thickness_changes_the_backlash() -> None:
+    """Compare with first contacts of rotated flanks: exact without parabolas, approximate with them."""
     thinner = np.array([-0.06, -0.09])
     for parabola, close in ((0.0, 1e-11), (0.001, 2e-5)):
         design = builtin_design().with_parabola(parabola, -parabola)
@@ -141,10 +143,3 @@ def test_thickness_moves_the_backlash() -> None:
         moved = float(lever_of(design)) * (np.min(right - left) - np.min(plain))
         assert float(backlash_change(design, *thinner)) == pytest.approx(moved, abs=close)
         assert moved > 0.1
-
-
-def test_what_cannot_be_described_says_why() -> None:
-    with pytest.raises(ValueError, match="single numbers"):
-        tooth_data(Member(TOOL, 30, 0.1, 0.05, np.array([0.0, 0.1]), 30.0))
-    with pytest.raises(ValueError, match="overlap"):
-        tooth_data(Member(replace(TOOL, tip_radius=0.9), 30, 0.1, 0.05, 0.0, 30.0))

@@ -2,8 +2,8 @@
 The pair of the paper
 =====================
 
-Where the right flanks of Ni et al.'s Table 1 touch, along the face and the profile of the pinion. The tool's
-parabola turns the path: hollow flanks on the pinion, round ones on the gear.
+Path of contact on the right flanks of Table 1 of Ni et al., along face and profile of the pinion. The
+parabola of the tool rotates the path: concave flanks on the pinion, convex flanks on the gear.
 """
 
 import matplotlib.pyplot as plt

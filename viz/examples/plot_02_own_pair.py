@@ -1,8 +1,8 @@
 """
-A pair of your own
-==================
+A new pair
+==========
 
-Tools and gears are given; the layout in which they mesh without backlash follows, and then their contact.
+From tools and gears to the layout without backlash, and to the contact of the flanks.
 """
 
 import matplotlib.pyplot as plt
@@ -16,7 +16,7 @@ pinion = from_degrees(Member, teeth=25, helix_angle_deg=25.0, profile_shift=0.2,
 gear = from_degrees(Member, teeth=31, helix_angle_deg=15.0, profile_shift=0.0, **blank)
 guess = from_degrees(Pair, offset=115.0, shaft_angle_deg=40.0)
 layout = zero_backlash_layout(Design(pinion, gear, guess))
-play = 0.05  # mm, set by moving the axes apart
+play = 0.05  # mm, by a larger offset
 pair = Pair(float(layout.offset) + play, float(layout.shaft_angle), *layout.mounting.tolist())
 design = Design(pinion, gear, pair)
 

@@ -2,7 +2,7 @@
 Misalignment
 ============
 
-Any quantity of a design may be an array: one call solves a pair under 201 errors of its offset.
+Any quantity of a design may be an array: one call computes a pair with 201 errors of the offset.
 """
 
 import matplotlib.pyplot as plt

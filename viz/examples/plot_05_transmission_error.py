@@ -2,7 +2,7 @@
 First contact and transmission error
 ====================================
 
-Which tooth pair touches first, with its flank or with an edge, over one mesh cycle.
+The tooth pair in contact, on the flank or on an edge, over one mesh cycle.
 """
 
 import matplotlib.pyplot as plt
@@ -13,14 +13,14 @@ from beveloid_geom import builtin_design, mesh_cycle
 design = builtin_design().with_parabola(pinion=0.001, gear=-0.001)
 cycle = mesh_cycle(design, "right")
 roll = float(cycle.start) + np.linspace(0.0, 1.0, 241) * cycle.pitch
-first = cycle.at(roll)  # as first_contact(design, "right", roll) finds it, from the pieces of the cycle
+first = cycle.at(roll)  # the same as first_contact(design, "right", roll), from the segments of the cycle
 error = np.degrees(first.transmission_error) * 3600.0
 edge = first.limit[:, 0] >= 0
 
 figure, axes = plt.subplots(figsize=(5.0, 3.5), layout="constrained")
 axes.plot(np.degrees(roll), np.where(edge, np.nan, error), label="flank on flank")
 axes.plot(np.degrees(roll), np.where(edge, error, np.nan), label="an edge carries")
-axes.set(xlabel="pinion roll (deg)", ylabel="transmission error (arcsec)")
+axes.set(xlabel="pinion roll (deg)", ylabel="transmission error: gear ahead (arcsec)")
 axes.legend()
 plt.show()
 

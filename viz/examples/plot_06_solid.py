@@ -15,7 +15,7 @@ from beveloid_viz import require_opengl, to_pyvista
 surface = to_pyvista(gear_solid(builtin_design().gear, tolerance=0.02))
 surface.save("gear.stl")
 
-require_opengl()  # one that draws without a screen, before VTK looks for any
+require_opengl()  # select an OpenGL without a screen before VTK looks for one
 plotter = Plotter(off_screen=True, window_size=(900, 700))
 plotter.add_mesh(surface, color="lightsteelblue", split_sharp_edges=True, smooth_shading=True)
 plotter.view_vector((0.3, -0.6, 1.0), viewup=(0.0, 1.0, 0.0))

@@ -2,8 +2,8 @@
 A tooth for CalculiX
 ====================
 
-A tooth of hexahedra, pressed with 1 kN as by the flank it touches, held where it was cut from the gear:
-``ccx tooth`` then solves ``tooth.inp`` as it is.
+A tooth of hexahedra, loaded with 1 kN by the Hertzian pressure of the mating flank and fixed at its cut
+sides. Run ``ccx tooth`` to solve ``tooth.inp``.
 """
 
 from pathlib import Path
@@ -12,7 +12,7 @@ import matplotlib.pyplot as plt
 from pyvista import Plotter
 
 from beveloid_geom import builtin_design, tooth_hexahedra
-from beveloid_geom.contact.placing import meshing_pair
+from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.export.fea.volumes import write_volume
 from beveloid_geom.export.parts import contact_case
 from beveloid_viz import require_opengl, to_pyvista
@@ -22,7 +22,7 @@ tooth = tooth_hexahedra(design.pinion, element="C3D8I", tolerance=0.2)
 case = contact_case(tooth, design, meshing_pair(design, "right"), member=0, force=1000.0)
 write_volume(tooth, Path("tooth.inp"), "C3D8I", case=case)
 
-require_opengl()  # one that draws without a screen, before VTK looks for any
+require_opengl()  # select an OpenGL without a screen before VTK looks for one
 plotter = Plotter(off_screen=True, window_size=(900, 700))
 plotter.add_mesh(to_pyvista(tooth), color="lightsteelblue", show_edges=True)
 plotter.camera.zoom(1.4)

@@ -2,7 +2,7 @@
 Ten thousand mountings
 ======================
 
-Errors of assembly drawn at random, every mounting solved in one call, and where its path lies on the face.
+Random assembly errors, computed in one call, and the position of the path on the face.
 """
 
 import matplotlib.pyplot as plt

@@ -1,9 +1,9 @@
 """
-A figure of your own
-====================
+A new figure
+============
 
-Scenes hold surfaces, tubes and arrows; a `Picture` knows at which pixel a point lies, so that text is laid
-over it, not into it.
+Scenes hold surfaces, tubes and arrows. A `Picture` returns the pixel of a point, so that text is placed
+over the picture.
 """
 
 import matplotlib.pyplot as plt
@@ -20,7 +20,7 @@ points = flank_point(design.pinion, "left", path.l1, path.u1)
 items = grid_surface(flank.points, flank.normals, "#b9c4cf", edges=True), Tube(points, "#c8102e", radius=0.2)
 size = (500, 700)
 camera = fit_camera(flank.points, direction=-flank.normals[10, 3], up=(0.0, 0.0, 1.0), size_px=size)
-require_opengl()  # one that draws without a screen, before VTK looks for any
+require_opengl()  # select an OpenGL without a screen before VTK looks for one
 picture = render(Scene(items, camera), size)
 
 figure, axes = plt.subplots(figsize=(3.5, 4.5), layout="constrained")

@@ -2,7 +2,7 @@
 In a notebook
 =============
 
-Designs and results show themselves as tables; surfaces become PyVista's and carry what is measured on them.
+Designs and results are shown as tables. Surfaces become PyVista meshes that carry results at their points.
 """
 
 import matplotlib.pyplot as plt
@@ -10,7 +10,7 @@ import numpy as np
 from pyvista import Plotter
 
 from beveloid_geom import builtin_design, path_of_contact, sample_flank
-from beveloid_geom.operation.separation import separation
+from beveloid_geom.operation.angular_clearance import angular_clearance
 from beveloid_viz import require_opengl, to_pyvista
 
 path = path_of_contact(builtin_design().with_parabola(pinion=0.001, gear=-0.001), "right")
@@ -20,11 +20,11 @@ path
 # The distance of the gear's flank along the normal of the pinion's, in the middle of the path.
 grid = sample_flank(path.design.pinion, "right", tolerance=0.0005)
 rolls = path.pinion_roll[50], path.gear_roll[50]
-apart = separation(path.design, "right", 0, grid.l, grid.z, *rolls).distance
+apart = angular_clearance(path.design, "right", 0, grid.l, grid.z, *rolls).distance
 surface = to_pyvista(grid)
 surface["separation (mm)"] = apart.ravel()
 
-require_opengl()  # one that draws without a screen, before VTK looks for any
+require_opengl()  # select an OpenGL without a screen before VTK looks for one
 plotter = Plotter(off_screen=True, window_size=(600, 800))
 bar = {"fmt": "%.1f", "n_labels": 3, "position_x": 0.2}
 plotter.add_mesh(surface, cmap="viridis", clim=(0.0, 1.0), lighting=False, scalar_bar_args=bar)

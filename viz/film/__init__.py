@@ -1,1 +1,1 @@
-"""Films of the pair in mesh, frame by frame, as GIF or MP4."""
+"""Film of the pair in mesh as GIF or MP4 (`render-animation`)."""

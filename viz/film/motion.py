@@ -1,10 +1,4 @@
-"""How the pair moves over one pitch of the pinion, and where its teeth touch meanwhile.
-
-The motion is that of the first contact of all teeth, edges included: the gear stands where a rigid
-gear would be stopped. So no driving teeth overlap, the transmission error is part of what is seen, and
-with the pinion's pitch everything repeats. The paths of contact, where flanks are tangent, go with it.
-The other flanks are left out: where edges push the gear ahead by more than the backlash, they overlap.
-"""
+"""Positions and contacts of a gear pair over one pitch of the pinion."""
 
 from __future__ import annotations
 
@@ -16,114 +10,111 @@ from numpy.typing import NDArray
 from beveloid_geom import Design, first_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
-from beveloid_geom.contact.placing import frames_at
+from beveloid_geom.contact.mesh_position import frames_at
 from beveloid_geom.findings.path import first_contact_fault, reason_of
-from beveloid_geom.gear.flank import turned
-from beveloid_geom.gear.tooth_side import cut_at, surface_of
-from beveloid_geom.operation.first_contact import FirstContact, mesh_of
+from beveloid_geom.operation.engagement import engagement_of
 from beveloid_geom.report.operation import OperationReport, operation_report
 
-from ..parts import solved
-from ..parts.solved import SolvedPath
+from ..components import paths_table
+from ..components.paths_table import SolvedPath
+from ..components.posed import on_tooth
 
-FILM = MARKING_SEPARATION
-"""mm: thickness of marking compound; teeth nearer than this are shown as about to touch."""
-TOUCHING = 1e-6
-"""mm: teeth nearer than this count as touching."""
-CURVE = 240
-"""Least number of steps at which the transmission error is drawn."""
-HARMONICS = 1  # the least there may be: the film shows none
+CONTACT_GAP_MM = 1e-6
+"""Largest gap at which two teeth are counted as in contact."""
 
 
 class NoFilmError(ValueError):
-    """The pair has no motion to show; the message says why."""
+    """Motion of a pair that is not available; `reason` is `NotComputed` if the calculation failed."""
 
-
-@dataclass(frozen=True, eq=False)
-class Motion:
-    """The pair at pinion rolls (n,), in shares of a pitch from where the pinion's flank passes the pitch
-    point.
-
-    `frames`: rotations (n, 3, 3) and origins (n, 3) of pinion and gear. For the tooth pairs `pairs`
-    (k,), pinion tooth p with gear tooth -p: `gap` (k, n), mm along the normal, by which the pair is off
-    the first to touch, NaN out of reach; `point` (k, n, 3) in S_f where it would touch first, and the
-    same on tooth 0 in the own frames of pinion and gear, `own` (2, k, n, 3), mm. `error` (n,), rad, is
-    the transmission error less its mean; `carriers` name what carries."""
-
-    design: Design
-    flank: str
-    share: FloatArray
-    frames: tuple[tuple[FloatArray, FloatArray], ...]
-    pairs: NDArray[np.int_]
-    gap: FloatArray
-    point: FloatArray
-    own: FloatArray
-    error: FloatArray
-    carriers: list[str]
-
-    @property
-    def touching(self) -> NDArray[np.bool_]:
-        """Which pairs (k, n) touch."""
-        return np.asarray(self.gap <= TOUCHING)
-
-    @property
-    def near(self) -> NDArray[np.bool_]:
-        """Which pairs (k, n) touch or are within the thickness of marking compound of it."""
-        return np.asarray(self.gap <= FILM)
+    def __init__(self, reason: str) -> None:
+        """Store the reason."""
+        self.reason = reason
+        super().__init__(reason)
 
 
 @dataclass(frozen=True, eq=False)
 class Film:
-    """What a film shows: the path of contact, one mesh cycle, and the motion at every frame of it."""
+    """Motion of a pair over one pitch of the pinion in n equal steps.
+
+    Attributes
+    ----------
+    path : SolvedPath
+        Path of contact.
+    report : OperationReport
+        Mesh cycle, with the first contact of all teeth at the n steps.
+    frames : tuple
+        Rotation (n, 3, 3) and origin (n, 3), mm, of pinion and gear in S_f.
+    pairs : ndarray of int, shape (k,)
+        Tooth pairs: pinion tooth p and gear tooth -p.
+    gap : ndarray, shape (k, n)
+        Gap of each tooth pair along the normal, mm. The gap of the pair in contact is 0. NaN if the teeth
+        cannot touch.
+    point : ndarray, shape (k, n, 3)
+        Point in S_f, mm, where each tooth pair would touch first.
+    """
 
     path: SolvedPath
-    cycle: OperationReport
-    motion: Motion
+    report: OperationReport
+    frames: tuple[tuple[FloatArray, FloatArray], ...]
+    pairs: NDArray[np.int_]
+    gap: FloatArray
+    point: FloatArray
+
+    @property
+    def touching(self) -> NDArray[np.bool_]:
+        """Mask (k, n) of the tooth pairs in contact."""
+        return np.asarray(self.gap <= CONTACT_GAP_MM)
+
+    @property
+    def near(self) -> NDArray[np.bool_]:
+        """Mask (k, n) of the tooth pairs with a gap below the thickness of marking compound."""
+        return np.asarray(self.gap <= MARKING_SEPARATION)
+
+    def on_tooth_0(self, number: int) -> FloatArray:
+        """Return the contacts (k, n, 3) turned to tooth 0 of pinion (0) or gear (1), in its frame, mm."""
+        rotation, origin = self.frames[number]
+        member = self.path.design.members[number]
+        on_teeth = np.einsum("kni,nij->knj", self.point - origin, rotation)
+        teeth = self.pairs * (-1 if number else 1)  # gear tooth -p meets pinion tooth p
+        return np.stack(
+            [on_tooth(points, member, -tooth) for points, tooth in zip(on_teeth, teeth, strict=True)]
+        )
 
 
-def film_of(design: Design, flank: str, frames: int, name: str = "") -> Film:
-    """Find the motion of a single design, called `name`, over one pitch in equal steps. Raises NoFilmError
-    where the flanks share no contact, or where it is not known what touches first."""
-    path = solved.solve(design, flank)
-    reason = reason_of(path.path) or first_contact_fault(design)
-    if reason:
+def film_of(design: Design, flank: str, steps: int, name: str = "") -> Film:
+    """Compute the motion of a single design over one pitch of the pinion.
+
+    The gear is held by the first contact of all teeth, edges included: rigid teeth without load. The motion
+    therefore contains the transmission error, and repeats after one pitch.
+
+    Parameters
+    ----------
+    design : Design
+        A single design.
+    flank : {'right', 'left'}
+        Flanks in contact.
+    steps : int
+        Number of positions.
+    name : str
+        Name of the design for the title.
+
+    Raises
+    ------
+    NoFilmError
+        If the flanks have no contact, or if the first contact could not be computed.
+    """
+    path = paths_table.solve(design, flank)
+    if reason := reason_of(path.path) or first_contact_fault(design):
         raise NoFilmError(reason)
-    finer = -(-CURVE // frames)
-    cycle = operation_report(name, design, flank, finer * frames + 1, HARMONICS, FILM)
-    if cycle.reason:
-        raise NoFilmError(cycle.reason)
-    return Film(path, cycle, motion_at(cycle, np.arange(frames) / frames))
-
-
-def motion_at(cycle: OperationReport, share: FloatArray) -> Motion:
-    """Find the pair at shares (n,) of the pitch; the cycle must be known."""
-    design, flank = cycle.design, cycle.flank
-    roll = float(cycle.cycle.start) + cycle.cycle.pitch * share
-    first = cycle.cycle.at(roll)
-    mesh, _ = mesh_of(design, flank, roll)
+    report = operation_report(name, design, flank, steps + 1, 1, MARKING_SEPARATION)
+    if report.reason:
+        raise NoFilmError(report.reason)
+    roll = float(report.cycle.start) + report.cycle.pitch * np.arange(steps) / steps
+    first = report.cycle.at(roll)
+    mesh, _ = engagement_of(design, flank, roll)
     pairs = np.unique(mesh.nearest[:, None] + mesh.near)
     alone = [first_contact(design, flank, roll, (pair,)) for pair in pairs]
-    behind = np.stack([one.transmission_error for one in alone]) - first.transmission_error
-    return Motion(
-        design,
-        flank,
-        share,
-        frames_at(design, roll, first.gear_roll),
-        pairs,
-        mesh.own.sigma * mesh.lever * behind,
-        np.stack([one.point for one in alone]),
-        np.stack([_own_points(design, flank, one) for one in alone], axis=1),
-        first.transmission_error - float(cycle.cycle.mean),
-        replace(cycle, first=first).carriers,
-    )
-
-
-def _own_points(design: Design, flank: str, first: FirstContact) -> FloatArray:
-    """Give the contacts (2, n, 3), on flanks or fillets, on tooth 0 of pinion and gear, own frames, mm."""
-    places = (first.l1, first.z1), (first.l2, first.z2)
-    points = []
-    for member, (s, z) in zip(design.members, places, strict=True):
-        with np.errstate(invalid="ignore"):
-            cut = cut_at(surface_of(member, flank), s, z)
-            points.append(turned(cut.phi, cut.x, cut.y, z))
-    return np.stack(points)
+    behind = first.transmission_error - np.stack([each.transmission_error for each in alone])
+    frames = frames_at(design, roll, first.gear_roll)
+    point = np.stack([each.point for each in alone])
+    return Film(path, replace(report, first=first), frames, pairs, mesh.lever * behind, point)

@@ -1,1 +1,1 @@
-"""`render-report`: a design on one page for the browser."""
+"""Report page of a design for the browser (`render-report`)."""

@@ -1,4 +1,4 @@
-"""The cells of a matrix of patterns as SVG: the pinion's flank in the side view, with pattern and ellipse."""
+"""Cells of a matrix of patterns as SVG: side view of the pinion flank with pattern and ellipse."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from matplotlib.figure import Figure
 from beveloid_geom.analysis.pattern_matrix import PatternCell, PatternMatrix
 from beveloid_geom.arrays import FloatArray
 
-from ..parts.flat import BANDS
+from ..components.flattened_flank import BANDS
 from .picture import polygon
 
 UNITS = 40.0
-"""Units of a picture for 1 mm: whole numbers are fine enough."""
+"""Units of a picture per mm; coordinates are rounded to whole units."""
 MARGIN = 0.8
-"""mm beside the flank."""
+"""Margin around the flank, mm."""
 
 
-def cell_pictures(found: PatternMatrix) -> list[str]:
-    """Draw each cell as an SVG element of the class `cell`, '' where there is no pattern: toe on the left,
-    tip above, true to scale."""
+def cell_pictures(matrix: PatternMatrix) -> list[str]:
+    """Return each cell as an SVG element of class `cell`, '' without a pattern. To scale; the end at -z is
+    left, the tip is above."""
     axes = Figure().add_subplot()
-    return [_picture(axes, cell, found.separation) if cell else "" for cell in found.cells]
+    return [_picture(axes, cell, matrix.separation) if cell else "" for cell in matrix.cells]
 
 
 def _picture(axes: Axes, cell: PatternCell, separation: float) -> str:
@@ -50,7 +50,7 @@ def _picture(axes: Axes, cell: PatternCell, separation: float) -> str:
 def _areas(
     axes: Axes, z: FloatArray, r: FloatArray, least: FloatArray, separation: float
 ) -> Iterator[list[FloatArray]]:
-    """Give the outlines (n, 2), mm, of where the least separation is within each of BANDS, the widest
+    """Return the outlines (n, 2), mm, of the areas with separations below each of BANDS, largest area
     first."""
     root = np.ma.masked_invalid(np.sqrt(np.maximum(least, 0.0)))
     for share in BANDS[::-1]:

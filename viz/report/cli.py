@@ -1,4 +1,4 @@
-"""`render-report`: one page on a design, to be opened in a browser, offline."""
+"""`render-report`: one page about a design for the browser, without network access."""
 
 from __future__ import annotations
 
@@ -26,9 +26,11 @@ from beveloid_geom.cli.options import (
     override_options,
     sizes_of,
     tolerance_options,
+    worker_processes,
     write_out,
 )
-from beveloid_geom.support.whole_file import require_replaceable, whole_file
+from beveloid_geom.support.atomic_file import atomic_file, replaceable_mode
+from beveloid_geom.support.process import source_date
 
 from ..options import command, option, usable_cores, writing
 from .origin import Origin
@@ -43,16 +45,16 @@ if TYPE_CHECKING:
 DEFAULT_OUT = Path("outputs/report.html")
 SUFFIXES = (".html", ".htm")
 WORTH = 8
-"""Units of mountings for which a process of their own is worth its start."""
+"""Number of blocks of mountings from which an additional process is worth its start."""
 
 
 @command("render-report")
 @click.argument("design", default=BUILTIN_DESIGN)
-@option("--out", click.Path(path_type=Path, dir_okay=False), DEFAULT_OUT, "The page, a single HTML file.")
+@option("--out", click.Path(path_type=Path, dir_okay=False), DEFAULT_OUT, "File to write, .html or .htm.")
 @override_options
 @tolerance_options
-@option("--cases", click.IntRange(1, 1_000_000), 20_000, "Mountings drawn.")
-@option("--seed", click.IntRange(0), 0, "Of the random numbers.")
+@option("--cases", click.IntRange(1, 1_000_000), 20_000, "Number of mountings with random errors.")
+@option("--seed", click.IntRange(0), 0, "Seed of the random errors.")
 @option("--force", NumberRange(0.0, 1e12, min_open=True), None, f"{FORCE}  [default: 1000]", "N")
 @option("--torque", NumberRange(0.0, 1e12, min_open=True), None, TORQUE, "NM")
 @click.pass_context
@@ -67,36 +69,36 @@ def main(
     torque: float | None,
     **values: Any,
 ) -> None:
-    """Write a report on a DESIGN, a TOML file or a built-in name: one HTML page that needs nothing else.
+    """Write a report on a DESIGN, a TOML file or a built-in name: one HTML page without external files.
 
-    A verdict with a picture, checks, paths of contact, patterns, ease-off, pressures, transmission error,
-    sliding, sensitivity and tolerances of both flanks, and the pair in mesh to be turned in 3D. Without
-    tolerances the usual ones are taken. Exit status 1 if neither flank has contact: the page is written and
-    says why.
+    The page has a verdict with a picture, checks, and for both flanks: path of contact, pattern, ease-off,
+    pressure, transmission error, sliding, sensitivity and tolerances, and a 3D view of the pair in mesh.
+    Without tolerances, usual ones are used. Exit status 1 if neither flank has contact, 4 if contact or
+    operation of a flank pair could not be computed. The page is written in both cases and gives the reason.
     """
     begin = time.perf_counter()
-    own = load_design(design)
+    original = load_design(design)
     sizes = sizes_of({name: values.pop(name) for name, *_ in TOLERANCES})
-    changed, load = changed_design(own, values), load_of(force, torque, None, None)
+    changed, load = changed_design(original, values), load_of(force, torque, None, None)
     settings = settings_of(changed, sizes, cases, seed)
     if load is not None:
         settings = replace(settings, load=load, loaded=True)
     prepare(out)
-    origin = Origin(click.format_filename(design), _written(design), changed != own, _now())
+    origin = Origin(click.format_filename(design), _written(design), changed != original, _now())
     with writing(click.format_filename(out)):
         data, text = _made(origin, changed, settings)
-        with whole_file(out) as beside:
-            beside.write_text(text, encoding="utf-8", newline="\n")
+        with atomic_file(out) as part:
+            part.write_text(text, encoding="utf-8", newline="\n")
     size, seconds = out.stat().st_size, time.perf_counter() - begin
     write_out(f"{click.format_filename(out.resolve())}: {size / 1e6:.2f} MB, made in {seconds:.1f} s\n")
-    if not data.found:
-        for flank, results in data.flanks.items():
-            click.echo(f"No contact, {flank} flanks: {results.contact.reason}", err=True)
-        context.exit(1)
+    for failure in data.failures:
+        click.echo(failure.text, err=True)
+    if data.failures:
+        context.exit(max(failure.status for failure in data.failures))
 
 
 def prepare(out: Path) -> None:
-    """See that the page can be written; its folder is made if it is the usual one, never another."""
+    """Check that the page can be written. Only the default folder is created."""
     name, folder = click.format_filename(out), Path(os.path.realpath(out)).parent
     try:
         if out == DEFAULT_OUT:
@@ -104,7 +106,7 @@ def prepare(out: Path) -> None:
         if not folder.is_dir():
             folder_name = click.format_filename(out.parent)
             raise Refusal([f"--out: the folder {folder_name} does not exist: make it first"])
-        require_replaceable(out)
+        replaceable_mode(out)
         if out.suffix.lower() not in SUFFIXES:
             cure = "name it so, and print it from the browser for a PDF"
             raise Refusal([f"--out: {name} ends in neither .html nor .htm, which the page is: {cure}"])
@@ -115,8 +117,8 @@ def prepare(out: Path) -> None:
 
 
 def settings_of(design: Design, sizes: dict[str, float], cases: int, seed: int) -> Settings:
-    """Give settings of the tolerance study: `sizes` by their names, mm and rad, the usual ones without any.
-    Raises Refusal for those that do not suit the design."""
+    """Return the settings of the tolerance study; without sizes (mm, rad, by name), the usual ones. Raises
+    Refusal for tolerances that do not suit the design."""
     from beveloid_geom import Tolerances, tolerance_study
     from beveloid_geom.analysis.tolerance import USUAL_AT
 
@@ -133,49 +135,36 @@ def settings_of(design: Design, sizes: dict[str, float], cases: int, seed: int) 
 
 
 def _now() -> datetime:
-    """Give the time that the page gives; SOURCE_DATE_EPOCH, if it is set, makes the same page of every
-    run."""
-    return _epoch() or datetime.now(UTC).astimezone()
+    """Return the time of the page: SOURCE_DATE_EPOCH if set, so that every run writes the same page."""
+    return source_date() or datetime.now(UTC).astimezone()
 
 
 def _written(design: str) -> datetime | None:
-    """Give the time at which the file of a design was last written, or SOURCE_DATE_EPOCH if that is earlier:
-    copies made since then are all the same. None for a built-in design."""
+    """Return the time at which a design file was last written, or SOURCE_DATE_EPOCH if earlier, so that later
+    copies give the same page. None for a built-in design."""
     from beveloid_geom.design.file import BUILTINS
 
     if design in BUILTINS:
         return None
-    written, epoch = datetime.fromtimestamp(Path(design).stat().st_mtime, UTC), _epoch()
+    written, epoch = datetime.fromtimestamp(Path(design).stat().st_mtime, UTC), source_date()
     return written.astimezone() if epoch is None else min(written, epoch)
-
-
-def _epoch() -> datetime | None:
-    epoch = os.environ.get("SOURCE_DATE_EPOCH")
-    return None if epoch is None else datetime.fromtimestamp(int(epoch), UTC)
 
 
 @contextmanager
 def _helpers(cases: int) -> Iterator[Executor | None]:
-    """Start processes that solve mountings, if there are cores for them and enough of these."""
+    """Start processes for the mountings if there are free cores and enough mountings."""
     from beveloid_geom.analysis.tolerance import UNIT
-    from beveloid_geom.support.workers import workers
 
     number = min(usable_cores() - 1, cases // (WORTH * UNIT))
     if number < 1:
         yield None
         return
-    from concurrent.futures.process import BrokenProcessPool
-
-    try:
-        with workers(number) as pool:
-            yield pool
-    except BrokenProcessPool:
-        fault = "a process ended before its time, memory may be short: try fewer --cases"
-        raise Refusal([fault]) from None
+    with worker_processes(number, "try fewer --cases") as pool:
+        yield pool
 
 
 def _made(origin: Origin, design: Design, settings: Settings) -> tuple[PageData, str]:
-    """Make the page's data and its text, with a bar of the progress on standard error."""
+    """Return data and text of the page, with a progress bar on standard error."""
     from tqdm import tqdm
 
     from .data import compute

@@ -242,7 +242,7 @@ window.beveloidGears = function (data) {
         });
       });
     }
-    // The section is square to the tooth through the contact nearest to the middle of its path.
+    // The section is perpendicular to the tooth through the contact nearest to the middle of its path.
     const off = (one) => Math.abs(one.roll - flank.middle);
     const there =
       found.reduce((best, one) => (off(one) < off(best) ? one : best), found[0]) ?? middleOf(flank, roll);

@@ -1,4 +1,4 @@
-"""Where the numbers of a page come from."""
+"""Origin of the numbers of a page."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from datetime import datetime
 
 @dataclass(frozen=True)
 class Origin:
-    """The `name` of a design as it was given, when its file was `written`, None for a built-in one, whether
-    options `changed` it, and when the page was `made`."""
+    """Name of a design as given, time of its file (None for a built-in design), whether options changed it,
+    and time of the page."""
 
     name: str
     written: datetime | None

@@ -46,6 +46,6 @@
   try {
     window.pageView = window.beveloidView(view, JSON.parse(document.getElementById("view-data").textContent));
   } catch (error) {
-    view.textContent = "The view in 3D could not be started: " + error.message;
+    view.textContent = "The 3D view could not be started: " + error.message;
   }
 })();

@@ -1,7 +1,7 @@
-"""The page as text: template, charts and scripts in one file that needs no other.
+"""Text of the page: template, charts and scripts in one HTML file.
 
-Every number in it is written by `number` from the JSON that the page carries, so that text and JSON cannot
-differ. Names come from users: all that is not of our own making is escaped.
+All numbers are written by `number` from the JSON in the page, so that text and JSON agree. All text from
+outside, such as names, is escaped.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from importlib.metadata import version
 from importlib.resources import files
 from pathlib import PurePath
 from typing import Any
@@ -21,18 +20,21 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
+from beveloid_geom import Design, __version__
 from beveloid_geom.analysis.tolerance import SHARES
+from beveloid_geom.design.ends import end_names, limit_words
 from beveloid_geom.design.file import BUILTINS
+from beveloid_geom.findings.diagnostics import ERROR, NOTE, UNKNOWN, WARNING, quiet
 from beveloid_geom.findings.path import pressure_remarks
-from beveloid_geom.findings.remarks import ERROR, NOTE, WARNING, quiet
-from beveloid_geom.pair.errors import ERROR_NAMES, NAMES
+from beveloid_geom.pair.misalignment import ERROR_NAMES, NAMES
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.sensitivity import steps_of
+from beveloid_geom.report.text import place_words, unit_of
 from beveloid_geom.report.tolerance import SHOWN_SHARES
-from beveloid_geom.report.words import place_words, unit_of
+from beveloid_geom.status import Limit
 
-from ..parts.charts import SMALLEST, Quantity
-from ..parts.solved import FLANKS
+from ..components.charts import SMALLEST, Quantity
+from ..components.paths_table import FLANKS, MEMBERS
 from . import charts
 from .cells import cell_pictures
 from .charts import Flats
@@ -50,35 +52,39 @@ Row = tuple[Any, ...]
 Column = tuple[Any, str, float]
 ROW_DEFAULTS: Row = (None, None, None, "", 1.0, False)
 SAME_HEIGHTS = ("pressure", "error", "spectrum", "sliding")
-"""Charts whose axes are those of the other flank."""
+"""Charts with the same vertical limits for both flanks."""
 VERDICTS = {
-    ERROR: "Does not work as it stands",
-    WARNING: "Works with reservations",
-    NOTE: "Nothing found against it",
+    ERROR: "Does not work in this form",
+    UNKNOWN: "Not assessed: a calculation failed",
+    WARNING: "Works with restrictions",
+    NOTE: "No objections found",
 }
-"""By the level of what matters most."""
+"""Verdict by the level of the most severe remark."""
 
 
 def looked_up(numbers: Mapping[str, Any], key: str) -> Any:
-    """Say what stands in nested JSON under names and places joined by dots; None where there is nothing."""
-    found: Any = numbers
+    """Return the value in nested JSON at a key of names and indices joined by dots; None if it does not
+    exist."""
+    value: Any = numbers
     for part in key.split("."):
-        if isinstance(found, list):
-            found = found[int(part)] if int(part) < len(found) else None
+        if isinstance(value, list):
+            value = value[int(part)] if int(part) < len(value) else None
         else:
-            found = found.get(part) if isinstance(found, Mapping) else None
-    return found
+            value = value.get(part) if isinstance(value, Mapping) else None
+    return value
 
 
 def number_text(value: float, digits: int, general: bool = False) -> str:
-    """Give a number with so many digits after the point, or so many in all; a true minus, no minus zero."""
+    """Return a number with `digits` decimals, or with `general` that many significant digits, a typographic
+    minus, and no negative zero."""
     return f"{value:z.{digits}{'g' if general else 'f'}}".replace("-", MINUS)
 
 
 def number_of(
     numbers: Mapping[str, Any], key: str, digits: int, scale: float = 1.0, general: bool = False
 ) -> Markup:
-    """Make the number under a key, times a scale, with key, scale and digits for those who check it."""
+    """Return the number at a key, times a scale, in an element that also holds key, scale and digits for
+    tests."""
     value = looked_up(numbers, key)
     known = isinstance(value, (int, float)) and math.isfinite(value)
     text = number_text(value * scale, digits, general) if known else NOT_KNOWN
@@ -88,7 +94,7 @@ def number_of(
 
 
 def script_json(data: Any) -> Markup:
-    """Make strict JSON that may stand in a script element, whatever strings it holds."""
+    """Return strict JSON that is safe inside a script element."""
     text = json.dumps(data, allow_nan=False, separators=(",", ":"))
     for sign in "<>&":
         text = text.replace(sign, f"\\u{ord(sign):04x}")
@@ -96,13 +102,13 @@ def script_json(data: Any) -> Markup:
 
 
 def asset(name: str) -> Markup:
-    """Make a script or style sheet of ours, as it may stand in its element."""
+    """Return one of our scripts or style sheets, safe inside its element."""
     text = files(__package__).joinpath(name).read_text(encoding="utf-8")
     return Markup(text.replace("</script", "<\\/script"))
 
 
 def _drawn(data: PageData, results: FlankResults, flats: Flats, quantities: dict[Quantity, float]) -> Drawn:
-    """Draw, by name, each chart of a flank pair that there is something to draw for, with its title."""
+    """Draw the charts of a flank pair that have contents; by name, with title."""
     moving = None if results.flank in still(data) else results.operation
     graph = results.motion if moving else None
     scattered = results if results.cloud else None
@@ -111,15 +117,15 @@ def _drawn(data: PageData, results: FlankResults, flats: Flats, quantities: dict
     cloud_chart = partial(charts.flank_chart, flats=flats, cloud=True)
     path_chart = partial(charts.flank_chart, flats=flats)
     ease_off_chart = partial(charts.ease_off_chart, report=data.ease_off)
-    over_roll = "Sliding speed and specific sliding over the pinion's roll"
-    by_error = "Change of path, contact ratio and transmission error by each assembly error"
+    over_roll = "Sliding speed and specific sliding over the pinion roll"
+    by_error = "Change of path, contact ratio and transmission error under each assembly error"
     drawings: tuple[tuple[str, str, Any, Callable[[Any], Figure | None]], ...] = (
         ("path", "Path of contact, points of first contact and pattern", results, path_chart),
-        ("ease-off", "Level lines of the pinion's ease-off", results, ease_off_chart),
-        ("pressure", "Hertz's pressure over the pinion's roll", results.pressed, charts.pressure_chart),
+        ("ease-off", "Contour lines of the ease-off of the pinion", results, ease_off_chart),
+        ("pressure", "Hertzian pressure over the pinion roll", results.pressed, charts.pressure_chart),
         (
             "motion",
-            "Transmission error of every tooth pair, and of the one that runs",
+            "Transmission error of every tooth pair alone, and in operation",
             graph,
             charts.motion_chart,
         ),
@@ -127,18 +133,18 @@ def _drawn(data: PageData, results: FlankResults, flats: Flats, quantities: dict
         ("spectrum", "Amplitudes of the transmission error", moving, charts.spectrum_chart),
         ("sliding", over_roll, results.sliding, charts.sliding_chart),
         ("sensitivity", by_error, results.sensitivity if quantities else None, sensitivity_chart),
-        ("cloud", "Paths of contact under drawn errors", scattered, cloud_chart),
-        ("ratio", "Spread of the contact ratio under drawn errors", study, charts.ratio_chart),
+        ("cloud", "Paths of contact under random errors", scattered, cloud_chart),
+        ("ratio", "Spread of the contact ratio under random errors", study, charts.ratio_chart),
     )
     drawn = {}
-    for name, title, found, draw in drawings:
-        if found is not None and (chart := draw(found)) is not None:
+    for name, title, result, draw in drawings:
+        if result is not None and (chart := draw(result)) is not None:
             drawn[name] = title, chart
     return drawn
 
 
 def draw_charts(data: PageData) -> Charts:
-    """Draw the charts by flank and name; what cannot be drawn is left out, and what is zero."""
+    """Draw the charts by flank and name, without those that have no contents or are zero."""
     with style():
         flats = charts.flats_of(data.design)
         quantities = charts.changing([one.sensitivity for one in data.flanks.values() if one.sensitivity])
@@ -155,7 +161,7 @@ def draw_charts(data: PageData) -> Charts:
 
 
 def still(data: PageData) -> list[str]:
-    """Name the flanks whose transmission error is zero but for rounding."""
+    """Return the flanks whose transmission error is zero within rounding."""
     return [
         flank
         for flank, results in data.flanks.items()
@@ -164,64 +170,88 @@ def still(data: PageData) -> list[str]:
 
 
 def key_of(path: str, place: str, peaks: Mapping[str, int]) -> str:
-    """Give the key of a cell: a row's path with the place of the column for its *, or where it has none the
-    other way round; @ is where along the path of that flank the pressure is greatest."""
+    """Return the key of a table cell. The place of the column replaces the * of the path of the row, or the
+    other way round; @ is the position of the largest pressure."""
     key = path.replace("*", place) if "*" in path else place.replace("*", path)
     return key.replace("@", str(peaks.get(place, 0)))
 
 
 def parted(
-    numbers: Mapping[str, Any], peaks: Mapping[str, int], rows: Sequence[Row], columns: Sequence[Column]
+    design: Design,
+    numbers: Mapping[str, Any],
+    peaks: Mapping[str, int],
+    rows: Sequence[Row],
+    columns: Sequence[Column],
 ) -> tuple[list[tuple[str, str, list[Markup | str]]], dict[str, list[str]]]:
-    """Make a table: label, unit and cells of each row, and the labels of those that are zero but for
-    rounding, or not known, all along, which take no row. A row: label, path, digits, None for the name of a
-    limit, and unit, scale and whether the digits are those in all. A column: heading, place, own scale."""
+    """Return the rows of a table, and the labels of rows that are zero or unknown in all columns.
+
+    Parameters
+    ----------
+    design : Design
+        The pair.
+    numbers : mapping
+        JSON of the page.
+    peaks : mapping
+        Position of the largest pressure by flank.
+    rows : sequence of tuple
+        Label, path, digits (None for the name of a limit), unit, scale, and True for significant digits.
+    columns : sequence of tuple
+        Heading, place and scale.
+
+    Returns
+    -------
+    rows : list of tuple
+        Label, unit and cells.
+    left : dict
+        Labels of rows that are zero within rounding, and of rows that are unknown.
+    """
     shown: list[tuple[str, str, list[Markup | str]]] = []
     left: dict[str, list[str]] = {"Zero": [], "Not known": []}
     for row in rows:
         label, path, digits, unit, scale, general = (*row, *ROW_DEFAULTS[len(row) :])
-        cells = [(key_of(path, place, peaks), scale * own) for _, place, own in columns]
+        cells = [(key_of(path, place, peaks), scale * column_scale) for _, place, column_scale in columns]
         values = [looked_up(numbers, key) for key, _ in cells]
         if all(value is None for value in values):
             left["Not known"].append(label)
         elif all(isinstance(value, (int, float)) and abs(value * scale) < SMALLEST for value in values):
             left["Zero"].append(label)
         elif digits is None:
-            shown.append((label, unit, [_limit_words(value) for value in values]))
+            shown.append((label, unit, [_limit_words(design, value) for value in values]))
         else:
             shown.append((label, unit, [number_of(numbers, key, digits, by, general) for key, by in cells]))
     return shown, left
 
 
-def _limit_words(end: Any) -> str:
-    return f"{end['member']} {end['limit']}" if end else NOT_KNOWN
+def _limit_words(design: Design, end: Any) -> str:
+    """Return the printed name of a limit that is given as in JSON."""
+    return limit_words(design, Limit[f"{end['member']}_{end['limit']}".upper()]) if end else NOT_KNOWN
 
 
 def peaks_of(data: PageData) -> dict[str, int]:
-    """Give by flank the position along the path at which the pressure is greatest, 0 where there is none."""
-    found = {flank: one.pressed.pressed for flank, one in data.flanks.items() if one.pressed is not None}
-    pressures = {flank: np.nan_to_num(one.pressure) for flank, one in found.items() if one is not None}
+    """Return by flank the position of the largest pressure along the path; 0 without pressures."""
+    pressed = {flank: one.pressed.pressed for flank, one in data.flanks.items() if one.pressed is not None}
+    pressures = {flank: np.nan_to_num(one.pressure) for flank, one in pressed.items() if one is not None}
     return {flank: int(pressures[flank].argmax()) if flank in pressures else 0 for flank in data.flanks}
 
 
 def with_code(text: str) -> Markup:
-    """Make text with what stands in backticks as code."""
+    """Return text with the parts in backticks as code."""
     parts = [escape(part) for part in text.split("`")]
     parts[1::2] = [Markup("<code>{}</code>").format(part) for part in parts[1::2]]
     return Markup("").join(parts)
 
 
 def by_statement(statements: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Give the paper's statements, each with what is found on either flank."""
-    found: dict[str, dict[str, Any]] = {}
+    """Return the statements of the paper, each with the results of both flanks."""
+    entries: dict[str, dict[str, Any]] = {}
     for one in statements:
-        entry = found.setdefault(one["id"], {"id": one["id"], "statement": one["statement"]})
+        entry = entries.setdefault(one["id"], {"id": one["id"], "statement": one["statement"]})
         entry[one["flank"]] = one
-    return list(found.values())
+    return list(entries.values())
 
 
 def _environment() -> Environment:
-    """Make the environment of the page's templates."""
+    """Return the environment of the templates."""
     environment = Environment(
         loader=PackageLoader(__package__, ""),
         autoescape=True,
@@ -236,17 +266,17 @@ def _environment() -> Environment:
 
 
 def _swings(results: FlankResults) -> bool:
-    """Say whether under some of the two errors the transmission error is large enough to be shown."""
+    """Return True if the transmission error under any of the two errors is large enough to be shown."""
     if results.matrix is None:
         return False
     return bool(ARCSEC * np.nan_to_num(results.matrix.cycle_peak_to_peak).max() >= SMALLEST)
 
 
 def _stamped(data: PageData, origin: Origin) -> dict[str, Any]:
-    """Give the numbers of a page under its design's name, the program's version and the dates."""
+    """Return the numbers of a page with name of the design, version and dates."""
     stamp = {
         "name": data.name,
-        "version": version("beveloid-geom"),
+        "version": __version__,
         "made": origin.made.isoformat(timespec="seconds"),
     }
     if origin.written is not None:
@@ -255,7 +285,26 @@ def _stamped(data: PageData, origin: Origin) -> dict[str, Any]:
 
 
 def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any], origin: Origin) -> str:
-    """Write the whole page; `picture` is the pair as SVG, `view` the data of the view in 3D."""
+    """Write the page.
+
+    Parameters
+    ----------
+    data : PageData
+        Contents.
+    drawn : dict
+        Charts by flank and name.
+    picture : str
+        Picture of the pair as SVG.
+    view : dict
+        Data of the 3D view.
+    origin : Origin
+        Name and dates.
+
+    Returns
+    -------
+    str
+        HTML.
+    """
     numbers = _stamped(data, origin)
     return (
         _environment()
@@ -275,6 +324,7 @@ def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any],
             },
             swinging=[flank for flank, one in data.flanks.items() if _swings(one)],
             flanks=FLANKS,
+            ends={name: end_names(getattr(data.design, name)) for name in MEMBERS},
             harmonics=HARMONICS,
             positions=POSITIONS,
             quantile_places=[SHARES.index(share) for share in SHOWN_SHARES],
@@ -288,7 +338,7 @@ def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any],
             picture=Markup(picture),
             shades=range(LEVELS),
             still=still(data),
-            parted=partial(parted, numbers, peaks_of(data)),
+            parted=partial(parted, data.design, numbers, peaks_of(data)),
             pressure_remarks=dict.fromkeys(
                 remark
                 for one in data.flanks.values()

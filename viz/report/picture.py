@@ -1,8 +1,8 @@
-"""A picture of the pair in mesh as SVG: polygons in the order of their depth, the furthest first.
+"""Picture of the pair in mesh as SVG: polygons in order of depth, most distant first.
 
-It needs neither OpenGL nor JavaScript. What it is drawn of is coarse, a chord for half a flank, and where the
-gears' teeth stand between each other a piece may hide a little of its neighbour: it is to be looked at, not
-measured.
+The picture needs neither OpenGL nor JavaScript. It is coarse (one chord for half a flank), and where teeth of
+both gears interlock, a polygon may cover a small part of its neighbour. It is an illustration, not for
+measuring.
 """
 
 from __future__ import annotations
@@ -14,33 +14,35 @@ import numpy as np
 
 from beveloid_geom import Design, Member
 from beveloid_geom.arrays import Codes, FloatArray
-from beveloid_geom.contact.placing import Frame, frames_at
+from beveloid_geom.contact.mesh_position import Frame, frames_at
 from beveloid_geom.gear.flank import tip_radius
-from beveloid_geom.operation.first_contact import conjugate_phase
+from beveloid_geom.operation.engagement import conjugate_phase
 from beveloid_geom.pair.frames import to_fixed
-from beveloid_geom.shapes.outline import cut_sheets
 from beveloid_geom.shapes.sampling import grid_of
-from beveloid_geom.shapes.solid import bore_of, turned
+from beveloid_geom.shapes.solid import bore_of, rotated_copies
+from beveloid_geom.shapes.tooth_boundary import cut_sheets
 
 BACK, UP = np.array([0.2, -0.55, -0.8]), np.array([0.0, -1.0, 0.0])
-"""Towards the eye, and what is up, in S_f: the pinion stands on the left, the gear beside it."""
+"""Direction towards the viewer and upward direction, in S_f: pinion on the left, gear on the right."""
 LIGHT = np.array([-0.62, 0.72, 0.31])
-"""Towards the light: from the eye's upper left."""
+"""Direction towards the light, from the upper left of the viewer."""
 STATIONS = np.linspace(-1.0, 1.0, 5)
-"""Along the face, in half face widths."""
+"""Sections along the face, in half face widths."""
 CUTS = {"bottom": 1, "fillet": 1, "flank": 2, "tip": 1}
-"""Chords for each surface of a tooth."""
+"""Number of chords for each surface of a tooth."""
 BESIDE = 2
-"""Teeth to either side that an end face may hide."""
+"""Number of teeth to either side that an end face may cover."""
 LEVELS = 8
-"""Shades of a metal, darkest first: classes p0 ... of the pinion, g0 ... of the gear."""
+"""Number of shades of a metal, darkest first: classes p0 ... of the pinion, g0 ... of the gear."""
 WIDTH = 3000
-"""Units of the picture's width; whole numbers are fine enough."""
+"""Width of the picture in units; coordinates are rounded to whole units."""
 
 
 def pair_picture(design: Design) -> str:
-    """Draw a single design as an SVG element of the class `pair-picture`, '' where its layout is not known; a
-    member whose teeth cannot be made is a plain blank."""
+    """Return a picture of a single design as an SVG element of class `pair-picture`.
+
+    Returns '' if the layout is unknown. A member whose teeth have no surface is drawn as a blank.
+    """
     phase, eye = float(np.nan_to_num(conjugate_phase(design, "right"))), _eye()
     frames = frames_at(design, 0.0, phase)
     pieces: list[tuple[float, str, FloatArray]] = []
@@ -65,7 +67,7 @@ def pair_picture(design: Design) -> str:
 
 
 def _eye() -> FloatArray:
-    """Give the unit vectors right, up and towards the eye, (3, 3)."""
+    """Return the unit vectors right, up and towards the viewer, (3, 3)."""
     back = BACK / np.linalg.norm(BACK)
     right = np.cross(UP, back)
     right /= np.linalg.norm(right)
@@ -73,9 +75,23 @@ def _eye() -> FloatArray:
 
 
 def _surfaces(member: Member, frame: Frame, eye: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
-    """Give the polygons that bound a gear, (m, corners, 3), against the clock seen from outside, as the
-    `eye` has them, with the depths (m,) by which they are sorted: around its teeth, in its bore, and at toe
-    and heel a piece for each tooth."""
+    """Return the polygons of a gear with the depths by which they are sorted: teeth, bore, and end faces in
+    one piece per tooth.
+
+    Parameters
+    ----------
+    member : Member
+        Gear.
+    frame : tuple
+        Rotation and origin in S_f.
+    eye : ndarray, shape (3, 3)
+        Axes of the picture.
+
+    Yields
+    ------
+    tuple of ndarray
+        Polygons (m, corners, 3), counterclockwise seen from outside, and depths (m,).
+    """
 
     def seen_at(points: FloatArray) -> FloatArray:
         return np.asarray(to_fixed(frame, points) @ eye.T)
@@ -83,20 +99,22 @@ def _surfaces(member: Member, frame: Frame, eye: FloatArray) -> Iterator[tuple[F
     teeth = int(member.teeth)
     tooth = _outline(member, 0.5 * float(member.face_width) * STATIONS)
     angles = np.asarray(2.0 * np.pi / teeth * np.arange(teeth), dtype=float)
-    ring = np.stack([turned(tooth[:, j], angles) for j in range(len(STATIONS))], axis=2)  # (teeth, n, nz, 3)
+    copies = [rotated_copies(tooth[:, j], angles) for j in range(len(STATIONS))]
+    ring = np.stack(copies, axis=2)  # (teeth, n, nz, 3)
     around = np.concatenate((ring, np.roll(ring, -1, axis=0)[:, :1]), axis=1)
-    rim = around[:, (0, -1)][:, :, (0, -1)]  # where a tooth begins and ends, at toe and heel
+    rim = around[:, (0, -1)][:, :, (0, -1)]  # first and last point of a tooth at both ends of the face
     bore = rim * (bore_of(member, None) / np.linalg.norm(rim[..., :2], axis=-1, keepdims=True))
     bore[..., 2] = rim[..., 2]
     ends = [np.concatenate((around[:, :, j], bore[:, ::-1, j]), axis=1) for j in (0, -1)]
-    bore[:, :, 1, :2] = bore[:, :, 0, :2]  # its walls run straight, not with the teeth
+    bore[:, :, 1, :2] = bore[:, :, 0, :2]  # the wall of the bore is straight, unlike the teeth
 
     sides = seen_at(_quads(around))  # (teeth, cells, 4, 3)
     depth = sides[..., 2].mean(axis=-1)
     yield depth.ravel(), sides.reshape(-1, 4, 3)
     walls = seen_at(_quads(bore))[:, :, ::-1].reshape(-1, 4, 3)
     yield walls[..., 2].mean(axis=-1), walls
-    # No end face is hidden by its own gear: it comes after the cells of its tooth and of those beside it.
+    # An end face is in front of its gear: it is drawn after the cells of its tooth and the neighbouring
+    # teeth.
     nearest = np.where(_area(sides) > 0.0, depth, -np.inf).max(axis=1)
     nearest = np.stack([np.roll(nearest, k) for k in range(-BESIDE, BESIDE + 1)]).max(axis=0)
     for end in (seen_at(ends[0][:, ::-1]), seen_at(ends[1])):
@@ -104,14 +122,14 @@ def _surfaces(member: Member, frame: Frame, eye: FloatArray) -> Iterator[tuple[F
 
 
 def _quads(grid: FloatArray) -> FloatArray:
-    """Give the cells (teeth, m, 4, 3) of grids (teeth, n, nz, 3)."""
+    """Return the cells (teeth, m, 4, 3) of grids (teeth, n, nz, 3)."""
     corners = (grid[:, :-1, :-1], grid[:, 1:, :-1], grid[:, 1:, 1:], grid[:, :-1, 1:])
     return np.stack(corners, axis=3).reshape(len(grid), -1, 4, 3)
 
 
 def _outline(member: Member, z: FloatArray) -> FloatArray:
-    """Give the outline of tooth 0 from the middle of one tooth space to just before that of the next, (n, nz,
-    3), mm; of a member whose teeth cannot be made the arc of its tip cone."""
+    """Return the outline (n, nz, 3), mm, of tooth 0 from the middle of one space to just before the middle of
+    the next. For teeth without a surface, the arc of the tip cone."""
     try:
         sheets = cut_sheets(member)
     except ValueError:
@@ -128,21 +146,21 @@ def _outline(member: Member, z: FloatArray) -> FloatArray:
 
 
 def _area(points: FloatArray) -> FloatArray:
-    """Give twice the areas (...) of polygons (..., n, 3) as seen, positive against the clock."""
+    """Return twice the areas (...) of polygons (..., n, 3) in the picture, positive if counterclockwise."""
     x, y = points[..., 0], points[..., 1]
     return np.asarray((x * np.roll(y, -1, axis=-1) - y * np.roll(x, -1, axis=-1)).sum(axis=-1))
 
 
 def _shades(points: FloatArray) -> Codes:
-    """Give the shades (m,) of polygons (m, n, 3) under the light."""
+    """Return the shades (m,) of polygons (m, n, 3)."""
     normal = np.cross(points, np.roll(points, -1, axis=1)).sum(axis=1)
     share = normal @ LIGHT / np.linalg.norm(normal, axis=1)
     return np.asarray(np.round((LEVELS - 1) * np.clip(0.35 + 0.65 * share, 0.0, 1.0)).astype(np.int8))
 
 
 def polygon(points: FloatArray, corner: tuple[float, float], scale: float) -> str:
-    """Write a polygon (n, 2) in whole units from the picture's upper left `corner`, each point but the first
-    from the one before."""
-    found = np.round((points - corner) * (scale, -scale)).astype(int)
-    moves = "".join(f" {x} {y}" for x, y in np.diff(found, axis=0).tolist() if x or y)
-    return f"M{found[0, 0]} {found[0, 1]}l{moves[1:]}z".replace(" -", "-")
+    """Return a polygon (n, 2) in whole units from the upper left corner; points are relative to the previous
+    point."""
+    places = np.round((points - corner) * (scale, -scale)).astype(int)
+    moves = "".join(f" {x} {y}" for x, y in np.diff(places, axis=0).tolist() if x or y)
+    return f"M{places[0, 0]} {places[0, 1]}l{moves[1:]}z".replace(" -", "-")

@@ -1,4 +1,4 @@
-"""Matplotlib's SVG made part of a page: its colours, its fonts, ids of its own, nothing superfluous."""
+"""Matplotlib charts as SVG elements of the page, with its colours, fonts and unique ids."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ import matplotlib as mpl
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-from ..stage import theme
+from ..rendering import theme
 
 WIDTH = 352
-"""Pixels of a chart, a pixel being a point of matplotlib's: no more than a narrow page has, 390 less its
-margins, so that letters there are no smaller than here."""
+"""Width of a chart, pixels; one pixel is one point of Matplotlib. A page of 390 pixels less margins has this
+width, so that text is not reduced."""
 VARIABLES = {
     "#ffffff": "paper",
     theme.INK: "ink",
@@ -28,10 +28,10 @@ VARIABLES = {
     theme.STEEL: "pinion",
     theme.BRONZE: "gear",
 }
-"""Colours in which charts are drawn, and the page's variables that stand for them."""
+"""Colours of charts and the CSS variables of the page that replace them."""
 TEXT, SMALL = 12.0, 11.0
 LARGE = 13.2
-"""Of which matplotlib's "small" is SMALL."""
+"""Font size to which Matplotlib's "small" corresponds."""
 PAD = 4.0 / 72.0
 STYLE: Any = {
     "axes.labelsize": TEXT,
@@ -57,21 +57,21 @@ STYLE: Any = {
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Hold matplotlib's settings for charts, whatever the user's own are."""
+    """Set our Matplotlib settings for charts, independent of those of the user."""
     with theme.style(), mpl.rc_context(STYLE):
         yield
 
 
 def new_chart(height: float) -> Figure:
-    """Make an empty chart of so many pixels, laid out by matplotlib."""
+    """Return an empty chart of a height in pixels, with constrained layout."""
     return Figure(
         figsize=(WIDTH / 72.0, height / 72.0), dpi=72.0, layout=ConstrainedLayoutEngine(h_pad=PAD, w_pad=PAD)
     )
 
 
 def svg_of(chart: Figure, name: str, title: str) -> str:
-    """Give the chart as an element of a page. `name` makes its ids its own, `title` is what it is called to
-    those who do not see it."""
+    """Return a chart as an SVG element. `name` makes its ids unique, `title` is its text for screen
+    readers."""
     file = io.StringIO()
     nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     chart.savefig(file, format="svg", transparent=True, metadata=nothing)
@@ -82,21 +82,21 @@ def svg_of(chart: Figure, name: str, title: str) -> str:
     body = re.sub(r"<metadata>.*?</metadata>|<style[^>]*>.*?</style>|<!--.*?-->", "", body, flags=re.S)
     body = re.sub(r"; font-family: [^;\"]*", "", body).replace("xlink:href", "href")
     body = re.sub(r'\bid="', f'id="{name}-', body)
-    body = re.sub(r'href="#|url\(#', lambda found: f"{found[0]}{name}-", body)
+    body = re.sub(r'href="#|url\(#', lambda match: f"{match[0]}{name}-", body)
     for colour, variable in VARIABLES.items():
         body = body.replace(colour, f"var(--{variable})")
     body = re.sub(r"font: ((?:\w+ )*)([\d.]+px) [^;\"]*", _font, body)
-    body = re.sub(r'="[^"]*"', lambda found: re.sub(r"-?\d+\.\d{3,}", _short, found[0]), body)
+    body = re.sub(r'="[^"]*"', lambda match: re.sub(r"-?\d+\.\d{3,}", _short, match[0]), body)
     body = re.sub(r"\s*\n\s*", "\n", body)
     label = f'role="img" aria-labelledby="{name}-title"><title id="{name}-title">{escape(title)}</title>'
     return f'<svg class="drawing" {box[0]} {label}{body}'.strip()
 
 
-def _short(found: re.Match[str]) -> str:
-    return f"{float(found[0]):.2f}".rstrip("0").rstrip(".")
+def _short(match: re.Match[str]) -> str:
+    return f"{float(match[0]):.2f}".rstrip("0").rstrip(".")
 
 
-def _font(found: re.Match[str]) -> str:
-    """Give the size, and weight if there is one, in the page's own font."""
-    weight = "; font-weight: bold" if "bold" in found[1] or "700" in found[1] else ""
-    return f"font-size: {found[2]}{weight}"
+def _font(match: re.Match[str]) -> str:
+    """Return size and weight of a text for the font of the page."""
+    weight = "; font-weight: bold" if "bold" in match[1] or "700" in match[1] else ""
+    return f"font-size: {match[2]}{weight}"

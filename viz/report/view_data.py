@@ -1,8 +1,8 @@
-"""What the report's view of the pair in mesh shows, as JSON: teeth, frames, paths, and who touches when.
+"""Data of the 3D view of the pair in mesh, as JSON: teeth, frames, paths, and contacts.
 
-Only one tooth of each member is stored; the page turns it by its number. Both are in the member's own
-frame, as are the paths of contact. Tooth pair k is tooth k of the pinion on tooth -k of the gear: at
-the pinion roll r it touches where pair 0 touches at r + k pitch, and all stand still in S_f.
+One tooth of each member is stored in the frame of the member; the page rotates copies. Tooth pair k is tooth
+k of the pinion and tooth -k of the gear. At pinion roll r it touches where pair 0 touches at r + k pitch; all
+paths are fixed in S_f.
 """
 
 from __future__ import annotations
@@ -16,33 +16,48 @@ from numpy.typing import NDArray
 
 from beveloid_geom import ContactPath, Design, Member, MeshCycle, Status, mesh_cycle, path_of_contact
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.placing import Frame, frames_at
+from beveloid_geom.contact.mesh_position import Frame, frames_at
+from beveloid_geom.design.ends import end_names, limit_words
 from beveloid_geom.findings.path import reason_of
 from beveloid_geom.gear.flank import tip_radius
-from beveloid_geom.operation.first_contact import conjugate_phase, middle_roll
-from beveloid_geom.operation.pieces import DEGREE
+from beveloid_geom.operation.cycle.cycle_segments import DEGREE
+from beveloid_geom.operation.engagement import conjugate_phase, middle_roll
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.shapes.section import SIDES
 from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
-from beveloid_geom.status import FirstStatus, Limit
+from beveloid_geom.status import FirstStatus
 
-from ..parts.solved import FLANKS, MEMBERS, points_on
+from ..components.paths_table import FLANKS, MEMBERS, points_on
 
 TOLERANCE = 1.0 / 500.0
-"""Normal modules by which triangles may miss the teeth unless told otherwise: a fifth of a pixel where the
-view stands closest, ten modules on a thousand pixels."""
+"""Default deviation of the triangles in normal modules: a fifth of a pixel at the closest view, ten modules
+on a thousand pixels."""
 PATH_POINTS = 65
 CYCLE_STEPS = 120
-"""Lines of which a cycle consists where the gear is not posed by first contacts."""
+"""Number of segments of a cycle if the gear is not positioned by first contacts."""
 
 
 def view_data(design: Design, tolerance: float | None = None) -> dict[str, Any]:
-    """Make the view of a single design, ready for `json.dumps`: mm, rad, no NaN.
+    """Return the data of the view for a single design, ready for `json.dumps`, in mm and rad, without NaN.
 
-    `members`: pinion and gear, each with its frame at roll 0 in S_f, its tooth, or without one the reason.
-    `flanks`: right and left, each with the path of contact of tooth pair 0 and one mesh `cycle`, or
-    without a path the reason. `tolerance` (mm) of the teeth; TOLERANCE if None. Raises ValueError for a
-    batch of designs."""
+    Parameters
+    ----------
+    design : Design
+        A single design.
+    tolerance : float, optional
+        Largest deviation of the triangles, mm; TOLERANCE times the module by default.
+
+    Returns
+    -------
+    dict
+        `members`: pinion and gear with frame at roll 0 in S_f and tooth, or the reason. `flanks`: right and
+        left with the path of tooth pair 0 and one mesh `cycle`, or the reason.
+
+    Raises
+    ------
+    ValueError
+        For a batch of designs.
+    """
     if design.batch_shape:
         raise ValueError(f"a view is that of one design, got a batch of the shape {design.batch_shape}")
     frames = frames_at(design, 0.0, 0.0)
@@ -61,13 +76,13 @@ def view_data(design: Design, tolerance: float | None = None) -> dict[str, Any]:
 
 
 def packed(values: NDArray[Any]) -> dict[str, Any]:
-    """Give an array as the page reads it: its bytes, low byte first, in base64."""
+    """Return an array for the page: bytes, little-endian, in base64."""
     array = np.ascontiguousarray(values, dtype=values.dtype.newbyteorder("<"))
     return {"type": values.dtype.name, "data": base64.b64encode(array.tobytes()).decode()}
 
 
 def _member(name: str, member: Member, frame: Frame, tolerance: float | None) -> dict[str, Any]:
-    """Give sizes, frame at roll 0, and tooth of a member."""
+    """Return sizes, frame at roll 0, and tooth of a member."""
     half, module = 0.5 * float(member.face_width), float(member.tool.normal_module)
     rotation, origin = (np.nan_to_num(part) for part in frame)
     tooth, note = None, ""
@@ -78,6 +93,7 @@ def _member(name: str, member: Member, frame: Frame, tolerance: float | None) ->
         note = f"The {name} is drawn without teeth: {error}."
     return {
         "name": name,
+        "ends": list(end_names(member)),
         "teeth": int(member.teeth),
         "half_width": half,
         "tip_radius": [float(tip_radius(member, z)) for z in (-half, half)],
@@ -89,7 +105,7 @@ def _member(name: str, member: Member, frame: Frame, tolerance: float | None) ->
 
 
 def _tooth(mesh: Mesh) -> dict[str, Any]:
-    """Give the triangles of a tooth, those of the end faces last, and the corners of its flanks."""
+    """Return the triangles of a tooth, end faces last, and the corners of its flanks."""
     ends = mesh.is_of("toe", "heel")
     faces = np.concatenate((mesh.faces[~ends], mesh.faces[ends]))
     corners = {flank: _corners(mesh.of(f"{flank} flank").points).tolist() for flank in FLANKS}
@@ -103,17 +119,17 @@ def _tooth(mesh: Mesh) -> dict[str, Any]:
 
 
 def _corners(points: FloatArray) -> FloatArray:
-    """Find root and tip at the toe, root and tip at the heel, (4, 3)."""
+    """Return root and tip at -z and root and tip at +z, (4, 3)."""
     radius, z = np.hypot(points[:, 0], points[:, 1]), points[:, 2]
-    found = []
+    corners = []
     for end in (z.min(), z.max()):
         there = np.flatnonzero(np.abs(z - end) < 1e-9 * np.ptp(z))
-        found += [points[there[radius[there].argmin()]], points[there[radius[there].argmax()]]]
-    return np.array(found)
+        corners += [points[there[radius[there].argmin()]], points[there[radius[there].argmax()]]]
+    return np.array(corners)
 
 
 def _flank(design: Design, flank: str) -> dict[str, Any]:
-    """Give the path of contact of tooth pair 0, and one mesh cycle."""
+    """Return the path of contact of tooth pair 0, and one mesh cycle."""
     path = path_of_contact(design, flank, PATH_POINTS)
     solved = path.status == Status.SOLVED
     cycle = _cycle(design, flank, path)
@@ -136,14 +152,14 @@ def _flank(design: Design, flank: str) -> dict[str, Any]:
 
 
 def _phase(design: Design, pinion_roll: FloatArray, gear_roll: FloatArray) -> FloatArray:
-    """Give gear roll plus N1/N2 pinion roll, rad: constant where the transmission is, the same for all
+    """Return gear roll plus N1/N2 pinion roll, rad: constant for a constant ratio, equal for all tooth
     pairs."""
     return np.asarray(gear_roll + float(design.pinion.teeth) / float(design.gear.teeth) * pinion_roll)
 
 
 def _mesh_point(design: Design, frames: tuple[Frame, Frame]) -> FloatArray:
-    """Say where to look for the mesh, (3,) in S_f, mm: at the pitch point, or on the pinion's side to the
-    gear."""
+    """Return the point (3,) in S_f, mm, at the centre of the view: the pitch point, or a point of the pinion
+    on the side of the gear."""
     pitch_point, tip = mounting_of(design).pitch_point, float(tip_radius(design.pinion, 0.0))
     if np.hypot(*pitch_point[:2]) < 1.5 * tip:
         return np.asarray(pitch_point)
@@ -151,8 +167,7 @@ def _mesh_point(design: Design, frames: tuple[Frame, Frame]) -> FloatArray:
 
 
 def _lever(path: ContactPath) -> float:
-    """Give the moment of the normal about the gear's axis in the middle of the path: mm of gap for each rad
-    of it."""
+    """Return the moment of the normal about the gear axis in the middle of the path: gap in mm per rad."""
     rotation, origin = frames_at(path.design, 0.0, 0.0)[1]
     middle = len(path.point) // 2
     moment = np.cross(path.point[middle] - origin, path.normal[middle]) @ rotation[:, 2]
@@ -160,20 +175,22 @@ def _lever(path: ContactPath) -> float:
 
 
 def _cycle(design: Design, flank: str, path: ContactPath) -> dict[str, Any]:
-    """Say who touches first at rolls from `start` over one `pitch`, in pieces that end at `ends` beyond it:
-    the `phase` that poses the gear, and where an edge carries, the `point` in S_f and the edge's name. Phases
-    and coordinates are Chebyshev coefficients, each piece from -1 to 1.
+    """Return the contacts over one pitch, in segments.
 
-    The gear is posed by first contacts, all teeth, edges and fillets included. Where none is known, as for
-    undercut members, by the path of the pair that turns it furthest, or as if unmodified: `by` says so."""
+    The segments end at `ends` after `start`. `phase` gives the position of the gear, and for edge contact
+    `point` gives the contact in S_f with the names of the edges; both are Chebyshev coefficients on -1 to 1.
+    The gear is positioned by the first contact of all teeth, with edges and fillets. If this is unknown, the
+    gear is positioned by the path of the tooth pair that turns it furthest, or as without modification; `by`
+    names the case.
+    """
     pitch, start, cycle = 2.0 * np.pi / float(design.pinion.teeth), 0.0, None
     try:
         start = float(np.nan_to_num(middle_roll(design, flank)))
         cycle = mesh_cycle(design, flank)
     except ValueError:
-        pass  # the tool's rounds overlap: there are no fillets
+        pass  # the rounds of the tool overlap, so that there are no fillets
     if cycle is not None and cycle.status == FirstStatus.SOLVED:
-        data = {"start": start, "pitch": pitch, "ends": packed(cycle.pieces.high - start)}
+        data = {"start": start, "pitch": pitch, "ends": packed(cycle.segments.high - start)}
         return data | {"phase": packed(cycle.phase_series()), "edges": _edges(cycle), "by": "first contact"}
     start -= 0.5 * pitch
     steps = pitch * np.linspace(0.0, 1.0, CYCLE_STEPS + 1)
@@ -188,20 +205,24 @@ def _cycle(design: Design, flank: str, path: ContactPath) -> dict[str, Any]:
 
 
 def _edges(cycle: MeshCycle) -> list[dict[str, Any] | None]:
-    """Give of each piece the edges that carry and the coordinates of their contact, None for flanks and
+    """Return the edges in contact and the coordinates of their contact for each segment; None for flanks and
     lines of contact."""
-    found: list[dict[str, Any] | None] = []
+    edges: list[dict[str, Any] | None] = []
     nodes = chebpts1(DEGREE + 1)
-    for roll, limit in zip(cycle.pieces.rolls(nodes), cycle.pieces.limit.T, strict=True):
-        names = " and ".join(str(Limit(int(code))) for code in limit if code >= 0 and not cycle.along_lines)
+    for roll, limit in zip(cycle.segments.rolls(nodes), cycle.segments.limit.T, strict=True):
+        carry = [int(code) for code in limit if code >= 0 and not cycle.along_lines]
+        names = " and ".join(limit_words(cycle.design, code) for code in carry)
         point = chebfit(nodes, cycle.at(roll).point, DEGREE).T
-        found.append({"point": packed(point), "edge": names} if names else None)
-    return found
+        edges.append({"point": packed(point), "edge": names} if names else None)
+    return edges
 
 
 def carried_phase(path: ContactPath, roll: FloatArray) -> FloatArray:
-    """Give the phase (rad) at pinion rolls (n,) by the path of contact alone: that of the tooth pair that
-    turns the gear furthest, on right flanks down and on left ones up; NaN where no pair is on its path."""
+    """Return the phase, rad, at pinion rolls (n,) from the path of contact alone.
+
+    This is the phase of the tooth pair that turns the gear furthest: lowest on right, highest on left flanks.
+    NaN where no tooth pair is on its path.
+    """
     design, good = path.design, path.status == Status.SOLVED
     if good.sum() < 2:
         return np.full(roll.shape, np.nan)
@@ -211,6 +232,6 @@ def carried_phase(path: ContactPath, roll: FloatArray) -> FloatArray:
     pairs = np.arange(np.floor(low), np.ceil(high) + 1.0)
     with np.errstate(invalid="ignore", divide="ignore"):
         share = (roll[:, None, None] + pairs[:, None] * pitch - rolls[:-1]) / np.diff(rolls)
-        found = sign * (phases[:-1] + share * np.diff(phases))
-    best = np.where((share >= 0.0) & (share <= 1.0), found, -np.inf).max(axis=(1, 2))
+        candidates = sign * (phases[:-1] + share * np.diff(phases))
+    best = np.where((share >= 0.0) & (share <= 1.0), candidates, -np.inf).max(axis=(1, 2))
     return np.where(np.isfinite(best), sign * best, np.nan)

@@ -29,7 +29,7 @@ window.beveloidView = function (container, data) {
   const trial = document.createElement("canvas").getContext("webgl2");
   if (!trial) {
     container.append(
-      element("p", {}, "The view of the pair in mesh needs WebGL 2, which is not to be had in this browser."),
+      element("p", {}, "The 3D view needs WebGL 2, which this browser does not provide."),
     );
     return {
       setRoll() {},
@@ -57,7 +57,7 @@ window.beveloidView = function (container, data) {
   canvas.setAttribute("role", "img");
   canvas.setAttribute(
     "aria-label",
-    "Pinion and gear in mesh. Arrow keys turn them, plus and minus come closer and step back.",
+    "Pinion and gear in mesh. Arrow keys rotate the view, plus and minus zoom.",
   );
   const stage = element("div", { className: "bv-stage" }, canvas);
   const play = element(
@@ -87,7 +87,7 @@ window.beveloidView = function (container, data) {
 
   const named = Object.entries(VIEWS).map(([key, [name]]) => [key, name]);
   const viewChoice = choice("View", Object.fromEntries(named), look);
-  const flankChoice = choice("Flanks that drive", { right: "Right flanks", left: "Left flanks" }, drive);
+  const flankChoice = choice("Driving flanks", { right: "Right flanks", left: "Left flanks" }, drive);
   const ways = members.map((member, j) => {
     const options = ["solid", "glass", "hidden"].map((value) =>
       element("option", { value }, value === "glass" ? "see-through" : value),
@@ -110,7 +110,7 @@ window.beveloidView = function (container, data) {
   container.append(stage, controlsBox);
 
   const labels = members.flatMap((member, j) =>
-    ["toe", "heel"].map((name, end) => {
+    member.ends.map((name, end) => {
       const node = element(
         "span",
         { className: "bv-label", "aria-hidden": "true" },
@@ -168,8 +168,8 @@ window.beveloidView = function (container, data) {
     flankChoice.mark(name);
     const { cycle, note } = flanks[name];
     const posed = {
-      path: "The gear is posed by the path of contact alone.",
-      unmodified: "The gear is posed as if unmodified.",
+      path: "The gear is positioned by the path of contact alone.",
+      unmodified: "The gear is positioned as without modification.",
     }[cycle.by];
     noteText.textContent = [...members.map((member) => member.note), note, posed].filter(Boolean).join(" ");
     pose();
@@ -260,7 +260,7 @@ window.beveloidView = function (container, data) {
 
   /* ---- drawing ---- */
 
-  // Beside the ends of the flank that is looked at, or on the rims, toe and heel apart.
+  // Beside the ends of the flank that is looked at, or on the rims, both ends apart.
   function labelPlace({ j, end }) {
     const member = members[j];
     if (member.way === "hidden" || view === "section") return null;

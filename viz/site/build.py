@@ -1,4 +1,4 @@
-"""Builds the site: the pages of all rooms, the examples with their pictures, a reference of public names.
+"""Build the documentation site: user guide, examples with pictures, reference, and developer pages.
 
 `python viz/site/build.py` needs the extra `site`, no network, and writes `outputs/site/index.html`.
 """
@@ -17,26 +17,28 @@ ROOT = HERE.parents[1]
 
 
 def gather(source: Path) -> None:
-    """Copy pages and their pictures into the folder `source`, each where it lies in the repository."""
-    pages = [page for room in ("beveloid_geom", "viz", "tests") for page in (ROOT / room).rglob("README.md")]
-    for file in (ROOT / "README.md", *pages, *(ROOT / "outputs/gallery").iterdir()):
+    """Copy pages and pictures into the folder `source` with their paths in the repository."""
+    pages = [page for top in ("beveloid_geom", "viz", "tests") for page in (ROOT / top).rglob("README.md")]
+    pages += [ROOT / "README.md", *HERE.glob("tutorial_*.md")]
+    for file in (*pages, *(ROOT / "outputs/gallery").iterdir()):
         copy = source / file.relative_to(ROOT)
         copy.parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(file, copy)
-    for page in HERE.glob("*.md"):
-        shutil.copyfile(page, source / page.name)
-    # Beside the pages, which `conf.py` names: examples write their files where they lie.
+    for name in ("index.md", "api.md"):
+        shutil.copyfile(HERE / name, source / name)
+    # Examples write files into their working folder, which is therefore outside the source of the pages (see
+    # `conf.py`).
     shutil.copytree(ROOT / "viz/examples", source.parent / "examples")
 
 
 def main() -> int:
-    """Build anew; warnings are errors. The exit status is Sphinx's."""
+    """Build the site from scratch; warnings are errors. Returns the exit status of Sphinx."""
     with TemporaryDirectory() as folder:
         source = Path(folder) / "pages"
         gather(source)
         target = ROOT / "outputs/site"
         shutil.rmtree(target, ignore_errors=True)
-        return build_main(["-W", "--keep-going", "-q", "-c", str(HERE), str(source), str(target)])
+        return int(build_main(["-W", "--keep-going", "-q", "-c", str(HERE), str(source), str(target)]))
 
 
 if __name__ == "__main__":

@@ -1,13 +1,13 @@
-"""How Sphinx builds the site (`build.py`)."""
-
-from importlib.metadata import version as version_of
+"""Sphinx configuration of the site (`build.py`)."""
 
 import matplotlib as mpl
+
+from beveloid_geom import __version__
 
 mpl.use("Agg")
 
 project = "beveloid-geom"
-version = release = version_of("beveloid-geom")
+version = release = __version__
 author = "the authors of beveloid-geom"
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_gallery.gen_gallery"]
 root_doc = "index"

@@ -1,1 +1,1 @@
-"""Contact on parallel and nearly parallel axes: lines, and points that run along the face."""
+"""Contact on parallel and nearly parallel axes: contact lines, and points that move along the face."""

@@ -1,16 +1,16 @@
-"""Lines along which flanks on parallel axes touch, and the contact ratios of ISO 21771.
+"""Contact lines of flanks on parallel axes, and the contact ratios of ISO 21771.
 
-Unmodified flanks that fit each other touch along straight lines in their plane of action, which wander
-over it with the roll; teeth without helix and cone along lines parallel to the axes, whatever their
-profiles are.
-`path_of_contact` crosses these lines from the first to the last; here each of them has its ends.
+Unmodified flanks that fit each other touch along straight lines in their plane of action, which move across
+it with the roll. Teeth without helix and cone touch along lines parallel to the axes, for any profile.
+`path_of_contact` crosses these lines from the first to the last; here the ends of each line are computed.
 
     eps_alpha = g_alpha / p_bt,   eps_beta = b tan(beta_b) / p_bt,   eps_gamma = eps_alpha + eps_beta
 
-hold for cylindrical gears: path of contact in a transverse section g_alpha, common face width b,
-transverse base pitch p_bt. Of members with cones the transverse ratio changes along the face: it is given
-in the middle of the common face, eps_beta with the base helix angle of the flank, which differs between
-right and left ones, and the total ratio by itself, from the roll between the first and the last line.
+hold for cylindrical gears with the length of path of contact in a transverse section g_alpha, the common face
+width b and the transverse base pitch p_bt. With cones the transverse ratio changes along the face: it is
+computed in the middle of the common face. eps_beta uses the base helix angle of the flank, which differs
+between right and left flanks. The total ratio is computed separately, from the roll between the first and the
+last line.
 """
 
 from __future__ import annotations
@@ -23,28 +23,34 @@ from numpy.typing import NDArray
 from ...arrays import FloatArray
 from ...design.model import Design
 from ...status import Limit, Status
-from ...support.few_lines import few_lines
-from ..equation import Pairing, axial_and_radius, limit_margins, pairing_of, roll_angles
+from ...support.array_repr import short_repr
+from ..equation import axial_and_radius, edge_margins, limit_margins, roll_angles
+from ..flank_pair import FlankPair, generated_pairing, is_modified, pairing_of
 from ..path import ContactPath
 from ..path_polynomial import HEIGHT, POINT, ROWS, rows_of
 from .equation import along_axes, meet_on_parallel
 from .paths import LINE, greatest_at, interval, kinds_of, on_lines
 
-AT_EDGE = 1e-13
-"""`interval`'s spare for the lines at the ends of a path, which lie along an edge but for rounding."""
+EDGE_TOLERANCE = 1e-13
+"""`spare` of `interval` for the lines at the ends of a path, which lie along an edge except for rounding."""
+END_QUANTITIES = ("l1", "l2", "u1", "u2", "pinion_z", "pinion_r", "gear_z", "gear_r")
+"""Quantities of both ends of a line, named as in `ContactPath`."""
+CONJUGATE_RAD = 1e-10
+"""Transmission error along a path below which neighbouring tooth pairs touch at the same time."""
 
 
 @dataclass(frozen=True, eq=False)
 class ContactLines:
-    """Lines of contact of one flank pair at the rolls of its path, arrays (*batch, lines), of their two ends
-    (*batch, lines, 2), and in S_f (*batch, lines, 2, 3).
+    """Contact lines of one flank pair at the rolls of its path.
 
-    `pinion_roll`, `gear_roll` (rad); `length` (mm); of both ends `point`, and as in `ContactPath` `l1, l2,
-    pinion_z, pinion_r, gear_z, gear_r` (mm); `limit`: codes of the `Limit` that ends the line. Batch shape:
-    `transverse_ratio`, `overlap_ratio`, `total_ratio` (that of the path). NaN, and limits -1, where flanks
-    do not touch along lines."""
+    Arrays (..., lines): `pinion_roll`, `gear_roll` (rad) and `length` (mm). Of both ends, (..., lines,
+    2): `point` (mm, in S_f, with a last axis of 3), `l1, l2, u1, u2, pinion_z, pinion_r, gear_z, gear_r` (mm)
+    as in `ContactPath`, and `limit`, the code of the `Limit` that ends the line. Batch shape:
+    `transverse_ratio`, `overlap_ratio` and `total_ratio`, the contact ratio of the path. NaN, and limits -1,
+    where flanks do not touch along lines.
+    """
 
-    __repr__ = few_lines
+    __repr__ = short_repr
 
     design: Design = field(repr=False)
     flank: str
@@ -54,6 +60,8 @@ class ContactLines:
     point: FloatArray
     l1: FloatArray
     l2: FloatArray
+    u1: FloatArray
+    u2: FloatArray
     pinion_z: FloatArray
     pinion_r: FloatArray
     gear_z: FloatArray
@@ -65,49 +73,119 @@ class ContactLines:
 
 
 def touches_along_lines(design: Design, flank: str = "right") -> NDArray[np.bool_]:
-    """Say (batch shape) whether flanks touch along lines: on parallel axes, with its errors, unmodified or
-    along cylinders without helix."""
+    """Return whether flanks touch along lines.
+
+    This is the case on parallel axes, with errors, for unmodified flanks and for teeth parallel to the axes.
+
+    Parameters
+    ----------
+    design : Design
+    flank : {'right', 'left'}
+
+    Returns
+    -------
+    ndarray of bool
+        Of the batch shape.
+    """
+    if is_modified(design, flank):
+        return np.zeros(design.batch_shape, dtype=bool)
     pairing = pairing_of(design, flank)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         return along_lines(pairing).reshape(design.batch_shape)
 
 
-def along_lines(pairing: Pairing) -> NDArray[np.bool_]:
-    """Say the same of the cases of a pairing. The caller silences NumPy's warnings."""
-    found = pairing.parallel & ~pairing.undefined
-    at = np.flatnonzero(found)
+def along_lines(pairing: FlankPair) -> NDArray[np.bool_]:
+    """Return the result of `touches_along_lines` for the cases of a pairing. The caller silences NumPy's
+    warnings.
+    """
+    result = pairing.parallel & ~pairing.undefined
+    at = np.flatnonzero(result)
     if at.size:
-        found[at] = kinds_of(pairing.cases(at))[0] == LINE
-    return found
+        result[at] = kinds_of(pairing.cases(at))[0] == LINE
+    return result
 
 
 def contact_lines(path: ContactPath) -> ContactLines:
-    """Find the lines along which flanks on parallel axes touch, one at each roll of a path.
+    """Compute the lines along which flanks on parallel axes touch, one at each roll of a path.
 
     Parameters
     ----------
     path : ContactPath
-        Of evenly spaced positions; it has the design and the flank.
+        Path with evenly spaced positions.
 
     Returns
     -------
     ContactLines
         NaN where flanks touch in points, or not at all.
+
+    Examples
+    --------
+    >>> import beveloid_geom as bg
+    >>> lines = bg.contact_lines(bg.path_of_contact(bg.builtin_design("anti-backlash"), points=3))
+    >>> round(float(lines.total_ratio), 3)
+    1.911
     """
-    pairing, shape = pairing_of(path.design, path.flank), path.design.batch_shape
-    l1 = path.l1.reshape(len(pairing.branch), -1)
-    roll = path.pinion_roll.reshape(l1.shape)
+    return _lines_at(path, path.l1, path.pinion_roll)
+
+
+def carrying_length(path: ContactPath) -> FloatArray:
+    """Return the total length of the contact lines of all tooth pairs at each roll of a path.
+
+    Rigid flanks without transmission error touch on all tooth pairs in mesh at the same time. Flanks with a
+    transmission error touch on one tooth pair, and the length is that of its line.
+
+    Parameters
+    ----------
+    path : ContactPath
+
+    Returns
+    -------
+    array (..., positions)
+        mm; NaN where flanks do not touch along lines.
+    """
+    ends, shape = path.ends, path.l1.shape
+    first, last = np.moveaxis(ends.pinion_roll, -1, 0)[..., None, None]
+    conjugate = np.ptp(path.transmission_error, axis=-1)[..., None, None] <= CONJUGATE_RAD
+    pitch = 2.0 * np.pi / np.asarray(path.design.pinion.teeth)[..., None, None]
+    reach = int(np.ceil(np.nanmax(ends.contact_ratio, initial=0.0)))
+    pairs = np.arange(-reach, reach + 1)
+    share = (path.pinion_roll[..., None] + pairs * pitch - first) / (last - first)
+    # Rounding must not drop the line at the first or last roll of the path.
+    share = np.where(pairs == 0, np.clip(share, 0.0, 1.0), share)
+    touches = (share >= 0.0) & (share <= 1.0) & (conjugate | (pairs == 0))
+    share = np.where(touches, share, 0.0)
+    # Along the straight path across lines without transmission error, l1 is linear in the roll.
+    l1 = ends.l1[..., :1, None] + share * np.diff(ends.l1)[..., None]
+    l1 = np.where(pairs == 0, path.l1[..., None], l1)
+    roll = np.where(pairs == 0, path.pinion_roll[..., None], first + share * (last - first))
+    # The pairs that touch come first; columns in which no pair touches at any position are left out.
+    order = np.argsort(~touches, axis=-1, kind="stable")[..., : int(touches.sum(axis=-1).max())]
+    touches, l1, roll = (np.take_along_axis(values, order, axis=-1) for values in (touches, l1, roll))
+    flat = (*shape[:-1], -1)
+    length = _lines_at(path, l1.reshape(flat), roll.reshape(flat)).length.reshape(*shape, -1)
+    return np.asarray(np.where(touches, length, 0.0).sum(axis=-1))
+
+
+def _lines_at(path: ContactPath, l1: FloatArray, roll: FloatArray) -> ContactLines:
+    """Return the lines of a path at rolls (..., lines), rad, each through the contact at l1, mm."""
+    pairing, shape = generated_pairing(path.design, path.flank), path.design.batch_shape
+    l1 = l1.reshape(len(pairing.branch), -1)
+    roll = roll.reshape(l1.shape)
+    # NaN for cases that do not touch along lines.
     rows = np.full((HEIGHT, *l1.shape, 2), np.nan)
     limit = np.full((*l1.shape, 2), np.int8(-1))
     ratios = np.full((2, len(l1)), np.nan)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         solved = path.ends.status.reshape(-1) == Status.SOLVED
-        at = np.flatnonzero(along_lines(pairing) & solved)
+        at = np.flatnonzero(touches_along_lines(path.design, path.flank).reshape(-1) & solved)
         if at.size:
             part = pairing.cases(at)
-            found = _line_ends(part, l1[at], roll[at])
-            rows[:, at] = found[:HEIGHT]
-            limit[at] = found[HEIGHT:].argmin(axis=0)
+            result = _line_ends(part, l1[at], roll[at])
+            rows[:, at] = result[:HEIGHT]
+            margins = result[HEIGHT:]
+            if part.edges:
+                margins[:2] = np.minimum(margins[:2], edge_margins(part, result[:2], result[4:6]))
+            limit[at] = margins.argmin(axis=0)
             ratios[:, at] = _ratios(part)
     named = {name: rows[row].reshape(*shape, -1, 2) for name, row in ROWS.items()}
     point = np.moveaxis(rows[POINT], 0, -1)
@@ -118,7 +196,7 @@ def contact_lines(path: ContactPath) -> ContactLines:
         pinion_roll=named["pinion_roll"][..., 0],
         gear_roll=named["gear_roll"][..., 0],
         point=point.reshape(*shape, -1, 2, 3),
-        **{name: named[name] for name in ("l1", "l2", "pinion_z", "pinion_r", "gear_z", "gear_r")},
+        **{name: named[name] for name in END_QUANTITIES},
         limit=limit.reshape(*shape, -1, 2),
         transverse_ratio=ratios[0].reshape(shape),
         overlap_ratio=ratios[1].reshape(shape),
@@ -126,58 +204,64 @@ def contact_lines(path: ContactPath) -> ContactLines:
     )
 
 
-def _line_ends(pairing: Pairing, l1: FloatArray, roll: FloatArray) -> FloatArray:
-    """Give rows (WIDTH, cases, lines, 2) of both ends of the lines of given `roll` (cases, lines), rad, each
-    through the contact at l1, mm; that nearer to the pinion's toe first.
+def _line_ends(pairing: FlankPair, l1: FloatArray, roll: FloatArray) -> FloatArray:
+    """Return rows (WIDTH, cases, lines, 2) of both ends of the lines at `roll` (cases, lines), rad, each
+    through the contact at l1, mm; the end nearer to the toe of the pinion first.
 
-    The contacts of one roll have w1 linear in it at each l1; the ends are the least and greatest l1 at
-    which that lies within the limits. Along teeth without helix and cone it is l1 that the roll gives."""
+    The contacts at one roll have w1 linear in the roll at each l1. The ends are the least and largest l1 at
+    which this w1 is within the limits. For teeth parallel to the axes, the roll determines l1.
+    """
     shape, along, lines = l1.shape, along_axes(pairing)[:, None], on_lines(pairing)
 
     def at_roll(l1: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Give w1 at the roll and the first and last w1 within the limits, at l1 (cases, lines, samples)."""
+        """Return w1 at the roll and the first and last w1 within limits, at l1 (cases, lines, samples)."""
         l, met = lines(l1.reshape(shape[0], -1))
-        ends = interval(pairing, l, met, AT_EDGE)
-        own = roll_angles(pairing, met)[0]
-        rate = met.slope[0] / met.moment[0] + 0.0 * own
-        own, rate, first, last = (x.reshape(l1.shape) for x in (own, rate, *ends))
-        return (roll[..., None] - own) / rate, first, last
+        ends = interval(pairing, l, met, EDGE_TOLERANCE)
+        base_roll = roll_angles(pairing, met)[0]
+        rate = met.slope[0] / met.moment[0] + 0.0 * base_roll
+        base_roll, rate, first, last = (x.reshape(l1.shape) for x in (base_roll, rate, *ends))
+        return (roll[..., None] - base_roll) / rate, first, last
 
     def inside(l1: FloatArray) -> FloatArray:
         w, first, last = at_roll(l1)
         return np.where((first <= w) & (w <= last), l1, np.nan)
 
     ends = []
-    for way, bound in ((-1.0, pairing.lowest[0]), (1.0, pairing.highest[0])):
+    # Extend the line from the given contact to both sides as far as it is inside the limits.
+    for sense, bound in ((-1.0, pairing.lowest[0]), (1.0, pairing.highest[0])):
         start = l1[..., None]
-        found = greatest_at(inside, start, np.broadcast_to(bound[..., None], start.shape), way)
-        found = np.where(np.isnan(found) | along[..., None], start, found)
-        w, first, last = (x[..., 0] for x in at_roll(found))
-        w = np.where(along, first if way < 0.0 else last, np.clip(w, first, last))
-        l, _ = lines(found[..., 0])
+        result = greatest_at(inside, start, np.broadcast_to(bound[..., None], start.shape), sense)
+        result = np.where(np.isnan(result) | along[..., None], start, result)
+        w, first, last = (x[..., 0] for x in at_roll(result))
+        w = np.where(along, first if sense < 0.0 else last, np.clip(w, first, last))
+        l, _ = lines(result[..., 0])
         ends.append(rows_of(pairing, l, meet_on_parallel(pairing, l, w)))
     rows = np.stack(ends, axis=-1)
     swapped = rows[ROWS["pinion_z"], ..., :1] > rows[ROWS["pinion_z"], ..., 1:]
     return np.where(swapped, rows[..., ::-1], rows)
 
 
-def _ratios(pairing: Pairing) -> FloatArray:
-    """Give transverse contact ratio in the middle of the common face and overlap ratio, (2, cases)."""
+def _ratios(pairing: FlankPair) -> FloatArray:
+    """Return the transverse contact ratio in the middle of the common face, and the overlap ratio, (2,
+    cases).
+    """
     low = (pairing.position - pairing.half_width).max(axis=0)
     high = (pairing.position + pairing.half_width).min(axis=0)
     pitch, lines = 2.0 * np.pi / pairing.teeth[0], on_lines(pairing)
 
     def roll(l1: FloatArray) -> FloatArray:
-        """Give the pinion's roll of contacts at l1 in the section, NaN beyond root and tip."""
+        """Return the pinion roll of contacts at l1 in the section, NaN beyond root and tip."""
         l, met = lines(l1)
-        v, square = met.own[2, 0], met.square[0]
+        v, square = met.normal[2, 0], met.square[0]
         axial, rate = v * met.along[0] + square * met.across[0], v * met.slope[0] + square
         met = meet_on_parallel(pairing, l, (0.5 * (low + high) - axial) / rate)
         z, radius = axial_and_radius(pairing, met)
         depth = limit_margins(pairing, l, z, radius)[: Limit.PINION_TOE].min(axis=0)
+        if pairing.edges:
+            depth = np.minimum(depth, edge_margins(pairing, l, z).min(axis=0))
         return np.where(depth >= 0.0, roll_angles(pairing, met)[0], np.nan)
 
-    ends = [roll(greatest_at(roll, pairing.lowest[0], pairing.highest[0], way)) for way in (-1.0, 1.0)]
+    ends = [roll(greatest_at(roll, pairing.lowest[0], pairing.highest[0], sense)) for sense in (-1.0, 1.0)]
     normal = pairing.rack.normal
     lean = np.abs(normal[2, 0] / (np.asarray(pairing.rack.pitch_radius)[0] * normal[1, 0]))
     return np.array(((ends[1] - ends[0]) / pitch, (high - low) * lean / pitch))[..., 0]

@@ -1,13 +1,17 @@
-"""The pair in contact as an input that CalculiX runs as it is (.inp), whose keywords are Abaqus's, too.
+"""Input file of the pair in contact (.inp) that CalculiX runs as it is. Abaqus has the same keywords.
 
-Hubs follow one reference node each, on the member's axis, by a kinematic coupling. The first step turns the
-pinion into contact, by about what the torque will; from an open gap a torque finds nothing to push against.
-In the second the pinion's reference node is free to turn about its axis and carries the torque, the gear's
-stays held. Printed are the force of each tooth pair, its moment about the origin of S_f and its centre,
-reactions at the reference nodes, and how a gauge on either hub moves, which says how far it has turned.
+The hub of each member follows a reference node on its axis by a kinematic coupling. A torque needs contact to
+act against, so that the load comes in two steps:
 
-CalculiX takes four letters of CDISP and CSTRESS; CFN is a force with its moment there, in Abaqus without.
-"""
+1. The pinion is turned into contact, by about the angle that the torque will produce.
+2. The pinion's reference node is free to turn about its axis and carries the torque. The gear's is held.
+
+The output has, for each tooth pair, the contact force, its moment about the origin of S_f and its centre; the
+reactions at the reference nodes; and the displacement of a gauge node on each hub, from which its rotation
+follows.
+
+CDISP and CSTRESS are abbreviated to four letters in CalculiX. CFN includes the moment of the force there, but
+not in Abaqus."""
 
 from __future__ import annotations
 
@@ -19,15 +23,14 @@ from ...arrays import flank_sign
 from ...design.model import Design
 from ...export import MEMBERS, identifier
 from .abaqus import STEEL, write_model
-from .pair_mesh import ELEMENT, PairMesh, lever_of
+from .pair_mesh import ELEMENT, PairMesh, force_lever
 
-PENALTY = 1e6
-"""N/mm^3: contact that gives way by 1 um at 1000 MPa. With ten times as much pressures are patchy: elements
-that are much longer than wide follow neither flank nor indentation within 0.1 um."""
-STIFFNESS = 14e3
-"""N/mm^2: of teeth in mesh for each mm of face (ISO 6336-1), to guess how far the pinion turns."""
-LEAD = "pair in contact: "
-"""Begins the line of the header that tells programs what the deck is of, as JSON."""
+MESH_STIFFNESS = 14e3
+"""N/mm^2: stiffness of teeth in mesh per mm of face width (ISO 6336-1), for the estimate of the rotation."""
+FACTS_MARK = "pair in contact: "
+"""Start of the header line with the data, as JSON, that `pair_results` needs."""
+STEP = "*STEP, INC=50\n*STATIC\n1., 1., 1e-6, 1.\n"
+"""Beginning of a step: initial increment, duration, smallest and largest increment."""
 
 
 def write_pair_deck(
@@ -38,15 +41,30 @@ def write_pair_deck(
     comment: Sequence[str] = (),
     decks: int = 1,
 ) -> None:
-    """Write the deck of a `torque` (N mm, above 0) on the pinion, one of so many `decks` over a pitch; lines
-    of `comment` go into the header."""
-    told = json.dumps({**facts_of(pair, torque), "decks": decks})
-    write_model(path, pair.mesh, ELEMENT, _history(design, pair, torque), (*comment, LEAD + told))
+    """Write the deck of a pair in contact.
+
+    Parameters
+    ----------
+    path : Path
+        File to write.
+    design : Design
+        A single design.
+    pair : PairMesh
+        Its mesh.
+    torque : float
+        Torque on the pinion, N mm, above 0.
+    comment : sequence of str
+        Lines for the header.
+    decks : int
+        Number of decks over one pitch to which this deck belongs.
+    """
+    facts = json.dumps({**facts_of(pair, torque), "decks": decks})
+    write_model(path, pair.mesh, ELEMENT, _history(design, pair, torque), (*comment, FACTS_MARK + facts))
 
 
 def facts_of(pair: PairMesh, torque: float) -> dict[str, object]:
-    """Give what is needed beside CalculiX's numbers to read them: rad, N mm, mm in S_f."""
-    gauges = {name: pair.mesh.points[pair.mesh.node_sets[f"{name} gauge"][0]].tolist() for name in MEMBERS}
+    """Return the data that `pair_results` needs besides the output of CalculiX: rad, N mm, and mm in S_f."""
+    gauges = [pair.mesh.points[pair.mesh.node_sets[f"{name} gauge"][0]].tolist() for name in MEMBERS]
     return {
         "flank": pair.flank,
         "pinion_roll": float(pair.roll[0]),
@@ -55,28 +73,29 @@ def facts_of(pair: PairMesh, torque: float) -> dict[str, object]:
         "pairs": [[identifier(name) for name in both] for both in pair.contacts],
         "axes": [frame[0][:, 2].tolist() for frame in pair.frames],
         "origins": [frame[1].tolist() for frame in pair.frames],
-        "gauges": list(gauges.values()),
+        "gauges": gauges,
     }
 
 
 def _history(design: Design, pair: PairMesh, torque: float) -> Iterator[str]:
+    """Yield the lines after the mesh: material, couplings, contact and the two steps."""
     yield STEEL
     for name in MEMBERS:
         yield f"*SURFACE, NAME={name}_hub_nodes, TYPE=NODE\n{name}_hub\n"
         yield f"*COUPLING, CONSTRAINT NAME={name}, REF NODE={pair.mesh.node_sets[f'{name} reference'][0] + 1}"
         yield f", SURFACE={name}_hub_nodes\n*KINEMATIC\n1, 3\n"
     yield "*SURFACE INTERACTION, NAME=flanks\n*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n"
-    yield f"{PENALTY:g},\n"
+    yield f"{pair.stiffness:.6g},\n"
     contacts = [tuple(identifier(name) for name in both) for both in pair.contacts]
     for pinion, gear in contacts:
         yield f"*CONTACT PAIR, INTERACTION=flanks, TYPE=SURFACE TO SURFACE\n{pinion}, {gear}\n"
-    lever, sense = lever_of(design), flank_sign(pair.flank)
+    lever, sense = force_lever(design), flank_sign(pair.flank)
     face = min(float(member.face_width) for member in design.members)
-    turn = torque / (lever * lever * face * STIFFNESS)
+    turn = torque / (lever * lever * face * MESH_STIFFNESS)
     held = "gear_reference, 1, 6\npinion_reference, 1, 5\n"
-    yield f"** The pinion is turned into contact.\n*STEP, INC=50\n*STATIC\n1., 1.\n*BOUNDARY\n{held}"
+    yield f"** The pinion is turned into contact.\n{STEP}*BOUNDARY\n{held}"
     yield f"pinion_reference, 6, 6, {sense * turn:.9g}\n*END STEP\n"
-    yield f"** The torque takes over.\n*STEP, INC=50\n*STATIC\n1., 1.\n*BOUNDARY, OP=NEW\n{held}"
+    yield f"** The torque replaces the prescribed rotation.\n{STEP}*BOUNDARY, OP=NEW\n{held}"
     yield f"*CLOAD\npinion_reference, 6, {sense * torque:.12g}\n"
     for name in MEMBERS:
         yield f"*NODE PRINT, NSET={name}_reference\nRF\n*NODE PRINT, NSET={name}_gauge\nU\n"

@@ -1,1 +1,1 @@
-"""Results for workshop and measuring room in words."""
+"""Reports for drawing, measurement and assembly."""

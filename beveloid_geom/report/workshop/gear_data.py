@@ -1,98 +1,138 @@
-"""The dimensions of both members of a pair for their drawings."""
+"""Report of `gear-data`: dimensions of both members for their drawings."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...arrays import FLANK_SIGN, FloatArray
+from ...design.ends import end_names
 from ...design.model import Design
 from ...findings.backlash import backlash_report
-from ...status import BallStatus
+from ...pair.mounting import mounting_of
+from ...status import BallStatus, SpanStatus
 from ...workshop.balls import Balls, ball_planes, balls_at, recommended_ball
+from ...workshop.span import Span, span_over
 from ...workshop.tooth_data import PLACES, ToothData, backlash_change, tooth_data
-from ..columns import label, number
-from ..result import Rows
-from ..words import head_lines, layout_data, line, name_in_files
+from ..columns import known_number, label, labelled_lines
+from ..result import MEMBERS, Failure, Report, Rows, picked, plain, stacked_rows
+from ..text import head_lines, line
 
-MEMBERS = ("pinion", "gear")
 LIMITS = ("nominal", "upper", "lower")
-"""Of a measure: of the design, at the upper and at the lower allowance of the thickness."""
-WIDTHS = 44, 16
-"""Characters of the names and of a plane in a text."""
+"""Thicknesses: of the design, with the upper and with the lower allowance."""
 WORDS = {
-    BallStatus.OFF_FLANK: "a ball touches beside the flanks",
+    BallStatus.OFF_FLANK: "a ball touches outside the flanks",
     BallStatus.BELOW_TIP: "a ball lies below the tips",
     BallStatus.ON_BOTTOM: "a ball lies on the bottom land",
-    BallStatus.NOT_FOUND: "a ball finds no place between the flanks",
+    BallStatus.NOT_FOUND: "no position of a ball between the flanks was found",
+}
+NO_BALL = "no usual ball touches the flanks above the shifted reference cone: give a diameter with --{}-ball"
+NO_ROLLS = "not defined on a cone, because a roll tilts with the tooth space: use balls"
+SPANS = {
+    SpanStatus.CONE: "not defined on a cone: the base helix angles of right and left flanks differ, so that"
+    " no two parallel planes touch both",
+    SpanStatus.PARABOLA: "not defined on flanks with a parabola or a modification, which are not involutes",
+    SpanStatus.OFF_FLANK: "the planes touch outside the flanks: give another number of teeth with --{}-span",
+    SpanStatus.FACE_TOO_NARROW: "the face is too narrow: give fewer teeth with --{}-span",
 }
 
 
 @dataclass(frozen=True, eq=False)
-class GearDataReport:
-    """The dimensions `found` of both members of a single design, by name; where there are none, why.
+class MemberData:
+    """Dimensions of one member.
 
-    `allowances`: upper and lower one of the normal thickness of each, mm, None if none are given."""
+    Attributes
+    ----------
+    tooth : ToothData
+    balls : Balls or None
+        None if no usual ball fits.
+    span : Span
+    distance : ndarray
+        Distances (3,) of the planes from the common perpendicular along the axis, mm.
+    datum : tuple of float or None
+        z of the datum face and its distance from the common perpendicular, mm.
+    ends : tuple of str
+        Printed names of the ends at -z and +z.
+    """
+
+    tooth: ToothData
+    balls: Balls | None
+    span: Span
+    distance: FloatArray
+    datum: tuple[float, float] | None
+    ends: tuple[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class GearDataReport(Report):
+    """Dimensions of both members of a single design, or the reason why they are unknown.
+
+    `allowances` are the upper and lower allowances of the normal thickness of each member, mm, or None."""
 
     name: str
     design: Design
     allowances: tuple[tuple[float, float] | None, ...]
-    found: dict[str, tuple[ToothData, Balls] | str]
+    members: dict[str, MemberData | str]
 
     @property
-    def failure(self) -> str | None:
-        """Why there is nothing for a member."""
-        faults = (f"No data of the {name}: {one}" for name, one in self.found.items() if isinstance(one, str))
-        return next(faults, None)
+    def failure(self) -> Failure | None:
+        """Failure if a member has no data."""
+        reasons = ((name, data) for name, data in self.members.items() if isinstance(data, str))
+        return next((Failure(f"No data of the {name}: {reason}") for name, reason in reasons), None)
 
     @property
     def backlash(self) -> dict[str, float]:
-        """The least normal backlash as mounted, mm, at the nominal thickness and at both allowances."""
+        """Least normal backlash as mounted at the nominal thickness and at both allowances, mm."""
         given = np.array([(0.0, *(one or (0.0, 0.0))) for one in self.allowances])
         values = backlash_report(self.design).normal + backlash_change(self.design, *given)
         shown = LIMITS if any(self.allowances) else LIMITS[:1]
         return dict(zip(shown, values.tolist(), strict=False))
 
-    def data(self) -> dict[str, Any]:
-        """Give the dimensions by member, planes toe first; mm and rad."""
-        data = layout_data(self.name, self.design)
-        data |= {"places": PLACES, "thickness_allowances": dict(zip(MEMBERS, self.allowances, strict=True))}
-        data["backlash_by_thickness"] = self.backlash
-        for name, one in self.found.items():
-            data[name] = {"reason": one} if isinstance(one, str) else _numbers(*one)
-        return data
+    def values(self) -> dict[str, Any]:
+        """Return the dimensions by member, planes in the order of z; mm and rad."""
+        return {
+            "places": PLACES,
+            "thickness_allowances": dict(zip(MEMBERS, self.allowances, strict=True)),
+            "backlash_by_thickness": self.backlash,
+            **{
+                name: {"reason": data} if isinstance(data, str) else _numbers(data)
+                for name, data in self.members.items()
+            },
+        }
 
     def rows(self) -> Rows:
-        """Give the planes of both members."""
-        known = {name: one for name, one in self.found.items() if not isinstance(one, str)}
-        tables = [dict(_columns(name, *one)) for name, one in known.items()]
-        names = max(tables, key=len, default={})
-        nothing = [""] * len(PLACES)
-        return {name: [cell for table in tables for cell in table.get(name, nothing)] for name in names}
+        """Return one row for each plane of both members."""
+        known = ((name, data) for name, data in self.members.items() if not isinstance(data, str))
+        return stacked_rows([dict(_columns(name, data)) for name, data in known])
 
     def summary(self) -> str:
-        """Write a table for each member, and what the measures are."""
+        """Return a table for each member, and the definitions of the dimensions."""
         text = f"Gear data of {self.name}\n"
-        for name, one in self.found.items():
+        for name, data in self.members.items():
             text += f"\n{name.capitalize()}, {getattr(self.design, name).teeth:g} teeth\n"
-            text += line("none", one) if isinstance(one, str) else _table(*one)
+            text += line("none", data) if isinstance(data, str) else _table(name, data)
         text += "\n" + head_lines(self.design)
-        words = (f"{value:.6f} mm {self._thickness(limit)}" for limit, value in self.backlash.items())
-        text += line("normal backlash", f"as mounted {', '.join(words)}")
+        words = ", ".join(
+            f"{value:.6f} mm {self._thickness(limit)}" for limit, value in self.backlash.items()
+        )
+        unknown = backlash_report(self.design).unknown
+        text += line(
+            "normal backlash", f"as mounted not known: {unknown}" if unknown else f"as mounted {words}"
+        )
         text += line(
             "normal thickness",
-            "on the reference cylinder, square to the tooth's middle; chord and height on the shifted"
-            " reference cone, the height from the tip; allowances are of the thickness",
+            "on the reference cylinder, perpendicular to the middle of the tooth; chord and height on the"
+            " shifted reference cone, the height from the tip; allowances are of the thickness",
         )
         return text + line(
-            "over balls", "both centres in the plane z, at toe and heel a ball's radius inside the face"
+            "over balls", "both centres in the plane z, at the ends one ball radius inside the face"
         )
 
     def _thickness(self, limit: str) -> str:
-        """Say with which thickness."""
+        """Return the thickness to which a backlash belongs."""
         return "at the nominal thickness" if limit == LIMITS[0] else f"at the {limit} allowances"
 
 
@@ -101,99 +141,180 @@ def gear_data_report(
     design: Design,
     allowances: tuple[tuple[float, float] | None, ...] = (None, None),
     balls: tuple[float | None, ...] = (None, None),
+    spans: tuple[int | None, ...] = (None, None),
+    datums: tuple[float | None, ...] = (None, None),
 ) -> GearDataReport:
-    """Find the dimensions of both members of a single design.
+    """Return the dimensions of both members of a single design.
 
-    `allowances` of pinion and gear: upper and lower, mm; `balls`: diameters, mm, None for the recommended."""
-    found: dict[str, tuple[ToothData, Balls] | str] = {}
-    for member_name, limits, ball in zip(MEMBERS, allowances, balls, strict=True):
+    Parameters
+    ----------
+    name : str
+        Name of the design in the report.
+    design : Design
+        Design of plain numbers.
+    allowances : tuple
+        Upper and lower allowance of the normal thickness for pinion and gear, mm, or None.
+    balls : tuple
+        Ball diameters for pinion and gear, mm; None selects the recommended diameter.
+    spans : tuple
+        Numbers of teeth in the span for pinion and gear; None selects the usual number.
+    datums : tuple
+        z of the datum faces of pinion and gear, mm, or None.
+
+    Returns
+    -------
+    GearDataReport
+    """
+    result: dict[str, MemberData | str] = {}
+    distances = mounting_of(design).distance
+    given = zip(MEMBERS, allowances, balls, spans, datums, distances.tolist(), strict=True)
+    for member_name, limits, ball, teeth, datum, distance in given:
         member, change = getattr(design, member_name), (0.0, *(limits or ()))
         try:
-            data = tooth_data(member, change)
+            tooth = tooth_data(member, change)
             diameter = recommended_ball(member) if ball is None else ball
-            if np.isnan(diameter):
-                raise ValueError("no usual ball touches its flanks above the shifted reference cone")
-            found[member_name] = data, balls_at(member, diameter, ball_planes(member, diameter), change)
+            planes = ball_planes(member, diameter)
+            result[member_name] = MemberData(
+                tooth=tooth,
+                balls=None if np.isnan(diameter) else balls_at(member, diameter, planes, change),
+                span=span_over(member, teeth, change),
+                distance=distance + tooth.z,
+                datum=None if datum is None else (datum, distance + datum),
+                ends=end_names(member),
+            )
         except ValueError as error:
-            found[member_name] = str(error)
-    return GearDataReport(name, design, allowances, found)
+            result[member_name] = str(error)
+    return GearDataReport(name, design, allowances, result)
 
 
-def _measures(data: ToothData, balls: Balls) -> dict[str, FloatArray]:
-    """Give what the allowances change, (k, 3), by name."""
+def _measures(one: MemberData) -> dict[str, FloatArray]:
+    """Return the dimensions (k, 3) that depend on the allowances by name."""
     names = ("normal_thickness", "chordal_thickness", "chordal_height")
-    return {name: getattr(data, name) for name in names} | {"ball_dimension": balls.dimension}
+    measures = picked(one.tooth, *names)
+    if one.balls is not None:
+        measures |= {"ball_dimension": one.balls.dimension, "roll_dimension": one.balls.over_rolls}
+    return measures
 
 
-def _numbers(data: ToothData, balls: Balls) -> dict[str, Any]:
-    """Give the entries of a member in JSON."""
-    status = [[name_in_files(BallStatus(code)) for code in row] for row in balls.status.tolist()]
-    sides = {
-        name: dict(zip(FLANK_SIGN, getattr(data, name), strict=True))
-        for name in ("form_diameter", "base_diameter")
+def _numbers(member: MemberData) -> dict[str, Any]:
+    """Return the entries of a member in JSON."""
+    tooth, balls, span = member.tooth, member.balls, member.span
+    names = ("z", "tip_diameter", "root_diameter", "chord_diameter", "reference_diameter", "root_cone_angle")
+    unknown = np.full(len(PLACES), np.nan)
+    values = {
+        **picked(tooth, *names, "infeed", "swivel"),
+        "axial_distance": member.distance,
+        **{
+            name: dict(zip(FLANK_SIGN, getattr(tooth, name), strict=True))
+            for name in ("form_diameter", "base_diameter")
+        },
+        **{name: _by_limit(rows) for name, rows in _measures(member).items()},
+        "span_teeth": span.teeth or None,
+        "span": _by_limit(span.dimension.tolist()),
+        "span_status": _by_limit(plain(span.status, SpanStatus)),
+        "ball_diameter": None if balls is None else balls.diameter,
+        "ball_z": unknown if balls is None else balls.z,
     }
-    single = ("reference_diameter", "root_cone_angle", "infeed", "swivel")
-    along = ("z", "tip_diameter", "root_diameter", "chord_diameter")
-    return {
-        **{name: getattr(data, name) for name in (*along, *single)},
-        **sides,
-        **{name: dict(zip(LIMITS, rows, strict=False)) for name, rows in _measures(data, balls).items()},
-        "ball_diameter": balls.diameter,
-        "ball_z": balls.z,
-        "ball_status": dict(zip(LIMITS, status, strict=False)),
-    }
+    if balls is None:
+        values["ball_dimension"] = _by_limit([unknown] * len(tooth.change))
+    else:
+        values["ball_status"] = _by_limit(plain(balls.status, BallStatus))
+    if member.datum is not None:
+        values["datum"] = dict(zip(("z", "axial_distance"), member.datum, strict=True))
+    return values
 
 
-def _columns(name: str, data: ToothData, balls: Balls) -> Iterator[tuple[str, list[Any]]]:
-    """Give the columns of a member in CSV."""
-    planes = len(PLACES)
-    yield "member", [name] * planes
-    yield "place", list(PLACES)
-    for key in ("z", "tip_diameter", "root_diameter"):
-        yield key, getattr(data, key).tolist()
-    for flank, form, base in zip(FLANK_SIGN, data.form_diameter, data.base_diameter, strict=True):
-        yield f"{flank}_form_diameter", form.tolist()
-        yield f"{flank}_base_diameter", [float(base)] * planes
-    for key, value in (("reference_diameter", data.reference_diameter), ("ball_diameter", balls.diameter)):
-        yield key, [value] * planes
-    yield "chord_diameter", data.chord_diameter.tolist()
-    yield "ball_z", balls.z.tolist()
-    for key, rows in _measures(data, balls).items():
-        for limit, row in zip(("", "upper_", "lower_"), rows, strict=False):
-            yield f"{limit}{key}", row.tolist()
-    for key in ("root_cone_angle", "infeed", "swivel"):
-        yield key, [getattr(data, key)] * planes
+def _by_limit(values: Any) -> dict[str, Any]:
+    """Return values by the limits of the thickness; without allowances there is only the nominal one."""
+    return dict(zip(LIMITS, values, strict=False))
 
 
-def _table(data: ToothData, balls: Balls) -> str:
-    """Write the dimensions of a member."""
-    first, width = WIDTHS
-    text = f"{'':{first}}" + "".join(f"{place:>{width}}" for place in PLACES) + "\n"
-    rows = [("z, mm", "z", data.z)]
-    rows += [(label(name), name, getattr(data, name)) for name in ("tip_diameter", "root_diameter")]
+def _columns(name: str, member: MemberData) -> Iterator[tuple[str, Any]]:
+    """Yield the columns of a member in CSV."""
+    tooth, balls = member.tooth, member.balls
+    yield from {
+        "member": name,
+        "place": PLACES,
+        **picked(tooth, "z", "tip_diameter", "root_diameter"),
+    }.items()
+    for flank, form, base in zip(FLANK_SIGN, tooth.form_diameter, tooth.base_diameter, strict=True):
+        yield f"{flank}_form_diameter", form
+        yield f"{flank}_base_diameter", float(base)
+    yield "axial_distance", member.distance
+    if member.datum is not None:
+        yield from zip(("datum_z", "datum_axial_distance"), member.datum, strict=True)
+    yield from picked(tooth, "reference_diameter", "chord_diameter").items()
+    if balls is not None:
+        yield from (("ball_diameter", balls.diameter), ("ball_z", balls.z))
+    measures = {**_measures(member), "span": member.span.dimension.tolist()}
+    for key, rows in measures.items():
+        if key == "span":
+            yield "span_teeth", member.span.teeth or ""
+        yield from ((f"{p}{key}", row) for p, row in zip(("", "upper_", "lower_"), rows, strict=False))
+    yield from picked(tooth, "root_cone_angle", "infeed", "swivel").items()
+
+
+def _table(name: str, one: MemberData) -> str:
+    """Return the table of a member."""
+    data, balls = one.tooth, one.balls
+    back, front = one.ends
+    rows = [("z, mm", "z", data.z), ("from the common perpendicular, mm", "z", one.distance)]
+    rows += [(label(key), key, getattr(data, key)) for key in ("tip_diameter", "root_diameter")]
     rows += [
         (f"form diameter, {flank}, mm", "diameter", row)
         for flank, row in zip(FLANK_SIGN, data.form_diameter, strict=True)
     ]
-    for name, values in _measures(data, balls).items():
-        if name == "chordal_thickness":
+    for key, values in _measures(one).items():
+        if np.isnan(values).all() and key == "roll_dimension":
+            continue
+        if key == "chordal_thickness":
             rows.append(("diameter of the chord, mm", "diameter", data.chord_diameter))
-        if name == "ball_dimension":
+        if key == "ball_dimension" and balls is not None:
             rows.append(("centres of the balls, z, mm", "z", balls.z))
         for limit, change, row in zip(LIMITS, data.change, values, strict=False):
-            words = f"over balls of {balls.diameter:g} mm" if name == "ball_dimension" else label(name)
-            rows.append((words if limit == LIMITS[0] else f"  {limit}, at {change:+g} mm", name, row))
-    for words, name, row in rows:
-        cells = (f"{'-':>{width}}" if np.isnan(value) else number(name, value, width) for value in row)
-        text += f"  {words:<{first - 2}}" + "".join(cells) + "\n"
+            over = key.removesuffix("_dimension")
+            words = label(key) if balls is None or over == key else f"over {over}s of {balls.diameter:g} mm"
+            rows.append((words if limit == LIMITS[0] else f"  {limit}, at {change:+g} mm", key, row))
+    table: list[tuple[str, Sequence[str]]] = [("", (back, "middle", front))]
+    table += [(f"  {words}", [known_number(key, value) for value in row]) for words, key, row in rows]
+    return labelled_lines(table, label_width=44, cell_width=16) + _lines(name, one)
+
+
+def _lines(name: str, one: MemberData) -> str:
+    """Return the lines with single values of a member and the reasons for missing values."""
+    data, balls = one.tooth, one.balls
     sides = (f"{value:.4f} mm {flank}" for flank, value in zip(FLANK_SIGN, data.base_diameter, strict=True))
-    text += line(
-        "base diameters", ", ".join(sides) + f"; reference diameter {data.reference_diameter:.4f} mm"
-    )
+    text = line("base diameters", ", ".join(sides) + f"; reference diameter {data.reference_diameter:.4f} mm")
     angle, swivel = np.degrees((data.root_cone_angle, data.swivel))
     text += line(
-        "root cone", f"{angle:.4f} deg to the axis; radial infeed {data.infeed:.6f} mm a mm towards the heel"
+        "root cone",
+        f"{angle:.4f} deg to the axis; radial infeed {data.infeed:.6f} mm per mm to +z, the {one.ends[1]}",
     )
-    text += line("hob's swivel", f"{swivel:z.4f} deg about the radial line, without the hob's own lead")
+    text += line(
+        "hob's swivel", f"{swivel:z.4f} deg about the radial line, without the lead angle of the hob"
+    )
+    if one.datum is not None:
+        z, distance = one.datum
+        words = f"{distance:z.4f} mm from the common perpendicular along the axis"
+        text += line("datum face", f"at z = {z:z.4f} mm: {words}")
+    text += line("span", _span_words(name, one.span))
+    if balls is None:
+        return text + line("balls", NO_BALL.format(name))
+    if np.isnan(balls.over_rolls).all() and data.root_cone_angle != 0.0:
+        text += line("rolls", NO_ROLLS)
     faults = sorted(set(balls.status.ravel().tolist()) - {BallStatus.MEASURED})
     return text + "".join(line("balls", WORDS[BallStatus(code)]) for code in faults)
+
+
+def _span_words(name: str, span: Span) -> str:
+    """Return the span for each tooth thickness, or the reason why there is none."""
+    faults = [SpanStatus(code) for code in span.status.tolist() if code != SpanStatus.MEASURED]
+    if faults:
+        return SPANS[faults[0]].format(name)
+    sizes = zip(LIMITS, span.change, span.dimension, strict=False)
+    values = (
+        f"{size:.4f} mm" if limit == LIMITS[0] else f"{limit} {size:.4f} mm at {change:+g} mm"
+        for limit, change, size in sizes
+    )
+    touched = f"touching at the diameter {span.contact_diameter[0]:.4f} mm"
+    return f"over {span.teeth} teeth {', '.join(values)}; {touched}"

@@ -1,4 +1,4 @@
-"""The grid of a measuring machine, and the deviations of points measured on it."""
+"""Reports of `grid`: points for a measuring machine, and deviations of measured points."""
 
 from __future__ import annotations
 
@@ -10,79 +10,77 @@ import numpy as np
 
 from ...analysis.ease_off import SecondOrder
 from ...arrays import FLANK_SIGN
+from ...design.ends import end_names
 from ...workshop.grid import MeasuringGrid
 from ...workshop.measured import Deviations
 from ..columns import number
-from ..result import Rows
-from ..words import line
+from ..ease_off import SECOND_ORDER
+from ..result import Failure, Rows, plain
+from ..text import line
 
-FRAME = "z along the axis towards the heel, 0 at mid-face; x through tooth 0, y = z cross x"
-ORDER = "right flank, then left; rows from root to tip, in each columns from toe to heel"
-MOST_COLUMNS = 10
-"""Columns of a grid that stand beside each other in a text."""
-SHAPE = {
-    "mean": "mean",
-    "face_slope": "slope from toe to heel",
-    "profile_slope": "slope from root to tip",
-    "face_crowning": "crowning along the face",
-    "profile_crowning": "crowning along the profile",
-    "twist": "twist",
-    "rest": "rms of the rest",
-}
-"""Words for the surface of second order nearest to deviations."""
+FRAME = "z along the axis towards the {1}, 0 at mid-face; x through tooth 0, y = z cross x"
+ORDER = "right flank, then left; rows from root to tip, columns from {0} to {1}"
+"""{0} and {1} are the printed names of the ends at -z and +z."""
+MAX_PRINTED_COLUMNS = 10
+"""Largest number of columns of a grid that is printed."""
+SHAPE = SECOND_ORDER | {"profile_slope": "slope from root to tip"}
+"""Labels of the coefficients of the quadratic surface fitted to the deviations."""
 
 
 @dataclass(frozen=True)
 class Named:
-    """Of what a grid is: the design's name, which member, and its border in words."""
+    """Origin of a grid: design, member and border."""
 
     name: str
     member: str
     border: str
 
     def data(self, grid: MeasuringGrid) -> dict[str, Any]:
-        """Give the entries that say how the points are meant."""
+        """Return the entries of JSON that define the points."""
         rows, columns = grid.shape
+        ends = end_names(grid.member)
         return {
             **{"design": self.name, "member": self.member, "teeth": int(grid.member.teeth)},
-            **{"rows": rows, "columns": columns, "border": self.border, "frame": FRAME, "order": ORDER},
+            **{"rows": rows, "columns": columns, "border": self.border},
+            **{"frame": FRAME.format(*ends), "order": ORDER.format(*ends)},
             "middle_angle": grid.middle,
         }
 
     def lines(self, grid: MeasuringGrid) -> list[str]:
-        """Say the same, a line each."""
+        """Return the same definitions as lines."""
         rows, columns = grid.shape
         half = 0.5 * float(grid.member.face_width)
         middle = f"{math.degrees(grid.middle):z.6f} deg"
-        what, teeth = f"{self.name}, {self.member}", int(grid.member.teeth)
+        title, teeth = f"{self.name}, {self.member}", int(grid.member.teeth)
+        ends = end_names(grid.member)
         return [
-            f"{what}, {teeth} teeth: {rows} rows, {columns} columns, border {self.border}",
-            f"frame: {FRAME}",
-            f"datum: toe at z = {-half:g} mm, heel at {half:g} mm",
-            f"tooth: its middle on the reference cylinder at mid-face stands {middle} from x",
-            f"order: {ORDER}",
+            f"{title}, {teeth} teeth: {rows} rows, {columns} columns, border {self.border}",
+            f"frame: {FRAME.format(*ends)}",
+            f"datum: {ends[0]} at z = {-half:g} mm, {ends[1]} at {half:g} mm",
+            f"tooth: its middle on the reference cylinder at mid-face is {middle} from x",
+            f"order: {ORDER.format(*ends)}",
         ]
 
 
 @dataclass(frozen=True, eq=False)
 class GridReport:
-    """The nominal points of a `grid` of a design's member."""
+    """Nominal points of a member of a design."""
 
     named: Named
     grid: MeasuringGrid
-    failure: str | None = None
+    failure: Failure | None = None
 
     def data(self) -> dict[str, Any]:
-        """Give the points with their normals, in the order of the grid; mm and rad."""
+        """Return the points with their normals, in the order of the grid; mm and rad."""
         return self.named.data(self.grid) | {"points": dict(self.rows())}
 
     def rows(self) -> Rows:
-        """Give the points."""
+        """Return the points."""
         x, y, z = self.grid.point.reshape(-1, 3).T
         return _places(self.grid) | {"x": x, "y": y, "z": z, "normal": self.grid.normal.reshape(-1, 3)}
 
     def summary(self) -> str:
-        """Write the neutral table of measuring programs: what it is behind #, then a point a line."""
+        """Return a table for measuring programs: comments after #, then one point per line."""
         text = "".join(f"# {words}\n" for words in self.named.lines(self.grid))
         text += "# unit: mm; normals of length 1, out of the tooth\n"
         text += "# flank row column x y z nx ny nz\n"
@@ -96,58 +94,59 @@ class GridReport:
 
 @dataclass(frozen=True, eq=False)
 class DeviationReport:
-    """The deviations `found` on the grid of a design's member."""
+    """Deviations of measured points on the grid of a member."""
 
     named: Named
-    found: Deviations
-    failure: str | None = None
+    result: Deviations
+    failure: Failure | None = None
 
     @property
     def second_order(self) -> dict[str, SecondOrder]:
-        """The surface of second order nearest to the deviations of each flank, over the grid."""
-        return dict(zip(FLANK_SIGN, self.found.second_order, strict=True))
+        """Quadratic surface fitted to the deviations of each flank."""
+        return dict(zip(FLANK_SIGN, self.result.second_order, strict=True))
 
     def data(self) -> dict[str, Any]:
-        """Give the deviations, rows of rows by flank, and what they come to; mm and rad."""
-        found = self.found
+        """Return the deviations by flank and row, the quadratic surfaces, thickness and rotation; mm and
+        rad."""
+        result = self.result
         return {
-            **self.named.data(found.grid),
-            "deviation": dict(zip(FLANK_SIGN, found.deviation, strict=True)),
-            "beside": dict(zip(FLANK_SIGN, found.beside, strict=True)),
-            "second_order": {flank: vars(one) for flank, one in self.second_order.items()},
-            "thickness_deviation": found.thickness,
-            "turn": found.turn,
+            **self.named.data(result.grid),
+            "deviation": dict(zip(FLANK_SIGN, result.deviation, strict=True)),
+            "beside": dict(zip(FLANK_SIGN, result.foot_distance, strict=True)),
+            "second_order": plain(self.second_order),
+            "thickness_deviation": result.thickness,
+            "turn": result.turn,
         }
 
     def rows(self) -> Rows:
-        """Give the points measured and their deviations."""
-        x, y, z = self.found.point.reshape(-1, 3).T
-        own = {"deviation": self.found.deviation.ravel(), "beside": self.found.beside.ravel()}
-        return _places(self.found.grid) | {"x": x, "y": y, "z": z} | own
+        """Return the measured points and their deviations."""
+        x, y, z = self.result.point.reshape(-1, 3).T
+        values = {"deviation": self.result.deviation.ravel(), "beside": self.result.foot_distance.ravel()}
+        return _places(self.result.grid) | {"x": x, "y": y, "z": z} | values
 
     def summary(self) -> str:
-        """Write the deviations of both flanks, tip above root, and what they come to."""
-        grid = self.found.grid
-        text = "Deviations of measured points along the normal, um, positive where there is too much metal\n"
-        for flank, values in zip(FLANK_SIGN, self.found.deviation, strict=True):
-            text += f"\n{flank.capitalize()} flank, toe to heel, tip above root\n"
-            if grid.shape[1] <= MOST_COLUMNS:
+        """Return the deviations of both flanks, with the tip above the root, and their evaluation."""
+        grid, ends = self.result.grid, end_names(self.result.grid.member)
+        text = "Deviations of measured points along the normal, um, positive for excess material\n"
+        for flank, values in zip(FLANK_SIGN, self.result.deviation, strict=True):
+            text += f"\n{flank.capitalize()} flank, {ends[0]} to {ends[1]}, tip above root\n"
+            if grid.shape[1] <= MAX_PRINTED_COLUMNS:
                 rows = ("".join(number("deviation", one, 9) for one in row) for row in values[::-1])
                 text += "".join(
                     f"  row {k:>3} {row}\n" for k, row in zip(range(len(values), 0, -1), rows, strict=True)
                 )
-            one = self.second_order[flank]
-            shape = (f"{words} {number('deviation', getattr(one, name))}" for name, words in SHAPE.items())
+            fit = self.second_order[flank]
+            shape = (f"{words} {number('deviation', getattr(fit, name))}" for name, words in SHAPE.items())
             least, most = (number("deviation", value) for value in (values.min(), values.max()))
             text += line("extent", f"{least} to {most} um") + line("shape, um", ", ".join(shape))
         text += "\n" + "".join(line(*words.split(": ", 1)) for words in self.named.lines(grid)[1:])
         text += line("grid", self.named.lines(grid)[0])
-        turn = 3600.0 * math.degrees(self.found.turn)
-        words = f"{number('deviation', self.found.thickness)} um of normal thickness, turned by {turn:z.2f}"
+        turn = 3600.0 * math.degrees(self.result.turn)
+        words = f"{number('deviation', self.result.thickness)} um of normal thickness, rotated by {turn:z.2f}"
         return text + line("both flanks", f"{words} arcsec, by the means of their deviations")
 
 
 def _places(grid: MeasuringGrid) -> dict[str, Any]:
-    """Give flank, row and column, from 1 on, of all points in their order."""
+    """Return flank, row and column of all points in their order; rows and columns are counted from 1."""
     side, row, column = (index.ravel() for index in np.indices(grid.l.shape))
     return {"flank": np.array(tuple(FLANK_SIGN))[side], "row": row + 1, "column": column + 1}

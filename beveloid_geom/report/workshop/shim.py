@@ -1,4 +1,4 @@
-"""The axial positions that give a backlash, and put the path where it is wanted."""
+"""Report of `shim`: axial positions for a given backlash and place of the path."""
 
 from __future__ import annotations
 
@@ -8,103 +8,99 @@ from typing import Any
 
 from ...design.model import Design
 from ...status import ShimStatus
+from ...support.process import NO_CONTACT, NOT_COMPUTED
 from ...workshop.shim import Shim, shim
-from ..result import Rows
-from ..words import head_data, line, mounted_lines, name_in_files
+from ..result import MEMBERS, Failure, ResultReport, Rows, by_member, picked
+from ..text import line, mounted_lines
 
-MEMBERS = ("pinion", "gear")
 WHY = {
     ShimStatus.NO_EFFECT: "axial positions do not change the backlash: neither member has a cone",
-    ShimStatus.NO_PATH: "at no axial positions tried has the pair a path on these flanks",
-    ShimStatus.NOT_FOUND: "no axial positions were found that give what is wanted, along which first contacts"
-    " and the path stay known",
+    ShimStatus.NO_PATH: "the pair has no path on these flanks at any of the axial positions tried",
+    ShimStatus.NOT_FOUND: "no axial positions with this backlash and place were found; the search stops where"
+    " a first contact or the path is unknown",
 }
 
 
 @dataclass(frozen=True, eq=False)
-class ShimReport:
-    """The axial positions `found`, and, where a place of the path is wanted, `least`, those of the backlash
-    alone."""
+class ShimReport(ResultReport[Shim]):
+    """Axial positions of a single design.
 
-    name: str
-    found: Shim
+    `result` contains the positions for backlash and place of the path. If they do not exist, `least` contains
+    the positions for the backlash alone."""
+
     least: Shim | None
 
     @property
     def reason(self) -> str | None:
-        """Why there are none, None if there are."""
-        found = self.found
-        if found.status == ShimStatus.OUT_OF_REACH:
-            pinion, gear = found.axial
+        """Reason for missing shims, None if there are shims."""
+        result = self.result
+        if result.status == ShimStatus.OUT_OF_REACH:
+            pinion, gear = result.axial
             moved = f"moves the pinion by {pinion:+.3f} and the gear by {gear:+.3f} mm"
-            return f"it {moved}, more than the lesser face width, {found.limit:g} mm"
-        return WHY.get(found.status)
+            return f"it {moved}, more than the smaller face width, {result.limit:g} mm"
+        return WHY.get(result.status)
 
     @property
-    def failure(self) -> str | None:
-        """Why there is nothing."""
-        return f"No shims: {self.reason}" if self.reason else None
+    def failure(self) -> Failure | None:
+        """Failure if there are no shims: exit status 4 if a first contact could not be computed."""
+        status = NOT_COMPUTED if self.result.status == ShimStatus.NOT_FOUND else NO_CONTACT
+        return Failure(f"No shims: {self.reason}", status) if self.reason else None
 
-    def data(self) -> dict[str, Any]:
-        """Give the positions, what they are for, and what the pair has there; mm and rad."""
-        data = {
-            **head_data(self.name, self.found.design, self.found.flank),
-            "wanted_backlash": self.found.wanted_backlash,
-            "wanted_z": self.found.wanted_z,
-            "limit": self.found.limit,
-            "shim": _numbers(self.found),
+    def values(self) -> dict[str, Any]:
+        """Return the axial positions and the results at these positions; mm and rad."""
+        return {
+            **picked(self.result, "wanted_backlash", "wanted_z", "limit"),
+            "shim": _numbers(self.result),
             "by_backlash_alone": None if self.least is None else _numbers(self.least),
         }
-        return data | ({"reason": self.reason} if self.reason else {})
 
     def rows(self) -> Rows:
-        """Give the positions, a member a row."""
-        return {"member": MEMBERS, "axial": self.found.axial, "mounting": self.found.distance}
+        """Return the positions, one row for each member."""
+        return {"member": MEMBERS, "axial": self.result.axial, "mounting": self.result.distance}
 
     def summary(self) -> str:
-        """Write the positions, what the pair has there, and why there are none."""
-        found = self.found
-        text = f"Shims of {self.name}: axial positions for a normal backlash of {found.wanted_backlash:g} mm"
-        if not math.isnan(found.wanted_z):
-            text += f",\nmiddle of the path at z = {found.wanted_z:g} mm on the pinion, {found.flank} flanks"
-        text += "\n\n" + mounted_lines(found.design)
-        if not math.isnan(found.residual):
-            text += _lines(found)
+        """Return the positions and the results there, or the reason why there are none."""
+        result = self.result
+        text = f"Shims of {self.name}: axial positions for a normal backlash of {result.wanted_backlash:g} mm"
+        if not math.isnan(result.wanted_z):
+            text += (
+                f",\nmiddle of the path at z = {result.wanted_z:g} mm on the pinion, {result.flank} flanks"
+            )
+        text += "\n\n" + mounted_lines(result.design)
+        if not math.isnan(result.residual):
+            text += _lines(result)
         if self.reason:
             text += line("none", self.reason)
             if self.least is not None and not math.isnan(self.least.residual):
-                text += line("backlash alone", "is there with the least moves:") + _lines(self.least)
-        return text + line("positions", "moves from the mounting above, positive towards the heel")
+                text += line("backlash alone", "the smallest displacements for it:") + _lines(self.least)
+        return text + line("positions", "displacements from the mounting above, positive towards +z")
 
 
-def _numbers(found: Shim) -> dict[str, Any]:
-    """Give the entries of JSON."""
-    names = ("backlash", "z", "contact_ratio", "residual")
+def _numbers(result: Shim) -> dict[str, Any]:
+    """Return the entries of JSON."""
     return {
-        "status": name_in_files(found.status),
-        **{f"{name}_axial": value for name, value in zip(MEMBERS, found.axial, strict=True)},
-        **{f"{name}_mounting": value for name, value in zip(MEMBERS, found.distance, strict=True)},
-        **{name: getattr(found, name) for name in names},
+        **picked(result, "status"),
+        **by_member("axial", result.axial),
+        **by_member("mounting", result.distance),
+        **picked(result, "backlash", "z", "contact_ratio", "residual"),
     }
 
 
-def _lines(found: Shim) -> str:
-    """Write the positions and what the pair has there."""
-    moves = zip(MEMBERS, found.axial, found.distance, ("dw1", "dw2"), strict=True)
+def _lines(result: Shim) -> str:
+    """Return the lines on the positions and the results there."""
+    displacements = zip(MEMBERS, result.axial, result.distance, ("dw1", "dw2"), strict=True)
     text = "".join(
         line(f"move the {name}", f"{move:+z.6f} mm, to {letters} = {distance:.6f} mm")
-        for name, move, distance, letters in moves
+        for name, move, distance, letters in displacements
     )
-    path = (
-        f"middle of the path at z = {found.z:z.4f} mm on the pinion, contact ratio {found.contact_ratio:.4f}"
-    )
-    path = "no path on these flanks" if math.isnan(found.z) else path
-    return text + line("there", f"backlash {found.backlash:.9f} mm; {found.flank} flanks: {path}")
+    ratio = f"contact ratio {result.contact_ratio:.4f}"
+    path = f"middle of the path at z = {result.z:z.4f} mm on the pinion, {ratio}"
+    path = "no path on these flanks" if math.isnan(result.z) else path
+    return text + line("there", f"backlash {result.backlash:.9f} mm; {result.flank} flanks: {path}")
 
 
 def shim_report(name: str, design: Design, backlash: float, at: float | None, flank: str) -> ShimReport:
-    """Find axial positions of a single design; where there are none for the place wanted, those of the
-    backlash alone, too. Arguments and ValueError as of `shim`."""
-    found = shim(design, backlash, at, flank)
-    alone = at is not None and found.status != ShimStatus.REACHED
-    return ShimReport(name, found, shim(design, backlash, None, flank) if alone else None)
+    """Return the axial positions of a single design; arguments and ValueError as in `shim`."""
+    result = shim(design, backlash, at, flank)
+    alone = at is not None and result.status != ShimStatus.REACHED
+    return ShimReport(name, design, result, shim(design, backlash, None, flank) if alone else None)

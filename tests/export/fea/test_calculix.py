@@ -1,6 +1,7 @@
-"""A loaded tooth as CalculiX takes it: the deck runs as it is, and its answer is that of statics.
+"""A loaded tooth in CalculiX: the deck runs as it is, and reactions, displacements and stresses are checked.
 
-Skipped only where CalculiX (`ccx`, in Debian's calculix-ccx) is not installed."""
+Tests need `ccx`, in Debian's package calculix-ccx.
+"""
 
 from __future__ import annotations
 
@@ -15,12 +16,12 @@ import pytest
 
 from beveloid_geom import Design, tooth_hexahedra
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.placing import meshing_pair
+from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.export.fea.abaqus import FIXED_SETS, LoadCase
 from beveloid_geom.export.fea.volumes import write_volume
 from beveloid_geom.export.parts import contact_case
-from beveloid_geom.shapes.elements import VolumeMesh
-from beveloid_geom.shapes.hexahedra import Cells
+from beveloid_geom.shapes.element_sizes import Cells
+from beveloid_geom.shapes.hexahedral_mesh import VolumeMesh
 from tests.oracle.table1 import table1
 
 CCX = shutil.which("ccx") or ""
@@ -28,17 +29,17 @@ pytestmark = pytest.mark.skipif(not CCX, reason="CalculiX is not installed: apt-
 FORCE = 1000.0
 SMALL = 1.0
 FACE_WIDTH = 16.0
-"""mm, of both gears: near-cubic elements and a converged answer with few of them."""
+"""mm, of both gears, so that few elements are nearly cubic and converged."""
 FEW = Cells(1, 2, 3, 4, 4)
 REFINED = (Cells(1, 2, 2, 2, 2), Cells(1, 3, 4, 6, 6), Cells(1, 4, 6, 8, 8))
 STRESSED = (Cells(1, 2, 2, 2, 2), Cells(1, 4, 4, 4, 4), Cells(1, 6, 6, 6, 6))
 MOST_NODES = 30_000
 FINE = Cells(1, 3, 5, 6, 8)
-"""For a whole face; coarser elements under the load hide the hourglass modes."""
+"""For a complete face; coarser elements under the load hide the hourglass modes."""
 
 
 def run(deck: Path) -> dict[str, FloatArray]:
-    """The vectors that a deck has CalculiX print, by set."""
+    """Run a deck and return the printed vectors by set."""
     done = subprocess.run(
         [CCX, "-i", deck.stem], cwd=deck.parent, capture_output=True, text=True, timeout=300
     )
@@ -60,7 +61,7 @@ def narrow() -> Design:
 
 @dataclass(frozen=True, eq=False)
 class Solved:
-    """A loaded tooth, and what CalculiX printed: reactions (N) by set, displacement (mm) of the observer."""
+    """Loaded tooth with the output of CalculiX: reactions (N) by set, displacement (mm) of the observer."""
 
     mesh: VolumeMesh
     case: LoadCase
@@ -68,10 +69,10 @@ class Solved:
     results: Path
 
     def stress(self, name: str) -> float:
-        """Greatest von Mises stress (MPa) of the nodes of a set."""
-        found = mises(self.results)
-        assert len(found) == len(self.mesh.points)
-        return float(found[self.mesh.node_sets[name]].max())
+        """Return the largest von Mises stress (MPa) of the nodes of a set."""
+        stresses = mises(self.results)
+        assert len(stresses) == len(self.mesh.points)
+        return float(stresses[self.mesh.node_sets[name]].max())
 
 
 def solved(
@@ -85,7 +86,7 @@ def solved(
     flank: str = "right",
     force: float = FORCE,
 ) -> Solved:
-    """A gear's tooth if no other `member` is named, its reaction that to the load."""
+    """Solve a loaded tooth, of the gear by default, and check that the reaction equals the load."""
     mesh = tooth_hexahedra(design.members[member], teeth, element, cells=cells)
     case = contact_case(mesh, design, meshing_pair(design, flank), member, force, (teeth - 1) // 2)
     deck = folder / "tooth.inp"
@@ -100,7 +101,7 @@ def solved(
     ("element", "member", "teeth"), [("C3D20", 0, 1), ("C3D20R", 0, 1), ("C3D8I", 1, 3), ("C3D8", 0, 2)]
 )
 def test_reaction_is_the_load(tmp_path: Path, element: str, member: int, teeth: int) -> None:
-    """Of the one set that holds all that is fixed; the force is that along the flank's normal."""
+    """Reactions are printed for all fixed nodes and for each fixed set."""
     found = solved(tmp_path, narrow(), FEW, element, member=member, teeth=teeth)
     sets = (name.replace(" ", "_") for name in FIXED_SETS)
     assert set(found.printed) == {"observer", "fixed", *sets}
@@ -108,7 +109,7 @@ def test_reaction_is_the_load(tmp_path: Path, element: str, member: int, teeth: 
 
 @pytest.mark.parametrize("element", ["C3D20", pytest.param("C3D20R", marks=pytest.mark.slow)])
 def test_displacement_of_an_unloaded_point_converges(tmp_path: Path, element: str) -> None:
-    """At the tip of the opposite flank."""
+    """The observed point is at the tip of the opposite flank."""
     answers = [solved(tmp_path, narrow(), cells, element, member=0, flank="left") for cells in REFINED]
     sizes = [len(one.mesh.points) for one in answers]
     assert sizes == sorted(sizes)
@@ -127,7 +128,7 @@ def test_displacement_of_an_unloaded_point_converges(tmp_path: Path, element: st
 
 
 def field(results: Path, name: str) -> FloatArray:
-    """The last field of this name (n, 6) at the nodes, by their numbers, in CalculiX's file of results."""
+    """Return the last field of a name (n, 6) in the result file, in the order of the node numbers."""
     found: dict[int, list[float]] = {}
     wanted = False
     for line in results.read_text().splitlines():
@@ -139,7 +140,7 @@ def field(results: Path, name: str) -> FloatArray:
 
 
 def mises(results: Path) -> FloatArray:
-    """Von Mises stress (n,), MPa, of the nodes in CalculiX's file of results."""
+    """Return the von Mises stress (n,), MPa, of the nodes in the result file."""
     x, y, z, xy, yz, zx = field(results, "STRESS").T
     direct = 0.5 * ((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2)
     return np.asarray(np.sqrt(direct + 3.0 * (xy**2 + yz**2 + zx**2)))
@@ -147,30 +148,33 @@ def mises(results: Path) -> FloatArray:
 
 @pytest.mark.parametrize("flank", ["right", pytest.param("left", marks=pytest.mark.slow)])
 def test_fillet_stress_and_balance_converge(tmp_path: Path, flank: str) -> None:
-    """Greatest stress of the fillet's nodes on the loaded side, over three meshes: of the right flank 21.3,
-    22.9, 23.7 MPa (a cut ellipse), of the left 22.2, 23.6, 24.1."""
-    found, size = [], 0
+    """Largest stress of the fillet on the loaded side, for three meshes.
+
+    For the right flank, with a cut ellipse, it is 21.3, 22.9 and 23.7 MPa, for the left flank 22.2, 23.6 and
+    24.1."""
+    stresses, size = [], 0
     for cells in STRESSED:
         one = solved(tmp_path, narrow(), cells, flank=flank)
         assert one.case.load.cut == (flank == "right")
-        found.append(one.stress(f"{flank} fillet"))
+        stresses.append(one.stress(f"{flank} fillet"))
         assert len(one.mesh.points) > 2 * size
         size = len(one.mesh.points)
-    coarse, middle, fine = found
+    coarse, middle, fine = stresses
     assert abs(fine - middle) < 0.5 * abs(middle - coarse)
     assert fine == pytest.approx(middle, rel=0.035)
 
 
-def test_a_point_would_take_more_of_the_fillet(tmp_path: Path) -> None:
-    """A force of 1 N has next to a point for its ellipse: 1.28 times the stress that 1000 N make for each N
-    on the long ellipse of the right flanks."""
+def test_a_small_contact_causes_more_fillet_stress(tmp_path: Path) -> None:
+    """A force of 1 N acts almost at a point and causes 1.28 times the stress per newton of 1000 N.
+
+    The larger force acts on the long ellipse of the right flanks."""
     forces = SMALL, FORCE
     stress = [solved(tmp_path, table1(), FINE, force=f).stress("right fillet") / f for f in forces]
     assert stress[0] / stress[1] == pytest.approx(1.28, abs=0.02)
 
 
-def test_a_whole_gear_is_held_in_its_bore_alone(tmp_path: Path) -> None:
-    """All teeth asked for: nothing is cut, no node there twice."""
+def test_a_complete_gear_is_held_only_in_its_bore(tmp_path: Path) -> None:
+    """With all teeth there are no cut sides and no duplicate nodes."""
     found = solved(tmp_path, narrow(), Cells(1, 2, 1, 2, 2), "C3D8", member=0, teeth=29)
     points = found.mesh.points
     assert len(np.unique(np.round(points, 6), axis=0)) == len(points)
@@ -179,8 +183,9 @@ def test_a_whole_gear_is_held_in_its_bore_alone(tmp_path: Path) -> None:
 
 
 def stress_at_the_ends(folder: Path, element: str) -> dict[str, float]:
-    """Greatest stress at toe and heel of a gear tooth loaded near mid-face, in parts of that in the
-    fillet of its loaded side. Of a small force: its ellipse is smaller than a face."""
+    """Return the largest stress at toe and heel of a tooth loaded near mid-face, over that of the fillet.
+
+    The force is small, so that its ellipse is smaller than a face."""
     found = solved(folder, table1(), FINE, element, force=SMALL)
     assert abs(found.case.load.point[2]) < 2.0
     fillet = found.stress("right fillet")
@@ -188,17 +193,18 @@ def stress_at_the_ends(folder: Path, element: str) -> dict[str, float]:
     return {name: found.stress(name) / fillet for name in ("toe", "heel")}
 
 
-def test_stress_dies_away_from_the_load(tmp_path: Path) -> None:
-    """The default element. At the toe, where the tooth is smaller, 11 % are left, on finer meshes too."""
+def test_stress_decreases_away_from_the_load(tmp_path: Path) -> None:
+    """Default element. At the toe, where the tooth is smaller, 11 % remain, also for finer meshes."""
     ends = stress_at_the_ends(tmp_path, "C3D20")
     assert ends["toe"] < 0.15
     assert ends["heel"] < 0.1
 
 
 @pytest.mark.slow
-def test_reduced_integration_does_not_let_it(tmp_path: Path) -> None:
-    """Why C3D20R is not the default: the hourglass modes that a load on one face wakes reach toe and
-    heel, with more stress at the heel than in the fillet."""
+def test_reduced_integration_has_hourglass_modes(tmp_path: Path) -> None:
+    """C3D20R is not the default, because a load on one face causes hourglass modes that reach toe and heel.
+
+    The stress at the heel exceeds that of the fillet."""
     ends = stress_at_the_ends(tmp_path, "C3D20R")
     assert ends["toe"] > 0.3
     assert ends["heel"] > 1.0

@@ -1,4 +1,4 @@
-"""Fig. 5: the frames of the paper are those in which the library mounts the pair."""
+"""Fig. 5: the frames of the paper agree with the mounting of the library."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import pytest
 
 from beveloid_geom import Design, Errors, builtin_design
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.placing import Frame
+from beveloid_geom.contact.mesh_position import Frame
+from beveloid_viz.components import posed
 from beveloid_viz.figures.paper import fig_05_errors as fig
-from beveloid_viz.parts import posed
-from beveloid_viz.stage.layout import of_size
-from beveloid_viz.stage.opengl import require_opengl
+from beveloid_viz.rendering.layout import of_size
+from beveloid_viz.rendering.opengl import require_opengl
 
 from ...symmetry import mirrored
 from ..pages import recipe_of
@@ -23,7 +23,7 @@ DESIGNS = [builtin_design(), mirrored(builtin_design())]
 
 
 def matrix(frame: Frame) -> FloatArray:
-    """A frame as a matrix (4, 4)."""
+    """Return a frame as a matrix (4, 4)."""
     whole = np.eye(4)
     whole[:3, :3], whole[:3, 3] = frame
     return whole
@@ -31,8 +31,8 @@ def matrix(frame: Frame) -> FloatArray:
 
 @pytest.mark.parametrize("design", DESIGNS)
 def test_the_pair_is_the_librarys(design: Design) -> None:
-    """Under all four errors the gear stands to the pinion as `pair.frames` has it, though there the gear's
-    axis turns and here the pinion's; and S_f stays."""
+    """Under all four errors, the gear relative to the pinion is that of `pair.frames`, which turns the gear
+    axis instead of the pinion axis."""
     plain, moved = replace(design, errors=Errors()), design.with_errors(ERRORS)
     distance = posed.placed(plain, np.zeros(2)).position
     own = fig.frames_of(moved, distance)
@@ -59,7 +59,7 @@ def test_each_error_lies_between_its_two_frames() -> None:
 
 
 def test_all_panels_have_one_direction_and_one_scale() -> None:
-    """And in each all of both members, displaced or not, is seen, and the largest picture is filled."""
+    """Each panel shows both members completely, and the largest picture is filled."""
     require_opengl()
     drawing = recipe_of("fig-05").drawn(fig.compute(builtin_design()), of_size((400, 300)))
     pictures = list(drawing.pictures.values())

@@ -1,4 +1,4 @@
-"""Figures that draw the layout, of pairs whose axes intersect far from the members."""
+"""Figures of pairs whose axes intersect far from the members."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from beveloid_geom import MeshErrors, builtin_design, path_of_contact, path_sens
 from beveloid_geom.analysis.tolerance import USUAL_AT
 from beveloid_geom.design.file import builtin_text
 from beveloid_geom.pair.frames import layout_of
-from beveloid_geom.pair.mesh_errors import from_mesh
+from beveloid_geom.pair.misalignment_at_mesh import from_mesh
+from beveloid_viz.components import paths_table, posed
 from beveloid_viz.figures.paper import fig_04_meshing, fig_05_errors
 from beveloid_viz.figures.paper.fig_12_to_15_misalignment import CASES, compute as misaligned
 from beveloid_viz.figures.results import pattern_errors, sensitivity, tolerance_cloud
-from beveloid_viz.parts import posed, solved
+from beveloid_viz.rendering.opengl import require_opengl
 from beveloid_viz.report.cli import main as render_report
-from beveloid_viz.stage.opengl import require_opengl
 from tests.validation.test_intersecting_axes import DESIGNS, LARGE
 
 from ..pages import drawn, words
 
 WORDS = {
-    "fig-01": "axes at 7°, 0 mm apart where nearest, 2162 mm from here",
+    "fig-01": "axes at 7°, shortest distance 0 mm, 2162 mm from the members",
     "fig-04": "Offset $E$ = 0 mm, shaft angle $\\delta$ = 7°",
     "fig-05": "drawn: 164 mm, 327 times 0.5 mm",
 }
@@ -57,12 +57,13 @@ def test_the_layout_is_drawn(name: str) -> None:
     assert WORDS[name] in words(page), words(page)
     if name != "fig-01":
         assert ("$E$ = 0" in words(page)) == (name == "fig-04")
-        assert "2162 mm from the pinion's mid-face and drawn at 623 mm" in words(page)
+        assert "2162 mm from the mid-face of the pinion and drawn at 623 mm" in words(page)
 
 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_a_remote_perpendicular_is_drawn_nearer(name: str) -> None:
-    """On the pinion's axis, at the distance said; breaks are between it and the toes."""
+    """The common perpendicular is drawn on the pinion axis at the stated distance; breaks are between it and
+    the toes."""
     data = fig_04_meshing.compute(DESIGNS[name])
     pair, half = data.pair, np.array([0.5 * float(m.face_width) for m in DESIGNS[name].members])
     away = float(np.linalg.norm(data.feet[0] - pair.frames[0][1]))
@@ -73,12 +74,14 @@ def test_a_remote_perpendicular_is_drawn_nearer(name: str) -> None:
     towards = -np.sign(pair.position) * pair.breaks
     assert (towards > half).all()
     assert (towards < away).all()
-    assert 0.5 < data.gear_way @ pair.axis[0] < np.cos(2.0 * float(layout_of(DESIGNS[name]).shaft_angle))
+    assert (
+        0.5 < data.gear_direction @ pair.axis[0] < np.cos(2.0 * float(layout_of(DESIGNS[name]).shaft_angle))
+    )
 
 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_errors_are_as_large_as_said_where_frames_are_drawn_nearer(name: str) -> None:
-    """Members that an error leaves alone, and the table, are where they are."""
+    """Members without error and the table keep their positions."""
     data = fig_05_errors.compute(DESIGNS[name])
     nominal = data.seen(data.nominal)
     for own in ("q1", "d1", "q2", "d2"):
@@ -113,7 +116,7 @@ ERRORS_AT_MESH = {
 
 @pytest.mark.parametrize("number", [0, 1])
 def test_paths_under_errors_at_the_mesh(number: int) -> None:
-    """Figs. 12 and 13 of a design whose errors are at the mesh: the error of the same kind there."""
+    """Figs. 12 and 13 of a design with errors at the mesh show the corresponding error there."""
     case, error = CASES[number], ("centre_distance", "in_plane")[number]
     found = misaligned(case, AT_MESH)
     size = found.case.size
@@ -139,14 +142,14 @@ def test_sensitivities_and_clouds_are_of_the_same_errors(monkeypatch: pytest.Mon
     case = tolerance_cloud._case("left", "as designed", AT_MESH, "black", 1.0)
     assert case.study is not None
     assert case.study.tolerances == USUAL_AT["mesh"]
-    path = solved.solve(AT_MESH, "left")
+    path = paths_table.solve(AT_MESH, "left")
     header, rows = tolerance_cloud.rows((tolerance_cloud.Side("left", path, (), (case,)),))
     assert header[5:10] == [f"{name}_error_{unit}" for name, unit in ERRORS_AT_MESH.items()]
     assert {len(row) for row in rows} == {len(header)}
 
 
 def page_words(tmp_path: Path, *options: str) -> str:
-    """What the page of a file says whose errors are at the mesh."""
+    """Return the text of the report of a file with errors at the mesh."""
     source, out = tmp_path / "pair.toml", tmp_path / "page.html"
     text = builtin_text("awd-transfer").partition("[errors]")[0]
     source.write_text(text + '[errors]\nat = "mesh"\nin_plane_deg = 0.005\n', encoding="utf-8")
@@ -159,11 +162,11 @@ def page_words(tmp_path: Path, *options: str) -> str:
 @pytest.mark.slow
 def test_the_page_says_which_errors_are_meant(tmp_path: Path) -> None:
     words = page_words(tmp_path)
-    assert "for an error of the size named, at the mesh; each error alone" in words
+    assert "times an error of the size given, at the mesh; each error alone" in words
     assert "centre distance 0.1 mm in plane 0.01 deg out of plane 0.01 deg pinion axial" in words
     assert "centre distance 0.05 mm, in plane 0.01 °, out of plane 0.01 °, pinion axial 0.1 mm," in words
     assert "mesh point from the common perpendicular mm 1692.34" in words
-    assert "the same at the mesh: shaft angle in plane deg 0.005" in words
+    assert "errors at the mesh: shaft angle in plane deg 0.005" in words
     given = page_words(tmp_path, "--offset-tolerance", "0.02")
     assert "offset 0.02 mm, shaft angle 0 °, pinion axial 0 mm, gear axial 0 mm, to either side" in given
 
@@ -178,6 +181,6 @@ def test_the_page_refuses_errors_of_both_places(tmp_path: Path) -> None:
 
 
 def test_what_holds_for_the_papers_pair_is_not_said_of_others() -> None:
-    """Its shaft-angle error was chosen so that paths fill the face of Table 1."""
+    """The note on the shaft-angle error is for Table 1 only."""
     for name, said in (("ni-2017", True), ("awd-transfer", False)):
         assert bool(CASES[1].at(builtin_design(name)).note) is said

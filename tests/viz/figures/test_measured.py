@@ -1,4 +1,4 @@
-"""Measured points as a picture: `render-figures --measured`."""
+"""Measured points in a figure: `render-figures --measured`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from beveloid_geom.workshop.grid import measuring_grid
 from beveloid_geom.workshop.measured import deviations_of
 from beveloid_viz.cli import main
 from beveloid_viz.figures.results import deviations
-from beveloid_viz.stage import theme
+from beveloid_viz.rendering import theme
 
 from ..pages import page_of, words
 from ..test_print import WIDTHS, assert_printable, in_print
@@ -24,7 +24,7 @@ ROWS, COLUMNS = 3, 5
 
 
 def report(size: float = 0.01) -> DeviationReport:
-    """Deviations of the gear: a wave of this size along both flanks, one place beyond it."""
+    """Return deviations of the gear: a wave along both flanks with one larger point."""
     grid = measuring_grid(builtin_design().gear, ROWS, COLUMNS)
     wave = size * np.sin(np.arange(grid.l.size)).reshape(grid.l.shape)
     wave[1, -1, 0] = -1.5 * size
@@ -34,15 +34,15 @@ def report(size: float = 0.01) -> DeviationReport:
 
 @pytest.mark.parametrize("size", [1e-5, 0.01, 0.3])
 def test_sticks_are_as_long_as_the_deviations(size: float) -> None:
-    """At one scale on both panels, red where metal is missing; each number beside its point."""
+    """Both panels have one scale, missing metal is red, and each number is next to its point."""
     found = report(size)
     page = page_of(deviations.draw, found, (1600, 1200))
     scales = set()
-    for axes, values in zip(page.axes, found.found.deviation, strict=True):
+    for axes, values in zip(page.axes, found.result.deviation, strict=True):
         sticks = [line for line in axes.lines if line.get_linewidth() == 2.4]
         heights = np.array([np.ptp(line.get_ydata()) for line in sticks])
         np.testing.assert_allclose(
-            heights * np.abs(found.found.deviation).max() / deviations.HIGH,
+            heights * np.abs(found.result.deviation).max() / deviations.DEVIATION_HEIGHT,
             np.abs(values).ravel(),
             rtol=1e-9,
             atol=1e-15,
@@ -62,9 +62,9 @@ def test_the_page_is_printable(width: float) -> None:
 
 
 def test_the_command_draws_a_file(tmp_path: Path) -> None:
-    """With its numbers, those of the grid's own command; what does not fit is refused."""
+    """The numbers are those of the command `grid`; a wrong file is refused."""
     found, path, out = report(), tmp_path / "m.txt", tmp_path / "out"
-    points = found.found.point.reshape(-1, 3).tolist()
+    points = found.result.point.reshape(-1, 3).tolist()
     path.write_text("\n".join(" ".join(map(repr, point)) for point in points), encoding="utf-8")
     asked = ["--measured", str(path), "--rows", "3", "--columns", "5", "--out", str(out)]
     small = ["--size", "600x450"]
@@ -72,7 +72,7 @@ def test_the_command_draws_a_file(tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     table = list(csv.DictReader((out / "deviations.csv").read_text(encoding="utf-8").splitlines()))
     np.testing.assert_allclose(
-        [float(row["deviation_mm"]) for row in table], found.found.deviation.ravel(), atol=1e-12
+        [float(row["deviation_mm"]) for row in table], found.result.deviation.ravel(), atol=1e-12
     )
     assert (out / "deviations.png").stat().st_size > 10_000
     other = tmp_path / "none"

@@ -1,4 +1,4 @@
-"""Fig. 6: what is magnified, and by how much."""
+"""Fig. 6: magnified deviations and their factor."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ import pytest
 from beveloid_geom import builtin_design
 from beveloid_geom.arrays import FloatArray
 from beveloid_viz.figures.paper import fig_06_modification as fig
-from beveloid_viz.stage.opengl import require_opengl
+from beveloid_viz.rendering.opengl import require_opengl
 
 from ..pages import page_of, words
 
 
 def polar(points: FloatArray) -> FloatArray:
-    """Radius and angle from the vertical (2, n) of places (2, n)."""
+    """Return radius and angle from the vertical (2, n) of points (2, n)."""
     return np.stack((np.hypot(*points), np.arctan2(-points[0], points[1])))
 
 
 def test_the_section_is_magnified_by_the_factor_stated() -> None:
-    """With its deviation once, a point of the involute comes to the involute turned so far that it meets
-    the profile at the same radius; what is drawn stands off by factor times as much, square to it."""
+    """With a factor of 1, a point of the involute reaches the profile at equal radius; the drawn deviation is
+    larger by the factor, perpendicular to the involute."""
     data = fig.compute(builtin_design())
     assert data.factor == 5.0
     for a, section in data.sections.items():
@@ -38,7 +38,7 @@ def test_the_section_is_magnified_by_the_factor_stated() -> None:
         along = (step * tangent).sum(axis=0) / np.hypot(*tangent)
         assert np.abs(along).max() < 0.02 * max(np.hypot(*step).max(), 1e-9), a
         # The normal leans out of the section by the base helix angle: 1 mm along it is a little more there.
-        way = np.hypot(*section.way)
+        way = np.hypot(*section.per_mm)
         np.testing.assert_allclose(np.hypot(*step), 5.0 * np.abs(section.deviation) * way, atol=1e-12)
         assert 1.0 <= way.min() <= way.max() < 1.1
 
@@ -50,4 +50,4 @@ def test_the_factor_is_round_and_said(times: float, factor: float) -> None:
     sections = {a: replace(one, deviation=times * one.deviation) for a, one in data.sections.items()}
     page = page_of(fig.draw, replace(data, sections=sections))
     assert f"deviation \u00d7 {factor:g}" in " ".join(axes.get_title(loc="left") for axes in page.axes)
-    assert f"have {factor:g} times their deviation" in words(page)
+    assert f"thick lines with {factor:g} times their deviation" in words(page)

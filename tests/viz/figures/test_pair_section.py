@@ -1,5 +1,5 @@
-"""Fig. 1: both members cut by one plane that holds the common normal, without overlap; words and section
-beside the gears, whatever the pair."""
+"""Fig. 1: the section of both members contains the common normal, and text and section do not cover the
+gears."""
 
 from __future__ import annotations
 
@@ -11,15 +11,16 @@ from matplotlib.transforms import Bbox
 
 from beveloid_geom import builtin_design, path_of_contact
 from beveloid_geom.arrays import FloatArray
+from beveloid_geom.design.ends import end_names
 from beveloid_viz.figures.paper import fig_01_pair as fig_pair
-from beveloid_viz.stage.layout import Layout, of_size
+from beveloid_viz.rendering.layout import Layout, of_size
 
 from ...oracle.table1 import table1
 from ..test_print import in_print
 
 
 def depth(point: FloatArray, outline: FloatArray) -> float:
-    """Distance of a point from a closed outline."""
+    """Return the distance of a point from a closed outline."""
     start, way = outline[:-1], np.diff(outline, axis=0)
     share = ((point - start) * way).sum(axis=1) / np.maximum((way * way).sum(axis=1), 1e-30)
     return float(np.linalg.norm(start + np.clip(share, 0.0, 1.0)[:, None] * way - point, axis=1).min())
@@ -47,7 +48,7 @@ def test_one_plane_cuts_both_members_and_they_touch_in_one_place() -> None:
 @pytest.mark.parametrize("layout", [of_size((800, 600)), in_print(90.0)], ids=["page", "90 mm"])
 @pytest.mark.parametrize("name", ["ni-2017", "awd-transfer", "marine-gearbox", "anti-backlash"])
 def test_words_and_section_hide_no_gear(name: str, layout: Layout) -> None:
-    """Names of members, toes and heels lie on white, as does the section; each once for either member."""
+    """Labels and section are on a white background, each label once for each member."""
     drawing = fig_pair.RECIPES["fig-01"].drawn(fig_pair.compute(builtin_design(name)), layout)
     image = drawing.pictures["pair"].image[::-1]
     _, over, section = drawing.page.axes
@@ -59,7 +60,8 @@ def test_words_and_section_hide_no_gear(name: str, layout: Layout) -> None:
 
     named = [text for text in over.texts if text.get_text() and "$" not in text.get_text()]
     words = [text.get_text().split("\n")[0] for text in named]
-    assert sorted(words) == ["gear", "heel", "heel", "pinion", "toe", "toe"]
+    ends = [end for member in builtin_design(name).members for end in end_names(member)]
+    assert sorted(word for word in words if not word.endswith(" mm")) == sorted(["gear", "pinion", *ends])
     assert {text.get_text(): hidden(Text.get_window_extent(text)) for text in named} == {
         text.get_text(): 0 for text in named
     }

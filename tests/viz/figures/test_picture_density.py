@@ -1,9 +1,8 @@
-"""How fine a mesh a picture needs: at the figures' tolerances a finer one is not seen, at coarser ones it is.
+"""Mesh density of pictures: finer meshes than those of the figures are not visible, coarser ones are.
 
-Smooth shading hides facets, so what is left of a coarse mesh is seen on outlines. There single pixels say
-little: one of a few anti-aliasing samples that changes sides changes a pixel by about thirty levels, however
-little the outline moved. What tells is the mean over the outline's pixels in a window.
-"""
+Smooth shading hides facets, so coarse meshes are visible on outlines. A single anti-aliasing sample changes a
+pixel by about thirty levels, even for a small displacement. The mean over the pixels of an outline in a
+window is therefore compared."""
 
 from __future__ import annotations
 
@@ -17,26 +16,26 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, minimum_filter, uniform_filter
 
 from beveloid_geom import builtin_design, sample_flank
+from beveloid_viz.components import panels, posed, viewpoint
 from beveloid_viz.figures.paper import fig_01_pair as fig_pair
-from beveloid_viz.parts import panels, posed, viewpoint
-from beveloid_viz.stage import theme
-from beveloid_viz.stage.opengl import require_opengl
-from beveloid_viz.stage.scene import MESH_PX, Scene, render
+from beveloid_viz.rendering import theme
+from beveloid_viz.rendering.opengl import require_opengl
+from beveloid_viz.rendering.scene import MESH_PX, Scene, render
 
 NOTICEABLE = 6
-"""Levels of 255 that are just noticeable: 2.3 in the lightness of CIELAB (Mahy et al. 1994) are
-5.5 to 6.5 levels of a grey between 90 and 240."""
+"""Just noticeable difference, levels of 255: 2.3 in the lightness of CIELAB (Mahy et al. 1994) is 5.5 to 6.5
+levels of a grey between 90 and 240."""
 WINDOW = 32
-"""Side, in pixels, of the square over which differences are averaged: about what is looked at at once
-(1 degree, at 0.5 m from a screen of 96 pixels an inch)."""
+"""Side of the square over which differences are averaged, pixels: 1 degree at 0.5 m from a screen of 96
+pixels per inch."""
 FINEST = 0.4
-"""Share of the figures' tolerance at which the picture compared with is drawn."""
+"""Tolerance of the reference picture as a fraction of the tolerance of the figures."""
 STRETCHED = 2.0
-"""How much wider than long the flank is drawn, as in Figs. 7 to 10."""
+"""Magnification across the face as in Figs. 7 to 10."""
 
 
 def worst_place(image: NDArray[Any], finest: NDArray[Any]) -> float:
-    """Greatest mean difference (levels) of the pixels on outlines in a window that holds a stretch of one."""
+    """Return the largest mean difference (levels) of pixels on outlines in a window."""
     whole = finest.astype(int)
     span = maximum_filter(whole, (3, 3, 1)) - minimum_filter(whole, (3, 3, 1))
     on_outline = span.max(axis=-1) > 4 * NOTICEABLE
@@ -47,7 +46,7 @@ def worst_place(image: NDArray[Any], finest: NDArray[Any]) -> float:
 
 
 def pair_at(size: tuple[int, int], pixels: float) -> Scene:
-    """The pair of Fig. 1 with a tolerance in pixels."""
+    """Return the pair of Fig. 1 with a tolerance in pixels."""
     pair = posed.pose(builtin_design())
     camera = fig_pair.camera_of(pair, size)
     items, _ = fig_pair.items_of(pair, pixels * 2.0 * camera.half_height / size[1])
@@ -55,14 +54,14 @@ def pair_at(size: tuple[int, int], pixels: float) -> Scene:
 
 
 def flank_at(size: tuple[int, int], pixels: float) -> Scene:
-    """A flank as in Figs. 7 to 10, larger."""
+    """Return a flank as in Figs. 7 to 10, larger."""
     member = builtin_design().pinion
     view = viewpoint.flank_view(member, "right", STRETCHED)
     assert view is not None
     px_per_mm = 0.92 * float(np.min(size / view.span))
     grid = sample_flank(member, "right", pixels / (px_per_mm * STRETCHED))
-    surface = panels.surface(grid.points, grid.normals, view, theme.STEEL)
-    return Scene([surface], panels.camera_of(view, 0.5 * size[1] / px_per_mm))
+    surface = panels.flank_surface(grid.points, grid.normals, view, theme.STEEL)
+    return Scene([surface], panels.flank_camera(view, 0.5 * size[1] / px_per_mm))
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The figures of results: what they show is the library's, at any size of the pair."""
+"""Figures of results agree with the library at any size of the pair."""
 
 from __future__ import annotations
 
@@ -28,7 +28,8 @@ from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.operation import OperationReport, operation_report
 from beveloid_geom.report.pattern import pattern_report
-from beveloid_geom.shapes.elements import face_nodes
+from beveloid_geom.shapes.hexahedral_mesh import face_nodes
+from beveloid_viz.components import charts, motion_graph, paths_table, posed
 from beveloid_viz.figures.results import (
     meshed_tooth as fig_meshed,
     pattern as fig_pattern,
@@ -36,9 +37,8 @@ from beveloid_viz.figures.results import (
     sensitivity as fig_sensitivity,
     tolerance_cloud as fig_cloud,
 )
-from beveloid_viz.parts import charts, motion_graph, posed, solved
-from beveloid_viz.stage.layout import of_size
-from beveloid_viz.stage.opengl import require_opengl
+from beveloid_viz.rendering.layout import of_size
+from beveloid_viz.rendering.opengl import require_opengl
 
 from ...cli.running import rows_of, run, strict_json
 from ...symmetry import scaled
@@ -51,7 +51,7 @@ STEPS = np.array((0.1, np.radians(0.01), 0.1, 0.1))
 @pytest.fixture(autouse=True)
 def _few_mountings(monkeypatch: pytest.MonkeyPatch) -> None:
     require_opengl()
-    for name, value in (("MOUNTINGS", 200), ("DRAWN", 20), ("FACTORS", (1.0, 10.0))):
+    for name, value in (("MOUNTINGS", 200), ("PATHS_DRAWN", 20), ("TOLERANCE_FACTORS", (1.0, 10.0))):
         monkeypatch.setattr(fig_cloud, name, value)
 
 
@@ -61,7 +61,9 @@ def test_sensitivity_is_the_librarys() -> None:
     for case, changed in zip(data, (design, design.with_parabola(0.001, -0.001)), strict=True):
         for flank in ("right", "left"):
             found = path_sensitivity(changed, flank)
-            along, square, ratio, swing = (charts.changes_of(case.found, q) for q in charts.QUANTITIES)
+            along, square, ratio, swing = (
+                charts.changes_under_steps(case.found, q) for q in charts.QUANTITIES
+            )
             for j, member in enumerate(("pinion", "gear")):
                 np.testing.assert_array_equal(along[flank, member], found.face_shift_by[1, j] * STEPS)
                 np.testing.assert_array_equal(square[flank, member], found.square_shift_by[1, j] * STEPS)
@@ -120,7 +122,7 @@ def test_the_cloud_is_drawn_over_the_flanks() -> None:
     assert len(lines) == 2 * 2 * 2
     assert max(len(one.get_paths()) for one in lines) == 20
     assert "all 200 mountings have a path, 0 ended by another limit" in words(page)
-    assert len(table) == 2 * 2 * (200 + len(fig_cloud.FACTORS))
+    assert len(table) == 2 * 2 * (200 + len(fig_cloud.TOLERANCE_FACTORS))
 
 
 def test_picture_of_tolerances_its_table_and_the_command_agree() -> None:
@@ -134,15 +136,15 @@ def test_picture_of_tolerances_its_table_and_the_command_agree() -> None:
     for row, wanted in zip(case[:200], printed, strict=True):
         assert {name: "" if row[name] != row[name] else str(row[name]) for name in wanted} == wanted
     found = strict_json(run(*given.split(), "--json").stdout)["operation"]
-    said = words(page).partition("In operation, of the first 64 mountings, as designed and modified:")[2]
-    for count, what in (
-        (found["pattern"]["toe_or_heel"], "toe or heel in "),
-        (found["edges_carry"], "carry in "),
+    printed_counts = words(page).partition("In operation (as designed, modified):")[2]
+    assert "of the first 64 mountings" in printed_counts
+    for count, phrase in (
+        (found["pattern"]["toe_or_heel"], "an end of a face in "),
+        (found["edges_carry"], "edge contact in "),
     ):
-        left = said.partition(what)[2].partition(" on left flanks")[0]
+        left = printed_counts.partition(phrase)[2].partition(" on left flanks")[0]
         assert left.split(" and ")[1].split(", ")[1] == str(count)
-    assert "Drawn are 20 mountings (seed 0)" in words(page)
-    assert "200 mountings each" in words(page)
+    assert "20 of 200 mountings of the design" in words(page)
 
 
 @pytest.mark.parametrize(("offset", "lost"), [(0.0, 0), (1.6, 1), (50.0, 2)])
@@ -191,21 +193,21 @@ def test_an_ease_off_that_is_not_there_says_why() -> None:
 def test_the_posed_pair_is_as_fine_at_any_module(module: float) -> None:
     usual, other = builtin_design(), scaled(builtin_design(), module / 6.0)
     assert fig_posed.tolerance_of(other) == pytest.approx(fig_posed.tolerance_of(usual) * module / 6.0)
-    assert fig_posed.tolerance_of(usual) == pytest.approx(fig_posed.EXPORTED)
+    assert fig_posed.tolerance_of(usual) == pytest.approx(fig_posed.EXPORT_TOLERANCE_MM)
     assert fig_posed._export_note(usual) == ""
     assert f"--tolerance {module / 600.0:.3g}" in fig_posed._export_note(other)
 
 
 def test_an_empty_picture_of_the_posed_pair_says_why() -> None:
-    """The pinion cannot be drawn, and of the gear there is nothing where its teeth would be in mesh."""
+    """The pinion cannot be drawn, and the gear has no teeth in the mesh region."""
     require_opengl()
     design = builtin_design()
     astray = replace(posed.pose(design), contact=np.array([0.0, 0.0, 1e4]))
     data = fig_posed.PosedFigure(
-        astray, ((None, "undercut"), (None, "undercut")), solved.solve(design, "right")
+        astray, ((None, "undercut"), (None, "undercut")), paths_table.solve(design, "right")
     )
     page = page_of(fig_posed.draw, data, (400, 300))
-    assert words(page).count("no contact point to look at") == 2
+    assert words(page).count("the right flanks have no contact point") == 2
 
 
 MODIFIED = builtin_design().with_parabola(0.001, -0.001)
@@ -217,9 +219,9 @@ def report() -> OperationReport:
 
 
 def test_the_figure_of_the_pattern_has_the_commands_points() -> None:
-    """At any module, not only at that of Table 1."""
+    """The points agree for other modules than that of Table 1."""
     small = scaled(MODIFIED, 0.5 / 6.0)
-    found = pattern_report("", small, "left", MARKING_SEPARATION).pattern
+    found = pattern_report("", small, "left", MARKING_SEPARATION).result
     layers = fig_pattern.compute_pattern(small).columns[2].layers
     assert layers is not None
     for layer, side in zip(layers, (found.pinion, found.gear), strict=True):
@@ -242,16 +244,16 @@ def test_the_error_repeats_and_its_dots_are_hand_overs(report: OperationReport) 
 
 @pytest.mark.parametrize("flank", ["right", "left"])
 def test_what_runs_is_the_first_of_the_tooth_pairs_alone(flank: str) -> None:
-    """The curves of all tooth pairs alone, whole pitches apart, have the mesh cycle as their envelope."""
+    """The mesh cycle is the upper envelope of the curves of all tooth pairs, displaced by whole pitches."""
     graph = motion_graph.motion_graph(operation_report("", MODIFIED, flank, 65, 3, MARKING_SEPARATION))
     steps = motion_graph.STEPS
     pairs = np.stack([graph.alone[k * steps : (k + 1) * steps + 1] for k in range(2 * motion_graph.REACH)])
-    first = np.fmin.reduce(pairs) if flank == "right" else np.fmax.reduce(pairs)
+    first = np.fmax.reduce(pairs)
     np.testing.assert_allclose(first, graph.report.first.transmission_error, atol=1e-12)
     low, high = graph.limits
     assert low < graph.report.first.transmission_error.min() - graph.mean
     assert (high - low) * graph.pitch_radius >= MARKING_SEPARATION
-    assert (abs(high) > abs(low)) == (flank == "right")
+    assert abs(low) > abs(high)
 
 
 def test_amplitudes_are_the_cycles(report: OperationReport) -> None:
@@ -262,10 +264,10 @@ def test_amplitudes_are_the_cycles(report: OperationReport) -> None:
 
 
 def test_the_spread_is_that_of_the_study() -> None:
-    """Half of the mountings lie below the median."""
+    """Half of the mountings are below the median."""
     study = tolerance_study(MODIFIED, USUAL, cases=101)
     axes = Figure().add_subplot()
-    charts.spread(axes, study, "contact_ratio", 1.0, "k")
+    charts.distribution(axes, study, "contact_ratio", 1.0, "k")
     ratio = study.mountings.contact_ratio[study.mountings.solved]
     at, share = (np.asarray(part) for part in axes.lines[0].get_data())
     assert np.interp(50.0, share, at) == pytest.approx(float(np.median(ratio)), rel=1e-9)
@@ -295,15 +297,18 @@ def test_patterns_under_errors_are_the_librarys() -> None:
             assert f"TE {ARCSEC * found.cycle_peak_to_peak.flat[k]:.2f}\u2033" in shown
     assert shown.count("jammed") == 2
     assert shown.count("E \u22120.050") == 2
-    page, rows = drawn("pattern-errors", builtin_design().with_parabola(pinion=-0.01))
-    assert words(page).count("undercut") == 18
-    assert {row["status"] for row in rows} == {"undercut"}
+    design = builtin_design()
+    mounted = replace(design.pair, pinion_mounting=211.6, gear_mounting=210.2)
+    design = replace(design, pinion=replace(design.pinion, profile_shift=-2.0), pair=mounted)
+    page, rows = drawn("pattern-errors", design)
+    assert words(page).count("undercut") == 9  # the left flanks have no contact at all
+    assert {row["status"] for row in rows} == {"undercut", "no_contact"}
 
 
 @pytest.mark.parametrize("name", ["ni-2017", "anti-backlash"])
 def test_words_stand_on_the_surfaces_that_they_name(name: str) -> None:
-    """Of the faces that hold the place of a word, the nearest to the viewer is of the surface so named; each
-    surface but the fillets and lands behind has its name in one picture."""
+    """The face nearest to the viewer at a label belongs to the named surface; visible surfaces have a label
+    in one picture."""
     data = fig_meshed.compute(builtin_design(name))
     assert data.mesh
     drawing = fig_meshed.draw(data, of_size((1600, 1200)))
@@ -325,7 +330,7 @@ def test_words_stand_on_the_surfaces_that_they_name(name: str) -> None:
 
 
 def within(corners: FloatArray, place: FloatArray) -> Mask:
-    """Say in which of convex polygons (n, corners, 2) a place (2,) is."""
+    """Return which of convex polygons (n, corners, 2) contain a point (2,)."""
     side, to = np.roll(corners, -1, axis=1) - corners, place - corners
     turn = side[..., 0] * to[..., 1] - side[..., 1] * to[..., 0]
     return np.asarray((turn >= 0.0).all(axis=1) | (turn <= 0.0).all(axis=1))

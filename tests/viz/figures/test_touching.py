@@ -1,28 +1,30 @@
-"""What the figures of paths draw as contact: first contacts of all teeth, and edges that touch instead."""
+"""First contacts of all teeth and edge contact in figures of paths."""
 
 from __future__ import annotations
 
 import csv
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Errors, builtin_design, certify, mesh_cycle
+from beveloid_geom import Design, Errors, builtin_design, certify, first_contact, mesh_cycle
 from beveloid_geom.gear.flank import tip_radius
 from beveloid_geom.status import Verdict
-from beveloid_viz.parts import panels, solved, viewpoint
-from beveloid_viz.parts.panels import Trace
-from beveloid_viz.stage.scene import Arrow
+from beveloid_viz.components import panels, paths_table, viewpoint
+from beveloid_viz.components.panels import Trace
+from beveloid_viz.rendering.polylines import spaced
+from beveloid_viz.rendering.scene import Arrow
 
 from ...oracle.table1 import table1
 
 MODIFIED = table1((0.001, -0.001))
 
 
-def widths(design: Design, member: int = 0) -> tuple[list[float], solved.SolvedPath]:
-    """Radii of the tubes along the path, over that of the page's paths."""
-    path = solved.solve(design, "right", touching=True)
+def widths(design: Design, member: int = 0) -> tuple[list[float], paths_table.SolvedPath]:
+    """Return the radii of the tubes along the path relative to usual paths."""
+    path = paths_table.solve(design, "right", touching=True)
     view = viewpoint.flank_view(design.members[member], "right")
     assert view is not None
     items = panels.trace_items(Trace(path.points[member], first=path.first), view, 1.0)
@@ -41,8 +43,8 @@ def test_only_first_contacts_are_drawn_thick() -> None:
 
 
 def test_lines_where_edges_touch_lie_on_them() -> None:
-    """The gear's tip edge, on either flank."""
-    path = solved.solve(MODIFIED, "right", touching=True)
+    """Edge contact is on the tip edge of the gear on both flanks."""
+    path = paths_table.solve(MODIFIED, "right", touching=True)
     assert path.touching is not None
     assert {name for name in path.touching.edges if name} == {"gear tip"}
     lines = path.edge_lines(1)
@@ -55,7 +57,7 @@ def test_lines_where_edges_touch_lie_on_them() -> None:
 
 def test_teeth_touch_on_edges_where_no_path_lies_on_the_flanks() -> None:
     away = table1(errors=Errors(offset=0.0, shaft_angle=np.radians(0.05)))
-    path = solved.solve(away, "right", touching=True)
+    path = paths_table.solve(away, "right", touching=True)
     assert not path.found
     assert path.first is None
     assert path.edge_lines(0)
@@ -66,26 +68,51 @@ SHORT = builtin_design("anti-backlash").with_parabola(-0.0004, -0.0004)
 
 
 def test_edges_carry_where_a_path_is_shorter_than_a_pitch() -> None:
-    """The gear's toe and heel, over just the share of the cycle that edges carry."""
-    path = solved.solve(SHORT, "right", touching=True)
+    """Edge contact at toe and heel of the gear has the fraction of the cycle that edges carry."""
+    path = paths_table.solve(SHORT, "right", touching=True)
     assert path.touching is not None
-    assert path.rest is not None
+    assert path.between is not None
     assert not any(path.touching.edges)
-    assert set(path.rest.edges[1:-1]) == {"gear toe", "gear heel"}
-    rolls = path.rest.first.pinion_roll
+    on_edge = np.array(path.between.edges) != ""
+    assert {name for name in path.between.edges if name} == {"gear toe", "gear heel"}
+    rolls = path.between.first.pinion_roll[on_edge]
     cycle = mesh_cycle(SHORT, "right")
     np.testing.assert_allclose(np.ptp(rolls), cycle.edge_share * cycle.pitch, rtol=1e-9)
     half = 0.5 * float(SHORT.gear.face_width)
     assert sorted({float(z) for line in path.edge_lines(1) for z in np.round(line[:, 2], 9)}) == [-half, half]
-    assert solved.solve(MODIFIED, "right", touching=True).rest is None
+
+
+def edge_starts_at(design: Design, low: float, high: float) -> float:
+    """Return the roll between two rolls at which edge contact starts, by search and division in tenths."""
+    while high - low > 1e-12:
+        rolls = np.linspace(low, high, 11)
+        edge = first_contact(design, "right", rolls).limit[:, 0] >= 0
+        assert not edge[0]
+        assert edge[-1]
+        low, high = rolls[int(np.argmax(edge)) - 1 : int(np.argmax(edge)) + 1].tolist()
+    return high
+
+
+def test_edge_contact_is_drawn_to_its_ends() -> None:
+    """Edge contact of the next tooth pair lasts from its start, here found by search, until the path of
+    this pair starts. The positions of the path alone would leave out more than 1 mm."""
+    path = paths_table.solve(MODIFIED, "right", touching=True)
+    start = edge_starts_at(MODIFIED, 0.16, 0.2)
+    first = first_contact(MODIFIED, "right", [start])
+    lines = path.edge_lines(1)
+    assert len(lines) == 1
+    ends = np.sort(lines[0][[0, -1], 2])
+    np.testing.assert_allclose(ends, np.sort([first.z2[0], path.points[1][0, 2]]), atol=1e-6)
+    sampled = replace(path, between=None).edge_lines(1)
+    assert np.ptp(lines[0][:, 2]) - np.ptp(sampled[0][:, 2]) > 1.0
 
 
 def test_no_tube_turns_back_within_its_own_width() -> None:
     line = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.05, 1.5, 0.0], [0.0, 3.0, 0.0], [0.0, 3.2, 0.0]])
-    np.testing.assert_array_equal(panels.apart(line, 1.0), line[[0, 2, 4]])
-    np.testing.assert_array_equal(panels.apart(line[:2], 1.0), line[:2])
-    np.testing.assert_array_equal(panels.apart(line[:1], 1.0), line[:1])
-    np.testing.assert_array_equal(panels.apart(line, 0.0), line)
+    np.testing.assert_array_equal(spaced(line, 1.0), line[[0, 2, 4]])
+    np.testing.assert_array_equal(spaced(line[:2], 1.0), line[:2])
+    np.testing.assert_array_equal(spaced(line[:1], 1.0), line[:1])
+    np.testing.assert_array_equal(spaced(line, 0.0), line)
 
 
 def test_a_head_is_large_only_where_all_of_it_is_contact() -> None:
@@ -100,7 +127,7 @@ def test_a_head_is_large_only_where_all_of_it_is_contact() -> None:
 
 
 def test_a_ratio_that_is_not_known_is_said_in_words() -> None:
-    assert solved.ratio_words(1.5, float("nan")) == "ratio 1.500, running unknown"
+    assert paths_table.ratio_words(1.5, float("nan")) == "ratio 1.500, in operation unknown"
 
 
 @pytest.mark.parametrize(
@@ -109,16 +136,16 @@ def test_a_ratio_that_is_not_known_is_said_in_words() -> None:
     ids=("modified", "away", "short"),
 )
 def test_the_table_holds_what_is_drawn(design: Design) -> None:
-    path = solved.solve(design, "right", touching=True)
-    header, body = solved.table(("case",), [((1,), path)])
+    path = paths_table.solve(design, "right", touching=True)
+    header, body = paths_table.table(("case",), [((1,), path)])
     text = io.StringIO()
     csv.writer(text).writerows([header, *body])
     rows = list(csv.DictReader(io.StringIO(text.getvalue())))
-    for member, name in enumerate(solved.MEMBERS):
+    for member, name in enumerate(paths_table.MEMBERS):
         own = [row for row in rows if row["member"] == name]
         z = np.array([float(row["edge_z_mm"]) for row in own])
         drawn = np.concatenate([line[:, 2] for line in path.edge_lines(member)])
-        np.testing.assert_allclose(z[np.isfinite(z)], drawn, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(np.sort(z[np.isfinite(z)]), np.sort(drawn), rtol=1e-12, atol=1e-12)
         assert {row["verdict"] == "FIRST_CONTACT" for row in own} == (
             {True, False} if path.found else {False}
         )

@@ -1,4 +1,4 @@
-"""The picture at the top of the page: it shows what a depth buffer of the true teeth shows."""
+"""The picture of the pair, compared with a depth buffer of the true tooth surfaces."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from PIL import Image, ImageDraw
 
 from beveloid_geom import Design, Pair, builtin_design
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.placing import frames_at
-from beveloid_geom.operation.first_contact import conjugate_phase
+from beveloid_geom.contact.mesh_position import frames_at
+from beveloid_geom.operation.engagement import conjugate_phase
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.surface_mesh import gear_mesh
 from beveloid_viz.report.picture import LEVELS, WIDTH, _eye, pair_picture
 
 PIXELS = 240
-"""Of the width."""
+"""Width of the compared pictures."""
 FINE = 12
 """Points along a side of a triangle."""
 TABLE = builtin_design()
@@ -30,11 +30,11 @@ STEEP = replace(
     gear=replace(TABLE.gear, helix_angle=radians(45.0), cone_angle=radians(0.0)),
     pair=Pair(320.0, radians(90.0)),
 )
-"""Axes at a right angle: a gear stands before the other's face."""
+"""Perpendicular axes: one gear is in front of the end face of the other."""
 
 
 def painted(svg: str) -> NDArray[np.int8]:
-    """Members by pixel, 0 nobody, as the polygons lie over each other."""
+    """Return the member (1, 2) at each pixel, 0 for none, with later polygons in front."""
     width, height = (int(size) for size in re.findall(r'viewBox="0 0 (\d+) (\d+)"', svg)[0])
     assert width == WIDTH
     board = Image.new("L", (PIXELS, round(PIXELS * height / width)))
@@ -48,7 +48,7 @@ def painted(svg: str) -> NDArray[np.int8]:
 
 
 def seen(design: Design) -> NDArray[np.int8]:
-    """The same from points all over the true surfaces, of which the nearest counts."""
+    """Return the same from points on the true surfaces; the nearest point counts."""
     phase = float(np.nan_to_num(conjugate_phase(design, "right")))
     share = np.array([(i, j, FINE - i - j) for i in range(FINE + 1) for j in range(FINE + 1 - i)]) / FINE
     clouds, corners = [], []
@@ -72,8 +72,8 @@ def seen(design: Design) -> NDArray[np.int8]:
 
 
 @pytest.mark.parametrize("design", [TABLE, STEEP], ids=["table 1", "right angle"])
-def test_it_shows_what_a_depth_buffer_shows(design: Design) -> None:
-    """All but pixels of outlines, and a little where the teeth mesh."""
+def test_picture_agrees_with_a_depth_buffer(design: Design) -> None:
+    """Differences are allowed at outlines, and in a small part where the teeth mesh."""
     found, true = painted(pair_picture(design)), seen(design)
     rows = min(len(found), len(true))
     assert abs(len(found) - len(true)) <= 1

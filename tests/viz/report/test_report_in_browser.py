@@ -1,253 +1,22 @@
-"""The report as a browser shows it: offline and silent; its view turns and rolls, its numbers are right."""
+"""The report in a browser: numbers and layout on screens and on paper."""
 
 from __future__ import annotations
 
 import io
 import json
-import math
-import shutil
-import subprocess
-import sysconfig
 from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from PIL import Image
 
-from .test_render_report import Page as ReportPage
+from .browsing import FRAMES, Seen, colours, opened
+from .report_page import ReportPage
 
-sync_api = pytest.importorskip("playwright.sync_api", reason="needs the extra `browser`")
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
-
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="needs chromium on the path (Debian's `chromium`)")
-ARGUMENTS = (
-    *("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-first-run"),
-    *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
-)
-MODIFIED = ("--parabola-pinion", "0.001", "--parabola-gear", "-0.001")
-FRAMES = "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
-COUNT_FRAMES = """() => new Promise(done => {
-  const real = window.requestAnimationFrame;
-  let count = 0;
-  window.requestAnimationFrame = (act) => { count += 1; return real(act); };
-  setTimeout(() => { window.requestAnimationFrame = real; done(count); }, 300);
-})"""
-NO_WEBGL = """const real = HTMLCanvasElement.prototype.getContext;
-HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
-  return kind.startsWith("webgl") ? null : real.call(this, kind, ...rest);
-};"""
-
-
-@dataclass
-class Seen:
-    """A page and all it said and asked for."""
-
-    page: Page
-    messages: list[str] = field(default_factory=list)
-    requests: list[str] = field(default_factory=list)
-
-    def picture(self) -> NDArray[np.int_]:
-        """Pixels of the view as it stands."""
-        self.page.evaluate(FRAMES)
-        png = self.page.locator("#view canvas").screenshot()
-        return np.asarray(Image.open(io.BytesIO(png)).convert("RGB")).astype(int)
-
-    def camera(self) -> NDArray[np.float64]:
-        return np.array(self.page.evaluate("pageView.camera()"))
-
-    def roll(self) -> float:
-        return float(self.page.evaluate("pageView.roll()"))
-
-    def press(self, name: str) -> None:
-        self.page.get_by_role("button", name=name, exact=True).click()
-
-
-@pytest.fixture(scope="module")
-def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("report") / "report.html"
-    command = Path(sysconfig.get_path("scripts")) / "render-report"
-    run = [str(command), "--out", str(out), "--cases", "200", *MODIFIED]
-    subprocess.run(run, check=True, capture_output=True, timeout=300)
-    return out
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with sync_api.sync_playwright() as playwright:
-        launched = playwright.chromium.launch(executable_path=CHROMIUM, args=list(ARGUMENTS))
-        yield launched
-        launched.close()
-
-
-@contextmanager
-def opened(
-    browser: Browser, report: Path, width: int = 640, script: str = "", **options: Any
-) -> Iterator[Seen]:
-    context = browser.new_context(viewport={"width": width, "height": 900}, **options)
-    context.set_offline(True)
-    seen = Seen(context.new_page())
-    seen.page.on("console", lambda m: seen.messages.append(f"{m.type}: {m.text}"))
-    seen.page.on("pageerror", lambda error: seen.messages.append(str(error)))
-    seen.page.on("requestfailed", lambda request: seen.messages.append(f"failed: {request.url}"))
-    seen.page.on("request", lambda request: seen.requests.append(request.url))
-    if script:
-        seen.page.add_init_script(script)
-    seen.page.goto(report.as_uri())
-    seen.page.locator("#view").scroll_into_view_if_needed()
-    yield seen
-    context.close()
-    assert seen.messages == []
-    assert seen.requests == [report.as_uri()]
-
-
-@pytest.fixture(scope="module")
-def seen(browser: Browser, report: Path) -> Iterator[Seen]:
-    with opened(browser, report) as one:
-        yield one
-
-
-def colours(picture: NDArray[np.int_]) -> int:
-    return len(np.unique(picture.reshape(-1, 3), axis=0))
-
-
-def differing(one: NDArray[np.int_], other: NDArray[np.int_]) -> float:
-    """Share of pixels that differ to the eye."""
-    return float((np.abs(one - other).max(axis=-1) > 12).mean())
-
-
-def test_the_view_shows_something_and_nothing_complains(seen: Seen) -> None:
-    assert colours(seen.picture()) > 500
-    assert seen.messages == []
-    assert len(seen.requests) == 1
-    assert seen.page.evaluate("performance.getEntriesByType('resource').length") == 0
-
-
-def test_nothing_is_drawn_while_nothing_changes(seen: Seen) -> None:
-    seen.page.evaluate(FRAMES)
-    assert seen.page.evaluate(COUNT_FRAMES) == 0
-
-
-def test_dragging_turns_the_pair(seen: Seen) -> None:
-    seen.press("Pair")
-    camera, picture = seen.camera(), seen.picture()
-    box = seen.page.locator("#view canvas").bounding_box()
-    assert box is not None
-    x, y = box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"]
-    seen.page.mouse.move(x, y)
-    seen.page.mouse.down()
-    seen.page.mouse.move(x + 120, y + 40, steps=4)
-    seen.page.mouse.up()
-    turned = seen.camera()
-    assert np.linalg.norm(turned[:3] - camera[:3]) > 50.0
-    np.testing.assert_allclose(turned[3:], camera[3:], atol=1e-9)
-    assert differing(picture, seen.picture()) > 0.1
-    seen.press("Pair")
-    np.testing.assert_allclose(seen.camera(), camera, atol=1e-6)
-
-
-def test_the_wheel_belongs_to_the_page_until_the_view_has_the_focus(seen: Seen) -> None:
-    seen.press("Pair")
-    seen.page.locator("#view canvas").hover()
-    camera = seen.camera()
-    for focus, zooms in ((False, False), (True, True)):
-        seen.page.evaluate("on => document.querySelector('#view canvas')[on ? 'focus' : 'blur']()", focus)
-        place = seen.page.evaluate("scrollY")
-        seen.page.mouse.wheel(0, -60)
-        seen.page.wait_for_timeout(150)
-        assert (seen.page.evaluate("scrollY") == place) == zooms
-        assert bool(np.linalg.norm(seen.camera() - camera) > 1.0) == zooms
-
-
-def test_the_slider_rolls_the_pair(seen: Seen) -> None:
-    seen.press("Section at contact")
-    picture, roll, text = seen.picture(), seen.roll(), seen.page.locator(".bv-roll").inner_text()
-    slider = seen.page.get_by_role("slider")
-    slider.fill("0.5")
-    assert seen.roll() == pytest.approx(roll + 0.5 * 2.0 * math.pi / 29)
-    assert seen.page.locator(".bv-roll").inner_text() != text
-    assert "0.50 pitches" in seen.page.locator(".bv-roll").inner_text()
-    assert differing(picture, seen.picture()) > 0.02
-    slider.press("ArrowRight")
-    assert seen.roll() == pytest.approx(roll + 0.51 * 2.0 * math.pi / 29)
-    seen.page.evaluate("roll => pageView.setRoll(roll)", roll)
-    assert differing(picture, seen.picture()) == 0.0
-    assert "gear tip touches first" in seen.page.locator(".bv-contact").inner_text()
-
-
-def test_every_view_and_flank_looks_different(seen: Seen) -> None:
-    pictures = []
-    for name in ("Pair", "Section at contact", "Left flanks", "Pinion flank", "Gear flank"):
-        seen.press(name)
-        assert seen.page.get_by_role("button", name=name).get_attribute("aria-pressed") == "true"
-        pictures.append(seen.picture())
-        assert colours(pictures[-1]) > 200
-    assert min(differing(a, b) for i, a in enumerate(pictures) for b in pictures[:i]) > 0.002
-    seen.press("Right flanks")
-
-
-def test_keys_turn_and_gears_can_be_hidden(seen: Seen) -> None:
-    seen.press("Pair")
-    camera, picture = seen.camera(), seen.picture()
-    seen.page.locator("#view canvas").focus()
-    seen.page.keyboard.press("ArrowLeft")
-    assert np.linalg.norm(seen.camera() - camera) > 10.0
-    seen.page.keyboard.press("+")
-    away = [float(np.linalg.norm(c[:3] - c[3:])) for c in (camera, seen.camera())]
-    assert away[1] < 0.95 * away[0]
-    seen.press("Pair")
-    for way, least in (("see-through", 0.1), ("hidden", 0.15)):
-        seen.page.get_by_label("gear", exact=False).last.select_option(label=way)
-        assert differing(picture, seen.picture()) > least
-
-
-@pytest.mark.parametrize(("flank", "sign"), [("Right flanks", 1.0), ("Left flanks", -1.0)])
-def test_the_pinion_drives_while_it_plays(seen: Seen, flank: str, sign: float) -> None:
-    seen.press("Pair")
-    seen.press(flank)
-    before = seen.roll()
-    seen.press("Play")
-    seen.page.wait_for_timeout(400)
-    seen.press("Pause")
-    after = seen.roll()
-    assert 0.0 < sign * (after - before) < 0.3
-    seen.page.wait_for_timeout(100)
-    assert seen.roll() == after
-    seen.press("Right flanks")
-
-
-MISSES = """flank => {
-  const data = JSON.parse(document.getElementById("view-data").textContent);
-  const gears = beveloidGears(data), place = new THREE.Vector3(), misses = [];
-  const missed = (line, point) => {
-    const corners = line.geometry.attributes.instanceStart, away = [];
-    for (let i = 0; i < corners.count; i++) {
-      away.push(place.fromBufferAttribute(corners, i).applyMatrix4(line.matrixWorld).distanceTo(point));
-    }
-    return Math.min(...away);
-  };
-  for (let n = -10; n <= 10; n++) {
-    const { found } = gears.pose(data.roll + 0.2 * n * gears.members[0].pitch, flank, false);
-    gears.scene.updateMatrixWorld(true);
-    found.forEach(({ point }, at) => {
-      for (const { meshing } of gears.flanks[flank].drawn) misses.push(missed(meshing[at], point));
-    });
-  }
-  return misses;
-}"""
-
-
-def test_paths_drawn_on_both_gears_run_through_the_dots(seen: Seen, flank: str) -> None:
-    """As posed by the page itself: nearest corner of either polyline, of which there are 64 on some 20 mm."""
-    misses = seen.page.evaluate(MISSES, flank)
-    assert len(misses) >= 2 * 21
-    assert max(misses) < 0.25
+    from playwright.sync_api import Browser
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(390, "light"), (1400, "dark")])
@@ -262,14 +31,8 @@ def test_narrow_and_wide_light_and_dark(browser: Browser, report: Path, width: i
         assert (seen.picture()[2, 2].mean() > 128) == (scheme == "dark")
 
 
-def test_without_webgl_a_sentence_stands_in_its_place(browser: Browser, report: Path) -> None:
-    with opened(browser, report, script=NO_WEBGL) as seen:
-        assert "needs WebGL" in seen.page.locator("#view").inner_text()
-        assert seen.page.locator("#view canvas").count() == 0
-
-
 def test_the_numbers_shown_are_those_of_the_file(seen: Seen, report: Path) -> None:
-    """Which are those of the commands (`test_render_report.py`): no script changes them."""
+    """Scripts leave the numbers of the commands (`test_render_report.py`) unchanged."""
     cells = "[...document.querySelectorAll('[data-key]')].map(e => [e.dataset.key, e.textContent])"
     written = ReportPage(report.read_text(encoding="utf-8")).cells
     shown = [tuple(cell) for cell in seen.page.evaluate(cells)]
@@ -306,7 +69,7 @@ def test_letters_of_charts_are_legible_on_a_narrow_page(narrow: Seen) -> None:
 
 
 def test_targets_are_as_wide_as_a_finger(narrow: Seen) -> None:
-    """Links, buttons, the slider, lists, and what opens: 44 pixels either way."""
+    """Links, buttons, sliders, lists and details are at least 44 pixels wide and high."""
     targets = narrow.page.evaluate(TARGETS)
     assert len(targets) > 30
     assert [target for target in targets if min(target[1:]) < 44.0] == []
@@ -328,11 +91,11 @@ def test_nothing_stands_out_at_the_sides_and_the_verdict_is_on_the_first_screen(
         words, picture = (seen.page.locator(name).bounding_box() for name in (".verdict", ".pair-picture"))
         assert words is not None
         assert picture is not None
-        assert (picture["x"] > words["x"] + words["width"]) == (width > 1000)  # beside it, or below
+        assert (picture["x"] > words["x"] + words["width"]) == (width > 1000)  # to the right, or below
 
 
-def test_the_contents_stay_and_say_where_one_is(narrow: Seen) -> None:
-    """A heading that was jumped to stands below them, and its name in them is in sight."""
+def test_contents_stay_visible_and_mark_the_section(narrow: Seen) -> None:
+    """After a jump, the heading is below the contents, and its entry is visible."""
     for name in ("Pressure", "Terms", "Design"):
         link = narrow.page.get_by_role("link", name=name, exact=True)
         link.click()
@@ -350,11 +113,11 @@ def test_the_contents_stay_and_say_where_one_is(narrow: Seen) -> None:
         assert own["x"] + own["width"] <= 390.0
 
 
-def test_what_scrolls_sideways_shows_it(narrow: Seen) -> None:
-    """A shadow stands at the side where there is more, and none at an end."""
+def test_scrollable_tables_have_a_shadow(narrow: Seen) -> None:
+    """A shadow marks the side with hidden columns, and no end has one."""
 
     def levels(which: str) -> tuple[int, int]:
-        """Of grey at both sides, clear of words and of the first column, which stays."""
+        """Return the grey levels at both sides, away from text and from the fixed first column."""
         narrow.page.evaluate(FRAMES)
         picture = np.asarray(
             Image.open(io.BytesIO(narrow.page.locator(f"#{which}").screenshot())).convert("L")
@@ -366,7 +129,7 @@ def test_what_scrolls_sideways_shows_it(narrow: Seen) -> None:
         return tuple(int(np.median(picture[:, x])) for x in (-1 if first else 0, -1))  # type: ignore[return-value]
 
     found = narrow.page.evaluate(SCROLLED)
-    assert len(found) == 6  # the contents, the ease-off, sensitivities and quantiles of both flanks
+    assert len(found) == 6  # contents, ease-off, sensitivities and quantiles of both flanks
     for which in found:
         narrow.page.evaluate("id => document.getElementById(id).scrollTo(0, 0)", which)
         assert levels(which)[1] < 215, which
@@ -409,11 +172,11 @@ CELLS = """() => [...document.querySelectorAll("table.cells")].map((table) => [
 
 
 @pytest.mark.parametrize("width", [390, 1280, 1920])
-def test_patterns_under_errors_stand_under_their_errors(browser: Browser, report: Path, width: int) -> None:
-    """Legible, and no word beyond its cell."""
+def test_patterns_are_below_their_errors(browser: Browser, report: Path, width: int) -> None:
+    """Text is legible and stays within its cell."""
     with opened(browser, report, width) as seen:
         tables = np.array(seen.page.evaluate(CELLS))
-        assert tables.shape == (2, 4, 3, 4)  # a head and three rows
+        assert tables.shape == (2, 4, 3, 4)  # a heading and three rows
         assert np.ptp(tables[..., :2], axis=1).max() < 0.6
         assert tables[..., 2].max() <= 0.0
         assert tables[..., 3].min() >= 13.0
@@ -443,7 +206,7 @@ def test_without_javascript_all_but_the_view_is_there(browser: Browser, report: 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_on_paper(browser: Browser, report: Path, scheme: str) -> None:
-    """White whatever the screen is, nothing beyond the margins of A4 (190 mm), no buttons."""
+    """White for any screen setting, within the margins of A4 (190 mm), without buttons."""
     with opened(browser, report, 718, color_scheme=scheme) as seen:
         seen.page.emulate_media(media="print")
         assert seen.page.evaluate("document.scrollingElement.scrollWidth") <= 718

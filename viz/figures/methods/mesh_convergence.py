@@ -13,47 +13,44 @@ from beveloid_geom import Design
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.shapes.mesh_contact import Convergence, convergence
 
-from ...parts.curves import log_axes
-from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...parts.solved import FLANKS
-from ...stage import theme
-from ...stage.layout import Cells
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.paths_table import FLANKS
+from ...rendering import theme
+from ...rendering.layout import Cells
+from .curves import log_axes
 
 TOLERANCES = np.logspace(-1.0, -4.0, 13)
-SHARES = (0.3, 0.4, 0.5, 0.6, 0.7)
-"""Poses: how far along the path, in pinion roll."""
-FLOOR = 1e-16
+PATH_FRACTIONS = (0.3, 0.4, 0.5, 0.6, 0.7)
+"""Positions as fractions of the path in pinion roll."""
+SMALLEST_ERROR_MM = 1e-16
 LOOKS = {
     "point": ("contact point", theme.RED, "o"),
     "separation": ("separation", theme.BLUE, "s"),
 }
 CELLS = Cells(left=1.2, right=0.64, across=1.36, down=1.4, most=2, least=3.4)
 NOTE = (
-    "Meshes of both flanks are sampled to the tolerance and posed; the contact is where the distance to the"
-    " other mesh is least. The polish takes that point, and the facet's answer, as the start of Newton on the"
-    " exact flanks. Lines are the greatest error of {poses} poses along the path of contact, dots the single"
-    " poses. The contact point is compared with that of the path of contact, found without meshes; the"
-    " separation, over all points of the pinion's mesh, with the distance to the exact flank by Newton from"
-    " another start. {finding}"
+    "Flanks are sampled to the tolerance; the contact is the point with the smallest distance to the other"
+    " mesh. The polish solves for the contact on the exact flanks from there. Lines: largest error of {poses}"
+    " positions, dots: single positions."
 )
 
 
 @dataclass(frozen=True, eq=False)
 class ConvergenceFigure:
-    """Errors at every pose by flank and polish; a reason for each flank that has none."""
+    """Errors at every position by flank and polish; the reason for a flank without errors."""
 
     found: dict[tuple[str, bool], tuple[Convergence, ...]]
     reasons: dict[str, str]
 
 
 def compute(design: Design) -> ConvergenceFigure:
-    """Measure meshes of all tolerances at all poses, both flanks."""
+    """Compute the errors for all tolerances and positions on both flanks."""
     found, reasons = {}, {}
     for flank in FLANKS:
         try:
             for polish in (False, True):
                 found[flank, polish] = tuple(
-                    convergence(design, flank, TOLERANCES, polish, share=share) for share in SHARES
+                    convergence(design, flank, TOLERANCES, polish, share=share) for share in PATH_FRACTIONS
                 )
         except ValueError as error:
             reasons[flank] = str(error)
@@ -61,7 +58,7 @@ def compute(design: Design) -> ConvergenceFigure:
 
 
 def errors_of(results: tuple[Convergence, ...], kind: str) -> FloatArray:
-    """Give the errors (poses, tolerances) of one kind, mm."""
+    """Return the errors (positions, tolerances) of one kind, mm."""
     return np.stack([getattr(result, f"{kind}_error") for result in results])
 
 
@@ -70,9 +67,8 @@ def draw(data: ConvergenceFigure, layout: theme.Layout) -> Drawing:
     page, low, high = theme.new_page(
         layout,
         "Error of the mesh method against the mesh tolerance",
-        "Contact point and separation found by proximity queries on sampled flanks, before and after the"
-        " polish on the exact flanks",
-        NOTE.format(poses=len(SHARES), finding=finding(data)),
+        finding(data),
+        NOTE.format(poses=len(PATH_FRACTIONS)),
         below=0.75,
         above=0.5,
         tall=CELLS.tall(layout, len(FLANKS), 3.2),
@@ -81,7 +77,7 @@ def draw(data: ConvergenceFigure, layout: theme.Layout) -> Drawing:
     for column, (flank, axes) in enumerate(found):
         axes.set_title(f"({'ab'[column]})  {flank} flanks", loc="left", pad=10.0)
         if flank in data.reasons:
-            theme.say(axes, data.reasons[flank], 40)
+            theme.message(axes, data.reasons[flank], 40)
         else:
             lines = _panel(axes, data, flank)
             if (column == 0 or FLANKS[0] in data.reasons) and layout.printed:
@@ -92,12 +88,11 @@ def draw(data: ConvergenceFigure, layout: theme.Layout) -> Drawing:
 
 
 def _panel(axes: Axes, data: ConvergenceFigure, flank: str) -> list[Line2D]:
-    """Draw the errors (mm) of one flank over the tolerance, at every pose and the greatest of them; give the
-    lines of a legend."""
+    """Draw the errors (mm) of one flank at every position and their maximum; return the lines of a legend."""
     lines = []
     for polish in (False, True):
         for kind, (name, colour, marker) in LOOKS.items():
-            errors = np.maximum(errors_of(data.found[flank, polish], kind), FLOOR)
+            errors = np.maximum(errors_of(data.found[flank, polish], kind), SMALLEST_ERROR_MM)
             label = f"{name}, {'polished' if polish else 'mesh alone'}"
             face = colour if polish else "none"
             axes.plot(TOLERANCES, errors.T, marker, color=colour, ms=4.0, alpha=0.45, mfc=face)
@@ -107,36 +102,33 @@ def _panel(axes: Axes, data: ConvergenceFigure, flank: str) -> list[Line2D]:
     lines += axes.plot(TOLERANCES, TOLERANCES, color=theme.GREY, linewidth=1.2, label="the tolerance itself")
     log_axes(axes)
     axes.invert_xaxis()
-    axes.set_ylim(0.1 * FLOOR, 1e3)
+    axes.set_ylim(0.1 * SMALLEST_ERROR_MM, 1e3)
     axes.set(xlabel="tolerance of the meshes (mm)", ylabel="error (mm)")
     return lines
 
 
 def finding(data: ConvergenceFigure) -> str:
-    """Say what the chart shows, in numbers of this run."""
-    parts = []
+    """Return the finding of the chart from the errors of each flank."""
+    parts, near = [], int(np.argmin(np.abs(TOLERANCES - 0.001)))
     for flank in FLANKS:
         if flank in data.reasons:
             continue
         alone, polished = (errors_of(data.found[flank, polish], "point") for polish in (False, True))
-        near = int(np.argmin(np.abs(TOLERANCES - 0.001)))
         parts.append(
-            f"{flank} flanks: at {TOLERANCES[near]:.3g} mm the meshes alone put the contact"
-            f" {np.nanmin(alone[:, near]):.2g} to {np.nanmax(alone[:, near]):.2g} mm away; polished, none is"
-            f" more than {np.nanmax(polished):.0e} mm away at any tolerance"
+            f"{flank} flanks {np.nanmax(alone[:, near]):.2g} mm off, polished {np.nanmax(polished):.0e} mm"
         )
-    return "; ".join(parts).capitalize() + "." if parts else ""
+    return f"Contact point at a tolerance of {TOLERANCES[near]:.3g} mm: {'; '.join(parts)}" if parts else ""
 
 
 def rows(data: ConvergenceFigure) -> Table:
-    """List the errors at every tolerance and pose."""
+    """List the errors at every tolerance and position."""
     setting = ("flank", "polished", "share_of_path", "tolerance_mm", "triangles")
     header = (*setting, "contact_point_error_mm", "separation_error_mm")
 
     def cases() -> Rows:
-        """Give the columns of every pose."""
+        """Yield the columns of every position."""
         for (flank, polish), results in data.found.items():
-            for share, found in zip(SHARES, results, strict=True):
+            for share, found in zip(PATH_FRACTIONS, results, strict=True):
                 errors = found.point_error, found.separation_error
                 yield flank, polish, share, found.tolerance, found.faces, *errors
 

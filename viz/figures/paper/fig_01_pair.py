@@ -1,4 +1,4 @@
-"""Fig. 1: the pair in mesh, with shafts and axes, and a section through the contact point."""
+"""Fig. 1: the pair in mesh with shafts and axes, and a section through the contact point."""
 
 from __future__ import annotations
 
@@ -9,32 +9,40 @@ import numpy as np
 
 from beveloid_geom import Design, path_of_contact
 from beveloid_geom.arrays import FloatArray
+from beveloid_geom.design.ends import end_names
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.surface_mesh import gear_mesh
 
-from ...parts import annotate, posed, solved
-from ...parts.annotate import Overlay
-from ...parts.posed import PosedPair
-from ...parts.recipe import Drawing, Recipe, Table, quantities, vector
-from ...stage import theme
-from ...stage.scene import MESH_PX, Camera, Item, Size, cut, fit_camera
+from ...components import annotate, paths_table, posed
+from ...components.annotate import Overlay
+from ...components.figure_steps import Drawing, Recipe, Table, quantities, vector
+from ...components.posed import PosedPair
+from ...rendering import theme
+from ...rendering.polylines import dashed
+from ...rendering.scene import MESH_PX, Camera, Item, Size, Tube, cut, fit_camera
 
-FACES = ("#c9d3dc", "#e4d7bd")
-"""Toe and heel, a little lighter than the teeth."""
-SECTION_TALL = 3.6
-"""Inches for the section, on a page so narrow that it stands under the pair."""
-SECTION_SHARES = 0.25, 0.31
-"""Width and height of the section on a wider page, shares of it."""
-SECTION_MODULES = 3.2
-"""Half the width of the section shown, in normal modules."""
-SECTION_TOLERANCE = 0.003
-"""Of the section, in normal modules: less than a pixel."""
+FACE_COLOURS = ("#c9d3dc", "#e4d7bd")
+"""Colours of the end faces of pinion and gear."""
+VIEW = np.array([-0.62, 0.46, 0.6])
+"""Viewing direction in S_f, for which the common perpendicular of Table 1 ends next to the gear."""
+AXIS_HALF_WIDTH_PT = 0.65
+"""Half the width of the axes, points."""
+SECTION_HEIGHT_IN = 3.6
+"""Height of the section below the pair on a narrow page, inches."""
+SECTION_PAGE_FRACTIONS = 0.25, 0.31
+"""Width and height of the section on a wide page, as fractions of the page."""
+SECTION_HALF_WIDTH_MODULES = 3.2
+"""Half the width of the section, in normal modules."""
+SECTION_TOLERANCE_MODULES = 0.003
+"""Mesh tolerance of the section, in normal modules; less than a pixel."""
 
 
 @dataclass(frozen=True, eq=False)
 class PairFigure:
-    """The pair as posed, and where its flanks touch both members cut by one plane through the contact point:
-    outlines (n, 3) in S_f of each; what is to the right and upwards (2, 3), the common normal downwards."""
+    """The pair as posed, and its section through the contact point.
+
+    `sections`: outlines (n, 3) in S_f of both members, cut by a plane that contains the common normal. `axes`
+    (2, 3): directions to the right and upwards in the section; the common normal points downwards."""
 
     pair: PosedPair
     flank: str
@@ -43,7 +51,7 @@ class PairFigure:
 
 
 def compute(design: Design, flank: str = "right") -> PairFigure:
-    """Find the pair with its flanks touching in the middle of their path."""
+    """Compute the pair with its flanks in contact in the middle of the path."""
     pair = posed.pose(design, flank)
     if not pair.touching:
         return PairFigure(pair, flank, np.full((2, 3), np.nan), ())
@@ -56,43 +64,49 @@ def compute(design: Design, flank: str = "right") -> PairFigure:
         try:
             mesh = gear_mesh(
                 member,
-                SECTION_TOLERANCE * float(member.tool.normal_module),
+                SECTION_TOLERANCE_MODULES * float(member.tool.normal_module),
                 bore_radius=posed.shaft_radius(member),
             )
         except ValueError:
             break
-        sections.append(cut(posed.surface(mesh, frame, ""), pair.contact, along))
+        sections.append(cut(posed.placed_surface(mesh, frame, ""), pair.contact, along))
     return PairFigure(pair, flank, np.stack((np.cross(normal, along), -normal)), tuple(sections))
 
 
 def _ends(pair: PosedPair) -> FloatArray:
-    """Say where each shaft starts and ends along its axis, (2, 2) mm from the common perpendicular."""
+    """Return the ends of each shaft along its axis, (2, 2), mm from the common perpendicular."""
     half = 0.5 * np.array([float(member.face_width) for member in pair.design.members])
     over = 0.2 * pair.apart
     return np.stack((pair.position - half - over, pair.position + half + over), axis=-1)
 
 
 def camera_of(pair: PosedPair, size: Size) -> Camera:
-    """Make the camera that shows the whole pair in a picture of this size; of a pair without its common
-    perpendicular turned so that it is largest there."""
-    reach, turn = posed.reach(pair, feet=not pair.remote), posed.turn_about_axis(0.5 * np.pi)
-    usual = fit_camera(reach, posed.VIEW, posed.UP, size, 0.06)
+    """Return the camera that shows the complete pair in a picture of this size.
+
+    If the common perpendicular is far away and not drawn, the pair may be turned, so that it is shown
+    larger."""
+    reach, turn = posed.reach(pair, feet=False), posed.turn_about_axis(0.5 * np.pi)
+    if not pair.remote:
+        reach = np.concatenate((reach, _feet(pair)))
+    usual = fit_camera(reach, VIEW, posed.UP, size, 0.06)
     if not pair.remote:
         return usual
-    turned = fit_camera(reach, turn @ posed.VIEW, turn @ posed.UP, size, 0.06)
+    turned = fit_camera(reach, turn @ VIEW, turn @ posed.UP, size, 0.06)
     return min(usual, turned, key=lambda camera: camera.half_height)
 
 
 def items_of(pair: PosedPair, tolerance: float) -> tuple[list[Item], list[str]]:
-    """Make gears to a tolerance (mm) and shafts, and remarks on what could not be drawn."""
+    """Return gears within a tolerance (mm) and shafts, and remarks on members that cannot be drawn."""
     items: list[Item] = []
     remarks = []
     lengths = _ends(pair) - pair.position[:, None]
     for number, (member, frame) in enumerate(zip(pair.design.members, pair.frames, strict=True)):
         bore = posed.shaft_radius(member)
-        gear, reason = posed.gear_items(member, frame, tolerance, (theme.METALS[number], FACES[number]), bore)
+        gear, reason = posed.gear_items(
+            member, frame, tolerance, (theme.METALS[number], FACE_COLOURS[number]), bore
+        )
         if reason:
-            remarks.append(f"The {solved.MEMBERS[number]} is drawn without teeth: {reason}.")
+            remarks.append(f"The {paths_table.MEMBERS[number]} is drawn without teeth: {reason}.")
         items += [*gear, *posed.shaft(frame, bore, *lengths[number].tolist())]
     return items, remarks
 
@@ -103,70 +117,103 @@ def draw(data: PairFigure, layout: theme.Layout) -> Drawing:
     page, _, high = theme.new_page(
         layout,
         f"Fig. 1   The {'crossed ' if pair.crossed else ''}beveloid gear pair in mesh",
-        f"Whole gears on their shafts, posed with the {data.flank} flanks in contact: {_layout_words(pair)}",
+        f"The {data.flank} flanks are in contact; {_layout_words(pair)}",
         "",
-        tall=6.6 if layout.width > theme.NARROW else 4.4 + SECTION_TALL,
+        tall=6.6 if layout.width > theme.NARROW else 4.4 + SECTION_HEIGHT_IN,
     )
     low = theme.inches(page, 0.72 if not layout.printed else theme.AROUND)
     if layout.width > theme.NARROW:
         box = theme.place(page, 0.14, low, 0.83, high - low)
     else:
-        over = low + theme.inches(page, SECTION_TALL)
+        over = low + theme.inches(page, SECTION_HEIGHT_IN)
         box = theme.place(page, 0.02, over, 0.96, high - over)
     camera = camera_of(pair, box.size)
     items, remarks = items_of(pair, MESH_PX * camera.mm_per_px(box.size))
     pose = (
-        f"Rolls are those in the middle of the {data.flank} flanks' path of contact, the pinion drives. "
+        f"Roll angles: middle of the path of contact of the {data.flank} flanks. The pinion drives. "
         if pair.touching
-        else f"The {data.flank} flanks share no contact point as mounted; the rolls are nominal ones. "
+        else f"The {data.flank} flanks have no contact point in this mounting; roll angles are nominal. "
     )
-    theme.caption(page, pose + "Heels are the ends at +z, to which a tooth grows. " + " ".join(remarks))
+    theme.caption(page, pose + _ends_words(pair.design) + " ".join(remarks))
+    items += _axis_items(pair, AXIS_HALF_WIDTH_PT * camera.mm_per_px(box.size) * page.dpi / 72.0)
     view = Overlay.drawn(page, box, items, camera)
-    _draw_axes(view, pair)
-    room = annotate.Room(view.axes)
+    if not pair.remote:
+        _annotate_layout(view, pair, 0.65 * abs(float(_ends(pair)[1, 0])))
+    _draw_scale(view, box)
+    room = annotate.FreeSpace(view.axes)
     if pair.touching and len(data.sections) == 2:
         corner = _free_corner(page, room)
         if layout.width < theme.NARROW:
-            corner = theme.place(page, 0.25, low, 0.5, theme.inches(page, SECTION_TALL - 0.8))
+            corner = theme.place(page, 0.25, low, 0.5, theme.inches(page, SECTION_HEIGHT_IN - 0.8))
         room.take(corner)
         _draw_section(page, corner, data)
     _name(view, room, pair, layout.width < theme.NARROW)
     return Drawing(page, {"pair": view.picture})
 
 
+def _ends_words(design: Design) -> str:
+    """Return sentences that explain the names of the ends of the faces."""
+    words = "Heels are the large ends of teeth. "
+    if any(end_names(member) == ("back", "front") for member in design.members):
+        words += "Teeth without a cone have their front at +z. "
+    return words
+
+
 def _layout_words(pair: PosedPair) -> str:
-    """Say what is drawn of the layout, or its numbers where it is not."""
+    """Return the text on the layout: symbols if offset and shaft angle are drawn, else values."""
+    if _parallel(pair):
+        return "offset $E$, parallel axes"
     if not pair.remote:
-        return "offset $E$ between the axes, shaft angle $\\delta$"
+        return "offset $E$, shaft angle $\\delta$"
     away = abs(float(pair.position[0]))
-    nearest = f"{pair.foot[1, 0]:g} mm apart where nearest, {away:.0f} mm from here"
+    nearest = f"shortest distance {pair.foot[1, 0]:g} mm, {away:.0f} mm from the members"
     return f"axes at {_degrees(pair):.4g}\u00b0, {nearest}"
 
 
-def _draw_axes(over: Overlay, pair: PosedPair) -> None:
-    """Draw axes, and offset and shaft angle if they are near."""
+def _feet(pair: PosedPair) -> FloatArray:
+    """Return the ends (2, 3) of the common perpendicular, mm; on parallel axes in front of the shafts."""
+    ahead = float(_ends(pair).min()) - 0.1 * pair.apart if _parallel(pair) else 0.0
+    return pair.foot + ahead * pair.axis
+
+
+def _parallel(pair: PosedPair) -> bool:
+    return bool(np.linalg.norm(np.cross(*pair.axis)) < 1e-12)
+
+
+def _axis_items(pair: PosedPair, radius: float) -> list[Item]:
+    """Return the axes as dash-dotted tubes of a radius, mm, so that solid parts hide them."""
     ends = _ends(pair)
-    low, high = np.minimum(0.0, 1.02 * ends[:, 0]), ends[:, 1] + 0.1 * pair.apart
-    if pair.remote:
-        low = ends[:, 0] - 0.1 * pair.apart
-    for foot, axis, first, last in zip(pair.foot, pair.axis, low, high, strict=True):
-        over.axis(foot + first * axis, foot + last * axis, theme.INK)
+    low, high = ends[:, 0] - 0.1 * pair.apart, ends[:, 1] + 0.1 * pair.apart
     if not pair.remote:
-        _annotate_layout(over, pair, 0.65 * abs(float(ends[1, 0])))
+        low = np.minimum(low, ((_feet(pair) - pair.foot) * pair.axis).sum(axis=1))
+    pattern = [2.0 * radius * length for length in annotate.CENTRE_LINE["dashes"]]
+    return [
+        Tube(piece, theme.INK, radius)
+        for foot, axis, first, last in zip(pair.foot, pair.axis, low, high, strict=True)
+        for piece in dashed(np.stack((foot + first * axis, foot + last * axis)), pattern)
+    ]
 
 
-def _name(over: Overlay, room: annotate.Room, pair: PosedPair, narrow: bool) -> None:
-    """Name members, toes and heels where there is room; in more lines where the page is narrow."""
+def _draw_scale(over: Overlay, box: theme.Box) -> None:
+    """Draw a scale bar at the lower right; in parallel projection it holds at every depth."""
+    length = theme.round_length(0.12 * box.width / over.picture.px_per_mm)
+    x, y = 0.98 * box.width - length * over.picture.px_per_mm, 0.96 * box.height
+    theme.scale_bar(over.axes, x, y, over.picture.px_per_mm, length)
+
+
+def _name(over: Overlay, room: annotate.FreeSpace, pair: PosedPair, narrow: bool) -> None:
+    """Label members and ends of faces where there is room, in more lines on a narrow page."""
     right, up, _ = over.picture.camera.axes
     for number, member in enumerate(pair.design.members):
-        toe, heel = to_fixed(pair.frames[number], posed.rings(member))
+        back, front = to_fixed(pair.frames[number], posed.rings(member))
+        names = end_names(member)
         kind = _kind(pair, number).replace(", ", "\n" if narrow else ", ")
-        for ring, words, way, offset in (
-            (toe, "toe", 0.3 * up - right, (-24.0, 6.0)),
-            (heel, "heel", up, (-4.0, 22.0)),
-            (heel, kind, right + up, (26.0, 30.0)),
+        for ring, words, direction, offset in (
+            (back, names[0], 0.3 * up - right, (-24.0, 6.0)),
+            (front, names[1], up, (-4.0, 22.0)),
+            (front, kind, right + up, (26.0, 30.0)),
         ):
-            near = ring[np.argsort(-(ring @ way))]
+            near = ring[np.argsort(-(ring @ direction))]
             room.note(over.picture.project(near), over.picture.project(ring[:-1].mean(axis=0)), words, offset)
 
 
@@ -175,10 +222,13 @@ def _degrees(pair: PosedPair) -> float:
 
 
 def _annotate_layout(over: Overlay, pair: PosedPair, reach: float) -> None:
-    """Draw offset, and shaft angle at a `reach` (mm) from it."""
+    """Draw the offset, and the shaft angle, if it is not zero, at a distance `reach` (mm) from it."""
+    feet = _feet(pair)
     words = f"$E$ = {pair.foot[1, 0]:g} mm"
     style: dict[str, Any] = {"color": theme.BLUE, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
-    over.dimension(pair.foot[0], pair.foot[1], words, (-4.0, -6.0), at=0.6, **style)
+    over.dimension(feet[0], feet[1], words, (-4.0, -6.0), at=0.6, **style)
+    if _parallel(pair):
+        return
     words = f"$\\delta$ = {_degrees(pair):.4g}\u00b0"
     over.angle(pair.foot[1], pair.axis[0], pair.axis[1], reach, words, (1.2, 0.75), (-6.0, 2.0))
 
@@ -188,13 +238,12 @@ def _kind(pair: PosedPair, member: int) -> str:
     angle, cone = float(np.degrees(one.helix_angle)), float(np.degrees(one.cone_angle))
     hand = "right hand" if angle > 0.0 else "left hand" if angle < 0.0 else "straight"
     angles = f"helix {angle:g}\u00b0, cone {cone:g}\u00b0".replace("-", "\u2212")
-    return f"{solved.MEMBERS[member]}\n{int(one.teeth)} teeth, {hand}\n{angles}"
+    return f"{paths_table.MEMBERS[member]}\n{int(one.teeth)} teeth, {hand}\n{angles}"
 
 
-def _free_corner(page: theme.Page, room: annotate.Room) -> theme.Box:
-    """Find the box for the section: in the corner of the page where it hides least, a little smaller where
-    that is less."""
-    width, height = SECTION_SHARES
+def _free_corner(page: theme.Page, room: annotate.FreeSpace) -> theme.Box:
+    """Return the box of the section: the corner and size that hide least of the picture."""
+    width, height = SECTION_PAGE_FRACTIONS
     sizes = [(size * width, size * height) for size in (1.0, 0.9, 0.8)]
     boxes = [
         theme.place(page, x, y, across, up)
@@ -206,10 +255,10 @@ def _free_corner(page: theme.Page, room: annotate.Room) -> theme.Box:
 
 
 def _draw_section(page: theme.Page, box: theme.Box, data: PairFigure) -> None:
-    """Draw both members cut by one plane, the common normal out of the pinion downwards."""
+    """Draw the section of both members; the common normal of the pinion points downwards."""
     pair = data.pair
     axes = theme.overlay(page, box)
-    half = SECTION_MODULES * float(pair.design.pinion.tool.normal_module)
+    half = SECTION_HALF_WIDTH_MODULES * float(pair.design.pinion.tool.normal_module)
     for found, colour in zip(data.sections, theme.METALS, strict=True):
         for outline in found:
             seen = data.axes @ (outline - pair.contact).T
@@ -220,7 +269,7 @@ def _draw_section(page: theme.Page, box: theme.Box, data: PairFigure) -> None:
     axes.set_axis_on()
     axes.set(xlim=(-half, half), ylim=(-high, high), xticks=[], yticks=[])
     axes.spines[:].set(visible=True, color=theme.GREY, linewidth=1.0)
-    axes.set_title("Section that holds the common normal", fontsize=theme.SMALL)
+    axes.set_title("Section through the common normal", fontsize=theme.SMALL)
     annotate.text(axes, (-0.75 * half, 0.1 * high), "pinion")
     annotate.text(axes, (0.75 * half, -0.1 * high), "gear")
     annotate.text(axes, (0.0, 0.0), "contact", (0.0, 18.0), color=theme.RED, fontsize=theme.SMALL)
@@ -231,7 +280,7 @@ def _draw_section(page: theme.Page, box: theme.Box, data: PairFigure) -> None:
 
 
 def rows(data: PairFigure) -> Table:
-    """List layout, members and pose."""
+    """List layout, members and rolls."""
     pair, members = data.pair, data.pair.design.members
     named = (
         ("teeth", "1", [member.teeth for member in members]),
@@ -245,7 +294,7 @@ def rows(data: PairFigure) -> Table:
         ("shaft_angle", "rad", float(np.arccos(np.clip(pair.axis[0] @ pair.axis[1], -1.0, 1.0)))),
         *(
             (f"{m}_{name}", unit, float(v[k]))
-            for k, m in enumerate(solved.MEMBERS)
+            for k, m in enumerate(paths_table.MEMBERS)
             for name, unit, v in named
         ),
         *vector("contact_{}_f", "mm", pair.contact),

@@ -1,4 +1,4 @@
-"""Fig. 2: the rack cutter's normal section, straight and with an exaggerated parabola."""
+"""Fig. 2: normal section of the rack cutter, straight and with an exaggerated parabola."""
 
 from __future__ import annotations
 
@@ -13,28 +13,30 @@ from beveloid_geom import Design, Tool
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.fillet import ToolRound, tool_round
 
-from ...parts import annotate, cutter
-from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...stage import theme
+from ...components import annotate, cutter
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...rendering import theme
 
-EXAGGERATED = 0.09
-"""Parabola coefficient drawn, in 1 / normal module."""
-BACK = 0.4
-"""Thickness of the tool's back, in normal modules."""
-WIDE, NARROW = 2.08, 1.75
-"""Half the width of the tool drawn, in normal modules; and on a narrow page, with fewer words."""
-WORDS = 0.9
-"""Inches for words beside the dimensions."""
-SHOWN = 0.82
+PARABOLA_TIMES_MODULE = 0.09
+"""Parabola coefficient drawn, times the normal module."""
+BACK_MODULES = 0.4
+"""Thickness of the back of the tool, in normal modules."""
+HALF_WIDTH_MODULES, NARROW_HALF_WIDTH_MODULES = 2.08, 1.75
+"""Half the width of the tool drawn, in normal modules: usual, and on a narrow page with less text."""
+TEXT_WIDTH_IN = 0.9
+"""Space for text next to the dimensions, inches."""
+DIMENSION_L_MODULES = 0.82
 """Flank parameter l at which the parabola is dimensioned, in normal modules."""
-FILL = "#e3e9ee"
-DEEP_PURPLE = "#a0447c"
+TOOL_COLOUR = "#e3e9ee"
+PARABOLA_COLOUR = "#a0447c"
 
 
 @dataclass(frozen=True, eq=False)
 class RackFigure:
-    """Tools and their right profiles (n, 2), (x_n, y_n) in mm from the middle of the tool's tip
-    upwards: straight and parabolic; the round of the straight one."""
+    """Straight and parabolic tool with their right profiles (n, 2).
+
+    Profiles hold (x_n, y_n), mm, upwards from the middle of the tip of the tool. `tip_round`: round of the
+    straight tool."""
 
     tools: tuple[Tool, Tool]
     profiles: tuple[FloatArray, FloatArray]
@@ -52,41 +54,41 @@ class RackFigure:
 
     @property
     def space(self) -> float:
-        """Width of the tool's space at the pitch line, mm."""
+        """Width of the tooth space of the tool at the pitch line, mm."""
         return float(0.5 * np.pi * self.module)
 
 
 def compute(design: Design) -> RackFigure:
-    """Find profiles of the pinion's tool, and of the same tool with the parabola to be drawn."""
-    tool = design.pinion.tool
-    bent = cutter.fitting(replace(tool, parabola=EXAGGERATED / float(tool.normal_module)))
-    straight = cutter.fitting(replace(tool, parabola=0.0))
+    """Compute the profiles of the pinion's tool, straight and with the parabola that is drawn."""
+    tool = design.pinion.tool.straight()
+    bent = cutter.fitting(replace(tool, parabola=PARABOLA_TIMES_MODULE / float(tool.normal_module)))
+    straight = cutter.fitting(tool)
     profiles = cutter.half_profile(straight), cutter.half_profile(bent)
     return RackFigure((straight, bent), profiles, tool_round(straight, "right"))
 
 
 def draw(data: RackFigure, layout: theme.Layout) -> Drawing:
-    """Draw the section with its frames and dimensions; lengths in true proportion."""
+    """Draw the section with its frames and dimensions in true proportions."""
     module, coefficient = data.module, float(data.tools[1].parabola)
     narrow = layout.printed and layout.width < theme.NARROW
-    wide = NARROW if narrow else WIDE
+    wide = NARROW_HALF_WIDTH_MODULES if narrow else HALF_WIDTH_MODULES
     space, angle = f" = $\\pi m_n/2$ = {data.space:.5g} mm", f" = {np.degrees(data.alpha):g}\u00b0"
     page, low, high = theme.new_page(
         layout,
         "Fig. 2   Normal section of the rack cutter, straight and parabolic",
         f"Solid: parabola $y_a = a_j l_j^2$ with $a_j$ = {coefficient:.3g} mm$^{{\u22121}}$, exaggerated;"
         " dashed: straight flank, $a_j$ = 0" + (f"; $s_0${space}, $\\alpha_n${angle}" if narrow else ""),
-        "The space of the tool is the tooth it generates: $x_n$ points from that tooth's root to its tip,"
-        " $S_n$ stands in its middle. $S_{ar}$ and $S_{al}$ stand at the apexes of the right and left"
-        " parabola, $x_a$ along the straight flank. $a_j$ > 0 leaves metal at tip and root of the tooth:"
-        " its flank becomes concave. The round of the parabolic tool is reduced to what fits.",
+        "The space of the tool generates the tooth: $x_n$ points from root to tip of the tooth. $S_{ar}$ and"
+        " $S_{al}$ are at the apexes of the right and left parabola, with $x_a$ along the straight flank."
+        " $a_j$ > 0 leaves metal at tip and root, so that the flank is concave. The tip round of the"
+        " parabolic tool is reduced to fit.",
         tall=0.62 * layout.width,
     )
     box = theme.place(page, 0.02, low, 0.96, high - low)
     axes = theme.overlay(page, box)
     tool = data.tools[0]
-    ends = module * np.array([-float(tool.dedendum) - 0.35, cutter.TOP * float(tool.addendum) + BACK])
-    room = 1.0 - 2.0 * WORDS * page.dpi / box.width
+    ends = module * np.array([-float(tool.dedendum) - 0.35, cutter.TOP * float(tool.addendum) + BACK_MODULES])
+    room = 1.0 - 2.0 * TEXT_WIDTH_IN * page.dpi / box.width
     half = max(
         (wide + 0.62) * module,
         (wide + 0.22) * module / room,
@@ -102,13 +104,13 @@ def draw(data: RackFigure, layout: theme.Layout) -> Drawing:
 
 
 def _draw_tool(axes: Axes, data: RackFigure, wide: float) -> None:
-    """Draw the tool as metal, and the straight profile over it."""
+    """Draw the tool, and the straight profile on top."""
     straight, parabolic = (cutter.profile(half, data.module, 3) for half in data.profiles)
-    back = parabolic[:, 1].max() + BACK * data.module
+    back = parabolic[:, 1].max() + BACK_MODULES * data.module
     outline = np.concatenate(([[parabolic[0, 0], back]], parabolic, [[parabolic[-1, 0], back]]))
     window = Rectangle((-wide * data.module, -1e3), 2.0 * wide * data.module, 2e3, transform=axes.transData)
     for drawn in (
-        *axes.fill(*outline.T, color=FILL, zorder=0),
+        *axes.fill(*outline.T, color=TOOL_COLOUR, zorder=0),
         *axes.plot(*parabolic.T, color=theme.INK, linewidth=3.0, zorder=2),
         *axes.plot(*straight.T, color=theme.RED, linewidth=2.0, dashes=(5, 3), zorder=3),
     ):
@@ -117,14 +119,14 @@ def _draw_tool(axes: Axes, data: RackFigure, wide: float) -> None:
         place = side * (wide - 0.46) * data.module, 0.75 * data.module
         annotate.text(axes, place, "tool", fontsize=theme.HEADING)
     low = -float(data.tools[0].dedendum) * data.module
-    if wide == WIDE:
+    if wide == HALF_WIDTH_MODULES:
         annotate.text(
             axes, (0.0, 0.86 * low), "tooth space of the tool\n= tooth of the gear", color=theme.GREY
         )
 
 
 def _draw_lines(axes: Axes, data: RackFigure, wide: float, space: str) -> None:
-    """Draw pitch line, addendum and dedendum lines, the `space` width, tip round."""
+    """Draw pitch line, addendum and dedendum lines, width of the `space`, and tip round."""
     module, tool, tip = data.module, data.tools[0], data.tip_round
     heights = (float(tool.addendum) * module, 0.0, -float(tool.dedendum) * module)
     edge, words_at = (wide + 0.37) * module, (0.2 - wide - 0.4) * module
@@ -144,7 +146,7 @@ def _draw_lines(axes: Axes, data: RackFigure, wide: float, space: str) -> None:
     annotate.dimension(axes, (-half, below), (half, below), f"$s_0${space}", (0.0, -14.0), **blue)
     if tip.radius > 0.0:
         centre = np.array([-tip.centre[1], tip.centre[0]])
-        turn = np.radians(-62.0)  # on this side of the tooth its round is the other's mirror image
+        turn = np.radians(-62.0)  # direction to the mirror image of the round
         rim = centre + tip.radius * np.array([np.cos(turn), np.sin(turn)])
         axes.plot(*centre, "+", ms=9, color=theme.RED, mew=1.5, zorder=5)
         annotate.arrow(axes, centre, rim, theme.RED, 1.2)
@@ -162,17 +164,18 @@ def _draw_frames(axes: Axes, data: RackFigure) -> None:
         (-half, (sin, cos), (-cos, sin), "al", theme.GREEN, 1.12, -24.0),
     ):
         style: dict[str, Any] = {"color": colour, "fontsize": theme.HEADING}
-        for letter, way in zip("xy", np.array((x, y)), strict=True):
-            tip = (place, 0.0) + length * module * way
+        for letter, direction in zip("xy", np.array((x, y)), strict=True):
+            tip = (place, 0.0) + length * module * direction
             below = (-9.0, -13.0) if name == "n" and letter == "y" else (0.0, 0.0)  # off l_j
             annotate.arrow(axes, (place, 0.0), tip, colour, 2.2)
-            annotate.text(axes, tip, f"${letter}_{{{name}}}$", tuple(13.0 * way + below), **style)
+            annotate.text(axes, tip, f"${letter}_{{{name}}}$", tuple(13.0 * direction + below), **style)
         axes.plot(place, 0.0, "o", ms=6, color=colour, zorder=5)
         annotate.text(axes, (place, 0.0), f"$S_{{{name}}}$", (shift, -13.0), fontweight="bold", **style)
 
 
 def _draw_parameters(axes: Axes, data: RackFigure, angle: str) -> None:
-    """Draw the pressure `angle` on the left flank; l_j and the parabola's deviation on the right one."""
+    """Draw the pressure `angle` on the left flank, and l_j and the deviation of the parabola on the right
+    flank."""
     module, half = data.module, 0.25 * np.pi * data.module
     sin, cos = np.sin(data.alpha), np.cos(data.alpha)
     axes.plot([-half, -half], [0.0, 0.8 * module], color=theme.BLUE, linewidth=1.0)
@@ -188,20 +191,20 @@ def _draw_parameters(axes: Axes, data: RackFigure, angle: str) -> None:
         color=theme.BLUE,
         fontsize=theme.HEADING,
     )
-    l = SHOWN * module
+    l = DIMENSION_L_MODULES * module
     apex, along, out = np.array([half, 0.0]), np.array([-sin, cos]), np.array([cos, sin])
     foot = apex + l * along
     point = foot + float(data.tools[1].parabola) * l * l * out
     shift = -0.16 * module * out
     for end in (apex, foot):
-        axes.plot(*np.stack((end, end + 1.3 * shift)).T, color=DEEP_PURPLE, linewidth=1.0)
-    style: dict[str, Any] = {"color": DEEP_PURPLE, "fontsize": theme.HEADING}
+        axes.plot(*np.stack((end, end + 1.3 * shift)).T, color=PARABOLA_COLOUR, linewidth=1.0)
+    style: dict[str, Any] = {"color": PARABOLA_COLOUR, "fontsize": theme.HEADING}
     annotate.dimension(axes, apex + shift, foot + shift, "$l_j$", (-12.0, -4.0), **style)
-    axes.plot(*np.stack((foot, point)).T, color=DEEP_PURPLE, linewidth=2.5, zorder=4)
-    axes.plot(*point, "o", ms=6, color=DEEP_PURPLE, zorder=5)
-    beside = point + 0.55 * module * out
-    annotate.text(axes, beside, "$a_j l_j^2$", (20.0, 6.0), **style)
-    annotate.arrow(axes, beside, point + 0.05 * module * out, DEEP_PURPLE, 1.2)
+    axes.plot(*np.stack((foot, point)).T, color=PARABOLA_COLOUR, linewidth=2.5, zorder=4)
+    axes.plot(*point, "o", ms=6, color=PARABOLA_COLOUR, zorder=5)
+    label_at = point + 0.55 * module * out
+    annotate.text(axes, label_at, "$a_j l_j^2$", (20.0, 6.0), **style)
+    annotate.arrow(axes, label_at, point + 0.05 * module * out, PARABOLA_COLOUR, 1.2)
 
 
 def rows(data: RackFigure) -> Table:
@@ -211,10 +214,10 @@ def rows(data: RackFigure) -> Table:
     header = ("profile", *of_tool, *(f"{size}_modules" for size in sizes), "x_n_mm", "y_n_mm")
 
     def cases() -> Rows:
-        """Give the columns of each profile."""
+        """Yield the columns of each profile."""
         for name, tool, points in zip(("straight", "parabolic"), data.tools, data.profiles, strict=True):
-            own = [float(getattr(tool, size)) for size in sizes]
-            yield name, float(tool.parabola), data.module, data.alpha, data.space, *own, *points.T
+            of_profile = [float(getattr(tool, size)) for size in sizes]
+            yield name, float(tool.parabola), data.module, data.alpha, data.space, *of_profile, *points.T
 
     return header, stacked(cases())
 

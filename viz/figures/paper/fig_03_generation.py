@@ -1,4 +1,4 @@
-"""Fig. 3: how the rack cutter stands to the gear, and how both move while it cuts."""
+"""Fig. 3: frames of the rack cutter and the gear during generation."""
 
 from __future__ import annotations
 
@@ -11,29 +11,31 @@ from beveloid_geom import Design, Member
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.rack import reference_radius
 
-from ...parts import annotate, cutter, posed
-from ...parts.annotate import Overlay
-from ...parts.cutter import SectionFrame
-from ...parts.recipe import Drawing, Recipe, Table, quantities, vector
-from ...stage import theme
-from ...stage.scene import MESH_PX, Item, Picture, Surface, fit_camera
+from ...components import annotate, cutter, posed
+from ...components.annotate import Overlay
+from ...components.cutter import SectionFrame
+from ...components.figure_steps import Drawing, Recipe, Table, quantities, vector
+from ...rendering import theme
+from ...rendering.scene import MESH_PX, Item, Picture, Surface, fit_camera
 
-TOOL = "#f2cf99"
-FACE = "#d3dce4"
-LEAST_DRAWN = np.radians((18.0, 15.0))
-"""Helix and cone angle that panel (a) draws at least, so that its frames can be told apart."""
+TOOL_COLOUR = "#f2cf99"
+FACE_COLOUR = "#d3dce4"
+SMALLEST_ANGLES_RAD = np.radians((18.0, 15.0))
+"""Smallest helix and cone angle in panel (a), rad, so that its frames can be distinguished."""
 ROLL_PITCHES = 0.9
 """Roll in panel (b), in pitches of the gear."""
-TEETH = 7
-LENGTH = 4.6
-"""Of the rack in panel (a), in normal modules."""
+TEETH_DRAWN = 7
+RACK_LENGTH_MODULES = 4.6
+"""Length of the rack in panel (a), in normal modules."""
 FRAME_COLOURS = {"n": theme.BLACK, "P": theme.BLUE, "c": theme.GREEN, "b": theme.BLACK, "j": theme.RED}
 
 
 @dataclass(frozen=True, eq=False)
 class GenerationFigure:
-    """The member cut, the same with the angles of panel (a), profile of the rack over five spaces
-    (n, 2), frames of its section, pitch radius (mm), roll (rad), and the rack's way (mm)."""
+    """Generation of a member.
+
+    `drawn`: the member with the angles of panel (a). `profile` (n, 2): profile of the rack over five spaces.
+    `frames`: frames of the normal section of both. Pitch radius in mm, roll in rad."""
 
     member: Member
     drawn: Member
@@ -44,7 +46,7 @@ class GenerationFigure:
 
     @property
     def slide(self) -> float:
-        """r_P phi, mm."""
+        """Displacement of the rack, r_P phi, mm."""
         return self.pitch_radius * self.roll
 
     @property
@@ -54,26 +56,26 @@ class GenerationFigure:
 
     @property
     def back(self) -> float:
-        """Height of the rack's back above its pitch line, mm."""
+        """Height of the back of the rack above its pitch line, mm."""
         return float(self.profile[:, 1].max()) + 0.9 * self.module
 
 
 def compute(design: Design) -> GenerationFigure:
-    """Find frames of the pinion's generation."""
+    """Compute the frames of the generation of the pinion."""
     member = design.pinion
     tool = cutter.fitting(member.tool)
-    half = cutter.half_profile(tool)
+    right, left = (cutter.half_profile(tool, flank) for flank in ("right", "left"))
     angles = [
         np.copysign(max(abs(angle), least), angle) if angle else 0.0
         for angle, least in zip(
-            (float(member.helix_angle), float(member.cone_angle)), LEAST_DRAWN, strict=True
+            (float(member.helix_angle), float(member.cone_angle)), SMALLEST_ANGLES_RAD, strict=True
         )
     ]
     drawn = replace(member, helix_angle=angles[0], cone_angle=angles[1], profile_shift=0.0)
     return GenerationFigure(
         member=member,
         drawn=drawn,
-        profile=cutter.profile(half, float(tool.normal_module), 5),
+        profile=cutter.profile(right, float(tool.normal_module), 5, left),
         frames=(cutter.section_frame(drawn), cutter.section_frame(member)),
         pitch_radius=float(reference_radius(member)),
         roll=ROLL_PITCHES * 2.0 * np.pi / float(member.teeth),
@@ -81,27 +83,25 @@ def compute(design: Design) -> GenerationFigure:
 
 
 def draw(data: GenerationFigure, layout: theme.Layout) -> Drawing:
-    """Draw panel (a): the rack and its frames; panel (b): rack and gear at a roll."""
+    """Draw panel (a): the rack and its frames, and panel (b): rack and gear at a roll."""
     angles = [np.degrees([float(m.helix_angle), float(m.cone_angle)]) for m in (data.member, data.drawn)]
     text = (
-        "(b) is the pinion of this design in true proportions: rack and gear touch along a line on each"
-        " flank. $S_b$ is fixed, $S_c$ slides with the rack and $S_j$ turns with the gear; all three stand at"
-        " mid-face and are drawn at the heel; $S_j$ has turned by $-\\varphi$ about $z_b$."
+        "(b): pinion in true proportions. $S_b$ is fixed, $S_c$ moves with the rack and $S_j$ turns with the"
+        " gear, by $-\\varphi$ about $z_b$; their origins are at mid-face and drawn at the end at +z."
     )
     if np.any(angles[0] != angles[1]):
         text += (
-            f" (a) is drawn with $\\beta$ = {angles[1][0]:.3g}\u00b0 and $\\gamma$ = {angles[1][1]:.3g}\u00b0"
-            f" instead of {angles[0][0]:.4g}\u00b0 and {angles[0][1]:.4g}\u00b0, so that the frames can be"
-            " told apart."
+            f" (a) has $\\beta$ = {angles[1][0]:.3g}\u00b0 and $\\gamma$ = {angles[1][1]:.3g}\u00b0 instead"
+            f" of {angles[0][0]:.4g}\u00b0 and {angles[0][1]:.4g}\u00b0 for clarity."
         )
     page, low, high = theme.new_page(
         layout,
         "Fig. 3   Frames of the generation by a rack cutter",
-        "(a) the normal section $S_n$, turned by the helix angle $\\beta$ to $S_P$, tilted by the cone"
-        " angle $\\gamma$ to $S_c$;  (b) the rack slides while the gear rolls",
+        "(a) normal section $S_n$, turned by the helix angle $\\beta$ to $S_P$ and by the cone angle"
+        " $\\gamma$ to $S_c$;  (b) the rack moves while the gear rolls",
         text,
         above=0.35,
-        tall=theme.stacked(layout, 5.6),
+        tall=theme.stacked_height(layout, 5.6),
     )
     pictures = {}
     places = theme.pair_of_boxes(page, low, high, ((0.01, 0.46), (0.48, 0.51)), 0.35)
@@ -115,11 +115,11 @@ def draw(data: GenerationFigure, layout: theme.Layout) -> Drawing:
 def _rack_panel(page: theme.Page, box: theme.Box, data: GenerationFigure) -> Picture:
     """Draw the rack with its normal section in front, its pitch plane, and S_n, S_P, S_c."""
     frame, module = data.frames[0], data.module
-    length = LENGTH * module
+    length = RACK_LENGTH_MODULES * module
     start = frame.axes[2]
     ends = (np.append(start, -length), np.append(start, 0.0))
     inner = data.profile[np.abs(data.profile[:, 0]) < 1.01 * np.pi * module]
-    items: list[Item] = [*cutter.block(inner, data.back, frame, ends, TOOL)]
+    items: list[Item] = [*cutter.rack_block(inner, data.back, frame, ends, TOOL_COLOUR)]
     corners = _plane_corners(data, length)
     items.append(Surface(corners, np.array([[0, 1, 2, 3]]), None, theme.SKY, opacity=0.45))
     back = np.array([0.5, -0.3, 0.81])
@@ -131,7 +131,7 @@ def _rack_panel(page: theme.Page, box: theme.Box, data: GenerationFigure) -> Pic
 
 
 def _plane_corners(data: GenerationFigure, length: float) -> FloatArray:
-    """Give the rack's pitch plane around the frames, corners (4, 3)."""
+    """Return the corners (4, 3) of the pitch plane of the rack around the frames."""
     slope = np.array([np.sin(float(data.drawn.cone_angle)), 0.0, np.cos(float(data.drawn.cone_angle))])
     across, deep = np.array([0.0, 1.25 * np.pi * data.module, 0.0]), 0.95 * length * slope
     return np.stack((-across - deep, across - deep, across + deep, -across + deep))
@@ -152,7 +152,7 @@ def _annotate_rack(over: Overlay, data: GenerationFigure) -> None:
         over.triad(np.zeros(3), vectors, length * module, names, FRAME_COLOURS[name])
     label = frame.origin + module * (0.2 * frame.axes[0] - 1.57 * frame.axes[1])
     over.label(label, "rack\ncutter")
-    corner = _plane_corners(data, LENGTH * module)[3]
+    corner = _plane_corners(data, RACK_LENGTH_MODULES * module)[3]
     over.note(corner, "pitch plane of the rack", (30.0, -28.0))
     for first, second, radius, words, colour in (
         (slope, frame.axes[2], 3.4, "$\\beta$", theme.BLUE),
@@ -166,17 +166,17 @@ def _annotate_rack(over: Overlay, data: GenerationFigure) -> None:
 
 
 def _gear_panel(page: theme.Page, box: theme.Box, data: GenerationFigure) -> Picture:
-    """Draw the gear turned by -phi and the rack slid by -r_P phi, in S_b."""
+    """Draw in S_b the gear turned by -phi and the rack displaced by -r_P phi."""
     member, half = data.member, 0.5 * float(data.member.face_width)
     origin = np.array([data.pitch_radius, -data.slide, 0.0])
     frame = SectionFrame(origin + data.frames[1].origin, data.frames[1].axes)
     plane = np.array([0.0, 0.0, 1.0])
     ends = (np.append(plane, -half), np.append(plane, half))
     inner = data.profile[np.abs(data.profile[:, 0]) < 2.0 * np.pi * data.module]
-    items: list[Item] = [*cutter.block(inner, data.back, frame, ends, TOOL)]
+    items: list[Item] = [*cutter.rack_block(inner, data.back, frame, ends, TOOL_COLOUR)]
     back = np.array([0.22, 0.3, 0.92])
     reach = [np.asarray(item.points) for item in items if isinstance(item, Surface)]
-    count = min(TEETH, int(member.teeth))
+    count = min(TEETH_DRAWN, int(member.teeth))
     side = np.linspace(-1.0, 1.0, 9) * np.pi * count / float(member.teeth)
     rim = data.pitch_radius * np.stack((np.cos(side), np.sin(side), 0.0 * side), axis=-1)
     above = np.array([[data.pitch_radius + data.back + 3.2 * data.module, 0.0, half]])
@@ -189,16 +189,16 @@ def _gear_panel(page: theme.Page, box: theme.Box, data: GenerationFigure) -> Pic
 
 
 def _gear_items(data: GenerationFigure, count: int, tolerance: float) -> list[Item]:
-    """Make some teeth around the rack, or a blank where teeth cannot be drawn."""
+    """Return some teeth near the rack, or a blank if teeth cannot be drawn."""
     frame = posed.turn_about_axis(-data.roll), np.zeros(3)
     first = round(data.roll * float(data.member.teeth) / (2.0 * np.pi)) - count // 2
     bore = 0.1 * data.pitch_radius
     teeth = range(first, first + count)
-    return [*posed.gear_items(data.member, frame, tolerance, (theme.STEEL, FACE), bore, teeth)[0]]
+    return [*posed.gear_items(data.member, frame, tolerance, (theme.STEEL, FACE_COLOUR), bore, teeth)[0]]
 
 
 def _annotate_gear(over: Overlay, data: GenerationFigure) -> None:
-    """Draw pitch circle and pitch line, S_b, S_j and S_c, roll and slide."""
+    """Draw pitch circle and pitch line, S_b, S_j and S_c, roll and displacement."""
     radius, roll = data.pitch_radius, data.roll
     place = np.array([0.0, 0.0, 0.5 * float(data.member.face_width)])
     turned = posed.turn_about_axis(roll)
@@ -225,12 +225,12 @@ def _annotate_gear(over: Overlay, data: GenerationFigure) -> None:
     for end in (pitch, slid):
         over.line(end, end + 1.05 * above, color=theme.BLUE, linewidth=1.0)
     words = f"$r_P\\varphi$ = {data.slide:.4g} mm"
-    beside: dict[str, Any] = {"color": theme.BLUE, "fontsize": theme.HEADING}
-    over.dimension(pitch + above, slid + above, words, (0.0, 14.0), **beside)
+    style: dict[str, Any] = {"color": theme.BLUE, "fontsize": theme.HEADING}
+    over.dimension(pitch + above, slid + above, words, (0.0, 14.0), **style)
 
 
 def rows(data: GenerationFigure) -> Table:
-    """List frames and numbers of both panels."""
+    """List the frames and the numbers of both panels."""
     axes = zip("xyz", data.frames[1].axes, strict=True)
     return quantities(
         ("helix_angle", "rad", float(data.member.helix_angle)),

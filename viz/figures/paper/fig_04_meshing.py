@@ -1,4 +1,4 @@
-"""Fig. 4: the meshing model: axes, pitch point, radii, mounting distances, frames."""
+"""Fig. 4: meshing model with axes, pitch point, radii, mounting distances and frames."""
 
 from __future__ import annotations
 
@@ -13,34 +13,36 @@ from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.pair.frames import layout_of, to_fixed
 from beveloid_geom.pair.mounting import Mounting, mounting_of
 
-from ...parts import panels, posed, solved
-from ...parts.annotate import Overlay
-from ...parts.posed import PosedPair
-from ...parts.recipe import Drawing, Recipe, Table, quantities, vector
-from ...stage import theme
-from ...stage.scene import Item, Tube, fit_camera
+from ...components import panels, paths_table, posed
+from ...components.annotate import Overlay
+from ...components.figure_steps import Drawing, Recipe, Table, quantities, vector
+from ...components.posed import PosedPair
+from ...rendering import theme
+from ...rendering.scene import Item, Tube, fit_camera
 
-CONES = ("#8fb4d4", "#e3bd7c")
-INKS = (theme.BLUE, "#8a5a00")
-"""Of pinion and gear."""
-FARTHEST = 2.5
-"""Zero-shift sections farther from mid-face than so many face widths are not drawn."""
+CONE_COLOURS = ("#8fb4d4", "#e3bd7c")
+LINE_COLOURS = (theme.BLUE, "#8a5a00")
+"""Line colours of pinion and gear."""
+LARGEST_SHIFT_FACE_WIDTHS = 2.5
+"""Sections without profile shift are drawn up to this distance from mid-face, in face widths."""
 
 
-MEET = 1e-6
-"""mm within which lines of action meet."""
-NEAR = 0.01
-"""Share of the distance of the members within which two frames are drawn as one."""
-ALONG = 0.9
-"""Cosine of the angle between two radii from which on they hide each other."""
-TABLE = 2.0
-"""Inches of the numbers, where they stand under the view."""
+MEETING_DISTANCE_MM = 1e-6
+"""Largest distance of lines of action that meet, mm."""
+SAME_FRAME_FRACTION = 0.01
+"""Frames closer than this fraction of the distance of the members are drawn as one."""
+HIDING_COSINE = 0.9
+"""Cosine of the angle between two radii above which they hide each other."""
+TABLE_HEIGHT_IN = 2.0
+"""Height of the table below the picture, inches."""
 
 
 @dataclass(frozen=True, eq=False)
 class MeshingFigure:
-    """The unmodified pair without errors, at roll 0; for pinion and gear (2,): `reference_radius` r_P,
-    `shift_distance` b_c (infinite for cylindrical members), mm."""
+    """The unmodified pair without errors at roll 0.
+
+    For pinion and gear (2,): `reference_radius` r_P and `shift_distance` b_c (infinite for cylindrical
+    members), mm."""
 
     pair: PosedPair
     reference_radius: FloatArray
@@ -53,12 +55,12 @@ class MeshingFigure:
 
     @property
     def level(self) -> bool:
-        """Whether the axes are parallel, and so the common perpendicular one of many."""
+        """Whether the axes are parallel, so that the common perpendicular is not unique."""
         return bool(layout_of(self.pair.design).parallel)
 
     def together(self, number: int) -> bool:
-        """Whether mid-face of a member stands at its foot of the common perpendicular."""
-        return bool(abs(self.mounting.distance[number]) < NEAR * self.pair.apart)
+        """Whether mid-face of a member is at its foot of the common perpendicular."""
+        return bool(abs(self.mounting.distance[number]) < SAME_FRAME_FRACTION * self.pair.apart)
 
     @property
     def found(self) -> bool:
@@ -66,33 +68,34 @@ class MeshingFigure:
         return bool(np.isfinite(self.mounting.pitch_point).all())
 
     def in_line(self, number: int) -> bool:
-        """Whether the pitch point lies on the side where the own y axis of a member points."""
+        """Whether the pitch point is on the side of the y axis of a member."""
         _, up, _ = self.pair.frames[number][0].T
-        way = self.mounting.pitch_point - self.pair.foot[number]
-        return bool(up @ way > ALONG * float(self.mounting.working_radius[number]))
+        radius = self.mounting.pitch_point - self.pair.foot[number]
+        return bool(up @ radius > HIDING_COSINE * float(self.mounting.working_radius[number]))
 
     @property
     def feet(self) -> FloatArray:
-        """Points (2, 3) in S_f of the axes on the common perpendicular where that is drawn, mm."""
+        """Feet (2, 3) of the common perpendicular in S_f as drawn, mm."""
         return np.asarray(self.pair.foot + self.pair.nearer * self.pair.axis[0])
 
     @property
     def breaks(self) -> FloatArray:
-        """Points (2, 3) in S_f where the axes are broken if they are, mm."""
+        """Points (2, 3) in S_f at which the axes are broken, mm."""
         return np.asarray(self.pair.foot + (self.pair.position + self.pair.breaks)[:, None] * self.pair.axis)
 
     @property
-    def gear_way(self) -> FloatArray:
-        """Unit vector (3,) of the gear's axis as drawn at the common perpendicular, in the sense of its z."""
+    def gear_direction(self) -> FloatArray:
+        """Unit vector (3,) of the gear axis as drawn at the common perpendicular, in the direction of its
+        z."""
         if not self.pair.nearer:
             return np.asarray(self.pair.axis[1])
-        way = np.sign(self.pair.position[1]) * (self.breaks[1] - self.feet[1])
-        return np.asarray(way / np.linalg.norm(way))
+        direction = np.sign(self.pair.position[1]) * (self.breaks[1] - self.feet[1])
+        return np.asarray(direction / np.linalg.norm(direction))
 
 
 def compute(design: Design) -> MeshingFigure:
-    """Find the layout of the pair, from its mounting."""
-    nominal = replace(design.with_parabola(0.0, 0.0), errors=Errors())
+    """Compute the layout of the pair from its mounting."""
+    nominal = replace(design.unmodified(), errors=Errors())
     pair = posed.placed(nominal, np.zeros(2))
     shift = []
     for member in design.members:
@@ -103,32 +106,36 @@ def compute(design: Design) -> MeshingFigure:
 
 
 def _radius(data: MeshingFigure, number: int, z: float) -> float:
-    """Give the radius of the reference cone in the plane `z` from mid-face, mm."""
+    """Return the radius of the reference cone at a distance `z` from mid-face, mm."""
     member = data.pair.design.members[number]
     height = float(member.profile_shift * np.asarray(member.tool.normal_module))
     return float(data.reference_radius[number] + height + z * np.tan(float(member.cone_angle)))
 
 
 def _drawn_shift(data: MeshingFigure, number: int) -> float:
-    """Give b_c where it can be drawn, else 0."""
+    """Return b_c if it is drawn, else 0, mm."""
     shift = float(data.shift_distance[number])
-    return shift if abs(shift) < FARTHEST * float(data.pair.design.members[number].face_width) else 0.0
+    return (
+        shift
+        if abs(shift) < LARGEST_SHIFT_FACE_WIDTHS * float(data.pair.design.members[number].face_width)
+        else 0.0
+    )
 
 
 def _cone_ends(data: MeshingFigure, number: int) -> tuple[float, float]:
-    """Say from where to where along z (mm, from mid-face) a reference cone is drawn."""
+    """Return the ends of the reference cone as drawn, z in mm from mid-face."""
     half = 0.5 * float(data.pair.design.members[number].face_width)
     shift = _drawn_shift(data, number)
     return min(-half, -1.15 * shift), max(half, -1.15 * shift)
 
 
 def _ring(data: MeshingFigure, number: int, radius: float, z: float) -> FloatArray:
-    """Give points (n, 3) in S_f of a circle about a member's axis, `z` from mid-face, mm."""
+    """Return points (n, 3) in S_f of a circle about the axis of a member at `z` from mid-face, mm."""
     return to_fixed(data.pair.frames[number], posed.circle(radius, z))
 
 
 def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
-    """Draw reference cones, axes and circles in space, with their dimensions."""
+    """Draw reference cones, axes and circles with their dimensions."""
     pair = layout_of(data.pair.design)
     offset, angle = float(pair.offset), f"{np.degrees(abs(float(pair.shaft_angle))):g}\u00b0"
     page, low, high = theme.new_page(
@@ -136,14 +143,13 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
         f"Fig. 4   Meshing model of the {'crossed ' if data.pair.crossed else ''}beveloid gears",
         f"Offset $E$ = {offset:g} mm, shaft angle $\\delta$ = {angle}; reference cones of pinion"
         " (blue) and gear (brown), working pitch circles (orange, dashed)",
-        f"Unmodified pair without errors. {_where_p_is(data)} $S_1$ and $S_2$ stand at mid-face, at roll 0."
-        " The paper puts them $b_c$ nearer to the toe, in the"
-        " section where the profile shift is zero and the reference cone has the radius $r_P$."
-        + posed.far_words(data.pair),
-        tall=7.2 if layout.width > theme.NARROW else 4.6 + TABLE,
+        f"Unmodified pair without errors. {_where_p_is(data)} $S_1$ and $S_2$ are at mid-face, roll 0. In the"
+        " paper they are $b_c$ nearer to the toe, where the profile shift is zero and the reference radius is"
+        " $r_P$." + posed.far_words(data.pair),
+        tall=7.2 if layout.width > theme.NARROW else 4.6 + TABLE_HEIGHT_IN,
     )
     narrow = layout.width < theme.NARROW
-    under = theme.inches(page, TABLE if narrow else 0.0)  # where the view leaves no corner free
+    under = theme.inches(page, TABLE_HEIGHT_IN if narrow else 0.0)  # a narrow view has no free corner
     box = theme.place(page, 0.02, low + under, 0.96, high - low - under)
     reach = [_ring(data, n, _radius(data, n, z), z) for n in (0, 1) for z in _cone_ends(data, n)]
     below = 1.4 * _radius(data, 1, _cone_ends(data, 1)[1])
@@ -165,29 +171,30 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
 
 
 def _where_p_is(data: MeshingFigure) -> str:
-    """Say where the pitch point lies."""
+    """Return the sentence that defines the pitch point."""
     if data.level:
         return (
-            "$P$ stands midway between the mid-faces on the pitch line, in which the planes of action of"
-            " right and left flanks meet."
+            "$P$ is midway between the mid-faces on the pitch line, the intersection of the planes of action."
         )
     gap = abs(float(data.mounting.gap))
-    passing = f" (here they pass each other at {gap:.3g} mm; $P$ is midway)" if gap > MEET else ""
-    return f"$P$ is the point where the lines of action of right and left flanks meet{passing}."
+    passing = f" ({gap:.3g} mm apart here, $P$ midway)" if gap > MEETING_DISTANCE_MM else ""
+    return f"$P$: intersection of the lines of action of right and left flanks{passing}."
 
 
 def _items(data: MeshingFigure, radius: float) -> list[Item]:
-    """Make the reference cones, and circles and pitch point in lines of a `radius` (mm)."""
+    """Return the reference cones, and circles and pitch point as lines of a `radius` (mm)."""
     items: list[Item] = []
     for number, frame in enumerate(data.pair.frames):
         low, high = _cone_ends(data, number)
         cone = np.array([[_radius(data, number, z), z] for z in (low, high)])
-        items += posed.lathe(cone, frame, CONES[number], opacity=0.38)
+        items += posed.lathe(cone, frame, CONE_COLOURS[number], opacity=0.38)
     for number in (0, 1):
         for z in _cone_ends(data, number):
             items.append(Tube(_ring(data, number, _radius(data, number, z), z), theme.GREY, 0.5 * radius))
         shift = _drawn_shift(data, number)
-        items.append(Tube(_ring(data, number, _radius(data, number, -shift), -shift), INKS[number], radius))
+        items.append(
+            Tube(_ring(data, number, _radius(data, number, -shift), -shift), LINE_COLOURS[number], radius)
+        )
         if data.found:
             z = float(data.mounting.pitch_distance[number] - data.mounting.distance[number])
             working = float(data.mounting.working_radius[number])
@@ -203,14 +210,14 @@ def _annotate_layout(over: Overlay, data: MeshingFigure) -> None:
     reach = float(np.nan_to_num(data.mounting.distance).max()) - data.pair.nearer
     if data.level:
         reach = max(reach, 0.5 * data.pair.apart)
-    feet, ways = data.feet, data.pair.axis
+    feet, directions = data.feet, data.pair.axis
     length = 0.19 * data.pair.apart
     for number in (0, 1):
         far = float(np.nan_to_num(data.mounting.distance[number])) + _cone_ends(data, number)[1]
-        end = data.pair.foot[number] + (far + 0.2 * reach) * ways[number]
+        end = data.pair.foot[number] + (far + 0.2 * reach) * directions[number]
         over.axis(feet[number], end, theme.INK, data.breaks[number] if data.pair.nearer else None)
     style: dict[str, Any] = {"color": theme.INK, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
-    if data.level:  # beside the working radii, which it would cover
+    if data.level:  # the dimension of the offset would cover the working radii
         down = 1.25 * _radius(data, 1, _cone_ends(data, 1)[1])
         ends = feet + np.array([0.0, down, 0.0])
         for foot, end in zip(feet, ends, strict=True):
@@ -222,7 +229,7 @@ def _annotate_layout(over: Overlay, data: MeshingFigure) -> None:
         else:
             over.label(feet[0], "$E$ = 0", (-9.0, -6.0), **style)
         arc = (0.4 if data.pair.nearer else 0.6) * reach
-        over.angle(feet[1], ways[0], data.gear_way, arc, "$\\delta$", (1.25, 0.8), (-5.0, 2.0))
+        over.angle(feet[1], directions[0], data.gear_direction, arc, "$\\delta$", (1.25, 0.8), (-5.0, 2.0))
     for number, name in enumerate("f" if data.pair.remote else "fg"):
         if data.together(number):
             continue
@@ -233,35 +240,35 @@ def _annotate_layout(over: Overlay, data: MeshingFigure) -> None:
 
 
 def _annotate_member(over: Overlay, data: MeshingFigure, number: int) -> None:
-    """Draw mounting distance, b_c, radii and own frame of one member."""
-    start, foot, way = data.feet[number], data.pair.foot[number], data.pair.axis[number]
-    colour, index = INKS[number], number + 1
+    """Draw mounting distance, b_c, radii and frame of one member."""
+    start, foot, axis = data.feet[number], data.pair.foot[number], data.pair.axis[number]
+    colour, index = LINE_COLOURS[number], number + 1
     mounting = data.mounting
-    middle, pitch = foot + mounting.distance[number] * way, foot + mounting.pitch_distance[number] * way
+    middle, pitch = foot + mounting.distance[number] * axis, foot + mounting.pitch_distance[number] * axis
     style: dict[str, Any] = {"color": colour, "fontsize": theme.HEADING}
     radius = _radius(data, number, _cone_ends(data, number)[1])
-    # The pinion is measured on its far side, the gear below and on its far side.
+    # Dimensions of the pinion are on its far side, those of the gear below and on its far side.
     out, near = radius * np.array((((-1.22, 0, 0), (-1.08, 0, 0)), ((0, 1.36, 0), (1.4, 0, 0)))[number])
     offsets = (((-16.0, 8.0), (-14.0, -12.0)), ((0.0, -14.0), (8.0, -14.0)))[number]
-    if float(abs(mounting.pitch_distance[number])) > NEAR * data.pair.apart:
+    if float(abs(mounting.pitch_distance[number])) > SAME_FRAME_FRACTION * data.pair.apart:
         for end in (start, pitch):
             over.line(end, end + 1.03 * out, color=colour, linewidth=0.9)
         over.dimension(start + out, pitch + out, f"$d_{{w{index}}}$", offsets[0], at=0.45, **style)
         if data.pair.nearer:
             over.broken(0.4 * start + 0.6 * pitch + out, pitch + out, colour)
     shift = _drawn_shift(data, number)
-    zero = middle - shift * way
+    zero = middle - shift * axis
     if shift:
         for end in (zero, middle):
             over.line(end, end + 1.03 * near, color=colour, linewidth=0.9)
         over.dimension(zero + near, middle + near, f"$b_{{c{index}}}$", offsets[1], **style)
     working = {"color": theme.RED, "fontsize": theme.HEADING}
     over.arrow(pitch, mounting.pitch_point, theme.RED, 1.4)
-    beside = pitch + 0.66 * (mounting.pitch_point - pitch)
+    label_at = pitch + 0.66 * (mounting.pitch_point - pitch)
     below = (-12.0, -11.0) if number == 0 else (4.0, 13.0)
-    over.label(beside, f"$r_{{w{index}}}$", below, **working)
+    over.label(label_at, f"$r_{{w{index}}}$", below, **working)
     turn = data.pair.frames[number][0] @ np.array([0.0, 1.0, 0.0])
-    if data.in_line(number):  # r_w is there
+    if data.in_line(number):  # the working radius is drawn in this direction
         turn = data.pair.frames[number][0] @ -np.sqrt([0.5, 0.5, 0.0])
     rim = zero + _radius(data, number, -shift) * turn
     over.arrow(zero, rim, colour, 1.4)
@@ -281,7 +288,7 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int) -> None:
 
 
 def _table(page: theme.Page, data: MeshingFigure, place: tuple[float, float, float, float]) -> None:
-    """Draw the numbers in a part of the page: left, bottom, width and height as shares."""
+    """Draw the table in a part of the page: left, bottom, width and height as fractions."""
     rows_of = (
         ("$d_w$", data.mounting.pitch_distance),
         ("$b_c$", data.shift_distance),
@@ -291,7 +298,7 @@ def _table(page: theme.Page, data: MeshingFigure, place: tuple[float, float, flo
     axes = theme.overlay(page, theme.place(page, *place))
     axes.set(xlim=(0.0, 1.0), ylim=(5.2, -0.6))
     style: dict[str, Any] = {"ha": "right", "va": "center", "fontsize": theme.LABEL}
-    for x, words, colour in ((0.62, "pinion", INKS[0]), (1.0, "gear", INKS[1])):
+    for x, words, colour in ((0.62, "pinion", LINE_COLOURS[0]), (1.0, "gear", LINE_COLOURS[1])):
         axes.text(x, 0.0, words, color=colour, fontweight="bold", **style)
     axes.plot([0.0, 1.0], [0.55, 0.55], color=theme.GREY, linewidth=1.0)
     for line, (name, values) in enumerate(rows_of, start=1):
@@ -320,7 +327,11 @@ def rows(data: MeshingFigure) -> Table:
     return quantities(
         ("offset", "mm", float(layout.offset)),
         ("shaft_angle", "rad", float(layout.shaft_angle)),
-        *((f"{m}_{name}", "mm", v[k]) for k, m in enumerate(solved.MEMBERS) for name, v in named.items()),
+        *(
+            (f"{m}_{name}", "mm", v[k])
+            for k, m in enumerate(paths_table.MEMBERS)
+            for name, v in named.items()
+        ),
         *vector("pitch_point_{}_f", "mm", data.mounting.pitch_point),
         ("gap_of_lines_of_action", "mm", float(data.mounting.gap)),
     )

@@ -1,4 +1,4 @@
-"""Fig. 5: the four assembly errors, positive, between the frames that the paper defines."""
+"""Fig. 5: the four assembly errors in their positive directions, between the frames of the paper."""
 
 from __future__ import annotations
 
@@ -9,42 +9,42 @@ import numpy as np
 
 from beveloid_geom import Design, Errors
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.placing import Frame
+from beveloid_geom.contact.mesh_position import Frame
 from beveloid_geom.design.model import unchecked
 from beveloid_geom.pair.frames import layout_of, member_frame, to_fixed
-from beveloid_geom.studies.claims import ANGLE_ERROR, AXIAL_ERROR, OFFSET_ERROR
+from beveloid_geom.validation.claims import ANGLE_ERROR, AXIAL_ERROR, OFFSET_ERROR
 
-from ...parts import annotate, panels, posed, solved
-from ...parts.annotate import Overlay
-from ...parts.posed import PosedPair
-from ...parts.recipe import Drawing, Recipe, Table
-from ...stage import theme
-from ...stage.layout import Cells
-from ...stage.scene import Camera, Item, Picture, Tube, fit_camera
+from ...components import annotate, panels, paths_table, posed
+from ...components.annotate import Overlay
+from ...components.figure_steps import Drawing, Recipe, Table
+from ...components.posed import PosedPair
+from ...rendering import theme
+from ...rendering.layout import Cells
+from ...rendering.scene import Camera, Item, Picture, Tube, fit_camera
 
-BORE = 1e-3  # of a shaft: none is seen
-MOVED, MOVED_INK = "#7fb3d9", theme.BLUE
-"""Colours of what is displaced: metal, and lines."""
-DRAWN_SHARE, TRIAD = 0.46, 0.26
-"""Displacements drawn, and the length of the axes of frames, as shares of that of the axes."""
-NEARER = 1.5
-"""By what these are larger where the common perpendicular is drawn nearer than it is."""
-DRAWN_ANGLE = np.radians(18.0)
-TYPICAL = {
+BORE_SHAFT_RADII = 1e-3  # in shaft radii: not visible
+MOVED_COLOUR, MOVED_LINE_COLOUR = "#7fb3d9", theme.BLUE
+"""Colours of displaced members and of their lines."""
+DISPLACEMENT_FRACTION, FRAME_FRACTION = 0.46, 0.26
+"""Displacements drawn and length of the axes of frames, as fractions of the distance of the members."""
+NEARER_FACTOR = 1.5
+"""Factor of these lengths if the common perpendicular is drawn closer to the members."""
+DISPLACEMENT_RAD = np.radians(18.0)
+TYPICAL_ERRORS = {
     "offset": OFFSET_ERROR,
     "shaft_angle": ANGLE_ERROR,
     "pinion_axial": AXIAL_ERROR,
     "gear_axial": AXIAL_ERROR,
 }
-"""Sizes of the errors in Figs. 12 to 15 (mm at Table 1's module, rad), to compare with those drawn."""
-ASIDE = 0.75
-"""Of the length of the axes, how far a dimension stands aside of the origins."""
+"""Errors of Figs. 12 to 15 (mm at the module of Table 1, rad) for comparison with those drawn."""
+DIMENSION_FRACTION = 0.75
+"""Distance of a dimension from the origins, in lengths of the axes of frames."""
 
 
 @dataclass(frozen=True)
 class Panel:
-    """One error: its key among the errors, letter, name, which member moves, and the frames before and after,
-    between which the paper defines it."""
+    """One error: name of its field, symbol, name, member that moves, and the frames between which the paper
+    defines the error."""
 
     key: str
     symbol: str
@@ -54,13 +54,13 @@ class Panel:
     after: str
 
 
-TITLES = {
+LABEL_OFFSETS_PT = {
     **{"f": (-16.0, 16.0), "\\delta": (-16.0, -16.0), "q1": (-22.0, 5.0), "d1": (30.0, 3.0)},
     **{"g": (-18.0, -16.0), "e": (22.0, -15.0), "q2": (-22.0, -16.0), "d2": (24.0, -15.0)},
 }
-"""Where the names of frames stand beside their origins: right and up, in points."""
+"""Offsets of the labels of frames from their origins, points."""
 CELLS = Cells(left=0.28, right=0.16, across=0.0, down=0.45, most=2, least=4.0)
-ASIDE_IN_PRINT = 0.34  # of a panel's width, for words on the left of its picture
+PRINT_TEXT_FRACTION = 0.34  # fraction of the panel for text on the left of its picture
 PANELS = (
     Panel("offset", "\\Delta e", "offset error", 1, "g", "e"),
     Panel("shaft_angle", "\\Delta\\delta", "shaft-angle error", 0, "f", "\\delta"),
@@ -68,18 +68,17 @@ PANELS = (
     Panel("gear_axial", "\\Delta d_2", "axial error of the gear", 1, "q2", "d2"),
 )
 NOTE = (
-    "All panels are seen in the direction of Fig. 4, at one scale; axes have the colour of their frame."
-    " $S_e$ is $S_g$ moved along the common perpendicular away from the pinion, $S_\\delta$ is $S_f$ turned"
-    " about it so that the shaft angle grows, $S_{d1}$ and $S_{d2}$ are $S_{q1}$ and $S_{q2}$ moved along"
-    " their axes towards the heels. As $S_1$ and $S_2$ in Fig. 4, $S_{q1}$ and $S_{q2}$ stand at mid-face."
-    " Members are drawn as they are before their teeth are cut; displacements are much exaggerated."
+    "View as in Fig. 4; axes have the colour of their frame. $S_e$ is $S_g$ moved away from the pinion"
+    " along the common perpendicular, $S_\\delta$ is $S_f$ turned about it so that the shaft angle grows,"
+    " $S_{d1}$ and $S_{d2}$ are $S_{q1}$ and $S_{q2}$ moved along their axes towards +z. Blanks without"
+    " teeth; displacements exaggerated."
 )
 
 
 @dataclass(frozen=True, eq=False)
 class ErrorFigure:
-    """The `pair` without errors, the frames of the paper in S_f by their names, and for each panel the error
-    drawn (mm or rad) and the frames with it."""
+    """The `pair` without errors, the frames of the paper in S_f by name, and for each panel the error drawn
+    (mm or rad) and the frames with this error."""
 
     pair: PosedPair
     nominal: dict[str, Frame]
@@ -92,8 +91,8 @@ class ErrorFigure:
         return self.pair.design
 
     def seen(self, frames: dict[str, Frame]) -> dict[str, Frame]:
-        """Give frames where they are drawn: a remote common perpendicular nearer to the members, and the
-        pinion turned about it there."""
+        """Return the frames as drawn: a distant common perpendicular is moved to the members, and the pinion
+        is turned about it there."""
         nearer = self.pair.nearer * self.pair.axis[0]
         back = self.pair.nearer * frames["\\delta"][0][:, 2]
         moves = dict.fromkeys(("f", "\\delta", "g", "e"), nearer) | dict.fromkeys(("q1", "d1"), nearer - back)
@@ -101,17 +100,20 @@ class ErrorFigure:
 
 
 def frames_of(design: Design, distance: FloatArray) -> dict[str, Frame]:
-    """Give the frames of the paper (Eqs. 9-14) under the errors of a design, as they stand in S_f, at roll 0
-    and for mounting distances (2,), mm: S_f, S_delta, S_q1, S_d1 of the pinion, S_g, S_e, S_q2, S_d2 of the
-    gear. S_delta is turned so that the pinion's axis moves off the gear's, which is the pair whose gear
-    turns in `pair.frames`, seen from the other member."""
+    """Return the frames of the paper (Eqs. 9-14) in S_f with the errors of a design, at roll 0.
+
+    Frames: S_f, S_delta, S_q1, S_d1 of the pinion, S_g, S_e, S_q2, S_d2 of the gear. `distance` (2,):
+    mounting distances, mm. S_delta turns the pinion axis, whereas `pair.frames` turns the gear axis; both
+    describe the same pair."""
     plain, errors = layout_of(design, with_errors=False), design.errors
     turn = float(layout_of(design).shaft_angle - plain.shaft_angle)
     cos, sin = np.cos(turn), np.sin(turn)
     tilted = np.array([[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]]), np.zeros(3)
     fixed = member_frame(plain, 0, 0.0, 0.0), member_frame(plain, 1, 0.0, 0.0)
     offset = fixed[1][0], fixed[1][1] + np.array([float(errors.offset), 0.0, 0.0])
-    first, second = (_along(frame, own) for frame, own in zip((tilted, offset), distance, strict=True))
+    first, second = (
+        _along(frame, mounting) for frame, mounting in zip((tilted, offset), distance, strict=True)
+    )
     return {
         "f": fixed[0],
         "\\delta": tilted,
@@ -125,34 +127,34 @@ def frames_of(design: Design, distance: FloatArray) -> dict[str, Frame]:
 
 
 def _along(frame: Frame, length: float) -> Frame:
-    """Move a frame along its own z axis, mm."""
+    """Return a frame moved along its z axis, mm."""
     return frame[0], frame[1] + length * frame[0][:, 2]
 
 
 def compute(design: Design) -> ErrorFigure:
-    """Find the frames without and with each error, as mounted without errors."""
+    """Compute the frames without and with each error, mounted as without errors."""
     plain = replace(design, errors=Errors())
     pair = posed.placed(plain, np.zeros(2))
-    distance, length = pair.position, DRAWN_SHARE * _scale(pair)
-    drawn = [DRAWN_ANGLE if panel.key == "shaft_angle" else length for panel in PANELS]
+    distance, length = pair.position, DISPLACEMENT_FRACTION * _scale(pair)
+    drawn = [DISPLACEMENT_RAD if panel.key == "shaft_angle" else length for panel in PANELS]
     errors = [unchecked(Errors(), **{panel.key: float(x)}) for panel, x in zip(PANELS, drawn, strict=True)]
     frames = tuple(frames_of(plain.with_errors(error), distance) for error in errors)
     return ErrorFigure(pair, frames_of(plain, distance), tuple(drawn), frames)
 
 
 def _scale(pair: PosedPair) -> float:
-    """Give the length (mm) of which frames and displacements drawn are shares."""
-    return NEARER * pair.apart if pair.nearer else pair.apart
+    """Return the length (mm) to which displacements and axes of frames are proportional."""
+    return NEARER_FACTOR * pair.apart if pair.nearer else pair.apart
 
 
 def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
-    """Draw a panel for each error, all seen in one direction and at one scale."""
+    """Draw a panel for each error, all with one direction of view and one scale."""
     one_column = CELLS.columns(layout, len(PANELS)) == 1
     cells = replace(CELLS, down=0.1) if one_column else CELLS
     page, low, high = theme.new_page(
         layout,
         "Fig. 5   The four assembly errors, in their positive directions",
-        "Black and grey: frame and members where they belong; blue, dashed: displaced by the error in orange",
+        "Black and grey: frame and members without error; blue, dashed: displaced by the error (orange)",
         NOTE + posed.far_words(data.pair),
         tall=cells.tall(layout, len(PANELS), 5.2),
     )
@@ -160,17 +162,17 @@ def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
     places = cells.boxes(layout, len(PANELS), page.get_figheight(), low, high)
     title, aside = theme.inches(page, 0.9 if layout.printed else 0.62), 0.0
     if one_column:
-        title, aside = 0.0, ASIDE_IN_PRINT
+        title, aside = 0.0, PRINT_TEXT_FRACTION
     boxes = [
         theme.place(page, left + aside * width, bottom, (1.0 - aside) * width, height - title)
         for left, bottom, width, height in places
     ]
-    own = [
+    fitted = [
         fit_camera(_reach(data, frames), posed.VIEW, posed.UP, boxes[0].size, 0.04)
         for frames in data.displaced
     ]
-    half_height = max(camera.half_height for camera in own)
-    cameras = [replace(camera, half_height=half_height) for camera in own]
+    half_height = max(camera.half_height for camera in fitted)
+    cameras = [replace(camera, half_height=half_height) for camera in fitted]
     for index, (panel, box, place, camera) in enumerate(zip(PANELS, boxes, places, cameras, strict=True)):
         left, bottom, width, height = place
         corner = left + 0.12 / layout.width, bottom + height - theme.inches(page, 0.05)
@@ -180,53 +182,56 @@ def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
 
 
 def _reach(data: ErrorFigure, displaced: dict[str, Frame]) -> FloatArray:
-    """Give points (n, 3) in S_f that a panel must show, mm: origins and tip circles."""
+    """Return points (n, 3) in S_f that a panel must show, mm: origins and tip circles."""
     frames = [data.seen(frames) for frames in (data.nominal, displaced)]
-    members = [(member, own[f"d{j + 1}"]) for own in frames for j, member in enumerate(data.design.members)]
+    members = [
+        (member, placed[f"d{j + 1}"]) for placed in frames for j, member in enumerate(data.design.members)
+    ]
     rings = [to_fixed(frame, posed.rings(member)).reshape(-1, 3) for member, frame in members]
-    return np.concatenate((*rings, *([origin for _, origin in own.values()] for own in frames)))
+    return np.concatenate((*rings, *([origin for _, origin in placed.values()] for placed in frames)))
 
 
 def _heading(
     page: theme.Page, corner: tuple[float, float], width: float, data: ErrorFigure, index: int
 ) -> None:
-    """Write letter, name, frames and size of the error of a panel under its upper left corner, in lines that
-    are at most so wide, shares of the page."""
+    """Write letter, name, frames and size of an error below the upper left corner of its panel.
+
+    Lines are at most `width` wide, a fraction of the page."""
     panel, drawn = PANELS[index], data.drawn[index]
-    typical = TYPICAL[panel.key]
+    typical = TYPICAL_ERRORS[panel.key]
     if panel.key == "shaft_angle":
         size, usual = f"{np.degrees(drawn):.3g}\u00b0", f"{np.degrees(typical):g}\u00b0"
     else:
-        typical = solved.two_digits(typical * solved.as_large(data.design))
+        typical = paths_table.two_digits(typical * paths_table.as_large(data.design))
         size, usual = f"{drawn:.3g} mm", f"{typical:g} mm"
     words = f"{size}, {drawn / typical:.0f} times {usual}"
     head = f"({'abcd'[index]})  {panel.name} ${panel.symbol}$\u00a0>\u00a00"
     (x, y), pixels = corner, width * page.get_figwidth() * page.dpi
     bold = page.text(x, y, "", fontsize=theme.HEADING, fontweight="bold", va="top")
-    theme.fill(bold, head, pixels)
+    theme.wrap_text(bold, head, pixels)
     below = y - theme.inches(page, 0.27 * (1 + bold.get_text().count("\n")))
-    way = f"from\u00a0$S_{{{panel.before}}}$ to\u00a0$S_{{{panel.after}}}$"
+    between = f"from\u00a0$S_{{{panel.before}}}$ to\u00a0$S_{{{panel.after}}}$"
     quiet = page.text(x, below, "", fontsize=theme.LABEL, color=theme.GREY, va="top")
-    theme.fill(quiet, f"{way}; drawn: {words}", pixels)
+    theme.wrap_text(quiet, f"{between}; drawn: {words}", pixels)
 
 
 def _panel(page: theme.Page, box: theme.Box, data: ErrorFigure, index: int, camera: Camera) -> Picture:
-    """Draw both members where they belong, and the one that an error displaces."""
+    """Draw both members without errors, and the displaced one."""
     radius = 0.7 * camera.mm_per_px(box.size) * page.dpi / 72.0
     nominal, moved = data.seen(data.nominal), data.seen(data.displaced[index])
     places = [(0, nominal["d1"], theme.STEEL), (1, nominal["d2"], theme.STEEL)]
     number = PANELS[index].member
-    places.append((number, moved[f"d{number + 1}"], MOVED))
+    places.append((number, moved[f"d{number + 1}"], MOVED_COLOUR))
     items: list[Item] = []
     for which, frame, colour in places:
         member = data.design.members[which]
-        items += posed.blank(member, frame, colour, BORE * posed.shaft_radius(member), 0.3)
+        items += posed.blank(member, frame, colour, BORE_SHAFT_RADII * posed.shaft_radius(member), 0.3)
         rings = [to_fixed(frame, ring) for ring in posed.rings(member)]
         if colour == theme.STEEL:
             items += [Tube(ring, theme.GREY, radius) for ring in rings]
         else:
             pieces = (piece for ring in rings for piece in panels.dashed_circle(ring, radius))
-            items += [Tube(piece, MOVED_INK, radius) for piece in pieces]
+            items += [Tube(piece, MOVED_LINE_COLOUR, radius) for piece in pieces]
     over = Overlay.drawn(page, box, items, camera)
     _annotate(over, data, index, nominal, moved)
     return over.picture
@@ -241,14 +246,14 @@ def _annotate(
     for number in (0, 1):
         _axis(over, data, nominal, number, theme.GREY)
     if panel.before in ("g", "f"):
-        _axis(over, data, moved, panel.member, MOVED_INK)
+        _axis(over, data, moved, panel.member, MOVED_LINE_COLOUR)
     before, after = nominal[panel.before], moved[panel.after]
-    length = TRIAD * _scale(data.pair)
+    length = FRAME_FRACTION * _scale(data.pair)
     tilted = panel.key == "shaft_angle"
-    names = "xyz", ("", "y", "z") if tilted else "xyz"  # the axis about which it turns is one
-    looks = (before, theme.INK, panel.before), (after, MOVED_INK, panel.after)
-    for (frame, colour, name), own in zip(looks, names, strict=True):
-        over.triad(frame[1], frame[0].T, length, own, colour, f"S_{{{name}}}", TITLES[name])
+    names = "xyz", ("", "y", "z") if tilted else "xyz"  # both frames share the axis of rotation
+    looks = (before, theme.INK, panel.before), (after, MOVED_LINE_COLOUR, panel.after)
+    for (frame, colour, name), letters in zip(looks, names, strict=True):
+        over.triad(frame[1], frame[0].T, length, letters, colour, f"S_{{{name}}}", LABEL_OFFSETS_PT[name])
     style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.HEADING, "fontweight": "bold"}
     words = f"${panel.symbol}$"
     if tilted:
@@ -257,7 +262,7 @@ def _annotate(
         over.arrow_along(arc, theme.RED, 2.2)
         over.label(arc[16], words, (-24.0, 0.0), **style)
         return
-    aside = -ASIDE * length * before[0][:, 1]
+    aside = -DIMENSION_FRACTION * length * before[0][:, 1]
     start, end = before[1] + aside, after[1] + aside
     for origin, foot in ((before[1], start), (after[1], end)):
         over.line(origin, origin + 1.1 * (foot - origin), color=theme.RED, linewidth=0.9)
@@ -266,7 +271,7 @@ def _annotate(
 
 
 def _axis(over: Overlay, data: ErrorFigure, frames: dict[str, Frame], number: int, colour: str) -> None:
-    """Draw the axis of a member from the common perpendicular to beyond its heel."""
+    """Draw the axis of a member from the common perpendicular past its heel."""
     (rotation, origin), (_, middle) = frames[("\\delta", "e")[number]], frames[f"d{number + 1}"]
     beyond = 0.75 * float(data.design.members[number].face_width)
     at = middle + data.pair.breaks[number] * rotation[:, 2] if data.pair.nearer else None

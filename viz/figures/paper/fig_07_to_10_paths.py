@@ -7,24 +7,24 @@ from functools import partial
 
 from beveloid_geom import Design
 
-from ...parts import panels, solved, viewpoint
-from ...parts.panels import Cell, Trace
-from ...parts.recipe import Drawing, Recipe, Table
-from ...parts.solved import SolvedPath
-from ...stage import theme
-from ...stage.scene import Picture
+from ...components import panels, paths_table, viewpoint
+from ...components.figure_steps import Drawing, Recipe, Table
+from ...components.flank_grid import Cell, FlankGrid, draw_grid, text_heights
+from ...components.panels import Trace
+from ...components.paths_table import SolvedPath
+from ...rendering import theme
+from ...rendering.scene import Picture
 
 COLUMNS = 5
-TEXT = 0.35, 0.85  # inches: a line under a pinion's flank, three under a gear's
-ANGLES = (
-    "Under a flank stand length and angle of the path in the side view, z along the axis against the radius:"
-    " the angle that of the chord to the axial direction, positive if z rises with the radius."
+TEXT_HEIGHTS_IN = 0.35, 0.85  # inches: one line below a pinion flank, three below a gear flank
+NOTE = (
+    "Below each flank: length and angle to the axial direction in the side view."
     f" {panels.WHAT_TOUCHES.format(edges='solid blue lines')}"
 )
 
 
 def coefficient_text(value: float) -> str:
-    """Give a coefficient without exponent, as in the paper."""
+    """Return a coefficient without exponent, as in the paper."""
     return theme.signed(value, 6).rstrip("0").rstrip(".") if value else "0"
 
 
@@ -45,25 +45,25 @@ class SignCase:
         return [(self.pinion * size + 0.0, self.gear * size + 0.0) for size in sizes]
 
     def at(self, design: Design) -> SignCase:
-        """Give the case at the module of a design."""
-        return replace(self, greatest=solved.two_digits(self.greatest / solved.as_large(design)))
+        """Return the case at the module of a design."""
+        return replace(self, greatest=paths_table.two_digits(self.greatest / paths_table.as_large(design)))
 
     def heading(self, column: int) -> str:
-        """Give the pinion's coefficient of a column."""
+        """Return the heading of a column: the coefficient of the pinion."""
         return f"$a_1$ = {coefficient_text(self.coefficients[column][0])}"
 
 
 CASES = (
-    SignCase(7, 1.0, 1.0, 0.0002, "Paths of contact: both coefficients positive"),
-    SignCase(8, -1.0, -1.0, 0.0002, "Paths of contact: both coefficients negative"),
-    SignCase(9, 1.0, -1.0, 0.002, "Paths of contact: pinion coefficient positive, gear negative"),
-    SignCase(10, -1.0, 1.0, 0.002, "Paths of contact: pinion coefficient negative, gear positive"),
+    SignCase(7, 1.0, 1.0, 0.0002, "Case 1: paths of contact, both coefficients positive"),
+    SignCase(8, -1.0, -1.0, 0.0002, "Case 2: paths of contact, both coefficients negative"),
+    SignCase(9, 1.0, -1.0, 0.002, "Case 3: paths of contact, pinion coefficient positive, gear negative"),
+    SignCase(10, -1.0, 1.0, 0.002, "Case 4: paths of contact, pinion coefficient negative, gear positive"),
 )
 
 
 @dataclass(frozen=True, eq=False)
 class PathFigure:
-    """The paths of one sign case, a column each, of one flank."""
+    """Paths of one flank for one sign case, one for each column."""
 
     case: SignCase
     flank: str
@@ -71,30 +71,33 @@ class PathFigure:
 
 
 def compute(case: SignCase, design: Design, flank: str = "right") -> PathFigure:
-    """Solve the path of contact for every column."""
+    """Compute the path of contact of every column."""
     case = case.at(design)
     designs = [design.with_parabola(a1, a2) for a1, a2 in case.coefficients]
-    return PathFigure(case, flank, tuple(solved.solve(changed, flank, touching=True) for changed in designs))
+    return PathFigure(
+        case, flank, tuple(paths_table.solve(changed, flank, touching=True) for changed in designs)
+    )
 
 
 def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
     """Draw a row of pinion flanks over a row of gear flanks, one column for each coefficient."""
     case, flank = data.case, data.flank
     sign = "" if case.pinion == case.gear else "\u2212"
-    text = panels.texts(layout, COLUMNS, TEXT)
+    cases = [(case.heading(k), path.design, flank) for k, path in enumerate(data.paths)]
+    grid = FlankGrid(cases, text_heights(layout, COLUMNS, TEXT_HEIGHTS_IN))
     page, low, high = theme.new_page(
         layout,
         f"Fig. {case.number}   {case.title}",
         f"{flank.capitalize()} flanks of pinion (top) and gear (bottom), the pinion drives;"
-        f" parabola coefficients $a_1$ of the pinion, $a_2$ = {sign}$a_1$ of the gear, mm$^{{\u22121}}$",
-        f"{panels.how_drawn(flank, panels.STRETCH)}{ANGLES}{panels.lines_drawn(data.paths)}",
+        f" $a_2$ = {sign}$a_1$, mm$^{{\u22121}}$",
+        f"{panels.how_drawn(flank, grid.stretch)}{NOTE}{panels.lines_drawn(data.paths)}",
         columns=viewpoint.COLUMNS,
-        tall=panels.flanks_tall(layout, COLUMNS, text),
+        tall=grid.tall(layout),
     )
 
     def panel(cell: Cell) -> Picture | None:
-        """Draw one flank, with words under it."""
-        path, row = data.paths[cell.column], cell.row
+        """Draw one flank with its text."""
+        path, row = data.paths[cell.case], cell.member
         traces = [Trace(path.points[row], first=path.first), *panels.edge_traces(path, row)]
         where = page, cell.box, path.design, row, flank, cell.view
         drawn = panels.draw_flank(*where, traces, cell.px_per_mm, cell.limits)
@@ -104,25 +107,25 @@ def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
         cell.say(page, _under(path, row))
         return drawn.picture
 
-    columns = [(case.heading(k), path.design, flank) for k, path in enumerate(data.paths)]
-    return Drawing(page, panels.flank_rows(page, columns, low, high, text, panel))
+    return Drawing(page, draw_grid(page, grid, low, high, panel))
 
 
 def _under(path: SolvedPath, row: int) -> str:
-    """Say length and angle of a path on a flank; under the gear's also what is the pair's."""
+    """Return the text below a flank: length and angle of the path; for the gear also ends and ratios of the
+    pair."""
     if not path.found:
         return f"no path on the flanks:\n{path.reason}" if row else "no path"
-    own = f"{path.length(row):.1f} mm, {theme.signed(path.angle(row), 1)}\u00b0"
+    measures = f"{path.length(row):.1f} mm, {theme.signed(path.angle(row), 1)}\u00b0"
     return "\n".join(
-        (own, " \u2192 ".join(path.ends), "ratio {}, running {}".format(*panels.ratios(path)))
+        (measures, path.ends_in_print, "ratio {}, running {}".format(*panels.ratios(path)))
         if row
-        else (own,)
+        else (measures,)
     )
 
 
 def rows(data: PathFigure) -> Table:
     """List every position of every path on both members."""
-    return solved.table(("a1_per_mm", "a2_per_mm"), zip(data.case.coefficients, data.paths, strict=True))
+    return paths_table.table(("a1_per_mm", "a2_per_mm"), zip(data.case.coefficients, data.paths, strict=True))
 
 
 RECIPES = {f"fig-{case.number:02d}": Recipe(partial(compute, case), draw, rows) for case in CASES}

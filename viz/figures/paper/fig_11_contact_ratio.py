@@ -14,39 +14,45 @@ from beveloid_geom import Design
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.parallel.lines import touches_along_lines
 from beveloid_geom.contact.path import PathEnds, path_ends
+from beveloid_geom.design.ends import limit_words
 from beveloid_geom.operation.operating_ratio import operating_ratios
 
-from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...parts.solved import FLANKS, limit_name
-from ...stage import theme
-from ...stage.layout import Cells
+from ...components import annotate
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.paths_table import FLANKS
+from ...components.touching import limit_code
+from ...rendering import theme
+from ...rendering.layout import Cells
 from .fig_07_to_10_paths import CASES, SignCase, coefficient_text
 
-POINTS, EVERY = 161, slice(None, None, 16)
-"""Coefficients at which Eq. 16 is evaluated, and those of them at which the mesh cycle is solved."""
-EDGES = {"right": "^", "left": "v"}
+POINTS, CYCLE_POINTS = 161, slice(None, None, 16)
+"""Number of coefficients for Eq. 16, and those of them for which the mesh cycle is computed."""
+EDGE_MARKERS = {"right": "^", "left": "v"}
 LOOKS = {"right": (theme.BLUE, 3.5, "-"), "left": (theme.ORANGE, 1.6, "--")}
-EDGE = 0.25
-"""Share of an axis from its ends where words stand on the inner side of their place."""
+LABEL_MARGIN_FRACTION = 0.25
+"""Labels of points closer than this fraction to an end of the axis are aligned inwards."""
+LABEL_HEIGHTS_PT = (8.0, -18.0, 22.0, -32.0, 36.0, -46.0, 50.0, 64.0)
+"""Heights of labels above their points that are tried, in this order."""
 CELLS = Cells(left=0.96, right=0.96, across=1.76, down=1.35, most=2, least=3.4)
 NOTE = (
-    "Contact ratio by Eq. 16: pinion roll from where the path enters to where it leaves the flanks, over"
-    " a pitch (360\u00b0 over the pinion's teeth). A dot stands where other limits, named there, begin to"
-    " end the right flank's path. Eq. 16 speaks of the geometry of one tooth pair. Circles: what runs, of all"
-    " teeth without load: over how many pitches a tooth pair touches, tangent or on an edge. Triangles: the"
-    " part of a mesh cycle in which an edge touches first (scale on the right); none where it is not known."
+    "Lines: Eq. 16, the contact ratio of one tooth pair. Circles: contact ratio of all teeth"
+    " without load (running), tangent or on an edge. Triangles: fraction of the mesh cycle"
+    " with edge contact (right scale). Labelled dots: other limits begin to end the path of"
+    " the right flank."
 )
 
-ALONG_LINES = (
-    " Without coefficients these flanks touch along lines, with them in a point that runs along the face."
-)
+ALONG_LINES = " Unmodified flanks touch along lines."
 
 
 @dataclass(frozen=True, eq=False)
 class RatioFigure:
-    """Coefficients (4, points), 1/mm, magnitudes, and the path's ends on each flank; at EVERY so many of them
-    the contact ratio of all teeth and the share of edges; whether without them flanks touch along `lines`."""
+    """Contact ratios of a `design` over its coefficients.
 
+    `size` (4, points), 1/mm: magnitudes. `ends`: ends of the paths on each flank. `ratio` and `edges`:
+    contact ratio of all teeth and fraction of the cycle with edge contact at every CYCLE_POINTS-th
+    coefficient. `lines`: whether unmodified flanks touch along lines."""
+
+    design: Design
     size: FloatArray
     ends: dict[str, tuple[PathEnds, ...]]
     ratio: dict[str, FloatArray]
@@ -55,7 +61,7 @@ class RatioFigure:
 
 
 def compute(design: Design) -> RatioFigure:
-    """Find ends of all paths, one call for each flank and sign case, and what runs."""
+    """Compute the ends of all paths, one call for each flank and sign case, and the mesh cycles."""
     size = np.stack([np.linspace(0.0, case.at(design).greatest, POINTS) for case in CASES])
     ends = {
         flank: tuple(
@@ -64,19 +70,20 @@ def compute(design: Design) -> RatioFigure:
         )
         for flank in FLANKS
     }
-    cases = list(zip(CASES, size[:, EVERY], strict=True))
+    cases = list(zip(CASES, size[:, CYCLE_POINTS], strict=True))
     running = {flank: np.stack([_running(design, flank, *case) for case in cases]) for flank in FLANKS}
     return RatioFigure(
+        design,
         size,
         ends,
         {flank: found[..., 0] for flank, found in running.items()},
         {flank: found[..., 1] for flank, found in running.items()},
-        bool(touches_along_lines(design.with_parabola(0.0, 0.0))),
+        bool(touches_along_lines(design.unmodified())),
     )
 
 
 def _running(design: Design, flank: str, case: SignCase, size: FloatArray) -> FloatArray:
-    """Give contact ratio and share of edges (n, 2) of all teeth at coefficients of the magnitudes `size`."""
+    """Return contact ratio of all teeth and fraction of edge contact (n, 2) for the magnitudes `size`."""
     found = [
         operating_ratios(design.with_parabola(case.pinion * a + 0.0, case.gear * a + 0.0), flank, (0.0,))
         for a in size.tolist()
@@ -88,8 +95,8 @@ def draw(data: RatioFigure, layout: theme.Layout) -> Drawing:
     """Draw four panels, as in the paper."""
     page, low, high = theme.new_page(
         layout,
-        "Fig. 11   Contact ratio against the parabola coefficient",
-        "Parabola coefficients $a_1$ of the pinion, $a_2$ of the gear",
+        f"Fig. 11   {finding(data)}",
+        "Contact ratio against the parabola coefficients $a_1$ of the pinion, $a_2$ of the gear",
         NOTE + (ALONG_LINES if data.lines else ""),
         below=0.55,
         above=0.55,
@@ -101,10 +108,21 @@ def draw(data: RatioFigure, layout: theme.Layout) -> Drawing:
     for index, (case, axes) in enumerate(
         zip(CASES, theme.panels(page, CELLS, len(CASES), low, high), strict=True)
     ):
-        lines = _panel(axes, data, index, case)
         axes.set_ylim(*limits)
+        lines = _panel(axes, data, index, case)
     theme.legend(page, lines, 3, 0.72, handlelength=2.6, columnspacing=1.4)
     return Drawing(page, {})
+
+
+def finding(data: RatioFigure) -> str:
+    """Return the title: contact ratios of the modified right flanks by Eq. 16 and of all teeth."""
+    path = np.stack([ends.contact_ratio for ends in data.ends["right"]])[:, 1:]
+    running = data.ratio["right"][:, 1:]
+    if not np.isfinite(path).any() or not np.isfinite(running).any():
+        return "Contact ratio against the parabola coefficient"
+    low, high = np.nanmin(running), np.nanmax(running)
+    teeth = f"{low:.2f}" if high - low < 0.005 else f"{low:.2f} to {high:.2f}"
+    return f"Eq. 16 predicts up to {np.nanmax(path):.2f}, modified teeth run at {teeth}"
 
 
 def _limits(values: FloatArray) -> tuple[float, float]:
@@ -115,8 +133,8 @@ def _limits(values: FloatArray) -> tuple[float, float]:
 
 
 def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> list[Line2D]:
-    """Draw the contact ratios of both flanks and the share of edges over the coefficient of the pinion, 1/mm;
-    give the lines by flank."""
+    """Draw contact ratios of both flanks and edge contact over the pinion coefficient; return the lines by
+    flank."""
     a = case.pinion * data.size[index]
     lines = []
     for flank in reversed(FLANKS):
@@ -125,16 +143,20 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> list[Li
         lines += axes.plot(a, ratio, style, color=colour, linewidth=width, label=f"{flank} flanks, Eq. 16")
         if not np.isfinite(ratio).any():
             axes.text(0.5, 0.5, "the path could not be followed", transform=axes.transAxes, ha="center")
-    beside = axes.twinx()
-    beside.set(ylim=(-5.0, 105.0), ylabel="edges (%)")
+    edge_axes = axes.twinx()
+    edge_axes.set(ylim=(-5.0, 105.0), ylabel="edges (%)")
     for flank in reversed(FLANKS):
-        colour, width, every = *LOOKS[flank][:2], a[EVERY]
+        colour, width, every = *LOOKS[flank][:2], a[CYCLE_POINTS]
         running: dict[str, Any] = {"color": colour, "linestyle": "", "clip_on": False}
         running["markersize"] = 4.5 if width > 2.0 else 8.5
         lines += axes.plot(every, data.ratio[flank][index], marker="o", label=f"{flank}, running", **running)
         running |= {"markersize": 4.5, "markerfacecolor": "white", "linestyle": ":", "linewidth": 1.0}
-        lines += beside.plot(
-            every, 100.0 * data.edges[flank][index], marker=EDGES[flank], label=f"{flank}, edges", **running
+        lines += edge_axes.plot(
+            every,
+            100.0 * data.edges[flank][index],
+            marker=EDGE_MARKERS[flank],
+            label=f"{flank}, edges",
+            **running,
         )
     axes.set_title(f"({'abcd'[index]})  {_name(case)}", loc="left", pad=10.0)
     axes.set_ylabel("contact ratio")
@@ -147,22 +169,33 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> list[Li
     axes.set_xticks(ticks, [coefficient_text(tick) for tick in ticks])
     axes.grid(True)
     axes.axhline(1.0, color=theme.GREY, linewidth=1.0)
-    _mark_kinks(axes, a, data.ends["right"][index])
+    _mark_kinks(axes, edge_axes, a, data.design, data.ends["right"][index])
     return lines
 
 
-def _mark_kinks(axes: Axes, a: FloatArray, ends: PathEnds) -> None:
-    """Mark where other limits begin to end the path on the right flank, and which; of changes close to each
-    other the last."""
+def _mark_kinks(axes: Axes, edge_axes: Axes, a: FloatArray, design: Design, ends: PathEnds) -> None:
+    """Mark and label changes of the limits of the path on the right flank; of changes close together only the
+    last. Labels are where they cover no curve, if possible."""
     changed = np.any(ends.limit[1:] != ends.limit[:-1], axis=-1) & (ends.limit[1:] >= 0).all(axis=-1)
     kinks = np.nonzero(changed)[0] + 1
-    for at in kinks[np.diff(kinks, append=2 * POINTS) > POINTS // 10]:
-        place = (a[at], ends.contact_ratio[at])
+    kinks = kinks[np.diff(kinks, append=2 * POINTS) > POINTS // 10]
+    places = [(float(a[at]), float(ends.contact_ratio[at])) for at in kinks]
+    for place in places:
         axes.plot(*place, "o", color=theme.BLUE, markersize=7.0)
-        text = " \u2192 ".join(limit_name(code) for code in ends.limit[at].tolist())
+    labels = annotate.Labels(axes, edge_axes)
+    for at, place in zip(kinks, places, strict=True):
+        text = " \u2192 ".join(limit_words(design, code) for code in ends.limit[at].tolist())
         along = float(axes.transAxes.inverted().transform(axes.transData.transform(place))[0])
-        side = "left" if along < EDGE else "right" if along > 1.0 - EDGE else "center"
-        theme.beside(axes, place, text, (0, 8), ha=side, fontsize=theme.SMALL)
+        side = (
+            "left"
+            if along < LABEL_MARGIN_FRACTION
+            else "right"
+            if along > 1.0 - LABEL_MARGIN_FRACTION
+            else "center"
+        )
+        shifts = [(0.0, up, side) for up in LABEL_HEIGHTS_PT]
+        if not labels.put(text, place, shifts, theme.INK):
+            theme.label_point(axes, place, text, (0, 8), ha=side, fontsize=theme.SMALL)
 
 
 def _name(case: SignCase) -> str:
@@ -171,17 +204,18 @@ def _name(case: SignCase) -> str:
 
 
 def rows(data: RatioFigure) -> Table:
-    """List contact ratio and limits of the path at every coefficient, and what runs where that is known."""
+    """List contact ratio and limits of the path at every coefficient, and the values of all teeth if
+    known."""
     path = ("contact_ratio", "enters_at", "leaves_at")
     header = ("a1_per_mm", "a2_per_mm", "flank", *path, "operating_contact_ratio", "edge_share")
 
     def cases() -> Rows:
-        """Give the columns of every flank and sign case."""
+        """Yield the columns of every flank and sign case."""
         for (index, case), flank in product(enumerate(CASES), FLANKS):
             ends, a = data.ends[flank][index], data.size[index]
-            names = [[limit_name(code) for code in codes] for codes in ends.limit.T.tolist()]
+            names = [[limit_code(code) for code in codes] for codes in ends.limit.T.tolist()]
             running = np.full((2, POINTS), np.nan)
-            running[:, EVERY] = data.ratio[flank][index], data.edges[flank][index]
+            running[:, CYCLE_POINTS] = data.ratio[flank][index], data.edges[flank][index]
             yield case.pinion * a + 0.0, case.gear * a + 0.0, flank, ends.contact_ratio, *names, *running
 
     return header, stacked(cases())

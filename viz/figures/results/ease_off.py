@@ -1,4 +1,4 @@
-"""Ease-off of both flanks of the pinion, before and after modification: wire surfaces and level lines."""
+"""Ease-off of both flanks of the pinion before and after modification: wire surfaces and contour lines."""
 
 from __future__ import annotations
 
@@ -14,47 +14,46 @@ from matplotlib.ticker import MaxNLocator
 from beveloid_geom import ContactPath, Design, EaseOff, ease_off, path_of_contact
 from beveloid_geom.analysis.ease_off import ease_off_at
 from beveloid_geom.arrays import FloatArray
+from beveloid_geom.design.ends import end_names
 from beveloid_geom.findings.path import reason_of
-from beveloid_geom.gear.flank import root_parameter, tip_parameter
+from beveloid_geom.gear.active_flank import active_start
+from beveloid_geom.gear.flank import tip_parameter
 
-from ...parts.charts import LEAST_EASE_OFF
-from ...parts.map_panel import HALO, LEVEL, thin_out
-from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...parts.solved import FLANKS, coefficients, modified
-from ...stage import theme
-from ...stage.layout import Cells
+from ...components.charts import LEAST_EASE_OFF
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.map_panel import HALO, LEVEL, thin_out
+from ...components.paths_table import FLANKS, coefficients, modified, parabolas
+from ...rendering import theme
+from ...rendering.layout import Cells
 
 CELLS = Cells(left=0.72, right=0.464, across=0.672, down=2.3, most=4, least=1.6)
 POINTS = 41
 """Positions of a path."""
-SHEAR, RISE, HIGH = 0.42, 0.46, 1.25
-"""Of a wire surface, in half faces: how far the tip is drawn to the right of the root and above it, and how
-high the greatest ease-off of a flank."""
-BAR = 2.0
-"""Half faces from the middle of a wire surface to the bar of its scale."""
-BAR_IN_PRINT = 1.8, -0.05
-"""The same in print, to the right and up: between the words at the heel, which reach as far as BAR."""
-SHAPE, EVERY = (29, 41), 2
-"""Points along profile and face, and of these what stand on a wire."""
-LINES = 3
-"""Lines of contact drawn, at even steps of the path's roll."""
-EDGE = 0.9
-"""Share of half a flank beyond which level lines are not labelled."""
+TIP_SHIFT, TIP_HEIGHT, EASE_OFF_HEIGHT = 0.42, 0.46, 1.25
+"""Lengths in half face widths: displacement of the tip to the right of the root and above it, and height of
+the largest ease-off of a flank."""
+BAR_POSITION = 2.0
+"""Distance of the scale bar from the middle of a wire surface, in half face widths."""
+PRINT_BAR_POSITION = 1.8, -0.05
+"""Position of the scale bar in print, to the right and up, between the labels at +z."""
+GRID_SHAPE, WIRE_SPACING = (29, 41), 2
+"""Numbers of points along profile and face, and spacing of the wires in points."""
+CONTACT_LINES = 3
+"""Number of lines of contact, at equal steps of the roll of the path."""
+LABEL_LIMIT_FRACTION = 0.9
+"""Contour lines have no label beyond this fraction of half the flank."""
 NOTE = (
-    "Deviation of the pinion's flank along its normal from the conjugate of the gear's flank, which has no"
-    " tips and edges here, turns at the constant ratio, and touches at mid-roll of the path: positive (up)"
-    " where the flanks part. Orange: path of contact, from the dot to the arrow head. Grey: zero;"
-    " dash-dotted: where conjugate flanks would touch at three rolls. Heights of a flank have one scale, its"
-    " bar. Level lines: over the face, z from toe to heel, and the profile, l1 from root to tip. Below:"
-    " mean, twist, slopes and crownings along face and profile of the nearest surface of second order over"
-    " both from \u22121 to 1, and the root mean square of the rest."
+    "Deviation of the pinion flank from the conjugate of the gear flank along the normal, zero at"
+    " mid-roll of the path; positive (up) where the flanks separate. Orange: path of contact. Dash-dotted:"
+    " lines of contact of conjugate flanks. Below: second-order surface over face and profile from \u22121 to"
+    " 1, and root mean square of the residual (rest)."
 )
 
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """One flank in one case: what was found on the pinion, the path, and the ease-off (n,), mm, along it; or
-    the reason why there is nothing."""
+    """Ease-off of one flank in one case, and its values (n,), mm, along the path; or the reason why there is
+    none."""
 
     flank: str
     case: str
@@ -65,19 +64,19 @@ class Panel:
 
     @property
     def places(self) -> tuple[FloatArray, FloatArray]:
-        """Places (n,) of the path along face and profile, from -1 to 1."""
+        """Positions (n,) of the path along face and profile, from -1 to 1."""
         member = self.path.design.pinion
-        root, tip = root_parameter(member), tip_parameter(member, self.flank, self.path.pinion_z)
+        z = self.path.pinion_z
+        root, tip = active_start(member, self.flank, z), tip_parameter(member, self.flank, z)
         face = 2.0 * self.path.pinion_z / float(member.face_width)
         return face, 2.0 * (self.path.l1 - root) / (tip - root) - 1.0
 
 
 def compute(design: Design) -> tuple[Panel, ...]:
-    """Find the ease-off of right and left flanks, without parabolas and with those of the design, or with the
-    usual ones if it has none."""
-    bent = any(float(member.tool.parabola) for member in design.members)
-    after = design if bent else modified(design)
-    cases = ("without parabolas", design.with_parabola(0.0, 0.0)), (coefficients(after), after)
+    """Compute the ease-off of both flanks without parabolas and with those of the design, or with the paper's
+    if it has none."""
+    after = design if design.has_parabola else modified(design)
+    cases = ("without parabolas", design.unmodified()), (coefficients(after), after)
     return tuple(_panel(flank, case, one) for flank in FLANKS for case, one in cases)
 
 
@@ -87,18 +86,18 @@ def _panel(flank: str, case: str, design: Design) -> Panel:
         if reason := reason_of(path):
             raise ValueError(reason)
         along = ease_off_at(design, flank, path.l1, path.pinion_z)
-        return Panel(flank, case, ease_off(design, flank, SHAPE), path, along)
+        return Panel(flank, case, ease_off(design, flank, GRID_SHAPE), path, along)
     except ValueError as error:
         return Panel(flank, case, None, path, np.zeros(0), str(error))
 
 
 def draw(data: tuple[Panel, ...], layout: theme.Layout) -> Drawing:
-    """Draw a column for each flank and case: the wire surface above, level lines below."""
+    """Draw a column for each flank and case: wire surface above, contour lines below."""
     cells = replace(CELLS, left=0.85, across=0.85) if layout.printed else CELLS
     page, low, high = theme.new_page(
         layout,
         "Ease-off of the pinion",
-        "Right and left flanks, drive and coast, against the conjugate of the untrimmed gear, \u00b5m",
+        "Right (drive) and left (coast) flanks against the conjugate of the untrimmed gear, \u00b5m",
         NOTE,
         below=1.75,
         above=0.45,
@@ -111,7 +110,7 @@ def draw(data: tuple[Panel, ...], layout: theme.Layout) -> Drawing:
         surface.set_axis_off()
         surface.set_title(f"({'abcd'[column]})  {panel.flank.capitalize()} flanks\n{panel.case}", loc="left")
         if panel.found is None:
-            theme.say(surface, f"no ease-off: {panel.reason}", 30)
+            theme.message(surface, f"no ease-off: {panel.reason}", 30)
             levels.set_axis_off()
             continue
         same = [one.found.deviation for one in data if one.flank == panel.flank and one.found is not None]
@@ -125,31 +124,33 @@ def draw(data: tuple[Panel, ...], layout: theme.Layout) -> Drawing:
         _levels(levels, panel, panel.found)
         words = _second_order_words(panel.found)
         style: dict[str, Any] = {"xycoords": "axes fraction", "va": "top", "fontsize": theme.SMALL}
-        theme.beside(levels, (0.0, 0.0), words, (0.0, -42.0), **style)
+        theme.label_point(levels, (0.0, 0.0), words, (0.0, -42.0), **style)
     return Drawing(page, {})
 
 
 def _axes(box: Axes) -> tuple[Axes, Axes]:
-    """Make axes for a wire surface over ones for level lines, in place of a panel that has room for both."""
+    """Replace a panel by axes for a wire surface and, below, axes for contour lines."""
     page, at = cast("theme.Page", box.figure), box.get_position()
     box.remove()
-    (upper, lower), height = theme.rows(at.y0, at.y1, 2, theme.inches(page, 0.35))
-    left, wider = 0.32 / page.layout.width, 0.56 / page.layout.width  # inches for words at the corners
+    (upper, lower), height = theme.split_rows(at.y0, at.y1, 2, theme.inches(page, 0.35))
+    left, wider = 0.32 / page.layout.width, 0.56 / page.layout.width  # inches for labels at the corners
     surface = page.add_axes((at.x0 - left, upper, at.width + wider, height))
     return surface, page.add_axes((at.x0, lower, at.width, 0.92 * height))
 
 
 def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, printed: bool) -> None:
-    """Draw the surface as wires over the plane of zero, tip behind, hidden lines left out. From zero or the
-    least to the greatest of the `span` (2,), um, are HIGH half faces; some more are left for words."""
+    """Draw the surface as wires over the plane of zero, tip behind, without hidden lines.
+
+    The range from zero or the minimum to the maximum of the `span` (2,), um, has a height of EASE_OFF_HEIGHT
+    half face widths."""
     lowest, greatest = min(float(span[0]), 0.0), max(float(span[1]), 0.0)
-    scale = HIGH / (greatest - lowest) if greatest - lowest > LEAST_EASE_OFF else 0.0
+    scale = EASE_OFF_HEIGHT / (greatest - lowest) if greatest - lowest > LEAST_EASE_OFF else 0.0
 
     def seen(face: FloatArray, profile: FloatArray, height: FloatArray) -> FloatArray:
-        return np.stack((face + SHEAR * profile, RISE * profile + scale * height), axis=-1)
+        return np.stack((face + TIP_SHIFT * profile, TIP_HEIGHT * profile + scale * height), axis=-1)
 
-    face, profile = np.meshgrid(found.face[::EVERY], found.profile[::EVERY])
-    grid = seen(face, profile, 1e3 * found.deviation[::EVERY, ::EVERY])
+    face, profile = np.meshgrid(found.face[::WIRE_SPACING], found.profile[::WIRE_SPACING])
+    grid = seen(face, profile, 1e3 * found.deviation[::WIRE_SPACING, ::WIRE_SPACING])
     plane = seen(np.array([-1.0, 1.0, 1.0, -1.0, -1.0]), np.array([-1.0, -1.0, 1.0, 1.0, -1.0]), np.zeros(5))
     axes.plot(*plane.T, color=theme.GREY, linewidth=1.2, zorder=0.5)
     quads = np.stack((grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]), axis=2)[::-1]
@@ -158,6 +159,7 @@ def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, printed: 
     shown.set(facecolor="white", edgecolor=theme.BLUE, linewidth=0.9, alpha=0.9, zorder=1.0)
     axes.add_collection(shown)
     _path(axes, seen(*panel.places, 1e3 * panel.along))
+    names = dict(zip(("toe", "heel"), end_names(found.design.pinion), strict=True))
     for depth, (i, p) in {"root": (0, -1.0), "tip": (-1, 1.0)}.items():
         for end, (j, f) in {"toe": (0, -1.0), "heel": (-1, 1.0)}.items():
             height = np.array((0.0, 1e3 * found.deviation[i, j]))
@@ -166,29 +168,29 @@ def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, printed: 
             value = theme.signed(1e3 * found.corners[f"{depth}_{end}"], 1)
             at = top if p > 0.0 and np.isfinite(top).all() else foot
             place = {"ha": "left" if f > 0.0 else "right", "va": "bottom" if p > 0.0 else "top"}
-            words = f"{depth}, {end}\n{value}" if np.isfinite(top).all() else f"{depth}, {end}\nnone"
-            text = theme.beside(
+            words = f"{depth}, {names[end]}\n{value if np.isfinite(top).all() else 'none'}"
+            text = theme.label_point(
                 axes, at, words, (2.0 * f, 5.0 * p), fontsize=theme.SMALL, zorder=5.0, **place
             )
             text.set_path_effects(HALO)
     length, floor = (
         theme.round_length(max(0.5 * (greatest - lowest), LEAST_EASE_OFF)),
-        scale * lowest - RISE - 0.4,
+        scale * lowest - TIP_HEIGHT - 0.4,
     )
-    right, foot = BAR_IN_PRINT if printed else (BAR, floor)
+    right, foot = PRINT_BAR_POSITION if printed else (BAR_POSITION, floor)
     if greatest - lowest > LEAST_EASE_OFF:
         axes.plot([right, right], [foot, foot + scale * length], color=theme.INK, linewidth=3.0)
         unit, style = f"{length:g} \u00b5m", {"fontsize": theme.SMALL}
-        theme.beside(axes, (right, foot), unit, (0.0, -4.0), ha="center", va="top", **style)
-    across, over = ((-2.35, 2.55), 1.4) if printed else ((-2.1, 2.15), 0.9)  # room for words
-    axes.set(xlim=across, ylim=(floor - 0.25, floor + 2.0 * RISE + HIGH + over))
+        theme.label_point(axes, (right, foot), unit, (0.0, -4.0), ha="center", va="top", **style)
+    across, over = ((-2.35, 2.55), 1.4) if printed else ((-2.1, 2.15), 0.9)  # space for labels
+    axes.set(xlim=across, ylim=(floor - 0.25, floor + 2.0 * TIP_HEIGHT + EASE_OFF_HEIGHT + over))
 
 
 def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
-    """Draw level lines over the flank, z by l, with the path."""
+    """Draw contour lines over the flank (z, l) with the path."""
     values = np.ma.masked_invalid(1e3 * found.deviation)
     if float(np.abs(values).max()) < LEAST_EASE_OFF:
-        theme.say(axes, "zero but for rounding", 24, 0.12, backgroundcolor="white")
+        theme.message(axes, "zero within rounding", 24, 0.12, backgroundcolor="white")
         values[:] = 0.0
     levels = MaxNLocator(9, steps=[1, 2, 5, 10]).tick_values(float(values.min()), float(values.max()))
     styles: dict[str, Any] = {"colors": theme.BLUE, "linewidths": 1.2, "negative_linestyles": "dashed"}
@@ -198,11 +200,11 @@ def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
         label.set_path_effects(HALO)
         label.set_gid(LEVEL)
         place = np.divide(label.get_position(), (found.z.max(), np.abs(found.l).max()))
-        if np.abs(place).max() > EDGE:
+        if np.abs(place).max() > LABEL_LIMIT_FRACTION:
             label.remove()  # cut off
     thin_out(axes)
     roll = panel.path.pinion_roll
-    lines_at = np.sort(np.linspace(roll[0], roll[-1], LINES + 2)[1:-1])
+    lines_at = np.sort(np.linspace(roll[0], roll[-1], CONTACT_LINES + 2)[1:-1])
     thin: dict[str, Any] = {"colors": theme.GREY, "linewidths": 1.0, "linestyles": "dashdot"}
     axes.contour(found.z, found.l, np.ma.masked_invalid(found.pinion_roll), levels=lines_at, **thin)
     rim = [np.concatenate((g[0], g[1:, -1], g[-1, -2::-1], g[-2::-1, 0])) for g in (found.z, found.l)]
@@ -210,7 +212,7 @@ def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
     _path(axes, np.stack((panel.path.pinion_z, panel.path.l1), axis=-1))
     axes.set_xlabel("$z$ (mm)", labelpad=2.0)
     axes.set_ylabel("$l_1$ (mm)", labelpad=1.0)
-    axes.yaxis.set_major_locator(MaxNLocator(6, integer=True))  # wider words reach into the next panel
+    axes.yaxis.set_major_locator(MaxNLocator(6, integer=True))  # wider labels extend into the next panel
     for side in ("left", "bottom"):
         axes.spines[side].set_visible(False)
 
@@ -221,22 +223,22 @@ def _path(axes: Axes, points: FloatArray) -> None:
     axes.plot(*points.T, color=theme.RED, linewidth=2.2, zorder=3.0)
     axes.plot(*points[:1].T, "o", color=theme.RED, markersize=6.0, zorder=3.0)
     arrow = {"arrowstyle": "-|>,head_width=0.3,head_length=0.6", "color": theme.RED, "linewidth": 2.2}
-    way = tuple(points[-1]), tuple(points[-3])
-    axes.annotate("", *way, arrowprops={**arrow, "shrinkA": 0.0, "shrinkB": 0.0}, zorder=3.0)
+    last_points = tuple(points[-1]), tuple(points[-3])
+    axes.annotate("", *last_points, arrowprops={**arrow, "shrinkA": 0.0, "shrinkB": 0.0}, zorder=3.0)
 
 
 def _second_order_words(found: EaseOff) -> str:
-    """Say the coefficients, um, in lines that have room under a panel."""
-    own = {name: theme.signed(1e3 * value, 2) for name, value in vars(found.second_order).items()}
+    """Return the coefficients of the second-order surface, um, in lines that fit below a panel."""
+    coefficients_um = {name: theme.signed(1e3 * value, 2) for name, value in vars(found.second_order).items()}
     return (
         "mean {mean}, twist {twist}\nslope {face_slope}, {profile_slope}\n"
         "crowning {face_crowning}, {profile_crowning}\nrest {rest}"
-    ).format_map(own | {"rest": own["rest"].lstrip("+")})
+    ).format_map(coefficients_um | {"rest": coefficients_um["rest"].lstrip("+")})
 
 
 def rows(data: tuple[Panel, ...]) -> Table:
-    """List the points of the grids and of the paths, with the coefficients; a case without any in one row
-    that says so."""
+    """List the points of grids and paths with the coefficients; a case without ease-off has one row with the
+    reason."""
     names = ("mean", "face_slope", "profile_slope", "face_crowning", "profile_crowning", "twist", "rest")
     header = (
         *("flank", "parabola_pinion_per_mm", "parabola_gear_per_mm", "kind", "profile_place", "face_place"),
@@ -244,9 +246,9 @@ def rows(data: tuple[Panel, ...]) -> Table:
     )
 
     def cases() -> Rows:
-        """Give the columns of every grid and path."""
+        """Yield the columns of every grid and path."""
         for panel in data:
-            case = panel.flank, *(float(member.tool.parabola) for member in panel.path.design.members)
+            case = panel.flank, *parabolas(panel.path.design, panel.flank)
             found = panel.found
             if found is None:
                 yield *case, *[""] * (len(header) - 4), panel.reason
@@ -255,8 +257,8 @@ def rows(data: tuple[Panel, ...]) -> Table:
             grid = (profile, face, found.l, found.z, found.pinion_roll, found.deviation)
             fit = [getattr(found.second_order, name) for name in names]
             yield *case, "grid", *(values.ravel() for values in grid), *fit, ""
-            own = panel.path
-            path = (*panel.places[::-1], own.l1, own.pinion_z, own.pinion_roll, panel.along)
+            solved = panel.path
+            path = (*panel.places[::-1], solved.l1, solved.pinion_z, solved.pinion_roll, panel.along)
             yield *case, "path", *path, *fit, ""
 
     return header, chain(stacked(cases()))

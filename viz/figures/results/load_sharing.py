@@ -1,4 +1,4 @@
-"""Load sharing and transmission error of the pair under a torque, as a finite element program found them."""
+"""Load sharing and transmission error of the pair under a torque, from finite element results."""
 
 from __future__ import annotations
 
@@ -9,34 +9,36 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from beveloid_geom import Design, first_contact
-from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.placing import meshing_pair
+from beveloid_geom.arrays import FloatArray, gear_sense
+from beveloid_geom.contact.mesh_position import frames_at, meshing_pair
 from beveloid_geom.export.fea.pair_results import PairResult, read_pair_result
 from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.report.columns import ARCSEC
 
-from ...parts.motion_graph import MICRO
-from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...stage import theme
-from ...stage.layout import Cells
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...rendering import theme
+from ...rendering.layout import Cells
 
 CELLS = Cells(left=0.85, right=0.85, across=1.75, down=1.35, most=2, least=5.0)
-SAME = 1e-9
-"""rad by which the gear's roll in a deck may differ from the first contact of the design."""
-STEPS = 201
-"""Rolls at which the rigid pair is drawn."""
+DECK_TOLERANCE = 1e-9
+"""Tolerances for a deck that belongs to a design: gear roll against the first contact (rad), and position of
+the mid-faces relative to their distance."""
+RIGID_ROLLS = 201
+"""Number of rolls for the rigid pair."""
 NOTE = (
-    "(a) The share of the pinion's torque that one tooth pair carries while it passes through the mesh, a"
-    " mark for each tooth pair of each deck; dashed where the rigid flanks come into and go out of contact."
-    " (b) The transmission error, gear roll plus N1/N2 pinion roll, of rigid teeth, whichever touches"
-    " first, and under the load, each less its own mean; the elastic turn of the pinion times N1/N2 is in it."
+    "(a) Fraction of the pinion torque on one tooth pair during its mesh; a mark for each tooth pair of"
+    " each deck; dashed: start and end of contact of rigid flanks. (b) Positive: gear ahead; each curve"
+    " less its mean. The loaded curve includes N1/N2 times the elastic rotation of the pinion, a lag of"
+    " the gear."
 )
 
 
 @dataclass(frozen=True, eq=False)
 class Loaded:
-    """Results by roll (n,) of a design under one torque; `middle` and `ends` (2,): pinion rolls of its path
-    of contact, rad; `rigid` (STEPS,): transmission error, rad, of rigid teeth at `rolls` of the pinion, and
-    `unloaded` (n,) at those of the decks."""
+    """Results by roll (n,) of a design under one torque.
+
+    `middle`, `ends` (2,): pinion rolls of the path, rad. `rigid` (RIGID_ROLLS,): transmission error of rigid
+    teeth, rad, at `rolls` of the pinion; `unloaded` (n,): at the rolls of the decks."""
 
     design: Design
     results: tuple[PairResult, ...]
@@ -48,7 +50,7 @@ class Loaded:
 
     @property
     def pitch(self) -> float:
-        """Of the pinion, rad."""
+        """Angular pitch of the pinion, rad."""
         return float(2.0 * np.pi / self.design.pinion.teeth)
 
     @property
@@ -58,27 +60,29 @@ class Loaded:
 
     @property
     def turns(self) -> FloatArray:
-        """How far the pinion turns on under load (n,), rad, with the sign of its roll."""
+        """Rotation of the pinion due to the load (n,), rad, with the sign of its roll."""
         turns = np.array([one.turn for one in self.results])
         return turns if self.results[0].flank == "right" else -turns
 
     @property
     def loaded_rolls(self) -> FloatArray:
-        """Rolls (n,) of the pinion under load, rad."""
+        """Rolls of the pinion under load (n,), rad."""
         return np.array([one.rolls[0] for one in self.results]) + self.turns
 
     @property
     def loaded(self) -> FloatArray:
         """Transmission error (n,) under load, rad."""
-        return np.asarray(self.unloaded + self.ratio * self.turns)
+        sense = gear_sense(self.results[0].flank)
+        return np.asarray(self.unloaded + sense * self.ratio * self.turns)
 
     def pitches(self, rolls: FloatArray) -> FloatArray:
-        """Give rolls in pitches from the middle of the path."""
+        """Return rolls in pitches from the middle of the path."""
         return np.asarray((rolls - self.middle) / self.pitch)
 
     @property
     def shares(self) -> tuple[FloatArray, FloatArray]:
-        """Give pitches (m,) of tooth pairs from the middle, in order, and the share (m,) of each there."""
+        """Return pitches (m,) of tooth pairs from the middle, sorted, and the share of the torque (m,) of
+        each."""
         pairs = np.arange(len(self.results[0].share)) - len(self.results[0].share) // 2
         at = self.pitches(np.array([one.rolls[0] for one in self.results]))[:, None] + pairs
         share = np.array([one.share for one in self.results])
@@ -87,22 +91,24 @@ class Loaded:
 
 
 def decks_of(path: Path) -> list[Path]:
-    """Find the deck of that name, or those that `mesh --part pair --rolls` wrote for this `--out`. Raises
-    ValueError where there are both."""
+    """Return the deck of that name, or those that `mesh --part pair --rolls` wrote for this `--out`.
+
+    Raises ValueError if both exist."""
     several = [
         one
         for one in sorted(path.parent.glob(f"{path.stem}-*{path.suffix}"))
         if one.stem[len(path.stem) + 1 :].isdigit()
     ]
     if several and path.exists():
-        raise ValueError(f"there are both {path} and {several[0]}: remove what is not meant")
+        raise ValueError(f"there are both {path} and {several[0]}: remove the unwanted files")
     return several or [path]
 
 
 def loaded_pair(design: Design, path: Path) -> Loaded:
-    """Read the results of the decks of a design. Raises ValueError for decks of another design, of several
-    torques, flanks or numbers of teeth, for more or fewer than were written together, and as
-    `read_pair_result`; OSError where one cannot be read."""
+    """Read the results of the decks of a design.
+
+    Raises ValueError for decks of another design, of several torques, flanks or numbers of teeth, for an
+    incomplete set, and as `read_pair_result`; OSError if a file cannot be read."""
     decks = decks_of(path)
     results = sorted((read_pair_result(deck) for deck in decks), key=lambda one: float(one.rolls[0]))
     counts = sorted({one.decks for one in results})
@@ -113,26 +119,38 @@ def loaded_pair(design: Design, path: Path) -> Loaded:
         raise ValueError(
             f"the decks of {path} differ in flank, torque or teeth: write them anew with --rolls"
         )
-    flank, own = results[0].flank, np.array([one.rolls for one in results])
-    first = first_contact(design, flank, own[:, 0])
-    if not np.abs(first.gear_roll - own[:, 1]).max() <= SAME:
+    flank, rolls_of_decks = results[0].flank, np.array([one.rolls for one in results])
+    # Rolls do not depend on the size of the gears, so the positions of the members are compared as well.
+    origins = np.array([origin for _, origin in frames_at(design, *rolls_of_decks[0])])
+    apart, size = np.abs(results[0].origins - origins).max(), np.abs(origins).max()
+    if not apart <= DECK_TOLERANCE * size:
+        raise ValueError(
+            f"the decks of {path} are not of this design: give theirs with --design (the mid-faces differ by"
+            f" {apart:.4g} mm)"
+        )
+    first = first_contact(design, flank, rolls_of_decks[:, 0])
+    if not np.abs(first.gear_roll - rolls_of_decks[:, 1]).max() <= DECK_TOLERANCE:
         raise ValueError(f"the decks of {path} are not of this design: give theirs with --design")
     pose = meshing_pair(design, flank)
     half = np.pi / float(design.pinion.teeth)
-    middle, low, high = float(pose.roll[0]), float(own[:, 0].min()), float(own[:, 0].max())
-    rolls = np.linspace(min(low, middle - half), max(high, middle + half), STEPS)
+    middle, low, high = (
+        float(pose.roll[0]),
+        float(rolls_of_decks[:, 0].min()),
+        float(rolls_of_decks[:, 0].max()),
+    )
+    rolls = np.linspace(min(low, middle - half), max(high, middle + half), RIGID_ROLLS)
     rigid = first_contact(design, flank, rolls).transmission_error
     ends = np.sort(pose.path.pinion_roll[[0, -1]])
     return Loaded(design, tuple(results), middle, ends, rolls, rigid, first.transmission_error)
 
 
 def compute(found: Loaded) -> Loaded:
-    """Give what was read and found already."""
+    """Return the results, which are computed when the files are read."""
     return found
 
 
 def draw(found: Loaded, layout: theme.Layout) -> Drawing:
-    """Draw load sharing and transmission error beside each other."""
+    """Draw load sharing and transmission error."""
     one, count = found.results[0], len(found.results)
     rolls = "one roll" if count == 1 else f"{count} rolls"
     page, low, high = theme.new_page(
@@ -166,33 +184,35 @@ def _shares(axes: Axes, found: Loaded) -> None:
 
 def _errors(axes: Axes, found: Loaded) -> None:
     known = found.rigid[np.isfinite(found.rigid)]
-    rigid, loaded = MICRO * (found.rigid - known.mean()), MICRO * (found.loaded - found.loaded.mean())
+    rigid, loaded = ARCSEC * (found.rigid - known.mean()), ARCSEC * (found.loaded - found.loaded.mean())
     axes.set_title("(b)  Transmission error", loc="left", pad=8.0, fontsize=theme.LABEL)
     axes.plot(found.pitches(found.rolls), rigid, color=theme.GREY, lw=1.6, label=f"rigid, {_swing(rigid)}")
     at = found.pitches(found.loaded_rolls)
-    later = f"{MICRO * float(np.mean(found.ratio * found.turns)):.3g} \u00b5rad more in the mean"
-    label = f"loaded, {_swing(loaded)}\n({later})"
+    behind = ARCSEC * float(np.mean(found.unloaded - found.loaded))
+    label = f"loaded, {_swing(loaded)}\n({behind:.3g} arcsec behind in the mean)"
     axes.plot(at, loaded, "-o", color=theme.BLUE, ms=5.0, lw=1.6, label=label)
     low, high = axes.get_ylim()
     room = max(high - low, 1e-3)
-    radius = 1e-3 * float(mounting_of(found.design).working_radius[1])  # um for a urad
+    radius = 1e3 / ARCSEC * float(mounting_of(found.design).working_radius[1])  # um per arcsec
     axes.set(ylim=(low, low + 1.4 * room), xlabel="pinion roll, loaded or rigid, from mid-path (pitches)")
-    axes.set_ylabel("error less its mean (\u00b5rad)")
+    axes.set_ylabel("gear ahead of its mean (arcsec)")
     axes.grid(True)
     axes.legend(loc="upper left")
-    beside = axes.twinx()
-    beside.set(ylim=[radius * limit for limit in axes.get_ylim()])
-    beside.set_ylabel("at the gear's pitch circle (\u00b5m)")
+    length_axes = axes.twinx()
+    length_axes.set(ylim=[radius * limit for limit in axes.get_ylim()])
+    length_axes.set_ylabel("at the gear's pitch circle (\u00b5m)")
 
 
 def _swing(error: FloatArray) -> str:
-    """Say how far an error swings, urad."""
-    return f"peak to peak {np.nanmax(error) - np.nanmin(error):.3g} \u00b5rad"
+    """Return the peak-to-peak value of an error, arcsec, as text."""
+    return f"peak to peak {np.nanmax(error) - np.nanmin(error):.3g} arcsec"
 
 
 def rows(found: Loaded) -> Table:
-    """List tooth pairs and errors by roll, in `pitches` from the middle of the path, too: those of a tooth
-    pair without load; forces and where they act in S_f; then rigid teeth, and the ends of their path."""
+    """List tooth pairs and errors by roll, also in `pitches` from the middle of the path.
+
+    Pitches of a tooth pair are those without load. Forces act at their points in S_f. Rigid teeth and the
+    ends of the path follow."""
     header = (
         "kind",
         "pinion_roll_rad",
@@ -208,7 +228,7 @@ def rows(found: Loaded) -> Table:
     )
 
     def cases() -> Rows:
-        """Give the columns of every roll."""
+        """Yield the columns of every roll."""
         for one, roll, error in zip(found.results, found.loaded_rolls, found.loaded, strict=True):
             pairs = np.arange(len(one.share)) - len(one.share) // 2
             force = np.linalg.norm(one.force, axis=1)

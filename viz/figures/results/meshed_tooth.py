@@ -1,4 +1,4 @@
-"""A tooth meshed for finite elements, its named surfaces in colours and by name."""
+"""A tooth meshed for finite elements, with its named surfaces in colours."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from matplotlib.colors import to_hex
 
 from beveloid_geom import Design, Member, tooth_hexahedra
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.shapes.elements import VolumeMesh, element_shapes, face_nodes
+from beveloid_geom.shapes.hexahedral_mesh import VolumeMesh, element_shapes, face_nodes, rounded_down
 
-from ...parts import annotate
-from ...parts.annotate import Offset, Overlay
-from ...parts.recipe import Drawing, Recipe, Table
-from ...stage import theme
-from ...stage.layout import Cells
-from ...stage.scene import Camera, Paint, Picture, Scene, Size, Surface, fit_camera, render
+from ...components import annotate
+from ...components.annotate import Offset, Overlay
+from ...components.figure_steps import Drawing, Recipe, Table
+from ...rendering import theme
+from ...rendering.layout import Cells
+from ...rendering.scene import Camera, Paint, Picture, Scene, Size, Surface, fit_camera, render
 
 COLOURS = {
     "right flank": "#e07b54",
@@ -37,9 +37,8 @@ COLOURS = {
 
 @dataclass(frozen=True, eq=False)
 class View:
-    """A picture of the tooth: its name, direction of sight (radial, along the circumference, axial, at the
-    tooth), how far below the tip it must show, in tooth depths, and its surfaces with words: on them, or
-    moved off narrow ones."""
+    """A picture of the tooth: name, direction of view (radial, circumferential, axial), depth shown below the
+    tip in tooth depths, and labels of surfaces with their offsets."""
 
     name: str
     direction: FloatArray
@@ -78,16 +77,16 @@ VIEWS = (
 CELLS = Cells(left=0.32, right=0.32, across=0.32, down=0.6, most=2, least=4.0)
 UP = np.array([1.0, 0.0, 0.0])
 NOTE = (
-    "Lines are the edges of the elements, drawn straight between corner nodes. The tooth carries its part of"
-    " the body, from the bore to the middle of the tooth spaces beside it, where the first and the last side"
-    " are cut; (a) shows its upper part."
+    "Lines: edges of the elements, straight between corner nodes. The tooth includes its sector of the"
+    " body from the bore to the middle of the adjacent tooth spaces; (a) shows its upper part. Sets toe"
+    " and heel: ends at \u2212z and +z."
 )
 
 
 @dataclass(frozen=True, eq=False)
 class MeshedFigure:
-    """The mesh of the pinion's tooth, the least scaled Jacobian of each of its elements; or why
-    there is none."""
+    """Mesh of the pinion tooth with the smallest scaled Jacobian of each element, or the reason why there is
+    none."""
 
     member: Member
     mesh: VolumeMesh | None
@@ -96,7 +95,7 @@ class MeshedFigure:
 
 
 def compute(design: Design) -> MeshedFigure:
-    """Mesh the pinion's tooth, as `beveloid-geom mesh` exports it."""
+    """Compute the mesh of the pinion tooth as `beveloid-geom mesh` exports it."""
     try:
         mesh = tooth_hexahedra(design.pinion)
     except ValueError as error:
@@ -105,18 +104,18 @@ def compute(design: Design) -> MeshedFigure:
 
 
 def surface_of(mesh: VolumeMesh, name: str, lines: bool = True) -> Surface:
-    """Make one named surface, flat faces, with their edges if `lines` are asked for."""
+    """Return one named surface with flat faces, and their edges if `lines`."""
     faces = face_nodes(mesh, mesh.surfaces[name])[:, 3::-1]
     return Surface(mesh.points, faces, None, COLOURS[name], edges=lines, mesh_lines=lines)
 
 
 def places(mesh: VolumeMesh, camera: Camera, size: Size) -> Iterator[tuple[str, FloatArray]]:
-    """Find the pixel (2,) in the middle of what a picture shows of each named surface, of those it shows."""
+    """Yield for each visible named surface the pixel (2,) in the middle of its visible part."""
     turn = np.linspace(0.0, 2.0 * np.pi, len(COLOURS), endpoint=False)
     circle = np.stack((np.cos(turn), np.sin(turn), np.full_like(turn, -1.0)), axis=-1)
     marks = dict(
         zip(COLOURS, np.rint(127.5 + 127.5 * circle).astype(int), strict=True)
-    )  # no mixture is another
+    )  # blended pixels differ from all marks
     flat = np.zeros(len(mesh.points))
     items = [
         replace(surface_of(mesh, name, lines=False), paint=Paint(flat, (to_hex(mark / 255.0),), (-1.0, 1.0)))
@@ -130,16 +129,16 @@ def places(mesh: VolumeMesh, camera: Camera, size: Size) -> Iterator[tuple[str, 
 
 
 def draw(data: MeshedFigure, layout: theme.Layout) -> Drawing:
-    """Draw the tooth from either side."""
+    """Draw the tooth from both sides."""
     mesh = data.mesh
     page, low, high = theme.new_page(
         layout,
         "A tooth of the pinion meshed for finite elements",
-        "Hexahedra with 20 nodes, mid-side nodes on the exact surfaces; their surfaces by name",
+        "Hexahedra with 20 nodes, mid-side nodes on the exact surfaces; named surfaces in colours",
         ""
         if mesh is None
         else f"{len(mesh.hexahedra):,} elements, {len(mesh.points):,} nodes; scaled Jacobian of the elements"
-        f" {data.quality.min():.2f} to {data.quality.max():.2f}. {NOTE}",
+        f" {rounded_down(data.quality.min())} to {data.quality.max():.2f}. {NOTE}",
         above=0.35,
         tall=CELLS.tall(layout, len(VIEWS), min(CELLS.width(layout, len(VIEWS)), 5.2)),
     )

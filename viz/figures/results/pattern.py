@@ -12,50 +12,53 @@ from matplotlib.patheffects import AbstractPathEffect, withStroke
 from beveloid_geom import Design, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION, contact_ellipse
+from beveloid_geom.contact.mesh_position import frames_at
 from beveloid_geom.contact.parallel.lines import touches_along_lines
-from beveloid_geom.contact.placing import frames_at
 from beveloid_geom.findings.path import first_contact_fault
-from beveloid_geom.gear.flank import flank_patch, root_parameter, tip_parameter, trace_parameter
-from beveloid_geom.operation.marking.pattern import ContactPattern
-from beveloid_geom.operation.separation import separation
+from beveloid_geom.gear.active_flank import active_start
+from beveloid_geom.gear.flank import flank_patch, tip_parameter, trace_parameter
+from beveloid_geom.operation.angular_clearance import angular_clearance
+from beveloid_geom.operation.contact_pattern.pattern import ContactPattern
 from beveloid_geom.report.pattern import pattern_report
 
-from ...parts import panels, solved, viewpoint
-from ...parts.panels import Cell, Trace
-from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...parts.solved import SolvedPath
-from ...parts.viewpoint import FlankView
-from ...stage import theme
-from ...stage.scene import Item, Paint, Picture
+from ...components import panels, paths_table, viewpoint
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.flank_grid import LEFT, Cell, FlankGrid, draw_grid, text_heights
+from ...components.panels import Trace
+from ...components.paths_table import SolvedPath
+from ...components.viewpoint import FlankView
+from ...rendering import theme
+from ...rendering.scene import Item, Paint, Picture
 
-TEXT, BAR = (0.4, 0.4), 0.9  # inches: under flanks, for the colour bar
-STRETCH, IF_NARROW = 4.0, 3.0
-"""How many times as large across as along flanks are drawn, and on a page with little room across."""
-GRID = (81, 161)
-"""Points along depth and face at which a separation is drawn."""
+TEXT_HEIGHTS_IN, BAR_HEIGHT_IN = (0.4, 0.4), 0.9  # below flanks, and of the colour bar
+STRETCH, NARROW_STRETCH = 4.0, 3.0
+"""Magnification across the face, and on a narrow page."""
+SEPARATION_GRID = (81, 161)
+"""Points along depth and face for a separation."""
 PATTERN_BANDS = (0.0, 1.27, 2.54, 3.81, 5.08, 6.35)
 SEPARATION_BANDS = (0.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
 BLUES = ("#08306b", "#1f5fa6", "#4a98c9", "#8bbfdf", "#c3dbee")
 HUES = ("#081d58", "#253d95", "#225ea8", "#1d91c0", "#41b6c4", "#7fcdbb", "#c7e9b4")
 HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.6, foreground="white")]
 BARE = ("#eceff3", "#f3eee4")
-"""Metal of pinion and gear beyond the last band: lighter than all bands, and as little lit as they."""
+"""Colours of pinion and gear beyond the last band: lighter than all bands, without lighting."""
 LINE_POINTS = 101
-"""Of a line of contact."""
+"""Points of a line of contact."""
 POSITIONS, ELLIPSES = 11, slice(2, 9, 3)
-"""Positions along the path, even in roll, and those of which a contact ellipse is drawn."""
-PLACE = 0.3
-"""Position shown of the separation, as a share of the path in roll: two tooth pairs touch there."""
-TOUCHING = 0.01
-"""\u00b5m between the nearest drawn points of flanks that count as in contact."""
+"""Positions along the path, at equal steps of roll, and those with a contact ellipse."""
+POSITION_FRACTION = 0.3
+"""Position of the separation as a fraction of the path in roll, where two tooth pairs touch."""
+CONTACT_DISTANCE_UM = 0.01
+"""Distance of the nearest points drawn, um, below which flanks count as in contact."""
 PAIRS = (-1, 0, 1)
 
 
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """Values (nl, nz) in micrometres over a flank's points and normals (nl, nz, 3), own frame, mm,
-    where they stand, `l` and `z` in mm; with the path and the rings to be drawn over them, what is said
-    under them, and the `numbers` of the figure's `measures`."""
+    """Values (nl, nz), um, over the points and normals (nl, nz, 3) of a flank.
+
+    Points are in the frame of the member, mm; `l` and `z` in mm. `trace` and `rings` are drawn on top,
+    `under` is the text below, and `numbers` belong to the `measures` of the figure."""
 
     l: FloatArray
     z: FloatArray
@@ -70,8 +73,8 @@ class Layer:
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """Both members' layers of one case and tooth pair, pinion first; None with a reason where there is
-    nothing."""
+    """Layers of both members for one case and tooth pair, pinion first; None with a reason if there are
+    none."""
 
     heading: str
     design: Design
@@ -83,7 +86,8 @@ class Column:
 
 @dataclass(frozen=True, eq=False)
 class BandFigure:
-    """Columns of flanks painted in bands of one quantity, µm; `measures` name what is said of each flank."""
+    """Columns of flanks coloured in bands of one quantity, um; `measures` are the names of the numbers of
+    each flank."""
 
     title: str
     subtitle: str
@@ -96,15 +100,16 @@ class BandFigure:
 
 
 def compute_pattern(design: Design) -> BandFigure:
-    """Find the pattern of both flanks as designed, and of the right one with the usual modification."""
-    columns, bent = [], solved.modified(design)
+    """Compute the pattern of both flanks as designed, and of the right flank with the paper's
+    modification."""
+    columns, bent = [], paths_table.modified(design)
     for flank, changed, heading in (
         ("right", design, "right flanks, as designed"),
-        ("right", bent, f"right flanks, {solved.coefficients(bent)}"),
+        ("right", bent, f"right flanks, {paths_table.coefficients(bent)}"),
         ("left", design, "left flanks, as designed"),
     ):
         try:
-            pattern = pattern_report("", changed, flank, MARKING_SEPARATION).pattern
+            pattern = pattern_report("", changed, flank, MARKING_SEPARATION).result
         except ValueError as error:
             columns.append(Column(heading, changed, flank, None, str(getattr(error, "reason", error))))
             continue
@@ -112,12 +117,11 @@ def compute_pattern(design: Design) -> BandFigure:
     lines = bool(touches_along_lines(design))
     return BandFigure(
         "Contact pattern under marking compound",
-        f"Where the flanks come within {PATTERN_BANDS[-1]} \u00b5m of each other while a tooth pair passes"
-        " through the mesh; pinion (top) and gear (bottom)",
-        "Rolls are those of the first contact of all teeth, edges included. Lines: path of contact"
-        " (from the ball to the arrow head) and, at three positions, the instantaneous contact ellipse from"
-        f" the relative curvature for {PATTERN_BANDS[-1]} \u00b5m (black, cut off at the flank's limits)"
-        f"{'; flanks without parabolas touch along lines, some of which are black' if lines else ''}.",
+        f"Separation below {PATTERN_BANDS[-1]} \u00b5m during the mesh of a tooth pair; pinion (top), gear"
+        " (bottom)",
+        "The gear is at the first contact of all teeth, edges included. Black:"
+        f" {'some lines of contact' if lines else 'contact ellipses from the relative curvature'} for"
+        f" {PATTERN_BANDS[-1]} \u00b5m at three positions, within the flank.",
         "least separation over the cycle (\u00b5m)",
         PATTERN_BANDS,
         BLUES,
@@ -127,8 +131,8 @@ def compute_pattern(design: Design) -> BandFigure:
 
 
 def _pattern_layers(design: Design, flank: str, pattern: ContactPattern) -> tuple[Layer, Layer]:
-    """Make the pattern on pinion and gear, with the path and its ellipses."""
-    path = solved.solve(design, flank)
+    """Return the pattern on pinion and gear with the path and its ellipses."""
+    path = paths_table.solve(design, flank)
     layers = []
     for number, side in enumerate((pattern.pinion, pattern.gear)):
         member, trace = design.members[number], Trace(path.points[number], width=0.7)
@@ -142,8 +146,8 @@ def _pattern_layers(design: Design, flank: str, pattern: ContactPattern) -> tupl
 
 
 def _rings(design: Design, flank: str, path: SolvedPath, number: int) -> tuple[FloatArray, ...]:
-    """Give contact ellipses (n, 3) on a member's flank, in its own frame; some lines of contact, where
-    flanks touch along these."""
+    """Return contact ellipses (n, 3) in the frame of a member, or lines of contact if flanks touch along
+    lines."""
     if not path.found:
         return ()
     if len(lines := path.contact_lines(number)):
@@ -152,23 +156,23 @@ def _rings(design: Design, flank: str, path: SolvedPath, number: int) -> tuple[F
     at = path_of_contact(design, flank, POSITIONS)
     ellipse = contact_ellipse(at, MARKING_SEPARATION)
     turn = np.linspace(0.0, 2.0 * np.pi, 721)[:, None]
-    semi_axes, ways = ellipse.semi_axes[ELLIPSES], ellipse.direction[ELLIPSES]
-    first, second = (semi_axes[:, k, None, None] * ways[:, k, None, :] for k in (0, 1))
+    semi_axes, directions = ellipse.semi_axes[ELLIPSES], ellipse.direction[ELLIPSES]
+    first, second = (semi_axes[:, k, None, None] * directions[:, k, None, :] for k in (0, 1))
     in_fixed = np.cos(turn) * first + np.sin(turn) * second  # (positions, 721, 3)
     rotation, _ = frames_at(design, at.pinion_roll[ELLIPSES], at.gear_roll[ELLIPSES])[number]
-    rings = solved.points_on(at, number)[ELLIPSES, None] + in_fixed @ rotation
+    rings = paths_table.points_on(at, number)[ELLIPSES, None] + in_fixed @ rotation
     return tuple(ring for ring in rings if np.isfinite(ring).all())
 
 
 def compute_separation(design: Design, flank: str = "right") -> BandFigure:
-    """Find three neighbouring tooth pairs at one position of a flank."""
-    path, under = solved.solve(design, flank), ""
+    """Compute the separation of three neighbouring tooth pairs at one position of a flank."""
+    path, under = paths_table.solve(design, flank), ""
     reason = first_contact_fault(design) or ("" if path.found else path.reason)
     layers: list[tuple[Layer, Layer] | None] = [None for _ in PAIRS]
     if not reason:
         roll = path.path.pinion_roll
         order = np.argsort(roll)
-        l1 = np.interp(roll[0] + PLACE * (roll[-1] - roll[0]), roll[order], path.path.l1[order])
+        l1 = np.interp(roll[0] + POSITION_FRACTION * (roll[-1] - roll[0]), roll[order], path.path.l1[order])
         at = path_of_contact(design, flank, l1=[l1])
         pose = float(at.pinion_roll[0]), float(at.gear_roll[0])
         layers = [(_separation_layer(path, 0, pose, k), _separation_layer(path, 1, pose, k)) for k in PAIRS]
@@ -178,59 +182,60 @@ def compute_separation(design: Design, flank: str = "right") -> BandFigure:
         "Separation of the flanks at one position",
         f"{flank.capitalize()} flanks of three neighbouring tooth pairs{under}; pinion (top) and gear"
         " (bottom)",
-        "Separation is measured along the normal of the other flank, by turning each point about the other"
-        " member's axis until it meets that flank. Bare metal: further apart than the last band, or the"
-        " other flank does not reach there. The line is the path of contact of the pair.",
+        "Separation along the normal of the other flank, from the rotation of each point about the axis of"
+        " the other member to that flank. Bare metal: larger than the last band, or outside the other flank."
+        " Line: path of contact.",
         "separation (\u00b5m)",
         SEPARATION_BANDS,
         HUES,
         ("pinion_roll_rad", "gear_roll_rad"),
         tuple(
-            Column(f"tooth pair {heading}", design, flank, own, reason, pair)
-            for heading, own, pair in zip(headings, layers, PAIRS, strict=True)
+            Column(f"tooth pair {heading}", design, flank, pair_layers, reason, pair)
+            for heading, pair_layers, pair in zip(headings, layers, PAIRS, strict=True)
         ),
     )
 
 
 def _separation_layer(path: SolvedPath, number: int, pose: tuple[float, float], pair: int) -> Layer:
-    """Say how far the flank of pinion (0) or gear (1) is from the other one at rolls (rad), over the path."""
+    """Return the distance of the flank of pinion (0) or gear (1) from the other flank at rolls (rad)."""
     design, flank = path.design, path.path.flank
     member = design.members[number]
     half = 0.5 * float(member.face_width)
-    z = np.linspace(-half, half, GRID[1])
-    low, high = root_parameter(member), tip_parameter(member, flank, z)
-    l = low + np.linspace(0.0, 1.0, GRID[0])[:, None] * (high - low)
+    z = np.linspace(-half, half, SEPARATION_GRID[1])
+    low, high = active_start(member, flank, z), tip_parameter(member, flank, z)
+    l = low + np.linspace(0.0, 1.0, SEPARATION_GRID[0])[:, None] * (high - low)
     patch = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
-    found = separation(design, flank, number, l, z, *pose, pair=pair)
+    found = angular_clearance(design, flank, number, l, z, *pose, pair=pair)
     gap = 1e3 * np.where(found.inside, found.distance, np.nan)
     under = "out of reach"
     if np.isfinite(gap).any():
         nearest = float(np.nanmin(gap))
         near = f"{nearest:.3g} \u00b5m at the nearest point drawn"
-        under = near if nearest > TOUCHING else "in contact"
+        under = near if nearest > CONTACT_DISTANCE_UM else "in contact"
     trace = Trace(path.points[number], width=0.7)
     return Layer(l, np.broadcast_to(z, l.shape), patch.point, patch.normal, gap, trace, (), under, pose)
 
 
 def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
-    """Draw a row of pinion flanks over a row of gear flanks, one column for each case."""
+    """Draw pinion flanks above gear flanks, one column for each case."""
     flanks = " and ".join(sorted({column.flank for column in data.columns}, reverse=True))
-    stretch = STRETCH if layout.width > theme.NARROW else IF_NARROW
+    stretch = STRETCH if layout.width > theme.NARROW else NARROW_STRETCH
     note = panels.how_drawn(flanks, stretch, outside=True) + data.note
-    text = panels.texts(layout, len(data.columns), TEXT)
-    tall = panels.flanks_tall(layout, len(data.columns), text, stretch) + BAR
+    cases = [(column.heading, column.design, column.flank) for column in data.columns]
+    grid = FlankGrid(cases, text_heights(layout, len(cases), TEXT_HEIGHTS_IN), stretch, outside=True)
+    tall = grid.tall(layout) + BAR_HEIGHT_IN
     title = data.title, data.subtitle, note
     page, low, high = theme.new_page(layout, *title, columns=viewpoint.COLUMNS, tall=tall)
     _colour_bar(page, data, low)
 
     def panel(cell: Cell) -> Picture | None:
-        """Draw one flank, with words under it."""
-        column = data.columns[cell.column]
+        """Draw one flank with its text."""
+        column = data.columns[cell.case]
         if cell.view is None or column.layers is None:
-            theme.say(theme.overlay(page, cell.box), column.reason or "no flank", 30)
+            theme.message(theme.overlay(page, cell.box), column.reason or "no flank", 30)
             return None
-        layer = column.layers[cell.row]
-        items = _painted(data, layer, cell.view, BARE[cell.row])
+        layer = column.layers[cell.member]
+        items = _painted(data, layer, cell.view, BARE[cell.member])
         items += panels.path_items(page, [layer.trace], cell.view, cell.px_per_mm)
         drawn = panels.show_items(page, cell.box, cell.view, items, cell.px_per_mm, cell.limits)
         rim = drawn.place(_rim(layer.points))
@@ -242,33 +247,37 @@ def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
         cell.say(page, layer.under)
         return drawn.picture
 
-    columns = [(column.heading, column.design, column.flank) for column in data.columns]
-    bar = theme.inches(page, BAR)
-    return Drawing(page, panels.flank_rows(page, columns, low + bar, high, text, panel, True, stretch))
+    return Drawing(page, draw_grid(page, grid, low + theme.inches(page, BAR_HEIGHT_IN), high, panel))
 
 
 def _rim(grid: FloatArray) -> FloatArray:
-    """Give the rim (n, 3) of a grid of points."""
+    """Return the boundary (n, 3) of a grid of points."""
     return np.concatenate((grid[:, 0], grid[-1], grid[::-1, -1], grid[0, ::-1]))
 
 
 def _painted(data: BandFigure, layer: Layer, view: FlankView, metal: str) -> list[Item]:
-    """Make the flank in bands, and bare metal where values are missing. Values are counted in bands, so that
-    these may be uneven; one more band, of bare metal, takes what lies beyond."""
+    """Return the flank in bands, and bare metal where values are missing.
+
+    Values are counted in bands, so that bands may have different widths. An additional band of bare metal
+    contains larger values."""
     bands = np.array([*data.bands, 2.0 * data.bands[-1] - data.bands[-2]])
     values = np.interp(layer.values, bands, np.arange(bands.size)).ravel()
-    flank = panels.surface(layer.points, layer.normals, view, metal)
+    flank = panels.flank_surface(layer.points, layer.normals, view, metal)
     known = np.isfinite(values)[flank.faces].all(axis=1)
     paint = Paint(values, (*data.colours, metal), (0.0, bands.size - 1.0))
     bare = replace(paint, values=np.full(values.shape, paint.limits[1]))
     parts = (~known, bare), (known, paint)
-    return [replace(flank, faces=flank.faces[of], edges=False, paint=own) for of, own in parts if of.any()]
+    return [
+        replace(flank, faces=flank.faces[of], edges=False, paint=part_paint)
+        for of, part_paint in parts
+        if of.any()
+    ]
 
 
 def _colour_bar(page: theme.Page, data: BandFigure, low: float) -> None:
-    """Draw the bands of the quantity, above `low`, a share of the page."""
+    """Draw the colour bar above `low`, a fraction of the page."""
     width = 0.45 if page.layout.width > 9.0 else 0.85
-    axes = page.add_axes((panels.LEFT, low + theme.inches(page, 0.5), width, theme.inches(page, 0.22)))
+    axes = page.add_axes((LEFT, low + theme.inches(page, 0.5), width, theme.inches(page, 0.22)))
     colours = ListedColormap(list(data.colours))
     norm = BoundaryNorm(list(data.bands), colours.N)
     axes.imshow(np.arange(colours.N)[None], cmap=colours, aspect="auto", extent=(0, colours.N, 0, 1))
@@ -287,14 +296,14 @@ def rows(data: BandFigure) -> Table:
     quantity = data.quantity.split(" (")[0].replace(" ", "_")
 
     def cases() -> Rows:
-        """Give the columns of every layer."""
+        """Yield the columns of every layer."""
         for column in data.columns:
-            for name, layer in zip(solved.MEMBERS, column.layers or (), strict=False):
+            for name, layer in zip(paths_table.MEMBERS, column.layers or (), strict=False):
                 values = (part.ravel() for part in (layer.l, layer.z, layer.values))
-                who = *solved.parabolas(column.design), column.pair, column.flank, name
+                who = *paths_table.parabolas(column.design, column.flank), column.pair, column.flank, name
                 yield *who, *values, *layer.numbers
 
-    header = *solved.PARABOLAS, "tooth_pair", "flank", "member", "l_mm", "z_mm", f"{quantity}_um"
+    header = *paths_table.PARABOLAS, "tooth_pair", "flank", "member", "l_mm", "z_mm", f"{quantity}_um"
     return (*header, *data.measures), stacked(cases())
 
 

@@ -1,4 +1,4 @@
-"""Marking patterns under two errors: a matrix of the pinion's flanks, right ones above left ones."""
+"""Contact patterns under two errors: a matrix of the pinion flanks, right flanks above left flanks."""
 
 from __future__ import annotations
 
@@ -13,37 +13,34 @@ from matplotlib.patches import Ellipse, Polygon
 from beveloid_geom import Design
 from beveloid_geom.analysis.pattern_matrix import PatternCell, PatternMatrix, pattern_matrix
 from beveloid_geom.arrays import FloatArray
+from beveloid_geom.design.ends import end_names
 from beveloid_geom.findings.path import first_contact_fault
-from beveloid_geom.pair.errors import NAMES
+from beveloid_geom.pair.misalignment import NAMES
 from beveloid_geom.report.columns import ARCSEC, header_of
 from beveloid_geom.report.pattern import FIGURES, FINE, added_of, flat_data, status_of
 
-from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...parts.solved import FLANKS, coefficients, modified
-from ...stage import theme
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.paths_table import FLANKS, coefficients, modified, parabolas
+from ...rendering import theme
 
-BESIDE, RIGHT = 1.44, 0.1
-"""Inches on the left and right of a matrix."""
-THINNED = 2
-"""Of the points of the command's grid along profile and face, about one of so many is drawn."""
-BANDS = (0.25, 0.5, 1.0)
-"""Shares of the marking compound at which a pattern is shaded."""
+LEFT_MARGIN_IN, RIGHT_MARGIN_IN = 1.44, 0.1
+"""Margins on the left and right of a matrix, inches."""
+GRID_STEP = 2
+"""About one of this number of grid points along profile and face is drawn."""
+SHADE_FRACTIONS = (0.25, 0.5, 1.0)
+"""Fractions of the thickness of the marking compound at which a pattern is shaded."""
 SHADES = ("#6baed6", "#9ecae1", "#d0e3f2")
 NOTE = (
-    "The pinion's flank in the side view, true to scale: {face:g} mm along the axis from toe (left) to heel,"
-    " against the radius, tip above. Shaded: where the flanks come within a quarter, a half and all of"
-    " {film:g} \u00b5m of each other, the gear where the first of all teeth touches. Orange: ellipse of the"
-    " same centre and second moments as the marked area, thin beyond the flank's edges. {meant} Below each:"
-    " transmission error of all teeth, share of the cycle that edges carry"
+    "Pinion flank in the side view: {face:g} mm along the axis from {ends[0]} (left) to {ends[1]}, tip above."
+    " Shaded: separation below a quarter, half and all of {film:g} \u00b5m. Orange: ellipse with the centre"
+    " and second moments of the pattern. {meant} Below: transmission error (TE) and edge contact of all teeth"
 )
-ELLIPSE = "; centre and half axes of the ellipse, mm, and its angle to the axial direction"
-"""What narrow pages leave to the table."""
+ELLIPSE_NOTE = "; ellipse: centre, half axes (mm), angle to the axial direction"
+"""Part of the note that is left out on narrow pages."""
 
-MEANT = {
-    "perpendicular": "E: error of the offset, \u03a3: of the shaft angle; the trade's P and G, axial errors,"
-    " are 0.",
-    "mesh": "E: error of the centre distance at the mesh, \u03a3: of the shaft angle in plane, about the mesh"
-    " point; other errors are 0.",
+ERRORS_NOTE = {
+    "perpendicular": "E: offset error, \u03a3: shaft-angle error.",
+    "mesh": "E: centre-distance error, \u03a3: shaft-angle error in plane, both at the mesh point.",
 }
 
 
@@ -58,9 +55,9 @@ class Block:
 
 
 def compute(design: Design) -> tuple[Block, ...]:
-    """Find patterns of both flanks with the parabolas of the design, or the usual ones if it has none."""
-    bent = any(float(member.tool.parabola) for member in design.members)
-    design = design if bent else modified(design)
+    """Compute patterns of both flanks with the parabolas of the design, or with the paper's if it has
+    none."""
+    design = design if design.has_parabola else modified(design)
     return tuple(_block(design, flank) for flank in FLANKS)
 
 
@@ -68,38 +65,40 @@ def _block(design: Design, flank: str) -> Block:
     try:
         if fault := first_contact_fault(design):
             raise ValueError(fault)
-        resolution = float(design.pinion.tool.normal_module) / FINE  # as the command's
+        resolution = float(design.pinion.tool.normal_module) / FINE  # as in the command pattern
         return Block(flank, design, pattern_matrix(design, _over(design), flank, resolution=resolution))
     except ValueError as error:
         return Block(flank, design, None, str(getattr(error, "reason", error)))
 
 
 def _over(design: Design) -> tuple[str, str]:
-    """Name the two errors: of the distance of the axes, and of their angle."""
+    """Return the names of the two errors: distance and angle of the axes."""
     first, second, *_ = NAMES[design.errors_at]
     return first, second
 
 
 def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
-    """Draw a row for each error of the distance of the axes, a column for each of their angle, right flanks
-    first."""
+    """Draw a row for each distance error and a column for each angle error, right flanks first."""
     film = next((1e3 * block.found.separation for block in data if block.found), np.nan)
     count = max((block.found.first.size for block in data if block.found), default=1)
     row = 0.3 * _width(layout, count) + _under(layout)
     page, low, high = theme.new_page(
         layout,
         "Contact pattern under two errors",
-        f"Right flanks (top) and left ones (bottom) of the pinion, {coefficients(data[0].design)}",
+        f"Right (top) and left flanks (bottom) of the pinion, {coefficients(data[0].design)}",
         NOTE.format(
-            film=film, face=float(data[0].design.pinion.face_width), meant=MEANT[data[0].design.errors_at]
+            film=film,
+            face=float(data[0].design.pinion.face_width),
+            ends=end_names(data[0].design.pinion),
+            meant=ERRORS_NOTE[data[0].design.errors_at],
         )
-        + (ELLIPSE if layout.width > theme.NARROW else "")
+        + (ELLIPSE_NOTE if layout.width > theme.NARROW else "")
         + ".",
         below=0.05,
         above=0.3,
         tall=len(data) * (count * row + 0.1),
     )
-    halves, half = theme.rows(low, high, len(data), theme.inches(page, 0.1))
+    halves, half = theme.split_rows(low, high, len(data), theme.inches(page, 0.1))
     for block, bottom in zip(data, halves, strict=True):
         page.text(
             *(0.012, bottom + 0.5 * half),
@@ -110,32 +109,32 @@ def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
         )
         if block.found is None:
             box = theme.place(page, 0.05, bottom, 0.9, half)
-            theme.say(theme.overlay(page, box), f"no pattern: {block.reason}", 60)
+            theme.message(theme.overlay(page, box), f"no pattern: {block.reason}", 60)
             continue
         _matrix(page, block.found, bottom, half, high)
     return Drawing(page, {})
 
 
 def _width(layout: theme.Layout, count: int) -> float:
-    """Give the inches of a column of a matrix."""
-    return (layout.width - BESIDE - RIGHT) / count
+    """Return the width of a column of a matrix, inches."""
+    return (layout.width - LEFT_MARGIN_IN - RIGHT_MARGIN_IN) / count
 
 
 def _under(layout: theme.Layout) -> float:
-    """Give the inches for words under a flank: two lines."""
+    """Return the height of the two lines of text below a flank, inches."""
     return 0.44 if layout.width > theme.NARROW else 0.52
 
 
 def _matrix(page: theme.Page, found: PatternMatrix, bottom: float, half: float, high: float) -> None:
-    """Draw the cells of one flank between `bottom` and `half` above it, with what stands over the columns."""
+    """Draw the cells of one flank in the height `half` above `bottom`, with the headings of the columns."""
     count, status = found.first.size, status_of(found)
-    lines, height = theme.rows(bottom, bottom + half, count)
+    lines, height = theme.split_rows(bottom, bottom + half, count)
     under, width = theme.inches(page, _under(page.layout)), _width(page.layout, count) / page.layout.width
     for k, (cell, added) in enumerate(zip(found.cells, added_of(found), strict=True)):
         row, column = divmod(k, count)
-        left = BESIDE / page.layout.width + width * column
-        own = 0.96 * width
-        axes = page.add_axes((left, lines[row] + under, own, height - 1.05 * under))
+        left = LEFT_MARGIN_IN / page.layout.width + width * column
+        cell_width = 0.96 * width
+        axes = page.add_axes((left, lines[row] + under, cell_width, height - 1.05 * under))
         axes.set_axis_off()
         if row == 0 and bottom + half > high - 1e-9:
             words = f"\u03a3 {theme.signed(np.degrees(added[1]), 4)}\u00b0"
@@ -145,22 +144,24 @@ def _matrix(page: theme.Page, found: PatternMatrix, bottom: float, half: float, 
             at = left - 0.128 / page.layout.width, lines[row] + 0.5 * (height + under)
             page.text(*at, words, ha="right", va="center", fontsize=theme.LABEL)
         if cell is None:
-            theme.say(axes, status[k].replace("_", " "))
+            theme.message(axes, status[k].replace("_", " "))
             continue
         _cell(axes, cell, found.separation)
-        at = left + 0.5 * own, lines[row] + 0.95 * under
+        at = left + 0.5 * cell_width, lines[row] + 0.95 * under
         text = page.text(*at, "", ha="center", va="top", fontsize=theme.SMALL, linespacing=1.2)
-        theme.fill(
-            text, _words(found, k, cell, page.layout.width > theme.NARROW), own * page.layout.width * page.dpi
+        theme.wrap_text(
+            text,
+            _words(found, k, cell, page.layout.width > theme.NARROW),
+            cell_width * page.layout.width * page.dpi,
         )
 
 
 def _cell(axes: Axes, cell: PatternCell, separation: float) -> None:
-    """Draw pattern and ellipse over the pinion's flank, z by r."""
+    """Draw pattern and ellipse over the pinion flank, z and r."""
     one, (z, r, least) = cell.ellipses[0], _drawn(cell)
     rim = np.stack([_rim(z), _rim(r)], axis=-1)
     root = np.ma.masked_invalid(np.sqrt(np.maximum(least, 0.0)))
-    for share, shade in zip(BANDS[::-1], SHADES[::-1], strict=True):
+    for share, shade in zip(SHADE_FRACTIONS[::-1], SHADES[::-1], strict=True):
         axes.contourf(z, r, root, [-1.0, float(np.sqrt(share * separation))], colors=[shade])
     axes.add_patch(Polygon(rim, fill=False, edgecolor=theme.GREY, linewidth=1.2))
     shape = (one.z, one.r), 2.0 * one.major, 2.0 * one.minor
@@ -177,9 +178,9 @@ def _cell(axes: Axes, cell: PatternCell, separation: float) -> None:
 
 
 def _drawn(cell: PatternCell) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Give z, r and least separation, mm, of the points of the pinion's pattern that are drawn."""
+    """Return z, r and smallest separation, mm, of the points of the pinion pattern that are drawn."""
     side = cell.pattern.pinion
-    every = np.ix_(*(np.linspace(0, n - 1, n // THINNED + 1).round().astype(int) for n in side.least.shape))
+    every = np.ix_(*(np.linspace(0, n - 1, n // GRID_STEP + 1).round().astype(int) for n in side.least.shape))
     r = np.hypot(side.points[..., 0], side.points[..., 1])
     return side.z[every], r[every], side.least[every]
 
@@ -189,17 +190,17 @@ def _rim(grid: FloatArray) -> FloatArray:
 
 
 def _words(found: PatternMatrix, k: int, cell: PatternCell, wide: bool) -> str:
-    """Say transmission error, edges and, where a page is wide, the ellipse of a cell."""
+    """Return transmission error, edge contact and, on a wide page, the ellipse of a cell as text."""
     one = cell.ellipses[0]
     swing, edges = ARCSEC * found.cycle_peak_to_peak.flat[k], 100.0 * found.edge_share.flat[k]
     shape = f"z {theme.signed(one.z, 1)}, r {one.r:.1f}; {one.major:.1f} \u00d7 {one.minor:.1f},"
     shape += f" {theme.signed(np.degrees(one.angle), 1)}\u00b0"
-    told = f"TE {swing:.2f}\u2033", f"edges {edges:.0f} %"
-    return "\n".join((", ".join(told), shape) if wide else told)
+    main = f"TE {swing:.2f}\u2033", f"edges {edges:.0f} %"
+    return "\n".join((", ".join(main), shape) if wide else main)
 
 
 def rows(data: tuple[Block, ...]) -> Table:
-    """List the points of every pattern with the numbers of its cell; a cell without one has a row."""
+    """List the points of every pattern with the numbers of its cell; a cell without pattern has one row."""
     names = (
         *("normal_backlash_mm", "cycle_peak_to_peak_rad", "edge_share"),
         *("area_mm2", "area_share", "area_error"),
@@ -220,21 +221,21 @@ def rows(data: tuple[Block, ...]) -> Table:
     )
 
     def cases() -> Rows:
-        """Give the columns of every cell."""
+        """Yield the columns of every cell."""
         for block in data:
             found = block.found
-            case: list[Any] = [block.flank, *(float(one.tool.parabola) for one in block.design.members)]
+            case: list[Any] = [block.flank, *parabolas(block.design, block.flank)]
             if found is None:
                 yield *case, *[""] * (len(header) - len(case) - 1), block.reason
                 continue
             for k, (cell, added) in enumerate(zip(found.cells, added_of(found).tolist(), strict=True)):
                 figures = [float(getattr(found, name).flat[k]) for name in FIGURES]
-                own = [*case, found.separation, *added, status_of(found)[k], *figures]
+                cell_values = [*case, found.separation, *added, status_of(found)[k], *figures]
                 if cell is None:
-                    yield *own, *[""] * (len(header) - len(own))
+                    yield *cell_values, *[""] * (len(header) - len(cell_values))
                     continue
                 points = (values.ravel() for values in _drawn(cell))
-                yield *own, *flat_data(cell, 0).values(), *points, ""
+                yield *cell_values, *flat_data(cell, 0).values(), *points, ""
 
     return header, chain(stacked(cases()))
 

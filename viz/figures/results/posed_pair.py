@@ -1,4 +1,4 @@
-"""The posed pair as it is exported: closed surfaces of triangles, in mesh."""
+"""The posed pair as exported: closed triangle meshes in contact."""
 
 from __future__ import annotations
 
@@ -12,30 +12,29 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
 
-from ...parts import annotate, posed, solved
-from ...parts.annotate import Overlay
-from ...parts.posed import PosedPair
-from ...parts.recipe import Drawing, Recipe, Table
-from ...parts.solved import SolvedPath
-from ...stage import theme
-from ...stage.scene import Camera, Item, Picture, Size, fit_camera
+from ...components import annotate, paths_table, posed
+from ...components.annotate import Overlay
+from ...components.figure_steps import Drawing, Recipe, Table
+from ...components.paths_table import SolvedPath
+from ...components.posed import PosedPair
+from ...rendering import theme
+from ...rendering.scene import Camera, Item, Picture, Size, fit_camera
 
-TOLERANCE = 1.0 / 600.0
-"""In normal modules, so that teeth of any size look alike: a tenth of a pixel of the close picture on a
-page of 1000 x 750."""
-EXPORTED = 0.01
-"""mm: the tolerance of `beveloid-geom mesh` unless told otherwise."""
-NEAR = np.array([-0.12, 0.45, 0.88])
-CLOSE = 4.6
+TOLERANCE_MODULES = 1.0 / 600.0
+"""Mesh tolerance in normal modules: a tenth of a pixel of the close picture on a page of 1000 x 750."""
+EXPORT_TOLERANCE_MM = 0.01
+"""Default tolerance of `beveloid-geom mesh`, mm."""
+CLOSE_VIEW_DIRECTION = np.array([-0.12, 0.45, 0.88])
+CLOSE_HALF_HEIGHT_MODULES = 4.6
 """Half the height of the close picture, in normal modules."""
-GLASS = 0.45
-LINE = ", in black the line along which the middle one touches as posed"
+GEAR_OPACITY = 0.45
+LINE_NOTE = "; black: line of contact"
 
 
 @dataclass(frozen=True, eq=False)
 class PosedFigure:
-    """The pair as posed, the meshes of its members in their own frames (None with the reason), and
-    the path of contact of the right flanks."""
+    """The pair as posed, the meshes of its members in their frames (None with the reason), and the path of
+    contact."""
 
     pair: PosedPair
     meshes: tuple[tuple[Mesh | None, str], ...]
@@ -43,41 +42,41 @@ class PosedFigure:
 
 
 def tolerance_of(design: Design) -> float:
-    """Say by how much (mm) the meshes of a design may miss the exact surfaces."""
-    return TOLERANCE * float(design.pinion.tool.normal_module)
+    """Return the tolerance of the meshes, mm."""
+    return TOLERANCE_MODULES * float(design.pinion.tool.normal_module)
 
 
 def compute(design: Design, flank: str = "right") -> PosedFigure:
-    """Find both gears to the tolerance, and their path."""
+    """Compute the meshes of both gears, and their path."""
     meshes: list[tuple[Mesh | None, str]] = []
     for member in design.members:
         try:
             meshes.append((gear_mesh(member, tolerance_of(design)), ""))
         except ValueError as error:
             meshes.append((None, str(error)))
-    return PosedFigure(posed.pose(design, flank), tuple(meshes), solved.solve(design, flank))
+    return PosedFigure(posed.pose(design, flank), tuple(meshes), paths_table.solve(design, flank))
 
 
 def draw(data: PosedFigure, layout: theme.Layout) -> Drawing:
-    """Draw the pair as a whole, and the teeth in mesh with the triangles' edges."""
+    """Draw the complete pair, and the teeth in mesh with the edges of the triangles."""
     flank = data.path.path.flank
-    pose = f"at nominal rolls: the {flank} flanks share no contact point"
+    pose = f"at nominal rolls: the {flank} flanks have no contact point"
     if data.pair.touching:
         pose = f"{flank} flanks in contact in the middle of their path"
     counts = "; ".join(
         f"{name} {len(mesh.faces):,} triangles" if mesh else f"{name}: {reason}"
-        for name, (mesh, reason) in zip(solved.MEMBERS, data.meshes, strict=True)
+        for name, (mesh, reason) in zip(paths_table.MEMBERS, data.meshes, strict=True)
     )
     page, low, heading = theme.new_page(
         layout,
         "The posed pair as exported",
-        f"Closed surfaces within {tolerance_of(data.pair.design):.3g} mm of the exact ones, {pose}",
-        f"{counts.capitalize()}. (b) looks at the toes along the teeth in mesh, the gear as if of glass;"
-        " black lines are the triangles' edges. Thick lines, drawn over everything: the paths of contact on"
-        f" the pinion's {flank} flanks{LINE if line_of_contact(data) is not None else ''}."
+        f"Closed meshes with a tolerance of {tolerance_of(data.pair.design):.3g} mm, {pose}",
+        f"{counts.capitalize()}. (b): view along the teeth from \u2212z, gear transparent, thin lines: edges"
+        f" of the triangles. Thick lines on top: paths of contact on the {flank} flanks of the pinion"
+        f"{LINE_NOTE if line_of_contact(data) is not None else ''}."
         f"{_export_note(data.pair.design)}",
         above=0.25,
-        tall=theme.stacked(layout, 5.2),
+        tall=theme.stacked_height(layout, 5.2),
     )
     pictures: dict[str, Picture] = {}
     high = heading - theme.inches(page, 0.1)
@@ -89,7 +88,7 @@ def draw(data: PosedFigure, layout: theme.Layout) -> Drawing:
         y = place[1] + place[3] + theme.inches(page, 0.1)
         page.text(place[0], y, f"({'ab'[column]})  {name}", fontsize=theme.HEADING)
         if (over.picture.image == 255).all():
-            theme.say(over.axes, f"the {flank} flanks share no contact point to look at", 60)
+            theme.message(over.axes, f"the {flank} flanks have no contact point", 60)
         if column == 0:
             _label(over, data)
         else:
@@ -98,14 +97,14 @@ def draw(data: PosedFigure, layout: theme.Layout) -> Drawing:
 
 
 def _export_note(design: Design) -> str:
-    """Say how to export what is drawn, where `mesh` by itself would take another tolerance."""
+    """Return the sentence with the option --tolerance if it differs from the default."""
     tolerance = tolerance_of(design)
-    usual = abs(tolerance - EXPORTED) < 1e-9 * EXPORTED
+    usual = abs(tolerance - EXPORT_TOLERANCE_MM) < 1e-9 * EXPORT_TOLERANCE_MM
     return "" if usual else f" `mesh` exports this with --tolerance {tolerance:.3g}."
 
 
 def _label(over: Overlay, data: PosedFigure) -> None:
-    """Name the members that are drawn."""
+    """Label the members that are drawn."""
     pair = data.pair
     for number, (member, frame) in enumerate(zip(pair.design.members, pair.frames, strict=True)):
         if data.meshes[number][0] is None:
@@ -114,11 +113,11 @@ def _label(over: Overlay, data: PosedFigure) -> None:
         seen = over.picture.project(heel)
         place = heel[int(np.argmax(seen[:, 1] if number else -seen[:, 1]))]
         offset = (0.0, -14.0 if number else 14.0)
-        over.label(place, solved.MEMBERS[number], offset)
+        over.label(place, paths_table.MEMBERS[number], offset)
 
 
 def _draw_paths(over: Overlay, data: PosedFigure) -> None:
-    """Draw the paths over everything: the flanks in contact are seen from behind."""
+    """Draw the paths on top, because the flanks in contact are seen from behind."""
     for line in paths_on_teeth(data):
         over.line(line, color=theme.PATH, linewidth=3.0, path_effects=annotate.rim(3.0))
     if data.pair.touching:
@@ -131,51 +130,55 @@ def _draw_paths(over: Overlay, data: PosedFigure) -> None:
 
 
 def _whole(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
-    found = zip(data.meshes, data.pair.frames, theme.METALS, strict=True)
-    items = [posed.surface(mesh, frame, colour) for (mesh, _), frame, colour in found if mesh is not None]
+    parts = zip(data.meshes, data.pair.frames, theme.METALS, strict=True)
+    items = [
+        posed.placed_surface(mesh, frame, colour) for (mesh, _), frame, colour in parts if mesh is not None
+    ]
     return items, fit_camera(posed.reach(data.pair, feet=False), posed.VIEW, posed.UP, size, 0.06)
 
 
 def close(data: PosedFigure) -> tuple[Sequence[Item], Camera]:
-    """Make the teeth in mesh, seen at the toes along the teeth."""
+    """Return the teeth in mesh and the camera, which looks along the teeth from the toe."""
     pair = data.pair
     module = float(pair.design.pinion.tool.normal_module)
     middle = pair.contact if pair.touching else pair.foot.mean(axis=0)
-    camera = Camera(NEAR, posed.UP, middle, CLOSE * module)
+    camera = Camera(CLOSE_VIEW_DIRECTION, posed.UP, middle, CLOSE_HALF_HEIGHT_MODULES * module)
     items: list[Item] = []
     for number, ((mesh, _), frame) in enumerate(zip(data.meshes, pair.frames, strict=True)):
         if mesh is None:
             continue
-        near = np.linalg.norm(to_fixed(frame, mesh.points) - middle, axis=1) < 3.0 * CLOSE * module
+        near = (
+            np.linalg.norm(to_fixed(frame, mesh.points) - middle, axis=1)
+            < 3.0 * CLOSE_HALF_HEIGHT_MODULES * module
+        )
         shown = mesh.where(near[mesh.faces].any(axis=1))
-        drawn = posed.surface(shown, frame, theme.METALS[number], GLASS if number else 1.0)
+        drawn = posed.placed_surface(shown, frame, theme.METALS[number], GEAR_OPACITY if number else 1.0)
         items.append(replace(drawn, mesh_lines=number == 0))
     return items, camera
 
 
 def paths_on_teeth(data: PosedFigure) -> list[FloatArray]:
-    """Give paths (n, 3) in S_f on the pinion's teeth -1, 0, 1, mm."""
+    """Return paths (n, 3) in S_f on the pinion teeth -1, 0, 1, mm."""
     points, member = data.path.points[0], data.pair.design.pinion
     teeth = (-1, 0, 1) if data.path.found else ()
     return [to_fixed(data.pair.frames[0], posed.on_tooth(points, member, tooth)) for tooth in teeth]
 
 
 def line_of_contact(data: PosedFigure) -> FloatArray | None:
-    """Give both ends (2, 3) in S_f, mm, of the line along which flanks on parallel axes touch as posed, None
-    where they touch in a point."""
+    """Return both ends (2, 3) in S_f, mm, of the line of contact on parallel axes; None for point contact."""
     lines = data.path.contact_lines(0)
     return to_fixed(data.pair.frames[0], lines[len(lines) // 2]) if len(lines) else None
 
 
 def rows(data: PosedFigure) -> Table:
-    """List frames of the members, and sizes of their meshes."""
+    """List frames of the members and sizes of their meshes."""
     frame = (*(f"rotation_{i}{j}" for i in "xyz" for j in "xyz"), *(f"origin_{i}_mm" for i in "xyz"))
     lines = []
     for number, (mesh, _) in enumerate(data.meshes):
         rotation, origin = data.pair.frames[number]
         sizes = (len(mesh.points), len(mesh.faces)) if mesh else (0, 0)
         numbers = [float(data.pair.roll[number]), *rotation.ravel().tolist(), *origin.tolist()]
-        lines.append((solved.MEMBERS[number], *sizes, *numbers))
+        lines.append((paths_table.MEMBERS[number], *sizes, *numbers))
     return ("member", "points", "triangles", "roll_rad", *frame), lines
 
 

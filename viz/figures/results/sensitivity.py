@@ -1,4 +1,4 @@
-"""Sensitivity to the assembly errors: exact derivatives on both flanks, two sets of coefficients."""
+"""Sensitivity to assembly errors: exact derivatives on both flanks for two sets of coefficients."""
 
 from __future__ import annotations
 
@@ -13,32 +13,36 @@ from beveloid_geom.analysis.sensitivity import Sensitivity
 from beveloid_geom.contact.parallel.lines import touches_along_lines
 from beveloid_geom.report.sensitivity import steps_of
 
-from ...parts import charts
-from ...parts.charts import MIDDLE, QUANTITIES, changes_of
-from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...parts.solved import FLANKS, PARABOLAS, REASONS, at_the_mesh, coefficients, modified, parabolas
-from ...stage import theme
-from ...stage.layout import Cells
+from ...components import charts
+from ...components.charts import MIDDLE, QUANTITIES, changes_under_steps
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.paths_table import (
+    FLANKS,
+    PARABOLAS,
+    REASONS,
+    at_the_mesh,
+    coefficients,
+    modified,
+    parabolas,
+)
+from ...rendering import theme
+from ...rendering.layout import Cells
 
 CELLS = Cells(left=1.6, right=0.438, across=0.358, down=1.1, most=4, least=1.4)
 NOTE = (
-    "Exact derivatives at the design's own errors, times the errors named{place}. The shift is that of the"
-    " middle of the path, positive towards the heel: along the face, of z at equal flank parameter l{square}."
-    " The contact ratio is Eq. 16; the transmission error is that of one tooth pair over its path, peak to"
-    " peak, and 0 without modification under every error."
-    " Scales are linear about 0 and logarithmic beyond the first marked value to either side."
+    "Derivatives at the errors of the design, times the errors named{place}. Shift: middle of the path along"
+    " the face, at equal flank parameter l{square}, positive towards +z. Contact ratio: Eq. 16. Transmission"
+    " error: one tooth pair, peak to peak. Scales: linear near 0, logarithmic beyond the first tick."
 )
-
-
-STILL = 1e-9
-"""mm along the profile by which a path that runs along the face may move."""
-SQUARE = "; square, on the flank at right angles to the path"
-ELSEWHERE = "; that square to the path is shown on wider pages, and in the table"
+PROFILE_MOVEMENT_MM = 1e-9
+"""Movement along the profile, mm, below which a path runs along the face."""
+PERPENDICULAR_NOTE = ", or perpendicular to the path"
+NARROW_NOTE = " (perpendicular to the path: see table)"
 
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """One set of coefficients: the sensitivity of each flank."""
+    """One set of coefficients with the sensitivity of each flank."""
 
     name: str
     design: Design
@@ -46,7 +50,7 @@ class Case:
 
     @property
     def remarks(self) -> str:
-        """Say what is missing, and why."""
+        """Text on missing values and their reasons."""
         words = []
         for rates in self.found:
             status = Status(int(rates.status))
@@ -56,14 +60,14 @@ class Case:
             elif bool(touches_along_lines(self.design, rates.flank)):
                 words.append("both: line contact")
             elif np.isnan(rates.face_shift_by[MIDDLE]).any():
-                still = np.ptp(rates.l[:, 0]) < STILL
+                still = np.ptp(rates.l[:, 0]) < PROFILE_MOVEMENT_MM
                 turned = f"{rates.flank} flanks: no middle, the roll turns back along the path"
                 words.append("both: path along face" if still else turned)
         return "; ".join(dict.fromkeys(words))
 
 
 def compute(design: Design) -> tuple[Case, ...]:
-    """Find both cases, both flanks."""
+    """Compute both cases on both flanks."""
     bent = modified(design)
     cases = {"as designed": design, coefficients(bent): bent}
     return tuple(
@@ -73,8 +77,8 @@ def compute(design: Design) -> tuple[Case, ...]:
 
 
 def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
-    """Draw a row of panels for each case, a column for each quantity; on a narrow page a column for each case
-    and fewer quantities."""
+    """Draw a row for each case and a column for each quantity; on a narrow page columns for cases and fewer
+    quantities."""
     steps = steps_of(data[0].found[0].errors)
     narrow = layout.printed and CELLS.columns(layout, len(QUANTITIES)) < len(QUANTITIES)
     quantities = [one for one in QUANTITIES if not narrow or one.name != "square_shift"]
@@ -83,8 +87,8 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     page, low, high = theme.new_page(
         layout,
         "Sensitivity of the path of contact to assembly errors",
-        "Changes under the errors named on the left, from exact derivatives",
-        NOTE.format(place=at_the_mesh(data[0].design), square=ELSEWHERE if narrow else SQUARE),
+        "Changes under one error each, from exact derivatives",
+        NOTE.format(place=at_the_mesh(data[0].design), square=NARROW_NOTE if narrow else PERPENDICULAR_NOTE),
         below=0.45,
         above=0.75,
         tall=replace(CELLS, down=down).tall(layout, len(weights) * CELLS.most, 2.6 if narrow else 3.3),
@@ -92,18 +96,18 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     across = len(data if narrow else quantities)
     panels = _panels(page, weights, across, down, low, high)
     for number, case in enumerate(data):
-        own = [row[number] for row in panels] if narrow else panels[number]
-        box, y = own[0].get_position(), 0.7 if layout.printed else 0.42
+        case_axes = [row[number] for row in panels] if narrow else panels[number]
+        box, y = case_axes[0].get_position(), 0.7 if layout.printed else 0.42
         width = (box.width if narrow else 0.9) * layout.width * layout.dpi
         words = f"({'ab'[number]})  {case.name}", case.remarks
         for text, up, size in zip(words, (y, y - 0.25 * narrow), (theme.HEADING, theme.SMALL), strict=True):
             x = box.x0 if narrow else 0.025 if text == words[0] else 0.995
             place = x, box.y1 + theme.inches(page, up)
             ha = "left" if narrow or text == words[0] else "right"
-            theme.fill(page.text(*place, "", fontsize=size, va="bottom", ha=ha), text, width)
-        for column, (quantity, axes) in enumerate(zip(quantities, own, strict=True)):
-            greatest = charts.greatest_of(changes_of(one.found, quantity) for one in data)
-            changes = changes_of(case.found, quantity)
+            theme.wrap_text(page.text(*place, "", fontsize=size, va="bottom", ha=ha), text, width)
+        for column, (quantity, axes) in enumerate(zip(quantities, case_axes, strict=True)):
+            greatest = charts.greatest_of(changes_under_steps(one.found, quantity) for one in data)
+            changes = changes_under_steps(case.found, quantity)
             charts.changes_under_errors(axes, quantity, changes, greatest, steps)
             axes.tick_params(labelleft=number == 0 if narrow else column == 0)
     theme.legend(page, charts.marks_of_changes(FLANKS), 5)
@@ -113,7 +117,7 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
 def _panels(
     page: theme.Page, weights: list[float], across: int, down: float, low: float, high: float
 ) -> list[list[Axes]]:
-    """Make rows of so many panels, as high as their weights say, `down` inches apart."""
+    """Return rows of `across` panels with heights proportional to their weights, `down` inches apart."""
     gap = theme.inches(page, down)
     unit = (high - low - gap * (len(weights) - 1)) / sum(weights)
     found = []
@@ -124,15 +128,15 @@ def _panels(
 
 
 def rows(data: tuple[Case, ...]) -> Table:
-    """List every value, and its derivative by mm or rad."""
+    """List every value and its derivative by mm or rad."""
     header = (*PARABOLAS, "flank", "quantity", "member", "error", "step", "step_unit", "change", "unit")
 
     def cases() -> Rows:
-        """Give the columns of every change."""
+        """Yield the columns of every change."""
         for case, quantity in product(data, QUANTITIES):
             names, shown, units, sizes = zip(*steps_of(case.found[0].errors), strict=True)
-            for (flank, member), row in changes_of(case.found, quantity).items():
-                who = *parabolas(case.design), flank, quantity.name, member
+            for (flank, member), row in changes_under_steps(case.found, quantity).items():
+                who = *parabolas(case.design, flank), flank, quantity.name, member
                 rates = row / np.array(sizes) / quantity.scale
                 yield *who, list(names), list(shown), list(units), row, quantity.unit, rates
 

@@ -13,31 +13,29 @@ from beveloid_geom import Design, Status
 from beveloid_geom.report.columns import header_of
 from beveloid_geom.report.sliding import SlidingReport, sliding_report
 
-from ...parts import charts
-from ...parts.recipe import Drawing, Recipe, Rows, Table, stacked
-from ...parts.solved import FLANKS, PARABOLAS, REASONS, coefficients, modified, parabolas
-from ...stage import theme
-from ...stage.layout import Cells
+from ...components import charts
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.paths_table import FLANKS, PARABOLAS, REASONS, coefficients, modified, parabolas
+from ...rendering import theme
+from ...rendering.layout import Cells
 
-STYLES = ("-", "--")
-"""Lines of the design as it is, and with the paper's modification."""
+LINE_STYLES = ("-", "--")
+"""Line styles of the design and of the design with the paper's modification."""
 POINTS = 201
-HEAD = 1.1
-"""Times the greatest speed to which scales reach."""
+SCALE_LIMIT_FACTOR = 1.1
+"""Upper limit of the scales as a multiple of the largest speed."""
 CELLS = Cells(left=1.04, right=0.24, across=1.28, down=0.65, most=2, least=3.6)
 NOTE = (
-    "Speeds are per unit of the pinion's speed: times rad/s they are in mm/s. Thin lines, as designed: the"
-    " sizes of its components along the pinion's tooth trace and square to it. Dots: least speed. Specific"
-    " sliding is the sliding square to the tooth trace over the same component of the speed of the member's"
-    " transverse profile, on parallel axes that of DIN 3960 and ISO 21771. The flanks of crossed gears slide"
-    " along the trace everywhere: the least speed is not zero, and need not be at the pitch point. The path"
-    " enters on the left. Dotted: where the path as designed comes nearest to the pitch point."
+    "Speed per unit of the pinion speed: multiply by rad/s for mm/s. Thin lines: components"
+    " along the tooth trace of the pinion and perpendicular to it, as designed. Dots: minimum."
+    " Specific sliding perpendicular to the trace; on parallel axes as in ISO 21771. The path"
+    " enters on the left. Dotted: closest to the pitch point."
 )
 
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """One case on one flank: its name, line style, and what was found."""
+    """One case on one flank: name, line style and result."""
 
     name: str
     style: str
@@ -50,9 +48,9 @@ class Curve:
 
 
 def compute(design: Design) -> dict[str, tuple[Curve, ...]]:
-    """Find sliding of every case on either flank."""
+    """Compute the sliding of every case on both flanks."""
     bent = modified(design)
-    changed = list(zip(("as designed", coefficients(bent)), STYLES, (design, bent), strict=True))
+    changed = list(zip(("as designed", coefficients(bent)), LINE_STYLES, (design, bent), strict=True))
     return {
         side: tuple(Curve(name, style, sliding_report("", one, side, POINTS)) for name, style, one in changed)
         for side in FLANKS
@@ -72,10 +70,10 @@ def draw(data: dict[str, tuple[Curve, ...]], layout: theme.Layout) -> Drawing:
         tall=cells.tall(layout, 4, 3.1),
     )
     panels = theme.panels(page, cells, 4, low, high)
-    beside = cells.columns(layout, 4) == 2
+    side_by_side = cells.columns(layout, 4) == 2
     columns = []
     for column, (flank, curves) in enumerate(data.items()):
-        speed, specific = panels[column::2] if beside else panels[2 * column : 2 * column + 2]
+        speed, specific = panels[column::2] if side_by_side else panels[2 * column : 2 * column + 2]
         specific.sharex(speed)
         speed.set_title(f"({'ab'[column]})  {flank.capitalize()} flanks", loc="left", pad=8.0)
         specific.set_xlabel("pinion roll (deg)")
@@ -84,7 +82,7 @@ def draw(data: dict[str, tuple[Curve, ...]], layout: theme.Layout) -> Drawing:
             columns.append((speed, specific))
         else:
             for axes in (speed, specific):
-                theme.say(axes, f"no path on the flanks: {curves[0].report.reason}", 46)
+                theme.message(axes, f"no path on the flanks: {curves[0].report.reason}", 46)
     for row in range(2 if columns else 0):
         limits = np.array([pair[row].get_ylim() for pair in columns])
         for pair in columns:
@@ -94,13 +92,13 @@ def draw(data: dict[str, tuple[Curve, ...]], layout: theme.Layout) -> Drawing:
 
 
 def _legend(columns: list[tuple[Axes, Axes]]) -> list[Line2D]:
-    """Give the lines with a name, each name once."""
+    """Return the lines of the legend, each name once."""
     named = {str(line.get_label()): line for pair in columns for axes in pair for line in axes.lines}
     return [line for name, line in named.items() if not name.startswith("_")]
 
 
 def _panels(speed: Axes, specific: Axes, curves: tuple[Curve, ...]) -> None:
-    """Draw all cases of a flank; the parts of the speed of the first that is found."""
+    """Draw all cases of a flank, and the components of the speed of the first case with a path."""
     first = next(curve for curve in curves if curve.found)
     for curve in curves:
         ends = curve.report.path.ends
@@ -110,18 +108,21 @@ def _panels(speed: Axes, specific: Axes, curves: tuple[Curve, ...]) -> None:
             continue
         charts.sliding_speed(speed, curve.report, curve.name, curve.style, curve is first)
         charts.specific_sliding(specific, curve.report, curve.style, curve is first)
-    speed.set_ylim(0.0, HEAD * max(curve.report.ranges["speed"][1] for curve in curves if curve.found))
+    speed.set_ylim(
+        0.0, SCALE_LIMIT_FACTOR * max(curve.report.ranges["speed"][1] for curve in curves if curve.found)
+    )
 
 
 def rows(data: dict[str, tuple[Curve, ...]]) -> Table:
-    """List every position of every case; a case without contact in one row that says so."""
+    """List every position of every case; a case without contact has one row with the reason."""
     names = tuple(next(iter(data.values()))[0].report.columns)
     header = (*PARABOLAS, "flank", *(header_of(name) for name in names), "reason")
 
     def cases() -> Rows:
-        """Give the columns of every curve."""
+        """Yield the columns of every curve."""
         for curve in chain(*data.values()):
-            case = *parabolas(curve.report.path.design), curve.report.path.flank
+            path = curve.report.path
+            case = *parabolas(path.design, path.flank), path.flank
             if not curve.found:
                 yield *case, *[""] * len(names), curve.report.reason
             yield *case, *curve.report.columns.values(), ""

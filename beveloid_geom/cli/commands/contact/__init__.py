@@ -1,1 +1,4 @@
-"""Contact of a pair as it is."""
+"""Contact of a pair with given errors."""
+
+TITLE = "Contact of a pair with given errors"
+"""Heading of these commands in the help; `python -OO` removes docstrings."""

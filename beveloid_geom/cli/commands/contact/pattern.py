@@ -11,6 +11,7 @@ from ...options import (
     Refusal,
     errors_option,
     flank_option,
+    no_result,
     option,
     override_options,
     progress_bar,
@@ -19,10 +20,10 @@ from ...options import (
 )
 
 POINTS = "Distance of the points on both flanks; areas do not depend on it.  [default: module / 15]"
-ERROR = "Greatest error of an area, as a share of it, whatever the distance of the points."
+ERROR = "Largest relative error of an area; it does not depend on the distance of the points."
 OVER = (
     "Patterns under two errors, such as offset,shaft-angle (also E,Sigma; P, G: axial) or"
-    " centre-distance,in-plane, in place of one."
+    " centre-distance,in-plane, instead of one pattern."
 )
 CELLS = click.Choice(["3", "5"])
 
@@ -43,7 +44,7 @@ CELLS = click.Choice(["3", "5"])
     tolerance_options,
     override_options,
     json=" of areas with their error and extent",
-    csv="one point of a flank a row, with --over a flank of a cell",
+    csv="one point of a flank per row, with --over one flank of a cell",
 )
 def pattern(
     name: str,
@@ -56,32 +57,33 @@ def pattern(
     cells: str,
     **tolerances: float,
 ) -> results.Result:
-    """Find the contact pattern: where the flanks come within marking compound of each other.
+    """Compute the contact pattern: the area in which the flanks come within the thickness of marking
+    compound.
 
-    One tooth pair rolls through the mesh, the gear where the first of all teeth touches. With --over a matrix
-    of patterns under two errors as large as their tolerances, usual ones unless given: the ellipse of each,
-    transmission error in operation, share on edges. Exit status 1 if a first contact is not known, or the
-    pair cannot be assembled; with --over if no cell has a pattern.
-    """
+    One tooth pair rolls from beginning to end of contact; the gear is in the position of the first contact of
+    all teeth. With --over, a matrix of patterns under two errors of the size of their tolerances (default:
+    usual tolerances) is computed: ellipse of each pattern, transmission error in operation, share of the mesh
+    cycle in which edges carry. Exit status 1 if there is no contact or the pair cannot be assembled (with
+    --over: if no cell has a pattern), 4 if a first contact could not be computed."""
     from ....findings.path import first_contact_fault
-    from ....operation.marking.operating_rolls import UnknownOperationError
+    from ....operation.contact_pattern.motion import UnknownOperationError
     from ....report.pattern import pattern_report
 
     sizes = _sizes(over, tolerances)
     if fault := first_contact_fault(design):
-        raise click.ClickException(f"no pattern: {fault}")  # status 1
+        raise no_result(fault, "no pattern")
     if over is not None:
         return _matrix(name, design, over, flank, sizes, int(cells), separation, resolution, area_error)
     try:
         with results.refused_values():
             return pattern_report(name, design, flank, separation, resolution, area_error)
     except UnknownOperationError as error:
-        raise click.ClickException(f"no pattern: {error.reason}") from None  # status 1
+        raise no_result(error.reason, "no pattern") from None
 
 
 def _sizes(over: tuple[str, str] | None, tolerances: dict[str, float]) -> tuple[float, float] | None:
-    """Give the sizes of both errors, mm or rad, None if none is given. Raises Refusal for tolerances of other
-    errors, and of one alone."""
+    """Return the sizes of both errors, mm or rad, None if none is given. Raises Refusal for tolerances of
+    other errors, or of only one error."""
     given = {
         argument.removesuffix("_deg"): option for argument, option, *_ in TOLERANCES if tolerances[argument]
     }
@@ -90,7 +92,7 @@ def _sizes(over: tuple[str, str] | None, tolerances: dict[str, float]) -> tuple[
     if over is None:
         raise Refusal([f"{next(iter(given.values()))}: it holds for a matrix of patterns: give --over"])
     if others := [option for name, option in given.items() if name not in over]:
-        raise Refusal([f"{others[0]}: --over is over other errors: name this one there, or leave it out"])
+        raise Refusal([f"{others[0]}: --over is over other errors: add this one to --over, or omit it"])
     if len(given) < len(over):
         raise Refusal([f"{next(iter(given.values()))}: give the tolerance of both errors of --over, or none"])
     values = sizes_of(tolerances)
@@ -108,11 +110,12 @@ def _matrix(
     resolution: float | None,
     area_error: float,
 ) -> results.Result:
+    """Return the matrix of patterns."""
     from ....analysis.pattern_matrix import pattern_matrix
     from ....report.pattern import PatternMatrixReport
 
     with results.refused_values(), progress_bar(cells**2, "cell") as bar:
-        found = pattern_matrix(
+        matrix = pattern_matrix(
             design,
             over,
             flank,
@@ -123,4 +126,4 @@ def _matrix(
             area_error=area_error,
             progress=bar.update,
         )
-    return PatternMatrixReport(name, found)
+    return PatternMatrixReport(name, design, matrix)

@@ -7,14 +7,17 @@ from typing import TYPE_CHECKING
 import click
 
 from ... import results
-from ...options import NumberRange, Refusal, flank_option, option, override_options, points_option
+from ...options import NumberRange, Refusal, flank_option, no_result, option, override_options, points_option
 
 if TYPE_CHECKING:
     from ....analysis.pressure import Load
 
-CERTIFY = "Whether anything else of the teeth touches earlier, about a millisecond a position."
-FORCE = "Force on one tooth pair along the common normal, for Hertz's ellipses and pressures along the path."
-TORQUE = "Torque on the pinion in place of a force; one tooth pair carries it alone."
+CERTIFY = "Check whether anything else touches earlier; about 1 ms per position."
+FORCE = (
+    "Force on one tooth pair along the common normal, for contact ellipses and pressures (Hertz)."
+    " On parallel axes it is the total force on all lines of contact."
+)
+TORQUE = "Torque on the pinion, instead of a force."
 YOUNG = "Elastic modulus of both members.  [default: 206000, steel]"
 POISSON = "Poisson's ratio of both members.  [default: 0.3]"
 METHODS = click.Choice(["one-equation", "five-equation"])
@@ -23,8 +26,8 @@ METHODS = click.Choice(["one-equation", "five-equation"])
 def load_of(
     force: float | None, torque: float | None, youngs_modulus_mpa: float | None, poisson: float | None
 ) -> Load | None:
-    """Give the load that options ask for. Raises Refusal for a force beside a torque, and for a material
-    without either."""
+    """Return the load of the options. Raises Refusal for both force and torque, and for material data without
+    a load."""
     from ....analysis.pressure import Load
 
     if force is not None and torque is not None:
@@ -33,9 +36,7 @@ def load_of(
     given = {name: value for name, value in material.items() if value is not None}
     if force is None and torque is None:
         if given:
-            raise Refusal(
-                ["--youngs-modulus-mpa and --poisson are of a loaded pair: give --force or --torque"]
-            )
+            raise Refusal(["--youngs-modulus-mpa and --poisson need a load: give --force or --torque"])
         return None
     return Load(force, torque, **given)
 
@@ -45,14 +46,14 @@ def load_of(
     points_option(101, "along the path"),
     override_options,
     option(
-        "--method", METHODS, METHODS.choices[0], "The paper's five equations are slower, to compare with."
+        "--method", METHODS, METHODS.choices[0], "The five equations of the paper are slower, for comparison."
     ),
     option("--force", NumberRange(0.0, 1e12, min_open=True), None, FORCE, "N"),
     option("--torque", NumberRange(0.0, 1e12, min_open=True), None, TORQUE, "NM"),
     option("--youngs-modulus-mpa", NumberRange(1e-3, 1e7), None, YOUNG, "MPA"),
     option("--poisson", NumberRange(0.0, 0.5), None, POISSON, "RATIO"),
     click.option("--certify/--no-certify", default=True, show_default=True, help=CERTIFY),
-    csv="one position a row",
+    csv="one position per row",
 )
 def tca(
     name: str,
@@ -63,20 +64,20 @@ def tca(
     certify: bool,
     **load: float | None,
 ) -> results.Result:
-    """Find the path of contact of a pair of flanks.
+    """Compute the path of contact of a pair of flanks.
 
-    Rolls count from the position in which each member's generating rack is centred; z counts
-    from mid-face towards the heel, l1 and l2 along the flank of the member's tool from its pitch line towards
-    the member's tip.
-    With --force or --torque each position has Hertz's ellipse and greatest pressure, and says which edge
-    of a flank the ellipse passes: there the true pressure is greater.
-    JSON and CSV give each position a status, and JSON the path: solved, no_common_normal, not_converged,
-    off_flank, several_contacts, endless or undefined. Exit status 1 if there is no contact on the flanks,
-    or the pair cannot be assembled.
-    """
+    Roll angles are measured from the position in which the generating rack of each member is centred, z from
+    mid-face, l1 and l2 along the flank of the tool from its pitch line towards the tip of the member. The
+    transmission error is positive where the gear is ahead. With --force or --torque, the contact ellipse and
+    the largest pressure (Hertz) are computed at each position, and the edge of a flank that the ellipse
+    passes, where the true pressure is larger. On parallel axes the load is distributed evenly over all lines
+    of contact. JSON and CSV give the status of each position, and JSON that of the path: solved,
+    no_common_normal, not_converged, off_flank, several_contacts, endless or undefined. Exit status 1 if there
+    is no contact on the flanks or the pair cannot be assembled, 4 if the path could not be computed."""
     from ....report.path import contact_report
+    from ....status import NotComputed
 
     try:
         return contact_report(name, design, flank, points, method, certify, load_of(**load))
     except ArithmeticError as error:
-        raise click.ClickException(str(error)) from None  # status 1: nothing wrong with the input
+        raise no_result(NotComputed(error)) from None

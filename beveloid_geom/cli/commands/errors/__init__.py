@@ -1,1 +1,4 @@
-"""Contact under errors, and over values of a design."""
+"""Influence of errors and design parameters on the contact."""
+
+TITLE = "Influence of errors and design parameters on the contact"
+"""Heading of these commands in the help; `python -OO` removes docstrings."""

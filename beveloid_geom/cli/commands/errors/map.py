@@ -9,11 +9,13 @@ from click.core import ParameterSource
 
 from ... import results
 from ...options import (
+    PARABOLAS,
     Refusal,
     bounds_options,
     errors_of,
     flank_option,
     option,
+    option_name,
     override_options,
     progress_bar,
     sizes_of,
@@ -21,28 +23,31 @@ from ...options import (
 )
 
 if TYPE_CHECKING:
-    from ....analysis.maps import Bounds, Over
+    from ....analysis.maps import Bounds
 
 
-VALUES = click.Choice(["parabola", "mounting", "shift"])
-OVER = "Parabola coefficients, changes of the mounting distances, or profile shift coefficients."
-OPERATION = "Also what all teeth do in operation: transmission error, edges; 20 to 30 ms a cell more."
+OVER = (
+    "parabola (coefficients), mounting (changes of the distances), shift (profile shift coefficients), or two"
+    " inputs such as offset,shaft_angle; an unknown name lists all inputs."
+)
+BOUNDS = "Lower and upper limit of the {} (first, second input): 1/mm, mm, rad, or a coefficient."
+OPERATION = "Also compute transmission error and edge contact in operation; 20 to 30 ms more per cell."
 
 
 @results.result_command(
-    option("--over", VALUES, VALUES.choices[0], OVER),
+    option("--over", str, "parabola", OVER, "INPUTS"),
     flank_option,
-    bounds_options("Least and greatest value of the {}: 1/mm, mm, or a coefficient. Default: usual ones."),
-    option("--steps", click.IntRange(2, 201), 21, "Values of each member."),
+    bounds_options(BOUNDS),
+    option("--steps", click.IntRange(2, 201), 21, "Number of values for each member."),
     tolerance_options,
     click.option("--operation", is_flag=True, help=OPERATION),
     override_options,
-    csv="one cell a row",
+    csv="one cell per row",
 )
 def map_(
     name: str,
     design: results.Design,
-    over: Over,
+    over: str,
     flank: str,
     pinion_bounds: Bounds | None,
     gear_bounds: Bounds | None,
@@ -50,32 +55,34 @@ def map_(
     operation: bool,
     **tolerances: float,
 ) -> results.Result:
-    """Find contact ratio, angle, shift and transmission error over two values of a design.
+    """Compute contact ratio, angle, shift and transmission error over two quantities of a design.
 
-    The shift of the path is that under assembly errors as large as their tolerances, usual ones unless
-    some are given. The text has the extremes and where they are, JSON and CSV have every cell;
-    `render-figures --only map-parabola` and its like draw them. Some seconds, minutes at 201 steps
-    or near line contact. Exit status 1 if no cell has a path.
-    """
+    The shift of the path is computed for assembly errors of the size of their tolerances (default: usual
+    tolerances). The text has the extremes and their positions, JSON and CSV have every cell; `render-figures
+    --only map-parabola` draws the map. Takes some seconds, and minutes for 201 steps or near line contact.
+    Exit status 1 if no cell has a path."""
     context = click.get_current_context()
-    for member in ("pinion", "gear") if over == "parabola" else ():
-        if context.get_parameter_source(f"parabola_{member}") is ParameterSource.COMMANDLINE:
-            cure = f"give --{member}-bounds, or another --over"
-            raise Refusal([f"--parabola-{member}: the map itself is over the parabola coefficients: {cure}"])
+    for parameter, *_ in PARABOLAS if over == "parabola" else ():
+        given = context.get_parameter_source(parameter) is ParameterSource.COMMANDLINE
+        if given and not parameter.startswith("parabola_apex"):
+            cure = f"give --{parameter.rpartition('_')[2]}-bounds, or another --over"
+            raise Refusal([f"{option_name(parameter)}: the map is over the parabola coefficients: {cure}"])
     from ....analysis.maps import map_of
     from ....report.map import MapReport
 
+    first, comma, second = over.replace("-", "_").partition(",")
+    inputs = (first, second) if comma else over
     errors = errors_of(sizes_of(tolerances)) if any(tolerances.values()) else None
     with results.refused_values(), progress_bar(steps**2, "cell") as bar:
-        found = map_of(
+        result = map_of(
             design,
-            over,
+            inputs,
             flank,
-            pinion=pinion_bounds,
-            gear=gear_bounds,
+            first=pinion_bounds,
+            second=gear_bounds,
             steps=steps,
             errors=errors,
             operation=operation,
             progress=bar.update,
         )
-    return MapReport(name, found)
+    return MapReport(name, design, result)

@@ -23,12 +23,10 @@ if TYPE_CHECKING:
     from ....analysis.maps import Bounds
 
 
-EDGES = (
-    "No edge carries any of a mesh cycle, neither as designed nor under an error, each alone and both ways."
-)
-ERROR = "Greatest transmission error of the path, peak to peak. Default: any."
-SHIFT = "Greatest shift of the path under the errors. Default: any."
-LEAST = "What is to be least: that shift or, with --no-edges, the error of all teeth under any of the errors."
+EDGES = "Require that no edge carries in the mesh cycle, without errors and under each single error."
+ERROR = "Largest transmission error of the path, peak to peak. Default: no limit."
+SHIFT = "Largest shift of the path under the errors. Default: no limit."
+LEAST = "Minimised quantity: shift or, with --no-edges, transmission error of all teeth under errors."
 LEASTS = click.Choice(["shift", "transmission-error"])
 
 
@@ -36,14 +34,14 @@ LEASTS = click.Choice(["shift", "transmission-error"])
     flank_option,
     tolerance_options,
     option("--least", LEASTS, LEASTS.choices[0], LEAST),
-    option("--contact-ratio", float, 1.6, "Contact ratio (Eq. 16) to be reached.", "RATIO"),
-    option("--off-centre", float, 1.0, "How far the middle of the path may lie from mid-face.", "MM"),
+    option("--contact-ratio", float, 1.6, "Least contact ratio of one tooth pair (Eq. 16).", "RATIO"),
+    option("--off-centre", float, 1.0, "Largest distance of the middle of the path from mid-face.", "MM"),
     option("--transmission-error-arcsec", float, math.inf, ERROR, "ARCSEC"),
     renamed("--transmission-error", "--transmission-error-arcsec"),
     option("--shift", float, math.inf, SHIFT, "MM"),
-    bounds_options("Least and greatest coefficient of the {}'s tool, 1/mm.", (-0.002, 0.002)),
+    bounds_options("Lower and upper limit of the coefficient of the {}, 1/mm.", (-0.002, 0.002)),
     click.option("--no-edges", is_flag=True, help=EDGES),
-    csv="a row each for found and given",
+    csv="one row for the optimum and one for the design",
 )
 def optimise(
     name: str,
@@ -59,27 +57,25 @@ def optimise(
     no_edges: bool,
     **tolerances: float,
 ) -> results.Result:
-    """Find the parabola coefficients with which errors shift the path of contact least, or all teeth run most
-    evenly.
+    """Compute the parabola coefficients with the smallest shift of the path under errors, or with the
+    smallest transmission error of all teeth.
 
-    The path keeps a contact ratio, stays centred on the face, and the flanks are not hollow against
-    each other; with --no-edges no edge touches first either. The errors are as large as their tolerances,
-    of which at least one is given; some seconds. Exit status 2 if nothing meets the aim.
-    """
-    sizes = sizes_of(tolerances, "errors that shift the path")
+    Constraints are the contact ratio, the position of the middle of the path on the face, and a positive
+    relative curvature of the flanks; with --no-edges, no edge contact. The errors are as large as their
+    tolerances (default: usual tolerances). Takes some seconds. Exit status 2 if no coefficients meet the
+    constraints."""
+    sizes = sizes_of(tolerances, design)
     if least != LEASTS.choices[0] and not no_edges:
-        raise Refusal(
-            [f"--least {least}: it is that of teeth whose edges do not carry: give --no-edges, too"]
-        )
+        raise Refusal([f"--least {least}: it needs teeth without edge contact: add --no-edges"])
     from ....analysis.optimise import Aim, optimise_parabola
-    from ....report.aims import OptimumReport
+    from ....report.optimum_and_placement import OptimumReport
 
-    swing = math.radians(transmission_error_arcsec / 3600.0)
+    peak_to_peak = math.radians(transmission_error_arcsec / 3600.0)
     aim = Aim(
         errors=errors_of(sizes),
         contact_ratio=contact_ratio,
         off_centre=off_centre,
-        peak_to_peak=swing,
+        peak_to_peak=peak_to_peak,
         pinion_parabola=pinion_bounds,
         gear_parabola=gear_bounds,
         edges=not no_edges,

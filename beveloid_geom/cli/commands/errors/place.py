@@ -5,11 +5,11 @@ from __future__ import annotations
 import click
 
 from ... import results
-from ...options import NumberRange, errors_option, flank_option, option, override_options
+from ...options import NumberRange, errors_option, flank_option, no_result, option, override_options
 
-AT = "Where on the pinion's face the middle of the path is wanted, from the toe; may be repeated."
-BY = "The two errors: offset,shaft-angle, or axial ones, which change mounting distances."
-L1 = "Where on the pinion's profile, in place of its centre."
+AT = "Position of the middle of the path on the pinion face, from the end at -z; may be repeated."
+BY = "Two errors, such as offset,shaft-angle; axial errors change mounting distances."
+L1 = "Position on the pinion profile. Default: its centre."
 
 
 @results.result_command(
@@ -26,7 +26,7 @@ L1 = "Where on the pinion's profile, in place of its centre."
     option("--l1", float, None, L1, "MM"),
     flank_option,
     override_options,
-    csv="one place a row",
+    csv="one place per row",
 )
 def place(
     name: str,
@@ -36,16 +36,16 @@ def place(
     l1: float | None,
     flank: str,
 ) -> results.Result:
-    """Find two errors that put the middle of the path at shares of the face, centred in profile.
+    """Compute two errors that move the middle of the path to given positions on the face, centred in profile.
 
-    To 1e-6 mm, and solved anew under what was found. Errors are by their names or by the letters of the
-    trade: E offset, Sigma shaft angle, P and G pinion and gear axial. What cannot be reached is said with the
-    nearest that can. Some seconds. Exit status 1 if no mounting has a path, or a first contact is not known.
-    """
+    The positions are met to 1e-6 mm, checked by solving the contact with the computed errors. Errors are
+    given by name or by letter: E offset, Sigma shaft angle, P and G pinion and gear axial. If a position
+    cannot be reached, the nearest possible position is printed. Takes some seconds. Exit status 1 if no
+    mounting has a path, 4 if first contacts could not be computed."""
     from ....findings.path import first_contact_fault
-    from ....report.aims import place_report
+    from ....report.optimum_and_placement import place_report
 
     if fault := first_contact_fault(design):
-        raise click.ClickException(f"no first contact: {fault}")  # status 1
+        raise no_result(fault)
     with results.refused_values():
         return place_report(name, design, tuple(share / 100.0 for share in at), by, flank, l1)

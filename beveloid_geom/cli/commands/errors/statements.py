@@ -8,30 +8,22 @@ from ... import results
 from ...options import option
 
 SIDES = click.Choice(["right", "left", "both"])
+FLANKS = "Flanks. The paper does not name those of its figures: right is inferred, left is only a comparison."
 
 
 @results.result_command(
-    option("--flank", SIDES, SIDES.choices[-1], "The paper's figures are of right flanks."),
-    click.option(
-        "--readings", is_flag=True, help="The verdicts alone, under other readings of the paper too."
-    ),
-    csv="one number a row, or one reading",
-    units="mm, deg and rad as each measure says",
+    option("--flank", SIDES, SIDES.choices[0], FLANKS),
+    csv="one number per row",
+    units="mm, deg and rad as given by each measure",
 )
-def statements(name: str, design: results.Design, flank: str, readings: bool) -> results.Result:
-    """Judge the paper's statements on modified flanks and misaligned pairs.
+def statements(name: str, design: results.Design, flank: str) -> results.Result:
+    """Check the statements of the paper on modified flanks and misaligned pairs.
 
-    Each is computed for the DESIGN, whose own parabola coefficients and errors are set aside: holds,
-    does not hold, depends on the measure, or not known, with the measures, their numbers and why.
-    """
-    from ....report.statements import ReadingsReport, StatementsReport
+    Each statement is computed for the DESIGN without its parabola coefficients and errors. The verdict is:
+    holds, does not hold, depends on the measure, or not known. Measures, numbers and reasons are printed."""
+    from ....report.statements import StatementsReport
+    from ....validation.statements import paper_statements
 
     flanks = ("right", "left") if flank == "both" else (flank,)
-    if readings:
-        from ....studies.statement_readings import verdicts_by_reading
-
-        return ReadingsReport(name, {side: verdicts_by_reading(design, side) for side in flanks})
-    from ....studies.statements import paper_statements
-
     judged = [one for side in flanks for one in paper_statements(design, side)]
     return StatementsReport(name, design, judged)

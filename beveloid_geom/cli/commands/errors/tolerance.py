@@ -7,7 +7,6 @@ from typing import Literal
 
 import click
 
-from ....support.workers import workers
 from ... import results
 from ...options import (
     NumberRange,
@@ -17,32 +16,33 @@ from ...options import (
     progress_bar,
     sizes_of,
     tolerance_options,
+    worker_processes,
 )
 
-MOST_CASES, MOST_JOBS = 1_000_000, 1024
-
-
-OPERATION = "Of so many mountings also the error of all teeth, who carries, where patterns end; slower."
+MAX_CASES, MAX_JOBS = 1_000_000, 1024
+OPERATION = "Number of mountings for which the mesh cycle is computed as well; patterns of 24 of them."
 SPREADS = click.Choice(["normal", "uniform"])
 
 
 @results.result_command(
     flank_option,
     tolerance_options,
-    option("--distribution", SPREADS, SPREADS.choices[0], "Of each error."),
+    option("--distribution", SPREADS, SPREADS.choices[0], "Distribution of each error."),
     option(
         "--sigmas",
         NumberRange(0.0, 100.0, min_open=True),
         3.0,
-        "Standard deviations in a tolerance, if normal.",
+        "Standard deviations in a tolerance, for the normal distribution.",
     ),
-    option("--cases", click.IntRange(1, MOST_CASES), 100_000, "Mountings drawn."),
-    option("--operation", click.IntRange(0, MOST_CASES), 0, OPERATION),
-    option("--seed", click.IntRange(0), 0, "Of the random numbers."),
-    option("--jobs", click.IntRange(1, MOST_JOBS), 1, "Processes; their number does not change the result."),
+    option("--cases", click.IntRange(1, MAX_CASES), 100_000, "Number of random mountings."),
+    option("--operation", click.IntRange(0, MAX_CASES), 0, OPERATION),
+    option("--seed", click.IntRange(0), 0, "Seed of the random numbers."),
+    option(
+        "--jobs", click.IntRange(1, MAX_JOBS), 1, "Number of processes; the result does not depend on it."
+    ),
     parabola_options,
     json=" of the summary",
-    csv="one mounting a row",
+    csv="one mounting per row",
 )
 def tolerance(
     name: str,
@@ -56,22 +56,21 @@ def tolerance(
     jobs: int,
     **tolerances: float,
 ) -> results.Result:
-    """Find paths of contact under drawn assembly errors: how often they leave the flank, how they spread.
+    """Monte Carlo study of the path of contact under random assembly errors.
 
-    With --operation also what they do in operation: edges, hand-overs, all teeth, and the edges at which
-    contact patterns end; some 5 to 10 ms each.
-    Errors add to those of the design. Quantiles are those of the mountings with a path on the
-    flanks. Exit status 1 if no mounting has one.
-    """
-    sizes = sizes_of(tolerances, "tolerances")
-    from ....analysis.tolerance import RUNNING_COST, Tolerances, tolerance_study
+    With --operation the mesh cycle is computed as well: edge contact, hand-over, transmission error of all
+    teeth, and the edges at which contact patterns end; about 5 to 10 ms per mounting. The errors are added to
+    those of the design. Without tolerances, usual tolerances are used. Quantiles are over the mountings with
+    a path on the flanks. Exit status 1 if no mounting has a path, or if the design cannot be assembled."""
+    sizes = sizes_of(tolerances, design)
+    from ....analysis.tolerance import CYCLE_COST, Tolerances, tolerance_study
     from ....report.tolerance import ToleranceReport
 
     given = Tolerances(**sizes, distribution=distribution, sigmas=sigmas)
     with (
         results.refused_values(),
-        nullcontext() if jobs == 1 else workers(jobs) as executor,
-        progress_bar(cases + RUNNING_COST * operation, "mounting") as bar,
+        nullcontext() if jobs == 1 else worker_processes(jobs, "try fewer --jobs") as executor,
+        progress_bar(cases + CYCLE_COST * operation, "mounting") as bar,
     ):
         study = tolerance_study(
             design,

@@ -1,1 +1,4 @@
-"""Pairs written down, proposed, judged."""
+"""Design files, proposals, checks."""
+
+TITLE = "Design files, proposals, checks"
+"""Heading of these commands in the help; `python -OO` removes docstrings."""

@@ -7,19 +7,19 @@ import click
 from ...options import BUILTIN_DESIGN, Refusal, write_out
 
 
-@click.command(short_help="Print a built-in design file, as a start for one's own.")
+@click.command(short_help="Print a design file to start from.")
 @click.argument("name", default=BUILTIN_DESIGN)
 @click.option("--list", "listed", is_flag=True, help="List the built-in designs instead.")
 def design(name: str, listed: bool) -> None:
-    """Print a built-in design file, as a start for one's own.
+    """Print a design file to start from.
 
-    Without NAME it is ni-2017, the pair of Table 1 of the paper.
+    The default NAME is ni-2017, the pair of Table 1 of the paper.
     """
     from ....design.file import BUILTINS, DesignError, builtin_text
 
     if listed:
         width = max(map(len, BUILTINS))
-        write_out("".join(f"{each:{width}}  {what}\n" for each, what in BUILTINS.items()))
+        write_out("".join(f"{key:{width}}  {description}\n" for key, description in BUILTINS.items()))
         return
     try:
         write_out(builtin_text(name))

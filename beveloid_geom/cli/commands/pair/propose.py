@@ -20,38 +20,42 @@ if TYPE_CHECKING:
 TWO = (float, float)
 MODULE = "Normal module of both; needed unless --gear has it."
 FACE = "Face widths of pinion and gear.  [default: 10 modules]"
-OFFSET = "Shortest distance of the axes; 0: they intersect. Left out, it follows from cones or least cones."
+OFFSET = "Shortest distance of the axes; 0 for intersecting axes. Default: computed from the cones."
 BACKLASH = "Normal backlash.  [default: 0.04 modules]"
-CONES = "Cone angles of pinion and gear, given."
-HELIX = "Helix angle of the pinion, right hand positive; that of the gear follows."
-CROSSING = "Angle at which the generators of the drive flanks cross, with --helix-deg; 0 is line contact."
-GEAR = "Design whose gear is given, with its tool; the pinion is found."
-SHIFTS = "Profile shifts of pinion and gear. Left out, some of use are tried."
-OUT = "Write a proposal as a design file, whole or not at all."
+CONES = "Cone angles of pinion and gear."
+HELIX = "Helix angle of the pinion, right hand positive; the helix angle of the gear is computed."
+CROSSING = "Angle between the generators of the drive flanks, with --helix-deg; 0 is line contact."
+GEAR = "Design whose gear and tool are given; the pinion is computed."
+SHIFTS = "Profile shifts of pinion and gear. If omitted, common values are tried."
+LEAST = "Minimise the larger of the two cone angles. Default without --cones-deg, --crossing-deg and --gear."
+OUT = "Write a proposal as a design file."
 PATH = click.Path(path_type=Path)
 OPTIONS = block(
     option("--module", float, None, MODULE, "MM"),
-    click.option("--teeth", type=(int, int), required=True, metavar="N1 N2", help="Of pinion and gear."),
-    option("--shaft-angle-deg", float, None, "Angle of the axes, 0: they are parallel; needed.", "DEG"),
+    click.option(
+        "--teeth", type=(int, int), required=True, metavar="N1 N2", help="Teeth of pinion and gear."
+    ),
+    option("--shaft-angle-deg", float, None, "Shaft angle, 0 for parallel axes; required.", "DEG"),
     option("--offset", float, None, OFFSET, "MM"),
     option("--backlash", float, None, BACKLASH, "MM"),
-    option("--flank", SIDES, "right", "Drive flanks; the others coast."),
+    option("--flank", SIDES, "right", "Drive flanks; the other flanks coast."),
     option("--cones-deg", TWO, None, CONES, "G1 G2"),
     option("--helix-deg", float, None, HELIX, "DEG"),
     option("--crossing-deg", float, None, CROSSING, "DEG"),
-    click.option("--least-cones", is_flag=True, help="The least cones that do."),
+    click.option("--least-cones", is_flag=True, help=LEAST),
     option("--gear", str, None, GEAR, "DESIGN"),
     option("--shifts", TWO, None, SHIFTS, "X1 X2"),
     option("--face-widths", TWO, None, FACE, "B1 B2"),
     option("--pressure-angle-deg", float, 20.0, "Normal pressure angle of both tools.", "DEG"),
-    option("--cone-limits-deg", TWO, (-15.0, 15.0), "Least and greatest cone angle found.", "LOW HIGH"),
-    option("--helix-limits-deg", TWO, (-45.0, 45.0), "The same of helix angles.", "LOW HIGH"),
-    option("--shift-limits", TWO, (-0.5, 0.8), "The same of profile shifts.", "LOW HIGH"),
-    option("--count", click.IntRange(1, 5), 3, "Proposals at the most."),
-    option("--pick", click.IntRange(1, 5), 1, "Which of them --out writes."),
+    option("--cone-limits-deg", TWO, (-15.0, 15.0), "Limits of the computed cone angles.", "LOW HIGH"),
+    option("--helix-limits-deg", TWO, (-45.0, 45.0), "Limits of the computed helix angles.", "LOW HIGH"),
+    option("--shift-limits", TWO, (-0.5, 0.8), "Limits of the computed profile shifts.", "LOW HIGH"),
+    option("--count", click.IntRange(1, 5), 3, "Largest number of proposals."),
+    option("--pick", click.IntRange(1, 5), 1, "Number of the proposal that --out writes."),
     click.option("--out", type=PATH, metavar="FILE", help=OUT),
+    click.option("--overwrite", is_flag=True, help="Replace the file --out if it exists."),
     click.option("--json", "as_json", is_flag=True, help="Print JSON, with the design files; mm and rad."),
-    click.option("--csv", "as_csv", is_flag=True, help="Print CSV, one design a row, mm and rad."),
+    click.option("--csv", "as_csv", is_flag=True, help="Print CSV, one design per row, mm and rad."),
     click.pass_context,
 )
 
@@ -62,40 +66,46 @@ def propose(
     count: int,
     pick: int,
     out: Path | None,
+    overwrite: bool,
     as_json: bool,
     as_csv: bool,
     **given: Any,
 ) -> None:
-    """Find pairs that close for teeth, module and layout, ready for tca without warning, the best first.
+    """Propose pairs for teeth, module and layout, the best first; each has contact and no warning of check.
 
-    One of --cones-deg, --crossing-deg with --helix-deg, --least-cones and --gear says what of the members
-    is given; where axes intersect --helix-deg alone does. What else is free is found: cones, helix angles,
-    profile shifts within their limits, and the offset if it is left out. Where no pair is found a line says
-    why, and the nearest request for which there is one; exit status 2.
-    """
+    Give one of --cones-deg, --crossing-deg with --helix-deg, --least-cones and --gear; for intersecting axes,
+    --helix-deg alone is sufficient. Without any of them the cone angles are minimised. All other quantities
+    are computed: cones, helix angles and profile shifts within their limits, and the offset if it is omitted.
+    They are rounded to the fewest decimals that keep layout and backlash within tolerances. If no pair is
+    found, a message gives the reason and the nearest request with a solution; exit status 2."""
     if as_json and as_csv:
         raise click.UsageError("--json and --csv exclude each other: give one of them")
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its products are too small to be shared out
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # threads do not pay for small products
     source = given.pop("gear") or ""
     request = request_of(source, **given)
     from ....design.field_limits import DesignError
-    from ....proposal.propose import Refused, propose as propose_on
-    from ....proposal.words import refusal
-    from ....report.closing import ProposalReport
+    from ....proposal.command_line import refusal
+    from ....proposal.propose import Refused
+    from ....report.check import proposal_report
 
+    if out is not None and out.exists() and not overwrite:
+        name = click.format_filename(out)
+        raise Refusal([f"{name} exists already: add --overwrite, or choose another --out"])
     try:
-        report = ProposalReport(request, propose_on(request, count), source)
+        report = proposal_report(request, count, source)
     except DesignError as error:
         raise refused(error.parts) from None
     except Refused as error:
         raise Refusal([refusal(request, error.reason, error.nearest)]) from None
     if out is not None:
-        write(report.text_of, pick, len(report.proposals), out)
+        write_proposal(report.text_of, pick, len(report.proposals), out)
+        summary = f"proposal {pick} of {len(report.proposals)}, {report.words_of(pick)}"
+        click.echo(f"{click.format_filename(out)}: {summary}", err=as_json or as_csv)
     show(context, report, as_json, as_csv)
 
 
 def request_of(source: str, **given: Any) -> Request:
-    """Make the request of the options, angles in rad. Raises Refusal for what is missing."""
+    """Return the request of the options, angles in rad. Raises Refusal for missing options."""
     from ....proposal.request import BACKLASH, FACE, Bounds, Request, teeth_faults
 
     if faults := tuple(teeth_faults(given["teeth"])):
@@ -106,13 +116,15 @@ def request_of(source: str, **given: Any) -> Request:
     if missing := [name for name, value in needed.items() if value is None]:
         raise Refusal(f"{name} is missing" for name in missing)
     if gear is not None and given["module"] not in (None, module):
-        raise Refusal([f"--module must be {module:g} of the gear, as --gear has: leave it out"])
+        raise Refusal([f"--module must be {module:g}, the module of the gear: leave it out"])
 
     def angles(key: str) -> Any:
-        """Give an angle, or two, in rad."""
+        """Return one or two angles in rad."""
         value = given[key]
         return tuple(map(math.radians, value)) if isinstance(value, tuple) else value and math.radians(value)
 
+    chosen = gear is not None or not (given["cones_deg"] is None and given["crossing_deg"] is None)
+    helix_alone = given["offset"] == 0.0 and given["helix_deg"] is not None
     faces = given["face_widths"] or (FACE * module,) * 2
     return Request(
         module=module,
@@ -125,7 +137,7 @@ def request_of(source: str, **given: Any) -> Request:
         cone_angles=angles("cones_deg"),
         helix_angle=angles("helix_deg"),
         crossing=angles("crossing_deg"),
-        least_cones=given["least_cones"],
+        least_cones=given["least_cones"] or not (chosen or helix_alone),
         shifts=given["shifts"],
         gear=gear,
         pressure_angle=angles("pressure_angle_deg")
@@ -138,20 +150,20 @@ def request_of(source: str, **given: Any) -> Request:
 
 
 def refused(faults: Iterable[Fault]) -> Refusal:
-    """Make the refusal of faults, by the options' names."""
+    """Return the Refusal for faults, with the names of the options."""
     named_faults = ((fault.key and option_name(fault.key), fault.text) for fault in faults)
     return Refusal(" ".join(part for part in parts if part) for parts in named_faults)
 
 
-def write(text_of: Callable[[int], str], pick: int, count: int, out: Path) -> None:
-    """Write a proposal. Raises Refusal where there is none of that number, or the file cannot be written."""
-    from ....support.whole_file import whole_file
+def write_proposal(text_of: Callable[[int], str], pick: int, count: int, out: Path) -> None:
+    """Write a proposal. Raises Refusal if there is no proposal `pick` or the file cannot be written."""
+    from ....support.atomic_file import atomic_file
 
     if pick > count:
-        raise Refusal([f"--pick must be between 1 and {count}, as many are proposed, got {pick}"])
+        raise Refusal([f"--pick must be between 1 and {count}, the number of proposals, got {pick}"])
     try:
-        with whole_file(out) as beside:
-            beside.write_text(text_of(pick), encoding="utf-8")
+        with atomic_file(out) as temporary:
+            temporary.write_text(text_of(pick), encoding="utf-8")
     except OSError as error:
         reason = error.strerror or error
         raise Refusal(

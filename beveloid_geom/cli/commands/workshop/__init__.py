@@ -1,1 +1,4 @@
-"""For drawings, measuring, mounting and other programs."""
+"""Drawings, measurement, assembly, files for other programs."""
+
+TITLE = "Drawings, measurement, assembly, files for other programs"
+"""Heading of these commands in the help; `python -OO` removes docstrings."""

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import click
+
 from ... import results
 from ...options import NumberRange, Refusal, block, option, override_options
 
-ALLOWANCES = "Upper and lower allowance of the {}'s normal thickness; a thinner tooth's are negative."
-BALL = "Diameter of the balls between the {}'s teeth.  [default: a usual one that touches at half depth]"
-MOST = 0.3
-"""Modules of an allowance: a tooth is half a pitch thick, and no allowance takes a fifth of that."""
+ALLOWANCES = "Upper and lower allowance of the normal thickness of the {}; negative for thinner teeth."
+BALL = "Diameter of the balls for the {}.  [default: a usual one that touches at half depth]"
+SPAN = "Teeth in the span of a cylindrical {}.  [default: contact nearest to the V-cylinder]"
+DATUM = "z of the datum face of the {} from mid-face; its distance from the common perpendicular is printed."
+MAX_ALLOWANCE_MODULES = 0.3
+"""Largest allowance. A tooth is about 1.57 modules thick, and allowances are less than a fifth of this."""
 
 
 @results.result_command(
@@ -16,11 +20,13 @@ MOST = 0.3
         block(
             option(f"--{member}-allowances", (float, float), None, ALLOWANCES.format(member), "UPPER LOWER"),
             option(f"--{member}-ball", NumberRange(0.01, 1000.0), None, BALL.format(member), "MM"),
+            option(f"--{member}-span", click.IntRange(min=1), None, SPAN.format(member), "TEETH"),
+            option(f"--{member}-datum", NumberRange(-1e4, 1e4), None, DATUM.format(member), "MM"),
         )
         for member in ("pinion", "gear")
     ),
     override_options,
-    csv="a plane of a member a row",
+    csv="one plane of a member per row",
 )
 def gear_data(
     name: str,
@@ -29,24 +35,37 @@ def gear_data(
     gear_allowances: tuple[float, float] | None,
     pinion_ball: float | None,
     gear_ball: float | None,
+    pinion_span: int | None,
+    gear_span: int | None,
+    pinion_datum: float | None,
+    gear_datum: float | None,
 ) -> results.Result:
-    """Give what the drawings of both members need, at toe, middle and heel.
+    """Compute the data for the drawings of both members, at both ends and in the middle of the face.
 
-    Tip, root and form diameters, normal thickness, chord and its height, dimension over two balls; base
-    diameters, root cone, and how the hob is set. With allowances all measures at both, and the backlash that
-    follows. Exit status 1 if the tool of a member leaves no flanks to measure.
-    """
+    Tip, root and form diameters, normal thickness, chordal thickness and height, dimension over two balls;
+    for cylindrical gears also over two rolls and the span over k teeth; base diameters, root cone and setting
+    of the hob; distances of the end faces, or of a datum face, from the common perpendicular of the axes.
+    With allowances, the dimensions at both limits and the resulting backlash. Exit status 1 if the tool of a
+    member leaves no flanks to measure."""
     from ....report.workshop.gear_data import gear_data_report
 
     allowances = pinion_allowances, gear_allowances
     for member, given in zip(("pinion", "gear"), allowances, strict=True):
         if given is not None:
-            _require_allowances(member, given, MOST * float(design.pinion.tool.normal_module))
-    return gear_data_report(name, design, allowances, (pinion_ball, gear_ball))
+            _require_allowances(
+                member, given, MAX_ALLOWANCE_MODULES * float(design.pinion.tool.normal_module)
+            )
+    for member, teeth in zip(("pinion", "gear"), (pinion_span, gear_span), strict=True):
+        most = int(getattr(design, member).teeth) - 1
+        if teeth is not None and teeth > most:
+            limit = f"be between 1 and {most}, got {teeth}"
+            raise Refusal([f"--{member}-span must {limit}: the {member} has {most + 1} teeth"])
+    balls, spans = (pinion_ball, gear_ball), (pinion_span, gear_span)
+    return gear_data_report(name, design, allowances, balls, spans, (pinion_datum, gear_datum))
 
 
 def _require_allowances(member: str, given: tuple[float, float], most: float) -> None:
-    """Refuse allowances in the wrong order or unit."""
+    """Raise Refusal for allowances in the wrong order or unit."""
     lead, (upper, lower) = f"--{member}-allowances", given
     if not all(abs(value) <= most for value in given):
         cure = "were they given in um?"

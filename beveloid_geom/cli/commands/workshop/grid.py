@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from ....report.workshop.grid import DeviationReport, GridReport
 
 MEMBER = click.Choice(["pinion", "gear"])
-BORDER = "Left free at root, tip, toe and heel: a share as 10%, or mm along profile and face as 2mm."
+BORDER = "Margin at root, tip and both ends of the face: a share such as 10%, or a length such as 2mm."
 MEASURED = "File of measured points, in the order and frame of the grid: print their deviations."
 
 
 def read_border(value: str) -> tuple[str, float, float | None]:
-    """Read a border: in words, as a share, and in mm or None. Raises Refusal."""
+    """Return a border as text, as a share, and in mm or None. Raises Refusal."""
     match = re.fullmatch(r"\s*([-+.\deE]+)\s*(%|mm)\s*", value)
     try:
         size = float(match[1]) if match else float("nan")
@@ -32,12 +32,12 @@ def read_border(value: str) -> tuple[str, float, float | None]:
 
 
 grid_options = (
-    option("--member", MEMBER, "pinion", "Which gear."),
+    option("--member", MEMBER, "pinion", "Member of the pair."),
     option("--rows", int, 5, "Points from root to tip."),
-    option("--columns", int, 9, "Points from toe to heel."),
+    option("--columns", int, 9, "Points along the face, from -z to +z."),
     option("--border", read_border, "10%", BORDER, "SIZE"),
 )
-"""Which grid is meant."""
+"""Options that define the grid."""
 
 
 def measured_report(
@@ -49,13 +49,13 @@ def measured_report(
     columns: int,
     border: tuple[str, float, float | None],
 ) -> DeviationReport:
-    """Read the measured points of a grid. Raises Refusal."""
+    """Return the deviations of measured points on a grid. Raises Refusal."""
     from ....report.workshop.grid import DeviationReport
     from ....workshop.measured import MeasuredError, read_deviations
 
-    found, file = grid_of(name, design, member, rows, columns, border), click.format_filename(measured)
+    nominal, file = grid_of(name, design, member, rows, columns, border), click.format_filename(measured)
     try:
-        return DeviationReport(found.named, read_deviations(measured, found.grid))
+        return DeviationReport(nominal.named, read_deviations(measured, nominal.grid))
     except MeasuredError as error:
         raise Refusal([f"{file}: {error}"]) from None
     except OSError as error:
@@ -70,29 +70,29 @@ def grid_of(
     columns: int,
     border: tuple[str, float, float | None],
 ) -> GridReport:
-    """Lay the grid that the options ask for. Raises Refusal."""
+    """Return the nominal grid of the options. Raises Refusal."""
     from ....report.workshop.grid import GridReport, Named
     from ....workshop.grid import measuring_grid
 
     words, share, length = border
     with results.refused_values():
-        found = measuring_grid(getattr(design, member), rows, columns, share, length)
-    return GridReport(Named(name, member, words), found)
+        points = measuring_grid(getattr(design, member), rows, columns, share, length)
+    return GridReport(Named(name, member, words), points)
 
 
 @results.result_command(
     *grid_options,
     option("--measured", click.Path(path_type=Path), None, MEASURED, "FILE"),
     parabola_options,
-    csv="one point a row",
+    csv="one point per row",
 )
-def grid(name: str, design: results.Design, measured: Path | None, **asked: Any) -> results.Result:
-    """Give the points and outward normals of a measuring grid on both flanks of a tooth, or read it back.
+def grid(name: str, design: results.Design, measured: Path | None, **options: Any) -> results.Result:
+    """Compute the points and outward normals of a measuring grid on both flanks of a tooth, or evaluate
+    measured points.
 
-    As text the neutral table that measuring programs read: what the numbers are, behind #, then a point a
-    line. With --measured the deviations of measured points along the normal, with their mean, slopes,
-    crowning and twist. A file with a hole, in another order or unit is refused.
-    """
+    The text is a table for measuring programs: definitions after #, then one point per line. With --measured,
+    the deviations of measured points along the normal are printed, with their mean, slopes, crowning and
+    twist. A file with missing points, or in another order or unit, is rejected."""
     if measured is None:
-        return grid_of(name, design, **asked)
-    return measured_report(name, design, measured, **asked)
+        return grid_of(name, design, **options)
+    return measured_report(name, design, measured, **options)

@@ -1,4 +1,4 @@
-"""The command `beveloid-geom mesh`: a part of a pair as a file for other programs."""
+"""Command `beveloid-geom mesh`: write a part of a pair as a file for other programs."""
 
 from __future__ import annotations
 
@@ -23,15 +23,17 @@ from ....export import (
     VOLUME_FORMATS,
     suffixes_by_purpose,
 )
-from ...mesh_parts import FLANKS, GEARS, TEETH, WRITE, Request, frames_in_mesh
+from ...mesh_parts import FLANKS, GEARS, TEETH, WRITERS, MeshRequest, frames_text
 from ...options import (
     BUILTIN_DESIGN,
     OVERRIDES,
+    PARABOLAS,
     SIDES,
     Refusal,
     block,
     changed_design,
     load_design,
+    no_result,
     option,
     option_name,
     override_options,
@@ -44,18 +46,29 @@ if TYPE_CHECKING:
 
 PARTS = (*GEARS, "pair", *FLANKS, *TEETH)
 ELEMENTS = ("C3D20", "C3D20R", "C3D8I", "C3D8")
-LOAD, LOADED = 1000.0, 6.0
-"""N at that module (mm): the default load, which goes with the square of the module for equal stresses."""
+DEFAULT_LOAD_N = 1000.0
+"""Load on a tooth of module 6 mm. It scales with the square of the module, which keeps stresses the same."""
 
 
 @dataclass(frozen=True)
 class Kind:
-    """Geometry of one kind: its `formats`, the `parts` that it is made of, the words for it in a refusal,
-    and how many default tolerances are one module, None where it does without."""
+    """Kind of geometry.
+
+    Attributes
+    ----------
+    formats : dict
+        Formats by suffix.
+    parts : tuple of str
+        Parts that can be written.
+    description : str
+        Text for messages.
+    steps : float or None
+        Module over default tolerance, None if no tolerance is needed.
+    """
 
     formats: dict[str, Any]
     parts: tuple[str, ...]
-    words: str
+    description: str
     steps: float | None = 600.0
 
 
@@ -64,67 +77,79 @@ KINDS = {
     "contact": Kind(CONTACT_FORMATS, ("pair",), "the pair in contact", None),
     "surface": Kind(SURFACE_FORMATS, PARTS, "surface"),
     "solid": Kind(CAD_FORMATS, (*GEARS, *TEETH, "pair"), f"solid of {', '.join((*GEARS, *TEETH, 'pair'))}"),
-    "scene": Kind(SCENE_FORMATS, ("pair",), "the pair to look at, with paths and patterns", 200.0),
+    "scene": Kind(SCENE_FORMATS, ("pair",), "the pair for viewers, with paths and patterns", 200.0),
 }
-"""In the order in which they are tried: a tooth as .vtu is hexahedra."""
+"""Kinds in the order in which they are tried: a tooth as .vtu is hexahedra."""
 
 
 FORMATS = (
     f"Surfaces: {suffixes_by_purpose(SURFACE_FORMATS)}. A tooth as hexahedra: "
     f"{suffixes_by_purpose(VOLUME_FORMATS)}. Gears, teeth and the pair as solids: "
-    f"{suffixes_by_purpose(CAD_FORMATS)}. The pair to look at: {suffixes_by_purpose(SCENE_FORMATS)}. "
+    f"{suffixes_by_purpose(CAD_FORMATS)}. The pair for viewers: {suffixes_by_purpose(SCENE_FORMATS)}. "
     f"The pair in contact as hexahedra: {suffixes_by_purpose(CONTACT_FORMATS)}."
 )
 PATH: Any = click.Path(path_type=Path)
 TOLERANCE = (
-    "Greatest distance of the mesh from the exact surfaces, of hexahedra that of their straight edges."
-    "  [default: module / 600, to look at module / 200, hexahedra module / 120: 0.01, 0.03, 0.05 at 6 mm; "
-    "of the pair as .inp the flanks that touch are finer, and all else is coarse unless this is given]"
+    "Largest distance of the mesh from the exact surfaces; for hexahedra, of their straight edges."
+    "  [default: module / 600, for viewers module / 200, hexahedra module / 120: 0.01, 0.03, 0.05 at 6 mm; "
+    "the pair as .inp has a fine mesh on flanks in contact, and a coarse mesh elsewhere unless this is given]"
 )
 NEIGHBOURS = (
-    "Neighbouring teeth, all of them for the whole gear. As .inp they are held in the bore and where they "
-    "are cut from the others: take 3 for stresses. Of each member of the pair in contact an odd number.  "
-    "[default: 1, of the pair 3]"
+    "Number of neighbouring teeth, up to the complete gear. In a .inp file they are held in the bore and at "
+    "their cut sides: take 3 for stresses. For the pair in contact, an odd number for each member.  "
+    "[default: 1, for the pair 3]"
 )
+BORE = "Radius of the bore; for the pair, of both gears.  [default: 0.45 of the smallest root radius]"
 ELEMENT = (
     "C3D20R leaves hourglass modes where the contact is smaller than an element, C3D8I fails the patch test "
-    "where elements are distorted, C3D8 is stiff in bending."
+    "where elements are distorted, C3D8 is too stiff in bending."
 )
 FORCE = (
-    "Force on the flank, along its normal, as Hertz's pressure on the ellipse of contact of steel in the "
-    "middle of the path.  [default: 1000 * (module / 6 mm)^2]"
+    "Force on the flank along its normal, as Hertz's pressure on the contact ellipse of steel in the middle "
+    "of the path.  [default: 1000 * (module / 6 mm)^2]"
 )
 TORQUE = (
     "Torque on the pinion of the pair as .inp; the gear is held.  "
     "[default: that of 20 kN * (module / 6 mm)^2 between the teeth]"
 )
-ROLL = "Roll of the pinion of the pair as .inp, at which it touches first.  [default: the middle of its path]"
-ROLLS = "So many rolls over a pitch about the middle in place of one, a file each: pair-1.inp, pair-2.inp ..."
+ROLL = (
+    "Roll of the pinion, with the gear turned until the first tooth touches; for the pair, a part --placed "
+    "and for --frames.  [default: the middle of the path of contact]"
+)
+ROLLS = (
+    "Number of rolls over one pitch about the middle, each in a file: pair-1.inp, pair-2.inp ...; for the "
+    "pair as .inp."
+)
 ACROSS = (
-    "Elements across the ellipse of contact of the pair as .inp; 4 for pressures, 1 for load sharing and "
+    "Elements across the contact ellipse of the pair as .inp: 4 for pressures, 1 for load sharing and "
     "transmission error."
 )
-FLANK = "Which flank; of the pair and of a loaded tooth, the one in contact."
+FLANK = "Flank to be written; for the pair and a loaded tooth, the flank in contact."
 FIELD = (
-    "Distance of the mating flank on each point of a flank, mm: in the middle of the path of contact, or the "
-    "least while the tooth rolls through the mesh. Repeatable."
+    "Distance of the mating flank at each point of a flank, mm: in the middle of the path of contact, or the "
+    "smallest one while the tooth rolls through the mesh. Repeatable."
 )
-PLACED = "Write a single gear, tooth or flank where it stands in the pair in mesh, not in its own frame."
+PLACED = (
+    "Write a single gear, tooth or flank in its position in the pair, not in the frame of its gear. The "
+    "middle one of several teeth is in mesh."
+)
 FRAMES = (
-    "Print how the gears stand in mesh, as matrices from their own frames to the pair's; without --out "
-    "nothing is written."
+    "Print the positions of the gears in mesh, as matrices from their frames to that of the pair; nothing is "
+    "written without --out."
 )
 OPTIONS = block(
     click.argument("design", default=BUILTIN_DESIGN),
-    click.option("--part", type=click.Choice(PARTS), help="What to write."),
-    click.option("--out", type=PATH, metavar="FILE", help="Its suffix is the format."),
+    click.option("--part", type=click.Choice(PARTS), help="Part to be written."),
+    click.option("--out", type=PATH, metavar="FILE", help="Output file; its suffix is the format."),
     click.option("--placed", is_flag=True, help=PLACED),
     click.option("--frames", is_flag=True, help=FRAMES),
     option("--tolerance", float, None, TOLERANCE, "MM"),
     option("--flank", SIDES, SIDES.choices[0], FLANK),
     click.option("--field", type=click.Choice(["separation", "pattern"]), multiple=True, help=FIELD),
     option("--teeth", click.IntRange(1), None, NEIGHBOURS, "K"),
-    option("--bore-radius", float, None, "Default: 0.45 of the least root radius.", "MM"),
+    option("--bore-radius", float, None, BORE, "MM"),
+    option("--pinion-bore-radius", float, None, "Radius of the pinion's bore in the pair.", "MM"),
+    option("--gear-bore-radius", float, None, "Radius of the gear's bore in the pair.", "MM"),
     option("--element", click.Choice(ELEMENTS), ELEMENTS[0], ELEMENT),
     option("--load", float, None, FORCE, "N"),
     option("--torque", float, None, TORQUE, "NM"),
@@ -136,33 +161,41 @@ OPTIONS = block(
 )
 
 
-def kind_of(part: str, suffix: str) -> str:
-    """Find the kind, a key of KINDS, as which a part is written in a format. Raises Refusal."""
+def kind_of(part: str, suffix: str, teeth: int) -> str:
+    """Return the key of KINDS for a part in a format, of a gear with a number of teeth. Raises Refusal."""
     for name, kind in KINDS.items():
         if part in kind.parts and suffix in kind.formats:
             return name
     known = any(suffix in kind.formats for kind in KINDS.values())
     shown = suffix or "a name without a suffix"
-    kinds = "; ".join(f"{', '.join(kind.formats)} ({kind.words})" for kind in KINDS.values())
-    fault = f"a {part} cannot be written as {suffix}" if known else f"{shown} is no known format"
+    kinds = "; ".join(f"{', '.join(kind.formats)} ({kind.description})" for kind in KINDS.values())
+    fault = f"a {part} cannot be written as {suffix}" if known else f"{shown} is not a known format"
+    if part in GEARS and suffix in VOLUME_FORMATS:
+        raise Refusal([f"--out: {fault}: for all teeth of it give --part {part}-tooth --teeth {teeth}"])
     raise Refusal([f"--out: {fault}: give one of {kinds}"])
 
 
-def refuse_unused(context: click.Context, request: Request) -> None:
-    """Raise Refusal for an option given that changes nothing about what is asked for."""
+def refuse_unused(context: click.Context, request: MeshRequest, frames: bool) -> None:
+    """Raise Refusal for each given option that does not change the output."""
     teeth, flanks, solids = " and ".join(TEETH), " and ".join(FLANKS), (*GEARS, *TEETH)
-    posed, part, suffix = request.posed, request.part, request.suffix
+    in_contact, part, suffix = request.needs_contact, request.part, request.suffix
     contact = request.kind == "contact"
     mounted = "the pair, a part --placed, a flank with --field, and a tooth as .inp"
     uses = {
-        **{name: (posed, mounted) for name, *_ in OVERRIDES},
-        "parabola_pinion": (posed or request.number == 0, f"the pinion, {mounted}"),
-        "parabola_gear": (posed or request.number == 1, f"the gear, {mounted}"),
-        "flank": (posed or part in FLANKS, f"flanks, {mounted}"),
+        **{name: (in_contact, mounted) for name, *_ in OVERRIDES},
+        **{
+            name: (in_contact or request.number == number, f"the {member}, {mounted}")
+            for number, member in enumerate(("pinion", "gear"))
+            for name, *_ in PARABOLAS
+            if name.endswith(member)
+        },
+        "flank": (in_contact or part in FLANKS, f"flanks, {mounted}"),
         "placed": (part != "pair", ", ".join((*GEARS, *TEETH, *FLANKS))),
         "teeth": (part in TEETH or contact, f"{teeth}, and the pair as .inp"),
-        "bore_radius": (part in solids or contact, f"{', '.join(solids)}, and the pair as .inp"),
-        **dict.fromkeys(("torque", "across", "roll_deg", "rolls"), (contact, "the pair as .inp")),
+        "bore_radius": (part in (*solids, "pair"), f"{', '.join(solids)} and the pair"),
+        **dict.fromkeys(("pinion_bore_radius", "gear_bore_radius"), (part == "pair", "the pair")),
+        **dict.fromkeys(("torque", "across", "rolls"), (contact, "the pair as .inp")),
+        "roll_deg": (part == "pair" or request.placed or frames, "the pair, a part --placed and --frames"),
         "tolerance": (request.kind != "solid", "surfaces and hexahedra"),
         "element": (request.kind == "volume", f"{teeth} as {', '.join(VOLUME_FORMATS)}"),
         "load": (suffix == ".inp" and not contact, f"{teeth} as .inp"),
@@ -177,11 +210,14 @@ def refuse_unused(context: click.Context, request: Request) -> None:
         raise Refusal(faults)
 
 
-def check_numbers(request: Request) -> None:
-    """Raise Refusal for lengths, forces and teeth that cannot be meant."""
+def check_numbers(request: MeshRequest, bores: dict[str, float | None]) -> None:
+    """Raise Refusal for invalid lengths, forces and numbers of teeth; `bores` are the bore options."""
     given = (
         ("--tolerance", request.tolerance, "mm", "usual are 0.001 to 0.1"),
-        ("--bore-radius", request.bore_radius, "mm", "leave it out for 0.45 of the root radius"),
+        *(
+            (option_name(name), value, "mm", "leave it out for 0.45 of the root radius")
+            for name, value in bores.items()
+        ),
         ("--load", request.load, "N", "it pushes on the flank, its sign is that of the inward normal"),
         ("--across", request.across, "", "4 show pressures"),
         ("--torque", request.torque, "N m", "it presses the flanks of --flank together, right or left"),
@@ -199,34 +235,51 @@ def check_numbers(request: Request) -> None:
         faults.append(f"--teeth must be between 1 and {int(request.member.teeth)}, got {request.teeth}")
     if faults:
         raise Refusal(faults)
+    if request.part == "pair":
+        _check_bores(request, bores)
 
 
-def file_beside(out: Path) -> AbstractContextManager[Path]:
-    """Give `whole_file` of a file. Raises Refusal for a folder, and for a file in none."""
-    from ....support.whole_file import whole_file
+def _check_bores(request: MeshRequest, bores: dict[str, float | None]) -> None:
+    """Raise Refusal for a bore of the pair outside its limits, with the name of its option."""
+    from ....shapes.solid import bore_of
+    from ....support.argument import ArgumentError
+
+    for member, name, radius in zip(request.design.members, MEMBERS, request.bore_radii, strict=True):
+        given = f"{name}_bore_radius" if bores[f"{name}_bore_radius"] is not None else "bore_radius"
+        try:
+            if radius is not None:
+                bore_of(member, radius)
+        except ArgumentError as error:
+            raise Refusal([f"{option_name(given)} {error.text}"]) from None
+
+
+def unfinished_file(out: Path) -> AbstractContextManager[Path]:
+    """Return `atomic_file` of a path. Raises Refusal for a folder, and for a file in a missing folder."""
+    from ....support.atomic_file import atomic_file
 
     if out.is_dir():
         raise Refusal([f"--out: {click.format_filename(out)} is a folder: name a file in it"])
     if not out.parent.is_dir():
         folder = click.format_filename(out.parent)
         raise Refusal([f"--out: the folder {folder} does not exist: make it first"])
-    return whole_file(out)
+    return atomic_file(out)
 
 
 @contextmanager
-def refused_writing(request: Request) -> Iterator[None]:
-    """Raise Refusal where the file of the request cannot be written, where the geometry does not allow it or
-    memory does not suffice; ClickException (status 1) where a pattern has no first contact."""
-    from ....operation.marking.operating_rolls import UnknownOperationError
+def refused_writing(request: MeshRequest) -> Iterator[None]:
+    """Raise Refusal if the file cannot be written, the geometry is invalid or the memory is not sufficient.
+
+    Raises NoResult if the first contact is not known."""
+    from ....operation.contact_pattern.motion import UnknownOperationError
     from ....support.argument import ArgumentError
 
     try:
         with refused_values():
             yield
     except OSError as error:
-        # Libraries that write on their own say no more than that it failed.
+        # Some libraries only report that writing failed.
         reason = error.strerror or f"{error}, is the disk full?"
-        name = click.format_filename(error.filename2 or request.out)  # the first where it takes its place
+        name = click.format_filename(error.filename2 or request.out)  # filename2: the target of a renaming
         raise Refusal([f"cannot write {name} ({reason}): choose another --out"]) from None
     except MemoryError:
         cure = "the pair in contact: take a smaller --across or fewer --teeth"
@@ -236,8 +289,8 @@ def refused_writing(request: Request) -> Iterator[None]:
     except ArgumentError as error:
         raise Refusal([f"{option_name(error.argument)} {error.text}"]) from None
     except UnknownOperationError as error:
-        what = "contact" if request.kind == "contact" else "pattern"
-        raise click.ClickException(f"no {what}: {error.reason}") from None  # status 1
+        missing = "contact" if request.kind == "contact" else "pattern"
+        raise no_result(error.reason, f"no {missing}") from None
     except ImportError as error:
         raise Refusal([str(error)]) from None
 
@@ -247,75 +300,100 @@ def mesh(context: click.Context, /, design: str, field: tuple[str, ...], **given
 
     {formats}
 
-    Surfaces for ParaView have exact normals and fields. Hexahedra have named sets, and as .inp a load and
-    supports, ready to run. Lengths are mm, in the gear's own frame; the pair, and what is --placed, stands in
-    S_f (z along the pinion's axis, x along the common perpendicular) in the middle of its path of contact.
+    Surfaces for ParaView have exact normals and fields. Hexahedra have named sets; a .inp file also has a
+    load and supports and is ready to run. Lengths are mm, in the frame of the gear. The pair, and a part that
+    is --placed, are in S_f (z along the pinion's axis, x along the common perpendicular) in the middle of the
+    path of contact, or at --roll-deg.
 
-    Of the pair in contact the gear is held and a torque turns the pinion; what ccx finds over a pitch
-    `render-figures --loaded` draws.
+    In the pair in contact the gear is held and a torque turns the pinion. `render-figures --loaded` draws the
+    results of ccx over a pitch.
     """
     if not (given["frames"] and given["part"] is None and given["out"] is None):
         require_part_and_out(context)
     changed = changed_design(load_design(design), {name: given.pop(name) for name, *_ in OVERRIDES})
-    if given.pop("frames"):
-        write_out(frames_in_mesh(changed, given["flank"]))
+    frames = given.pop("frames")
+    if frames:
+        write_out(frames_text(changed, given["flank"], given["roll_deg"]))
     if given["part"] is not None:
-        write_part(context, changed, click.format_filename(design), field, given)
+        write_part(context, changed, click.format_filename(design), field, frames, given)
 
 
 def require_part_and_out(context: click.Context) -> None:
-    """Raise MissingParameter where one of --part and --out is not given."""
+    """Raise MissingParameter if --part or --out is missing."""
     for parameter in context.command.params:
         if parameter.name in ("part", "out") and context.params[parameter.name] is None:
             raise click.MissingParameter(ctx=context, param=parameter)
 
 
 def write_part(
-    context: click.Context, changed: Design, source: str, field: tuple[str, ...], given: dict[str, Any]
+    context: click.Context,
+    changed: Design,
+    source: str,
+    field: tuple[str, ...],
+    frames: bool,
+    given: dict[str, Any],
 ) -> None:
-    """Write the part that the options ask for, and say what it is."""
+    """Write the part and print a line for each file."""
     part, suffix = given["part"], given["out"].suffix.lower()
-    kind = kind_of(part, suffix)
-    module = float(changed.members[part.startswith(MEMBERS[1])].tool.normal_module)
-    load, teeth = LOAD * (module / LOADED) ** 2, 3 if kind == "contact" else 1
+    member = changed.members[part.startswith(MEMBERS[1])]
+    kind = kind_of(part, suffix, int(member.teeth))
+    module = float(member.tool.normal_module)
+    load, teeth = DEFAULT_LOAD_N * (module / 6.0) ** 2, 3 if kind == "contact" else 1
     steps = KINDS[kind].steps
     defaults = {"tolerance": None if steps is None else module / steps, "load": load, "teeth": teeth}
     given |= {name: value for name, value in defaults.items() if given[name] is None}
+    bores = {
+        name: given.pop(name) for name in ("bore_radius", *(f"{member}_bore_radius" for member in MEMBERS))
+    }
+    radii = (bores[f"{name}_bore_radius"] for name in MEMBERS)
+    pinion_bore, gear_bore = (bores["bore_radius"] if radius is None else radius for radius in radii)
     fields = tuple(dict.fromkeys(field))
-    request = Request(source, changed, suffix, kind, fields=fields, **given)
-    refuse_unused(context, request)
-    check_numbers(request)
+    request = MeshRequest(
+        source, changed, suffix, kind, fields=fields, bore_radii=(pinion_bore, gear_bore), **given
+    )
+    refuse_unused(context, request, frames)
+    check_numbers(request, bores)
     if part in FLANKS:
         warn_of_undercut(request.member, request.flank)
+    write_files(request)
+
+
+def write_files(request: MeshRequest) -> None:
+    """Write the file of each roll. All files take their places together, after the last one is written."""
     from tqdm import tqdm
 
     each = request.each
     bar = tqdm(total=2 * len(each), disable=None, leave=False, file=sys.stderr)
-    with bar, refused_writing(request), ExitStack() as files:  # which take their places when all are written
-        places, told = [], []
+    with bar, refused_writing(request), ExitStack() as files:
+        unfinished, messages = [], []
         for one in each:
             with refused_writing(one):
-                places.append(files.enter_context(file_beside(one.out)))
-        for one, beside in zip(each, places, strict=True):
-            bar.set_description(part)
+                unfinished.append(files.enter_context(unfinished_file(one.out)))
+        for one, path in zip(each, unfinished, strict=True):
+            bar.set_description(request.part)
             with refused_writing(one):
-                text = WRITE[kind](one, beside, bar)
-            told.append(f"{click.format_filename(one.out)}: {text}\n")
-    write_out("".join(told))
+                text = WRITERS[request.kind](one, path, bar)
+            messages.append(f"{click.format_filename(one.out)}: {text}\n")
+    write_out("".join(messages))
 
 
 def warn_of_undercut(member: Member, flank: str) -> None:
-    """Write a line on standard error where the tool leaves less of a flank than is written."""
-    from ....gear.undercut import undercut_of, words_of
+    """Write a warning on standard error if undercut shortens a flank."""
+    from ....gear.undercut import undercut_of, undercut_text
 
     try:
-        found = undercut_of(member, flank)
+        undercut = undercut_of(member, flank)
     except ValueError as error:
         click.echo(f"Warning: {error}", err=True)
         return
-    if found.undercut:
-        click.echo(f"Warning: the {flank} flank is undercut {words_of(found)}; it is written whole", err=True)
+    if undercut.undercut:
+        written = (
+            "written whole" if math.isinf(undercut.lost.max()) else "written down to where the fillet cuts it"
+        )
+        click.echo(
+            f"Warning: the {flank} flank is undercut {undercut_text(undercut)}; it is {written}", err=True
+        )
 
 
-mesh.__doc__ = str(mesh.__doc__).format(formats=FORMATS)
+mesh.__doc__ = (mesh.__doc__ or "").format(formats=FORMATS)
 command = named(mesh, OPTIONS(mesh))

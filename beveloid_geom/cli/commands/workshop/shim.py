@@ -7,11 +7,11 @@ import math
 import click
 
 from ... import results
-from ...options import NumberRange, Refusal, changed_design, flank_option, option, parabola_options
+from ...options import NumberRange, Refusal, changed_design, flank_option, no_result, option, parabola_options
 
-OFFSET = "Offset of the housing as measured.  [default: the design's, with its error]"
-SHAFT_ANGLE = "Shaft angle of the housing as measured.  [default: the design's, with its error]"
-AT = "Where on the pinion's face the middle of the path is wanted, from the toe; else least moves."
+OFFSET = "Measured offset of the housing.  [default: offset of the design, with its error]"
+SHAFT_ANGLE = "Measured shaft angle of the housing.  [default: shaft angle of the design, with its error]"
+AT = "Position of the middle of the path on the pinion face, from the end at -z. Default: any."
 
 
 @results.result_command(
@@ -22,12 +22,12 @@ AT = "Where on the pinion's face the middle of the path is wanted, from the toe;
         type=NumberRange(0.0, 100.0),
         required=True,
         metavar="MM",
-        help="Normal backlash wanted, the least over a mesh cycle.",
+        help="Required normal backlash, the least over a mesh cycle.",
     ),
     option("--at", NumberRange(0.0, 100.0, min_open=True, max_open=True), None, AT, "PERCENT"),
     flank_option,
     parabola_options,
-    csv="one member a row",
+    csv="one member per row",
 )
 def shim(
     name: str,
@@ -38,32 +38,32 @@ def shim(
     at: float | None,
     flank: str,
 ) -> results.Result:
-    """Find the axial positions of pinion and gear that give a backlash in a housing as measured.
+    """Compute the axial positions of pinion and gear for a given backlash in a measured housing.
 
-    With --at the middle of the path is put there, too; else both are moved as little as can be. Met to 1e-9
-    mm in the pair solved anew, or why not. Some seconds. Exit status 1 if there are none, or more than a
-    face width away.
-    """
+    With --at, the middle of the path is moved to this position as well; otherwise the displacements are as
+    small as possible. The backlash is met to 1e-9 mm, checked by solving the displaced pair. Takes some
+    seconds. Exit status 1 if there are no such positions, or only more than a face width away, 4 if they
+    could not be computed."""
     from ....findings.path import first_contact_fault
     from ....report.workshop.shim import shim_report
 
     measured = _measured(design, offset, shaft_angle_deg)
     if fault := first_contact_fault(measured):
-        raise click.ClickException(f"no first contact: {fault}")  # status 1
+        raise no_result(fault)
     with results.refused_values():
         return shim_report(name, measured, backlash, None if at is None else at / 100.0, flank)
 
 
 def _measured(design: results.Design, offset: float | None, shaft_angle_deg: float | None) -> results.Design:
-    """Give the design in a housing of this offset (mm) and shaft angle. Raises Refusal."""
-    own = {"offset": float(design.pair.offset), "shaft_angle_deg": math.degrees(design.pair.shaft_angle)}
+    """Return the design in a housing with this offset (mm) and shaft angle. Raises Refusal."""
+    nominal = {"offset": float(design.pair.offset), "shaft_angle_deg": math.degrees(design.pair.shaft_angle)}
     given = {"offset": offset, "shaft_angle_deg": shaft_angle_deg}
     changes = {
-        name.replace("_deg", "") + ("_error_deg" if "_deg" in name else "_error"): value - own[name]
+        name.replace("_deg", "") + ("_error_deg" if "_deg" in name else "_error"): value - nominal[name]
         for name, value in given.items()
         if value is not None
     }
     try:
         return changed_design(design, changes)
     except Refusal as refusal:
-        raise Refusal(f"as measured less the design's: {fault}" for fault in refusal.faults) from None
+        raise Refusal(f"measured minus nominal value: {fault}" for fault in refusal.faults) from None

@@ -1,0 +1,140 @@
+"""Statistics of the mesh cycles of a pair in many mountings, with edge contact and hand-over between tooth
+pairs.
+
+The path of contact states where two flanks are tangent, a mesh cycle which teeth touch first. The statistics
+are the transmission error of all teeth, the share of the cycle carried by edges, the operating contact ratio
+in a film, and the edges of the flanks at which contact patterns end. Patterns are computed for a few
+mountings only."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+
+from ..arrays import Codes, FloatArray, Integers, Mask
+from ..contact.ellipse import MARKING_SEPARATION
+from ..design.model import Design
+from ..gear.active_flank import place_at
+from ..gear.flank import flank_point
+from ..operation.contact_pattern.mating import mating_of
+from ..operation.contact_pattern.minimum_separation import minimum_separation
+from ..operation.contact_pattern.motion import first_contact_operation
+from ..operation.mesh_cycle import MeshCycle
+from ..operation.operating_ratio import operating_ratios
+from ..status import FirstStatus, Limit
+from ..support.array_repr import short_repr
+
+CYCLES_PER_CALL = 64
+"""Number of mountings for which one vectorised call is fastest."""
+EDGE_POINTS = 48
+"""Number of points along an edge of a flank."""
+
+
+@dataclass(frozen=True, eq=False)
+class CycleStatistics:
+    """Mesh cycles of n mountings; NaN where `status` is not SOLVED.
+
+    Attributes
+    ----------
+    status : Codes
+        (n,), codes of `FirstStatus`.
+    cycle_peak_to_peak : FloatArray
+        (n,), rad: peak-to-peak transmission error of all teeth.
+    edge_share : FloatArray
+        (n,): share of the cycle carried by edges.
+    film_ratio : FloatArray
+        (n,): operating contact ratio within a film of 6.35 um (`operating_ratio`); NaN also where it is not
+        known.
+    pattern_ends : Mask
+        (n, 8), in the order of `Limit`: edges at which the pattern of 6.35 um of marking compound ends.
+    pattern_known : Mask
+        (n,): mountings for which the pattern was computed; `pattern_ends` of the others is False.
+    """
+
+    __repr__ = short_repr
+
+    status: Codes
+    cycle_peak_to_peak: FloatArray
+    edge_share: FloatArray
+    film_ratio: FloatArray
+    pattern_ends: Mask
+    pattern_known: Mask
+
+    @property
+    def solved(self) -> Mask:
+        """Mountings whose mesh cycle is known."""
+        return np.asarray(self.status == FirstStatus.SOLVED)
+
+    def quantities(self) -> dict[str, FloatArray]:
+        """Return the quantities (n,) that have a distribution, by name."""
+        return {name: getattr(self, name) for name in ("cycle_peak_to_peak", "edge_share", "film_ratio")}
+
+    def with_patterns(self, numbers: Integers, ends: list[Mask]) -> CycleStatistics:
+        """Return these statistics with the pattern ends (8,) of the mountings with these numbers."""
+        pattern_ends, known = self.pattern_ends.copy(), self.pattern_known.copy()
+        pattern_ends[numbers], known[numbers] = np.reshape(ends, (-1, len(Limit))), True
+        return replace(self, pattern_ends=pattern_ends, pattern_known=known)
+
+
+def cycle_statistics(mountings: Design, flank: str) -> CycleStatistics:
+    """Compute the mesh cycles of a design with single members and errors of one batch axis, without patterns.
+
+    Raises ValueError for members of arrays and if the tip rounds of a tool overlap."""
+    found = operating_ratios(mountings, flank, (MARKING_SEPARATION,))
+    cycle = found.cycle
+    return CycleStatistics(
+        status=cycle.status.reshape(-1).astype(np.int8),
+        cycle_peak_to_peak=cycle.peak_to_peak.reshape(-1),
+        edge_share=cycle.edge_share.reshape(-1),
+        film_ratio=found.ratio.reshape(-1),
+        pattern_ends=np.zeros((cycle.status.size, len(Limit)), dtype=bool),
+        pattern_known=np.zeros(cycle.status.size, dtype=bool),
+    )
+
+
+def joined(parts: list[CycleStatistics]) -> CycleStatistics:
+    """Return the mesh cycles of several parts as one object, in their order."""
+    names = [field.name for field in fields(CycleStatistics)]
+    return CycleStatistics(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
+def pattern_ends(
+    design: Design, flank: str, separation: float = MARKING_SEPARATION, cycle: MeshCycle | None = None
+) -> Mask:
+    """Return the edges of both flanks at which the contact pattern of a single design ends.
+
+    A pattern ends at an edge if the minimum separation of a point of this edge from the mating flank, over
+    the roll of the pair, is within the marking compound. The separation is computed as for a contact pattern,
+    but only along the four edges of each flank.
+
+    Parameters
+    ----------
+    design : Design
+    flank : {'right', 'left'}
+    separation : float
+        Thickness of the marking compound, mm.
+    cycle : MeshCycle, optional
+        Mesh cycle of the design, if it is known already.
+
+    Returns
+    -------
+    Mask
+        (8,), in the order of `Limit`.
+
+    Raises
+    ------
+    ValueError
+        If the mesh cycle is not known, or a flank does not reach its tip cone.
+    """
+    operation = first_contact_operation(design, flank, cycle)
+    along, low, high = np.linspace(0.0, 1.0, EDGE_POINTS), np.zeros(EDGE_POINTS), np.ones(EDGE_POINTS)
+    # Root and tip run along the face, toe and heel along the depth.
+    depth, face = np.concatenate((low, high, along, along)), np.concatenate((along, along, low, high))
+    least = np.empty((len(Limit) // 2, 2))
+    for k, member in enumerate(design.members):
+        l, _, u = place_at(member, flank, depth, face)
+        points = flank_point(member, flank, l, u)
+        found = minimum_separation(mating_of(design, flank, k, operation), points).least
+        least[:, k] = np.nan_to_num(found, nan=np.inf).reshape(-1, EDGE_POINTS).min(axis=1)
+    return np.asarray(least.reshape(-1) <= separation)

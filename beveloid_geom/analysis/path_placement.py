@@ -1,0 +1,360 @@
+"""Two assembly errors that put the path of contact at a wanted position: the inverse of `sensitivity`.
+
+The middle of a path is its position at mid-roll, half-way in roll between the two ends of the path. The
+wanted position is given by z on the pinion, a share of the face width, and by l1, centred in profile. A path
+that runs from tip to tip of the members is centred in any case; under errors it must keep the l1 that its
+middle has without errors. If an end of a face limits the path as designed, the reference line of the tool is
+wanted, near the middle of its flank. With the two errors e,
+
+    F(e) = (z(e) - z_wanted, l1(e) - l1_wanted) = 0
+
+is solved by Newton's method, which starts from the design and takes exact derivatives of the middle from
+`sensitivity`. A step is shortened until it reduces the distance. If the iteration does not converge within
+the limits of the errors (`limits_of`), it is repeated from the grid points whose paths lie nearest to the
+wanted position. If these do not converge either, all results are NaN and the status is NOT_CONVERGED.
+
+If the errors use up the backlash, the pair cannot be assembled. The middle then keeps z_wanted and leaves the
+centre of the profile, no further than until the backlash is 0 (OFF_CENTRE). This is a root of the backlash as
+a function of l1, bracketed by trial positions on both sides of the centre."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Codes, FloatArray, Mask, flank_sign
+from ..contact.path import path_of_contact
+from ..design.arguments import require_design
+from ..design.model import Design, Errors
+from ..gear.flank import active_range
+from ..operation.backlash import mounted_backlash
+from ..operation.mesh_cycle import mesh_cycle
+from ..pair.misalignment import ANGLES, NAMES, mounted, place_of
+from ..status import Limit, PlaceStatus, Status
+from ..support.array_repr import short_repr
+from .pattern_matrix import check_names
+from .sensitivity import path_sensitivity
+
+ON_PARALLEL = (
+    "on parallel axes a path runs along the whole face, with parabolas too, so that it has no middle to place"
+    ": give the pair a shaft angle (`beveloid-geom propose`), or compute the effect of errors by"
+    " `beveloid-geom pattern --over offset,shaft-angle`"
+)
+
+AT = (0.25, 0.5, 0.75)
+"""Default shares of the face width for the middle of the path."""
+POSITION_TOLERANCE_MM = 1e-6
+NEWTON_MAX_ITERATIONS = 40
+LONGEST_STEP = 0.1
+"""Longest Newton step, as a share of the limits."""
+LEAST_GAIN = 0.02
+"""Smallest relative reduction of the distance for which a Newton iteration is continued."""
+GRID_POINTS, GRID_STARTS = 41, 3
+"""Points of the starting grid in each error, and starting values taken from it."""
+OFF_CENTRE_SHARES = 0.25 * (np.arange(1, 7) / 6.0) ** 2
+"""Trial distances from the centre of the profile, as shares of the profile depth."""
+OFF_CENTRE_TOLERANCE_MM = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """Mountings that put the middle of a path at shares `at` (n) of the face width of the pinion.
+
+    Attributes
+    ----------
+    by : tuple of str
+        Names of the two errors.
+    limits : FloatArray
+        (2,), search limits of the errors in both directions, mm or rad.
+    wanted_z, wanted_l : FloatArray and float
+        Wanted position of the middle on the pinion: z (n,) and flank parameter, mm.
+    errors : FloatArray
+        (n, 2), errors to be added to those of the design, mm or rad. The following values belong to this
+        mounting.
+    z, l : FloatArray
+        (n,), position of the middle, mm, from a path solved anew.
+    distance : FloatArray
+        (n,), distance from the wanted position, relative to face width and profile depth.
+    contact_ratio : FloatArray
+        (n,), Eq. 16.
+    normal_backlash : FloatArray
+        (n,), backlash as mounted, mm.
+    cycle_peak_to_peak, edge_share : FloatArray
+        (n,), transmission error of all teeth, rad, and share of the mesh cycle carried by edges.
+    status : Codes
+        (n,), codes of `PlaceStatus`. NOT_CONVERGED: all values are NaN. OFF_CENTRE: the values belong to the
+        nearest position
+        in profile at which the pair can be assembled.
+    jammed : Mask
+        (n,): the pair cannot be assembled.
+    exact : FloatArray
+        (n, 2), errors that put the middle at the wanted position whether or not the pair can be assembled;
+        else NaN.
+    """
+
+    __repr__ = short_repr
+
+    design: Design
+    flank: str
+    by: tuple[str, str]
+    limits: FloatArray
+    at: FloatArray
+    wanted_z: FloatArray
+    wanted_l: float
+    errors: FloatArray
+    z: FloatArray
+    l: FloatArray
+    distance: FloatArray
+    contact_ratio: FloatArray
+    normal_backlash: FloatArray
+    cycle_peak_to_peak: FloatArray
+    edge_share: FloatArray
+    status: Codes
+    jammed: Mask
+    exact: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """Search variables: two errors of a design, as shares (..., 2) of their `limits`. Positions are (z, l1)
+    of the middle of the path, mm. Distances are relative to the size `unit` (2,) of the pinion flank, mm."""
+
+    design: Design
+    flank: str
+    by: tuple[str, str]
+    limits: FloatArray
+    unit: FloatArray
+
+    def under(self, shares: FloatArray) -> Design:
+        """Return the mountings (...) under errors (..., 2)."""
+        return mounted(self.design, shares * self.limits, self.by)
+
+    def places(self, shares: FloatArray) -> FloatArray:
+        """Return the middles (n, 2) of the paths under errors (n, 2); NaN without a path."""
+        path = path_of_contact(self.under(shares), self.flank, 3)
+        found = np.stack((path.pinion_z[:, 1], path.l1[:, 1]), axis=-1)
+        return np.where((path.ends.status == Status.SOLVED)[:, None], found, np.nan)
+
+    def rates(self, shares: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the middles (n, 2) and their derivatives (n, 2, 2) by the shares."""
+        at = place_of(self.by)
+        found = path_sensitivity(self.under(shares), self.flank, at)
+        columns = [NAMES[at].index(name) for name in self.by]
+        by = np.stack((found.z_by[:, 1, 0], found.l_by[:, 1, 0]), axis=1)[..., columns]
+        return np.stack((found.z[:, 1, 0], found.l[:, 1, 0]), axis=-1), by * self.limits
+
+    def apart(self, places: FloatArray, wanted: FloatArray) -> FloatArray:
+        """Return distances (...); infinite without a position."""
+        far = np.linalg.norm((places - wanted) / self.unit, axis=-1)
+        return np.where(np.isnan(far), np.inf, far)
+
+
+def place_path(
+    design: Design,
+    at: Sequence[float] = AT,
+    by: tuple[str, str] = ("offset", "shaft_angle"),
+    flank: str = "right",
+    l: float | None = None,
+) -> Placement:
+    """Compute two errors that put the middle of the path at shares `at` of the face width, centred in
+    profile.
+
+    Parameters
+    ----------
+    design : Design
+        A single design; the errors are added to its errors.
+    at : sequence of float
+        Shares of the pinion face width from the toe, above 0 and below 1.
+    by : (str, str)
+        Names of two errors. Axial errors are changes of the mounting distances.
+    flank : {'right', 'left'}
+    l : float, optional
+        Wanted flank parameter on the pinion, mm; `centred` by default.
+
+    Returns
+    -------
+    Placement
+
+    Raises
+    ------
+    ValueError
+        For a batch; for parallel axes; for unknown errors; for shares outside their limits; for `l` outside
+        the active profile of the pinion; and if the tip rounds of a tool overlap.
+
+    Examples
+    --------
+    >>> import beveloid_geom as bg
+    >>> placement = bg.place_path(bg.builtin_design("ni-2017"), at=[0.5])
+    >>> print(f"offset error {placement.errors[0, 0]:.4f} mm")
+    offset error 0.0238 mm
+    """
+    require_design(design)
+    flank_sign(flank)
+    check_names(by, "by")
+    if design.batch_shape:
+        raise ValueError("place takes a single design: give its cases one by one")
+    if design.pair.shaft_angle == 0.0:
+        raise ValueError(ON_PARALLEL)
+    share = np.array(at, dtype=float)
+    if share.ndim != 1 or not share.size or not ((share > 0.0) & (share < 1.0)).all():
+        raise ValueError(f"at must be shares of the face above 0 and below 1, at least one, got {at}")
+    low, high = map(float, active_range(design.pinion, flank))
+    wanted_l = centred(design, flank) if l is None else float(l)
+    if not low <= wanted_l <= high:
+        raise ValueError(f"l must be on the pinion's profile, {low:.4g} to {high:.4g} mm, got {wanted_l:g}")
+    face = float(design.pinion.face_width)
+    search = _Search(design, flank, by, limits_of(design, by), np.array((face, high - low)))
+    wanted = np.stack((face * (share - 0.5), np.full(share.shape, wanted_l)), axis=-1)
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        exact, shares, status = _found(search, wanted)
+    return _forward(search, share, wanted, exact, shares, status)
+
+
+def limits_of(design: Design, by: tuple[str, str]) -> FloatArray:
+    """Return the search limits (2,) of two errors, mm or rad, in both directions.
+
+    They are a module for the offset or centre distance, the smaller face width for an axial position, and for
+    an angle the rotation that moves the end of the smaller face by a module, at most 5 deg and 0.9 times the
+    shaft angle."""
+    module = float(design.pinion.tool.normal_module)
+    face = min(float(member.face_width) for member in design.members)
+    angle = min(2.0 * module / face, np.radians(5.0), 0.9 * abs(float(design.pair.shaft_angle)))
+    sizes = dict.fromkeys(ANGLES, angle) | dict.fromkeys(("offset", "centre_distance"), module)
+    return np.array([sizes.get(name, face) for name in by])
+
+
+def centred(design: Design, flank: str) -> float:
+    """Return l1 (mm) of a middle that is centred in profile: that of the path without errors if it runs from
+    tip to tip, else that of the reference line."""
+    path = path_of_contact(design.with_errors(Errors()), flank, 3)
+    tips = set(path.ends.limit.tolist()) == {Limit.GEAR_TIP, Limit.PINION_TIP}
+    if tips and path.ends.status == Status.SOLVED:
+        return float(path.l1[1])
+    return 0.0 - float(design.pinion.tool.parabola_apex)
+
+
+def _found(search: _Search, wanted: FloatArray) -> tuple[FloatArray, FloatArray, Codes]:
+    """Return, for wanted positions (n, 2), the shares of the limits (n, 2) that reach them, those of a pair
+    that can be assembled, both NaN without a solution, and the status (n)."""
+    shares = _newton(search, wanted, np.zeros_like(wanted))
+    reached = _reached(search, shares, wanted)
+    if not reached.all():
+        side = np.linspace(-1.0, 1.0, GRID_POINTS)
+        grid = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
+        places = search.places(grid)
+    for k in np.flatnonzero(~reached):
+        start = grid[np.argsort(search.apart(places, wanted[k]), kind="stable")[:GRID_STARTS]]
+        goal = np.broadcast_to(wanted[k], start.shape)
+        ends = _newton(search, goal, start)
+        if len(ends := ends[_reached(search, ends, goal)]):
+            shares[k], reached[k] = ends[np.abs(ends).max(axis=-1).argmin()], True  # the smallest errors
+    status = np.where(reached, PlaceStatus.REACHED, PlaceStatus.NOT_CONVERGED)
+    if not np.isfinite(search.places(np.zeros((1, 2)))).all():
+        status[:] = PlaceStatus.NO_PATH  # Newton's method has no starting value
+    exact = np.where(reached[:, None], shares, np.nan)
+    assembled, jams = exact.copy(), reached & np.asarray(mounted_backlash(search.under(exact)).jammed)
+    for k in np.flatnonzero(jams):
+        status[k] = PlaceStatus.OFF_CENTRE
+        assembled[k] = _off_centre(search, wanted[k], exact[k])
+    return exact, assembled, status.astype(np.int8)
+
+
+def _reached(search: _Search, shares: FloatArray, wanted: FloatArray) -> Mask:
+    """Return whether errors (n, 2) within the limits put the middle at the wanted positions (n, 2)."""
+    off = np.abs(search.places(shares) - wanted).max(axis=-1)
+    return np.asarray((off <= POSITION_TOLERANCE_MM) & (np.abs(shares) <= 1.0).all(axis=-1))
+
+
+def _newton(search: _Search, wanted: FloatArray, start: FloatArray) -> FloatArray:
+    """Return shares (n, 2) of the limits after Newton steps towards the wanted positions (n, 2).
+
+    Only rows that have not arrived are continued. Rows whose step gains less than LEAST_GAIN are stopped:
+    they approach a local minimum of the distance, not the wanted position."""
+    shares, (place, by) = start.copy(), search.rates(start)
+    lengths, going = 0.5 ** np.arange(8), np.arange(len(start))
+    for _ in range(NEWTON_MAX_ITERATIONS):
+        left = np.abs(place[going] - wanted[going]).max(axis=-1)
+        going = going[np.isfinite(by[going]).all(axis=(1, 2)) & (left > 1e-3 * POSITION_TOLERANCE_MM)]
+        if going.size == 0:
+            break
+        goal, off = wanted[going], search.apart(place[going], wanted[going])
+        step = (np.linalg.pinv(by[going]) @ (goal - place[going])[..., None])[..., 0]
+        step *= np.minimum(1.0, LONGEST_STEP / np.maximum(np.abs(step).max(axis=-1), 1e-300))[:, None]
+        # All shortened steps are tried in one call; the one that comes nearest is taken.
+        tried = np.clip(shares[going, None] + lengths[:, None] * step[:, None], -1.0, 1.0)
+        places, rates = search.rates(tried.reshape(-1, 2))
+        places, rates = places.reshape(tried.shape), rates.reshape(*tried.shape, 2)
+        far = search.apart(places, goal[:, None])
+        best = far.argmin(axis=1)
+        row = np.flatnonzero(far.min(axis=1) < off)
+        pick, moved = (row, best[row]), going[row]
+        shares[moved], place[moved], by[moved] = tried[pick], places[pick], rates[pick]
+        going = moved[far[pick] <= (1.0 - LEAST_GAIN) * off[row]]
+    return shares
+
+
+def _off_centre(search: _Search, wanted: FloatArray, exact: FloatArray) -> FloatArray:
+    """Return shares (2) of the limits that keep z of the wanted position (2) and leave the wanted l1 only
+    until the pair can be assembled; NaN if it cannot at any trial position.
+
+    `exact` (2) are the shares that reach the wanted position, where the pair jams."""
+
+    def solved(off: FloatArray, start: FloatArray) -> tuple[FloatArray, Mask]:
+        """Return shares (n, 2) for distances (n), mm, from the wanted l1, and whether the pair can be
+        assembled there."""
+        goal = wanted + np.stack((np.zeros_like(off), off), axis=-1)
+        shares = _newton(search, goal, np.broadcast_to(start, goal.shape).copy())
+        good = _reached(search, shares, goal)
+        good[good] = ~np.asarray(mounted_backlash(search.under(shares[good])).jammed) if good.any() else False
+        return shares, good
+
+    trials = np.concatenate((OFF_CENTRE_SHARES, -OFF_CENTRE_SHARES)) * search.unit[1]
+    shares, good = solved(trials, exact)
+    if not good.any():
+        return np.full(2, np.nan)
+    first = int(np.where(good, np.abs(trials), np.inf).argmin())
+    found, far = shares[first], trials[first]
+    # Bisection between the nearest trial that can be assembled and the next one towards the centre.
+    near = np.sign(far) * np.abs(trials[np.abs(trials) < abs(far)]).max(initial=0.0)
+    while abs(far - near) > OFF_CENTRE_TOLERANCE_MM:
+        between = 0.5 * (near + far)
+        shares, good = solved(np.array([between]), found)
+        found, far, near = (shares[0], between, near) if good[0] else (found, far, between)
+    return np.asarray(found)
+
+
+def _forward(
+    search: _Search,
+    share: FloatArray,
+    wanted: FloatArray,
+    exact: FloatArray,
+    shares: FloatArray,
+    status: Codes,
+) -> Placement:
+    """Return the placement with the results of its mountings, solved anew."""
+    at = search.under(shares)
+    places = search.places(shares)
+    cycle = mesh_cycle(at, search.flank, 1)
+    far, backlash = search.apart(places, wanted), mounted_backlash(at)
+    return Placement(
+        design=search.design,
+        flank=search.flank,
+        by=search.by,
+        limits=search.limits,
+        at=share,
+        wanted_z=wanted[:, 0],
+        wanted_l=float(wanted[0, 1]),
+        errors=shares * search.limits,
+        z=places[:, 0],
+        l=places[:, 1],
+        distance=np.where(np.isfinite(far), far, np.nan),
+        contact_ratio=path_of_contact(at, search.flank, 2).ends.contact_ratio,
+        normal_backlash=backlash.normal,
+        cycle_peak_to_peak=cycle.peak_to_peak,
+        edge_share=cycle.edge_share,
+        status=status,
+        jammed=backlash.jammed,
+        exact=exact * search.limits,
+    )

@@ -1,0 +1,1 @@
+"""Curves of contact that no single flank parameter describes."""

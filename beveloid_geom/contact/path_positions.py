@@ -1,0 +1,160 @@
+"""Rows of a path of contact at positions: evenly spaced from enter to leave, or at given l1.
+
+For many positions the path is expanded in roll and evaluated; for fewer, its series is evaluated directly.
+Given l1 outside the window of the series are solved one by one. A few given l1 are solved without the path
+if each has exactly one contact.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import FloatArray
+from ..status import Status
+from ..support.chebyshev import basis_of, evaluate, resolved_degree
+from ..support.frozen_arrays import kept
+from .ends import Ends, at_shares, shares_at_l1
+from .equation import edge_margins, gap_tolerance
+from .flank_pair import FlankPair
+from .parallel.small_angle_paths import NEARLY_PARALLEL_SINE
+from .path_polynomial import HEIGHT, PHASE, PathSeries, exact_rows, rounding_scale
+from .path_search import Group
+from .roots import sole_roots
+
+ROLL_BASIS, EXPANSION_MIN_POSITIONS, MAX_SINGLE_SOLVES = basis_of(40), 256, 16
+"""Basis of the expansion in roll; number of positions from which it is used; number of given l1 up to which
+they are solved one by one, if each has one contact.
+"""
+POSITIONS_PER_BLOCK, SAFEGUARDED_PER_BLOCK = 8192, 2048
+"""Block sizes for which the arrays stay in the cache. A safeguarded solve needs many samples per position."""
+Z_ROWS = slice(4, 6)
+"""Rows of a series with z of a contact on both members, mm."""
+LIMIT_TOLERANCE = 64.0
+"""Tolerance of the limits, in gap tolerances."""
+
+
+@dataclass(frozen=True, eq=False)
+class PathByRoll:
+    """A path from enter to leave.
+
+    Its rows are polynomials of the relative position in [-1, 1], or if `by_roll` is False, of the parameter
+    of the series. PHASE is reduced by its value in the `middle`.
+    """
+
+    coefficients: FloatArray
+    by_roll: bool
+    series: PathSeries
+    ends: Ends
+    middle: FloatArray
+
+    def rows(self, share: FloatArray) -> FloatArray:
+        """Return rows (HEIGHT, cases, positions) at relative positions."""
+        values = _by_blocks(
+            self.coefficients, share if self.by_roll else at_shares(self.series, self.ends, share)
+        )
+        values[PHASE] -= self.middle
+        return values
+
+
+def expanded_in_roll(group: Group) -> PathByRoll:
+    """Return the paths, expanded in roll if this resolves them."""
+    series, ends, rows = group.series, group.ends, group.series.coefficients[:HEIGHT]
+    # Evaluate at Chebyshev points of the roll and fit again.
+    values = evaluate(rows, at_shares(series, ends, ROLL_BASIS.nodes))
+    middle, by_roll = values[PHASE, :, ROLL_BASIS.nodes.size // 2, None], ROLL_BASIS.coefficients(values)
+    solved = ends.status == Status.SOLVED
+    degree = resolved_degree(by_roll[:, solved], rounding_scale(group.pairing)[:HEIGHT, solved])
+    if degree is None:
+        return PathByRoll(rows, False, series, ends, middle)
+    return PathByRoll(by_roll[..., : degree + 1], True, series, ends, middle)
+
+
+@kept(4)
+def _shares(points: int) -> FloatArray:
+    """Return evenly spaced relative positions in [-1, 1], followed by the middle 0."""
+    return np.append(np.linspace(-1.0, 1.0, points), 0.0)
+
+
+def rows_on_path(group: Group, points: int) -> tuple[FloatArray, NDArray[np.int8]]:
+    """Return rows and status at positions evenly spaced from enter to leave."""
+    share, series, ends = _shares(points), group.series, group.ends
+    if points < EXPANSION_MIN_POSITIONS:
+        values = evaluate(series.coefficients[:HEIGHT], at_shares(series, ends, share))
+        values, middle = values[..., :-1], values[PHASE, :, -1:].copy()
+        values[PHASE] -= middle
+    else:
+        values = expanded_in_roll(group).rows(share[:-1])
+    return values, np.broadcast_to(ends.status[:, None], values.shape[1:])
+
+
+def rows_at_given(group: Group, l1: FloatArray) -> tuple[FloatArray, NDArray[np.int8]]:
+    """Return rows and status at given l1: from the series, and outside its window solved one by one."""
+    pairing, series, ends = group.pairing, group.series, group.ends
+    x, several = shares_at_l1(series, ends, l1)
+    values = _by_blocks(series.coefficients, x)
+    status = np.where(several, np.int8(Status.SEVERAL_CONTACTS), np.int8(Status.SOLVED))
+    # Outside the window of the series, or without a series, each l1 is solved separately.
+    beyond = ~((np.abs(x) <= 1.0) & (series.status == Status.SOLVED)[:, None] | several)
+    result = np.flatnonzero(beyond.any(axis=0))
+    size = max(1, SAFEGUARDED_PER_BLOCK // len(l1))
+    for part in (result[start : start + size] for start in range(0, result.size, size)):
+        rows, known = exact_rows(pairing, l1[:, part])
+        values[..., part] = np.where(beyond[:, part], rows, values[..., part])
+        status[:, part] = np.where(beyond[:, part], known, status[:, part])
+    return _limited(pairing, l1, values, status)
+
+
+def _limited(
+    pairing: FlankPair, l1: FloatArray, values: FloatArray, status: NDArray[np.int8]
+) -> tuple[FloatArray, NDArray[np.int8]]:
+    """Return rows and status at given l1; positions outside the limits are OFF_FLANK."""
+    values[0] = l1
+    room = values[HEIGHT:].min(axis=0)
+    if pairing.edges:
+        room = np.minimum(room, edge_margins(pairing, values[:2], values[Z_ROWS]).min(axis=0))
+    off = room < -LIMIT_TOLERANCE * gap_tolerance(pairing)
+    if off.any():
+        status[off & (status == Status.SOLVED)] = Status.OFF_FLANK
+    return values[:HEIGHT], status
+
+
+def rows_alone(pairing: FlankPair, l1: FloatArray) -> tuple[FloatArray, NDArray[np.int8]] | None:
+    """Return rows and status at given l1 (cases, positions), solved one by one, if each l1 has one contact
+    near the flanks. This contact is then on the path, which need not be computed. None otherwise.
+    """
+    if (
+        not (np.abs(pairing.layout.sin_angle) > NEARLY_PARALLEL_SINE).all()
+        or (roots := sole_roots(pairing, l1)) is None
+    ):
+        return None
+    rows, status = exact_rows(pairing, l1, roots)
+    return None if status.any() else _limited(pairing, l1, rows, status)
+
+
+def middles_of(groups: list[Group], l1: FloatArray) -> FloatArray:
+    """Return PHASE (cases, 1) at mid-roll of the paths; without a path, at the middle of the given l1."""
+    middles = np.empty((len(l1), 1))
+    for group in groups:
+        phase = group.series.coefficients[PHASE : PHASE + 1]
+        middle = evaluate(phase, at_shares(group.series, group.ends, np.zeros(1)))[0]
+        # Without a path: the contact in the middle of the given l1.
+        if np.isnan(middle).any():
+            asked = l1[group.cases]
+            between = 0.5 * (asked.min(axis=-1, keepdims=True) + asked.max(axis=-1, keepdims=True))
+            middle = np.where(np.isnan(middle), exact_rows(group.pairing, between)[0][PHASE], middle)
+        middles[group.cases] = middle
+    return middles
+
+
+def _by_blocks(coefficients: FloatArray, parameter: FloatArray) -> FloatArray:
+    """Return values (rows, cases, positions), computed in blocks of positions that stay in the cache."""
+    cases, positions = coefficients.shape[1], parameter.shape[-1]
+    size = max(1, POSITIONS_PER_BLOCK // cases)
+    values = np.empty((len(coefficients), cases, positions))
+    for start in range(0, positions, size):
+        block = slice(start, start + size)
+        values[..., block] = evaluate(coefficients, parameter[..., block])
+    return values

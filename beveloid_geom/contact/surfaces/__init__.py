@@ -1,0 +1,1 @@
+"""Contact of flanks that are given as surfaces, with modifications."""

@@ -1,0 +1,325 @@
+"""Paths of contact of flanks given as surfaces: search, positions and rows of the result.
+
+The curve of contact is solved at positions s1 over the flank of the pinion. Where this does not show the part
+on the flanks completely, all curves are searched on a grid and traced (`tracing`). Positions on the path and
+its ends are exact solutions of the equations of tangency; nothing is interpolated in the result.
+
+Members are single, the placement (errors, offset, shaft angle, mounting) may be a batch. Batches of members
+are solved for each pair of different members.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, is_dataclass
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Codes, FloatArray, Integers, Mask
+from ...design.model import Design, unchecked
+from ...gear.rack import Rack, rack_of, rack_point
+from ...gear.tooth_side import is_batch, surface_of
+from ...pair.mounting import mounting_of
+from ...status import Status
+from ..ends import Ends, no_ends
+from ..flank_pair import FlankPair
+from ..path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROLL
+from .curve import MARGINS, curve_over_s1, dense
+from .limits import Problem, margins_at
+from .segments import Segment, empty_segment, positions_on, segments_of
+from .tangency import Placement, Surfaces, contacts_at, extended, given_row, meshing_start, solve
+from .tracing import on_curve, seeds_of, traced
+
+CASES_PER_BLOCK = 256
+"""Number of cases for which the arrays stay in the cache."""
+LIMIT_TOLERANCE_MM = 1e-9
+"""Distance from a limit up to which a position is on the flanks."""
+
+
+@dataclass(frozen=True, eq=False)
+class SurfacePaths:
+    """Paths of cases with the same two members: the numbers of the cases, problem, segments and racks."""
+
+    cases: Integers
+    problem: Problem
+    segment: Segment
+    racks: tuple[Rack, Rack]
+
+
+def problem_of(design: Design, flank: str, pairing: FlankPair, cases: Integers) -> Problem:
+    """Return the problem of cases with the same single members."""
+    pinion, gear = (extended(surface_of(member, flank)) for member in design.members)
+    part = pairing.cases(cases)
+    lowest, highest, tip, half_width, taper = (
+        np.asarray(values)[:, 0, 0]
+        for values in (part.lowest, part.highest, part.tip, part.half_width, part.taper)
+    )
+    scale = np.array((highest[0] - lowest[0], 2.0 * half_width[0], 2.0 * np.pi / float(design.pinion.teeth)))
+    edges = (
+        tuple(surface_of(member, flank).crossing for member in design.members) if part.edges else (None,) * 2
+    )
+    count = cases.size
+    layout = part.layout
+    point = np.broadcast_to(mounting_of(design).pitch_point, (*design.batch_shape, 3)).reshape(-1, 3)
+    point = point[cases] if len(point) > 1 else np.repeat(point, count, axis=0)
+    cos, sin, offset = (
+        np.broadcast_to(value, (count, 1))[:, 0]
+        for value in (layout.cos_angle, layout.sin_angle, layout.offset)
+    )
+    position = np.broadcast_to(part.position, (2, count, 1))[..., 0]
+    placed = Placement(
+        cos,
+        sin,
+        offset,
+        position,
+        point.T,
+    )
+    ratio = float(design.pinion.teeth / design.gear.teeth)
+    return Problem(
+        Surfaces(pinion, gear, ratio, scale), placed, lowest, highest, tip, taper, half_width, edges
+    )
+
+
+def segments_on_flanks(problem: Problem, undefined: Mask) -> Segment:
+    """Return the segments of all cases; `undefined` (cases,) have no flanks or no mounting."""
+    count = problem.placed.offset.size
+    parts = []
+    for start in range(0, count, CASES_PER_BLOCK):
+        index = np.arange(start, min(start + CASES_PER_BLOCK, count))
+        parts.append(_block(problem.cases(index), undefined[index]))
+    return _joined(parts)
+
+
+def _block(problem: Problem, undefined: Mask) -> Segment:
+    segment, decided = segments_of(problem, curve_over_s1(problem))
+    results = {
+        int(case): _searched(problem.cases(np.array([case])))
+        for case in np.flatnonzero(~decided & ~undefined)
+    }
+    if results:
+        order = np.arange(decided.size)
+        single = [
+            _picked(segment, order[k : k + 1]) if k not in results else results[k] for k in order.tolist()
+        ]
+        segment = _joined(single)
+    segment.status[undefined] = Status.UNDEFINED
+    return segment
+
+
+def _picked(segment: Segment, index: Integers) -> Segment:
+    """Return the segments of the cases `index`."""
+    values = {
+        name: value[:, index] if name in ("state", "knots") else value[index]
+        for name, value in vars(segment).items()
+    }
+    return Segment(**values)
+
+
+def _joined(parts: list[Segment]) -> Segment:
+    """Return the segments of several sets of cases, with knots of one number."""
+    if len(parts) == 1:
+        return parts[0]
+    width = max(part.x.shape[-1] for part in parts)
+    values = {}
+    for name in vars(parts[0]):
+        rows = [getattr(part, name) for part in parts]
+        if name in ("x", "knots"):
+            rows = [
+                np.pad(row, [(0, 0)] * (row.ndim - 1) + [(0, width - row.shape[-1])], mode="edge")
+                for row in rows
+            ]
+        values[name] = np.concatenate(rows, axis=1 if name in ("state", "knots") else 0)
+    return Segment(**values)
+
+
+def _searched(problem: Problem) -> Segment:
+    """Return the segment of a single case from all curves on its flanks."""
+    seeds, whole = seeds_of(problem)
+    best: Segment | None = None
+    pieces, doubtful, endless = 0, not whole and not seeds.size, False
+    while seeds.shape[1]:
+        curve, complete = traced(problem, seeds[:, 0])
+        if curve is None:
+            doubtful, seeds = True, seeds[:, 1:]
+            continue
+        segment, decided = segments_of(problem, curve)
+        seeds = seeds[:, 1:][:, ~on_curve(curve, problem, seeds[:, 1:])]
+        inside = (dense(curve)[1][MARGINS].min(axis=0) >= 0.0).any()
+        if inside and not (decided[0] and complete):
+            endless |= bool((curve.value[MARGINS].min(axis=0) >= 0.0).all())
+            doubtful = True
+        if segment.status[0] == Status.SOLVED:
+            pieces += int(segment.pieces[0])
+            if best is None or segment.span[0] > best.span[0]:
+                best = segment
+    if best is None or doubtful:
+        best = empty_segment(1, 1) if best is None else best
+        best.status[:] = Status.ENDLESS if endless else Status.NOT_CONVERGED if doubtful else Status.OFF_FLANK
+        if doubtful or endless:
+            for values in (best.state, best.span, best.knots, best.x):
+                values[...] = np.nan
+            best.limit[...], best.pieces[...] = -1, 0
+        return best
+    best.pieces[:] = pieces
+    return best
+
+
+def surface_paths(design: Design, flank: str, pairing: FlankPair) -> list[SurfacePaths]:
+    """Return the paths of all cases of a design, one group for each pair of different members.
+
+    Parameters
+    ----------
+    design : Design
+    flank : {'right', 'left'}
+    pairing : FlankPair
+        Constants of the pair: layout, positions and limits.
+    """
+    result = []
+    for single, cases in by_members(design):
+        problem = problem_of(single, flank, pairing, cases)
+        segment = segments_on_flanks(problem, pairing.undefined[cases])
+        racks = rack_of(single.pinion, flank), rack_of(single.gear, flank)
+        result.append(SurfacePaths(cases, problem, segment, racks))
+    return result
+
+
+def by_members(design: Design) -> Iterator[tuple[Design, Integers]]:
+    """Iterate over the designs with different members, and the cases (batch axes in one) of each."""
+    shape = design.batch_shape
+    count = int(np.prod(shape))
+    if not any(map(is_batch, design.members)):
+        yield design, np.arange(count)
+        return
+    columns: list[FloatArray] = []
+
+    def each(part: Any, change: Any) -> Any:
+        """Return a tool or member with its arrays changed."""
+        values = {
+            name: each(value, change) if is_dataclass(value) else change(value) if np.ndim(value) else value
+            for name, value in vars(part).items()
+        }
+        return unchecked(part, **values)
+
+    def noted(value: FloatArray) -> FloatArray:
+        columns.append(np.broadcast_to(value, shape).reshape(-1))
+        return value
+
+    for member in design.members:
+        each(member, noted)
+    _, first, inverse = np.unique(np.stack(columns, axis=-1), axis=0, return_index=True, return_inverse=True)
+    for k, case in enumerate(first.tolist()):
+        pinion, gear = (
+            each(member, lambda value, case=case: float(np.broadcast_to(value, shape).reshape(-1)[case]))
+            for member in design.members
+        )
+        yield unchecked(design, pinion=pinion, gear=gear), np.flatnonzero(inverse.reshape(-1) == k)
+
+
+def surface_ends(paths: list[SurfacePaths], count: int) -> Ends:
+    """Return the ends of the paths of all cases."""
+    ends = no_ends(np.empty(count, dtype=np.int8))
+    for path in paths:
+        segment = path.segment
+        void = np.full((path.cases.size, 2), np.nan)
+        own = Ends(
+            x=void,
+            l=segment.state[[0, 3]],
+            roll=segment.state[2],
+            limit=segment.limit,
+            span=segment.span,
+            turning=segment.turning,
+            pieces=segment.pieces,
+            status=segment.status,
+        )
+        ends.put(path.cases, own)
+    return ends
+
+
+def rows_between_ends(paths: list[SurfacePaths], count: int, share: FloatArray) -> tuple[FloatArray, Codes]:
+    """Return rows (HEIGHT, cases, positions) and status at fractions `share` of the way from enter to leave.
+
+    PHASE is relative to the middle of the path.
+    """
+    table = np.full((HEIGHT, count, share.size), np.nan)
+    status = np.empty((count, share.size), dtype=np.int8)
+    for path in paths:
+        state, good = positions_on(path.problem, path.segment, np.append(share, 0.5))
+        rows, _ = _rows(path, state)
+        rows[PHASE] -= rows[PHASE, :, -1:].copy()
+        table[:, path.cases] = rows[..., :-1]
+        known = path.segment.status[:, None]
+        code = np.where((known == Status.SOLVED) & ~good, np.int8(Status.NOT_CONVERGED), known)
+        status[path.cases] = code[:, :-1]
+    return table, status
+
+
+def rows_at_l1(paths: list[SurfacePaths], l1: FloatArray) -> tuple[FloatArray, Codes]:
+    """Return rows (HEIGHT, cases, positions) and status at flank parameters `l1` (cases, positions) of the
+    pinion, mm.
+
+    Positions outside the limits are OFF_FLANK. PHASE is relative to the middle of the path, or without a path
+    to the contact in the middle of the given l1.
+    """
+    table, status = np.full((HEIGHT, *l1.shape), np.nan), np.full(l1.shape, np.int8(Status.NOT_CONVERGED))
+    for path in paths:
+        problem, segment, given = path.problem, path.segment, l1[path.cases]
+        middle = 0.5 * (given.min(axis=-1, keepdims=True) + given.max(axis=-1, keepdims=True))
+        state, good, several = _at_l1(problem, segment, np.concatenate((given, middle), axis=-1))
+        on_path, _ = positions_on(problem, segment, np.array((0.5, 0.5)))
+        rows, margin = _rows(path, state)
+        phase = _rows(path, on_path)[0][PHASE, :, :1]
+        rows[PHASE] -= np.where(np.isnan(phase), rows[PHASE, :, -1:], phase)
+        code = np.where(good, np.int8(Status.SOLVED), np.int8(Status.NOT_CONVERGED))
+        code[good & (margin < -LIMIT_TOLERANCE_MM)] = Status.OFF_FLANK
+        code[several] = Status.SEVERAL_CONTACTS
+        rows[:, several] = np.nan
+        rows[0, :, :-1] = given
+        code[segment.status == Status.UNDEFINED] = Status.UNDEFINED
+        table[:, path.cases], status[path.cases] = rows[..., :-1], code[:, :-1]
+    return table, status
+
+
+def _at_l1(problem: Problem, segment: Segment, l1: FloatArray) -> tuple[FloatArray, Mask, Mask]:
+    """Return contacts (4, cases, positions) at given l1, whether they were solved, and where the segment has
+    several contacts with this l1.
+    """
+    cases, count = l1.shape
+    knots = segment.knots
+    # Number of times that the segment passes each l1.
+    low, high = knots[0, :, None, :-1], knots[0, :, None, 1:]
+    passed = ((low - l1[..., None]) * (high - l1[..., None]) < 0.0) | (high == l1[..., None])
+    passed &= low != high
+    several = passed.sum(axis=-1) > 1
+    # Start on the segment, and elsewhere in the middle of the face.
+    placed = problem.placed.take(np.repeat(np.arange(cases), count))
+    start = meshing_start(problem.surfaces, placed, l1.ravel(), np.zeros(l1.size)).reshape(4, cases, count)
+    place = passed.argmax(axis=-1) + 1
+    ends = [np.take_along_axis(knots, (place - k)[None], axis=-1) for k in (1, 0)]
+    share = (l1 - ends[0][0]) / (ends[1][0] - ends[0][0])
+    between = ends[0] + share * (ends[1] - ends[0])
+    start = np.where(passed.any(axis=-1) & np.isfinite(between).all(axis=0), between, start)
+    state, good = solve(problem.surfaces, placed, start.reshape(4, -1), given_row(0, l1.ravel()))
+    return state.reshape(4, cases, count), good.reshape(cases, count) & ~several, several
+
+
+def _rows(path: SurfacePaths, state: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the rows (HEIGHT, cases, positions) of contacts (4, cases, positions), and their least margins,
+    mm.
+    """
+    problem, (_, cases, count) = path.problem, state.shape
+    placed = problem.placed.take(np.repeat(np.arange(cases), count))
+    flat = state.reshape(4, -1)
+    met = contacts_at(problem.surfaces, placed, flat)
+    margins, _ = margins_at(problem, met)
+    rows = np.empty((HEIGHT, cases * count))
+    rows[0], rows[1], rows[4], rows[5] = flat[0], flat[3], flat[1], met.high
+    for j, rack in enumerate(path.racks):
+        rows[2 + j] = (rows[4 + j] - rack_point(rack, rows[j])[2]) / rack.trace[2]
+    rows[6], rows[7] = np.hypot(*met.jets[0].plane[0]), np.hypot(met.point[0], met.point[1])
+    # From the fixed frame of the gear to S_f.
+    for part, (x, y, z), start in ((POINT, met.point, placed.offset), (NORMAL, -met.normal, 0.0)):
+        rows[part] = start - x, placed.sin * z - placed.cos * y, placed.sin * y + placed.cos * z
+    rows[ROLL], rows[ROLL + 1] = flat[2], np.arctan2(met.turn[1], met.turn[0]) - met.jets[1].phi
+    rows[PHASE] = rows[ROLL + 1] + problem.surfaces.ratio * rows[ROLL]
+    return rows.reshape(HEIGHT, cases, count), margins.min(axis=0).reshape(cases, count)

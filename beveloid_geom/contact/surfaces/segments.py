@@ -1,0 +1,287 @@
+"""The part of a curve of contact that is on both flanks, its exact ends, and positions along it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...arrays import Codes, FloatArray, Integers, Mask
+from ...status import Status
+from .curve import MARGINS, STATE, Curve, broken, dense
+from .limits import Problem, least_margin
+from .tangency import Condition, Contacts, contacts_at, given_row, solve
+
+END_TOLERANCE_MM = 1e-9
+"""Distance from a limit up to which a position is at this limit."""
+ROLL_MISFIT = 1e-2
+"""Step of the roll between samples, relative to the largest, below which its sign is not significant."""
+TURN_STEPS = 3
+"""Newton steps to a place where the roll turns back."""
+
+
+@dataclass(frozen=True, eq=False)
+class Segment:
+    """The segment with the largest range of roll, for each case; NaN and -1 without one.
+
+    `state` (4, cases, 2) at enter and leave, `limit` (cases, 2), `span` (cases,): range of roll, rad;
+    `turning`: whether the roll turns back; `pieces`: number of segments on the flanks; `status`. `x` and
+    `knots` (4, cases, m) are approximate states from enter to leave; the first and the last are repeated.
+    """
+
+    state: FloatArray
+    limit: Codes
+    span: FloatArray
+    turning: Mask
+    pieces: Integers
+    status: Codes
+    x: FloatArray
+    knots: FloatArray
+
+
+def least_limit(problem: Problem) -> Condition:
+    """Return the condition that the least margin vanishes."""
+
+    def condition(met: Contacts, index: Integers) -> tuple[FloatArray, FloatArray]:
+        value, rate, _ = least_margin(problem, met)
+        return value, rate
+
+    return condition
+
+
+def on_plane(problem: Problem, state: FloatArray, direction: FloatArray) -> Condition:
+    """Return the condition that contacts are in planes through states (4, n), perpendicular to directions
+    (3, n) in the units of `Problem.scale`.
+    """
+    normal = direction / problem.scale[:, None]
+
+    def condition(met: Contacts, index: Integers) -> tuple[FloatArray, FloatArray]:
+        away = (met.state[:3] - state[:3, index]) / problem.scale[:, None]
+        return (away * direction[:, index]).sum(axis=0), normal[:, index]
+
+    return condition
+
+
+def _runs(inside: Mask, known: Mask) -> tuple[Integers, Integers, Mask]:
+    """Return first and last index of all runs inside of one case, and whether both neighbours are known."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], inside, [0])).astype(int)))
+    first, last = edges[::2], edges[1::2] - 1
+    size = inside.size
+    closed = (first > 0) & (last < size - 1)
+    closed &= known[np.maximum(first - 1, 0)] & known[np.minimum(last + 1, size - 1)]
+    return first, last, closed
+
+
+def segments_of(problem: Problem, curve: Curve) -> tuple[Segment, Mask]:
+    """Return the segments of curves on the flanks, and which cases (cases,) the samples decide.
+
+    A case is not decided if a sample next to the segment is missing, if the curve is not smooth, or if an end
+    was not found where the samples show it.
+    """
+    x, rows = dense(curve)
+    cases, count = x.shape
+    depth = rows[MARGINS].min(axis=0)
+    known, inside = np.isfinite(depth), depth >= 0.0
+    gaps = broken(problem, curve)
+    # One run in each case; several runs, and cases without a run, below.
+    first, last = inside.argmax(axis=-1), count - 1 - inside[:, ::-1].argmax(axis=-1)
+    pieces = inside[:, 0] + (inside[:, 1:] & ~inside[:, :-1]).sum(axis=-1)
+    step, row = (count - 1) // gaps.shape[1], np.arange(cases)
+    decided = (pieces == 1) & (first > 0) & (last < count - 1)
+    decided &= known[row, np.maximum(first - 1, 0)] & known[row, np.minimum(last + 1, count - 1)]
+    broken_before = np.concatenate((np.zeros((cases, 1), dtype=int), gaps.cumsum(axis=-1)), axis=-1)
+    from_gap, to_gap = np.maximum(first - 1, 0) // step, (last + step) // step
+    decided &= broken_before[row, np.minimum(to_gap, gaps.shape[1])] == broken_before[row, from_gap]
+    for case in np.flatnonzero(pieces != 1):
+        begin, end, closed = _runs(inside[case], known[case])
+        if not begin.size:
+            decided[case] = known[case].all() and not gaps[case].any()
+            continue
+        spans = [np.ptp(rows[2, case, a : b + 1]) for a, b in zip(begin, end, strict=True)]
+        best = int(np.argmax(spans))
+        first[case], last[case] = begin[best], end[best]
+        near = slice(max(0, (begin[best] - 1) // step), (end[best] + step) // step)
+        decided[case] = bool(closed.all()) and not gaps[case, near].any()
+    some = np.flatnonzero(decided & (pieces > 0))
+    segment = empty_segment(cases, count)
+    segment.status[~decided] = Status.NOT_CONVERGED
+    if some.size:
+        good = _with_ends(problem, curve, (x, rows, depth), (first, last), segment, some)
+        decided[some[~good]] = False
+        segment.pieces[some] = pieces[some]
+    return segment, decided
+
+
+def empty_segment(cases: int, count: int) -> Segment:
+    """Return segments of cases without a path on the flanks, with room for knots from `count` samples."""
+    return Segment(
+        state=np.full((4, cases, 2), np.nan),
+        limit=np.full((cases, 2), np.int8(-1)),
+        span=np.full(cases, np.nan),
+        turning=np.zeros(cases, dtype=bool),
+        pieces=np.zeros(cases, dtype=int),
+        status=np.full(cases, np.int8(Status.OFF_FLANK)),
+        x=np.full((cases, count + 2), np.nan),
+        knots=np.full((4, cases, count + 2), np.nan),
+    )
+
+
+def _with_ends(
+    problem: Problem,
+    curve: Curve,
+    samples: tuple[FloatArray, FloatArray, FloatArray],
+    run: tuple[Integers, Integers],
+    segment: Segment,
+    some: Integers,
+) -> Mask:
+    """Fill a segment for the cases `some`, and return for which of them both ends were found."""
+    x, rows, depth = (values[..., some, :] for values in samples)
+    first, last = run[0][some], run[1][some]
+    row = np.arange(some.size)
+    part = problem.cases(some)
+    ends = []
+    good = np.ones(some.size, dtype=bool)
+    for inner, outer in ((first, first - 1), (last, last + 1)):
+        within, beyond = depth[row, inner], depth[row, outer]
+        share = within / (within - beyond)
+        start = rows[STATE, row, inner] + share * (rows[STATE, row, outer] - rows[STATE, row, inner])
+        state, found = solve(part.surfaces, part.placed, start, least_limit(part))
+        # The end lies between the samples that show it.
+        bracket = rows[:3, row, outer] - rows[:3, row, inner]
+        size = np.linalg.norm(bracket / part.scale[:, None], axis=0)
+        moved = np.linalg.norm((state[:3] - start[:3]) / part.scale[:, None], axis=0)
+        good &= found & (moved <= 2.0 * size + 1e-6)
+        ends.append((state, x[row, inner] + share * (x[row, outer] - x[row, inner])))
+    # Exact limits and rates of the roll at both ends.
+    order = np.arange(x.shape[1] + 2)[None] - 1
+    before, after = (order < first[:, None]), (order > last[:, None])
+    at = np.clip(order, 0, x.shape[1] - 1)
+    places = np.take_along_axis(x, at, axis=1)
+    knots = np.stack([np.take_along_axis(values, at, axis=1) for values in rows[STATE]])
+    for which, (state, where) in zip((before, after), ends, strict=True):
+        places = np.where(which, where[:, None], places)
+        knots = np.where(which, state[:, :, None], knots)
+    steps = np.diff(knots[2], axis=-1)
+    # Samples are interpolated, so that one next to an end may be slightly beyond it.
+    least = ROLL_MISFIT * np.abs(steps).max(axis=-1, keepdims=True)
+    turning = (steps > least).any(axis=-1) & (steps < -least).any(axis=-1)
+    span = np.ptp(np.nan_to_num(knots[2]), axis=-1)
+    limits = []
+    for state, _ in ends:
+        met = contacts_at(part.surfaces, part.placed, state)
+        value, _, limit = least_margin(part, met)
+        good &= np.abs(value) <= END_TOLERANCE_MM
+        limits.append(limit)
+        # Direction of the roll at this end, along the segment.
+        chord = (knots[:3, :, -1] - knots[:3, :, 0]) / part.scale[:, None]
+        tangent = met.tangent / part.scale[:, None]
+        tangent = tangent * np.sign((tangent * chord).sum(axis=0))
+        turning |= tangent[2] * chord[2] < 0.0
+    for case in np.flatnonzero(turning & good):
+        span[case] = _turned_span(part.cases(np.array([case])), knots[:, case])
+    # The pinion drives: the roll rises on right flanks and falls on left flanks.
+    backwards = part.surfaces.pinion.sigma * (knots[2, :, -1] - knots[2, :, 0]) < 0.0
+    knots[:, backwards], places[backwards] = knots[:, backwards, ::-1], places[backwards, ::-1]
+    limit = np.stack(limits, axis=-1).astype(np.int8)
+    limit[backwards] = limit[backwards, ::-1]
+    done = some[good]
+    segment.status[some] = np.where(good, np.int8(Status.SOLVED), np.int8(Status.NOT_CONVERGED))
+    segment.state[:, done] = knots[:, good][:, :, [0, -1]]
+    segment.limit[done], segment.span[done], segment.turning[done] = limit[good], span[good], turning[good]
+    segment.x[done], segment.knots[:, done] = places[good], knots[:, good]
+    return good
+
+
+def _turned_span(problem: Problem, knots: FloatArray) -> float:
+    """Return the range of roll (rad) along approximate states (4, m) of a single case whose roll turns back.
+
+    The extrema of the roll are refined by secants of its rate along the curve.
+    """
+    values = [knots[2, 0], knots[2, -1]]
+    for pick in (np.argmin, np.argmax):
+        k = int(pick(knots[2]))
+        low, high = max(k - 1, 0), min(k + 1, knots.shape[1] - 1)
+        chord = (knots[:3, high] - knots[:3, low]) / problem.scale
+        size = float(np.linalg.norm(chord))
+        if size == 0.0:
+            continue
+        direction = (chord / size)[:, None]
+
+        def rate_at(start: FloatArray, direction: FloatArray = direction) -> tuple[FloatArray, float, float]:
+            """Return the contact in the plane through a state, its roll rate and its roll."""
+            state, _ = solve(problem.surfaces, problem.placed, start, on_plane(problem, start, direction))
+            met = contacts_at(problem.surfaces, problem.placed, state)
+            tangent = met.tangent[:, 0] / problem.scale
+            tangent *= np.sign(tangent @ direction[:, 0]) / np.linalg.norm(tangent)
+            return state, float(tangent[2]), float(state[2, 0])
+
+        shares, rates, start = [0.0, 0.25 * size], [], knots[:, k : k + 1]
+        for share in shares:
+            moved = start.copy()
+            moved[:3, 0] += share * direction[:, 0] * problem.scale
+            rates.append(rate_at(moved)[1])
+        for _ in range(TURN_STEPS):
+            if rates[-1] == rates[-2]:
+                break
+            share = shares[-1] - rates[-1] * (shares[-1] - shares[-2]) / (rates[-1] - rates[-2])
+            share = float(np.clip(share, -2.0 * size, 2.0 * size))
+            moved = start.copy()
+            moved[:3, 0] += share * direction[:, 0] * problem.scale
+            _, rate, roll = rate_at(moved)
+            shares.append(share)
+            rates.append(rate)
+            if np.isfinite(roll) and -1e-12 <= (share + size) / (2.0 * size) <= 1.0 + 1e-12:
+                values.append(roll)
+    return float(np.ptp(values))
+
+
+def positions_on(problem: Problem, segment: Segment, share: FloatArray) -> tuple[FloatArray, Mask]:
+    """Return exact states (4, cases, positions) from enter (0) to leave (1), and whether they were solved.
+
+    `share` (positions,) are the fractions of the way.
+
+    The way is measured in pinion roll, or along the curve if the roll turns back.
+    """
+    cases = segment.span.size
+    roll = segment.state[2]
+    by = np.where(segment.turning[:, None], segment.x, segment.knots[2])
+    goal = by[:, :1] + (by[:, -1:] - by[:, :1]) * share
+    start, direction = _interpolated(by, segment.knots, goal)
+    state = np.full((4, cases, share.size), np.nan)
+    good = np.zeros((cases, share.size), dtype=bool)
+    for turning in (False, True):
+        index = np.flatnonzero((segment.turning == turning) & (segment.status == Status.SOLVED))
+        if not index.size:
+            continue
+        placed = problem.placed.take(np.repeat(index, share.size))
+        begin = start[:, index].reshape(4, -1)
+        if turning:
+            condition = on_plane(problem, begin, direction[:, index].reshape(3, -1) / problem.scale[:, None])
+        else:
+            rolls = roll[index, :1] + (roll[index, 1:] - roll[index, :1]) * share
+            begin[2] = rolls.ravel()
+            condition = given_row(2, rolls.ravel())
+        found, solved = solve(problem.surfaces, placed, begin, condition)
+        state[:, index], good[index] = found.reshape(4, index.size, -1), solved.reshape(index.size, -1)
+        # The ends are known exactly.
+        for place, end in ((0, 0), (-1, 1)):
+            if share[place] == float(end):
+                state[:, index, place], good[index, place] = segment.state[:, index, end], True
+    return state, good
+
+
+def _interpolated(by: FloatArray, knots: FloatArray, goal: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return values (4, cases, positions) of the knots at `goal` of the monotone `by` (cases, m), by linear
+    interpolation, and the direction (3, cases, positions) of the interval.
+    """
+    rising = np.where(by[:, -1:] >= by[:, :1], 1.0, -1.0)
+    ordered, wanted = by * rising, goal * rising
+    place = (ordered[:, None, :] < wanted[:, :, None]).sum(axis=-1)
+    place = np.clip(place, 1, by.shape[1] - 1)
+    low, high = (np.take_along_axis(ordered, place - k, axis=1) for k in (1, 0))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = np.where(high > low, (wanted - low) / (high - low), 0.0)
+    first, second = (
+        np.stack([np.take_along_axis(values, place - k, axis=1) for values in knots]) for k in (1, 0)
+    )
+    return first + share * (second - first), (second - first)[:3]

@@ -1,0 +1,357 @@
+"""Tangency of two flanks given as surfaces (s, z), with its derivatives.
+
+A flank point of the pinion is rotated by its roll rho and seen from the fixed frame of the gear, where it has
+the position P(s1, z1, rho). The gear touches this point at z2 = P_z - c2 with the profile coordinate s2 and
+the gear roll that give the same radius and angle. With the normal G of the gear at the touched point,
+rotated by the gear roll, the flanks are tangent if
+
+    |P|^2 - r2(s2, z2)^2 = 0  (distance from the gear axis),   G.P_s = 0,   G.P_z = 0.
+
+These are three equations for s1, z1, rho, s2. The first one eliminates the step of s2, because r2 increases
+along the profile. The two others have gradients h_1, h_2 in (s1, z1, rho). A condition c = 0 with the
+gradient w selects a point of the curve of contact, and Newton's step follows from Cramer's rule,
+
+    d = -[q_1 (h_2 x w) + q_2 (w x h_1) + c (h_1 x h_2)] / (h_1.(h_2 x w)),
+
+with the residuals q. The tangent of the curve is h_1 x h_2. The equations do not require that the normal
+depends on s alone, or that the axes are crossed: they hold for modified flanks and on parallel axes.
+
+In the section frames, rotated by the angle phi of Eq. 6 from the frame of the member, a point (x, y) has the
+derivatives D_s = (x_s - phi_s y, y_s + phi_s x, 0) and D_z = (x_z - phi_z y, y_z + phi_z x, 1). The normal
+is D_s x D_z. All arrays have the contacts on the last axis, (..., n).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+
+from ...arrays import FloatArray, Integers, Mask
+from ...gear.tooth_side import Surface, cut_with_bends, profile_at
+
+NEWTON_MAX_STEPS = 40
+LAST_STEP_MM = 1e-9
+"""Newton step in mm after which the iteration ends: the error is its square over a length of the pair."""
+ROUNDING_STEP_MM, MAX_SHORT_STEPS = 1e-6, 4
+"""Newton step in mm that may consist of rounding near line contact, and number of such steps that end the
+iteration.
+"""
+RESIDUAL_TOLERANCE = 1e-12
+"""Sine of the angle between the flanks, and radius error relative to the radius, of a solved contact."""
+LARGEST_STEP = 0.5
+"""Largest Newton step, in face widths for z1, flank depths for s1, and pitches for the roll."""
+
+
+@dataclass(frozen=True, eq=False)
+class Jet:
+    """Points of a surface with derivatives, in the section frame.
+
+    `phi` (n,) is the angle (rad) of the section frame, and `plane` (6, 2, n) has the x and y components of
+    the point and of its derivatives by s, z, ss, sz and zz, in mm.
+    """
+
+    phi: FloatArray
+    plane: FloatArray
+
+
+def jet_at(surface: Surface, s: FloatArray, z: FloatArray) -> Jet:
+    """Return points of a surface at (s, z), mm, with first and second derivatives."""
+    cut, bends = cut_with_bends(surface, s, z)
+    x, y, p_s, p_z = cut.x, cut.y, cut.phi_s, cut.phi_z
+    phi_zz = 0.0 if bends.phi_zz is None else bends.phi_zz
+    plane = np.empty((6, 2, len(s)))
+    plane[0, 0], plane[0, 1] = x, y
+    plane[1, 0], plane[1, 1] = cut.x_s - p_s * y, cut.y_s + p_s * x
+    plane[2, 0], plane[2, 1] = cut.x_z - p_z * y, cut.y_z + p_z * x
+    plane[3, 0] = bends.x_ss - 2.0 * p_s * cut.y_s - bends.phi_ss * y - p_s * p_s * x
+    plane[3, 1] = bends.y_ss + 2.0 * p_s * cut.x_s + bends.phi_ss * x - p_s * p_s * y
+    plane[4, 0] = -p_s * cut.y_z - p_z * cut.y_s - bends.phi_sz * y - p_s * p_z * x
+    plane[4, 1] = bends.y_sz + p_s * cut.x_z + p_z * cut.x_s + bends.phi_sz * x - p_s * p_z * y
+    plane[5, 0] = -2.0 * p_z * cut.y_z - phi_zz * y - p_z * p_z * x
+    plane[5, 1] = 2.0 * p_z * cut.x_z + phi_zz * x - p_z * p_z * y
+    return Jet(cut.phi, plane)
+
+
+def normals_of(jet: Jet) -> FloatArray:
+    """Return D_s x D_z and its derivatives by s and z, (3, 3, n)."""
+    _, (a, b), (c, d), (e, f), (g, h), (p, q) = jet.plane
+    return np.array(
+        (
+            (b, -a, a * d - b * c),
+            (f, -e, e * d - f * c + a * h - b * g),
+            (h, -g, g * d - h * c + a * q - b * p),
+        )
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """Axes and mid-faces (n,): cosine and sine of the shaft angle, offset, axial `position` (2, n) and pitch
+    point (3, n) in S_f, mm.
+    """
+
+    cos: FloatArray
+    sin: FloatArray
+    offset: FloatArray
+    position: FloatArray
+    pitch_point: FloatArray
+
+    def take(self, index: Integers | Mask) -> Placement:
+        """Return the placements at `index`."""
+        return Placement(*(value[..., index] for value in vars(self).values()))
+
+
+@dataclass(frozen=True, eq=False)
+class Surfaces:
+    """Both flanks of a pair of single members, continued beyond their limits, and lengths of the pair.
+
+    `ratio` is N1/N2, `largest` (3,) the largest Newton steps in s1, z1 (mm) and roll (rad).
+    """
+
+    pinion: Surface
+    gear: Surface
+    ratio: float
+    largest: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """States (s1, z1, rho, s2) with residuals and derivatives; mm and rad.
+
+    `state` (4, n); `residual` (2, n) and `gradient` (2, 3, n) of both tangency equations after s2 is
+    eliminated; `follow` (4, n): the step of s2 is follow[0] + follow[1:].(ds1, dz1, drho); `error` (n,): the
+    largest relative residual; `high` (n,): z2. `point` and unit `normal` (3, n) in the fixed
+    frame of the gear, the normal out of the gear tooth; `moves` (3, 3, n): derivatives of the point of the
+    pinion by s1, z1 and rho in this frame, by component and derivative. `turn` has the cosine and sine of the
+    angle of the section frame of the gear in its fixed frame. `opposed` states whether the normals of both
+    flanks point against each other.
+    """
+
+    state: FloatArray
+    residual: FloatArray
+    gradient: FloatArray
+    follow: FloatArray
+    error: FloatArray
+    high: FloatArray
+    moves: FloatArray
+    point: FloatArray
+    turn: tuple[FloatArray, FloatArray]
+    jets: tuple[Jet, Jet]
+    normal: FloatArray
+    opposed: Mask
+
+    @property
+    def tangent(self) -> FloatArray:
+        """Direction (3, n) of the curve of contact in (s1, z1, rho)."""
+        return cross(self.gradient[0], self.gradient[1])
+
+    def along(self, direction: FloatArray) -> FloatArray:
+        """Return steps (4, n) of the state from steps (3, n) of s1, z1 and rho on the curve."""
+        return np.concatenate((direction, (self.follow[1:] * direction).sum(axis=0)[None]))
+
+
+def cross(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Return the cross product of vectors (3, n)."""
+    return np.array((a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]))
+
+
+def contacts_at(surfaces: Surfaces, placed: Placement, state: FloatArray) -> Contacts:
+    """Return residuals and derivatives at states (4, n)."""
+    s1, z1, roll, s2 = state
+    jet = jet_at(surfaces.pinion, s1, z1)
+    # Pinion: rotate by roll + phi, and complete the derivatives by the roll (k x the vector).
+    angle = roll + jet.phi
+    cos, sin = np.cos(angle), np.sin(angle)
+    plane = np.empty((9, 2, len(s1)))
+    plane[:6, 0] = cos * jet.plane[:, 0] - sin * jet.plane[:, 1]
+    plane[:6, 1] = sin * jet.plane[:, 0] + cos * jet.plane[:, 1]
+    plane[6:, 0], plane[6:, 1] = -plane[:3, 1], plane[:3, 0]
+    # Seen in the fixed frame of the gear: X2 = -x, Z2 = k2. Rows: P, P_s, P_z, P_ss, P_sz, P_zz, P_r, P_sr,
+    # P_zr.
+    moved = np.empty((3, 9, len(s1)))
+    moved[0], moved[1], moved[2] = -plane[:, 0], -placed.cos * plane[:, 1], placed.sin * plane[:, 1]
+    along = z1 + placed.position[0]
+    moved[0, 0] += placed.offset
+    moved[1, 0] += placed.sin * along
+    moved[2, 0] += placed.cos * along
+    moved[1, 2] += placed.sin
+    moved[2, 2] += placed.cos
+    x, y = moved[:2, 0]
+    high = moved[2, 0] - placed.position[1]
+    # Gear: the touched point, its angle about the axis and its normal.
+    other = jet_at(surfaces.gear, s2, high)
+    (px, py), (sx, sy), (zx, zy) = other.plane[:3]
+    square, own_square = x * x + y * y, px * px + py * py
+    own_s, own_z = px * sx + py * sy, px * zx + py * zy
+    scale = 1.0 / np.sqrt(square * own_square)
+    turn = (x * px + y * py) * scale, (y * px - x * py) * scale
+    normals = normals_of(other)
+    turned = np.array(
+        (
+            turn[0] * normals[:, 0] - turn[1] * normals[:, 1],
+            turn[1] * normals[:, 0] + turn[0] * normals[:, 1],
+            normals[:, 2],
+        )
+    )  # (3, 3, n)
+    normal = turned[:, 0]
+    side = np.array((-normal[1], normal[0]))
+    # Steps by s1, z1, rho: (3, 3, n), and dG by them and by s2.
+    by = moved[:, [1, 2, 6]]
+    spin = (x * by[1] - y * by[0]) / square - (px * zy - py * zx) / own_square * by[2]
+    change = turned[:, 2][:, None] * by[2]
+    change[:2] += side[:, None] * spin
+    own = turned[:, 1].copy()
+    own[:2] -= side * ((px * sy - py * sx) / own_square)
+    # Elimination of s2.
+    follow = np.empty((4, len(s1)))
+    follow[0] = 0.5 * (square - own_square)
+    follow[1:] = x * by[0] + y * by[1] - own_z * by[2]
+    error = np.abs(follow[0]) / square
+    follow /= own_s
+    # Tangency by s (row 0) and by z (row 1).
+    first = moved[:, 1:3]  # P_s, P_z
+    value = (normal[:, None] * first).sum(axis=0)
+    second = (normal[:, None] * moved[:, 3:]).sum(axis=0)  # ss, sz, zz, r, sr, zr
+    gradient = (first[:, :, None] * change[:, None]).sum(axis=0) + second[[[0, 1, 4], [1, 2, 5]]]
+    own_change = (first * own[:, None]).sum(axis=0)
+    gradient += own_change[:, None] * follow[1:]
+    residual = value + own_change * follow[0]
+    length = np.sqrt((normal * normal).sum(axis=0))
+    sizes = length * np.sqrt((first * first).sum(axis=0))
+    error = np.maximum(error, (np.abs(value) / sizes).max(axis=0))
+    # P_s x P_z is opposed to D_s x D_z of the gear; mirrored frames do not occur.
+    facing = (cross(first[:, 0], first[:, 1]) * normal).sum(axis=0)
+    return Contacts(
+        state,
+        residual,
+        gradient,
+        follow,
+        error,
+        high,
+        by,
+        moved[:, 0],
+        turn,
+        (jet, other),
+        -surfaces.gear.sigma * normal / length,
+        facing < 0.0,
+    )
+
+
+Condition: TypeAlias = Callable[[Contacts, Integers], tuple[FloatArray, FloatArray]]
+"""Function that returns values (n,) and gradients (3, n) in (s1, z1, rho) of the condition that selects a
+point of the curve of contact, for the contacts with the numbers (n,).
+"""
+
+
+def given_row(row: int, values: FloatArray) -> Condition:
+    """Return the condition that s1 (`row` 0, mm), z1 (1, mm) or the pinion roll (2, rad) has the `values`."""
+    unit = np.eye(3)[row][:, None]
+
+    def condition(met: Contacts, index: Integers) -> tuple[FloatArray, FloatArray]:
+        return met.state[row] - values[index], np.broadcast_to(unit, (3, index.size))
+
+    return condition
+
+
+def solve(
+    surfaces: Surfaces, placed: Placement, state: FloatArray, condition: Condition
+) -> tuple[FloatArray, Mask]:
+    """Solve for contacts that satisfy a condition.
+
+    Parameters
+    ----------
+    surfaces : Surfaces
+    placed : Placement
+    state : ndarray, shape (4, n)
+        Starting values of s1, z1 (mm), roll (rad) and s2 (mm).
+    condition : Condition
+
+    Returns
+    -------
+    state : ndarray, shape (4, n)
+        NaN where not solved.
+    good : ndarray of bool, shape (n,)
+    """
+    state, good = state.copy(), np.zeros(state.shape[1], dtype=bool)
+    active = np.flatnonzero(np.isfinite(state).all(axis=0))
+    limits = surfaces.largest[:, None]
+    lever = surfaces.pinion.pitch_radius
+    final = np.zeros(state.shape[1], dtype=bool)
+    short = np.zeros(state.shape[1], dtype=int)
+    for _ in range(NEWTON_MAX_STEPS):
+        if not active.size:
+            break
+        met = contacts_at(surfaces, placed.take(active), state[:, active])
+        value, normal = condition(met, active)
+        (h1, h2), (q1, q2) = met.gradient, met.residual
+        across = cross(h2, normal)
+        step = -(q1 * across + q2 * cross(normal, h1) + value * cross(h1, h2)) / (h1 * across).sum(axis=0)
+        # Steps are limited, and the state follows them; s2 by the equation of equal radius.
+        share = np.minimum(1.0, 1.0 / (np.abs(step) / limits).max(axis=0))
+        step *= share
+        moved = met.state.copy()
+        moved[:3] += step
+        other = met.follow[0] + (met.follow[1:] * step).sum(axis=0)
+        moved[3] += other
+        size = np.maximum(np.abs(step[:2]).max(axis=0), np.maximum(np.abs(other), lever * np.abs(step[2])))
+        # Steps that stay small without vanishing are rounding.
+        short[active] += size <= ROUNDING_STEP_MM
+        last = (size <= LAST_STEP_MM) | (short[active] > MAX_SHORT_STEPS)
+        known = np.isfinite(moved).all(axis=0)
+        state[:, active] = np.where(known, moved, met.state)
+        done = last & known
+        final[active[done]] = True
+        active = active[known & ~done]
+    index = np.flatnonzero(final)
+    if index.size:
+        met = contacts_at(surfaces, placed.take(index), state[:, index])
+        value, _ = condition(met, index)
+        good[index] = (met.error <= RESIDUAL_TOLERANCE) & met.opposed & np.isfinite(value)
+    state[:, ~good] = np.nan
+    return state, good
+
+
+def meshing_start(surfaces: Surfaces, placed: Placement, s1: FloatArray, z1: FloatArray) -> FloatArray:
+    """Return starting states (4, n) for contacts at the flank points (s1, z1) of the pinion, mm.
+
+    The roll satisfies the equation of meshing n.(v1 - v2) = 0 of gears that turn in the ratio of their teeth.
+    With k2.((P - E i) x n) written out, this equation is A cos(theta) + B sin(theta) = D for the angle theta
+    of the section frame.
+    """
+    jet = jet_at(surfaces.pinion, s1, z1)
+    normal = normals_of(jet)[0] * -surfaces.pinion.sigma
+    nx, ny, nz = normal / np.sqrt((normal * normal).sum(axis=0))
+    (x, y), ratio, along = jet.plane[0], surfaces.ratio, z1 + placed.position[0]
+    moment = x * ny - y * nx
+    by_cos = ratio * (placed.sin * (along * nx - x * nz) - placed.cos * placed.offset * ny)
+    by_sin = ratio * (placed.sin * (y * nz - along * ny) - placed.cos * placed.offset * nx)
+    level = -(moment + ratio * (placed.cos * moment + placed.sin * placed.offset * nz))
+    middle = np.arctan2(by_sin, by_cos)
+    half = np.arccos(np.clip(level / np.hypot(by_cos, by_sin), -1.0, 1.0))
+    # Use the solution that is closer to the pitch point.
+    best = np.full(s1.shape, np.inf)
+    angle = middle
+    for tried in (middle - half, middle + half):
+        cos, sin = np.cos(tried), np.sin(tried)
+        point = np.array((cos * x - sin * y, sin * x + cos * y, along))
+        far = ((point - placed.pitch_point) ** 2).sum(axis=0)
+        angle, best = np.where(far < best, tried, angle), np.minimum(far, best)
+    angle -= 2.0 * np.pi * np.rint(angle / (2.0 * np.pi))
+    # The radius about the gear axis gives s2.
+    cos, sin = np.cos(angle), np.sin(angle)
+    across = sin * x + cos * y
+    x2 = placed.offset - (cos * x - sin * y)
+    y2 = placed.sin * along - placed.cos * across
+    z2 = placed.sin * across + placed.cos * along - placed.position[1]
+    s2 = profile_at(surfaces.gear, x2 * x2 + y2 * y2, z2)
+    # Below the base cylinder: the middle of the flank.
+    s2 = np.where(np.isnan(s2), 0.5 * surfaces.gear.highest, s2)
+    return np.array((s1, z1, angle - jet.phi, s2))
+
+
+def extended(surface: Surface) -> Surface:
+    """Return the flank continued below its joint with the fillet and beyond an edge of undercut."""
+    return replace(surface, joint=-np.inf, crossing=None)

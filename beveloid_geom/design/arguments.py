@@ -1,0 +1,43 @@
+"""Checks of the design that a function of the library gets."""
+
+from __future__ import annotations
+
+import os
+
+from .field_limits import shown_value
+from .model import MODIFICATIONS, Design, Member
+
+
+def require_design(design: object) -> None:
+    """Raise TypeError if an argument is not a `Design`.
+
+    For the name of a file or of a built-in design, the message contains the call that reads it."""
+    if isinstance(design, Design):
+        return
+    cure = "make it by Design(...)"
+    if isinstance(design, str | os.PathLike):
+        cure = f"read it with read_design({os.fspath(design)!r})"
+    raise TypeError(f"design must be a Design, got {shown_value(design)}: {cure}")
+
+
+class ModifiedFlanksError(ValueError):
+    """A calculation that does not take modified flanks into account."""
+
+
+def require_unmodified(flank: str | None, subject: str, **members: Member) -> None:
+    """Raise ModifiedFlanksError if a member has a modification.
+
+    Parameters
+    ----------
+    flank : {'right', 'left'} or None
+        Flank that is checked, None for both.
+    subject : str
+        The calculation, in the plural, for the message.
+    **members : Member
+        By name.
+    """
+    flanks = MODIFICATIONS if flank is None else (flank,)
+    bad = [name for name, one in members.items() if any(one.modification(side) for side in flanks)]
+    if bad:
+        tables = " and ".join(f"[{name}.modification]" for name in bad)
+        raise ModifiedFlanksError(f"{subject} do not support modified flanks yet: remove {tables}")

@@ -1,0 +1,225 @@
+"""Flank modifications of ISO 21771: amounts, lengths and shapes.
+
+A modification removes material from a generated flank. Its depth `delta` is measured in the transverse plane
+along the base tangent, positive for material that is removed. It depends on two normalised coordinates,
+
+    lam   linear in the flank parameter l: -1 where the active flank begins, +1 at the tip, both at mid-face
+    zeta  2 z / b: -1 at the end of the face at -z, +1 at the end at +z
+
+For a relief one of them is replaced by t, which is 0 where the relief begins and 1 at the edge. Reliefs
+begin with a horizontal tangent, and all kinds continue beyond the edges of the flank.
+
+Each amount of a `Modification` is one kind of modification. The metadata of its field name the function that
+returns the shape for the amount 1, with its derivatives. `gear.modification` turns the depth into a rotation
+of the flank points about the axis of the gear.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import Field, dataclass, field, fields
+from typing import Any, Literal, NamedTuple, TypeAlias
+
+import numpy as np
+
+from ..arrays import Quantity
+from ..support.frozen_arrays import equal, restored
+from .field_limits import DesignError, Fault, Limit, checked
+
+Shape: TypeAlias = Callable[[Any, Any], tuple[Any, ...]]
+"""Function of the profile and the face coordinate. It returns the depth for the amount 1 and its derivatives:
+by profile, by face, twice by profile, by both, twice by face."""
+AMOUNT_SUFFIX, LENGTH_SUFFIX = "_um", "_length_mm"
+MAX_AMOUNT_UM, MAX_LENGTH_MM = 1e5, 1e4
+AMOUNT = Limit(-MAX_AMOUNT_UM, MAX_AMOUNT_UM, "um", ((np.inf, "give it in um"),))
+LENGTH = Limit(1e-6, MAX_LENGTH_MM, "mm", ((np.inf, "give the length of the relief in mm"),), optional=True)
+
+
+class Kind(NamedTuple):
+    """A kind of modification: its `shape`, and the coordinates on which the shape depends.
+
+    `profile`: 'active' for lam, 'tip' or 'root' for the t of a relief at this edge. `face`: 'active' for
+    zeta, 'heel' (at +z) or 'toe' (at -z) for the t of a relief."""
+
+    shape: Shape
+    profile: Literal["active", "tip", "root"] = "active"
+    face: Literal["active", "heel", "toe"] = "active"
+
+    @property
+    def has_length(self) -> bool:
+        """Whether the kind is a relief with a length."""
+        return (self.profile, self.face) != ("active", "active")
+
+
+def kind(*values: Any, **names: Any) -> dict[str, Kind]:
+    """Return the metadata of the field of a `Modification`; the arguments are those of `Kind`."""
+    return {"kind": Kind(*values, **names)}
+
+
+def _helix_slope(lam: Any, zeta: Any) -> tuple[Any, ...]:
+    return 0.5 * zeta, 0.0, 0.5, 0.0, 0.0, 0.0
+
+
+def _helix_crowning(lam: Any, zeta: Any) -> tuple[Any, ...]:
+    return zeta * zeta, 0.0, 2.0 * zeta, 0.0, 0.0, 2.0
+
+
+def _profile_slope(lam: Any, zeta: Any) -> tuple[Any, ...]:
+    return 0.5 * lam, 0.5, 0.0, 0.0, 0.0, 0.0
+
+
+def _profile_crowning(lam: Any, zeta: Any) -> tuple[Any, ...]:
+    return lam * lam, 2.0 * lam, 0.0, 2.0, 0.0, 0.0
+
+
+def _twist(lam: Any, zeta: Any) -> tuple[Any, ...]:
+    return 0.25 * lam * zeta, 0.25 * zeta, 0.25 * lam, 0.0, 0.25, 0.0
+
+
+def _profile_relief(t: Any, zeta: Any) -> tuple[Any, ...]:
+    inside = t > 0.0
+    t = np.where(inside, t, 0.0)
+    return t * t, 2.0 * t, 0.0, 2.0 * inside, 0.0, 0.0
+
+
+def _face_relief(lam: Any, t: Any) -> tuple[Any, ...]:
+    inside = t > 0.0
+    t = np.where(inside, t, 0.0)
+    return t * t, 0.0, 2.0 * t, 0.0, 0.0, 2.0 * inside
+
+
+@dataclass(frozen=True)
+class Modification:
+    """Modification of one flank of a member, with the names and symbols of ISO 21771.
+
+    Parameters
+    ----------
+    helix_slope_um : float or array
+        C_Hbeta, um: the depth is C zeta / 2.
+    helix_crowning_um : float or array
+        C_beta, um: the depth is C zeta^2.
+    profile_slope_um : float or array
+        C_Halpha, um: the depth is C lam / 2.
+    profile_crowning_um : float or array
+        C_alpha, um: the depth is C lam^2.
+    twist_um : float or array
+        S_alpha, um: the depth is S lam zeta / 4, so that the profile slopes at the ends of the face differ by
+        S.
+    tip_relief_um, tip_relief_length_mm : float or array
+        C_alphaa, um, and its length along l, mm: the depth is C t^2, with t from 0 at this length below the
+        tip to 1 at the tip, at mid-face.
+    root_relief_um, root_relief_length_mm : float or array
+        C_alphaf, um, and its length from the start of the active flank upwards.
+    heel_relief_um, heel_relief_length_mm : float or array
+        C_betaI, um, and its length along the face from the end at +z.
+    toe_relief_um, toe_relief_length_mm : float or array
+        C_betaII, um, and its length along the face from the end at -z.
+
+    Raises
+    ------
+    DesignError
+        If a value is outside its limits, or if an amount needs a length that is missing.
+
+    Notes
+    -----
+    Positive amounts remove material. The depth is measured in the transverse plane along the base tangent.
+
+    Examples
+    --------
+    >>> from dataclasses import replace
+    >>> from beveloid_geom import Modification, builtin_design
+    >>> design = builtin_design()
+    >>> crowned = replace(design, pinion=design.pinion.modified(Modification(helix_crowning_um=10.0)))
+    >>> crowned.pinion.modification_right.helix_crowning_um
+    10.0
+    """
+
+    helix_slope_um: Quantity = field(default=0.0, metadata=kind(_helix_slope))
+    helix_crowning_um: Quantity = field(default=0.0, metadata=kind(_helix_crowning))
+    profile_slope_um: Quantity = field(default=0.0, metadata=kind(_profile_slope))
+    profile_crowning_um: Quantity = field(default=0.0, metadata=kind(_profile_crowning))
+    twist_um: Quantity = field(default=0.0, metadata=kind(_twist))
+    tip_relief_um: Quantity = field(default=0.0, metadata=kind(_profile_relief, profile="tip"))
+    tip_relief_length_mm: Quantity | None = None
+    root_relief_um: Quantity = field(default=0.0, metadata=kind(_profile_relief, profile="root"))
+    root_relief_length_mm: Quantity | None = None
+    heel_relief_um: Quantity = field(default=0.0, metadata=kind(_face_relief, face="heel"))
+    heel_relief_length_mm: Quantity | None = None
+    toe_relief_um: Quantity = field(default=0.0, metadata=kind(_face_relief, face="toe"))
+    toe_relief_length_mm: Quantity | None = None
+
+    __eq__ = equal
+    __setstate__ = restored
+
+    def __post_init__(self) -> None:
+        """Check the values. Raises DesignError."""
+        faults, values = [], vars(self)
+        for name, limit in limits_of(type(self)).items():
+            if values[name] is None and limit.optional:
+                continue
+            result = checked(values[name], limit)
+            if isinstance(result, str):
+                faults.append(Fault("", name, result))
+            else:
+                values[name] = result
+        if faults:
+            raise DesignError(faults, "Modification")
+        if faults := [*missing_lengths(type(self), self.given())]:
+            raise DesignError(faults, "Modification")
+
+    def given(self) -> dict[str, Quantity]:
+        """Return the lengths, and the amounts that are not zero or have a length, by name."""
+        return {
+            name: value
+            for name in limits_of(type(self))
+            if (value := getattr(self, name)) is not None
+            and (np.any(value) or vars(self).get(length_of(name)) is not None)
+        }
+
+    @property
+    def empty(self) -> bool:
+        """Whether all amounts are zero."""
+        return not any(np.any(getattr(self, name)) for name in kinds_of(type(self)))
+
+    def terms(self) -> Iterator[tuple[Kind, Quantity, Quantity | None]]:
+        """Yield the kinds whose amounts are not zero, with amount (um) and length (mm)."""
+        for name, row in kinds_of(type(self)).items():
+            if np.any(amount := getattr(self, name)):
+                yield row, amount, getattr(self, length_of(name)) if row.has_length else None
+
+
+def length_of(name: str) -> str:
+    """Return the name of the length that belongs to the amount `name` of a relief."""
+    return name.removesuffix(AMOUNT_SUFFIX) + LENGTH_SUFFIX
+
+
+def kinds_of(modification: type[Modification] = Modification) -> dict[str, Kind]:
+    """Return the kinds of a class of modifications by the names of their amounts."""
+    rows: tuple[Field[Any], ...] = fields(modification)
+    return {row.name: row.metadata["kind"] for row in rows if "kind" in row.metadata}
+
+
+def limits_of(modification: type[Modification] = Modification) -> dict[str, Limit]:
+    """Return the limits of a class of modifications by field."""
+    return {row.name: AMOUNT if "kind" in row.metadata else LENGTH for row in fields(modification)}
+
+
+def missing_lengths(modification: type[Modification], given: dict[str, Any]) -> Iterator[Fault]:
+    """Yield the faults of amounts without the length that they need.
+
+    Parameters
+    ----------
+    modification : type
+    given : dict
+        Amounts and lengths by name.
+    """
+    for name, row in kinds_of(modification).items():
+        if row.has_length and name in given and length_of(name) not in given:
+            yield Fault("", name, f"needs {length_of(name)}, the length of the relief in mm")
+
+
+def missing_amounts(modification: type[Modification], given: dict[str, Any]) -> Iterator[Fault]:
+    """Yield the faults of lengths without the amount to which they belong, as `missing_lengths`."""
+    for name, row in kinds_of(modification).items():
+        if row.has_length and length_of(name) in given and name not in given:
+            yield Fault("", length_of(name), f"needs {name}, the amount of the relief in um")

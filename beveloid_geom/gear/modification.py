@@ -1,0 +1,122 @@
+"""Modified flanks: the modification as a rotation of flank points about the axis of the gear.
+
+A point of the generated flank at the depth delta (`design.modification`) is rotated by
+
+    psi = delta / r_b
+
+into the tooth, with the base radius r_b of its flank: theta -> theta - sigma psi, with sigma = +1 on right
+and -1 on left flanks. Radius and z do not change, so that the limits of the flank, its joint with the fillet
+and undercut are those of the generated flank. An amount d_n along the normal of the generated flank
+corresponds to psi = d_n / |r_P n_y|.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..arrays import FloatArray, Quantity
+from ..design.modification import Modification, Shape
+from .rack import Numbers
+
+
+@dataclass(frozen=True, eq=False)
+class FlankExtent:
+    """Extent of an active flank at mid-face.
+
+    `start` and `tip` (mm of l), half the face width `half` (mm), base radius (mm), and `sigma`, +1 on right
+    and -1 on left flanks.
+    """
+
+    start: Quantity
+    tip: Quantity
+    half: Quantity
+    base_radius: Quantity
+    sigma: float
+
+
+@dataclass(frozen=True, eq=False)
+class Term:
+    """One kind of modification on a flank.
+
+    `scale` is -sigma times the rotation for the amount 1 times the amount (rad). The coordinates of the
+    `shape` are `rate[0] (l - origin[0])` and `rate[1] (z - origin[1])`.
+    """
+
+    shape: Shape
+    scale: Quantity
+    origin: tuple[Quantity, Quantity]
+    rate: tuple[Quantity, Quantity]
+
+    def values(self, l: Numbers, z: Numbers) -> tuple[Any, ...]:
+        """Return the values of the shape at flank parameters l in the planes z, mm."""
+        return self.shape((l - self.origin[0]) * self.rate[0], (z - self.origin[1]) * self.rate[1])
+
+
+@dataclass(frozen=True, eq=False)
+class FlankModification:
+    """Modification of one flank, by its `terms`."""
+
+    terms: tuple[Term, ...]
+
+    def turn(self, l: Numbers, z: Numbers) -> Numbers:
+        """Return the rotation -sigma psi (rad) of points (l, z), mm, about +z."""
+        total: Any = 0.0
+        for term in self.terms:
+            total = total + term.scale * term.values(l, z)[0]
+        return np.asarray(total)
+
+    def rows(self, l: Numbers, z: Numbers) -> Numbers:
+        """Return `turn` and its derivatives by l, z, l l, l z and z z: (6, ...)."""
+        parts = []
+        for term in self.terms:
+            (across, along), scale = term.rate, term.scale
+            factors = 1.0, across, along, across * across, across * along, along * along
+            parts.append([scale * (f * v) for f, v in zip(factors, term.values(l, z), strict=True)])
+        shape = np.broadcast_shapes(np.shape(l), np.shape(z), *(np.shape(part[0]) for part in parts))
+        total = np.zeros((6, *shape), dtype=np.result_type(l, z, float))
+        for part in parts:
+            for k, value in enumerate(part):
+                total[k] += value
+        return total
+
+
+def flank_modification(modification: Modification, extent: FlankExtent) -> FlankModification:
+    """Return the modification of a flank of this extent."""
+    start, tip, half = extent.start, extent.tip, extent.half
+    terms = []
+    for kind, amount, length in modification.terms():
+        # Origin and rate of the coordinates: lam and zeta, or t of a relief from its beginning to the edge.
+        depth: tuple[Quantity, Quantity] = (0.5 * (start + tip), 2.0 / (tip - start))
+        face: tuple[Quantity, Quantity] = (0.0, 1.0 / half)
+        if length is not None:
+            ends = {
+                "tip": (tip - length, 1.0 / length),
+                "root": (start + length, -1.0 / length),
+                "heel": (half - length, 1.0 / length),
+                "toe": (length - half, -1.0 / length),
+            }
+            depth, face = ends.get(kind.profile, depth), ends.get(kind.face, face)
+        scale = -extent.sigma * 1e-3 * amount / extent.base_radius
+        terms.append(Term(kind.shape, scale, (depth[0], face[0]), (depth[1], face[1])))
+    return FlankModification(tuple(terms))
+
+
+def turned_normal(
+    normal: tuple[Any, Any, Any], first: tuple[Any, Any], second: tuple[Any, Any]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the unit normals of a surface over a profile coordinate and z from its tangents.
+
+    Parameters
+    ----------
+    normal : tuple
+        Vectors on the outer side of the surface, by components.
+    first, second : tuple
+        x and y of the tangents by the profile coordinate, at constant z, and by z.
+    """
+    x, y, z = first[1], -first[0], first[0] * second[1] - first[1] * second[0]
+    outwards = np.sign(x * normal[0] + y * normal[1] + z * normal[2])
+    size = outwards / np.sqrt(x * x + y * y + z * z)
+    return x * size, y * size, z * size

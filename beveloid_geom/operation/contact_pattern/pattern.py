@@ -1,0 +1,295 @@
+"""Contact pattern: region in which the separation of the flanks is below the thickness of marking compound.
+
+While a tooth pair passes through the mesh, each point of a flank has a minimum separation from the mating
+flank. The pattern is the region in which it is below a given thickness. For a pair without transmission
+error, the minimum separation is the ease-off of the flank from the surface that the mate generates.
+
+The separation is the exact distance to the mating flank (`gear.closest_point`). It counts while the foot of
+the perpendicular lies on that flank. `minimum_separation` computes its minimum over the roll. Grid points and
+borders of areas are evaluated only near those samples of the roll at which a coarser grid has local minima.
+
+The motion is given, or it is the motion of the first contact of all teeth, edges included (`mesh_cycle`). In
+the latter case, the minimum separation is not negative, apart from rounding.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...arrays import Codes, FloatArray, Integers, Mask
+from ...contact.ellipse import MARKING_SEPARATION
+from ...design.arguments import require_design
+from ...design.model import Design, Member
+from ...gear.active_flank import place_at
+from ...gear.flank import flank_point
+from ...status import PatternStatus
+from ...support.array_repr import short_repr
+from ...support.marked_area import marked_area
+from .mating import Mating, mating_of, rounded_up
+from .minimum_separation import MinimumSeparation, minimum_separation, sampled
+from .motion import Operation, first_contact_operation, given_operation
+
+CELLS = ((24, 32), (250, 250))
+"""Minimum and maximum number of cells along depth and face. The minimum resolves the strip at the root that
+the mating tip does not reach."""
+COARSE_CELLS = 12, 16
+"""Cells at whose corners the separation is sampled over all rolls."""
+AREA_ERROR = 0.01
+"""Default relative error of areas."""
+MIN_AREA_ERROR = 1e-3
+"""Smallest relative error of areas that can be requested."""
+MAX_POINTS = 1_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class MemberPattern:
+    """Pattern on the flank of one member; arrays (nl, nz) over depth and face, from root and toe.
+
+    Attributes
+    ----------
+    l, z : ndarray
+        Profile coordinate and distance from mid-face, mm.
+    points : ndarray, shape (nl, nz, 3)
+        In the gear-fixed frame, mm.
+    least : ndarray
+        Minimum separation, mm, negative for overlap.
+    pinion_roll : ndarray
+        Roll at which it occurs, rad.
+    marked : ndarray of bool
+        Whether it is within the separation of the pattern.
+    status : ndarray of int
+        Codes of `PatternStatus`.
+    area, area_share : float
+        Marked area, mm^2, and its fraction of the active flank.
+    area_error : float
+        Bound on the relative error of both, independent of the grid.
+    """
+
+    __repr__ = short_repr
+
+    l: FloatArray
+    z: FloatArray
+    points: FloatArray
+    least: FloatArray
+    pinion_roll: FloatArray
+    marked: Mask
+    status: Codes
+    area: float
+    area_share: float
+    area_error: float
+
+
+@dataclass(frozen=True, eq=False)
+class ContactPattern:
+    """Contact pattern of one flank pair for a `separation` (mm), over the pinion rolls of `roll_range`
+    (rad)."""
+
+    __repr__ = short_repr
+
+    flank: str
+    separation: float
+    roll_range: tuple[float, float]
+    pinion: MemberPattern
+    gear: MemberPattern
+
+
+def contact_pattern(
+    design: Design,
+    flank: str = "right",
+    separation: float = MARKING_SEPARATION,
+    *,
+    resolution: float | None = None,
+    tolerance: float | None = None,
+    area_error: float = AREA_ERROR,
+    pinion_roll: ArrayLike | None = None,
+    gear_roll: ArrayLike | None = None,
+    operation: Operation | None = None,
+) -> ContactPattern:
+    """Compute the contact pattern: the region in which marking compound is displaced in one tooth engagement.
+
+    Parameters
+    ----------
+    design : Design
+        A single one.
+    flank : {'right', 'left'}
+    separation : float
+        Thickness of the compound, mm.
+    resolution : float, optional
+        Distance of the grid points, mm.
+    tolerance : float, optional
+        Error of the minimum separation interpolated between grid points, mm. If neither is given, a twentieth
+        of the separation.
+    area_error : float
+        Relative error of each area, independent of the grid. `MemberPattern.area_error` is the bound that was
+        reached, larger only where the refinement of the border had to stop.
+    pinion_roll, gear_roll : array_like, shape (n), optional
+        Poses of the pair in the order of the roll, rad, with linear transmission error between them. If
+        omitted, those of first contact.
+    operation : Operation, optional
+        Motion of first contact, if known (`first_contact_operation`).
+
+    Returns
+    -------
+    ContactPattern
+
+    Raises
+    ------
+    ValueError
+        For a batch; for lengths or an area error that are not positive or too small; for poses of one member
+        only; or if the first contact is not known.
+
+    Examples
+    --------
+    >>> import beveloid_geom as bg
+    >>> pattern = bg.contact_pattern(bg.builtin_design("ni-2017"))
+    >>> pattern.pinion.l.shape == pattern.pinion.marked.shape
+    True
+    """
+    require_design(design)
+    _check(design, separation, resolution, tolerance, area_error)
+    operation = given_operation(design, pinion_roll, gear_roll) or operation
+    operation = operation or first_contact_operation(design, flank)
+    patterns = []
+    for number, member in enumerate(design.members):
+        side = _side_of(member, flank, mating_of(design, flank, number, operation))
+        if resolution is not None:
+            grid = _found_on(side, _cells_of_size(member, resolution))
+            # A grid below the minimum size is used for output only, not for the area.
+            coarse = any(n - 1 < least for n, least in zip(grid.least.shape, CELLS[0], strict=True))
+            found = _found_on(side, CELLS[0]) if coarse else grid
+        else:
+            grid = found = _within(
+                side, separation / 20.0 if tolerance is None else tolerance, 4.0 * separation
+            )
+        patterns.append(_member_pattern(side, grid, found, separation, area_error))
+    return ContactPattern(flank, separation, operation.span, *patterns)
+
+
+def _check(
+    design: Design, separation: float, resolution: float | None, tolerance: float | None, area_error: float
+) -> None:
+    if design.batch_shape:
+        raise ValueError(f"a pattern is that of one design, got a batch of the shape {design.batch_shape}")
+    if resolution is not None and tolerance is not None:
+        raise ValueError("give resolution or tolerance, not both")
+    lengths = {"separation": separation, "resolution": resolution, "tolerance": tolerance}
+    for name, length in lengths.items():
+        if length is not None and not 0.0 < length < np.inf:
+            raise ValueError(f"{name} must be a positive length in mm, got {length:g}")
+    if not MIN_AREA_ERROR <= area_error < 1.0:
+        raise ValueError(f"area_error must be from {MIN_AREA_ERROR:g} to under 1, got {area_error:g}")
+
+
+@dataclass(frozen=True, eq=False)
+class _Side:
+    """Flank of a member and its `mating` with the other; `reach` (2, nl, nz): first and last sample near
+    which the minimum separation is, on the grid of `COARSE_CELLS`."""
+
+    member: Member
+    flank: str
+    mating: Mating
+    reach: Integers
+
+    def at(self, depth: FloatArray, face: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return l, z (...) and points (..., 3) at fractions of the depth from the root and of the face
+        from the toe."""
+        l, z, u = place_at(self.member, self.flank, depth, face)
+        return l, z, flank_point(self.member, self.flank, l, u)
+
+    def least(self, points: FloatArray, share: FloatArray) -> MinimumSeparation:
+        """Return the minimum separations of points (n, 3) at places (n, 2) of the unit square, searched
+        near the samples of the corners of the surrounding coarse cells."""
+        place, each = share * COARSE_CELLS, np.arange(self.mating.rolls.size)[:, None]
+        (i, j), (m, n) = np.floor(place + 1e-9).astype(int).T, np.ceil(place - 1e-9).astype(int).T
+        first, last = self.reach[:, (i, i, m, m), (j, n, j, n)]
+        near = (each >= first.min(axis=0)) & (each <= last.max(axis=0))
+        return minimum_separation(self.mating, points, near)
+
+
+def _side_of(member: Member, flank: str, mating: Mating) -> _Side:
+    """Return a side, with every other sample computed on the coarse grid."""
+    side = _Side(member, flank, mating, np.empty((2, 0, 0), dtype=np.int64))
+    depth, face = (np.linspace(0.0, 1.0, n + 1) for n in COARSE_CELLS)
+    _, _, points = side.at(depth[:, None], face)
+    alternate = replace(mating, rolls=np.append(mating.rolls[:-1:2], mating.rolls[-1]))
+    near = sampled(alternate, points.reshape(-1, 3)).near
+    ends = 2 * near.argmax(axis=0) - 2, 2 * (len(near) - near[::-1].argmax(axis=0))
+    reach = np.clip(ends, 0, mating.rolls.size - 1).reshape(2, *points.shape[:2])
+    return replace(side, reach=reach)
+
+
+@dataclass(frozen=True, eq=False)
+class _Grid:
+    """Arrays of `MemberPattern` that do not depend on the thickness of the compound."""
+
+    l: FloatArray
+    z: FloatArray
+    points: FloatArray
+    least: FloatArray
+    pinion_roll: FloatArray
+    status: Codes
+
+
+def _found_on(side: _Side, cells: tuple[int, int]) -> _Grid:
+    """Return the minimum separations on a grid that is evenly spaced in depth and face."""
+    depth, face = (np.linspace(0.0, 1.0, n + 1) for n in cells)
+    l, z, points = side.at(depth[:, None], face)
+    share = np.stack(np.meshgrid(depth, face, indexing="ij"), axis=-1)
+    found = side.least(points.reshape(-1, 3), share.reshape(-1, 2))
+    shape = l.shape
+    return _Grid(
+        l, z, points, found.least.reshape(shape), found.roll.reshape(shape), found.status.reshape(shape)
+    )
+
+
+def _cells_of_size(member: Member, resolution: float) -> tuple[int, int]:
+    depth = 2.0 * float(member.tip_height * np.asarray(member.tool.normal_module))
+    cells = rounded_up(depth / resolution), rounded_up(float(member.face_width) / resolution)
+    if (cells[0] + 1) * (cells[1] + 1) > MAX_POINTS:
+        raise ValueError(
+            f"resolution {resolution:g} mm is too fine: it takes more than {MAX_POINTS:,} points"
+        )
+    return cells
+
+
+def _within(side: _Side, tolerance: float, highest: float) -> _Grid:
+    """Return a grid on which the interpolated minimum separation has an error of about `tolerance`, half
+    of it from each direction, estimated from second differences where the minimum is stationary and at
+    most `highest`."""
+    grid, counts = _found_on(side, CELLS[0]), []
+    table = np.where((grid.status == PatternStatus.STANDSTILL) & (grid.least <= highest), grid.least, np.nan)
+    for axis in (0, 1):
+        values = np.moveaxis(table, axis, 0)
+        bend = np.abs(values[2:] - 2.0 * values[1:-1] + values[:-2])
+        bend = bend[np.isfinite(bend)]
+        count = CELLS[0][axis] * np.sqrt(bend.max(initial=0.0) / (8.0 * 0.5 * tolerance))
+        counts.append(int(np.clip(np.ceil(count), CELLS[0][axis], CELLS[1][axis])))
+    cells = counts[0], counts[1]
+    return grid if cells == CELLS[0] else _found_on(side, cells)
+
+
+def _member_pattern(
+    side: _Side, grid: _Grid, found: _Grid, separation: float, area_error: float
+) -> MemberPattern:
+    """Return the pattern on a `grid`, with the area from the grid `found`. The border is interpolated in
+    the square root of the minimum separation, which is nearly linear next to the path of contact and
+    past the reach of the mating edge."""
+
+    def excess(least: FloatArray) -> FloatArray:
+        return np.where(np.isnan(least), np.inf, np.sqrt(np.maximum(least, 0.0)) - np.sqrt(separation))
+
+    def excess_at(share: FloatArray) -> FloatArray:
+        *_, points = side.at(*share.T)
+        return excess(side.least(points, share).least)
+
+    area, error, total = marked_area(excess_at, excess(found.least), found.points, area_error)
+    return MemberPattern(
+        **vars(grid),
+        marked=grid.least <= separation,
+        area=area,
+        area_share=area / total,
+        area_error=error,
+    )

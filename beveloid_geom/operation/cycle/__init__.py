@@ -1,0 +1,1 @@
+"""Segments of a mesh cycle, their fit, and contacts between the sampled rolls."""

@@ -1,0 +1,322 @@
+"""Fit of the segments of a mesh cycle to sampled first contacts.
+
+With its active limits as equations, a contact solves two equations in (s1, z1) that are smooth in the pinion
+roll, also past the ends of the segment:
+
+    no limit      grad f = 0
+    one limit     c = 0 and t.grad f = 0, with t along c = 0
+    two limits    c1 = c2 = 0
+
+with f and the limits c of `search.local_clearance`. The samples give the kinds of contact. Newton's method
+gives the contacts of each kind at Chebyshev nodes of the roll. The polynomials through them give the roll at
+which the next contact takes over: its f is smaller, or it comes within its limits. Fit and ends are iterated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...arrays import Codes, FloatArray, Integers, Mask
+from ...status import Limit
+from ...support.chebyshev import basis_of, evaluate
+from ..engagement import Engagement
+from ..search.earliest_contact import TOGETHER_RAD
+from ..search.local_clearance import Local, hessian, local_at
+from ..search.search_task import Task
+from .cycle_segments import (
+    DEGREE,
+    EXTRAPOLATION,
+    QUANTITIES,
+    CycleSegments,
+    Samples,
+    concatenated,
+    holding,
+    order_of,
+    rolls_between,
+    tails_of,
+)
+
+MAX_NEWTON_STEPS = 12
+MAX_FITS = 12
+END_TOLERANCE_PITCHES = 1e-12
+"""Movement of the ends of segments at which the fits end."""
+SHORTEST_PITCHES = 1e-9
+"""Shorter segments are removed: rounding may exchange two contacts at a change."""
+RESOLVED = np.array((1e-15, 1e-11, 1e-11, 1e-11, 1e-11))
+"""Trailing coefficients that are rounding: of f relative to the lever, of the positions relative to the tooth
+depth. Such polynomials are valid on every part of their range."""
+
+
+def fitted(engagement: Engagement, samples: Samples) -> CycleSegments:
+    """Fit segments to the samples of each case.
+
+    Parameters
+    ----------
+    engagement : Engagement
+        One position for each case: the first roll of the curve.
+    samples : Samples
+
+    Returns
+    -------
+    CycleSegments
+        Each ends where the next takes over.
+    """
+    segments, runs, limits = _runs_of(engagement, samples)
+    number, done, former = np.arange(segments.case.size), [], None
+    ends = limits[0]
+    for count in range(MAX_FITS):
+        starts = _starts(engagement, samples, segments, runs, former)
+        fit = replace(segments, coefficients=_coefficients(engagement, segments, starts))
+        joined = np.flatnonzero(segments.case[1:] == segments.case[:-1])
+        contacts = _ends(engagement, fit, joined, limits[:, joined])
+        low, high = segments.low.copy(), segments.high.copy()
+        low[joined + 1], high[joined] = contacts, contacts
+        segments = replace(fit, low=low, high=high)
+        # Cases are complete when their ends are stationary, or known from exact polynomials.
+        steady = np.ones(segments.case.size, dtype=bool)
+        steady[joined] = np.abs(contacts - ends[joined]) <= END_TOLERANCE_PITCHES * engagement.pitch[0]
+        slack = 1e-3 * (fit.high - fit.low)  # extrapolation beyond this amplifies rounding
+        known = (low >= fit.low - slack) & (high <= fit.high + slack) & _resolved(engagement, fit)
+        steady, known = (_of_whole_cases(mask, segments.case) for mask in (steady, known))
+        ready = steady | known | (count == MAX_FITS - 1)
+        moved = np.flatnonzero(ready & ~steady)  # refit between the new ends
+        values = fit.values(moved, segments.pick(moved).rolls(basis_of(DEGREE).nodes))
+        segments.coefficients[:, moved] = basis_of(DEGREE).coefficients(values)
+        ended, on = np.flatnonzero(ready), np.flatnonzero(~ready)
+        done.append((number[ended], segments.pick(ended)))
+        if not on.size:
+            break
+        # Allow the ends to move past their samples, as far as the polynomials can be extrapolated.
+        ends, length = high, high - low
+        reach = 0.5 * (EXTRAPOLATION - 1.0) * np.minimum(length[:-1], length[1:])
+        limits[0, :-1] = np.maximum(limits[0, :-1], ends[:-1] - reach)
+        limits[1, :-1] = np.minimum(limits[1, :-1], ends[:-1] + reach)
+        number, segments, former = number[on], segments.pick(on), fit.pick(on)
+        runs, limits, ends = runs[:, on], limits[:, on], ends[on]
+    order = np.concatenate([numbers for numbers, _ in done]).argsort()
+    return _without_short(engagement, concatenated([part for _, part in done]).pick(order), samples)
+
+
+def _runs_of(engagement: Engagement, samples: Samples) -> tuple[CycleSegments, Integers, FloatArray]:
+    """Return segments without coefficients, as long as their contacts may reach; the first and last sample
+    of each, (2, n); and the rolls (2, n), rad, between which the next segment of the same case takes
+    over."""
+    contacts, case = samples.contacts, samples.case
+    on_fillet = engagement.on_fillets(contacts.place, contacts.meeting)
+    label = np.array((case, contacts.pair, *contacts.limit, *on_fillet))
+    begins = np.append(True, (label[:, 1:] != label[:, :-1]).any(axis=0) | samples.cut[1:])
+    first = np.flatnonzero(begins)
+    last = np.append(first[1:], case.size) - 1
+    joined = np.flatnonzero(case[first[1:]] == case[last[:-1]])
+    low, high = samples.roll[first], samples.roll[last]
+    same = (label[:, first[joined]] == label[:, first[joined + 1]]).all(axis=0)  # cut
+    limits = np.stack((high, high))
+    limits[0, joined] = samples.roll[np.where(same, first[joined + 1], last[joined])]
+    limits[1, joined] = samples.roll[first[joined + 1]]
+    low[joined + 1], high[joined] = limits[:, joined]
+    coefficients = np.empty((0, first.size, 0))
+    rows = contacts.pair[first], contacts.limit[:, first], on_fillet[:, first]
+    return CycleSegments(case[first], low, high, coefficients, *rows), np.stack((first, last)), limits
+
+
+def _of_whole_cases(mask: Mask, case: Integers) -> Mask:
+    """Return for each segment whether all segments of its case are marked."""
+    return np.asarray(~np.isin(case, case[~mask]))
+
+
+def _resolved(engagement: Engagement, segments: CycleSegments) -> Mask:
+    """Return whether all polynomials of a segment are exact to rounding on their range: the contact does
+    not cross a joint of flank and fillet, where it is not smooth, and the trailing coefficients are
+    rounding."""
+    depth = engagement.pinion.tip - engagement.pinion.root
+    s = evaluate(segments.coefficients[[1, 3]], np.linspace(-1.0, 1.0, DEGREE + 1))
+    z = evaluate(segments.coefficients[[2, 4]], np.linspace(-1.0, 1.0, DEGREE + 1))
+    below = engagement.on_fillets((s[0], z[0]), (s[1], z[1]))
+    smooth = (below == segments.on_fillet[..., None]).all(axis=(0, 2))
+    most = RESOLVED * np.array((engagement.lever, *[depth] * (QUANTITIES - 1)))
+    return np.asarray(smooth & (tails_of(segments) <= most[:, None]).all(axis=0))
+
+
+def _without_short(engagement: Engagement, segments: CycleSegments, samples: Samples) -> CycleSegments:
+    """Return the segments that are longer than the minimum length. Each begins at the end of the one
+    before, so that they cover the samples of their case."""
+    long = segments.high - segments.low > SHORTEST_PITCHES * engagement.pitch[0]
+    segments = replace(segments.pick(long), coefficients=segments.coefficients[:QUANTITIES, long])
+    same = segments.case[1:] == segments.case[:-1]
+    low, high = segments.low.copy(), segments.high.copy()
+    start, stop = samples.ends(segments.case)
+    low[1:] = np.where(same, high[:-1], start[1:])
+    low[:1] = start[:1]
+    ends = np.append(~same, True)
+    high[ends] = stop[ends]
+    return replace(segments, low=low, high=high)
+
+
+def _starts(
+    engagement: Engagement,
+    samples: Samples,
+    segments: CycleSegments,
+    runs: Integers,
+    former: CycleSegments | None,
+) -> FloatArray:
+    """Return starting points (2, n * (DEGREE + 1)) of Newton's method at the nodes: from a `former` fit
+    where it is accurate, otherwise by linear interpolation between the samples of the segment, from the
+    first to the last of its `runs` (2, n)."""
+    roll = segments.rolls(basis_of(DEGREE).nodes)
+    order = order_of(engagement, samples.case, samples.roll)
+    after = np.searchsorted(order, order_of(engagement, segments.case.repeat(roll.shape[1]), roll.ravel()))
+    first, last = (run.repeat(roll.shape[1]) for run in runs)
+    before = np.maximum(np.minimum(after, last) - 1, first)
+    after = np.minimum(before + 1, last)
+    step = samples.roll[after] - samples.roll[before]
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        share = np.clip(np.where(step > 0.0, (roll.ravel() - samples.roll[before]) / step, 0.0), -1.0, 2.0)
+    place = samples.contacts.place[:, before]
+    place = place + share * (samples.contacts.place[:, after] - place)
+    if former is None:
+        return np.asarray(place)
+    known = (tails_of(former)[1:3] <= 1e-6 * (engagement.pinion.tip - engagement.pinion.root)).all(axis=0)
+    fit = former.values(np.arange(known.size), roll)[1:3]
+    return np.where(known.repeat(roll.shape[1]), fit.reshape(2, -1), place)
+
+
+def _coefficients(engagement: Engagement, segments: CycleSegments, starts: FloatArray) -> FloatArray:
+    """Return Chebyshev coefficients (13, n, DEGREE + 1) of f, positions and limits; NaN where a contact is
+    not found."""
+    basis = basis_of(DEGREE)
+    roll = segments.rolls(basis.nodes)
+    case = segments.case.repeat(roll.shape[1])
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        here = engagement.at(case, roll.ravel())
+        fillet = segments.on_fillet.repeat(roll.shape[1], axis=1)
+        task = here.task(np.arange(case.size), segments.pair.repeat(roll.shape[1]), fillet)
+        values = held_to(task, starts, segments.limit.repeat(roll.shape[1], axis=1))
+        return basis.coefficients(values.reshape(-1, *roll.shape))
+
+
+def held_to(task: Task, place: FloatArray, limit: Codes, most: int = MAX_NEWTON_STEPS) -> FloatArray:
+    """Compute contacts with given active limits by Newton's method.
+
+    Parameters
+    ----------
+    task : Task
+        Tooth pairs (n,).
+    place : ndarray, shape (2, n)
+        Starting points (s1, z1), mm.
+    limit : ndarray of int, shape (2, n)
+        Codes of the active limits, -1 for none.
+    most : int
+        Maximum number of steps.
+
+    Returns
+    -------
+    ndarray, shape (13, n)
+        f, s1, z1, s2, z2 and the eight limits, mm; NaN where the iteration does not converge.
+    """
+    contacts = np.full((QUANTITIES + len(Limit), limit.shape[1]), np.nan)
+    going, last = np.arange(limit.shape[1]), np.zeros(limit.shape[1], dtype=bool)
+    for _ in range(most + 1):
+        here = local_at(task, *place)
+        step = _newton_step(here, limit)
+        if task.line is not None:
+            step = _onto_lines(task, place, here, limit, step)
+        size = np.abs(step).max(axis=0) / task.depth
+        there = last | (size <= 1e-12)
+        rows = here.f[None, there], place[:, there], here.meeting[:, there], here.margin[:, there]
+        contacts[:, going[there]] = np.concatenate(rows)
+        stays = np.flatnonzero(~there & np.isfinite(size))
+        if not stays.size:
+            break
+        place, limit, last = place[:, stays] + step[:, stays], limit[:, stays], size[stays] <= 1e-7
+        going, task = going[stays], task.pick(stays)
+    return contacts
+
+
+def _onto_lines(task: Task, place: FloatArray, here: Local, limit: Codes, step: FloatArray) -> FloatArray:
+    """Return the steps (2, n), with those of flanks that touch along lines replaced by steps to the path
+    of contact across the lines: all points of a line are stationary."""
+    assert task.line is not None
+    joints, slack = (task.pinion.joint, task.gear.joint), 1e-9 * task.depth
+    on = (limit[0] < 0) & np.isfinite(task.line[0])
+    on &= (place[0] >= joints[0] - slack) & ~(here.meeting[0] < joints[1] - slack)
+    return np.where(on, task.line[1:3] - place, step)
+
+
+def _newton_step(here: Local, limit: Codes) -> FloatArray:
+    """Return the Newton step (2, n) towards the contact with the active limits (2, n)."""
+    each = np.arange(limit.shape[1])
+    rates, margins = ([row[code, ..., each] for code in limit] for row in (here.rate, here.margin))
+    first, second = (rate.T for rate in rates)
+    curve = hessian(here.curve[limit[0], :, each].T)
+    size = (first * first).sum(axis=0)
+    # Second derivatives of the Lagrange function on one limit.
+    bend = hessian(here.bend) - np.where(limit[0] >= 0, (here.slope * first).sum(axis=0) / size, 0.0) * curve
+    # The three systems of the module docstring.
+    free = -_solved(bend[0], bend[1], here.slope)
+    onto, along = -margins[0] / size * first, np.array((-first[1], first[0]))
+    pull = here.slope + (bend * onto).sum(axis=1)
+    on_edge = onto - (along * pull).sum(axis=0) / (along * (bend * along).sum(axis=1)).sum(axis=0) * along
+    corner = -_solved(first, second, np.array(margins))
+    return np.asarray(np.where(limit[1] >= 0, corner, np.where(limit[0] >= 0, on_edge, free)))
+
+
+def _solved(first: FloatArray, second: FloatArray, right: FloatArray) -> FloatArray:
+    """Return solutions (2, n) of two linear equations with rows (2, n)."""
+    rows = right[0] * second[1] - right[1] * first[1], first[0] * right[1] - second[0] * right[0]
+    return np.asarray(np.array(rows) / (first[0] * second[1] - first[1] * second[0]))
+
+
+def _ends(
+    engagement: Engagement, segments: CycleSegments, before: Integers, limits: FloatArray
+) -> FloatArray:
+    """Return the rolls (k,), rad, between the `limits` (2, k) at which the segments `before` (k,) end and
+    the next take over."""
+    low, high = limits
+    row = np.arange(before.size)
+    # Divide the interval that contains the change, first into 128 parts, then seven times into 32.
+    for parts in (128, *[32] * 7) if before.size else ():
+        roll = rolls_between(low, high, 2.0 * np.arange(parts + 1) / parts - 1.0)
+        taken = _taken_over(engagement, segments, before, roll)
+        taken[:, -1] = True
+        part = np.maximum(taken.argmax(axis=1), 1)
+        low, high = (
+            np.where(taken[:, 0], low, roll[row, part - 1]),
+            np.where(taken[:, 0], low, roll[row, part]),
+        )
+    return np.asarray(high)
+
+
+def _taken_over(engagement: Engagement, segments: CycleSegments, before: Integers, roll: FloatArray) -> Mask:
+    """Return whether at rolls (k, m) the segments after `before` (k,) are the first contact: within their
+    limits and with smaller f. At equal f, tangencies come before edges, then the pair that came into
+    mesh last."""
+    both, shape = np.append(before, before + 1), (2, *roll.shape)
+    values = segments.values(both, np.concatenate((roll, roll)))
+    f, outside = values[0].reshape(shape), _outside(engagement, segments, both, values).reshape(shape)
+    edge, pair = (
+        row[both].reshape(2, -1) for row in (segments.limit[0] >= 0, engagement.pinion.sigma * segments.pair)
+    )
+    together = np.abs(f[1] - f[0]) <= TOGETHER_RAD * engagement.lever
+    prior = np.where(edge[0] == edge[1], pair[1] < pair[0], edge[0])[:, None]
+    sooner = np.where(together, prior, f[1] < f[0])
+    return np.asarray(np.where(outside[0] == outside[1], sooner, outside[1] < outside[0]))
+
+
+def _outside(
+    engagement: Engagement, segments: CycleSegments, index: Integers, values: FloatArray
+) -> FloatArray:
+    """Return by how much (mm) contacts violate limits that are not active, or lie beyond a joint with the
+    fillet; infinite where there is no contact."""
+    margin = np.where(holding(segments.limit[:, index])[..., None], np.inf, values[QUANTITIES:]).min(axis=0)
+    for surface, (s, z), fillet in zip(
+        (engagement.pinion, engagement.gear),
+        (values[1:3], values[3:5]),
+        segments.on_fillet[:, index],
+        strict=True,
+    ):
+        # On undercut flanks, the root limit decides whether a contact lies beyond the end.
+        joined = s - (surface.joint if surface.crossing is None else np.minimum(surface.fillet_end(z), s))
+        margin = np.minimum(margin, np.where(fillet, -1.0, 1.0)[:, None] * joined)
+    return np.where(np.isnan(margin), np.inf, np.maximum(-margin, 0.0))

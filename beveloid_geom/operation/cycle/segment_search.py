@@ -1,0 +1,157 @@
+"""Search for the segments of a mesh cycle: sample, fit, check, and divide the segments that fail."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...arrays import FloatArray, Integers
+from ...status import FirstStatus
+from ..engagement import Engagement
+from ..search.earliest_contact import Grids, found_at
+from .cycle_segments import (
+    DEGREE,
+    QUANTITIES,
+    SAMPLES_PER_PITCH,
+    CycleSegments,
+    Samples,
+    concatenated,
+    samples_of,
+)
+from .missed_contacts import beyond_limits, checked, earlier, overtaken
+from .segment_fit import fitted
+
+MAX_ROUNDS = 8
+"""Number of times that failing segments are divided."""
+
+
+def _sampled(engagement: Engagement, grids: Grids, case: Integers, roll: FloatArray) -> Samples:
+    return samples_of(case, roll, found_at(engagement.at(case, roll), grids))
+
+
+def pitch_rolls(engagement: Engagement, number: int = SAMPLES_PER_PITCH) -> tuple[Integers, FloatArray]:
+    """Return evenly spaced rolls over a pitch.
+
+    Parameters
+    ----------
+    engagement : Engagement
+        One position for each case: the first roll.
+    number : int
+        Number of steps.
+
+    Returns
+    -------
+    case : ndarray of int, shape (n,)
+    roll : ndarray, shape (n,)
+        Pinion rolls with both ends of the pitch, rad.
+    """
+    share, cases = np.linspace(0.0, 1.0, number + 1), engagement.roll.size
+    case = np.arange(cases).repeat(share.size)
+    return case, engagement.roll[case] + np.tile(engagement.pitch[0] * share, cases)
+
+
+def segments_of(
+    engagement: Engagement, grids: Grids, samples: Samples, near: Samples
+) -> tuple[CycleSegments, Integers]:
+    """Compute the segments of first contact over a pitch.
+
+    Parameters
+    ----------
+    engagement : Engagement
+        One position for each case: the first roll.
+    grids : Grids
+    samples : Samples
+        First contacts at the `pitch_rolls`.
+    near : Samples
+        All contacts found there.
+
+    Returns
+    -------
+    segments : CycleSegments
+    status : ndarray of int, shape (cases,)
+        Codes of `FirstStatus`: of the first roll that is not SOLVED, or NOT_CONVERGED. Such a case has no
+        segments.
+    """
+    segments, status = _divided(engagement, grids, samples, near)
+    if (
+        lost := status == FirstStatus.NOT_CONVERGED
+    ).any():  # sample more densely: a contact may have been missed in all rounds
+        case, roll = pitch_rolls(engagement, 64)
+        samples = _sampled(engagement, grids, case[lost[case]], roll[lost[case]])
+        closer, again = _divided(engagement, grids, samples, near)
+        segments, status = in_order([segments, closer]), np.where(lost, again, status)
+    return segments, status
+
+
+def _divided(
+    engagement: Engagement, grids: Grids, samples: Samples, near: Samples
+) -> tuple[CycleSegments, Integers]:
+    """Return the segments through the samples, divided until all checks pass, and the status of all cases."""
+    cases = engagement.roll.size
+    status, done = np.zeros(cases, dtype=np.int64), []
+    for count in range(MAX_ROUNDS):
+        bad = np.flatnonzero(samples.contacts.status != FirstStatus.SOLVED)[::-1]
+        status[samples.case[bad]] = samples.contacts.status[bad]
+        samples = samples.pick(status[samples.case] == FirstStatus.SOLVED)
+        if not 0 < samples.case.size <= 1000 * cases:
+            break
+        segments = fitted(engagement, samples)
+        # Compare with the samples, which also covers segments whose neighbour could not be fitted.
+        segment, strict = segments.number(engagement, samples.case, samples.roll), count < MAX_ROUNDS // 2
+        samples, bad = checked(engagement, segments, segment, samples, strict)
+        checks = samples.pick(np.zeros(0, dtype=np.int64))
+        if count > 0:  # in the first round there are enough samples
+            places = np.array((-0.95, 0.1, 1.0))
+            segment, roll = np.arange(segments.case.size).repeat(places.size), segments.rolls(places).ravel()
+            checks = _sampled(engagement, grids, segments.case[segment], roll)
+            checks, late = checked(engagement, segments, segment, checks, strict)
+            bad = np.union1d(bad, late)
+        if strict:
+            bad = np.union1d(bad, beyond_limits(engagement, segments))
+        # Compare neighbours at their common end, then follow contacts between the samples.
+        jumps, corrected, samples = overtaken(engagement, samples, segments)
+        bad = np.union1d(bad, np.append(jumps, jumps + 1))
+        early = earlier(engagement, segments, near)
+        failed = np.isin(np.arange(cases), np.concatenate((segments.case[bad], corrected, early.case)))
+        if failed.any():
+            checks = checks.and_also(_between(engagement, grids, samples, segments, bad, jumps)).and_also(
+                early
+            )
+        done.append(segments.pick(~failed[segments.case]))
+        samples = samples.pick(failed[samples.case]).and_also(checks.pick(failed[checks.case]))
+    status[samples.case] = np.where(status[samples.case], status[samples.case], FirstStatus.NOT_CONVERGED)
+    return in_order(done), status
+
+
+def _between(
+    engagement: Engagement,
+    grids: Grids,
+    samples: Samples,
+    segments: CycleSegments,
+    bad: Integers,
+    jumps: Integers,
+) -> Samples:
+    """Return first contacts at more rolls in the segments `bad`, and next to the ends at which the curve
+    jumps."""
+    places = np.array((-0.8, -0.6, -0.4, -0.2, 0.3, 0.5, 0.7))
+    aside = np.array((-1e-3, -1e-5, 1e-5, 1e-3))  # pitches
+    start, stop = samples.ends(segments.case[jumps])
+    next_to = np.clip(segments.high[jumps, None] + engagement.pitch[0] * aside, start[:, None], stop[:, None])
+    case = np.append(segments.case[bad].repeat(places.size), segments.case[jumps].repeat(aside.size))
+    return _sampled(engagement, grids, case, np.append(segments.rolls(places)[bad], next_to))
+
+
+def in_order(parts: list[CycleSegments]) -> CycleSegments:
+    """Concatenate segments and sort them by case and roll.
+
+    Parameters
+    ----------
+    parts : list of CycleSegments
+
+    Returns
+    -------
+    CycleSegments
+    """
+    none, no, rows = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((2, 0), dtype=np.int8)
+    empty = CycleSegments(none, no, no, np.zeros((QUANTITIES, 0, DEGREE + 1)), none, rows, rows > 0)
+    segments = concatenated([empty, *parts])
+    return segments.pick(np.lexsort((segments.low, segments.case)))

@@ -1,0 +1,290 @@
+"""Engagement of a pair at pinion rolls: surfaces, poses, and the tooth pairs that can touch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..arrays import FloatArray, Integers, Mask
+from ..contact.flank_pair import is_modified, pairing_of
+from ..contact.parallel.lines import touches_along_lines
+from ..contact.path import path_of_contact
+from ..contact.path_polynomial import PHASE, exact_rows
+from ..design.model import Design, Errors, Pair
+from ..gear.tooth_side import Surface, angle_of, cut_at, surface_of
+from ..pair.mounting import limit_phase, mounting_of
+from ..support.frozen_arrays import kept
+from .angular_clearance import Pose, pose_of
+from .search.search_task import Task
+
+
+@dataclass(frozen=True, eq=False)
+class Engagement:
+    """Tooth surfaces and poses of a pair at pinion rolls (n,), and the tooth pairs that can touch.
+
+    Attributes
+    ----------
+    pinion, gear : Surface
+        Tooth surfaces of pinion and gear.
+    pose : Pose
+    roll, phase : ndarray, shape (n,)
+        Pinion roll, and conjugate phase of the gear (gear roll plus N1/N2 pinion roll), rad.
+    nearest : ndarray of int, shape (n,)
+        Tooth pair that is nearest to the pitch point.
+    pitch : tuple of float
+        Angular pitches of pinion and gear, rad.
+    lever : float
+        Clearance along the normal per rad of gear roll, m_n N2 cos(alpha) / 2, mm.
+    module : float
+        Normal module, mm.
+    reach : int
+        Number of tooth pairs on either side that can touch.
+    period : float
+        Rotation of the gear after which the same two teeth can meet again, rad.
+    again : int
+        Difference of the tooth pair numbers after one period.
+    defined : ndarray of bool, shape (n,)
+        Whether all inputs but the phase are finite.
+    span : float
+        Length of the curve that begins at each position, in pitches of the pinion.
+    lines : ndarray, shape (4, 2, n), optional
+        For unmodified flanks that touch along lines: conjugate phase, pinion roll (rad), s1 and z1 (mm) of
+        the first and last contact of tooth pair 0 on the path of contact, which crosses the lines at a
+        constant rate. NaN for point contact; None if no position has lines.
+    """
+
+    pinion: Surface
+    gear: Surface
+    pose: Pose
+    roll: FloatArray
+    phase: FloatArray
+    nearest: Integers
+    pitch: tuple[float, float]
+    lever: float
+    module: float
+    reach: int
+    period: float
+    again: int
+    defined: Mask
+    span: float = 1.0
+    lines: FloatArray | None = None
+
+    @property
+    def turns(self) -> float:
+        """Return the turns of a pinion tooth round its axis along the face."""
+        return abs(float(self.pinion.trace[1])) * self.pinion.half_width / (np.pi * self.pinion.pitch_radius)
+
+    @property
+    def near(self) -> Integers:
+        """Return the tooth pairs that can touch, relative to the nearest; each pinion tooth once."""
+        teeth = round(2.0 * np.pi / self.pitch[0])
+        every = np.arange(-self.reach, self.reach + 1)
+        return every if every.size <= teeth else np.arange(teeth) - teeth // 2
+
+    def task(self, position: Integers, pair: Integers, fillet: Mask | None = None) -> Task:
+        """Return tooth pairs `pair` at the positions with these numbers, each (n,), and, if known, whether
+        the contacts are sought on the fillets of undercut teeth (2, n)."""
+        roll = self.roll[position] + pair * self.pitch[0]
+        start = self.phase[position] - self.pitch[1] / self.pitch[0] * roll
+        line = None if self.lines is None else self._on_lines(position, roll)
+        pose = self.pose.at(position)
+        return Task(self.pinion, self.gear, self.lever, pose, roll, start, self.period, line, fillet)
+
+    def _on_lines(self, position: Integers, roll: FloatArray) -> FloatArray:
+        """Return `Task.line` of tooth pair 0 at pinion rolls (n,), rad."""
+        assert self.lines is not None
+        (phase, _), ends, s, z = self.lines[:, :, position]
+        share = (roll - ends[0]) / (ends[1] - ends[0])
+        ahead = self.gear.sigma * self.lever * (phase - self.phase[position])
+        # The path of a line contact ends on limits. At the joint, rounding must not place it on the fillet.
+        s = np.maximum(
+            s[0] + share * (s[1] - s[0]), np.where((share < 0.0) | (share > 1.0), -np.inf, self.pinion.joint)
+        )
+        return np.array((ahead, s, z[0] + share * (z[1] - z[0]), share))
+
+    def on_fillets(
+        self, place: FloatArray | tuple[FloatArray, ...], meeting: FloatArray | tuple[FloatArray, ...]
+    ) -> Mask:
+        """Return whether places (s1, z1) and touched points (s2, z2), mm, are on the fillets: (2, ...)."""
+        return np.stack((self.pinion.on_fillet(*place), self.gear.on_fillet(*meeting)))
+
+    def at(self, position: Integers, roll: FloatArray) -> Engagement:
+        """Return the engagement at other rolls (n,), rad, of the positions with these numbers (n,)."""
+        turned = np.rint((roll - self.roll[position]) / self.pitch[0]).astype(int)
+        return replace(
+            self,
+            pose=self.pose.at(position),
+            roll=roll,
+            phase=self.phase[position],
+            nearest=self.nearest[position] - turned,
+            defined=self.defined[position],
+            lines=None if self.lines is None else self.lines[:, :, position],
+        )
+
+
+def conjugate_phase(design: Design, flank: str) -> FloatArray:
+    """Compute the gear roll plus N1/N2 pinion roll of the unmodified pair without errors.
+
+    It is the same for all contacts of unmodified flanks, and the zero of the transmission error. If the
+    flanks have no contact near the face, it is the phase of parallel axes at the distance that the axes have
+    at the mesh, provided that the flanks are conjugate on parallel axes. Otherwise it is `limit_phase`.
+
+    Parameters
+    ----------
+    design : Design
+    flank : {'right', 'left'}
+
+    Returns
+    -------
+    ndarray
+        rad, of the batch shape; NaN for a design without mounting distances.
+    """
+    plain = Design(design.pinion, design.gear, design.pair, Errors()).unmodified()
+    find = _conjugate_phase if plain.batch_shape else _kept_phase
+    phase, pose = find(plain, flank), pose_of(plain)
+    lost = np.isnan(phase) & np.isfinite(pose.position.sum(axis=0))
+    if not lost.any():
+        return phase
+    pinion, gear = np.where(lost, pose.position, 0.0)
+    # At the mesh, the gear's axis is `aside` from the common perpendicular, which rotates both rolls.
+    aside = gear * pose.sin
+    turn = np.arctan2(aside, pose.offset)
+    parallel = Pair(np.hypot(aside, pose.offset), 0.0, pinion - gear, 0.0)
+    ratio = np.asarray(design.pinion.teeth / design.gear.teeth)
+    on_parallel = find(replace(plain, pair=parallel), flank) + (1.0 + ratio) * turn
+    return np.where(lost, np.where(np.isnan(on_parallel), limit_phase(design, flank), on_parallel), phase)
+
+
+def _conjugate_phase(plain: Design, flank: str) -> FloatArray:
+    pairing = pairing_of(plain, flank)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        rows, _ = exact_rows(pairing, np.zeros((pairing.branch.shape[0], 1)))
+    return rows[PHASE, :, 0].reshape(plain.batch_shape)
+
+
+_kept_phase = kept(16)(_conjugate_phase)
+
+
+def middle_roll(design: Design, flank: str) -> FloatArray:
+    """Compute the pinion roll at which the flank of tooth 0 passes the pitch point.
+
+    Parameters
+    ----------
+    design : Design
+    flank : {'right', 'left'}
+
+    Returns
+    -------
+    ndarray
+        rad, of the batch shape. If the pitch point is far from the teeth, as on nearly parallel axes, the
+        point of the pinion nearest to the gear is used instead.
+    """
+    mounting, surface, pose = mounting_of(design), surface_of(design.pinion, flank), pose_of(design)
+    x, y = (mounting.pitch_point[..., k] for k in (0, 1))
+    far = ~((x > 0.0) & (np.abs(np.hypot(x, y) - surface.tip) < 0.5 * surface.tip))
+    across = np.nan_to_num(
+        pose.position[0] * pose.sin * pose.cos
+    )  # of the gear's axis, perpendicular to the offset
+    x, y = np.where(far, np.nan_to_num(pose.offset), x), np.where(far, across, y)
+    z, apex = _pitch_height(design, surface), float(design.pinion.tool.parabola_apex)
+    # On the reference line of the tool; s is measured from the apex of the parabola.
+    return np.asarray(np.arctan2(y, x) - angle_of(cut_at(surface, np.zeros_like(z) - apex, z)))
+
+
+def _pitch_height(design: Design, surface: Surface) -> FloatArray:
+    """Return z (mm) of the pitch point on the pinion, limited to its face."""
+    mounting = mounting_of(design)
+    z = np.nan_to_num(mounting.pitch_distance[0] - mounting.distance[0])
+    return np.asarray(np.clip(z, -surface.half_width, surface.half_width))
+
+
+def spread(design: Design, flank: str) -> float:
+    """Compute how far tooth contacts can be from the pitch point, owing to the overlap of helical teeth.
+
+    Parameters
+    ----------
+    design : Design
+    flank : {'right', 'left'}
+
+    Returns
+    -------
+    float
+        Pitches of the pinion by which the tooth trace on the pitch cylinder departs from the pitch point, the
+        maximum over a batch.
+    """
+    surface = surface_of(design.pinion, flank)
+    length = surface.half_width + np.abs(_pitch_height(design, surface)).max()
+    turn = length * np.abs(surface.trace[1]) / surface.pitch_radius
+    return float(turn * float(design.pinion.teeth) / (2.0 * np.pi))
+
+
+def engagement_of(
+    design: Design, flank: str, roll: FloatArray, middle: FloatArray | None = None
+) -> tuple[Engagement, FloatArray]:
+    """Return the engagement of a design at pinion rolls.
+
+    Parameters
+    ----------
+    design : Design
+        The members must be single; pair and errors may be arrays.
+    flank : {'right', 'left'}
+    roll : ndarray, shape (..., positions)
+        Pinion rolls, rad.
+    middle : ndarray, optional
+        `middle_roll` of the design, if known.
+
+    Returns
+    -------
+    engagement : Engagement
+        All positions on one axis.
+    phase : ndarray, shape (n,)
+        Conjugate phase by position, rad; NaN where there is none.
+    """
+    pinion, gear = (surface_of(member, flank) for member in design.members)
+    phase = np.broadcast_to(conjugate_phase(design, flank)[..., None], roll.shape).reshape(-1)
+    pose = pose_of(design)
+    by_position = [
+        np.broadcast_to(value[..., None], roll.shape).reshape(-1)
+        for value in (pose.offset, pose.sin, pose.cos, *pose.position)
+    ]
+    tool, teeth = design.gear.tool, [int(member.teeth) for member in design.members]
+    lever = 0.5 * float(tool.normal_module) * teeth[1] * np.cos(float(tool.normal_pressure_angle))
+    middle = middle_roll(design, flank) if middle is None else middle
+    middle = np.broadcast_to(middle[..., None], roll.shape).reshape(-1)
+    pitch = (2.0 * np.pi / teeth[0], 2.0 * np.pi / teeth[1])
+    engagement = Engagement(
+        pinion=pinion,
+        gear=gear,
+        pose=Pose(by_position[0], by_position[1], by_position[2], np.stack(by_position[3:])),
+        roll=roll.reshape(-1),
+        phase=np.nan_to_num(phase),
+        nearest=np.rint((middle - roll.reshape(-1)) / pitch[0]).astype(int),
+        pitch=pitch,
+        lever=lever,
+        module=float(tool.normal_module),
+        reach=2 + int(np.ceil(spread(design, flank))),
+        period=min(teeth) * pitch[1],
+        again=teeth[0] if teeth[0] < teeth[1] else 0,
+        defined=np.isfinite(sum(by_position) + pinion.highest + gear.highest),
+        lines=_lines_of(design, flank, roll.shape),
+    )
+    return engagement, phase
+
+
+def _lines_of(design: Design, flank: str, shape: tuple[int, ...]) -> FloatArray | None:
+    """Return `Engagement.lines` for positions of this shape, batch axes first."""
+    if design.has_parabola or is_modified(design, flank):
+        return None
+    along = touches_along_lines(design, flank)
+    if not along.any():
+        return None
+    path = path_of_contact(design, flank, 2)
+    if not path.l1.shape[-1]:  # lines exist on the extended flanks only
+        return None
+    ratio = np.asarray(design.pinion.teeth / design.gear.teeth)[..., None]
+    phase = path.gear_roll + ratio * path.pinion_roll
+    rows = np.stack((phase, path.pinion_roll, path.l1, path.pinion_z))
+    rows = np.where(along[..., None], rows, np.nan)
+    per_position = np.broadcast_to(rows[..., None, :], (*rows.shape[:-1], shape[-1], 2))
+    return np.moveaxis(per_position.reshape(len(rows), -1, 2), -1, 1)

@@ -1,0 +1,321 @@
+"""Reports of `check` and `propose`: layout and remarks of a design, and proposed pairs without backlash."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from ..design.model import Design
+from ..design.text import design_text
+from ..findings.advice import Advice, advice_on, findings_on
+from ..findings.backlash import backlash_report
+from ..findings.diagnostics import ERROR, UNKNOWN, Remark, in_order, quiet, remarks_data, tip_clearances
+from ..findings.layout import bare, meshes
+from ..pair.generator_angle import generator_angle_as_mounted
+from ..pair.misalignment_at_mesh import pivot_distance
+from ..pair.mounting import mounting_of
+from ..pair.zero_backlash import ClosedLayout, Closing, closing_of, zero_backlash_layout
+from ..proposal.command_line import command_of, requests_like
+from ..proposal.merit import DEPTH, FLANKS, LINKS
+from ..proposal.propose import Proposal, propose, works
+from ..proposal.request import Request
+from ..proposal.rounding import rounded
+from ..status import NotComputed
+from .columns import column, label, labelled_lines, number
+from .result import (
+    MEMBERS,
+    Failure,
+    Report,
+    Rows,
+    advice_data,
+    by_columns,
+    failure_of,
+    plain,
+    stacked_rows,
+)
+from .text import advice_lines, error_lines, head_lines, line, place_words, remark_lines, typed
+
+RESERVE = (
+    "least distance from a warning of `check`, relative to an ample value, over contact ratio, tip thickness"
+    " and clearance, undercut, depth of tips, shift of the path under errors"
+)
+MEASURE = f"the largest reserve first: {RESERVE}"
+LEAST = f"the smallest cone angles first, for equal cones the largest reserve: {RESERVE}"
+
+
+@dataclass(frozen=True, eq=False)
+class CheckReport(Report):
+    """Report of `check` on a single design.
+
+    Attributes
+    ----------
+    closing : Closing
+        Distance of the lines of action, and the layouts in which they meet.
+    ideal : ClosedLayout or str
+        Layout without backlash, or the reason why there is none.
+    remarks : tuple of Remark
+        Remarks on layout, teeth and paths, the most important first.
+    advice : tuple of Advice
+        Changes of the layout.
+    proposal : str or None
+        Command line that proposes a similar pair; None for a design with contact.
+    jam : str or None
+        Reason why the pair cannot be assembled.
+    """
+
+    name: str
+    design: Design
+    closing: Closing
+    ideal: ClosedLayout | str
+    remarks: tuple[Remark, ...]
+    advice: tuple[Advice, ...]
+    proposal: str | None
+    jam: str | None = None
+
+    @property
+    def failure(self) -> Failure | None:
+        """Failure if the first remark is an error, or unknown because a calculation failed."""
+        first = self.remarks[0] if self.remarks else None
+        if first is not None and first.level == UNKNOWN:
+            return failure_of(NotComputed(first.text))
+        if first is None or first.level != ERROR:
+            return None
+        return Failure(f"Jammed: {self.jam}") if first.text == self.jam else Failure(f"Error: {first.text}")
+
+    def values(self) -> dict[str, Any]:
+        """Return backlash, layout without backlash, remarks, advice and angles of the generators."""
+        return {
+            "closing": self.closing,
+            "zero_backlash": None if isinstance(self.ideal, str) else self.ideal,
+            **remarks_data(self.remarks),
+            "advice": advice_data(self.advice),
+            "proposal": self.proposal,
+            "crossing": self.crossing,
+        }
+
+    @property
+    def crossing(self) -> dict[str, float]:
+        """Angles between the generators of both flank pairs as mounted, rad; 0 is line contact."""
+        return {flank: float(generator_angle_as_mounted(self.design, flank)) for flank in FLANKS}
+
+    def rows(self) -> Rows:
+        """Return group, quantity, unit and value; remarks and advice last."""
+        pair, mounting = self.design.pair, mounting_of(self.design)
+        distances = zip(
+            ("dw1", "dw2", "rw1", "rw2"), (*mounting.distance, *mounting.working_radius), strict=True
+        )
+        closing = plain(self.closing)
+        reasons = [("reason", reason) for reason in closing.pop("reasons")]
+        ideal = [("reason", self.ideal)] if isinstance(self.ideal, str) else _by_member(self.ideal)
+        groups: list[tuple[str, Any]] = [
+            ("design", [("name", self.name), ("offset", pair.offset), ("shaft_angle", pair.shaft_angle)]),
+            ("design", distances),
+            ("closing", [*closing.items(), *reasons]),
+            ("zero_backlash", ideal),
+            ("mounted", [("normal_backlash", backlash_report(self.design).normal)]),
+            ("mounted", [(f"{flank}_crossing_angle", angle) for flank, angle in self.crossing.items()]),
+            ("remark", [(remark.level, remark.text) for remark in self.remarks]),
+            *((f"advice {k}", vars(advice).items()) for k, advice in enumerate(self.advice, 1)),
+            ("advice", [("proposal", self.proposal)] if self.proposal else []),
+        ]
+        rows = [
+            (group, key, column(key).unit, value if isinstance(value, str) else float(value))
+            for group, values in groups
+            for key, value in values
+        ]
+        return by_columns(("group", "quantity", "unit", "value"), rows)
+
+    def summary(self) -> str:
+        """Return advice, remarks, and the distance from a layout without backlash."""
+        closing, ideal = self.closing, self.ideal
+        text = f"Check of {self.name}: backlash and contact with unmodified flanks and without errors\n"
+        text += advice_lines(self.advice)
+        if self.proposal:
+            text += line("or" if self.advice else "advice", "propose a pair:")
+            text += f"    {typed(self.proposal)}\n"
+        text += head_lines(bare(self.design)) + remark_lines(self.remarks)
+        if meshes(self.design):  # without contact there is no pitch point
+            radii = "rw1 = {:.6f} mm, rw2 = {:.6f} mm".format(*mounting_of(self.design).working_radius)
+            text += line("working radii", radii)
+            text += line("lines of action", f"of right and left flanks are {closing.gap:z.4f} mm apart")
+            text += line("generators", _generator_words(self.crossing))
+            text += line("normal backlash", f"{closing.normal_backlash:z.4f} mm")
+            text += line("as mounted", f"backlash {backlash_report(self.design).line}")
+            text += error_lines(self.design) or line("errors", _pivot_words(self.design))
+            if not math.isnan(closing.offset):
+                at = f"E = {closing.offset:.4f} mm ({closing.offset_difference:+z.4f}) at this shaft angle"
+                text += line("lines meet at", at)
+            if not math.isnan(closing.shaft_angle):
+                angle, less = (math.degrees(a) for a in (closing.shaft_angle, closing.shaft_angle_difference))
+                text += line("lines meet at", f"shaft angle = {angle:.4f} deg ({less:+z.4f}) at this offset")
+        if not isinstance(ideal, str):
+            axes = (
+                f"E = {float(ideal.offset):.4f} mm, shaft angle = {math.degrees(ideal.shaft_angle):.4f} deg"
+            )
+            ideal = axes + ", dw1 = {:.3f} mm, dw2 = {:.3f} mm".format(*ideal.mounting)
+        text += line("zero backlash", ideal)
+        return text + "No warnings.\n" if quiet(self.remarks) else text
+
+
+def check_report(name: str, design: Design) -> CheckReport:
+    """Return the check of a single design."""
+    closing = closing_of(design)
+    ideal: ClosedLayout | str
+    try:
+        ideal = zero_backlash_layout(design)
+    except ValueError as error:
+        ideal = str(error)
+    backlash = backlash_report(design)
+    remarks = in_order((*findings_on(design, closing, backlash.jam), *backlash.remarks))
+    proposal = None if meshes(design) else proposal_like(design)
+    return CheckReport(name, design, closing, ideal, remarks, advice_on(design), proposal, backlash.jam)
+
+
+def proposal_like(design: Design) -> str | None:
+    """Return a command line that proposes a pair like a single design, None if no request has a result."""
+    request = next((request for request in requests_like(design) if works(request)), None)
+    return command_of(request) if request else None
+
+
+def _generator_words(crossing: dict[str, float]) -> str:
+    """Return the angles between the generators by flank, from rad."""
+    if not any(crossing.values()):
+        return "parallel on both flanks without errors: line contact"
+    angles = (f"{flank} {math.degrees(angle):.4f} deg" for flank, angle in crossing.items())
+    return f"of both flanks are inclined to each other: {', '.join(angles)}; 0 is line contact"
+
+
+def _pivot_words(design: Design) -> str:
+    """Return the pivot of errors of the shaft angle."""
+    if design.errors_at == "mesh":
+        distance = float(pivot_distance(design))
+        return (
+            f"of the shaft angle turn about the mesh point, {distance:.2f} mm from the common perpendicular"
+        )
+    pivot = place_words(design, "perpendicular")
+    return f'of the shaft angle turn {pivot}; with at = "mesh" in [errors] about the mesh point'
+
+
+def _by_member(ideal: ClosedLayout) -> list[tuple[str, float]]:
+    """Return the quantities of a layout by name, those of pinion and gear separately."""
+    return [
+        (f"{member}_{key}".lstrip("_"), float(number))
+        for key, value in vars(ideal).items()
+        for member, number in (zip(MEMBERS, value, strict=True) if value.shape else [("", value)])
+    ]
+
+
+@dataclass(frozen=True, eq=False)
+class ProposalReport:
+    """Proposals for a request; `gear` is the file of a given gear."""
+
+    request: Request
+    proposals: tuple[Proposal, ...]
+    gear: str = ""
+    failure: Failure | None = None
+
+    @property
+    def command(self) -> str:
+        """Command line of the request."""
+        return command_of(self.request, self.gear)
+
+    @property
+    def measure(self) -> str:
+        """Order of the proposals."""
+        return LEAST if self.request.least_cones else MEASURE
+
+    def text_of(self, k: int) -> str:
+        """Return design `k`, counted from 1, as the text of a design file."""
+        return design_text(self.proposals[k - 1].design, f"Proposal {k} of: {self.command}")
+
+    def words_of(self, k: int) -> str:
+        """Return the main dimensions of design `k`, counted from 1."""
+        design = self.proposals[k - 1].design
+        members, angle = design.members, math.degrees(design.pair.shaft_angle)
+        both = {
+            "teeth": "/".join(str(int(member.teeth)) for member in members),
+            "helix": "/".join(f"{math.degrees(member.helix_angle):.4g}" for member in members) + " deg",
+            "cones": "/".join(f"{math.degrees(member.cone_angle):.4g}" for member in members) + " deg",
+        }
+        words = ", ".join(f"{name} {value}" for name, value in both.items())
+        return f"module {self.request.module:g} mm, {words}, E = {design.pair.offset:.6g} mm, {angle:.6g} deg"
+
+    def data(self) -> dict[str, Any]:
+        """Return the request and the designs, the best first, with their quantities and design files."""
+        request = {name: value for name, value in plain(self.request).items() if name != "members"}
+        designs = [record | {"toml": self.text_of(k)} for k, record in enumerate(self._records, 1)]
+        return {"request": request, "command": self.command, "measure": self.measure, "designs": designs}
+
+    def rows(self) -> Rows:
+        """Return the designs, the best first."""
+        return stacked_rows(self._records)
+
+    @property
+    def _records(self) -> list[dict[str, Any]]:
+        """Quantities of each design, mm and rad, and its weakest criterion."""
+        numbers = (_numbers(self.request.flank, proposal) for proposal in self.proposals)
+        return [values | {"weakest": weak} for values, weak in zip(numbers, self.weakest, strict=True)]
+
+    def summary(self) -> str:
+        """Return a table with a column for each design."""
+        rows = [("", [str(k) for k in range(1, 1 + len(self.proposals))])]
+        for name, values in self.rows().items():
+            if name != "weakest":
+                rows.append((label(name), [number(name, value) for value in values]))
+        text = f"Proposed pairs\n  {typed(self.command)}\n\n"
+        text += labelled_lines(rows, label_width=34, cell_width=12)
+        text += "\n" + line("order", self.measure)
+        weakest = (f"{k} {name}" for k, name in enumerate(self.weakest, 1))
+        text += line("weakest criterion", ", ".join(weakest)) + self._tip_lines()
+        sides = f"drive: the {self.request.flank} flanks, coast: the other flanks"
+        text += line("flanks", sides)
+        text += line("n_x", "component of the common normal along the common perpendicular of the axes")
+        text += line("crossing angle", "between the generators of the flanks; 0 is line contact")
+        return text + line("checked", "no warnings; --out FILE writes the first")
+
+    @property
+    def weakest(self) -> list[str]:
+        """Criterion with the smallest reserve for each design, 'none' if all reserves are ample."""
+        figures = (proposal.figures for proposal in self.proposals)
+        return [LINKS[int(each.weakest[0])] if each.reserve[0] < 1.0 else "none" for each in figures]
+
+    def _tip_lines(self) -> str:
+        """Return lines on designs with tips below the active flank of the mate, which have a negative
+        reserve."""
+        text = ""
+        for k, proposal in enumerate(self.proposals, 1):
+            if proposal.figures.links[DEPTH, 0] < 0.0:
+                depth = f"{-float(proposal.figures.depth[0]):.3g} mm below the mate's active flank"
+                where = "(form diameter), away from the path of contact"
+                text += line("tips", f"of design {k} reach {depth} {where}; certified: they touch nothing")
+        return text
+
+
+def proposal_report(request: Request, count: int, gear: str = "") -> ProposalReport:
+    """Return at most `count` proposals with rounded numbers; `gear` is the file of a given gear.
+
+    Raises as `propose`."""
+    proposals = (Proposal(rounded(request, p.design), p.figures) for p in propose(request, count))
+    return ProposalReport(request, tuple(proposals), gear)
+
+
+def _numbers(drive: str, proposal: Proposal) -> dict[str, Any]:
+    """Return the quantities of a proposal by name; `drive` names the driving flanks."""
+    design, figures = proposal.design, proposal.figures
+    values = {"offset": float(design.pair.offset), "shaft_angle": float(design.pair.shaft_angle)}
+    members = dict(zip(MEMBERS, design.members, strict=True))
+    for name in ("cone_angle", "helix_angle", "profile_shift"):
+        values |= {f"{key}_{name}": float(getattr(member, name)) for key, member in members.items()}
+    by_flank = {
+        "contact_ratio": figures.contact_ratio,
+        "crossing_angle": figures.crossing,
+        "n_x": figures.normal_x,
+    }
+    sides = {"drive": FLANKS.index(drive), "coast": 1 - FLANKS.index(drive)}
+    for name, both in by_flank.items():
+        values |= {f"{side}_{name}": float(both[k, 0]) for side, k in sides.items()}
+    by_member = {"tip_clearance": tip_clearances(design), "undercut_margin": figures.margin[:, 0]}
+    for name, both in by_member.items():
+        values |= {f"{key}_{name}": float(value) for key, value in zip(members, both, strict=True)}
+    return values | {"reserve": float(figures.reserve[0])}

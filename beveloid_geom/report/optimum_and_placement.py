@@ -1,0 +1,285 @@
+"""Reports of `optimise` (parabola coefficients) and `place` (errors that move the path to given places)."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from ..analysis.edge_contact import CycleExtremes
+from ..analysis.optimise import Aim, Objectives, Optimum
+from ..analysis.path_placement import Placement, place_path
+from ..arrays import FloatArray
+from ..design.model import Design
+from ..findings.backlash import backlash_data
+from ..findings.diagnostics import remarks_data
+from ..pair.mounting import mounting_of
+from ..status import PlaceStatus
+from .columns import ARCSEC, label, labelled_lines, number, scaled
+from .path import ContactReport, contact_report
+from .result import MEMBERS, Report, ResultReport, Rows, picked, plain, stacked_rows
+from .text import (
+    SHORT,
+    TRADE,
+    error_words,
+    head_lines,
+    line,
+    mounted_lines,
+    remark_lines,
+    trade_words,
+    unit_of,
+)
+
+OBJECTIVES = {
+    "shift": "minimum shift of the path under errors",
+    "transmission_error": "minimum transmission error of all teeth under any error",
+}
+CERTIFIED_POINTS = 21
+"""Positions of the path in the certificate."""
+FIGURES = {
+    "shift": "shift",
+    "contact_ratio": "contact_ratio",
+    "centre": "pinion_z_middle",
+    "peak_to_peak": "peak_to_peak",
+}
+"""Results of a path and their columns."""
+
+
+@dataclass(frozen=True, eq=False)
+class OptimumReport(Report):
+    """Optimum of the parabola coefficients of a single design for one flank pair."""
+
+    name: str
+    design: Design
+    aim: Aim
+    flank: str
+    optimum: Optimum
+
+    @property
+    def contact(self) -> ContactReport:
+        """Path of contact with the optimum coefficients."""
+        return contact_report(self.name, self.optimum.design, self.flank, CERTIFIED_POINTS)
+
+    @property
+    def _results(self) -> dict[str, dict[str, float]]:
+        """Results with the optimum coefficients and with those of the design."""
+        optimum = self.optimum
+        return {
+            "found": _figures(optimum.optimum, optimum.optimum_operation),
+            "given": _figures(optimum.given, optimum.given_operation),
+        }
+
+    def values(self) -> dict[str, Any]:
+        """Return aim, coefficients and results."""
+        optimum, contact = self.optimum, self.contact
+        values = {
+            "aim": self.aim,
+            "parabola": {"pinion": optimum.pinion_parabola, "gear": optimum.gear_parabola},
+            **self._results,
+            **backlash_data(optimum.design),
+            **remarks_data(contact.remarks),
+        }
+        if contact.certificate is not None:
+            certified = {"first_contact": contact.certified_count, "positions": CERTIFIED_POINTS}
+            values["certified"] = certified
+        return values
+
+    def rows(self) -> Rows:
+        """Return a row for the optimum and one for the design."""
+        designs = {"found": self.optimum.design, "given": self.design}
+        return stacked_rows(
+            [
+                {"design": which}
+                | {
+                    f"parabola_{name}": float(getattr(designs[which], name).tool.parabola_of(self.flank))
+                    for name in MEMBERS
+                }
+                | {FIGURES.get(key, key): value for key, value in results.items()}
+                for which, results in self._results.items()
+            ]
+        )
+
+    def summary(self) -> str:
+        """Return aim, coefficients and results, compared with those of the design."""
+        optimum, contact, results = self.optimum, self.contact, self._results
+        title = f"Parabola coefficients for {self.name}, {self.flank} flanks: {OBJECTIVES[self.aim.least]}\n"
+        text = title + head_lines(self.design) + line("constraints", _aim_words(self.aim))
+        text += line("errors", error_words(self.aim.errors))
+        coefficients = optimum.pinion_parabola, optimum.gear_parabola
+        words = "pinion {:.6g} 1/mm, gear {:.6g} 1/mm".format(*coefficients)
+        if any(list(member.tool.parabolas) != ["parabola"] for member in self.design.members):
+            words += " on both flanks, in place of the coefficients of right and left flanks"
+        text += line("coefficients", words)
+        if contact.certificate is not None:
+            count = f"{contact.certified_count} of {CERTIFIED_POINTS} positions"
+            text += line("certified", f"{count}: nothing on the driving flanks touches earlier")
+        text += line("as mounted", f"backlash {contact.backlash.line}") + remark_lines(contact.remarks)
+        rows = [("", ["optimum", "as given"])]
+        for key, value in results["found"].items():
+            rows.append((label(key), [number(key, value), number(key, results["given"][key])]))
+        return text + "\n" + labelled_lines(rows, label_width=36, cell_width=14)
+
+
+def _figures(paths: Objectives, operation: CycleExtremes) -> dict[str, float]:
+    """Return the results of a path and of the operation by name."""
+    return {key: float(getattr(paths, key)) for key in FIGURES} | asdict(operation)
+
+
+def _aim_words(aim: Aim) -> str:
+    """Return the constraints and bounds of the optimisation."""
+    words = f"contact ratio at least {aim.contact_ratio:g}, middle within {aim.off_centre:g} mm of mid-face"
+    if math.isfinite(aim.peak_to_peak):
+        limit = ARCSEC * aim.peak_to_peak
+        words += f", transmission error at most {limit:g} arcsec peak to peak"
+    words += f", shift at most {aim.shift:g} mm" if math.isfinite(aim.shift) else ""
+    words += "" if aim.edges else ", no edge contact with or without these errors"
+    bounds = "; pinion {:g} to {:g}, gear {:g} to {:g} 1/mm".format(*aim.pinion_parabola, *aim.gear_parabola)
+    return words + bounds
+
+
+PLACED = (
+    *("z", "l", "off_centre", "contact_ratio", "cycle_peak_to_peak", "edge_share"),
+    "normal_backlash",
+)
+"""Results of a mounting."""
+PLACE_WIDTHS = (7, 12, 12, 10, 9, 8, 12, 10)
+"""Characters of the columns of the text."""
+DISTANCES = {"pinion_axial": "pinion_mounting", "gear_axial": "gear_mounting"}
+"""Mounting distances by the axial error that changes them."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceReport(ResultReport[Placement]):
+    """Mountings of a single design whose paths have their middle at given places of the face."""
+
+    @property
+    def reason(self) -> str | None:
+        """Reason why no mounting has a path, None if one has."""
+        none = (self.result.status == PlaceStatus.NO_PATH).all()
+        return f"no mounting tried has a path on the {self.flank} flanks" if none else None
+
+    @property
+    def places(self) -> list[dict[str, Any]]:
+        """Results of each place by name, mm and rad."""
+        result, figures = self.result, figures_of(self.result)
+        places = []
+        for k, code in enumerate(result.status.tolist()):
+            place: dict[str, Any] = {"at": result.at[k], "status": plain(PlaceStatus(code))}
+            place |= {f"{name}_error": result.errors[k, j] for j, name in enumerate(result.by)}
+            place |= {name: values[k] for name, values in distances_of(result).items()}
+            place |= {name: figures[name][k] for name in PLACED} | {"jammed": bool(result.jammed[k])}
+            place |= {f"exact_{name}_error": result.exact[k, j] for j, name in enumerate(result.by)}
+            places.append(place)
+        return places
+
+    def values(self) -> dict[str, Any]:
+        """Return the places; mm and rad."""
+        result = self.result
+        trade = [TRADE.get(name) for name in result.by]
+        limits = picked(result, "limits", "wanted_l")
+        return {"by": result.by, "trade": trade, **limits, "places": self.places}
+
+    def rows(self) -> Rows:
+        """Return the places."""
+        return stacked_rows(self.places)
+
+    def summary(self) -> str:
+        """Return the places, the reasons for places that cannot be reached, and the definitions of the
+        columns."""
+        result = self.result
+        by = " and ".join(name.replace("_", " ") for name in result.by)
+        text = f"Placing the path of {self.name} by {by}, {result.flank} flanks\n\n"
+        headings = ["face, %", *(f"{SHORT[name]}, {unit_of(name)}" for name in result.by)]
+        headings += ["z, mm", "off, mm", "ratio", "TE, arcsec", "edges, %"]
+        text += "".join(f"{head:>{w}}" for head, w in zip(headings, PLACE_WIDTHS, strict=True)) + "  status\n"
+        for place in self.places:
+            text += "".join(f"{cell:>{w}}" for cell, w in zip(self._cells(place), PLACE_WIDTHS, strict=True))
+            text += f"  {place['status'].replace('_', ' ')}\n"
+        text += "\n" + mounted_lines(result.design)
+        text += line("errors added", ", ".join(trade_words(name) for name in result.by))
+        text += line(
+            "middle",
+            "of the path at mid-roll, on the pinion: its position on the face from the end at -z, z from"
+            f" mid-face, and distance from l1 = {result.wanted_l:.4f} mm, where it is centred in profile",
+        )
+        letters = {"pinion_mounting": "dw1", "gear_mounting": "dw2"}
+        for k, share in enumerate(result.at):
+            distances = [
+                (letters[name], z[k]) for name, z in distances_of(result).items() if np.isfinite(z[k])
+            ]
+            if words := [f"{letter} = {z:.6f} mm" for letter, z in distances]:
+                text += line(f"at {100.0 * share:g} %", ", ".join(words))
+        return text + "".join(line("note", note) for k in range(result.at.size) for note in self._notes(k))
+
+    def _cells(self, place: dict[str, Any]) -> list[str]:
+        """Return the cells of one place."""
+        names = [f"{name}_error" for name in self.result.by]
+        cells = [f"{100.0 * place['at']:g}"]
+        cells += [f"{scaled(name, place[name]):+.6f}" for name in names]
+        cells += [f"{place['z']:z.4f}", f"{place['off_centre']:z.4f}", f"{place['contact_ratio']:.4f}"]
+        cells += [number("cycle_peak_to_peak", place["cycle_peak_to_peak"])]
+        cells += [f"{100.0 * place['edge_share']:.1f}"]
+        return ["-" if cell.strip("+") == "nan" else cell for cell in cells]
+
+    def _notes(self, k: int) -> list[str]:
+        """Return why a place cannot be reached, and the nearest place that can."""
+        result, at = self.result, f"{100.0 * self.result.at[k]:g} %"
+        status, face = PlaceStatus(int(result.status[k])), float(result.design.pinion.face_width)
+        nearest = f"{100.0 * (result.z[k] / face + 0.5):.1f} % of the face, {_off(result, k)}"
+        if status == PlaceStatus.OFF_CENTRE:
+            lead = (
+                f"{at} centred in profile needs {_error_words(result, result.exact[k])}, where the pair jams"
+            )
+            if np.isnan(result.z[k]):
+                return [f"{lead}; no place near it in profile can be assembled"]
+            return [f"{lead}; the nearest that can be assembled is {nearest}"]
+        if status == PlaceStatus.NOT_CONVERGED:
+            limits = " and ".join(
+                f"{scaled(f'{name}_error', size):.4g} {unit_of(name)} of {name.replace('_', ' ')}"
+                for name, size in zip(result.by, result.limits, strict=True)
+            )
+            return [
+                f"{at}: no mounting found within {limits} to either side (Newton's method did not converge)"
+            ]
+        return []
+
+
+def figures_of(result: Placement) -> dict[str, FloatArray]:
+    """Return the results of all mountings by name, each (n,)."""
+    values = {name: getattr(result, name) for name in PLACED if name != "off_centre"}
+    return values | {"off_centre": result.l - result.wanted_l}
+
+
+def distances_of(result: Placement) -> dict[str, FloatArray]:
+    """Return the mounting distances (n,), mm, that are changed by axial errors, by name."""
+    distance = dict(zip(DISTANCES, mounting_of(result.design).distance, strict=True))
+    return {
+        DISTANCES[name]: np.asarray(
+            distance[name] + getattr(result.design.errors, name) + result.errors[:, j]
+        )
+        for j, name in enumerate(result.by)
+        if name in DISTANCES
+    }
+
+
+def _error_words(result: Placement, errors: FloatArray) -> str:
+    """Return two errors with symbols and units."""
+    return ", ".join(
+        f"{SHORT[name]} {scaled(f'{name}_error', size):+.6f} {unit_of(name)}"
+        for name, size in zip(result.by, errors, strict=True)
+    )
+
+
+def _off(result: Placement, k: int) -> str:
+    """Return the distance of the path from the centre of the profile."""
+    off = result.l[k] - result.wanted_l
+    return f"{abs(off):.4f} mm {'above' if off > 0.0 else 'below'} the centre of the profile"
+
+
+def place_report(
+    name: str, design: Design, at: tuple[float, ...], by: tuple[str, str], flank: str, l: float | None
+) -> PlaceReport:
+    """Return the placement of the path of a single design; arguments and ValueError as in `place_path`."""
+    return PlaceReport(name, design, place_path(design, at, by, flank, l))

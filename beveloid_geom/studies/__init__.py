@@ -1,1 +1,0 @@
-"""Claims, measured: the paper's statements, one method against another."""

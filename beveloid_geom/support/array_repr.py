@@ -1,0 +1,63 @@
+"""Short text and HTML of dataclasses of arrays, independent of the size of the arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import fields, is_dataclass
+from html import escape
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+def short_repr(result: Any) -> str:
+    """Return the `__repr__` of a dataclass of arrays, with one line for each field.
+
+    The line of an array shows its shape, its smallest and largest value and the number of NaN."""
+    names = [field.name for field in fields(result) if field.repr]
+    width = max(map(len, names), default=0)
+    rows = [f"  {name:<{width}}  {_text(getattr(result, name))}" for name in names]
+    return "\n".join((type(result).__name__, *rows))
+
+
+def html_table(result: Any) -> str:
+    """Return the `_repr_html_` of a dataclass for notebooks: a table of its fields and those of its parts."""
+    rows = (f"<tr><th>{escape(name)}</th><td>{escape(text)}</td></tr>" for name, text in _rows(result))
+    return f"<table><caption>{type(result).__name__}, mm and rad</caption>{''.join(rows)}</table>"
+
+
+def _rows(result: Any, prefix: str = "") -> Iterator[tuple[str, str]]:
+    """Yield name and text of each field that is not None, also of dataclasses in fields."""
+    for field in fields(result):
+        value = getattr(result, field.name)
+        if field.repr and is_dataclass(value):
+            yield from _rows(value, f"{prefix}{field.name} ")
+        elif field.repr and value is not None:
+            yield prefix + field.name, _text(value)
+
+
+def _text(value: object) -> str:
+    """Return the text of a field; long texts and collections are shortened."""
+    if isinstance(value, np.ndarray):
+        return _range(value) if value.ndim else str(value)
+    if is_dataclass(value):
+        return type(value).__name__
+    if isinstance(value, (tuple, list, dict)) and len(value) > 4:
+        return f"{type(value).__name__} of {len(value)}"
+    text = ", ".join(map(_text, value)) if isinstance(value, (tuple, list)) else repr(value)
+    return text if len(text) <= 80 else f"{text[:77]}..."
+
+
+def _range(array: NDArray[Any]) -> str:
+    """Return the shape and the range of an array."""
+    shape = f"[{' x '.join(map(str, array.shape))}]"
+    if array.dtype.kind == "b":
+        return f"{shape} {np.count_nonzero(array)} true"
+    if array.dtype.kind not in "iuf" or not array.size:
+        return f"{shape} {array.dtype}"
+    numbers = array[~np.isnan(array)]
+    if not numbers.size:
+        return f"{shape} all NaN"
+    missing = f", {array.size - numbers.size} NaN" if numbers.size < array.size else ""
+    return f"{shape} {numbers.min():.6g} ... {numbers.max():.6g}{missing}"

@@ -1,0 +1,218 @@
+"""The paper's five equations (Eqs. 1-15) at 60 digits.
+
+The rack is that of Eq. 4, without profile shift, and the member is placed as in Eq. 10, with its section of
+zero shift at `dw - bc`. Only the results are converted to the convention of the project, so that a wrong
+shift, rotation or height cannot cancel. The inputs are floats and are taken as exact. Lengths in mm, angles
+in rad."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..arrays import FLANK_SIGN
+from ..design.model import Design, Member
+from .pitch_region import hand_of_pair
+
+try:
+    import mpmath
+except ImportError as missing:
+    raise ImportError("the five equations at 60 digits need mpmath: pip install mpmath") from missing
+
+MP = mpmath.MPContext()
+MP.dps = 60
+RESIDUAL_LIMIT = MP.mpf(10) ** -40
+
+Mpf: TypeAlias = Any  # mpmath's numbers belong to a context and carry no static type
+Vector: TypeAlias = NDArray[Any]
+"""Three mpmath numbers in an object array."""
+Surface: TypeAlias = Callable[[Mpf, Mpf, Mpf], tuple[Vector, Vector]]
+
+
+@dataclass(frozen=True)
+class ContactMp:
+    """One contact: flank parameters and rolls in the convention of the project; point and outward unit normal
+    of the pinion in S_f; largest residual of the six equations."""
+
+    l1: Mpf
+    u1: Mpf
+    l2: Mpf
+    u2: Mpf
+    phi1: Mpf
+    phi2: Mpf
+    point: Vector
+    normal: Vector
+    residual: Mpf
+
+
+@dataclass(frozen=True)
+class ZeroShift:
+    """Distance of the paper's reference section (zero shift) from that of the project (mid-face)."""
+
+    radial: Mpf  # displacement of the rack, where no section of zero shift exists
+    height: Mpf  # bc: mid-face lies this far above the zero-shift section
+    u: Mpf  # u_paper = u_project + u
+    turn: Mpf  # roll_paper = roll_project - turn
+
+
+def pitch_radius_mp(member: Member) -> Mpf:
+    """Return r_P = m_n N / (2 cos(beta))."""
+    return MP.mpf(member.tool.normal_module) * MP.mpf(member.teeth) / (2 * MP.cos(MP.mpf(member.helix_angle)))
+
+
+def zero_shift(member: Member) -> ZeroShift:
+    """Return the distance of the zero-shift section and its effect on `u` and on the roll.
+
+    With s = bc / (cos(beta) cos(gamma)), the trace direction t of the rack gives s t = (x m_n, bc
+    tan(beta)/cos(gamma), bc). Moved along its trace by s, the unshifted rack reaches mid-face with the radial
+    displacement x m_n, but is displaced along y by bc tan(beta)/cos(gamma). A rotation of the member removes
+    this displacement."""
+    shift = MP.mpf(member.profile_shift) * MP.mpf(member.tool.normal_module)
+    beta, gamma = MP.mpf(member.helix_angle), MP.mpf(member.cone_angle)
+    if gamma == 0:
+        return ZeroShift(radial=shift, height=MP.zero, u=MP.zero, turn=MP.zero)
+    height = shift / MP.tan(gamma)  # bc
+    return ZeroShift(
+        radial=MP.zero,
+        height=height,
+        u=height / (MP.cos(beta) * MP.cos(gamma)),
+        turn=height * MP.tan(beta) / (MP.cos(gamma) * pitch_radius_mp(member)),
+    )
+
+
+def flank_surface(member: Member, flank: str) -> Surface:
+    """Return Eqs. 1-6 and 12 as a function (l, u, roll) -> point and outward unit normal, in the fixed frame
+    of the member, z from the zero-shift section; u and roll are those of the paper."""
+    sigma = MP.mpf(FLANK_SIGN[flank])
+    tool = member.tool
+    own = {"right": tool.parabola_right, "left": tool.parabola_left}[flank]
+    a, apex = MP.mpf(tool.parabola if own is None else own), MP.mpf(tool.parabola_apex)
+    alpha = MP.mpf(tool.normal_pressure_angle)
+    beta, gamma = MP.mpf(member.helix_angle), MP.mpf(member.cone_angle)
+    half_space = MP.pi * MP.mpf(member.tool.normal_module) / 4  # s0 / 2
+    r_p, radial = pitch_radius_mp(member), zero_shift(member).radial
+    sa, ca, sb, cb = MP.sin(alpha), MP.cos(alpha), MP.sin(beta), MP.cos(beta)
+    sg, cg = MP.sin(gamma), MP.cos(gamma)
+
+    # S_n -> S_P -> S_c of Eq. 4: its columns are x_n, y_n and the trace.
+    to_rack_frame = np.array([[cg, -sb * sg, cb * sg], [0, cb, sb], [-sg, -cg * sb, cb * cg]])
+
+    def surface(el: Mpf, u: Mpf, roll: Mpf) -> tuple[Vector, Vector]:
+        """Return point and outward unit normal."""
+        line = el + apex  # along the straight flank from the reference line
+        section = a * el**2 * sa + line * ca, sigma * (a * el**2 * ca - line * sa + half_space), u
+        x_c, y_c, z_c = to_rack_frame @ section + (radial, 0, 0)
+        along_l = to_rack_frame @ (2 * a * el * sa + ca, sigma * (2 * a * el * ca - sa), 0)
+        n = -sigma * np.cross(along_l, to_rack_frame[:, 2])  # Eq. 5, out of the tooth
+        n = n / MP.sqrt(n @ n)
+        phi = (n[0] * y_c - n[1] * x_c) / (n[0] * r_p)  # Eq. 6
+        sin, cos = MP.sin(phi), MP.cos(phi)
+        point = (
+            x_c * cos - y_c * sin + r_p * (cos + phi * sin),
+            x_c * sin + y_c * cos + r_p * (sin - phi * cos),
+            z_c,
+        )
+        return _turned(point, roll), _turned(n, phi + roll)
+
+    return surface
+
+
+def solve_mp(
+    design: Design,
+    flank: str,
+    guess: Sequence[float],
+    fixed: tuple[str, float],
+    mounting: tuple[Mpf, Mpf],
+) -> ContactMp:
+    """Compute the contact of two flanks at `fixed` = ("l1", value) or ("phi1", value).
+
+    Parameters
+    ----------
+    design : Design
+        A single design.
+    flank : {'right', 'left'}
+    guess : sequence of float
+        (l1, u1, l2, u2, phi1, phi2), mm and rad; its fixed entry is ignored.
+    fixed : tuple of str and float
+    mounting : tuple
+        Mounting distances dw1, dw2 without axial errors, mm.
+
+    Returns
+    -------
+    ContactMp
+
+    Raises
+    ------
+    ArithmeticError
+        Unless all six residuals (mm for points, 1 for normals) are below 1e-40.
+    """
+    names = ("l1", "u1", "l2", "u2", "phi1", "phi2")
+    name, value = fixed
+    if name not in ("l1", "phi1"):
+        raise ValueError(f"fixed must name 'l1' or 'phi1', got {name!r}")
+    place = names.index(name)
+    # The paper's variables and the project's differ by constants.
+    shift1, shift2 = zero_shift(design.pinion), zero_shift(design.gear)
+    to_paper = (0, shift1.u, 0, shift2.u, -shift1.turn, -shift2.turn)
+    start = [MP.mpf(x) + dx for x, dx in zip(guess, to_paper, strict=True)]
+    held = MP.mpf(value) + to_paper[place]
+    gaps = _six_equations(design, flank, mounting)
+
+    def unknowns_to_six(unknowns: Sequence[Mpf]) -> list[Mpf]:
+        return [*unknowns[:place], held, *unknowns[place:]]
+
+    def five(*unknowns: Mpf) -> list[Mpf]:
+        position, normal, *_ = gaps(unknowns_to_six(unknowns))
+        # n_y follows from the other two by unit length, except for its sign, which the residual checks.
+        return [*position, normal[0], normal[2]]
+
+    del start[place]
+    try:
+        found = MP.findroot(five, start, tol=MP.mpf(10) ** -50, maxsteps=60, verify=False)
+    except ZeroDivisionError as singular:
+        raise ArithmeticError(f"no contact found at {name} = {value}: singular equations") from singular
+    six = unknowns_to_six(list(found))
+    position, normal, point, outward = gaps(six)
+    residual = max(abs(x) for x in (*position, *normal))
+    if not residual < RESIDUAL_LIMIT:
+        raise ArithmeticError(f"no contact found at {name} = {value}: residual {MP.nstr(residual, 3)}")
+    l1, u1, l2, u2, phi1, phi2 = (x - dx for x, dx in zip(six, to_paper, strict=True))
+    return ContactMp(l1, u1, l2, u2, phi1, phi2, point, outward, residual)
+
+
+def _six_equations(
+    design: Design, flank: str, mounting: tuple[Mpf, Mpf]
+) -> Callable[[Sequence[Mpf]], tuple[Vector, Vector, Vector, Vector]]:
+    """Return Eqs. 7-15 as a function of the paper's variables (l1, u1, l2, u2, phi1, phi2): gap of the
+    points, sum of the normals, point and normal of the pinion, all in S_f."""
+    errors = design.errors
+    surface1, surface2 = flank_surface(design.pinion, flank), flank_surface(design.gear, flank)
+    height1 = MP.mpf(mounting[0]) - zero_shift(design.pinion).height + MP.mpf(errors.pinion_axial)
+    height2 = MP.mpf(mounting[1]) - zero_shift(design.gear).height + MP.mpf(errors.gear_axial)
+    offset = MP.mpf(design.pair.offset) + MP.mpf(errors.offset)
+    shaft = hand_of_pair(design) * (MP.mpf(design.pair.shaft_angle) + MP.mpf(errors.shaft_angle))
+    sin, cos = MP.sin(shaft), MP.cos(shaft)
+
+    # X2 = -x, Y2 = k2 x X2, Z2 = k2
+    gear_to_fixed = np.array([[-1, 0, 0], [0, -cos, sin], [0, sin, cos]])
+
+    def gaps(six: Sequence[Mpf]) -> tuple[Vector, Vector, Vector, Vector]:
+        """Return the gaps at six unknowns."""
+        l1, u1, l2, u2, phi1, phi2 = six
+        (point1, n1), (point2, n2) = surface1(l1, u1, phi1), surface2(l2, u2, phi2)
+        point1 += 0, 0, height1
+        point2 += 0, 0, height2
+        point2 = gear_to_fixed @ point2 + (offset, 0, 0)
+        return point1 - point2, n1 + gear_to_fixed @ n2, point1, n1
+
+    return gaps
+
+
+def _turned(v: Sequence[Mpf] | Vector, angle: Mpf) -> Vector:
+    """Return a vector (3,) rotated about z by an angle, rad."""
+    sin, cos = MP.sin(angle), MP.cos(angle)
+    return np.array((cos * v[0] - sin * v[1], sin * v[0] + cos * v[1], v[2]))

@@ -1,0 +1,125 @@
+"""Mountings in operation: a tolerance study of mesh cycles against single ones."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+
+from beveloid_geom import Errors, Tolerances, mesh_cycle, tolerance_study
+from beveloid_geom.analysis.cycle_statistics import CycleStatistics, cycle_statistics
+from beveloid_geom.analysis.tolerance import CYCLE_COST, PATTERNS, USUAL, ToleranceStudy
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.operation.operating_ratio import operating_ratio
+from beveloid_geom.pair.misalignment import mounted
+from beveloid_geom.report.tolerance import ToleranceReport, edges_carry, pattern_counts
+from beveloid_geom.status import FirstStatus, Limit
+from tests.oracle.table1 import table1
+
+MODIFIED = table1((0.001, -0.001))
+CASES, OPERATION, SEED = 90, 70, 3
+
+
+@pytest.fixture(scope="module")
+def study() -> ToleranceStudy:
+    return tolerance_study(MODIFIED, USUAL, "right", CASES, seed=SEED, operation=OPERATION)
+
+
+def in_operation(study: ToleranceStudy) -> CycleStatistics:
+    assert study.running is not None
+    return study.running
+
+
+@pytest.mark.parametrize("number", [0, 64, OPERATION - 1])
+def test_each_mounting_is_as_by_itself(study: ToleranceStudy, number: int) -> None:
+    errors = study.mountings.errors[number]
+    alone = MODIFIED.with_errors(Errors(*errors))
+    cycle, found = mesh_cycle(alone), in_operation(study)
+    assert found.cycle_peak_to_peak[number] == pytest.approx(float(cycle.peak_to_peak), abs=1e-10)
+    assert found.edge_share[number] == pytest.approx(float(cycle.edge_share), abs=1e-9)
+    alone_ratio = float(operating_ratio(alone, "right", MARKING_SEPARATION))
+    assert found.film_ratio[number] == pytest.approx(alone_ratio, abs=1e-8)
+
+
+def test_the_spread_over_threads_is_the_same(study: ToleranceStudy) -> None:
+    done: list[int] = []
+    with ThreadPoolExecutor(2) as executor:
+        again = tolerance_study(
+            MODIFIED,
+            USUAL,
+            "right",
+            CASES,
+            seed=SEED,
+            operation=OPERATION,
+            executor=executor,
+            progress=done.append,
+        )
+    for name, values in in_operation(study).quantities().items():
+        np.testing.assert_array_equal(values, getattr(in_operation(again), name))
+    assert sum(done) == CASES + CYCLE_COST * OPERATION
+
+
+def test_what_is_not_asked_for_is_not_there() -> None:
+    few = tolerance_study(MODIFIED, USUAL, "right", 3)
+    assert few.running is None
+    assert few.nominal_running is None
+    report = ToleranceReport("Table 1", MODIFIED, few)
+    assert "operation" not in report.data()
+    assert "operation_status" not in report.rows()
+    assert "in operation" not in report.summary()
+
+
+def test_reports_have_what_the_study_has(study: ToleranceStudy) -> None:
+    report, found = ToleranceReport("Table 1", MODIFIED, study), in_operation(study)
+    data, rows = report.data(), report.rows()
+    assert data["operation"]["cases"] == OPERATION
+    assert data["operation"]["edges_carry"] == edges_carry(found) == OPERATION
+    assert data["operation"]["status"]["solved"] == OPERATION
+    nominal = float(mesh_cycle(MODIFIED).edge_share)
+    assert data["operation"]["nominal"]["edge_share"] == pytest.approx(nominal, abs=1e-9)
+    np.testing.assert_array_equal(rows["edge_share"][:OPERATION], found.edge_share)
+    assert np.isnan(rows["edge_share"][OPERATION:]).all()
+    assert rows["operation_status"][OPERATION:] == [""] * (CASES - OPERATION)
+    assert f"in 100 % of the first {OPERATION} mountings" in " ".join(report.summary().split())
+    assert study.quantiles((0.5,))["film_ratio"] == pytest.approx(np.median(found.film_ratio))
+
+
+def test_text_json_and_csv_agree_on_patterns() -> None:
+    """At eight times the usual tolerances some patterns reach an end of the face."""
+    offset, angle, pinion, gear = (8.0 * USUAL.values()).tolist()
+    wide, count = Tolerances(offset, angle, pinion, gear), PATTERNS + 6
+    study = tolerance_study(table1((-0.0005, -0.0005)), wide, "right", count + 5, seed=1, operation=count)
+    report, found = ToleranceReport("Table 1", table1(), study), in_operation(study)
+    column, data = report.rows()["pattern_ends_at"], report.data()["operation"]["pattern"]
+    ends = found.pattern_ends[found.pattern_known]
+    assert [bool(text) for text in column] == [*found.pattern_known.tolist(), *5 * [False]]
+    listed = np.array([[name in text.split("+") for name in data["ends_at"]] for text in column if text])
+    np.testing.assert_array_equal(listed[:, : len(Limit)], ends)
+    assert list(data["ends_at"].values()) == ends.sum(axis=0).tolist()
+    assert 0 < data["ends_at"]["pinion_toe"] < data["known"] == PATTERNS
+    toe = data["ends_at"]["pinion_toe"]
+    assert f"pinion toe {100.0 * toe / PATTERNS:.3f} %" in " ".join(report.summary().split())
+
+
+def test_patterns_are_those_of_the_mountings_that_move_the_path_furthest(study: ToleranceStudy) -> None:
+    known = in_operation(study).pattern_known
+    moved = np.abs(study.mountings.pinion_z[:OPERATION, 1] - study.nominal.pinion_z[0, 1])
+    assert np.count_nonzero(known) == PATTERNS
+    assert moved[known].min() > moved[~known].max()
+
+
+def test_a_mounting_without_first_contact_is_named() -> None:
+    """Gears a face width apart along the pinion's axis."""
+    errors = np.array([[0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 400.0, 0.0]])
+    found = cycle_statistics(mounted(MODIFIED, errors), "right")
+    assert found.status.tolist()[0] == FirstStatus.SOLVED
+    assert found.status.tolist()[1] != FirstStatus.SOLVED
+    assert np.isnan([found.cycle_peak_to_peak[1], found.edge_share[1], found.film_ratio[1]]).all()
+    assert pattern_counts(found)["known"] == 0
+
+
+def test_one_error_of_a_closed_pair_leaves_no_transmission_error() -> None:
+    """Unmodified flanks have none, whatever the mounting."""
+    few = tolerance_study(table1(), Tolerances(offset=0.02), "left", 4, operation=4)
+    assert np.abs(in_operation(few).cycle_peak_to_peak).max() < 1e-12

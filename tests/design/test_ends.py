@@ -1,0 +1,162 @@
+"""Printed names of the ends of a face: the heel is the large end. Codes are assigned by z."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from beveloid_geom import Design, Errors, Member, builtin_design
+from beveloid_geom.analysis.pressure import Load
+from beveloid_geom.cli.main import main
+from beveloid_geom.design.ends import end_names, limit_words
+from beveloid_geom.findings.backlash import backlash_data, backlash_report
+from beveloid_geom.findings.diagnostics import tooth_remarks
+from beveloid_geom.gear.flank import tip_radius
+from beveloid_geom.report.ease_off import ease_off_report
+from beveloid_geom.report.operation import operation_report
+from beveloid_geom.report.path import contact_report
+from beveloid_geom.report.result import csv_text
+from beveloid_geom.report.workshop.gear_data import gear_data_report
+from beveloid_geom.status import Limit
+from tests.symmetry import exchanged
+
+BUILTINS = ("ni-2017", "awd-transfer", "marine-gearbox", "anti-backlash")
+
+
+def coned(cone_deg: float) -> Member:
+    member = builtin_design("anti-backlash").pinion
+    return replace(member, cone_angle=np.radians(cone_deg), profile_shift=0.0)
+
+
+def spur() -> Design:
+    design = builtin_design("anti-backlash")
+    return replace(
+        design,
+        pinion=replace(design.pinion, cone_angle=0.0),
+        gear=replace(design.gear, cone_angle=0.0),
+    )
+
+
+DESIGNS = {
+    **{name: builtin_design(name) for name in BUILTINS},
+    "negative cone on the pinion": exchanged(builtin_design("anti-backlash")),
+    "cylindrical": spur(),
+}
+
+
+@pytest.mark.parametrize("cone_deg", [-30.0, -3.0, -1e-6, 1e-6, 3.0, 30.0])
+def test_the_heel_is_the_larger_end(cone_deg: float) -> None:
+    member = coned(cone_deg)
+    back, front = (float(tip_radius(member, z)) for z in (-5.0, 5.0))
+    names = end_names(member)
+    assert set(names) == {"toe", "heel"}
+    assert names[int(front > back)] == "heel"
+    assert end_names(coned(0.0)) == ("back", "front")
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_gear_data_have_the_larger_tip_at_the_heel(name: str) -> None:
+    design = DESIGNS[name]
+    report = gear_data_report(name, design)
+    tables = report.summary().split("teeth\n")[1:]
+    for member, table in zip(design.members, tables, strict=True):
+        heads = table.splitlines()[0].split()
+        tips = [float(x) for x in re.findall(r"tip diameter, mm +(.*)", table)[0].split()]
+        if float(member.cone_angle) == 0.0:
+            assert heads == ["back", "middle", "front"]
+        else:
+            assert sorted(heads) == ["heel", "middle", "toe"]
+            assert heads[int(np.argmax(tips))] == "heel"
+    rows = list(csv.DictReader(io.StringIO(csv_text(report.rows()))))
+    for row in rows:  # codes are assigned by z
+        assert row["place"] == {-1: "toe", 0: "middle", 1: "heel"}[int(np.sign(float(row["z_mm"])))]
+
+
+@pytest.mark.parametrize("name", DESIGNS)
+def test_printed_names_and_codes_of_limits(name: str) -> None:
+    design = DESIGNS[name]
+    for limit in Limit:
+        member = getattr(design, limit.member)
+        if limit.limit in ("toe", "heel"):
+            end = end_names(member)[int(limit.limit == "heel")]
+            assert limit_words(design, limit) == f"{limit.member} {end}"
+        else:
+            assert limit_words(design, limit) == str(limit)
+
+
+def test_edges_that_carry() -> None:
+    """Convex flanks with a shaft-angle error: the ends of a gear with a negative cone angle carry."""
+    design = builtin_design("anti-backlash").with_parabola(-0.0005, -0.0005)
+    exchanged_names = False
+    for angle in (-0.003, 0.003):
+        report = operation_report("x", design.with_errors(Errors(shaft_angle=angle)), "right", 25, 1, 0.006)
+        for code, word in zip(report.carriers, report.carriers_in_print, strict=True):
+            swapped = {"gear toe": "gear heel", "gear heel": "gear toe"}.get(code, code)
+            assert word == swapped
+            exchanged_names |= code != word
+        assert report.positions["carried_by"] == report.carriers
+        assert set(report.carriers_in_print) & set(re.findall(r"gear \w+", report.summary()))
+    assert exchanged_names
+
+
+def test_printed_ends_of_lines_of_contact() -> None:
+    design = builtin_design("anti-backlash")
+    text = contact_report("x", design, "right", 5).summary()
+    assert "gear heel to gear toe" in text  # from -z to +z
+    assert "stopped by" not in text  # lines of contact
+    data = contact_report("x", builtin_design("anti-backlash"), "right", 5).data()
+    assert data["contact_lines"]["limit"][2] == ["gear_toe", "gear_heel"]
+
+
+def test_edges_that_limit_the_backlash() -> None:
+    """Convex flanks with a shaft-angle error on a gear with a negative cone angle."""
+    design = builtin_design("anti-backlash").with_parabola(-0.0005, -0.0005)
+    design = design.with_errors(Errors(shaft_angle=0.002))
+    backlash = backlash_data(design)["mounted_backlash"]
+    assert backlash["right"]["edges"] == [{"member": "gear", "limit": "toe"}]  # at -z
+    assert backlash["left"]["edges"] == [{"member": "gear", "limit": "heel"}]
+    words = "on the right stopped by the gear's heel, on the left stopped by the gear's toe"
+    assert words in backlash_report(design).line
+
+
+def test_pointed_teeth() -> None:
+    """The tooth is pointed at the heel, where the profile shift is largest, for both signs of the cone
+    angle."""
+    for sign in (-1.0, 1.0):
+        member = replace(coned(sign * 12.0), profile_shift=0.3, face_width=20.0)
+        texts = [remark.text for remark in tooth_remarks("pinion", member) if "pointed" in remark.text]
+        assert len(texts) == 1
+        assert "pointed at the heel" in texts[0]
+
+
+def test_corners_of_the_ease_off() -> None:
+    """With a negative cone angle of the pinion, the printed heel is the end at -z, whose code is toe."""
+    design = exchanged(builtin_design("anti-backlash")).with_parabola(-0.001, -0.0005)
+    report = ease_off_report("x", design, (5, 5))
+    text = report.summary()
+    for row in ("root", "tip"):
+        line = re.search(rf"  {row}, heel +(.*)", text)
+        assert line is not None
+        code = report.data()["right"]["as_given"]["corners"][f"{row}_toe"]
+        assert float(line[1].split()[0]) == pytest.approx(1e3 * code, abs=1e-3)
+    assert "x heel to toe" in text
+
+
+def test_edges_that_the_pressure_ellipse_passes() -> None:
+    design = builtin_design("anti-backlash").with_parabola(-0.0005, -0.0005)
+    report = contact_report("x", design, "right", 9, load=Load(force=5e4))
+    assert {"gear_toe", "gear_heel"} <= set(report.data()["hertz"]["reaches"])
+    assert "(gear heel, gear toe)" in report.summary()  # in the order of the codes, -z first
+
+
+def test_statements_name_the_ends_of_the_paper() -> None:
+    paper, other = (CliRunner().invoke(main, ["statements", name]).output for name in BUILTINS[:2])
+    words = "the paper's toe and heel are the ends of the face at -z and +z"
+    assert words in other
+    assert words not in paper

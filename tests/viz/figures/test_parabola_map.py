@@ -1,0 +1,57 @@
+"""The map over sum and difference of the parabola coefficients."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from beveloid_geom import builtin_design, contact_ratio, mesh_cycle
+from beveloid_viz.figures.results import parabola_map
+from beveloid_viz.figures.results.parabola_map import ParabolaMap
+
+from ..pages import page_of, words
+
+TABLE = builtin_design()
+
+
+@cache
+def small_map() -> ParabolaMap:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(parabola_map, "STEPS", 4)
+        return parabola_map.compute(TABLE)
+
+
+def test_cells_are_those_of_single_designs() -> None:
+    data = small_map()
+    pinion, gear = data.coefficients
+    for at in ((0, 1), (2, 3), (4, 0)):
+        design = TABLE.with_parabola(float(pinion[at]), float(gear[at]))
+        assert data.quantities["contact_ratio"][at] == pytest.approx(float(contact_ratio(design)), abs=1e-9)
+        cycle = mesh_cycle(design, "right")
+        assert data.quantities["edge_share"][at] == pytest.approx(float(cycle.edge_share), abs=1e-9)
+    np.testing.assert_allclose(pinion + gear, np.broadcast_to(data.total, pinion.shape), atol=1e-18)
+    np.testing.assert_allclose((pinion - gear)[:, 0], data.difference, atol=1e-18)
+
+
+def test_extremes_are_better_than_fine_sweeps() -> None:
+    """Fig. 11(b) has 2.2255 along a1 = a2, above every cell; the least shift is below that of every cell."""
+    data = small_map()
+    equal = np.linspace(-0.0003, 0.0, 301)
+    along = np.asarray(contact_ratio(TABLE.with_parabola(equal, equal)))
+    assert along.max() == pytest.approx(2.2255, abs=1e-3)
+    assert along.max() <= data.most_ratio.value < along.max() + 0.01
+    usable = (data.quantities["contact_ratio"] >= data.ratio) & (data.total <= 0.0)
+    usable &= np.maximum(*np.abs(data.coefficients)) <= 0.002
+    assert data.least_shift.value < data.quantities["shift"][usable].min()
+    assert data.least_shift.value == pytest.approx(1.149, abs=1e-3)
+
+
+def test_the_finding_and_the_errors_are_on_the_page() -> None:
+    page = page_of(parabola_map.draw, small_map(), (800, 600))
+    text = words(page)
+    assert "contact ratio up to 2.23, least shift at a ratio of 1.65 or more: 1.15 mm" in text
+    assert "under offset \u00b10.05 mm, shaft angle \u00b10.01 deg" in text
+    (legend,) = page.legends
+    assert [text.get_text() for text in legend.get_texts()][-1] == "hollow: sum above 0"

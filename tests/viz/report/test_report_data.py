@@ -1,0 +1,122 @@
+"""Data of the report page: dates, failing mountings, tolerances, charts and progress."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from beveloid_geom import Design, Errors, Pair, Tolerances, builtin_design, tolerance_study
+from beveloid_geom.analysis.tolerance import UNIT, USUAL
+from beveloid_geom.design.file import BUILTINS, builtin_text
+from beveloid_geom.findings.advice import findings_on
+from beveloid_geom.report.tolerance import ToleranceReport, tolerance_remarks
+from beveloid_viz.report import svg
+from beveloid_viz.report.cli import _written
+from beveloid_viz.report.data import Settings, _tolerances, compute, failed_mountings
+from tests.symmetry import scaled
+
+
+def test_the_time_of_a_copied_file_is_not_later_than_the_source(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """SOURCE_DATE_EPOCH limits the date, so that the page of a new copy is identical."""
+    file = tmp_path / "pair.toml"
+    file.write_text(builtin_text(), encoding="utf-8")
+    os.utime(file, (1e9, 1e9))
+    assert [_written(name) for name in BUILTINS] == [None] * len(BUILTINS)
+    for epoch, expected in ((None, 1e9), ("1000000007", 1e9), ("999999999", 999999999.0)):
+        if epoch:
+            monkeypatch.setenv("SOURCE_DATE_EPOCH", epoch)
+        found = _written(str(file))
+        assert found is not None
+        assert found.timestamp() == expected
+
+
+def test_failing_mountings_are_counted_once() -> None:
+    """Mountings of a pair close to all three failures, counted one by one; each counts once."""
+    design = builtin_design().with_errors(Errors(offset=-0.11))
+    wide = Tolerances(0.1, math.radians(0.5), 0.1, 0.1)
+    studies = [tolerance_study(design, wide, flank, 300) for flank in ("right", "left")]
+    found, lost, short, jammed = failed_mountings(list(studies)), set(), set(), set()
+    for one in (study.mountings for study in studies):
+        for case in range(300):
+            if not one.solved[case]:
+                lost.add(case)
+            elif one.contact_ratio[case] < 1.0:
+                short.add(case)
+            if one.jammed[case]:
+                jammed.add(case)
+    counts = {"without_contact": len(lost), "contact_ratio_below_1": len(short), "jammed": len(jammed)}
+    assert found == {"cases": 300, "failed": len(lost | short | jammed), **counts}
+    assert 0 < len(lost) < 300
+    assert 0 < len(jammed) < 300
+    assert failed_mountings([None, None]) == {}
+
+
+def test_failing_mountings_give_a_warning() -> None:
+    """The right flanks of this pair have no contact in about 15 % of the mountings."""
+    table1 = builtin_design()
+    tool = replace(table1.pinion.tool, normal_module=4.0)
+    pinion = replace(table1.pinion, tool=tool, teeth=25)
+    gear = replace(
+        table1.gear, tool=tool, teeth=31, cone_angle=math.radians(5.0), helix_angle=math.radians(-6.64)
+    )
+    design = Design(pinion, gear, Pair(111.6066, math.radians(20.0)))
+    study = tolerance_study(design, USUAL, "right", 100)
+    remark, reach = tolerance_remarks(design, study)
+    share = 1.0 - np.count_nonzero(study.mountings.solved) / study.cases
+    assert 0.08 < share < 0.25
+    assert remark.level == "warning"
+    assert remark.text.startswith(f"right flanks: {100.0 * share:.3g} % of mountings have no contact")
+    assert reach.text.startswith("right flanks: 15 % of mountings have contact that reaches an end of a face")
+    assert ToleranceReport("own", design, study).data()["warnings"] == [remark.text, reach.text]
+    texts = [found.text for found in findings_on(design) if found.level == "warning"]
+    assert texts[0].startswith("right flanks: sensitive to errors")
+    assert "0.01 deg of shaft angle shifts the path on the pinion by 57.3 mm along the face" in texts[0]
+    assert texts[1].endswith("at an error of shaft angle +0.01 deg or shaft angle -0.01 deg")
+    assert tolerance_remarks(design, tolerance_study(design, USUAL, "left", 100)) == ()
+
+
+def test_usual_tolerances_too_wide_for_a_pair_are_a_reason_and_given_ones_a_refusal() -> None:
+    design = scaled(builtin_design(), 0.004 / 6.0)  # 0.05 mm are more than ten modules
+    done = list[str]()
+    for result, text, reason in _tolerances("small", design, Settings(cases=5), done.append, None).values():
+        assert result is None
+        assert json.loads(text)["reason"] == reason
+        assert "tolerance of offset must be less" in str(reason)
+    with pytest.raises(ValueError, match="tolerance of offset must be less"):
+        _tolerances("small", design, Settings(Tolerances(offset=1.0), True, 5), done.append, None)
+
+
+def test_charts_keep_their_numbers_and_share_no_ids() -> None:
+    with svg.style():
+        chart = svg.new_chart(100.0)
+        axes = chart.add_subplot()
+        axes.plot([0.0, 1.0], [0.0, 1.0])
+        axes.text(0.1234567, 0.5, "0.0006 & 1.23456 <b>")
+        axes.set_title("heading", fontweight="bold")
+        one, two = (svg.svg_of(chart, name, "<&>") for name in ("one", "two"))
+    assert "0.0006 &amp; 1.23456 &lt;b&gt;" in one
+    assert ">&lt;&amp;&gt;</title>" in one
+    assert len(re.findall("font-weight: (?:bold|700)", one)) == 1
+    ids = re.findall(r'\bid="([^"]*)"', one)
+    assert ids
+    assert not set(ids) & set(re.findall(r'\bid="([^"]*)"', two))
+    assert set(re.findall(r'(?:href="|url\()#([^")]*)', one)) <= set(ids)
+    assert not re.search(r'd="[^"]*\d\.\d{3}', one)
+
+
+@pytest.mark.slow
+def test_progress_counts_the_mountings() -> None:
+    calls: list[str] = []
+    settings = Settings(cases=2 * UNIT + 1)
+    compute("ni-2017", builtin_design(), settings, calls.append)
+    assert len(calls) == settings.steps
+    assert calls.count("tolerance") == 1 + 3

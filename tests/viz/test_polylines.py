@@ -1,0 +1,61 @@
+"""Tubes have no more triangles than their shape needs, stay on their lines, and do not replace each other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pyvista as pv
+
+from beveloid_viz.rendering.polylines import dashed, simplified
+from beveloid_viz.rendering.scene import TUBE_SIDES, Tube, add_items, tube_mesh
+
+TURN = np.linspace(0.0, 2.0 * np.pi, 401)
+CIRCLE = np.stack((10.0 * np.cos(TURN), 10.0 * np.sin(TURN), 0.0 * TURN), axis=-1)
+
+
+def distance(points: np.ndarray, line: np.ndarray) -> float:
+    """Return the largest distance of points from a polyline."""
+    a, b = line[:-1], line[1:]
+    share = np.einsum("pni,ni->pn", points[:, None] - a, b - a) / np.einsum("ni,ni->n", b - a, b - a)
+    feet = a + np.clip(share, 0.0, 1.0)[..., None] * (b - a)
+    return float(np.linalg.norm(points[:, None] - feet, axis=-1).min(axis=1).max())
+
+
+def test_a_simplified_line_stays_within_its_tolerance() -> None:
+    for tolerance in (0.3, 0.03, 0.003):
+        fewer = simplified(CIRCLE, tolerance)
+        assert 0.2 * tolerance < distance(CIRCLE, fewer) <= tolerance
+        # A chord with the sagitta `tolerance`: no more than twice as many as a circle needs.
+        needed = np.pi / np.arccos(1.0 - tolerance / 10.0)
+        assert needed <= len(fewer) - 1 < 2.0 * needed + 4.0
+
+
+def test_a_straight_line_needs_two_points() -> None:
+    line = np.linspace(0.0, 1.0, 50)[:, None] * np.array([1.0, 2.0, 3.0])
+    np.testing.assert_array_equal(simplified(line, 1e-9), line[[0, -1]])
+    np.testing.assert_array_equal(simplified(line[:1], 1e-9), line[:1])
+
+
+def test_a_tube_has_few_triangles() -> None:
+    """A quarter of a circle of 10 mm with a tube of 0.5 mm: 17 rings, not 101."""
+    mesh = tube_mesh(Tube(CIRCLE[:101], "red", 0.5)).triangulate()
+    caps = 2 * (TUBE_SIDES - 2)
+    assert mesh.n_cells - caps == 2 * TUBE_SIDES * 16
+    around = np.hypot(np.hypot(mesh.points[:, 0], mesh.points[:, 1]) - 10.0, mesh.points[:, 2])
+    np.testing.assert_allclose(around, 0.5, rtol=0.06)
+    assert isinstance(mesh, pv.PolyData)
+
+
+def test_dashes_have_the_lengths_of_the_pattern() -> None:
+    line = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0]])
+    ends = [(piece[0, 0], piece[-1, 0]) for piece in dashed(line, (12.0, 3.0, 2.0, 3.0))]
+    np.testing.assert_allclose(ends[:3], [(0.0, 12.0), (15.0, 17.0), (20.0, 32.0)])
+    np.testing.assert_allclose(ends[-1], (95.0, 97.0))
+    assert [len(piece) for piece in dashed(line, ())] == [2]
+
+
+def test_no_item_replaces_another() -> None:
+    """With the names that PyVista 0.45 gives, 22 of 300 balls disappear."""
+    plotter = pv.Plotter(off_screen=True)
+    add_items(plotter, [Tube(np.array([[float(k), 0.0, 0.0]]), "red", 0.4) for k in range(300)])
+    assert len(plotter.renderer.actors) == 300
+    plotter.close()

@@ -1,0 +1,196 @@
+"""Flanks of pinion and gear for several cases, in rows and columns with the same scale."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import chain
+from typing import Any
+
+from beveloid_geom import Design
+
+from ..rendering import theme
+from ..rendering.layout import Cells
+from ..rendering.scene import Picture
+from ..rendering.theme import Box, Page
+from .panels import LABEL, STRETCH
+from .paths_table import MEMBERS
+from .viewpoint import FlankView, flank_views, greatest_span, looks_of, scale_bars
+
+LEFT, RIGHT = 0.045, 0.99  # fractions of the page width
+CELLS = Cells(left=0.72, right=0.16, across=0.0, down=0.0, most=5, least=0.95)
+HEADING = 0.4
+"""Inches above a row of flanks with headings."""
+FLANK_SHARE = 0.88
+"""Width of the widest flank as a fraction of its column."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cell:
+    """Position of a flank.
+
+    Attributes
+    ----------
+    case, member : int
+        Number of the case, and pinion (0) or gear (1).
+    box : Box
+        Box for the picture.
+    view : FlankView or None
+        View.
+    px_per_mm : float
+        Scale.
+    limits : float or None
+        Position of the labels, see `panels.draw_flank`.
+    under : tuple of float
+        Upper middle of the text below the flank, fractions of the page.
+    width : float
+        Largest width of this text, pixels.
+    """
+
+    case: int
+    member: int
+    box: Box
+    view: FlankView | None
+    px_per_mm: float
+    limits: float | None
+    under: tuple[float, float]
+    width: float
+
+    def say(self, page: Page, words: str) -> None:
+        """Write text below the flank."""
+        style: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": theme.SMALL, "linespacing": 1.3}
+        theme.wrap_text(page.text(*self.under, "", **style), words, self.width)
+
+
+@dataclass(frozen=True, eq=False)
+class FlankGrid:
+    """Arrangement of the flanks of several cases.
+
+    Attributes
+    ----------
+    cases : sequence of tuple
+        Heading, design and flank of each case.
+    text : sequence of float
+        Height of the text below the flanks of each row, inches.
+    stretch : float
+        Factor across the face.
+    outside : bool
+        True for views from outside; otherwise as in the paper.
+    by_case : bool
+        True for a row for each case, with pinion left and gear right. Otherwise pinion flanks are above gear
+        flanks, with a column for each case; on a page that is too narrow, further columns follow below.
+    share : float
+        Width of the widest flank as a fraction of its column.
+    """
+
+    cases: Sequence[tuple[str, Design, str]]
+    text: Sequence[float]
+    stretch: float = STRETCH
+    outside: bool = False
+    by_case: bool = False
+    share: float = FLANK_SHARE
+
+    @property
+    def columns(self) -> int:
+        """Number of columns on a wide page."""
+        return len(MEMBERS) if self.by_case else len(self.cases)
+
+    def tall(self, layout: theme.Layout) -> float:
+        """Return the height in print, inches."""
+        rows = len(self.text)
+        words = (rows if self.by_case else 1) * HEADING + sum(self.text) + 2.0 * rows * LABEL
+        flank = min(3.0 * CELLS.width(layout, self.columns) / self.stretch, 3.6)
+        return CELLS.tall(layout, self.columns, words + rows * flank)
+
+    def rows(self, layout: theme.Layout) -> list[tuple[list[tuple[int, int]], float, float]]:
+        """Return case and member of the flanks of each row, with the heights of heading and text, inches."""
+        if self.by_case:
+            both = range(len(MEMBERS))
+            return [
+                ([(case, member) for member in both], HEADING, under) for case, under in enumerate(self.text)
+            ]
+        count, per_row = len(self.cases), CELLS.columns(layout, self.columns)
+        return [
+            ([(case, member) for case in range(first, min(first + per_row, count))], *heights)
+            for first in range(0, count, per_row)
+            for member, heights in enumerate(zip((HEADING, 0.0), self.text, strict=True))
+        ]
+
+    def heading(self, case: int, member: int) -> str:
+        """Return the heading of a flank, or of its column."""
+        name = self.cases[case][0]
+        return f"{MEMBERS[member].capitalize()} {name}" if self.by_case else name
+
+
+def text_heights(layout: theme.Layout, count: int, text: Sequence[float]) -> tuple[float, ...]:
+    """Return the height of the text below flanks, inches, larger in narrow columns, where lines are
+    broken."""
+    width = CELLS.width(layout, count)
+    more = 1.0 if width > 2.8 else 1.35 if width > 2.2 else 1.8
+    return tuple(more * height for height in text)
+
+
+def draw_grid(
+    page: Page, grid: FlankGrid, low: float, high: float, draw: Callable[[Cell], Picture | None]
+) -> dict[str, Picture]:
+    """Draw the flanks of all cases with the same scale.
+
+    Parameters
+    ----------
+    page : Page
+        Page.
+    grid : FlankGrid
+        Cases and arrangement.
+    low, high : float
+        Limits of the space, as fractions of the page height.
+    draw : callable
+        Draws a cell, and returns its picture.
+
+    Returns
+    -------
+    dict
+        Pictures by member and case.
+    """
+    views = [flank_views(design, flank, grid.stretch, grid.outside) for _, design, flank in grid.cases]
+    rows = grid.rows(page.layout)
+    spans = [greatest_span(views[case][member] for case, member in cells) for cells, _, _ in rows]
+    around = sum(heading + under + 2.0 * LABEL for _, heading, under in rows)
+    page_width, page_height = page.canvas.get_width_height()
+    width = (RIGHT - LEFT) / CELLS.columns(page.layout, grid.columns)
+    room, flanks = (high - low - theme.inches(page, around)) * page_height, sum(span[1] for span in spans)
+    widest = greatest_span(chain(*views))[0]
+    px_per_mm = float(min(room / flanks, grid.share * width * page_width / widest))
+    spare = (room - px_per_mm * flanks) / len(rows) / page_height
+    scale_bars(page, px_per_mm, grid.stretch, looks_of(chain(*views)))
+    pictures: dict[str, Picture] = {}
+    top = high
+    for (cells, heading, under), span in zip(rows, spans, strict=True):
+        head, foot = theme.inches(page, heading), theme.inches(page, under)
+        height = float(spare + theme.inches(page, 2.0 * LABEL) + px_per_mm * span[1] / page_height)
+        y, labelled = top - head - height, set()
+        for place, (case, member) in enumerate(cells):
+            x = LEFT + place * width
+            middle = x + 0.5 * width, y + height
+            if heading:
+                _write_heading(page, grid.heading(case, member), middle, 0.9 * width * page_width)
+            if place == 0 and not grid.by_case:
+                style: dict[str, Any] = {"rotation": 90, "va": "center", "fontsize": theme.HEADING}
+                page.text(0.012, y + 0.5 * height, MEMBERS[member].capitalize(), **style)
+            box = theme.place(page, x + 0.01 * width, y, 0.98 * width, height)
+            view, kind = views[case][member], (member, grid.cases[case][2])
+            limits = None if kind in labelled else 0.0
+            under_it = (x + 0.5 * width, y), 0.97 * width * page_width
+            picture = draw(Cell(case, member, box, view, px_per_mm, limits, *under_it))
+            if view is not None:
+                labelled.add(kind)
+            if picture is not None:
+                pictures[f"{MEMBERS[member]}-{case}"] = picture
+        top = y - foot
+    return pictures
+
+
+def _write_heading(page: Page, words: str, at: tuple[float, float], width: float) -> None:
+    """Write a heading of at most a width, pixels, above the middle of a flank."""
+    name = page.text(at[0], at[1] + theme.inches(page, 0.3), "", fontsize=theme.LABEL, ha="center")
+    name.set_verticalalignment("top" if page.layout.height else "bottom")
+    theme.wrap_text(name, words, width)

@@ -1,0 +1,144 @@
+"""Motion graph: transmission error of each tooth pair alone, and of the pair in contact.
+
+Positive: gear ahead. The tooth pair with the gear furthest ahead is in contact, so that the transmission
+error in operation is the upper envelope of all curves.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+
+from beveloid_geom import first_contact
+from beveloid_geom.arrays import FloatArray, Mask
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.report.columns import ARCSEC
+from beveloid_geom.report.operation import OperationReport
+from beveloid_geom.status import FirstStatus
+
+from ..rendering import theme
+from .charts import SMALLEST
+from .paths_table import ratio_words
+
+REACH, STEPS = 3, 64
+"""Number of pitches to either side over which a tooth pair is followed, and of rolls per pitch."""
+SHOWN = 2
+"""Number of pitches drawn."""
+WIDE = 4.5
+"""Line width of edge contact, points; visible without colours."""
+
+
+@dataclass(frozen=True, eq=False)
+class MotionGraph:
+    """Transmission error of one tooth pair. All pairs have the same curve, whole pitches apart.
+
+    Attributes
+    ----------
+    report : OperationReport
+        Mesh cycle of all tooth pairs.
+    pitches : ndarray, shape (n,)
+        Pinion roll from the pitch point, in pitches.
+    alone : ndarray, shape (n,)
+        Transmission error of one tooth pair, rad; NaN where the pair cannot touch.
+    edge : ndarray of bool, shape (n,)
+        Mask of edge contact of this pair.
+    """
+
+    report: OperationReport
+    pitches: FloatArray
+    alone: FloatArray
+    edge: Mask
+
+    @property
+    def mean(self) -> float:
+        """Mean transmission error in operation, rad, which is subtracted from all curves."""
+        return float(self.report.cycle.mean)
+
+    @property
+    def pitch_radius(self) -> float:
+        """Working pitch radius of the gear, mm."""
+        return float(mounting_of(self.report.design).working_radius[1])
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Lower and upper limit of the chart, rad.
+
+        Below the curve in operation, the chart extends by the thickness of marking compound, or by the peak
+        to peak value if it is larger, because separated tooth pairs are there.
+        """
+        runs = self.report.first.transmission_error - self.mean
+        low, high = float(runs.min()), float(runs.max())
+        deep = max(MARKING_SEPARATION / self.pitch_radius, 1.2 * (high - low))
+        return low - deep, high + 0.12 * deep
+
+
+def motion_graph(report: OperationReport) -> MotionGraph:
+    """Compute the curve of one tooth pair of a design with a known mesh cycle."""
+    cycle = report.cycle
+    share = np.linspace(-REACH, REACH, 2 * REACH * STEPS + 1)
+    contact = first_contact(report.design, report.flank, float(cycle.start) + cycle.pitch * share, pairs=[0])
+    alone = np.where(contact.status == FirstStatus.SOLVED, contact.transmission_error, np.nan)
+    edge = contact.limit[:, 0] >= 0
+    if report.along_lines:  # the ends of lines of contact are not edge contact
+        edge &= ~(np.abs(alone - float(cycle.mean)) < SMALLEST / ARCSEC)
+    return MotionGraph(report, share, alone, edge)
+
+
+def draw_graph(axes: Axes, graph: MotionGraph) -> None:
+    """Draw all tooth pairs over SHOWN pitches (edges dotted), and in front the pair in contact with edges in
+    red and the points of hand-over. The left axis is in arcsec, the right in um at the pitch circle of the
+    gear."""
+    report, mean = graph.report, graph.mean
+    edges = (
+        np.convolve(graph.edge, np.ones(3), "same") > 0.0
+    )  # up to the first roll without edge contact, so that the lines meet
+    for mask, style in ((~graph.edge, "-"), (edges, ":")):
+        shown = ARCSEC * np.where(mask, graph.alone - mean, np.nan)
+        for pair in range(-REACH, REACH + SHOWN + 1):
+            axes.plot(graph.pitches + pair, shown, style, color=theme.GREY, linewidth=1.2, zorder=2.0)
+    first, cycle = report.first, report.cycle
+    runs, edge = ARCSEC * (first.transmission_error - mean), first.limit[:, 0] >= 0
+    edge &= not report.along_lines
+    share = np.linspace(0.0, 1.0, runs.size)
+    changes = cycle.changes[cycle.hand_over]
+    at, there = (changes - float(cycle.start)) / cycle.pitch, cycle.at(changes).transmission_error - mean
+    for pitch in range(SHOWN):
+        axes.plot(share + pitch, runs, color=theme.BLUE, zorder=3.0)
+        axes.plot(share + pitch, np.where(edge, runs, np.nan), color=theme.RED, linewidth=WIDE, zorder=3.1)
+        axes.plot(at + pitch, ARCSEC * there, "o", color=theme.INK, ms=5.5, zorder=3.2)
+    low, high = (ARCSEC * limit for limit in graph.limits)
+    axes.set(xlim=(0.0, SHOWN), ylim=(low, high))
+    axes.set(xlabel="pinion roll from the pitch point (pitches)", ylabel="ahead (arcsec)")
+    axes.grid(True)
+    at_pitch_circle, per = axes.twinx(), 1e3 * graph.pitch_radius / ARCSEC  # um per arcsec
+    at_pitch_circle.set(ylim=(per * low, per * high), ylabel="ahead (\u00b5m)")
+
+
+def legend_entries() -> list[Line2D]:
+    """Return the legend entries."""
+    grey: dict[str, Any] = {"color": theme.GREY, "linewidth": 1.2}
+    return [
+        Line2D([], [], color=theme.BLUE, label="in operation, flank contact"),
+        Line2D([], [], color=theme.RED, lw=WIDE, label="in operation, edge contact"),
+        Line2D([], [], color=theme.INK, ls="", marker="o", ms=5.5, label="hand-over"),
+        Line2D([], [], **grey, label="one tooth pair alone"),
+        Line2D([], [], ls=":", **grey, label="one pair, edge contact"),
+    ]
+
+
+def graph_text(graph: MotionGraph) -> str:
+    """Return peak to peak value, share of edge contact, and contact ratios as text."""
+    report, swing = graph.report, float(graph.report.cycle.peak_to_peak)
+    if ARCSEC * swing < SMALLEST:
+        text = "peak to peak zero within rounding"
+    else:
+        text = f"peak to peak {ARCSEC * swing:.3g} arcsec = {1e3 * swing * graph.pitch_radius:.3g} \u00b5m"
+    share = f"edges carry {100.0 * float(report.cycle.edge_share):.3g} %"
+    if report.along_lines:
+        share = "lines of contact carry"
+    return f"{text}\n{share}; {ratio_words(report.eq16, report.operating)}"

@@ -1,0 +1,324 @@
+"""Paths of contact of several cases, as data of figures and as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from beveloid_geom import ContactPath, Design, Errors, Status, path_of_contact
+from beveloid_geom.analysis.path_measures import in_side_view
+from beveloid_geom.arrays import FloatArray, Mask
+from beveloid_geom.contact.parallel.lines import contact_lines, touches_along_lines
+from beveloid_geom.design.ends import limit_words
+from beveloid_geom.gear.flank import flank_point, trace_parameter
+from beveloid_geom.pair.frames import layout_of
+from beveloid_geom.report.result import status_name
+from beveloid_geom.status import Verdict
+from beveloid_geom.validation.claims import MODIFIED
+
+from .figure_steps import Table
+from .touching import Touching, in_order, limit_code, touching_along
+
+FLANKS = ("right", "left")
+MEMBERS = ("pinion", "gear")
+LINES = 5
+"""Number of lines of contact drawn."""
+TABLE_1_MODULE = 6.0
+"""Normal module of the paper's pair, mm."""
+PARABOLAS = ("parabola_pinion_per_mm", "parabola_gear_per_mm")
+"""Columns that distinguish the cases of a table."""
+COLUMNS = (
+    "status",
+    "index",
+    "pinion_roll_rad",
+    "transmission_error_rad",
+    "z_mm",
+    "r_mm",
+    "l_mm",
+    "u_mm",
+    "x_f_mm",
+    "y_f_mm",
+    "z_f_mm",
+    "length_mm",
+    "angle_deg",
+    "contact_ratio",
+    "enters_at",
+    "leaves_at",
+)
+TOUCHING = ("operating_contact_ratio", "verdict", "edge_that_touches", "edge_z_mm", "edge_l_mm")
+"""Columns of the first contact at the roll of a position."""
+REASONS = {
+    Status.NO_COMMON_NORMAL: "the flanks have no common normal",
+    Status.NOT_CONVERGED: "the path could not be followed",
+    Status.OFF_FLANK: "the path does not meet the flanks",
+    Status.SEVERAL_CONTACTS: "several contacts at one position",
+    Status.ENDLESS: "the path is a closed curve",
+}
+
+
+def at_the_mesh(design: Design) -> str:
+    """Return " at the mesh" if the errors of a design are relative to the mesh point, otherwise ''."""
+    return " at the mesh" if design.errors_at == "mesh" else ""
+
+
+@dataclass(frozen=True, eq=False)
+class SolvedPath:
+    """Path of contact of one case.
+
+    Attributes
+    ----------
+    design : Design
+        The pair.
+    path : ContactPath
+        The path.
+    points : tuple of ndarray, shape (n, 3)
+        Points on pinion and gear in their frames, mm; empty without a path.
+    touching : Touching, optional
+        First contact of all teeth at the rolls of the path, if requested.
+    between : Touching, optional
+        First contact on both sides of each change of the contact, and over the remainder of a pitch for a
+        path shorter than a pitch.
+    """
+
+    design: Design
+    path: ContactPath
+    points: tuple[FloatArray, FloatArray]
+    touching: Touching | None = None
+    between: Touching | None = None
+
+    @property
+    def found(self) -> bool:
+        """True if there is a path to draw."""
+        return len(self.points[0]) > 1
+
+    def middle(self, member: int) -> FloatArray:
+        """Return the point (3,) at mid-roll on pinion (0) or gear (1), in its frame, mm."""
+        points = self.points[member]
+        return np.asarray(0.5 * (points[(len(points) - 1) // 2] + points[len(points) // 2]))
+
+    def length(self, member: int) -> float:
+        """Return the length in the side view, mm (`path_measures`)."""
+        return float(in_side_view(self.path)[0][member])
+
+    def angle(self, member: int) -> float:
+        """Return the angle of the chord to the axial direction in the side view, deg (`path_measures`)."""
+        return float(in_side_view(self.path)[1][member])
+
+    @property
+    def first(self) -> Mask | None:
+        """Mask of the points of the path that are first contacts; None if unknown."""
+        if self.touching is None or not self.found:
+            return None
+        return np.asarray(self.touching.verdict[self.path.status == Status.SOLVED] == Verdict.FIRST_CONTACT)
+
+    def edge_lines(self, member: int) -> list[FloatArray]:
+        """Return the lines (n, 3) of edge contact on pinion (0) or gear (1), in its frame, mm."""
+        if self.touching is None:
+            return []
+        touching, gear, flank = (
+            in_order(self.touching, self.between),
+            self.design.members[member],
+            self.path.flank,
+        )
+        edges = [set(name.split(" on ")) - {""} for name in touching.edges]
+        (l, z), pair = touching.places(member), touching.first.pair
+        points = flank_point(gear, flank, l, trace_parameter(gear, flank, l, z))
+        goes_on = [bool(a & b) for a, b in pairwise(edges)] & (pair[1:] == pair[:-1])
+        cuts = np.flatnonzero(~goes_on) + 1
+        lines = [line[np.isfinite(line).all(axis=-1)] for line in np.split(points, cuts)]
+        return [line for line in lines if len(line)]
+
+    def contact_lines(self, member: int) -> FloatArray:
+        """Return lines of contact (lines, 2, 3) on pinion (0) or gear (1), in its frame, mm.
+
+        Flanks on parallel axes that touch along lines have LINES of them, at equal steps of roll. Other pairs
+        have none.
+        """
+        design, flank = self.design, self.path.flank
+        if not (self.found and touches_along_lines(design, flank)):
+            return np.empty((0, 2, 3))
+        lines = contact_lines(path_of_contact(design, flank, LINES + 2))
+        l, z = ((lines.l1, lines.pinion_z), (lines.l2, lines.gear_z))[member]
+        part = design.members[member]
+        return flank_point(part, flank, l, trace_parameter(part, flank, l, z))[1:-1]
+
+    @property
+    def ratio(self) -> float:
+        """Contact ratio of one tooth pair (Eq. 16 of the paper)."""
+        return float(self.path.ends.contact_ratio)
+
+    @property
+    def ends(self) -> tuple[str, str]:
+        """Limits at which the path enters and leaves, as codes such as 'gear tip'; '' without a path."""
+        enter, leave = (limit_code(code) for code in self.path.ends.limit.tolist())
+        return enter, leave
+
+    @property
+    def ends_in_print(self) -> str:
+        """Ends of the path with the printed names of the ends of the face; '' without a path."""
+        codes = self.path.ends.limit.tolist()
+        return " \u2192 ".join(limit_words(self.design, code) for code in codes if code >= 0)
+
+    @property
+    def reason(self) -> str:
+        """Reason why there is no path."""
+        return REASONS.get(Status(int(self.path.ends.status)), "no position was solved")
+
+
+def as_large(design: Design) -> float:
+    """Return the ratio of the pinion module to that of the paper's pair."""
+    return float(design.pinion.tool.normal_module) / TABLE_1_MODULE
+
+
+def two_digits(value: float) -> float:
+    """Round to two digits, for values of the paper that are converted to another module."""
+    return float(f"{value:.2g}")
+
+
+def modified(design: Design) -> Design:
+    """Return a design with the paper's modification, converted to its module.
+
+    On parallel axes, the paper's modification leaves no contact on the flanks, or lines that any shaft-angle
+    error moves to an edge. These pairs get convex flanks of the same size.
+    """
+    sizes = (-abs(value) for value in MODIFIED) if _parallel(design) else MODIFIED
+    return design.with_parabola(*(two_digits(value / as_large(design)) for value in sizes))
+
+
+def modification(design: Design) -> str:
+    """Return the name of the modification of `modified`."""
+    return "convex flanks" if _parallel(design) else "the paper's modification"
+
+
+def _parallel(design: Design) -> bool:
+    """Return True if the axes are parallel without errors."""
+    return bool(layout_of(design.with_errors(Errors())).parallel)
+
+
+def parabolas(design: Design, flank: str) -> tuple[float, float]:
+    """Return the parabola coefficients of pinion and gear on a flank, 1/mm: the columns PARABOLAS."""
+    a1, a2 = (float(member.tool.parabola_of(flank)) for member in design.members)
+    return a1, a2
+
+
+def coefficients(design: Design) -> str:
+    """Return the parabola coefficients as TeX formulas, for both flanks if they differ."""
+    right, left = (_coefficients(*parabolas(design, flank)) for flank in ("right", "left"))
+    return right if right == left else f"right {right}; left {left}"
+
+
+def _coefficients(a1: float, a2: float) -> str:
+    if a1 == a2 or a1 == -a2:
+        other = "" if a1 == a2 else "\u2212"
+        return f"$a_1$ = {other}$a_2$ = {_plain(a1)} mm$^{{\u22121}}$"
+    return f"$a_1$ = {_plain(a1)}, $a_2$ = {_plain(a2)} mm$^{{\u22121}}$"
+
+
+def _plain(value: float) -> str:
+    """Return a number without exponent and with a typographic minus."""
+    return f"{value:.7f}".rstrip("0").rstrip(".").replace("-", "\u2212")
+
+
+def both_ratios(path: float, running: float) -> tuple[str, str]:
+    """Return the contact ratio of one tooth pair (Eq. 16) and that in operation as text; NaN is "unknown"."""
+    return f"{path:.3f}", f"{running:.3f}" if np.isfinite(running) else "unknown"
+
+
+def ratio_words(path: float, running: float) -> str:
+    """Return both contact ratios as a phrase; arguments as in `both_ratios`."""
+    return "ratio {}, in operation {}".format(*both_ratios(path, running))
+
+
+def points_on(path: ContactPath, member: int) -> FloatArray:
+    """Return the points (..., 3) of a path on the flank of pinion (0) or gear (1), in its frame, mm."""
+    l, u = ((path.l1, path.u1), (path.l2, path.u2))[member]
+    return flank_point(path.design.members[member], path.flank, l, u)
+
+
+def solve(design: Design, flank: str, points: int = 101, touching: bool = False) -> SolvedPath:
+    """Compute the path of contact of a single design.
+
+    Parameters
+    ----------
+    design : Design
+        A single design.
+    flank : {'right', 'left'}
+        Flank.
+    points : int
+        Number of positions. Positions without a solution are left out of `SolvedPath.points`.
+    touching : bool
+        True to compute the first contact of all teeth as well.
+
+    Returns
+    -------
+    SolvedPath
+        Path with its points.
+    """
+    path = path_of_contact(design, flank, points)
+    good = path.status == Status.SOLVED
+    at, between = touching_along(path, points) if touching else (None, None)
+    return SolvedPath(design, path, (points_on(path, 0)[good], points_on(path, 1)[good]), at, between)
+
+
+def table(case: Sequence[str], paths: Iterable[tuple[Sequence[object], SolvedPath]]) -> Table:
+    """Return the table of all positions of paths on both members.
+
+    Parameters
+    ----------
+    case : sequence of str
+        Column headings of the case.
+    paths : iterable of tuple
+        Values of these columns, and the path. A case without a path has one row per member with its status,
+        or one row per first contact. Rows without index are first contacts beside changes of the contact, and
+        over the remainder of a pitch if the path is shorter than a pitch.
+
+    Returns
+    -------
+    Table
+        Headings and rows.
+    """
+    listed = list(paths)
+    header = (*case, "member", *COLUMNS, *(TOUCHING if any(path.touching for _, path in listed) else ()))
+    return header, (row for values, path in listed for row in _rows(values, path))
+
+
+def _rows(case: Sequence[object], solved: SolvedPath) -> Iterator[list[object]]:
+    """Return the rows of one path on both members."""
+    path = solved.path
+    pinion = path.pinion_z, path.pinion_r, path.l1, path.u1
+    gear = path.gear_z, path.gear_r, path.l2, path.u2
+    for number, places in enumerate((pinion, gear)):
+        first, member = _first_columns(solved.touching, number), MEMBERS[number]
+        measures = [solved.length(number), solved.angle(number)] if solved.found else ["", ""]
+        ends = [*measures, solved.ratio, *solved.ends]
+        if not solved.found:
+            void = [*case, member, status_name(int(path.ends.status)), *[""] * 10, *ends]
+            yield from ([*void, *row] for row in first or [()])
+            continue
+        columns = np.stack((path.pinion_roll, path.transmission_error, *places, *path.point.T), axis=-1)
+        rows = zip(path.status, columns.tolist(), first or [()] * len(columns), strict=True)
+        for index, (status, values, contact_columns) in enumerate(rows):
+            yield [*case, member, status_name(status), index, *values, *ends, *contact_columns]
+        if solved.between is not None:
+            rolls = solved.between.first.pinion_roll
+            low, high = np.sort(path.ends.pinion_roll)
+            on_path = (low <= rolls) & (rolls <= high)
+            between = zip(on_path, rolls.tolist(), _first_columns(solved.between, number), strict=True)
+            for inside, roll, contact_columns in between:
+                if inside and not contact_columns[2]:  # no edge touches
+                    continue
+                status = "" if inside else status_name(Status.OFF_FLANK)
+                yield [*case, member, status, "", roll, *[""] * 8, *ends, *contact_columns]
+
+
+def _first_columns(touching: Touching | None, member: int) -> list[tuple[object, ...]]:
+    """Return the columns TOUCHING at each position; nothing if the first contact was not computed."""
+    if touching is None:
+        return []
+    l, z = touching.places(member)
+    verdicts = [Verdict(code).name for code in touching.verdict.tolist()]
+    each = zip(verdicts, touching.edges, z.tolist(), l.tolist(), strict=True)
+    return [(touching.ratio, *row) for row in each]

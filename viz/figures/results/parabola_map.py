@@ -1,0 +1,373 @@
+"""Map of a design over the sum and the difference of its parabola coefficients.
+
+Flanks with a1 + a2 > 0 are hollow against each other. The contact ratio has a narrow ridge just below a sum
+of 0, so the sums are spaced quadratically from 0. The extremes given in the subtitle are not cells of the
+map: the least shift comes from `optimise_parabola`, the largest contact ratio from a local search that begins
+at the best cell.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm, Normalize
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+from scipy.optimize import minimize
+
+from beveloid_geom import Design, Errors, MeshErrors, contact_ratio, mesh_cycle
+from beveloid_geom.analysis.maps import usual_bounds, usual_errors
+from beveloid_geom.analysis.optimise import Aim, objectives_of, optimise_parabola
+from beveloid_geom.analysis.path_measures import measures_of
+from beveloid_geom.arrays import Codes, FloatArray, Mask
+from beveloid_geom.contact.path import path_ends
+from beveloid_geom.report.columns import ARCSEC
+from beveloid_geom.report.result import status_name
+from beveloid_geom.report.text import error_words, status_words
+from beveloid_geom.status import Status
+
+from ...components import paths_table
+from ...components.figure_steps import Drawing, Recipe, Table
+from ...components.map_panel import HALO, LEVEL, hatch, thin_out
+from ...rendering import theme
+from ...rendering.layout import Cells
+
+STEPS = 20
+"""Intervals of the difference; the sum has as many."""
+CELLS = Cells(left=1.2, right=1.0, across=1.16, down=0.65, most=3, least=1.0)
+HOLLOW, LOST, ASTRAY = "//", "xxx", "...."
+"""Hatches: flanks hollow against each other, no path, value not known."""
+NOTE = (
+    "Angle: chord of the path in the pinion's side view, to the axial direction. Shift: of the path at"
+    " mid-roll, perpendicular to it, under {errors}, root of the sum of squares. Transmission error, edges:"
+    " all teeth. Middle: of the path, positive towards +z. Axis of the sum: square-root scale."
+)
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Heading with the unit, factor to this unit, colour map and kind of scale of a mapped quantity."""
+
+    heading: str
+    factor: float
+    colours: str
+    scale: str = "linear"
+
+
+QUANTITIES = {
+    "contact_ratio": Quantity("contact ratio, Eq. 16", 1.0, "viridis"),
+    "angle": Quantity("angle of the path (deg)", math.degrees(1.0), "twilight", "cyclic"),
+    "shift": Quantity("shift under errors (mm)", 1.0, "cividis", "log"),
+    "cycle_peak_to_peak": Quantity("transmission error (arcsec)", ARCSEC, "magma"),
+    "centre": Quantity("middle, pinion z (mm)", 1.0, "viridis"),
+    "edge_share": Quantity("carried by edges (%)", 100.0, "viridis", "share"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Extreme:
+    """Coefficients, 1/mm, at which a quantity has its extreme `value`; NaN if it was not found."""
+
+    pinion: float = math.nan
+    gear: float = math.nan
+    value: float = math.nan
+
+
+@dataclass(frozen=True, eq=False)
+class ParabolaMap:
+    """Quantities (differences, sums) by name over `difference` a1 - a2 and `total` a1 + a2, 1/mm.
+
+    `status`: codes of `Status` of the paths. `least_shift`: with a contact ratio not below `ratio`, the
+    contact ratio of the design as given."""
+
+    design: Design
+    flank: str
+    errors: Errors | MeshErrors
+    difference: FloatArray
+    total: FloatArray
+    status: Codes
+    quantities: dict[str, FloatArray]
+    ratio: float
+    most_ratio: Extreme
+    least_shift: Extreme
+
+    @property
+    def solved(self) -> Mask:
+        """Cells with a path on the flanks."""
+        return np.asarray(self.status == Status.SOLVED)
+
+    @property
+    def coefficients(self) -> tuple[FloatArray, FloatArray]:
+        """Coefficients a1 and a2 of the cells, 1/mm."""
+        difference, total = np.meshgrid(self.difference, self.total, indexing="ij")
+        return 0.5 * (total + difference), 0.5 * (total - difference)
+
+
+def compute(design: Design, flank: str = "right") -> ParabolaMap:
+    """Compute the map and its extremes. The largest difference is twice the usual coefficient, and the sums
+    reach from minus one half to one fifth of it, which includes the paper's Figs. 7 to 10."""
+    largest = min(high for _, high in usual_bounds(design, "parabola"))
+    difference = 2.0 * largest * np.linspace(-1.0, 1.0, STEPS + 1)
+    root = np.linspace(-1.0, 1.0, 3 * STEPS // 2 + 1)
+    root = root[root < 0.65]
+    total = 0.5 * largest * root * np.abs(root)
+    second, first = np.meshgrid(total, difference)
+    pinion, gear = (0.5 * (second + sign * first).ravel() for sign in (1.0, -1.0))
+    errors, cells = usual_errors(design), design.with_parabola(pinion, gear)
+    with np.errstate(invalid="ignore"):  # a path of a single point has no direction
+        measures, shown = (
+            measures_of(cells, flank),
+            objectives_of(design, flank, Aim(errors), pinion, gear),
+        )
+    status, lost = np.full(pinion.size, Status.SOLVED, dtype=np.int8), measures.limit[:, 0] < 0
+    if lost.any():
+        status[lost] = path_ends(design.with_parabola(pinion[lost], gear[lost]), flank).status
+    swing, edges = np.array([_in_operation(design, flank, *at) for at in zip(pinion, gear, strict=True)]).T
+    quantities = {
+        "contact_ratio": np.where(lost, np.nan, measures.contact_ratio),
+        "angle": np.radians(measures.angle["chord"][0]),
+        "shift": shown.shift,
+        "cycle_peak_to_peak": swing,
+        "centre": shown.centre,
+        "edge_share": edges,
+    }
+    shaped = {name: values.reshape(first.shape) for name, values in quantities.items()}
+    ratio = float(contact_ratio(design, flank))
+    most = _most_ratio(design, flank, largest)
+    least = _least_shift(design, flank, errors, ratio, largest)
+    codes = status.reshape(first.shape)
+    return ParabolaMap(design, flank, errors, difference, total, codes, shaped, ratio, most, least)
+
+
+def _in_operation(design: Design, flank: str, pinion: float, gear: float) -> tuple[float, float]:
+    """Return transmission error (rad, peak to peak) and share on edges of a mesh cycle; NaN if not known."""
+    try:
+        cycle = mesh_cycle(design.with_parabola(float(pinion), float(gear)), flank, 1)
+    except ValueError:  # the rounds of a tool overlap: there are no fillets
+        return math.nan, math.nan
+    return float(cycle.peak_to_peak), float(cycle.edge_share)
+
+
+def _most_ratio(design: Design, flank: str, largest: float) -> Extreme:
+    """Return the largest contact ratio within the range of the map, without hollow flanks.
+
+    The ridge of the ratio has a kink, so the search begins at the best of 101 sums times 21 differences."""
+
+    def coefficients(x: Any) -> tuple[FloatArray, FloatArray]:
+        """Return both coefficients, 1/mm, from sum and difference in units of `largest`."""
+        return 0.5 * largest * (x[0] + x[1]), 0.5 * largest * (x[0] - x[1])
+
+    def negative_ratio(x: Any) -> Any:
+        return -contact_ratio(design.with_parabola(*coefficients(x)), flank)
+
+    def negative_value(x: Any) -> float:
+        return float(negative_ratio(x))
+
+    points = np.array(np.meshgrid(np.linspace(-0.5, 0.0, 101), np.linspace(-2.0, 2.0, 21))).reshape(2, -1)
+    values = np.where(np.isnan(found := negative_ratio(points)), 0.0, found)
+    if not values.any():
+        return Extreme()
+    start = points[:, values.argmin()]
+    simplex = np.array([start, start - (0.005, 0.0), start - (0.0, math.copysign(0.1, start[1]))])
+    options: Any = {"initial_simplex": simplex, "xatol": 1e-5, "fatol": 1e-6}
+    bounds = [(-0.5, 0.0), (-2.0, 2.0)]
+    best = minimize(negative_value, start, method="Nelder-Mead", bounds=bounds, options=options)
+    pinion, gear = coefficients(best.x)
+    return Extreme(float(pinion), float(gear), -float(best.fun))
+
+
+def _least_shift(
+    design: Design, flank: str, errors: Errors | MeshErrors, ratio: float, largest: float
+) -> Extreme:
+    """Return the least shift with a contact ratio not below that of the design as given."""
+    if not ratio > 0.0:
+        return Extreme()
+    face = float(design.pinion.face_width)
+    bounds = (-largest, largest)
+    aim = Aim(errors, ratio, off_centre=face, pinion_parabola=bounds, gear_parabola=bounds)
+    try:
+        found = optimise_parabola(design, aim, flank)
+    except ValueError:  # no coefficients meet the condition
+        return Extreme()
+    return Extreme(found.pinion_parabola, found.gear_parabola, float(found.optimum.shift))
+
+
+def draw(data: ParabolaMap, layout: theme.Layout) -> Drawing:
+    """Draw six maps of one design."""
+    errors = error_words(data.errors).replace("+", "\u00b1") + paths_table.at_the_mesh(data.design)
+    count, columns = len(QUANTITIES), CELLS.columns(layout, len(QUANTITIES))
+    cells = replace(CELLS, down=0.8) if layout.printed else CELLS
+    tall = cells.tall(layout, count, min(1.15 * cells.width(layout, count), 2.3))
+    page, low, high = theme.new_page(
+        layout, *finding(data), NOTE.format(errors=errors), below=1.25, above=0.4, tall=tall
+    )
+    panels = zip(QUANTITIES.items(), theme.panels(page, cells, count, low, high), strict=True)
+    for index, ((name, quantity), axes) in enumerate(panels):
+        heading = f"({'abcdef'[index]})  {quantity.heading}"
+        axes.set_title(heading, loc="left", pad=8.0, fontsize=theme.SMALL if layout.printed else theme.LABEL)
+        _set_axes(axes, data)
+        _colours(page, axes, data, name)
+        _marks(axes, data, named=index == 0)
+        lowest, leftmost = index >= count - columns, index % columns == 0
+        axes.set_xlabel("$a_1 - a_2$ (10$^{-3}$/mm)" if lowest else "")
+        axes.set_ylabel("$a_1 + a_2$ (10$^{-3}$/mm)" if leftmost else "")
+        axes.tick_params(labelbottom=lowest, labelleft=leftmost)
+        thin_out(axes)
+    _legend(page, data, low - theme.inches(page, 0.95))
+    return Drawing(page, {})
+
+
+def finding(data: ParabolaMap) -> tuple[str, str]:
+    """Return title and subtitle with the extremes."""
+    most, least = data.most_ratio.value, data.least_shift.value
+    words = [] if math.isnan(most) else [f"contact ratio up to {most:.2f}"]
+    if not math.isnan(least):
+        words.append(f"least shift at a ratio of {data.ratio:.2f} or more: {least:.3g} mm")
+    subtitle = f"{data.flank.capitalize()} flanks" + (f": {', '.join(words)}" if words else "")
+    return "Contact over sum and difference of the parabola coefficients", subtitle
+
+
+def _set_axes(axes: Axes, data: ParabolaMap) -> None:
+    """Set limits in 1e-3/mm and a square-root scale of the sum."""
+    x, y = 1e3 * data.difference, 1e3 * data.total
+    root = (lambda v: np.sign(v) * np.sqrt(np.abs(v)), lambda v: np.sign(v) * np.square(v))
+    axes.set_yscale("function", functions=root)
+    axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
+    axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+    step = 10.0 ** math.floor(math.log10(abs(y[0])))
+    ticks = [value * step for value in (-5.0, -2.0, -1.0, -0.5, -0.1, 0.0, 0.1, 0.2, 0.5, 1.0, 2.0)]
+    axes.set_yticks([value for value in ticks if y[0] <= value <= y[-1]])
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter(lambda value, _: _plain(value))
+    axes.minorticks_off()
+
+
+def _colours(page: theme.Page, axes: Axes, data: ParabolaMap, name: str) -> None:
+    """Draw a quantity with colour bar, contours and hatches, or the reason why nothing is drawn."""
+    quantity, values = QUANTITIES[name], QUANTITIES[name].factor * data.quantities[name]
+    x, y = 1e3 * data.difference, 1e3 * data.total
+    hatch(axes, x, y, ~data.solved, LOST)
+    if not np.isfinite(values).any():
+        codes = np.unique(data.status[~data.solved]).tolist()
+        reasons = ", ".join(status_words(code) for code in codes)
+        theme.message(
+            axes, "not known in any cell" if data.solved.any() else f"no cell has a path: {reasons}"
+        )
+        return
+    # The colours cover the range of the cells that a pair can use.
+    usable = values[:, y <= 0.0]
+    usable = usable[np.isfinite(usable)] if np.isfinite(usable).any() else values[np.isfinite(values)]
+    norm, levels = _scale(quantity, usable)
+    mesh = axes.pcolormesh(
+        x, y, values.T, cmap=quantity.colours, norm=norm, shading="nearest", rasterized=True, zorder=0.0
+    )
+    box, width = axes.get_position(), page.layout.width
+    bar = page.add_axes((box.x1 + 0.096 / width, box.y0, 0.144 / width, box.height))
+    scale = page.colorbar(mesh, cax=bar, ticks=levels)
+    scale.ax.minorticks_off()
+    scale.ax.set_yticklabels([_plain(level) for level in levels], fontsize=theme.SMALL)
+    if quantity.scale in ("linear", "log"):
+        _contours(axes, x, y, values, levels)
+    hatch(axes, x, y, np.broadcast_to(y > 1e-9, values.shape), HOLLOW)
+    hatch(axes, x, y, np.isnan(values) & data.solved, ASTRAY)
+
+
+def _scale(quantity: Quantity, values: FloatArray) -> tuple[Normalize, FloatArray]:
+    """Return the norm of the colours and the levels of ticks and contour lines."""
+    if quantity.scale == "cyclic":
+        return Normalize(-90.0, 90.0), np.array([-90.0, -45.0, 0.0, 45.0, 90.0])
+    low, high = (0.0, 100.0) if quantity.scale == "share" else np.percentile(values, [1.0, 99.0]).tolist()
+    if high - low < 1e-9:
+        low, high = low - 0.5, high + 0.5
+    if quantity.scale == "log" and high > 5.0 * low > 0.0:  # at least two levels
+        levels = np.array([digit * 10.0**k for k in range(-6, 7) for digit in (1.0, 2.0, 5.0)])
+        return LogNorm(low, high), levels[(levels >= low) & (levels <= high)]
+    levels = np.asarray(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high))
+    return Normalize(low, high), levels[(levels >= low) & (levels <= high)]
+
+
+def _contours(axes: Axes, x: FloatArray, y: FloatArray, values: FloatArray, levels: FloatArray) -> None:
+    """Draw labelled contour lines of the cells that are not hollow."""
+    shown = np.ma.masked_invalid(np.where(y <= 1e-9, values, np.nan))
+    if min(shown.shape) < 2 or not levels.size or not shown.count():
+        return
+    lines = axes.contour(x, y, shown.T, levels=levels, colors=theme.INK, linewidths=0.8, zorder=1.0)
+    for label in axes.clabel(lines, fontsize=theme.SMALL, fmt=_plain, inline=False):
+        label.set_path_effects(HALO)
+        label.set_gid(LEVEL)
+        box = label.get_window_extent()
+        if box.x0 < axes.bbox.x0 or box.x1 > axes.bbox.x1:
+            label.remove()  # it would cover numbers of the axis
+
+
+def _marks(axes: Axes, data: ParabolaMap, named: bool) -> None:
+    """Draw the paper's coefficients (C1 to C4, along the axes of the map), the design and the extremes."""
+    axes.axhline(0.0, color=theme.INK, linewidth=1.0, zorder=3.0)
+    axes.axvline(0.0, color=theme.INK, linewidth=1.0, zorder=3.0)
+    style: dict[str, Any] = {"fontsize": theme.SMALL, "zorder": 7.0, "path_effects": HALO}
+    names = [("C1", 0.5, 0.97, "left", "top"), ("C2", 0.5, 0.03, "left", "bottom")]
+    height = float(axes.transAxes.inverted().transform(axes.transData.transform((0.0, 0.0)))[1])
+    names += [("C3", 0.98, height, "right", "top"), ("C4", 0.02, height, "left", "top")]
+    for name, across, up, side, edge in names if named else ():
+        axes.text(across, up, f" {name}", transform=axes.transAxes, ha=side, va=edge, **style)
+    marks = [
+        (paths_table.parabolas(data.design, data.flank), "o"),
+        ((data.most_ratio.pinion, data.most_ratio.gear), "^"),
+    ]
+    marks.append(((data.least_shift.pinion, data.least_shift.gear), "s"))
+    for (pinion, gear), marker in marks:
+        axes.plot(1e3 * (pinion - gear), 1e3 * (pinion + gear), **_mark(marker), zorder=6.0)
+
+
+def _mark(marker: str) -> dict[str, Any]:
+    """Return the style of a mark."""
+    return {"ls": "", "marker": marker, "ms": 8.0, "mfc": "white", "mec": theme.INK}
+
+
+def _legend(page: theme.Page, data: ParabolaMap, height: float) -> None:
+    """Explain the marks, and the hatches that occur, at a height of the page."""
+    entries: list[Artist] = [Line2D([], [], **_mark("o"), label="design")]
+    if not math.isnan(data.most_ratio.value):
+        entries.append(Line2D([], [], **_mark("^"), label="largest ratio"))
+    if not math.isnan(data.least_shift.value):
+        entries.append(Line2D([], [], **_mark("s"), label="least shift"))
+    entries.append(Line2D([], [], color=theme.INK, linewidth=1.0, label="C1 to C4 of Figs. 7 to 10"))
+    unknown = np.logical_or.reduce([np.isnan(values) for values in data.quantities.values()]) & data.solved
+    hatches = [(np.array(True), HOLLOW, "hollow: sum above 0"), (~data.solved, LOST, "no path")]
+    for cells, pattern, text in [*hatches, (unknown, ASTRAY, "not known")]:
+        if cells.any():
+            look: dict[str, Any] = {"facecolor": "white", "edgecolor": theme.GREY, "hatch": pattern}
+            entries.append(Patch(**look, linewidth=0.5, label=text))
+    style: dict[str, Any] = {"fontsize": theme.SMALL, "handlelength": 2.4, "columnspacing": 1.8}
+    theme.legend(page, entries, len(entries), loc="center", bbox_to_anchor=(0.5, height), **style)
+
+
+def _plain(value: float) -> str:
+    """Return a number with a true minus."""
+    return f"{value:.6g}".replace("-", "\u2212")
+
+
+def rows(data: ParabolaMap) -> Table:
+    """List every cell of the map, then the extremes."""
+    names = ("contact_ratio", "angle_rad", "shift_mm", "cycle_peak_to_peak_rad", "centre_mm", "edge_share")
+    header = ("a1_per_mm", "a2_per_mm", "status", *names, "extreme")
+    pinion, gear = (values.ravel().tolist() for values in data.coefficients)
+    columns = [data.quantities[name].ravel().tolist() for name in QUANTITIES]
+    status = [status_name(code) for code in data.status.ravel().tolist()]
+    cells: list[tuple[object, ...]] = [(*row, "") for row in zip(pinion, gear, status, *columns, strict=True)]
+    solved, nan = status_name(Status.SOLVED), math.nan
+    most, least = data.most_ratio, data.least_shift
+    if not math.isnan(most.value):
+        cells.append((most.pinion, most.gear, solved, most.value, *5 * [nan], "largest contact ratio"))
+    if not math.isnan(least.value):
+        cells.append((least.pinion, least.gear, solved, nan, nan, least.value, *3 * [nan], "least shift"))
+    return header, cells
+
+
+RECIPES = {"map-parabola": Recipe(compute, draw, rows)}

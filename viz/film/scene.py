@@ -1,0 +1,223 @@
+"""Views of a film: the teeth in mesh, and the flank of each member with the moving contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.font_manager import findfont
+from numpy.typing import NDArray
+
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.report.columns import ARCSEC
+from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
+
+from ..components import posed
+from ..components.paths_table import MEMBERS, ratio_words
+from ..components.viewpoint import flank_view
+from ..rendering import theme
+from ..rendering.scene import MESH_PX, Camera, Item, Size, Surface, Tube, add_items, aim, fit_camera
+from .motion import Film, NoFilmError
+
+MESH_WIDTH = 0.62
+"""Width of the view of the teeth in mesh, as a fraction of the window."""
+GEARWARDS = np.array([1.0, 0.0, 0.0])  # in S_f, along the common perpendicular
+
+
+class FilmView:
+    """One renderer of the window, with a ball for the contact of each tooth pair."""
+
+    def __init__(
+        self, plotter: Any, place: tuple[int, int], camera: Camera, items: Sequence[Item], pairs: int
+    ) -> None:
+        """Fill the renderer at a row and column of the window, and set its camera."""
+        plotter.subplot(*place)
+        self.renderer = plotter.renderer
+        add_items(plotter, items)
+        self.actors = list(plotter.renderer.actors.values())
+        add_items(plotter, [Tube(np.zeros((1, 3)), "white", 0.035 * camera.half_height)] * pairs)
+        self.balls = list(plotter.renderer.actors.values())[len(self.actors) :]
+        aim(plotter, camera)
+
+    def show(self, points: FloatArray, near: NDArray[np.bool_], touching: NDArray[np.bool_]) -> None:
+        """Place the balls at points (k, 3), mm: blue if in contact, white if only near."""
+        for ball, point, visible, full in zip(self.balls, points, near, touching, strict=True):
+            ball.visibility = bool(visible)
+            if visible:
+                ball.position = point
+                ball.prop.color = theme.BLUE if full else "white"
+        self.renderer.ResetCameraClippingRange()
+
+
+def write_film(film: Film, out: Path, size: Size, fps: float, steps: Iterable[int]) -> None:
+    """Write a film as GIF or MP4, by the suffix of the file.
+
+    Parameters
+    ----------
+    film : Film
+        Motion over one pitch.
+    out : Path
+        File to write, .gif or .mp4.
+    size : tuple of int
+        Width and height, pixels.
+    fps : float
+        Frames per second.
+    steps : iterable of int
+        Step of the motion that each frame shows.
+
+    Raises
+    ------
+    NoFilmError
+        If the teeth of a member have no closed surface.
+    """
+    import pyvista as pv
+
+    # A line of text over the teeth in mesh on the left and the two flanks on the right.
+    grid: dict[str, Any] = {"shape": (3, 2), "groups": [(0, [0, 1]), ([1, 2], 0)], "border": False}
+    grid |= {"col_weights": [MESH_WIDTH, 1.0 - MESH_WIDTH], "row_weights": [0.12, 0.44, 0.44]}
+    plotter: Any = pv.Plotter(off_screen=True, window_size=list(size), lighting="none", **grid)
+    try:
+        plotter.set_background("white")
+        plotter.subplot(0, 0)
+        _write(plotter, film_title(film), "upper_left")
+        plotter.enable_anti_aliasing("msaa")
+        views = [
+            _mesh_view(plotter, film, size),
+            *(_flank_view(plotter, film, each, size) for each in (0, 1)),
+        ]
+        if out.suffix == ".gif":
+            plotter.open_gif(out, fps=fps, subrectangles=True)
+        else:
+            first = {"output_params": ["-movflags", "+faststart"]}  # so that it plays while it is loaded
+            plotter.open_movie(out, framerate=fps, quality=8, macro_block_size=2, **first)
+        for step in steps:
+            _move(plotter, film, views, step)
+            plotter.write_frame()
+    finally:
+        plotter.close()
+
+
+def film_camera(film: Film, size: Size) -> Camera:
+    """Return the camera that looks along the teeth and shows all contacts of the film, gear on top."""
+    normal = np.nanmean(film.path.path.normal, axis=0)  # out of the pinion tooth
+    along = np.cross(GEARWARDS, normal)
+    # Turned from the direction of the teeth towards the pinion flanks, so that these can be seen.
+    towards = along / np.linalg.norm(along) + 0.3 * normal + 0.15 * GEARWARDS
+    camera = fit_camera(film.point[film.near], -towards, GEARWARDS, size, margin=0.06)
+    least_mm = 3.0 * float(film.path.design.pinion.tool.normal_module)
+    return replace(camera, half_height=max(camera.half_height, least_mm))
+
+
+def _mesh_view(plotter: Any, film: Film, size: Size) -> FilmView:
+    """Fill the view of the teeth in mesh. Its actors are metal and outline of the pinion, the paths on its
+    teeth, and metal and outline of the gear."""
+    size = int(MESH_WIDTH * size[0]), size[1]
+    camera = film_camera(film, size)
+    pinion, gear = (_metal(film, number, camera, size) for number in (0, 1))
+    paths = [_path(film, 0, camera, pair) for pair in film.pairs.tolist()]
+    return FilmView(plotter, (1, 0), camera, [*pinion, *paths, *gear], len(film.pairs))
+
+
+def _flank_view(plotter: Any, film: Film, number: int, size: Size) -> FilmView:
+    """Fill the view of the flank of tooth 0 of pinion (0) or gear (1), seen along its normal."""
+    flank = flank_view(film.path.design.members[number], film.report.flank, outside=True)
+    if flank is None:
+        raise NoFilmError(f"{MEMBERS[number]}: the flank does not reach the tip over the full face width")
+    size = int((1.0 - MESH_WIDTH) * size[0]), size[1] // 2
+    corners = flank.frame @ flank.axes + flank.middle  # from the frame of the picture to that of the member
+    camera = fit_camera(corners, -flank.axes[2], flank.axes[1], size, margin=0.12)
+    items: list[Item] = [*_metal(film, number, camera, size, [0]), _path(film, number, camera, 0)]
+    view = FilmView(plotter, (1 + number, 1), camera, items, len(film.pairs))
+    _write(plotter, f"{MEMBERS[number]} flank", "upper_left")
+    return view
+
+
+def _metal(
+    film: Film, number: int, camera: Camera, size: Size, teeth: Sequence[int] | None = None
+) -> list[Surface]:
+    """Return surface and outline of a member in its frame; without `teeth`, of all teeth in view."""
+    member = film.path.design.members[number]
+    far = "toe" if camera.direction[2] < 0.0 else "heel"
+    hidden = ("bore", "first side", "last side", *(("toe", "heel") if teeth else (far,)))
+    opacity = 0.3 if number and not teeth else 1.0  # the gear hides the contacts
+    try:
+        mesh = gear_mesh(member, MESH_PX * camera.mm_per_px(size), teeth or teeth_near(film, number, camera))
+    except ValueError as error:
+        raise NoFilmError(f"{MEMBERS[number]}: {error}") from None
+    skin = mesh.where(~mesh.is_of(*hidden))
+    return [
+        Surface(skin.points, skin.faces, skin.normals, theme.METALS[number], opacity),
+        _outline(skin if teeth else mesh),
+    ]
+
+
+def teeth_near(film: Film, number: int, camera: Camera) -> range | None:
+    """Return the numbers of the teeth of a member that can be in view; None for all."""
+    member, (rotation, origin) = film.path.design.members[number], film.frames[number]
+    teeth, middle = int(member.teeth), len(origin) // 2
+    aside = 2 + int(np.ceil(2.0 * camera.half_height / (np.pi * float(member.tool.normal_module))))
+    if 2 * aside + 1 >= teeth:
+        return None
+    x, y, _ = (camera.focal_point - origin[middle]) @ rotation[middle]
+    nearest = round(float(np.arctan2(y, x)) * teeth / (2.0 * np.pi))
+    return range(nearest - aside, nearest + aside + 1)
+
+
+def _outline(mesh: Mesh) -> Surface:
+    """Return the sharp edges of a mesh as an invisible surface with edges; parts are joined first."""
+    _, index, joined = np.unique(mesh.points.round(5), axis=0, return_index=True, return_inverse=True)
+    return Surface(mesh.points[index], joined.reshape(-1)[mesh.faces], None, opacity=0.0, edges=True)
+
+
+def _path(film: Film, number: int, camera: Camera, tooth: int) -> Tube:
+    """Return the path of contact on a tooth of pinion (0) or gear (1), in the frame of the member."""
+    points = posed.on_tooth(film.path.points[number], film.path.design.members[number], tooth)
+    return Tube(points, theme.PATH, 0.012 * camera.half_height)
+
+
+def _move(plotter: Any, film: Film, views: Sequence[FilmView], step: int) -> None:
+    """Move teeth and balls to a step of the motion, and write its numbers."""
+    near, touching, points = film.near[:, step], film.touching[:, step], film.point[:, step]
+    gear = views[0].actors[-2:]
+    for number, actors in enumerate((views[0].actors[:-2], gear)):
+        rotation, origin = (part[step] for part in film.frames[number])
+        matrix = np.eye(4)
+        matrix[:3, :3], matrix[:3, 3] = rotation, origin
+        for actor in actors:
+            actor.user_matrix = matrix
+        views[1 + number].show(film.on_tooth_0(number)[:, step], near, touching)
+    views[0].show(points, near, touching)
+    plotter.subplot(0, 0)
+    _write(plotter, readings(film, step), "upper_right")
+
+
+def _write(plotter: Any, words: str, place: str) -> None:
+    """Write text in a corner of the active view, replacing text that is there."""
+    size = max(6, round(plotter.window_size[0] / 96.0))
+    font = {"font_file": findfont(theme.FONT), "font_size": size, "color": theme.INK}
+    plotter.add_text(words, position=place, name=place, **font)
+
+
+def film_title(film: Film) -> str:
+    """Return the title: design, flanks, contact ratios, and the meaning of the balls."""
+    name = theme.in_font(film.report.name or "design")
+    name = name if len(name) <= 40 else f"{name[:19]}\u2026{name[-20:]}"
+    ratios = ratio_words(film.path.ratio, film.report.operating)
+    gap_um = 1e3 * MARKING_SEPARATION
+    return f"{name}, {film.report.flank} flanks: {ratios}\nblue: contact; white: gap below {gap_um:g} \u00b5m"
+
+
+def readings(film: Film, step: int) -> str:
+    """Return the numbers of a step: roll of the pinion, transmission error, tooth pairs, and contact."""
+    report = film.report
+    error = report.first.transmission_error[step] - float(report.cycle.mean)
+    share = step / film.gap.shape[1]
+    return (
+        f"pinion roll {360.0 * share / float(film.path.design.pinion.teeth):.2f}\u00b0 = {share:.2f} pitch\n"
+        f"transmission error {theme.signed(ARCSEC * error, 2)} arcsec\n"
+        f"tooth pairs in contact: {int(film.touching[:, step].sum())}, by {report.carriers_in_print[step]}"
+    )

@@ -1,1 +1,0 @@
-"""Pieces of pictures that several figures share."""

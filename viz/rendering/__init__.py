@@ -1,0 +1,1 @@
+"""Off-screen pictures and page layout. Nothing here knows about gears."""

@@ -1,0 +1,388 @@
+"""Draw scenes of surfaces, tubes and arrows off screen to images.
+
+Images contain no text. Text is placed over them on the page, at the pixels that `Picture.project` returns.
+Lengths are mm.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .polylines import FloatArray, simplified
+
+Size: TypeAlias = tuple[int, int]
+"""Width and height, pixels."""
+
+MESH_PX = 0.2
+"""Largest deviation of the triangles of gears from the surface, pixels; smaller values make no visible
+difference (`test_picture_density`)."""
+TUBE_SIDES, TUBE_TOLERANCE = 8, 0.05
+"""Sides of tubes and shafts of arrows, and largest deviation of a tube from its line as a fraction of its
+radius: less than 0.3 pixels for the paths of figures."""
+ROUND_SIDES, SMOOTH_ANGLE_DEG = 16, 60.0
+"""Sides of balls and arrow heads, and largest angle between faces that are shaded as one smooth surface."""
+JOINED = 1e-6
+"""Largest distance, mm, of line ends that are joined."""
+EDGE_ANGLE_DEG = 35.0
+EDGE_COLOUR = "#303840"
+# Lights: direction in the frame of the camera (right, up, towards the viewer) and intensity.
+LIGHTS = (((-1.0, 0.75, 0.6), 0.62), ((-0.42, 0.12, 1.0), 0.4), ((0.9, -0.3, 0.7), 0.16))
+METAL: dict[str, Any] = {"ambient": 0.26, "diffuse": 0.84, "specular": 0.45, "specular_power": 45.0}
+DULL: dict[str, Any] = {"ambient": 0.78, "diffuse": 0.3, "specular": 0.0}
+UNLIT: dict[str, Any] = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0}
+PLAIN: dict[str, Any] = {"ambient": 0.55, "diffuse": 0.55, "specular": 0.1, "specular_power": 10.0}
+
+
+@dataclass(frozen=True, eq=False)
+class Paint:
+    """Values at the points of a surface, shown as bands of equal steps. Bands are not lit, so that each has
+    the colour of its entry in the legend.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n,)
+        Values; where a value is NaN, the colour of the surface is shown.
+    colours : sequence of str
+        Colour of each band, from the lower to the upper limit.
+    limits : tuple of float
+        Lower and upper limit. Values outside have the colour of the nearest limit.
+    """
+
+    values: FloatArray
+    colours: Sequence[str]
+    limits: tuple[float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """Surface of triangles or quadrilaterals, lit as metal.
+
+    Attributes
+    ----------
+    points : ndarray, shape (n, 3)
+        Points, mm.
+    faces : ndarray of int, shape (m, 3) or (m, 4)
+        Indices of the corners.
+    normals : ndarray, shape (n, 3), optional
+        Unit normals for smooth shading. Without them, faces are shaded flat.
+    colour : str
+        Colour.
+    opacity : float
+        Opacity; with 0, only lines are drawn.
+    edges : bool
+        True to draw boundaries and sharp edges as dark lines.
+    paint : Paint, optional
+        Values shown as colours.
+    mesh_lines : bool
+        True to draw the edges of all faces, without highlights.
+    """
+
+    points: FloatArray
+    faces: NDArray[np.integer[Any]]
+    normals: FloatArray | None = None
+    colour: str = "#b9c4cf"
+    opacity: float = 1.0
+    edges: bool = False
+    paint: Paint | None = None
+    mesh_lines: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Tube:
+    """Round tube along a polyline (n, 3), mm; a single point is drawn as a ball."""
+
+    points: FloatArray
+    colour: str
+    radius: float
+
+
+@dataclass(frozen=True, eq=False)
+class Arrow:
+    """Straight arrow from `start` (3,) along `vector` (3,), mm; `radius` is the radius of the shaft."""
+
+    start: FloatArray
+    vector: FloatArray
+    colour: str
+    radius: float
+
+
+Item: TypeAlias = Surface | Tube | Arrow
+
+
+@dataclass(frozen=True, eq=False)
+class Camera:
+    """Parallel projection.
+
+    Attributes
+    ----------
+    direction : ndarray, shape (3,)
+        Viewing direction.
+    up : ndarray, shape (3,)
+        Upward direction in the picture.
+    focal_point : ndarray, shape (3,)
+        Point at the centre of the picture, mm.
+    half_height : float
+        Distance from the centre to the upper edge of the picture, mm.
+    """
+
+    direction: FloatArray
+    up: FloatArray
+    focal_point: FloatArray
+    half_height: float
+
+    @property
+    def axes(self) -> FloatArray:
+        """Unit vectors to the right, upwards and towards the viewer, as rows (3, 3)."""
+        back = -np.asarray(self.direction, dtype=float)
+        back = back / np.linalg.norm(back)
+        right = np.cross(self.up, back)
+        right = right / np.linalg.norm(right)
+        return np.stack((right, np.cross(back, right), back))
+
+    def mm_per_px(self, size_px: Size) -> float:
+        """Return the size of a pixel, mm, in a picture of this size."""
+        return float(2.0 * self.half_height / size_px[1])
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Items and the camera that looks at them."""
+
+    items: Sequence[Item]
+    camera: Camera
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """Rendered scene: image (height, width, 3) of 8 bits per channel, camera, and number of triangles."""
+
+    image: NDArray[np.uint8]
+    camera: Camera
+    triangles: int
+
+    @property
+    def px_per_mm(self) -> float:
+        """Pixels per mm in the plane of the picture."""
+        return float(self.image.shape[0] / (2.0 * self.camera.half_height))
+
+    def project(self, points: ArrayLike) -> FloatArray:
+        """Return the pixels (..., 2) of points (..., 3), mm. The origin is the upper left corner; y points
+        down."""
+        height, width = self.image.shape[:2]
+        offset = (np.asarray(points, dtype=float) - self.camera.focal_point) @ self.camera.axes.T
+        centre = np.array([width, height]) / 2.0
+        return np.asarray(centre + self.px_per_mm * offset[..., :2] * (1.0, -1.0))
+
+
+def fit_camera(
+    points: ArrayLike, direction: ArrayLike, up: ArrayLike, size_px: Size, margin: float = 0.05
+) -> Camera:
+    """Return a camera that shows all points.
+
+    Parameters
+    ----------
+    points : array_like, shape (..., 3)
+        Points that must be visible, mm.
+    direction, up : array_like, shape (3,)
+        Viewing direction and upward direction.
+    size_px : tuple of int
+        Width and height of the picture, pixels.
+    margin : float
+        Margin on each side, as a fraction of the picture.
+
+    Returns
+    -------
+    Camera
+        Camera with its focal point at the centre of the points.
+    """
+    points = np.asarray(points, dtype=float).reshape(-1, 3)
+    direction, up = np.asarray(direction, dtype=float), np.asarray(up, dtype=float)
+    axes = Camera(direction, up, np.zeros(3), 1.0).axes
+    seen = points @ axes.T
+    low, high = seen.min(axis=0), seen.max(axis=0)
+    half = (high - low) / (2.0 * (1.0 - 2.0 * margin))
+    half_height = max(half[1], half[0] * size_px[1] / size_px[0], 1e-9)
+    return Camera(direction, axes[1], (low + high) / 2.0 @ axes, float(half_height))
+
+
+def render(scene: Scene, size_px: Size) -> Picture:
+    """Draw a scene off screen on a white background.
+
+    Parameters
+    ----------
+    scene : Scene
+        Items and camera.
+    size_px : tuple of int
+        Width and height, pixels.
+
+    Returns
+    -------
+    Picture
+        Image, camera and number of triangles.
+    """
+    import pyvista as pv  # takes half a second to import
+
+    plotter: Any = pv.Plotter(off_screen=True, window_size=list(size_px), lighting="none")
+    try:
+        plotter.set_background("white")
+        triangles = add_items(plotter, scene.items)
+        aim(plotter, scene.camera)
+        plotter.enable_anti_aliasing("ssaa")
+        plotter.render()
+        image = np.array(plotter.screenshot(return_img=True)[..., :3])
+        return Picture(image, scene.camera, triangles)
+    finally:
+        plotter.close()
+
+
+def aim(plotter: Any, camera: Camera) -> None:
+    """Set lights and camera of the active view. The lights move with the camera."""
+    import pyvista as pv
+
+    right, up, back = camera.axes
+    for place, strength in LIGHTS:
+        towards = np.asarray(place) @ np.stack((right, up, back))
+        light = pv.Light(position=camera.focal_point + 1e5 * towards, focal_point=camera.focal_point)
+        light.positional = False
+        light.intensity = strength
+        plotter.add_light(light, only_active=True)
+    plotter.camera.parallel_projection = True
+    plotter.camera.focal_point = camera.focal_point
+    plotter.camera.position = camera.focal_point + 20.0 * camera.half_height * back
+    plotter.camera.up = up
+    plotter.camera.parallel_scale = camera.half_height
+    plotter.renderer.ResetCameraClippingRange()
+
+
+def add_items(plotter: Any, items: Sequence[Item]) -> int:
+    """Add items to the active view; return their number of triangles."""
+    return sum(_add(plotter, item) for item in items)
+
+
+def _unused_name(plotter: Any) -> str:
+    """Return a name for the next actor.
+
+    PyVista replaces an actor of the same name. Its own names are memory addresses; version 0.45 uses some of
+    them twice, so that items disappear."""
+    return f"item {sum(len(renderer.actors) for renderer in plotter.renderers)}"
+
+
+def _add(plotter: Any, item: Item) -> int:
+    """Add one item; return its number of triangles."""
+    if isinstance(item, Surface):
+        return _add_surface(plotter, item)
+    mesh = tube_mesh(item) if isinstance(item, Tube) else _arrow(item)
+    smooth = {"smooth_shading": True, "split_sharp_edges": True, "feature_angle": SMOOTH_ANGLE_DEG}
+    plotter.add_mesh(mesh, name=_unused_name(plotter), color=item.colour, **smooth, **PLAIN)
+    return int(mesh.triangulate().n_cells)
+
+
+def _add_surface(plotter: Any, surface: Surface) -> int:
+    """Add a surface with its edges; return its number of triangles."""
+    import pyvista as pv
+
+    faces: Any = surface.faces
+    mesh = pv.PolyData.from_regular_faces(surface.points, faces)
+    smooth = surface.normals is not None
+    if smooth:
+        mesh.point_data.active_normals = np.asarray(surface.normals)
+    look = {"color": surface.colour} if surface.paint is None else _bands(surface.paint, surface.colour)
+    lustre = UNLIT if surface.paint is not None else DULL if surface.mesh_lines else METAL
+    look |= {"opacity": surface.opacity, "smooth_shading": smooth, **lustre}
+    look |= {"show_edges": surface.mesh_lines, "edge_color": EDGE_COLOUR, "line_width": 1.0}
+    actor = plotter.add_mesh(mesh, name=_unused_name(plotter), **look)
+    actor.SetVisibility(surface.opacity > 0.0)
+    if surface.edges:
+        lines = mesh.extract_feature_edges(EDGE_ANGLE_DEG, manifold_edges=False, non_manifold_edges=False)
+        if lines.n_cells:
+            actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()  # edges in front of their faces
+            actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
+            name = _unused_name(plotter)
+            plotter.add_mesh(lines, name=name, color=EDGE_COLOUR, line_width=1.5, lighting=False)
+    return int(len(faces) * (faces.shape[1] - 2))
+
+
+def cut(surface: Surface, point: FloatArray, normal: FloatArray) -> list[FloatArray]:
+    """Intersect a closed surface with a plane through `point` (3,). Returns closed outlines (n, 3), mm."""
+    import pyvista as pv
+
+    faces = np.column_stack((np.full(len(surface.faces), surface.faces.shape[1]), surface.faces))
+    lines: Any = pv.PolyData(surface.points, faces.ravel()).slice(normal=normal, origin=point)
+    lines = lines.clean(tolerance=JOINED, absolute=True).strip(join=True, max_length=lines.n_cells)
+    return [np.asarray(lines.get_cell(k).points) for k in range(lines.n_cells)]
+
+
+def _bands(paint: Paint, nothing: str) -> dict[str, Any]:
+    """Return the arguments of `add_mesh` that show values as bands with sharp borders."""
+    return {
+        "scalars": np.asarray(paint.values, dtype=float),
+        "cmap": list(paint.colours),
+        "n_colors": len(paint.colours),
+        "clim": paint.limits,
+        "nan_color": nothing,
+        "interpolate_before_map": True,
+        "show_scalar_bar": False,
+    }
+
+
+def tube_mesh(tube: Tube) -> Any:
+    """Return the triangles of a tube or ball as PyVista mesh."""
+    import pyvista as pv
+
+    points = np.atleast_2d(np.asarray(tube.points, dtype=float))
+    if len(points) == 1:
+        sides: dict[str, Any] = {"theta_resolution": ROUND_SIDES, "phi_resolution": ROUND_SIDES // 2 + 1}
+        return pv.Sphere(radius=tube.radius, center=points[0], **sides)
+    line = pv.MultipleLines(simplified(points, TUBE_TOLERANCE * tube.radius))
+    return line.tube(radius=tube.radius, n_sides=TUBE_SIDES, capping=True)
+
+
+def _arrow(arrow: Arrow) -> Any:
+    import pyvista as pv
+
+    length = float(np.linalg.norm(arrow.vector))
+    tip = min(7.0 * arrow.radius, 0.6 * length)
+    thin, thick = arrow.radius / length, 2.6 * arrow.radius / length
+    place: dict[str, Any] = {"start": arrow.start, "direction": arrow.vector, "scale": length}
+    shape: dict[str, Any] = {"shaft_radius": thin, "tip_radius": thick, "tip_length": tip / length}
+    return pv.Arrow(**place, **shape, shaft_resolution=TUBE_SIDES, tip_resolution=ROUND_SIDES)
+
+
+def grid_surface(
+    points: FloatArray, normals: FloatArray | None, colour: str, opacity: float = 1.0, edges: bool = False
+) -> Surface:
+    """Return a surface of quadrilaterals over a grid of points.
+
+    Parameters
+    ----------
+    points : ndarray, shape (rows, columns, 3)
+        Points, mm.
+    normals : ndarray, shape (rows, columns, 3) or None
+        Unit normals; the faces are oriented to agree with them.
+    colour : str
+        Colour.
+    opacity : float
+        Opacity.
+    edges : bool
+        True to draw the boundary.
+
+    Returns
+    -------
+    Surface
+        Surface of the grid.
+    """
+    rows, columns = points.shape[:2]
+    index = np.arange(rows * columns).reshape(rows, columns)
+    corners = (index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:])
+    faces = np.stack([corner.ravel() for corner in corners], axis=1)
+    flat, lit = points.reshape(-1, 3), None if normals is None else normals.reshape(-1, 3)
+    if lit is not None:
+        a, b, c, d = flat[faces.T]
+        facing = np.einsum("ni,ni->", np.cross(c - a, d - b), lit[faces[:, 0]])
+        faces = faces if facing >= 0.0 else faces[:, ::-1]
+    return Surface(flat, faces, lit, colour, opacity, edges)

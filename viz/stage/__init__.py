@@ -1,1 +1,0 @@
-"""Off-screen pictures and pages, without a word of gears."""
