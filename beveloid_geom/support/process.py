@@ -110,12 +110,28 @@ def workers(number: int) -> Iterator[Executor]:
 
     context, ignore = multiprocessing.get_context("spawn"), (signal.SIGINT, signal.SIG_IGN)
     with undoing(kill), ProcessPoolExecutor(number, context, signal.signal, ignore) as pool:
-        # The initializer comes too late for a Ctrl-C during the start, but ignored signals are inherited.
-        previous = signal.signal(*ignore)
-        for _ in range(number):  # each call starts a process, because none is idle yet
-            pool.submit(int)
-        signal.signal(signal.SIGINT, previous)
+        with _postponed(signal.SIGINT):
+            for _ in range(number):  # each call starts a process, because none is idle yet
+                pool.submit(int)
         yield pool
+
+
+@contextmanager
+def _postponed(number: int) -> Iterator[None]:
+    """Handle a signal that comes within the context at its end, and not at all in processes started there.
+
+    The initializer of a worker is too late for a Ctrl-C during its start, but blocked signals are inherited."""
+    if sys.platform == "win32":  # no signals can be blocked there
+        yield
+        return
+    from multiprocessing import resource_tracker
+
+    resource_tracker.ensure_running()  # its start would end the blocking
+    signal.pthread_sigmask(signal.SIG_BLOCK, [number])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, [number])
 
 
 def _handle_signals() -> None:

@@ -85,6 +85,37 @@ def test_an_interrupt_at_any_time(command: str, number: signal.Signals, tmp_path
 
 
 @POSIX
+def test_an_interrupt_while_workers_start() -> None:
+    """Ctrl-C, which reaches all processes of a terminal, just after the first worker was started."""
+    code = (
+        "import os, signal, sys\n"
+        "from multiprocessing import util\n"
+        "import beveloid_geom.support.process as process\n"
+        "def start(*arguments):\n"
+        "    child = spawn(*arguments)\n"
+        "    if '--multiprocessing-fork' in arguments[1]:\n"
+        "        os.killpg(0, signal.SIGINT)\n"
+        "    return child\n"
+        "def main():\n"
+        "    with process.workers(2) as pool:\n"
+        "        print(pool.submit(int).result())\n"
+        "if __name__ == '__main__':\n"
+        "    spawn, util.spawnv_passfds = util.spawnv_passfds, start\n"
+        "    process.import_module = lambda _: type('Starter', (), {'main': staticmethod(main)})\n"
+        "    process.run('starter')\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        timeout=60,
+        start_new_session=True,
+        preexec_fn=restore_ctrl_c,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "Error: interrupted\n")
+
+
+@POSIX
 def test_an_interrupt_during_a_message() -> None:
     """Python does not write to a stream that is being written."""
     code = (
