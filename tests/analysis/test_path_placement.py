@@ -43,9 +43,11 @@ def under(design: Design, found: Placement, k: int) -> Design:
 CROWNED = replace(table1(), pinion=table1().pinion.modified(Modification(helix_crowning_um=10.0)))
 
 
-@pytest.mark.parametrize("pair", [table1(), table1(MODIFIED), CROWNED])
+@pytest.mark.parametrize(
+    ("pair", "flank"), [(table1(), "right"), (table1(MODIFIED), "left"), (CROWNED, "right")]
+)
 @pytest.mark.parametrize("by", [("offset", "shaft_angle"), ("pinion_axial", "gear_axial")])
-def test_run_forward_the_middle_is_where_it_is_wanted(flank: str, pair: Design, by: tuple[str, str]) -> None:
+def test_run_forward_the_middle_is_where_it_is_wanted(pair: Design, flank: str, by: tuple[str, str]) -> None:
     design = pair.with_errors(Errors(offset=0.05))
     found = place_path(design, (0.5, 0.52), by, flank)
     assert found.status.tolist() == 2 * [PlaceStatus.REACHED]

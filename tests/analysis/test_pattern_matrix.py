@@ -23,14 +23,14 @@ RELIEVED = Modification(helix_crowning_um=10.0, tip_relief_um=8.0, tip_relief_le
 
 
 @pytest.mark.parametrize(
-    "pair",
+    ("pair", "flank"),
     [
-        table1(),
-        table1((0.001, -0.001)),
-        replace(table1(), pinion=table1().pinion.modified(RELIEVED)),
+        (table1(), "right"),
+        (table1((0.001, -0.001)), "left"),
+        (replace(table1(), pinion=table1().pinion.modified(RELIEVED)), "right"),
     ],
 )
-def test_a_cell_is_the_pair_alone_under_its_errors(flank: str, pair: Design) -> None:
+def test_a_cell_is_the_pair_alone_under_its_errors(pair: Design, flank: str) -> None:
     design = pair.with_errors(Errors(offset=0.02, gear_axial=0.1))
     found = pattern_matrix(design, ("offset", "shaft_angle"), flank, resolution=COARSE)
     assert found.first.tolist() == [-USUAL.offset, 0.0, USUAL.offset]

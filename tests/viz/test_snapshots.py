@@ -48,8 +48,7 @@ FLAT |= {"sliding", "speed-accuracy", "ease-off", "pattern-errors", "map-parabol
 SOLID = [figure for figure in FIGURES if figure.name not in FLAT]
 WITHOUT_CURVES = {"meshed-tooth"}
 """Pages without curves."""
-CHARTS = ["fig-02", "fig-06", "fig-11", "transmission-error", "sliding", "sensitivity", "tolerance-cloud"]
-CHARTS += ["speed-accuracy", "ease-off"]
+CHARTS = ["fig-02", "transmission-error", "ease-off"]
 Image = NDArray[np.uint8]
 
 

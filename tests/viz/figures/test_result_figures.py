@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 import pytest
@@ -39,6 +41,7 @@ from beveloid_viz.figures.results import (
 )
 from beveloid_viz.rendering.layout import of_size
 from beveloid_viz.rendering.opengl import require_opengl
+from beveloid_viz.rendering.theme import Page
 
 from ...cli.running import rows_of, run, strict_json
 from ...symmetry import scaled
@@ -89,6 +92,11 @@ def test_values_of_a_panel_are_not_overprinted() -> None:
         assert all(box.x0 >= 0.0 and box.x1 <= 1600.0 for _, box in boxes)
 
 
+@cache
+def cloud() -> tuple[Page, list[dict[str, Any]]]:
+    return drawn("tolerance-cloud", builtin_design(), SIZE)
+
+
 def test_clouds_and_counts_are_the_librarys() -> None:
     design = builtin_design()
     right, left = fig_cloud.compute(design)
@@ -117,7 +125,7 @@ def test_clouds_and_counts_are_the_librarys() -> None:
 
 
 def test_the_cloud_is_drawn_over_the_flanks() -> None:
-    page, table = drawn("tolerance-cloud", builtin_design(), SIZE)
+    page, table = cloud()
     lines = [c for axes in page.axes for c in axes.collections if isinstance(c, LineCollection)]
     assert len(lines) == 2 * 2 * 2
     assert max(len(one.get_paths()) for one in lines) == 20
@@ -126,7 +134,7 @@ def test_the_cloud_is_drawn_over_the_flanks() -> None:
 
 
 def test_picture_of_tolerances_its_table_and_the_command_agree() -> None:
-    page, table = drawn("tolerance-cloud", builtin_design(), SIZE)
+    page, table = cloud()
     given = "tolerance --flank left --parabola-pinion 0.001 --parabola-gear -0.001 --cases 200 --operation 64"
     given += " --offset-tolerance 0.05 --shaft-angle-tolerance-deg 0.01"
     given += " --pinion-axial-tolerance 0.1 --gear-axial-tolerance 0.1"
