@@ -81,7 +81,7 @@ REASONS: list[tuple[Design, dict[str, str]]] = [
 def _few(monkeypatch: pytest.MonkeyPatch) -> None:
     require_opengl()
     few: list[tuple[Any, dict[str, Any]]] = [
-        (fig_cloud, {"MOUNTINGS": 200, "PATHS_DRAWN": 20, "TOLERANCE_FACTORS": (1.0, 10.0)}),
+        (fig_cloud, {"MOUNTINGS": 50, "PATHS_DRAWN": 20, "TOLERANCE_FACTORS": (1.0, 10.0)}),
         (fig_map, {"STEPS": 2}),
     ]
     for module, values in few:
