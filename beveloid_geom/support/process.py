@@ -120,7 +120,7 @@ def workers(number: int) -> Iterator[Executor]:
 def _postponed(number: int) -> Iterator[None]:
     """Handle a signal that comes within the context at its end, and not at all in processes started there.
 
-    The initializer of a worker is too late for a Ctrl-C during its start, but blocked signals are inherited."""
+    The initializer of a worker is too late for a Ctrl-C during its start; blocked signals are inherited."""
     if sys.platform == "win32":  # no signals can be blocked there
         yield
         return

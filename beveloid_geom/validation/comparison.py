@@ -248,8 +248,12 @@ def _turned(
     raise ArithmeticError("the least separation does not vanish within 8 turns of the gear")
 
 
-def _by_five_equations(positions: ReferencePositions, xtol: float) -> Prepared:
-    """Solve a run of 21 positions along the path, which includes the positions compared."""
+def by_five_equations(
+    positions: ReferencePositions, xtol: float, residual_limit: float = float("inf")
+) -> Prepared:
+    """Solve a run of 21 positions along the path, which includes the positions compared.
+
+    A residual above `residual_limit` raises ArithmeticError when the call is made."""
     design, flank, distance = positions.design, positions.flank, mounting_of(positions.design).distance
     rolls = path_of_contact(design, flank, 4 * POSITIONS + 1).pinion_roll.copy()
     compared = slice(2, None, 4)
@@ -260,7 +264,7 @@ def _by_five_equations(positions: ReferencePositions, xtol: float) -> Prepared:
             *(design, flank, rolls, pitch_region.pitch_guess(design, flank)),
             (float(distance[0]), float(distance[1])),
             xtol=xtol,
-            residual_limit=float("inf"),
+            residual_limit=residual_limit,
         )
         point = np.where(found.converged[:, None], found.point, np.nan)
         return point[compared], found.phi2[compared]
@@ -304,7 +308,7 @@ TOLERANCES_MM = (0.1, 0.01, 0.001, 0.0003)
 METHODS = (
     Method("mesh alone", "tolerance_mm", TOLERANCES_MM, _by_mesh(False), path_positions),
     Method("mesh, polished", "tolerance_mm", TOLERANCES_MM, _by_mesh(True), path_positions),
-    Method("five equations", "xtol", (1e-1, 1e-4, 1e-6, 1e-8, 1e-14), _by_five_equations, path_positions),
+    Method("five equations", "xtol", (1e-1, 1e-4, 1e-6, 1e-8, 1e-14), by_five_equations, path_positions),
     Method(
         "one equation", "positions", (1, 11, 101, 1_001, 10_001, 100_001), _by_one_equation, path_positions
     ),

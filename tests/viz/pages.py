@@ -14,7 +14,11 @@ from beveloid_geom import Design
 from beveloid_geom.validation.comparison import METHODS
 from beveloid_viz.components.figure_steps import Drawing, Recipe
 from beveloid_viz.figures import FIGURES
-from beveloid_viz.figures.methods import mesh_convergence as fig_mesh, speed_accuracy as fig_speed
+from beveloid_viz.figures.methods import (
+    mesh_convergence as fig_mesh,
+    speed_accuracy as fig_speed,
+    stability as fig_stability,
+)
 from beveloid_viz.figures.results import parabola_map as fig_map
 from beveloid_viz.rendering import theme
 from beveloid_viz.rendering.layout import Layout, of_size
@@ -53,6 +57,8 @@ def short_measurements() -> Iterator[None]:
         patch.setattr(fig_speed, "RUNS", 1)
         patch.setattr(fig_mesh, "TOLERANCES", np.logspace(-1.0, -2.0, 5))
         patch.setattr(fig_map, "STEPS", 6)
+        patch.setattr(fig_stability, "ABOVE_DEG", 10.0 ** np.arange(-8.0, -0.9, 2.0))
+        patch.setattr(fig_stability, "COMPARED", 2)
         yield
 
 

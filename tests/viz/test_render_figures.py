@@ -116,7 +116,7 @@ RESULTS = [
     "posed-pair",
     "meshed-tooth",
 ]
-METHODS = ["mesh-convergence", "speed-accuracy"]
+METHODS = ["mesh-convergence", "stability", "speed-accuracy"]
 
 
 def test_list_names_the_figures_and_their_sets() -> None:

@@ -25,6 +25,7 @@ from beveloid_geom import builtin_design
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.shapes.mesh_contact import Convergence
 from beveloid_geom.validation.comparison import Measurement
+from beveloid_geom.validation.near_singular import MethodErrors
 from beveloid_viz.components.figure_steps import Drawing
 from beveloid_viz.components.paths_table import SolvedPath
 from beveloid_viz.figures import FIGURES, Figure
@@ -44,7 +45,7 @@ NOISE_LEVELS = 8
 LIMIT = 6.0
 """Largest difference of a picture, whole pixels. A path moved by 0.5 mm differs by far more."""
 FLAT = {"fig-02", "fig-11", "transmission-error", "sensitivity", "mesh-convergence"}
-FLAT |= {"sliding", "speed-accuracy", "ease-off", "pattern-errors", "map-parabola"}
+FLAT |= {"sliding", "speed-accuracy", "ease-off", "pattern-errors", "map-parabola", "stability"}
 SOLID = [figure for figure in FIGURES if figure.name not in FLAT]
 WITHOUT_CURVES = {"meshed-tooth"}
 """Pages without curves."""
@@ -68,6 +69,8 @@ def data_of(name: str) -> Any:
     data = recipe_of(name).compute(builtin_design())
     if name == "speed-accuracy":
         return replace(data, measurements=tuple(map(measured, count(), data.measurements)))
+    if name == "stability":
+        return replace(data, errors=stepped(data.errors))
     if name == "mesh-convergence":
         found = {
             key: tuple(even(one, 1.0 + k) for k, one in enumerate(poses)) if key[1] else poses
@@ -81,6 +84,13 @@ def measured(number: int, one: Measurement) -> Measurement:
     """Replace times and errors by values that do not depend on the machine."""
     time = 1e-6 * 1.7**number
     return replace(one, seconds=(0.8 * time, time, 1.5 * time), error_mm=10.0 ** -(number % 13))
+
+
+def stepped(found: MethodErrors) -> MethodErrors:
+    """Replace errors, which are rounding errors, by steps; all methods but the last lack the first one."""
+    error = 10.0 ** -(np.arange(found.error.shape[1]) + 0.5 * np.arange(found.error.shape[0])[:, None])
+    error[1:-1, 0] = np.nan
+    return replace(found, error=error, stated=np.where(np.isfinite(found.stated), 30.0 * error, np.nan))
 
 
 def even(found: Convergence, size: float) -> Convergence:

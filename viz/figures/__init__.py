@@ -121,6 +121,13 @@ FIGURES = (
         flat=True,
     ),
     Figure(
+        "stability",
+        "Where methods fail: near the smallest shaft angle with a common normal",
+        "methods.stability",
+        of_flank=True,
+        flat=True,
+    ),
+    Figure(
         "speed-accuracy",
         "Error and time of five methods that find the contact",
         "methods.speed_accuracy",

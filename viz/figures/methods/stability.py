@@ -1,0 +1,214 @@
+"""Where methods fail: near the smallest shaft angle with a common normal."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from beveloid_geom import Design, Status
+from beveloid_geom.arrays import Integers
+from beveloid_geom.report.result import status_name
+from beveloid_geom.validation.near_singular import (
+    METHODS,
+    MethodErrors,
+    StatusMap,
+    at_shaft_angle,
+    errors_above_smallest_shaft_angle,
+    smallest_shaft_angle,
+    status_map,
+)
+
+from ...components import annotate
+from ...components.figure_steps import Drawing, Recipe, Table
+from ...rendering import theme
+from ...rendering.layout import Cells
+from .curves import curve, log_axes
+from .speed_accuracy import LOOKS
+
+ABOVE_DEG = 10.0 ** np.arange(-10.0, 0.1, 1.0)
+"""Distances from the smallest shaft angle."""
+MAP_CELLS, COMPARED = 131, 12
+"""Cells of the map along each axis (a column has the smallest shaft angle), and cells of each status at which
+the five equations are solved."""
+SHARES = np.array((-0.25, 0.05, 1.0, 3.0))
+"""Shaft angles of the map: its ends, and those whose offsets without backlash it shows, as fractions of the
+distance of the design's shaft angle from the smallest one."""
+WRONG_MM = 1e-2
+"""Error of a point without a stated error bound that counts as wrong."""
+NO_ANSWER_MM = 1e3
+ANSWERS = {
+    Status.SOLVED: ("contact on the flanks", theme.GREEN),
+    Status.OFF_FLANK: ("contact misses the flanks", theme.PALE),
+    Status.NO_COMMON_NORMAL: ("no common normal", "white"),
+    Status.NOT_CONVERGED: ("not known", theme.ORANGE),
+}
+CELLS = Cells(left=1.25, right=0.5, across=1.5, down=1.5, most=2, least=3.6)
+NOTE = (
+    "(a) Largest error of five positions against 60 digits; meshes sampled to 0.01 mm. Crosses: no answer."
+    " Dotted: error bound that the mesh methods state. (b) Members at fixed axial positions. Rings: the five"
+    " equations agree. Crosses: they have no answer."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Stability:
+    """Errors and map of one flank pair, or the `reason` for their absence; smallest shaft angle, rad."""
+
+    design: Design
+    flank: str
+    smallest: float
+    errors: MethodErrors | None = None
+    answers: StatusMap | None = None
+    reason: str = ""
+
+
+def compute(design: Design, flank: str = "right") -> Stability:
+    """Compute the errors of the methods, and the map about the offsets without backlash."""
+    smallest = smallest_shaft_angle(design, flank)
+    above = float(design.pair.shaft_angle) - smallest
+    try:
+        if above <= 0.0:
+            raise ValueError("the shaft angle is the smallest with a common normal")
+        errors = errors_above_smallest_shaft_angle(design, flank, np.radians(ABOVE_DEG))
+        if np.isnan(errors.error).all():
+            raise ValueError("without backlash, these flanks do not touch near the smallest shaft angle")
+        angles = smallest + above * SHARES[1:]
+        offsets = [float(at_shaft_angle(design, angle).pair.offset) for angle in angles.tolist()]
+    except (ValueError, ImportError) as error:
+        return Stability(design, flank, smallest, reason=str(error))
+    margin = 0.15 * float(np.ptp(offsets))
+    answers = status_map(
+        design,
+        flank,
+        smallest + above * np.linspace(SHARES[0], SHARES[-1], MAP_CELLS),
+        np.linspace(min(offsets) - margin, max(offsets) + margin, MAP_CELLS),
+        COMPARED,
+    )
+    return Stability(design, flank, smallest, errors, answers)
+
+
+def draw(data: Stability, layout: theme.Layout) -> Drawing:
+    """Draw the errors and the map."""
+    page, low, high = theme.new_page(
+        layout,
+        finding(data),
+        f"{data.flank.capitalize()} flanks, unmodified. Smallest shaft angle with a common normal:"
+        f" {np.degrees(data.smallest):.4f} deg",
+        NOTE,
+        below=0.75,
+        above=1.15,
+        tall=CELLS.tall(layout, 2, 4.0),
+    )
+    first, second = theme.panels(page, CELLS, 2, low, high)
+    first.set_title("(a)  Error of four methods", loc="left", pad=10.0)
+    second.set_title("(b)  Answer of the one equation", loc="left", pad=10.0)
+    if data.errors is None or data.answers is None:
+        for axes in (first, second):
+            theme.message(axes, data.reason)
+        return Drawing(page, {})
+    lines = _errors(first, data.errors)
+    patches = _map(second, data, data.answers)
+    theme.legend(page, [*lines, *patches], 4, left=0.02, below=1.35)
+    return Drawing(page, {})
+
+
+def _errors(axes: Axes, data: MethodErrors) -> list[Line2D]:
+    """Draw error against distance; return the entries of the legend."""
+    log_axes(axes)
+    above, rows = np.degrees(data.above), iter(range(len(METHODS)))
+    axes.set(xlim=(0.3 * above[0], 3.0 * above[-1]), ylim=(1e-13, 1e7))
+    axes.set(xlabel="shaft angle above the smallest (deg)", ylabel="error of the contact point (mm)")
+    lines = []
+    for number, name in enumerate(METHODS):
+        look, error = LOOKS[name], data.error[number]
+        known = np.isfinite(error)
+        curve(axes, look, list(zip(above, error, strict=True)), number)  # with gaps
+        stated = np.isfinite(data.stated[number])
+        axes.plot(above[stated], data.stated[number][stated], ":", color=look.colour, linewidth=1.2)
+        # Methods without an answer where another one has one: a row of crosses above the curves.
+        lost = ~known & np.isfinite(data.error).any(axis=0)
+        if lost.any():
+            height = NO_ANSWER_MM * 20.0 ** next(rows)
+            axes.plot(above[lost], np.full(lost.sum(), height), "x", color=look.colour, ms=7.0, mew=1.8)
+            style = {"fontsize": theme.SMALL, "color": look.colour, "ha": "left", "va": "center"}
+            theme.label_point(axes, (above[lost].max(), height), "no answer", (10.0, 0.0), **style)
+        for x, y in zip(above[wrong(data, number)], error[wrong(data, number)], strict=True):
+            leader = {"arrowstyle": "-", "color": look.colour, "linewidth": 1.0}
+            style = {"fontsize": theme.SMALL, "color": look.colour, "arrowprops": leader}
+            theme.label_point(axes, (x, y), f"wrong by {y:.2g} mm", (62.0, -48.0), **style)
+        lines.append(look.line())
+    return lines
+
+
+def wrong(data: MethodErrors, number: int) -> Integers:
+    """Return the indices at which a method gives a wrong point without a bound that says so."""
+    error, stated = data.error[number], data.stated[number]
+    return np.flatnonzero((error > WRONG_MM) & ~(stated >= error))
+
+
+def _map(axes: Axes, data: Stability, answers: StatusMap) -> list[Patch]:
+    """Draw the status over shaft angle and offset; return the entries of the legend."""
+    codes, colour = list(ANSWERS), [hue for _, hue in ANSWERS.values()]
+    other = ~np.isin(answers.status, codes)
+    index = np.where(other, codes.index(Status.NOT_CONVERGED), 0)
+    for number, code in enumerate(codes):
+        index[answers.status == code] = number
+    x, y = np.degrees(answers.shaft_angle), answers.offset
+    norm = BoundaryNorm(np.arange(len(codes) + 1) - 0.5, len(codes))
+    axes.pcolormesh(x, y, index, cmap=ListedColormap(colour), norm=norm, shading="nearest", rasterized=True)
+    axes.axvline(float(np.degrees(data.smallest)), color=theme.INK, linewidth=1.2, linestyle="--")
+    rows, columns = answers.compared.T
+    same = answers.five_equations == answers.status[rows, columns]
+    for mask, marker in ((same, "o"), (~same, "x")):
+        place = x[columns[mask]], y[rows[mask]]
+        axes.plot(*place, marker, color=theme.INK, mfc="none", ms=5.0, mew=1.2)
+    here = float(np.degrees(float(data.design.pair.shaft_angle))), float(data.design.pair.offset)
+    axes.plot(*here, "s", color=theme.RED, ms=7.0, mec="white")
+    annotate.text(axes, here, "the design", (44.0, -12.0), fontsize=theme.SMALL, color=theme.RED)
+    axes.set(xlabel="shaft angle (deg)", ylabel="offset (mm)")
+    shown = [number for number in range(len(codes)) if (index == number).any()]
+    return [
+        Patch(facecolor=colour[k], edgecolor=theme.GREY, linewidth=0.8, label=ANSWERS[codes[k]][0])
+        for k in shown
+    ]
+
+
+def finding(data: Stability) -> str:
+    """Return the title: the finding if the one equation alone is right down to the smallest distance."""
+    if data.errors is not None:
+        *others, last = range(len(METHODS))
+        right = [np.delete(data.errors.error[k], wrong(data.errors, k)) for k in (*others, last)]
+        *counts, most = (int((one < WRONG_MM).sum()) for one in right)
+        if most > max(counts):
+            return "Close to the smallest shaft angle, the one equation alone finds the contact"
+    return "Error of four methods near the smallest shaft angle"
+
+
+def rows(data: Stability) -> Table:
+    """List the errors, then the cells at which both methods were compared."""
+    header = ("flank", "status", "method", "shaft_angle_deg", "offset_mm", "error_mm", "stated_error_mm")
+    if data.errors is None or data.answers is None:
+        return header, [(data.flank, data.reason, "", *4 * [float("nan")])]
+    body: list[tuple[object, ...]] = []
+    for number, name in enumerate(METHODS):
+        for k, above in enumerate(data.errors.above.tolist()):
+            angle = float(np.degrees(data.smallest + above))
+            status = data.errors.reason[number][k] or "solved"
+            numbers = data.errors.offset[k], data.errors.error[number, k], data.errors.stated[number, k]
+            body.append((data.flank, status, name, angle, *map(float, numbers)))
+    nothing = float("nan"), float("nan")
+    for (row, column), five in zip(data.answers.compared, data.answers.five_equations.tolist(), strict=True):
+        place = float(np.degrees(data.answers.shaft_angle[column])), float(data.answers.offset[row])
+        found = {"one equation": int(data.answers.status[row, column]), "five equations": five}
+        for name, code in found.items():
+            status = status_name(Status(code)) if code >= 0 else "refused"
+            body.append((data.flank, status, f"{name}, map", *place, *nothing))
+    return header, body
+
+
+RECIPES = {"stability": Recipe(compute, draw, rows)}
