@@ -104,6 +104,7 @@ def test_figures_of_time_are_made_last_and_alone() -> None:
 
 PAPER = [f"fig-{k:02d}" for k in range(1, 16)]
 RESULTS = [
+    "method",
     "separation",
     "pattern",
     "pattern-errors",

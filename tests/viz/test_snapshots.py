@@ -45,7 +45,7 @@ NOISE_LEVELS = 8
 LIMIT = 6.0
 """Largest difference of a picture, whole pixels. A path moved by 0.5 mm differs by far more."""
 FLAT = {"fig-02", "fig-11", "transmission-error", "sensitivity", "mesh-convergence"}
-FLAT |= {"sliding", "speed-accuracy", "ease-off", "pattern-errors", "map-parabola", "stability"}
+FLAT |= {"sliding", "speed-accuracy", "ease-off", "pattern-errors", "map-parabola", "stability", "method"}
 SOLID = [figure for figure in FIGURES if figure.name not in FLAT]
 WITHOUT_CURVES = {"meshed-tooth"}
 """Pages without curves."""

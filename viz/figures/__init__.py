@@ -81,6 +81,13 @@ FIGURES = (
         "paper.fig_12_to_15_misalignment",
         of_flank=True,
     ),
+    Figure(
+        "method",
+        "Contact by coarse meshes, and polished on the exact flanks",
+        "results.method",
+        of_flank=True,
+        flat=True,
+    ),
     Figure("separation", "Separation of the flanks at one position", "results.pattern", of_flank=True),
     Figure("pattern", "Contact pattern under marking compound", "results.pattern"),
     Figure("pattern-errors", "Contact pattern under two errors", "results.pattern_errors", flat=True),

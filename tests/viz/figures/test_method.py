@@ -1,0 +1,38 @@
+"""The figure of the method has the contacts of the library, or the reason for their absence."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from beveloid_geom import Errors, builtin_design, path_of_contact
+from beveloid_viz.figures.results import method as fig_method
+
+from ...symmetry import scaled
+from ..pages import drawn, words
+
+TABLE = builtin_design()
+
+
+@pytest.mark.parametrize("module", [6.0, 0.5])
+def test_the_query_finds_a_vertex_and_the_polish_the_path(module: float) -> None:
+    data = fig_method.compute(scaled(TABLE, module / 6.0))
+    vertex, polished, exact = fig_method.points(data).values()
+    assert data.query is not None
+    assert data.point is not None
+    gap = np.nanmin(data.query.separation)
+    assert data.found[0].separation <= gap
+    assert np.abs(polished - exact).max() < 1e-7 * module
+    assert np.linalg.norm(vertex - exact) > module
+    path = path_of_contact(data.design, "right", 3)
+    np.testing.assert_array_equal(data.point, path.point[1])
+    assert sum(data.triangles) == 60
+
+
+def test_the_page_has_the_errors_or_the_reason() -> None:
+    page, rows = drawn("method", TABLE)
+    assert "11 mm" in words(page)
+    assert [row["point"] for row in rows][:4] == [*fig_method.MARKS, "vertex"]
+    page, rows = drawn("method", TABLE.with_errors(Errors(offset=20.0)))
+    assert words(page).count("the right flanks have no path of contact") == 2
+    assert rows[0]["status"] == "the right flanks have no path of contact"

@@ -1,0 +1,214 @@
+"""The method in one picture: coarse meshes, the proximity query, and the contact on the exact flanks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Rectangle
+from matplotlib.tri import Triangulation
+
+from beveloid_geom import Design, Status, path_of_contact
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.shapes.flank_mesh import flank_mesh
+from beveloid_geom.shapes.mesh_contact import MeshContact, MeshSeparation, mesh_contact, mesh_separation
+from beveloid_geom.shapes.sampling import Faces
+
+from ...components import annotate
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.paths_table import as_large, coefficients, modified
+from ...rendering import theme
+from ...rendering.layout import Cells
+
+COARSE_MM, FINE_MM = 0.02, 0.00005
+"""Tolerances of the meshes at module 6 mm: those of the query, and one for the separation in the detail."""
+BANDS_UM = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 1e9)
+BLUES = ("#08306b", "#2166ac", "#4393c3", "#92c5de", "#c6dfee", "#e3eef6", "#f7f7f7")
+"""Colours of the bands of separation, scaled with the module."""
+MARKS = {
+    "nearest vertices of the meshes": ("o", "white", theme.RED, 11.0),
+    "polished": ("o", theme.RED, theme.RED, 8.0),
+    "path of contact": ("x", theme.BLACK, theme.BLACK, 9.0),
+}
+MARGIN = 0.45
+"""Free space around the points in the detail, as a fraction of their distance."""
+LEAST_SHARE = 0.1
+"""Smallest distance of the points in l and in z for the detail, as a fraction of the flank."""
+CELLS = Cells(left=1.2, right=0.4, across=1.4, down=1.5, most=2, least=3.6)
+NOTE = (
+    "(a) Pinion flank; colours: distance of its vertices from the mesh of the gear. (b) Separation of the"
+    " exact flanks. Newton's method starts at the nearest vertices. A proximity query finds tangent flanks"
+    " only; contact on an edge is found by the first contact of all teeth."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class MethodFigure:
+    """One position of a pair by three methods, or the `reason` for its absence.
+
+    `query` has the separation at the vertices of the pinion's coarse mesh, `faces` its triangles, `triangles`
+    the numbers by member, `detail` the exact separation. `exact` (2,) are l and z on the pinion, mm, of the
+    path of contact, and `point` (3,) its position. `found` has the contacts by the meshes alone and
+    polished."""
+
+    design: Design
+    flank: str
+    tolerance: float
+    query: MeshSeparation | None = None
+    faces: Faces | None = None
+    triangles: tuple[int, ...] = ()
+    detail: MeshSeparation | None = None
+    exact: FloatArray | None = None
+    point: FloatArray | None = None
+    found: tuple[MeshContact, ...] = ()
+    reason: str = ""
+
+
+def compute(design: Design, flank: str = "right") -> MethodFigure:
+    """Compute the middle position of the pair with the paper's modification."""
+    pair, scale = modified(design), as_large(design)
+    tolerance = COARSE_MM * scale
+    try:
+        path = path_of_contact(pair, flank, 3)
+        if not path.l1.size:
+            raise ValueError(f"the {flank} flanks have no path of contact")
+        pose = {"pinion_roll": float(path.pinion_roll[1]), "gear_roll": float(path.gear_roll[1])}
+        found = tuple(mesh_contact(pair, flank, tolerance, **pose, polish=polish) for polish in (False, True))
+        if any(one.status != Status.SOLVED for one in found):
+            raise ValueError(f"the meshes give {found[-1].status.name}")
+        query = mesh_separation(pair, flank, 0, tolerance, **pose, polish=False)
+        detail = mesh_separation(pair, flank, 0, FINE_MM * scale, **pose, polish=True)
+    except ValueError as error:
+        return MethodFigure(pair, flank, tolerance, reason=str(error))
+    faces = [flank_mesh(member, flank, tolerance).faces for member in pair.members]
+    exact = np.array((path.l1[1], path.pinion_z[1]))
+    numbers = len(faces[0]), len(faces[1])
+    return MethodFigure(pair, flank, tolerance, query, faces[0], numbers, detail, exact, path.point[1], found)
+
+
+def draw(data: MethodFigure, layout: theme.Layout) -> Drawing:
+    """Draw the flank with the query, and the detail with the distances."""
+    page, low, high = theme.new_page(
+        layout,
+        finding(data),
+        f"{data.flank.capitalize()} flanks, {coefficients(data.design)}, one position."
+        f" Meshes within {data.tolerance:g} mm: {' + '.join(map(str, data.triangles))} triangles",
+        NOTE,
+        below=0.75,
+        above=1.15,
+        tall=CELLS.tall(layout, 2, 3.4),
+    )
+    first, second = theme.panels(page, CELLS, 2, low, high)
+    first.set_title("(a)  Proximity query", loc="left", pad=10.0)
+    second.set_title("(b)  Detail: the polished contact", loc="left", pad=10.0)
+    for axes in (first, second):
+        axes.set(xlabel="z (mm)", ylabel="flank parameter l (mm)")
+    if data.query is None or data.detail is None or data.exact is None:
+        for axes in (first, second):
+            theme.message(axes, data.reason)
+        return Drawing(page, {})
+    scale = as_large(data.design)
+    _separation(first, data.query, scale, data.faces)
+    _separation(second, data.detail, scale)
+    window = _window(data)
+    second.set(xlim=window[1], ylim=window[0])
+    (bottom, top), (left, right) = window
+    first.add_patch(Rectangle((left, bottom), right - left, top - bottom, fill=False, ec=theme.INK, lw=1.6))
+    for axes in (first, second):
+        for name, (l, z) in points(data).items():
+            mark, face, edge, size = MARKS[name]
+            axes.plot(z, l, mark, mfc=face, mec=edge, ms=size, mew=2.0)
+    _distance(second, data)
+    entries = [
+        Line2D([], [], ls="", marker=mark, mfc=face, mec=edge, ms=size, mew=2.0, label=name)
+        for name, (mark, face, edge, size) in MARKS.items()
+    ]
+    theme.legend(page, [*entries, *_bands(scale)], 6, left=0.02, below=1.35)
+    return Drawing(page, {})
+
+
+def points(data: MethodFigure) -> dict[str, FloatArray]:
+    """Return l and z of the three points on the pinion, mm, in the order of MARKS."""
+    assert data.exact is not None
+    found = [np.array((one.l[0], one.z[0])) for one in data.found]
+    return dict(zip(MARKS, (*found, data.exact), strict=True))
+
+
+def _window(data: MethodFigure) -> FloatArray:
+    """Return the limits (2, 2) of the detail in l and z, mm."""
+    assert data.query is not None
+    both = np.stack(list(points(data).values()))
+    low, high = both.min(axis=0), both.max(axis=0)
+    flank = np.array((np.ptp(data.query.l), np.ptp(data.query.z)))
+    half = (0.5 + MARGIN) * np.maximum(high - low, LEAST_SHARE * flank)
+    middle = 0.5 * (low + high)
+    return np.stack((middle - half, middle + half), axis=-1)
+
+
+def _separation(axes: Axes, side: MeshSeparation, scale: float, faces: Faces | None = None) -> None:
+    """Draw the separation in bands over z and l, and the edges of given triangles."""
+    colours, bands = ListedColormap(list(BLUES)), scale * np.array(BANDS_UM)
+    known = np.isfinite(side.separation)
+    values = np.where(known, 1e3 * np.maximum(side.separation, 0.0), bands[-2] + scale)
+    mesh = Triangulation(side.z.ravel(), side.l.ravel(), faces)
+    axes.tricontourf(mesh, values.ravel(), bands, cmap=colours, norm=BoundaryNorm(bands, colours.N))
+    if faces is not None:
+        axes.triplot(mesh, color=theme.GREY, linewidth=0.5)
+    axes.autoscale(tight=True)
+
+
+def _distance(axes: Axes, data: MethodFigure) -> None:
+    """Draw the distance of the nearest vertices from the contact, and write both errors."""
+    assert data.point is not None
+    (alone, polished), point = data.found, data.point
+    (l, z), _, (l0, z0) = points(data).values()
+    axes.plot((z, z0), (l, l0), "--", color=theme.RED, linewidth=1.4, zorder=1.5)
+    off = [float(np.linalg.norm(one.point - point)) for one in (alone, polished)]
+    annotate.text(axes, (0.5 * (z + z0), 0.5 * (l + l0)), f"{off[0]:.2g} mm", (-34.0, 10.0), color=theme.RED)
+    annotate.text(axes, (z0, l0), f"polished: {off[1]:.0e} mm", (-20.0, 22.0), color=theme.RED)
+
+
+def _bands(scale: float) -> list[Patch]:
+    """Return the entries of the legend for the bands of separation."""
+    bands = [f"{scale * band:.3g}" for band in BANDS_UM[:-1]]
+    texts = [f"{one} to {other} um" for one, other in pairwise(bands)]
+    return [
+        Patch(facecolor=colour, edgecolor=theme.GREY, linewidth=0.5, label=text)
+        for colour, text in zip(BLUES, [*texts, f"above {bands[-1]} um"], strict=True)
+    ]
+
+
+def finding(data: MethodFigure) -> str:
+    """Return the title with the errors of the meshes alone and polished."""
+    if data.point is None:
+        return "Contact by meshes, and by the exact flanks"
+    alone, polished = (float(np.linalg.norm(one.point - data.point)) for one in data.found)
+    return (
+        f"Coarse meshes find the contact to {alone:.2g} mm, a polish on the exact flanks to {polished:.0e} mm"
+    )
+
+
+def rows(data: MethodFigure) -> Table:
+    """List the three points, then the vertices of the coarse mesh."""
+    header = ("flank", "status", "point", "l_mm", "z_mm", "separation_um")
+
+    def cases() -> Rows:
+        """Yield the columns of each kind of point."""
+        if data.query is None:
+            yield data.flank, data.reason, "", *3 * [float("nan")]
+            return
+        separations = [*(1e3 * one.separation for one in data.found), 0.0]
+        for (name, (l, z)), separation in zip(points(data).items(), separations, strict=True):
+            yield data.flank, "solved", name, float(l), float(z), float(separation)
+        side = data.query
+        status = [Status(int(code)).name.lower() for code in side.status.ravel()]
+        yield data.flank, status, "vertex", side.l.ravel(), side.z.ravel(), 1e3 * side.separation.ravel()
+
+    return header, stacked(cases())
+
+
+RECIPES = {"method": Recipe(compute, draw, rows)}
