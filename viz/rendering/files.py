@@ -6,6 +6,7 @@ import io
 import re
 from typing import Any
 
+import matplotlib
 import numpy as np
 from matplotlib.backends.backend_mixed import MixedModeRenderer
 from matplotlib.backends.backend_pdf import Op, PdfFile, RendererPdf
@@ -36,7 +37,8 @@ def file_of(page: Page, form: str) -> bytes:
         _write_pdf(page, file)
         return file.getvalue()
     if form == "svg":
-        page.savefig(file, format="svg", dpi=page.dpi, metadata={"Date": None})
+        with matplotlib.rc_context({"svg.fonttype": "none"}):  # text instead of outlines of its letters
+            page.savefig(file, format="svg", dpi=page.dpi, metadata={"Date": None})
         return _scaled(file.getvalue(), page.layout.scale)
     canvas: Any = page.canvas
     canvas.draw()
