@@ -226,7 +226,7 @@ def test_files_have_their_true_size(tmp_path: Path) -> None:
         assert found
         sides = [float(side) / 72.0 * 25.4 for side in found.groups()]
         assert sides == pytest.approx([90.0, height_mm], abs=0.05)
-    assert b">sliding speed (mm/rad)</text>" in svg
+    assert b">pinion roll (deg)</text>" in svg
 
 
 def test_lines_of_a_pdf_reach_its_edges() -> None:
