@@ -45,8 +45,6 @@ ZERO = 1e-9
 """Changes below this fraction of the largest are counted as zero."""
 WIDTHS = {"pinion": 3.0, "gear": 1.5}
 """Line widths of the members, points."""
-DECADES = 2.0
-"""Decades below the largest change with a logarithmic scale; below, the scale is linear."""
 Changes: TypeAlias = Mapping[tuple[str, str], FloatArray]
 """Changes (errors,) by flank and member; the member is "" for changes of the pair."""
 
@@ -293,14 +291,11 @@ def changes_under_errors(
         words = "0 under every error" if known else "unknown"
         theme.message(axes, words, 12 if narrow else 36, backgroundcolor="white")
         return
-    ticks = 10.0 ** (np.floor(np.log10(greatest)) - np.array([DECADES, 0.0]))
-    axes.set_xscale("symlog", linthresh=float(ticks[0]), linscale=1.5)
-    low, high = (4.0, 1e6) if narrow else (300.0, 300.0)  # space for values at both ends, or on the right
+    low, high = (1.15, 2.6) if narrow else (1.9, 1.9)  # space for values at both ends, or on the right
     axes.set_xlim(-low * greatest, high * greatest)
-    marks = np.concatenate((-ticks[::-1], [0.0], ticks))
-    texts = [f"{mark:g}".replace("-", "\u2212") for mark in marks]
-    texts[1] = ""  # the label of the change to a linear scale would overlap its neighbours
-    axes.set_xticks(marks, texts, fontsize=theme.SMALL)
+    tick = theme.round_length(greatest)
+    texts = [f"{mark:g}".replace("-", "\u2212") for mark in (-tick, 0.0, tick)]
+    axes.set_xticks([-tick, 0.0, tick], texts, fontsize=theme.SMALL)
     axes.minorticks_off()
     for (flank, member), row in changes.items():
         marker, line = MARKERS[member]

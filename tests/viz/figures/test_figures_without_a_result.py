@@ -33,7 +33,7 @@ REASONS: list[tuple[Design, dict[str, str]]] = [
     ),
     (
         TABLE.with_parabola(pinion=-0.01),
-        {"sensitivity": "+2.55", "tolerance-cloud": "have a path"},
+        {"sensitivity": "+2.55"},
     ),
     (
         OVERLAPPING,
@@ -59,7 +59,6 @@ REASONS: list[tuple[Design, dict[str, str]]] = [
         {
             "map-parabola": "",
             "sensitivity": "no middle, the roll turns back along the path",
-            "tolerance-cloud": "have a path",
         },
     ),
     (

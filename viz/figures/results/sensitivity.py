@@ -32,7 +32,7 @@ CELLS = Cells(left=1.6, right=0.438, across=0.358, down=1.1, most=4, least=1.4)
 NOTE = (
     "Derivatives at the errors of the design, times the errors named{place}. Shift: middle of the path along"
     " the face, at equal flank parameter l{square}, positive towards +z. Contact ratio: Eq. 16. Transmission"
-    " error: one tooth pair, peak to peak. Scales: linear near 0, logarithmic beyond the first tick."
+    " error: one tooth pair, peak to peak. Scales: linear, common to (a) and (b)."
 )
 PROFILE_MOVEMENT_MM = 1e-9
 """Movement along the profile, mm, below which a path runs along the face."""
