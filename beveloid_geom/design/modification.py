@@ -7,7 +7,8 @@ along the base tangent, positive for material that is removed. It depends on two
     zeta  2 z / b: -1 at the end of the face at -z, +1 at the end at +z
 
 For a relief one of them is replaced by t, which is 0 where the relief begins and 1 at the edge. Reliefs
-begin with a horizontal tangent, and all kinds continue beyond the edges of the flank.
+begin with a horizontal tangent, and their depth is 0 for negative t. All kinds continue beyond the edges of
+the flank.
 
 Each amount of a `Modification` is one kind of modification. The metadata of its field name the function that
 returns the shape for the amount 1, with its derivatives. `gear.modification` turns the depth into a rotation
@@ -77,15 +78,11 @@ def _twist(lam: Any, zeta: Any) -> tuple[Any, ...]:
 
 
 def _profile_relief(t: Any, zeta: Any) -> tuple[Any, ...]:
-    inside = t > 0.0
-    t = np.where(inside, t, 0.0)
-    return t * t, 2.0 * t, 0.0, 2.0 * inside, 0.0, 0.0
+    return t * t, 2.0 * t, 0.0, 2.0, 0.0, 0.0
 
 
 def _face_relief(lam: Any, t: Any) -> tuple[Any, ...]:
-    inside = t > 0.0
-    t = np.where(inside, t, 0.0)
-    return t * t, 0.0, 2.0 * t, 0.0, 0.0, 2.0 * inside
+    return t * t, 0.0, 2.0 * t, 0.0, 0.0, 2.0
 
 
 @dataclass(frozen=True)

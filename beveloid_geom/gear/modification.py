@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import FloatArray, Quantity
+from ..arrays import FloatArray, Mask, Quantity
 from ..design.modification import Modification, Shape
 from .rack import Numbers
 
@@ -42,17 +42,33 @@ class Term:
     """One kind of modification on a flank.
 
     `scale` is -sigma times the rotation for the amount 1 times the amount (rad). The coordinates of the
-    `shape` are `rate[0] (l - origin[0])` and `rate[1] (z - origin[1])`.
+    `shape` are `rate[0] (l - origin[0])` and `rate[1] (z - origin[1])`. `relief` is the number of the
+    coordinate that is 0 where a relief begins, None for other kinds.
     """
 
     shape: Shape
     scale: Quantity
     origin: tuple[Quantity, Quantity]
     rate: tuple[Quantity, Quantity]
+    relief: int | None = None
 
-    def values(self, l: Numbers, z: Numbers) -> tuple[Any, ...]:
-        """Return the values of the shape at flank parameters l in the planes z, mm."""
-        return self.shape((l - self.origin[0]) * self.rate[0], (z - self.origin[1]) * self.rate[1])
+    def values(self, l: Numbers, z: Numbers, on: Mask | None = None) -> tuple[Any, ...]:
+        """Return the values of the shape at flank parameters l in the planes z, mm.
+
+        `on` states where the shape of a relief applies, if not where the relief has begun.
+        """
+        places = (l - self.origin[0]) * self.rate[0], (z - self.origin[1]) * self.rate[1]
+        values = self.shape(*places)
+        if self.relief is None:
+            return values
+        on = places[self.relief] > 0.0 if on is None else on
+        return tuple(np.where(on, value, 0.0) for value in values)
+
+    def past(self, l: FloatArray, z: FloatArray) -> FloatArray:
+        """Return the distance (mm) of points from the beginning of a relief, positive on the relief."""
+        assert self.relief is not None
+        place = (l, z)[self.relief] - self.origin[self.relief]
+        return np.asarray(np.sign(self.rate[self.relief]) * place)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,13 +84,23 @@ class FlankModification:
             total = total + term.scale * term.values(l, z)[0]
         return np.asarray(total)
 
-    def rows(self, l: Numbers, z: Numbers) -> Numbers:
-        """Return `turn` and its derivatives by l, z, l l, l z and z z: (6, ...)."""
-        parts = []
+    @property
+    def reliefs(self) -> tuple[Term, ...]:
+        """Reliefs, at whose beginning the second derivatives jump."""
+        return tuple(term for term in self.terms if term.relief is not None)
+
+    def rows(self, l: Numbers, z: Numbers, on: Mask | None = None) -> Numbers:
+        """Return `turn` and its derivatives by l, z, l l, l z and z z: (6, ...).
+
+        `on` (reliefs, ...) states which reliefs apply, also beyond their beginning, where the surface of a
+        relief and that without it continue smoothly.
+        """
+        parts, each = [], iter(() if on is None else on)
         for term in self.terms:
             (across, along), scale = term.rate, term.scale
             factors = 1.0, across, along, across * across, across * along, along * along
-            parts.append([scale * (f * v) for f, v in zip(factors, term.values(l, z), strict=True)])
+            values = term.values(l, z, None if term.relief is None else next(each, None))
+            parts.append([scale * (f * v) for f, v in zip(factors, values, strict=True)])
         shape = np.broadcast_shapes(np.shape(l), np.shape(z), *(np.shape(part[0]) for part in parts))
         total = np.zeros((6, *shape), dtype=np.result_type(l, z, float))
         for part in parts:
@@ -91,7 +117,9 @@ def flank_modification(modification: Modification, extent: FlankExtent) -> Flank
         # Origin and rate of the coordinates: lam and zeta, or t of a relief from its beginning to the edge.
         depth: tuple[Quantity, Quantity] = (0.5 * (start + tip), 2.0 / (tip - start))
         face: tuple[Quantity, Quantity] = (0.0, 1.0 / half)
+        relief = None
         if length is not None:
+            relief = 0 if kind.profile != "active" else 1
             ends = {
                 "tip": (tip - length, 1.0 / length),
                 "root": (start + length, -1.0 / length),
@@ -100,7 +128,7 @@ def flank_modification(modification: Modification, extent: FlankExtent) -> Flank
             }
             depth, face = ends.get(kind.profile, depth), ends.get(kind.face, face)
         scale = -extent.sigma * 1e-3 * amount / extent.base_radius
-        terms.append(Term(kind.shape, scale, (depth[0], face[0]), (depth[1], face[1])))
+        terms.append(Term(kind.shape, scale, (depth[0], face[0]), (depth[1], face[1]), relief))
     return FlankModification(tuple(terms))
 
 

@@ -87,6 +87,16 @@ class Surface:
             return np.asarray(s < self.joint)
         return np.asarray(s < 0.5 * (self.flank_start(z) + self.fillet_end(z)))
 
+    def past_reliefs(self, s: FloatArray, z: FloatArray) -> FloatArray:
+        """Return the distance (mm) of points (s, z) from the beginning of each relief, (reliefs, ...),
+        positive on the relief. Points on the fillet count as at the start of the flank.
+        """
+        reliefs = () if self.modification is None else self.modification.reliefs
+        if not reliefs:
+            return np.empty((0, *s.shape))
+        l = np.where(s < self.joint, self.flank_start(z), s)
+        return np.stack([relief.past(l, z) for relief in reliefs])
+
 
 @dataclass(frozen=True, eq=False)
 class Cut:
@@ -175,7 +185,7 @@ def generated_cut(surface: Surface, s: Numbers, z: Numbers) -> Cut:
     return _cut(surface, _section(surface, s), z)
 
 
-def turn_rows(surface: Surface, s: FloatArray, z: FloatArray) -> FloatArray:
+def turn_rows(surface: Surface, s: FloatArray, z: FloatArray, reliefs: Mask | None = None) -> FloatArray:
     """Return the rotation (rad) of points by the modification of a surface.
 
     On the fillet, the rotation in each plane is that at the start of the flank, so that both meet.
@@ -186,6 +196,8 @@ def turn_rows(surface: Surface, s: FloatArray, z: FloatArray) -> FloatArray:
         A modified one.
     s, z : ndarray
         Profile coordinates and planes, mm.
+    reliefs : ndarray of bool, shape (reliefs, ...), optional
+        Which reliefs apply, as in `FlankModification.rows`. If omitted, those that have begun.
 
     Returns
     -------
@@ -199,7 +211,7 @@ def turn_rows(surface: Surface, s: FloatArray, z: FloatArray) -> FloatArray:
     if surface.crossing is not None and low.any():
         curve = surface.crossing.rows(z.ravel())[START].reshape(3, *s.shape)
         start, start_z, start_zz = np.where(curve[0] > surface.joint, curve, (start, start_z, start_zz))
-    rows = surface.modification.rows(np.where(low, start, s), z)
+    rows = surface.modification.rows(np.where(low, start, s), z, reliefs)
     if low.any():
         turn, by_l, by_z, by_ll, by_lz, by_zz = rows[:, low]
         start_z, start_zz = start_z[low], start_zz[low]
@@ -218,12 +230,14 @@ def _modified(cut: Cut, turn: FloatArray) -> Cut:
     return replace(cut, phi=cut.phi + turn[0], phi_s=phi_s, phi_z=phi_z, nx=nx, ny=ny, nz=nz)
 
 
-def cut_with_bends(surface: Surface, s: FloatArray, z: FloatArray) -> tuple[Cut, Bends]:
-    """Return the result of `cut_at` with second derivatives."""
+def cut_with_bends(
+    surface: Surface, s: FloatArray, z: FloatArray, reliefs: Mask | None = None
+) -> tuple[Cut, Bends]:
+    """Return the result of `cut_at` with second derivatives; `reliefs` as in `turn_rows`."""
     cut, bends = generated_bends(surface, s, z)
     if surface.modification is None:
         return cut, bends
-    turn = turn_rows(surface, s, z)
+    turn = turn_rows(surface, s, z, reliefs)
     phi_ss, phi_sz = bends.phi_ss + turn[3], bends.phi_sz + turn[4]
     return _modified(cut, turn), replace(bends, phi_ss=phi_ss, phi_sz=phi_sz, phi_zz=turn[5])
 

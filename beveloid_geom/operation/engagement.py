@@ -109,6 +109,13 @@ class Engagement:
         """Return whether places (s1, z1) and touched points (s2, z2), mm, are on the fillets: (2, ...)."""
         return np.stack((self.pinion.on_fillet(*place), self.gear.on_fillet(*meeting)))
 
+    def past_reliefs(
+        self, place: FloatArray | tuple[FloatArray, ...], meeting: FloatArray | tuple[FloatArray, ...]
+    ) -> FloatArray:
+        """Return the distance (mm) of places (s1, z1) and touched points (s2, z2), mm, from the beginning of
+        all reliefs of pinion and gear, positive on the relief: (reliefs, ...)."""
+        return np.concatenate((self.pinion.past_reliefs(*place), self.gear.past_reliefs(*meeting)))
+
     def at(self, position: Integers, roll: FloatArray) -> Engagement:
         """Return the engagement at other rolls (n,), rad, of the positions with these numbers (n,)."""
         turned = np.rint((roll - self.roll[position]) / self.pitch[0]).astype(int)

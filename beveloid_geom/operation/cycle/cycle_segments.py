@@ -43,6 +43,8 @@ class CycleSegments:
     limit : ndarray of int, shape (2, n)
     on_fillet : ndarray of bool, shape (2, n)
         Tooth pair, edges and fillets as in `FirstContact`.
+    reliefs : ndarray of int, shape (n,)
+        Reliefs on which the contact lies, as bits in the order of `Engagement.past_reliefs`.
     """
 
     case: Integers
@@ -52,6 +54,7 @@ class CycleSegments:
     pair: Integers
     limit: Codes
     on_fillet: Mask
+    reliefs: Integers
 
     def pick(self, index: Integers | Mask) -> CycleSegments:
         """Return the segments `index`."""

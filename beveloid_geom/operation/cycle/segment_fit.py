@@ -1,7 +1,8 @@
 """Fit of the segments of a mesh cycle to sampled first contacts.
 
 With its active limits as equations, a contact solves two equations in (s1, z1) that are smooth in the pinion
-roll, also past the ends of the segment:
+roll, also past the ends of the segment. Where a contact passes the beginning of a relief, a segment ends, and
+the surfaces with and without the relief both continue smoothly:
 
     no limit      grad f = 0
     one limit     c = 0 and t.grad f = 0, with t along c = 0
@@ -105,7 +106,9 @@ def _runs_of(engagement: Engagement, samples: Samples) -> tuple[CycleSegments, I
     over."""
     contacts, case = samples.contacts, samples.case
     on_fillet = engagement.on_fillets(contacts.place, contacts.meeting)
-    label = np.array((case, contacts.pair, *contacts.limit, *on_fillet))
+    past = engagement.past_reliefs(contacts.place, contacts.meeting)
+    reliefs = np.left_shift(past > 0.0, np.arange(len(past))[:, None]).sum(axis=0)
+    label = np.array((case, contacts.pair, *contacts.limit, *on_fillet, reliefs))
     begins = np.append(True, (label[:, 1:] != label[:, :-1]).any(axis=0) | samples.cut[1:])
     first = np.flatnonzero(begins)
     last = np.append(first[1:], case.size) - 1
@@ -117,7 +120,7 @@ def _runs_of(engagement: Engagement, samples: Samples) -> tuple[CycleSegments, I
     limits[1, joined] = samples.roll[first[joined + 1]]
     low[joined + 1], high[joined] = limits[:, joined]
     coefficients = np.empty((0, first.size, 0))
-    rows = contacts.pair[first], contacts.limit[:, first], on_fillet[:, first]
+    rows = contacts.pair[first], contacts.limit[:, first], on_fillet[:, first], reliefs[first]
     return CycleSegments(case[first], low, high, coefficients, *rows), np.stack((first, last)), limits
 
 
@@ -192,8 +195,27 @@ def _coefficients(engagement: Engagement, segments: CycleSegments, starts: Float
         here = engagement.at(case, roll.ravel())
         fillet = segments.on_fillet.repeat(roll.shape[1], axis=1)
         task = here.task(np.arange(case.size), segments.pair.repeat(roll.shape[1]), fillet)
+        task = _on_reliefs(task, segments.reliefs.repeat(roll.shape[1]))
         values = held_to(task, starts, segments.limit.repeat(roll.shape[1], axis=1))
         return basis.coefficients(values.reshape(-1, *roll.shape))
+
+
+def _on_reliefs(task: Task, reliefs: Integers) -> Task:
+    """Return tasks (n,) to which the `reliefs` (n,) apply, also beyond their beginning, so that the surfaces
+    are smooth."""
+    first, second = (
+        0 if surface.modification is None else len(surface.modification.reliefs)
+        for surface in (task.pinion, task.gear)
+    )
+    if not first + second:
+        return task
+    on = _bits(reliefs, first + second)
+    return replace(task, reliefs=(on[:first], on[first:]))
+
+
+def _bits(numbers: Integers, count: int) -> Mask:
+    """Return the lowest `count` bits of numbers (n,), as (count, n)."""
+    return np.asarray((numbers >> np.arange(count)[:, None]) & 1 == 1)
 
 
 def held_to(task: Task, place: FloatArray, limit: Codes, most: int = MAX_NEWTON_STEPS) -> FloatArray:
@@ -308,7 +330,7 @@ def _outside(
     engagement: Engagement, segments: CycleSegments, index: Integers, values: FloatArray
 ) -> FloatArray:
     """Return by how much (mm) contacts violate limits that are not active, or lie beyond a joint with the
-    fillet; infinite where there is no contact."""
+    fillet or the beginning of a relief; infinite where there is no contact."""
     margin = np.where(holding(segments.limit[:, index])[..., None], np.inf, values[QUANTITIES:]).min(axis=0)
     for surface, (s, z), fillet in zip(
         (engagement.pinion, engagement.gear),
@@ -319,4 +341,7 @@ def _outside(
         # On undercut flanks, the root limit decides whether a contact lies beyond the end.
         joined = s - (surface.joint if surface.crossing is None else np.minimum(surface.fillet_end(z), s))
         margin = np.minimum(margin, np.where(fillet, -1.0, 1.0)[:, None] * joined)
+    past = engagement.past_reliefs(values[1:3], values[3:5])
+    on = _bits(segments.reliefs[index], len(past))[..., None]
+    margin = np.minimum(margin, np.where(on, past, -past).min(axis=0, initial=np.inf))
     return np.where(np.isnan(margin), np.inf, np.maximum(-margin, 0.0))

@@ -152,6 +152,6 @@ def in_order(parts: list[CycleSegments]) -> CycleSegments:
     CycleSegments
     """
     none, no, rows = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((2, 0), dtype=np.int8)
-    empty = CycleSegments(none, no, no, np.zeros((QUANTITIES, 0, DEGREE + 1)), none, rows, rows > 0)
+    empty = CycleSegments(none, no, no, np.zeros((QUANTITIES, 0, DEGREE + 1)), none, rows, rows > 0, none)
     segments = concatenated([empty, *parts])
     return segments.pick(np.lexsort((segments.low, segments.case)))

@@ -252,7 +252,7 @@ def clearance_at(task: Task, s: FloatArray, z: FloatArray) -> tuple[FloatArray, 
     scale = gear.sigma * task.lever / gear.pitch_radius
     slope = scale * (normal[:, None] * seen[:, 1:3]).sum(axis=0)
     if gear.modification is not None:
-        added = _modified(task, met, (other_s, high), (_squares_seen(seen), seen[2]))
+        added = _modified(task, met, turn_rows(gear, other_s, high), (_squares_seen(seen), seen[2]))
         f, slope = f + added[0], slope + added[1:3]
     return f, slope, other_s
 
@@ -260,7 +260,7 @@ def clearance_at(task: Task, s: FloatArray, z: FloatArray) -> tuple[FloatArray, 
 def _modified(
     task: Task,
     met: Cut,
-    meeting: tuple[FloatArray, FloatArray],
+    turn: FloatArray,
     moves: tuple[FloatArray, FloatArray],
     bends: Bends | None = None,
 ) -> FloatArray:
@@ -272,28 +272,28 @@ def _modified(
     task : Task
     met, bends : Cut, Bends
         Touched points of the gear's surface without the modification.
-    meeting : tuple of ndarray
-        s2 and z2.
+    turn : ndarray, shape (6, n)
+        `turn_rows` at the touched points.
     moves : tuple of ndarray
         r^2 / 2 of the touched points (the first row is r^2) and z2, with derivatives by s1, z1, s1 s1, s1 z1
         and z1 z1.
     """
-    gear, (squares, high) = task.gear, moves
-    turn, by_s, by_z, by_ss, by_sz, by_zz = turn_rows(gear, *meeting)
+    squares, high = moves
+    psi, by_s, by_z, by_ss, by_sz, by_zz = turn
     of_met = _squares(met, bends)
     # s2 follows from r^2 and z2.
     z = high[1:3]
     s = (squares[1:3] - of_met[2] * z) / of_met[1]
-    rows = np.empty((3 if bends is None else 6, turn.size))
-    rows[0], rows[1:3] = turn, by_s * s + by_z * z
+    rows = np.empty((3 if bends is None else 6, psi.size))
+    rows[0], rows[1:3] = psi, by_s * s + by_z * z
     if bends is not None:
         pairs = (0, 0, 1), (0, 1, 1)
         ss, zz = s[pairs[0],] * s[pairs[1],], z[pairs[0],] * z[pairs[1],]
         sz = s[pairs[0],] * z[pairs[1],] + z[pairs[0],] * s[pairs[1],]
         s_bend = squares[3:] - of_met[3] * ss - of_met[4] * sz - of_met[5] * zz - of_met[2] * high[3:]
         rows[3:] = by_ss * ss + by_sz * sz + by_zz * zz + by_s * s_bend / of_met[1] + by_z * high[3:]
-    # The rotation `turn` is against psi2 on right flanks.
-    return -gear.sigma * task.lever * rows
+    # The rotation is against psi2 on right flanks.
+    return -task.gear.sigma * task.lever * rows
 
 
 def _turn(task: Task, x: FloatArray, y: FloatArray, met: Cut) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -320,7 +320,8 @@ def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
         NaN where the gear has no point at the radius of the place.
     """
     gear = task.gear
-    cut, bends = cut_with_bends(task.pinion, s, z)
+    on_pinion, on_gear = task.reliefs or (None, None)
+    cut, bends = cut_with_bends(task.pinion, s, z, on_pinion)
     seen = seen_by_gear(task, z, cut, bends)
     x, y, high = seen[:, 0]
     squares, moves = _squares_seen(seen), seen[:, 1:3]
@@ -347,7 +348,8 @@ def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
     slope, bend = scale * slope, scale * bend
     if gear.modification is not None:
         of_met = generated_bends(gear, other_s, high)
-        added = _modified(task, met, (other_s, high), (squares, seen[2]), of_met[1])
+        turn = turn_rows(gear, other_s, high, on_gear)
+        added = _modified(task, met, turn, (squares, seen[2]), of_met[1])
         f, slope, bend = f + added[0], slope + added[1:3], bend + added[3:]
     return Local(
         f=f,

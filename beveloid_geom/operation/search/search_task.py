@@ -36,6 +36,9 @@ class Task:
         contact.
     fillet : ndarray of bool, shape (2, n), optional
         For undercut teeth: whether contacts are sought on the fillet of pinion and gear instead of the flank.
+    reliefs : tuple of ndarray of bool, shape (reliefs, n), optional
+        Which reliefs of pinion and gear apply, also beyond their beginning. If omitted, those that have
+        begun.
     """
 
     pinion: Surface
@@ -47,6 +50,7 @@ class Task:
     period: float = 2.0 * np.pi
     line: FloatArray | None = None
     fillet: Mask | None = None
+    reliefs: tuple[Mask, Mask] | None = None
 
     @property
     def edged(self) -> bool:
@@ -60,11 +64,12 @@ class Task:
 
     def pick(self, index: Integers) -> Task:
         """Return the tasks `index`."""
-        pinion, gear, lever, pose, roll, start, period, line, fillet = vars(self).values()
+        pinion, gear, lever, pose, roll, start, period, line, fillet, reliefs = vars(self).values()
         line = None if line is None else line.take(index, axis=1)
         fillet = None if fillet is None else fillet[:, index]
+        reliefs = None if reliefs is None else tuple(rows[:, index] for rows in reliefs)
         turns = roll.take(index), start.take(index)
-        return Task(pinion, gear, lever, pose.at(index), *turns, period, line, fillet)
+        return Task(pinion, gear, lever, pose.at(index), *turns, period, line, fillet, reliefs)
 
     def beside(self, place: FloatArray) -> Task:
         """Return the tasks with `fillet` set for the places (2, n): flank or fillet of undercut teeth."""
