@@ -13,6 +13,7 @@ corresponds to psi = d_n / |r_P n_y|.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,11 @@ import numpy as np
 from ..arrays import FloatArray, Mask, Quantity
 from ..design.modification import Modification, Shape
 from .rack import Numbers
+
+
+def is_zero(value: Any) -> bool:
+    """Return whether a value of a shape is the constant 0."""
+    return isinstance(value, float) and value == 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +68,14 @@ class Term:
         if self.relief is None:
             return values
         on = places[self.relief] > 0.0 if on is None else on
-        return tuple(np.where(on, value, 0.0) for value in values)
+        return tuple(value if is_zero(value) else np.where(on, value, 0.0) for value in values)
+
+    @cached_property
+    def factors(self) -> tuple[Quantity, ...]:
+        """Factors that turn the values of the shape into a rotation (rad) and its derivatives by l and z."""
+        (across, along), scale = self.rate, self.scale
+        by_place = 1.0, across, along, across * across, across * along, along * along
+        return tuple(scale * factor for factor in by_place)
 
     def past(self, l: FloatArray, z: FloatArray) -> FloatArray:
         """Return the distance (mm) of points from the beginning of a relief, positive on the relief."""
@@ -95,18 +108,20 @@ class FlankModification:
         `on` (reliefs, ...) states which reliefs apply, also beyond their beginning, where the surface of a
         relief and that without it continue smoothly.
         """
-        parts, each = [], iter(() if on is None else on)
+        shape = np.broadcast_shapes(self.batch_shape, np.shape(l), np.shape(z))
+        total, each = np.zeros((6, *shape), dtype=np.result_type(l, z, float)), iter(() if on is None else on)
         for term in self.terms:
-            (across, along), scale = term.rate, term.scale
-            factors = 1.0, across, along, across * across, across * along, along * along
             values = term.values(l, z, None if term.relief is None else next(each, None))
-            parts.append([scale * (f * v) for f, v in zip(factors, values, strict=True)])
-        shape = np.broadcast_shapes(np.shape(l), np.shape(z), *(np.shape(part[0]) for part in parts))
-        total = np.zeros((6, *shape), dtype=np.result_type(l, z, float))
-        for part in parts:
-            for k, value in enumerate(part):
-                total[k] += value
+            for row, factor, value in zip(total, term.factors, values, strict=True):
+                if not is_zero(value):
+                    row += factor * value
         return total
+
+    @cached_property
+    def batch_shape(self) -> tuple[int, ...]:
+        """Broadcast shape of all amounts, lengths and extents."""
+        numbers = [(term.scale, *term.origin, *term.rate) for term in self.terms]
+        return np.broadcast_shapes(*(np.shape(number) for row in numbers for number in row))
 
 
 def flank_modification(modification: Modification, extent: FlankExtent) -> FlankModification:

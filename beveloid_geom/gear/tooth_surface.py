@@ -205,19 +205,20 @@ def turn_rows(surface: Surface, s: FloatArray, z: FloatArray, reliefs: Mask | No
         The rotation and its derivatives by s, z, s s, s z and z z.
     """
     assert surface.modification is not None
-    s, z = np.broadcast_arrays(s, z)
     low = s < surface.joint
+    if not low.any():
+        return surface.modification.rows(s, z, reliefs)
+    s, z, low = np.broadcast_arrays(s, z, low)
     start, start_z, start_zz = np.full(s.shape, surface.joint), np.zeros(s.shape), np.zeros(s.shape)
-    if surface.crossing is not None and low.any():
+    if surface.crossing is not None:
         curve = surface.crossing.rows(z.ravel())[START].reshape(3, *s.shape)
         start, start_z, start_zz = np.where(curve[0] > surface.joint, curve, (start, start_z, start_zz))
     rows = surface.modification.rows(np.where(low, start, s), z, reliefs)
-    if low.any():
-        turn, by_l, by_z, by_ll, by_lz, by_zz = rows[:, low]
-        start_z, start_zz = start_z[low], start_zz[low]
-        bend = by_zz + (2.0 * by_lz + by_ll * start_z) * start_z + by_l * start_zz
-        none = np.zeros_like(turn)
-        rows[:, low] = turn, none, by_z + by_l * start_z, none, none, bend
+    turn, by_l, by_z, by_ll, by_lz, by_zz = rows[:, low]
+    start_z, start_zz = start_z[low], start_zz[low]
+    bend = by_zz + (2.0 * by_lz + by_ll * start_z) * start_z + by_l * start_zz
+    none = np.zeros_like(turn)
+    rows[:, low] = turn, none, by_z + by_l * start_z, none, none, bend
     return rows
 
 
