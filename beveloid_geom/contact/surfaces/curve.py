@@ -13,7 +13,7 @@ import numpy as np
 
 from ...arrays import FloatArray, Integers, Mask
 from .limits import Problem, margins_at
-from .tangency import contacts_at, given_row, meshing_start, solve
+from .tangency import Contacts, contacts_at, given_row, meshing_start, solve
 
 NODE_COUNT, WINDOW_MARGIN = 11, 0.02
 """Number of positions in s1 at which a curve is solved first, and fraction of the flank depth by which they
@@ -48,28 +48,24 @@ class Curve:
         return Curve(self.x[index], self.value[:, index], self.rate[:, index], self.by_s1)
 
 
-def sampled(problem: Problem, x: FloatArray, state: FloatArray, directions: FloatArray | None) -> Curve:
-    """Return the curve through contacts (4, cases, samples) at `x` (cases, samples).
+def sampled(problem: Problem, x: FloatArray, met: Contacts, directions: FloatArray | None) -> Curve:
+    """Return the curve through contacts (cases * samples) at `x` (cases, samples).
 
-    `directions` (3, cases, samples) orient the tangents if x is the length; without them x is s1.
+    `directions` (3, cases * samples) orient the tangents if x is the length; without them x is s1.
     """
-    cases, count = x.shape
-    flat = state.reshape(4, -1)
-    placed = problem.placed.take(np.repeat(np.arange(cases), count))
-    met = contacts_at(problem.surfaces, placed, flat)
     margins, by = margins_at(problem, met)
     tangent = met.tangent
     if directions is None:
         tangent = tangent / tangent[0]
     else:
         scaled = tangent / problem.scale[:, None]
-        along = (scaled * directions.reshape(3, -1)).sum(axis=0)
+        along = (scaled * directions).sum(axis=0)
         tangent = tangent * np.sign(along) / np.sqrt((scaled * scaled).sum(axis=0))
-    value = np.concatenate((flat, margins))
+    value = np.concatenate((met.state, margins))
     rate = np.concatenate((met.along(tangent), (by * tangent).sum(axis=1)))
-    lost = np.isnan(flat).any(axis=0)
+    lost = np.isnan(met.state).any(axis=0)
     value[:, lost], rate[:, lost] = np.nan, np.nan
-    shape = (WIDTH, cases, count)
+    shape = (WIDTH, *x.shape)
     return Curve(x, value.reshape(shape), rate.reshape(shape), directions is None)
 
 
@@ -85,26 +81,26 @@ def curve_over_s1(problem: Problem) -> Curve:
     s1 = np.tile(nodes, cases)
     case = np.repeat(np.arange(cases), NODE_COUNT)
     placed = problem.placed.take(case)
-    state, _ = solve(
+    met, _ = solve(
         problem.surfaces,
         placed,
         meshing_start(problem.surfaces, placed, s1, np.zeros(s1.size)),
         given_row(0, s1),
     )
-    curve = sampled(problem, s1.reshape(cases, -1), state.reshape(4, cases, -1), None)
+    curve = sampled(problem, s1.reshape(cases, -1), met, None)
     for _ in range(SWEEPS):
         start = _from_neighbours(problem, curve)
         again = np.flatnonzero(np.isfinite(start).all(axis=0).ravel())
         if not again.size:
             break
-        found, good = solve(
+        met, good = solve(
             problem.surfaces, placed.take(again), start.reshape(4, -1)[:, again], given_row(0, s1[again])
         )
         if not good.any():
             break
         state = curve.value[STATE].reshape(4, -1).copy()
-        state[:, again[good]] = found[:, good]
-        curve = sampled(problem, curve.x, state.reshape(4, cases, -1), None)
+        state[:, again[good]] = met.state[:, good]
+        curve = sampled(problem, curve.x, contacts_at(problem.surfaces, placed, state), None)
     return curve
 
 

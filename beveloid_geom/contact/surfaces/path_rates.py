@@ -43,8 +43,8 @@ def surface_rates(path: SurfacePaths, sense: FloatArray) -> tuple[FloatArray, Fl
     """
     segment, count = path.segment, path.cases.size
     cases = np.arange(count)
-    middle, _ = positions_on(path.problem, segment, np.array((0.0, 0.5, 1.0)))
-    middle = np.where(segment.turning, np.nan, middle[:, :, 1])
+    met, _ = positions_on(path.problem, segment, np.array((0.5,)))
+    middle = np.where(segment.turning, np.nan, met.state)
     states = segment.state[:, :, 0], middle, segment.state[:, :, 1]
     rates = [error_rates(path, cases, state, sense) for state in states]
     # The ends stay at their limits, and the middle at the mean of their rolls.
@@ -73,9 +73,9 @@ def _extreme(
 ) -> FloatArray:
     """Return the largest (`sign` 1) or smallest (-1) phase of each path and its derivatives, (cases, 5)."""
     problem, segment, count = path.problem, path.segment, path.cases.size
-    state, _ = positions_on(problem, segment, np.linspace(0.0, 1.0, SAMPLES))
-    index = np.repeat(np.arange(count), SAMPLES)
-    dense = error_rates(path, index, state.reshape(4, -1), sense[index]).value[PHASE].reshape(count, SAMPLES)
+    met, _ = positions_on(problem, segment, np.linspace(0.0, 1.0, SAMPLES))
+    index, state = np.repeat(np.arange(count), SAMPLES), met.state.reshape(4, count, SAMPLES)
+    dense = error_rates(path, index, met.state, sense[index]).value[PHASE].reshape(count, SAMPLES)
     known = np.isfinite(dense)
     place = np.where(known, sign * dense, -np.inf).argmax(axis=-1)
     result = np.empty((count, len(ERROR_NAMES) + 1))
@@ -113,5 +113,5 @@ def _at_roll(
 ) -> tuple[FloatArray, ErrorRates]:
     """Return the contacts (4, n) of cases at pinion rolls (n,), and their derivatives."""
     problem = path.problem
-    state, _ = solve(problem.surfaces, problem.placed.take(cases), start, given_row(2, roll))
-    return state, error_rates(path, cases, state, sense[cases])
+    met, _ = solve(problem.surfaces, problem.placed.take(cases), start, given_row(2, roll))
+    return met.state, error_rates(path, cases, met.state, sense[cases])

@@ -25,14 +25,14 @@ from ...status import Status
 from ..ends import Ends, no_ends
 from ..flank_pair import FlankPair
 from ..path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROLL
-from .curve import MARGINS, curve_over_s1, dense
+from .curve import MARGINS, NODE_COUNT, curve_over_s1, dense
 from .limits import Problem, margins_at
 from .segments import Segment, empty_segment, positions_on, segments_of
-from .tangency import Placement, Surfaces, contacts_at, extended, given_row, meshing_start, solve
+from .tangency import Contacts, Placement, Surfaces, extended, given_row, meshing_start, solve
 from .tracing import on_curve, seeds_of, traced
 
-CASES_PER_BLOCK = 256
-"""Number of cases for which the arrays stay in the cache."""
+POSITIONS_PER_BLOCK = 4096
+"""Number of contacts for which the arrays stay in the cache."""
 LIMIT_TOLERANCE_MM = 1e-9
 """Distance from a limit up to which a position is on the flanks."""
 
@@ -45,6 +45,12 @@ class SurfacePaths:
     problem: Problem
     segment: Segment
     racks: tuple[Rack, Rack]
+
+    def blocks(self, positions: int) -> Iterator[SurfacePaths]:
+        """Yield blocks of cases with this number of positions each whose arrays stay in the cache."""
+        for index in _blocks(self.cases.size, positions):
+            segment = _picked(self.segment, index)
+            yield SurfacePaths(self.cases[index], self.problem.cases(index), segment, self.racks)
 
 
 def problem_of(design: Design, flank: str, pairing: FlankPair, cases: Integers) -> Problem:
@@ -83,12 +89,14 @@ def problem_of(design: Design, flank: str, pairing: FlankPair, cases: Integers) 
 
 def segments_on_flanks(problem: Problem, undefined: Mask) -> Segment:
     """Return the segments of all cases; `undefined` (cases,) have no flanks or no mounting."""
-    count = problem.placed.offset.size
-    parts = []
-    for start in range(0, count, CASES_PER_BLOCK):
-        index = np.arange(start, min(start + CASES_PER_BLOCK, count))
-        parts.append(_block(problem.cases(index), undefined[index]))
-    return _joined(parts)
+    blocks = _blocks(undefined.size, NODE_COUNT)
+    return _joined([_block(problem.cases(index), undefined[index]) for index in blocks])
+
+
+def _blocks(cases: int, positions: int) -> list[Integers]:
+    """Return the numbers of the cases in blocks of POSITIONS_PER_BLOCK positions."""
+    size = max(1, POSITIONS_PER_BLOCK // positions)
+    return [np.arange(start, min(start + size, cases)) for start in range(0, cases, size)]
 
 
 def _block(problem: Problem, undefined: Mask) -> Segment:
@@ -243,9 +251,9 @@ def rows_between_ends(paths: list[SurfacePaths], count: int, share: FloatArray) 
     """
     table = np.full((HEIGHT, count, share.size), np.nan)
     status = np.empty((count, share.size), dtype=np.int8)
-    for path in paths:
-        state, good = positions_on(path.problem, path.segment, np.append(share, 0.5))
-        rows, _ = _rows(path, state)
+    for path in (part for whole in paths for part in whole.blocks(share.size + 1)):
+        met, good = positions_on(path.problem, path.segment, np.append(share, 0.5))
+        rows, _ = _rows(path, met, good.shape)
         rows[PHASE] -= rows[PHASE, :, -1:].copy()
         table[:, path.cases] = rows[..., :-1]
         known = path.segment.status[:, None]
@@ -265,10 +273,10 @@ def rows_at_l1(paths: list[SurfacePaths], l1: FloatArray) -> tuple[FloatArray, C
     for path in paths:
         problem, segment, given = path.problem, path.segment, l1[path.cases]
         middle = 0.5 * (given.min(axis=-1, keepdims=True) + given.max(axis=-1, keepdims=True))
-        state, good, several = _at_l1(problem, segment, np.concatenate((given, middle), axis=-1))
-        on_path, _ = positions_on(problem, segment, np.array((0.5, 0.5)))
-        rows, margin = _rows(path, state)
-        phase = _rows(path, on_path)[0][PHASE, :, :1]
+        met, good, several = _at_l1(problem, segment, np.concatenate((given, middle), axis=-1))
+        rows, margin = _rows(path, met, good.shape)
+        met, known = positions_on(problem, segment, np.array((0.5,)))
+        phase = _rows(path, met, known.shape)[0][PHASE]
         rows[PHASE] -= np.where(np.isnan(phase), rows[PHASE, :, -1:], phase)
         code = np.where(good, np.int8(Status.SOLVED), np.int8(Status.NOT_CONVERGED))
         code[good & (margin < -LIMIT_TOLERANCE_MM)] = Status.OFF_FLANK
@@ -280,9 +288,9 @@ def rows_at_l1(paths: list[SurfacePaths], l1: FloatArray) -> tuple[FloatArray, C
     return table, status
 
 
-def _at_l1(problem: Problem, segment: Segment, l1: FloatArray) -> tuple[FloatArray, Mask, Mask]:
-    """Return contacts (4, cases, positions) at given l1, whether they were solved, and where the segment has
-    several contacts with this l1.
+def _at_l1(problem: Problem, segment: Segment, l1: FloatArray) -> tuple[Contacts, Mask, Mask]:
+    """Return contacts (cases * positions) at given l1 (cases, positions), whether they were solved, and where
+    the segment has several contacts with this l1.
     """
     cases, count = l1.shape
     knots = segment.knots
@@ -299,20 +307,18 @@ def _at_l1(problem: Problem, segment: Segment, l1: FloatArray) -> tuple[FloatArr
     share = (l1 - ends[0][0]) / (ends[1][0] - ends[0][0])
     between = ends[0] + share * (ends[1] - ends[0])
     start = np.where(passed.any(axis=-1) & np.isfinite(between).all(axis=0), between, start)
-    state, good = solve(problem.surfaces, placed, start.reshape(4, -1), given_row(0, l1.ravel()))
-    return state.reshape(4, cases, count), good.reshape(cases, count) & ~several, several
+    met, good = solve(problem.surfaces, placed, start.reshape(4, -1), given_row(0, l1.ravel()))
+    return met, good.reshape(cases, count) & ~several, several
 
 
-def _rows(path: SurfacePaths, state: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the rows (HEIGHT, cases, positions) of contacts (4, cases, positions), and their least margins,
-    mm.
+def _rows(path: SurfacePaths, met: Contacts, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
+    """Return the rows (HEIGHT, cases, positions) of contacts (cases * positions) of this shape, and their
+    least margins, mm; NaN where the state is not known.
     """
-    problem, (_, cases, count) = path.problem, state.shape
-    placed = problem.placed.take(np.repeat(np.arange(cases), count))
-    flat = state.reshape(4, -1)
-    met = contacts_at(problem.surfaces, placed, flat)
+    problem, flat = path.problem, met.state
+    placed = problem.placed.take(np.repeat(np.arange(shape[0]), shape[1]))
     margins, _ = margins_at(problem, met)
-    rows = np.empty((HEIGHT, cases * count))
+    rows = np.empty((HEIGHT, flat.shape[1]))
     rows[0], rows[1], rows[4], rows[5] = flat[0], flat[3], flat[1], met.high
     for j, rack in enumerate(path.racks):
         rows[2 + j] = (rows[4 + j] - rack_point(rack, rows[j])[2]) / rack.trace[2]
@@ -322,4 +328,5 @@ def _rows(path: SurfacePaths, state: FloatArray) -> tuple[FloatArray, FloatArray
         rows[part] = start - x, placed.sin * z - placed.cos * y, placed.sin * y + placed.cos * z
     rows[ROLL], rows[ROLL + 1] = flat[2], np.arctan2(met.turn[1], met.turn[0]) - met.jets[1].phi
     rows[PHASE] = rows[ROLL + 1] + problem.surfaces.ratio * rows[ROLL]
-    return rows.reshape(HEIGHT, cases, count), margins.min(axis=0).reshape(cases, count)
+    rows[:, np.isnan(flat).any(axis=0)] = np.nan
+    return rows.reshape(HEIGHT, *shape), margins.min(axis=0).reshape(shape)

@@ -10,7 +10,7 @@ from ...arrays import Codes, FloatArray, Integers, Mask
 from ...status import Status
 from .curve import MARGINS, STATE, Curve, broken, dense
 from .limits import Problem, least_margin
-from .tangency import Condition, Contacts, contacts_at, given_row, solve
+from .tangency import Condition, Contacts, solve
 
 END_TOLERANCE_MM = 1e-9
 """Distance from a limit up to which a position is at this limit."""
@@ -137,57 +137,53 @@ def _with_ends(
     """Fill a segment for the cases `some`, and return for which of them both ends were found."""
     x, rows, depth = (values[..., some, :] for values in samples)
     first, last = run[0][some], run[1][some]
-    row = np.arange(some.size)
-    part = problem.cases(some)
-    ends = []
-    good = np.ones(some.size, dtype=bool)
-    for inner, outer in ((first, first - 1), (last, last + 1)):
-        within, beyond = depth[row, inner], depth[row, outer]
-        share = within / (within - beyond)
-        start = rows[STATE, row, inner] + share * (rows[STATE, row, outer] - rows[STATE, row, inner])
-        state, found = solve(part.surfaces, part.placed, start, least_limit(part))
-        # The end lies between the samples that show it.
-        bracket = rows[:3, row, outer] - rows[:3, row, inner]
-        size = np.linalg.norm(bracket / part.scale[:, None], axis=0)
-        moved = np.linalg.norm((state[:3] - start[:3]) / part.scale[:, None], axis=0)
-        good &= found & (moved <= 2.0 * size + 1e-6)
-        ends.append((state, x[row, inner] + share * (x[row, outer] - x[row, inner])))
-    # Exact limits and rates of the roll at both ends.
+    scale = problem.scale[:, None]
+    # Solve for the first ends of all cases, followed by the last ones.
+    row = np.tile(np.arange(some.size), 2)
+    inner, outer = np.append(first, last), np.append(first - 1, last + 1)
+    within, beyond = depth[row, inner], depth[row, outer]
+    share = within / (within - beyond)
+    bracket = rows[STATE, row, outer] - rows[STATE, row, inner]
+    start = rows[STATE, row, inner] + share * bracket
+    where = x[row, inner] + share * (x[row, outer] - x[row, inner])
+    part = problem.cases(some[row])
+    met, good = solve(part.surfaces, part.placed, start, least_limit(part))
+    # The end lies between the samples that show it.
+    moved = np.linalg.norm((met.state[:3] - start[:3]) / scale, axis=0)
+    good &= moved <= 2.0 * np.linalg.norm(bracket[:3] / scale, axis=0) + 1e-6
+    value, _, limit = least_margin(part, met)
+    good = np.asarray((good & (np.abs(value) <= END_TOLERANCE_MM)).reshape(2, -1).all(axis=0))
+    limits = limit.astype(np.int8).reshape(2, -1).T
+    # Knots from end to end.
     order = np.arange(x.shape[1] + 2)[None] - 1
     before, after = (order < first[:, None]), (order > last[:, None])
     at = np.clip(order, 0, x.shape[1] - 1)
     places = np.take_along_axis(x, at, axis=1)
     knots = np.stack([np.take_along_axis(values, at, axis=1) for values in rows[STATE]])
-    for which, (state, where) in zip((before, after), ends, strict=True):
-        places = np.where(which, where[:, None], places)
+    both = zip((before, after), where.reshape(2, -1), met.state.reshape(4, 2, -1).swapaxes(0, 1), strict=True)
+    for which, place, state in both:
+        places = np.where(which, place[:, None], places)
         knots = np.where(which, state[:, :, None], knots)
     steps = np.diff(knots[2], axis=-1)
     # Samples are interpolated, so that one next to an end may be slightly beyond it.
     least = ROLL_MISFIT * np.abs(steps).max(axis=-1, keepdims=True)
     turning = (steps > least).any(axis=-1) & (steps < -least).any(axis=-1)
     span = np.ptp(np.nan_to_num(knots[2]), axis=-1)
-    limits = []
-    for state, _ in ends:
-        met = contacts_at(part.surfaces, part.placed, state)
-        value, _, limit = least_margin(part, met)
-        good &= np.abs(value) <= END_TOLERANCE_MM
-        limits.append(limit)
-        # Direction of the roll at this end, along the segment.
-        chord = (knots[:3, :, -1] - knots[:3, :, 0]) / part.scale[:, None]
-        tangent = met.tangent / part.scale[:, None]
-        tangent = tangent * np.sign((tangent * chord).sum(axis=0))
-        turning |= tangent[2] * chord[2] < 0.0
+    # Direction of the roll at both ends, along the segment.
+    chord = (knots[:3, :, -1] - knots[:3, :, 0]) / scale
+    tangent = (met.tangent / scale).reshape(3, 2, -1)
+    tangent = tangent * np.sign((tangent * chord[:, None]).sum(axis=0))
+    turning |= (tangent[2] * chord[2] < 0.0).any(axis=0)
     for case in np.flatnonzero(turning & good):
         span[case] = _turned_span(part.cases(np.array([case])), knots[:, case])
     # The pinion drives: the roll rises on right flanks and falls on left flanks.
     backwards = part.surfaces.pinion.sigma * (knots[2, :, -1] - knots[2, :, 0]) < 0.0
     knots[:, backwards], places[backwards] = knots[:, backwards, ::-1], places[backwards, ::-1]
-    limit = np.stack(limits, axis=-1).astype(np.int8)
-    limit[backwards] = limit[backwards, ::-1]
+    limits[backwards] = limits[backwards, ::-1]
     done = some[good]
     segment.status[some] = np.where(good, np.int8(Status.SOLVED), np.int8(Status.NOT_CONVERGED))
     segment.state[:, done] = knots[:, good][:, :, [0, -1]]
-    segment.limit[done], segment.span[done], segment.turning[done] = limit[good], span[good], turning[good]
+    segment.limit[done], segment.span[done], segment.turning[done] = limits[good], span[good], turning[good]
     segment.x[done], segment.knots[:, done] = places[good], knots[:, good]
     return good
 
@@ -209,11 +205,10 @@ def _turned_span(problem: Problem, knots: FloatArray) -> float:
 
         def rate_at(start: FloatArray, direction: FloatArray = direction) -> tuple[FloatArray, float, float]:
             """Return the contact in the plane through a state, its roll rate and its roll."""
-            state, _ = solve(problem.surfaces, problem.placed, start, on_plane(problem, start, direction))
-            met = contacts_at(problem.surfaces, problem.placed, state)
+            met, _ = solve(problem.surfaces, problem.placed, start, on_plane(problem, start, direction))
             tangent = met.tangent[:, 0] / problem.scale
             tangent *= np.sign(tangent @ direction[:, 0]) / np.linalg.norm(tangent)
-            return state, float(tangent[2]), float(state[2, 0])
+            return met.state, float(tangent[2]), float(met.state[2, 0])
 
         shares, rates, start = [0.0, 0.25 * size], [], knots[:, k : k + 1]
         for share in shares:
@@ -235,39 +230,27 @@ def _turned_span(problem: Problem, knots: FloatArray) -> float:
     return float(np.ptp(values))
 
 
-def positions_on(problem: Problem, segment: Segment, share: FloatArray) -> tuple[FloatArray, Mask]:
-    """Return exact states (4, cases, positions) from enter (0) to leave (1), and whether they were solved.
+def positions_on(problem: Problem, segment: Segment, share: FloatArray) -> tuple[Contacts, Mask]:
+    """Return exact contacts (cases * positions) from enter (0) to leave (1), and whether they were solved,
+    (cases, positions).
 
-    `share` (positions,) are the fractions of the way.
-
-    The way is measured in pinion roll, or along the curve if the roll turns back.
+    `share` (positions,) are the fractions of the way. The way is measured in pinion roll, or along the curve
+    if the roll turns back.
     """
-    cases = segment.span.size
-    roll = segment.state[2]
+    cases, count = segment.span.size, share.size
+    # At given rolls, or in planes across the curve: a given roll is a plane across its axis.
     by = np.where(segment.turning[:, None], segment.x, segment.knots[2])
     goal = by[:, :1] + (by[:, -1:] - by[:, :1]) * share
     start, direction = _interpolated(by, segment.knots, goal)
-    state = np.full((4, cases, share.size), np.nan)
-    good = np.zeros((cases, share.size), dtype=bool)
-    for turning in (False, True):
-        index = np.flatnonzero((segment.turning == turning) & (segment.status == Status.SOLVED))
-        if not index.size:
-            continue
-        placed = problem.placed.take(np.repeat(index, share.size))
-        begin = start[:, index].reshape(4, -1)
-        if turning:
-            condition = on_plane(problem, begin, direction[:, index].reshape(3, -1) / problem.scale[:, None])
-        else:
-            rolls = roll[index, :1] + (roll[index, 1:] - roll[index, :1]) * share
-            begin[2] = rolls.ravel()
-            condition = given_row(2, rolls.ravel())
-        found, solved = solve(problem.surfaces, placed, begin, condition)
-        state[:, index], good[index] = found.reshape(4, index.size, -1), solved.reshape(index.size, -1)
-        # The ends are known exactly.
-        for place, end in ((0, 0), (-1, 1)):
-            if share[place] == float(end):
-                state[:, index, place], good[index, place] = segment.state[:, index, end], True
-    return state, good
+    roll = segment.state[2, :, :1] + (segment.state[2, :, 1:] - segment.state[2, :, :1]) * share
+    start[2] = np.where(segment.turning[:, None], start[2], roll)
+    across = np.where(
+        segment.turning[:, None], direction / problem.scale[:, None, None], np.eye(3)[2][:, None, None]
+    )
+    start, across = start.reshape(4, -1), across.reshape(3, -1)
+    placed = problem.placed.take(np.repeat(np.arange(cases), count))
+    met, good = solve(problem.surfaces, placed, start, on_plane(problem, start, across))
+    return met, good.reshape(cases, count)
 
 
 def _interpolated(by: FloatArray, knots: FloatArray, goal: FloatArray) -> tuple[FloatArray, FloatArray]:

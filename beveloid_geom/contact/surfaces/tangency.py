@@ -35,6 +35,10 @@ from ...gear.tooth_side import Surface, cut_with_bends, profile_at
 NEWTON_MAX_STEPS = 40
 LAST_STEP_MM = 1e-9
 """Newton step in mm after which the iteration ends: the error is its square over a length of the pair."""
+SMALL_STEP_MM, NEXT_STEP_MM = 1e-6, 1e-12
+"""A step in mm below the first also ends the iteration if the next one, predicted from the last two steps,
+is below the second.
+"""
 ROUNDING_STEP_MM, MAX_SHORT_STEPS = 1e-6, 4
 """Newton step in mm that may consist of rounding near line contact, and number of such steps that end the
 iteration.
@@ -258,7 +262,7 @@ def given_row(row: int, values: FloatArray) -> Condition:
 
 def solve(
     surfaces: Surfaces, placed: Placement, state: FloatArray, condition: Condition
-) -> tuple[FloatArray, Mask]:
+) -> tuple[Contacts, Mask]:
     """Solve for contacts that satisfy a condition.
 
     Parameters
@@ -271,16 +275,15 @@ def solve(
 
     Returns
     -------
-    state : ndarray, shape (4, n)
-        NaN where not solved.
+    met : Contacts
+        Its state is NaN where not solved.
     good : ndarray of bool, shape (n,)
     """
-    state, good = state.copy(), np.zeros(state.shape[1], dtype=bool)
+    state, final = state.copy(), np.zeros(state.shape[1], dtype=bool)
     active = np.flatnonzero(np.isfinite(state).all(axis=0))
     limits = surfaces.largest[:, None]
     lever = surfaces.pinion.pitch_radius
-    final = np.zeros(state.shape[1], dtype=bool)
-    short = np.zeros(state.shape[1], dtype=int)
+    short, before = np.zeros(state.shape[1], dtype=int), np.full(state.shape[1], np.inf)
     for _ in range(NEWTON_MAX_STEPS):
         if not active.size:
             break
@@ -299,19 +302,21 @@ def solve(
         size = np.maximum(np.abs(step[:2]).max(axis=0), np.maximum(np.abs(other), lever * np.abs(step[2])))
         # Steps that stay small without vanishing are rounding.
         short[active] += size <= ROUNDING_STEP_MM
-        last = (size <= LAST_STEP_MM) | (short[active] > MAX_SHORT_STEPS)
+        # The convergence is quadratic: the ratio of two steps is squared from step to step.
+        following = size * (size / before[active]) ** 2
+        last = (size <= SMALL_STEP_MM) & (before[active] < np.inf) & (following <= NEXT_STEP_MM)
+        last |= (size <= LAST_STEP_MM) | (short[active] > MAX_SHORT_STEPS)
+        before[active] = size
         known = np.isfinite(moved).all(axis=0)
         state[:, active] = np.where(known, moved, met.state)
         done = last & known
         final[active[done]] = True
         active = active[known & ~done]
-    index = np.flatnonzero(final)
-    if index.size:
-        met = contacts_at(surfaces, placed.take(index), state[:, index])
-        value, _ = condition(met, index)
-        good[index] = (met.error <= RESIDUAL_TOLERANCE) & met.opposed & np.isfinite(value)
+    met = contacts_at(surfaces, placed, state)
+    value, _ = condition(met, np.arange(final.size))
+    good = final & (met.error <= RESIDUAL_TOLERANCE) & met.opposed & np.isfinite(value)
     state[:, ~good] = np.nan
-    return state, good
+    return met, good
 
 
 def meshing_start(surfaces: Surfaces, placed: Placement, s1: FloatArray, z1: FloatArray) -> FloatArray:

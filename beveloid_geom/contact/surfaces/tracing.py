@@ -74,7 +74,7 @@ def seeds_of(problem: Problem) -> tuple[FloatArray, bool]:
         part = start[:, row == held]
         placed = problem.placed.take(np.zeros(part.shape[1], dtype=int))
         result, good = solve(problem.surfaces, placed, part, given_row(held, part[held]))
-        found.append(result[:, good])
+        found.append(result.state[:, good])
     seeds = np.concatenate(found, axis=1)
     return seeds, bool(np.isfinite(g).all())
 
@@ -103,7 +103,8 @@ def traced(problem: Problem, seed: FloatArray) -> tuple[Curve | None, bool]:
     directions = np.array([-direction for _, direction in both[0][:0:-1]] + [d for _, d in both[1]]).T
     steps = np.linalg.norm(np.diff(states[:3]) / problem.scale[:, None], axis=0)
     x = np.concatenate(([0.0], np.cumsum(steps)))
-    return sampled(problem, x[None], states[:, None], directions[:, None]), complete
+    met = contacts_at(problem.surfaces, problem.placed.take(np.zeros(x.size, dtype=int)), states)
+    return sampled(problem, x[None], met, directions), complete
 
 
 def _followed(
@@ -115,17 +116,16 @@ def _followed(
     way, step = [(state[:, 0], direction[:, 0])], FIRST_STEP
     for _ in range(MAX_STEPS):
         guess = state + met.along(step * direction * problem.scale[:, None])
-        found, good = solve(problem.surfaces, problem.placed, guess, on_plane(problem, guess, direction))
-        following = contacts_at(problem.surfaces, problem.placed, found)
+        following, good = solve(problem.surfaces, problem.placed, guess, on_plane(problem, guess, direction))
         ahead = _direction(problem, following, direction)
         turn = np.arccos(np.clip((ahead * direction).sum(), -1.0, 1.0))
-        moved = np.linalg.norm((found[:3] - state[:3]) / problem.scale[:, None])
+        moved = np.linalg.norm((following.state[:3] - state[:3]) / problem.scale[:, None])
         if not good[0] or turn > MAX_TURN or moved > 1.5 * step:
             step *= 0.5
             if step < LEAST_STEP:  # the surface ends here, as at an edge of regression
                 return way, bool(_room(problem, met)[0] < -OUTSIDE)
             continue
-        state, met, direction = found, following, ahead
+        state, met, direction = following.state, following, ahead
         way.append((state[:, 0], direction[:, 0]))
         step = min(LARGEST_STEP, 1.5 * step if turn < 0.3 * MAX_TURN else step)
         if _room(problem, met)[0] < -BEYOND:
