@@ -90,7 +90,7 @@ def paths_on_flanks(pairing: FlankPair) -> list[Group]:
     if not (near.size or parallel.any()):
         return _crossed(pairing)
     # Exclude nearly parallel cases without contact, then use series over w1 and the parallel solution.
-    clear = clear_of_flanks(pairing.cases(near))
+    clear = clear_of_flanks(pairing.cases(near)) if near.size else np.zeros(0, dtype=bool)
     off = np.full(np.count_nonzero(clear), np.int8(Status.OFF_FLANK))
     groups = [_without_path(pairing, near[clear], off)]
     for cases, series_of_all in ((np.flatnonzero(parallel), parallel_series), (near[~clear], series_over_w1)):

@@ -21,7 +21,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ...arrays import FloatArray
+from ...arrays import FloatArray, Quantity
 from ...design.model import MATCH
 from ...status import Status
 from ...support.chebyshev import basis_of
@@ -202,7 +202,7 @@ def single_contact(pairing: FlankPair) -> tuple[FloatArray, NDArray[np.bool_]]:
 
 
 def greatest_at(
-    value: Callable[[FloatArray], FloatArray], first: FloatArray, last: FloatArray, sense: float = 1.0
+    value: Callable[[FloatArray], FloatArray], first: FloatArray, last: FloatArray, sense: Quantity = 1.0
 ) -> FloatArray:
     """Return l1 (..., 1), mm, between `first` and `last` at which `value` (..., positions) times `sense` is
     largest.
@@ -229,12 +229,14 @@ def _ends_of_lines(pairing: FlankPair) -> FloatArray:
 
     At a constant l1 the roll is linear in w1, so that the extremum is at an end of its `interval`.
     """
-    result, lines = np.empty((2, len(pairing.branch), 2)), on_lines(pairing)
-    for end, sense in enumerate((-1.0, 1.0)):
-        roll = partial(_extreme_roll, pairing, lines, sense)
-        l1 = greatest_at(roll, pairing.lowest[0], pairing.highest[0], sense)
-        result[0, :, end], result[1, :, end] = l1[:, 0], _extreme_on(pairing, lines, sense, l1)[0][:, 0]
-    return result
+    # Every case twice: for the least roll, and for the largest one.
+    cases = len(pairing.branch)
+    twice = pairing.cases(np.tile(np.arange(cases), 2))
+    lines, sense = on_lines(twice), np.array((-1.0, 1.0)).repeat(cases)[:, None]
+    roll = partial(_extreme_roll, twice, lines, sense)
+    l1 = greatest_at(roll, twice.lowest[0], twice.highest[0], sense)
+    w = _extreme_on(twice, lines, sense, l1)[0]
+    return np.array((l1, w)).reshape(2, 2, cases).swapaxes(1, 2)
 
 
 def on_lines(pairing: FlankPair) -> Lines:
@@ -267,15 +269,15 @@ def on_lines(pairing: FlankPair) -> Lines:
     return between
 
 
-def _extreme_roll(pairing: FlankPair, lines: Lines, sense: float, l1: FloatArray) -> FloatArray:
+def _extreme_roll(pairing: FlankPair, lines: Lines, sense: FloatArray, l1: FloatArray) -> FloatArray:
     return _extreme_on(pairing, lines, sense, l1)[1]
 
 
 def _extreme_on(
-    pairing: FlankPair, lines: Lines, sense: float, l1: FloatArray
+    pairing: FlankPair, lines: Lines, sense: FloatArray, l1: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return w1 (mm) at which the roll times `sense` is largest on the `lines` of l1 (cases, positions), mm,
-    and this roll (rad), NaN if no part of the line is on the flanks.
+    """Return w1 (mm) at which the roll times `sense` (cases, 1) is largest on the `lines` of l1 (cases,
+    positions), mm, and this roll (rad), NaN if no part of the line is on the flanks.
 
     If the roll is constant, w1 is the middle of the line. At a corner of the flanks the line is one point,
     and rounding may exchange its ends: w1 is one of them then.
