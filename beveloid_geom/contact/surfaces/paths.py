@@ -31,7 +31,7 @@ from .segments import Segment, empty_segment, positions_on, segments_of
 from .tangency import Contacts, Placement, Surfaces, extended, given_row, meshing_start, solve
 from .tracing import on_curve, seeds_of, traced
 
-POSITIONS_PER_BLOCK = 4096
+POSITIONS_PER_BLOCK = 8192
 """Number of contacts for which the arrays stay in the cache."""
 LIMIT_TOLERANCE_MM = 1e-9
 """Distance from a limit up to which a position is on the flanks."""
