@@ -247,10 +247,14 @@ def generated_bends(surface: Surface, s: FloatArray, z: FloatArray) -> tuple[Cut
     """Return the result of `cut_with_bends` for the surface without its modification."""
     section = _section(surface, s)
     cut, (_, _, sin, cos, turn_s, p_s, q_s) = _cut(surface, section, z), section
+    low = s < surface.joint
+    any_low = low.any()
+    if surface.parabola == 0.0 and not any_low:  # points are linear in s and z
+        none = np.zeros(1)
+        return cut, Bends(none, none, none, none, none)
     # On the flank q' = 2 a l and tau' = 2 a cos^2(tau); on the fillet tau' is constant.
     p_ss, q_ss, turn_ss = np.zeros(1), np.full(1, 2.0 * surface.parabola), -2.0 * q_s * turn_s * turn_s
-    low = s < surface.joint
-    if low.any():
+    if any_low:
         p_ss, q_ss = np.where(low, -q_s * turn_s, p_ss), np.where(low, p_s * turn_s, q_ss)
         turn_ss = np.where(low, 0.0, turn_ss)
     (bx, by), (cx, cy) = surface.along, surface.out

@@ -55,16 +55,14 @@ class SurfacePaths:
 
 def problem_of(design: Design, flank: str, pairing: FlankPair, cases: Integers) -> Problem:
     """Return the problem of cases with the same single members."""
-    pinion, gear = (extended(surface_of(member, flank)) for member in design.members)
+    pinion, gear = (surface_of(member, flank) for member in design.members)
     part = pairing.cases(cases)
     lowest, highest, tip, half_width, taper = (
         np.asarray(values)[:, 0, 0]
         for values in (part.lowest, part.highest, part.tip, part.half_width, part.taper)
     )
     scale = np.array((highest[0] - lowest[0], 2.0 * half_width[0], 2.0 * np.pi / float(design.pinion.teeth)))
-    edges = (
-        tuple(surface_of(member, flank).crossing for member in design.members) if part.edges else (None,) * 2
-    )
+    edges = (pinion.crossing, gear.crossing) if part.edges else (None, None)
     count = cases.size
     layout = part.layout
     point = np.broadcast_to(mounting_of(design).pitch_point, (*design.batch_shape, 3)).reshape(-1, 3)
@@ -82,9 +80,8 @@ def problem_of(design: Design, flank: str, pairing: FlankPair, cases: Integers) 
         point.T,
     )
     ratio = float(design.pinion.teeth / design.gear.teeth)
-    return Problem(
-        Surfaces(pinion, gear, ratio, scale), placed, lowest, highest, tip, taper, half_width, edges
-    )
+    surfaces = Surfaces(extended(pinion), extended(gear), ratio, scale)
+    return Problem(surfaces, placed, lowest, highest, tip, taper, half_width, edges)
 
 
 def segments_on_flanks(problem: Problem, undefined: Mask) -> Segment:
