@@ -112,9 +112,9 @@ class FlankModification:
         total, each = np.zeros((6, *shape), dtype=np.result_type(l, z, float)), iter(() if on is None else on)
         for term in self.terms:
             values = term.values(l, z, None if term.relief is None else next(each, None))
-            for row, factor, value in zip(total, term.factors, values, strict=True):
+            for k, (factor, value) in enumerate(zip(term.factors, values, strict=True)):
                 if not is_zero(value):
-                    row += factor * value
+                    total[k] += factor * value
         return total
 
     @cached_property
