@@ -92,6 +92,32 @@ def checked(
     return checks.pick(~earlier), np.flatnonzero(bad)
 
 
+def halved(engagement: Engagement, segments: CycleSegments, samples: Samples, bad: Integers) -> Samples:
+    """Cut segments without convergence next to their middle.
+
+    Parameters
+    ----------
+    engagement : Engagement
+    segments : CycleSegments
+    samples : Samples
+        First contacts.
+    bad : ndarray of int
+        Segments that are later than a sample or have not converged.
+
+    Returns
+    -------
+    Samples
+        The samples with one cut in each of these segments, if it has none and a sample in its middle half.
+    """
+    segment, cut = segments.number(engagement, samples.case, samples.roll), samples.cut.copy()
+    for k in bad:
+        inside = np.flatnonzero(segment == k)
+        away = np.abs(samples.roll[inside] - 0.5 * (segments.low[k] + segments.high[k]))
+        if inside.size and not cut[inside].any() and away.min() < 0.25 * (segments.high[k] - segments.low[k]):
+            cut[inside[away.argmin()]] = True
+    return replace(samples, cut=cut)
+
+
 def overtaken(
     engagement: Engagement, samples: Samples, segments: CycleSegments
 ) -> tuple[Integers, Integers, Samples]:

@@ -17,7 +17,7 @@ from .cycle_segments import (
     concatenated,
     samples_of,
 )
-from .missed_contacts import beyond_limits, checked, earlier, overtaken
+from .missed_contacts import beyond_limits, checked, earlier, halved, overtaken
 from .segment_fit import fitted
 
 MAX_ROUNDS = 8
@@ -98,6 +98,8 @@ def _divided(
         # Compare with the samples, which also covers segments whose neighbour could not be fitted.
         segment, strict = segments.number(engagement, samples.case, samples.roll), count < MAX_ROUNDS // 2
         samples, bad = checked(engagement, segments, segment, samples, strict)
+        if strict:
+            samples = halved(engagement, segments, samples, bad)
         checks = samples.pick(np.zeros(0, dtype=np.int64))
         if count > 0:  # in the first round there are enough samples
             places = np.array((-0.95, 0.1, 1.0))
