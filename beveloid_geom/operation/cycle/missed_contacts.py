@@ -107,13 +107,15 @@ def halved(engagement: Engagement, segments: CycleSegments, samples: Samples, ba
     Returns
     -------
     Samples
-        The samples with one cut in each of these segments, if it has none and a sample in its middle half.
+        The samples with one cut in each of these segments, if it has none after its first sample, and a
+        sample in its middle half.
     """
     segment, cut = segments.number(engagement, samples.case, samples.roll), samples.cut.copy()
     for k in bad:
         inside = np.flatnonzero(segment == k)
         away = np.abs(samples.roll[inside] - 0.5 * (segments.low[k] + segments.high[k]))
-        if inside.size and not cut[inside].any() and away.min() < 0.25 * (segments.high[k] - segments.low[k]):
+        middle = away.min(initial=np.inf) < 0.25 * (segments.high[k] - segments.low[k])
+        if middle and not cut[inside[1:]].any():
             cut[inside[away.argmin()]] = True
     return replace(samples, cut=cut)
 
