@@ -342,6 +342,7 @@ def _outside(
         joined = s - (surface.joint if surface.crossing is None else np.minimum(surface.fillet_end(z), s))
         margin = np.minimum(margin, np.where(fillet, -1.0, 1.0)[:, None] * joined)
     past = engagement.past_reliefs(values[1:3], values[3:5])
-    on = _bits(segments.reliefs[index], len(past))[..., None]
-    margin = np.minimum(margin, np.where(on, past, -past).min(axis=0, initial=np.inf))
+    if len(past):
+        on = _bits(segments.reliefs[index], len(past))[..., None]
+        margin = np.minimum(margin, np.where(on, past, -past).min(axis=0))
     return np.where(np.isnan(margin), np.inf, np.maximum(-margin, 0.0))

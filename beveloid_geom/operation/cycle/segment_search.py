@@ -98,7 +98,7 @@ def _divided(
         # Compare with the samples, which also covers segments whose neighbour could not be fitted.
         segment, strict = segments.number(engagement, samples.case, samples.roll), count < MAX_ROUNDS // 2
         samples, bad = checked(engagement, segments, segment, samples, strict)
-        if strict:
+        if strict and bad.size:
             samples = halved(engagement, segments, samples, bad)
         checks = samples.pick(np.zeros(0, dtype=np.int64))
         if count > 0:  # in the first round there are enough samples
