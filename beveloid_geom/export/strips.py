@@ -21,7 +21,7 @@ from ..contact.mesh_position import Frame
 from ..design.field_limits import shown_value
 from ..design.model import Member
 from ..gear.fillet import bottom_point, root_radius
-from ..gear.flank import tip_radius, turned
+from ..gear.flank import modification_of, tip_radius, turned
 from ..gear.tooth_side import fillet_points, surface_of
 from ..gear.undercut import require_flanks
 from ..shapes.sampling import flank_sheet
@@ -185,12 +185,28 @@ def _knots(spans: int, breaks: Sequence[float] = ()) -> FloatArray:
     return np.concatenate((np.zeros(DEGREE), spaced[0], *following, np.ones(DEGREE + 1)))
 
 
-def _breaks(member: Member) -> list[float]:
-    """Return the parameters t along the face at which undercut of a flank begins.
+def _relief_starts(member: Member, flank: str) -> tuple[list[float], list[float]]:
+    """Return l of the lines at which profile reliefs begin, and z at which reliefs of the face begin.
 
-    The edge between flank and fillet has a kink there."""
+    The curvature of the flank jumps there."""
+    given, terms = member.modification(flank), modification_of(member, flank)
+    starts: tuple[list[float], list[float]] = ([], [])
+    if given is None or terms is None:
+        return starts
+    for (kind, *_), term in zip(given.terms(), terms.terms, strict=True):
+        if kind.has_length:
+            along = kind.face != "active"
+            starts[along].append(float(term.origin[along]))
+    return starts
+
+
+def _breaks(member: Member) -> list[float]:
+    """Return the parameters t along the face at which undercut of a flank or a relief begins.
+
+    The edge between flank and fillet has a kink at the beginning of undercut."""
     half, onsets = 0.5 * float(member.face_width), set()
     for flank in FLANK_SIGN:
+        onsets |= set(_relief_starts(member, flank)[1])
         crossing = surface_of(member, flank).crossing
         for part in crossing.parts if crossing else ():
             onsets |= {z for z, onset in zip((part.low, part.high), part.onset, strict=True) if onset}
@@ -230,15 +246,41 @@ def _fitted_knots(
 
 
 def _flank_place(member: Member, flank: str) -> Place:
-    """Return the exact flank; s runs from its joint with the fillet to its tip."""
-    sheet = flank_sheet(member, flank, to_fillet=True)
+    """Return the exact flank; s runs from its joint with the fillet to its tip.
+
+    The lines at which reliefs begin have constant s, see `_section_breaks`."""
+    sheet, lines = flank_sheet(member, flank, to_fillet=True), sorted(_relief_starts(member, flank)[0])
+    shares = np.array([0.0, *_section_breaks(member, flank), 1.0])
 
     def place(s: Any, t: FloatArray) -> FloatArray:
         z, s = sheet.half_width * (2.0 * t - 1.0), s if flank == "left" else 1.0 - s
-        low = sheet.lower(z)
-        return sheet.place(low + s * (sheet.upper(z) - low), z)[0]
+        ends: list[Any] = [sheet.lower(z), *lines, sheet.upper(z)]
+        l = ends[0] + 0.0 * s
+        for (low, high), (first, last) in zip(pairwise(ends), pairwise(shares), strict=True):
+            l = l + np.clip((s - first) / (last - first), 0.0, 1.0) * (high - low)
+        return sheet.place(l, z)[0]
 
     return place
+
+
+def _section_breaks(member: Member, flank: str) -> list[float]:
+    """Return s, from the joint with the fillet, of the lines at which reliefs begin: their shares of the
+    flank at mid-face.
+
+    Raises ValueError for a line that leaves the flank between toe and heel."""
+    lines = sorted(_relief_starts(member, flank)[0])
+    if not lines:
+        return []
+    sheet = flank_sheet(member, flank, to_fillet=True)
+    z = np.linspace(-sheet.half_width, sheet.half_width, 101)
+    low, high = (np.broadcast_to(side, z.shape) for side in (sheet.lower(z), sheet.upper(z)))
+    if np.any(np.diff([low.max(), *lines, high.min()]) <= 0.0):
+        raise ValueError(
+            f"the {flank} flank: the line at which a relief begins leaves the flank, or another relief begins"
+            " there: change the length of the relief, or write the gear as triangles"
+        )
+    start, end = float(low[50]), float(high[50])  # at mid-face
+    return [(l - start) / (end - start) for l in lines]
 
 
 def _fillet_place(member: Member, flank: str) -> Place:
@@ -277,9 +319,11 @@ def _trace(knots: FloatArray, points: FloatArray) -> StripEdge:
     return StripEdge(knots, poles, _poles(knots, angle))
 
 
-def _net(place: Place, first: StripEdge, last: StripEdge) -> Net:
-    """Return the surface between two traces; its outer rows of poles are those of the traces."""
-    across, t = _fitted_knots(lambda s: place(s[:, None], PROBES), FIT_MM), _nodes(first.knots)
+def _net(place: Place, first: StripEdge, last: StripEdge, breaks: Sequence[float] = ()) -> Net:
+    """Return the surface between two traces; its outer rows of poles are those of the traces.
+
+    The slope may jump at the `breaks` across the section."""
+    across, t = _fitted_knots(lambda s: place(s[:, None], PROBES), FIT_MM, breaks), _nodes(first.knots)
     poles = _poles(first.knots, _poles(across, place(_nodes(across)[:, None], t)), axis=1)
     poles[0], poles[-1] = first.points, last.points
     poles[..., 2] = first.points[:, 2]
@@ -303,9 +347,11 @@ def _cut_tooth(member: Member) -> _Tooth:
     if not has_land:
         right_root = _turned(left_root, pitch)
     pairs = (left_root, starts[1]), (starts[1], left_tip), (right_tip, starts[3]), (starts[3], right_root)
+    left = _section_breaks(member, "left")
+    right = sorted(1.0 - s for s in _section_breaks(member, "right"))
     strips = [
-        Strip(name, *pair, _net(place, *pair))
-        for (name, place), pair in zip(places.items(), pairs, strict=True)
+        Strip(name, *pair, _net(place, *pair, breaks))
+        for (name, place), pair, breaks in zip(places.items(), pairs, ((), left, right, ()), strict=True)
     ]
     strips.insert(2, Strip("tip", left_tip, right_tip, tip))
     return _Tooth(strips, root, _middle(member, knots) if has_land else right_root, has_land)

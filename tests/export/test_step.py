@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from beveloid_geom import Member
+from beveloid_geom import Member, Modification
 from beveloid_geom.arrays import FloatArray, flank_sign
 from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.export.step import write_step, write_step_pair
@@ -104,17 +104,46 @@ def turned(points: FloatArray, angle: float) -> FloatArray:
     )
 
 
-def distance_from(surface: Exact, ends: tuple[Any, Any], points: FloatArray) -> float:
-    """Return the largest distance of points from a surface, along the normals at equal z and radius."""
+def parameter_at(surface: Exact, ends: tuple[Any, Any], points: FloatArray) -> FloatArray:
+    """Return the parameter between the `ends` at which a surface has z and radius of points."""
     z, radius = points[..., 2], np.hypot(points[..., 0], points[..., 1])
     low, high = (np.broadcast_to(end, z.shape) for end in ends)
     for _ in range(50):
         middle = 0.5 * (low + high)
         below = np.hypot(*np.moveaxis(surface(middle, z)[0][..., :2], -1, 0)) < radius
         low, high = np.where(below, middle, low), np.where(below, high, middle)
-    exact, normals = surface(low, z)
+    return low
+
+
+def distance_from(surface: Exact, ends: tuple[Any, Any], points: FloatArray) -> float:
+    """Return the largest distance of points from a surface, along the normals at equal z and radius."""
+    exact, normals = surface(parameter_at(surface, ends, points), points[..., 2])
     assert np.linalg.norm(exact - points, axis=-1).max() < 1e-4
     return float(np.abs(np.einsum("...i,...i", exact - points, normals)).max())
+
+
+@pytest.mark.slow
+def test_faces_of_a_modified_gear_are_turned_by_the_depth(folder: Path) -> None:
+    """The faces are the generated flanks of a helical gear, turned into the tooth by depth over base radius.
+
+    The depth is computed from z and from the parameter of the generated flank at the same radius."""
+    helical = replace(PINION, cone_angle=0.0, tool=replace(PINION.tool, parabola=0.0))
+    reliefs = {"heel_relief_um": 20.0, "heel_relief_length_mm": 10.0}
+    reliefs |= {"tip_relief_um": 15.0, "tip_relief_length_mm": 2.5}
+    write_step(helical.modified(Modification(helix_crowning_um=30.0, **reliefs)), folder / "gear.step", (0,))
+    written = read_back(folder / "gear.step")
+    tan_transverse = np.tan(float(helical.tool.normal_pressure_angle)) / np.cos(radians(25.0))
+    base_radius = 6.0 * 29 / (2.0 * np.cos(radians(25.0))) / np.hypot(1.0, tan_transverse)
+    for flank in ("right", "left"):
+        points = points_of(written.faces[f"{flank} flank 1"], 25)
+        z, (surface, ends) = points[..., 2], exact_places(helical, flank)["flank"]
+        at_radius, tip = parameter_at(surface, ends(z), points), float(np.max(ends(np.zeros(1))[1]))
+        depth = 0.030 * (z / 25.0) ** 2 + 0.020 * np.maximum(z - 15.0, 0.0) ** 2 / 10.0**2
+        depth += 0.015 * np.maximum(at_radius - tip + 2.5, 0.0) ** 2 / 2.5**2
+        angle = np.arctan2(points[..., 1], points[..., 0]) + flank_sign(flank) * depth / base_radius
+        radius = np.hypot(points[..., 0], points[..., 1])
+        generated = np.stack((radius * np.cos(angle), radius * np.sin(angle), z), axis=-1)
+        assert distance_from(surface, ends(z), generated) < 2e-6
 
 
 CASES = {
