@@ -189,8 +189,32 @@ PARABOLAS = (
     ),
     ("parabola_apex_gear", "MM", "Apex of the gear's parabolas, from the reference line towards the tip."),
 )
-OVERRIDES = ERROR_OVERRIDES + PARABOLAS
+MODIFICATION = (
+    "Modification of the {0}, in place of [{0}.modification]: amounts in um and lengths in mm, such as"
+    ' "helix_crowning=10, tip_relief=15, tip_relief_length=2.5", with right. or left. before a name for one'
+    " flank; none for no modification."
+)
+MODIFIED = tuple(
+    (f"{member}_modification", "AMOUNTS", MODIFICATION.format(member)) for member in ("pinion", "gear")
+)
+OVERRIDES = ERROR_OVERRIDES + PARABOLAS + MODIFIED
 """Arguments of `design.file.override` with an option: name, metavar and help."""
+
+
+def _modification(argument: str, metavar: str, text: str) -> Option:
+    """Return the option for a modification, an argument of `design.file.override`."""
+    name = option_name(argument)
+
+    def read(value: str) -> dict[str, Any]:
+        """Return the table of a design file for the amounts. Raises Refusal."""
+        from ..design.amounts import read_amounts
+
+        try:
+            return read_amounts(value)
+        except ValueError as error:
+            raise Refusal([f"{name} {error}"]) from None
+
+    return option(name, read, None, f"{text} Default: that of the design.", metavar)
 
 
 def _override(argument: str, metavar: str, text: str) -> Option:
@@ -198,11 +222,14 @@ def _override(argument: str, metavar: str, text: str) -> Option:
     return option(option_name(argument), float, None, f"{text} Default: that of the design.", metavar)
 
 
-parabola_options = block(*(_override(*each) for each in PARABOLAS))
-"""Options for the parabola coefficients and the position of their apex."""
+tooth_options = block(
+    *(_override(*each) for each in PARABOLAS),
+    *(_modification(*each) for each in MODIFIED),
+)
+"""Options for the parabola coefficients, the position of their apex, and the modifications."""
 override_options = block(
     *(_override(*each) for each in ERROR_OVERRIDES),
-    parabola_options,
+    tooth_options,
     renamed("--shaft-angle-error", "--shaft-angle-error-deg"),
 )
 """Options for all values of a design that a command line may change."""
@@ -358,7 +385,7 @@ def load_design(source: str) -> Design:
         raise Refusal(f"{name}: {fault}" for fault in error.faults) from None
 
 
-def changed_design(design: Design, changes: Mapping[str, float | None]) -> Design:
+def changed_design(design: Design, changes: Mapping[str, Any]) -> Design:
     """Return the design with the values of options, by the names of OVERRIDES. Raises Refusal with the names
     of the options."""
     from ..design.file import DesignError, override

@@ -393,13 +393,21 @@ _OVERRIDES = {
 """Table and key of a file by argument of `override`."""
 
 
-def override(design: Design, **values: float | None) -> Design:
-    """Return a single design with other assembly errors or parabola coefficients.
+def override(
+    design: Design,
+    pinion_modification: Mapping[str, Any] | None = None,
+    gear_modification: Mapping[str, Any] | None = None,
+    **values: float | None,
+) -> Design:
+    """Return a single design with other assembly errors, parabola coefficients or modifications.
 
     Parameters
     ----------
     design : Design
         Design of plain numbers.
+    pinion_modification, gear_modification : mapping, optional
+        Keys of the table of the modification in a design file, with mappings for 'right' and 'left'. It
+        replaces the modification of the member; an empty mapping removes it.
     **values : float or None
         New values in mm, deg and 1/mm, by the names `offset_error`, `shaft_angle_error_deg`,
         `pinion_axial_error`, `gear_axial_error`, and for the pinion `parabola_pinion` (both flanks),
@@ -426,6 +434,15 @@ def override(design: Design, **values: float | None) -> Design:
     for name in ("pinion", "gear"):  # values of one flank are applied to those of both flanks
         member = getattr(changed, name)
         changed = replace(changed, **{name: replace(member, tool=replace(member.tool, **changes[name]))})
+    for name, amounts in (("pinion", pinion_modification), ("gear", gear_modification)):
+        if amounts is not None:
+            table, new = f"{name}.modification", list[Fault]()
+            member = replace(getattr(changed, name), **_read_modifications(table, amounts, new))
+            changed = replace(changed, **{name: member})
+            for fault in new:  # the table of one flank is named in front of the key
+                flank = fault.table.removeprefix(table).removeprefix(".")
+                key = ".".join(filter(None, (flank, fault.key)))
+                faults.append(Fault("", f"{name}_modification", f"{key} {fault.text}"))
     for name, member in (("pinion", changed.pinion), ("gear", changed.gear)):
         faults += member_faults(name, member)
     faults += offset_error_faults(changed.pinion, changed.errors)

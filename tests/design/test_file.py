@@ -2,6 +2,7 @@
 
 from math import cos, radians
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -159,7 +160,7 @@ def test_override() -> None:
         ),
     ],
 )
-def test_override_reports_the_argument(values: dict[str, float], faults: tuple[str, ...]) -> None:
+def test_override_reports_the_argument(values: dict[str, Any], faults: tuple[str, ...]) -> None:
     with pytest.raises(DesignError) as caught:
         override(DESIGN_1, **values)
     assert caught.value.faults == faults

@@ -9,6 +9,7 @@ import time
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -74,7 +75,7 @@ def main(
     seconds: float,
     fps: float,
     size: tuple[int, int],
-    **changes: float | None,
+    **changes: Any,
 ) -> None:
     """Write a film of the pair in mesh, with the contacts moving over the flanks.
 

@@ -12,10 +12,10 @@ from ...options import (
     NumberRange,
     flank_option,
     option,
-    parabola_options,
     progress_bar,
     sizes_of,
     tolerance_options,
+    tooth_options,
     worker_processes,
 )
 
@@ -40,7 +40,7 @@ SPREADS = click.Choice(["normal", "uniform"])
     option(
         "--jobs", click.IntRange(1, MAX_JOBS), 1, "Number of processes; the result does not depend on it."
     ),
-    parabola_options,
+    tooth_options,
     json=" of the summary",
     csv="one mounting per row",
 )

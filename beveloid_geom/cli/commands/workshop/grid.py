@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ... import results
-from ...options import Refusal, option, parabola_options
+from ...options import Refusal, option, tooth_options
 
 if TYPE_CHECKING:
     from ....report.workshop.grid import DeviationReport, GridReport
@@ -83,7 +83,7 @@ def grid_of(
 @results.result_command(
     *grid_options,
     option("--measured", click.Path(path_type=Path), None, MEASURED, "FILE"),
-    parabola_options,
+    tooth_options,
     csv="one point per row",
 )
 def grid(name: str, design: results.Design, measured: Path | None, **options: Any) -> results.Result:

@@ -26,6 +26,7 @@ from ....export import (
 from ...mesh_parts import FLANKS, GEARS, TEETH, WRITERS, MeshRequest, frames_text
 from ...options import (
     BUILTIN_DESIGN,
+    MODIFIED,
     OVERRIDES,
     PARABOLAS,
     SIDES,
@@ -186,8 +187,8 @@ def refuse_unused(context: click.Context, request: MeshRequest, frames: bool) ->
         **{
             name: (in_contact or request.number == number, f"the {member}, {mounted}")
             for number, member in enumerate(("pinion", "gear"))
-            for name, *_ in PARABOLAS
-            if name.endswith(member)
+            for name, *_ in PARABOLAS + MODIFIED
+            if member in name
         },
         "flank": (in_contact or part in FLANKS, f"flanks, {mounted}"),
         "placed": (part != "pair", ", ".join((*GEARS, *TEETH, *FLANKS))),

@@ -7,7 +7,7 @@ import math
 import click
 
 from ... import results
-from ...options import NumberRange, Refusal, changed_design, flank_option, no_result, option, parabola_options
+from ...options import NumberRange, Refusal, changed_design, flank_option, no_result, option, tooth_options
 
 OFFSET = "Measured offset of the housing.  [default: offset of the design, with its error]"
 SHAFT_ANGLE = "Measured shaft angle of the housing.  [default: shaft angle of the design, with its error]"
@@ -26,7 +26,7 @@ AT = "Position of the middle of the path on the pinion face, from the end at -z.
     ),
     option("--at", NumberRange(0.0, 100.0, min_open=True, max_open=True), None, AT, "PERCENT"),
     flank_option,
-    parabola_options,
+    tooth_options,
     csv="one member per row",
 )
 def shim(

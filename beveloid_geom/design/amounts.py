@@ -1,0 +1,39 @@
+"""Modification of a member in one line of text, as in the options of the commands."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .modification import limits_of
+
+EXAMPLE = "helix_crowning=10, tip_relief=15, tip_relief_length=2.5"
+"""Amounts in um and lengths in mm; their names may end in the unit, as in a design file."""
+NONE = "none"
+"""Text of an empty modification."""
+
+
+def read_amounts(text: str) -> dict[str, Any]:
+    """Return the table of a design file for a line such as EXAMPLE.
+
+    Names with `right.` or `left.` in front are those of a table for one flank. Values that are not numbers
+    are kept, so that they are reported with their key.
+
+    Raises ValueError for another form of the text, and for a name that is given twice."""
+    keys = {key.removesuffix(unit): key for key in limits_of() for unit in ("_um", "_mm")}
+    table: dict[str, Any] = {}
+    for entry in [] if text.strip() == NONE else text.split(","):
+        words, _, amount = (part.strip() for part in entry.partition("="))
+        flank, dot, name = words.rpartition(".")
+        if not name or not amount:
+            cure = f'write amounts such as "{EXAMPLE}", or {NONE}'
+            raise ValueError(f"cannot be read at {entry.strip()!r}: {cure}")
+        # Lead is another word for helix.
+        key = keys.get(name.replace("lead_", "helix_"), name)
+        values = table.setdefault(flank, {}) if dot else table
+        if key in values:
+            raise ValueError(f"has {words} twice: leave one of them out")
+        try:
+            values[key] = float(amount)
+        except ValueError:
+            values[key] = amount
+    return table
