@@ -24,6 +24,7 @@ CHARTS = {
     "fig-06": 5,
     "fig-11": 20,
     "transmission-error": 30,
+    "modifications": 12,
     "sliding": 14,
     "ease-off": 4,
     "tolerance-cloud": 10,
@@ -36,7 +37,7 @@ POINTS = 5
 """Smallest number of points of a curve that is compared."""
 UNITS = (1.0, 1e3, 1e6, 100.0, float(np.degrees(3600.0)), float(np.degrees(1.0)))
 """Factors from a column to the chart: 1, um, urad, percent, arcsec and degrees."""
-ONE_WAY = {"transmission-error": 1, "mesh-convergence": 1, "tolerance-cloud": 0}
+ONE_WAY = {"transmission-error": 1, "modifications": 1, "mesh-convergence": 1, "tolerance-cloud": 0}
 """Axis that is compared for charts with repeated curves or with settings and ranks on the other axis."""
 
 

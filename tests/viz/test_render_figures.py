@@ -109,6 +109,7 @@ RESULTS = [
     "pattern",
     "pattern-errors",
     "transmission-error",
+    "modifications",
     "ease-off",
     "sliding",
     "sensitivity",

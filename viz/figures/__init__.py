@@ -98,6 +98,13 @@ FIGURES = (
         of_flank=True,
         flat=True,
     ),
+    Figure(
+        "modifications",
+        "Parabolas of the tool and helix crowning compared",
+        "results.modifications",
+        of_flank=True,
+        flat=True,
+    ),
     Figure("ease-off", "Ease-off of the pinion's flanks", "results.ease_off", flat=True),
     Figure(
         "sliding",

@@ -27,6 +27,7 @@ REASONS: list[tuple[Design, dict[str, str]]] = [
         UNDERCUT,
         {
             "transmission-error": "undercut",
+            "modifications": "undercut",
             "posed-pair": "undercut",
             "meshed-tooth": "undercut",
         },

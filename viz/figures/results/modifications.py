@@ -1,0 +1,245 @@
+"""Comparison of a pair as designed, with the paper's parabolas, and with helix crowning."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Polygon
+
+from beveloid_geom import ContactPath, Design, Modification, path_of_contact
+from beveloid_geom.arrays import FloatArray
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.design.ends import end_names
+from beveloid_geom.operation.contact_pattern.pattern import ContactPattern
+from beveloid_geom.pair.misalignment import NAMES, mounted
+from beveloid_geom.report.columns import ARCSEC
+from beveloid_geom.report.operation import OperationReport, operation_report
+from beveloid_geom.report.pattern import pattern_report
+
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.paths_table import PARABOLAS, as_large, coefficients, modified, parabolas, two_digits
+from ...rendering import theme
+from ...rendering.layout import Cells
+
+HELIX_CROWNING_UM = 10.0
+"""Helix crowning of the pinion in the last case, um."""
+ERROR_LIMITS = 0.05, np.radians(0.01)
+"""Largest error of the distance of the axes at the module of Table 1, mm, and of the shaft angle, rad."""
+ERRORS = 9
+"""Number of values of each error."""
+ROUNDING_MM = 1e-9
+"""Shifts below this are counted as zero."""
+POINTS, HARMONICS = 181, 1
+SHADE_FRACTIONS = (0.25, 0.5, 1.0)
+"""Fractions of the thickness of the marking compound at which a pattern is shaded."""
+SHADES = ("#6baed6", "#9ecae1", "#d0e3f2")
+STYLES: tuple[tuple[str, Any, str], ...] = (
+    (theme.INK, "-", "o"),
+    (theme.RED, "--", "s"),
+    (theme.BLUE, "-.", "D"),
+)
+"""Colour, dashes and marker of the cases."""
+NEW_LINE = "\n       "
+"""Indents a second line of a title below the first word of the first."""
+CELLS = Cells(left=1.05, right=0.3, across=1.05, down=1.55, most=3, least=1.9)
+NOTE = (
+    "Above: pinion flank in the side view, from {ends[0]} (left) to {ends[1]}, tip above; shaded: separation"
+    " below a quarter, half and all of {film:g} \u00b5m; line: path of one tooth pair. TE: transmission error"
+    " of all teeth, rigid, without load; positive: gear ahead. Shift: that of the middle of the path along"
+    " the face."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """One case of one flank: path, pattern, mesh cycle and shifts under errors; pattern and mesh cycle are
+    None with the `reason` if they are not known.
+
+    `shifts` (2, ERRORS), mm: displacement of the middle of the path along the face of the pinion under each
+    error of the `sizes` (2, ERRORS), mm and rad; NaN without a path."""
+
+    name: str
+    flank: str
+    design: Design
+    path: ContactPath
+    pattern: ContactPattern | None
+    operation: OperationReport | None
+    sizes: FloatArray
+    shifts: FloatArray
+    reason: str = ""
+
+
+def compute(design: Design, flank: str = "right") -> tuple[Case, ...]:
+    """Compute the three cases."""
+    plain = design.unmodified()
+    bent, crowning = modified(plain), Modification(helix_crowning_um=HELIX_CROWNING_UM)
+    cases = (
+        ("without modification", plain),
+        (coefficients(bent), bent),
+        (
+            f"{HELIX_CROWNING_UM:g} \u00b5m of helix crowning",
+            replace(plain, pinion=plain.pinion.modified(crowning)),
+        ),
+    )
+    return tuple(_case(name, changed, flank) for name, changed in cases)
+
+
+def _case(name: str, design: Design, flank: str) -> Case:
+    path = path_of_contact(design, flank)
+    distance = two_digits(ERROR_LIMITS[0] * as_large(design))
+    sizes = np.array((distance, ERROR_LIMITS[1]))[:, None] * np.linspace(-1.0, 1.0, ERRORS)
+    shifts = np.array(
+        [_shifts(design, flank, size, error) for size, error in zip(sizes, _errors(design), strict=True)]
+    )
+    try:
+        operation = operation_report("", design, flank, POINTS, HARMONICS, MARKING_SEPARATION)
+        if operation.reason:
+            raise ValueError(operation.reason)
+        pattern = pattern_report("", design, flank, MARKING_SEPARATION).result
+    except ValueError as error:
+        reason = str(getattr(error, "reason", error))
+        return Case(name, flank, design, path, None, None, sizes, shifts, reason)
+    return Case(name, flank, design, path, pattern, operation, sizes, shifts)
+
+
+def _errors(design: Design) -> tuple[str, str]:
+    """Return the names of the two errors: distance and angle of the axes."""
+    first, second, *_ = NAMES[design.errors_at]
+    return first, second
+
+
+def _shifts(design: Design, flank: str, sizes: FloatArray, error: str) -> FloatArray:
+    """Return the shifts (n,) of the middle of the path under sizes (n,) of an error."""
+    batch = mounted(design, np.append(sizes, 0.0)[:, None], (error,))
+    z = path_of_contact(batch, flank, 3).pinion_z[:, 1]
+    shifts = np.asarray(z[:-1] - z[-1])
+    return np.where(np.abs(shifts) < ROUNDING_MM, 0.0, shifts)
+
+
+def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
+    """Draw a pattern for each case, then transmission error and shifts of all cases."""
+    count, first = len(data) + 3, data[0]
+    single = CELLS.columns(layout, count) == 1
+    cells = replace(CELLS, left=1.2, down=0.85) if single else CELLS
+    page, low, high = theme.new_page(
+        layout,
+        "Parabolas of the tool and helix crowning compared",
+        f"{first.flank.capitalize()} flanks, the pinion drives",
+        NOTE.format(ends=end_names(first.design.pinion), film=1e3 * MARKING_SEPARATION),
+        below=0.65,
+        above=1.35,
+        tall=cells.tall(layout, count, 2.0),
+    )
+    panels = theme.panels(page, cells, count, low, high)
+    for letter, case, axes in zip("abc", data, panels, strict=False):
+        words = f"({letter})  {case.name}"
+        if case.pattern is not None:
+            words += f"{', ' if single else NEW_LINE}{100.0 * case.pattern.pinion.area_share:.0f} % marked"
+        axes.set_title(words, loc="left", pad=8.0, fontsize=theme.LABEL)
+        _pattern(axes, case)
+        if single and letter != "c":
+            axes.set_xlabel("")  # the panel below has the label
+    error, *shifts = panels[len(data) :]
+    _errors_of_all_teeth(error, data)
+    for letter, k, axes in zip("ef", (1, 0), shifts, strict=True):
+        _shifted(axes, data, letter, k)
+    theme.legend(page, _entries(data), len(data), 1.15, handlelength=3.0)
+    return Drawing(page, {})
+
+
+def _pattern(axes: Axes, case: Case) -> None:
+    """Draw the pattern and the path over the pinion flank."""
+    if case.pattern is None:
+        theme.message(axes, case.reason, 30)
+        return
+    side = case.pattern.pinion
+    r = np.hypot(side.points[..., 0], side.points[..., 1])
+    root = np.ma.masked_invalid(np.sqrt(np.maximum(side.least, 0.0)))
+    for share, shade in zip(SHADE_FRACTIONS[::-1], SHADES[::-1], strict=True):
+        limit = float(np.sqrt(share * MARKING_SEPARATION))
+        axes.contourf(side.z, r, root, [-1.0, limit], colors=[shade])
+    rim = np.stack([_rim(side.z), _rim(r)], axis=-1)
+    axes.add_patch(Polygon(rim, fill=False, edgecolor=theme.GREY, linewidth=1.2))
+    if case.path.l1.size:
+        colour = STYLES[0][0]
+        axes.plot(case.path.pinion_z, case.path.pinion_r, color=colour, linewidth=1.8)
+    axes.set(xlabel="z (mm)", ylabel="r (mm)")
+
+
+def _rim(grid: FloatArray) -> FloatArray:
+    """Return the values (n,) on the boundary of a grid."""
+    return np.concatenate((grid[:, 0], grid[-1], grid[::-1, -1], grid[0, ::-1]))
+
+
+def _errors_of_all_teeth(axes: Axes, data: tuple[Case, ...]) -> None:
+    """Draw the transmission error (arcsec) of all teeth over two pitches, less its mean."""
+    axes.set_title("(d)  transmission error, TE", loc="left", pad=8.0, fontsize=theme.LABEL)
+    for case, (colour, dashes, _) in zip(data, STYLES, strict=True):
+        if case.operation is None:
+            continue
+        error = ARCSEC * (case.operation.first.transmission_error - float(case.operation.cycle.mean))
+        both = np.append(error, error[1:])
+        axes.plot(np.linspace(0.0, 2.0, both.size), both, dashes, color=colour, linewidth=2.0)
+    axes.set(
+        xlabel="pinion roll (pitches)",
+        ylabel="arcsec",
+        xlim=(0.0, 2.0),
+        xticks=(0.0, 0.5, 1.0, 1.5, 2.0),
+    )
+    axes.grid(True, axis="y")
+
+
+def _shifted(axes: Axes, data: tuple[Case, ...], letter: str, k: int) -> None:
+    """Draw the shift of all cases under error `k` (0 distance, 1 angle)."""
+    words = _errors(data[0].design)[k].replace("shaft_angle", "shaft-angle").replace("_", " ") + " error"
+    axes.set_title(f"({letter})  shift under the {words}", loc="left", pad=8.0, fontsize=theme.LABEL)
+    for case, (colour, dashes, marker) in zip(data, STYLES, strict=True):
+        x = np.degrees(case.sizes[k]) if k else case.sizes[k]
+        look: dict[str, Any] = {"color": colour, "marker": marker, "markersize": 5.0, "linewidth": 1.8}
+        axes.plot(x, case.shifts[k], dashes, **look)
+    axes.set(xlabel=f"{words} ({'deg' if k else 'mm'})", ylabel="mm")
+    axes.grid(True, axis="y")
+
+
+def _entries(data: tuple[Case, ...]) -> list[Line2D]:
+    """Return the legend entries of the cases."""
+    return [
+        Line2D([], [], color=colour, linestyle=dashes, marker=marker, linewidth=1.8, label=case.name)
+        for case, (colour, dashes, marker) in zip(data, STYLES, strict=True)
+    ]
+
+
+def rows(data: tuple[Case, ...]) -> Table:
+    """List patterns, paths, transmission errors and shifts of all cases."""
+    points = "z_mm", "r_mm", "least_mm"
+    curves = "pitches", "error_rad"
+    shifts = "error", "size", "unit", "shift_mm"
+    header = (*PARABOLAS, "helix_crowning_um", "kind", *points, *curves, *shifts, "reason")
+
+    def cases() -> Rows:
+        """Yield the columns of every case."""
+        for case in data:
+            given = case.design.pinion.modification(case.flank)
+            who = *parabolas(case.design, case.flank), 0.0 if given is None else HELIX_CROWNING_UM
+            yield *who, "path", case.path.pinion_z, case.path.pinion_r, *[""] * 8
+            if case.pattern is None or case.operation is None:
+                yield *who, "pattern", *[""] * 9, case.reason
+            else:
+                side = case.pattern.pinion
+                r = np.hypot(side.points[..., 0], side.points[..., 1])
+                yield *who, "pattern", side.z.ravel(), r.ravel(), side.least.ravel(), *[""] * 7
+                error = case.operation.first.transmission_error - float(case.operation.cycle.mean)
+                yield *who, "cycle", *[""] * 3, np.linspace(0.0, 1.0, POINTS), error, *[""] * 5
+            for name, unit, size, shift in zip(
+                _errors(case.design), ("mm", "rad"), case.sizes, case.shifts, strict=True
+            ):
+                yield *who, "shift", *[""] * 5, name, size, unit, shift, ""
+
+    return header, stacked(cases())
+
+
+RECIPES = {"modifications": Recipe(compute, draw, rows)}
