@@ -10,7 +10,7 @@ Functions, results and enumerations are imported when they are first used::
     first contact  certify(path), first_contact, mesh_cycle, operating_ratios, contact_pattern,
                    mounted_backlash
     analysis       ease_off, path_sensitivity, tolerance_study within Tolerances, map_of, optimise_parabola
-                   for an Aim, place_path, pattern_matrix
+                   and optimise_amounts for an Aim, crowning_for, place_path, pattern_matrix
     workshop       tooth_data, balls_at, span_over, measuring_grid, read_deviations, shim
     shapes         sample_flank, gear_solid, tooth_hexahedra; write(object, path)
     results        to_dict(result), to_csv(result)
@@ -30,6 +30,11 @@ from .version import __version__ as __version__
 if TYPE_CHECKING:
     from .analysis.ease_off import EaseOff as EaseOff, SecondOrder as SecondOrder, ease_off as ease_off
     from .analysis.maps import DesignMap as DesignMap, map_of as map_of
+    from .analysis.modification.amounts import (
+        AmountsOptimum as AmountsOptimum,
+        optimise_amounts as optimise_amounts,
+    )
+    from .analysis.modification.crowning import Crowning as Crowning, crowning_for as crowning_for
     from .analysis.mountings import Mountings as Mountings
     from .analysis.optimise import Aim as Aim, Optimum as Optimum, optimise_parabola as optimise_parabola
     from .analysis.path_placement import Placement as Placement, place_path as place_path
@@ -122,6 +127,8 @@ if TYPE_CHECKING:
 _MODULES = {
     "analysis.ease_off": "EaseOff SecondOrder ease_off",
     "analysis.maps": "DesignMap map_of",
+    "analysis.modification.amounts": "AmountsOptimum optimise_amounts",
+    "analysis.modification.crowning": "Crowning crowning_for",
     "analysis.optimise": "Aim Optimum optimise_parabola",
     "analysis.path_placement": "Placement place_path",
     "analysis.pattern_matrix": "PatternMatrix pattern_matrix",

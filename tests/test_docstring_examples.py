@@ -10,7 +10,15 @@ import pytest
 import beveloid_geom
 
 FUNCTIONS = [name for name in beveloid_geom.__all__ if isinstance(getattr(beveloid_geom, name), FunctionType)]
-SLOW = {"advice_on", "optimise_parabola", "paper_statements", "pattern_matrix", "shim"}
+SLOW = {
+    "advice_on",
+    "crowning_for",
+    "optimise_amounts",
+    "optimise_parabola",
+    "paper_statements",
+    "pattern_matrix",
+    "shim",
+}
 """Functions that need more than two seconds."""
 
 

@@ -67,6 +67,8 @@ CALLS: dict[str, Callable[[Any], object]] = {
     "operating_ratios": lambda design: bg.operating_ratios(design, "right", (0.0,)),
     "tolerance_study": lambda design: bg.tolerance_study(design, bg.Tolerances(offset=0.1)),
     "optimise_parabola": lambda design: bg.optimise_parabola(design, bg.Aim(bg.Errors())),
+    "optimise_amounts": lambda design: bg.optimise_amounts(design, bg.Aim(bg.Errors()), {}),
+    "crowning_for": lambda design: bg.crowning_for(design, 1e-5, 20.0),
     "map_of": lambda design: bg.map_of(design, "parabola"),
     "shim": lambda design: bg.shim(design, 0.1),
 }

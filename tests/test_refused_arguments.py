@@ -232,6 +232,8 @@ OF_ONE_DESIGN: dict[str, Callable[[bg.Design], object]] = {
     "findings_on": bg.findings_on,
     "map_of": partial(bg.map_of, over="parabola"),
     "optimise_parabola": partial(bg.optimise_parabola, aim=AIM),
+    "optimise_amounts": partial(bg.optimise_amounts, aim=AIM, bounds={}),
+    "crowning_for": partial(bg.crowning_for, transmission_error=1e-5, length=20.0),
     "paper_statements": bg.paper_statements,
     "pattern_matrix": bg.pattern_matrix,
     "place_path": bg.place_path,
@@ -255,6 +257,7 @@ WITH_FLANK = [
     and "flank" in inspect.signature(getattr(bg, name)).parameters
 ]
 OTHERS = {"aim": AIM, "backlash": 0.1, "over": "parabola", "pinion_roll": [0.1], "thicknesses": (0.0,)}
+OTHERS |= {"bounds": {}, "transmission_error": 1e-5, "length": 20.0}
 OTHERS |= {"tolerances": USUAL, "design": TABLE_1, "member": PINION, "tolerance": 0.01}
 
 

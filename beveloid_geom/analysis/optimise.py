@@ -26,6 +26,7 @@ have almost no transmission error but the largest shift, so this objective needs
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
@@ -127,28 +128,38 @@ class Objectives:
 
 
 @dataclass(frozen=True, eq=False)
-class Optimum:
-    """Result of the optimisation: coefficients (1/mm), the design with them, and quantities of this and of
-    the given design.
+class Optimised:
+    """Design that results from an optimisation, and quantities of this and of the given design.
 
     The mesh cycles in the mountings of the aim (`optimum_operation`, `given_operation`) are NaN if the tip
-    rounds of a tool overlap."""
+    rounds of a tool overlap. `at_limits` names the variables whose value is one of their bounds."""
 
-    pinion_parabola: float
-    gear_parabola: float
     design: Design
     optimum: Objectives
     given: Objectives
     optimum_operation: CycleExtremes
     given_operation: CycleExtremes
+    at_limits: tuple[str, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum(Optimised):
+    """Result of the optimisation of parabola coefficients, 1/mm."""
+
+    pinion_parabola: float
+    gear_parabola: float
 
 
 def objectives_of(design: Design, flank: str, aim: Aim, pinion: FloatArray, gear: FloatArray) -> Objectives:
     """Return the objectives for parabola coefficients `pinion` and `gear`, 1/mm, which broadcast."""
     pinion, gear = np.broadcast_arrays(np.asarray(pinion, dtype=float), np.asarray(gear, dtype=float))
-    errors = aim.mountings()
-    errors = errors.reshape(-1, *[1] * pinion.ndim, errors.shape[1])
-    batch = mounted(design.with_parabola(pinion, gear), errors, aim.names)
+    return objectives_of_designs(design.with_parabola(pinion, gear), flank, aim)
+
+
+def objectives_of_designs(designs: Design, flank: str, aim: Aim) -> Objectives:
+    """Return the objectives of a design or of a batch of designs."""
+    errors, shape = aim.mountings(), designs.batch_shape
+    batch = mounted(designs, errors.reshape(-1, *[1] * len(shape), errors.shape[1]), aim.names)
     path = path_of_contact(batch, flank, PATH_POINTS)
     middle = PATH_POINTS // 2
     place = np.stack((path.pinion_z, path.l1), axis=-1)
@@ -163,7 +174,7 @@ def objectives_of(design: Design, flank: str, aim: Aim, pinion: FloatArray, gear
         contact_ratio=path.ends.contact_ratio[0],
         centre=place[0, ..., middle, 0],
         peak_to_peak=swing_of(path.transmission_error[0]),
-        leads=np.empty((0, *pinion.shape)) if aim.edges else leads_of(path).reshape(-1, *pinion.shape),
+        leads=np.empty((0, *shape)) if aim.edges else leads_of(path).reshape(-1, *shape),
         goals=shift[None] if aim.least == "shift" else swing_of_all(path),
     )
 
@@ -201,7 +212,8 @@ def optimise_parabola(design: Design, aim: Aim, flank: str = "right") -> Optimum
     """
     require_design(design)
     require_unmodified(None, "optimisations of parabola coefficients", pinion=design.pinion, gear=design.gear)
-    _check(design, aim, flank)
+    check_aim(design, aim, flank)
+    _check_bounds(aim)
     if aim.edges:
         candidates, fault = _candidates(design, flank, aim)
         if fault:
@@ -217,8 +229,23 @@ def optimise_parabola(design: Design, aim: Aim, flank: str = "right") -> Optimum
         design=changed,
         optimum=objectives_of(design, flank, aim, first, second),
         given=objectives_of(design, flank, aim, *own),
-        optimum_operation=_operation(changed, flank, aim),
-        given_operation=_operation(design, flank, aim),
+        optimum_operation=operation_of(changed, flank, aim),
+        given_operation=operation_of(design, flank, aim),
+        at_limits=at_limits(
+            {
+                "pinion_parabola": (float(first), aim.pinion_parabola),
+                "gear_parabola": (float(second), aim.gear_parabola),
+            }
+        ),
+    )
+
+
+def at_limits(values: Mapping[str, tuple[float, tuple[float, float]]]) -> tuple[str, ...]:
+    """Return the names of the values that are one of their bounds, given by name with the bounds."""
+    return tuple(
+        name
+        for name, (value, (low, high)) in values.items()
+        if min(value - low, high - value) <= CONSTRAINT_TOLERANCE * (high - low)
     )
 
 
@@ -256,7 +283,7 @@ def _without_edges(design: Design, flank: str, aim: Aim) -> FloatArray:
     Raises ValueError if there are none: because of another constraint, an unknown mesh cycle, or edge
     contact."""
     for pair in _candidates(design, flank, aim)[0]:
-        if _operation(design.with_parabola(*pair.tolist()), flank, aim).edge_share == 0.0:
+        if operation_of(design.with_parabola(*pair.tolist()), flank, aim).edge_share == 0.0:
             return np.asarray(pair)
     others, fault = _candidates(design, flank, replace(aim, edges=True, least="shift"))
     if fault:
@@ -273,7 +300,7 @@ def _without_edges(design: Design, flank: str, aim: Aim) -> FloatArray:
     )
 
 
-def _operation(design: Design, flank: str, aim: Aim) -> CycleExtremes:
+def operation_of(design: Design, flank: str, aim: Aim) -> CycleExtremes:
     """Return the mesh cycles in the mountings of an aim; NaN if the tip rounds of a tool overlap."""
     try:
         return cycle_extremes(aim.mounted(design), flank)
@@ -329,7 +356,9 @@ def _step(design: Design) -> float:
     return 0.001 / (COEFFICIENT_UNIT * float(design.pinion.tool.normal_module))
 
 
-def _check(design: Design, aim: Aim, flank: str) -> None:
+def check_aim(design: Design, aim: Aim, flank: str) -> None:
+    """Raise ValueError for a batch, an unknown flank, and values of the aim other than the bounds of the
+    coefficients."""
     flank_sign(flank)
     if design.batch_shape:
         raise ValueError("the optimiser takes a single design: give its cases one by one")
@@ -346,6 +375,9 @@ def _check(design: Design, aim: Aim, flank: str) -> None:
         value = getattr(aim, name)
         if not value > 0.0 or (value == np.inf and name not in ("peak_to_peak", "shift")):
             raise ValueError(f"{name} of the aim must be positive and finite, got {value}")
+
+
+def _check_bounds(aim: Aim) -> None:
     for name in ("pinion_parabola", "gear_parabola"):
         low, high = getattr(aim, name)
         if not -np.inf < low < high < np.inf:

@@ -13,10 +13,12 @@ and the options:
 
 from __future__ import annotations
 
+import errno
 import inspect
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -100,3 +102,38 @@ def refused_values() -> Iterator[None]:
         if type(error) is not ValueError:  # subclasses such as LinAlgError are not faults of the input
             raise
         raise Refusal([str(error)]) from None
+
+
+out_options = block(
+    click.option(
+        "--out", type=click.Path(path_type=Path), metavar="FILE", help="Write the result as a design file."
+    ),
+    click.option("--overwrite", is_flag=True, help="Replace the file --out if it exists."),
+)
+"""Options of a design file that a command writes."""
+
+
+def check_out(out: Path | None, overwrite: bool) -> None:
+    """Raise Refusal for a folder that does not exist, and for a file that exists without `overwrite`."""
+    if out is None:
+        return
+    if not out.parent.is_dir():
+        raise _cannot_write(out, os.strerror(errno.ENOENT))
+    if out.exists() and not overwrite:
+        name = click.format_filename(out)
+        raise Refusal([f"{name} exists already: add --overwrite, or choose another --out"])
+
+
+def write_design(text: str, out: Path) -> None:
+    """Write the text of a design file. Raises Refusal if the file cannot be written."""
+    from ..support.atomic_file import atomic_file
+
+    try:
+        with atomic_file(out) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise _cannot_write(out, error.strerror or error) from None
+
+
+def _cannot_write(out: Path, reason: object) -> Refusal:
+    return Refusal([f"cannot write {click.format_filename(out)} ({reason}): choose another --out"])

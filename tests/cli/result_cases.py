@@ -20,6 +20,7 @@ from beveloid_geom import (
     builtin_design,
     certify,
     contact_pattern,
+    crowning_for,
     ease_off,
     map_of,
     mesh_cycle,
@@ -190,6 +191,12 @@ def map_(design: Design) -> Mapping[str, Any]:
     }
 
 
+def modify(design: Design) -> Mapping[str, Any]:
+    found = crowning_for(builtin_design(), math.radians(2.0 / 3600.0), 25.0)
+    names = "helix_crowning_um", "profile_crowning_um", "transmission_error", "length", "edge_share"
+    return {name: getattr(found, name) for name in names}
+
+
 def optimise(design: Design) -> Mapping[str, Any]:
     aim = Aim(
         Errors(offset=0.05, shaft_angle=math.radians(0.005)),
@@ -348,6 +355,12 @@ CASES = {
         ),
         ("--offset-error", "30"),
         "no cell of the map has a path on the left flanks",
+    ),
+    "modify": Case(
+        ("--transmission-error-arcsec", "2", "--length", "25"),
+        modify,
+        {"helix_crowning_um": "helix_crowning_um", "length_mm": "length"},
+        ("helix crowning", "2 arcsec peak to peak", "25 mm along the face of the pinion", "carry nothing"),
     ),
     "optimise": Case(
         (

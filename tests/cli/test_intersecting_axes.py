@@ -28,9 +28,10 @@ COMMANDS: dict[str, tuple[str, ...]] = {
     "tolerance": (*TOLERANCES, "--cases", "40"),
     "map": ("--steps", "2"),
     "optimise": (*TOLERANCES, "--pinion-bounds", "-0.001", "0.001"),
+    "modify": ("--transmission-error-arcsec", "10", "--length", "10"),
     "place": ("--at", "45"),
 }
-SLOW = ("optimise", "statements", "check", "pattern", "place")
+SLOW = ("optimise", "modify", "statements", "check", "pattern", "place")
 OVER = ("pattern", "--resolution", "5", "--area-error", "0.5", "--over")
 AT_MESH = ("--in-plane-tolerance-deg", "0.01", "--centre-distance-tolerance", "0.02")
 WORDS_AT_MESH = {

@@ -49,6 +49,14 @@ BAD = {
         *("--offset-tolerance nan", "--offset-tolerance wide", f"{SOME} missing.toml"),
         *(f"{SOME} --off-centre 0", f"{SOME} --pinion-bounds 1 0", f"{SOME} --contact-ratio 4 {NARROW}"),
         f"{SOME} --no-edges yes",
+        *(f"{SOME} --vary {more}" for more in ("pinion.crowning 0 5", "pinion.twist 5 0", "pinion.twist 0")),
+        f"{SOME} --vary pinion.twist 0 1 --vary pinion.twist_um 0 2",
+        f"{SOME} --vary pinion.twist 0 1 --pinion-bounds 0 0.001",
+    ),
+    "modify": (
+        *("", "--length 20", "--transmission-error-arcsec 2 --length 50"),
+        *("--transmission-error-arcsec 0 --length 20", "--transmission-error-arcsec 2 --length nan"),
+        "--transmission-error-arcsec 2 --length 20 --out missing/pair.toml",
     ),
     "propose": (
         *(

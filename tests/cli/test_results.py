@@ -15,7 +15,10 @@ from beveloid_geom.cli.main import main
 from tests.cli.result_cases import CASES, printed
 from tests.cli.running import rows_of, run, strict_json
 
-by_command = pytest.mark.parametrize("command", CASES)
+SLOW = {"modify"}
+by_command = pytest.mark.parametrize(
+    "command", [pytest.param(name, marks=pytest.mark.slow) if name in SLOW else name for name in CASES]
+)
 
 
 def at(data: Any, place: str) -> Any:

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.core import ParameterSource
 
 from ... import results
 from ...options import (
+    Number,
     Refusal,
     bounds_options,
     errors_of,
     flank_option,
     option,
+    option_name,
     renamed,
     sizes_of,
     tolerance_options,
@@ -27,6 +31,11 @@ EDGES = "Require that no edge carries in the mesh cycle, without errors and unde
 ERROR = "Largest transmission error of the path, peak to peak. Default: no limit."
 SHIFT = "Largest shift of the path under the errors. Default: no limit."
 LEAST = "Minimised quantity: shift or, with --no-edges, transmission error of all teeth under errors."
+VARY = (
+    "Optimise this amount of modification between limits in um, such as --vary pinion.helix_crowning 0 20, in"
+    " place of the parabola coefficients. Can be repeated."
+)
+VARIED = (str, Number(), Number())
 LEASTS = click.Choice(["shift", "transmission-error"])
 
 
@@ -41,6 +50,8 @@ LEASTS = click.Choice(["shift", "transmission-error"])
     option("--shift", float, math.inf, SHIFT, "MM"),
     bounds_options("Lower and upper limit of the coefficient of the {}, 1/mm.", (-0.002, 0.002)),
     click.option("--no-edges", is_flag=True, help=EDGES),
+    click.option("--vary", type=VARIED, multiple=True, metavar="AMOUNT LOW HIGH", help=VARY),
+    results.out_options,
     csv="one row for the optimum and one for the design",
 )
 def optimise(
@@ -55,20 +66,27 @@ def optimise(
     pinion_bounds: Bounds,
     gear_bounds: Bounds,
     no_edges: bool,
+    vary: tuple[tuple[str, float, float], ...],
+    out: Path | None,
+    overwrite: bool,
     **tolerances: float,
 ) -> results.Result:
     """Compute the parabola coefficients with the smallest shift of the path under errors, or with the
-    smallest transmission error of all teeth.
+    smallest transmission error of all teeth; with --vary, amounts of modification.
 
     Constraints are the contact ratio, the position of the middle of the path on the face, and a positive
     relative curvature of the flanks; with --no-edges, no edge contact. The errors are as large as their
-    tolerances (default: usual tolerances). Takes some seconds. Exit status 2 if no coefficients meet the
-    constraints."""
+    tolerances (default: usual tolerances). --vary changes the flanks that carry, and keeps parabolas and all
+    other amounts of the design. An optimum on a bound is reported. Takes some seconds. Exit status 2 if no
+    values meet the constraints."""
     sizes = sizes_of(tolerances, design)
     if least != LEASTS.choices[0] and not no_edges:
         raise Refusal([f"--least {least}: it needs teeth without edge contact: add --no-edges"])
+    results.check_out(out, overwrite)
+    from ....analysis.modification.amounts import optimise_amounts
     from ....analysis.optimise import Aim, optimise_parabola
-    from ....report.optimum_and_placement import OptimumReport
+    from ....design.text import design_text
+    from ....report.optimisation.optimum import AmountsReport, ParabolaReport
 
     peak_to_peak = math.radians(transmission_error_arcsec / 3600.0)
     aim = Aim(
@@ -82,5 +100,21 @@ def optimise(
         shift=shift,
         least="shift" if least == LEASTS.choices[0] else "transmission_error",
     )
+    amounts = {name.removesuffix("_um") + "_um": (low, high) for name, low, high in vary}
+    if len(amounts) < len(vary):
+        raise Refusal(["--vary has an amount twice: leave one of them out"])
+    source = click.get_current_context().get_parameter_source
+    for parameter in ("pinion_bounds", "gear_bounds") if vary else ():
+        if source(parameter) is ParameterSource.COMMANDLINE:
+            cure = "the amounts have their limits in --vary: leave it out"
+            raise Refusal([f"{option_name(parameter)} is for parabola coefficients: {cure}"])
+    report: AmountsReport | ParabolaReport
     with results.refused_values():
-        return OptimumReport(name, design, aim, flank, optimise_parabola(design, aim, flank))
+        if amounts:
+            optimum = optimise_amounts(design, aim, amounts, flank)
+            report = AmountsReport(name, design, aim, flank, optimum, amounts)
+        else:
+            report = ParabolaReport(name, design, aim, flank, optimise_parabola(design, aim, flank))
+    if out is not None:
+        results.write_design(design_text(report.optimum.design, f"Optimum of {name}, {flank} flanks."), out)
+    return report

@@ -43,7 +43,7 @@ def place(
     cannot be reached, the nearest possible position is printed. Takes some seconds. Exit status 1 if no
     mounting has a path, 4 if first contacts could not be computed."""
     from ....findings.path import first_contact_fault
-    from ....report.optimum_and_placement import place_report
+    from ....report.placement import place_report
 
     if fault := first_contact_fault(design):
         raise no_result(fault)

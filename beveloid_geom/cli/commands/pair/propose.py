@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ...options import SIDES, Refusal, block, load_design, option, option_name
-from ...results import named, show
+from ...results import check_out, named, out_options, show, write_design
 
 if TYPE_CHECKING:
     from ....design.field_limits import Fault
@@ -28,8 +28,6 @@ CROSSING = "Angle between the generators of the drive flanks, with --helix-deg; 
 GEAR = "Design whose gear and tool are given; the pinion is computed."
 SHIFTS = "Profile shifts of pinion and gear. If omitted, common values are tried."
 LEAST = "Minimise the larger of the two cone angles. Default without --cones-deg, --crossing-deg and --gear."
-OUT = "Write a proposal as a design file."
-PATH = click.Path(path_type=Path)
 OPTIONS = block(
     option("--module", float, None, MODULE, "MM"),
     click.option(
@@ -52,8 +50,7 @@ OPTIONS = block(
     option("--shift-limits", TWO, (-0.5, 0.8), "Limits of the computed profile shifts.", "LOW HIGH"),
     option("--count", click.IntRange(1, 5), 3, "Largest number of proposals."),
     option("--pick", click.IntRange(1, 5), 1, "Number of the proposal that --out writes."),
-    click.option("--out", type=PATH, metavar="FILE", help=OUT),
-    click.option("--overwrite", is_flag=True, help="Replace the file --out if it exists."),
+    out_options,
     click.option("--json", "as_json", is_flag=True, help="Print JSON, with the design files; mm and rad."),
     click.option("--csv", "as_csv", is_flag=True, help="Print CSV, one design per row, mm and rad."),
     click.pass_context,
@@ -88,9 +85,7 @@ def propose(
     from ....proposal.propose import Refused
     from ....report.check import proposal_report
 
-    if out is not None and out.exists() and not overwrite:
-        name = click.format_filename(out)
-        raise Refusal([f"{name} exists already: add --overwrite, or choose another --out"])
+    check_out(out, overwrite)
     try:
         report = proposal_report(request, count, source)
     except DesignError as error:
@@ -157,18 +152,9 @@ def refused(faults: Iterable[Fault]) -> Refusal:
 
 def write_proposal(text_of: Callable[[int], str], pick: int, count: int, out: Path) -> None:
     """Write a proposal. Raises Refusal if there is no proposal `pick` or the file cannot be written."""
-    from ....support.atomic_file import atomic_file
-
     if pick > count:
         raise Refusal([f"--pick must be between 1 and {count}, the number of proposals, got {pick}"])
-    try:
-        with atomic_file(out) as temporary:
-            temporary.write_text(text_of(pick), encoding="utf-8")
-    except OSError as error:
-        reason = error.strerror or error
-        raise Refusal(
-            [f"cannot write {click.format_filename(out)} ({reason}): choose another --out"]
-        ) from None
+    write_design(text_of(pick), out)
 
 
 command = named(propose, OPTIONS(propose))

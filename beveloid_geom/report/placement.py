@@ -1,143 +1,27 @@
-"""Reports of `optimise` (parabola coefficients) and `place` (errors that move the path to given places)."""
+"""Report of `place`: errors that move the path to given places."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ..analysis.edge_contact import CycleExtremes
-from ..analysis.optimise import Aim, Objectives, Optimum
 from ..analysis.path_placement import Placement, place_path
 from ..arrays import FloatArray
 from ..design.model import Design
-from ..findings.backlash import backlash_data
-from ..findings.diagnostics import remarks_data
 from ..pair.mounting import mounting_of
 from ..status import PlaceStatus
-from .columns import ARCSEC, label, labelled_lines, number, scaled
-from .path import ContactReport, contact_report
-from .result import MEMBERS, Report, ResultReport, Rows, picked, plain, stacked_rows
+from .columns import number, scaled
+from .result import ResultReport, Rows, picked, plain, stacked_rows
 from .text import (
     SHORT,
     TRADE,
-    error_words,
-    head_lines,
     line,
     mounted_lines,
-    remark_lines,
     trade_words,
     unit_of,
 )
-
-OBJECTIVES = {
-    "shift": "minimum shift of the path under errors",
-    "transmission_error": "minimum transmission error of all teeth under any error",
-}
-CERTIFIED_POINTS = 21
-"""Positions of the path in the certificate."""
-FIGURES = {
-    "shift": "shift",
-    "contact_ratio": "contact_ratio",
-    "centre": "pinion_z_middle",
-    "peak_to_peak": "peak_to_peak",
-}
-"""Results of a path and their columns."""
-
-
-@dataclass(frozen=True, eq=False)
-class OptimumReport(Report):
-    """Optimum of the parabola coefficients of a single design for one flank pair."""
-
-    name: str
-    design: Design
-    aim: Aim
-    flank: str
-    optimum: Optimum
-
-    @property
-    def contact(self) -> ContactReport:
-        """Path of contact with the optimum coefficients."""
-        return contact_report(self.name, self.optimum.design, self.flank, CERTIFIED_POINTS)
-
-    @property
-    def _results(self) -> dict[str, dict[str, float]]:
-        """Results with the optimum coefficients and with those of the design."""
-        optimum = self.optimum
-        return {
-            "found": _figures(optimum.optimum, optimum.optimum_operation),
-            "given": _figures(optimum.given, optimum.given_operation),
-        }
-
-    def values(self) -> dict[str, Any]:
-        """Return aim, coefficients and results."""
-        optimum, contact = self.optimum, self.contact
-        values = {
-            "aim": self.aim,
-            "parabola": {"pinion": optimum.pinion_parabola, "gear": optimum.gear_parabola},
-            **self._results,
-            **backlash_data(optimum.design),
-            **remarks_data(contact.remarks),
-        }
-        if contact.certificate is not None:
-            certified = {"first_contact": contact.certified_count, "positions": CERTIFIED_POINTS}
-            values["certified"] = certified
-        return values
-
-    def rows(self) -> Rows:
-        """Return a row for the optimum and one for the design."""
-        designs = {"found": self.optimum.design, "given": self.design}
-        return stacked_rows(
-            [
-                {"design": which}
-                | {
-                    f"parabola_{name}": float(getattr(designs[which], name).tool.parabola_of(self.flank))
-                    for name in MEMBERS
-                }
-                | {FIGURES.get(key, key): value for key, value in results.items()}
-                for which, results in self._results.items()
-            ]
-        )
-
-    def summary(self) -> str:
-        """Return aim, coefficients and results, compared with those of the design."""
-        optimum, contact, results = self.optimum, self.contact, self._results
-        title = f"Parabola coefficients for {self.name}, {self.flank} flanks: {OBJECTIVES[self.aim.least]}\n"
-        text = title + head_lines(self.design) + line("constraints", _aim_words(self.aim))
-        text += line("errors", error_words(self.aim.errors))
-        coefficients = optimum.pinion_parabola, optimum.gear_parabola
-        words = "pinion {:.6g} 1/mm, gear {:.6g} 1/mm".format(*coefficients)
-        if any(list(member.tool.parabolas) != ["parabola"] for member in self.design.members):
-            words += " on both flanks, in place of the coefficients of right and left flanks"
-        text += line("coefficients", words)
-        if contact.certificate is not None:
-            count = f"{contact.certified_count} of {CERTIFIED_POINTS} positions"
-            text += line("certified", f"{count}: nothing on the driving flanks touches earlier")
-        text += line("as mounted", f"backlash {contact.backlash.line}") + remark_lines(contact.remarks)
-        rows = [("", ["optimum", "as given"])]
-        for key, value in results["found"].items():
-            rows.append((label(key), [number(key, value), number(key, results["given"][key])]))
-        return text + "\n" + labelled_lines(rows, label_width=36, cell_width=14)
-
-
-def _figures(paths: Objectives, operation: CycleExtremes) -> dict[str, float]:
-    """Return the results of a path and of the operation by name."""
-    return {key: float(getattr(paths, key)) for key in FIGURES} | asdict(operation)
-
-
-def _aim_words(aim: Aim) -> str:
-    """Return the constraints and bounds of the optimisation."""
-    words = f"contact ratio at least {aim.contact_ratio:g}, middle within {aim.off_centre:g} mm of mid-face"
-    if math.isfinite(aim.peak_to_peak):
-        limit = ARCSEC * aim.peak_to_peak
-        words += f", transmission error at most {limit:g} arcsec peak to peak"
-    words += f", shift at most {aim.shift:g} mm" if math.isfinite(aim.shift) else ""
-    words += "" if aim.edges else ", no edge contact with or without these errors"
-    bounds = "; pinion {:g} to {:g}, gear {:g} to {:g} 1/mm".format(*aim.pinion_parabola, *aim.gear_parabola)
-    return words + bounds
-
 
 PLACED = (
     *("z", "l", "off_centre", "contact_ratio", "cycle_peak_to_peak", "edge_share"),

@@ -1,0 +1,1 @@
+"""Amounts of modification for given properties of the contact."""

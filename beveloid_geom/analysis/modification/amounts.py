@@ -1,0 +1,251 @@
+"""Amounts of modification with the smallest shift of the path, or the smallest transmission error.
+
+Objectives and constraints are those of an `Aim` (`analysis.optimise`), without its bounds of parabola
+coefficients. The variables are amounts of second order (slopes, crownings and twist) of both members on the
+flanks that carry. Each is scaled by its bounds to x from 0 to 1. Starting values are the best points of a
+Halton sequence within the bounds. SciPy's SLSQP continues from there, with derivatives by differences of
+X_STEP, because paths of modified flanks have more rounding than those of generated flanks. All designs of a
+sequence or a difference are one batch.
+
+The candidates are then checked by the mesh cycles of all teeth in all mountings, the best one first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+
+from ...arrays import FloatArray
+from ...design.arguments import require_design
+from ...design.model import MODIFICATIONS, Design
+from ...design.modification import MAX_AMOUNT_UM, Modification, kinds_of
+from ...operation.backlash_by_tangency import jammed, tangent_backlash
+from ..optimise import (
+    CONSTRAINT_TOLERANCE,
+    Aim,
+    Objectives,
+    Optimised,
+    Vector,
+    at_limits,
+    check_aim,
+    objectives_of_designs,
+    operation_of,
+)
+
+Bounds: TypeAlias = tuple[float, float]
+MEMBERS = ("pinion", "gear")
+MAX_VARIABLES = 6
+POINTS_PER_VARIABLE, STARTS = 16, 3
+X_STEP = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class AmountsOptimum(Optimised):
+    """Result of the optimisation of amounts of modification, um by name such as
+    `pinion.helix_crowning_um`."""
+
+    amounts: dict[str, float]
+
+
+def optimise_amounts(
+    design: Design, aim: Aim, bounds: Mapping[str, Bounds], flank: str = "right"
+) -> AmountsOptimum:
+    """Compute the amounts of modification that minimise the shift or the transmission error of an aim.
+
+    Parameters
+    ----------
+    design : Design
+        A single design; its amounts are compared with the optimum. Its parabolas and all other amounts are
+        kept.
+    aim : Aim
+        The bounds of the parabola coefficients are not used.
+    bounds : mapping
+        Lower and upper bound, um, of each amount to optimise, by names such as `pinion.helix_crowning_um`:
+        slopes, crownings and twist.
+    flank : {'right', 'left'}
+        Flank that carries. The modification of the other flank is kept.
+
+    Returns
+    -------
+    AmountsOptimum
+
+    Raises
+    ------
+    ValueError
+        For a batch; for an aim without errors; for unknown names and empty bounds; if no amounts satisfy the
+        constraints, or none of them can be assembled. If the aim excludes edge contact, also if edges carry
+        with all amounts found.
+
+    Examples
+    --------
+    >>> import beveloid_geom as bg
+    >>> aim = bg.Aim(bg.Errors(shaft_angle=1e-4), contact_ratio=1.5)
+    >>> bounds = {"pinion.helix_crowning_um": (0.0, 20.0)}
+    >>> optimum = bg.optimise_amounts(bg.builtin_design("ni-2017"), aim, bounds)
+    >>> optimum.at_limits
+    ('pinion.helix_crowning_um',)
+    """
+    require_design(design)
+    check_aim(design, aim, flank)
+    _check_amounts(bounds)
+    search = _Search(design, aim, flank, tuple(bounds), np.array([*bounds.values()], dtype=float).T)
+    amounts = search.result()
+    changed = modified(design, flank, amounts)
+    return AmountsOptimum(
+        design=changed,
+        optimum=objectives_of_designs(changed, flank, aim),
+        given=objectives_of_designs(design, flank, aim),
+        optimum_operation=operation_of(changed, flank, aim),
+        given_operation=operation_of(design, flank, aim),
+        at_limits=at_limits({name: (amounts[name], bounds[name]) for name in bounds}),
+        amounts=amounts,
+    )
+
+
+def modified(design: Design, flank: str, amounts: Mapping[str, float | FloatArray]) -> Design:
+    """Return the design with other amounts, um or arrays of um by name, on one flank."""
+    field = MODIFICATIONS[flank]
+    for member in MEMBERS:
+        own = {name.partition(".")[2]: value for name, value in amounts.items() if name.startswith(member)}
+        if own:
+            given = getattr(design, member)
+            changed = replace(getattr(given, field) or Modification(), **own)
+            design = replace(design, **{member: replace(given, **{field: changed})})
+    return design
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """Search for the amounts `names` between the rows of `limits` (2, n), um."""
+
+    design: Design
+    aim: Aim
+    flank: str
+    names: tuple[str, ...]
+    limits: FloatArray
+
+    def amounts(self, x: FloatArray) -> dict[str, FloatArray]:
+        """Return the amounts (...), um, at x (n, ...)."""
+        low, high = self.limits.reshape(2, -1, *[1] * (x.ndim - 1))
+        return dict(zip(self.names, low + (high - low) * x, strict=True))
+
+    def at(self, x: FloatArray) -> Objectives:
+        """Return the objectives (...) at x (n, ...)."""
+        return objectives_of_designs(modified(self.design, self.flank, self.amounts(x)), self.flank, self.aim)
+
+    def result(self) -> dict[str, float]:
+        """Return the best amounts that satisfy the aim. Raises ValueError if there are none."""
+        from scipy.stats.qmc import Halton
+
+        count = len(self.names)
+        x = Halton(count, scramble=False).random(1 + POINTS_PER_VARIABLE * count).T
+        starts = x[:, self._order(self.at(x))[:STARTS]]
+        x = np.hstack((starts, *(self._refined(start)[:, None] for start in starts.T)))
+        found = self.at(x)
+        order = self._order(found)
+        met = self._violation(found) <= CONSTRAINT_TOLERANCE
+        if not met.any():
+            raise ValueError(self._reason(found))
+        module = float(self.design.pinion.tool.normal_module)
+        for k in order[met[order]]:
+            amounts = {name: float(value) for name, value in self.amounts(x[:, k]).items()}
+            design = modified(self.design, self.flank, amounts)
+            if jammed(tangent_backlash(design).normal, module):
+                continue
+            if self.aim.edges or operation_of(design, self.flank, self.aim).edge_share == 0.0:
+                return amounts
+        reason = "leave no backlash" if self.aim.edges else "leave no backlash or let an edge carry"
+        raise ValueError(f"all amounts found {reason}: reduce the errors, or widen the bounds")
+
+    def _violation(self, found: Objectives) -> FloatArray:
+        """Return the largest violation (...) of the constraints, relative to their bounds."""
+        worst = np.nan_to_num(-found.margins(self.aim), nan=np.inf).max(axis=0)
+        return np.where(np.isfinite(found.shift), np.maximum(worst, 0.0), np.inf)
+
+    def _order(self, found: Objectives) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+        """Return the indices of candidates (k,), the best first."""
+        missed = self._violation(found)
+        missed = np.where(missed <= CONSTRAINT_TOLERANCE, 0.0, missed)
+        return np.lexsort((np.nan_to_num(found.goals.max(axis=0), nan=np.inf), missed))
+
+    def _reason(self, found: Objectives) -> str:
+        """Return the message if no candidate satisfies the constraints, with the nearest one."""
+        k, aim = self._order(found)[0], self.aim
+        if not np.isfinite(found.shift[k]):
+            return "no amounts were found with a path under all errors: reduce the errors"
+        margins = found.margins(aim)[:, k]
+        # Margin and words of each constraint; both signs of the distance from mid-face are one constraint.
+        ratio, centre = f"{found.contact_ratio[k]:.3f}", f"{abs(found.centre[k]):.3g} mm"
+        swing, shift = f"{found.peak_to_peak[k]:.3g} rad", f"{found.shift[k]:.3g} mm"
+        constraints = [
+            (margins[0], f"its contact ratio is {ratio}, wanted {aim.contact_ratio:g} or more"),
+            (margins[1:3].min(), f"its distance from mid-face is {centre}, wanted {aim.off_centre:g} mm"),
+            (margins[3], f"its transmission error is {swing}, wanted {aim.peak_to_peak:.3g} rad"),
+            (margins[4], f"its shift is {shift}, wanted {aim.shift:g} mm"),
+            (
+                margins[5:].min(initial=np.inf),
+                "no other tooth pair is ahead at an end of the path, so that an edge carries",
+            ),
+        ]
+        return (
+            f"no amounts were found that meet the constraints; of the nearest ones, {min(constraints)[1]}:"
+            " relax the constraints, or widen the bounds"
+        )
+
+    def _refined(self, start: Vector) -> FloatArray:
+        """Return the result x (n) of SLSQP from a start. The last variable is a bound of all objectives,
+        relative to the largest one of the start."""
+        from scipy.optimize import Bounds as Box, NonlinearConstraint, minimize
+
+        count, given = start.size, self.at(start).goals
+        goals, scale = len(given), float(np.nan_to_num(given.max(), nan=1.0)) or 1.0
+
+        def rows(x: FloatArray) -> FloatArray:
+            """Return the margins and the objectives (rows, k) at x (n, k)."""
+            found = self.at(x)
+            values = np.concatenate((found.margins(self.aim), -found.goals / scale))
+            return np.asarray(np.nan_to_num(values, nan=-1.0))
+
+        def conditions(x: Vector) -> FloatArray:
+            values = rows(x[:count, None])[:, 0]
+            return values + np.where(np.arange(values.size) >= values.size - goals, x[count], 0.0)
+
+        def slopes(x: Vector) -> FloatArray:
+            step = np.where(x[:count] < 0.5, X_STEP, -X_STEP)  # into the bounds
+            values = rows(x[:count, None] + np.hstack((np.zeros((count, 1)), np.diag(step))))
+            by_goal = np.where(np.arange(len(values)) >= len(values) - goals, 1.0, 0.0)
+            return np.column_stack(((values[:, 1:] - values[:, :1]) / step, by_goal))
+
+        def greatest(x: Vector) -> float:
+            return float(x[count])
+
+        def greatest_slope(x: Vector) -> Vector:
+            return np.append(np.zeros(count), 1.0)
+
+        result = minimize(
+            greatest,
+            np.append(start, 1.0),
+            jac=greatest_slope,
+            method="SLSQP",
+            bounds=Box(np.zeros(count + 1), np.append(np.ones(count), np.inf)),
+            constraints=NonlinearConstraint(conditions, 0.0, np.inf, jac=slopes),
+            options={"maxiter": 40, "ftol": 1e-9},
+        )
+        return np.clip(result.x[:count], 0.0, 1.0)
+
+
+def _check_amounts(bounds: Mapping[str, Bounds]) -> None:
+    """Raise ValueError for unknown names, bounds that do not increase, or too many of them."""
+    if not 0 < len(bounds) <= MAX_VARIABLES:
+        raise ValueError(f"bounds must have 1 to {MAX_VARIABLES} amounts, got {len(bounds)}")
+    kinds = [name for name, kind in kinds_of().items() if not kind.has_length]
+    known = [f"{member}.{name}" for member in MEMBERS for name in kinds]
+    for name, (low, high) in bounds.items():
+        if name not in known:
+            raise ValueError(f"{name!r} is not an amount that can vary: known are {', '.join(known)}")
+        if not -MAX_AMOUNT_UM <= low < high <= MAX_AMOUNT_UM:
+            limit = f"be two numbers that increase, between -{MAX_AMOUNT_UM:g} and {MAX_AMOUNT_UM:g} um"
+            raise ValueError(f"bounds of {name} must {limit}, got {low:g}, {high:g}")

@@ -1,0 +1,200 @@
+"""Helix and profile crowning for a given transmission error and a given length of the contact pattern.
+
+The unknowns are the two crownings of one member. The helix crowning determines the length of the pattern, the
+profile crowning the transmission error, which is the error at the hand-over to the next tooth pair. Both are
+computed by the mesh cycle and by the pattern of the modified pair. The starting values are
+
+    C_beta  = s (b / L)^2 / cos(beta_b)     depth s / cos(beta_b) at half the length L from mid-face
+    C_alpha = e r_b eps^2                   depth e r_b at half a pitch from the middle, with lam = 1 / eps
+
+with the thickness s of the marking compound, the face width b, the transmission error e of the gear, its base
+radius r_b and the contact ratio eps. 1 / L^2 is nearly proportional to the helix crowning and e to the
+profile crowning, so that a few steps of Powell's hybrid method are sufficient.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...arrays import FloatArray, flank_sign
+from ...contact.ellipse import MARKING_SEPARATION
+from ...contact.path import path_of_contact
+from ...design.arguments import require_design
+from ...design.model import Design
+from ...gear.flank import base_cylinder
+from ...operation.contact_pattern.motion import UnknownOperationError
+from ...operation.contact_pattern.pattern import MemberPattern, contact_pattern
+from ...operation.mesh_cycle import mesh_cycle
+from .amounts import modified
+
+ARCSEC = np.degrees(3600.0)
+PATTERN_POINTS = 80
+"""Number of grid points of a pattern along the face."""
+RESIDUAL = 1e-3
+"""Largest relative difference of length and transmission error from their given values."""
+MAX_EVALUATIONS = 25
+"""Largest number of mesh cycles and patterns; 8 to 11 are usual."""
+
+
+@dataclass(frozen=True, eq=False)
+class Crowning:
+    """Crownings of one flank of a member, the design with them, and its contact.
+
+    Attributes
+    ----------
+    member, flank : str
+        Modified flank.
+    helix_crowning_um, profile_crowning_um : float
+    design : Design
+    transmission_error : float
+        Peak-to-peak transmission error of all teeth, rad.
+    length : float
+        Extent of the contact pattern along the face of the member, mm.
+    separation : float
+        Thickness of the marking compound, mm.
+    edge_share : float
+        Share of the mesh cycle that is carried by edges.
+    """
+
+    member: str
+    flank: str
+    helix_crowning_um: float
+    profile_crowning_um: float
+    design: Design
+    transmission_error: float
+    length: float
+    separation: float
+    edge_share: float
+
+
+def crowning_for(
+    design: Design,
+    transmission_error: float,
+    length: float,
+    flank: str = "right",
+    *,
+    member: str = "pinion",
+    separation: float = MARKING_SEPARATION,
+) -> Crowning:
+    """Compute the helix and profile crowning that give a transmission error and a length of the pattern.
+
+    Parameters
+    ----------
+    design : Design
+        A single design. Its other amounts of modification are kept; its crownings of this flank are replaced.
+    transmission_error : float
+        Peak-to-peak transmission error of all teeth, rad.
+    length : float
+        Extent of the contact pattern along the face of the modified member, mm.
+    flank : {'right', 'left'}
+        Flank that carries.
+    member : {'pinion', 'gear'}
+        Member that is modified.
+    separation : float
+        Thickness of the marking compound, mm.
+
+    Returns
+    -------
+    Crowning
+
+    Raises
+    ------
+    ValueError
+        For a batch, values that are not positive, a length that exceeds the face; or if no crownings that
+        remove material give both values.
+
+    Examples
+    --------
+    >>> import beveloid_geom as bg
+    >>> crowned = bg.crowning_for(bg.builtin_design("ni-2017"), 1e-5, 25.0)
+    >>> round(crowned.helix_crowning_um), round(crowned.profile_crowning_um, 1)
+    (27, 3.5)
+    """
+    require_design(design)
+    flank_sign(flank)
+    _check(design, transmission_error, length, member, separation)
+    from scipy.optimize import root
+
+    one, path = getattr(design, member), path_of_contact(design, flank, 3)
+    base, ratio = base_cylinder(one, flank), max(1.0, float(np.nan_to_num(path.ends.contact_ratio)))
+    face = float(one.face_width)
+    start = 1e3 * np.array(
+        (
+            separation / np.cos(float(base.helix_angle)) * (face / length) ** 2,
+            transmission_error * float(base_cylinder(design.gear, flank).radius) * ratio**2,
+        )
+    )
+
+    def crowned(x: FloatArray) -> Design:
+        """Return the design with the crownings x (2), relative to the starting values."""
+        names = f"{member}.helix_crowning_um", f"{member}.profile_crowning_um"
+        return modified(design, flank, dict(zip(names, (start * x).tolist(), strict=True)))
+
+    def reached(x: FloatArray) -> tuple[float, float, float]:
+        """Return transmission error, rad, length, mm, and share on edges for crownings x."""
+        changed = crowned(x)
+        cycle = mesh_cycle(changed, flank, 1)
+        pattern = contact_pattern(changed, flank, separation, resolution=face / PATTERN_POINTS)
+        found = pattern_length(getattr(pattern, member), separation)
+        return float(cycle.peak_to_peak), found, float(cycle.edge_share)
+
+    def residuals(x: FloatArray) -> FloatArray:
+        error, found, _ = reached(np.maximum(x, 0.0))
+        missed = np.array((error / transmission_error - 1.0, (length / max(found, 1e-3)) ** 2 - 1.0))
+        return missed[::-1] + np.minimum(x, 0.0)  # crownings below 0 are continued linearly
+
+    try:
+        # Powell's hybrid method: one Jacobian by differences of 1 %, then updates by Broyden's formula.
+        limits: Any = {"eps": 1e-4, "maxfev": MAX_EVALUATIONS}
+        x = np.maximum(root(residuals, np.ones(2), tol=1e-3, options=limits).x, 0.0)
+        error, found, edges = reached(x)
+    except UnknownOperationError as unknown:
+        raise ValueError(f"the contact is not known for some crownings: {unknown}") from None
+    if max(abs(error / transmission_error - 1.0), abs(found / length - 1.0)) > RESIDUAL:
+        helix, profile = start * x
+        wanted, nearest = (f"{ARCSEC * value:.4g} arcsec" for value in (transmission_error, error))
+        crownings = f"{helix:.3g} um of helix and {profile:.3g} um of profile crowning"
+        raise ValueError(
+            f"no crownings give a transmission error of {wanted} and a pattern of {length:g} mm: nearest are"
+            f" {crownings}, with {nearest} and {found:.4g} mm"
+        )
+    helix, profile = (start * x).tolist()
+    return Crowning(member, flank, helix, profile, crowned(x), error, found, separation, edges)
+
+
+def pattern_length(side: MemberPattern, separation: float) -> float:
+    """Return the extent of a pattern along the face, mm, with its border interpolated between grid points."""
+    z, least = side.z, np.where(np.isfinite(side.least), side.least, np.inf)
+    ends = []
+    for rows, places in ((least, z), (least[:, ::-1], z[:, ::-1])):
+        inside = rows <= separation
+        first = inside.argmax(axis=1)
+        row = np.flatnonzero(inside.any(axis=1))
+        if not row.size:
+            return 0.0
+        k, before = first[row], np.maximum(first[row] - 1, 0)
+        low, high = rows[row, k], rows[row, before]
+        # At the end of the face, and next to points without a mate, the border is the grid point.
+        crosses = np.isfinite(high) & (high > separation)
+        rise = np.where(crosses, high - low, 1.0)
+        share = np.where(crosses, (separation - low) / rise, 0.0)
+        ends.append(places[row, k] + share * (places[row, before] - places[row, k]))
+    return float(ends[1].max() - ends[0].min())
+
+
+def _check(design: Design, transmission_error: float, length: float, member: str, separation: float) -> None:
+    """Raise ValueError for a batch and for values outside their limits."""
+    if design.batch_shape:
+        raise ValueError("crownings are computed for a single design: give its cases one by one")
+    if member not in ("pinion", "gear"):
+        raise ValueError(f"member must be pinion or gear, got {member!r}")
+    given = {"transmission_error": transmission_error, "length": length, "separation": separation}
+    for name, value in given.items():
+        if not 0.0 < value < np.inf:
+            raise ValueError(f"{name} must be positive and finite, got {value}")
+    face = float(getattr(design, member).face_width)
+    if length >= face:
+        raise ValueError(f"length must be below the face width of the {member}, {face:g} mm, got {length:g}")

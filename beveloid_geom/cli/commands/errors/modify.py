@@ -1,0 +1,57 @@
+"""The command `beveloid-geom modify`."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import click
+
+from ... import results
+from ...options import NumberRange, flank_option, option, override_options
+
+ERROR = "Required transmission error of all teeth, peak to peak; it is the error at the hand-over."
+LENGTH = "Required length of the contact pattern along the face of the modified member."
+POSITIVE = NumberRange(0.0, math.inf, min_open=True, max_open=True)
+
+
+@results.result_command(
+    click.option("--transmission-error-arcsec", type=POSITIVE, required=True, metavar="ARCSEC", help=ERROR),
+    click.option("--length", type=POSITIVE, required=True, metavar="MM", help=LENGTH),
+    option("--member", click.Choice(["pinion", "gear"]), "pinion", "Member that is modified."),
+    option("--separation", POSITIVE, 0.00635, "Thickness of the marking compound.", "MM"),
+    flank_option,
+    override_options,
+    results.out_options,
+    csv="one row",
+)
+def modify(
+    name: str,
+    design: results.Design,
+    transmission_error_arcsec: float,
+    length: float,
+    member: str,
+    separation: float,
+    flank: str,
+    out: Path | None,
+    overwrite: bool,
+) -> results.Result:
+    """Compute the helix and profile crowning that give a transmission error and a length of the contact
+    pattern.
+
+    The crownings of the flank are replaced, its other amounts and the parabolas of the design are kept.
+    Transmission error and pattern are those of `operation` and `pattern`. Takes some seconds. Exit status 2
+    if no crownings that remove material give both values."""
+    results.check_out(out, overwrite)
+    from ....analysis.modification.crowning import crowning_for
+    from ....design.text import design_text
+    from ....report.optimisation.crowning import CrowningReport
+
+    error = math.radians(transmission_error_arcsec / 3600.0)
+    with results.refused_values():
+        found = crowning_for(design, error, length, flank, member=member, separation=separation)
+    if out is not None:
+        remark = f"{name} with {1e3 * separation:g} um thick marking compound on {length:g} mm, and"
+        remark += f" {transmission_error_arcsec:g} arcsec of transmission error, {flank} flanks."
+        results.write_design(design_text(found.design, remark), out)
+    return CrowningReport(name, design, found)

@@ -1,0 +1,1 @@
+"""Reports of optimised parabola coefficients and amounts of modification."""

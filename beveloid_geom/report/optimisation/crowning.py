@@ -1,0 +1,47 @@
+"""Report of `modify`: crownings for a transmission error and a length of the pattern."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from ...analysis.modification.crowning import Crowning
+from ..columns import ARCSEC
+from ..result import ResultReport, Rows, stacked_rows
+from ..text import head_lines, line
+
+
+@dataclass(frozen=True, eq=False)
+class CrowningReport(ResultReport[Crowning]):
+    """Crownings of one flank of a single design."""
+
+    def values(self) -> dict[str, Any]:
+        """Return the crownings and the contact."""
+        return {key: value for key, value in asdict(self.result).items() if key not in ("design", "flank")}
+
+    def rows(self) -> Rows:
+        """Return one row."""
+        return stacked_rows([self.values()])
+
+    def summary(self) -> str:
+        """Return the crownings and the contact."""
+        found = self.result
+        text = f"Crownings for {self.name}, {found.flank} flanks\n" + head_lines(self.design)
+        text += line(
+            found.member,
+            f"helix crowning {found.helix_crowning_um:.4g} um, profile crowning"
+            f" {found.profile_crowning_um:.4g} um",
+        )
+        error = ARCSEC * found.transmission_error
+        text += line("error", f"{error:.4g} arcsec peak to peak, transmission error of all teeth")
+        text += line(
+            "pattern",
+            f"{found.length:.4g} mm along the face of the {found.member}, with marking compound"
+            f" {1e3 * found.separation:g} um thick",
+        )
+        edges = (
+            f"carry {100.0 * found.edge_share:.1f} % of the mesh cycle"
+            if found.edge_share
+            else "carry nothing"
+        )
+        return text + line("edges", edges)

@@ -1,0 +1,218 @@
+"""Reports of `optimise`: parabola coefficients or amounts of modification."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any, ClassVar, Generic, TypeVar
+
+from ...analysis.edge_contact import CycleExtremes
+from ...analysis.modification.amounts import AmountsOptimum, Bounds
+from ...analysis.optimise import Aim, Objectives, Optimised, Optimum
+from ...design.model import Design
+from ...design.modification import AMOUNT_SUFFIX
+from ...findings.backlash import backlash_data
+from ...findings.diagnostics import remarks_data
+from ..columns import ARCSEC, label, labelled_lines, number
+from ..path import ContactReport, contact_report
+from ..result import MEMBERS, Report, Rows, stacked_rows
+from ..text import error_words, head_lines, line, remark_lines
+
+OptimisedT = TypeVar("OptimisedT", bound=Optimised)
+OBJECTIVES = {
+    "shift": "minimum shift of the path under errors",
+    "transmission_error": "minimum transmission error of all teeth under any error",
+}
+CERTIFIED_POINTS = 21
+"""Positions of the path in the certificate."""
+FIGURES = {
+    "shift": "shift",
+    "contact_ratio": "contact_ratio",
+    "centre": "pinion_z_middle",
+    "peak_to_peak": "peak_to_peak",
+}
+"""Results of a path and their columns."""
+
+
+@dataclass(frozen=True, eq=False)
+class OptimumReport(Report, Generic[OptimisedT]):
+    """Optimum of a single design for one flank pair.
+
+    Subclasses describe the variables: `subject` names them in the title, `variables` are their entries in
+    JSON, `words` their values and `bounds_words` their bounds in the text, and `columns` are those of a
+    design in CSV."""
+
+    name: str
+    design: Design
+    aim: Aim
+    flank: str
+    optimum: OptimisedT
+    subject: ClassVar[str]
+
+    @property
+    def variables(self) -> dict[str, Any]:
+        """Entries of JSON."""
+        raise NotImplementedError
+
+    @property
+    def words(self) -> str:
+        """Values of the variables."""
+        raise NotImplementedError
+
+    @property
+    def bounds_words(self) -> str:
+        """Bounds of the variables."""
+        raise NotImplementedError
+
+    def columns(self, design: Design) -> dict[str, float]:
+        """Return the columns of CSV for a design."""
+        raise NotImplementedError
+
+    @property
+    def contact(self) -> ContactReport:
+        """Path of contact of the optimum."""
+        return contact_report(self.name, self.optimum.design, self.flank, CERTIFIED_POINTS)
+
+    @property
+    def _results(self) -> dict[str, dict[str, float]]:
+        """Results of the optimum and of the design."""
+        optimum = self.optimum
+        return {
+            "found": _figures(optimum.optimum, optimum.optimum_operation),
+            "given": _figures(optimum.given, optimum.given_operation),
+        }
+
+    def values(self) -> dict[str, Any]:
+        """Return aim, variables and results."""
+        optimum, contact = self.optimum, self.contact
+        values = {
+            "aim": self.aim,
+            **self.variables,
+            "at_limits": optimum.at_limits,
+            **self._results,
+            **backlash_data(optimum.design),
+            **remarks_data(contact.remarks),
+        }
+        if contact.certificate is not None:
+            certified = {"first_contact": contact.certified_count, "positions": CERTIFIED_POINTS}
+            values["certified"] = certified
+        return values
+
+    def rows(self) -> Rows:
+        """Return a row for the optimum and one for the design."""
+        designs = {"found": self.optimum.design, "given": self.design}
+        return stacked_rows(
+            [
+                {"design": which}
+                | self.columns(designs[which])
+                | {FIGURES.get(key, key): value for key, value in results.items()}
+                for which, results in self._results.items()
+            ]
+        )
+
+    def summary(self) -> str:
+        """Return aim, variables and results, compared with those of the design."""
+        optimum, contact, results = self.optimum, self.contact, self._results
+        title = f"{self.subject} for {self.name}, {self.flank} flanks: {OBJECTIVES[self.aim.least]}\n"
+        text = (
+            title
+            + head_lines(self.design)
+            + line("constraints", f"{_aim_words(self.aim)}; {self.bounds_words}")
+        )
+        text += line("errors", error_words(self.aim.errors))
+        text += line("optimum", self.words)
+        if optimum.at_limits:
+            names = ", ".join(map(shown, optimum.at_limits))
+            text += line("at a bound", f"{names}: wider bounds may give a better optimum")
+        if contact.certificate is not None:
+            count = f"{contact.certified_count} of {CERTIFIED_POINTS} positions"
+            text += line("certified", f"{count}: nothing on the driving flanks touches earlier")
+        text += line("as mounted", f"backlash {contact.backlash.line}") + remark_lines(contact.remarks)
+        rows = [("", ["optimum", "as given"])]
+        for key, value in results["found"].items():
+            rows.append((label(key), [number(key, value), number(key, results["given"][key])]))
+        return text + "\n" + labelled_lines(rows, label_width=36, cell_width=14)
+
+
+class ParabolaReport(OptimumReport[Optimum]):
+    """Optimum of the parabola coefficients."""
+
+    subject = "Parabola coefficients"
+
+    @property
+    def variables(self) -> dict[str, Any]:
+        """Coefficients, 1/mm."""
+        return {"parabola": {"pinion": self.optimum.pinion_parabola, "gear": self.optimum.gear_parabola}}
+
+    @property
+    def words(self) -> str:
+        """Coefficients of both members."""
+        coefficients = self.optimum.pinion_parabola, self.optimum.gear_parabola
+        words = "pinion {:.6g} 1/mm, gear {:.6g} 1/mm".format(*coefficients)
+        if any(list(member.tool.parabolas) != ["parabola"] for member in self.design.members):
+            words += " on both flanks, in place of the coefficients of right and left flanks"
+        return words
+
+    @property
+    def bounds_words(self) -> str:
+        """Bounds of both coefficients."""
+        bounds = *self.aim.pinion_parabola, *self.aim.gear_parabola
+        return "pinion {:g} to {:g}, gear {:g} to {:g} 1/mm".format(*bounds)
+
+    def columns(self, design: Design) -> dict[str, float]:
+        """Return the coefficients of a design."""
+        members = {name: getattr(design, name) for name in MEMBERS}
+        return {f"parabola_{name}": float(one.tool.parabola_of(self.flank)) for name, one in members.items()}
+
+
+@dataclass(frozen=True, eq=False)
+class AmountsReport(OptimumReport[AmountsOptimum]):
+    """Optimum of amounts of modification between their `bounds`, um by name."""
+
+    subject = "Amounts of modification"
+    bounds: Mapping[str, Bounds]
+
+    @property
+    def variables(self) -> dict[str, Any]:
+        """Amounts, um."""
+        return {"amounts": self.optimum.amounts}
+
+    @property
+    def words(self) -> str:
+        """Amounts by name."""
+        return ", ".join(f"{shown(name)} {value:.4g} um" for name, value in self.optimum.amounts.items())
+
+    @property
+    def bounds_words(self) -> str:
+        """Bounds by name."""
+        return ", ".join(f"{shown(name)} {low:g} to {high:g} um" for name, (low, high) in self.bounds.items())
+
+    def columns(self, design: Design) -> dict[str, float]:
+        """Return the amounts of a design."""
+        values = {}
+        for name in self.optimum.amounts:
+            member, _, key = name.partition(".")
+            given = getattr(design, member).modification(self.flank)
+            values[f"{member}_{key}"] = 0.0 if given is None else float(getattr(given, key))
+        return values
+
+
+def shown(name: str) -> str:
+    """Return the name of an amount or a coefficient in words, without its unit."""
+    return name.removesuffix(AMOUNT_SUFFIX).replace(".", " ").replace("_", " ")
+
+
+def _figures(paths: Objectives, operation: CycleExtremes) -> dict[str, float]:
+    """Return the results of a path and of the operation by name."""
+    return {key: float(getattr(paths, key)) for key in FIGURES} | asdict(operation)
+
+
+def _aim_words(aim: Aim) -> str:
+    """Return the constraints of the optimisation."""
+    words = f"contact ratio at least {aim.contact_ratio:g}, middle within {aim.off_centre:g} mm of mid-face"
+    if math.isfinite(aim.peak_to_peak):
+        limit = ARCSEC * aim.peak_to_peak
+        words += f", transmission error at most {limit:g} arcsec peak to peak"
+    words += f", shift at most {aim.shift:g} mm" if math.isfinite(aim.shift) else ""
+    return words + ("" if aim.edges else ", no edge contact with or without these errors")

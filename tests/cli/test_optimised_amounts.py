@@ -1,0 +1,42 @@
+"""Designs that `optimise --vary` and `modify` write: run again, they have the reported contact."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from beveloid_geom import mesh_cycle, read_design
+from beveloid_geom.report.columns import ARCSEC
+from tests.cli.running import refused, rows_of, run, strict_json
+
+AIM = ("--shaft-angle-tolerance-deg", "0.01", "--contact-ratio", "1.4")
+
+
+@pytest.mark.slow
+def test_optimum_on_a_bound(tmp_path: Path) -> None:
+    out = tmp_path / "optimum.toml"
+    arguments = "optimise", *AIM, "--vary", "pinion.helix_crowning", "0", "6", "--out", str(out)
+    data = strict_json(run(*arguments, "--json").stdout)
+    assert data["at_limits"] == ["pinion.helix_crowning_um"]
+    found = read_design(out)
+    assert found.pinion.modification_left is None
+    assert found.pinion.modification_right is not None
+    assert found.pinion.modification_right.helix_crowning_um == data["amounts"]["pinion.helix_crowning_um"]
+    assert float(mesh_cycle(found, "right", 1).peak_to_peak) == data["found"]["cycle_peak_to_peak"]
+    assert refused(*arguments).startswith(f"Error: {out} exists already")
+    text = run(*arguments, "--overwrite").stdout
+    assert "at a bound         pinion helix crowning: wider bounds may give a better optimum" in text
+    row, given = rows_of(run(*arguments, "--overwrite", "--csv"))
+    assert float(row["pinion_helix_crowning_um"]) == data["amounts"]["pinion.helix_crowning_um"]
+    assert float(given["pinion_helix_crowning_um"]) == 0.0
+
+
+@pytest.mark.slow
+def test_crownings_are_written(tmp_path: Path) -> None:
+    out = tmp_path / "crowned.toml"
+    done = run("modify", "--transmission-error-arcsec", "3", "--length", "30", "--out", str(out))
+    assert done.exit_code == 0, done.output
+    assert ARCSEC * float(mesh_cycle(read_design(out), "right", 1).peak_to_peak) == pytest.approx(
+        3.0, rel=2e-3
+    )
