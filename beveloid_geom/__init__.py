@@ -58,6 +58,7 @@ if TYPE_CHECKING:
         contact_ratio as contact_ratio,
         path_of_contact as path_of_contact,
     )
+    from .design.deviations import FlankDeviations as FlankDeviations
     from .design.field_limits import DesignError as DesignError
     from .design.file import builtin_design as builtin_design
     from .design.model import (
@@ -87,7 +88,6 @@ if TYPE_CHECKING:
         OperatingRatios as OperatingRatios,
         operating_ratios as operating_ratios,
     )
-    from .pair.misalignment_at_mesh import read_design as read_design
     from .pair.zero_backlash import (
         ClosedLayout as ClosedLayout,
         Closing as Closing,
@@ -118,6 +118,7 @@ if TYPE_CHECKING:
     from .validation.statement_verdicts import Statement as Statement
     from .validation.statements import paper_statements as paper_statements
     from .workshop.balls import Balls as Balls, balls_at as balls_at
+    from .workshop.design_file import read_design as read_design
     from .workshop.grid import MeasuringGrid as MeasuringGrid, measuring_grid as measuring_grid
     from .workshop.measured import Deviations as Deviations, read_deviations as read_deviations
     from .workshop.shim import Shim as Shim, shim as shim
@@ -139,6 +140,7 @@ _MODULES = {
     "analysis.tolerance": "ToleranceStudy Tolerances tolerance_study",
     "contact.parallel.lines": "ContactLines contact_lines",
     "contact.path": "ContactPath PathEnds contact_ratio path_of_contact",
+    "design.deviations": "FlankDeviations",
     "design.field_limits": "DesignError",
     "design.file": "builtin_design",
     "design.model": "Design Errors Member MeshErrors Pair Tool from_degrees",
@@ -153,7 +155,6 @@ _MODULES = {
     "operation.first_contact": "FirstContact first_contact",
     "operation.mesh_cycle": "MeshCycle mesh_cycle",
     "operation.operating_ratio": "OperatingRatios operating_ratios",
-    "pair.misalignment_at_mesh": "read_design",
     "pair.zero_backlash": "ClosedLayout Closing closing_of zero_backlash_layout",
     "proposal.propose": "Proposal propose",
     "proposal.request": "Request",
@@ -167,6 +168,7 @@ _MODULES = {
     "validation.statement_verdicts": "Statement",
     "validation.statements": "paper_statements",
     "workshop.balls": "Balls balls_at",
+    "workshop.design_file": "read_design",
     "workshop.grid": "MeasuringGrid measuring_grid",
     "workshop.measured": "Deviations read_deviations",
     "workshop.shim": "Shim shim",

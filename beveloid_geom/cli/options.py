@@ -376,7 +376,7 @@ def progress_bar(total: int, unit: str) -> Any:
 def load_design(source: str) -> Design:
     """Return the design in a file, or a built-in design by its name. Raises Refusal."""
     from ..design.field_limits import DesignError
-    from ..pair.misalignment_at_mesh import read_design
+    from ..workshop.design_file import read_design
 
     try:
         return read_design(source)

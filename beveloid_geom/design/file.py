@@ -8,13 +8,11 @@ file.
 
 from __future__ import annotations
 
-import difflib
-import math
 import os
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import MISSING, fields, replace
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from importlib import resources
 from typing import Any, TypeAlias
 
@@ -23,12 +21,22 @@ from .field_limits import (
     LIMITS,
     DesignError as DesignError,
     Fault,
-    Limit,
     in_radians,
     number_cure,
-    number_fault,
     refused,
     shown_value,
+)
+from .keys import (
+    ERRORS_AT,
+    IS_MISSING,
+    MEMBER_KEYS,
+    TABLES,
+    TOOL_KEYS,
+    checked_table,
+    guess,
+    keys_of,
+    required_keys,
+    unknown_key,
 )
 from .limits import (
     LEAST_TIP_HEIGHT,
@@ -54,7 +62,13 @@ from .model import (
     Tool,
     from_degrees,
 )
-from .modification import Modification, limits_of, missing_amounts, missing_lengths
+from .modification_file import (
+    MODIFICATION_KEYS,
+    ReadDeviations,
+    measured_member,
+    modification_tables_of,
+    read_modification,
+)
 
 BUILTIN = "ni-2017"
 BUILTINS = {
@@ -71,94 +85,25 @@ FromMesh: TypeAlias = Callable[[Design, MeshErrors], Errors]
 """`pair.misalignment_at_mesh.from_mesh`, which needs the pitch point of the design."""
 
 
-def _limits_of(*inputs: type) -> dict[str, Limit]:
-    """Return the limits of classes of `design.model` by key of a file; keys of angles end in `_deg`."""
-    return {
-        name + ("_deg" if limit.unit == "deg" else ""): limit
-        for kind in inputs
-        for name, limit in LIMITS[kind.__name__].items()
-    }
-
-
-def _required(*inputs: type) -> set[str]:
-    """Return the keys of classes of `design.model` that have no default."""
-    names = {field.name for kind in inputs for field in fields(kind) if field.default is MISSING}
-    return {key for key in _limits_of(*inputs) if key.removesuffix("_deg") in names}
-
-
-_DIAMETER = Limit(0.001, 1e6, "mm", ((math.inf, "give the tip diameter at mid-face in mm"),))
-_TOOL = {key: limit for key, limit in _limits_of(Tool).items() if not key.startswith("parabola")}
-_MEMBER = {**_limits_of(Tool, Member), "tip_diameter": _DIAMETER}
-_TABLES = {
-    "tool": _TOOL,
-    "pinion": _MEMBER,
-    "gear": _MEMBER,
-    "pair": _limits_of(Pair),
-    "errors": _limits_of(Errors),
-}
-"""Limits of the keys by table."""
-_MODIFICATION = limits_of(Modification)
-"""Limits of the keys of [pinion.modification] and [gear.modification]."""
-_ERRORS_AT = {"perpendicular": _TABLES["errors"], "mesh": _limits_of(MeshErrors)}
-"""Keys of [errors] for each value of `at`."""
-_MISSING = "is missing: the built-in design shows all tables and keys"
-
-
-def _guess(word: str, known: Iterable[str]) -> str | None:
-    """Return the known name that is most similar to a misspelt one."""
-    return next(iter(difflib.get_close_matches(word.lower(), list(known), n=1)), None)
-
-
-def _unknown(table: str, key: str, value: object, keys: Iterable[str] = ()) -> Fault:
-    """Return the fault of an unknown key of a table; the table is '' for keys above the first table."""
-    known = list(keys) if table else [f"[{name}]" for name in _TABLES]
-    shown = key if re.fullmatch(r"[\w-]{1,40}", key) else shown_value(key)
-    if isinstance(value, dict) and not table:
-        shown = f"[{shown}]"
-    elif table == "errors" and (places := [at for at, keys_at in _ERRORS_AT.items() if key in keys_at]):
-        return Fault(table, shown, f'needs at = "{places[0]}": the keys here are {", ".join(known)}')
-    elif tables := [f"[{name}]" for name, keys in _TABLES.items() if key in keys]:
-        return Fault(table, shown, f"does not belong here: move it to {' or '.join(tables)}")
-    guess = _guess(shown, known)
-    hint = f"did you mean {guess}?" if guess else f"known are {', '.join(known)}"
-    return Fault(table, shown, f"is unknown: {hint}")
-
-
-def _checked(
-    known: Mapping[str, Limit],
-    table: str,
-    given: Mapping[str, Any],
-    faults: list[Fault],
-    required: Iterable[str] = (),
-) -> dict[str, Any] | None:
-    """Return the numbers of a table, or None after adding its faults to `faults`."""
-    unknown = [key for key in given if key not in known]
-    # A misspelt key is one mistake, not an unknown key and a missing one.
-    meant = {_guess(key, known) for key in unknown}
-    new: list[Fault] = []
-    for key, limit in known.items():
-        if key in given and (text := number_fault(given[key], limit)):
-            new.append(Fault(table, key, text))
-        elif key not in given and key in required and key not in meant:
-            new.append(Fault(table, key, _MISSING))
-    new += [_unknown(table, key, given[key], known) for key in unknown]
-    faults += new
-    return None if new else {key: given[key] for key in known if key in given}
-
-
-def _read_member(name: str, tables: dict[str, dict[str, Any]], faults: list[Fault]) -> Member | None:
+def _read_member(
+    name: str, tables: dict[str, dict[str, Any]], faults: list[Fault], read_deviations: ReadDeviations | None
+) -> Member | None:
     """Read a member with the keys that it inherits from [tool].
 
     Faults of inherited keys are reported for [tool] only."""
     given, shared = dict(tables[name]), tables.get("tool", {})
-    modifications = _read_modifications(f"{name}.modification", given.pop("modification", {}), faults)
-    inherited = {key: shared[key] for key in _TOOL if key in shared and key not in given}
+    tables_by_flank = modification_tables_of(f"{name}.modification", given.pop("modification", {}), faults)
+    modifications = {
+        MODIFICATIONS[flank]: read_modification(table, values, faults)
+        for flank, (table, values) in tables_by_flank.items()
+    }
+    inherited = {key: shared[key] for key in TOOL_KEYS if key in shared and key not in given}
     new: list[Fault] = []
-    values = _checked(_MEMBER, name, inherited | given, new, _required(Tool, Member))
+    values = checked_table(MEMBER_KEYS, name, inherited | given, new, required_keys(Tool, Member))
     if values is None:
-        faults += [fault for fault in new if fault.key in given or fault.key not in _TOOL]
+        faults += [fault for fault in new if fault.key in given or fault.key not in TOOL_KEYS]
         return None
-    tool = {key: values.pop(key) for key in _limits_of(Tool) if key in values}
+    tool = {key: values.pop(key) for key in keys_of(Tool) if key in values}
     diameter = values.pop("tip_diameter", None)
     member = from_degrees(Member, tool=from_degrees(Tool, **tool), **values, **modifications)
     if diameter is not None and "tip_alteration" in given:
@@ -174,55 +119,28 @@ def _read_member(name: str, tables: dict[str, dict[str, Any]], faults: list[Faul
             faults.append(outside(name, "tip_diameter", f"be between {least} and {most} mm", diameter, cure))
             return None
         member = member.with_tip_diameter(diameter)
-    for fault in member_faults(name, member):
-        faults.append(fault._replace(table="tool") if fault.key in inherited else fault)
-    return member
-
-
-def _read_modifications(table: str, given: object, faults: list[Fault]) -> dict[str, Modification | None]:
-    """Read the table of the modification of a member, with tables for one flank, by field of `Member`."""
-    both, flanks = given, {}
-    if isinstance(given, dict):
-        flanks = {name: value for name, value in given.items() if name in MODIFICATIONS}
-        unknown = [name for name, value in given.items() if isinstance(value, dict) and name not in flanks]
-        known = " and ".join(MODIFICATIONS)
-        faults += (Fault(table, name, f"is unknown: tables for one flank are {known}") for name in unknown)
-        both = {name: value for name, value in given.items() if name not in (*flanks, *unknown)}
-    result = dict.fromkeys(MODIFICATIONS.values())
-    for flank, field in MODIFICATIONS.items():
-        # A table for one flank replaces the table for both.
-        values, where = (flanks[flank], f"{table}.{flank}") if flank in flanks else (both, table)
-        result[field] = _read_modification(where, values, faults)
-    if len(flanks) == len(MODIFICATIONS):  # replaced, but its faults are reported
-        _read_modification(table, both, faults)
-    return result
-
-
-def _read_modification(table: str, given: object, faults: list[Fault]) -> Modification | None:
-    """Read one table of amounts and lengths; None for an empty one."""
-    if not isinstance(given, dict):
-        faults.append(outside(table, "", "be a table", given, f"write [{table}] above its keys"))
-        return None
-    values = _checked(_MODIFICATION, table, given, faults)
-    incomplete = [*missing_lengths(Modification, given), *missing_amounts(Modification, given)]
-    faults += (fault._replace(table=table) for fault in incomplete)
-    return Modification(**values) if values and not incomplete else None
+    new = [
+        fault._replace(table="tool") if fault.key in inherited else fault
+        for fault in member_faults(name, member)
+    ]
+    faults += new
+    return member if new else measured_member(member, tables_by_flank, faults, read_deviations)
 
 
 def _read_tables(data: Mapping[str, object], faults: list[Fault]) -> dict[str, dict[str, Any]]:
     """Return the tables of a file by name; unknown and missing tables and other values are faults."""
-    unknown = [name for name in data if name not in _TABLES]
-    faults += [_unknown("", name, data[name]) for name in unknown]
-    meant = {_guess(name, _TABLES) for name in unknown}
+    unknown = [name for name in data if name not in TABLES]
+    faults += [unknown_key("", name, data[name]) for name in unknown]
+    meant = {guess(name, TABLES) for name in unknown}
     tables: dict[str, dict[str, Any]] = {}
-    for name in _TABLES:
+    for name in TABLES:
         value = data.get(name, {})
         if not isinstance(value, dict):
             faults.append(outside(name, "", "be a table", value, f"write [{name}] above its keys"))
         elif name in data or (name in ("tool", "errors") and name not in meant):
             tables[name] = value
         elif name not in meant:
-            faults.append(Fault(name, "", _MISSING))
+            faults.append(Fault(name, "", IS_MISSING))
     return tables
 
 
@@ -230,12 +148,12 @@ def _read_errors(given: Mapping[str, Any], faults: list[Fault]) -> Errors | Mesh
     """Read [errors], about the common perpendicular or at the mesh, as the key `at` says."""
     keys, at = dict(given), given.get("at", "perpendicular")
     keys.pop("at", None)
-    if not isinstance(at, str) or at not in _ERRORS_AT:
-        limit = " or ".join(f'"{place}"' for place in _ERRORS_AT)
+    if not isinstance(at, str) or at not in ERRORS_AT:
+        limit = " or ".join(f'"{place}"' for place in ERRORS_AT)
         cure = "it selects where errors are measured, the default is the common perpendicular"
         faults.append(outside("errors", "at", f"be {limit}", at, cure))
         return None
-    values = _checked(_ERRORS_AT[at], "errors", keys, faults)
+    values = checked_table(ERRORS_AT[at], "errors", keys, faults)
     if values is None:
         return None
     return from_degrees(MeshErrors, **values) if at == "mesh" else from_degrees(Errors, **values)
@@ -249,14 +167,19 @@ def _written_otherwise(text: str) -> list[Fault]:
         if heading := re.match(r"\s*\[([\w.]+)\]", row):
             table = heading[1]
         entry = re.match(r"\s*(\w+)\s*=\s*([^#]*)", row)
-        keys = _MODIFICATION if ".modification" in table else _TABLES.get(table, {})
+        keys = MODIFICATION_KEYS if ".modification" in table else TABLES.get(table, {})
         limit = keys.get(entry[1]) if entry else None
         if entry and limit and (cure := number_cure(entry[2].strip(), limit.unit)):
             faults.append(Fault(table, entry[1], refused("be a number", entry[2].strip(), cure)))
     return faults
 
 
-def parse_design(text: str, source: str = "design", from_mesh: FromMesh | None = None) -> Design:
+def parse_design(
+    text: str,
+    source: str = "design",
+    from_mesh: FromMesh | None = None,
+    read_deviations: ReadDeviations | None = None,
+) -> Design:
     """Return the design in a TOML text in mm and degrees.
 
     Parameters
@@ -267,6 +190,9 @@ def parse_design(text: str, source: str = "design", from_mesh: FromMesh | None =
         Name of the file, printed at the beginning of each line of an error message.
     from_mesh : callable, optional
         Conversion of errors at the mesh, see `FromMesh`; needed for at = "mesh" in [errors].
+    read_deviations : callable, optional
+        Reader of files of measured points, see `ReadDeviations`; needed for the key `deviations` of
+        modifications.
 
     Returns
     -------
@@ -287,15 +213,16 @@ def parse_design(text: str, source: str = "design", from_mesh: FromMesh | None =
     if "tool" in tables:
         # Keys that both members give may be missing in [tool].
         members = [tables[name] for name in ("pinion", "gear") if name in tables]
-        supplied = {key for key in _TOOL if members and all(key in member for member in members)}
-        _checked(_TOOL, "tool", tables["tool"], faults, _required(Tool) - supplied)
+        supplied = {key for key in TOOL_KEYS if members and all(key in member for member in members)}
+        checked_table(TOOL_KEYS, "tool", tables["tool"], faults, required_keys(Tool) - supplied)
     pinion, gear = (
-        _read_member(name, tables, faults) if name in tables else None for name in ("pinion", "gear")
+        _read_member(name, tables, faults, read_deviations) if name in tables else None
+        for name in ("pinion", "gear")
     )
     pair: Pair | None = None
     errors: Errors | MeshErrors | None = None
     if "pair" in tables and (
-        values := _checked(_TABLES["pair"], "pair", tables["pair"], faults, _required(Pair))
+        values := checked_table(TABLES["pair"], "pair", tables["pair"], faults, required_keys(Pair))
     ):
         pair = from_degrees(Pair, **values)
     if "errors" in tables:
@@ -328,7 +255,11 @@ def _about_perpendicular(
     return equivalent
 
 
-def read_design_file(path: str | os.PathLike[str], from_mesh: FromMesh | None = None) -> Design:
+def read_design_file(
+    path: str | os.PathLike[str],
+    from_mesh: FromMesh | None = None,
+    read_deviations: ReadDeviations | None = None,
+) -> Design:
     """Return the design in a file as `parse_design` does, or a built-in design by its name.
 
     Raises DesignError with all faults, or with the reason why the file cannot be read."""
@@ -343,7 +274,7 @@ def read_design_file(path: str | os.PathLike[str], from_mesh: FromMesh | None = 
         reason = getattr(error, "strerror", None) or error
         fault = f"cannot be read ({reason}): name a TOML file, or a built-in design: {_NAMES}"
         raise DesignError([fault], source) from None
-    return parse_design(text, source, from_mesh)
+    return parse_design(text, source, from_mesh, read_deviations)
 
 
 def builtin_text(name: str = BUILTIN) -> str:
@@ -428,7 +359,7 @@ def override(
     changes: dict[str, dict[str, Any]] = {}
     for table in ("errors", "pinion", "gear"):
         given = {key: values[name] for (of, key), name in arguments.items() if of == table}
-        changes[table] = _checked(_TABLES[table], table, given, faults) or {}
+        changes[table] = checked_table(TABLES[table], table, given, faults) or {}
     changed = design.with_errors(replace(design.errors, **in_radians("Errors", changes["errors"])))
     changed = changed.with_parabola(*(changes[name].pop("parabola", None) for name in ("pinion", "gear")))
     for name in ("pinion", "gear"):  # values of one flank are applied to those of both flanks

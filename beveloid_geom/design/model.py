@@ -21,8 +21,9 @@ import numpy as np
 from ..arrays import FloatArray, Quantity, flank_sign
 from ..support.array_repr import html_table
 from ..support.frozen_arrays import equal, restored
+from .deviations import StackedDeviations
 from .field_limits import DesignError, base_pitch_fault, in_radians, refused, take
-from .modification import Modification
+from .modification import Modification, limits_of
 
 T = TypeVar("T")
 MODIFICATIONS = {"right": "modification_right", "left": "modification_left"}
@@ -217,6 +218,12 @@ class Member:
         names = MODIFICATIONS.values() if flank is None else (MODIFICATIONS[flank],)
         return replace(self, **dict.fromkeys(names, modification))
 
+    @property
+    def modifications(self) -> tuple[Modification, ...]:
+        """The modifications that are given, of the right and of the left flank."""
+        given = (getattr(self, name) for name in MODIFICATIONS.values())
+        return tuple(one for one in given if one is not None)
+
     def modification(self, flank: str) -> Modification | None:
         """Return the modification of a flank, None if all its amounts are zero."""
         flank_sign(flank)  # reject unknown names
@@ -226,8 +233,10 @@ class Member:
     def quantities(self) -> Iterator[Quantity]:
         """Yield the quantities of the member, its tool and its modifications."""
         for value in vars(self).values():
-            if isinstance(value, Tool | Modification):
+            if isinstance(value, Tool):
                 yield from (part for part in vars(value).values() if part is not None)
+            elif isinstance(value, Modification):
+                yield from value.quantities()
             elif value is not None:
                 yield value
 
@@ -442,7 +451,7 @@ class Design:
 
     def without_modifications(self) -> Design:
         """Return the design without modifications, with its parabolas."""
-        if all(getattr(m, name) is None for m in self.members for name in MODIFICATIONS.values()):
+        if not any(m.modifications for m in self.members):
             return self
         return replace(self, pinion=self.pinion.modified(None), gear=self.gear.modified(None))
 
@@ -482,10 +491,13 @@ def stacked(pinion: Member, gear: Member, shape: tuple[int, ...] = ()) -> Member
             return None
         kind = max((type(part) for part in parts if part is not None), key=lambda kind: len(fields(kind)))
         none = kind()
-        values = {row.name: [getattr(part or none, row.name, None) for part in parts] for row in fields(kind)}
+        values = {name: [getattr(part or none, name, None) for part in parts] for name in limits_of(kind)}
         # A relief with the amount 0 has any length.
+        arrays = {name: both(*(1.0 if x is None else x for x in value)) for name, value in values.items()}
+        # Deviations of each member remain separate.
+        deviations = tuple(None if part is None else part.deviations for part in parts)
         return unchecked(
-            none, **{name: both(*(1.0 if x is None else x for x in value)) for name, value in values.items()}
+            none, **arrays, deviations=StackedDeviations(deviations) if any(deviations) else None
         )
 
     tools, members = (vars(pinion.tool), vars(gear.tool)), (vars(pinion), vars(gear))

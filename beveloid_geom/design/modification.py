@@ -17,19 +17,17 @@ of the flank points about the axis of the gear.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import Field, dataclass, field, fields
-from typing import Any, Literal, NamedTuple, TypeAlias
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from ..arrays import Quantity
 from ..support.frozen_arrays import equal, restored
-from .field_limits import DesignError, Fault, Limit, checked
+from .deviations import FlankDeviations, Shape
+from .field_limits import DesignError, Fault, Limit, checked, refused
 
-Shape: TypeAlias = Callable[[Any, Any], tuple[Any, ...]]
-"""Function of the profile and the face coordinate. It returns the depth for the amount 1 and its derivatives:
-by profile, by face, twice by profile, by both, twice by face."""
 AMOUNT_SUFFIX, LENGTH_SUFFIX = "_um", "_length_mm"
 MAX_AMOUNT_UM, MAX_LENGTH_MM = 1e5, 1e4
 AMOUNT = Limit(-MAX_AMOUNT_UM, MAX_AMOUNT_UM, "um", ((np.inf, "give it in um"),))
@@ -39,8 +37,8 @@ LENGTH = Limit(1e-6, MAX_LENGTH_MM, "mm", ((np.inf, "give the length of the reli
 class Kind(NamedTuple):
     """A kind of modification: its `shape`, and the coordinates on which the shape depends.
 
-    `profile`: 'active' for lam, 'tip' or 'root' for the t of a relief at this edge. `face`: 'active' for
-    zeta, 'heel' (at +z) or 'toe' (at -z) for the t of a relief."""
+    The shape returns the depth for the amount 1. `profile`: 'active' for lam, 'tip' or 'root' for the t of a
+    relief at this edge. `face`: 'active' for zeta, 'heel' (at +z) or 'toe' (at -z) for the t of a relief."""
 
     shape: Shape
     profile: Literal["active", "tip", "root"] = "active"
@@ -111,6 +109,8 @@ class Modification:
         C_betaI, um, and its length along the face from the end at +z.
     toe_relief_um, toe_relief_length_mm : float or array
         C_betaII, um, and its length along the face from the end at -z.
+    deviations : FlankDeviations, optional
+        Measured deviations of both flanks; those of the modified flank are added to the other kinds.
 
     Raises
     ------
@@ -144,6 +144,7 @@ class Modification:
     heel_relief_length_mm: Quantity | None = None
     toe_relief_um: Quantity = field(default=0.0, metadata=kind(_face_relief, face="toe"))
     toe_relief_length_mm: Quantity | None = None
+    deviations: FlankDeviations | None = None
 
     __eq__ = equal
     __setstate__ = restored
@@ -159,14 +160,24 @@ class Modification:
                 faults.append(Fault("", name, result))
             else:
                 values[name] = result
+        if not isinstance(self.deviations, FlankDeviations | None):
+            cure = "give the on_flanks of read_deviations"
+            text = refused("be of the class FlankDeviations", self.deviations, cure)
+            faults.append(Fault("", "deviations", text))
         if faults:
             raise DesignError(faults, "Modification")
         if faults := [*missing_lengths(type(self), self.given())]:
             raise DesignError(faults, "Modification")
 
-    def given(self) -> dict[str, Quantity]:
-        """Return the lengths, and the amounts that are not zero or have a length, by name."""
-        return {
+    def quantities(self) -> Iterator[Quantity]:
+        """Yield the amounts and lengths that are given."""
+        yield from (value for name in limits_of(type(self)) if (value := getattr(self, name)) is not None)
+
+    def given(self) -> dict[str, Any]:
+        """Return the lengths, the amounts that are not zero or have a length, and the file of deviations, by
+        name."""
+        measured = {} if self.deviations is None else {"deviations": self.deviations.reference}
+        return measured | {
             name: value
             for name in limits_of(type(self))
             if (value := getattr(self, name)) is not None
@@ -175,8 +186,10 @@ class Modification:
 
     @property
     def empty(self) -> bool:
-        """Whether all amounts are zero."""
-        return not any(np.any(getattr(self, name)) for name in kinds_of(type(self)))
+        """Whether all amounts and deviations are zero."""
+        return (self.deviations is None or self.deviations.empty) and not any(
+            np.any(getattr(self, name)) for name in kinds_of(type(self))
+        )
 
     def terms(self) -> Iterator[tuple[Kind, Quantity, Quantity | None]]:
         """Yield the kinds whose amounts are not zero, with amount (um) and length (mm)."""
@@ -198,7 +211,11 @@ def kinds_of(modification: type[Modification] = Modification) -> dict[str, Kind]
 
 def limits_of(modification: type[Modification] = Modification) -> dict[str, Limit]:
     """Return the limits of a class of modifications by field."""
-    return {row.name: AMOUNT if "kind" in row.metadata else LENGTH for row in fields(modification)}
+    return {
+        row.name: AMOUNT if "kind" in row.metadata else LENGTH
+        for row in fields(modification)
+        if row.name != "deviations"
+    }
 
 
 def missing_lengths(modification: type[Modification], given: dict[str, Any]) -> Iterator[Fault]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import textwrap
 from collections.abc import Iterator, Mapping
@@ -31,7 +32,7 @@ def design_text(design: Design, remark: str = "") -> str:
     Raises
     ------
     ValueError
-        If the design has arrays.
+        If the design has arrays, or measured deviations that were not read from a file.
 
     Examples
     --------
@@ -42,6 +43,8 @@ def design_text(design: Design, remark: str = "") -> str:
     """
     if design.batch_shape:
         raise ValueError(f"design must be a single one, got arrays of shape {design.batch_shape}")
+    if any(one.deviations and not one.deviations.file for m in design.members for one in m.modifications):
+        raise ValueError("deviations must come from a file, which the design file names: write the points")
     tables: dict[str, dict[str, Any]] = {}
     first, second = ({**vars(m.tool), **vars(m)} for m in design.members)
     tool = [key for key in LIMITS["Tool"] if not key.startswith("parabola")]
@@ -60,7 +63,9 @@ def design_text(design: Design, remark: str = "") -> str:
 
 
 def modification_tables(name: str, member: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return the tables of the modifications of a member by name, from the fields of the member."""
+    """Return the tables of the modifications of a member by name, from the fields of the member.
+
+    Deviations are represented by their file and its grid."""
     given = {flank: member[field] for flank, field in MODIFICATIONS.items()}
     rows = {flank: {} if one is None else one.given() for flank, one in given.items()}
     if rows["right"] == rows["left"]:
@@ -74,7 +79,14 @@ def _lines(name: str, values: dict[str, Any]) -> Iterator[str]:
     yield f"[{name}]"
     for key, value in values.items():
         angle = key in limits and limits[key].unit == "deg"
-        yield f"{key}_deg = {_degrees(value)!r}" if angle else f"{key} = {value!r}"
+        yield f"{key}_deg = {_degrees(value)!r}" if angle else f"{key} = {_toml(value)}"
+
+
+def _toml(value: Any) -> str:
+    """Return a number, a text or a table in the notation of TOML."""
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key} = {_toml(part)}" for key, part in value.items()) + "}"
+    return json.dumps(value) if isinstance(value, str) else repr(value)
 
 
 def _degrees(angle: float) -> float:

@@ -258,11 +258,14 @@ def modification_of(member: Member, flank: str) -> FlankModification | None:
 def _modification(member: Member, flank: str) -> FlankModification:
     given = member.modification(flank)
     assert given is not None
+    base = base_cylinder(member, flank)
     extent = FlankExtent(
         start=root_parameter(member, flank),
         tip=tip_parameter(member, flank, 0.0),
         half=0.5 * member.face_width,
-        base_radius=base_cylinder(member, flank).radius,
+        base_radius=base.radius,
+        lever=base.radius * np.cos(base.helix_angle),
+        flank=flank,
         sigma=flank_sign(flank),
     )
     return flank_modification(given, extent)

@@ -19,7 +19,8 @@ from typing import Any
 import numpy as np
 
 from ..arrays import FloatArray, Mask, Quantity
-from ..design.modification import Modification, Shape
+from ..design.deviations import Shape
+from ..design.modification import Modification
 from .rack import Numbers
 
 
@@ -32,14 +33,16 @@ def is_zero(value: Any) -> bool:
 class FlankExtent:
     """Extent of an active flank at mid-face.
 
-    `start` and `tip` (mm of l), half the face width `half` (mm), base radius (mm), and `sigma`, +1 on right
-    and -1 on left flanks.
+    `start` and `tip` (mm of l), half the face width `half` (mm), base radius (mm), `lever` (mm) of a force
+    along the normal, m_n N cos(alpha_n) / 2, and the `flank` with `sigma`, +1 on right and -1 on left flanks.
     """
 
     start: Quantity
     tip: Quantity
     half: Quantity
     base_radius: Quantity
+    lever: Quantity
+    flank: str
     sigma: float
 
 
@@ -144,6 +147,11 @@ def flank_modification(modification: Modification, extent: FlankExtent) -> Flank
             depth, face = ends.get(kind.profile, depth), ends.get(kind.face, face)
         scale = -extent.sigma * 1e-3 * amount / extent.base_radius
         terms.append(Term(kind.shape, scale, (depth[0], face[0]), (depth[1], face[1]), relief))
+    if (given := modification.deviations) is not None:
+        # Excess material, a function of l and z themselves.
+        terms.append(
+            Term(given.shape(extent.flank), extent.sigma * 1e-3 / extent.lever, (0.0, 0.0), (1.0, 1.0))
+        )
     return FlankModification(tuple(terms))
 
 

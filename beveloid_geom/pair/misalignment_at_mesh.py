@@ -30,13 +30,11 @@ which on intersecting axes is equivalent to two axial errors.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from os import PathLike
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
 from ..arrays import COMPLEX_STEP, FloatArray, Mask, Quantity
-from ..design import file
 from ..design.model import Design, Errors, MeshErrors, unchecked
 from .frames import layout_of
 from .mounting import mounting_of
@@ -321,30 +319,3 @@ def _tilt(nominal: _Nominal, errors: Errors, distance: Any) -> FloatArray:
             break
     lost = np.abs(left(tilt)) > 1e-9 * (1.0 + np.abs(errors.offset))
     return np.where(lost, np.nan, tilt)
-
-
-def read_design(path: str | PathLike[str]) -> Design:
-    """Read a design file (TOML, mm and degrees), with errors about the common perpendicular or at the mesh.
-
-    Parameters
-    ----------
-    path : path-like
-        The file, or the name of a built-in design such as 'ni-2017'.
-
-    Returns
-    -------
-    Design
-        In mm and rad, with its errors about the common perpendicular.
-
-    Raises
-    ------
-    DesignError
-        With all faults of the file, or with the reason why it cannot be read.
-
-    Examples
-    --------
-    >>> import beveloid_geom as bg
-    >>> bg.read_design("ni-2017").gear.teeth
-    45
-    """
-    return file.read_design_file(path, from_mesh)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -64,7 +66,7 @@ def head_lines(design: Design) -> str:
     for name, member in (("pinion", design.pinion), ("gear", design.gear)):
         for table, values in modification_tables(name, vars(member)).items():
             flank = table.removeprefix(f"{name}.modification").removeprefix(".")
-            words = ", ".join(_amount_words(key, float(value)) for key, value in values.items())
+            words = ", ".join(_amount_words(key, value) for key, value in values.items())
             text += line("modification", f"{name}{flank and ' '}{flank}: {words}")
     return text
 
@@ -77,8 +79,13 @@ def _parabola_words(member: Member) -> str:
     return f"{words} with the apex at {apex:g} mm" if apex and (right or left) else words
 
 
-def _amount_words(key: str, value: float) -> str:
-    """Return an amount or a length of a modification with its unit, such as 'helix crowning 10 um'."""
+def _amount_words(key: str, value: Any) -> str:
+    """Return an amount or a length of a modification with its unit, such as 'helix crowning 10 um', or the
+    file of measured deviations."""
+    if isinstance(value, dict):
+        return (
+            f"{key} of {Path(value['file']).name or 'an array'}, {value['rows']} x {value['columns']} points"
+        )
     name, _, unit = key.rpartition("_")
     return f"{name.replace('_', ' ')} {value:g} {unit}"
 

@@ -8,6 +8,7 @@ frame of the blank: z along the axis, 0 at mid-face; x through tooth 0.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -59,6 +60,20 @@ class MeasuringGrid:
     def shape(self) -> tuple[int, int]:
         """Numbers of rows and columns."""
         return self.depth.shape[1], self.depth.shape[2]
+
+
+def border_of(text: str) -> tuple[str, float, float | None]:
+    """Return a border such as '10%' or '2mm' in standard form, as a share, and in mm or None.
+
+    Raises ValueError for another text."""
+    match = re.fullmatch(r"\s*([-+.\deE]+)\s*(%|mm)\s*", text)
+    try:
+        size = float(match[1]) if match else float("nan")
+    except ValueError:
+        size = float("nan")
+    if match is None or size != size:
+        raise ValueError(f"border must be a share as 10% or a length as 2mm, got {text!r}")
+    return f"{size:g} {match[2]}", 0.01 * size, size if match[2] == "mm" else None
 
 
 def measuring_grid(

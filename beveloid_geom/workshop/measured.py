@@ -10,14 +10,16 @@ is not taken along the nominal normal. The two differ by the square of the later
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from ..analysis.ease_off import SecondOrder, second_order_of
 from ..arrays import FLANK_SIGN, FloatArray, Indices
+from ..design.deviations import FlankDeviations
 from ..gear.closest_point import feet
+from ..gear.tooth_side import angle_of, cut_at, profile_at, surface_of
 from ..support.array_repr import short_repr
 from ..support.text_file import TextFileError, read_text
 from .grid import MeasuringGrid
@@ -29,6 +31,8 @@ UNITS = ((1000.0, "um"), (1.0 / 25.4, "inches"), (0.1, "cm"), (0.001, "m"))
 """Ratio of coordinates in other units to those in mm, and the units."""
 UNIT_TOLERANCE = 0.05
 """Largest relative difference of distances by which such a unit is recognised."""
+ROUNDING_UM = 2e-6
+"""Deviations up to this magnitude are rounding errors of the nominal grid in a file, and count as zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +79,32 @@ class Deviations:
         lever = 0.5 * tool.normal_module * np.cos(tool.normal_pressure_angle) * self.grid.member.teeth
         right, left = self.deviation.mean(axis=(1, 2))
         return float(0.5 * (right - left) / lever)
+
+    @property
+    def on_flanks(self) -> FlankDeviations:
+        """Deviations as an input of `Modification`: a flank with them passes through the measured points.
+
+        Each point is compared with the flank point of the same radius and z. Raises MeasuredError if there is
+        no such point."""
+        member, tool = self.grid.member, self.grid.member.tool
+        lever = 0.5 * float(tool.normal_module * np.cos(tool.normal_pressure_angle) * member.teeth)
+        l, z, amount = np.empty((3, *self.deviation.shape))
+        for side, (flank, sigma) in enumerate(FLANK_SIGN.items()):
+            surface = surface_of(member, flank)
+            # Points of excess material at the root lie below the joint with the fillet.
+            margin = surface.highest - surface.joint
+            surface = replace(surface, joint=surface.joint - margin, crossing=None)
+            x, y, high = (self.point[side, ..., k].ravel() for k in range(3))
+            with np.errstate(invalid="ignore", divide="ignore"):
+                along = profile_at(surface, x * x + y * y, high)
+                turn = np.arctan2(y, x) - angle_of(cut_at(surface, along, high))
+            turn -= 2.0 * np.pi * np.rint(turn / (2.0 * np.pi))
+            shape = self.deviation.shape[1:]
+            l[side], z[side] = along.reshape(shape), high.reshape(shape)
+            amount[side] = 1e3 * sigma * lever * turn.reshape(shape)
+        if not np.isfinite(amount).all():
+            raise MeasuredError("has points below the base cylinder: measure the flanks further away from it")
+        return FlankDeviations(l, z, np.where(np.abs(amount) > ROUNDING_UM, amount, 0.0))
 
 
 def read_deviations(path: Path, grid: MeasuringGrid) -> Deviations:

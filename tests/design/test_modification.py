@@ -53,8 +53,8 @@ def test_a_table_for_one_flank_replaces_the_table_for_both() -> None:
 
 
 def test_files_are_read_as_they_were_written() -> None:
-    every = {name: 3.0 + k for k, name in enumerate(kinds_of())}
-    lengths = {length_of(name): 2.5 for name, kind in kinds_of().items() if kind.has_length}
+    every: dict[str, Any] = {name: 3.0 + k for k, name in enumerate(kinds_of())}
+    lengths: dict[str, Any] = {length_of(name): 2.5 for name, kind in kinds_of().items() if kind.has_length}
     design = builtin_design()
     pinion = design.pinion.modified(Modification(**every, **lengths))
     gear = design.gear.modified(Modification(tip_relief_um=0.0, tip_relief_length_mm=1.0), "left")

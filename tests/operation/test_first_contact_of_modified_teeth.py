@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from math import radians
+from typing import Any
 
 import numpy as np
 import pytest
@@ -32,7 +33,7 @@ ZOOMS, NARROWER = 24, 0.35
 def random_modification(rng: np.random.Generator, design: Design) -> Modification:
     """Return amounts of up to a few per cent of a module, each kind with a chance of one half."""
     module, width = float(design.pinion.tool.normal_module), float(design.pinion.face_width)
-    values: dict[str, float] = {}
+    values: dict[str, Any] = {}
     for name in ("helix_slope", "helix_crowning", "profile_slope", "profile_crowning", "twist"):
         if rng.random() < 0.5:
             values[f"{name}_um"] = float(rng.uniform(-2.0, 5.0) * module)
@@ -169,13 +170,13 @@ def test_derivatives_of_clearance_and_limits() -> None:
     """Central differences on flank and fillet, on both sides of the beginning of reliefs."""
     rng = np.random.default_rng(4)
     design = modified(rng, table1((0.001, -0.0005), Errors(0.2, radians(0.01), 0.3, -0.4)))
-    kinds = Modification(
+    amounts: dict[str, Any] = {
         **{f"{name}_um": 9.0 for name in ("helix_slope", "helix_crowning", "profile_slope", "twist")},
-        profile_crowning_um=12.0,
         **{f"{name}_relief_um": 25.0 for name in ("tip", "root", "heel", "toe")},
         **{f"{name}_relief_length_mm": 4.0 for name in ("tip", "root")},
         **{f"{name}_relief_length_mm": 20.0 for name in ("heel", "toe")},
-    )
+    }
+    kinds = Modification(profile_crowning_um=12.0, **amounts)
     design = replace(design, pinion=design.pinion.modified(kinds), gear=design.gear.modified(kinds))
     for flank in ("right", "left"):
         mesh, _ = engagement_of(design, flank, np.full(1, float(middle_roll(design, flank))))

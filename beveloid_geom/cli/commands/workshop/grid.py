@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,14 +20,12 @@ MEASURED = "File of measured points, in the order and frame of the grid: print t
 
 def read_border(value: str) -> tuple[str, float, float | None]:
     """Return a border as text, as a share, and in mm or None. Raises Refusal."""
-    match = re.fullmatch(r"\s*([-+.\deE]+)\s*(%|mm)\s*", value)
+    from ....workshop.grid import border_of
+
     try:
-        size = float(match[1]) if match else float("nan")
-    except ValueError:
-        size = float("nan")
-    if match is None or size != size:
-        raise Refusal([f"--border must be a share as 10% or a length as 2mm, got {value!r}"])
-    return f"{size:g} {match[2]}", 0.01 * size, size if match[2] == "mm" else None
+        return border_of(value)
+    except ValueError as error:
+        raise Refusal([f"--{error}"]) from None
 
 
 grid_options = (

@@ -1,0 +1,91 @@
+"""Tables and keys of design files: limits by key, unknown and missing keys.
+
+The numbers of each table become keyword arguments of `model.from_degrees`."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import MISSING, fields
+from typing import Any
+
+from .field_limits import LIMITS, Fault, Limit, number_fault, shown_value
+from .model import Errors, Member, MeshErrors, Pair, Tool
+
+
+def keys_of(*inputs: type) -> dict[str, Limit]:
+    """Return the limits of classes of `design.model` by key of a file; keys of angles end in `_deg`."""
+    return {
+        name + ("_deg" if limit.unit == "deg" else ""): limit
+        for kind in inputs
+        for name, limit in LIMITS[kind.__name__].items()
+    }
+
+
+def required_keys(*inputs: type) -> set[str]:
+    """Return the keys of classes of `design.model` that have no default."""
+    names = {field.name for kind in inputs for field in fields(kind) if field.default is MISSING}
+    return {key for key in keys_of(*inputs) if key.removesuffix("_deg") in names}
+
+
+_DIAMETER = Limit(0.001, 1e6, "mm", ((math.inf, "give the tip diameter at mid-face in mm"),))
+TOOL_KEYS = {key: limit for key, limit in keys_of(Tool).items() if not key.startswith("parabola")}
+MEMBER_KEYS = {**keys_of(Tool, Member), "tip_diameter": _DIAMETER}
+TABLES = {
+    "tool": TOOL_KEYS,
+    "pinion": MEMBER_KEYS,
+    "gear": MEMBER_KEYS,
+    "pair": keys_of(Pair),
+    "errors": keys_of(Errors),
+}
+"""Limits of the keys by table."""
+ERRORS_AT = {"perpendicular": TABLES["errors"], "mesh": keys_of(MeshErrors)}
+"""Keys of [errors] for each value of `at`."""
+IS_MISSING = "is missing: the built-in design shows all tables and keys"
+
+
+def guess(word: str, known: Iterable[str]) -> str | None:
+    """Return the known name that is most similar to a misspelt one."""
+    return next(iter(difflib.get_close_matches(word.lower(), list(known), n=1)), None)
+
+
+def unknown_key(table: str, key: str, value: object, keys: Iterable[str] = ()) -> Fault:
+    """Return the fault of an unknown key of a table; the table is '' for keys above the first table."""
+    known = list(keys) if table else [f"[{name}]" for name in TABLES]
+    shown = key if re.fullmatch(r"[\w-]{1,40}", key) else shown_value(key)
+    if isinstance(value, dict) and not table:
+        shown = f"[{shown}]"
+    elif table == "errors" and (places := [at for at, keys_at in ERRORS_AT.items() if key in keys_at]):
+        return Fault(table, shown, f'needs at = "{places[0]}": the keys here are {", ".join(known)}')
+    elif tables := [f"[{name}]" for name, keys in TABLES.items() if key in keys]:
+        return Fault(table, shown, f"does not belong here: move it to {' or '.join(tables)}")
+    similar = guess(shown, known)
+    hint = f"did you mean {similar}?" if similar else f"known are {', '.join(known)}"
+    return Fault(table, shown, f"is unknown: {hint}")
+
+
+def checked_table(
+    known: Mapping[str, Limit],
+    table: str,
+    given: Mapping[str, Any],
+    faults: list[Fault],
+    required: Iterable[str] = (),
+    others: Iterable[str] = (),
+) -> dict[str, Any] | None:
+    """Return the numbers of a table, or None after adding its faults to `faults`.
+
+    `others` are the names of keys that are no numbers."""
+    unknown = [key for key in given if key not in known]
+    # A misspelt key is one mistake, not an unknown key and a missing one.
+    meant = {guess(key, known) for key in unknown}
+    new: list[Fault] = []
+    for key, limit in known.items():
+        if key in given and (text := number_fault(given[key], limit)):
+            new.append(Fault(table, key, text))
+        elif key not in given and key in required and key not in meant:
+            new.append(Fault(table, key, IS_MISSING))
+    new += [unknown_key(table, key, given[key], (*known, *others)) for key in unknown]
+    faults += new
+    return None if new else {key: given[key] for key in known if key in given}

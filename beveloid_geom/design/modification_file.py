@@ -1,0 +1,122 @@
+"""Tables of modifications in design files: amounts, lengths, and files of measured points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import NamedTuple, TypeAlias
+
+from .deviations import FlankDeviations
+from .field_limits import Fault, Limit, number_fault
+from .keys import checked_table
+from .limits import outside
+from .model import MODIFICATIONS, Member
+from .modification import Modification, limits_of, missing_amounts, missing_lengths
+
+MODIFICATION_KEYS = limits_of(Modification)
+"""Limits of the keys of [pinion.modification] and [gear.modification]."""
+_GRID_SIZE = Limit(2, 999, "", ((math.inf, "give the number of the measuring grid"),), whole=True)
+_DEVIATIONS = "deviations"
+"""Key of these tables that names a file."""
+
+
+class DeviationFile(NamedTuple):
+    """File of measured points, with the grid of the points: numbers of rows and columns, and border."""
+
+    file: str
+    rows: int = 5
+    columns: int = 9
+    border: str = "10%"
+
+
+ReadDeviations: TypeAlias = Callable[[Member, DeviationFile], FlankDeviations]
+"""`workshop.design_file.read_flank_deviations`, which needs the flanks of the member. It raises ValueError,
+with a message that begins with a verb, and OSError."""
+
+
+def modification_tables_of(table: str, given: object, faults: list[Fault]) -> dict[str, tuple[str, object]]:
+    """Return the name and the content of the table that applies to each flank of a member."""
+    both, flanks = given, {}
+    if isinstance(given, dict):
+        flanks = {name: value for name, value in given.items() if name in MODIFICATIONS}
+        known_tables = (*flanks, _DEVIATIONS)
+        unknown = [
+            name for name, value in given.items() if isinstance(value, dict) and name not in known_tables
+        ]
+        known = " and ".join(MODIFICATIONS)
+        faults += (Fault(table, name, f"is unknown: tables for one flank are {known}") for name in unknown)
+        both = {name: value for name, value in given.items() if name not in (*flanks, *unknown)}
+    if len(flanks) == len(MODIFICATIONS):  # replaced, but its faults are reported
+        read_modification(table, both, faults)
+    # A table for one flank replaces the table for both.
+    return {
+        flank: (f"{table}.{flank}", flanks[flank]) if flank in flanks else (table, both)
+        for flank in MODIFICATIONS
+    }
+
+
+def read_modification(table: str, given: object, faults: list[Fault]) -> Modification | None:
+    """Read one table of amounts and lengths, without deviations; None for an empty one."""
+    if not isinstance(given, dict):
+        faults.append(outside(table, "", "be a table", given, f"write [{table}] above its keys"))
+        return None
+    if _DEVIATIONS in given:
+        _deviation_file(table, given[_DEVIATIONS], faults)
+        given = {key: value for key, value in given.items() if key != _DEVIATIONS}
+    values = checked_table(MODIFICATION_KEYS, table, given, faults, others=(_DEVIATIONS,))
+    incomplete = [*missing_lengths(Modification, given), *missing_amounts(Modification, given)]
+    faults += (fault._replace(table=table) for fault in incomplete)
+    return Modification(**values) if values and not incomplete else None
+
+
+def _deviation_file(table: str, given: object, faults: list[Fault]) -> DeviationFile | None:
+    """Read the value of the key `deviations`: the name of a file, or a table with its grid."""
+    keys = given if isinstance(given, dict) else {"file": given}
+    new = [
+        Fault(table, f"{_DEVIATIONS}.{key}", f"is unknown: known are {', '.join(DeviationFile._fields)}")
+        for key in keys
+        if key not in DeviationFile._fields
+    ]
+    for key, value in keys.items():
+        if key in ("rows", "columns") and (text := number_fault(value, _GRID_SIZE)):
+            new.append(Fault(table, f"{_DEVIATIONS}.{key}", text))
+    if not isinstance(keys.get("file"), str) or not keys["file"]:
+        cure = 'write "points.csv" or {file = "points.csv", rows = 5, columns = 9, border = "10%"}'
+        new.append(outside(table, _DEVIATIONS, "name a file of measured points", given, cure))
+    elif not isinstance(keys.get("border", ""), str):
+        cure = 'write a share as "10%" or a length as "2mm"'
+        new.append(outside(table, f"{_DEVIATIONS}.border", "be a text", keys["border"], cure))
+    faults += new
+    return None if new else DeviationFile(**keys)
+
+
+def measured_member(
+    member: Member,
+    tables: Mapping[str, tuple[str, object]],
+    faults: list[Fault],
+    read_deviations: ReadDeviations | None,
+) -> Member:
+    """Return a member with the measured deviations of its flanks from the flanks of the given member."""
+    found: dict[tuple[str, DeviationFile], FlankDeviations | None] = {}
+    result = member
+    for flank, (table, values) in tables.items():
+        if not isinstance(values, dict) or _DEVIATIONS not in values:
+            continue
+        if (source := _deviation_file(table, values[_DEVIATIONS], [])) is None:  # reported before
+            continue
+        if read_deviations is None:
+            raise TypeError("parse_design needs read_deviations for files of measured points")
+        if (table, source) not in found:
+            found[table, source] = None
+            try:
+                found[table, source] = read_deviations(member, source)
+            except OSError as error:
+                reason = f"cannot read {source.file!r} ({error.strerror or error})"
+                faults.append(Fault(table, _DEVIATIONS, f"{reason}: paths are relative to the design file"))
+            except ValueError as error:
+                faults.append(Fault(table, _DEVIATIONS, f"{source.file!r} {error}"))
+        if (deviations := found[table, source]) is not None:
+            given = getattr(member, MODIFICATIONS[flank]) or Modification()
+            result = result.modified(replace(given, deviations=deviations), flank)
+    return result
