@@ -7,8 +7,8 @@ Functions, results and enumerations are imported when they are first used::
     layout         zero_backlash_layout, closing_of, findings_on, advice_on; propose for a Request
     contact        path_of_contact is a ContactPath with a Status for each position; contact_ratio,
                    contact_lines, sliding_of(path), pressure_along(path, Load(...))
-    first contact  certify(path), first_contact, mesh_cycle, operating_ratios, contact_pattern,
-                   mounted_backlash
+    first contact  certify(path), first_contact, mesh_cycle, pitch_cycle, operating_ratios,
+                   contact_pattern, mounted_backlash
     analysis       ease_off, path_sensitivity, tolerance_study within Tolerances, map_of, optimise_parabola
                    and optimise_amounts for an Aim, crowning_for, place_path, pattern_matrix
     workshop       tooth_data, balls_at, span_over, measuring_grid, read_deviations, shim
@@ -88,6 +88,7 @@ if TYPE_CHECKING:
         OperatingRatios as OperatingRatios,
         operating_ratios as operating_ratios,
     )
+    from .operation.pitch_cycle import PitchCycle as PitchCycle, pitch_cycle as pitch_cycle
     from .pair.zero_backlash import (
         ClosedLayout as ClosedLayout,
         Closing as Closing,
@@ -155,6 +156,7 @@ _MODULES = {
     "operation.first_contact": "FirstContact first_contact",
     "operation.mesh_cycle": "MeshCycle mesh_cycle",
     "operation.operating_ratio": "OperatingRatios operating_ratios",
+    "operation.pitch_cycle": "PitchCycle pitch_cycle",
     "pair.zero_backlash": "ClosedLayout Closing closing_of zero_backlash_layout",
     "proposal.propose": "Proposal propose",
     "proposal.request": "Request",

@@ -86,7 +86,11 @@ FromMesh: TypeAlias = Callable[[Design, MeshErrors], Errors]
 
 
 def _read_member(
-    name: str, tables: dict[str, dict[str, Any]], faults: list[Fault], read_deviations: ReadDeviations | None
+    name: str,
+    tables: dict[str, dict[str, Any]],
+    faults: list[Fault],
+    folder: str,
+    read_deviations: ReadDeviations | None,
 ) -> Member | None:
     """Read a member with the keys that it inherits from [tool].
 
@@ -124,7 +128,7 @@ def _read_member(
         for fault in member_faults(name, member)
     ]
     faults += new
-    return member if new else measured_member(member, tables_by_flank, faults, read_deviations)
+    return member if new else measured_member(member, tables_by_flank, faults, folder, read_deviations)
 
 
 def _read_tables(data: Mapping[str, object], faults: list[Fault]) -> dict[str, dict[str, Any]]:
@@ -187,7 +191,8 @@ def parse_design(
     text : str
         Content of a design file.
     source : str
-        Name of the file, printed at the beginning of each line of an error message.
+        Name of the file, printed at the beginning of each line of an error message. Its folder contains the
+        files that the design names.
     from_mesh : callable, optional
         Conversion of errors at the mesh, see `FromMesh`; needed for at = "mesh" in [errors].
     read_deviations : callable, optional
@@ -215,8 +220,9 @@ def parse_design(
         members = [tables[name] for name in ("pinion", "gear") if name in tables]
         supplied = {key for key in TOOL_KEYS if members and all(key in member for member in members)}
         checked_table(TOOL_KEYS, "tool", tables["tool"], faults, required_keys(Tool) - supplied)
+    folder = os.path.dirname(source)
     pinion, gear = (
-        _read_member(name, tables, faults, read_deviations) if name in tables else None
+        _read_member(name, tables, faults, folder, read_deviations) if name in tables else None
         for name in ("pinion", "gear")
     )
     pair: Pair | None = None

@@ -11,7 +11,7 @@ inputs with arrays are not.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, Literal, TypeAlias, TypeVar, get_args
@@ -23,7 +23,7 @@ from ..support.array_repr import html_table
 from ..support.frozen_arrays import equal, restored
 from .deviations import StackedDeviations
 from .field_limits import DesignError, base_pitch_fault, in_radians, refused, take
-from .modification import Modification, limits_of
+from .modification import PITCH, Modification, limits_of
 
 T = TypeVar("T")
 MODIFICATIONS = {"right": "modification_right", "left": "modification_left"}
@@ -210,6 +210,35 @@ class Member:
         given = [name for name in MODIFICATIONS.values() if getattr(self, name) is not None]
         _require(self, **dict.fromkeys(given, Modification))
         take("Member", vars(self))
+        faults = [
+            f"{name}.{PITCH} {text}"
+            for name in given
+            if (text := self.pitch_fault(getattr(self, name).pitch_deviations_um))
+        ]
+        if faults:
+            raise DesignError(faults, "Member")
+
+    def pitch_fault(self, deviations: Sequence[float] | None) -> str | None:
+        """Return the message for pitch deviations (um) that are too large or not one for each tooth.
+
+        None for others."""
+        if deviations is None:
+            return None
+        if np.ndim(self.teeth) or len(deviations) != self.teeth:
+            return f"must have one value for each tooth, {self.teeth}, got {len(deviations)}"
+        # The mates of a tooth with a larger deviation are not those that can touch without it.
+        largest, limit = max(map(abs, deviations)), 200.0 * float(np.min(self.tool.normal_module))
+        return (
+            refused(f"be within {limit:g} um, a fifth of the module", largest, "give it in um")
+            if largest > limit
+            else None
+        )
+
+    def pitch_deviations(self, flank: str) -> tuple[float, ...] | None:
+        """Return the pitch deviations (um) of a flank of all teeth; None if they are not given."""
+        flank_sign(flank)  # reject unknown names
+        given: Modification | None = getattr(self, MODIFICATIONS[flank])
+        return None if given is None else given.pitch_deviations_um
 
     def modified(self, modification: Modification | None, flank: str | None = None) -> Member:
         """Return the member with another modification of one `flank`, or of both if it is omitted."""

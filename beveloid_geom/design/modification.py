@@ -29,6 +29,7 @@ from .deviations import FlankDeviations, Shape
 from .field_limits import DesignError, Fault, Limit, checked, refused
 
 AMOUNT_SUFFIX, LENGTH_SUFFIX = "_um", "_length_mm"
+PITCH = "pitch_deviations_um"
 MAX_AMOUNT_UM, MAX_LENGTH_MM = 1e5, 1e4
 AMOUNT = Limit(-MAX_AMOUNT_UM, MAX_AMOUNT_UM, "um", ((np.inf, "give it in um"),))
 LENGTH = Limit(1e-6, MAX_LENGTH_MM, "mm", ((np.inf, "give the length of the relief in mm"),), optional=True)
@@ -111,6 +112,10 @@ class Modification:
         C_betaII, um, and its length along the face from the end at -z.
     deviations : FlankDeviations, optional
         Measured deviations of both flanks; those of the modified flank are added to the other kinds.
+    pitch_deviations_um : tuple of float, optional
+        Deviation of the flank of each tooth from its place, along the normal, um; positive for excess
+        material. Tooth 0 is first, then in the direction of positive rotation. `pitch_cycle` uses them; all
+        other functions compute teeth without them.
 
     Raises
     ------
@@ -145,6 +150,7 @@ class Modification:
     toe_relief_um: Quantity = field(default=0.0, metadata=kind(_face_relief, face="toe"))
     toe_relief_length_mm: Quantity | None = None
     deviations: FlankDeviations | None = None
+    pitch_deviations_um: tuple[float, ...] | None = None
 
     __eq__ = equal
     __setstate__ = restored
@@ -164,6 +170,12 @@ class Modification:
             cure = "give the on_flanks of read_deviations"
             text = refused("be of the class FlankDeviations", self.deviations, cure)
             faults.append(Fault("", "deviations", text))
+        if self.pitch_deviations_um is not None:
+            result = checked(self.pitch_deviations_um, AMOUNT)
+            if isinstance(result, str):
+                faults.append(Fault("", PITCH, result))
+            else:
+                values[PITCH] = tuple(np.atleast_1d(result).ravel().tolist())
         if faults:
             raise DesignError(faults, "Modification")
         if faults := [*missing_lengths(type(self), self.given())]:
@@ -174,9 +186,13 @@ class Modification:
         yield from (value for name in limits_of(type(self)) if (value := getattr(self, name)) is not None)
 
     def given(self) -> dict[str, Any]:
-        """Return the lengths, the amounts that are not zero or have a length, and the file of deviations, by
-        name."""
-        measured = {} if self.deviations is None else {"deviations": self.deviations.reference}
+        """Return what is given, by name: lengths, amounts that are not zero or have a length, the file of
+        deviations, and pitch deviations."""
+        measured: dict[str, Any] = (
+            {} if self.deviations is None else {"deviations": self.deviations.reference}
+        )
+        if self.pitch_deviations_um is not None:
+            measured[PITCH] = list(self.pitch_deviations_um)
         return measured | {
             name: value
             for name in limits_of(type(self))
@@ -186,7 +202,7 @@ class Modification:
 
     @property
     def empty(self) -> bool:
-        """Whether all amounts and deviations are zero."""
+        """Whether all amounts and deviations are zero. Pitch deviations do not change the form of a flank."""
         return (self.deviations is None or self.deviations.empty) and not any(
             np.any(getattr(self, name)) for name in kinds_of(type(self))
         )
@@ -214,7 +230,7 @@ def limits_of(modification: type[Modification] = Modification) -> dict[str, Limi
     return {
         row.name: AMOUNT if "kind" in row.metadata else LENGTH
         for row in fields(modification)
-        if row.name != "deviations"
+        if row.name not in ("deviations", PITCH)
     }
 
 

@@ -3,22 +3,27 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import NamedTuple, TypeAlias
+from functools import partial
+from typing import Any, NamedTuple, TypeAlias
 
+from ..support.text_file import read_text
 from .deviations import FlankDeviations
-from .field_limits import Fault, Limit, number_fault
+from .field_limits import Fault, Limit, checked, number_fault, refused
 from .keys import checked_table
 from .limits import outside
 from .model import MODIFICATIONS, Member
-from .modification import Modification, limits_of, missing_amounts, missing_lengths
+from .modification import AMOUNT, PITCH, Modification, limits_of, missing_amounts, missing_lengths
 
 MODIFICATION_KEYS = limits_of(Modification)
 """Limits of the keys of [pinion.modification] and [gear.modification]."""
 _GRID_SIZE = Limit(2, 999, "", ((math.inf, "give the number of the measuring grid"),), whole=True)
 _DEVIATIONS = "deviations"
-"""Key of these tables that names a file."""
+"""Key of these tables that names a file of measured points."""
+MAX_PITCH_FILE_BYTES = 100_000
+"""Largest size of a file of pitch deviations."""
 
 
 class DeviationFile(NamedTuple):
@@ -57,14 +62,14 @@ def modification_tables_of(table: str, given: object, faults: list[Fault]) -> di
 
 
 def read_modification(table: str, given: object, faults: list[Fault]) -> Modification | None:
-    """Read one table of amounts and lengths, without deviations; None for an empty one."""
+    """Read one table of amounts and lengths, without measured deviations; None for an empty one."""
     if not isinstance(given, dict):
         faults.append(outside(table, "", "be a table", given, f"write [{table}] above its keys"))
         return None
     if _DEVIATIONS in given:
         _deviation_file(table, given[_DEVIATIONS], faults)
-        given = {key: value for key, value in given.items() if key != _DEVIATIONS}
-    values = checked_table(MODIFICATION_KEYS, table, given, faults, others=(_DEVIATIONS,))
+    given = {key: value for key, value in given.items() if key not in (_DEVIATIONS, PITCH)}
+    values = checked_table(MODIFICATION_KEYS, table, given, faults, others=(_DEVIATIONS, PITCH))
     incomplete = [*missing_lengths(Modification, given), *missing_amounts(Modification, given)]
     faults += (fault._replace(table=table) for fault in incomplete)
     return Modification(**values) if values and not incomplete else None
@@ -91,32 +96,74 @@ def _deviation_file(table: str, given: object, faults: list[Fault]) -> Deviation
     return None if new else DeviationFile(**keys)
 
 
+def _pitch_deviations(member: Member, folder: str, given: object) -> tuple[float, ...]:
+    """Read the value of the key of pitch deviations: a list, or a file with one number in each line.
+
+    Raises ValueError, with a message for values that are not one finite number for each tooth, and OSError.
+    """
+    values: object = given
+    if isinstance(given, str):
+        text = read_text(os.path.join(folder, given), MAX_PITCH_FILE_BYTES, fallback="cp1252")
+        rows = [row.partition("#")[0].strip() for row in text.splitlines()]
+        numbers: list[float] = []
+        values = numbers
+        for number, row in enumerate(rows, 1):
+            if not row:
+                continue
+            try:
+                numbers.append(float(row))
+            except ValueError:
+                cure = "write one number in um in each line, tooth 0 first"
+                raise ValueError(f"line {number} is no number: {cure}") from None
+    if not isinstance(values, list):
+        cure = "write [2.1, -0.4, ...] or the name of a file with one number in each line"
+        raise ValueError(refused("be a list of numbers in um", given, cure))
+    result = checked(values, AMOUNT)
+    if isinstance(result, str):
+        raise ValueError(result)
+    if fault := member.pitch_fault(values):
+        raise ValueError(fault)
+    return tuple(map(float, values))
+
+
 def measured_member(
     member: Member,
     tables: Mapping[str, tuple[str, object]],
     faults: list[Fault],
+    folder: str,
     read_deviations: ReadDeviations | None,
 ) -> Member:
-    """Return a member with the measured deviations of its flanks from the flanks of the given member."""
-    found: dict[tuple[str, DeviationFile], FlankDeviations | None] = {}
+    """Return a member with the measured deviations of its flanks from the flanks of the given member, and
+    with pitch deviations. Files are in the folder of the design file."""
     result = member
     for flank, (table, values) in tables.items():
-        if not isinstance(values, dict) or _DEVIATIONS not in values:
+        if not isinstance(values, dict):
             continue
-        if (source := _deviation_file(table, values[_DEVIATIONS], [])) is None:  # reported before
-            continue
-        if read_deviations is None:
-            raise TypeError("parse_design needs read_deviations for files of measured points")
-        if (table, source) not in found:
-            found[table, source] = None
-            try:
-                found[table, source] = read_deviations(member, source)
-            except OSError as error:
-                reason = f"cannot read {source.file!r} ({error.strerror or error})"
-                faults.append(Fault(table, _DEVIATIONS, f"{reason}: paths are relative to the design file"))
-            except ValueError as error:
-                faults.append(Fault(table, _DEVIATIONS, f"{source.file!r} {error}"))
-        if (deviations := found[table, source]) is not None:
+        found: dict[str, Any] = {}
+        if _DEVIATIONS in values and (source := _deviation_file(table, values[_DEVIATIONS], [])):
+            if read_deviations is None:
+                raise TypeError("parse_design needs read_deviations for files of measured points")
+            placed = source._replace(file=os.path.join(folder, source.file))
+            found[_DEVIATIONS] = _read(
+                table, _DEVIATIONS, partial(read_deviations, member, placed), faults, repr(source.file)
+            )
+        if PITCH in values:
+            read = partial(_pitch_deviations, member, folder, values[PITCH])
+            file = repr(values[PITCH]) if isinstance(values[PITCH], str) else ""
+            found[PITCH] = _read(table, PITCH, read, faults, file)
+        if found:
             given = getattr(member, MODIFICATIONS[flank]) or Modification()
-            result = result.modified(replace(given, deviations=deviations), flank)
+            result = result.modified(replace(given, **found), flank)
     return result
+
+
+def _read(table: str, key: str, read: Callable[[], Any], faults: list[Fault], file: str = "") -> Any:
+    """Return the result of `read`, or None after adding its error to `faults`."""
+    try:
+        return read()
+    except OSError as error:
+        reason = f"cannot read {file} ({error.strerror or error})"
+        faults.append(Fault(table, key, f"{reason}: paths are relative to the design file"))
+    except ValueError as error:
+        faults.append(Fault(table, key, f"{file} {error}".strip()))
+    return None

@@ -83,7 +83,7 @@ def _lines(name: str, values: dict[str, Any]) -> Iterator[str]:
 
 
 def _toml(value: Any) -> str:
-    """Return a number, a text or a table in the notation of TOML."""
+    """Return a number, a text, a list of numbers or a table in the notation of TOML."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{key} = {_toml(part)}" for key, part in value.items()) + "}"
     return json.dumps(value) if isinstance(value, str) else repr(value)

@@ -20,6 +20,7 @@ from ..findings.path import first_contact_reason
 from ..operation.first_contact import FirstContact
 from ..operation.mesh_cycle import MeshCycle
 from ..operation.operating_ratio import operating_ratios
+from ..operation.pitch_cycle import PitchCycle, pitch_cycle
 from ..status import FirstStatus, Limit, NotComputed, RatioStatus
 from ..support.process import NOT_COMPUTED
 from .columns import number, table_lines
@@ -30,6 +31,8 @@ FIELDS = ("pinion_roll", "gear_roll", "transmission_error", "pair", "l1", "z1", 
 """Quantities of a position."""
 SHOWN = ("pinion_roll", "transmission_error", "pair", "z1", "z2")
 """Columns of the text."""
+PITCH_FIELDS = ("pitches", "peak_to_peak", "pinion_roll", "transmission_error", "pinion_tooth", "gear_tooth")
+"""Quantities of a cycle with pitch deviations."""
 RATIOS = ("operating_contact_ratio", "operating_contact_ratio_within_film")
 DOUBTS = {
     RatioStatus.NO_FIRST_CONTACT: NotComputed("there is no first contact at some rolls"),
@@ -61,6 +64,8 @@ class OperationReport(Report):
         Reasons for unknown values of `operating` and `within_film`.
     along_lines : bool
         Whether the flanks have line contact; first contacts are then points of the lines.
+    pitch_cycle : PitchCycle or None
+        Transmission error over all pairs of teeth; None without pitch deviations.
     """
 
     name: str
@@ -75,6 +80,7 @@ class OperationReport(Report):
     reason: str | None
     doubts: tuple[str | None, str | None]
     along_lines: bool
+    pitch_cycle: PitchCycle | None
 
     @property
     def status(self) -> list[str]:
@@ -152,6 +158,7 @@ class OperationReport(Report):
             "mean": cycle.mean,
             "amplitudes": np.abs(cycle.harmonics),
             **picked(cycle, "edge_share", "changes", "hand_over"),
+            **({} if self.pitch_cycle is None else {"pitch_cycle": picked(self.pitch_cycle, *PITCH_FIELDS)}),
             "positions": self.positions,
             **remarks_data(self.remarks),
             **{f"{key}_reason": doubt for key, doubt in zip(RATIOS, self.doubts, strict=True) if doubt},
@@ -184,6 +191,8 @@ class OperationReport(Report):
         text += line(
             "transmission error", f"{number('peak_to_peak', cycle.peak_to_peak)} arcsec peak to peak"
         )
+        if self.pitch_cycle is not None:
+            text += line("pitch deviations", self._pitch_words(self.pitch_cycle))
         amplitudes = ", ".join(number("peak_to_peak", value) for value in np.abs(cycle.harmonics))
         text += line("amplitudes", f"{amplitudes} arcsec at the mesh frequency and its multiples")
         share = f"carry {100.0 * float(cycle.edge_share):.1f} % of the cycle"
@@ -192,6 +201,13 @@ class OperationReport(Report):
             return text + line("hand-over", "none, several pairs carry at the same time")
         changes = (cycle.changes[cycle.hand_over] - float(cycle.start)) / cycle.pitch
         return text + line("hand-over", ", ".join(f"{at:.4f}" for at in changes) + " pitches into the cycle")
+
+    def _pitch_words(self, cycle: PitchCycle) -> str:
+        """Return the transmission error with pitch deviations."""
+        peak = number("peak_to_peak", cycle.peak_to_peak)
+        teeth = [int(np.ravel(x)[np.nanargmax(cycle.transmission_error)]) for x in cycle.teeth]
+        where = f"the gear is furthest ahead at pinion tooth {teeth[0]} and gear tooth {teeth[1]}"
+        return f"{peak} arcsec peak to peak over {cycle.pitches} pitches; {where}"
 
     def _position_lines(self) -> str:
         """Return a table of 13 positions."""
@@ -210,7 +226,10 @@ class OperationReport(Report):
 def operation_report(
     name: str, design: Design, flank: str, points: int, harmonics: int, film: float
 ) -> OperationReport:
-    """Return the mesh cycle of a single design at `points` positions; `film` in mm."""
+    """Return the mesh cycle of a single design at `points` positions; `film` in mm.
+
+    Raises ValueError for pitch deviations that repeat after too many pitches."""
+    deviated = any(member.pitch_deviations(flank) is not None for member in design.members)
     result = operating_ratios(design, flank, (0.0, film), harmonics)
     cycle, ratios = result.cycle, result.ratio.tolist()
     first = cycle.at(float(cycle.start) + cycle.pitch * np.linspace(0.0, 1.0, points))
@@ -228,4 +247,5 @@ def operation_report(
         reason=first_contact_reason(flank, int(cycle.status)) if cycle.lost else None,
         doubts=(doubts[0], doubts[1]),
         along_lines=bool(cycle.along_lines),
+        pitch_cycle=None if cycle.lost or not deviated else pitch_cycle(design, flank),
     )

@@ -181,8 +181,9 @@ def modification_data(design: Design) -> dict[str, Any]:
     given = {
         name: {
             flank: one.given()
-            for flank in MODIFICATIONS
-            if (one := getattr(design, name).modification(flank)) is not None
+            for flank, field in MODIFICATIONS.items()
+            if (one := getattr(getattr(design, name), field)) is not None
+            and (not one.empty or one.pitch_deviations_um is not None)
         }
         for name in MEMBERS
     }

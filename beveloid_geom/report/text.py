@@ -81,12 +81,14 @@ def _parabola_words(member: Member) -> str:
 
 def _amount_words(key: str, value: Any) -> str:
     """Return an amount or a length of a modification with its unit, such as 'helix crowning 10 um', or the
-    file of measured deviations."""
+    file of measured deviations, or the range of pitch deviations."""
     if isinstance(value, dict):
         return (
             f"{key} of {Path(value['file']).name or 'an array'}, {value['rows']} x {value['columns']} points"
         )
     name, _, unit = key.rpartition("_")
+    if isinstance(value, list):
+        return f"{name.replace('_', ' ')} of {len(value)} teeth from {min(value):g} to {max(value):g} {unit}"
     return f"{name.replace('_', ' ')} {value:g} {unit}"
 
 

@@ -39,12 +39,7 @@ def read_design(path: str | PathLike[str]) -> Design:
     >>> bg.read_design("ni-2017").gear.teeth
     45
     """
-    folder = Path(path).parent
-
-    def from_folder(member: Member, source: DeviationFile) -> FlankDeviations:
-        return read_flank_deviations(member, source._replace(file=str(folder / source.file)))
-
-    return read_design_file(path, from_mesh, from_folder)
+    return read_design_file(path, from_mesh, read_flank_deviations)
 
 
 def read_flank_deviations(member: Member, source: DeviationFile) -> FlankDeviations:

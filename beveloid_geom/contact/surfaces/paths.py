@@ -11,13 +11,14 @@ are solved for each pair of different members.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, is_dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...arrays import Codes, FloatArray, Integers, Mask
-from ...design.model import Design, unchecked
+from ...design.model import Design, Tool, unchecked
+from ...design.modification import Modification
 from ...gear.rack import Rack, rack_of, rack_point
 from ...gear.tooth_side import is_batch, surface_of
 from ...pair.mounting import mounting_of
@@ -199,10 +200,11 @@ def by_members(design: Design) -> Iterator[tuple[Design, Integers]]:
     columns: list[FloatArray] = []
 
     def each(part: Any, change: Any) -> Any:
-        """Return a tool or member with its arrays changed."""
+        """Return a tool, member or modification with its arrays changed; measured deviations have none."""
         values = {
-            name: each(value, change) if is_dataclass(value) else change(value) if np.ndim(value) else value
+            name: each(value, change) if isinstance(value, Tool | Modification) else change(value)
             for name, value in vars(part).items()
+            if isinstance(value, Tool | Modification | np.ndarray)
         }
         return unchecked(part, **values)
 

@@ -25,11 +25,13 @@ def operation(
 
     At each roll angle of the pinion the tooth pair that touches first carries, on its flank, its fillet or an
     edge. The transmission error is positive where the gear is ahead. The mesh cycle repeats with the pitch of
-    the pinion. Teeth are rigid and without load. Exit status 1 if there is no contact or the pair cannot be
+    the pinion; pitch deviations of the teeth are evaluated over all pairs of teeth. Teeth are rigid and
+    without load. Exit status 1 if there is no contact or the pair cannot be
     assembled, 4 if the cycle or a contact ratio could not be computed."""
     from ....findings.path import first_contact_fault
     from ....report.operation import operation_report
 
     if fault := first_contact_fault(design):
         raise no_result(fault)
-    return operation_report(name, design, flank, points, harmonics, film)
+    with results.refused_values():
+        return operation_report(name, design, flank, points, harmonics, film)

@@ -1,0 +1,175 @@
+"""Transmission error of a pair whose teeth have pitch deviations, over all pairs of teeth.
+
+Let e(roll) be the transmission error of one tooth pair without deviations, and roll that of its pinion tooth.
+A deviation p1 (mm along the normal) of the pinion tooth rotates this tooth by sigma p1 / (r_b1 cos(beta_b)),
+and a deviation p2 rotates the gear tooth. The transmission error of this pair is then
+
+    e(roll + sigma p1 / (r_b1 cos(beta_b1))) + (p1 + p2) / (r_b2 cos(beta_b2)),
+
+and the tooth pair with the largest error carries. These relations are exact. The error repeats when the same
+two teeth meet again, after the least common multiple of the numbers of teeth.
+
+Teeth are counted from tooth 0 in the direction of positive rotation, from x to y of the gear frame. Tooth
+pair k consists of pinion tooth k and gear tooth -k.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import lcm
+
+import numpy as np
+
+from ..arrays import FloatArray, Indices, flank_sign
+from ..design.arguments import require_design
+from ..design.model import Design, Member
+from ..status import FirstStatus
+from ..support.array_repr import short_repr
+from .engagement import middle_roll, spread
+from .first_contact import first_contact
+
+MAX_PITCHES = 20_000
+"""Largest number of pitches of a cycle."""
+
+
+@dataclass(frozen=True, eq=False)
+class PitchCycle:
+    """Transmission error with pitch deviations at equally spaced pinion rolls, arrays (pitches, points).
+
+    Attributes
+    ----------
+    design : Design
+    flank : {'right', 'left'}
+    pinion_roll : ndarray
+        rad, from the roll at which the flank of tooth 0 passes the pitch point.
+    transmission_error : ndarray
+        rad, positive where the gear is ahead of the unmodified pair; NaN where no teeth touch.
+    pinion_tooth, gear_tooth : ndarray of int
+        Numbers of the teeth that carry; 0 where no teeth touch.
+    """
+
+    __repr__ = short_repr
+
+    design: Design = field(repr=False)
+    flank: str
+    pinion_roll: FloatArray
+    transmission_error: FloatArray
+    pinion_tooth: Indices
+    gear_tooth: Indices
+
+    @property
+    def pitches(self) -> int:
+        """Number of pitches after which the transmission error repeats."""
+        return len(self.pinion_roll)
+
+    @property
+    def teeth(self) -> tuple[Indices, Indices]:
+        """Numbers of the teeth of pinion and gear that carry."""
+        return self.pinion_tooth, self.gear_tooth
+
+    @property
+    def peak_to_peak(self) -> float:
+        """Peak-to-peak value at these rolls, rad."""
+        return float(np.ptp(self.transmission_error))
+
+
+def pitch_cycle(design: Design, flank: str = "right", points: int = 24) -> PitchCycle:
+    """Compute the transmission error over all pairs of teeth, with their pitch deviations.
+
+    Parameters
+    ----------
+    design : Design
+        A single one, with or without pitch deviations (`Modification.pitch_deviations_um`).
+    flank : {'right', 'left'}
+    points : int
+        Number of rolls in each pitch.
+
+    Returns
+    -------
+    PitchCycle
+
+    Raises
+    ------
+    ValueError
+        For a batch of designs, for less than one point, and for more than MAX_PITCHES pitches.
+
+    Examples
+    --------
+    >>> import beveloid_geom as bg
+    >>> from dataclasses import replace
+    >>> design = bg.builtin_design("ni-2017")
+    >>> deviations = bg.Modification(pitch_deviations_um=(4.0, *[0.0] * 28))
+    >>> cycle = bg.pitch_cycle(replace(design, pinion=design.pinion.modified(deviations)), points=4)
+    >>> cycle.pitches
+    29
+    """
+    require_design(design)
+    if design.batch_shape:
+        raise ValueError(f"design must be a single one, got arrays of shape {design.batch_shape}")
+    if points < 1:
+        raise ValueError(f"points must be at least 1, got {points}")
+    teeth = [int(member.teeth) for member in design.members]
+    amounts = [_amounts(member, flank) for member in design.members]
+    pitches = lcm(*(count for count, own in zip(teeth, amounts, strict=True) if own.any()))
+    if pitches > MAX_PITCHES:
+        cure = "give the pitch deviations of one member only"
+        raise ValueError(f"pitch deviations must repeat within {MAX_PITCHES} pitches, got {pitches}: {cure}")
+    pitch = 2.0 * np.pi / teeth[0]
+    roll = np.asarray(middle_roll(design, flank) + pitch / points * np.arange(points))
+    error, pairs = _errors_alone(design, flank, roll, amounts)
+    # In each pitch, the numbers of the pairs decrease by 1.
+    number = pairs - np.arange(pitches)[:, None]
+    pinion, gear = number % teeth[0], -number % teeth[1]
+    with np.errstate(invalid="ignore"):
+        shift = (amounts[0][pinion] + amounts[1][gear]) / _lever(design.gear)
+        ahead = error[pinion, np.arange(pairs.size)] + shift[..., None]
+    first = ahead.argmax(axis=1)
+    largest = np.take_along_axis(ahead, first[:, None], axis=1)[:, 0]
+    lost = ~np.isfinite(largest)
+    return PitchCycle(
+        design=design,
+        flank=flank,
+        pinion_roll=roll + pitch * np.arange(pitches)[:, None],
+        transmission_error=np.where(lost, np.nan, largest),
+        pinion_tooth=np.where(lost, 0, np.take_along_axis(pinion, first, axis=1)),
+        gear_tooth=np.where(lost, 0, np.take_along_axis(gear, first, axis=1)),
+    )
+
+
+def _amounts(member: Member, flank: str) -> FloatArray:
+    """Return the pitch deviations of all teeth of a member, mm."""
+    given = member.pitch_deviations(flank)
+    return np.zeros(int(member.teeth)) if given is None else 1e-3 * np.array(given)
+
+
+def _lever(member: Member) -> float:
+    """Return r_b cos(beta_b) of a member, mm."""
+    tool = member.tool
+    return 0.5 * float(tool.normal_module * member.teeth * np.cos(tool.normal_pressure_angle))
+
+
+def _errors_alone(
+    design: Design, flank: str, roll: FloatArray, amounts: list[FloatArray]
+) -> tuple[FloatArray, Indices]:
+    """Return the transmission error of single tooth pairs, rad, for each pinion tooth (teeth, pairs, rolls),
+    and the numbers of the pairs at the given rolls (pairs,).
+
+    It is minus infinity where a pair does not touch, or is so late that it never carries."""
+    reach = 2 + int(np.ceil(spread(design, flank)))
+    pairs = np.arange(-reach, reach + 1)
+    own = roll + 2.0 * np.pi / float(design.pinion.teeth) * pairs[:, None]
+    turn, number = np.unique(flank_sign(flank) * amounts[0] / _lever(design.pinion), return_inverse=True)
+    # Pairs that remain behind even with the largest deviations. Edge contacts fall by less than 0.5 rad/rad.
+    nominal = _alone(design, flank, own)
+    shift = sum(float(np.ptp(np.append(values, 0.0))) for values in amounts) / _lever(design.gear)
+    near = nominal >= nominal.max(axis=0) - 2.0 * shift - np.abs(turn).max()
+    error = np.full((turn.size, *own.shape), -np.inf)
+    error[:, near] = _alone(design, flank, own[near] + turn[:, None])
+    return error[number], pairs
+
+
+def _alone(design: Design, flank: str, roll: FloatArray) -> FloatArray:
+    """Return the transmission error (rad) of tooth pair 0 alone at pinion rolls, rad."""
+    first = first_contact(design, flank, roll.ravel(), (0,))
+    known = first.status == FirstStatus.SOLVED
+    return np.where(known, first.transmission_error, -np.inf).reshape(roll.shape)
