@@ -186,8 +186,10 @@ class Modification:
         yield from (value for name in limits_of(type(self)) if (value := getattr(self, name)) is not None)
 
     def given(self) -> dict[str, Any]:
-        """Return what is given, by name: lengths, amounts that are not zero or have a length, the file of
-        deviations, and pitch deviations."""
+        """Return the values that are given, by name.
+
+        These are lengths, amounts that are not zero or have a length, the file of deviations, and pitch
+        deviations."""
         measured: dict[str, Any] = (
             {} if self.deviations is None else {"deviations": self.deviations.reference}
         )

@@ -36,6 +36,11 @@ from tests.stability.random_designs import random_designs
 
 HALVINGS = 54
 BOTH = ("right", "left")
+AMOUNTS = (
+    *("helix_slope_um", "helix_crowning_um", "profile_slope_um", "profile_crowning_um", "twist_um"),
+    *("tip_relief_um", "root_relief_um", "heel_relief_um", "toe_relief_um"),
+)
+"""Amounts of a modification."""
 CLOSE = {(0.0, 0.0): -1.2, (0.003, -0.003): -0.9, (0.005, 0.003): -0.9}
 """Parabolas and offset errors for which tips touch fillets."""
 
@@ -100,7 +105,7 @@ class Tooth:
         given = member.modification_right if self.sign > 0.0 else member.modification_left
         if given is None:
             return 0.0 * (w + z)
-        amounts = {name: 1e-3 * value for name, value in vars(given).items() if name.endswith("um")}
+        amounts = {name: 1e-3 * getattr(given, name) for name in AMOUNTS}
         tool, half, m = member.tool, 0.5 * float(member.face_width), float(member.tool.normal_module)
         alpha, beta, gamma = tool.normal_pressure_angle, member.helix_angle, member.cone_angle
         start, top = _ends(replace(self, member=member.modified(None)))
