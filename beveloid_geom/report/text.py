@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -63,12 +63,18 @@ def head_lines(design: Design) -> str:
     text += error_lines(design)
     if design.has_parabola:
         text += line("parabola", "pinion {}, gear {}".format(*map(_parabola_words, design.members)))
+    for words in modification_words(design):
+        text += line("modification", words)
+    return text
+
+
+def modification_words(design: Design) -> Iterator[str]:
+    """Yield the modifications of each member, such as 'pinion right: helix crowning 10 um'."""
     for name, member in (("pinion", design.pinion), ("gear", design.gear)):
         for table, values in modification_tables(name, vars(member)).items():
             flank = table.removeprefix(f"{name}.modification").removeprefix(".")
             words = ", ".join(_amount_words(key, value) for key, value in values.items())
-            text += line("modification", f"{name}{flank and ' '}{flank}: {words}")
-    return text
+            yield f"{name}{flank and ' '}{flank}: {words}"
 
 
 def _parabola_words(member: Member) -> str:

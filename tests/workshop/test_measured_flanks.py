@@ -27,6 +27,8 @@ from beveloid_geom import (
 from beveloid_geom.arrays import FLANK_SIGN, FloatArray
 from beveloid_geom.gear.closest_point import feet
 from beveloid_geom.gear.flank import flank_point, modification_of, trace_parameter
+from beveloid_geom.operation.engagement import engagement_of, middle_roll
+from beveloid_geom.operation.search.local_clearance import clearance_at, limits_at
 from beveloid_geom.workshop.grid import MeasuringGrid
 from beveloid_geom.workshop.measured import deviations_of
 from tests.cli.running import refused, run
@@ -228,6 +230,27 @@ def test_values_from_python() -> None:
         Modification(deviations=none)  # type: ignore[arg-type]
     with pytest.raises(DesignError, match="at most 20000 points"):
         FlankDeviations(*np.zeros((3, 2, 150, 150)))
+
+
+def test_waves_between_the_scanned_points_are_found() -> None:
+    """First contact of flanks with scatter of 3 um, against points of the complete flank."""
+    rng, members = np.random.default_rng(0), []
+    for member in table1().members:
+        grid = measuring_grid(member)
+        scatter = 0.003 * rng.normal(size=grid.l.shape)
+        members.append(with_points(member, grid, grid.point + scatter[..., None] * grid.normal))
+    design = replace(table1(), pinion=members[0], gear=members[1])
+    roll = middle_roll(design, "left") + 1.5 * np.pi / 29.0
+    engagement, _ = engagement_of(design, "left", np.array([roll]))
+    l, z = np.meshgrid(np.linspace(-5.9, 6.6, 81), np.linspace(-25.0, 25.0, 81))
+    first = np.zeros(l.size, dtype=int)
+    task = engagement.task(first, first)  # tooth pair 0 carries
+    with np.errstate(invalid="ignore"):
+        margins, _ = limits_at(task, l.ravel(), z.ravel())
+        gaps = clearance_at(task, l.ravel(), z.ravel())[0]
+    best = gaps[(margins > 0.0).all(axis=0)].min()
+    found = -first_contact(design, "left", [roll]).transmission_error[0] * engagement.lever
+    assert -1e-12 < best - found < 1e-4
 
 
 def parabolas_as_deviations() -> Design:

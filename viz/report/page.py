@@ -29,7 +29,7 @@ from beveloid_geom.findings.path import pressure_remarks
 from beveloid_geom.pair.misalignment import ERROR_NAMES, NAMES
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.sensitivity import steps_of
-from beveloid_geom.report.text import place_words, unit_of
+from beveloid_geom.report.text import modification_words, place_words, unit_of
 from beveloid_geom.report.tolerance import SHOWN_SHARES
 from beveloid_geom.status import Limit
 
@@ -322,6 +322,7 @@ def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any],
                 for flank, one in data.flanks.items()
                 if one.matrix is not None
             },
+            modifications=list(modification_words(data.design)),
             swinging=[flank for flank, one in data.flanks.items() if _swings(one)],
             flanks=FLANKS,
             ends={name: end_names(getattr(data.design, name)) for name in MEMBERS},

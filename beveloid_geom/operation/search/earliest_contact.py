@@ -31,6 +31,8 @@ Numbered: TypeAlias = tuple[Integers, "Found"]
 GRID_POINTS = ((1, 5, 5), 36), ((4, 25, 19), 72)
 """Scan points, coarse and fine: on the fillet, on the flank, along the face, and along the face for each turn
 of a tooth round its axis, if this gives more."""
+MEASURED_GRID_POINTS = GRID_POINTS[0], ((4, 49, 37), 72)
+"""The same for pairs with measured flanks, which may have waves."""
 PAIR_SPARE_MODULES = 0.25
 """Clearance above the smallest scanned one up to which a tooth pair is searched."""
 TOGETHER_RAD = 1.6e-14
@@ -81,8 +83,10 @@ def grids_of(engagement: Engagement, design: Design, flank: str) -> Grids:
     -------
     Grids
     """
+    measured = any(one.deviations is not None for member in design.members for one in member.modifications)
     points = [
-        (*points[:2], max(points[2], int(np.ceil(each * engagement.turns)))) for points, each in GRID_POINTS
+        (*points[:2], max(points[2], int(np.ceil(each * engagement.turns))))
+        for points, each in (MEASURED_GRID_POINTS if measured else GRID_POINTS)
     ]
     with np.errstate(invalid="ignore", divide="ignore"):
         coarse, fine = (grid_of(design.pinion, flank, count) for count in points)
