@@ -120,6 +120,16 @@ def test_stacked_members_have_their_own_deviations(flank: str) -> None:
         assert np.abs(flank_point(design.stacked_members(), flank, l, u) - single).max() < 1e-12
 
 
+def test_batches_of_members_are_single_members() -> None:
+    members = [with_points(member, *measured(member, 0.001)) for member in table1().members]
+    design, parabolas = replace(table1(), pinion=members[0], gear=members[1]), (0.0, 0.0004)
+    batch = path_of_contact(design.with_parabola(np.array(parabolas), 0.0), "left", 3)
+    for k, parabola in enumerate(parabolas):
+        single = path_of_contact(design.with_parabola(parabola, 0.0), "left", 3)
+        assert np.isfinite(single.point).all()
+        assert np.abs(batch.point[k] - single.point).max() < 1e-12
+
+
 def test_designs_with_deviations_are_values(tmp_path: Path) -> None:
     """Hash, comparison, pickle, and the text of a design file."""
     member = table1().pinion
