@@ -17,6 +17,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from time import process_time
+from typing import Any
 
 import numpy as np
 import pytest
@@ -132,8 +133,8 @@ def test_operation_against_positions_by_five_equations() -> None:
 def test_mesh_cycle_with_reliefs_against_unmodified_flanks() -> None:
     """Reliefs of all four edges and crowning on both members of Table 1; new errors in each run."""
     design, drawn = table1(), iter(range(1, 10_000))
-    edges = {f"{name}_relief_um": 15.0 for name in ("tip", "root", "heel", "toe")}
-    lengths = {f"{name}_relief_length_mm": 3.0 for name in ("tip", "root", "heel", "toe")}
+    edges: dict[str, Any] = {f"{name}_relief_um": 15.0 for name in ("tip", "root", "heel", "toe")}
+    lengths: dict[str, Any] = {f"{name}_relief_length_mm": 3.0 for name in ("tip", "root", "heel", "toe")}
     given = Modification(helix_crowning_um=10.0, profile_crowning_um=8.0, **edges, **lengths)
     modified = replace(design, pinion=design.pinion.modified(given), gear=design.gear.modified(given))
 
