@@ -52,7 +52,6 @@ from .limits import (
 )
 from .model import (
     BY_FLANK,
-    MODIFICATIONS,
     Design,
     Errors,
     ErrorsAt,
@@ -65,9 +64,10 @@ from .model import (
 from .modification_file import (
     MODIFICATION_KEYS,
     ReadDeviations,
+    file_key_faults,
     measured_member,
     modification_tables_of,
-    read_modification,
+    read_modifications,
 )
 
 BUILTIN = "ni-2017"
@@ -97,10 +97,7 @@ def _read_member(
     Faults of inherited keys are reported for [tool] only."""
     given, shared = dict(tables[name]), tables.get("tool", {})
     tables_by_flank = modification_tables_of(f"{name}.modification", given.pop("modification", {}), faults)
-    modifications = {
-        MODIFICATIONS[flank]: read_modification(table, values, faults)
-        for flank, (table, values) in tables_by_flank.items()
-    }
+    modifications = read_modifications(tables_by_flank, faults)
     inherited = {key: shared[key] for key in TOOL_KEYS if key in shared and key not in given}
     new: list[Fault] = []
     values = checked_table(MEMBER_KEYS, name, inherited | given, new, required_keys(Tool, Member))
@@ -374,7 +371,9 @@ def override(
     for name, amounts in (("pinion", pinion_modification), ("gear", gear_modification)):
         if amounts is not None:
             table, new = f"{name}.modification", list[Fault]()
-            member = replace(getattr(changed, name), **_read_modifications(table, amounts, new))
+            by_flank = modification_tables_of(table, amounts, new)
+            new += dict.fromkeys(file_key_faults(by_flank))
+            member = replace(getattr(changed, name), **read_modifications(by_flank, new))
             changed = replace(changed, **{name: member})
             for fault in new:  # the table of one flank is named in front of the key
                 flank = fault.table.removeprefix(table).removeprefix(".")

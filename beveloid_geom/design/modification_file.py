@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple, TypeAlias
@@ -59,6 +59,24 @@ def modification_tables_of(table: str, given: object, faults: list[Fault]) -> di
         flank: (f"{table}.{flank}", flanks[flank]) if flank in flanks else (table, both)
         for flank in MODIFICATIONS
     }
+
+
+def read_modifications(
+    tables: Mapping[str, tuple[str, object]], faults: list[Fault]
+) -> dict[str, Modification | None]:
+    """Read the tables of `modification_tables_of`, without measured deviations, by field of `Member`."""
+    return {
+        MODIFICATIONS[flank]: read_modification(table, values, faults)
+        for flank, (table, values) in tables.items()
+    }
+
+
+def file_key_faults(tables: Mapping[str, tuple[str, object]]) -> Iterator[Fault]:
+    """Yield the faults of keys that only a design file may have."""
+    for table, values in tables.values():
+        for key in (_DEVIATIONS, PITCH):
+            if isinstance(values, dict) and key in values:
+                yield Fault(table, key, f"belongs in a design file: write it in [{table}]")
 
 
 def read_modification(table: str, given: object, faults: list[Fault]) -> Modification | None:

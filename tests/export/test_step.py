@@ -128,7 +128,7 @@ def test_faces_of_a_modified_gear_are_turned_by_the_depth(folder: Path) -> None:
 
     The depth is computed from z and from the parameter of the generated flank at the same radius."""
     helical = replace(PINION, cone_angle=0.0, tool=replace(PINION.tool, parabola=0.0))
-    reliefs = {"heel_relief_um": 20.0, "heel_relief_length_mm": 10.0}
+    reliefs: dict[str, Any] = {"heel_relief_um": 20.0, "heel_relief_length_mm": 10.0}
     reliefs |= {"tip_relief_um": 15.0, "tip_relief_length_mm": 2.5}
     write_step(helical.modified(Modification(helix_crowning_um=30.0, **reliefs)), folder / "gear.step", (0,))
     written = read_back(folder / "gear.step")

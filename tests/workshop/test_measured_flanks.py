@@ -289,3 +289,8 @@ def test_parabolas_given_as_deviations() -> None:
         assert np.abs(first.gear_roll - true.gear_roll).max() * lever < 1e-6
     sliding = sliding_of(path_of_contact(design)), sliding_of(path_of_contact(bent))
     assert np.abs(sliding[0].speed - sliding[1].speed).max() < 1e-2 * np.abs(sliding[1].speed).max()
+
+
+def test_options_have_no_files() -> None:
+    line = refused("tca", "ni-2017", "--pinion-modification", "right.deviations=points.csv")
+    assert "right.deviations belongs in a design file: write it in [pinion.modification.right]" in line
