@@ -189,14 +189,11 @@ def _relief_starts(member: Member, flank: str) -> tuple[list[float], list[float]
     """Return l of the lines at which profile reliefs begin, and z at which reliefs of the face begin.
 
     The curvature of the flank jumps there."""
-    given, terms = member.modification(flank), modification_of(member, flank)
+    modification = modification_of(member, flank)
     starts: tuple[list[float], list[float]] = ([], [])
-    if given is None or terms is None:
-        return starts
-    for (kind, *_), term in zip(given.terms(), terms.terms, strict=True):
-        if kind.has_length:
-            along = kind.face != "active"
-            starts[along].append(float(term.origin[along]))
+    for term in modification.reliefs if modification else ():
+        assert term.relief is not None
+        starts[term.relief].append(float(term.origin[term.relief]))
     return starts
 
 
