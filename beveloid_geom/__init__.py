@@ -61,13 +61,12 @@ if TYPE_CHECKING:
     from .design.deviations import FlankDeviations as FlankDeviations
     from .design.field_limits import DesignError as DesignError
     from .design.file import builtin_design as builtin_design
+    from .design.member import Member as Member, Tool as Tool
     from .design.model import (
         Design as Design,
         Errors as Errors,
-        Member as Member,
         MeshErrors as MeshErrors,
         Pair as Pair,
-        Tool as Tool,
         from_degrees as from_degrees,
     )
     from .design.modification import Modification as Modification
@@ -144,7 +143,8 @@ _MODULES = {
     "design.deviations": "FlankDeviations",
     "design.field_limits": "DesignError",
     "design.file": "builtin_design",
-    "design.model": "Design Errors Member MeshErrors Pair Tool from_degrees",
+    "design.member": "Member Tool",
+    "design.model": "Design Errors MeshErrors Pair from_degrees",
     "design.modification": "Modification",
     "design.text": "design_text",
     "export.write": "write",

@@ -25,7 +25,8 @@ from ..arrays import Codes, FloatArray, Mask, Quantity, flank_sign
 from ..contact.path import path_ends
 from ..design.arguments import require_design
 from ..design.limits import member_faults, parabola_limit
-from ..design.model import Design, Errors, MeshErrors, unchecked
+from ..design.member import unchecked
+from ..design.model import Design, Errors, MeshErrors
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
 from ..operation.mesh_cycle import mesh_cycle
 from ..pair.misalignment import ERROR_CLASSES, errors_below

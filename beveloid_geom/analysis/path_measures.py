@@ -24,7 +24,8 @@ import numpy as np
 
 from ..arrays import Codes, FloatArray
 from ..contact.path import ContactPath, path_of_contact
-from ..design.model import Design, Member
+from ..design.member import Member
+from ..design.model import Design
 from ..gear.flank import (
     active_range,
     flank_patch,

@@ -29,7 +29,8 @@ from .options import Refusal, no_result
 if TYPE_CHECKING:
     from ..arrays import FloatArray
     from ..contact.mesh_position import Frame, MeshingPair
-    from ..design.model import Design, Member
+    from ..design.member import Member
+    from ..design.model import Design
 
 GEARS, TEETH, FLANKS = (tuple(f"{m}{kind}" for m in MEMBERS) for kind in ("", "-tooth", "-flank"))
 NOT_RESOLVED = "stresses at the contact are not resolved, those of the fillet are"

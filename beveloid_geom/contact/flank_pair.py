@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from ..arrays import FloatArray, Integers, Mask, flank_sign
 from ..design.arguments import require_unmodified
-from ..design.model import Design, Member, stacked, unchecked
+from ..design.member import Member, stacked, unchecked
+from ..design.model import Design
 from ..gear.crossing_curve import CrossingCurve
 from ..gear.flank import active_range, may_fold, tip_radius
 from ..gear.rack import Numbers, Rack, rack_at, rack_of

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 
 from .field_limits import shown_value
-from .model import MODIFICATIONS, Design, Member
+from .member import MODIFICATIONS, Member
+from .model import Design
 
 
 def require_design(design: object) -> None:

@@ -8,7 +8,8 @@ called back, the end at +z front."""
 from __future__ import annotations
 
 from ..status import Limit
-from .model import Design, Member
+from .member import Member
+from .model import Design
 
 
 def end_names(member: Member) -> tuple[str, str]:

@@ -396,3 +396,14 @@ def base_pitch_fault(
     limit, value = f"equal that of {other}, {first:.12g} mm", float(f"{second:.12g}")
     text = refused(limit, value, "meshing teeth have the same base pitch", f" at {index}" if index else "")
     return Fault(table, f"normal_module cos(normal_pressure_angle{suffix})", text)
+
+
+def require_classes(owner: object, **kinds: type) -> None:
+    """Raise DesignError if a field of `owner` is not an object of the class given for it."""
+    faults = [
+        f"{name} {refused(f'be of the class {kind.__name__}', value, f'make it by {kind.__name__}(...)')}"
+        for name, kind in kinds.items()
+        if not isinstance(value := getattr(owner, name), kind)
+    ]
+    if faults:
+        raise DesignError(faults, type(owner).__name__)

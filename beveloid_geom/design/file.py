@@ -50,17 +50,8 @@ from .limits import (
     radian_faults,
     tip_radius_at_mid_face,
 )
-from .model import (
-    BY_FLANK,
-    Design,
-    Errors,
-    ErrorsAt,
-    Member,
-    MeshErrors,
-    Pair,
-    Tool,
-    from_degrees,
-)
+from .member import BY_FLANK, Member, Tool
+from .model import Design, Errors, ErrorsAt, MeshErrors, Pair, from_degrees
 from .modification_file import (
     MODIFICATION_KEYS,
     ReadDeviations,

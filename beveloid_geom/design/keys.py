@@ -12,7 +12,8 @@ from dataclasses import MISSING, fields
 from typing import Any
 
 from .field_limits import LIMITS, Fault, Limit, number_fault, shown_value
-from .model import Errors, Member, MeshErrors, Pair, Tool
+from .member import Member, Tool
+from .model import Errors, MeshErrors, Pair
 
 
 def keys_of(*inputs: type) -> dict[str, Limit]:

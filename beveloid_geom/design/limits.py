@@ -23,7 +23,8 @@ from .field_limits import (
     base_pitch_fault,
     refused,
 )
-from .model import MATCH, MODIFICATIONS, PARALLEL, Errors, Member, MeshErrors, Pair
+from .member import MODIFICATIONS, Member
+from .model import MATCH, PARALLEL, Errors, MeshErrors, Pair
 from .modification import kinds_of, length_of
 
 MOST_OFFSET_ERROR = 10.0

@@ -14,7 +14,7 @@ from .deviations import FlankDeviations
 from .field_limits import Fault, Limit, checked, number_fault, refused
 from .keys import checked_table
 from .limits import outside
-from .model import MODIFICATIONS, Member
+from .member import MODIFICATIONS, Member
 from .modification import AMOUNT, PITCH, Modification, limits_of, missing_amounts, missing_lengths
 
 MODIFICATION_KEYS = limits_of(Modification)

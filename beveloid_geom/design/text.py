@@ -9,7 +9,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from .field_limits import LIMITS, in_radians
-from .model import MODIFICATIONS, Design
+from .member import MODIFICATIONS
+from .model import Design
 
 
 def design_text(design: Design, remark: str = "") -> str:

@@ -15,7 +15,8 @@ from ..arrays import FloatArray
 from ..contact.ellipse import relative_curvature
 from ..contact.mesh_position import Frame, MeshingPair
 from ..contact.parallel.lines import contact_lines, touches_along_lines
-from ..design.model import Design, Member
+from ..design.member import Member
+from ..design.model import Design
 from ..export import FIELD_FORMATS, MEMBERS
 from ..gear.flank import flank_point, tip_parameter, trace_parameter
 from ..operation.angular_clearance import angular_clearance

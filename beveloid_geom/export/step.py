@@ -15,7 +15,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ..contact.mesh_position import Frame
-from ..design.model import Design, Member
+from ..design.member import Member
+from ..design.model import Design
 from ..export import MEMBERS
 from ..support.atomic_file import atomic_file
 from .strips import SolidPart, gear_loops

@@ -10,7 +10,7 @@ from ..export import CAD_FORMATS, SCENE_FORMATS, SURFACE_FORMATS, VOLUME_FORMATS
 from ..support.atomic_file import atomic_file
 
 if TYPE_CHECKING:
-    from ..design.model import Member
+    from ..design.member import Member
     from ..shapes.hexahedral_mesh import VolumeMesh
     from ..shapes.sampling import FlankGrid
     from ..shapes.solid import Solid
@@ -65,7 +65,7 @@ def write(obj: Geometry, path: Path | str) -> None:
 
 def _writer(obj: Geometry, suffix: str) -> Callable[[Path], None]:
     """Return the function that writes `obj` to a path. Raises TypeError and ValueError as `write`."""
-    from ..design.model import Member
+    from ..design.member import Member
     from ..shapes.hexahedral_mesh import VolumeMesh
     from .scene import SceneItem
 

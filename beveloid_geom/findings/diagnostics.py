@@ -15,7 +15,8 @@ import numpy as np
 from ..arrays import FLANK_SIGN, FloatArray
 from ..contact.path import path_ends
 from ..design.ends import end_names
-from ..design.model import Design, Member
+from ..design.member import Member
+from ..design.model import Design
 from ..gear.fillet import root_radius
 from ..gear.flank import tip_radius, tip_thickness, undercut_margin
 from ..gear.tooth_side import undercut_edge

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
-from ..design.model import Member
+from ..design.member import Member
 from .flank import root_parameter, tip_parameter, trace_parameter
 from .tooth_side import is_batch, undercut_edge
 

@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Codes, FloatArray, Mask, Quantity
 from ..design.arguments import require_unmodified
-from ..design.model import Member
+from ..design.member import Member
 from ..status import Status
 from .crossing_curve import CrossingCurve
 from .flank import active_range, tip_radius, turned

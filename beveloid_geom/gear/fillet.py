@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray, flank_sign
-from ..design.model import Member, Tool
+from ..design.member import Member, Tool
 from .flank import generated
 from .rack import rack_of, reference_radius, section_frame, section_point
 

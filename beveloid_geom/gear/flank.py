@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray, Mask, flank_sign
-from ..design.model import Member
+from ..design.member import Member
 from ..support.frozen_arrays import kept
 from .modification import FlankExtent, FlankModification, flank_modification, turned_normal
 from .rack import (

@@ -37,7 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray, Quantity, flank_sign
-from ..design.model import Member, Tool
+from ..design.member import Member, Tool
 from ..support.frozen_arrays import read_only
 
 Numbers: TypeAlias = NDArray[Any]

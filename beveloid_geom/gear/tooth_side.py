@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import FloatArray, Mask
-from ..design.model import Member
+from ..design.member import Member
 from ..support.frozen_arrays import kept
 from .crossing import crossing_of, fillet_profile
 from .crossing_curve import END as END, RADIUS as RADIUS, START as START, CrossingCurve

@@ -19,7 +19,7 @@ import numpy as np
 
 from ..arrays import FLANK_SIGN, FloatArray, Mask
 from ..design.limits import member_faults
-from ..design.model import Member
+from ..design.member import Member
 from .crossing import intersections
 from .flank import (
     flank_patch,

@@ -25,7 +25,8 @@ from ..contact.ellipse import relative_curvature
 from ..contact.flank_pair import is_modified, may_be_undercut
 from ..contact.parallel.small_angle_paths import NEARLY_PARALLEL_SINE
 from ..contact.path import ContactPath, PathEnds, path_ends, path_of_contact
-from ..design.model import Design, Errors, Member, Pair
+from ..design.member import Member
+from ..design.model import Design, Errors, Pair
 from ..pair.frames import layout_of
 from ..pair.mounting import half_pitch, mounting_of, unmodified_backlash
 from ..pair.tips import CLEAR_DEPTH_MODULES, left_as_mounted

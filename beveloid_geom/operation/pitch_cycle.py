@@ -22,7 +22,8 @@ import numpy as np
 
 from ..arrays import FloatArray, Indices, flank_sign
 from ..design.arguments import require_design
-from ..design.model import Design, Member
+from ..design.member import Member
+from ..design.model import Design
 from ..status import FirstStatus
 from ..support.array_repr import short_repr
 from .engagement import middle_roll, spread

@@ -16,7 +16,8 @@ import numpy as np
 from ..arrays import FloatArray
 from ..design.field_limits import LIMITS
 from ..design.limits import MOST_OFFSET_ERROR
-from ..design.model import Design, Errors, ErrorsAt, MeshErrors, unchecked
+from ..design.member import unchecked
+from ..design.model import Design, Errors, ErrorsAt, MeshErrors
 from .misalignment_at_mesh import at_mesh, from_mesh
 
 Kind = TypeVar("Kind", Errors, MeshErrors)

@@ -35,7 +35,8 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 
 from ..arrays import COMPLEX_STEP, FloatArray, Mask, Quantity
-from ..design.model import Design, Errors, MeshErrors, unchecked
+from ..design.member import unchecked
+from ..design.model import Design, Errors, MeshErrors
 from .frames import layout_of
 from .mounting import mounting_of
 

@@ -33,7 +33,8 @@ from typing import Any
 import numpy as np
 
 from ..arrays import FloatArray, Quantity
-from ..design.model import Design, Errors, Member, Pair
+from ..design.member import Member
+from ..design.model import Design, Errors, Pair
 from ..gear.rack import Rack, rack_of
 from ..support.frozen_arrays import kept, restored
 from .frames import CommonNormal, Layout, common_normal, layout_by_case, normal_of_unmodified

@@ -21,7 +21,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import FloatArray
-from ..design.model import Design, Member
+from ..design.member import Member
+from ..design.model import Design
 from ..gear.flank import (
     flank_patch,
     flank_point,

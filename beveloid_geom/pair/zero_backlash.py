@@ -34,7 +34,8 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..design.arguments import require_design
-from ..design.model import Design, Member
+from ..design.member import Member
+from ..design.model import Design
 from ..gear.rack import rack_of
 from .frames import layout_of, normal_of_unmodified
 from .mounting import mounting_of

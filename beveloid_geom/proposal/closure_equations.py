@@ -21,7 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray, Mask, Quantity
-from ..design.model import Design, Member, Pair, unchecked
+from ..design.member import Member, unchecked
+from ..design.model import Design, Pair
 from ..pair.generator_angle import closed_normal
 from ..pair.zero_backlash import ClosedLayout, closed_layout
 

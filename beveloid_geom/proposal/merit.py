@@ -26,7 +26,8 @@ from numpy.typing import NDArray
 from ..analysis.sensitivity import path_sensitivity
 from ..arrays import FLANK_SIGN, FloatArray, Mask
 from ..contact.path import path_of_contact
-from ..design.model import Design, Member, Pair
+from ..design.member import Member
+from ..design.model import Design, Pair
 from ..findings.diagnostics import LEAST_TIP
 from ..findings.path import SENSITIVE, shares_of_flank, usual_sizes
 from ..gear.fillet import root_radius

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from ..arrays import FLANK_SIGN
 from ..design.field_limits import LIMITS, Fault, Limit, number_fault, refused
 from ..design.limits import in_degrees, outside
-from ..design.model import Member, Tool
+from ..design.member import Member, Tool
 from ..gear.fillet import tool_round
 
 BACKLASH = 0.04

@@ -19,7 +19,8 @@ from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeAlias, Type
 import numpy as np
 
 from ..contact.path import PathEnds
-from ..design.model import MODIFICATIONS, Design
+from ..design.member import MODIFICATIONS
+from ..design.model import Design
 from ..findings.advice import Advice
 from ..findings.backlash import backlash_data, backlash_report
 from ..pair.misalignment_at_mesh import at_mesh, pivot_distance

@@ -13,7 +13,8 @@ import numpy as np
 from ..arrays import FLANK_SIGN
 from ..contact.path import PathEnds
 from ..design.ends import limit_names
-from ..design.model import Design, Errors, ErrorsAt, Member, MeshErrors
+from ..design.member import Member
+from ..design.model import Design, Errors, ErrorsAt, MeshErrors
 from ..design.text import modification_tables
 from ..findings.advice import Advice
 from ..findings.backlash import backlash_report

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
-from ..design.model import Member
+from ..design.member import Member
 from .sampling import Sheet, SheetGrid, form_of, grid_of, stations
 from .tooth_boundary import cut_sheets, require_tolerance
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray, Mask
-from ..design.model import Member
+from ..design.member import Member
 from ..support.frozen_arrays import kept
 from .sampling import Faces, FlankGrid, grid_faces, sample_flank
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import FloatArray, Indices
-from ..design.model import Member
+from ..design.member import Member
 from .element_sizes import GROWTH, Cells, boundary_nodes, cells_of, face_stations
 from .hexahedral_mesh import VolumeMesh, element_shapes, face_nodes, rounded_down
 from .section import SIDES, Section, section_of, section_size

@@ -28,7 +28,8 @@ from numpy.typing import ArrayLike
 from ..arrays import Codes, FloatArray, Indices
 from ..contact.mesh_position import Frame, frames_at
 from ..contact.path import path_of_contact
-from ..design.model import Design, Member
+from ..design.member import Member
+from ..design.model import Design
 from ..gear.closest_point import Feet, feet
 from ..gear.flank import (
     flank_patch,

@@ -32,7 +32,7 @@ from typing import TypeAlias
 import numpy as np
 
 from ..arrays import FloatArray, Indices, Mask
-from ..design.model import Member
+from ..design.member import Member
 from ..gear.active_flank import active_start
 from ..gear.flank import generated, tip_parameter
 from ..gear.rack import rack_normal, rack_of, rack_point

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import FloatArray, Indices
-from ..design.model import Member
+from ..design.member import Member
 from ..gear.fillet import root_radius
 from ..support.argument import ArgumentError
 from ..support.array_repr import short_repr

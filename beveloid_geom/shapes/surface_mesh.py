@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import FloatArray, Indices, Mask
-from ..design.model import Member
+from ..design.member import Member
 from ..support.array_repr import short_repr
 from .sampling import Faces
 from .solid import NAMES, rotated_copies, teeth_with, tooth_surface

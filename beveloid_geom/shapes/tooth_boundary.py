@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray, flank_sign
-from ..design.model import Member
+from ..design.member import Member
 from ..gear.fillet import bottom_point, root_radius, tool_round
 from ..gear.flank import half_thickness_angle, tip_parameter, tip_radius, turned
 from ..gear.tooth_side import fillet_points, surface_of, turn_rows

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from scipy.optimize import fsolve
 
 from ..arrays import FLANK_SIGN, Mask
-from ..design.model import Design, Member
+from ..design.member import Member
+from ..design.model import Design
 from .pitch_region import hand_of_pair
 
 FloatArray = NDArray[np.float64]

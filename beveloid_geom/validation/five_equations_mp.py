@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FLANK_SIGN
-from ..design.model import Design, Member
+from ..design.member import Member
+from ..design.model import Design
 from .pitch_region import hand_of_pair
 
 try:

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FLANK_SIGN
-from ..design.model import Design, Member
+from ..design.member import Member
+from ..design.model import Design
 
 Vector = NDArray[np.float64]
 Guess = tuple[float, float, float, float, float, float]

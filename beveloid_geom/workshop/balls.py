@@ -31,7 +31,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FLANK_SIGN, Codes, FloatArray, Mask
-from ..design.model import Member
+from ..design.member import Member
 from ..gear.closest_point import Feet, feet
 from ..gear.fillet import root_radius
 from ..gear.flank import base_cylinder, flank_point, tip_radius

@@ -8,7 +8,8 @@ from pathlib import Path
 
 from ..design.deviations import FlankDeviations
 from ..design.file import read_design_file
-from ..design.model import Design, Member
+from ..design.member import Member
+from ..design.model import Design
 from ..design.modification_file import DeviationFile
 from ..pair.misalignment_at_mesh import from_mesh
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import FLANK_SIGN, FloatArray
-from ..design.model import Member
+from ..design.member import Member
 from ..gear.active_flank import place_at
 from ..gear.flank import flank_patch
 from ..gear.undercut import require_flanks

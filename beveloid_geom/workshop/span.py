@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FLANK_SIGN, Codes, FloatArray
-from ..design.model import Member
+from ..design.member import Member
 from ..gear.flank import base_cylinder, tip_radius
 from ..gear.rack import reference_radius
 from ..status import SpanStatus

@@ -31,7 +31,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FLANK_SIGN, FloatArray
-from ..design.model import Design, Member
+from ..design.member import Member
+from ..design.model import Design
 from ..gear.fillet import root_radius
 from ..gear.flank import base_cylinder, flank_point, tip_radius, trace_parameter
 from ..gear.rack import reference_radius

@@ -12,7 +12,7 @@ import pytest
 
 from beveloid_geom import Design, Errors, Status, path_of_contact, path_sensitivity
 from beveloid_geom.arrays import FloatArray, gear_sense
-from beveloid_geom.design.model import unchecked
+from beveloid_geom.design.member import unchecked
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.pair.misalignment import ERROR_NAMES
 from beveloid_geom.pair.mounting import mounting_of

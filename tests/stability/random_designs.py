@@ -18,7 +18,7 @@ import numpy as np
 
 from beveloid_geom import Design, Errors, Member, Pair, Tool
 from beveloid_geom.arrays import Flank, FloatArray
-from beveloid_geom.design.model import unchecked
+from beveloid_geom.design.member import unchecked
 from beveloid_geom.pair.zero_backlash import ClosedLayout, closed_layout
 
 from .five_residuals import Vector, cases_of, flank_at, mapped, rack_at

@@ -25,7 +25,7 @@ from beveloid_geom import (
 from beveloid_geom.analysis.sensitivity import CASES_PER_BLOCK
 from beveloid_geom.analysis.sliding import least_sliding
 from beveloid_geom.contact.ellipse import contact_ellipse
-from beveloid_geom.design.model import unchecked
+from beveloid_geom.design.member import unchecked
 from beveloid_geom.operation.backlash_by_tangency import tangent_backlash
 from beveloid_geom.operation.engagement import middle_roll
 from beveloid_geom.operation.operating_ratio import operating_ratio

@@ -20,7 +20,8 @@ import numpy as np
 
 from ...arrays import FloatArray
 from ...design.arguments import require_design
-from ...design.model import MODIFICATIONS, Design
+from ...design.member import MODIFICATIONS
+from ...design.model import Design
 from ...design.modification import MAX_AMOUNT_UM, Modification, kinds_of
 from ...operation.backlash_by_tangency import jammed, tangent_backlash
 from ..optimise import (

@@ -17,7 +17,8 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Codes, FloatArray, Integers, Mask
-from ...design.model import Design, Tool, unchecked
+from ...design.member import Tool, unchecked
+from ...design.model import Design
 from ...design.modification import Modification
 from ...gear.rack import Rack, rack_of, rack_point
 from ...gear.tooth_side import is_batch, surface_of

@@ -22,7 +22,8 @@ from numpy.typing import ArrayLike
 from ...arrays import Codes, FloatArray, Integers, Mask
 from ...contact.ellipse import MARKING_SEPARATION
 from ...design.arguments import require_design
-from ...design.model import Design, Member
+from ...design.member import Member
+from ...design.model import Design
 from ...gear.active_flank import place_at
 from ...gear.flank import flank_point
 from ...status import PatternStatus

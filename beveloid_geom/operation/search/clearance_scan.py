@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import FloatArray, Integers, Mask
-from ...design.model import Member
+from ...design.member import Member
 from ...gear.flank import tip_parameter
 from ...gear.tooth_side import Surface, angle_of, cut_at, profile_at, surface_of
 from ...support.frozen_arrays import kept

@@ -10,7 +10,7 @@ import numpy as np
 from beveloid_geom import Design, Errors
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.mesh_position import Frame
-from beveloid_geom.design.model import unchecked
+from beveloid_geom.design.member import unchecked
 from beveloid_geom.pair.frames import layout_of, member_frame, to_fixed
 from beveloid_geom.validation.claims import ANGLE_ERROR, AXIAL_ERROR, OFFSET_ERROR
 

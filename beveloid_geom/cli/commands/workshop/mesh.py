@@ -43,7 +43,8 @@ from ...options import (
 from ...results import named, refused_values
 
 if TYPE_CHECKING:
-    from ....design.model import Design, Member
+    from ....design.member import Member
+    from ....design.model import Design
 
 PARTS = (*GEARS, "pair", *FLANKS, *TEETH)
 ELEMENTS = ("C3D20", "C3D20R", "C3D8I", "C3D8")
