@@ -16,7 +16,7 @@ from __future__ import annotations
 import errno
 import inspect
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -122,6 +122,18 @@ def check_out(out: Path | None, overwrite: bool) -> None:
     if out.exists() and not overwrite:
         name = click.format_filename(out)
         raise Refusal([f"{name} exists already: add --overwrite, or choose another --out"])
+
+
+def check_measured(design: Design, members: Iterable[str], flank: str, out: Path | None) -> None:
+    """Raise Refusal if a result with other amounts on measured flanks is to be written.
+
+    A design file compares the measured points with its flanks, including their amounts: on reading, the
+    deviations would undo the change."""
+    for name in members if out is not None else ():
+        modification = getattr(design, name).modification(flank)
+        if modification is not None and modification.deviations is not None:
+            cure = "the points would undo the change: leave --out out, or remove deviations"
+            raise Refusal([f"--out: [{name}.modification] has measured points: {cure}"])
 
 
 def write_design(text: str, out: Path) -> None:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from ..support.text_file import read_text
 from .deviations import FlankDeviations
-from .field_limits import Fault, Limit, checked, number_fault, refused
+from .field_limits import Fault, Limit, number_fault, refused
 from .keys import checked_table
 from .limits import outside
 from .member import MODIFICATIONS, Member
@@ -136,9 +136,9 @@ def _pitch_deviations(member: Member, folder: str, given: object) -> tuple[float
     if not isinstance(values, list):
         cure = "write [2.1, -0.4, ...] or the name of a file with one number in each line"
         raise ValueError(refused("be a list of numbers in um", given, cure))
-    result = checked(values, AMOUNT)
-    if isinstance(result, str):
-        raise ValueError(result)
+    for number, value in enumerate(values):
+        if reason := number_fault(value, AMOUNT):
+            raise ValueError(f"{reason}, for tooth {number}")
     if fault := member.pitch_fault(values):
         raise ValueError(fault)
     return tuple(map(float, values))

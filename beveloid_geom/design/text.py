@@ -87,7 +87,7 @@ def _toml(value: Any) -> str:
     """Return a number, a text, a list of numbers or a table in the notation of TOML."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{key} = {_toml(part)}" for key, part in value.items()) + "}"
-    return json.dumps(value) if isinstance(value, str) else repr(value)
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
 
 
 def _degrees(angle: float) -> float:

@@ -41,6 +41,8 @@ within 1e-7 mm."""
 SPANS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)
 PROBES = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 """Parameters across the direction of the knots at which the distance is measured."""
+SMALLEST_STEP = 1e-9
+"""Smallest distance of breaks along the face, as a fraction of the face."""
 NARROW_LAND_MM = 1e-5
 """Width below which a bottom land is omitted and a tooth counts as pointed."""
 STRAIGHT = np.array([0.0, 0.0, 1.0, 1.0])
@@ -194,6 +196,12 @@ def _relief_starts(member: Member, flank: str) -> tuple[list[float], list[float]
     for term in modification.reliefs if modification else ():
         assert term.relief is not None
         starts[term.relief].append(float(term.origin[term.relief]))
+    # A relief that covers the whole flank begins beyond it.
+    if starts[0]:
+        sheet = flank_sheet(member, flank, to_fillet=True)
+        z = np.linspace(-sheet.half_width, sheet.half_width, 101)
+        low, high = np.min(sheet.lower(z)), np.max(sheet.upper(z))
+        starts = [l for l in starts[0] if low < l < high], starts[1]
     return starts
 
 
@@ -207,7 +215,8 @@ def _breaks(member: Member) -> list[float]:
         crossing = surface_of(member, flank).crossing
         for part in crossing.parts if crossing else ():
             onsets |= {z for z, onset in zip((part.low, part.high), part.onset, strict=True) if onset}
-    return sorted(0.5 * (z / half + 1.0) for z in onsets if abs(z) < (1.0 - 1e-6) * half)
+    places = sorted(0.5 * (z / half + 1.0) for z in onsets if abs(z) < (1.0 - 1e-6) * half)
+    return [t for k, t in enumerate(places) if not k or t - places[k - 1] > SMALLEST_STEP]
 
 
 def _nodes(knots: FloatArray) -> FloatArray:

@@ -32,6 +32,11 @@ def test_optimum_on_a_bound(tmp_path: Path) -> None:
     assert float(given["pinion_helix_crowning_um"]) == 0.0
 
 
+def test_crownings_beyond_their_limits() -> None:
+    line = refused("modify", "--transmission-error-arcsec", "1", "--length", "0.01")
+    assert line.startswith("Error: no crownings within their limits give both values")
+
+
 @pytest.mark.slow
 def test_crownings_are_written(tmp_path: Path) -> None:
     out = tmp_path / "crowned.toml"

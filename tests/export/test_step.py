@@ -146,6 +146,25 @@ def test_faces_of_a_modified_gear_are_turned_by_the_depth(folder: Path) -> None:
         assert distance_from(surface, ends(z), generated) < 2e-6
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "amounts",
+    [
+        {
+            "heel_relief_um": 10.0,
+            "heel_relief_length_mm": 17.3,
+            "toe_relief_um": 10.0,
+            "toe_relief_length_mm": 32.7,
+        },
+        {"tip_relief_um": 15.0, "tip_relief_length_mm": 40.0},
+    ],
+    ids=["heel and toe begin together", "longer than the flank"],
+)
+def test_reliefs_that_begin_together_or_beyond_the_flank(amounts: dict[str, Any], folder: Path) -> None:
+    write_step(PINION.modified(Modification(**amounts)), folder / "gear.step", (0,))
+    assert "right flank 1" in read_back(folder / "gear.step").faces
+
+
 CASES = {
     "pinion": (PINION, None, 29),
     "pinion, three teeth": (PINION, (-1, 0, 1), 3),

@@ -146,6 +146,7 @@ def test_design_files(tmp_path: Path) -> None:
         ("[1.0]", "pitch_deviations_um must have one value for each tooth, 29, got 1"),
         ("3.0", "pitch_deviations_um must be a list of numbers in um, got 3.0"),
         ('["1"]', "pitch_deviations_um must be a number"),
+        (f"{[[k, 1.0] for k in range(29)]}", "pitch_deviations_um must be a number"),
         ('"/dev/zero"', "pitch_deviations_um '/dev/zero' is longer than 100,000 bytes"),
     ):
         path.write_text(f"{text}[pinion.modification]\npitch_deviations_um = {value}\n")

@@ -221,6 +221,20 @@ def test_commands_name_the_file(folder: Path) -> None:
     assert "[gear.modification] deviations 'all.txt' has the point of" in refused("tca", path)
 
 
+def test_other_amounts_on_measured_flanks_are_not_written(tmp_path: Path) -> None:
+    """Their points would undo the change when the file is read."""
+    (tmp_path / "points.txt").write_text(run("grid", "ni-2017", "--parabola-pinion", "0.0005").stdout)
+    (tmp_path / "pair.toml").write_text(FILE + '[pinion.modification]\ndeviations = "points.txt"\n')
+    out = "--out", str(tmp_path / "out.toml")
+    message = "--out: [pinion.modification] has measured points: the points would undo the change"
+    for arguments in (
+        ("optimise", "--vary", "pinion.helix_crowning", "0", "9"),
+        ("modify", "--transmission-error-arcsec", "2", "--length", "20"),
+    ):
+        assert message in refused(arguments[0], str(tmp_path / "pair.toml"), *arguments[1:], *out)
+    assert not (tmp_path / "out.toml").exists()
+
+
 def test_values_from_python() -> None:
     grid = measuring_grid(table1().pinion, 3, 4)
     z = np.broadcast_to(grid.point[..., 2], grid.l.shape)

@@ -23,6 +23,7 @@ from ...arrays import FloatArray, flank_sign
 from ...contact.ellipse import MARKING_SEPARATION
 from ...contact.path import path_of_contact
 from ...design.arguments import require_design
+from ...design.field_limits import DesignError
 from ...design.model import Design
 from ...gear.flank import base_cylinder
 from ...operation.contact_pattern.motion import UnknownOperationError
@@ -153,6 +154,8 @@ def crowning_for(
         error, found, edges = reached(x)
     except UnknownOperationError as unknown:
         raise ValueError(f"the contact is not known for some crownings: {unknown}") from None
+    except DesignError as beyond:
+        raise ValueError(f"no crownings within their limits give both values: {beyond}") from None
     if max(abs(error / transmission_error - 1.0), abs(found / length - 1.0)) > RESIDUAL:
         helix, profile = start * x
         wanted, nearest = (f"{ARCSEC * value:.4g} arcsec" for value in (transmission_error, error))

@@ -43,6 +43,7 @@ def modify(
     Transmission error and pattern are those of `operation` and `pattern`. Takes some seconds. Exit status 2
     if no crownings that remove material give both values."""
     results.check_out(out, overwrite)
+    results.check_measured(design, [member], flank, out)
     from ....analysis.modification.crowning import crowning_for
     from ....design.text import design_text
     from ....report.optimisation.crowning import CrowningReport

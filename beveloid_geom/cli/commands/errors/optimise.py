@@ -101,6 +101,8 @@ def optimise(
         least="shift" if least == LEASTS.choices[0] else "transmission_error",
     )
     amounts = {name.removesuffix("_um") + "_um": (low, high) for name, low, high in vary}
+    members = {name.partition(".")[0] for name in amounts} & {"pinion", "gear"}
+    results.check_measured(design, sorted(members), flank, out)
     if len(amounts) < len(vary):
         raise Refusal(["--vary has an amount twice: leave one of them out"])
     source = click.get_current_context().get_parameter_source
