@@ -71,21 +71,23 @@ def segments_of(
         Codes of `FirstStatus`: of the first roll that is not SOLVED, or NOT_CONVERGED. Such a case has no
         segments.
     """
-    segments, status = _divided(engagement, grids, samples, near)
+    segments, status = _divided(engagement, grids, samples, near, halving=True)
     if (
         lost := status == FirstStatus.NOT_CONVERGED
     ).any():  # sample more densely: a contact may have been missed in all rounds
         case, roll = pitch_rolls(engagement, 64)
         samples = _sampled(engagement, grids, case[lost[case]], roll[lost[case]])
-        closer, again = _divided(engagement, grids, samples, near)
+        closer, again = _divided(engagement, grids, samples, near, halving=False)
         segments, status = in_order([segments, closer]), np.where(lost, again, status)
     return segments, status
 
 
 def _divided(
-    engagement: Engagement, grids: Grids, samples: Samples, near: Samples
+    engagement: Engagement, grids: Grids, samples: Samples, near: Samples, halving: bool
 ) -> tuple[CycleSegments, Integers]:
-    """Return the segments through the samples, divided until all checks pass, and the status of all cases."""
+    """Return the segments through the samples, divided until all checks pass, and the status of all cases.
+
+    With `halving`, segments without convergence are cut next to their middle."""
     cases = engagement.roll.size
     status, done = np.zeros(cases, dtype=np.int64), []
     for count in range(MAX_ROUNDS):
@@ -98,7 +100,7 @@ def _divided(
         # Compare with the samples, which also covers segments whose neighbour could not be fitted.
         segment, strict = segments.number(engagement, samples.case, samples.roll), count < MAX_ROUNDS // 2
         samples, bad = checked(engagement, segments, segment, samples, strict)
-        if strict and bad.size:
+        if halving and strict and bad.size:
             samples = halved(engagement, segments, samples, bad)
         checks = samples.pick(np.zeros(0, dtype=np.int64))
         if count > 0:  # in the first round there are enough samples
