@@ -66,8 +66,8 @@ def tca(
 ) -> results.Result:
     """Compute the path of contact of a pair of flanks.
 
-    Roll angles are measured from the position in which the generating rack of each member is centred, z from
-    mid-face, l1 and l2 along the flank of the tool from its pitch line towards the tip of the member. The
+    Roll angles are 0 where the generating rack of each member is centred. z is measured from mid-face, l1
+    and l2 along the tool flank from the apex of its parabola towards the tip of the member. The
     transmission error is positive where the gear is ahead. With --force or --torque, the contact ellipse and
     the largest pressure (Hertz) are computed at each position, and the edge of a flank that the ellipse
     passes, where the true pressure is larger. On parallel axes the load is distributed evenly over all lines

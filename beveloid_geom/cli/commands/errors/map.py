@@ -38,7 +38,7 @@ OPERATION = "Also compute transmission error and edge contact in operation; 20 t
     option("--over", str, "parabola", OVER, "INPUTS"),
     flank_option,
     bounds_options(BOUNDS),
-    option("--steps", click.IntRange(2, 201), 21, "Number of values for each member."),
+    option("--steps", click.IntRange(2, 201), 21, "Number of values of each input."),
     tolerance_options,
     click.option("--operation", is_flag=True, help=OPERATION),
     override_options,
@@ -57,8 +57,8 @@ def map_(
 ) -> results.Result:
     """Compute contact ratio, angle, shift and transmission error over two quantities of a design.
 
-    The shift of the path is computed for assembly errors of the size of their tolerances (default: usual
-    tolerances). The text has the extremes and their positions, JSON and CSV have every cell; `render-figures
+    The shift is that of the middle of the path under errors equal to their tolerances (default: usual
+    ones). The text has the extremes and their positions, JSON and CSV have every cell; `render-figures
     --only map-parabola` draws the map. Takes some seconds, and minutes for 201 steps or near line contact.
     Exit status 1 if no cell has a path."""
     context = click.get_current_context()

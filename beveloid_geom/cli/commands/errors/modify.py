@@ -10,7 +10,7 @@ import click
 from ... import results
 from ...options import NumberRange, flank_option, option, override_options
 
-ERROR = "Required transmission error of all teeth, peak to peak; it is the error at the hand-over."
+ERROR = "Required transmission error of all teeth, peak to peak, as `operation` prints it."
 LENGTH = "Required length of the contact pattern along the face of the modified member."
 POSITIVE = NumberRange(0.0, math.inf, min_open=True, max_open=True)
 
@@ -39,7 +39,7 @@ def modify(
     """Compute the helix and profile crowning that give a transmission error and a length of the contact
     pattern.
 
-    The crownings of the flank are replaced, its other amounts and the parabolas of the design are kept.
+    The crownings of the member's flank are replaced. Its other amounts and the parabolas are kept.
     Transmission error and pattern are those of `operation` and `pattern`. Takes some seconds. Exit status 2
     if no crownings that remove material give both values."""
     results.check_out(out, overwrite)

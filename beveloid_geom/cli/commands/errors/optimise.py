@@ -27,10 +27,10 @@ if TYPE_CHECKING:
     from ....analysis.maps import Bounds
 
 
-EDGES = "Require that no edge carries in the mesh cycle, without errors and under each single error."
+EDGES = "Require no edge contact in the mesh cycle, without errors and under each single error."
 ERROR = "Largest transmission error of the path, peak to peak. Default: no limit."
 SHIFT = "Largest shift of the path under the errors. Default: no limit."
-LEAST = "Minimised quantity: shift or, with --no-edges, transmission error of all teeth under errors."
+LEAST = "Minimised quantity under errors; transmission-error (of all teeth) requires --no-edges."
 VARY = (
     "Optimise this amount of modification between limits in um, such as --vary pinion.helix_crowning 0 20, in"
     " place of the parabola coefficients. Can be repeated."
@@ -43,7 +43,7 @@ LEASTS = click.Choice(["shift", "transmission-error"])
     flank_option,
     tolerance_options,
     option("--least", LEASTS, LEASTS.choices[0], LEAST),
-    option("--contact-ratio", float, 1.6, "Least contact ratio of one tooth pair (Eq. 16).", "RATIO"),
+    option("--contact-ratio", float, 1.6, "Minimum contact ratio of one tooth pair (Eq. 16).", "RATIO"),
     option("--off-centre", float, 1.0, "Largest distance of the middle of the path from mid-face.", "MM"),
     option("--transmission-error-arcsec", float, math.inf, ERROR, "ARCSEC"),
     renamed("--transmission-error", "--transmission-error-arcsec"),
@@ -76,9 +76,9 @@ def optimise(
 
     Constraints are the contact ratio, the position of the middle of the path on the face, and a positive
     relative curvature of the flanks; with --no-edges, no edge contact. The errors are as large as their
-    tolerances (default: usual tolerances). --vary changes the flanks that carry, and keeps parabolas and all
-    other amounts of the design. An optimum on a bound is reported. Takes some seconds. Exit status 2 if no
-    values meet the constraints."""
+    tolerances (default: usual tolerances). --vary changes the flanks in contact only, and keeps parabolas and
+    all other amounts of the design. An optimum on a bound is reported. Takes some seconds. Exit status 2 if
+    no values meet the constraints."""
     sizes = sizes_of(tolerances, design)
     if least != LEASTS.choices[0] and not no_edges:
         raise Refusal([f"--least {least}: it needs teeth without edge contact: add --no-edges"])
