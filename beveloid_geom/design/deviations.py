@@ -49,6 +49,8 @@ class FlankDeviations:
         Absolute path of the file from which they were read; empty if there is none.
     border : str
         Border of the grid of this file, such as '10%'.
+    nominal : Member or None
+        Member with whose flanks the points of this file were compared.
 
     Raises
     ------
@@ -63,6 +65,7 @@ class FlankDeviations:
     deviation_um: FloatArray
     file: str = ""
     border: str = ""
+    nominal: Any = None
 
     __setstate__ = restored
 
@@ -196,6 +199,7 @@ class StackedDeviations:
         """Return the deviation of a flank over l and z, with the members on the first axis."""
 
         def shape(l: FloatArray, z: FloatArray) -> tuple[FloatArray, ...]:
+            """Return the deviation of each member and its derivatives."""
             l, z, _ = np.broadcast_arrays(l, z, np.empty((len(self.members), 1, 1)))
             rows = np.zeros((6, *l.shape))
             for k, one in enumerate(self.members):

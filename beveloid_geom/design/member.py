@@ -189,6 +189,15 @@ class Member:
         names = MODIFICATIONS.values() if flank is None else (MODIFICATIONS[flank],)
         return replace(self, **dict.fromkeys(names, modification))
 
+    def nominal(self) -> Member:
+        """Return the member without measured deviations of its flanks and pitches."""
+        result = self
+        for flank, name in MODIFICATIONS.items():
+            if (given := getattr(self, name)) is not None:
+                amounts = replace(given, deviations=None, pitch_deviations_um=None)
+                result = result.modified(amounts if amounts.given() else None, flank)
+        return result
+
     @property
     def modifications(self) -> tuple[Modification, ...]:
         """The modifications that are given, of the right and of the left flank."""

@@ -33,7 +33,8 @@ def design_text(design: Design, remark: str = "") -> str:
     Raises
     ------
     ValueError
-        If the design has arrays, or measured deviations that were not read from a file.
+        If the design has arrays, or measured deviations that were not read from a file or belong to other
+        flanks.
 
     Examples
     --------
@@ -44,8 +45,15 @@ def design_text(design: Design, remark: str = "") -> str:
     """
     if design.batch_shape:
         raise ValueError(f"design must be a single one, got arrays of shape {design.batch_shape}")
-    if any(one.deviations and not one.deviations.file for m in design.members for one in m.modifications):
-        raise ValueError("deviations must come from a file, which the design file names: write the points")
+    for member in design.members:
+        for measured in (one.deviations for one in member.modifications if one.deviations):
+            if not measured.file:
+                cure = "which the design file names: write the points"
+                raise ValueError(f"deviations must come from a file, {cure}")
+            # On reading, the points are compared with the flanks of the file.
+            if measured.nominal != member.nominal():
+                cure = "remove the deviations, or keep the flanks with which the points were compared"
+                raise ValueError(f"deviations would undo the change of the flanks on reading: {cure}")
     tables: dict[str, dict[str, Any]] = {}
     first, second = ({**vars(m.tool), **vars(m)} for m in design.members)
     tool = [key for key in LIMITS["Tool"] if not key.startswith("parabola")]

@@ -259,6 +259,7 @@ def _flank_place(member: Member, flank: str) -> Place:
     shares = np.array([0.0, *_section_breaks(member, flank), 1.0])
 
     def place(s: Any, t: FloatArray) -> FloatArray:
+        """Return points of the flank."""
         z, s = sheet.half_width * (2.0 * t - 1.0), s if flank == "left" else 1.0 - s
         ends: list[Any] = [sheet.lower(z), *lines, sheet.upper(z)]
         l = ends[0] + 0.0 * s

@@ -155,6 +155,7 @@ def flank_sheet(member: Member, flank: str, to_fillet: bool = False) -> Sheet:
     start = surface_of(member, flank).flank_start if to_fillet else partial(active_start, member, flank)
 
     def place(l: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return points and unit normals of the flank."""
         if member.modification(flank) is not None:
             return side_points(surface_of(member, flank), l, z)
         x0, y0, z0 = rack_point(rack, l)

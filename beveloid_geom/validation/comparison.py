@@ -211,7 +211,10 @@ def _by_mesh(polish: bool) -> Callable[[ReferencePositions, float], Prepared]:
     """Return the mesh method without or with Newton's method on the exact flanks after each query."""
 
     def prepare(positions: ReferencePositions, tolerance: float) -> Prepared:
+        """Return the call for meshes of this tolerance."""
+
         def work() -> Answer:
+            """Turn the gear to contact at all positions."""
             rolls = zip(positions.pinion_roll.tolist(), positions.gear_roll.tolist(), strict=True)
             found = [_turned(positions, tolerance, polish, *both) for both in rolls]
             points, gear_rolls = zip(*found, strict=True)
@@ -260,6 +263,7 @@ def by_five_equations(
     rolls[compared] = positions.pinion_roll
 
     def work() -> Answer:
+        """Solve the run."""
         found = five_equations_math.solve_math(
             *(design, flank, rolls, pitch_region.pitch_guess(design, flank)),
             (float(distance[0]), float(distance[1])),
@@ -294,6 +298,7 @@ def _by_first_contact(positions: ReferencePositions, size: float) -> Prepared:
     ends = [*range(POSITIONS), POSITIONS] if size < POSITIONS else [0, rolls.size]
 
     def work() -> Answer:
+        """Find the first contacts."""
         found = [
             first_contact(positions.design, positions.flank, rolls[begin:end])
             for begin, end in pairwise(ends)

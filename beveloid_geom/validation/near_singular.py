@@ -113,7 +113,8 @@ def errors_above_smallest_shaft_angle(
     """
     lowest, distances = smallest_shaft_angle(design, flank), np.asarray(above, dtype=float)
     count = len(distances)
-    offset, error, stated = np.full(count, np.nan), *np.full((2, len(METHODS), count), np.nan)
+    offset = np.full(count, np.nan)
+    error, stated = np.full((2, len(METHODS), count), np.nan)
     reason = [[""] * count for _ in METHODS]
     for k, distance in enumerate(distances.tolist()):
         try:
@@ -143,6 +144,7 @@ def _by_mesh(polish: bool) -> Callable[[ReferencePositions], Answer]:
     """Return the method that finds the nearest points of two meshes, without or with a polish."""
 
     def method(exact: ReferencePositions) -> Answer:
+        """Return the nearest points of the meshes."""
         rolls = zip(exact.pinion_roll.tolist(), exact.gear_roll.tolist(), strict=True)
         met = [
             mesh_contact(
@@ -150,8 +152,8 @@ def _by_mesh(polish: bool) -> Callable[[ReferencePositions], Answer]:
             )
             for one, other in rolls
         ]
-        lost = [one.status.name for one in met if one.status != Status.SOLVED]
-        return np.array([one.point for one in met]), np.array([one.doubt for one in met]), "".join(lost[:1])
+        lost = (one.status.name for one in met if one.status != Status.SOLVED)
+        return np.array([one.point for one in met]), np.array([one.doubt for one in met]), next(lost, "")
 
     return method
 
@@ -167,8 +169,8 @@ def _by_five_equations(exact: ReferencePositions) -> Answer:
 def _by_one_equation(exact: ReferencePositions) -> Answer:
     """Solve the one equation at the given l1."""
     path = path_of_contact(exact.design, exact.flank, l1=exact.l1)
-    lost = [Status(int(code)).name for code in path.status if code != Status.SOLVED]
-    return path.point, np.full(len(exact.l1), np.nan), "".join(lost[:1])
+    lost = (Status(int(code)).name for code in path.status if code != Status.SOLVED)
+    return path.point, np.full(len(exact.l1), np.nan), next(lost, "")
 
 
 METHODS: dict[str, Callable[[ReferencePositions], Answer]] = {

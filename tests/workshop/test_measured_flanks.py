@@ -141,16 +141,20 @@ def test_designs_with_deviations_are_values(tmp_path: Path) -> None:
         design_text(replace(table1(), pinion=one))
     _, point = measured(builtin_design().pinion, shape=(3, 4))
     lines = (" ".join(map(repr, row)) for row in point.reshape(-1, 3).tolist())
-    (tmp_path / "points 1.txt").write_text("\n".join(lines))
-    key = 'deviations = {file = "points 1.txt", rows = 3, columns = 4, border = "5%"}'
-    (tmp_path / "pair.toml").write_text(f"{FILE}[pinion.modification.left]\n{key}\ntwist_um = 1\n")
+    (tmp_path / "points \U0001f642.txt").write_text("\n".join(lines))
+    key = 'deviations = {file = "points \U0001f642.txt", rows = 3, columns = 4, border = "5%"}'
+    text = f"{FILE}[pinion.modification.left]\n{key}\ntwist_um = 1\n"
+    (tmp_path / "pair.toml").write_text(text, encoding="utf-8")
     design = read_design(tmp_path / "pair.toml")
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
-    (elsewhere / "copy.toml").write_text(design_text(design))
+    (elsewhere / "copy.toml").write_text(design_text(design), encoding="utf-8")
     assert read_design(elsewhere / "copy.toml") == design
     given = design.pinion.modification_left
     assert given is not None
+    changed = design.pinion.modified(replace(given, twist_um=2.0), "left")
+    with pytest.raises(ValueError, match="deviations would undo the change of the flanks"):
+        design_text(replace(design, pinion=changed))
     assert given.deviations is not None
     # The twist of the design is part of the flank from which deviations are counted.
     twisted = builtin_design().pinion.modified(Modification(twist_um=1.0), "left")

@@ -211,10 +211,12 @@ class _Search:
             return np.asarray(np.nan_to_num(values, nan=-1.0))
 
         def conditions(x: Vector) -> FloatArray:
+            """Return the constraints, and the objectives plus their common bound x[count]."""
             values = rows(x[:count, None])[:, 0]
             return values + np.where(np.arange(values.size) >= values.size - goals, x[count], 0.0)
 
         def slopes(x: Vector) -> FloatArray:
+            """Return the derivatives of the conditions by differences."""
             step = np.where(x[:count] < 0.5, X_STEP, -X_STEP)  # into the bounds
             values = rows(x[:count, None] + np.hstack((np.zeros((count, 1)), np.diag(step))))
             by_goal = np.where(np.arange(len(values)) >= len(values) - goals, 1.0, 0.0)

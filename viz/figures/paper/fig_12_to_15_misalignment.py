@@ -123,6 +123,7 @@ def compute(case: ErrorCase, design: Design, flank: str = "right") -> Misalignme
     """Compute the six paths. The error is added to those of the design."""
 
     def paths(base: Design) -> tuple[SolvedPath, ...]:
+        """Return the paths of a design under the errors."""
         sizes = (np.array([sign * case.size]) for sign in SIGNS)
         return tuple(
             paths_table.solve(mounted(base, size, (case.field,)), flank, touching=True) for size in sizes

@@ -175,10 +175,10 @@ def _distance(axes: Axes, data: MethodFigure) -> None:
 def _bands(scale: float) -> list[Patch]:
     """Return the entries of the legend for the bands of separation."""
     bands = [f"{scale * band:.3g}" for band in BANDS_UM[:-1]]
-    texts = [f"{one} to {other} um" for one, other in pairwise(bands)]
+    texts = [f"{one} to {other} \u00b5m" for one, other in pairwise(bands)]
     return [
         Patch(facecolor=colour, edgecolor=theme.GREY, linewidth=0.5, label=text)
-        for colour, text in zip(BLUES, [*texts, f"above {bands[-1]} um"], strict=True)
+        for colour, text in zip(BLUES, [*texts, f"above {bands[-1]} \u00b5m"], strict=True)
     ]
 
 
