@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from .modification import limits_of
@@ -37,3 +38,15 @@ def read_amounts(text: str) -> dict[str, Any]:
         except ValueError:
             values[key] = amount
     return table
+
+
+def amounts_text(table: Mapping[str, Any]) -> str:
+    """Return the line that `read_amounts` reads as this table."""
+    entries = []
+    for name, value in table.items():
+        within = value if isinstance(value, Mapping) else {name: value}
+        flank = f"{name}." if within is value else ""
+        entries += [
+            f"{flank}{key.removesuffix('_um').removesuffix('_mm')}={amount}" for key, amount in within.items()
+        ]
+    return ", ".join(entries) or NONE

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from beveloid_geom.design.amounts import amounts_text, read_amounts
 from beveloid_geom.design.file import builtin_text
 from tests.cli.running import refused, run
 
@@ -51,3 +52,9 @@ def test_options_replace_the_tables_of_a_file(tmp_path: Path) -> None:
 def test_refusals(amounts: str, message: str) -> None:
     line = refused("check", "--gear-modification", amounts)
     assert line.startswith(f"Error: --gear-modification {message}")
+
+
+def test_amounts_as_text() -> None:
+    """Amounts that were read are written as a text with the same meaning."""
+    for text in ("none", "helix_crowning=10.0, right.tip_relief=5.0, right.tip_relief_length=2.0"):
+        assert amounts_text(read_amounts(text)) == text

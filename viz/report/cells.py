@@ -22,16 +22,32 @@ MARGIN = 0.8
 
 def cell_pictures(matrix: PatternMatrix) -> list[str]:
     """Return each cell as an SVG element of class `cell`, '' without a pattern. To scale; the end at -z is
-    left, the tip is above."""
+    left, the tip is above. All cells show the same region, which contains the flank and the ellipses."""
+    known = [cell for cell in matrix.cells if cell]
+    if not known:
+        return [""] * len(matrix.cells)
+    corners = np.concatenate([_corners(cell) for cell in known])
+    low, high = np.nanmin(corners, axis=0) - MARGIN, np.nanmax(corners, axis=0) + MARGIN
     axes = Figure().add_subplot()
-    return [_picture(axes, cell, matrix.separation) if cell else "" for cell in matrix.cells]
+    return [_picture(axes, cell, matrix.separation, low, high) if cell else "" for cell in matrix.cells]
 
 
-def _picture(axes: Axes, cell: PatternCell, separation: float) -> str:
+def _corners(cell: PatternCell) -> FloatArray:
+    """Return points (n, 2) in z and r, mm, whose bounding box contains flank and ellipse of a cell."""
+    side, one = cell.pattern.pinion, cell.ellipses[0]
+    flank = np.stack((side.z, np.hypot(side.points[..., 0], side.points[..., 1])), axis=-1).reshape(-1, 2)
+    along, across = np.cos(one.angle), np.sin(one.angle)
+    half = np.hypot((one.major * along, one.major * across), (one.minor * across, one.minor * along))
+    middle = np.array((one.z, one.r))
+    return np.concatenate((flank, (middle - half, middle + half)))
+
+
+def _picture(axes: Axes, cell: PatternCell, separation: float, low: FloatArray, high: FloatArray) -> str:
+    """Return the SVG element of a cell that shows the region between two corners (z, r), mm."""
     side, one = cell.pattern.pinion, cell.ellipses[0]
     z, r = side.z, np.hypot(side.points[..., 0], side.points[..., 1])
-    corner = float(z.min()) - MARGIN, float(r.max()) + MARGIN
-    width, height = np.round(UNITS * (np.array((np.ptp(z), np.ptp(r))) + 2.0 * MARGIN)).astype(int).tolist()
+    corner = float(low[0]), float(high[1])
+    width, height = np.round(UNITS * (high - low)).astype(int).tolist()
     rim = [np.concatenate((g[:, 0], g[-1], g[::-1, -1], g[0, ::-1])) for g in (z, r)]
     pieces = [f'<path class="rim" d="{polygon(np.stack(rim, axis=-1), corner, UNITS)}"/>']
     for lines in _areas(axes, z, r, side.least, separation):

@@ -33,7 +33,7 @@ from beveloid_geom.support.atomic_file import atomic_file, replaceable_mode
 from beveloid_geom.support.process import source_date
 
 from ..options import command, option, usable_cores, writing
-from .origin import Origin
+from .origin import Origin, changes_of, tolerances_of
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -77,14 +77,20 @@ def main(
     operation of a flank pair could not be computed. The page is written in both cases and gives the reason.
     """
     begin = time.perf_counter()
-    original = load_design(design)
-    sizes = sizes_of({name: values.pop(name) for name, *_ in TOLERANCES})
-    changed, load = changed_design(original, values), load_of(force, torque, None, None)
+    tolerances = {name: values.pop(name) for name, *_ in TOLERANCES}
+    sizes = sizes_of(tolerances)
+    changed, load = changed_design(load_design(design), values), load_of(force, torque, None, None)
     settings = settings_of(changed, sizes, cases, seed)
     if load is not None:
         settings = replace(settings, load=load, loaded=True)
     prepare(out)
-    origin = Origin(click.format_filename(design), _written(design), changed != original, _now())
+    origin = Origin(
+        click.format_filename(design),
+        _written(design),
+        _now(),
+        changes_of(values),
+        tolerances_of(tolerances, cases, seed),
+    )
     with writing(click.format_filename(out)):
         data, text = _made(origin, changed, settings)
         with atomic_file(out) as part:

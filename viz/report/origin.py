@@ -2,16 +2,57 @@
 
 from __future__ import annotations
 
+import shlex
+from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import datetime
+from typing import Any
+
+from beveloid_geom.cli.options import TOLERANCES, option_name
+from beveloid_geom.design.amounts import amounts_text
 
 
 @dataclass(frozen=True)
 class Origin:
-    """Name of a design as given, time of its file (None for a built-in design), whether options changed it,
-    and time of the page."""
+    """Origin of the numbers of a page.
+
+    Attributes
+    ----------
+    name : str
+        Name of the design as given.
+    written : datetime or None
+        Time of the design file; None for a built-in design.
+    made : datetime
+        Time of the page.
+    changes : list of str
+        Options that change the design, as on a command line.
+    tolerances : str
+        Options of the tolerance study.
+    """
 
     name: str
     written: datetime | None
-    changed: bool
     made: datetime
+    changes: list[str]
+    tolerances: str
+
+    @property
+    def argument(self) -> str:
+        """Name of the design as an argument of a command line."""
+        return shlex.quote(self.name)
+
+
+def changes_of(values: Mapping[str, Any]) -> list[str]:
+    """Return options that change a design, with their values (None if not given), as on a command line."""
+    texts = {
+        name: shlex.quote(amounts_text(value)) if isinstance(value, dict) else repr(value)
+        for name, value in values.items()
+        if value is not None
+    }
+    return [f"{option_name(name)} {text}" for name, text in texts.items()]
+
+
+def tolerances_of(sizes: Mapping[str, float], cases: int, seed: int) -> str:
+    """Return the options of a tolerance study as on a command line, with sizes by argument."""
+    given = [f"{option} {sizes[name]!r}" for name, option, *_ in TOLERANCES if sizes.get(name)]
+    return " ".join([*given, f"--cases {cases}", f"--seed {seed}"])

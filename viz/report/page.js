@@ -42,6 +42,48 @@
   window.addEventListener("scroll", mark, { passive: true });
   mark();
 
+  // A link into a folded section, and paper, open what is folded.
+  const unfold = (fold) => {
+    if (fold) fold.open = true;
+  };
+  const unfoldTarget = () => {
+    if (location.hash) unfold(document.querySelector(`${location.hash} > details`));
+  };
+  for (const link of links) link.addEventListener("click", () => unfold(document.querySelector(`${link.hash} > details`)));
+  window.addEventListener("hashchange", unfoldTarget);
+  window.addEventListener("beforeprint", () => document.querySelectorAll("details.fold").forEach(unfold));
+  unfoldTarget();
+
+  // One pattern of each table at a time, chosen by the two errors.
+  const choice = document.querySelector(".choice");
+  const tables = [...document.querySelectorAll("table.cells")];
+  if (tables.length) {
+    const [first, second] = choice.querySelectorAll("input");
+    const all = document.getElementById("all-cells");
+    const choose = () => {
+      const together = all.getAttribute("aria-pressed") === "true";
+      for (const table of tables) {
+        const rows = [...table.tBodies];
+        table.classList.toggle("one", !together);
+        table.querySelectorAll("td").forEach((cell) => cell.classList.remove("chosen"));
+        rows[first.value].querySelectorAll("td")[second.value].classList.add("chosen");
+        first.nextElementSibling.textContent = rows[first.value].querySelector("th").textContent.replace("E ", "");
+        second.nextElementSibling.textContent = table.tHead.rows[0].cells[second.value].textContent.replace("Σ ", "");
+      }
+      for (const slider of [first, second]) {
+        slider.disabled = together;
+        slider.setAttribute("aria-valuetext", slider.nextElementSibling.textContent);
+      }
+    };
+    all.addEventListener("click", () => {
+      all.setAttribute("aria-pressed", String(all.getAttribute("aria-pressed") !== "true"));
+      choose();
+    });
+    for (const slider of [first, second]) slider.addEventListener("input", choose);
+    choice.hidden = false;
+    choose();
+  }
+
   const view = document.getElementById("view");
   try {
     window.pageView = window.beveloidView(view, JSON.parse(document.getElementById("view-data").textContent));

@@ -80,17 +80,24 @@ def number_text(value: float, digits: int, general: bool = False) -> str:
     return f"{value:z.{digits}{'g' if general else 'f'}}".replace("-", MINUS)
 
 
+def short_text(value: float) -> str:
+    """Return a number with at most four decimals, or as many as four significant digits need."""
+    decimals = 4 if value == 0.0 else max(4, 3 - math.floor(math.log10(abs(value))))
+    return number_text(value, decimals).rstrip("0").rstrip(".")
+
+
 def number_of(
     numbers: Mapping[str, Any], key: str, digits: int, scale: float = 1.0, general: bool = False
 ) -> Markup:
     """Return the number at a key, times a scale, in an element that also holds key, scale and digits for
-    tests."""
+    tests. With `general` it is short, and the element shows all `digits` on demand."""
     value = looked_up(numbers, key)
     known = isinstance(value, (int, float)) and math.isfinite(value)
-    text = number_text(value * scale, digits, general) if known else NOT_KNOWN
-    kind = Markup(' data-format="g"') if general else ""
+    full = number_text(value * scale, digits, general) if known else NOT_KNOWN
+    text = min(full, short_text(value * scale), key=len) if known and general else full
+    more = Markup(' data-full="{}" tabindex="0"').format(full) if text != full else ""
     tag = '<span class="n" data-key="{}" data-scale="{}" data-digits="{}"{}>{}</span>'
-    return Markup(tag).format(key, repr(float(scale)), digits, kind, text)
+    return Markup(tag).format(key, repr(float(scale)), digits, more, text)
 
 
 def script_json(data: Any) -> Markup:
@@ -234,10 +241,11 @@ def peaks_of(data: PageData) -> dict[str, int]:
     return {flank: int(pressures[flank].argmax()) if flank in pressures else 0 for flank in data.flanks}
 
 
-def with_code(text: str) -> Markup:
-    """Return text with the parts in backticks as code."""
+def with_code(text: str, design: str) -> Markup:
+    """Return text with the parts in backticks as code, and commands with the `design` as their argument."""
     parts = [escape(part) for part in text.split("`")]
-    parts[1::2] = [Markup("<code>{}</code>").format(part) for part in parts[1::2]]
+    commands = (f"{part} {design}" if part.startswith("beveloid-geom ") else part for part in parts[1::2])
+    parts[1::2] = [Markup("<code>{}</code>").format(command) for command in commands]
     return Markup("").join(parts)
 
 
@@ -260,7 +268,6 @@ def _environment() -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    environment.filters["code"] = with_code
     environment.filters["general"] = "{:.6g}".format
     return environment
 
@@ -270,6 +277,23 @@ def _swings(results: FlankResults) -> bool:
     if results.matrix is None:
         return False
     return bool(ARCSEC * np.nan_to_num(results.matrix.cycle_peak_to_peak).max() >= SMALLEST)
+
+
+SECTION_WORDS = {"tca": "path of contact", "hertz": "pressure", "matrix": "patterns under errors"}
+"""What the sections of the JSON contain, where their names do not say it."""
+
+
+def _unlisted(data: PageData) -> list[str]:
+    """Return sentences on missing results whose reason no remark names."""
+    named = " ".join(remark.text for remark in data.remarks)
+    missing: dict[tuple[str, str], list[str]] = {}
+    for flank, results in data.flanks.items():
+        for section, reason in results.reasons.items():
+            if reason not in named:
+                missing.setdefault((flank, reason), []).append(SECTION_WORDS.get(section, section))
+    return [
+        f"No {', '.join(sections)}, {flank} flanks: {reason}" for (flank, reason), sections in missing.items()
+    ]
 
 
 def _stamped(data: PageData, origin: Origin) -> dict[str, Any]:
@@ -305,7 +329,7 @@ def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any],
     str
         HTML.
     """
-    numbers = _stamped(data, origin)
+    numbers, peaks = _stamped(data, origin), peaks_of(data)
     return (
         _environment()
         .get_template("report.html")
@@ -339,7 +363,9 @@ def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any],
             picture=Markup(picture),
             shades=range(LEVELS),
             still=still(data),
-            parted=partial(parted, data.design, numbers, peaks_of(data)),
+            parted=partial(parted, data.design, numbers, peaks),
+            key_of=partial(key_of, peaks=peaks),
+            unlisted=_unlisted(data),
             pressure_remarks=dict.fromkeys(
                 remark
                 for one in data.flanks.values()
@@ -350,6 +376,7 @@ def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any],
             builtin=BUILTINS,
             clean=quiet(data.remarks),
             asset=asset,
+            with_code=partial(with_code, design=origin.argument),
             script_json=script_json,
             view=view,
             deg=1.0 / RAD,

@@ -330,7 +330,7 @@ window.beveloidView = function (container, data) {
   function resize() {
     const width = container.clientWidth;
     if (!width) return;
-    stage.style.height = `${Math.round(Math.min(640, Math.max(320, 0.62 * width)))}px`;
+    stage.style.height = `${Math.round(Math.min(520, Math.max(320, 0.62 * width)))}px`;
     renderer.setPixelRatio(Math.min(2, window.devicePixelRatio));
     renderer.setSize(stage.clientWidth, stage.clientHeight);
     camera.aspect = stage.clientWidth / stage.clientHeight;

@@ -45,8 +45,15 @@ class Seen:
 
 @contextmanager
 def opened(
-    browser: Browser, report: Path, width: int = 640, script: str = "", **options: Any
+    browser: Browser,
+    report: Path,
+    width: int = 640,
+    script: str = "",
+    *,
+    folded: bool = False,
+    **options: Any,
 ) -> Iterator[Seen]:
+    """Open a report. Unless `folded`, all its sections are open and all patterns under errors are shown."""
     context = browser.new_context(viewport={"width": width, "height": 900}, **options)
     context.set_offline(True)
     seen = Seen(context.new_page())
@@ -57,6 +64,11 @@ def opened(
     if script:
         seen.page.add_init_script(script)
     seen.page.goto(report.as_uri())
+    if not folded:
+        seen.page.evaluate(
+            "document.querySelectorAll('details.fold').forEach((fold) => { fold.open = true; })"
+        )
+        seen.page.locator("#all-cells").click()
     seen.page.locator("#view").scroll_into_view_if_needed()
     yield seen
     context.close()

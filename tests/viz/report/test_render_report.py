@@ -6,6 +6,7 @@ import json
 import math
 import os
 import re
+import shlex
 import subprocess
 import sys
 from datetime import UTC, datetime, timedelta
@@ -100,19 +101,20 @@ def test_page_names_file_dates_and_version(page: ReportPage, folder: Path) -> No
     assert f"Design file {NAME} of {written:%Y-%m-%d %H:%M}" in head
     assert f"page written {made:%Y-%m-%d %H:%M}" in head
     assert f"by beveloid-geom {data['version']}" in head
-    assert page.words.count(f"Numbers of {NAME}") >= 6
+    assert page.words.count(f" {shlex.quote(str(NAME))} ") >= 6  # in commands
 
 
 def test_verdict_lists_errors_and_warnings_first(page: ReportPage) -> None:
     """Remarks of `check` and `tca` and failing mountings: severe ones before the contents, notes in the
     summary."""
     data, words = page.json("data"), " ".join(page.words.split())
-    contents = words.index("Summary In mesh")
+    contents = words.index("Summary Paths")
     assert words.index("Works with restrictions") < contents
     sections = [data["check"], *data["tca"].values(), *data["tolerance"].values()]
     for level, before in (("errors", True), ("warnings", True), ("notes", False)):
         for text in (text for section in sections for text in section[level]):
-            assert (words.index(" ".join(text.replace("`", " ").split())) < contents) is before
+            named = text.replace("geom operation`", f"geom operation {shlex.quote(str(NAME))}`")
+            assert (words.index(" ".join(named.replace("`", " ").split())) < contents) is before
     assert any("an edge touches earlier" in text for text in data["check"]["warnings"])
     assert re.search(r"mountings fails? under the tolerances given", words[:contents])
 
@@ -130,7 +132,7 @@ def test_verdicts(options: tuple[str, ...], verdict: str, level: str, tmp_path: 
     assert run.exit_code == 0, run.stderr
     page = ReportPage((tmp_path / "page.html").read_text(encoding="utf-8"))
     words, data = " ".join(page.words.split()), page.json("data")
-    assert words.index(verdict) < words.index("Summary In mesh")
+    assert words.index(verdict) < words.index("Summary Paths")
     assert ("div", {"class": f"verdict {level}"}) in page.tags
     assert ("svg", "pair-picture") in [(tag, attributes.get("class")) for tag, attributes in page.tags]
     failed = 40 if options else 0
@@ -155,12 +157,18 @@ def test_verdicts(options: tuple[str, ...], verdict: str, level: str, tmp_path: 
     assert zero == []
     assert "Zero throughout: transmission error in operation, peak to peak; share of the cycle" in words
     assert words.count("Transmission error and edge contact are zero in all cells.") == (0 if options else 2)
-    assert words.count("no cell of the matrix has a pattern") == (2 if options else 0)
+    contents, missing = (
+        words.index("Summary Paths"),
+        "No patterns under errors, left flanks: no cell of the matrix",
+    )
+    assert (missing in words[:contents]) == bool(options)
+    assert words.count("no cell of the matrix has a pattern") == (4 if options else 0)
     assert words.count("Zero throughout: transmission error along the path.") == 4  # two on each flank
 
 
-def test_pressures_are_those_of_the_torque_given(tmp_path: Path) -> None:
-    options, out = ("--torque", "500"), tmp_path / "page.html"
+def test_pressures_and_commands_are_those_of_the_options_given(tmp_path: Path) -> None:
+    error = ("--gear-axial-error", "0.00012344")
+    options, out = (*error, "--torque", "500"), tmp_path / "page.html"
     run = CliRunner().invoke(main, [*options, "--cases", "20", "--out", str(out)])
     assert run.exit_code == 0, run.stderr
     page = ReportPage(out.read_text(encoding="utf-8"))
@@ -168,9 +176,11 @@ def test_pressures_are_those_of_the_torque_given(tmp_path: Path) -> None:
     assert page.json("data")["hertz"]["left"] == json.loads(printed)["hertz"]
     words = " ".join(page.words.split())
     assert "steel on steel, under 500 N m on the pinion. The pressure grows" in words
-    assert "beveloid-geom tca --torque 500" in words
+    assert "beveloid-geom tca ni-2017 --gear-axial-error 0.00012344 --torque 500" in words
+    shown = [(at, text) for at, text in page.cells if at["data-key"] == "design.errors.gear_axial"]
+    assert {(at["data-full"], text) for at, text in shown} == {("0.00012344", "0.0001234")}
     texts = [text for at, text in page.cells if at["data-key"].startswith("hertz.left.pressure.")]
-    assert texts == [f"{max(json.loads(printed)['hertz']['pressure']):.1f}"]
+    assert set(texts) == {f"{max(json.loads(printed)['hertz']['pressure']):.1f}"}
 
 
 def test_a_name_cannot_become_code(page: ReportPage, text: str) -> None:
@@ -222,12 +232,16 @@ def test_every_number_shown_is_that_of_the_data(page: ReportPage) -> None:
         for part in attributes["data-key"].split("."):
             found = found[int(part)] if isinstance(found, list) else found[part]
         value, digits = found * float(attributes["data-scale"]), int(attributes["data-digits"])
-        shown = float(text.replace("\u2212", "-"))
-        if attributes.get("data-format") == "g":
-            assert shown == pytest.approx(value, rel=10.0 ** (1 - digits), abs=1e-300)
-        else:
-            assert len(text.partition(".")[2]) == digits
+        shown, decimals = float(text.replace("\u2212", "-")), len(text.partition(".")[2])
+        if "data-full" in attributes:
+            full = float(attributes["data-full"].replace("\u2212", "-"))
+            assert full == pytest.approx(value, rel=10.0 ** (1 - digits))
+            assert decimals <= 4 or abs(value) < 1.0
+            assert abs(shown - value) <= min(0.5000001e-4, 1e-3 * abs(value)), attributes
+        elif decimals == digits:
             assert abs(shown - value) <= 0.5000001 * 10.0**-digits, attributes
+        else:
+            assert shown == pytest.approx(value, rel=10.0 ** (1 - digits), abs=1e-300)
     keys = {attributes["data-key"].partition(".")[0] for attributes, _ in page.cells}
     sections = {"check", "tca", "operation", "sliding", "sensitivity", "tolerance", "pattern", "design"}
     assert keys == sections | {"ease_off", "hertz", "mountings", "matrix", "gear_data"}
@@ -252,7 +266,7 @@ def test_patterns_under_errors_agree_with_the_numbers(page: ReportPage, text: st
     assert 0 < sum(cell["status"] == "jammed" for cell in known) < 9
     shown = [(drawn, own["pinion"]) for drawn, own in zip(cells, known, strict=True) if own["pinion"]]
     assert sum("<svg" in drawn for drawn in cells) == len(shown)
-    places = []
+    places: dict[str, list[tuple[float, float]]] = {}
     for drawn, own in shown:
         ellipse, outlines = own["ellipse"], re.findall(r'class="area" d="([^"]*)"', drawn)
         assert len(outlines) == 3
@@ -264,8 +278,15 @@ def test_patterns_under_errors_agree_with_the_numbers(page: ReportPage, text: st
         amounts, middles = zip(*(amount_of(line) for line in outlines[0].split("M")[1:]), strict=True)
         middle = np.average(middles, axis=0, weights=amounts)
         assert np.abs(middle - (x, y)).max() < 0.5 * UNITS  # of a flank of 50 mm
-        places.append((x / UNITS - ellipse["z"], y / UNITS + ellipse["r"]))
-    assert np.ptp(places, axis=0).max() < 0.1  # the same flank, within the rounding of path coordinates
+        region = re.findall(r'viewBox="0 0 (\d+) (\d+)"', drawn)[0]
+        places.setdefault(region, []).append((x / UNITS - ellipse["z"], y / UNITS + ellipse["r"]))
+        cosine, sine = math.cos(math.radians(turn)), math.sin(math.radians(turn))
+        reach = math.hypot(major * cosine, minor * sine), math.hypot(major * sine, minor * cosine)
+        for middle_of, extent, size in zip((x, y), reach, map(float, region), strict=True):
+            assert 0.0 < middle_of - extent < middle_of + extent < size  # the ellipse is not cut
+    assert len(places) == 2  # one region for each flank
+    for of_flank in places.values():  # the same flank, within the rounding of path coordinates
+        assert np.ptp(of_flank, axis=0).max() < 0.1
 
 
 def amount_of(line: str) -> tuple[float, NDArray[np.float64]]:

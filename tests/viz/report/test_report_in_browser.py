@@ -182,6 +182,41 @@ def test_patterns_are_below_their_errors(browser: Browser, report: Path, width: 
         assert tables[..., 3].min() >= 13.0
 
 
+def test_details_are_folded_and_open_by_links(browser: Browser, report: Path) -> None:
+    with opened(browser, report, 1280, folded=True) as seen:
+        assert seen.page.evaluate("document.scrollingElement.scrollHeight") < 6178  # half of the first design
+        chart = seen.page.locator("#sensitivity-left-title >> xpath=..")
+        assert not chart.is_visible()
+        seen.page.get_by_role("link", name="Sensitivity", exact=True).click()
+        assert chart.is_visible()
+        seen.page.emulate_media(media="print")
+        assert seen.page.locator("#sliding-left-title >> xpath=..").is_visible()
+
+
+def test_sliders_choose_the_pattern_under_errors(browser: Browser, report: Path) -> None:
+    with opened(browser, report, 390, folded=True) as seen:
+        cells = seen.page.locator("table.cells td:visible")
+        assert cells.count() == 2
+        middle = cells.first.inner_text()
+        seen.page.locator("#second-error").focus()
+        seen.page.keyboard.press("ArrowRight")
+        assert seen.page.locator("output[for=second-error]").inner_text() == "0.0100°"
+        assert seen.page.locator("output[for=first-error]").inner_text() == "0.000 mm"
+        assert cells.first.inner_text() != middle
+        last = seen.page.locator("table.cells").first.locator("td").nth(5)
+        assert cells.first.inner_text() == last.inner_text()
+        seen.press("All together")
+        assert cells.count() == 18
+
+
+def test_shortened_numbers_show_all_digits_on_focus(narrow: Seen) -> None:
+    number = narrow.page.locator("#design .n").first
+    number.evaluate("(e) => { e.tabIndex = 0; e.dataset.full = '0.00012344'; }")
+    number.focus()
+    assert number.evaluate("(e) => getComputedStyle(e, '::after').content") == '"0.00012344"'
+    number.evaluate("(e) => delete e.dataset.full")
+
+
 def test_saved_numbers_carry_the_name_of_the_design(browser: Browser, report: Path) -> None:
     page = browser.new_page()
     page.goto(report.as_uri())
@@ -195,11 +230,14 @@ def test_saved_numbers_carry_the_name_of_the_design(browser: Browser, report: Pa
 
 
 def test_without_javascript_all_but_the_view_is_there(browser: Browser, report: Path) -> None:
-    with opened(browser, report, 1280, java_script_enabled=False) as seen:
+    with opened(browser, report, 1280, folded=True, java_script_enabled=False) as seen:
         assert "picture at the top" in seen.page.locator("#view").inner_text()
         assert not seen.page.locator(".tools").is_visible()
         for name in (".verdict", ".pair-picture", "#path-right-title >> xpath=..", "nav"):
             assert seen.page.locator(name).first.is_visible(), name
+        assert seen.page.locator("table.cells td").last.is_visible()
+        seen.page.locator("#pressure summary").click()
+        assert seen.page.locator("#pressure-right-title >> xpath=..").is_visible()
         picture = seen.page.locator(".pair-picture").screenshot()
         assert colours(np.asarray(Image.open(io.BytesIO(picture)).convert("RGB")).astype(int)) > 10
 

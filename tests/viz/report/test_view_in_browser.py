@@ -72,7 +72,7 @@ def test_the_wheel_belongs_to_the_page_until_the_view_has_the_focus(seen: Seen) 
 def test_the_slider_rolls_the_pair(seen: Seen) -> None:
     seen.press("Section at contact")
     picture, roll, text = seen.picture(), seen.roll(), seen.page.locator(".bv-roll").inner_text()
-    slider = seen.page.get_by_role("slider")
+    slider = seen.page.get_by_role("slider", name="Roll of the pinion")
     slider.fill("0.5")
     assert seen.roll() == pytest.approx(roll + 0.5 * 2.0 * math.pi / 29)
     assert seen.page.locator(".bv-roll").inner_text() != text
