@@ -1,14 +1,12 @@
-"""Separation and contact of two flanks by proximity queries on sampled meshes.
+"""Contact of two flanks: the point of smallest separation at a pose.
 
-1. Both flanks are sampled to a tolerance (`sampling`) and placed at a pose. The separation of a vertex is its
-   distance from the closest point on the triangles of the other flank. Its error is of the order of the
-   tolerance. The contact point, where the separation is smallest, has a larger error: the square root of the
-   tolerance over the relative curvature. In approximate line contact this is millimetres for a tolerance of a
-   micrometre, and it depends on the positions of the vertices. `convergence` computes both errors.
-2. The result is refined on the exact flanks. The closest point on a triangle is the start of Newton's method
-   for the foot on the flank (`closest_point.feet`). The vertex with the smallest separation is the start of
-   Newton's method for the point where the exact separation D, as a function of the flank parameters of the
-   pinion, is stationary. With the outward unit normals n1 at the point and n2 at its foot on the gear,
+1. The vertex of two sampled meshes with the smallest separation (`mesh_separation`) has an error of the
+   square root of the tolerance over the relative curvature. In approximate line contact this is millimetres
+   for a tolerance of a micrometre, and it depends on the positions of the vertices. `mesh_convergence`
+   computes this error.
+2. This vertex is the start of Newton's method for the point where the exact separation D, as a function of
+   the flank parameters of the pinion, is stationary. With the outward unit normals n1 at the point and n2 at its
+   foot on the gear,
 
        dD = n2.dR1 = 0,    d2D = dR1.A_2' dR1 + n2.d2R1,
 
@@ -23,12 +21,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from ..arrays import Codes, FloatArray, Indices
-from ..contact.mesh_position import Frame, frames_at
-from ..contact.path import path_of_contact
-from ..design.member import Member
+from ..arrays import FloatArray
+from ..contact.mesh_position import Frame
 from ..design.model import Design
 from ..gear.closest_point import Feet, feet
 from ..gear.flank import (
@@ -41,9 +36,7 @@ from ..gear.flank import (
 )
 from ..pair.frames import normals_to_fixed, to_fixed
 from ..status import Status
-from ..support.array_repr import short_repr
-from .closest_points import closest_on_mesh
-from .flank_mesh import FlankMesh, flank_mesh
+from .mesh_separation import MeshSeparation, frames_of, in_frame_of, mesh_separation
 
 MAX_CONTACT_STEPS = 60
 MAX_STEP_RATIO = 0.5
@@ -60,38 +53,6 @@ SLOPE_ROUNDING = 16.0 * np.finfo(float).eps
 NEAR_TOLERANCES = 4.0
 """The contact may be next to grid points whose separation is larger than the smallest one by this number of
 tolerances: one for each mesh, and one for the separation between the grid points of each."""
-EDGE_COORDINATE = 1e-9
-"""Barycentric coordinate below which a closest point is on an edge of its triangle."""
-
-
-@dataclass(frozen=True, eq=False)
-class MeshSeparation:
-    """Separation of the grid points of a flank from the flank of the other member at a pose.
-
-    Attributes
-    ----------
-    l, z : array (nl, nz)
-        Flank parameter and axial coordinate of the grid points, mm.
-    points : array (nl, nz, 3)
-        Grid points in S_f, mm.
-    separation : array (nl, nz)
-        mm, positive if there is a gap.
-    foot_l, foot_z : array (nl, nz)
-        Flank parameter and axial coordinate of the closest point on the other flank, mm.
-    status : array (nl, nz)
-        SOLVED, OFF_FLANK if the foot is outside the other flank, or NOT_CONVERGED. Values are NaN unless
-        SOLVED.
-    """
-
-    __repr__ = short_repr
-
-    l: FloatArray
-    z: FloatArray
-    points: FloatArray
-    separation: FloatArray
-    foot_l: FloatArray
-    foot_z: FloatArray
-    status: Codes
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,128 +82,6 @@ class MeshContact:
     z: FloatArray
     doubt: float
     status: Status
-
-
-@dataclass(frozen=True, eq=False)
-class Convergence:
-    """Errors of contact by meshes at one pose.
-
-    Attributes
-    ----------
-    tolerance : array (n,)
-        mm.
-    point_error : array (n,)
-        Distance of the contact point from that of the path of contact, mm; NaN without contact point.
-    separation_error : array (n,)
-        Largest error of the separation at the grid points of the pinion, mm.
-    faces : array (n,)
-        Number of triangles of both flanks.
-    """
-
-    tolerance: FloatArray
-    point_error: FloatArray
-    separation_error: FloatArray
-    faces: Indices
-
-
-def _frames(design: Design, pinion_roll: float, gear_roll: float) -> tuple[Frame, Frame]:
-    if design.batch_shape:
-        raise ValueError(f"meshes are those of one design, got a batch of the shape {design.batch_shape}")
-    frames = frames_at(design, pinion_roll, gear_roll)
-    if not all(np.isfinite(part).all() for frame in frames for part in frame):
-        why = "a quantity is not a number, or no mounting distances follow from the flanks"
-        raise ValueError(f"the design leaves nothing to solve, it cannot be posed: {why}")
-    return frames
-
-
-def _in_frame_of(frames: tuple[Frame, Frame], member: int, points: FloatArray) -> FloatArray:
-    """Return points (..., 3) of S_f in the frame of a member."""
-    rotation, origin = frames[member]
-    return np.asarray((points - origin) @ rotation)
-
-
-def mesh_separation(
-    design: Design,
-    flank: str,
-    member: int,
-    tolerance: float = 1e-3,
-    *,
-    pinion_roll: float,
-    gear_roll: float,
-    polish: bool = True,
-) -> MeshSeparation:
-    """Return the separation of the grid points of a flank from the mating flank.
-
-    Parameters
-    ----------
-    design : Design
-        A single one.
-    flank : {'right', 'left'}
-    member : int
-        Member with the grid points: 0 pinion, 1 gear.
-    tolerance : float
-        Tolerance to which both flanks are sampled, mm.
-    pinion_roll, gear_roll : float
-        rad.
-    polish : bool
-        Whether separations and feet are refined on the exact flank, or those of its triangles.
-
-    Returns
-    -------
-    MeshSeparation
-
-    Raises
-    ------
-    ValueError
-        For a batch of designs, a design without mounting distances, and as `sample_flank`.
-    """
-    meshes = [flank_mesh(part, flank, tolerance) for part in design.members]
-    frames = _frames(design, pinion_roll, gear_roll)
-    own, other = meshes[member].grid, 1 - member
-    points = to_fixed(frames[member], own.points)
-    seen = _in_frame_of(frames, other, points).reshape(-1, 3)
-    values, status = _facet_feet(meshes[other], seen, tolerance)
-    if polish:
-        values, status = _polished_feet(design.members[other], flank, seen, values)
-    values[:, status != Status.SOLVED] = np.nan
-    shape = own.l.shape
-    z = np.broadcast_to(own.z, shape)
-    distance, foot_l, foot_z = values.reshape(3, *shape)
-    return MeshSeparation(own.l, z, points, distance, foot_l, foot_z, status.reshape(shape))
-
-
-def _facet_feet(mesh: FlankMesh, seen: FloatArray, tolerance: float) -> tuple[FloatArray, Codes]:
-    """Return the signed distance, l and z (3, n) of the closest points on a mesh, and their status.
-
-    A foot on the rim is accepted if the point is above it within the tolerance."""
-    grid, faces = mesh.grid, mesh.faces
-    vertices = grid.points.reshape(-1, 3)
-    closest, index, weights = closest_on_mesh(vertices, faces, seen)
-    on_edge, at_corner = weights < EDGE_COORDINATE, weights > 1.0 - 2.0 * EDGE_COORDINATE
-    place = np.where(on_edge.any(axis=1), 1 + on_edge.argmax(axis=1), 0)
-    place = np.where(at_corner.any(axis=1), 4 + at_corner.argmax(axis=1), place)
-    normal = mesh.normals[index, place]
-    offset = seen - closest
-    height = np.einsum("ni,ni->n", offset, normal)
-    lateral = np.linalg.norm(offset - height[:, None] * normal, axis=-1)
-    z = np.broadcast_to(grid.z, grid.l.shape)
-    l, z = (np.einsum("nk,nk->n", weights, v.reshape(-1)[faces[index]]) for v in (grid.l, z))
-    # A triangle may have only a corner on the rim.
-    corner = at_corner & mesh.border[faces[index]]
-    edge = on_edge & mesh.rim[index]
-    off = (corner | edge).any(axis=1) & (lateral > tolerance)
-    distance = np.copysign(np.linalg.norm(offset, axis=-1), height)
-    return np.stack((distance, l, z)), np.where(off, Status.OFF_FLANK, Status.SOLVED).astype(np.int8)
-
-
-def _polished_feet(
-    member: Member, flank: str, seen: FloatArray, start: FloatArray
-) -> tuple[FloatArray, Codes]:
-    """Return distance, l and z (3, n) of the feet on the exact flank, by Newton's method from those on the
-    mesh."""
-    u = trace_parameter(member, flank, start[1], start[2])
-    found = feet(member, flank, seen, (start[1], u))
-    return np.stack((found.distance, found.l, found.z)), found.status
 
 
 def mesh_contact(
@@ -283,7 +122,7 @@ def mesh_contact(
     rough = _facet_contact(design, flank, tolerance, pose)
     if not polish or rough.status != Status.SOLVED:
         return rough
-    return _polished_contact(design, flank, _frames(design, **pose), rough)
+    return _polished_contact(design, flank, frames_of(design, **pose), rough)
 
 
 def _no_contact(status: Status) -> MeshContact:
@@ -302,7 +141,7 @@ def _facet_contact(design: Design, flank: str, tolerance: float, pose: dict[str,
     at = np.unravel_index(np.nanargmin(side.separation), side.l.shape)
     l, z = (np.array((own[at], foot[at])) for own, foot in ((side.l, side.foot_l), (side.z, side.foot_z)))
     u = trace_parameter(design.members[other], flank, l[1], z[1])
-    foot = to_fixed(_frames(design, **pose)[other], flank_point(design.members[other], flank, l[1], u))
+    foot = to_fixed(frames_of(design, **pose)[other], flank_point(design.members[other], flank, l[1], u))
     pinion_first, point = [member, other], 0.5 * (side.points[at] + foot)
     near = [_near_least(each, least[member] + NEAR_TOLERANCES * tolerance) for each in sides]
     doubt = float(np.linalg.norm(np.concatenate(near) - point, axis=-1).max())
@@ -337,7 +176,7 @@ def _polished_contact(
                 break
         else:  # larger, or NaN beyond the flank: try a shorter step
             reach *= 0.25
-    own = feet(pinion, flank, _in_frame_of(frames, 0, here.point), tuple(place))
+    own = feet(pinion, flank, in_frame_of(frames, 0, here.point), tuple(place))
     doubt = float(here.doubt(longest))
     if own.status == Status.OFF_FLANK or here.foot.status == Status.OFF_FLANK:
         return _no_contact(Status.OFF_FLANK)
@@ -386,7 +225,7 @@ def _separation_at(design: Design, flank: str, frames: tuple[Frame, Frame], plac
     l, u = place
     own = flank_patch(design.pinion, flank, l, u)
     point = to_fixed(frames[0], own.point)
-    foot = feet(design.gear, flank, _in_frame_of(frames, 1, point))
+    foot = feet(design.gear, flank, in_frame_of(frames, 1, point))
     met = flank_patch(design.gear, flank, foot.l, foot.u)
     steps, turns, other_steps, other_turns = (
         np.stack([normals_to_fixed(frame, vector) for vector in pair], axis=-1)
@@ -402,55 +241,3 @@ def _separation_at(design: Design, flank: str, frames: tuple[Frame, Frame], plac
     across = np.linalg.solve(parallel.T @ parallel, parallel.T @ steps)
     bend = steps.T @ (other_turns @ across + turns)
     return _Local(point, foot, slope, 0.5 * (bend + bend.T), steps.T @ steps)
-
-
-def convergence(
-    design: Design,
-    flank: str,
-    tolerances: ArrayLike,
-    polish: bool = True,
-    *,
-    share: float = 0.5,
-) -> Convergence:
-    """Return errors of contact by meshes at one pose of the path of contact.
-
-    The references are the contact of `path_of_contact` and the distance from the exact flank.
-
-    Parameters
-    ----------
-    design : Design
-        A single one.
-    flank : {'right', 'left'}
-    tolerances : array (n,)
-        Sampling tolerances, mm.
-    polish : bool
-        As in `mesh_contact`.
-    share : float
-        Position of the pose along the path, 0 ... 1.
-
-    Returns
-    -------
-    Convergence
-
-    Raises
-    ------
-    ValueError
-        If the path has no contact on the flanks, and as `mesh_separation`.
-    """
-    path = path_of_contact(design, flank, 3)
-    if not len(path.l1):
-        raise ValueError(f"the {flank} flanks have no contact with which to compare that of the meshes")
-    l1 = path.ends.l1[0] + share * (path.ends.l1[1] - path.ends.l1[0])
-    path = path_of_contact(design, flank, l1=[l1])
-    pose = {"pinion_roll": float(path.pinion_roll[0]), "gear_roll": float(path.gear_roll[0])}
-    frames, rows = _frames(design, **pose), []
-    tolerance = np.atleast_1d(np.asarray(tolerances, dtype=float))
-    for size in tolerance.tolist():
-        contact = mesh_contact(design, flank, size, **pose, polish=polish)
-        side = mesh_separation(design, flank, 0, size, **pose, polish=polish)
-        exact = feet(design.gear, flank, _in_frame_of(frames, 1, side.points))
-        error = np.abs(side.separation - exact.distance)[exact.status == Status.SOLVED]
-        faces = sum(len(flank_mesh(member, flank, size).faces) for member in design.members)
-        rows.append((np.linalg.norm(contact.point - path.point[0]), np.nanmax(error), faces))
-    point_error, separation_error, faces = np.array(rows).T
-    return Convergence(tolerance, point_error, separation_error, faces.astype(np.int64))

@@ -16,7 +16,9 @@ from beveloid_geom.operation.angular_clearance import angular_clearance, surface
 from beveloid_geom.pair.frames import layout_of, member_frame
 from beveloid_geom.shapes.closest_points import closest_on_mesh
 from beveloid_geom.shapes.flank_mesh import flank_mesh
-from beveloid_geom.shapes.mesh_contact import convergence, mesh_contact, mesh_separation
+from beveloid_geom.shapes.mesh_contact import mesh_contact
+from beveloid_geom.shapes.mesh_convergence import convergence
+from beveloid_geom.shapes.mesh_separation import mesh_separation
 from beveloid_geom.shapes.sampling import Faces
 from tests.oracle.table1 import table1
 

@@ -15,7 +15,8 @@ from matplotlib.tri import Triangulation
 from beveloid_geom import Design, Status, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.shapes.flank_mesh import flank_mesh
-from beveloid_geom.shapes.mesh_contact import MeshContact, MeshSeparation, mesh_contact, mesh_separation
+from beveloid_geom.shapes.mesh_contact import MeshContact, mesh_contact
+from beveloid_geom.shapes.mesh_separation import MeshSeparation, mesh_separation
 from beveloid_geom.shapes.sampling import Faces
 
 from ...components import annotate
