@@ -9,7 +9,6 @@ from datetime import datetime
 from typing import Any
 
 from beveloid_geom.cli.options import TOLERANCES, option_name
-from beveloid_geom.design.amounts import amounts_text
 
 
 @dataclass(frozen=True)
@@ -44,6 +43,8 @@ class Origin:
 
 def changes_of(values: Mapping[str, Any]) -> list[str]:
     """Return options that change a design, with their values (None if not given), as on a command line."""
+    from beveloid_geom.design.amounts import amounts_text  # imports NumPy, which --help does not need
+
     texts = {
         name: shlex.quote(amounts_text(value)) if isinstance(value, dict) else repr(value)
         for name, value in values.items()
