@@ -21,7 +21,7 @@ of the tool meets its flank; on an undercut member it starts where flank and fil
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -29,7 +29,8 @@ from numpy.typing import ArrayLike
 from ..arrays import FloatArray, Mask, flank_sign
 from ..design.member import Member
 from ..support.frozen_arrays import kept
-from .modification import FlankExtent, FlankModification, flank_modification, turned_normal
+from .generation import Cut, angle_of, cut_of_rack, rolled, rotated_cut
+from .modification import FlankExtent, FlankModification, flank_modification
 from .rack import (
     Rack,
     parameter_at_height,
@@ -37,7 +38,6 @@ from .rack import (
     rack_normal,
     rack_of,
     rack_point,
-    rack_tangent,
     reference_radius,
     turn_rate,
 )
@@ -91,13 +91,10 @@ def base_cylinder(member: Member, flank: str) -> BaseCylinder:
     return BaseCylinder(np.asarray(radius), np.asarray(np.arcsin(nz)))
 
 
-def _turn(cos: FloatArray, sin: FloatArray, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
-    return np.stack(np.broadcast_arrays(cos * x - sin * y, sin * x + cos * y, z), axis=-1)
-
-
 def turned(phi: FloatArray | float, x: FloatArray, y: FloatArray, z: FloatArray) -> FloatArray:
     """Return vectors (..., 3), given by their components, rotated about z by `phi` (rad)."""
-    return _turn(np.cos(phi), np.sin(phi), x, y, z)
+    cos, sin = np.cos(phi), np.sin(phi)
+    return np.stack(np.broadcast_arrays(cos * x - sin * y, sin * x + cos * y, z), axis=-1)
 
 
 def trace_parameter(member: Member, flank: str, l: ArrayLike, z: ArrayLike) -> FloatArray:
@@ -124,27 +121,16 @@ def flank_point(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> Float
     """
     rack, modification = rack_of(member, flank), modification_of(member, flank)
     l = np.asarray(l, dtype=float)
-    x, y, z, phi = _generated(rack, l, np.asarray(u, dtype=float))
+    x, y, z = _moved(rack, rack_point(rack, l), np.asarray(u, dtype=float))
+    nx, ny, _ = rack_normal(rack, l)
+    x, y, phi = rolled(rack.pitch_radius, ny / nx, (x, y))
     return turned(phi if modification is None else phi + modification.turn(l, z), x, y, z)
 
 
-def _generated(
-    rack: Rack, l: FloatArray, u: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return Q and the generating roll angle phi of Eq. 6."""
-    x0, y0, z0 = rack_point(rack, l)
-    tx, ty, tz = rack.trace
-    return _envelope(rack, (x0 + u * tx, y0 + u * ty, z0 + u * tz), rack_normal(rack, l))
-
-
-def _envelope(
-    rack: Rack, point: Sequence[FloatArray] | FloatArray, normal: Sequence[FloatArray] | FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Return Q and phi of Eq. 6 for points of the sliding rack with their unit normals, by components."""
-    x_c, y_c, z_c = point
-    along = normal[1] / normal[0] * x_c
-    phi = (y_c - along) / rack.pitch_radius  # Eq. (6), last line
-    return rack.pitch_radius + x_c, along, z_c, phi
+def _moved(rack: Rack, point: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the components of points of the rack, moved by `u` (mm) along the trace."""
+    (x, y, z), (tx, ty, tz) = point, rack.trace
+    return x + u * tx, y + u * ty, z + u * tz
 
 
 def generated(
@@ -153,16 +139,12 @@ def generated(
     """Return the points (mm) and unit normals (..., 3), in the gear frame, that `rack` generates (Eq. 6) with
     the given points of its surface and their unit normals, by components in S_c as in `rack_point`.
     """
-    x, y, z, phi = _envelope(rack, point, normal)
-    cos, sin = np.cos(phi), np.sin(phi)
-    return _turn(cos, sin, x, y, z), _turn(cos, sin, *normal)
+    x, y, phi = rolled(rack.pitch_radius, normal[1] / normal[0], (point[0], point[1]))
+    return turned(phi, x, y, point[2]), turned(phi, *normal)
 
 
 def flank_patch(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> FlankPatch:
-    """Return points, unit normals and tangents of a flank.
-
-    The tangents are analytic: with Q(l, u) and phi(l, u) of Eq. 6, the derivative of the rotated
-    point is the rotated vector Q' + phi' k x Q.
+    """Return points, unit normals and tangents of a flank. The tangents are analytic.
 
     Parameters
     ----------
@@ -176,44 +158,25 @@ def flank_patch(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> Flank
     FlankPatch
         Arrays (..., 3) in the gear frame S_j, mm.
     """
-    rack = rack_of(member, flank)
+    rack, modification = rack_of(member, flank), modification_of(member, flank)
     l, u = np.broadcast_arrays(np.asarray(l, dtype=float), np.asarray(u, dtype=float))
-    (nx, ny, nz), (x, y, z, phi), by_l, by_u = _with_rates(rack, l, u)
-    patch = _patch(rack, phi, (x, y, z), (nx, ny, nz), by_l, by_u)
-    if (modification := modification_of(member, flank)) is None:
-        return patch
-    (dx, along_l, dz, phi_l), (tx, along_u, tz, phi_u) = by_l, by_u
-    turn, turn_l, turn_z = modification.rows(l, z)[:3]
-    phi, phi_l, phi_u = phi + turn, phi_l + turn_l + turn_z * dz, phi_u + turn_z * tz
-    # Tangents by l at constant z, and by z.
-    second = (tx - phi_u * y) / tz, (along_u + phi_u * x) / tz
-    first = dx - phi_l * y - dz * second[0], along_l + phi_l * x - dz * second[1]
-    normal = turned_normal((nx, ny, nz), first, second)
-    made = _patch(rack, phi, (x, y, z), normal, (dx, along_l, dz, phi_l), (tx, along_u, tz, phi_u))
-    return replace(made, regularity=patch.regularity)
-
-
-def _patch(
-    rack: Rack,
-    phi: FloatArray,
-    point: Sequence[FloatArray],
-    normal: Sequence[FloatArray],
-    by_l: Sequence[FloatArray],
-    by_u: Sequence[FloatArray],
-) -> FlankPatch:
-    """Return points, normals and tangents, given by components before the rotation by `phi`; the last
-    component of the derivatives is that of phi."""
-    (x, y, z), (dx, dy, dz, phi_l), (tx, ty, tz, phi_u) = point, by_l, by_u
-    cos, sin = np.cos(phi), np.sin(phi)
-    tangent_l = _turn(cos, sin, dx - phi_l * y, dy + phi_l * x, dz)
-    tangent_u = _turn(cos, sin, tx - phi_u * y, ty + phi_u * x, tz)
-    turned_normal = _turn(cos, sin, *normal)
+    section = rack_at(rack, l)
+    z = section[1][2] + u * rack.trace[2]
+    cut = _cut_at(rack, l, section, z)
+    # n . (second x first), which the rotation by phi does not change.
+    (x_l, y_l), (x_z, y_z) = cut.by_s, cut.by_z
+    regularity = rack.trace[2] * (cut.ny * x_l - cut.nx * y_l + cut.nz * (x_z * y_l - y_z * x_l))
+    if modification is not None:
+        cut = rotated_cut(cut, modification.rows(l, z)[:3])
+        (x_l, y_l), (x_z, y_z) = cut.by_s, cut.by_z
+    # Along l at constant u, z changes with the tangent of the rack.
+    z_l, z_u = section[2][2], rack.trace[2]
     return FlankPatch(
-        point=_turn(cos, sin, x, y, z),
-        normal=turned_normal,
-        tangent_l=tangent_l,
-        tangent_u=tangent_u,
-        regularity=rack.sigma * np.einsum("...i,...i", turned_normal, np.cross(tangent_u, tangent_l)),
+        point=turned(cut.phi, cut.x, cut.y, z),
+        normal=turned(cut.phi, cut.nx, cut.ny, cut.nz),
+        tangent_l=turned(cut.phi, x_l + z_l * x_z, y_l + z_l * y_z, z_l),
+        tangent_u=turned(cut.phi, z_u * x_z, z_u * y_z, z_u),
+        regularity=np.asarray(rack.sigma * regularity),
     )
 
 
@@ -225,24 +188,26 @@ def normal_rates(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> tupl
     """
     rack = rack_of(member, flank)
     l, u = np.broadcast_arrays(np.asarray(l, dtype=float), np.asarray(u, dtype=float))
-    (nx, ny, _), (*_, phi), (*_, phi_l), (*_, phi_u) = _with_rates(rack, l, u)
-    bent_x, bent_y, bent_z = turn_rate(rack, l) * rack_tangent(rack, l)
-    by_l = turned(phi, bent_x - phi_l * ny, bent_y + phi_l * nx, bent_z)
-    return by_l, turned(phi, -phi_u * ny, phi_u * nx, 0.0 * phi)
+    section = rack_at(rack, l)
+    cut = _cut_at(rack, l, section, section[1][2] + u * rack.trace[2])
+    phi_u = rack.trace[2] * cut.phi_z
+    phi_l = cut.phi_s + section[2][2] * cut.phi_z
+    bent_x, bent_y, bent_z = turn_rate(rack, l) * section[2]
+    by_l = turned(cut.phi, bent_x - phi_l * cut.ny, bent_y + phi_l * cut.nx, bent_z)
+    return by_l, turned(cut.phi, -phi_u * cut.ny, phi_u * cut.nx, 0.0 * cut.phi)
 
 
-def _with_rates(
-    rack: Rack, l: FloatArray, u: FloatArray
-) -> tuple[tuple[FloatArray, ...], tuple[FloatArray, ...], tuple[FloatArray, ...], tuple[FloatArray, ...]]:
-    """Return the unit normal, Q and phi of Eq. 6, and the derivatives of Q and phi by l and by u."""
-    normal, (x0, y0, z0), tangent = rack_at(rack, l)
-    (tx, ty, tz), (dx, dy, dz) = rack.trace, tangent
-    x, y, z, phi = _envelope(rack, (x0 + u * tx, y0 + u * ty, z0 + u * tz), normal)
-    # Q_y = (n_y / n_x) x_c, and phi is the rest of y_c over the pitch radius.
-    slope, slope_l = _pitch_slope(rack, l, normal, tangent)
-    y_l, y_u = slope_l * (x - rack.pitch_radius) + slope * dx, slope * tx
-    by_l = dx, y_l, dz, (dy - y_l) / rack.pitch_radius
-    return tuple(normal), (x, y, z, phi), by_l, (tx, y_u, tz, (ty - y_u) / rack.pitch_radius)
+def _cut_at(
+    rack: Rack, l: FloatArray, section: tuple[FloatArray, FloatArray, FloatArray], z: FloatArray
+) -> Cut:
+    """Return the generated flank (Eq. 6) at `l` in the planes `z`, with derivatives by both; `section` is the
+    result of `rack_at`."""
+    normal, point, (dx, dy, dz) = section
+    x, y, _ = _moved(rack, point, (z - point[2]) / rack.trace[2])
+    along = rack.trace[0] / rack.trace[2], rack.trace[1] / rack.trace[2]
+    slope_l = turn_rate(rack, l) * (dy - normal[1] / normal[0] * dx) / normal[0]
+    by_l = dx - dz * along[0], dy - dz * along[1]
+    return cut_of_rack(rack.pitch_radius, tuple(normal), slope_l, (x, y), by_l, along)
 
 
 def modification_of(member: Member, flank: str) -> FlankModification | None:
@@ -277,17 +242,6 @@ _kept_modification = kept(64)(_modification)
 def is_batch(member: Member) -> bool:
     """Return whether any quantity of a member, its tool or its modifications is an array."""
     return any(np.ndim(value) for value in member.quantities())
-
-
-def _pitch_slope(
-    rack: Rack,
-    l: FloatArray,
-    normal: Sequence[FloatArray] | FloatArray,
-    tangent: Sequence[FloatArray] | FloatArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Return n_y / n_x of the rack at `l` and its derivative by `l`."""
-    slope = normal[1] / normal[0]
-    return slope, turn_rate(rack, l) * (tangent[1] - slope * tangent[0]) / normal[0]
 
 
 def tip_radius(member: Member, z: ArrayLike) -> FloatArray:
@@ -354,21 +308,16 @@ def tip_parameter(member: Member, flank: str, z: ArrayLike) -> FloatArray:
     """
     z = np.asarray(z, dtype=float)
     rack, target = rack_of(member, flank), tip_radius(member, z)
-    lean = rack.trace[0] / rack.trace[2]
     low, high = (end + 0.0 * z for end in active_range(member, flank))
     l = high
     with np.errstate(invalid="ignore", divide="ignore"):
         for _ in range(60):
-            # In Eq. 6 the radius depends on x and y of Q only, not on the roll angle.
-            (x0, _, z0), tangent = rack_point(rack, l), rack_tangent(rack, l)
-            slope, slope_l = _pitch_slope(rack, l, rack_normal(rack, l), tangent)
-            x_c, x_l = x0 + (z - z0) * lean, tangent[0] - tangent[2] * lean
-            x, y = rack.pitch_radius + x_c, slope * x_c
-            radius = np.hypot(x, y)
+            cut = _cut_at(rack, l, rack_at(rack, l), z)
+            radius = np.sqrt(cut.square)
             # Newton step of the radius; bisect if it leaves the bracket.
             missing = target - radius
             low, high = np.where(missing > 0.0, l, low), np.where(missing > 0.0, high, l)
-            moved = l + missing * radius / (x * x_l + y * (slope_l * x_c + slope * x_l))
+            moved = l + 2.0 * missing * radius / cut.square_s
             moved = np.where((moved >= low) & (moved <= high), moved, 0.5 * (low + high))
             step, l = np.abs(moved - l), moved
             if not np.any(step > 1e-13 * target):
@@ -384,11 +333,12 @@ def half_thickness_angle(member: Member, flank: str, l: ArrayLike, z: ArrayLike)
     angle it rotates along the face, equally for both flanks, so that only the sum of the angles of both
     flanks at equal radius and z is a tooth thickness.
     """
-    rack, u = rack_of(member, flank), trace_parameter(member, flank, l, z)
-    x, y, _, phi = _generated(rack, np.asarray(l, dtype=float), u)
+    rack, l = rack_of(member, flank), np.asarray(l, dtype=float)
+    z = np.asarray(z, dtype=float)
+    angle = angle_of(_cut_at(rack, l, rack_at(rack, l), z))
     if (modification := modification_of(member, flank)) is not None:
-        phi = phi + modification.turn(np.asarray(l, dtype=float), np.asarray(z, dtype=float))
-    return np.asarray(rack.sigma * (phi + np.arctan2(y, x)))  # a long helix keeps its full turns
+        angle = angle + modification.turn(l, z)
+    return np.asarray(rack.sigma * angle)  # a long helix keeps its full turns
 
 
 def tip_thickness(member: Member, z: ArrayLike) -> FloatArray:
@@ -440,11 +390,7 @@ def may_fold(member: Member, rack: Rack, low: FloatArray, high: FloatArray) -> M
 def _radial_slope(rack: Rack, l: FloatArray, z: FloatArray) -> FloatArray:
     """Return half of d(r^2)/dl at flank parameters `l` in the planes `z`, both mm; its sign is that of the
     regularity of the flank."""
-    normal, (x0, _, z0), tangent = rack_at(rack, l)
-    lean = rack.trace[0] / rack.trace[2]
-    slope, slope_l = _pitch_slope(rack, l, normal, tangent)
-    x_c, x_l = x0 + (z - z0) * lean, tangent[0] - tangent[2] * lean
-    return np.asarray((rack.pitch_radius + x_c) * x_l + slope * x_c * (slope_l * x_c + slope * x_l))
+    return 0.5 * _cut_at(rack, l, rack_at(rack, l), z).square_s
 
 
 def undercut_margin(member: Member, flank: str, points: int = 9) -> FloatArray:

@@ -28,18 +28,15 @@ from .flank import (
     tip_radius,
     turned,
 )
+from .generation import Bends as Bends, Cut as Cut, angle_of as angle_of, tangents_of as tangents_of
 from .rack import rack_of
 from .tooth_surface import (
-    Bends as Bends,
-    Cut as Cut,
     Surface as Surface,
-    angle_of as angle_of,
     cut_at as cut_at,
     cut_with_bends as cut_with_bends,
     cut_with_turn as cut_with_turn,
     generated_bends as generated_bends,
     generated_cut as generated_cut,
-    tangents_of as tangents_of,
     turn_rows as turn_rows,
 )
 

@@ -25,7 +25,8 @@ import numpy as np
 
 from ..arrays import FloatArray, Mask
 from .crossing_curve import START, CrossingCurve
-from .modification import FlankModification, turned_normal
+from .generation import Bends, Cut, cut_of_rack, rotated_cut
+from .modification import FlankModification
 from .rack import Numbers
 
 
@@ -98,58 +99,6 @@ class Surface:
         return np.stack([relief.past(l, z) for relief in reliefs])
 
 
-@dataclass(frozen=True, eq=False)
-class Cut:
-    """Points of a surface where the rack generates them, before the rotation by `phi` (rad).
-
-    `x`, `y` (mm), unit normal (`nx`, `ny`, `nz`), and derivatives by s (`_s`) and by z (`_z`). Real or
-    complex arrays; at the joint the derivatives are those of the flank.
-    """
-
-    x: Numbers
-    y: Numbers
-    phi: Numbers
-    nx: Numbers
-    ny: Numbers
-    nz: Numbers
-    x_s: Numbers
-    y_s: Numbers
-    phi_s: Numbers
-    x_z: float
-    y_z: Numbers
-    phi_z: Numbers
-
-    @property
-    def square(self) -> Numbers:
-        """r^2, mm^2."""
-        return np.asarray(self.x * self.x + self.y * self.y)
-
-    @property
-    def square_s(self) -> Numbers:
-        """Derivative of r^2 by s, mm."""
-        return np.asarray(2.0 * (self.x * self.x_s + self.y * self.y_s))
-
-    @property
-    def square_z(self) -> Numbers:
-        """Derivative of r^2 by z, mm."""
-        return np.asarray(2.0 * (self.x * self.x_z + self.y * self.y_z))
-
-
-@dataclass(frozen=True, eq=False)
-class Bends:
-    """Second derivatives of a `Cut` by s, and by s and z.
-
-    Points are linear in z, and so is phi without a modification: `phi_zz` is None then.
-    """
-
-    x_ss: FloatArray
-    y_ss: FloatArray
-    phi_ss: FloatArray
-    y_sz: FloatArray
-    phi_sz: FloatArray
-    phi_zz: FloatArray | None = None
-
-
 def _section(surface: Surface, s: Numbers) -> tuple[Numbers, ...]:
     """Return p, q, sin(tau), cos(tau), tau' and the derivatives of p and q at profile coordinates s."""
     a, joint = surface.parabola, surface.joint
@@ -177,7 +126,7 @@ def _section(surface: Surface, s: Numbers) -> tuple[Numbers, ...]:
 def cut_at(surface: Surface, s: Numbers, z: Numbers) -> Cut:
     """Return points, normals and derivatives at profile coordinates `s` in the planes `z`, mm."""
     cut = generated_cut(surface, s, z)
-    return cut if surface.modification is None else _modified(cut, turn_rows(surface, s, z))
+    return cut if surface.modification is None else rotated_cut(cut, turn_rows(surface, s, z))
 
 
 def generated_cut(surface: Surface, s: Numbers, z: Numbers) -> Cut:
@@ -222,15 +171,6 @@ def turn_rows(surface: Surface, s: FloatArray, z: FloatArray, reliefs: Mask | No
     return rows
 
 
-def _modified(cut: Cut, turn: FloatArray) -> Cut:
-    """Return points with the rotation `turn` (6, ...) by a modification."""
-    phi_s, phi_z = cut.phi_s + turn[1], cut.phi_z + turn[2]
-    first = cut.x_s - phi_s * cut.y, cut.y_s + phi_s * cut.x
-    second = cut.x_z - phi_z * cut.y, cut.y_z + phi_z * cut.x
-    nx, ny, nz = turned_normal((cut.nx, cut.ny, cut.nz), first, second)
-    return replace(cut, phi=cut.phi + turn[0], phi_s=phi_s, phi_z=phi_z, nx=nx, ny=ny, nz=nz)
-
-
 def cut_with_bends(
     surface: Surface, s: FloatArray, z: FloatArray, reliefs: Mask | None = None
 ) -> tuple[Cut, Bends]:
@@ -240,7 +180,7 @@ def cut_with_bends(
         return cut, bends
     turn = turn_rows(surface, s, z, reliefs)
     phi_ss, phi_sz = bends.phi_ss + turn[3], bends.phi_sz + turn[4]
-    return _modified(cut, turn), replace(bends, phi_ss=phi_ss, phi_sz=phi_sz, phi_zz=turn[5])
+    return rotated_cut(cut, turn), replace(bends, phi_ss=phi_ss, phi_sz=phi_sz, phi_zz=turn[5])
 
 
 def generated_bends(surface: Surface, s: FloatArray, z: FloatArray) -> tuple[Cut, Bends]:
@@ -282,60 +222,12 @@ def _cut(surface: Surface, section: tuple[Numbers, ...], z: Numbers) -> Cut:
     (ax, ay), (bx, by), (cx, cy), (ex, ey) = surface.apex, surface.along, surface.out, surface.trace
     (dx, dy, dz), (mx, my, mz) = surface.direction, surface.normal
     nx, ny = cos * mx - sin * dx, cos * my - sin * dy
-    # Eq. 6: the point where the normal meets the pitch line.
-    slope = ny / nx
-    x_c, y_c = ax + p * bx + q * cx + z * ex, ay + p * by + q * cy + z * ey
-    x_s, y_cs = p_s * bx + q_s * cx, p_s * by + q_s * cy
-    y, y_s = slope * x_c, turn_s * surface.twist / (nx * nx) * x_c + slope * x_s
-    r = surface.pitch_radius
-    return Cut(
-        x=r + x_c,
-        y=y,
-        phi=(y_c - y) / r,
-        nx=nx,
-        ny=ny,
-        nz=cos * mz - sin * dz,
-        x_s=x_s,
-        y_s=y_s,
-        phi_s=(y_cs - y_s) / r,
-        x_z=float(ex),
-        y_z=slope * ex,
-        phi_z=(ey - slope * ex) / r,
+    slope_s = turn_s * surface.twist / (nx * nx)
+    return cut_of_rack(
+        surface.pitch_radius,
+        (nx, ny, cos * mz - sin * dz),
+        slope_s,
+        (ax + p * bx + q * cx + z * ex, ay + p * by + q * cy + z * ey),
+        (p_s * bx + q_s * cx, p_s * by + q_s * cy),
+        (float(ex), ey),
     )
-
-
-def angle_of(cut: Cut) -> FloatArray:
-    """Return the angles (rad) of real points about the gear axis, in the gear frame."""
-    return np.asarray(cut.phi + np.arctan2(cut.y, cut.x))
-
-
-def tangents_of(cut: Cut, bends: Bends | None = None) -> tuple[FloatArray, FloatArray]:
-    """Return points with derivatives, before the rotation by phi, which the derivatives include.
-
-    Parameters
-    ----------
-    cut : Cut
-        Points (n,) of a surface.
-    bends : Bends, optional
-        Their second derivatives.
-
-    Returns
-    -------
-    x, y : ndarray, shape (3, n) or (6, n)
-        mm, with derivatives by s, z and, with `bends`, s s, s z and z z.
-    """
-    x, y = np.empty((2, 3 if bends is None else 6, cut.x.size))
-    # Rotation by phi adds phi' times the position, rotated by a quarter turn, to the derivatives (x', y').
-    x[0], y[0] = cut.x, cut.y
-    x[1], y[1] = cut.x_s - cut.phi_s * cut.y, cut.y_s + cut.phi_s * cut.x
-    x[2], y[2] = cut.x_z - cut.phi_z * cut.y, cut.y_z + cut.phi_z * cut.x
-    if bends is not None:
-        x[3] = bends.x_ss - bends.phi_ss * cut.y - cut.phi_s * (cut.y_s + y[1])
-        y[3] = bends.y_ss + bends.phi_ss * cut.x + cut.phi_s * (cut.x_s + x[1])
-        x[4] = -bends.phi_sz * cut.y - cut.phi_z * cut.y_s - cut.phi_s * y[2]
-        y[4] = bends.y_sz + bends.phi_sz * cut.x + cut.phi_z * cut.x_s + cut.phi_s * x[2]
-        x[5], y[5] = -cut.phi_z * (cut.y_z + y[2]), cut.phi_z * (cut.x_z + x[2])
-        if bends.phi_zz is not None:
-            x[5] -= bends.phi_zz * cut.y
-            y[5] += bends.phi_zz * cut.x
-    return x, y
