@@ -58,7 +58,7 @@ if TYPE_CHECKING:
         contact_ratio as contact_ratio,
         path_of_contact as path_of_contact,
     )
-    from .design.deviations import FlankDeviations as FlankDeviations
+    from .design.deviations import FlankDeviations as FlankDeviations, mean_deviations as mean_deviations
     from .design.field_limits import DesignError as DesignError
     from .design.file import builtin_design as builtin_design
     from .design.member import Member as Member, Tool as Tool
@@ -140,7 +140,7 @@ _MODULES = {
     "analysis.tolerance": "ToleranceStudy Tolerances tolerance_study",
     "contact.parallel.lines": "ContactLines contact_lines",
     "contact.path": "ContactPath PathEnds contact_ratio path_of_contact",
-    "design.deviations": "FlankDeviations",
+    "design.deviations": "FlankDeviations mean_deviations",
     "design.field_limits": "DesignError",
     "design.file": "builtin_design",
     "design.member": "Member Tool",

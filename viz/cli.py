@@ -20,6 +20,7 @@ from beveloid_geom.cli.options import (
     Refusal,
     block,
     load_design,
+    note_equal_teeth,
     worker_processes,
     write_out,
 )
@@ -256,6 +257,7 @@ def main(
             ["--measured and --loaded draw a single figure: leave out --only, --set and the other option"]
         )
     given = load_design(design)
+    note_equal_teeth(given)
     shown: Design | DeviationReport | Loaded = given
     if measured is not None:
         figures, shown = [MEASURED], measured_report(design, given, measured, **grid)

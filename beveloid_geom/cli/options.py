@@ -406,6 +406,23 @@ def changed_design(design: Design, changes: Mapping[str, Any]) -> Design:
         ) from None
 
 
+def note_equal_teeth(design: Design) -> None:
+    """Write a line on standard error for each flank whose single teeth differ, for a command that computes
+    equal teeth."""
+    from ..arrays import FLANK_SIGN
+
+    for flank in FLANK_SIGN:
+        for name, member in zip(("pinion", "gear"), design.members, strict=True):
+            keys = []
+            if member.pitch_deviations(flank) is not None:
+                keys.append("pitch_deviations_um are not used")
+            if tables := member.tooth_deviations(flank):
+                keys.append(f"the mean of {len(tables)} measured teeth is used")
+            if keys:
+                words = f"[{name}.modification] {flank} flanks: {' and '.join(keys)}"
+                click.echo(f"Note: {words}; operation evaluates all teeth", err=True)
+
+
 def write_out(text: str) -> None:
     """Write to standard output; `process` handles failures."""
     click.echo(text, nl=False)

@@ -23,7 +23,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .options import BUILTIN_DESIGN, OVERRIDES, Option, Refusal, block, changed_design, load_design, write_out
+from .options import (
+    BUILTIN_DESIGN,
+    OVERRIDES,
+    Option,
+    Refusal,
+    block,
+    changed_design,
+    load_design,
+    note_equal_teeth,
+    write_out,
+)
 
 if TYPE_CHECKING:  # annotations of commands are not evaluated
     from ..design.model import Design as Design
@@ -40,7 +50,7 @@ def named(function: Callable[..., Any], run: Callable[..., Any]) -> click.Comman
 
 
 def result_command(
-    *options: Option, csv: str, json: str = "", units: str = "mm and rad"
+    *options: Option, csv: str, json: str = "", units: str = "mm and rad", each_tooth: bool = False
 ) -> Callable[[Callable[..., Result]], click.Command]:
     """Return a decorator that makes a command from a function of the name of a design, the design and
     options.
@@ -54,6 +64,8 @@ def result_command(
         Options of the command; those of OVERRIDES change the design.
     csv, json, units : str
         Contents of a row of CSV, contents of JSON, and units, for the help.
+    each_tooth : bool
+        Whether the command uses the deviations of single teeth. Other commands say that they do not.
     """
     shared = (
         click.option("--json", "as_json", is_flag=True, help=f"Print JSON{json}, {units}."),
@@ -71,6 +83,8 @@ def result_command(
             os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # threads do not pay for small products
             changes = {name: values.pop(name) for name, *_ in OVERRIDES if name in values}
             changed = changed_design(load_design(design), changes)
+            if not each_tooth:
+                note_equal_teeth(changed)
             show(context, compute(click.format_filename(design), changed, **values), as_json, as_csv)
 
         decorate = block(click.argument("design", default=BUILTIN_DESIGN), *options, *shared)

@@ -12,7 +12,7 @@ rises along the face.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -27,6 +27,7 @@ from .field_limits import DesignError, Fault
 Shape: TypeAlias = Callable[[Any, Any], tuple[Any, ...]]
 """Function of a profile and a face coordinate. It returns an amount and its derivatives: by profile, by face,
 twice by profile, by both, twice by face."""
+_ARRAYS = ("l", "z", "deviation_um")
 MAX_DEVIATION_UM = 1e5
 MAX_POINTS = 20_000
 """Largest number of points on a flank."""
@@ -51,6 +52,9 @@ class FlankDeviations:
         Border of the grid of this file, such as '10%'.
     nominal : Member or None
         Member with whose flanks the points of this file were compared.
+    teeth : tuple of FlankDeviations
+        Tables of single teeth, tooth 0 first, of which these deviations are the mean (`mean_deviations`).
+        `pitch_cycle` uses them. Empty if one table holds for all teeth.
 
     Raises
     ------
@@ -66,13 +70,14 @@ class FlankDeviations:
     file: str = ""
     border: str = ""
     nominal: Any = None
+    teeth: tuple[FlankDeviations, ...] = ()
 
     __setstate__ = restored
 
     def __post_init__(self) -> None:
         """Check and copy the arrays. Raises DesignError."""
         values = vars(self)
-        for name in ("l", "z", "deviation_um"):
+        for name in _ARRAYS:
             array = np.array(values[name], dtype=float)
             if (
                 array.ndim != 3
@@ -105,7 +110,7 @@ class FlankDeviations:
     def _key(self) -> tuple[Any, ...]:
         """Values by which deviations are compared."""
         arrays = (self.l.tobytes(), self.z.tobytes(), self.deviation_um.tobytes())
-        return self.l.shape, self.file, self.border, *arrays
+        return self.l.shape, self.file, self.border, self.teeth, *arrays
 
     def __eq__(self, other: object) -> bool:
         """Return whether all values and the file are equal."""
@@ -125,18 +130,61 @@ class FlankDeviations:
 
     @property
     def empty(self) -> bool:
-        """Whether all deviations are zero."""
-        return not self.deviation_um.any()
+        """Whether all deviations are zero, also those of single teeth."""
+        return not self.deviation_um.any() and all(tooth.empty for tooth in self.teeth)
 
     def shape(self, flank: str) -> Shape:
         """Return the deviation (um) of a flank as a function of l and z, mm, with its derivatives."""
         return deviation_shape(self, flank)
 
     @property
+    def files(self) -> tuple[str, ...]:
+        """Files from which they were read; an empty one if there is none."""
+        return tuple(tooth.file for tooth in self.teeth or (self,))
+
+    @property
     def reference(self) -> dict[str, Any]:
-        """The file and its grid, as in a design file."""
+        """The file, or those of single teeth, and its grid, as in a design file."""
         rows, columns = self.l.shape[1:]
-        return {"file": self.file, "rows": rows, "columns": columns, "border": self.border}
+        file = list(self.files) if self.teeth else self.file
+        return {"file": file, "rows": rows, "columns": columns, "border": self.border}
+
+
+def mean_deviations(teeth: Sequence[FlankDeviations]) -> FlankDeviations:
+    """Return the mean of the tables of single teeth, as an input of `Modification`.
+
+    Parameters
+    ----------
+    teeth : sequence of FlankDeviations
+        Tables of one grid. Tooth k has table k; after the last table the first one follows again.
+
+    Returns
+    -------
+    FlankDeviations
+        The mean, which all functions but `pitch_cycle` use, with the tables as `teeth`.
+
+    Raises
+    ------
+    DesignError
+        If there is no table, or if their grids differ.
+
+    Examples
+    --------
+    >>> import beveloid_geom as bg
+    >>> import numpy as np
+    >>> grid = bg.measuring_grid(bg.builtin_design("ni-2017").pinion, rows=2, columns=2)
+    >>> l, z = grid.l, np.broadcast_to(grid.point[..., 2], grid.l.shape)
+    >>> teeth = [bg.FlankDeviations(l, z, np.full_like(l, amount)) for amount in (1.0, 2.0)]
+    >>> float(bg.mean_deviations(teeth).deviation_um.mean())
+    1.5
+    """
+    shapes = {one.l.shape for one in teeth}
+    if len(shapes) != 1:
+        text = f"must be tables of one grid, got the shapes {sorted(shapes)}: give at least one table"
+        raise DesignError([Fault("", "teeth", text)], "FlankDeviations")
+    l, z, amount = (np.mean([getattr(one, name) for one in teeth], axis=0) for name in _ARRAYS)
+    first = teeth[0]
+    return FlankDeviations(l, z, amount, border=first.border, nominal=first.nominal, teeth=tuple(teeth))
 
 
 @dataclass(frozen=True, eq=False)

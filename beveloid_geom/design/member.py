@@ -14,7 +14,7 @@ import numpy as np
 
 from ..arrays import FloatArray, Quantity, flank_sign
 from ..support.frozen_arrays import equal, restored
-from .deviations import StackedDeviations
+from .deviations import FlankDeviations, StackedDeviations
 from .field_limits import DesignError, refused, require_classes, take
 from .modification import PITCH, Modification, limits_of
 
@@ -181,6 +181,16 @@ class Member:
         flank_sign(flank)  # reject unknown names
         given: Modification | None = getattr(self, MODIFICATIONS[flank])
         return None if given is None else given.pitch_deviations_um
+
+    def tooth_deviations(self, flank: str) -> tuple[FlankDeviations, ...]:
+        """Return the measured deviations of a flank by tooth; empty if one table holds for all teeth."""
+        flank_sign(flank)  # reject unknown names
+        given: Modification | None = getattr(self, MODIFICATIONS[flank])
+        return () if given is None or given.deviations is None else given.deviations.teeth
+
+    def differs_by_tooth(self, flank: str) -> bool:
+        """Return whether the teeth of the member differ: by pitch deviations or tables of single teeth."""
+        return self.pitch_deviations(flank) is not None or bool(self.tooth_deviations(flank))
 
     def modified(self, modification: Modification | None, flank: str | None = None) -> Member:
         """Return the member with another modification of one `flank`, or of both if it is omitted."""

@@ -115,7 +115,7 @@ class Modification:
     pitch_deviations_um : tuple of float, optional
         Deviation of the flank of each tooth from its place, along the normal, um; positive for excess
         material. Tooth 0 is first, then in the direction of positive rotation. `pitch_cycle` uses them; all
-        other functions compute teeth without them.
+        other functions compute teeth without them. Commands other than `operation` say so.
 
     Raises
     ------

@@ -10,7 +10,7 @@ from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
 from ..support.text_file import read_text
-from .deviations import FlankDeviations
+from .deviations import FlankDeviations, mean_deviations
 from .field_limits import Fault, Limit, number_fault, refused
 from .keys import checked_table
 from .limits import outside
@@ -85,7 +85,7 @@ def read_modification(table: str, given: object, faults: list[Fault]) -> Modific
         faults.append(outside(table, "", "be a table", given, f"write [{table}] above its keys"))
         return None
     if _DEVIATIONS in given:
-        _deviation_file(table, given[_DEVIATIONS], faults)
+        _deviation_files(table, given[_DEVIATIONS], faults)
     given = {key: value for key, value in given.items() if key not in (_DEVIATIONS, PITCH)}
     values = checked_table(MODIFICATION_KEYS, table, given, faults, others=(_DEVIATIONS, PITCH))
     incomplete = [*missing_lengths(Modification, given), *missing_amounts(Modification, given)]
@@ -93,8 +93,9 @@ def read_modification(table: str, given: object, faults: list[Fault]) -> Modific
     return Modification(**values) if values and not incomplete else None
 
 
-def _deviation_file(table: str, given: object, faults: list[Fault]) -> DeviationFile | None:
-    """Read the value of the key `deviations`: the name of a file, or a table with its grid."""
+def _deviation_files(table: str, given: object, faults: list[Fault]) -> list[DeviationFile]:
+    """Read the value of the key `deviations`: a file or a list of those of single teeth, or a table with
+    their grid."""
     keys = given if isinstance(given, dict) else {"file": given}
     new = [
         Fault(table, f"{_DEVIATIONS}.{key}", f"is unknown: known are {', '.join(DeviationFile._fields)}")
@@ -104,14 +105,16 @@ def _deviation_file(table: str, given: object, faults: list[Fault]) -> Deviation
     for key, value in keys.items():
         if key in ("rows", "columns") and (text := number_fault(value, _GRID_SIZE)):
             new.append(Fault(table, f"{_DEVIATIONS}.{key}", text))
-    if not isinstance(keys.get("file"), str) or not keys["file"]:
+    files = keys.get("file")
+    files = files if isinstance(files, list) else [files]
+    if not files or not all(isinstance(file, str) and file for file in files):
         cure = 'write "points.csv" or {file = "points.csv", rows = 5, columns = 9, border = "10%"}'
         new.append(outside(table, _DEVIATIONS, "name a file of measured points", given, cure))
     elif not isinstance(keys.get("border", ""), str):
         cure = 'write a share as "10%" or a length as "2mm"'
         new.append(outside(table, f"{_DEVIATIONS}.border", "be a text", keys["border"], cure))
     faults += new
-    return None if new else DeviationFile(**keys)
+    return [] if new else [DeviationFile(**{**keys, "file": file}) for file in files]
 
 
 def _pitch_deviations(member: Member, folder: str, given: object) -> tuple[float, ...]:
@@ -158,13 +161,10 @@ def measured_member(
         if not isinstance(values, dict):
             continue
         found: dict[str, Any] = {}
-        if _DEVIATIONS in values and (source := _deviation_file(table, values[_DEVIATIONS], [])):
+        if _DEVIATIONS in values and (sources := _deviation_files(table, values[_DEVIATIONS], [])):
             if read_deviations is None:
                 raise TypeError("parse_design needs read_deviations for files of measured points")
-            placed = source._replace(file=os.path.join(folder, source.file))
-            found[_DEVIATIONS] = _read(
-                table, _DEVIATIONS, partial(read_deviations, member, placed), faults, repr(source.file)
-            )
+            found[_DEVIATIONS] = _measured(table, member, sources, faults, folder, read_deviations)
         if PITCH in values:
             read = partial(_pitch_deviations, member, folder, values[PITCH])
             file = repr(values[PITCH]) if isinstance(values[PITCH], str) else ""
@@ -173,6 +173,30 @@ def measured_member(
             given = getattr(member, MODIFICATIONS[flank]) or Modification()
             result = result.modified(replace(given, **found), flank)
     return result
+
+
+def _measured(
+    table: str,
+    member: Member,
+    sources: list[DeviationFile],
+    faults: list[Fault],
+    folder: str,
+    read_deviations: ReadDeviations,
+) -> FlankDeviations | None:
+    """Return the deviations in a file, or the mean of those of single teeth; None after adding faults."""
+    if len(sources) > member.teeth:
+        text = f"must name at most one file for each tooth, {member.teeth}, got {len(sources)}"
+        faults.append(Fault(table, _DEVIATIONS, f"{text}: leave out files of other teeth"))
+        return None
+    placed = [source._replace(file=os.path.join(folder, source.file)) for source in sources]
+    found = [
+        _read(table, _DEVIATIONS, partial(read_deviations, member, place), faults, repr(source.file))
+        for place, source in zip(placed, sources, strict=True)
+    ]
+    if None in found:
+        return None
+    one: FlankDeviations = found[0]
+    return one if len(found) == 1 else mean_deviations(found)
 
 
 def _read(table: str, key: str, read: Callable[[], Any], faults: list[Fault], file: str = "") -> Any:

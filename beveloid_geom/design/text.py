@@ -47,7 +47,7 @@ def design_text(design: Design, remark: str = "") -> str:
         raise ValueError(f"design must be a single one, got arrays of shape {design.batch_shape}")
     for member in design.members:
         for measured in (one.deviations for one in member.modifications if one.deviations):
-            if not measured.file:
+            if not all(measured.files):
                 cure = "which the design file names: write the points"
                 raise ValueError(f"deviations must come from a file, {cure}")
             # On reading, the points are compared with the flanks of the file.
@@ -92,9 +92,11 @@ def _lines(name: str, values: dict[str, Any]) -> Iterator[str]:
 
 
 def _toml(value: Any) -> str:
-    """Return a number, a text, a list of numbers or a table in the notation of TOML."""
+    """Return a number, a text, a list or a table in the notation of TOML."""
     if isinstance(value, dict):
         return "{" + ", ".join(f"{key} = {_toml(part)}" for key, part in value.items()) + "}"
+    if isinstance(value, list):
+        return f"[{', '.join(map(_toml, value))}]"
     return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
 
 

@@ -1,13 +1,16 @@
-"""Transmission error of a pair whose teeth have pitch deviations, over all pairs of teeth.
+"""Transmission error of a pair whose teeth differ, over all pairs of teeth.
 
-Let e(roll) be the transmission error of one tooth pair without deviations, and roll that of its pinion tooth.
-A deviation p1 (mm along the normal) of the pinion tooth rotates this tooth by sigma p1 / (r_b1 cos(beta_b)),
-and a deviation p2 rotates the gear tooth. The transmission error of this pair is then
+Teeth differ by pitch deviations and by measured deviations of single teeth (`FlankDeviations.teeth`).
+
+Let e(roll) be the transmission error of one tooth pair without pitch deviations, and roll that of its pinion
+tooth. A deviation p1 (mm along the normal) of the pinion tooth rotates this tooth by sigma p1 / (r_b1
+cos(beta_b)), and a deviation p2 rotates the gear tooth. The transmission error of this pair is then
 
     e(roll + sigma p1 / (r_b1 cos(beta_b1))) + (p1 + p2) / (r_b2 cos(beta_b2)),
 
 and the tooth pair with the largest error carries. These relations are exact. The error repeats when the same
-two teeth meet again, after the least common multiple of the numbers of teeth.
+two teeth meet again, after the least common multiple of the numbers of teeth. The measured flanks of both
+teeth enter e, which is computed for each combination of tables.
 
 Teeth are counted from tooth 0 in the direction of positive rotation, from x to y of the gear frame. Tooth
 pair k consists of pinion tooth k and gear tooth -k.
@@ -15,15 +18,17 @@ pair k consists of pinion tooth k and gear tooth -k.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import product
 from math import lcm
 
 import numpy as np
 
 from ..arrays import FloatArray, Indices, flank_sign
 from ..design.arguments import require_design
-from ..design.member import Member
+from ..design.member import MODIFICATIONS, Member
 from ..design.model import Design
+from ..design.modification import Modification
 from ..status import FirstStatus
 from ..support.array_repr import short_repr
 from .engagement import middle_roll, spread
@@ -31,6 +36,8 @@ from .first_contact import first_contact
 
 MAX_PITCHES = 20_000
 """Largest number of pitches of a cycle."""
+MAX_TABLE_PAIRS = 400
+"""Largest number of pairs of measured teeth that are computed: one takes 0.05 to 0.2 s."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,12 +82,13 @@ class PitchCycle:
 
 
 def pitch_cycle(design: Design, flank: str = "right", points: int = 24) -> PitchCycle:
-    """Compute the transmission error over all pairs of teeth, with their pitch deviations.
+    """Compute the transmission error over all pairs of teeth, with the deviations of each tooth.
 
     Parameters
     ----------
     design : Design
-        A single one, with or without pitch deviations (`Modification.pitch_deviations_um`).
+        A single one, with or without pitch deviations (`Modification.pitch_deviations_um`) and tables of
+        measured deviations of single teeth (`FlankDeviations.teeth`).
     flank : {'right', 'left'}
     points : int
         Number of rolls in each pitch.
@@ -92,7 +100,8 @@ def pitch_cycle(design: Design, flank: str = "right", points: int = 24) -> Pitch
     Raises
     ------
     ValueError
-        For a batch of designs, for less than one point, and for more than MAX_PITCHES pitches.
+        For a batch of designs, for less than one point, for more than MAX_PITCHES pitches or MAX_TABLE_PAIRS
+        pairs of measured teeth.
 
     Examples
     --------
@@ -111,19 +120,24 @@ def pitch_cycle(design: Design, flank: str = "right", points: int = 24) -> Pitch
         raise ValueError(f"points must be at least 1, got {points}")
     teeth = [int(member.teeth) for member in design.members]
     amounts = [_amounts(member, flank) for member in design.members]
-    pitches = lcm(*(count for count, own in zip(teeth, amounts, strict=True) if own.any()))
+    shapes = [_members(member, flank) for member in design.members]
+    pitches = lcm(*map(_period, teeth, amounts, map(len, shapes)))
     if pitches > MAX_PITCHES:
-        cure = "give the pitch deviations of one member only"
-        raise ValueError(f"pitch deviations must repeat within {MAX_PITCHES} pitches, got {pitches}: {cure}")
+        cure = "give the deviations of the teeth of one member only"
+        text = f"deviations of teeth must repeat within {MAX_PITCHES} pitches, got {pitches}"
+        raise ValueError(f"{text}: {cure}")
+    if (count := len(shapes[0]) * len(shapes[1])) > MAX_TABLE_PAIRS:
+        text = f"measured teeth must form at most {MAX_TABLE_PAIRS} pairs, got {count}"
+        raise ValueError(f"{text}: measure fewer teeth of one member")
     pitch = 2.0 * np.pi / teeth[0]
     roll = np.asarray(middle_roll(design, flank) + pitch / points * np.arange(points))
-    error, pairs = _errors_alone(design, flank, roll, amounts)
+    error, pairs = _errors_alone(design, flank, roll, amounts, shapes)
     # In each pitch, the numbers of the pairs decrease by 1.
     number = pairs - np.arange(pitches)[:, None]
     pinion, gear = number % teeth[0], -number % teeth[1]
     with np.errstate(invalid="ignore"):
         shift = (amounts[0][pinion] + amounts[1][gear]) / _lever(design.gear)
-        ahead = error[pinion, np.arange(pairs.size)] + shift[..., None]
+        ahead = error[pinion, gear % len(shapes[1]), np.arange(pairs.size)] + shift[..., None]
     first = ahead.argmax(axis=1)
     largest = np.take_along_axis(ahead, first[:, None], axis=1)[:, 0]
     lost = ~np.isfinite(largest)
@@ -149,24 +163,49 @@ def _lever(member: Member) -> float:
     return 0.5 * float(tool.normal_module * member.teeth * np.cos(tool.normal_pressure_angle))
 
 
+def _members(member: Member, flank: str) -> list[Member]:
+    """Return the member with the table of each measured tooth; the member itself without such tables."""
+    given: Modification | None = getattr(member, MODIFICATIONS[flank])
+    tables = member.tooth_deviations(flank)
+    if given is None or not tables:
+        return [member]
+    return [member.modified(replace(given, deviations=table), flank) for table in tables]
+
+
+def _period(teeth: int, amounts: FloatArray, tables: int) -> int:
+    """Return the number of pitches after which the deviations of a member repeat."""
+    return teeth if amounts.any() or teeth % tables else tables
+
+
 def _errors_alone(
-    design: Design, flank: str, roll: FloatArray, amounts: list[FloatArray]
+    design: Design, flank: str, roll: FloatArray, amounts: list[FloatArray], shapes: list[list[Member]]
 ) -> tuple[FloatArray, Indices]:
-    """Return the transmission error of single tooth pairs, rad, for each pinion tooth (teeth, pairs, rolls),
-    and the numbers of the pairs at the given rolls (pairs,).
+    """Return the transmission error of single tooth pairs, rad, for each pinion tooth and each table of the
+    gear (teeth, tables, pairs, rolls), and the numbers of the pairs at the given rolls (pairs,).
 
     It is minus infinity where a pair does not touch, or is so late that it never carries."""
     reach = 2 + int(np.ceil(spread(design, flank)))
     pairs = np.arange(-reach, reach + 1)
     own = roll + 2.0 * np.pi / float(design.pinion.teeth) * pairs[:, None]
-    turn, number = np.unique(flank_sign(flank) * amounts[0] / _lever(design.pinion), return_inverse=True)
+    turn = flank_sign(flank) * amounts[0] / _lever(design.pinion)
+    designs = {
+        (a, b): replace(design, pinion=pinion, gear=gear)
+        for (a, pinion), (b, gear) in product(*map(enumerate, shapes))
+    }
     # Pairs that remain behind even with the largest deviations. Edge contacts fall by less than 0.5 rad/rad.
-    nominal = _alone(design, flank, own)
+    nominal = np.array([_alone(one, flank, own) for one in designs.values()])
     shift = sum(float(np.ptp(np.append(values, 0.0))) for values in amounts) / _lever(design.gear)
-    near = nominal >= nominal.max(axis=0) - 2.0 * shift - np.abs(turn).max()
-    error = np.full((turn.size, *own.shape), -np.inf)
-    error[:, near] = _alone(design, flank, own[near] + turn[:, None])
-    return error[number], pairs
+    near = nominal.max(axis=0) >= nominal.min(axis=0).max(axis=0) - 2.0 * shift - np.abs(turn).max()
+    # Pinion teeth with the same deviation and the same table have the same errors.
+    table = np.arange(turn.size) % len(shapes[0])
+    kinds, number = np.unique(np.stack((turn, table)), axis=1, return_inverse=True)
+    error = np.full((kinds.shape[1], len(shapes[1]), *own.shape), -np.inf)
+    for a, b in designs:
+        rows = np.flatnonzero(kinds[1] == a)
+        known = error[rows, b]
+        known[:, near] = _alone(designs[a, b], flank, own[near] + kinds[0, rows, None])
+        error[rows, b] = known
+    return error[number.ravel()], pairs
 
 
 def _alone(design: Design, flank: str, roll: FloatArray) -> FloatArray:

@@ -65,7 +65,7 @@ class OperationReport(Report):
     along_lines : bool
         Whether the flanks have line contact; first contacts are then points of the lines.
     pitch_cycle : PitchCycle or None
-        Transmission error over all pairs of teeth; None without pitch deviations.
+        Transmission error over all pairs of teeth; None if all teeth of each member are equal.
     """
 
     name: str
@@ -192,7 +192,7 @@ class OperationReport(Report):
             "transmission error", f"{number('peak_to_peak', cycle.peak_to_peak)} arcsec peak to peak"
         )
         if self.pitch_cycle is not None:
-            text += line("pitch deviations", self._pitch_words(self.pitch_cycle))
+            text += line("all teeth", self._pitch_words(self.pitch_cycle))
         amplitudes = ", ".join(number("peak_to_peak", value) for value in np.abs(cycle.harmonics))
         text += line("amplitudes", f"{amplitudes} arcsec at the mesh frequency and its multiples")
         share = f"carry {100.0 * float(cycle.edge_share):.1f} % of the cycle"
@@ -203,7 +203,7 @@ class OperationReport(Report):
         return text + line("hand-over", ", ".join(f"{at:.4f}" for at in changes) + " pitches into the cycle")
 
     def _pitch_words(self, cycle: PitchCycle) -> str:
-        """Return the transmission error with pitch deviations."""
+        """Return the transmission error with the deviations of single teeth."""
         peak = number("peak_to_peak", cycle.peak_to_peak)
         teeth = [int(np.ravel(x)[np.nanargmax(cycle.transmission_error)]) for x in cycle.teeth]
         where = f"the gear is furthest ahead at pinion tooth {teeth[0]} and gear tooth {teeth[1]}"
@@ -228,8 +228,8 @@ def operation_report(
 ) -> OperationReport:
     """Return the mesh cycle of a single design at `points` positions; `film` in mm.
 
-    Raises ValueError for pitch deviations that repeat after too many pitches."""
-    deviated = any(member.pitch_deviations(flank) is not None for member in design.members)
+    Raises ValueError as `pitch_cycle`."""
+    deviated = any(member.differs_by_tooth(flank) for member in design.members)
     result = operating_ratios(design, flank, (0.0, film), harmonics)
     cycle, ratios = result.cycle, result.ratio.tolist()
     first = cycle.at(float(cycle.start) + cycle.pitch * np.linspace(0.0, 1.0, points))

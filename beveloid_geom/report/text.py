@@ -90,9 +90,9 @@ def _amount_words(key: str, value: Any) -> str:
     """Return an amount or a length of a modification with its unit, such as 'helix crowning 10 um', or the
     file of measured deviations, or the range of pitch deviations."""
     if isinstance(value, dict):
-        return (
-            f"{key} of {Path(value['file']).name or 'an array'}, {value['rows']} x {value['columns']} points"
-        )
+        file = value["file"]
+        files = f"{len(file)} teeth" if isinstance(file, list) else Path(file).name or "an array"
+        return f"{key} of {files}, {value['rows']} x {value['columns']} points"
     name, _, unit = key.rpartition("_")
     if isinstance(value, list):
         return f"{name.replace('_', ' ')} of {len(value)} teeth from {min(value):g} to {max(value):g} {unit}"

@@ -1,4 +1,4 @@
-"""Transmission error with pitch deviations: steps, mating teeth, and design files."""
+"""Transmission error with deviations of single teeth: steps, mating teeth, and design files."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from beveloid_geom import (
     builtin_design,
     design_text,
     first_contact,
+    mean_deviations,
     measuring_grid,
     mesh_cycle,
     pitch_cycle,
@@ -48,6 +49,13 @@ def displaced(member: Member, amount: float) -> Member:
     grid = measuring_grid(member, 2, 2)
     z = np.broadcast_to(grid.point[..., 2], grid.l.shape)
     return member.modified(Modification(deviations=FlankDeviations(grid.l, z, np.full_like(grid.l, amount))))
+
+
+def table_of(member: Member) -> FlankDeviations:
+    given = member.modification_right
+    assert given is not None
+    assert given.deviations is not None
+    return given.deviations
 
 
 @pytest.mark.parametrize("name", ["pinion", "gear"])
@@ -96,6 +104,106 @@ def test_the_mating_teeth_are_displaced_flanks(pitch: int, flank: str) -> None:
     assert (cycle.pinion_tooth[pitch, 0], cycle.gear_tooth[pitch, 0]) == best
 
 
+def test_equal_displacements_of_measured_teeth_are_pitch_deviations(flank: str) -> None:
+    """Tables of single teeth with one value each, at fewer teeth than the member has."""
+    design, amounts = table1((0.001, -0.001)), np.array([4.0, -3.0, 0.0])
+    tables = [table_of(displaced(design.gear, amount)) for amount in amounts]
+    gear = design.gear.modified(Modification(deviations=mean_deviations(tables)))
+    pinion = design.pinion.modified(Modification(pitch_deviations_um=tuple(one_tooth(29, 2, -5.0))))
+    measured = pitch_cycle(replace(design, pinion=pinion, gear=gear), flank, 3)
+    # The tables repeat after three teeth, and 45 is a multiple of it.
+    assert measured.pitches == 29 * 3
+    expected = pitch_cycle(with_pitch(design, one_tooth(29, 2, -5.0), np.resize(amounts, 45)), flank, 3)
+    assert np.abs(np.tile(measured.transmission_error, (15, 1)) - expected.transmission_error).max() < 1e-11
+    assert np.array_equal(measured.gear_tooth, expected.gear_tooth[:87])
+
+
+def test_each_tooth_has_its_table() -> None:
+    """Compare with first contacts of designs with the tables of the mating teeth."""
+    plain, rng = table1((0.001, -0.001)), np.random.default_rng(4)
+    tables = [
+        [
+            replace(table_of(displaced(member, 0.0)), deviation_um=rng.uniform(-3.0, 3.0, (2, 2, 2)))
+            for _ in range(count)
+        ]
+        for member, count in zip(plain.members, (2, 3), strict=True)
+    ]
+    members = [
+        member.modified(Modification(deviations=mean_deviations(own)))
+        for member, own in zip(plain.members, tables, strict=True)
+    ]
+    mean = 0.5 * (tables[0][0].deviation_um + tables[0][1].deviation_um)
+    assert np.allclose(table_of(members[0]).deviation_um, mean)
+    cycle = pitch_cycle(replace(plain, pinion=members[0], gear=members[1]), "right", 1)
+    assert cycle.pitches == 29 * 3
+    for pitch in (80,):
+        errors = {}
+        for pair in range(-pitch - 1, -pitch + 2):
+            teeth = pair % 29, -pair % 45
+            own = (tables[0][teeth[0] % 2], tables[1][teeth[1] % 3])
+            parts = [m.modified(Modification(deviations=x)) for m, x in zip(plain.members, own, strict=True)]
+            design = replace(plain, pinion=parts[0], gear=parts[1])
+            first = first_contact(design, "right", [cycle.pinion_roll[pitch, 0]], (pair,))
+            errors[teeth] = float(np.nan_to_num(first.transmission_error[0], nan=-np.inf))
+        best = max(errors, key=errors.__getitem__)
+        assert cycle.transmission_error[pitch, 0] == pytest.approx(errors[best], abs=1e-11)
+        assert (cycle.pinion_tooth[pitch, 0], cycle.gear_tooth[pitch, 0]) == best
+
+
+def test_files_of_single_teeth(tmp_path: Path) -> None:
+    """A list of files in the design file, and commands that compute the mean tooth."""
+    grid, text = measuring_grid(builtin_design().pinion, 2, 2), design_text(builtin_design())
+    for k in range(2):
+        points = (grid.point + 0.002 * k * grid.normal).reshape(-1, 3).tolist()
+        (tmp_path / f"{k}.txt").write_text("\n".join(" ".join(map(repr, row)) for row in points))
+    path = tmp_path / "pair.toml"
+    table = '[pinion.modification.left]\ndeviations = {file = ["0.txt", "1.txt"], rows = 2, columns = 2}\n'
+    path.write_text(f"{text}{table}[gear.modification.right]\npitch_deviations_um = {list(range(45))}\n")
+    design = read_design(path)
+    first, second = design.pinion.tooth_deviations("left")
+    assert first.empty
+    assert np.abs(second.deviation_um - 2.0).max() < 1e-9
+    assert design.pinion.tooth_deviations("right") == ()
+    assert pitch_cycle(design, "left", 1).pitches == 29
+    path.write_text(design_text(design))
+    assert read_design(path) == design
+    result = run("mesh", path, "--frames")
+    assert result.stderr.splitlines() == [
+        "Note: [gear.modification] right flanks: pitch_deviations_um are not used; operation evaluates all"
+        " teeth",
+        "Note: [pinion.modification] left flanks: the mean of 2 measured teeth is used; operation evaluates"
+        " all teeth",
+    ]
+    path_of_mean = run("tca", path, "--flank", "left", "--no-certify")
+    assert path_of_mean.stderr == result.stderr
+    assert "deviations of 2 teeth, 2 x 2 points" in " ".join(path_of_mean.stdout.split())
+    for value, message in (
+        ("[]", "deviations must name a file of measured points, got []: write"),
+        ('["0.txt", 3]', "deviations must name a file of measured points, got"),
+        ('["0.txt", "none.txt"]', "deviations cannot read 'none.txt' (No such file or directory): paths are"),
+        (f"{30 * ['0.txt']}", "deviations must name at most one file for each tooth, 29, got 30: leave out"),
+    ):
+        key = f"{{file = {value}, rows = 2, columns = 2}}" if "[]" not in value else value
+        path.write_text(f"{text}[pinion.modification]\ndeviations = {key}\n")
+        assert f"Error: {path}: [pinion.modification] {message}" in refused("operation", path)
+
+
+def test_tables_of_single_teeth_have_one_grid() -> None:
+    coarse, fine = (
+        FlankDeviations(grid.l, np.broadcast_to(grid.point[..., 2], grid.l.shape), 0.0 * grid.l)
+        for grid in (measuring_grid(table1().gear, 2, columns) for columns in (2, 3))
+    )
+    with pytest.raises(DesignError, match="teeth must be tables of one grid, got the shapes"):
+        mean_deviations((coarse, fine))
+    with pytest.raises(DesignError, match="give at least one table"):
+        mean_deviations(())
+    members = [table1().gear.modified(Modification(deviations=mean_deviations(21 * [fine]))) for _ in "12"]
+    design = replace(table1(), gear=members[0])
+    wide = replace(design, pinion=replace(design.pinion, modification_right=members[1].modification_right))
+    with pytest.raises(ValueError, match="measured teeth must form at most 400 pairs, got 441"):
+        pitch_cycle(wide)
+
+
 def test_periods_and_limits() -> None:
     design, amounts = table1(), (np.arange(29.0), np.arange(45.0))
     assert pitch_cycle(with_pitch(design, None, amounts[1]), points=1).pitches == 45
@@ -107,7 +215,7 @@ def test_periods_and_limits() -> None:
         np.ones(199),
         np.ones(211),
     )
-    with pytest.raises(ValueError, match="within 20000 pitches, got 41989: give the pitch deviations of"):
+    with pytest.raises(ValueError, match="within 20000 pitches, got 41989: give the deviations of"):
         pitch_cycle(wide)
     with pytest.raises(ValueError, match="points must be at least 1, got 0"):
         pitch_cycle(design, points=0)

@@ -21,6 +21,7 @@ from beveloid_geom.cli.options import (
     flank_option,
     load_design,
     no_result,
+    note_equal_teeth,
     override_options,
     write_out,
 )
@@ -90,6 +91,7 @@ def main(
     steps = round(seconds * fps)
     check_format(out, size, fps, steps)
     changed = changed_design(load_design(design), changes)
+    note_equal_teeth(changed)
     begin, name = time.perf_counter(), click.format_filename(out)
     require_drawing()
 

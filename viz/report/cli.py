@@ -23,6 +23,7 @@ from beveloid_geom.cli.options import (
     Refusal,
     changed_design,
     load_design,
+    note_equal_teeth,
     override_options,
     sizes_of,
     tolerance_options,
@@ -80,6 +81,7 @@ def main(
     tolerances = {name: values.pop(name) for name, *_ in TOLERANCES}
     sizes = sizes_of(tolerances)
     changed, load = changed_design(load_design(design), values), load_of(force, torque, None, None)
+    note_equal_teeth(changed)
     settings = settings_of(changed, sizes, cases, seed)
     if load is not None:
         settings = replace(settings, load=load, loaded=True)

@@ -17,6 +17,7 @@ FILM = "Film thickness of a second contact ratio: tooth pairs within this cleara
     option("--film", NumberRange(0.0, 10.0), 0.00635, FILM, "MM"),
     override_options,
     csv="one position per row",
+    each_tooth=True,
 )
 def operation(
     name: str, design: results.Design, flank: str, points: int, harmonics: int, film: float
@@ -25,7 +26,7 @@ def operation(
 
     At each roll angle of the pinion the tooth pair that touches first carries, on its flank, its fillet or an
     edge. The transmission error is positive where the gear is ahead. The mesh cycle repeats with the pitch of
-    the pinion; pitch deviations of the teeth are evaluated over all pairs of teeth. Teeth are rigid and
+    the pinion; deviations of single teeth are evaluated over all pairs of teeth. Teeth are rigid and
     without load. Exit status 1 if there is no contact or the pair cannot be
     assembled, 4 if the cycle or a contact ratio could not be computed."""
     from ....findings.path import first_contact_fault

@@ -35,6 +35,7 @@ from ...options import (
     changed_design,
     load_design,
     no_result,
+    note_equal_teeth,
     option,
     option_name,
     override_options,
@@ -313,6 +314,7 @@ def mesh(context: click.Context, /, design: str, field: tuple[str, ...], **given
     if not (given["frames"] and given["part"] is None and given["out"] is None):
         require_part_and_out(context)
     changed = changed_design(load_design(design), {name: given.pop(name) for name, *_ in OVERRIDES})
+    note_equal_teeth(changed)
     frames = given.pop("frames")
     if frames:
         write_out(frames_text(changed, given["flank"], given["roll_deg"]))
