@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import FloatArray, Mask, Quantity
-from ..design.deviations import Shape
+from ..design.deviations import DeviationShape, Shape
 from ..design.modification import Modification
 from .rack import Numbers
 
@@ -99,6 +99,11 @@ class FlankModification:
         for term in self.terms:
             total = total + term.scale * term.values(l, z)[0]
         return np.asarray(total)
+
+    @property
+    def measured(self) -> bool:
+        """Whether the flank has measured deviations."""
+        return any(isinstance(term.shape, DeviationShape) for term in self.terms)
 
     @property
     def reliefs(self) -> tuple[Term, ...]:

@@ -76,6 +76,13 @@ class Engagement:
         return abs(float(self.pinion.trace[1])) * self.pinion.half_width / (np.pi * self.pinion.pitch_radius)
 
     @property
+    def measured(self) -> bool:
+        """Return whether a flank has measured deviations. It may have waves, with several minima of the
+        clearance, and its third derivatives jump between the measured points."""
+        modifications = (self.pinion.modification, self.gear.modification)
+        return any(one is not None and one.measured for one in modifications)
+
+    @property
     def near(self) -> Integers:
         """Return the tooth pairs that can touch, relative to the nearest; each pinion tooth once."""
         teeth = round(2.0 * np.pi / self.pitch[0])

@@ -43,6 +43,8 @@ MAX_NEWTON_STEPS = 12
 MAX_FITS = 12
 END_TOLERANCE_PITCHES = 1e-12
 """Movement of the ends of segments at which the fits end."""
+SAME_PLACE_DEPTHS = 1e-6
+"""Distance, relative to the tooth depth, within which contacts are the same."""
 SHORTEST_PITCHES = 1e-9
 """Shorter segments are removed: rounding may exchange two contacts at a change."""
 RESOLVED = np.array((1e-15, 1e-11, 1e-11, 1e-11, 1e-11))
@@ -109,6 +111,8 @@ def _runs_of(engagement: Engagement, samples: Samples) -> tuple[CycleSegments, I
     past = engagement.past_reliefs(contacts.place, contacts.meeting)
     reliefs = np.left_shift(past > 0.0, np.arange(len(past))[:, None]).sum(axis=0)
     label = np.array((case, contacts.pair, *contacts.limit, *on_fillet, reliefs))
+    if engagement.measured:
+        label = np.array((*label, _branches(engagement, samples, on_fillet, reliefs, label)))
     begins = np.append(True, (label[:, 1:] != label[:, :-1]).any(axis=0) | samples.cut[1:])
     first = np.flatnonzero(begins)
     last = np.append(first[1:], case.size) - 1
@@ -122,6 +126,28 @@ def _runs_of(engagement: Engagement, samples: Samples) -> tuple[CycleSegments, I
     coefficients = np.empty((0, first.size, 0))
     rows = contacts.pair[first], contacts.limit[:, first], on_fillet[:, first], reliefs[first]
     return CycleSegments(case[first], low, high, coefficients, *rows), np.stack((first, last)), limits
+
+
+def _branches(
+    engagement: Engagement, samples: Samples, on_fillet: Mask, reliefs: Integers, label: Integers
+) -> Integers:
+    """Return numbers (n,) that change between neighbouring samples of the same kind at different minima.
+
+    Each contact is followed to the roll of the next sample and of the previous one. If neither follows the
+    other, one tooth pair touches at two places between them."""
+    contacts, here = samples.contacts, np.arange(samples.case.size)
+    size, reached = engagement.pinion.tip - engagement.pinion.root, np.zeros(here.size, dtype=bool)
+    for away in (1, -1):
+        # The contacts of `row`, at the rolls of the neighbours `to`.
+        row, to = (here[:-1], here[1:]) if away > 0 else (here[1:], here[:-1])
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            task = engagement.at(samples.case[row], samples.roll[to]).task(
+                np.arange(row.size), contacts.pair[row], on_fillet[:, row]
+            )
+            values = held_to(_on_reliefs(task, reliefs[row]), contacts.place[:, row], contacts.limit[:, row])
+            reached[1:] |= np.abs(values[1:3] - contacts.place[:, to]).max(axis=0) <= SAME_PLACE_DEPTHS * size
+    same = (label[:, 1:] == label[:, :-1]).all(axis=0)
+    return np.append(0, np.cumsum(same & ~reached[1:]))
 
 
 def _of_whole_cases(mask: Mask, case: Integers) -> Mask:

@@ -99,7 +99,8 @@ def _divided(
         segments = fitted(engagement, samples)
         # Compare with the samples, which also covers segments whose neighbour could not be fitted.
         segment, strict = segments.number(engagement, samples.case, samples.roll), count < MAX_ROUNDS // 2
-        samples, bad = checked(engagement, segments, segment, samples, strict)
+        smooth = strict and not engagement.measured
+        samples, bad = checked(engagement, segments, segment, samples, smooth)
         if halving and strict and bad.size:
             samples = halved(engagement, segments, samples, bad)
         checks = samples.pick(np.zeros(0, dtype=np.int64))
@@ -107,7 +108,7 @@ def _divided(
             places = np.array((-0.95, 0.1, 1.0))
             segment, roll = np.arange(segments.case.size).repeat(places.size), segments.rolls(places).ravel()
             checks = _sampled(engagement, grids, segments.case[segment], roll)
-            checks, late = checked(engagement, segments, segment, checks, strict)
+            checks, late = checked(engagement, segments, segment, checks, smooth)
             bad = np.union1d(bad, late)
         if strict:
             bad = np.union1d(bad, beyond_limits(engagement, segments))
