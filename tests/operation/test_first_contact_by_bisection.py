@@ -128,7 +128,11 @@ class Tooth:
         # Base radius: r_b cos(beta_b) = m N cos(alpha) / 2, with the axial part of the normal sin(beta_b).
         axial = -np.sin(alpha) * np.sin(gamma) - self.sign * np.cos(alpha) * np.sin(beta) * np.cos(gamma)
         base = 0.5 * m * member.teeth * np.cos(alpha) / np.sqrt(1.0 - axial**2)
-        return np.asarray(removed / base)
+        if given.deviations is None:
+            return np.asarray(removed / base)
+        flank = "right" if self.sign > 0.0 else "left"
+        excess = 1e-3 * given.deviations.shape(flank)(l, z)[0]
+        return np.asarray(removed / base - excess / (0.5 * m * member.teeth * np.cos(alpha)))
 
     def tip(self, z: FloatArray) -> FloatArray:
         """Return the radius of the tip cone."""

@@ -15,6 +15,7 @@ from beveloid_geom import (
     FirstStatus,
     Modification,
     first_contact,
+    measuring_grid,
     mesh_cycle,
     path_of_contact,
 )
@@ -22,6 +23,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.engagement import engagement_of, middle_roll
 from beveloid_geom.operation.search.local_clearance import clearance_at, hessian, local_at
+from beveloid_geom.workshop.measured import deviations_of
 from tests.operation.test_first_contact_by_bisection import BOTH, Tooth, assert_first, clearance
 from tests.oracle.table1 import table1
 from tests.stability.five_residuals import cases_of
@@ -90,13 +92,13 @@ def least_turn(design: Design, flank: str, rolls: tuple[float, float], count: tu
     return float(best)
 
 
-def assert_earliest(design: Design, flank: str, roll: float) -> None:
+def assert_earliest(design: Design, flank: str, roll: float, count: tuple[int, int] = (33, 25)) -> None:
     """Check that the contact touches and that no point of these teeth touches earlier by 1e-9 mm."""
     first = first_contact(design, flank, roll)
     at, pitch = int(first.pair[0]), [2.0 * np.pi / float(member.teeth) for member in design.members]
     lever = 0.5 * float(design.gear.teeth) * float(design.gear.tool.normal_module)
     rolls = roll + at * pitch[0], float(first.gear_roll[0]) - at * pitch[1]
-    least = least_turn(design, flank, rolls, (33, 25)) * lever
+    least = least_turn(design, flank, rolls, count) * lever
     assert least > -1e-9
     # On edges, the narrowed grid does not reach the corner of the allowed points.
     assert least < 1e-9 or first.limit.max() >= 0
@@ -121,6 +123,44 @@ def test_mesh_cycle_agrees_with_single_first_contacts(flank: str) -> None:
     single = first_contact(cycle.design, flank, roll)
     assert np.abs(single.transmission_error - cycle.at(roll).transmission_error).max() < 1e-15
     assert cycle.segments.case.size < 8
+
+
+def with_scatter(seed: int, amount: float) -> Design:
+    """Return Table 1 with measured points that scatter by `amount` (um) on all flanks."""
+    rng, members = np.random.default_rng(seed), []
+    for member in table1().members:
+        grid = measuring_grid(member, 5, 9, 0.1)
+        point = grid.point + 1e-3 * rng.normal(0.0, amount, grid.l.shape)[..., None] * grid.normal
+        members.append(member.modified(Modification(deviations=deviations_of(grid, point).on_flanks)))
+    return replace(table1(), pinion=members[0], gear=members[1])
+
+
+@pytest.mark.parametrize(("seed", "amount"), [(2, 0.5), pytest.param(0, 3.0, marks=pytest.mark.slow)])
+def test_mesh_cycles_of_measured_flanks_with_scatter(seed: int, amount: float) -> None:
+    """Waves: one tooth pair touches at several places, and the first of them changes between samples."""
+    design = with_scatter(seed, amount)
+    cycle = mesh_cycle(design, "right")
+    assert cycle.status == FirstStatus.SOLVED
+    roll = cycle.start + cycle.pitch * np.random.default_rng(seed).uniform(0.0, 1.0, 12)
+    single = first_contact(design, "right", roll)
+    assert np.abs(single.transmission_error - cycle.at(roll).transmission_error).max() < 1e-10
+    # One place takes over from another one of the same kind: the contact jumps, its clearance does not.
+    segments = cycle.segments
+    same = (segments.pair[1:] == segments.pair[:-1]) & (segments.limit[:, 1:] == segments.limit[:, :-1]).all(
+        0
+    )
+    ends = [segments.values_at(np.arange(same.size) + k, segments.high[:-1]) for k in (0, 1)]
+    assert np.abs(ends[1][2] - ends[0][2])[same].max() > 1.0
+    assert np.abs(ends[1][0] - ends[0][0]).max() < 1e-8
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("amount", [0.5, 1.0])
+def test_first_contacts_of_measured_flanks_with_scatter(amount: float, flank: str) -> None:
+    """Narrowed grids with formulas of the tests; only the spline of the deviations is shared."""
+    design = with_scatter(1, amount)
+    roll = middle_roll(design, flank) + 2.0 * np.pi / 29.0 * np.random.default_rng(3).uniform(0.0, 1.0)
+    assert_earliest(design, flank, float(roll), (49, 61))
 
 
 def test_table_1_with_helix_crowning() -> None:
