@@ -24,6 +24,8 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..contact.mesh_position import Frame
+from ..contact.surfaces.second_order import modified_normal_rates
+from ..design.member import Member
 from ..design.model import Design
 from ..gear.closest_point import Feet, feet
 from ..gear.flank import (
@@ -231,9 +233,9 @@ def _separation_at(design: Design, flank: str, frames: tuple[Frame, Frame], plac
         np.stack([normals_to_fixed(frame, vector) for vector in pair], axis=-1)
         for frame, pair in (
             (frames[0], (own.tangent_l, own.tangent_u)),
-            (frames[0], normal_rates(design.pinion, flank, l, u)),
+            (frames[0], _normal_rates(design.pinion, flank, l, u)),
             (frames[1], (met.tangent_l, met.tangent_u)),
-            (frames[1], normal_rates(design.gear, flank, foot.l, foot.u)),
+            (frames[1], _normal_rates(design.gear, flank, foot.l, foot.u)),
         )
     )
     slope = steps.T @ normals_to_fixed(frames[1], foot.normal)
@@ -241,3 +243,12 @@ def _separation_at(design: Design, flank: str, frames: tuple[Frame, Frame], plac
     across = np.linalg.solve(parallel.T @ parallel, parallel.T @ steps)
     bend = steps.T @ (other_turns @ across + turns)
     return _Local(point, foot, slope, 0.5 * (bend + bend.T), steps.T @ steps)
+
+
+def _normal_rates(
+    member: Member, flank: str, l: FloatArray, u: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the derivatives (3,) of the unit normal by l and u. Near line contact, most of the relative
+    curvature along the lines is that of the modification."""
+    modified = member.modification(flank) is not None
+    return (modified_normal_rates if modified else normal_rates)(member, flank, l, u)

@@ -6,7 +6,8 @@
   the least separation vanishes, which takes two to four queries; all of them count.
 - "five equations": SciPy's `fsolve` in scalar `math` (`validation.five_equations_math`). Each position of a
   run along the path starts from the previous one.
-- "one equation": `path_of_contact`. One position is solved at a given l1; a path includes its exact ends.
+- "one equation": `path_of_contact`. One position is solved at a given l1; a path includes its exact ends. On
+  flanks with a modification, this is the tangency of both surfaces, and the five equations are not supported.
 - "first contact": `first_contact` of all teeth, edges included.
 
 The first four methods are compared at five positions of the path of contact with the five equations solved to

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.optimize import fsolve
 
 from ..arrays import FLANK_SIGN, Mask
+from ..design.arguments import require_unmodified
 from ..design.member import Member
 from ..design.model import Design
 from .pitch_region import hand_of_pair
@@ -96,6 +97,7 @@ def five_residuals(
     design: Design, flank: str, mounting: tuple[float, float]
 ) -> Callable[[FloatArray, float], list[float]]:
     """Return the residuals of Eqs. 7-15 as a function of (l1, u1, l2, u2, phi2) and phi1."""
+    require_unmodified(flank, "the five equations", pinion=design.pinion, gear=design.gear)
     errors = design.errors
     surface1, surface2 = flank_surface(design.pinion, flank), flank_surface(design.gear, flank)
     height1 = float(mounting[0]) + float(errors.pinion_axial)
@@ -165,6 +167,8 @@ def solve_math(
 
     Raises
     ------
+    ModifiedFlanksError
+        For flanks with a modification.
     ArithmeticError
         At the first roll whose residual exceeds `residual_limit`.
     """

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ..arrays import FLANK_SIGN
 from ..design.member import Member
 from ..design.model import Design
+from ..gear.flank import modification_of
 from .pitch_region import hand_of_pair
 
 try:
@@ -95,7 +96,7 @@ def flank_surface(member: Member, flank: str) -> Surface:
     alpha = MP.mpf(tool.normal_pressure_angle)
     beta, gamma = MP.mpf(member.helix_angle), MP.mpf(member.cone_angle)
     half_space = MP.pi * MP.mpf(member.tool.normal_module) / 4  # s0 / 2
-    r_p, radial = pitch_radius_mp(member), zero_shift(member).radial
+    r_p, shift, turned_by = pitch_radius_mp(member), zero_shift(member), _modification(member, flank)
     sa, ca, sb, cb = MP.sin(alpha), MP.cos(alpha), MP.sin(beta), MP.cos(beta)
     sg, cg = MP.sin(gamma), MP.cos(gamma)
 
@@ -106,11 +107,26 @@ def flank_surface(member: Member, flank: str) -> Surface:
         """Return point and outward unit normal."""
         line = el + apex  # along the straight flank from the reference line
         section = a * el**2 * sa + line * ca, sigma * (a * el**2 * ca - line * sa + half_space), u
-        x_c, y_c, z_c = to_rack_frame @ section + (radial, 0, 0)
+        x_c, y_c, z_c = to_rack_frame @ section + (shift.radial, 0, 0)
         along_l = to_rack_frame @ (2 * a * el * sa + ca, sigma * (2 * a * el * ca - sa), 0)
-        n = -sigma * np.cross(along_l, to_rack_frame[:, 2])  # Eq. 5, out of the tooth
-        n = n / MP.sqrt(n @ n)
+        trace = to_rack_frame[:, 2]
+        n = -sigma * np.cross(along_l, trace)  # Eq. 5, out of the tooth
         phi = (n[0] * y_c - n[1] * x_c) / (n[0] * r_p)  # Eq. 6
+        if turned_by is not None:
+            # Tangents by l and u of the point (r_p + x_c, k x_c, z_c) with k = n_y / n_x, which is rotated by
+            # phi and by the modification.
+            slope, height = n[1] / n[0], z_c - shift.height
+            bent = -sigma * np.cross(to_rack_frame @ (2 * a * sa, sigma * 2 * a * ca, 0), trace)
+            slope_l = (bent[1] - slope * bent[0]) / n[0]
+            turn, turn_l, turn_z = turned_by(el, height)
+            tangents = []
+            for (x, y, z), k, own_turn in ((along_l, slope_l, turn_l), (trace, 0, 0)):
+                across = k * x_c + slope * x
+                rate = (y - across) / r_p + own_turn + turn_z * z
+                tangents.append(np.array((x - rate * slope * x_c, across + rate * (r_p + x_c), z)))
+            n = -sigma * np.cross(tangents[0], tangents[1])
+            roll = roll + turn
+        n = n / MP.sqrt(n @ n)
         sin, cos = MP.sin(phi), MP.cos(phi)
         point = (
             x_c * cos - y_c * sin + r_p * (cos + phi * sin),
@@ -120,6 +136,36 @@ def flank_surface(member: Member, flank: str) -> Surface:
         return _turned(point, roll), _turned(n, phi + roll)
 
     return surface
+
+
+def _modification(member: Member, flank: str) -> Callable[[Mpf, Mpf], tuple[Mpf, Mpf, Mpf]] | None:
+    """Return the rotation by the modification and its derivatives by l and z, as a function of l and z from
+    mid-face; None without one. The shapes and the extent of the flank are those of `gear.modification`.
+
+    Raises ValueError for measured deviations, whose spline is computed in floats."""
+    given = modification_of(member, flank)
+    if given is None:
+        return None
+    if given.measured:
+        raise ValueError("the five equations at 60 digits need flanks without measured deviations")
+
+    def turned_by(el: Mpf, z: Mpf) -> tuple[Mpf, Mpf, Mpf]:
+        """Return the rotation and its derivatives."""
+        total = [MP.zero] * 3
+        for term in given.terms:
+            rate = [MP.mpf(float(x)) for x in term.rate]
+            places = [
+                (value - MP.mpf(float(start))) * by
+                for value, start, by in zip((el, z), term.origin, rate, strict=True)
+            ]
+            if term.relief is None or places[term.relief] > 0:
+                factors = MP.mpf(float(term.scale)) * np.array((1, *rate))
+                total = [
+                    x + factor * y for x, factor, y in zip(total, factors, term.shape(*places), strict=False)
+                ]
+        return total[0], total[1], total[2]
+
+    return turned_by
 
 
 def solve_mp(

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ...arrays import FloatArray, Integers
-from ...gear.rack import rack_of, rack_tangent
+from ...design.member import Member
+from ...gear.flank import turned
+from ...gear.rack import rack_of, rack_point, rack_tangent
 from ...gear.tooth_side import surface_of
 from ...pair.frames import layout_by_case, member_frame, normals_to_fixed
 from ..flank_pair import generated_pairing
@@ -27,31 +29,51 @@ def tangents_and_turns(path: ContactPath) -> tuple[tuple[FloatArray, FloatArray]
     for single, index in by_members(design):
         for j, member in enumerate(single.members):
             l, z, roll = (np.reshape(values, (cases, count))[index] for values in rows[j])
-            surface, rack = extended(surface_of(member, path.flank)), rack_of(member, path.flank)
-            jet = jet_at(surface, l.ravel(), z.ravel())
-            rise = np.zeros_like(jet.phi)
-            one = np.ones_like(jet.phi)
-            by_s, by_z = np.array((*jet.plane[1], rise)), np.array((*jet.plane[2], one))
-            normal, normal_s, normal_z = normals_of(jet)
-            size = np.sqrt((normal * normal).sum(axis=0))
-            unit = normal / size
-            turns = [
-                -surface.sigma * (rate - unit * (unit * rate).sum(axis=0)) / size
-                for rate in (normal_s, normal_z)
-            ]
-            # z = z0(l) + u t_z
-            along, steep = rack_tangent(rack, l.ravel())[2], float(rack.trace[2])
+            phi, pairs = _steps_and_turns(member, path.flank, l.ravel(), z.ravel())
             frame = member_frame(layout, j, 0.0, 0.0)[0]
             frame = np.broadcast_to(frame, (cases, 1, 3, 3))[index]
-            angle = roll + jet.phi.reshape(l.shape)
+            angle = roll + phi.reshape(l.shape)
             cos, sin = np.cos(angle), np.sin(angle)
-            for k, (first, second) in enumerate(((by_s, by_z), turns)):
-                for column, vector in enumerate((first + along * second, steep * second)):
+            for k, pair in enumerate(pairs):
+                for column, vector in enumerate(pair):
                     x, y, height = vector.reshape(3, *l.shape)
                     fixed = np.stack((cos * x - sin * y, sin * x + cos * y, height), axis=-1)
                     result[j, k, index, :, :, column] = normals_to_fixed((frame, fixed), fixed)
     flat = result.reshape(2, 2, -1, 3, 2)
     return tuple((flat[j, 0], flat[j, 1]) for j in (0, 1))
+
+
+def modified_normal_rates(
+    member: Member, flank: str, l: FloatArray, u: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the result of `gear.flank.normal_rates` for a modified flank of a single member, with the
+    modification."""
+    l, u = np.broadcast_arrays(l, u)
+    rack = rack_of(member, flank)
+    z = rack_point(rack, l)[2] + u * rack.trace[2]
+    phi, (_, turns) = _steps_and_turns(member, flank, l.ravel(), z.ravel())
+    by_l, by_u = (turned(phi, *turn).reshape(*l.shape, 3) for turn in turns)
+    return by_l, by_u
+
+
+def _steps_and_turns(
+    member: Member, flank: str, l: FloatArray, z: FloatArray
+) -> tuple[FloatArray, tuple[tuple[FloatArray, FloatArray], ...]]:
+    """Return the rotation phi (rad) of flank points (n,), and before this rotation their tangents by l and u
+    and the derivatives of the outward unit normal, each (3, n)."""
+    surface, rack = extended(surface_of(member, flank)), rack_of(member, flank)
+    jet = jet_at(surface, l, z)
+    by_s, by_z = np.array((*jet.plane[1], np.zeros_like(l))), np.array((*jet.plane[2], np.ones_like(l)))
+    normal, normal_s, normal_z = normals_of(jet)
+    size = np.sqrt((normal * normal).sum(axis=0))
+    unit = normal / size
+    turn_s, turn_z = (
+        -surface.sigma * (rate - unit * (unit * rate).sum(axis=0)) / size for rate in (normal_s, normal_z)
+    )
+    # z = z0(l) + u t_z
+    along, steep = rack_tangent(rack, l)[2], float(rack.trace[2])
+    pairs = (by_s, by_z), (turn_s, turn_z)
+    return jet.phi, tuple((first + along * second, steep * second) for first, second in pairs)
 
 
 def contacts_on(path: ContactPath) -> list[tuple[Integers, FloatArray, Contacts]]:
