@@ -26,6 +26,7 @@ from tests.stability.parallel_pairs import HELICAL, pair_of
 SPUR = pair_of(3.0, (25, 50), 0.0, 112.5)
 AIM = Aim(Errors(shaft_angle=np.radians(0.01)), contact_ratio=1.4, edges=False, off_centre=5.0)
 HELIX, PROFILE = "pinion.helix_crowning_um", "pinion.profile_crowning_um"
+TIP = "pinion.tip_relief_um"
 
 
 def crowned(design: Design, helix: float, profile: float = 0.0) -> Design:
@@ -74,6 +75,30 @@ def test_least_transmission_error_within_a_shift() -> None:
 
 
 @pytest.mark.slow
+def test_reliefs_with_a_given_length() -> None:
+    """No amount of a scan has less transmission error without edge contact, by single mesh cycles."""
+    relieved = Modification(helix_crowning_um=15.0, profile_crowning_um=2.0, tip_relief_length_mm=6.0)
+    design = replace(table1(), pinion=table1().pinion.modified(relieved))
+    aim = replace(AIM, least="transmission_error", contact_ratio=1.2)
+    found = optimise_amounts(design, aim, {TIP: (-4.0, 8.0)})
+
+    def error(amount: float) -> float:
+        """Return the largest transmission error in all mountings, infinite with edge contact."""
+        other = replace(design, pinion=design.pinion.modified(replace(relieved, tip_relief_um=amount)))
+        cycles = [
+            mesh_cycle(other.with_errors(Errors(shaft_angle=np.radians(angle))), "right", 1)
+            for angle in (0.0, 0.01, -0.01)
+        ]
+        on_edge = any(float(cycle.edge_share) > 0.0 for cycle in cycles)
+        return np.inf if on_edge else max(float(cycle.peak_to_peak) for cycle in cycles)
+
+    best = error(found.amounts[TIP])
+    scan = [error(amount) for amount in np.linspace(-4.0, 8.0, 7)]
+    assert np.isfinite(best)
+    assert best < min(scan) + 1e-9 < max(scan)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("design", "flank", "member", "arcsec", "length"),
     [
@@ -115,7 +140,15 @@ def test_no_solution_in_one_line() -> None:
     ("bounds", "message"),
     [
         ({}, "bounds must have 1 to 6 amounts, got 0"),
-        ({"pinion.tip_relief_um": (0.0, 1.0)}, "'pinion.tip_relief_um' is not an amount that can vary"),
+        (
+            {"pinion.tip_relief_length_mm": (0.0, 1.0)},
+            "'pinion.tip_relief_length_mm' is not an amount that can",
+        ),
+        (
+            {TIP: (0.0, 1.0)},
+            "^pinion.tip_relief_um can vary only if its length is given: write tip_relief_um = 0.0 and"
+            r" tip_relief_length_mm in \[pinion.modification\]$",
+        ),
         ({HELIX: (3.0, 3.0)}, "must be two numbers that increase"),
         ({HELIX: (0.0, np.inf)}, "must be two numbers that increase"),
     ],

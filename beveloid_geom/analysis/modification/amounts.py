@@ -22,7 +22,7 @@ from ...arrays import FloatArray
 from ...design.arguments import require_design
 from ...design.member import MODIFICATIONS
 from ...design.model import Design
-from ...design.modification import MAX_AMOUNT_UM, Modification, kinds_of
+from ...design.modification import MAX_AMOUNT_UM, Modification, kinds_of, length_of
 from ...operation.backlash_by_tangency import jammed, tangent_backlash
 from ..optimise import (
     CONSTRAINT_TOLERANCE,
@@ -65,7 +65,7 @@ def optimise_amounts(
         The bounds of the parabola coefficients are not used.
     bounds : mapping
         Lower and upper bound, um, of each amount to optimise, by names such as `pinion.helix_crowning_um`:
-        slopes, crownings and twist.
+        slopes, crownings, twist, and reliefs whose length is given in the design.
     flank : {'right', 'left'}
         Flank that carries. The modification of the other flank is kept.
 
@@ -76,7 +76,8 @@ def optimise_amounts(
     Raises
     ------
     ValueError
-        For a batch; for an aim without errors; for unknown names and empty bounds; if no amounts satisfy the
+        For a batch; for an aim without errors; for unknown names, reliefs without a length, and empty bounds;
+        if no amounts satisfy the
         constraints, or none of them can be assembled. If the aim excludes edge contact, also if edges carry
         with all amounts found.
 
@@ -91,7 +92,7 @@ def optimise_amounts(
     """
     require_design(design)
     check_aim(design, aim, flank)
-    _check_amounts(bounds)
+    _check_amounts(design, flank, bounds)
     search = _Search(design, aim, flank, tuple(bounds), np.array([*bounds.values()], dtype=float).T)
     amounts = search.result()
     changed = modified(design, flank, amounts)
@@ -240,15 +241,21 @@ class _Search:
         return np.clip(result.x[:count], 0.0, 1.0)
 
 
-def _check_amounts(bounds: Mapping[str, Bounds]) -> None:
-    """Raise ValueError for unknown names, bounds that do not increase, or too many of them."""
+def _check_amounts(design: Design, flank: str, bounds: Mapping[str, Bounds]) -> None:
+    """Raise ValueError for unknown names, reliefs without a length, bounds that do not increase, or too many
+    of them."""
     if not 0 < len(bounds) <= MAX_VARIABLES:
         raise ValueError(f"bounds must have 1 to {MAX_VARIABLES} amounts, got {len(bounds)}")
-    kinds = [name for name, kind in kinds_of().items() if not kind.has_length]
+    kinds = kinds_of()
     known = [f"{member}.{name}" for member in MEMBERS for name in kinds]
     for name, (low, high) in bounds.items():
         if name not in known:
             raise ValueError(f"{name!r} is not an amount that can vary: known are {', '.join(known)}")
+        member, _, amount = name.partition(".")
+        given = getattr(getattr(design, member), MODIFICATIONS[flank])
+        if kinds[amount].has_length and getattr(given, length_of(amount), None) is None:
+            cure = f"write {amount} = 0.0 and {length_of(amount)} in [{member}.modification]"
+            raise ValueError(f"{name} can vary only if its length is given: {cure}")
         if not -MAX_AMOUNT_UM <= low < high <= MAX_AMOUNT_UM:
             limit = f"be two numbers that increase, between -{MAX_AMOUNT_UM:g} and {MAX_AMOUNT_UM:g} um"
             raise ValueError(f"bounds of {name} must {limit}, got {low:g}, {high:g}")

@@ -33,7 +33,7 @@ SHIFT = "Largest shift of the path under the errors. Default: no limit."
 LEAST = "Minimised quantity under errors; transmission-error (of all teeth) requires --no-edges."
 VARY = (
     "Optimise this amount of modification between limits in um, such as --vary pinion.helix_crowning 0 20, in"
-    " place of the parabola coefficients. Can be repeated."
+    " place of the parabola coefficients. A relief needs its length in the design. Can be repeated."
 )
 VARIED = (str, Number(), Number())
 LEASTS = click.Choice(["shift", "transmission-error"])
