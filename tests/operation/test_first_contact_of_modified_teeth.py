@@ -14,6 +14,7 @@ from beveloid_geom import (
     Errors,
     FirstStatus,
     Modification,
+    Status,
     first_contact,
     measuring_grid,
     mesh_cycle,
@@ -204,6 +205,14 @@ def test_random_pairs(part: int) -> None:
         assert_earliest(design, flank, float(roll[0]))
         solved += 1
     assert solved > 25
+
+
+@pytest.mark.slow
+def test_tangent_flanks_that_face_the_same_way_are_no_contact() -> None:
+    """The search for the path of this pair meets tangencies with equal normals, as if one tooth were within the
+    other. If they counted as contacts, the path would be known to lie off the flanks."""
+    design = modified(np.random.default_rng(71), cases_of(random_designs("wild", 240, seed=31), 71))
+    assert Status(int(path_of_contact(design, "right", 11).ends.status)) == Status.NOT_CONVERGED
 
 
 def test_derivatives_of_clearance_and_limits() -> None:
