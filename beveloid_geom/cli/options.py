@@ -415,12 +415,15 @@ def note_equal_teeth(design: Design) -> None:
         for name, member in zip(("pinion", "gear"), design.members, strict=True):
             keys = []
             if member.pitch_deviations(flank) is not None:
-                keys.append("pitch_deviations_um are not used")
+                keys.append("no pitch_deviations_um")
             if tables := member.tooth_deviations(flank):
-                keys.append(f"the mean of {len(tables)} measured teeth is used")
+                keys.append(f"the mean of {len(tables)} measured teeth")
             if keys:
-                words = f"[{name}.modification] {flank} flanks: {' and '.join(keys)}"
-                click.echo(f"Note: {words}; operation evaluates all teeth", err=True)
+                words = f"[{name}.modification] {flank} flanks are computed with {' and '.join(keys)}"
+                click.echo(
+                    f"Note: {words}; operation and the page have the transmission error of all teeth",
+                    err=True,
+                )
 
 
 def write_out(text: str) -> None:

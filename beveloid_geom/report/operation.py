@@ -118,7 +118,8 @@ class OperationReport(Report):
 
     @property
     def remarks(self) -> tuple[Remark, ...]:
-        """Remarks on the cycle: a failed calculation, edge contact, edges that the pattern reaches."""
+        """Remarks on the cycle: a failed calculation, edge contact, the transmission error of all teeth, and
+        edges that the pattern reaches."""
         lead, failure = f"{self.flank} flanks, in operation", self.failure
         if failure is not None and failure.status == NOT_COMPUTED:
             return (Remark(UNKNOWN, f"{lead}: {failure.text}"),)
@@ -131,6 +132,9 @@ class OperationReport(Report):
             where = f" ({edges})" if edges else ""  # few positions may miss the edges
             text = f"{lead}: edges carry {100.0 * share:.3g} % of the mesh cycle{where}"
             remarks.append(Remark(WARNING, text))
+        if self.pitch_cycle is not None:
+            words = self._pitch_words(self.pitch_cycle)
+            remarks.append(Remark(NOTE, f"{self.flank} flanks, deviations of all teeth: {words}"))
         pattern = f"the contact pattern, {1e3 * self.film:g} um thick, reaches {self.edges_reached}"
         return (*remarks, Remark(NOTE, f"{self.flank} flanks: {pattern}"))
 
@@ -191,8 +195,6 @@ class OperationReport(Report):
         text += line(
             "transmission error", f"{number('peak_to_peak', cycle.peak_to_peak)} arcsec peak to peak"
         )
-        if self.pitch_cycle is not None:
-            text += line("all teeth", self._pitch_words(self.pitch_cycle))
         amplitudes = ", ".join(number("peak_to_peak", value) for value in np.abs(cycle.harmonics))
         text += line("amplitudes", f"{amplitudes} arcsec at the mesh frequency and its multiples")
         share = f"carry {100.0 * float(cycle.edge_share):.1f} % of the cycle"
@@ -203,7 +205,7 @@ class OperationReport(Report):
         return text + line("hand-over", ", ".join(f"{at:.4f}" for at in changes) + " pitches into the cycle")
 
     def _pitch_words(self, cycle: PitchCycle) -> str:
-        """Return the transmission error with the deviations of single teeth."""
+        """Return the transmission error with the deviations of all teeth."""
         peak = number("peak_to_peak", cycle.peak_to_peak)
         teeth = [int(np.ravel(x)[np.nanargmax(cycle.transmission_error)]) for x in cycle.teeth]
         where = f"the gear is furthest ahead at pinion tooth {teeth[0]} and gear tooth {teeth[1]}"

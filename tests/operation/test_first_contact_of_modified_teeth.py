@@ -207,10 +207,9 @@ def test_random_pairs(part: int) -> None:
     assert solved > 25
 
 
-@pytest.mark.slow
 def test_tangent_flanks_that_face_the_same_way_are_no_contact() -> None:
-    """The search for the path of this pair meets tangencies with equal normals, as if one tooth were within the
-    other. If they counted as contacts, the path would be known to lie off the flanks."""
+    """The search for the path of this pair meets tangencies with equal normals, as if one tooth were within
+    the other. If they counted as contacts, the path would be known to lie off the flanks."""
     design = modified(np.random.default_rng(71), cases_of(random_designs("wild", 240, seed=31), 71))
     assert Status(int(path_of_contact(design, "right", 11).ends.status)) == Status.NOT_CONVERGED
 

@@ -169,10 +169,10 @@ def test_files_of_single_teeth(tmp_path: Path) -> None:
     assert read_design(path) == design
     result = run("mesh", path, "--frames")
     assert result.stderr.splitlines() == [
-        "Note: [gear.modification] right flanks: pitch_deviations_um are not used; operation evaluates all"
-        " teeth",
-        "Note: [pinion.modification] left flanks: the mean of 2 measured teeth is used; operation evaluates"
-        " all teeth",
+        "Note: [gear.modification] right flanks are computed with no pitch_deviations_um; operation and the"
+        " page have the transmission error of all teeth",
+        "Note: [pinion.modification] left flanks are computed with the mean of 2 measured teeth; operation and"
+        " the page have the transmission error of all teeth",
     ]
     path_of_mean = run("tca", path, "--flank", "left", "--no-certify")
     assert path_of_mean.stderr == result.stderr
@@ -269,6 +269,8 @@ def test_the_command_operation(tmp_path: Path) -> None:
     found = strict_json(run("operation", path, "--json").stdout)
     assert found["pitch_cycle"]["pitches"] == 29
     assert found["modification"]["pinion"]["left"]["pitch_deviations_um"] == amounts.tolist()
+    # The page shows the remarks as well.
+    assert any("over 29 pitches" in note for note in found["notes"])
     words = " ".join(run("operation", path).stdout.split())
     assert "pinion: pitch deviations of 29 teeth from -1 to 1.8 um" in words
     assert "arcsec peak to peak over 29 pitches; the gear is furthest ahead at pinion tooth 28" in words
