@@ -245,9 +245,7 @@ def _separation_at(design: Design, flank: str, frames: tuple[Frame, Frame], plac
     return _Local(point, foot, slope, 0.5 * (bend + bend.T), steps.T @ steps)
 
 
-def _normal_rates(
-    member: Member, flank: str, l: FloatArray, u: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+def _normal_rates(member: Member, flank: str, l: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the derivatives (3,) of the unit normal by l and u. Near line contact, most of the relative
     curvature along the lines is that of the modification."""
     modified = member.modification(flank) is not None
