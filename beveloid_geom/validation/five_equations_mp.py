@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ..arrays import FLANK_SIGN
 from ..design.member import Member
 from ..design.model import Design
-from ..gear.flank import modification_of
+from ..design.modification import Kind
 from .pitch_region import hand_of_pair
 
 try:
@@ -96,12 +96,32 @@ def flank_surface(member: Member, flank: str) -> Surface:
     alpha = MP.mpf(tool.normal_pressure_angle)
     beta, gamma = MP.mpf(member.helix_angle), MP.mpf(member.cone_angle)
     half_space = MP.pi * MP.mpf(member.tool.normal_module) / 4  # s0 / 2
-    r_p, shift, turned_by = pitch_radius_mp(member), zero_shift(member), _modification(member, flank)
+    r_p, shift = pitch_radius_mp(member), zero_shift(member)
     sa, ca, sb, cb = MP.sin(alpha), MP.cos(alpha), MP.sin(beta), MP.cos(beta)
     sg, cg = MP.sin(gamma), MP.cos(gamma)
 
     # S_n -> S_P -> S_c of Eq. 4: its columns are x_n, y_n and the trace.
     to_rack_frame = np.array([[cg, -sb * sg, cb * sg], [0, cb, sb], [-sg, -cg * sb, cb * cg]])
+
+    def square(el: Mpf) -> Mpf:
+        """Return r^2 of the flank at mid-face."""
+        line = el + apex
+        x_c, _, z_c = to_rack_frame @ (
+            a * el**2 * sa + line * ca,
+            sigma * (a * el**2 * ca - line * sa + half_space),
+            0,
+        )
+        normal = to_rack_frame @ (sa - 2 * a * el * ca, sigma * (ca + 2 * a * el * sa), 0)
+        # Along the trace to mid-face, where the shift is a radial displacement.
+        x_c += (
+            MP.mpf(member.profile_shift) * MP.mpf(tool.normal_module)
+            - z_c * to_rack_frame[0, 2] / to_rack_frame[2, 2]
+        )
+        return (r_p + x_c) ** 2 + (normal[1] / normal[0] * x_c) ** 2
+
+    straight = to_rack_frame @ (sa, sigma * ca, 0)
+    base_radius = r_p * abs(straight[1]) / MP.hypot(straight[0], straight[1])
+    turned_by = _modification(member, flank, base_radius, square)
 
     def surface(el: Mpf, u: Mpf, roll: Mpf) -> tuple[Vector, Vector]:
         """Return point and outward unit normal."""
@@ -138,31 +158,49 @@ def flank_surface(member: Member, flank: str) -> Surface:
     return surface
 
 
-def _modification(member: Member, flank: str) -> Callable[[Mpf, Mpf], tuple[Mpf, Mpf, Mpf]] | None:
+def _modification(
+    member: Member, flank: str, base_radius: Mpf, square: Callable[[Mpf], Mpf]
+) -> Callable[[Mpf, Mpf], tuple[Mpf, Mpf, Mpf]] | None:
     """Return the rotation by the modification and its derivatives by l and z, as a function of l and z from
-    mid-face; None without one. The shapes and the extent of the flank are those of `gear.modification`.
+    mid-face; None without one. `square` is r^2 of the flank at l and mid-face, mm^2.
 
     Raises ValueError for measured deviations, whose spline is computed in floats."""
-    given = modification_of(member, flank)
+    given = member.modification(flank)
     if given is None:
         return None
-    if given.measured:
+    if given.deviations is not None:
         raise ValueError("the five equations at 60 digits need flanks without measured deviations")
+    tool, half = member.tool, MP.mpf(member.face_width) / 2
+    m, alpha = MP.mpf(tool.normal_module), MP.mpf(tool.normal_pressure_angle)
+    a, apex = MP.mpf(float(tool.parabola_of(flank))), MP.mpf(tool.parabola_apex)
+    # The active flank begins at the round of the tool, or at one addendum if both differ by rounding.
+    joint = tool.dedendum - tool.tip_radius * (1 - MP.sin(alpha))
+    low = (tool.addendum if abs(joint - tool.addendum) < 1e-4 else joint) * m + apex * MP.cos(alpha)
+    start = -2 * low / (MP.cos(alpha) + MP.sqrt(MP.cos(alpha) ** 2 - 4 * a * MP.sin(alpha) * low))
+    radius = pitch_radius_mp(member) + (MP.mpf(member.profile_shift) + MP.mpf(member.tip_height)) * m
+    tip = MP.findroot(lambda el: square(el) - radius**2, m)
+
+    def coordinates(kind: Kind, length: Mpf) -> tuple[tuple[Mpf, Mpf], tuple[Mpf, Mpf]]:
+        """Return zero and rate of the coordinates of the shape along the profile and the face."""
+        profile = {"tip": (tip - length, 1 / length), "root": (start + length, -1 / length)}
+        face = {"heel": (half - length, 1 / length), "toe": (length - half, -1 / length)}
+        return (
+            profile.get(kind.profile, ((start + tip) / 2, 2 / (tip - start))),
+            face.get(kind.face, (MP.zero, 1 / half)),
+        )
 
     def turned_by(el: Mpf, z: Mpf) -> tuple[Mpf, Mpf, Mpf]:
         """Return the rotation and its derivatives."""
         total = [MP.zero] * 3
-        for term in given.terms:
-            rate = [MP.mpf(float(x)) for x in term.rate]
-            places = [
-                (value - MP.mpf(float(start))) * by
-                for value, start, by in zip((el, z), term.origin, rate, strict=True)
-            ]
-            if term.relief is None or places[term.relief] > 0:
-                factors = MP.mpf(float(term.scale)) * np.array((1, *rate))
-                total = [
-                    x + factor * y for x, factor, y in zip(total, factors, term.shape(*places), strict=False)
-                ]
+        for kind, amount, length in given.terms():
+            (zero_l, rate_l), (zero_z, rate_z) = coordinates(kind, MP.mpf(length or 1))
+            places = (el - zero_l) * rate_l, (z - zero_z) * rate_z
+            if length is not None and places[kind.profile == "active"] <= 0:
+                continue  # before the beginning of a relief
+            scale = -FLANK_SIGN[flank] * MP.mpf(amount) / 1000 / base_radius
+            values = kind.shape(*places)
+            for row, rate in enumerate((1, rate_l, rate_z)):
+                total[row] += scale * rate * values[row]
         return total[0], total[1], total[2]
 
     return turned_by
