@@ -27,7 +27,12 @@ radius: less than 0.3 pixels for the paths of figures."""
 ROUND_SIDES, SMOOTH_ANGLE_DEG = 16, 60.0
 """Sides of balls and arrow heads, and largest angle between faces that are shaded as one smooth surface."""
 JOINED = 1e-6
-"""Largest distance, mm, of line ends that are joined."""
+"""Largest distance, mm, of points that are joined."""
+VIEW_ANGLE_DEG = 20.0
+"""Angle of view of pictures in perspective, over their height: that of a long lens."""
+OCCLUSION_RADIUS, OCCLUSION_BIAS = 0.09, 0.01
+"""Reach of ambient occlusion, and depth below which it is ignored, as fractions of half the picture height.
+The depths of VTK have about 11 bits, so that a smaller bias or a more distant camera gives stripes."""
 EDGE_ANGLE_DEG = 35.0
 EDGE_COLOUR = "#303840"
 # Lights: direction in the frame of the camera (right, up, towards the viewer) and intensity.
@@ -116,7 +121,7 @@ Item: TypeAlias = Surface | Tube | Arrow
 
 @dataclass(frozen=True, eq=False)
 class Camera:
-    """Parallel projection.
+    """Parallel projection, or perspective.
 
     Attributes
     ----------
@@ -127,13 +132,16 @@ class Camera:
     focal_point : ndarray, shape (3,)
         Point at the centre of the picture, mm.
     half_height : float
-        Distance from the centre to the upper edge of the picture, mm.
+        Distance from the centre to the upper edge of the picture, mm, at the depth of the focal point.
+    perspective : bool
+        True for the perspective of `VIEW_ANGLE_DEG`, with ambient occlusion: for solids.
     """
 
     direction: FloatArray
     up: FloatArray
     focal_point: FloatArray
     half_height: float
+    perspective: bool = False
 
     @property
     def axes(self) -> FloatArray:
@@ -143,6 +151,21 @@ class Camera:
         right = np.cross(self.up, back)
         right = right / np.linalg.norm(right)
         return np.stack((right, np.cross(back, right), back))
+
+    @property
+    def distance(self) -> float:
+        """Distance of the viewer from the focal point, mm; any in parallel projection."""
+        if not self.perspective:
+            return 20.0 * self.half_height
+        return float(self.half_height / np.tan(0.5 * np.radians(VIEW_ANGLE_DEG)))
+
+    def seen(self, points: ArrayLike) -> FloatArray:
+        """Return points (..., 3) as seen (..., 2): mm to the right and upwards in the plane through the focal
+        point."""
+        offset = (np.asarray(points, dtype=float) - self.focal_point) @ self.axes.T
+        if not self.perspective:
+            return np.asarray(offset[..., :2])
+        return np.asarray(offset[..., :2] / (1.0 - offset[..., 2:] / self.distance))
 
     def mm_per_px(self, size_px: Size) -> float:
         """Return the size of a pixel, mm, in a picture of this size."""
@@ -167,20 +190,24 @@ class Picture:
 
     @property
     def px_per_mm(self) -> float:
-        """Pixels per mm in the plane of the picture."""
+        """Pixels per mm in the plane through the focal point."""
         return float(self.image.shape[0] / (2.0 * self.camera.half_height))
 
     def project(self, points: ArrayLike) -> FloatArray:
         """Return the pixels (..., 2) of points (..., 3), mm. The origin is the upper left corner; y points
         down."""
         height, width = self.image.shape[:2]
-        offset = (np.asarray(points, dtype=float) - self.camera.focal_point) @ self.camera.axes.T
         centre = np.array([width, height]) / 2.0
-        return np.asarray(centre + self.px_per_mm * offset[..., :2] * (1.0, -1.0))
+        return np.asarray(centre + self.px_per_mm * self.camera.seen(points) * (1.0, -1.0))
 
 
 def fit_camera(
-    points: ArrayLike, direction: ArrayLike, up: ArrayLike, size_px: Size, margin: float = 0.05
+    points: ArrayLike,
+    direction: ArrayLike,
+    up: ArrayLike,
+    size_px: Size,
+    margin: float = 0.05,
+    perspective: bool = False,
 ) -> Camera:
     """Return a camera that shows all points.
 
@@ -194,6 +221,8 @@ def fit_camera(
         Width and height of the picture, pixels.
     margin : float
         Margin on each side, as a fraction of the picture.
+    perspective : bool
+        True for a perspective picture.
 
     Returns
     -------
@@ -203,11 +232,18 @@ def fit_camera(
     points = np.asarray(points, dtype=float).reshape(-1, 3)
     direction, up = np.asarray(direction, dtype=float), np.asarray(up, dtype=float)
     axes = Camera(direction, up, np.zeros(3), 1.0).axes
-    seen = points @ axes.T
-    low, high = seen.min(axis=0), seen.max(axis=0)
-    half = (high - low) / (2.0 * (1.0 - 2.0 * margin))
-    half_height = max(half[1], half[0] * size_px[1] / size_px[0], 1e-9)
-    return Camera(direction, axes[1], (low + high) / 2.0 @ axes, float(half_height))
+    inside = points @ axes.T
+    low, high = inside.min(axis=0), inside.max(axis=0)
+    focus, half_height = (low + high) / 2.0 @ axes, float(np.linalg.norm(high - low)) + 1e-9
+    # In perspective, the centre of the picture depends on the distance: each step gains about a digit.
+    for _ in range(8 if perspective else 1):
+        camera = Camera(direction, axes[1], focus, half_height, perspective)
+        seen = camera.seen(points)
+        first, last = seen.min(axis=0), seen.max(axis=0)
+        half = (last - first) / (2.0 * (1.0 - 2.0 * margin))
+        focus = focus + (first + last) / 2.0 @ axes[:2]
+        half_height = max(float(half[1]), float(half[0]) * size_px[1] / size_px[0], 1e-9)
+    return Camera(direction, axes[1], focus, half_height, perspective)
 
 
 def render(scene: Scene, size_px: Size) -> Picture:
@@ -233,6 +269,9 @@ def render(scene: Scene, size_px: Size) -> Picture:
         triangles = add_items(plotter, scene.items)
         aim(plotter, scene.camera)
         plotter.enable_anti_aliasing("ssaa")
+        if scene.camera.perspective:
+            reach, bias = (k * scene.camera.half_height for k in (OCCLUSION_RADIUS, OCCLUSION_BIAS))
+            plotter.enable_ssao(radius=reach, bias=bias, kernel_size=32)
         plotter.render()
         image = np.array(plotter.screenshot(return_img=True)[..., :3])
         return Picture(image, scene.camera, triangles)
@@ -251,9 +290,10 @@ def aim(plotter: Any, camera: Camera) -> None:
         light.positional = False
         light.intensity = strength
         plotter.add_light(light, only_active=True)
-    plotter.camera.parallel_projection = True
+    plotter.camera.parallel_projection = not camera.perspective
+    plotter.camera.view_angle = VIEW_ANGLE_DEG
     plotter.camera.focal_point = camera.focal_point
-    plotter.camera.position = camera.focal_point + 20.0 * camera.half_height * back
+    plotter.camera.position = camera.focal_point + camera.distance * back
     plotter.camera.up = up
     plotter.camera.parallel_scale = camera.half_height
     plotter.renderer.ResetCameraClippingRange()
@@ -298,7 +338,8 @@ def _add_surface(plotter: Any, surface: Surface) -> int:
     actor = plotter.add_mesh(mesh, name=_unused_name(plotter), **look)
     actor.SetVisibility(surface.opacity > 0.0)
     if surface.edges:
-        lines = mesh.extract_feature_edges(EDGE_ANGLE_DEG, manifold_edges=False, non_manifold_edges=False)
+        joined = mesh.clean(tolerance=JOINED, absolute=True)  # points with two normals are given twice
+        lines = joined.extract_feature_edges(EDGE_ANGLE_DEG, manifold_edges=False, non_manifold_edges=False)
         if lines.n_cells:
             actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()  # edges in front of their faces
             actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
