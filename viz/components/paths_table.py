@@ -173,6 +173,11 @@ def as_large(design: Design) -> float:
     return float(design.pinion.tool.normal_module) / TABLE_1_MODULE
 
 
+def digits_mm(design: Design) -> int:
+    """Return the number of decimals of lengths along a flank in mm: 1 at modules near that of the paper."""
+    return 1 + max(0, round(-np.log10(as_large(design))))
+
+
 def two_digits(value: float) -> float:
     """Round to two digits, for values of the paper that are converted to another module."""
     return float(f"{value:.2g}")

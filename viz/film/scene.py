@@ -37,7 +37,8 @@ class FilmView:
         self.renderer = plotter.renderer
         add_items(plotter, items)
         self.actors = list(plotter.renderer.actors.values())
-        add_items(plotter, [Tube(np.zeros((1, 3)), "white", 0.035 * camera.half_height)] * pairs)
+        for _ in range(pairs):
+            add_items(plotter, [Tube(np.zeros((1, 3)), "white", 0.035 * camera.half_height)])
         self.balls = list(plotter.renderer.actors.values())[len(self.actors) :]
         aim(plotter, camera)
 

@@ -6,7 +6,7 @@ Lengths are mm.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -300,8 +300,29 @@ def aim(plotter: Any, camera: Camera) -> None:
 
 
 def add_items(plotter: Any, items: Sequence[Item]) -> int:
-    """Add items to the active view; return their number of triangles."""
-    return sum(_add(plotter, item) for item in items)
+    """Add items to the active view, lines and arrows of a colour as one actor; return their number of
+    triangles."""
+    tubes: dict[tuple[str, float], list[FloatArray]] = {}
+    meshes: dict[str, list[Any]] = {}
+    for item in items:
+        if isinstance(item, Tube):
+            tubes.setdefault((item.colour, item.radius), []).append(np.atleast_2d(item.points))
+        elif isinstance(item, Arrow):
+            meshes.setdefault(item.colour, []).append(_arrow(item))
+    for (colour, radius), lines in tubes.items():
+        meshes.setdefault(colour, []).extend(tube_meshes(lines, radius))
+    surfaces = sum(_add_surface(plotter, item) for item in items if isinstance(item, Surface))
+    return surfaces + sum(_add_lines(plotter, parts, colour) for colour, parts in meshes.items())
+
+
+def _add_lines(plotter: Any, meshes: list[Any], colour: str) -> int:
+    """Add tubes, balls and arrows as one actor; return their number of triangles."""
+    import pyvista as pv
+
+    mesh = pv.merge([mesh.triangulate() for mesh in meshes], merge_points=False)
+    smooth = {"smooth_shading": True, "split_sharp_edges": True, "feature_angle": SMOOTH_ANGLE_DEG}
+    plotter.add_mesh(mesh, name=_unused_name(plotter), color=colour, **smooth, **PLAIN)
+    return int(mesh.n_cells)
 
 
 def _unused_name(plotter: Any) -> str:
@@ -310,16 +331,6 @@ def _unused_name(plotter: Any) -> str:
     PyVista replaces an actor of the same name. Its own names are memory addresses; version 0.45 uses some of
     them twice, so that items disappear."""
     return f"item {sum(len(renderer.actors) for renderer in plotter.renderers)}"
-
-
-def _add(plotter: Any, item: Item) -> int:
-    """Add one item; return its number of triangles."""
-    if isinstance(item, Surface):
-        return _add_surface(plotter, item)
-    mesh = tube_mesh(item) if isinstance(item, Tube) else _arrow(item)
-    smooth = {"smooth_shading": True, "split_sharp_edges": True, "feature_angle": SMOOTH_ANGLE_DEG}
-    plotter.add_mesh(mesh, name=_unused_name(plotter), color=item.colour, **smooth, **PLAIN)
-    return int(mesh.triangulate().n_cells)
 
 
 def _add_surface(plotter: Any, surface: Surface) -> int:
@@ -371,16 +382,18 @@ def _bands(paint: Paint, nothing: str) -> dict[str, Any]:
     }
 
 
-def tube_mesh(tube: Tube) -> Any:
-    """Return the triangles of a tube or ball as PyVista mesh."""
+def tube_meshes(lines: Sequence[FloatArray], radius: float) -> Iterator[Any]:
+    """Yield the meshes of tubes along lines (n, 3), and of balls at single points."""
     import pyvista as pv
 
-    points = np.atleast_2d(np.asarray(tube.points, dtype=float))
-    if len(points) == 1:
+    for ball in (line[0] for line in lines if len(line) == 1):
         sides: dict[str, Any] = {"theta_resolution": ROUND_SIDES, "phi_resolution": ROUND_SIDES // 2 + 1}
-        return pv.Sphere(radius=tube.radius, center=points[0], **sides)
-    line = pv.MultipleLines(simplified(points, TUBE_TOLERANCE * tube.radius))
-    return line.tube(radius=tube.radius, n_sides=TUBE_SIDES, capping=True)
+        yield pv.Sphere(radius=radius, center=ball, **sides)
+    if long := [simplified(line, TUBE_TOLERANCE * radius) for line in lines if len(line) > 1]:
+        cells = np.split(np.arange(sum(map(len, long))), np.cumsum([len(line) for line in long])[:-1])
+        index = np.concatenate([np.r_[len(cell), cell] for cell in cells])
+        centres = pv.PolyData(np.concatenate(long), lines=index)
+        yield centres.tube(radius=radius, n_sides=TUBE_SIDES, capping=True)
 
 
 def _arrow(arrow: Arrow) -> Any:

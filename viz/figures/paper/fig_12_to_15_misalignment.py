@@ -8,13 +8,14 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
 
 from beveloid_geom import Design
 from beveloid_geom.pair.misalignment import mounted
 from beveloid_geom.validation.claims import ANGLE_ERROR, AXIAL_ERROR, OFFSET_ERROR
 from beveloid_geom.validation.statements import is_table1
 
-from ...components import panels, paths_table, viewpoint
+from ...components import annotate, panels, paths_table, viewpoint
 from ...components.figure_steps import Drawing, Recipe, Table
 from ...components.flank_grid import Cell, FlankGrid, draw_grid
 from ...components.panels import Trace
@@ -48,15 +49,16 @@ LOOKS = (
     Look(theme.ZERO, panels.SOLID, 1.0, 0.0, (1.0, 0.0), 1.1),
     Look(theme.PLUS, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), 0.35),
 )
+TABLE_ROWS = len(SIGNS) + 2
 ROW_HEIGHT_IN, TABLE_WIDTH_IN, COLUMN_ENDS = 0.21, 2.45, (0.22, 0.48, 0.71, 1.0)
 """Line spacing and width of the table of a flank, inches, and fractions of the width at which columns end."""
 FLANK_SHARE = 0.6
 """Width of the widest flank as a fraction of its column if a table is next to it."""
-NOTE = (
-    "Shift (mm): along the face at mid-roll, positive towards +z. Mounting distances as without errors."
-    f" {panels.WHAT_TOUCHES.format(edges='solid lines along the edges')}"
-)
-ANGLE_ERROR_NOTE = " The shaft-angle error is not given in the paper; here the paths fill the face."
+INSET_IN, INSET_TIMES, INSET_FACE_FRACTION = (2.3, 1.25), 5.0, 0.04
+"""Width and height of the magnified detail, inches, its factor, and the largest shift that needs it, as a
+fraction of the face width."""
+NOTE = f"Shift: along the face at mid-roll, positive towards +z. {panels.WHAT_TOUCHES}"
+ANGLE_ERROR_NOTE = " Shaft-angle error: assumed, so that paths fill the face."
 
 
 @dataclass(frozen=True)
@@ -114,6 +116,17 @@ class MisalignmentFigure:
     paths: tuple[tuple[SolvedPath, ...], tuple[SolvedPath, ...]]
 
     @property
+    def close(self) -> bool:
+        """True if the paths of a case are so close together that a magnified detail is drawn."""
+        shifts = [
+            _shift(path, paths[1], member) / float(path.design.members[member].face_width)
+            for paths in self.paths
+            for path in paths
+            for member in (0, 1)
+        ]
+        return bool((np.abs(shifts) < INSET_FACE_FRACTION).all())
+
+    @property
     def without_error(self) -> list[SolvedPath]:
         """Paths without the error, for which lines of contact are drawn."""
         return [paths[1] for paths in self.paths]
@@ -147,7 +160,8 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
     grid = FlankGrid(cases, (0.0, 0.0), by_case=True, share=FLANK_SHARE)
     if layout.printed:  # pinion above gear, so that flanks with a table below are large enough
         lost = max(sum(not path.found for path in paths) for paths in data.paths)
-        text = ROW_HEIGHT_IN * (len(SIGNS) + 1), ROW_HEIGHT_IN * (len(SIGNS) + 1 + 2 * lost)
+        rows = TABLE_ROWS + (INSET_IN[1] / ROW_HEIGHT_IN if data.close else 0.0)
+        text = ROW_HEIGHT_IN * rows, ROW_HEIGHT_IN * (rows + 2 * lost)
         cases = [(f"{name[0].upper()}{name[1:]}", design, flank) for name, design, _ in cases]
         grid = FlankGrid(cases, text, PRINT_STRETCH if layout.width > theme.NARROW else NARROW_STRETCH)
     page, low, high = theme.new_page(
@@ -181,7 +195,9 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
         if drawn is None:
             return None
         panels.draw_lines(drawn, paths[1], member)
-        _table(page, cell, case, paths)
+        low = _table(page, cell, data, paths)
+        if data.close and paths[1].found:
+            _inset(drawn, paths[1], member, traces, low)
         return drawn.picture
 
     return Drawing(page, draw_grid(page, grid, low, high, panel))
@@ -192,24 +208,31 @@ def _legend(page: theme.Page, case: ErrorCase) -> None:
         Line2D([], [], label=case.label(sign), color=look.colour, dashes=look.legend, linewidth=4.0)
         for look, sign in zip(LOOKS, SIGNS, strict=True)
     ]
-    theme.legend(page, handles, 3, 0.8, handlelength=2.8)
+    handles += panels.touching_legend((theme.GREY, theme.GREY, theme.GREY))[1:]
+    theme.legend(page, handles, 5, 0.8, handlelength=2.8)
 
 
-def _table(page: theme.Page, cell: Cell, case: ErrorCase, paths: tuple[SolvedPath, ...]) -> None:
+def _table(
+    page: theme.Page, cell: Cell, data: MisalignmentFigure, paths: tuple[SolvedPath, ...]
+) -> tuple[float, float]:
     """Write the table of a flank: shift of each path, and for the gear also the ratios of the pair.
 
-    The reason is written for cases without a path."""
-    (middle, y), width = cell.under, min(cell.width / page.dpi, TABLE_WIDTH_IN) / page.layout.width
+    The reason is written for cases without a path. Returns the middle of the lower edge as fractions of the
+    page."""
+    (middle, y), width, case = cell.under, min(cell.width / page.dpi, TABLE_WIDTH_IN), data.case
+    width /= page.layout.width
     left = middle - (0.5 if cell.member else 0.55 * COLUMN_ENDS[1]) * width
     if not page.layout.printed:
         left = (cell.box.left + cell.box.width) / (page.dpi * page.layout.width)
-        y += theme.inches(page, 0.5 * cell.box.height / page.dpi + 2.0 * ROW_HEIGHT_IN)
-    lines = [("error", "shift", *(("ratio", "running") if cell.member else ()))]
+        height = TABLE_ROWS * ROW_HEIGHT_IN + (INSET_IN[1] if data.close else 0.0)
+        y += theme.inches(page, 0.5 * (cell.box.height / page.dpi + height))
+    both = ("ratio", "running") if cell.member else ()
+    lines = [("error", "shift", *both), (case.unit, "mm")]
     lines += [
         _line(case.label(sign).partition("\u00a0")[0], path, paths[1], cell.member)
         for sign, path in zip(SIGNS, paths, strict=True)
     ]
-    colours = theme.GREY, *(look.colour for look in LOOKS)
+    colours = theme.GREY, theme.GREY, *(look.colour for look in LOOKS)
     for number, (line, colour) in enumerate(zip(lines, colours, strict=True)):
         for at, word in zip(COLUMN_ENDS, line, strict=False):
             place = left + at * width, y - theme.inches(page, ROW_HEIGHT_IN * (number + 0.7))
@@ -219,10 +242,35 @@ def _table(page: theme.Page, cell: Cell, case: ErrorCase, paths: tuple[SolvedPat
         for sign, path in zip(SIGNS, paths, strict=True)
         if not path.found
     ]
+    low = y - theme.inches(page, ROW_HEIGHT_IN * len(lines))
     if reasons and cell.member:
-        below = left + 0.5 * width, y - theme.inches(page, ROW_HEIGHT_IN * len(lines))
         pixels = width * page.layout.width * page.dpi
-        replace(cell, under=below, width=pixels).say(page, "\n".join(reasons))
+        replace(cell, under=(left + 0.5 * width, low), width=pixels).say(page, "\n".join(reasons))
+    return left + 0.5 * width if cell.member or not page.layout.printed else middle, low
+
+
+def _inset(
+    panel: panels.Panel, path: SolvedPath, member: int, traces: list[Trace], top: tuple[float, float]
+) -> None:
+    """Draw the middle of the paths magnified, below a point of the page, and its frame on the flank."""
+    page, scale = panel.page, panel.picture.px_per_mm
+    width, height = INSET_IN[0] / page.layout.width, theme.inches(page, INSET_IN[1] - 0.15)
+    box = theme.place(page, top[0] - 0.5 * width, top[1] - height - theme.inches(page, 0.1), width, height)
+    middle = panel.view.place(path.middle(member))[:2]
+    half = 0.5 * np.array(box.size) / (INSET_TIMES * scale)
+    view = replace(panel.view, bounds=np.stack((middle - half, middle + half)))
+    where = page, box, path.design, member, path.path.flank, view
+    detail = panels.draw_flank(*where, traces, INSET_TIMES * scale, None)
+    frame = panel.picture.project(np.append(middle, 0.0))
+    for axes, centre, size in (
+        (panel.axes, frame, 2.0 * half * scale),
+        (detail.axes if detail else panel.axes, 0.5 * np.array(box.size), np.array(box.size) - 2.0),
+    ):
+        style = {"fill": False, "edgecolor": theme.GREY, "linewidth": 1.0, "zorder": 4}
+        axes.add_patch(Rectangle(tuple(centre - 0.5 * size), *size.tolist(), **style))
+    if detail:
+        corner = {"ha": "left", "va": "top", "fontsize": theme.SMALL}
+        annotate.text(detail.axes, (0.0, 0.0), f"\u00d7 {INSET_TIMES:g}", (4.0, -3.0), **corner)
 
 
 def _line(error: str, path: SolvedPath, zero: SolvedPath, member: int) -> tuple[str, ...]:
@@ -230,7 +278,8 @@ def _line(error: str, path: SolvedPath, zero: SolvedPath, member: int) -> tuple[
     if not path.found:
         return error, "", "no path"
     shift = _shift(path, zero, member)
-    shift_text = "" if path is zero else theme.signed(shift, 1) if np.isfinite(shift) else "unknown"
+    digits = paths_table.digits_mm(path.design)
+    shift_text = "" if path is zero else theme.signed(shift, digits) if np.isfinite(shift) else "unknown"
     return error, shift_text, *(panels.ratios(path) if member else ())
 
 
