@@ -173,7 +173,7 @@ def _section(member: Member, involute: Member, flank: str) -> Section:
 
 
 def _upright(radius: FloatArray, angle: FloatArray) -> FloatArray:
-    """Return coordinates (2, n), across and up, from radius and angle to the vertical, with the tooth on the right."""
+    """Return coordinates (2, n), across and up, from radius and angle to the vertical; tooth on the right."""
     return np.stack((-radius * np.sin(angle), radius * np.cos(angle)))
 
 
