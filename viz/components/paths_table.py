@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -175,7 +176,7 @@ def as_large(design: Design) -> float:
 
 def digits_mm(design: Design) -> int:
     """Return the number of decimals of lengths along a flank in mm: 1 at modules near that of the paper."""
-    return 1 + max(0, round(-np.log10(as_large(design))))
+    return 1 + max(0, round(-math.log10(as_large(design))))
 
 
 def two_digits(value: float) -> float:

@@ -7,7 +7,7 @@ Lengths are mm.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -367,6 +367,33 @@ def cut(surface: Surface, point: FloatArray, normal: FloatArray) -> list[FloatAr
     lines: Any = pv.PolyData(surface.points, faces.ravel()).slice(normal=normal, origin=point)
     lines = lines.clean(tolerance=JOINED, absolute=True).strip(join=True, max_length=lines.n_cells)
     return [np.asarray(lines.get_cell(k).points) for k in range(lines.n_cells)]
+
+
+def divided(surface: Surface, level: FloatArray) -> tuple[Surface, Surface]:
+    """Divide a painted surface of triangles where the values `level` (n,) at its points are zero.
+
+    Returns the parts with positive and negative values."""
+    import pyvista as pv
+
+    faces: Any = surface.faces
+    mesh: Any = pv.PolyData.from_regular_faces(surface.points, faces)
+    mesh.point_data["level"] = level
+    if surface.paint is not None:
+        mesh.point_data["values"] = surface.paint.values
+    parts = (
+        mesh.clip_scalar(scalars="level", value=0.0, invert=below).triangulate() for below in (False, True)
+    )
+    first, second = (
+        replace(
+            surface,
+            points=np.asarray(part.points),
+            faces=part.regular_faces,
+            normals=None,
+            paint=surface.paint and replace(surface.paint, values=np.asarray(part["values"])),
+        )
+        for part in parts
+    )
+    return first, second
 
 
 def _bands(paint: Paint, nothing: str) -> dict[str, Any]:

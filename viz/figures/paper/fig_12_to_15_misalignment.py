@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.lines import Line2D
@@ -266,10 +266,10 @@ def _inset(
         (panel.axes, frame, 2.0 * half * scale),
         (detail.axes if detail else panel.axes, 0.5 * np.array(box.size), np.array(box.size) - 2.0),
     ):
-        style = {"fill": False, "edgecolor": theme.GREY, "linewidth": 1.0, "zorder": 4}
+        style: dict[str, Any] = {"fill": False, "edgecolor": theme.GREY, "linewidth": 1.0, "zorder": 4}
         axes.add_patch(Rectangle(tuple(centre - 0.5 * size), *size.tolist(), **style))
     if detail:
-        corner = {"ha": "left", "va": "top", "fontsize": theme.SMALL}
+        corner: dict[str, Any] = {"ha": "left", "va": "top", "fontsize": theme.SMALL}
         annotate.text(detail.axes, (0.0, 0.0), f"\u00d7 {INSET_TIMES:g}", (4.0, -3.0), **corner)
 
 
