@@ -168,8 +168,8 @@ def far_words(pair: PosedPair) -> str:
         return ""
     true, drawn = np.abs(pair.position[0] - np.array([0.0, pair.nearer]))
     return (
-        " Beyond the breaks, the drawing is not to scale: the common perpendicular is"
-        f" {true:.0f} mm from the mid-face of the pinion and drawn at {drawn:.0f} mm; $\\delta$ is enlarged."
+        f" Not to scale beyond the breaks: common perpendicular at {true:.0f} mm, drawn at {drawn:.0f} mm;"
+        " $\\delta$ enlarged."
     )
 
 

@@ -123,7 +123,12 @@ FIGURES = (
         "results.sensitivity",
         flat=True,
     ),
-    Figure("tolerance-cloud", "Paths of contact under random assembly errors", "results.tolerance_cloud"),
+    Figure(
+        "tolerance-cloud",
+        "Paths of contact under random assembly errors",
+        "results.tolerance_cloud",
+        of_flank=True,
+    ),
     Figure(
         "map-parabola",
         "Map over sum and difference of the parabola coefficients",

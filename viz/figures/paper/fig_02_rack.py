@@ -78,8 +78,8 @@ def draw(data: RackFigure, layout: theme.Layout) -> Drawing:
         "Fig. 2   Normal section of the rack cutter, straight and parabolic",
         f"Solid: parabola $y_a = a_j l_j^2$ with $a_j$ = {coefficient:.3g} mm$^{{\u22121}}$, exaggerated;"
         " dashed: straight flank, $a_j$ = 0" + (f"; $s_0${space}, $\\alpha_n${angle}" if narrow else ""),
-        "The space of the tool generates the tooth: $x_n$ points from root to tip of the tooth. $S_{ar}$ and"
-        " $S_{al}$ are at the apexes of the right and left parabola, with $x_a$ along the straight flank."
+        "$x_n$ points from root to tip of the gear tooth. $S_{ar}$ and $S_{al}$ are at the apexes of the"
+        " right and left parabola, with $x_a$ along the straight flank."
         " $a_j$ > 0 leaves metal at tip and root, so that the flank is concave. The tip round of the"
         " parabolic tool is reduced to fit.",
         tall=0.62 * layout.width,

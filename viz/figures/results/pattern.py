@@ -53,6 +53,8 @@ NO_POINT_MM = 0.1
 CONTACT_DISTANCE_UM = 0.01
 """Distance of the nearest points drawn, um, below which flanks count as in contact."""
 PAIRS = (-1, 0, 1)
+"""Tooth pairs of a separation that are drawn if some separations are within the bands."""
+SMALLEST_SHARE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,15 +184,15 @@ def compute_separation(design: Design, flank: str = "right") -> BandFigure:
         at = path_of_contact(design, flank, l1=[l1])
         pose = float(at.pinion_roll[0]), float(at.gear_roll[0])
         layers = [(_separation_layer(path, 0, pose, k), _separation_layer(path, 1, pose, k)) for k in PAIRS]
-        under = f", pinion roll {np.degrees(pose[0]):.3f}\u00b0, gear roll {np.degrees(pose[1]):.3f}\u00b0"
+        rolls = (theme.signed(np.degrees(angle), 3) for angle in pose)
+        under = ", pinion roll {}\u00b0, gear roll {}\u00b0".format(*rolls)
     near = [pair for pair, both in zip(PAIRS, layers, strict=True) if both and any(map(_in_bands, both))]
     shown = [(pair, both) for pair, both in zip(PAIRS, layers, strict=True) if pair in (near or PAIRS)]
     return BandFigure(
         "Separation of the flanks at one position",
-        f"{flank.capitalize()} flanks of tooth pairs with separations below {SEPARATION_BANDS[-1]:g} \u00b5m"
-        f"{under}; pinion (top) and gear (bottom)",
-        "Separation along the normal of the other flank. Bare metal: larger than the last band, or outside"
-        " the other flank. Orange: path of contact.",
+        f"{flank.capitalize()} flanks{under}; pinion (top) and gear (bottom)",
+        "Tooth pairs with separations in these bands, along the normal of the other flank. Bare metal: larger"
+        " than the last band, or outside the other flank. Orange: path of contact.",
         "separation (\u00b5m)",
         SEPARATION_BANDS,
         HUES,
@@ -206,8 +208,8 @@ def compute_separation(design: Design, flank: str = "right") -> BandFigure:
 
 
 def _in_bands(layer: Layer) -> bool:
-    """Return True if some of the separations are within the bands."""
-    return bool((layer.values < SEPARATION_BANDS[-1]).any())
+    """Return True if the bands cover a part of the flank that can be seen."""
+    return bool(np.mean(layer.values < SEPARATION_BANDS[-1]) > SMALLEST_SHARE)
 
 
 def _separation_layer(path: SolvedPath, number: int, pose: tuple[float, float], pair: int) -> Layer:

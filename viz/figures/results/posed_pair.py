@@ -85,33 +85,38 @@ def draw(data: PosedFigure, layout: theme.Layout) -> Drawing:
         layout,
         "The posed pair as exported",
         f"Closed meshes with a tolerance of {tolerance_of(data.pair.design):.3g} mm, {pose}",
-        f"{counts.capitalize()}. (b): {flank} flanks of the pinion, gear transparent.{_marks(data)}"
-        f"{_export_note(data.pair.design)}",
+        f"{counts.capitalize()}.{_marks(data)}{_export_note(data.pair.design)}",
         above=0.25,
         tall=theme.stacked_height(layout, 5.2),
     )
     pictures: dict[str, Picture] = {}
     high = heading - theme.inches(page, 0.1)
     places = theme.pair_of_boxes(page, low, high, ((0.02, 0.42), (0.45, 0.53)), 0.35)
-    for place, name, scene in zip(places, ("the pair", "teeth in mesh"), (_whole, close), strict=True):
+    for letter, place, scene in zip("ab", places, (_whole, close), strict=True):
+        name = "the pair" if scene is _whole else "teeth in mesh"
         y = place[1] + place[3] + theme.inches(page, 0.1)
-        page.text(place[0], y, f"({'ab'[len(pictures)]})  {name}", fontsize=theme.HEADING)
-        box = theme.place(page, *place)
+        page.text(place[0], y, f"({letter})  {name}", fontsize=theme.HEADING)
+        box, drawn = theme.place(page, *place), [mesh for mesh, _ in data.meshes if mesh is not None]
+        if not drawn or (scene is close and not data.pair.touching):
+            missing = f"the {flank} flanks have no contact point" if drawn else "no member can be drawn"
+            theme.message(theme.overlay(page, box), missing, 60)
+            continue
         over = Overlay.drawn(page, box, *scene(data, box.size))
         pictures[name] = over.picture
-        if (over.picture.image == 255).all():
-            theme.message(over.axes, f"the {flank} flanks have no contact point", 60)
-        elif scene is _whole:
+        if scene is _whole:
             _label(over, data)
     return Drawing(page, pictures)
 
 
 def _marks(data: PosedFigure) -> str:
     """Return the sentences on the marks on the pinion flanks."""
-    words = " Orange: path of contact of a tooth pair." if data.path.found else ""
-    if data.pair.touching:
-        along = "" if line_of_contact(data) is None else ", on the line of contact (black)"
-        words += f" Ball: point of contact{along}."
+    if not data.pair.touching:
+        return ""
+    along = "" if line_of_contact(data) is None else ", on the line of contact (black)"
+    words = (
+        f" (b): {data.path.path.flank} flanks of the pinion, gear transparent. Orange: path of contact of a"
+        f" tooth pair. Ball: point of contact{along}."
+    )
     if data.pattern is not None:
         words += f" Blue: contact pattern, separation below {1e3 * MARKING_SEPARATION:g} \u00b5m."
     return words
@@ -150,13 +155,11 @@ def _whole(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
 def close(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
     """Return the teeth in mesh with paths, pattern and point of contact, and the camera."""
     pair, paths = data.pair, on_teeth(data, data.path.points[0])
-    points = np.concatenate((*paths, pair.contact[None])) if pair.touching else pair.foot
-    normal = np.nanmean(data.path.path.normal, axis=0) if pair.touching else posed.UP
+    points, normal = np.concatenate(paths), np.nanmean(data.path.path.normal, axis=0)
     camera = posed.mesh_camera(pair.design, pair.frames[0], points, normal, size, HALF_HEIGHT_MODULES)
     radius = TUBE_SHARE * camera.half_height
     items: list[Item] = [Tube(line, theme.PATH, radius) for line in paths]
-    if pair.touching:
-        items.append(Tube(pair.contact[None], theme.INK, 3.0 * radius))
+    items.append(Tube(pair.contact[None], theme.INK, 3.0 * radius))
     line = line_of_contact(data)
     if line is not None:
         items.append(Tube(line, theme.INK, radius))
@@ -190,9 +193,9 @@ def _pattern(data: PosedFigure) -> list[Surface]:
 
 
 def on_teeth(data: PosedFigure, points: FloatArray) -> list[FloatArray]:
-    """Return points (n, 3) of tooth 0 of the pinion on the TEETH in S_f, mm; none without a path."""
+    """Return points (n, 3) of tooth 0 of the pinion on the TEETH in S_f, mm."""
     member, frame = data.pair.design.pinion, data.pair.frames[0]
-    return [to_fixed(frame, posed.on_tooth(points, member, tooth)) for tooth in TEETH if data.path.found]
+    return [to_fixed(frame, posed.on_tooth(points, member, tooth)) for tooth in TEETH]
 
 
 def line_of_contact(data: PosedFigure) -> FloatArray | None:
