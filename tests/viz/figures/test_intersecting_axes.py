@@ -138,6 +138,11 @@ def test_sensitivities_and_clouds_are_of_the_same_errors(monkeypatch: pytest.Mon
     assert named == {"centre distance", "in plane", "out of plane", "pinion axial", "gear axial"}
     header, _ = pattern_errors.rows((pattern_errors.Block("left", AT_MESH, None, "nothing runs"),))
     assert header[4:6] == ("centre_distance_error_mm", "in_plane_error_rad")
+    remote = replace(AT_MESH, errors_at="perpendicular")
+    assert pattern_errors.rows((pattern_errors.Block("left", remote, None, ""),))[0][4:6] == header[4:6]
+    near = builtin_design()
+    header, _ = pattern_errors.rows((pattern_errors.Block("left", near, None, ""),))
+    assert header[4:6] == ("offset_error_mm", "shaft_angle_error_rad")
     monkeypatch.setattr(tolerance_cloud, "MOUNTINGS", 8)
     case = tolerance_cloud.case_study("left", "as designed", AT_MESH, "black", 1.0)
     assert case.study is not None
