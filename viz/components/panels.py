@@ -148,11 +148,12 @@ def lines_drawn(paths: Iterable[SolvedPath]) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """Flank drawn on a page: axes with the pixels of the picture as coordinates, and the view."""
+    """Flank drawn on a page: axes with the pixels of the picture as coordinates, view, and items drawn."""
 
     axes: Axes
     picture: Picture
     view: FlankView
+    items: Sequence[Item]
 
     @property
     def page(self) -> Page:
@@ -243,7 +244,7 @@ def show_items(
     picture = render(Scene(items, flank_camera(view, 0.5 * box.height / px_per_mm)), box.size)
     axes = theme.show_picture(page, box, picture)
     if limits is None:
-        return Panel(axes, picture, view)
+        return Panel(axes, picture, view, items)
     root, middle, tip = view.frame
     side = 1.0 if tip[1, 0] > root[1, 0] else -1.0
     aligned = ("right", "left")[:: int(side)]
@@ -255,7 +256,7 @@ def show_items(
     ):
         style = {"fontsize": theme.SMALL, "color": theme.GREY, "ha": ha, "va": va, "rotation": rotation}
         annotate.text(axes, picture.project(place), text, offset, **style)
-    return Panel(axes, picture, view)
+    return Panel(axes, picture, view, items)
 
 
 def shared_scale(

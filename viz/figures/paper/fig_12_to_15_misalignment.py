@@ -21,7 +21,7 @@ from ...components.flank_grid import Cell, FlankGrid, draw_grid
 from ...components.panels import Trace
 from ...components.paths_table import SolvedPath
 from ...rendering import theme
-from ...rendering.scene import Picture
+from ...rendering.scene import Picture, Surface
 
 PRINT_STRETCH, NARROW_STRETCH = 4.0, 3.0
 """Magnification across the face in print, where tables are below the flanks, and on a narrow page."""
@@ -49,14 +49,14 @@ LOOKS = (
     Look(theme.ZERO, panels.SOLID, 1.0, 0.0, (1.0, 0.0), 1.1),
     Look(theme.PLUS, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), 0.35),
 )
-TABLE_ROWS = len(SIGNS) + 2
-ROW_HEIGHT_IN, TABLE_WIDTH_IN, COLUMN_ENDS = 0.21, 2.45, (0.22, 0.48, 0.71, 1.0)
+TABLE_ROWS = len(SIGNS) + 1
+ROW_HEIGHT_IN, TABLE_WIDTH_IN, COLUMN_ENDS = 0.21, 2.8, (0.27, 0.57, 0.75, 1.0)
 """Line spacing and width of the table of a flank, inches, and fractions of the width at which columns end."""
 FLANK_SHARE = 0.6
 """Width of the widest flank as a fraction of its column if a table is next to it."""
-INSET_IN, INSET_TIMES, INSET_FACE_FRACTION = (2.3, 1.25), 5.0, 0.04
-"""Width and height of the magnified detail, inches, its factor, and the largest shift that needs it, as a
-fraction of the face width."""
+INSET_IN, BESIDE_IN, INSET_TIMES, INSET_FACE_FRACTION = (2.3, 1.25), (1.35, 1.25), 5.0, 0.04
+"""Width and height of the magnified detail below the table, and next to the flank, inches, its factor, and
+the largest shift that needs it, as a fraction of the face width."""
 NOTE = f"Shift: along the face at mid-roll, positive towards +z. {panels.WHAT_TOUCHES}"
 ANGLE_ERROR_NOTE = " Shaft-angle error: assumed, so that paths fill the face."
 
@@ -160,7 +160,8 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
     grid = FlankGrid(cases, (0.0, 0.0), by_case=True, share=FLANK_SHARE)
     if layout.printed:  # pinion above gear, so that flanks with a table below are large enough
         lost = max(sum(not path.found for path in paths) for paths in data.paths)
-        rows = TABLE_ROWS + (INSET_IN[1] / ROW_HEIGHT_IN if data.close else 0.0)
+        below = data.close and layout.width < theme.NARROW
+        rows = TABLE_ROWS + (INSET_IN[1] / ROW_HEIGHT_IN if below else 0.0)
         text = ROW_HEIGHT_IN * rows, ROW_HEIGHT_IN * (rows + 2 * lost)
         cases = [(f"{name[0].upper()}{name[1:]}", design, flank) for name, design, _ in cases]
         grid = FlankGrid(cases, text, PRINT_STRETCH if layout.width > theme.NARROW else NARROW_STRETCH)
@@ -174,14 +175,15 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
         tall=grid.tall(layout),
     )
     _legend(page, case)
+    details: dict[str, Picture] = {}
 
     def panel(cell: Cell) -> Picture | None:
         """Draw one flank with its three paths and its table."""
         paths, member = data.paths[cell.case], cell.member
-        if not layout.printed:  # tables are to the right of the flanks, not below
-            cell = replace(
-                cell, box=replace(cell.box, width=cell.box.width - round(TABLE_WIDTH_IN * page.dpi))
-            )
+        beside, full = data.close and layout.printed and layout.width > theme.NARROW, cell.box
+        # Tables, or details in print, are to the right of the flanks.
+        room = BESIDE_IN[0] if beside else 0.0 if layout.printed else TABLE_WIDTH_IN
+        cell = replace(cell, box=replace(full, width=full.width - round(room * page.dpi)))
         traces = [
             trace
             for path, look in zip(paths, LOOKS, strict=True)
@@ -196,11 +198,12 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
             return None
         panels.draw_lines(drawn, paths[1], member)
         low = _table(page, cell, data, paths)
-        if data.close and paths[1].found:
-            _inset(drawn, paths[1], member, traces, low)
+        if data.close:
+            detail = _inset(drawn, paths[1], member, traces, full if beside else low)
+            details[f"{paths_table.MEMBERS[member]}-{cell.case}-detail"] = detail
         return drawn.picture
 
-    return Drawing(page, draw_grid(page, grid, low, high, panel))
+    return Drawing(page, draw_grid(page, grid, low, high, panel) | details)
 
 
 def _legend(page: theme.Page, case: ErrorCase) -> None:
@@ -227,12 +230,12 @@ def _table(
         height = TABLE_ROWS * ROW_HEIGHT_IN + (INSET_IN[1] if data.close else 0.0)
         y += theme.inches(page, 0.5 * (cell.box.height / page.dpi + height))
     both = ("ratio", "running") if cell.member else ()
-    lines = [("error", "shift", *both), (case.unit, "mm")]
+    lines = [(f"error {case.unit}", "shift mm", *both)]
     lines += [
         _line(case.label(sign).partition("\u00a0")[0], path, paths[1], cell.member)
         for sign, path in zip(SIGNS, paths, strict=True)
     ]
-    colours = theme.GREY, theme.GREY, *(look.colour for look in LOOKS)
+    colours = theme.GREY, *(look.colour for look in LOOKS)
     for number, (line, colour) in enumerate(zip(lines, colours, strict=True)):
         for at, word in zip(COLUMN_ENDS, line, strict=False):
             place = left + at * width, y - theme.inches(page, ROW_HEIGHT_IN * (number + 0.7))
@@ -250,27 +253,43 @@ def _table(
 
 
 def _inset(
-    panel: panels.Panel, path: SolvedPath, member: int, traces: list[Trace], top: tuple[float, float]
-) -> None:
-    """Draw the middle of the paths magnified, below a point of the page, and its frame on the flank."""
+    panel: panels.Panel,
+    path: SolvedPath,
+    member: int,
+    traces: list[Trace],
+    place: theme.Box | tuple[float, float],
+) -> Picture:
+    """Draw the middle of the paths magnified, and its frame on the flank.
+
+    The place is the middle of the upper edge, as fractions of the page, or the box of the flank, for a detail
+    at its right edge."""
     page, scale = panel.page, panel.picture.px_per_mm
-    width, height = INSET_IN[0] / page.layout.width, theme.inches(page, INSET_IN[1] - 0.15)
-    box = theme.place(page, top[0] - 0.5 * width, top[1] - height - theme.inches(page, 0.1), width, height)
+    if isinstance(place, theme.Box):
+        (wide, high), (across, up) = BESIDE_IN, (place.left + place.width, place.bottom + 0.5 * place.height)
+        left, top = across / page.dpi - wide, up / page.dpi + 0.5 * high
+    else:
+        wide, high = INSET_IN
+        left, top = place[0] * page.layout.width - 0.5 * wide, place[1] * page.get_figheight() - 0.1
+    low = theme.inches(page, top - high + 0.15)
+    box = theme.place(
+        page, left / page.layout.width, low, wide / page.layout.width, theme.inches(page, high - 0.15)
+    )
     middle = panel.view.place(path.middle(member))[:2]
     half = 0.5 * np.array(box.size) / (INSET_TIMES * scale)
     view = replace(panel.view, bounds=np.stack((middle - half, middle + half)))
-    where = page, box, path.design, member, path.path.flank, view
-    detail = panels.draw_flank(*where, traces, INSET_TIMES * scale, None)
+    surface = next(item for item in panel.items if isinstance(item, Surface))
+    items = [surface, *panels.path_items(page, traces, view, INSET_TIMES * scale)]
+    detail = panels.show_items(page, box, view, items, INSET_TIMES * scale, None)
     frame = panel.picture.project(np.append(middle, 0.0))
     for axes, centre, size in (
         (panel.axes, frame, 2.0 * half * scale),
-        (detail.axes if detail else panel.axes, 0.5 * np.array(box.size), np.array(box.size) - 2.0),
+        (detail.axes, 0.5 * np.array(box.size), np.array(box.size) - 2.0),
     ):
         style: dict[str, Any] = {"fill": False, "edgecolor": theme.GREY, "linewidth": 1.0, "zorder": 4}
         axes.add_patch(Rectangle(tuple(centre - 0.5 * size), *size.tolist(), **style))
-    if detail:
-        corner: dict[str, Any] = {"ha": "left", "va": "top", "fontsize": theme.SMALL}
-        annotate.text(detail.axes, (0.0, 0.0), f"\u00d7 {INSET_TIMES:g}", (4.0, -3.0), **corner)
+    corner: dict[str, Any] = {"ha": "left", "va": "top", "fontsize": theme.SMALL}
+    annotate.text(detail.axes, (0.0, 0.0), f"\u00d7 {INSET_TIMES:g}", (4.0, -3.0), **corner)
+    return detail.picture
 
 
 def _line(error: str, path: SolvedPath, zero: SolvedPath, member: int) -> tuple[str, ...]:
