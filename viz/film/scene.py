@@ -30,17 +30,27 @@ class FilmView:
     """One renderer of the window, with a ball for the contact of each tooth pair."""
 
     def __init__(
-        self, plotter: Any, place: tuple[int, int], camera: Camera, items: Sequence[Item], pairs: int
+        self,
+        plotter: Any,
+        place: tuple[int, int],
+        camera: Camera,
+        members: Sequence[Sequence[Item]],
+        pairs: int,
     ) -> None:
-        """Fill the renderer at a row and column of the window, and set its camera."""
+        """Fill the renderer at a row and column of the window with items of each member, and set its
+        camera."""
         plotter.subplot(*place)
         self.renderer = plotter.renderer
-        add_items(plotter, items)
-        self.actors = list(plotter.renderer.actors.values())
-        for _ in range(pairs):
-            add_items(plotter, [Tube(np.zeros((1, 3)), "white", 0.035 * camera.half_height)])
-        self.balls = list(plotter.renderer.actors.values())[len(self.actors) :]
+        self.actors = [self._added(plotter, items) for items in members]
+        ball = Tube(np.zeros((1, 3)), "white", 0.035 * camera.half_height)
+        self.balls = [actor for _ in range(pairs) for actor in self._added(plotter, [ball])]
         aim(plotter, camera)
+
+    def _added(self, plotter: Any, items: Sequence[Item]) -> list[Any]:
+        """Add items and return their actors."""
+        before = len(self.renderer.actors)
+        add_items(plotter, items)
+        return list(self.renderer.actors.values())[before:]
 
     def show(self, points: FloatArray, near: NDArray[np.bool_], touching: NDArray[np.bool_]) -> None:
         """Place the balls at points (k, 3), mm: blue if in contact, white if only near."""
@@ -109,13 +119,12 @@ def film_camera(film: Film, size: Size) -> Camera:
 
 
 def _mesh_view(plotter: Any, film: Film, size: Size) -> FilmView:
-    """Fill the view of the teeth in mesh. Its actors are metal and outline of the pinion, the paths on its
-    teeth, and metal and outline of the gear."""
+    """Fill the view of the teeth in mesh: pinion with the paths on its teeth, and gear."""
     size = int(MESH_WIDTH * size[0]), size[1]
     camera = film_camera(film, size)
     pinion, gear = (_metal(film, number, camera, size) for number in (0, 1))
     paths = [_path(film, 0, camera, pair) for pair in film.pairs.tolist()]
-    return FilmView(plotter, (1, 0), camera, [pinion, *paths, gear], len(film.pairs))
+    return FilmView(plotter, (1, 0), camera, [[pinion, *paths], [gear]], len(film.pairs))
 
 
 def _flank_view(plotter: Any, film: Film, number: int, size: Size) -> FilmView:
@@ -127,7 +136,7 @@ def _flank_view(plotter: Any, film: Film, number: int, size: Size) -> FilmView:
     corners = flank.frame @ flank.axes + flank.middle  # from the frame of the picture to that of the member
     camera = fit_camera(corners, -flank.axes[2], flank.axes[1], size, margin=0.12)
     items: list[Item] = [_metal(film, number, camera, size, [0]), _path(film, number, camera, 0)]
-    view = FilmView(plotter, (1 + number, 1), camera, items, len(film.pairs))
+    view = FilmView(plotter, (1 + number, 1), camera, [items], len(film.pairs))
     _write(plotter, f"{MEMBERS[number]} flank", "upper_left")
     return view
 
@@ -169,8 +178,7 @@ def _path(film: Film, number: int, camera: Camera, tooth: int) -> Tube:
 def _move(plotter: Any, film: Film, views: Sequence[FilmView], step: int) -> None:
     """Move teeth and balls to a step of the motion, and write its numbers."""
     near, touching, points = film.near[:, step], film.touching[:, step], film.point[:, step]
-    gear = views[0].actors[-2:]
-    for number, actors in enumerate((views[0].actors[:-2], gear)):
+    for number, actors in enumerate(views[0].actors):
         rotation, origin = (part[step] for part in film.frames[number])
         matrix = np.eye(4)
         matrix[:3, :3], matrix[:3, 3] = rotation, origin
