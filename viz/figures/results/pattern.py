@@ -21,7 +21,7 @@ from beveloid_geom.operation.angular_clearance import angular_clearance
 from beveloid_geom.operation.contact_pattern.pattern import ContactPattern
 from beveloid_geom.report.pattern import pattern_report
 
-from ...components import panels, paths_table, viewpoint
+from ...components import flattened_flank, panels, paths_table, viewpoint
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...components.flank_grid import LEFT, Cell, FlankGrid, draw_grid, text_heights
 from ...components.panels import Trace
@@ -260,7 +260,7 @@ def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
         items = _painted(data, layer, cell.view, BARE[cell.member])
         items += panels.path_items(page, [layer.trace], cell.view, cell.px_per_mm)
         drawn = panels.show_items(page, cell.box, cell.view, items, cell.px_per_mm, cell.limits)
-        rim = drawn.place(_rim(layer.points))
+        rim = drawn.place(flattened_flank.rim(layer.points))
         drawn.axes.plot(*rim.T, color=theme.GREY, linewidth=1.0)
         for ring in layer.rings:
             seen = drawn.place(ring)
@@ -270,11 +270,6 @@ def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
         return drawn.picture
 
     return Drawing(page, draw_grid(page, grid, low + theme.inches(page, BAR_HEIGHT_IN), high, panel))
-
-
-def _rim(grid: FloatArray) -> FloatArray:
-    """Return the boundary (n, 3) of a grid of points."""
-    return np.concatenate((grid[:, 0], grid[-1], grid[::-1, -1], grid[0, ::-1]))
 
 
 def _painted(data: BandFigure, layer: Layer, view: FlankView, metal: str) -> list[Item]:

@@ -23,6 +23,7 @@ from beveloid_geom.report.pattern import FIGURES, FINE, added_of, flat_data, sta
 
 from ...components import paths_table, posed
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.flattened_flank import side_view
 from ...components.paths_table import FLANKS, coefficients, modified, parabolas
 from ...rendering import theme
 
@@ -30,9 +31,6 @@ LEFT_MARGIN_IN, RIGHT_MARGIN_IN = 1.44, 0.1
 """Margins on the left and right of a matrix, inches."""
 GRID_STEP = 2
 """About one of this number of grid points along profile and face is drawn."""
-SHADE_FRACTIONS = (0.25, 0.5, 1.0)
-"""Fractions of the thickness of the marking compound at which a pattern is shaded."""
-SHADES = ("#6baed6", "#9ecae1", "#d0e3f2")
 NOTE = (
     "Pinion flank in the side view, {face:g} mm from {ends[0]} (left) to {ends[1]}. Shaded: separation below"
     " a quarter, half and all of {film:g} \u00b5m. Orange: ellipse with centre and second moments of the"
@@ -175,18 +173,14 @@ def _matrix(page: theme.Page, found: PatternMatrix, bottom: float, half: float, 
 def _cell(axes: Axes, cell: PatternCell, separation: float) -> None:
     """Draw pattern and ellipse over the pinion flank, z and r."""
     one, (z, r, least) = cell.ellipses[0], _drawn(cell)
-    rim = np.stack([_rim(z), _rim(r)], axis=-1)
-    root = np.ma.masked_invalid(np.sqrt(np.maximum(least, 0.0)))
-    for share, shade in zip(SHADE_FRACTIONS[::-1], SHADES[::-1], strict=True):
-        axes.contourf(z, r, root, [-1.0, float(np.sqrt(share * separation))], colors=[shade])
-    axes.add_patch(Polygon(rim, fill=False, edgecolor=theme.GREY, linewidth=1.2))
+    boundary = side_view(axes, z, r, least, separation)
     shape = (one.z, one.r), 2.0 * one.major, 2.0 * one.minor
     for width, within in ((0.7, False), (2.0, True)):
         look: dict[str, Any] = {"fill": False, "edgecolor": theme.RED, "clip_on": within}
         ring = Ellipse(*shape, angle=np.degrees(one.angle), linewidth=width, **look)
         axes.add_patch(ring)
         if within:
-            ring.set_clip_path(Polygon(rim, transform=axes.transData))
+            ring.set_clip_path(Polygon(boundary, transform=axes.transData))
     axes.plot(one.z, one.r, "+", color=theme.RED, markersize=9.0, markeredgewidth=1.6)
     axes.set_aspect("equal")
     margin = 0.03 * np.ptp(z)
@@ -199,10 +193,6 @@ def _drawn(cell: PatternCell) -> tuple[FloatArray, FloatArray, FloatArray]:
     every = np.ix_(*(np.linspace(0, n - 1, n // GRID_STEP + 1).round().astype(int) for n in side.least.shape))
     r = np.hypot(side.points[..., 0], side.points[..., 1])
     return side.z[every], r[every], side.least[every]
-
-
-def _rim(grid: FloatArray) -> FloatArray:
-    return np.concatenate((grid[:, 0], grid[-1], grid[::-1, -1], grid[0, ::-1]))
 
 
 def _words(found: PatternMatrix, k: int, cell: PatternCell, wide: bool) -> str:
