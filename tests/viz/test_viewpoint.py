@@ -97,4 +97,4 @@ def test_paths_that_are_close_together_have_a_detail(name: str, details: int) ->
     np.testing.assert_allclose(sizes[:, 1] + 2.0, 5.0 * sizes[:, 0])
     assert len(sizes) == details
     assert {"not first", "edge contact"} <= {text.get_text() for text in page.legends[0].get_texts()}
-    assert "mm" in texts(page)  # unit of the shifts
+    assert "shift mm" in texts(page)

@@ -50,7 +50,7 @@ LOOKS = (
     Look(theme.PLUS, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), 0.35),
 )
 TABLE_ROWS = len(SIGNS) + 1
-ROW_HEIGHT_IN, TABLE_WIDTH_IN, COLUMN_ENDS = 0.21, 2.8, (0.27, 0.57, 0.75, 1.0)
+ROW_HEIGHT_IN, TABLE_WIDTH_IN, COLUMN_ENDS = 0.21, 2.6, (0.2, 0.5, 0.71, 1.0)
 """Line spacing and width of the table of a flank, inches, and fractions of the width at which columns end."""
 FLANK_SHARE = 0.6
 """Width of the widest flank as a fraction of its column if a table is next to it."""
@@ -230,7 +230,7 @@ def _table(
         height = TABLE_ROWS * ROW_HEIGHT_IN + (INSET_IN[1] if data.close else 0.0)
         y += theme.inches(page, 0.5 * (cell.box.height / page.dpi + height))
     both = ("ratio", "running") if cell.member else ()
-    lines = [(f"error {case.unit}", "shift mm", *both)]
+    lines = [(case.unit, "shift mm", *both)]
     lines += [
         _line(case.label(sign).partition("\u00a0")[0], path, paths[1], cell.member)
         for sign, path in zip(SIGNS, paths, strict=True)
