@@ -27,7 +27,7 @@ CHARTS = {
     "modifications": 12,
     "sliding": 14,
     "ease-off": 4,
-    "tolerance-cloud": 10,
+    "tolerance-cloud": 3,
     "mesh-convergence": 4,
 }
 """Charts, and their smallest numbers of curves."""

@@ -6,7 +6,7 @@ import numpy as np
 import pyvista as pv
 
 from beveloid_viz.rendering.polylines import dashed, simplified
-from beveloid_viz.rendering.scene import TUBE_SIDES, Tube, add_items, tube_mesh
+from beveloid_viz.rendering.scene import TUBE_SIDES, Arrow, Item, Tube, add_items, tube_meshes
 
 TURN = np.linspace(0.0, 2.0 * np.pi, 401)
 CIRCLE = np.stack((10.0 * np.cos(TURN), 10.0 * np.sin(TURN), 0.0 * TURN), axis=-1)
@@ -37,12 +37,28 @@ def test_a_straight_line_needs_two_points() -> None:
 
 def test_a_tube_has_few_triangles() -> None:
     """A quarter of a circle of 10 mm with a tube of 0.5 mm: 17 rings, not 101."""
-    mesh = tube_mesh(Tube(CIRCLE[:101], "red", 0.5)).triangulate()
+    mesh = next(tube_meshes([CIRCLE[:101]], 0.5)).triangulate()
     caps = 2 * (TUBE_SIDES - 2)
     assert mesh.n_cells - caps == 2 * TUBE_SIDES * 16
     around = np.hypot(np.hypot(mesh.points[:, 0], mesh.points[:, 1]) - 10.0, mesh.points[:, 2])
     np.testing.assert_allclose(around, 0.5, rtol=0.06)
     assert isinstance(mesh, pv.PolyData)
+
+
+def test_lines_of_a_colour_are_one_actor() -> None:
+    """Tubes, balls and arrows keep their triangles."""
+    items: list[Item] = [
+        Tube(CIRCLE[:101], "red", 0.5),
+        Tube(CIRCLE[101:] + 1.0, "red", 0.5),
+        Tube(CIRCLE[:1], "red", 0.4),
+        Arrow(np.zeros(3), np.ones(3), "red", 0.1),
+        Tube(CIRCLE, "blue", 0.5),
+    ]
+    plotter = pv.Plotter(off_screen=True)
+    together = add_items(plotter, items)
+    assert len(plotter.renderer.actors) == 2
+    assert together == sum([add_items(plotter, [item]) for item in items])
+    plotter.close()
 
 
 def test_dashes_have_the_lengths_of_the_pattern() -> None:
@@ -56,6 +72,6 @@ def test_dashes_have_the_lengths_of_the_pattern() -> None:
 def test_no_item_replaces_another() -> None:
     """With the names that PyVista 0.45 gives, 22 of 300 balls disappear."""
     plotter = pv.Plotter(off_screen=True)
-    add_items(plotter, [Tube(np.array([[float(k), 0.0, 0.0]]), "red", 0.4) for k in range(300)])
+    add_items(plotter, [Tube(np.array([[float(k), 0.0, 0.0]]), f"#{k:06x}", 0.4) for k in range(300)])
     assert len(plotter.renderer.actors) == 300
     plotter.close()

@@ -51,8 +51,12 @@ def both_right() -> Design:
 DESIGNS = {"table1": TABLE, "mirror": scaled(mirrored(TABLE), 2.0 / 6.0), "both_right": both_right()}
 BUILT_IN = {name: builtin_design(name) for name in ("awd-transfer", "marine-gearbox", "anti-backlash")}
 """Designs with axes that intersect far away, and with parallel axes."""
-ALSO_BUILT_IN = ("fig-01", "fig-04", "fig-05", "fig-13")
+ALSO_BUILT_IN = ("fig-01", "fig-04", "fig-05", "fig-13", "posed-pair")
 """Figures that are also laid out for these designs."""
+SMALL = {"small": scaled(TABLE, 0.05)}
+"""Module 0.3 mm, at which numbers on axes have more decimals."""
+ALSO_SMALL = ("fig-14", "ease-off", "transmission-error")
+"""Figures that are also laid out for this design."""
 LEAST_SHARES = {
     "fig-05": 0.14,
     "fig-07": 0.145,
@@ -117,13 +121,14 @@ def faults(page: Page) -> list[str]:
         for design in (
             *DESIGNS,
             *(BUILT_IN if figure.name in ALSO_BUILT_IN else ()),
+            *(SMALL if figure.name in ALSO_SMALL else ()),
         )
     ],
 )
 def test_words_are_apart_whole_and_large_enough(figure: Figure, design: str) -> None:
     """Pages of Table 1 at both widths, those of other designs at the smaller one."""
     recipe = figure.recipe()
-    data = recipe.compute((DESIGNS | BUILT_IN)[design])
+    data = recipe.compute((DESIGNS | BUILT_IN | SMALL)[design])
     for width in WIDTHS if design == "table1" else WIDTHS[:1]:
         assert_printable(recipe.drawn(data, in_print(width)).page, width)
 

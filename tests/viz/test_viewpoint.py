@@ -8,13 +8,16 @@ import numpy as np
 import pytest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Ellipse
+from matplotlib.patches import Ellipse, Rectangle
 from matplotlib.text import Annotation
 
 from beveloid_geom import builtin_design
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.flank import flank_patch, tip_parameter, trace_parameter
 from beveloid_viz.components import viewpoint
+from beveloid_viz.rendering.opengl import require_opengl
+
+from .pages import drawn, texts
 
 CASES = [(number, flank) for number in (0, 1) for flank in ("right", "left")]
 
@@ -80,3 +83,18 @@ def test_the_sketch_has_an_eye_where_one_looks_from(
         assert side * head > 0.0
         metal = 100.0 * viewpoint.MIDDLE
         assert (side * head > metal) == outside
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "details"), [("fig-12", 0), ("fig-14", 4)])
+def test_paths_that_are_close_together_have_a_detail(name: str, details: int) -> None:
+    """Each detail shows the path without error in its middle, magnified, and its frame is on the flank."""
+    require_opengl()
+    page, _ = drawn(name, builtin_design(), (800, 600))
+    assert texts(page).count("\u00d7 5") == details
+    frames = [patch for axes in page.axes for patch in axes.patches if isinstance(patch, Rectangle)]
+    sizes = np.array([patch.get_bbox().size for patch in frames]).reshape(-1, 2, 2)
+    np.testing.assert_allclose(sizes[:, 1] + 2.0, 5.0 * sizes[:, 0])
+    assert len(sizes) == details
+    assert {"not first", "edge contact"} <= {text.get_text() for text in page.legends[0].get_texts()}
+    assert "shift mm" in texts(page)

@@ -191,16 +191,21 @@ class Overlay:
         reach : tuple of float
             End of the dashed line and position of the label, as fractions of the radius.
         offset : tuple of float
-            Offset of the label, points.
+            Offset of the label, points, if the second side is below the first; otherwise the opposite.
         """
         start, end, label_position = (
             np.asarray(foot),
             *(share * radius * np.asarray(first) for share in reach),
         )
         self.line(start, start + end, color=theme.RED, linestyle="--")
-        self.arrow_along(arc(start, first, second, radius), theme.RED)
-        style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.HEADING, "ha": "right", "va": "bottom"}
-        self.label(start + label_position, words, offset, **style)
+        curve = arc(start, first, second, radius)
+        self.arrow_along(curve, theme.RED)
+        (x1, y1), (x2, y2) = np.diff(self.picture.project(np.stack((start, curve[0], curve[-1]))), axis=0)
+        above = x1 * y2 - y1 * x2 > 0.0  # pixels point down: the second side is below the first
+        sides, way = (("right", "bottom"), 1.0) if above else (("left", "top"), -1.0)
+        style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.HEADING}
+        style |= dict(zip(("ha", "va"), sides, strict=True))
+        self.label(start + label_position, words, (way * offset[0], way * offset[1]), **style)
 
     def arrow_along(self, points: FloatArray, colour: str, width: float = 1.5) -> None:
         """Draw a curve (n, 3) with an arrow head at its end."""

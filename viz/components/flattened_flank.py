@@ -31,6 +31,8 @@ FACE, DEPTH = 25, 9
 """Number of points along the sides of an outline."""
 BANDS = (0.25, 0.5, 1.0)
 """Fractions of the separation of a pattern at which its shading changes."""
+SHADES = ("#6baed6", "#9ecae1", "#d0e3f2")
+"""Colours of BANDS in side views."""
 EVERY = 8
 """Number of rolls of a mesh cycle per contact point drawn."""
 
@@ -154,3 +156,20 @@ def pattern(axes: Axes, flat: FlatFlank, side: MemberPattern, separation: float)
     for share in BANDS:
         levels = [-1.0, float(np.sqrt(share * separation))]
         axes.contourf(x, y, root, levels, colors=[theme.BLUE], alpha=0.16, antialiased=True)
+
+
+def rim(*grids: FloatArray) -> FloatArray:
+    """Return the values on the boundary of grids (rows, columns, ...) of coordinates, as columns (n, ...)."""
+    sides = [np.concatenate((grid[:, 0], grid[-1], grid[::-1, -1], grid[0, ::-1])) for grid in grids]
+    return np.stack(sides, axis=-1) if len(sides) > 1 else sides[0]
+
+
+def side_view(axes: Axes, z: FloatArray, r: FloatArray, least: FloatArray, separation: float) -> FloatArray:
+    """Shade the area of a flank over z and r, mm, where the flanks are close, in bands; return its boundary
+    (n, 2)."""
+    root = np.ma.masked_invalid(np.sqrt(np.maximum(least, 0.0)))
+    for share, shade in zip(BANDS[::-1], SHADES[::-1], strict=True):
+        axes.contourf(z, r, root, [-1.0, float(np.sqrt(share * separation))], colors=[shade])
+    boundary = rim(z, r)
+    axes.add_patch(Polygon(boundary, fill=False, edgecolor=theme.GREY, linewidth=1.2))
+    return boundary

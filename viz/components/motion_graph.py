@@ -23,7 +23,7 @@ from beveloid_geom.status import FirstStatus
 
 from ..rendering import theme
 from .charts import SMALLEST
-from .paths_table import ratio_words
+from .paths_table import as_large, ratio_words
 
 REACH, STEPS = 3, 64
 """Number of pitches to either side over which a tooth pair is followed, and of rolls per pitch."""
@@ -68,12 +68,14 @@ class MotionGraph:
     def limits(self) -> tuple[float, float]:
         """Lower and upper limit of the chart, rad.
 
-        Below the curve in operation, the chart extends by the thickness of marking compound, or by the peak
-        to peak value if it is larger, because separated tooth pairs are there.
+        Below the curve in operation, the chart extends by the thickness of marking compound at the module of
+        Table 1, in proportion to the module, or by the peak to peak value if it is larger, because separated
+        tooth pairs are there.
         """
         runs = self.report.first.transmission_error - self.mean
         low, high = float(runs.min()), float(runs.max())
-        deep = max(MARKING_SEPARATION / self.pitch_radius, 1.2 * (high - low))
+        compound = MARKING_SEPARATION * as_large(self.report.design)
+        deep = max(compound / self.pitch_radius, 1.2 * (high - low))
         return low - deep, high + 0.12 * deep
 
 

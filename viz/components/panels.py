@@ -15,6 +15,7 @@ from typing import Any, cast
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
 
 from beveloid_geom import Design, sample_flank
 from beveloid_geom.arrays import FloatArray, Mask
@@ -47,13 +48,13 @@ HEAD = 8.0
 contact."""
 LINE = 0.4
 """Width of a line of contact relative to a path."""
-LINES_DRAWN = " Black lines across a path: some of the lines along which the flanks touch."
+LINES_DRAWN = " Black: some lines of contact."
 DASHED = (5.0, 3.0)
 DOTTED = (1.6, 2.4)
 """Lengths of dash and gap in widths of the path."""
 WHAT_TOUCHES = (
-    "Thick: first contact of all teeth; thin, dashed: another tooth pair or an edge touches earlier; {edges}:"
-    " edge contact. Ratios: Eq.\u00a016, and all teeth without load (running)."
+    "Not first: another tooth pair or an edge touches earlier. Ratios: Eq.\u00a016, and all teeth without"
+    " load (running)."
 )
 
 
@@ -130,6 +131,16 @@ def edge_traces(path: SolvedPath, member: int, look: Trace | None = None) -> lis
     return [replace(look, points=line, bare=True) for line in path.edge_lines(member)]
 
 
+def touching_legend(colours: tuple[str, str, str] = (theme.PATH, theme.PATH, EDGE)) -> list[Line2D]:
+    """Return the legend of the parts of a path: first contact, not first, and edge contact."""
+    wide = 2.0 * LINE_POINTS
+    looks = ("first contact", wide, SOLID), ("not first", THIN * wide, DASHED), ("edge contact", wide, SOLID)
+    return [
+        Line2D([], [], color=colour, linewidth=width, label=words, dashes=dashes or (1.0, 0.0))
+        for (words, width, dashes), colour in zip(looks, colours, strict=True)
+    ]
+
+
 def lines_drawn(paths: Iterable[SolvedPath]) -> str:
     """Return the sentence of a caption that explains lines of contact, if there are any."""
     return LINES_DRAWN if any(len(path.contact_lines(0)) for path in paths) else ""
@@ -137,11 +148,12 @@ def lines_drawn(paths: Iterable[SolvedPath]) -> str:
 
 @dataclass(frozen=True, eq=False)
 class Panel:
-    """Flank drawn on a page: axes with the pixels of the picture as coordinates, and the view."""
+    """Flank drawn on a page: axes with the pixels of the picture as coordinates, view, and items drawn."""
 
     axes: Axes
     picture: Picture
     view: FlankView
+    items: Sequence[Item]
 
     @property
     def page(self) -> Page:
@@ -232,7 +244,7 @@ def show_items(
     picture = render(Scene(items, flank_camera(view, 0.5 * box.height / px_per_mm)), box.size)
     axes = theme.show_picture(page, box, picture)
     if limits is None:
-        return Panel(axes, picture, view)
+        return Panel(axes, picture, view, items)
     root, middle, tip = view.frame
     side = 1.0 if tip[1, 0] > root[1, 0] else -1.0
     aligned = ("right", "left")[:: int(side)]
@@ -244,7 +256,7 @@ def show_items(
     ):
         style = {"fontsize": theme.SMALL, "color": theme.GREY, "ha": ha, "va": va, "rotation": rotation}
         annotate.text(axes, picture.project(place), text, offset, **style)
-    return Panel(axes, picture, view)
+    return Panel(axes, picture, view, items)
 
 
 def shared_scale(
@@ -264,8 +276,8 @@ def how_drawn(flank: str, stretch: float, outside: bool = False) -> str:
     flanks."""
     seen_from = "from outside" if outside or flank == "left" else "through the tooth"
     return (
-        f"View along the normal {seen_from}, {stretch:g} times larger across the face. Ball: start, arrow"
-        " head: end of the path. "
+        f"View along the normal {seen_from}, {stretch:g} times larger across the face. Paths run from ball to"
+        " arrow head. "
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -171,6 +172,11 @@ class SolvedPath:
 def as_large(design: Design) -> float:
     """Return the ratio of the pinion module to that of the paper's pair."""
     return float(design.pinion.tool.normal_module) / TABLE_1_MODULE
+
+
+def digits_mm(design: Design) -> int:
+    """Return the number of decimals of lengths along a flank in mm: 1 at modules near that of the paper."""
+    return 1 + max(0, round(-math.log10(as_large(design))))
 
 
 def two_digits(value: float) -> float:

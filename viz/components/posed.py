@@ -16,7 +16,7 @@ from beveloid_geom.pair.frames import layout_of, member_frame, normals_to_fixed,
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
 
-from ..rendering.scene import Surface, grid_surface
+from ..rendering.scene import Camera, Size, Surface, fit_camera, grid_surface
 
 VIEW, UP = np.array([-0.5, 0.52, 0.7]), np.array([0.0, -1.0, 0.0])
 """Viewing direction for a complete pair, and upward direction, in S_f."""
@@ -168,8 +168,8 @@ def far_words(pair: PosedPair) -> str:
         return ""
     true, drawn = np.abs(pair.position[0] - np.array([0.0, pair.nearer]))
     return (
-        " Beyond the breaks, the drawing is not to scale: the common perpendicular is"
-        f" {true:.0f} mm from the mid-face of the pinion and drawn at {drawn:.0f} mm; $\\delta$ is enlarged."
+        f" Not to scale beyond the breaks: common perpendicular at {true:.0f} mm, drawn at {drawn:.0f} mm;"
+        " $\\delta$ enlarged."
     )
 
 
@@ -183,10 +183,57 @@ def reach(*pairs: PosedPair, feet: bool = True) -> FloatArray:
     return np.concatenate(points)
 
 
-def placed_surface(mesh: Mesh, frame: Frame, colour: str, opacity: float = 1.0) -> Surface:
+def mesh_camera(
+    design: Design,
+    frame: Frame,
+    points: FloatArray,
+    normal: FloatArray,
+    size: Size,
+    least_modules: float = 3.0,
+) -> Camera:
+    """Return the camera for teeth in mesh, which looks along the teeth, with the gear on top.
+
+    Pinion flanks face to the left, to the light: right flanks are seen from +z, left flanks from -z.
+
+    Parameters
+    ----------
+    design : Design
+        The pair.
+    frame : tuple
+        Rotation and origin of the pinion in S_f.
+    points : ndarray, shape (n, 3)
+        Points in S_f that must be visible, mm.
+    normal : ndarray, shape (3,)
+        Common normal in S_f, out of the pinion tooth.
+    size : tuple of int
+        Width and height of the picture, pixels.
+    least_modules : float
+        Smallest half height of the picture, in normal modules.
+    """
+    axis, arm = frame[0][:, 2], points.mean(axis=0) - frame[1]
+    gearwards = arm - (arm @ axis) * axis
+    gearwards /= np.linalg.norm(gearwards)
+    along = np.cross(gearwards, normal)
+    # Turned from the direction of the teeth towards the pinion flanks, so that these can be seen.
+    towards = along / np.linalg.norm(along) + 0.3 * normal + 0.15 * gearwards
+    camera = fit_camera(points, -towards, gearwards, size, margin=0.06)
+    least_mm = least_modules * float(design.pinion.tool.normal_module)
+    return replace(camera, half_height=max(camera.half_height, least_mm))
+
+
+def teeth_in_mesh(mesh: Mesh, camera: Camera, axis: FloatArray) -> Mesh:
+    """Return the faces of a mesh that such a camera shows: without the bore, the end of the face that is
+    further away, and the cuts of a sector. `axis` (3,) is the axis of the member in S_f."""
+    far = "toe" if camera.direction @ axis < 0.0 else "heel"
+    return mesh.where(~mesh.is_of("bore", "first side", "last side", far))
+
+
+def placed_surface(
+    mesh: Mesh, frame: Frame, colour: str, opacity: float = 1.0, edges: bool = False
+) -> Surface:
     """Return a mesh as a surface in S_f."""
     points, normals = to_fixed(frame, mesh.points), normals_to_fixed(frame, mesh.normals)
-    return Surface(points, mesh.faces, normals, colour, opacity)
+    return Surface(points, mesh.faces, normals, colour, opacity, edges)
 
 
 def gear_items(
@@ -227,7 +274,7 @@ def gear_items(
         return blank(member, frame, colours[0], bore_radius), str(error)
     ends = mesh.is_of("toe", "heel")
     parts = ((mesh.where(~ends), colours[0]), (mesh.where(ends), colours[1]))
-    return [placed_surface(part, frame, colour) for part, colour in parts], ""
+    return [placed_surface(part, frame, colour, edges=True) for part, colour in parts], ""
 
 
 def lathe(profile: FloatArray, frame: Frame, colour: str, opacity: float = 1.0) -> list[Surface]:

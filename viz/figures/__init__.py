@@ -45,7 +45,12 @@ FIGURES = (
     Figure("fig-03", "Frames of the generation", "paper.fig_03_generation"),
     Figure("fig-04", "Meshing model of the pair", "paper.fig_04_meshing"),
     Figure("fig-05", "Assembly errors", "paper.fig_05_errors"),
-    Figure("fig-06", "Effect of the parabola coefficient's sign on the flank", "paper.fig_06_modification"),
+    Figure(
+        "fig-06",
+        "Effect of the parabola coefficient's sign on the flank",
+        "paper.fig_06_modification",
+        of_flank=True,
+    ),
     Figure(
         "fig-07", "Paths of contact, both coefficients positive", "paper.fig_07_to_10_paths", of_flank=True
     ),
@@ -118,7 +123,12 @@ FIGURES = (
         "results.sensitivity",
         flat=True,
     ),
-    Figure("tolerance-cloud", "Paths of contact under random assembly errors", "results.tolerance_cloud"),
+    Figure(
+        "tolerance-cloud",
+        "Paths of contact under random assembly errors",
+        "results.tolerance_cloud",
+        of_flank=True,
+    ),
     Figure(
         "map-parabola",
         "Map over sum and difference of the parabola coefficients",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
 from beveloid_geom.report.columns import ARCSEC
-from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
+from beveloid_geom.shapes.surface_mesh import gear_mesh
 
 from ..components import posed
 from ..components.paths_table import MEMBERS, ratio_words
@@ -25,23 +24,33 @@ from .motion import Film, NoFilmError
 
 MESH_WIDTH = 0.62
 """Width of the view of the teeth in mesh, as a fraction of the window."""
-GEARWARDS = np.array([1.0, 0.0, 0.0])  # in S_f, along the common perpendicular
 
 
 class FilmView:
     """One renderer of the window, with a ball for the contact of each tooth pair."""
 
     def __init__(
-        self, plotter: Any, place: tuple[int, int], camera: Camera, items: Sequence[Item], pairs: int
+        self,
+        plotter: Any,
+        place: tuple[int, int],
+        camera: Camera,
+        members: Sequence[Sequence[Item]],
+        pairs: int,
     ) -> None:
-        """Fill the renderer at a row and column of the window, and set its camera."""
+        """Fill the renderer at a row and column of the window with items of each member, and set its
+        camera."""
         plotter.subplot(*place)
         self.renderer = plotter.renderer
-        add_items(plotter, items)
-        self.actors = list(plotter.renderer.actors.values())
-        add_items(plotter, [Tube(np.zeros((1, 3)), "white", 0.035 * camera.half_height)] * pairs)
-        self.balls = list(plotter.renderer.actors.values())[len(self.actors) :]
+        self.actors = [self._added(plotter, items) for items in members]
+        ball = Tube(np.zeros((1, 3)), "white", 0.035 * camera.half_height)
+        self.balls = [actor for _ in range(pairs) for actor in self._added(plotter, [ball])]
         aim(plotter, camera)
+
+    def _added(self, plotter: Any, items: Sequence[Item]) -> list[Any]:
+        """Add items and return their actors."""
+        before = len(self.renderer.actors)
+        add_items(plotter, items)
+        return list(self.renderer.actors.values())[before:]
 
     def show(self, points: FloatArray, near: NDArray[np.bool_], touching: NDArray[np.bool_]) -> None:
         """Place the balls at points (k, 3), mm: blue if in contact, white if only near."""
@@ -102,24 +111,20 @@ def write_film(film: Film, out: Path, size: Size, fps: float, steps: Iterable[in
 
 
 def film_camera(film: Film, size: Size) -> Camera:
-    """Return the camera that looks along the teeth and shows all contacts of the film, gear on top."""
+    """Return the camera for the teeth in mesh, which shows all contacts of the film."""
+    middle = len(film.frames[0][1]) // 2
+    frame = film.frames[0][0][middle], film.frames[0][1][middle]
     normal = np.nanmean(film.path.path.normal, axis=0)  # out of the pinion tooth
-    along = np.cross(GEARWARDS, normal)
-    # Turned from the direction of the teeth towards the pinion flanks, so that these can be seen.
-    towards = along / np.linalg.norm(along) + 0.3 * normal + 0.15 * GEARWARDS
-    camera = fit_camera(film.point[film.near], -towards, GEARWARDS, size, margin=0.06)
-    least_mm = 3.0 * float(film.path.design.pinion.tool.normal_module)
-    return replace(camera, half_height=max(camera.half_height, least_mm))
+    return posed.mesh_camera(film.path.design, frame, film.point[film.near], normal, size)
 
 
 def _mesh_view(plotter: Any, film: Film, size: Size) -> FilmView:
-    """Fill the view of the teeth in mesh. Its actors are metal and outline of the pinion, the paths on its
-    teeth, and metal and outline of the gear."""
+    """Fill the view of the teeth in mesh: pinion with the paths on its teeth, and gear."""
     size = int(MESH_WIDTH * size[0]), size[1]
     camera = film_camera(film, size)
     pinion, gear = (_metal(film, number, camera, size) for number in (0, 1))
     paths = [_path(film, 0, camera, pair) for pair in film.pairs.tolist()]
-    return FilmView(plotter, (1, 0), camera, [*pinion, *paths, *gear], len(film.pairs))
+    return FilmView(plotter, (1, 0), camera, [[pinion, *paths], [gear]], len(film.pairs))
 
 
 def _flank_view(plotter: Any, film: Film, number: int, size: Size) -> FilmView:
@@ -130,29 +135,26 @@ def _flank_view(plotter: Any, film: Film, number: int, size: Size) -> FilmView:
     size = int((1.0 - MESH_WIDTH) * size[0]), size[1] // 2
     corners = flank.frame @ flank.axes + flank.middle  # from the frame of the picture to that of the member
     camera = fit_camera(corners, -flank.axes[2], flank.axes[1], size, margin=0.12)
-    items: list[Item] = [*_metal(film, number, camera, size, [0]), _path(film, number, camera, 0)]
-    view = FilmView(plotter, (1 + number, 1), camera, items, len(film.pairs))
+    items: list[Item] = [_metal(film, number, camera, size, [0]), _path(film, number, camera, 0)]
+    view = FilmView(plotter, (1 + number, 1), camera, [items], len(film.pairs))
     _write(plotter, f"{MEMBERS[number]} flank", "upper_left")
     return view
 
 
 def _metal(
     film: Film, number: int, camera: Camera, size: Size, teeth: Sequence[int] | None = None
-) -> list[Surface]:
-    """Return surface and outline of a member in its frame; without `teeth`, of all teeth in view."""
+) -> Surface:
+    """Return the surface of a member in its frame; without `teeth`, of all teeth in view."""
     member = film.path.design.members[number]
-    far = "toe" if camera.direction[2] < 0.0 else "heel"
-    hidden = ("bore", "first side", "last side", *(("toe", "heel") if teeth else (far,)))
     opacity = 0.3 if number and not teeth else 1.0  # the gear hides the contacts
     try:
         mesh = gear_mesh(member, MESH_PX * camera.mm_per_px(size), teeth or teeth_near(film, number, camera))
     except ValueError as error:
         raise NoFilmError(f"{MEMBERS[number]}: {error}") from None
-    skin = mesh.where(~mesh.is_of(*hidden))
-    return [
-        Surface(skin.points, skin.faces, skin.normals, theme.METALS[number], opacity),
-        _outline(skin if teeth else mesh),
-    ]
+    skin = posed.teeth_in_mesh(mesh, camera, film.frames[number][0][0, :, 2])
+    if teeth:
+        skin = skin.where(~skin.is_of("toe", "heel"))
+    return Surface(skin.points, skin.faces, skin.normals, theme.METALS[number], opacity, edges=True)
 
 
 def teeth_near(film: Film, number: int, camera: Camera) -> range | None:
@@ -167,12 +169,6 @@ def teeth_near(film: Film, number: int, camera: Camera) -> range | None:
     return range(nearest - aside, nearest + aside + 1)
 
 
-def _outline(mesh: Mesh) -> Surface:
-    """Return the sharp edges of a mesh as an invisible surface with edges; parts are joined first."""
-    _, index, joined = np.unique(mesh.points.round(5), axis=0, return_index=True, return_inverse=True)
-    return Surface(mesh.points[index], joined.reshape(-1)[mesh.faces], None, opacity=0.0, edges=True)
-
-
 def _path(film: Film, number: int, camera: Camera, tooth: int) -> Tube:
     """Return the path of contact on a tooth of pinion (0) or gear (1), in the frame of the member."""
     points = posed.on_tooth(film.path.points[number], film.path.design.members[number], tooth)
@@ -182,8 +178,7 @@ def _path(film: Film, number: int, camera: Camera, tooth: int) -> Tube:
 def _move(plotter: Any, film: Film, views: Sequence[FilmView], step: int) -> None:
     """Move teeth and balls to a step of the motion, and write its numbers."""
     near, touching, points = film.near[:, step], film.touching[:, step], film.point[:, step]
-    gear = views[0].actors[-2:]
-    for number, actors in enumerate((views[0].actors[:-2], gear)):
+    for number, actors in enumerate(views[0].actors):
         rotation, origin = (part[step] for part in film.frames[number])
         matrix = np.eye(4)
         matrix[:3, :3], matrix[:3, 3] = rotation, origin

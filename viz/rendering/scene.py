@@ -6,17 +6,15 @@ Lengths are mm.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .camera import VIEW_ANGLE_DEG, Camera as Camera, Size as Size, fit_camera as fit_camera
 from .polylines import FloatArray, simplified
-
-Size: TypeAlias = tuple[int, int]
-"""Width and height, pixels."""
 
 MESH_PX = 0.2
 """Largest deviation of the triangles of gears from the surface, pixels; smaller values make no visible
@@ -27,7 +25,10 @@ radius: less than 0.3 pixels for the paths of figures."""
 ROUND_SIDES, SMOOTH_ANGLE_DEG = 16, 60.0
 """Sides of balls and arrow heads, and largest angle between faces that are shaded as one smooth surface."""
 JOINED = 1e-6
-"""Largest distance, mm, of line ends that are joined."""
+"""Largest distance, mm, of points that are joined."""
+OCCLUSION_RADIUS, OCCLUSION_BIAS = 0.09, 0.01
+"""Reach of ambient occlusion, and depth below which it is ignored, as fractions of half the picture height.
+The depths of VTK have about 11 bits, so that a smaller bias or a more distant camera gives stripes."""
 EDGE_ANGLE_DEG = 35.0
 EDGE_COLOUR = "#303840"
 # Lights: direction in the frame of the camera (right, up, towards the viewer) and intensity.
@@ -115,41 +116,6 @@ Item: TypeAlias = Surface | Tube | Arrow
 
 
 @dataclass(frozen=True, eq=False)
-class Camera:
-    """Parallel projection.
-
-    Attributes
-    ----------
-    direction : ndarray, shape (3,)
-        Viewing direction.
-    up : ndarray, shape (3,)
-        Upward direction in the picture.
-    focal_point : ndarray, shape (3,)
-        Point at the centre of the picture, mm.
-    half_height : float
-        Distance from the centre to the upper edge of the picture, mm.
-    """
-
-    direction: FloatArray
-    up: FloatArray
-    focal_point: FloatArray
-    half_height: float
-
-    @property
-    def axes(self) -> FloatArray:
-        """Unit vectors to the right, upwards and towards the viewer, as rows (3, 3)."""
-        back = -np.asarray(self.direction, dtype=float)
-        back = back / np.linalg.norm(back)
-        right = np.cross(self.up, back)
-        right = right / np.linalg.norm(right)
-        return np.stack((right, np.cross(back, right), back))
-
-    def mm_per_px(self, size_px: Size) -> float:
-        """Return the size of a pixel, mm, in a picture of this size."""
-        return float(2.0 * self.half_height / size_px[1])
-
-
-@dataclass(frozen=True, eq=False)
 class Scene:
     """Items and the camera that looks at them."""
 
@@ -167,47 +133,15 @@ class Picture:
 
     @property
     def px_per_mm(self) -> float:
-        """Pixels per mm in the plane of the picture."""
+        """Pixels per mm in the plane through the focal point."""
         return float(self.image.shape[0] / (2.0 * self.camera.half_height))
 
     def project(self, points: ArrayLike) -> FloatArray:
         """Return the pixels (..., 2) of points (..., 3), mm. The origin is the upper left corner; y points
         down."""
         height, width = self.image.shape[:2]
-        offset = (np.asarray(points, dtype=float) - self.camera.focal_point) @ self.camera.axes.T
         centre = np.array([width, height]) / 2.0
-        return np.asarray(centre + self.px_per_mm * offset[..., :2] * (1.0, -1.0))
-
-
-def fit_camera(
-    points: ArrayLike, direction: ArrayLike, up: ArrayLike, size_px: Size, margin: float = 0.05
-) -> Camera:
-    """Return a camera that shows all points.
-
-    Parameters
-    ----------
-    points : array_like, shape (..., 3)
-        Points that must be visible, mm.
-    direction, up : array_like, shape (3,)
-        Viewing direction and upward direction.
-    size_px : tuple of int
-        Width and height of the picture, pixels.
-    margin : float
-        Margin on each side, as a fraction of the picture.
-
-    Returns
-    -------
-    Camera
-        Camera with its focal point at the centre of the points.
-    """
-    points = np.asarray(points, dtype=float).reshape(-1, 3)
-    direction, up = np.asarray(direction, dtype=float), np.asarray(up, dtype=float)
-    axes = Camera(direction, up, np.zeros(3), 1.0).axes
-    seen = points @ axes.T
-    low, high = seen.min(axis=0), seen.max(axis=0)
-    half = (high - low) / (2.0 * (1.0 - 2.0 * margin))
-    half_height = max(half[1], half[0] * size_px[1] / size_px[0], 1e-9)
-    return Camera(direction, axes[1], (low + high) / 2.0 @ axes, float(half_height))
+        return np.asarray(centre + self.px_per_mm * self.camera.seen(points) * (1.0, -1.0))
 
 
 def render(scene: Scene, size_px: Size) -> Picture:
@@ -233,6 +167,9 @@ def render(scene: Scene, size_px: Size) -> Picture:
         triangles = add_items(plotter, scene.items)
         aim(plotter, scene.camera)
         plotter.enable_anti_aliasing("ssaa")
+        if scene.camera.perspective:
+            reach, bias = (k * scene.camera.half_height for k in (OCCLUSION_RADIUS, OCCLUSION_BIAS))
+            plotter.enable_ssao(radius=reach, bias=bias, kernel_size=32)
         plotter.render()
         image = np.array(plotter.screenshot(return_img=True)[..., :3])
         return Picture(image, scene.camera, triangles)
@@ -251,17 +188,39 @@ def aim(plotter: Any, camera: Camera) -> None:
         light.positional = False
         light.intensity = strength
         plotter.add_light(light, only_active=True)
-    plotter.camera.parallel_projection = True
+    plotter.camera.parallel_projection = not camera.perspective
+    plotter.camera.view_angle = VIEW_ANGLE_DEG
     plotter.camera.focal_point = camera.focal_point
-    plotter.camera.position = camera.focal_point + 20.0 * camera.half_height * back
+    plotter.camera.position = camera.focal_point + camera.distance * back
     plotter.camera.up = up
     plotter.camera.parallel_scale = camera.half_height
     plotter.renderer.ResetCameraClippingRange()
 
 
 def add_items(plotter: Any, items: Sequence[Item]) -> int:
-    """Add items to the active view; return their number of triangles."""
-    return sum(_add(plotter, item) for item in items)
+    """Add items to the active view, lines and arrows of a colour as one actor; return their number of
+    triangles."""
+    tubes: dict[tuple[str, float], list[FloatArray]] = {}
+    meshes: dict[str, list[Any]] = {}
+    for item in items:
+        if isinstance(item, Tube):
+            tubes.setdefault((item.colour, item.radius), []).append(np.atleast_2d(item.points))
+        elif isinstance(item, Arrow):
+            meshes.setdefault(item.colour, []).append(_arrow(item))
+    for (colour, radius), lines in tubes.items():
+        meshes.setdefault(colour, []).extend(tube_meshes(lines, radius))
+    surfaces = sum(_add_surface(plotter, item) for item in items if isinstance(item, Surface))
+    return surfaces + sum(_add_lines(plotter, parts, colour) for colour, parts in meshes.items())
+
+
+def _add_lines(plotter: Any, meshes: list[Any], colour: str) -> int:
+    """Add tubes, balls and arrows as one actor; return their number of triangles."""
+    import pyvista as pv
+
+    mesh = pv.merge([mesh.triangulate() for mesh in meshes], merge_points=False)
+    smooth = {"smooth_shading": True, "split_sharp_edges": True, "feature_angle": SMOOTH_ANGLE_DEG}
+    plotter.add_mesh(mesh, name=_unused_name(plotter), color=colour, **smooth, **PLAIN)
+    return int(mesh.n_cells)
 
 
 def _unused_name(plotter: Any) -> str:
@@ -270,16 +229,6 @@ def _unused_name(plotter: Any) -> str:
     PyVista replaces an actor of the same name. Its own names are memory addresses; version 0.45 uses some of
     them twice, so that items disappear."""
     return f"item {sum(len(renderer.actors) for renderer in plotter.renderers)}"
-
-
-def _add(plotter: Any, item: Item) -> int:
-    """Add one item; return its number of triangles."""
-    if isinstance(item, Surface):
-        return _add_surface(plotter, item)
-    mesh = tube_mesh(item) if isinstance(item, Tube) else _arrow(item)
-    smooth = {"smooth_shading": True, "split_sharp_edges": True, "feature_angle": SMOOTH_ANGLE_DEG}
-    plotter.add_mesh(mesh, name=_unused_name(plotter), color=item.colour, **smooth, **PLAIN)
-    return int(mesh.triangulate().n_cells)
 
 
 def _add_surface(plotter: Any, surface: Surface) -> int:
@@ -298,7 +247,8 @@ def _add_surface(plotter: Any, surface: Surface) -> int:
     actor = plotter.add_mesh(mesh, name=_unused_name(plotter), **look)
     actor.SetVisibility(surface.opacity > 0.0)
     if surface.edges:
-        lines = mesh.extract_feature_edges(EDGE_ANGLE_DEG, manifold_edges=False, non_manifold_edges=False)
+        joined = mesh.clean(tolerance=JOINED, absolute=True)  # points with two normals are given twice
+        lines = joined.extract_feature_edges(EDGE_ANGLE_DEG, manifold_edges=False, non_manifold_edges=False)
         if lines.n_cells:
             actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()  # edges in front of their faces
             actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
@@ -317,6 +267,33 @@ def cut(surface: Surface, point: FloatArray, normal: FloatArray) -> list[FloatAr
     return [np.asarray(lines.get_cell(k).points) for k in range(lines.n_cells)]
 
 
+def divided(surface: Surface, level: FloatArray) -> tuple[Surface, Surface]:
+    """Divide a painted surface of triangles where the values `level` (n,) at its points are zero.
+
+    Returns the parts with positive and negative values."""
+    import pyvista as pv
+
+    faces: Any = surface.faces
+    mesh: Any = pv.PolyData.from_regular_faces(surface.points, faces)
+    mesh.point_data["level"] = level
+    if surface.paint is not None:
+        mesh.point_data["values"] = surface.paint.values
+    parts = (
+        mesh.clip_scalar(scalars="level", value=0.0, invert=below).triangulate() for below in (False, True)
+    )
+    first, second = (
+        replace(
+            surface,
+            points=np.asarray(part.points),
+            faces=part.regular_faces,
+            normals=None,
+            paint=surface.paint and replace(surface.paint, values=np.asarray(part["values"])),
+        )
+        for part in parts
+    )
+    return first, second
+
+
 def _bands(paint: Paint, nothing: str) -> dict[str, Any]:
     """Return the arguments of `add_mesh` that show values as bands with sharp borders."""
     return {
@@ -330,16 +307,18 @@ def _bands(paint: Paint, nothing: str) -> dict[str, Any]:
     }
 
 
-def tube_mesh(tube: Tube) -> Any:
-    """Return the triangles of a tube or ball as PyVista mesh."""
+def tube_meshes(lines: Sequence[FloatArray], radius: float) -> Iterator[Any]:
+    """Yield the meshes of tubes along lines (n, 3), and of balls at single points."""
     import pyvista as pv
 
-    points = np.atleast_2d(np.asarray(tube.points, dtype=float))
-    if len(points) == 1:
+    for ball in (line[0] for line in lines if len(line) == 1):
         sides: dict[str, Any] = {"theta_resolution": ROUND_SIDES, "phi_resolution": ROUND_SIDES // 2 + 1}
-        return pv.Sphere(radius=tube.radius, center=points[0], **sides)
-    line = pv.MultipleLines(simplified(points, TUBE_TOLERANCE * tube.radius))
-    return line.tube(radius=tube.radius, n_sides=TUBE_SIDES, capping=True)
+        yield pv.Sphere(radius=radius, center=ball, **sides)
+    if long := [simplified(line, TUBE_TOLERANCE * radius) for line in lines if len(line) > 1]:
+        cells = np.split(np.arange(sum(map(len, long))), np.cumsum([len(line) for line in long])[:-1])
+        index = np.concatenate([np.r_[len(cell), cell] for cell in cells])
+        centres = pv.PolyData(np.concatenate(long), lines=index)
+        yield centres.tube(radius=radius, n_sides=TUBE_SIDES, capping=True)
 
 
 def _arrow(arrow: Arrow) -> Any:

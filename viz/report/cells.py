@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from beveloid_geom.analysis.pattern_matrix import PatternCell, PatternMatrix
 from beveloid_geom.arrays import FloatArray
 
-from ..components.flattened_flank import BANDS
+from ..components.flattened_flank import BANDS, rim
 from .picture import polygon
 
 UNITS = 40.0
@@ -48,8 +48,7 @@ def _picture(axes: Axes, cell: PatternCell, separation: float, low: FloatArray, 
     z, r = side.z, np.hypot(side.points[..., 0], side.points[..., 1])
     corner = float(low[0]), float(high[1])
     width, height = np.round(UNITS * (high - low)).astype(int).tolist()
-    rim = [np.concatenate((g[:, 0], g[-1], g[::-1, -1], g[0, ::-1])) for g in (z, r)]
-    pieces = [f'<path class="rim" d="{polygon(np.stack(rim, axis=-1), corner, UNITS)}"/>']
+    pieces = [f'<path class="rim" d="{polygon(rim(z, r), corner, UNITS)}"/>']
     for lines in _areas(axes, z, r, side.least, separation):
         shape = "".join(polygon(line, corner, UNITS) for line in lines)
         pieces.append(f'<path class="area" d="{shape}"/>')

@@ -81,7 +81,7 @@ REASONS: list[tuple[Design, dict[str, str]]] = [
 def _few(monkeypatch: pytest.MonkeyPatch) -> None:
     require_opengl()
     few: list[tuple[Any, dict[str, Any]]] = [
-        (fig_cloud, {"MOUNTINGS": 50, "PATHS_DRAWN": 20, "TOLERANCE_FACTORS": (1.0, 10.0)}),
+        (fig_cloud, {"MOUNTINGS": 50, "PATHS_DRAWN": 20}),
         (fig_map, {"STEPS": 2}),
     ]
     for module, values in few:
@@ -105,4 +105,4 @@ def test_the_reason_is_on_the_page(design: Design, name: str, reason: str) -> No
 
 def test_without_contact_no_figure_claims_one() -> None:
     page, _ = drawn("separation", TABLE.with_parabola(pinion=0.01, gear=0.01))
-    assert "three neighbouring tooth pairs; pinion" in words(page)
+    assert "Right flanks; pinion (top)" in words(page)

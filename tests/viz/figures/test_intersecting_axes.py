@@ -57,7 +57,7 @@ def test_the_layout_is_drawn(name: str) -> None:
     assert WORDS[name] in words(page), words(page)
     if name != "fig-01":
         assert ("$E$ = 0" in words(page)) == (name == "fig-04")
-        assert "2162 mm from the mid-face of the pinion and drawn at 623 mm" in words(page)
+        assert "common perpendicular at 2162 mm, drawn at 623 mm" in words(page)
 
 
 @pytest.mark.parametrize("name", DESIGNS)
@@ -69,7 +69,7 @@ def test_a_remote_perpendicular_is_drawn_nearer(name: str) -> None:
     away = float(np.linalg.norm(data.feet[0] - pair.frames[0][1]))
     np.testing.assert_allclose(np.cross(data.feet[0] - pair.frames[0][1], pair.axis[0]), 0.0, atol=1e-9)
     np.testing.assert_allclose(data.feet[1] - data.feet[0], pair.foot[1] - pair.foot[0], atol=1e-9)
-    assert f"is {abs(pair.position[0]):.0f} mm" in posed.far_words(pair)
+    assert f"at {abs(pair.position[0]):.0f} mm" in posed.far_words(pair)
     assert f"drawn at {away:.0f} mm" in posed.far_words(pair)
     towards = -np.sign(pair.position) * pair.breaks
     assert (towards > half).all()
@@ -138,13 +138,18 @@ def test_sensitivities_and_clouds_are_of_the_same_errors(monkeypatch: pytest.Mon
     assert named == {"centre distance", "in plane", "out of plane", "pinion axial", "gear axial"}
     header, _ = pattern_errors.rows((pattern_errors.Block("left", AT_MESH, None, "nothing runs"),))
     assert header[4:6] == ("centre_distance_error_mm", "in_plane_error_rad")
+    remote = replace(AT_MESH, errors_at="perpendicular")
+    assert pattern_errors.rows((pattern_errors.Block("left", remote, None, ""),))[0][4:6] == header[4:6]
+    near = builtin_design()
+    header, _ = pattern_errors.rows((pattern_errors.Block("left", near, None, ""),))
+    assert header[4:6] == ("offset_error_mm", "shaft_angle_error_rad")
     monkeypatch.setattr(tolerance_cloud, "MOUNTINGS", 8)
-    case = tolerance_cloud._case("left", "as designed", AT_MESH, "black", 1.0)
+    case = tolerance_cloud.case_study("left", "as designed", AT_MESH, "black", 1.0)
     assert case.study is not None
     assert case.study.tolerances == USUAL_AT["mesh"]
     path = paths_table.solve(AT_MESH, "left")
-    header, rows = tolerance_cloud.rows((tolerance_cloud.Side("left", path, (), (case,)),))
-    assert header[5:10] == [f"{name}_error_{unit}" for name, unit in ERRORS_AT_MESH.items()]
+    header, rows = tolerance_cloud.rows(tolerance_cloud.CloudFigure("left", path, (), (case,)))
+    assert header[4:9] == [f"{name}_error_{unit}" for name, unit in ERRORS_AT_MESH.items()]
     assert {len(row) for row in rows} == {len(header)}
 
 

@@ -12,6 +12,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_viz.figures.paper import fig_06_modification as fig
 from beveloid_viz.rendering.opengl import require_opengl
 
+from ...symmetry import mirrored, scaled
 from ..pages import page_of, words
 
 
@@ -51,3 +52,32 @@ def test_the_factor_is_round_and_said(times: float, factor: float) -> None:
     page = page_of(fig.draw, replace(data, sections=sections))
     assert f"deviation \u00d7 {factor:g}" in " ".join(axes.get_title(loc="left") for axes in page.axes)
     assert f"thick lines with {factor:g} times their deviation" in words(page)
+
+
+def test_the_figure_is_the_same_at_any_module() -> None:
+    usual, small = (fig.compute(scaled(builtin_design(), times)) for times in (1.0, 0.05))
+    assert (usual.coefficient, small.coefficient) == (0.01, 0.2)
+    for sign, section in usual.sections.items():
+        np.testing.assert_allclose(0.05 * section.deviation, small.sections[sign].deviation, atol=1e-9)
+
+
+def test_a_left_flank_is_drawn_as_the_right_flank_of_the_mirrored_pair() -> None:
+    left, right = (
+        fig.compute(design, flank)
+        for design, flank in ((builtin_design(), "left"), (mirrored(builtin_design()), "right"))
+    )
+    assert left.ends == ("heel", "toe")
+    for sign, section in right.sections.items():
+        for name in ("across", "up", "deviation", "base", "per_mm"):
+            mine, other = getattr(left.sections[sign], name), getattr(section, name)
+            np.testing.assert_allclose(mine, other, atol=1e-9)
+
+
+def test_a_flank_that_ends_below_the_tip_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    require_opengl()
+    monkeypatch.setattr(fig, "COEFFICIENT", 0.03)
+    data = fig.compute(builtin_design())
+    missing = sorted(set(fig.LOOKS) - set(data.members))
+    assert missing
+    for sign in missing:
+        assert f"The {fig.LOOKS[sign].name} flank ends below the tip" in words(page_of(fig.draw, data))

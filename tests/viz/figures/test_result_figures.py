@@ -31,7 +31,7 @@ from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.operation import OperationReport, operation_report
 from beveloid_geom.report.pattern import pattern_report
 from beveloid_geom.shapes.hexahedral_mesh import face_nodes
-from beveloid_viz.components import charts, motion_graph, paths_table, posed
+from beveloid_viz.components import charts, motion_graph, posed
 from beveloid_viz.figures.results import (
     meshed_tooth as fig_meshed,
     modifications as fig_modifications,
@@ -42,11 +42,12 @@ from beveloid_viz.figures.results import (
 )
 from beveloid_viz.rendering.layout import of_size
 from beveloid_viz.rendering.opengl import require_opengl
+from beveloid_viz.rendering.scene import Surface, Tube
 from beveloid_viz.rendering.theme import Page
 
 from ...cli.running import rows_of, run, strict_json
 from ...symmetry import scaled
-from ..pages import drawn, page_of, texts, words
+from ..pages import drawn, page_of, recipe_of, texts, words
 
 SIZE = (800, 600)
 STEPS = np.array((0.1, np.radians(0.01), 0.1, 0.1))
@@ -55,7 +56,7 @@ STEPS = np.array((0.1, np.radians(0.01), 0.1, 0.1))
 @pytest.fixture(autouse=True)
 def _few_mountings(monkeypatch: pytest.MonkeyPatch) -> None:
     require_opengl()
-    for name, value in (("MOUNTINGS", 200), ("PATHS_DRAWN", 20), ("TOLERANCE_FACTORS", (1.0, 10.0))):
+    for name, value in (("MOUNTINGS", 200), ("PATHS_DRAWN", 20)):
         monkeypatch.setattr(fig_cloud, name, value)
 
 
@@ -95,65 +96,65 @@ def test_values_of_a_panel_are_not_overprinted() -> None:
 
 @cache
 def cloud() -> tuple[Page, list[dict[str, Any]]]:
-    return drawn("tolerance-cloud", builtin_design(), SIZE)
+    """Return the figure of left flanks and its table."""
+    recipe = recipe_of("tolerance-cloud")
+    data = recipe.compute(builtin_design(), "left")
+    header, rows = recipe.rows(data)
+    page = page_of(recipe.draw, data, SIZE)
+    page.draw_without_rendering()
+    return page, [dict(zip(header, row, strict=True)) for row in rows]
 
 
-def test_clouds_and_counts_are_the_librarys() -> None:
+@pytest.mark.parametrize("flank", ["right", "left"])
+def test_clouds_and_counts_are_the_librarys(flank: str) -> None:
     design = builtin_design()
-    right, left = fig_cloud.compute(design)
-    for side in (right, left):
-        study = tolerance_study(design, USUAL, side.flank, 200)
-        drawn = side.cases[0].study
-        assert drawn is not None
-        np.testing.assert_array_equal(drawn.mountings.pinion_z, study.mountings.pinion_z)
-        for factor, cloud in zip((5.0, 1.0), side.clouds, strict=True):
-            errors = Errors(*(factor * drawn.mountings.errors[3]))
-            path = path_of_contact(design.with_errors(errors), side.flank, fig_cloud.POINTS)
-            for points, member, l, u in zip(
-                cloud, design.members, (path.l1, path.l2), (path.u1, path.u2), strict=True
-            ):
-                np.testing.assert_allclose(
-                    points[3], flank_point(member, side.flank, l, u), rtol=0.0, atol=1e-9
-                )
-    changed, without = right.cases[0].shares[:, 1]
-    wide = replace(USUAL, **{name: 10.0 * getattr(USUAL, name) for name in USUAL.names})
-    ten = tolerance_study(design, wide, "right", 200)
-    assert (changed, without) == pytest.approx(
-        (ten.limits_changed() / 200, 1.0 - ten.mountings.solved.mean()), abs=1e-12
-    )
-    assert without > 0.1
-    assert (left.cases[0].shares == 0.0).all()
+    data = fig_cloud.compute(design, flank)
+    study, drawn = tolerance_study(design, USUAL, flank, 200), data.cases[0].study
+    assert drawn is not None
+    np.testing.assert_array_equal(drawn.mountings.pinion_z, study.mountings.pinion_z)
+    for factor, cloud in zip((5.0, 1.0), data.clouds, strict=True):
+        errors = Errors(*(factor * drawn.mountings.errors[3]))
+        path = path_of_contact(design.with_errors(errors), flank, fig_cloud.POINTS)
+        places = zip(cloud, design.members, (path.l1, path.l2), (path.u1, path.u2), strict=True)
+        for points, member, l, u in places:
+            np.testing.assert_allclose(points[3], flank_point(member, flank, l, u), rtol=0.0, atol=1e-9)
+
+
+def test_the_title_of_the_cloud_is_the_range_of_the_middle() -> None:
+    """1 to 99 % of the positions of `tolerance`, over the face width."""
+    found = [float(row["pinion_z_middle_mm"]) for row in rows_of(run(*CLOUD.split(), "--csv"))]
+    low, high = np.quantile(found, (0.01, 0.99))
+    title = f"move the path over {high - low:.1f} mm, {100.0 * (high - low) / 50.0:.0f} % of the face"
+    data = fig_cloud.compute(builtin_design())
+    assert title in words(page_of(fig_cloud.draw, data, SIZE))
 
 
 def test_the_cloud_is_drawn_over_the_flanks() -> None:
     page, table = cloud()
     lines = [c for axes in page.axes for c in axes.collections if isinstance(c, LineCollection)]
-    assert len(lines) == 2 * 2 * 2
+    assert len(lines) == 2 * 2
     assert max(len(one.get_paths()) for one in lines) == 20
-    assert "all 200 mountings have a path, 0 ended by another limit" in words(page)
-    assert len(table) == 2 * 2 * (200 + len(fig_cloud.TOLERANCE_FACTORS))
+    legend = [text.get_text() for text in page.legends[0].get_texts()]
+    assert "as designed: 200 of 200 with a path" in legend
+    assert len(table) == 2 * 200
+
+
+CLOUD = "tolerance --cases 200 --offset-tolerance 0.05 --shaft-angle-tolerance-deg 0.01"
+CLOUD += " --pinion-axial-tolerance 0.1 --gear-axial-tolerance 0.1"
 
 
 def test_picture_of_tolerances_its_table_and_the_command_agree() -> None:
     page, table = cloud()
-    given = "tolerance --flank left --parabola-pinion 0.001 --parabola-gear -0.001 --cases 200 --operation 64"
-    given += " --offset-tolerance 0.05 --shaft-angle-tolerance-deg 0.01"
-    given += " --pinion-axial-tolerance 0.1 --gear-axial-tolerance 0.1"
-    case = [row for row in table if (row["flank"], row["parabola_pinion_per_mm"]) == ("left", 0.001)]
-    assert [row["kind"] for row in case] == ["mounting"] * 200 + ["tolerances"] * 2
+    given = f"{CLOUD} --flank left --parabola-pinion 0.001 --parabola-gear -0.001 --operation 64"
+    case = [row for row in table if row["parabola_pinion_per_mm"] == 0.001]
     printed = rows_of(run(*given.split(), "--csv"))
-    for row, wanted in zip(case[:200], printed, strict=True):
+    for row, wanted in zip(case, printed, strict=True):
         assert {name: "" if row[name] != row[name] else str(row[name]) for name in wanted} == wanted
     found = strict_json(run(*given.split(), "--json").stdout)["operation"]
-    printed_counts = words(page).partition("In operation (as designed, modified):")[2]
-    assert "of the first 64 mountings" in printed_counts
-    for count, phrase in (
-        (found["pattern"]["toe_or_heel"], "an end of a face in "),
-        (found["edges_carry"], "edge contact in "),
-    ):
-        left = printed_counts.partition(phrase)[2].partition(" on left flanks")[0]
-        assert left.split(" and ")[1].split(", ")[1] == str(count)
-    assert "20 of 200 mountings of the design" in words(page)
+    counts = words(page).partition("As designed, modified:")[2]
+    assert f", {found['edges_carry']} of 64; patterns" in counts
+    assert f", {found['pattern']['toe_or_heel']} of {found['pattern']['known']}." in counts
+    assert "20 mountings of the design" in words(page)
 
 
 @pytest.mark.parametrize(("offset", "lost"), [(0.0, 0), (1.6, 1), (50.0, 2)])
@@ -207,16 +208,41 @@ def test_the_posed_pair_is_as_fine_at_any_module(module: float) -> None:
     assert f"--tolerance {module / 600.0:.3g}" in fig_posed._export_note(other)
 
 
-def test_an_empty_picture_of_the_posed_pair_says_why() -> None:
-    """The pinion cannot be drawn, and the gear has no teeth in the mesh region."""
-    require_opengl()
-    design = builtin_design()
-    astray = replace(posed.pose(design), contact=np.array([0.0, 0.0, 1e4]))
-    data = fig_posed.PosedFigure(
-        astray, ((None, "undercut"), (None, "undercut")), paths_table.solve(design, "right")
-    )
+def test_a_posed_pair_without_contact_says_why() -> None:
+    """The pair is drawn, but not the teeth in mesh; nothing is drawn of members without a surface."""
+    design = builtin_design().with_errors(Errors(offset=50.0))
+    data = fig_posed.compute(design)
     page = page_of(fig_posed.draw, data, (400, 300))
     assert words(page).count("the right flanks have no contact point") == 2
+    assert "Ball" not in words(page)
+    page = page_of(fig_posed.draw, replace(data, meshes=((None, "undercut"), (None, "undercut"))), (400, 300))
+    assert words(page).count("no member can be drawn") == 2
+
+
+@pytest.mark.parametrize("flank", ["right", "left"])
+def test_marks_of_the_posed_pair_are_on_its_teeth(flank: str) -> None:
+    """Path and pattern lie on the flanks of teeth -1, 0, 1; the camera looks at lit flanks, gear on top."""
+    data = fig_posed.compute(builtin_design().with_parabola(0.001, -0.001), flank)
+    items, camera = fig_posed.close(data, (400, 300))
+    pinion, frame = data.pair.design.pinion, data.pair.frames[0]
+    lines = [item for item in items if isinstance(item, Tube) and len(item.points) > 1]
+    assert len(lines) == 3
+    for line, tooth in zip(lines, (-1, 0, 1), strict=True):
+        own = (line.points - frame[1]) @ frame[0]
+        back = posed.on_tooth(own, pinion, -tooth)
+        np.testing.assert_allclose(back, data.path.points[0], rtol=0.0, atol=1e-9)
+    ball = next(item for item in items if isinstance(item, Tube) and len(item.points) == 1)
+    np.testing.assert_allclose(camera.seen(ball.points)[0], 0.0, atol=camera.half_height)
+    patterns = [item for item in items if isinstance(item, Surface) and item.colour == fig_posed.PATTERN]
+    assert len(patterns) == 3
+    assert data.pattern is not None
+    own = (patterns[1].points - frame[1]) @ frame[0]
+    away = np.linalg.norm(own - data.pattern.points.reshape(-1, 3), axis=1)
+    np.testing.assert_allclose(away, fig_posed.PATTERN_LIFT_MODULES * 6.0, rtol=1e-9)
+    normal = np.nanmean(data.path.path.normal, axis=0)
+    right, _, back = camera.axes @ normal
+    assert right < 0.0 < back  # the flank faces the light on the left, and the viewer
+    assert float((data.pair.frames[1][1] - frame[1]) @ camera.axes[1]) > 0.0  # the gear is on top
 
 
 MODIFIED = builtin_design().with_parabola(0.001, -0.001)

@@ -109,6 +109,7 @@ def draw(data: Stability, layout: theme.Layout) -> Drawing:
     second.set_title("(b)  Answer of the one equation", loc="left", pad=10.0)
     if data.errors is None or data.answers is None:
         for axes in (first, second):
+            axes.set_axis_off()
             theme.message(axes, data.reason)
         return Drawing(page, {})
     lines = _errors(first, data.errors)

@@ -88,10 +88,10 @@ def camera_of(pair: PosedPair, size: Size) -> Camera:
     reach, turn = posed.reach(pair, feet=False), posed.turn_about_axis(0.5 * np.pi)
     if not pair.remote:
         reach = np.concatenate((reach, _feet(pair)))
-    usual = fit_camera(reach, VIEW, posed.UP, size, 0.06)
+    usual = fit_camera(reach, VIEW, posed.UP, size, 0.06, perspective=True)
     if not pair.remote:
         return usual
-    turned = fit_camera(reach, turn @ VIEW, turn @ posed.UP, size, 0.06)
+    turned = fit_camera(reach, turn @ VIEW, turn @ posed.UP, size, 0.06, perspective=True)
     return min(usual, turned, key=lambda camera: camera.half_height)
 
 
@@ -130,7 +130,8 @@ def draw(data: PairFigure, layout: theme.Layout) -> Drawing:
     camera = camera_of(pair, box.size)
     items, remarks = items_of(pair, MESH_PX * camera.mm_per_px(box.size))
     pose = (
-        f"Roll angles: middle of the path of contact of the {data.flank} flanks. The pinion drives. "
+        f"Roll angles: middle of the path of contact of the {data.flank} flanks. The pinion drives."
+        " Perspective; the scale bar holds at the contact. "
         if pair.touching
         else f"The {data.flank} flanks have no contact point in this mounting; roll angles are nominal. "
     )
@@ -139,7 +140,7 @@ def draw(data: PairFigure, layout: theme.Layout) -> Drawing:
     view = Overlay.drawn(page, box, items, camera)
     if not pair.remote:
         _annotate_layout(view, pair, 0.65 * abs(float(_ends(pair)[1, 0])))
-    _draw_scale(view, box)
+    _draw_scale(view, box, pair)
     room = annotate.FreeSpace(view.axes)
     if pair.touching and len(data.sections) == 2:
         corner = _free_corner(page, room)
@@ -194,11 +195,14 @@ def _axis_items(pair: PosedPair, radius: float) -> list[Item]:
     ]
 
 
-def _draw_scale(over: Overlay, box: theme.Box) -> None:
-    """Draw a scale bar at the lower right; in parallel projection it holds at every depth."""
-    length = theme.round_length(0.12 * box.width / over.picture.px_per_mm)
-    x, y = 0.98 * box.width - length * over.picture.px_per_mm, 0.96 * box.height
-    theme.scale_bar(over.axes, x, y, over.picture.px_per_mm, length)
+def _draw_scale(over: Overlay, box: theme.Box, pair: PosedPair) -> None:
+    """Draw a scale bar at the lower right, for the depth of the contact."""
+    camera = over.picture.camera
+    at = pair.contact if pair.touching else camera.focal_point
+    ends = over.picture.project(np.stack((at, at + camera.axes[0])))
+    px_per_mm = float(ends[1, 0] - ends[0, 0])
+    length = theme.round_length(0.12 * box.width / px_per_mm)
+    theme.scale_bar(over.axes, 0.98 * box.width - length * px_per_mm, 0.96 * box.height, px_per_mm, length)
 
 
 def _name(over: Overlay, room: annotate.FreeSpace, pair: PosedPair, narrow: bool) -> None:

@@ -78,8 +78,8 @@ def draw(data: RackFigure, layout: theme.Layout) -> Drawing:
         "Fig. 2   Normal section of the rack cutter, straight and parabolic",
         f"Solid: parabola $y_a = a_j l_j^2$ with $a_j$ = {coefficient:.3g} mm$^{{\u22121}}$, exaggerated;"
         " dashed: straight flank, $a_j$ = 0" + (f"; $s_0${space}, $\\alpha_n${angle}" if narrow else ""),
-        "The space of the tool generates the tooth: $x_n$ points from root to tip of the tooth. $S_{ar}$ and"
-        " $S_{al}$ are at the apexes of the right and left parabola, with $x_a$ along the straight flank."
+        "$x_n$ points from root to tip of the gear tooth. $S_{ar}$ and $S_{al}$ are at the apexes of the"
+        " right and left parabola, with $x_a$ along the straight flank."
         " $a_j$ > 0 leaves metal at tip and root, so that the flank is concave. The tip round of the"
         " parabolic tool is reduced to fit.",
         tall=0.62 * layout.width,
@@ -138,7 +138,7 @@ def _draw_lines(axes: Axes, data: RackFigure, wide: float, space: str) -> None:
     for height, name in zip((heights[0], heights[2]), names, strict=True):
         annotate.dimension(axes, (at, 0.0), (at, height), name, (42.0, 0.0), fontsize=theme.HEADING)
     annotate.text(axes, (words_at, heights[0]), "addendum", (0.0, 9.0), color=theme.GREY)
-    annotate.text(axes, (words_at, heights[2]), "dedendum", (0.0, -10.0), color=theme.GREY)
+    annotate.text(axes, (words_at, heights[2]), "dedendum", (0.0, -13.0), color=theme.GREY)
     half, below = 0.25 * np.pi * module, -0.5 * module
     for side in (-half, half):
         axes.plot([side, side], [0.0, 1.15 * below], color=theme.BLUE, linewidth=1.0)
@@ -160,15 +160,18 @@ def _draw_frames(axes: Axes, data: RackFigure) -> None:
     sin, cos = np.sin(data.alpha), np.cos(data.alpha)
     for place, x, y, name, colour, length, shift in (
         (0.0, (0.0, 1.0), (1.0, 0.0), "n", theme.INK, 0.5, -15.0),
-        (half, (-sin, cos), (cos, sin), "ar", theme.GREEN, 1.12, 24.0),
-        (-half, (sin, cos), (-cos, sin), "al", theme.GREEN, 1.12, -24.0),
+        (half, (-sin, cos), (cos, sin), "ar", theme.GREEN, 0.9, 24.0),
+        (-half, (sin, cos), (-cos, sin), "al", theme.GREEN, 0.9, -24.0),
     ):
         style: dict[str, Any] = {"color": colour, "fontsize": theme.HEADING}
         for letter, direction in zip("xy", np.array((x, y)), strict=True):
             tip = (place, 0.0) + length * module * direction
             below = (-9.0, -13.0) if name == "n" and letter == "y" else (0.0, 0.0)  # off l_j
             annotate.arrow(axes, (place, 0.0), tip, colour, 2.2)
-            annotate.text(axes, tip, f"${letter}_{{{name}}}$", tuple(13.0 * direction + below), **style)
+            # Between the flanks, x_a is written towards the middle.
+            side = {"ha": "right" if place > 0.0 else "left"} if place and letter == "x" else {}
+            words = f"${letter}_{{{name}}}$"
+            annotate.text(axes, tip, words, tuple(13.0 * direction + below), **style, **side)
         axes.plot(place, 0.0, "o", ms=6, color=colour, zorder=5)
         annotate.text(axes, (place, 0.0), f"$S_{{{name}}}$", (shift, -13.0), fontweight="bold", **style)
 

@@ -143,9 +143,8 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
         f"Fig. 4   Meshing model of the {'crossed ' if data.pair.crossed else ''}beveloid gears",
         f"Offset $E$ = {offset:g} mm, shaft angle $\\delta$ = {angle}; reference cones of pinion"
         " (blue) and gear (brown), working pitch circles (orange, dashed)",
-        f"Unmodified pair without errors. {_where_p_is(data)} $S_1$ and $S_2$ are at mid-face, roll 0. In the"
-        " paper they are $b_c$ nearer to the toe, where the profile shift is zero and the reference radius is"
-        " $r_P$." + posed.far_words(data.pair),
+        f"Unmodified pair. {_where_p_is(data)} $S_1$ and $S_2$: at mid-face, roll 0; in the paper $b_c$"
+        " nearer to the toe, at profile shift zero and reference radius $r_P$." + posed.far_words(data.pair),
         tall=7.2 if layout.width > theme.NARROW else 4.6 + TABLE_HEIGHT_IN,
     )
     narrow = layout.width < theme.NARROW

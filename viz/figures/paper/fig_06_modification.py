@@ -14,18 +14,17 @@ from beveloid_geom.design.ends import end_names
 from beveloid_geom.gear.flank import FlankPatch, flank_patch, root_parameter, tip_parameter, trace_parameter
 from beveloid_geom.gear.undercut import regular_start
 
+from ...components import paths_table
 from ...components.annotate import Overlay
 from ...components.figure_steps import Drawing, Recipe, Table, stacked
 from ...rendering import theme
 from ...rendering.layout import Cells
 from ...rendering.scene import Item, Picture, Tube, fit_camera, grid_surface
 
-FLANK = "right"
-
 
 class Look(NamedTuple):
     """Style of a flank: name, colours of metal and lines, and the part of the face on which it is drawn, in
-    half face widths from the heel."""
+    half face widths towards the viewer."""
 
     name: str
     colour: str
@@ -34,18 +33,20 @@ class Look(NamedTuple):
 
 
 LOOKS = {
-    -0.01: Look("convex", "#f0b98a", theme.RED, (1.0, 0.36)),
-    0.0: Look("involute", "#c4ccd4", theme.BLACK, (0.36, -0.3)),
-    0.01: Look("concave", "#8fc3e8", theme.BLUE, (-0.3, -1.0)),
+    -1: Look("convex", "#f0b98a", theme.RED, (1.0, 0.36)),
+    0: Look("involute", "#c4ccd4", theme.BLACK, (0.36, -0.3)),
+    1: Look("concave", "#8fc3e8", theme.BLUE, (-0.3, -1.0)),
 }
-"""Styles by coefficient, 1/mm, in the order of the flanks from the metal outwards."""
+"""Styles by sign of the coefficient, in the order of the flanks from the metal outwards."""
+COEFFICIENT = 0.01
+"""Size of the coefficients at the module of Table 1, 1/mm."""
 CHARTS, CHARTS_HEIGHT_IN = Cells(left=0.85, right=0.25, across=0.85, down=1.0, most=2, least=2.5), 6.6
 """Charts below the flanks on a narrow page, and their height in inches."""
 POINTS = 241
 LARGEST_DEVIATION_FRACTION = 0.25
 """Largest deviation drawn as a fraction of the height of the section; deviations have a round factor."""
 VIEW_DIRECTION = (0.3, 0.12, 1.0)
-"""Direction of the viewer: along the normal, to the tip, along the tooth to the heel."""
+"""Direction of the viewer: along the normal, to the tip, along the tooth."""
 NOTE = (
     "Flanks overlaid in true proportions, from outside and from the {end}. Section at mid-face,"
     " perpendicular to the axis: thin lines in true proportions, thick lines with {factor:g} times their"
@@ -53,6 +54,7 @@ NOTE = (
     " flank."
 )
 UNDERCUT = " The {name} flank starts where the tool undercuts it."
+MISSING = " The {name} flank ends below the tip and is not drawn."
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,17 +80,27 @@ class Section:
 
 @dataclass(frozen=True, eq=False)
 class ModificationFigure:
-    """The pinion with each coefficient that its flank allows, its sections, and whether a flank is
-    undercut."""
+    """The pinion with the coefficients +-`coefficient` (1/mm) and 0 that its flank allows, its sections, and
+    whether a flank is undercut, by sign of the coefficient."""
 
-    members: dict[float, Member]
-    sections: dict[float, Section]
-    undercut: dict[float, bool]
+    flank: str
+    coefficient: float
+    members: dict[int, Member]
+    sections: dict[int, Section]
+    undercut: dict[int, bool]
+
+    @property
+    def half(self) -> float:
+        """Distance of the end of the face that is nearer to the viewer from mid-face along z, mm.
+
+        Right flanks are seen from +z and left flanks from -z, so that all face to the left, to the light."""
+        return float(0.5 * side_of(self.flank) * float(self.members[0].face_width))
 
     @property
     def ends(self) -> tuple[str, str]:
-        """Printed names of the ends of the pinion at -z and +z."""
-        return end_names(next(iter(self.members.values()))) if self.members else ("", "")
+        """Printed names of the far and the near end of the face."""
+        first, last = end_names(self.members[0]) if self.members else ("", "")
+        return (first, last) if self.flank == "right" else (last, first)
 
     @property
     def factor(self) -> float:
@@ -98,40 +110,47 @@ class ModificationFigure:
         if greatest < 1e-6:
             return 1.0
         return theme.round_length(
-            LARGEST_DEVIATION_FRACTION * float(np.ptp(self.sections[0.0].radius)) / greatest
+            LARGEST_DEVIATION_FRACTION * float(np.ptp(self.sections[0].radius)) / greatest
         )
 
 
-def compute(design: Design) -> ModificationFigure:
+def side_of(flank: str) -> int:
+    """Return 1 for right and -1 for left flanks."""
+    return 1 if flank == "right" else -1
+
+
+def compute(design: Design, flank: str = "right") -> ModificationFigure:
     """Compute the sections at mid-face, without coefficients for which the flank ends below its tip."""
-    members = {a: design.with_parabola(a).pinion for a in LOOKS}
-    members = {a: member for a, member in members.items() if _reaches_tip(member)}
-    if 0.0 not in members:
-        return ModificationFigure({}, {}, {})
-    sections = {a: _section(member, members[0.0]) for a, member in members.items()}
+    size = paths_table.two_digits(COEFFICIENT / paths_table.as_large(design))
+    members = {sign: design.with_parabola(sign * size).pinion for sign in LOOKS}
+    members = {sign: member for sign, member in members.items() if _reaches_tip(member, flank)}
+    if 0 not in members:
+        return ModificationFigure(flank, size, {}, {}, {})
+    sections = {sign: _section(member, members[0], flank) for sign, member in members.items()}
     undercut = {
-        a: bool(sections[a].l[0] > root_parameter(member, FLANK) + 1e-6) for a, member in members.items()
+        sign: bool(sections[sign].l[0] > root_parameter(member, flank) + 1e-6)
+        for sign, member in members.items()
     }
-    return ModificationFigure(members, sections, undercut)
+    return ModificationFigure(flank, size, members, sections, undercut)
 
 
-def _reaches_tip(member: Member) -> bool:
+def _reaches_tip(member: Member, flank: str) -> bool:
     half = 0.5 * float(member.face_width)
-    return bool(np.isfinite(tip_parameter(member, FLANK, np.array([-half, 0.0, half]))).all())
+    return bool(np.isfinite(tip_parameter(member, flank, np.array([-half, 0.0, half]))).all())
 
 
-def _patch(member: Member, share: FloatArray, z: FloatArray) -> tuple[FloatArray, FlankPatch]:
+def _patch(member: Member, flank: str, share: FloatArray, z: FloatArray) -> tuple[FloatArray, FlankPatch]:
     """Return l and points (fractions, z) between the start of the flank and its tip."""
-    start = regular_start(member, FLANK, z)
-    l = start + share[:, None] * (tip_parameter(member, FLANK, z) - start)
-    return l, flank_patch(member, FLANK, l, trace_parameter(member, FLANK, l, z + 0.0 * l))
+    start = regular_start(member, flank, z)
+    l = start + share[:, None] * (tip_parameter(member, flank, z) - start)
+    return l, flank_patch(member, flank, l, trace_parameter(member, flank, l, z + 0.0 * l))
 
 
-def _section(member: Member, involute: Member) -> Section:
+def _section(member: Member, involute: Member, flank: str) -> Section:
     """Compute the profile at mid-face and its deviation from the involute."""
     share, middle = np.linspace(0.0, 1.0, POINTS), np.zeros(1)
-    l, patch = _patch(member, share, middle)
-    _, base = _patch(involute, np.linspace(-0.1, 1.1, POINTS), middle)
+    l, patch = _patch(member, flank, share, middle)
+    _, base = _patch(involute, flank, np.linspace(-0.1, 1.1, POINTS), middle)
     x, y = patch.point[:, 0, 0], patch.point[:, 0, 1]
     radius, angle = np.hypot(x, y), np.arctan2(y, x)
     base_x, base_y, _ = base.point[:, 0].T
@@ -144,26 +163,30 @@ def _section(member: Member, involute: Member) -> Section:
     normal = np.stack([np.interp(radius, base_radius, base.normal[:, 0, k]) for k in (0, 1)])
     # A displacement s in the section along the projection of the normal n is s |n_xy| along n.
     per_mm = normal / (normal**2).sum(axis=0)
-    (across, up), foot = (_upright(radius, polar - middle_angle) for polar in (angle, base_at_radius))
+    side = side_of(flank)
+    (across, up), foot = (
+        _upright(radius, side * (polar - middle_angle)) for polar in (angle, base_at_radius)
+    )
     cos, sin = np.cos(middle_angle), np.sin(middle_angle)
-    per_mm = np.array([[sin, -cos], [cos, sin]]) @ per_mm
+    per_mm = np.array([[side * sin, -side * cos], [cos, sin]]) @ per_mm
     return Section(l[:, 0], radius, deviation, across, up, foot, per_mm)
 
 
 def _upright(radius: FloatArray, angle: FloatArray) -> FloatArray:
-    """Return coordinates (2, n), across and up, from radius and angle to the vertical, seen from the heel."""
+    """Return coordinates (2, n), across and up, from radius and angle to the vertical; tooth on the right."""
     return np.stack((-radius * np.sin(angle), radius * np.cos(angle)))
 
 
 def draw(data: ModificationFigure, layout: theme.Layout) -> Drawing:
     """Draw three flanks in one picture, and the section with its deviations."""
-    cut_short = [LOOKS[a].name for a, short in data.undercut.items() if short]
+    remarks = [UNDERCUT.format(name=LOOKS[sign].name) for sign, short in data.undercut.items() if short]
+    remarks += [MISSING.format(name=look.name) for sign, look in LOOKS.items() if sign not in data.members]
     page, low, high = theme.new_page(
         layout,
         "Fig. 6   A positive parabola coefficient makes the flank concave, a negative one convex",
-        f"{FLANK.capitalize()} flank of the pinion for $a$ = 0 and \u00b10.01 mm$^{{\u22121}}$",
-        NOTE.format(factor=data.factor, end=data.ends[1])
-        + "".join(UNDERCUT.format(name=name) for name in cut_short),
+        f"{data.flank.capitalize()} flank of the pinion for $a$ = 0 and \u00b1{data.coefficient:g}"
+        " mm$^{\u22121}$",
+        NOTE.format(factor=data.factor, end=data.ends[1]) + "".join(remarks),
         above=0.3,
         tall=6.4 if layout.width > theme.NARROW else 4.6 + CHARTS_HEIGHT_IN,
     )
@@ -192,8 +215,8 @@ def _places(page: theme.Page, low: float, high: float) -> list[tuple[float, floa
 
 def _overlay(page: theme.Page, data: ModificationFigure, box: theme.Box) -> Picture:
     """Draw the flanks of all coefficients as steps along the face."""
-    half = 0.5 * float(data.members[0.0].face_width)
-    _, patch = _patch(data.members[0.0], np.linspace(0.0, 1.0, 9), np.linspace(-half, half, 9))
+    z = np.linspace(-data.half, data.half, 9)
+    _, patch = _patch(data.members[0], data.flank, np.linspace(0.0, 1.0, 9), z)
     depth, length = patch.point[8, 4] - patch.point[0, 4], patch.point[4, 8] - patch.point[4, 0]
     parts = patch.normal[4, 4], depth, length
     stand = sum(
@@ -202,18 +225,18 @@ def _overlay(page: theme.Page, data: ModificationFigure, box: theme.Box) -> Pict
     camera = fit_camera(patch.point, -np.asarray(stand), depth, box.size, margin=0.11)
     mm_per_px = camera.mm_per_px(box.size)
     mm_per_point = mm_per_px * page.dpi / 72.0
-    items, labels = _terraces(data, 0.25 * mm_per_px, 1.3 * mm_per_point)
+    items, labels = _terraces(data, 0.25 * mm_per_px, 1.3 * mm_per_point, camera.axes[2])
     over = Overlay.drawn(page, box, items, camera)
-    _label_overlay(over, patch.point, labels, data.ends)
+    _label_overlay(over, patch.point, labels, data)
     bar = theme.round_length(120.0 * mm_per_point)
     theme.scale_bar(over.axes, 0.05 * box.width, 0.9 * box.height, over.picture.px_per_mm, bar)
     return over.picture
 
 
-def _stations(member: Member, tolerance: float) -> tuple[int, int]:
+def _stations(member: Member, flank: str, tolerance: float) -> tuple[int, int]:
     """Return the numbers of cells across the flank and along a third of the face for a tolerance (mm)."""
     half = 0.5 * float(member.face_width)
-    _, patch = _patch(member, np.linspace(0.0, 1.0, 9), np.linspace(-half, half, 9))
+    _, patch = _patch(member, flank, np.linspace(0.0, 1.0, 9), np.linspace(-half, half, 9))
 
     def sagitta(points: FloatArray) -> float:
         return float(np.linalg.norm(points[:-2] - 2.0 * points[1:-1] + points[2:], axis=-1).max()) / 8.0
@@ -224,67 +247,74 @@ def _stations(member: Member, tolerance: float) -> tuple[int, int]:
 
 
 def _terraces(
-    data: ModificationFigure, tolerance: float, radius: float
-) -> tuple[list[Item], dict[float, FloatArray]]:
-    """Return each flank on a third of the face with the steps between them, and the points for labels."""
-    half = 0.5 * float(data.members[0.0].face_width)
-    cells = np.array([_stations(member, tolerance) for member in data.members.values()]).max(axis=0)
+    data: ModificationFigure, tolerance: float, radius: float, viewer: FloatArray
+) -> tuple[list[Item], dict[int, FloatArray]]:
+    """Return each flank on a third of the face with the steps between them, and the points for labels.
+
+    `viewer` (3,) is the direction to the viewer. Flanks touch in the middle of their depth, so that their
+    lines are moved towards the viewer, each by more than the one before; their place in the picture does not
+    change."""
+    half, flank = data.half, data.flank
+    cells = np.array([_stations(member, flank, tolerance) for member in data.members.values()]).max(axis=0)
     share = np.linspace(0.0, 1.0, 1 + int(cells[0]))
     items: list[Item] = []
-    labels: dict[float, FloatArray] = {}
-    below: float | None = None
-    for a, member in data.members.items():
-        look = LOOKS[a]
+    labels: dict[int, FloatArray] = {}
+
+    def lines(sign: int, *edges: FloatArray) -> None:
+        """Add the lines (n, 3) of a flank."""
+        lift = 2.0 * (1 + list(LOOKS).index(sign)) * radius * viewer
+        items.extend(Tube(edge + lift, LOOKS[sign].line, radius) for edge in edges)
+
+    below: int | None = None
+    for sign, member in data.members.items():
+        look = LOOKS[sign]
         z = half * np.linspace(*look.ends, 1 + int(cells[1]))
-        patch = _patch(member, share, z)[1]
+        patch = _patch(member, flank, share, z)[1]
         front = patch.point[:, 0]
         items.append(grid_surface(patch.point, patch.normal, look.colour))
-        items += [Tube(edge, look.line, radius) for edge in (front, patch.point[0], patch.point[-1])]
-        if below is None:
-            items += _heel_profiles(data, share, radius)
-        else:
-            under = _patch(data.members[below], share, z[:1])[1].point[:, 0]
+        lines(sign, front, patch.point[0], patch.point[-1])
+        if below is not None:
+            under = _patch(data.members[below], flank, share, z[:1])[1].point[:, 0]
             items.append(grid_surface(np.stack((under, front)), None, look.line))
-            items.append(Tube(under, LOOKS[below].line, radius))
-        labels[a] = patch.point[-1, patch.point.shape[1] // 3]
-        below = a
+            lines(below, under)
+        labels[sign] = patch.point[-1, patch.point.shape[1] // 3]
+        below = sign
+    near = {
+        sign: _patch(one, flank, share, np.array([half]))[1].point[:, 0] for sign, one in data.members.items()
+    }
+    for sign, points in near.items():
+        lines(sign, points)
+        if sign:
+            surface = grid_surface(np.stack((points, near[0])), None, LOOKS[sign].colour, opacity=0.75)
+            items.append(surface)
     return items, labels
 
 
-def _heel_profiles(data: ModificationFigure, share: FloatArray, radius: float) -> list[Item]:
-    """Return the profiles of all flanks in the plane of the heel, and the surfaces between them."""
-    z = np.array([0.5 * float(data.members[0.0].face_width)])
-    profiles = {a: _patch(member, share, z)[1].point[:, 0] for a, member in data.members.items()}
-    items: list[Item] = [Tube(points, LOOKS[a].line, radius) for a, points in profiles.items()]
-    between = {a: np.stack((points, profiles[0.0])) for a, points in profiles.items() if a}
-    return items + [grid_surface(grid, None, LOOKS[a].colour, opacity=0.75) for a, grid in between.items()]
-
-
-def coefficient_name(a: float) -> str:
+def coefficient_name(a: float, name: str) -> str:
     """Return the coefficient and the shape as text."""
-    value = theme.signed(a, 2) if a else "0"
-    return f"$a$ = {value} mm$^{{\u22121}}$: {LOOKS[a].name}"
+    value = f"{a:+g}".replace("-", "\u2212") if a else "0"
+    return f"$a$ = {value} mm$^{{\u22121}}$: {name}"
 
 
 def _label_overlay(
-    over: Overlay, points: FloatArray, labels: dict[float, FloatArray], ends: tuple[str, str]
+    over: Overlay, points: FloatArray, labels: dict[int, FloatArray], data: ModificationFigure
 ) -> None:
     """Label the flanks at the points `labels` (3,), mm, and the sides of the flank with points (9, 9, 3)."""
     axes, picture = over.axes, over.picture
-    places = {a: picture.project(point) for a, point in labels.items()}
+    places = {sign: picture.project(point) for sign, point in labels.items()}
     steps = np.abs(np.diff(list(places.values()), axis=0)) * 72.0 / axes.figure.dpi
     crowded = bool(np.any((steps[:, 0] < 200.0) & (steps[:, 1] < 22.0)))
-    for rank, (a, place) in enumerate(places.items()):
-        colour = LOOKS[a].line
+    for rank, (sign, place) in enumerate(places.items()):
+        colour, words = LOOKS[sign].line, coefficient_name(sign * data.coefficient, LOOKS[sign].name)
         style: dict[str, Any] = {"color": colour, "fontsize": theme.HEADING, "ha": "left"}
         lead = {"arrowstyle": "-", "color": colour, "linewidth": 1.2, "relpos": (0.1, 0.0)}
         offset = -24, 28 + 21 * rank if crowded else 40
-        label = theme.label_point(axes, place, coefficient_name(a), offset, arrowprops=lead, **style)
+        label = theme.label_point(axes, place, words, offset, arrowprops=lead, **style)
         beyond = label.get_window_extent().x1 - axes.get_window_extent().x1
         label.set_position((offset[0] - max(beyond, 0.0) * 72.0 / axes.figure.dpi, offset[1]))
     for text, point, offset in (
-        (ends[0], points[4, 0], (-26, 0)),
-        (ends[1], points[4, -1], (30, 0)),
+        (data.ends[0], points[4, 0], (-26, 0)),
+        (data.ends[1], points[4, -1], (30, 0)),
         ("root", points[0, 4], (0, -24)),
         ("tip", points[-1, -1], (26, 8)),
     ):
@@ -318,8 +348,8 @@ def _draw_deviation(axes: Axes, data: ModificationFigure) -> None:
         axes.fill_betweenx(section.radius, 0.0, section.deviation, color=colour, alpha=0.15, linewidth=0.0)
         axes.plot(section.deviation, section.radius, color=colour, linewidth=2.5)
     for text, x, side, colour in (
-        ("convex:\nmetal\ntaken off", 0.04, "left", LOOKS[-0.01].line),
-        ("concave:\nmetal\nleft on", 0.96, "right", LOOKS[0.01].line),
+        ("convex:\nmetal\ntaken off", 0.04, "left", LOOKS[-1].line),
+        ("concave:\nmetal\nleft on", 0.96, "right", LOOKS[1].line),
     ):
         axes.text(x, 0.5, text, transform=axes.transAxes, va="center", color=colour, ha=side)
     axes.set_title("Deviation from the involute", loc="left")
@@ -333,7 +363,16 @@ def rows(data: ModificationFigure) -> Table:
     header = ("a_per_mm", "l_mm", "r_mm", "deviation_mm", "across_mm", "up_mm")
     magnified = ("factor", "magnified_across_mm", "magnified_up_mm")
     return header + magnified, stacked(
-        (a, s.l, s.radius, s.deviation, s.across, s.up, data.factor, *s.magnified(data.factor))
+        (
+            a * data.coefficient,
+            s.l,
+            s.radius,
+            s.deviation,
+            s.across,
+            s.up,
+            data.factor,
+            *s.magnified(data.factor),
+        )
         for a, s in data.sections.items()
     )
 

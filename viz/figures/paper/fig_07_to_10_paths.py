@@ -18,8 +18,8 @@ from ...rendering.scene import Picture
 COLUMNS = 5
 TEXT_HEIGHTS_IN = 0.35, 0.85  # inches: one line below a pinion flank, three below a gear flank
 NOTE = (
-    "Below each flank: length and angle to the axial direction in the side view."
-    f" {panels.WHAT_TOUCHES.format(edges='solid blue lines')}"
+    "Below: length, angle to the axial direction in the side view; limits at the ends, if changed."
+    f" {panels.WHAT_TOUCHES}"
 )
 
 
@@ -94,6 +94,7 @@ def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
         columns=viewpoint.COLUMNS,
         tall=grid.tall(layout),
     )
+    theme.legend(page, panels.touching_legend(), 3, 0.8, handlelength=3.5)
 
     def panel(cell: Cell) -> Picture | None:
         """Draw one flank with its text."""
@@ -104,23 +105,24 @@ def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
         if drawn is None:
             return None
         panels.draw_lines(drawn, path, row)
-        cell.say(page, _under(path, row))
+        cell.say(page, _under(path, row, data.paths[0]))
         return drawn.picture
 
     return Drawing(page, draw_grid(page, grid, low, high, panel))
 
 
-def _under(path: SolvedPath, row: int) -> str:
-    """Return the text below a flank: length and angle of the path; for the gear also ends and ratios of the
-    pair."""
+def _under(path: SolvedPath, row: int, zero: SolvedPath) -> str:
+    """Return the text below a flank: length and angle of the path; for the gear also the ratios of the pair,
+    and the ends if they differ from those of the path without modification."""
     if not path.found:
         return f"no path on the flanks:\n{path.reason}" if row else "no path"
-    measures = f"{path.length(row):.1f} mm, {theme.signed(path.angle(row), 1)}\u00b0"
-    return "\n".join(
-        (measures, path.ends_in_print, "ratio {}, running {}".format(*panels.ratios(path)))
-        if row
-        else (measures,)
-    )
+    digits = paths_table.digits_mm(path.design)
+    words = f"{path.length(row):.{digits}f} mm, {theme.signed(path.angle(row), 1)}\u00b0"
+    if row:
+        words += "\nratio {}, running {}".format(*panels.ratios(path))
+        changed = path is zero or path.ends != zero.ends
+        words += f"\n{path.ends_in_print}" if changed else ""
+    return words
 
 
 def rows(data: PathFigure) -> Table:

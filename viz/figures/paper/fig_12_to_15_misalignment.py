@@ -4,23 +4,24 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.lines import Line2D
+from matplotlib.patches import Rectangle
 
 from beveloid_geom import Design
 from beveloid_geom.pair.misalignment import mounted
 from beveloid_geom.validation.claims import ANGLE_ERROR, AXIAL_ERROR, OFFSET_ERROR
 from beveloid_geom.validation.statements import is_table1
 
-from ...components import panels, paths_table, viewpoint
+from ...components import annotate, panels, paths_table, viewpoint
 from ...components.figure_steps import Drawing, Recipe, Table
 from ...components.flank_grid import Cell, FlankGrid, draw_grid
 from ...components.panels import Trace
 from ...components.paths_table import SolvedPath
 from ...rendering import theme
-from ...rendering.scene import Picture
+from ...rendering.scene import Picture, Surface
 
 PRINT_STRETCH, NARROW_STRETCH = 4.0, 3.0
 """Magnification across the face in print, where tables are below the flanks, and on a narrow page."""
@@ -48,15 +49,16 @@ LOOKS = (
     Look(theme.ZERO, panels.SOLID, 1.0, 0.0, (1.0, 0.0), 1.1),
     Look(theme.PLUS, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), 0.35),
 )
-ROW_HEIGHT_IN, TABLE_WIDTH_IN, COLUMN_ENDS = 0.21, 2.45, (0.22, 0.48, 0.71, 1.0)
+TABLE_ROWS = len(SIGNS) + 1
+ROW_HEIGHT_IN, TABLE_WIDTH_IN, COLUMN_ENDS = 0.21, 2.6, (0.2, 0.5, 0.71, 1.0)
 """Line spacing and width of the table of a flank, inches, and fractions of the width at which columns end."""
 FLANK_SHARE = 0.6
 """Width of the widest flank as a fraction of its column if a table is next to it."""
-NOTE = (
-    "Shift (mm): along the face at mid-roll, positive towards +z. Mounting distances as without errors."
-    f" {panels.WHAT_TOUCHES.format(edges='solid lines along the edges')}"
-)
-ANGLE_ERROR_NOTE = " The shaft-angle error is not given in the paper; here the paths fill the face."
+INSET_IN, BESIDE_IN, INSET_TIMES, INSET_FACE_FRACTION = (2.3, 1.25), (1.35, 1.25), 5.0, 0.04
+"""Width and height of the magnified detail below the table, and next to the flank, inches, its factor, and
+the largest shift that needs it, as a fraction of the face width."""
+NOTE = f"Shift: along the face at mid-roll, positive towards +z. {panels.WHAT_TOUCHES}"
+ANGLE_ERROR_NOTE = " Shaft-angle error: assumed, so that paths fill the face."
 
 
 @dataclass(frozen=True)
@@ -114,6 +116,17 @@ class MisalignmentFigure:
     paths: tuple[tuple[SolvedPath, ...], tuple[SolvedPath, ...]]
 
     @property
+    def close(self) -> bool:
+        """True if the paths of a case are so close together that a magnified detail is drawn."""
+        shifts = [
+            _shift(path, paths[1], member) / float(path.design.members[member].face_width)
+            for paths in self.paths
+            for path in paths
+            for member in (0, 1)
+        ]
+        return bool((np.abs(shifts) < INSET_FACE_FRACTION).all())
+
+    @property
     def without_error(self) -> list[SolvedPath]:
         """Paths without the error, for which lines of contact are drawn."""
         return [paths[1] for paths in self.paths]
@@ -147,7 +160,9 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
     grid = FlankGrid(cases, (0.0, 0.0), by_case=True, share=FLANK_SHARE)
     if layout.printed:  # pinion above gear, so that flanks with a table below are large enough
         lost = max(sum(not path.found for path in paths) for paths in data.paths)
-        text = ROW_HEIGHT_IN * (len(SIGNS) + 1), ROW_HEIGHT_IN * (len(SIGNS) + 1 + 2 * lost)
+        below = data.close and layout.width < theme.NARROW
+        rows = TABLE_ROWS + (INSET_IN[1] / ROW_HEIGHT_IN if below else 0.0)
+        text = ROW_HEIGHT_IN * rows, ROW_HEIGHT_IN * (rows + 2 * lost)
         cases = [(f"{name[0].upper()}{name[1:]}", design, flank) for name, design, _ in cases]
         grid = FlankGrid(cases, text, PRINT_STRETCH if layout.width > theme.NARROW else NARROW_STRETCH)
     page, low, high = theme.new_page(
@@ -160,14 +175,15 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
         tall=grid.tall(layout),
     )
     _legend(page, case)
+    details: dict[str, Picture] = {}
 
     def panel(cell: Cell) -> Picture | None:
         """Draw one flank with its three paths and its table."""
         paths, member = data.paths[cell.case], cell.member
-        if not layout.printed:  # tables are to the right of the flanks, not below
-            cell = replace(
-                cell, box=replace(cell.box, width=cell.box.width - round(TABLE_WIDTH_IN * page.dpi))
-            )
+        beside, full = data.close and layout.printed and layout.width > theme.NARROW, cell.box
+        # Tables, or details in print, are to the right of the flanks.
+        room = BESIDE_IN[0] if beside else 0.0 if layout.printed else TABLE_WIDTH_IN
+        cell = replace(cell, box=replace(full, width=full.width - round(room * page.dpi)))
         traces = [
             trace
             for path, look in zip(paths, LOOKS, strict=True)
@@ -181,10 +197,13 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
         if drawn is None:
             return None
         panels.draw_lines(drawn, paths[1], member)
-        _table(page, cell, case, paths)
+        low = _table(page, cell, data, paths)
+        if data.close:
+            detail = _inset(drawn, paths[1], member, traces, full if beside else low)
+            details[f"{paths_table.MEMBERS[member]}-{cell.case}-detail"] = detail
         return drawn.picture
 
-    return Drawing(page, draw_grid(page, grid, low, high, panel))
+    return Drawing(page, draw_grid(page, grid, low, high, panel) | details)
 
 
 def _legend(page: theme.Page, case: ErrorCase) -> None:
@@ -192,19 +211,26 @@ def _legend(page: theme.Page, case: ErrorCase) -> None:
         Line2D([], [], label=case.label(sign), color=look.colour, dashes=look.legend, linewidth=4.0)
         for look, sign in zip(LOOKS, SIGNS, strict=True)
     ]
-    theme.legend(page, handles, 3, 0.8, handlelength=2.8)
+    handles += panels.touching_legend((theme.GREY, theme.GREY, theme.GREY))[1:]
+    theme.legend(page, handles, 5, 0.8, handlelength=2.8)
 
 
-def _table(page: theme.Page, cell: Cell, case: ErrorCase, paths: tuple[SolvedPath, ...]) -> None:
+def _table(
+    page: theme.Page, cell: Cell, data: MisalignmentFigure, paths: tuple[SolvedPath, ...]
+) -> tuple[float, float]:
     """Write the table of a flank: shift of each path, and for the gear also the ratios of the pair.
 
-    The reason is written for cases without a path."""
-    (middle, y), width = cell.under, min(cell.width / page.dpi, TABLE_WIDTH_IN) / page.layout.width
+    The reason is written for cases without a path. Returns the middle of the lower edge as fractions of the
+    page."""
+    (middle, y), width, case = cell.under, min(cell.width / page.dpi, TABLE_WIDTH_IN), data.case
+    width /= page.layout.width
     left = middle - (0.5 if cell.member else 0.55 * COLUMN_ENDS[1]) * width
     if not page.layout.printed:
         left = (cell.box.left + cell.box.width) / (page.dpi * page.layout.width)
-        y += theme.inches(page, 0.5 * cell.box.height / page.dpi + 2.0 * ROW_HEIGHT_IN)
-    lines = [("error", "shift", *(("ratio", "running") if cell.member else ()))]
+        height = TABLE_ROWS * ROW_HEIGHT_IN + (INSET_IN[1] if data.close else 0.0)
+        y += theme.inches(page, 0.5 * (cell.box.height / page.dpi + height))
+    both = ("ratio", "running") if cell.member else ()
+    lines = [(case.unit, "shift mm", *both)]
     lines += [
         _line(case.label(sign).partition("\u00a0")[0], path, paths[1], cell.member)
         for sign, path in zip(SIGNS, paths, strict=True)
@@ -219,10 +245,51 @@ def _table(page: theme.Page, cell: Cell, case: ErrorCase, paths: tuple[SolvedPat
         for sign, path in zip(SIGNS, paths, strict=True)
         if not path.found
     ]
+    low = y - theme.inches(page, ROW_HEIGHT_IN * len(lines))
     if reasons and cell.member:
-        below = left + 0.5 * width, y - theme.inches(page, ROW_HEIGHT_IN * len(lines))
         pixels = width * page.layout.width * page.dpi
-        replace(cell, under=below, width=pixels).say(page, "\n".join(reasons))
+        replace(cell, under=(left + 0.5 * width, low), width=pixels).say(page, "\n".join(reasons))
+    return left + 0.5 * width if cell.member or not page.layout.printed else middle, low
+
+
+def _inset(
+    panel: panels.Panel,
+    path: SolvedPath,
+    member: int,
+    traces: list[Trace],
+    place: theme.Box | tuple[float, float],
+) -> Picture:
+    """Draw the middle of the paths magnified, and its frame on the flank.
+
+    The place is the middle of the upper edge, as fractions of the page, or the box of the flank, for a detail
+    at its right edge."""
+    page, scale = panel.page, panel.picture.px_per_mm
+    if isinstance(place, theme.Box):
+        (wide, high), (across, up) = BESIDE_IN, (place.left + place.width, place.bottom + 0.5 * place.height)
+        left, top = across / page.dpi - wide, up / page.dpi + 0.5 * high
+    else:
+        wide, high = INSET_IN
+        left, top = place[0] * page.layout.width - 0.5 * wide, place[1] * page.get_figheight() - 0.1
+    low = theme.inches(page, top - high + 0.15)
+    box = theme.place(
+        page, left / page.layout.width, low, wide / page.layout.width, theme.inches(page, high - 0.15)
+    )
+    middle = panel.view.place(path.middle(member))[:2]
+    half = 0.5 * np.array(box.size) / (INSET_TIMES * scale)
+    view = replace(panel.view, bounds=np.stack((middle - half, middle + half)))
+    surface = next(item for item in panel.items if isinstance(item, Surface))
+    items = [surface, *panels.path_items(page, traces, view, INSET_TIMES * scale)]
+    detail = panels.show_items(page, box, view, items, INSET_TIMES * scale, None)
+    frame = panel.picture.project(np.append(middle, 0.0))
+    for axes, centre, size in (
+        (panel.axes, frame, 2.0 * half * scale),
+        (detail.axes, 0.5 * np.array(box.size), np.array(box.size) - 2.0),
+    ):
+        style: dict[str, Any] = {"fill": False, "edgecolor": theme.GREY, "linewidth": 1.0, "zorder": 4}
+        axes.add_patch(Rectangle(tuple(centre - 0.5 * size), *size.tolist(), **style))
+    corner: dict[str, Any] = {"ha": "left", "va": "top", "fontsize": theme.SMALL}
+    annotate.text(detail.axes, (0.0, 0.0), f"\u00d7 {INSET_TIMES:g}", (4.0, -3.0), **corner)
+    return detail.picture
 
 
 def _line(error: str, path: SolvedPath, zero: SolvedPath, member: int) -> tuple[str, ...]:
@@ -230,7 +297,8 @@ def _line(error: str, path: SolvedPath, zero: SolvedPath, member: int) -> tuple[
     if not path.found:
         return error, "", "no path"
     shift = _shift(path, zero, member)
-    shift_text = "" if path is zero else theme.signed(shift, 1) if np.isfinite(shift) else "unknown"
+    digits = paths_table.digits_mm(path.design)
+    shift_text = "" if path is zero else theme.signed(shift, digits) if np.isfinite(shift) else "unknown"
     return error, shift_text, *(panels.ratios(path) if member else ())
 
 

@@ -165,7 +165,7 @@ def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, printed: 
             height = np.array((0.0, 1e3 * found.deviation[i, j]))
             foot, top = seen(np.full(2, f), np.full(2, p), height)
             axes.plot(*np.array((foot, top)).T, color=theme.GREY, linewidth=1.0, linestyle=":", zorder=0.6)
-            value = theme.signed(1e3 * found.corners[f"{depth}_{end}"], 1)
+            value = theme.signed(1e3 * found.corners[f"{depth}_{end}"], 1 if greatest > 1.0 else 2)
             at = top if p > 0.0 and np.isfinite(top).all() else foot
             place = {"ha": "left" if f > 0.0 else "right", "va": "bottom" if p > 0.0 else "top"}
             words = f"{depth}, {names[end]}\n{value if np.isfinite(top).all() else 'none'}"
@@ -211,8 +211,9 @@ def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
     axes.plot(*rim, color=theme.GREY, linewidth=1.2)
     _path(axes, np.stack((panel.path.pinion_z, panel.path.l1), axis=-1))
     axes.set_xlabel("$z$ (mm)", labelpad=2.0)
-    axes.set_ylabel("$l_1$ (mm)", labelpad=1.0)
-    axes.yaxis.set_major_locator(MaxNLocator(6, integer=True))  # wider labels extend into the next panel
+    # Above the tick labels, because there is no room next to them at small modules.
+    theme.label_point(axes, (0.0, 1.0), "$l_1$ (mm)", (-4.0, 8.0), ha="center", xycoords="axes fraction")
+    axes.yaxis.set_major_locator(MaxNLocator(6, integer=True, steps=[1, 2, 5, 10]))
     for side in ("left", "bottom"):
         axes.spines[side].set_visible(False)
 

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
-from matplotlib.patches import Polygon
 
 from beveloid_geom import ContactPath, Design, Modification, path_of_contact
 from beveloid_geom.arrays import FloatArray
@@ -21,6 +20,7 @@ from beveloid_geom.report.operation import OperationReport, operation_report
 from beveloid_geom.report.pattern import pattern_report
 
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.flattened_flank import side_view
 from ...components.paths_table import PARABOLAS, as_large, coefficients, modified, parabolas, two_digits
 from ...rendering import theme
 from ...rendering.layout import Cells
@@ -34,9 +34,6 @@ ERRORS = 9
 ROUNDING_MM = 1e-9
 """Shifts below this are counted as zero."""
 POINTS, HARMONICS = 181, 1
-SHADE_FRACTIONS = (0.25, 0.5, 1.0)
-"""Fractions of the thickness of the marking compound at which a pattern is shaded."""
-SHADES = ("#6baed6", "#9ecae1", "#d0e3f2")
 STYLES: tuple[tuple[str, Any, str], ...] = (
     (theme.INK, "-", "o"),
     (theme.RED, "--", "s"),
@@ -158,21 +155,11 @@ def _pattern(axes: Axes, case: Case) -> None:
         return
     side = case.pattern.pinion
     r = np.hypot(side.points[..., 0], side.points[..., 1])
-    root = np.ma.masked_invalid(np.sqrt(np.maximum(side.least, 0.0)))
-    for share, shade in zip(SHADE_FRACTIONS[::-1], SHADES[::-1], strict=True):
-        limit = float(np.sqrt(share * MARKING_SEPARATION))
-        axes.contourf(side.z, r, root, [-1.0, limit], colors=[shade])
-    rim = np.stack([_rim(side.z), _rim(r)], axis=-1)
-    axes.add_patch(Polygon(rim, fill=False, edgecolor=theme.GREY, linewidth=1.2))
+    side_view(axes, side.z, r, side.least, MARKING_SEPARATION)
     if case.path.l1.size:
         colour = STYLES[0][0]
         axes.plot(case.path.pinion_z, case.path.pinion_r, color=colour, linewidth=1.8)
     axes.set(xlabel="z (mm)", ylabel="r (mm)")
-
-
-def _rim(grid: FloatArray) -> FloatArray:
-    """Return the values (n,) on the boundary of a grid."""
-    return np.concatenate((grid[:, 0], grid[-1], grid[::-1, -1], grid[0, ::-1]))
 
 
 def _errors_of_all_teeth(axes: Axes, data: tuple[Case, ...]) -> None:

@@ -44,9 +44,9 @@ CELLS = Cells(left=1.2, right=1.0, across=1.16, down=0.65, most=3, least=1.0)
 HOLLOW, LOST, ASTRAY = "//", "xxx", "...."
 """Hatches: flanks hollow against each other, no path, value not known."""
 NOTE = (
-    "Angle: chord of the path in the pinion's side view, to the axial direction. Shift: of the path at"
-    " mid-roll, perpendicular to it, under {errors}, root of the sum of squares. Transmission error, edges:"
-    " all teeth. Middle: of the path, positive towards +z. Axis of the sum: square-root scale."
+    "Angle: chord of the path in the pinion's side view, to the axial direction. Shift: perpendicular to"
+    " the path at mid-roll, under {errors}, root of the sum of squares. Transmission error, edges: all"
+    " teeth. Axis of the sum: square-root scale."
 )
 
 

@@ -9,26 +9,26 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.path import Path as Outline
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
-from beveloid_geom import Design, path_of_contact
+from beveloid_geom import Design, Status, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION, contact_ellipse
 from beveloid_geom.contact.mesh_position import frames_at
 from beveloid_geom.contact.parallel.lines import touches_along_lines
 from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.gear.active_flank import active_start
-from beveloid_geom.gear.flank import flank_patch, tip_parameter, trace_parameter
+from beveloid_geom.gear.flank import flank_patch, tip_parameter, tip_radius, trace_parameter
 from beveloid_geom.operation.angular_clearance import angular_clearance
 from beveloid_geom.operation.contact_pattern.pattern import ContactPattern
 from beveloid_geom.report.pattern import pattern_report
 
-from ...components import panels, paths_table, viewpoint
+from ...components import flattened_flank, panels, paths_table, viewpoint
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...components.flank_grid import LEFT, Cell, FlankGrid, draw_grid, text_heights
 from ...components.panels import Trace
 from ...components.paths_table import SolvedPath
 from ...components.viewpoint import FlankView
 from ...rendering import theme
-from ...rendering.scene import Item, Paint, Picture
+from ...rendering.scene import Item, Paint, Picture, divided
 
 TEXT_HEIGHTS_IN, BAR_HEIGHT_IN = (0.4, 0.4), 0.9  # below flanks, and of the colour bar
 STRETCH, NARROW_STRETCH = 4.0, 3.0
@@ -44,13 +44,17 @@ BARE = ("#eceff3", "#f3eee4")
 """Colours of pinion and gear beyond the last band: lighter than all bands, without lighting."""
 LINE_POINTS = 101
 """Points of a line of contact."""
-POSITIONS, ELLIPSES = 11, slice(2, 9, 3)
-"""Positions along the path, at equal steps of roll, and those with a contact ellipse."""
+ELLIPSES = 3
+"""Number of contact ellipses along the part of the path where the pair is in contact."""
 POSITION_FRACTION = 0.3
 """Position of the separation as a fraction of the path in roll, where two tooth pairs touch."""
+NO_POINT_MM = 0.1
+"""Distance from the border of the mating flank of points without a point on that flank, mm."""
 CONTACT_DISTANCE_UM = 0.01
 """Distance of the nearest points drawn, um, below which flanks count as in contact."""
 PAIRS = (-1, 0, 1)
+"""Tooth pairs of a separation that are drawn if some separations are within the bands."""
+SMALLEST_SHARE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +62,8 @@ class Layer:
     """Values (nl, nz), um, over the points and normals (nl, nz, 3) of a flank.
 
     Points are in the frame of the member, mm; `l` and `z` in mm. `trace` and `rings` are drawn on top,
-    `under` is the text below, and `numbers` belong to the `measures` of the figure."""
+    `under` is the text below, and `numbers` belong to the `measures` of the figure. `border` (2, nl, nz), if
+    known: values continued beyond the mating flank, and distance from its border, mm, positive inside."""
 
     l: FloatArray
     z: FloatArray
@@ -69,6 +74,7 @@ class Layer:
     rings: tuple[FloatArray, ...]
     under: str
     numbers: tuple[float, ...]
+    border: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,9 +125,8 @@ def compute_pattern(design: Design) -> BandFigure:
         "Contact pattern under marking compound",
         f"Separation below {PATTERN_BANDS[-1]} \u00b5m during the mesh of a tooth pair; pinion (top), gear"
         " (bottom)",
-        "The gear is at the first contact of all teeth, edges included. Black:"
-        f" {'some lines of contact' if lines else 'contact ellipses from the relative curvature'} for"
-        f" {PATTERN_BANDS[-1]} \u00b5m at three positions, within the flank.",
+        "The gear is at the first contact of all teeth, edges included. Thin, dashed: other teeth touch"
+        f" earlier. Black: {'some lines of contact' if lines else 'contact ellipses of this pair'}.",
         "least separation over the cycle (\u00b5m)",
         PATTERN_BANDS,
         BLUES,
@@ -132,35 +137,38 @@ def compute_pattern(design: Design) -> BandFigure:
 
 def _pattern_layers(design: Design, flank: str, pattern: ContactPattern) -> tuple[Layer, Layer]:
     """Return the pattern on pinion and gear with the path and its ellipses."""
-    path = paths_table.solve(design, flank)
+    path = paths_table.solve(design, flank, touching=True)
     layers = []
     for number, side in enumerate((pattern.pinion, pattern.gear)):
-        member, trace = design.members[number], Trace(path.points[number], width=0.7)
+        member, trace = design.members[number], Trace(path.points[number], width=0.7, first=path.first)
         normals = flank_patch(member, flank, side.l, trace_parameter(member, flank, side.l, side.z)).normal
         under = f"{100.0 * side.area_share:.0f} % of the flank, {side.area:.0f} mm\u00b2"
-        rings = _rings(design, flank, path, number)
+        rings = _rings(design, path, number)
         numbers = float(side.area), float(side.area_share)
         values = 1e3 * side.least
         layers.append(Layer(side.l, side.z, side.points, normals, values, trace, rings, under, numbers))
     return layers[0], layers[1]
 
 
-def _rings(design: Design, flank: str, path: SolvedPath, number: int) -> tuple[FloatArray, ...]:
+def _rings(design: Design, path: SolvedPath, number: int) -> tuple[FloatArray, ...]:
     """Return contact ellipses (n, 3) in the frame of a member, or lines of contact if flanks touch along
-    lines."""
+    lines. Ellipses are at positions where the pair is the first contact of all teeth."""
     if not path.found:
         return ()
     if len(lines := path.contact_lines(number)):
         share = np.linspace(0.0, 1.0, LINE_POINTS)[:, None]
         return tuple(line[0] + share * (line[1] - line[0]) for line in lines)
-    at = path_of_contact(design, flank, POSITIONS)
+    at, touching = path.path, np.flatnonzero(path.path.status == Status.SOLVED)
+    if path.first is not None:
+        touching = touching[path.first]
+    shown = touching[np.linspace(0, len(touching) - 1, ELLIPSES + 2).round().astype(int)[1:-1]]
     ellipse = contact_ellipse(at, MARKING_SEPARATION)
     turn = np.linspace(0.0, 2.0 * np.pi, 721)[:, None]
-    semi_axes, directions = ellipse.semi_axes[ELLIPSES], ellipse.direction[ELLIPSES]
+    semi_axes, directions = ellipse.semi_axes[shown], ellipse.direction[shown]
     first, second = (semi_axes[:, k, None, None] * directions[:, k, None, :] for k in (0, 1))
     in_fixed = np.cos(turn) * first + np.sin(turn) * second  # (positions, 721, 3)
-    rotation, _ = frames_at(design, at.pinion_roll[ELLIPSES], at.gear_roll[ELLIPSES])[number]
-    rings = paths_table.points_on(at, number)[ELLIPSES, None] + in_fixed @ rotation
+    rotation, _ = frames_at(design, at.pinion_roll[shown], at.gear_roll[shown])[number]
+    rings = paths_table.points_on(at, number)[shown, None] + in_fixed @ rotation
     return tuple(ring for ring in rings if np.isfinite(ring).all())
 
 
@@ -176,24 +184,32 @@ def compute_separation(design: Design, flank: str = "right") -> BandFigure:
         at = path_of_contact(design, flank, l1=[l1])
         pose = float(at.pinion_roll[0]), float(at.gear_roll[0])
         layers = [(_separation_layer(path, 0, pose, k), _separation_layer(path, 1, pose, k)) for k in PAIRS]
-        under = f", pinion roll {np.degrees(pose[0]):.3f}\u00b0, gear roll {np.degrees(pose[1]):.3f}\u00b0"
-    headings = ["in the middle" if pair == 0 else theme.signed(pair, 0) for pair in PAIRS]
+        rolls = (theme.signed(np.degrees(angle), 3) for angle in pose)
+        under = ", pinion roll {}\u00b0, gear roll {}\u00b0".format(*rolls)
+    near = [pair for pair, both in zip(PAIRS, layers, strict=True) if both and any(map(_in_bands, both))]
+    shown = [(pair, both) for pair, both in zip(PAIRS, layers, strict=True) if pair in (near or PAIRS)]
     return BandFigure(
         "Separation of the flanks at one position",
-        f"{flank.capitalize()} flanks of three neighbouring tooth pairs{under}; pinion (top) and gear"
-        " (bottom)",
-        "Separation along the normal of the other flank, from the rotation of each point about the axis of"
-        " the other member to that flank. Bare metal: larger than the last band, or outside the other flank."
-        " Line: path of contact.",
+        f"{flank.capitalize()} flanks{under}; pinion (top) and gear (bottom)",
+        "Tooth pairs with separations in these bands, along the normal of the other flank. Bare metal: larger"
+        " than the last band, or outside the other flank. Orange: path of contact.",
         "separation (\u00b5m)",
         SEPARATION_BANDS,
         HUES,
         ("pinion_roll_rad", "gear_roll_rad"),
         tuple(
-            Column(f"tooth pair {heading}", design, flank, pair_layers, reason, pair)
-            for heading, pair_layers, pair in zip(headings, layers, PAIRS, strict=True)
+            Column(
+                f"tooth pair {theme.signed(pair, 0) if pair else 'in the middle'}",
+                *(design, flank, both, reason, pair),
+            )
+            for pair, both in shown
         ),
     )
+
+
+def _in_bands(layer: Layer) -> bool:
+    """Return True if the bands cover a part of the flank that can be seen."""
+    return bool(np.mean(layer.values < SEPARATION_BANDS[-1]) > SMALLEST_SHARE)
 
 
 def _separation_layer(path: SolvedPath, number: int, pose: tuple[float, float], pair: int) -> Layer:
@@ -207,13 +223,19 @@ def _separation_layer(path: SolvedPath, number: int, pose: tuple[float, float], 
     patch = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
     found = angular_clearance(design, flank, number, l, z, *pose, pair=pair)
     gap = 1e3 * np.where(found.inside, found.distance, np.nan)
+    mate = design.members[1 - number]
+    to_tip = tip_radius(mate, found.other_z) - found.other_r
+    inside = np.minimum(0.5 * float(mate.face_width) - np.abs(found.other_z), to_tip)
+    border = np.stack((1e3 * found.distance, inside))
     under = "out of reach"
     if np.isfinite(gap).any():
         nearest = float(np.nanmin(gap))
         near = f"{nearest:.3g} \u00b5m at the nearest point drawn"
         under = near if nearest > CONTACT_DISTANCE_UM else "in contact"
     trace = Trace(path.points[number], width=0.7)
-    return Layer(l, np.broadcast_to(z, l.shape), patch.point, patch.normal, gap, trace, (), under, pose)
+    return Layer(
+        l, np.broadcast_to(z, l.shape), patch.point, patch.normal, gap, trace, (), under, pose, border
+    )
 
 
 def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
@@ -238,7 +260,7 @@ def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
         items = _painted(data, layer, cell.view, BARE[cell.member])
         items += panels.path_items(page, [layer.trace], cell.view, cell.px_per_mm)
         drawn = panels.show_items(page, cell.box, cell.view, items, cell.px_per_mm, cell.limits)
-        rim = drawn.place(_rim(layer.points))
+        rim = drawn.place(flattened_flank.rim(layer.points))
         drawn.axes.plot(*rim.T, color=theme.GREY, linewidth=1.0)
         for ring in layer.rings:
             seen = drawn.place(ring)
@@ -250,28 +272,31 @@ def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
     return Drawing(page, draw_grid(page, grid, low + theme.inches(page, BAR_HEIGHT_IN), high, panel))
 
 
-def _rim(grid: FloatArray) -> FloatArray:
-    """Return the boundary (n, 3) of a grid of points."""
-    return np.concatenate((grid[:, 0], grid[-1], grid[::-1, -1], grid[0, ::-1]))
-
-
 def _painted(data: BandFigure, layer: Layer, view: FlankView, metal: str) -> list[Item]:
     """Return the flank in bands, and bare metal where values are missing.
 
     Values are counted in bands, so that bands may have different widths. An additional band of bare metal
     contains larger values."""
     bands = np.array([*data.bands, 2.0 * data.bands[-1] - data.bands[-2]])
-    values = np.interp(layer.values, bands, np.arange(bands.size)).ravel()
-    flank = panels.flank_surface(layer.points, layer.normals, view, metal)
-    known = np.isfinite(values)[flank.faces].all(axis=1)
-    paint = Paint(values, (*data.colours, metal), (0.0, bands.size - 1.0))
-    bare = replace(paint, values=np.full(values.shape, paint.limits[1]))
-    parts = (~known, bare), (known, paint)
-    return [
-        replace(flank, faces=flank.faces[of], edges=False, paint=part_paint)
-        for of, part_paint in parts
-        if of.any()
-    ]
+
+    def painted(values: FloatArray) -> Paint:
+        """Return values as colours."""
+        return Paint(
+            np.interp(values, bands, np.arange(bands.size)).ravel(),
+            (*data.colours, metal),
+            (0.0, bands.size - 1.0),
+        )
+
+    flank = replace(panels.flank_surface(layer.points, layer.normals, view, metal), edges=False)
+    bare = replace(flank, paint=painted(np.full(layer.values.shape, bands[-1])))
+    if layer.border is None:
+        known = np.isfinite(layer.values).ravel()[flank.faces].all(axis=1)
+        parts = (~known, bare), (known, replace(flank, paint=painted(layer.values)))
+        return [replace(part, faces=flank.faces[of]) for of, part in parts if of.any()]
+    values, inside = layer.border
+    level = np.where(np.isfinite(values + inside), inside, -NO_POINT_MM).ravel()
+    front, _ = divided(replace(flank, paint=painted(np.nan_to_num(values, nan=bands[-1]))), level)
+    return [part for part in (front, divided(bare, level)[1]) if len(part.faces)]
 
 
 def _colour_bar(page: theme.Page, data: BandFigure, low: float) -> None:

@@ -12,14 +12,18 @@ from matplotlib.patches import Ellipse, Polygon
 
 from beveloid_geom import Design
 from beveloid_geom.analysis.pattern_matrix import PatternCell, PatternMatrix, pattern_matrix
+from beveloid_geom.analysis.tolerance import USUAL_AT
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.ends import end_names
+from beveloid_geom.design.model import ErrorsAt
 from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.pair.misalignment import NAMES
 from beveloid_geom.report.columns import ARCSEC, header_of
 from beveloid_geom.report.pattern import FIGURES, FINE, added_of, flat_data, status_of
 
+from ...components import paths_table, posed
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.flattened_flank import side_view
 from ...components.paths_table import FLANKS, coefficients, modified, parabolas
 from ...rendering import theme
 
@@ -27,20 +31,17 @@ LEFT_MARGIN_IN, RIGHT_MARGIN_IN = 1.44, 0.1
 """Margins on the left and right of a matrix, inches."""
 GRID_STEP = 2
 """About one of this number of grid points along profile and face is drawn."""
-SHADE_FRACTIONS = (0.25, 0.5, 1.0)
-"""Fractions of the thickness of the marking compound at which a pattern is shaded."""
-SHADES = ("#6baed6", "#9ecae1", "#d0e3f2")
 NOTE = (
-    "Pinion flank in the side view: {face:g} mm along the axis from {ends[0]} (left) to {ends[1]}, tip above."
-    " Shaded: separation below a quarter, half and all of {film:g} \u00b5m. Orange: ellipse with the centre"
-    " and second moments of the pattern. {meant} Below: transmission error (TE) and edge contact of all teeth"
+    "Pinion flank in the side view, {face:g} mm from {ends[0]} (left) to {ends[1]}. Shaded: separation below"
+    " a quarter, half and all of {film:g} \u00b5m. Orange: ellipse with centre and second moments of the"
+    " pattern. {meant} TE: transmission error of all teeth"
 )
-ELLIPSE_NOTE = "; ellipse: centre, half axes (mm), angle to the axial direction"
+ELLIPSE_NOTE = "; below: centre and half axes (mm), angle to the axial direction"
 """Part of the note that is left out on narrow pages."""
 
 ERRORS_NOTE = {
     "perpendicular": "E: offset error, \u03a3: shaft-angle error.",
-    "mesh": "E: centre-distance error, \u03a3: shaft-angle error in plane, both at the mesh point.",
+    "mesh": "E: centre-distance, \u03a3: in-plane shaft-angle error at the mesh.",
 }
 
 
@@ -58,23 +59,36 @@ def compute(design: Design) -> tuple[Block, ...]:
     """Compute patterns of both flanks with the parabolas of the design, or with the paper's if it has
     none."""
     design = design if design.has_parabola else modified(design)
-    return tuple(_block(design, flank) for flank in FLANKS)
+    right = _block(design, FLANKS[0], None)
+    return right, _block(design, FLANKS[1], right.found)
 
 
-def _block(design: Design, flank: str) -> Block:
+def _block(design: Design, flank: str, like: PatternMatrix | None) -> Block:
+    """Compute the matrix of a flank; `like` is that of the other flank, with the same backlash."""
     try:
         if fault := first_contact_fault(design):
             raise ValueError(fault)
         resolution = float(design.pinion.tool.normal_module) / FINE  # as in the command pattern
-        return Block(flank, design, pattern_matrix(design, _over(design), flank, resolution=resolution))
+        over, sizes = _errors(design)
+        found = pattern_matrix(design, over, flank, sizes=sizes, resolution=resolution, like=like)
+        return Block(flank, design, found)
     except ValueError as error:
         return Block(flank, design, None, str(getattr(error, "reason", error)))
 
 
-def _over(design: Design) -> tuple[str, str]:
-    """Return the names of the two errors: distance and angle of the axes."""
-    first, second, *_ = NAMES[design.errors_at]
-    return first, second
+def _at(design: Design) -> ErrorsAt:
+    """Return where the errors are: at the mesh if the common perpendicular is far away, because small errors
+    about it separate or jam the teeth."""
+    return "mesh" if posed.placed(design, np.zeros(2)).remote else design.errors_at
+
+
+def _errors(design: Design) -> tuple[tuple[str, str], tuple[float, float]]:
+    """Return names and sizes (mm, rad) of the errors of distance and angle of the axes, in proportion to the
+    module."""
+    first, second, *_ = NAMES[_at(design)]
+    usual = USUAL_AT[_at(design)]
+    distance = paths_table.two_digits(getattr(usual, first) * paths_table.as_large(design))
+    return (first, second), (distance, getattr(usual, second))
 
 
 def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
@@ -90,7 +104,7 @@ def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
             film=film,
             face=float(data[0].design.pinion.face_width),
             ends=end_names(data[0].design.pinion),
-            meant=ERRORS_NOTE[data[0].design.errors_at],
+            meant=ERRORS_NOTE[_at(data[0].design)],
         )
         + (ELLIPSE_NOTE if layout.width > theme.NARROW else "")
         + ".",
@@ -140,7 +154,7 @@ def _matrix(page: theme.Page, found: PatternMatrix, bottom: float, half: float, 
             words = f"\u03a3 {theme.signed(np.degrees(added[1]), 4)}\u00b0"
             axes.set_title(words, fontsize=theme.HEADING, pad=6.0)
         if column == 0:
-            words = f"E {theme.signed(added[0], 3)}\nmm"
+            words = f"E {theme.signed(added[0], 2 + paths_table.digits_mm(found.design))}\nmm"
             at = left - 0.128 / page.layout.width, lines[row] + 0.5 * (height + under)
             page.text(*at, words, ha="right", va="center", fontsize=theme.LABEL)
         if cell is None:
@@ -159,18 +173,14 @@ def _matrix(page: theme.Page, found: PatternMatrix, bottom: float, half: float, 
 def _cell(axes: Axes, cell: PatternCell, separation: float) -> None:
     """Draw pattern and ellipse over the pinion flank, z and r."""
     one, (z, r, least) = cell.ellipses[0], _drawn(cell)
-    rim = np.stack([_rim(z), _rim(r)], axis=-1)
-    root = np.ma.masked_invalid(np.sqrt(np.maximum(least, 0.0)))
-    for share, shade in zip(SHADE_FRACTIONS[::-1], SHADES[::-1], strict=True):
-        axes.contourf(z, r, root, [-1.0, float(np.sqrt(share * separation))], colors=[shade])
-    axes.add_patch(Polygon(rim, fill=False, edgecolor=theme.GREY, linewidth=1.2))
+    boundary = side_view(axes, z, r, least, separation)
     shape = (one.z, one.r), 2.0 * one.major, 2.0 * one.minor
     for width, within in ((0.7, False), (2.0, True)):
         look: dict[str, Any] = {"fill": False, "edgecolor": theme.RED, "clip_on": within}
         ring = Ellipse(*shape, angle=np.degrees(one.angle), linewidth=width, **look)
         axes.add_patch(ring)
         if within:
-            ring.set_clip_path(Polygon(rim, transform=axes.transData))
+            ring.set_clip_path(Polygon(boundary, transform=axes.transData))
     axes.plot(one.z, one.r, "+", color=theme.RED, markersize=9.0, markeredgewidth=1.6)
     axes.set_aspect("equal")
     margin = 0.03 * np.ptp(z)
@@ -185,15 +195,13 @@ def _drawn(cell: PatternCell) -> tuple[FloatArray, FloatArray, FloatArray]:
     return side.z[every], r[every], side.least[every]
 
 
-def _rim(grid: FloatArray) -> FloatArray:
-    return np.concatenate((grid[:, 0], grid[-1], grid[::-1, -1], grid[0, ::-1]))
-
-
 def _words(found: PatternMatrix, k: int, cell: PatternCell, wide: bool) -> str:
     """Return transmission error, edge contact and, on a wide page, the ellipse of a cell as text."""
     one = cell.ellipses[0]
     swing, edges = ARCSEC * found.cycle_peak_to_peak.flat[k], 100.0 * found.edge_share.flat[k]
-    shape = f"z {theme.signed(one.z, 1)}, r {one.r:.1f}; {one.major:.1f} \u00d7 {one.minor:.1f},"
+    digits = paths_table.digits_mm(found.design)
+    shape = f"z {theme.signed(one.z, digits)}, r {one.r:.{digits}f};"
+    shape += f" {one.major:.{digits}f} \u00d7 {one.minor:.{digits}f},"
     shape += f" {theme.signed(np.degrees(one.angle), 1)}\u00b0"
     main = f"TE {swing:.2f}\u2033", f"edges {edges:.0f} %"
     return "\n".join((", ".join(main), shape) if wide else main)
@@ -206,7 +214,7 @@ def rows(data: tuple[Block, ...]) -> Table:
         *("area_mm2", "area_share", "area_error"),
         *("ellipse_z_mm", "ellipse_r_mm", "major_mm", "minor_mm", "angle_rad"),
     )
-    over = _over(data[0].design)
+    over, _ = _errors(data[0].design)
     header = (
         *("flank", "parabola_pinion_per_mm", "parabola_gear_per_mm", "marking_compound_mm"),
         *(

@@ -3,42 +3,53 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import dataclass
 
 import numpy as np
 
 from beveloid_geom import Design
 from beveloid_geom.arrays import FloatArray
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.gear.flank import flank_patch, trace_parameter
+from beveloid_geom.operation.contact_pattern.pattern import MemberPattern
 from beveloid_geom.pair.frames import to_fixed
+from beveloid_geom.report.pattern import pattern_report
+from beveloid_geom.shapes.sampling import grid_faces
 from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
 
-from ...components import annotate, paths_table, posed
+from ...components import paths_table, posed
 from ...components.annotate import Overlay
 from ...components.figure_steps import Drawing, Recipe, Table
 from ...components.paths_table import SolvedPath
 from ...components.posed import PosedPair
 from ...rendering import theme
-from ...rendering.scene import Camera, Item, Picture, Size, fit_camera
+from ...rendering.scene import Camera, Item, Picture, Size, Surface, Tube, fit_camera
 
 TOLERANCE_MODULES = 1.0 / 600.0
 """Mesh tolerance in normal modules: a tenth of a pixel of the close picture on a page of 1000 x 750."""
 EXPORT_TOLERANCE_MM = 0.01
 """Default tolerance of `beveloid-geom mesh`, mm."""
-CLOSE_VIEW_DIRECTION = np.array([-0.12, 0.45, 0.88])
-CLOSE_HALF_HEIGHT_MODULES = 4.6
-"""Half the height of the close picture, in normal modules."""
-GEAR_OPACITY = 0.45
-LINE_NOTE = "; black: line of contact"
+GEAR_OPACITY = 0.3
+PATTERN, PATTERN_LIFT_MODULES = "#7fb5dc", 0.004
+"""Colour of the contact pattern, and its height above the flank in normal modules."""
+HALF_HEIGHT_MODULES = 4.0
+"""Smallest half height of the close picture, in normal modules."""
+TUBE_SHARE = 0.008
+"""Radius of a path as a fraction of half the height of the close picture."""
+TEETH = (-1, 0, 1)
+"""Teeth of the pinion with paths."""
 
 
 @dataclass(frozen=True, eq=False)
 class PosedFigure:
-    """The pair as posed, the meshes of its members in their frames (None with the reason), and the path of
-    contact."""
+    """The pair as posed, the meshes of its members in their frames (None with the reason), the path of
+    contact, and the contact pattern on the pinion (None if unknown)."""
 
     pair: PosedPair
     meshes: tuple[tuple[Mesh | None, str], ...]
     path: SolvedPath
+    pattern: MemberPattern | None
 
 
 def tolerance_of(design: Design) -> float:
@@ -47,18 +58,21 @@ def tolerance_of(design: Design) -> float:
 
 
 def compute(design: Design, flank: str = "right") -> PosedFigure:
-    """Compute the meshes of both gears, and their path."""
+    """Compute the meshes of both gears, and path and pattern."""
+    pattern = None
+    with suppress(ValueError):
+        pattern = pattern_report("", design, flank, MARKING_SEPARATION).result.pinion
     meshes: list[tuple[Mesh | None, str]] = []
     for member in design.members:
         try:
             meshes.append((gear_mesh(member, tolerance_of(design)), ""))
         except ValueError as error:
             meshes.append((None, str(error)))
-    return PosedFigure(posed.pose(design, flank), tuple(meshes), paths_table.solve(design, flank))
+    return PosedFigure(posed.pose(design, flank), tuple(meshes), paths_table.solve(design, flank), pattern)
 
 
 def draw(data: PosedFigure, layout: theme.Layout) -> Drawing:
-    """Draw the complete pair, and the teeth in mesh with the edges of the triangles."""
+    """Draw the complete pair, and the teeth in mesh with paths and patterns."""
     flank = data.path.path.flank
     pose = f"at nominal rolls: the {flank} flanks have no contact point"
     if data.pair.touching:
@@ -71,29 +85,41 @@ def draw(data: PosedFigure, layout: theme.Layout) -> Drawing:
         layout,
         "The posed pair as exported",
         f"Closed meshes with a tolerance of {tolerance_of(data.pair.design):.3g} mm, {pose}",
-        f"{counts.capitalize()}. (b): view along the teeth from \u2212z, gear transparent, thin lines: edges"
-        f" of the triangles. Thick lines on top: paths of contact on the {flank} flanks of the pinion"
-        f"{LINE_NOTE if line_of_contact(data) is not None else ''}."
-        f"{_export_note(data.pair.design)}",
+        f"{counts.capitalize()}.{_marks(data)}{_export_note(data.pair.design)}",
         above=0.25,
         tall=theme.stacked_height(layout, 5.2),
     )
     pictures: dict[str, Picture] = {}
     high = heading - theme.inches(page, 0.1)
     places = theme.pair_of_boxes(page, low, high, ((0.02, 0.42), (0.45, 0.53)), 0.35)
-    for column, (place, name) in enumerate(zip(places, ("the pair", "teeth in mesh"), strict=True)):
-        box = theme.place(page, *place)
-        over = Overlay.drawn(page, box, *(close(data) if column else _whole(data, box.size)))
-        pictures[name] = over.picture
+    for letter, place, scene in zip("ab", places, (_whole, close), strict=True):
+        name = "the pair" if scene is _whole else "teeth in mesh"
         y = place[1] + place[3] + theme.inches(page, 0.1)
-        page.text(place[0], y, f"({'ab'[column]})  {name}", fontsize=theme.HEADING)
-        if (over.picture.image == 255).all():
-            theme.message(over.axes, f"the {flank} flanks have no contact point", 60)
-        if column == 0:
+        page.text(place[0], y, f"({letter})  {name}", fontsize=theme.HEADING)
+        box, drawn = theme.place(page, *place), [mesh for mesh, _ in data.meshes if mesh is not None]
+        if not drawn or (scene is close and not data.pair.touching):
+            missing = f"the {flank} flanks have no contact point" if drawn else "no member can be drawn"
+            theme.message(theme.overlay(page, box), missing, 60)
+            continue
+        over = Overlay.drawn(page, box, *scene(data, box.size))
+        pictures[name] = over.picture
+        if scene is _whole:
             _label(over, data)
-        else:
-            _draw_paths(over, data)
     return Drawing(page, pictures)
+
+
+def _marks(data: PosedFigure) -> str:
+    """Return the sentences on the marks on the pinion flanks."""
+    if not data.pair.touching:
+        return ""
+    along = "" if line_of_contact(data) is None else ", on the line of contact (black)"
+    words = (
+        f" (b): {data.path.path.flank} flanks of the pinion, gear transparent. Orange: path of contact of a"
+        f" tooth pair. Ball: point of contact{along}."
+    )
+    if data.pattern is not None:
+        words += f" Blue: contact pattern, separation below {1e3 * MARKING_SEPARATION:g} \u00b5m."
+    return words
 
 
 def _export_note(design: Design) -> str:
@@ -109,59 +135,67 @@ def _label(over: Overlay, data: PosedFigure) -> None:
     for number, (member, frame) in enumerate(zip(pair.design.members, pair.frames, strict=True)):
         if data.meshes[number][0] is None:
             continue
-        heel = to_fixed(frame, posed.rings(member))[1]
-        seen = over.picture.project(heel)
-        place = heel[int(np.argmax(seen[:, 1] if number else -seen[:, 1]))]
-        offset = (0.0, -14.0 if number else 14.0)
-        over.label(place, paths_table.MEMBERS[number], offset)
-
-
-def _draw_paths(over: Overlay, data: PosedFigure) -> None:
-    """Draw the paths on top, because the flanks in contact are seen from behind."""
-    for line in paths_on_teeth(data):
-        over.line(line, color=theme.PATH, linewidth=3.0, path_effects=annotate.rim(3.0))
-    if data.pair.touching:
-        touched = line_of_contact(data)
-        if touched is not None:
-            over.line(touched, color=theme.INK, linewidth=3.0)
-        over.line(data.pair.contact, marker="o", ms=11.0, mfc=theme.PATH, mec="white", mew=1.5, zorder=5)
-        note = "point of contact" if touched is None else "line of contact"
-        over.note(data.pair.contact, note, (60.0, -70.0), color=theme.INK)
+        rims = to_fixed(frame, posed.rings(member)).reshape(-1, 3)
+        seen = over.picture.project(rims)
+        place = rims[int(np.argmax(seen[:, 1] if number else -seen[:, 1]))]
+        over.label(place, paths_table.MEMBERS[number], (0.0, -16.0 if number else 14.0))
 
 
 def _whole(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
     parts = zip(data.meshes, data.pair.frames, theme.METALS, strict=True)
     items = [
-        posed.placed_surface(mesh, frame, colour) for (mesh, _), frame, colour in parts if mesh is not None
+        posed.placed_surface(mesh, frame, colour, edges=True)
+        for (mesh, _), frame, colour in parts
+        if mesh is not None
     ]
-    return items, fit_camera(posed.reach(data.pair, feet=False), posed.VIEW, posed.UP, size, 0.06)
+    reach = posed.reach(data.pair, feet=False)
+    return items, fit_camera(reach, posed.VIEW, posed.UP, size, 0.06, perspective=True)
 
 
-def close(data: PosedFigure) -> tuple[Sequence[Item], Camera]:
-    """Return the teeth in mesh and the camera, which looks along the teeth from the toe."""
-    pair = data.pair
-    module = float(pair.design.pinion.tool.normal_module)
-    middle = pair.contact if pair.touching else pair.foot.mean(axis=0)
-    camera = Camera(CLOSE_VIEW_DIRECTION, posed.UP, middle, CLOSE_HALF_HEIGHT_MODULES * module)
-    items: list[Item] = []
+def close(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
+    """Return the teeth in mesh with paths, pattern and point of contact, and the camera."""
+    pair, paths = data.pair, on_teeth(data, data.path.points[0])
+    points, normal = np.concatenate(paths), np.nanmean(data.path.path.normal, axis=0)
+    camera = posed.mesh_camera(pair.design, pair.frames[0], points, normal, size, HALF_HEIGHT_MODULES)
+    radius = TUBE_SHARE * camera.half_height
+    items: list[Item] = [Tube(line, theme.PATH, radius) for line in paths]
+    items.append(Tube(pair.contact[None], theme.INK, 3.0 * radius))
+    line = line_of_contact(data)
+    if line is not None:
+        items.append(Tube(line, theme.INK, radius))
+    items += _pattern(data)
+    seen = np.hypot(1.0, size[0] / size[1]) * camera.half_height
     for number, ((mesh, _), frame) in enumerate(zip(data.meshes, pair.frames, strict=True)):
         if mesh is None:
             continue
-        near = (
-            np.linalg.norm(to_fixed(frame, mesh.points) - middle, axis=1)
-            < 3.0 * CLOSE_HALF_HEIGHT_MODULES * module
-        )
-        shown = mesh.where(near[mesh.faces].any(axis=1))
-        drawn = posed.placed_surface(shown, frame, theme.METALS[number], GEAR_OPACITY if number else 1.0)
-        items.append(replace(drawn, mesh_lines=number == 0))
+        shown = posed.teeth_in_mesh(mesh, camera, frame[0][:, 2])
+        away = (to_fixed(frame, shown.points) - camera.focal_point) @ camera.axes[:2].T
+        near = np.linalg.norm(away, axis=1) < 1.5 * seen
+        shown = shown.where(near[shown.faces].any(axis=1))
+        colour, opacity = theme.METALS[number], GEAR_OPACITY if number else 1.0
+        items.append(posed.placed_surface(shown, frame, colour, opacity, edges=True))
     return items, camera
 
 
-def paths_on_teeth(data: PosedFigure) -> list[FloatArray]:
-    """Return paths (n, 3) in S_f on the pinion teeth -1, 0, 1, mm."""
-    points, member = data.path.points[0], data.pair.design.pinion
-    teeth = (-1, 0, 1) if data.path.found else ()
-    return [to_fixed(data.pair.frames[0], posed.on_tooth(points, member, tooth)) for tooth in teeth]
+def _pattern(data: PosedFigure) -> list[Surface]:
+    """Return the contact pattern on each of the TEETH, slightly above the flank."""
+    side, member, flank = data.pattern, data.pair.design.pinion, data.path.path.flank
+    if side is None:
+        return []
+    normals = flank_patch(member, flank, side.l, trace_parameter(member, flank, side.l, side.z)).normal
+    lift = PATTERN_LIFT_MODULES * float(member.tool.normal_module)
+    faces = grid_faces(side.points, normals)
+    faces = faces[side.marked.ravel()[faces].all(axis=1)]
+    if not len(faces):
+        return []
+    placed = on_teeth(data, (side.points + lift * normals).reshape(-1, 3))
+    return [Surface(points, faces, None, PATTERN) for points in placed]
+
+
+def on_teeth(data: PosedFigure, points: FloatArray) -> list[FloatArray]:
+    """Return points (n, 3) of tooth 0 of the pinion on the TEETH in S_f, mm."""
+    member, frame = data.pair.design.pinion, data.pair.frames[0]
+    return [to_fixed(frame, posed.on_tooth(points, member, tooth)) for tooth in TEETH]
 
 
 def line_of_contact(data: PosedFigure) -> FloatArray | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import chain, product
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -65,6 +65,12 @@ class Case:
                 words.append("both: path along face" if still else turned)
         return "; ".join(dict.fromkeys(words))
 
+    @property
+    def known(self) -> bool:
+        """True if some of the changes are known."""
+        changes = chain.from_iterable(changes_under_steps(self.found, one).values() for one in QUANTITIES)
+        return any(np.isfinite(change).any() for change in changes)
+
 
 def compute(design: Design) -> tuple[Case, ...]:
     """Compute both cases on both flanks."""
@@ -80,6 +86,8 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     """Draw a row for each case and a column for each quantity; on a narrow page columns for cases and fewer
     quantities."""
     steps = steps_of(data[0].found[0].errors)
+    left_out = [f" Unknown {case.name} ({case.remarks})." for case in data if not case.known]
+    data = tuple(case for case in data if case.known) if len(left_out) < len(data) else data
     narrow = layout.printed and CELLS.columns(layout, len(QUANTITIES)) < len(QUANTITIES)
     quantities = [one for one in QUANTITIES if not narrow or one.name != "square_shift"]
     weights = [1.7 if one.members else 1.0 for one in quantities] if narrow else [1.0 for _ in data]
@@ -88,7 +96,8 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
         layout,
         "Sensitivity of the path of contact to assembly errors",
         "Changes under one error each, from exact derivatives",
-        NOTE.format(place=at_the_mesh(data[0].design), square=NARROW_NOTE if narrow else PERPENDICULAR_NOTE),
+        NOTE.format(place=at_the_mesh(data[0].design), square=NARROW_NOTE if narrow else PERPENDICULAR_NOTE)
+        + "".join(left_out),
         below=0.45,
         above=0.75,
         tall=replace(CELLS, down=down).tall(layout, len(weights) * CELLS.most, 2.6 if narrow else 3.3),

@@ -1,22 +1,19 @@
-"""Paths of contact under random assembly errors, and distributions of contact ratio, transmission error and
-position."""
+"""Paths of contact of one flank under random assembly errors, and distributions of their position and of the
+transmission error."""
 
 from __future__ import annotations
 
-import textwrap
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from beveloid_geom import Design, Status, path_of_contact, tolerance_study
+from beveloid_geom import Design, path_of_contact, tolerance_study
 from beveloid_geom.analysis.tolerance import USUAL_AT, ToleranceStudy, drawn_errors
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.parallel.lines import touches_along_lines
-from beveloid_geom.contact.path import path_ends
 from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.pair.misalignment import errors_below, mounted
 from beveloid_geom.report.columns import ARCSEC
@@ -26,55 +23,56 @@ from beveloid_geom.report.tolerance import ToleranceReport, edges_carry, pattern
 from ...components import charts, panels, paths_table, viewpoint
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...components.panels import Panel
-from ...components.paths_table import FLANKS, SolvedPath, coefficients, modified
+from ...components.paths_table import SolvedPath, coefficients, modified
 from ...rendering import theme
+from ...rendering.layout import Cells
 from ...rendering.scene import Picture
-from .tolerance_layout import Section, print_height, sections_of
 
 MOUNTINGS, PATHS_DRAWN, SEED = 1024, 300, 0
 """Number of mountings of a study, number of them drawn, and seed."""
 CYCLE_MOUNTINGS = 64
 """Number of mountings for which the operation is computed."""
 POINTS = 33
-TOLERANCE_FACTORS = (1.0, 2.0, 3.0, 5.0, 10.0)
-"""Multiples of the tolerances in the last panels."""
-SMALLEST_FRACTION = 0.02
+PERCENTILES = (1.0, 99.0)
+"""Limits of the range of positions in the title."""
 QUANTITIES = (
-    ("contact_ratio", 1.0, "contact ratio"),
-    ("peak_to_peak", ARCSEC, "error (arcsec)"),
-    ("pinion_z_middle", 1.0, "middle z (mm)"),
+    ("pinion_z_middle", 1.0, "middle of the path, pinion z (mm)"),
+    ("peak_to_peak", ARCSEC, "transmission error (arcsec)"),
 )
 """Name, factor and label of the quantities of a study that are shown."""
-MESSAGE_STYLE: dict[str, Any] = {"fontsize": theme.SMALL, "backgroundcolor": "white"}
 LINE_CONTACT_NOTE = ", shaft-angle errors leave edges"
 CLOUDS = ((5.0, "white", 0.12), (1.0, theme.BLUE, 0.08))
 """Multiples of the tolerances, colour and opacity of the paths drawn, the lowest first."""
+CELLS = Cells(left=0.95, right=0.3, across=1.0, down=1.1, most=2, least=1.6)
+PANEL_HEIGHT_IN, STRETCH = 2.6, 4.0
+"""Height of a panel in print, inches, and magnification of the flanks across the face."""
 NOTE = (
-    "{drawn} of {all} mountings of the design {which}; black: without errors. Tolerances ({spread}): {sizes}."
-    " Curves: cumulative distribution; dots: without errors. Transmission error: one tooth pair, peak to"
-    " peak. Middle z: pinion, mid-roll."
+    "Flanks from outside, {stretch:g} times larger across: {drawn} mountings of the design {which}; black and"
+    " dots: without errors. (c), (d): cumulative distributions; title: 1 to 99 % of them. Transmission error"
+    " of a tooth pair, peak to peak."
 )
 
 
 @dataclass(frozen=True, eq=False)
 class CaseStudy:
-    """A case with name, colour and line width.
-
-    `study` is None with a `reason`. `shares` (2, factors): for each of TOLERANCE_FACTORS the fractions of
-    mountings with a path that ends at another limit, and without a path; NaN if not known."""
+    """A case with name, colour and line width; `study` is None with a `reason`."""
 
     name: str
     design: Design
     colour: str
     width: float
     study: ToleranceStudy | None
-    shares: FloatArray
     reason: str = ""
+
+    @property
+    def solved(self) -> ToleranceStudy | None:
+        """The study if some mounting has a path."""
+        return self.study if self.study is not None and self.study.mountings.solved.any() else None
 
 
 @dataclass(frozen=True, eq=False)
-class Side:
-    """One flank: nominal path, paths under errors and studies.
+class CloudFigure:
+    """Nominal path, paths under errors and studies of one flank.
 
     `clouds`: points (mountings, POINTS, 3) on pinion and gear in their frames, one pair for each of
     CLOUDS."""
@@ -90,248 +88,185 @@ class Side:
         none = "no mounting has a path on the flanks"
         return next((case.reason for case in self.cases if case.reason), none)
 
+    @property
+    def moved(self) -> float:
+        """Range of the middle of the path along the pinion face within PERCENTILES, mm, of the design as
+        drawn; NaN if unknown."""
+        study = next((case.solved for case in self.cases if case.design is self.nominal.design), None)
+        if study is None:
+            return float("nan")
+        middle = study.mountings.quantities()["pinion_z_middle"][study.mountings.solved]
+        return float(np.ptp(np.percentile(middle, PERCENTILES)))
 
-def compute(design: Design) -> tuple[Side, ...]:
-    """Compute paths and studies of both flanks, as designed and with the paper's modification."""
+
+def compute(design: Design, flank: str = "right") -> CloudFigure:
+    """Compute paths and studies, as designed and with the paper's modification."""
     bent = modified(design)
     shown = bent if touches_along_lines(design).any() else design
-    cases = ("as designed", design, theme.BLUE, 3.2), (_plain(coefficients(bent)), bent, theme.RED, 1.6)
-    return tuple(
-        Side(
-            flank,
-            paths_table.solve(shown, flank),
-            tuple(_cloud_of(shown, flank, factor) for factor, *_ in CLOUDS),
-            tuple(_case(flank, *case) for case in cases),
-        )
-        for flank in FLANKS
+    cases = ("as designed", design, theme.BLUE, 3.2), (coefficients(bent), bent, theme.RED, 1.6)
+    return CloudFigure(
+        flank,
+        paths_table.solve(shown, flank),
+        tuple(_cloud_of(shown, flank, factor) for factor, *_ in CLOUDS),
+        tuple(case_study(flank, *case) for case in cases),
     )
 
 
-def _plain(words: str) -> str:
-    """Return coefficients without superscripts and subscripts, which increase the line spacing."""
-    return theme.spelled(words).replace(" mm\u207b\u00b9", "/mm")
-
-
-def _case(flank: str, name: str, design: Design, colour: str, width: float) -> CaseStudy:
-    """Compute the study of a case on a flank with the tolerances and with TOLERANCE_FACTORS times the
-    tolerances."""
-    shares, usual = np.full((2, len(TOLERANCE_FACTORS)), np.nan), USUAL_AT[design.errors_at]
+def case_study(flank: str, name: str, design: Design, colour: str, width: float) -> CaseStudy:
+    """Compute the study of a case on a flank."""
     try:
         known = 0 if first_contact_fault(design) else min(CYCLE_MOUNTINGS, MOUNTINGS)
+        usual = USUAL_AT[design.errors_at]
         study = tolerance_study(design, usual, flank, MOUNTINGS, seed=SEED, operation=known)
     except ValueError as error:
-        return CaseStudy(name, design, colour, width, None, shares, str(error))
-    if not study.mountings.solved.any():
-        return CaseStudy(name, design, colour, width, study, shares)
-    for k, factor in enumerate(TOLERANCE_FACTORS):
-        if _too_large(design, factor):
-            break
-        ends = path_ends(_mountings(design, factor, MOUNTINGS), flank)
-        found = ends.status == Status.SOLVED
-        changed = (ends.limit != study.nominal.limit).any(axis=1)
-        shares[:, k] = np.mean(found & changed), np.mean(~found)
-    return CaseStudy(name, design, colour, width, study, shares)
-
-
-def _too_large(design: Design, factor: float) -> bool:
-    """Return whether a multiple of the tolerances is too large for the layout."""
-    usual = USUAL_AT[design.errors_at]
-    return any(factor * getattr(usual, name) >= most for name, most in errors_below(design).items())
-
-
-def _mountings(design: Design, factor: float, count: int) -> Design:
-    """Return a design under the first `count` random errors with a multiple of the tolerances."""
-    usual = USUAL_AT[design.errors_at]
-    return mounted(design, factor * drawn_errors(usual, SEED, 0, count), usual.names)
+        return CaseStudy(name, design, colour, width, None, str(error))
+    return CaseStudy(name, design, colour, width, study)
 
 
 def _cloud_of(design: Design, flank: str, factor: float) -> tuple[FloatArray, FloatArray]:
     """Return points of the paths on pinion and gear; NaN without a path.
 
     The arrays are empty if the errors are too large for the layout."""
-    if _too_large(design, factor):
+    usual = USUAL_AT[design.errors_at]
+    if any(factor * getattr(usual, name) >= most for name, most in errors_below(design).items()):
         return np.empty((0, POINTS, 3)), np.empty((0, POINTS, 3))
+    errors = factor * drawn_errors(usual, SEED, 0, PATHS_DRAWN)
     with np.errstate(invalid="ignore"):
-        path = path_of_contact(_mountings(design, factor, PATHS_DRAWN), flank, POINTS)
+        path = path_of_contact(mounted(design, errors, usual.names), flank, POINTS)
         return paths_table.points_on(path, 0), paths_table.points_on(path, 1)
 
 
-def draw(data: tuple[Side, ...], layout: theme.Layout) -> Drawing:
-    """Draw for each flank the clouds on pinion and gear, the distributions, and the effect of larger
-    tolerances."""
+def draw(data: CloudFigure, layout: theme.Layout) -> Drawing:
+    """Draw the clouds on pinion and gear above the distributions of position and transmission error."""
     page, low, high = theme.new_page(
         layout,
-        "Paths of contact under random assembly errors",
-        "Paths, and distributions of contact ratio, transmission error and position",
-        _note(data[0]) + _in_operation(data),
-        below=0.3,
-        above=0.3,
+        _title(data),
+        _tolerances(data),
+        _note(data) + _in_operation(data),
+        below=0.9,
+        above=0.7,
         columns=viewpoint.COLUMNS,
-        tall=print_height(layout, len(data)),
+        tall=CELLS.tall(layout, 4, PANEL_HEIGHT_IN) + 0.6,
     )
-    sections = sections_of(page, low, high, len(data))
-    looks = [(side.nominal.design, side.flank, panels.STRETCH) for side in data]
-    views = [viewpoint.flank_views(*look, outside=True) for look in looks]
-    _, _, width, height = sections[0].clouds[0]
-    px_per_mm = panels.shared_scale(page, views, width, height - theme.inches(page, 0.1))
+    boxes = CELLS.boxes(layout, 4, page.get_figheight(), low, high)
+    views = viewpoint.flank_views(data.nominal.design, data.flank, STRETCH, outside=True)
+    px_per_mm = panels.shared_scale(page, [views], boxes[0][2], boxes[0][3])
     pictures: dict[str, Picture] = {}
-    for row, (side, section) in enumerate(zip(data, sections, strict=True)):
-        words = f"{side.flank.capitalize()} flanks"
-        style: dict[str, Any] = {"rotation": 90, "va": "center"} if section.upright else {"va": "bottom"}
-        page.text(*section.name, words, fontsize=theme.HEADING, **style)
-        for column, (member, (left, bottom, width, height)) in enumerate(
-            zip(paths_table.MEMBERS, section.clouds, strict=True)
-        ):
-            box = theme.place(page, left, bottom, width, height)
-            design, view = side.nominal.design, views[row][column]
-            drawn = panels.draw_flank(page, box, design, column, side.flank, view, (), px_per_mm)
-            if drawn is not None:
-                _cloud(drawn, side, column)
-                pictures[f"{member}-{side.flank}"] = drawn.picture
-            y = bottom + height + theme.inches(page, 0.08)
-            page.text(left + 0.5 * width, y, member.capitalize(), ha="center", fontsize=theme.LABEL)
-        _charts(page, side, section)
+    over = theme.inches(page, 0.12)
+    for number, (member, box, view) in enumerate(zip(paths_table.MEMBERS, boxes[:2], views, strict=True)):
+        left, bottom, _, height = box
+        heading = f"({'ab'[number]})  {member}"
+        page.text(left, bottom + height + over, heading, fontsize=theme.HEADING)
+        place = page, theme.place(page, *box), data.nominal.design
+        drawn = panels.draw_flank(*place, number, data.flank, view, (), px_per_mm)
+        if drawn is not None:
+            _cloud(drawn, data, number)
+            pictures[member] = drawn.picture
+    for letter, box, (name, scale, label) in zip("cd", boxes[2:], QUANTITIES, strict=True):
+        axes = page.add_axes(box)
+        axes.set_title(f"({letter})", loc="left", fontsize=theme.HEADING)
+        axes.set(xlabel=label, ylabel="share (%)")
+        solved = [(case, case.solved) for case in data.cases if case.solved]
+        for case, study in solved:
+            charts.distribution(axes, study, name, scale, case.colour, case.width)
+        if not solved:
+            axes.set_xticks([])
+            theme.message(axes, data.reason, 30)
     _legend(page, data)
     return Drawing(page, pictures)
 
 
-def _note(side: Side) -> str:
-    """Return the note with the mountings drawn and the tolerances."""
-    design, shown = side.cases[0].design, side.nominal.design
-    drawn = "as it is" if shown is design else f"with {_plain(coefficients(shown))}"
+def _title(data: CloudFigure) -> str:
+    """Return the finding as title: how far the tolerances move the path."""
+    if not np.isfinite(data.moved):
+        return "Paths of contact under random assembly errors"
+    design = data.nominal.design
+    moved, face = f"{data.moved:.{paths_table.digits_mm(design)}f} mm", float(design.pinion.face_width)
+    return f"Tolerances move the path over {moved}, {100.0 * data.moved / face:.0f} % of the face"
+
+
+def _tolerances(data: CloudFigure) -> str:
+    """Return the subtitle with the tolerances."""
+    design = data.cases[0].design
     usual = USUAL_AT[design.errors_at]
-    sizes = size_words(usual) + paths_table.at_the_mesh(design)
     spread = f"{usual.distribution}, {usual.sigmas:g} standard deviations"
-    return NOTE.format(drawn=PATHS_DRAWN, which=drawn, all=MOUNTINGS, spread=spread, sizes=sizes)
+    sizes = f"{size_words(usual)}{paths_table.at_the_mesh(design)}"
+    return f"{data.flank.capitalize()} flanks; {sizes} ({spread})"
 
 
-def _in_operation(data: tuple[Side, ...]) -> str:
+def _note(data: CloudFigure) -> str:
+    """Return the note with the mountings drawn."""
+    shown = data.nominal.design
+    which = "as it is" if shown is data.cases[0].design else f"with {coefficients(shown)}"
+    return NOTE.format(drawn=PATHS_DRAWN, which=which, stretch=STRETCH)
+
+
+def _in_operation(data: CloudFigure) -> str:
     """Return the sentence on the operation of the first mountings; empty if it is not known."""
-    studies = [[case.study for case in side.cases] for side in data]
-    known = [[study.running for study in row if study and study.running] for row in studies]
-    if not all(len(row) == len(side.cases) for row, side in zip(known, data, strict=True)):
+    known = [case.study.running for case in data.cases if case.study and case.study.running]
+    if len(known) < len(data.cases):
         return ""
-    ends, edges = (
-        " and ".join(
-            f"{', '.join(str(count(running)) for running in row)} on {side.flank} flanks"
-            for row, side in zip(known, data, strict=True)
-        )
-        for count in (lambda running: pattern_counts(running)["toe_or_heel"], edges_carry)
+    edges, ends = (
+        ", ".join(str(count(running)) for running in known)
+        for count in (edges_carry, lambda running: pattern_counts(running)["toe_or_heel"])
     )
     return (
-        f" In operation (as designed, modified): edge contact in {edges} of the first"
-        f" {known[0][0].status.size} mountings; of the {pattern_counts(known[0][0])['known']} with the"
-        f" largest shift, patterns reach an end of a face in {ends}."
+        f" As designed, modified: edges touch in {edges} of {known[0].status.size}; patterns reach a"
+        f" face end in {ends} of {pattern_counts(known[0])['known']}."
     )
 
 
-def _cloud(drawn: Panel, side: Side, number: int) -> None:
+def _cloud(drawn: Panel, data: CloudFigure, number: int) -> None:
     """Draw the paths under random errors, and the nominal path on top."""
-    for cloud, (_, hue, alpha) in zip(side.clouds, CLOUDS, strict=True):
+    for cloud, (_, hue, alpha) in zip(data.clouds, CLOUDS, strict=True):
         charts.cloud(drawn.axes, drawn.place, cloud[number], hue, alpha)
-    if side.nominal.found:
-        seen = drawn.place(side.nominal.points[number])
+    if data.nominal.found:
+        seen = drawn.place(data.nominal.points[number])
         drawn.axes.plot(*seen.T, color=theme.INK, linewidth=1.3, solid_capstyle="round")
     else:
-        reason = f"no path as designed: {side.nominal.reason}"
+        reason = f"no path as designed: {data.nominal.reason}"
         theme.message(drawn.axes, reason, 12, fontsize=theme.SMALL)
 
 
-def _charts(page: theme.Page, side: Side, section: Section) -> None:
-    """Draw the distributions of three quantities of a flank, and the effect of larger tolerances."""
-    y = section.words[1]
-    for case in side.cases:
-        words = textwrap.fill(_counts(case), section.columns)
-        style: dict[str, Any] = {"fontsize": theme.SMALL, "color": case.colour}
-        page.text(section.words[0], y, words, va="center" if section.upright else "top", **style)
-        y -= theme.inches(page, 0.23 * (1 + words.count("\n")))
-    axes = [page.add_axes(box) for box in section.charts]
-    studies = [case for case in side.cases if case.study is not None and case.study.mountings.solved.any()]
-    for one, (name, scale, label) in zip(axes, QUANTITIES, strict=False):
-        one.set_xlabel(label, fontsize=theme.SMALL, labelpad=1.0)
-        for case in studies:
-            assert case.study is not None
-            charts.distribution(one, case.study, name, scale, case.colour, case.width)
-        if not studies:
-            one.set_xticks([])
-            theme.message(one, side.reason, 18, **MESSAGE_STYLE)
-    axes[0].set_ylabel("share (%)", fontsize=theme.SMALL, labelpad=2.0)
-    _shares(axes[3], side)
-    for one in axes:
-        one.tick_params(labelsize=theme.SMALL)
-        one.grid(True)
-
-
-def _counts(case: CaseStudy) -> str:
-    """Return the numbers of mountings with a path and with another limit as text."""
+def counts(case: CaseStudy) -> str:
+    """Return the name of a case and its number of mountings with a path."""
     if case.study is None:
-        return f"{case.name}: not studied" + (
-            LINE_CONTACT_NOTE if touches_along_lines(case.design).all() else ""
-        )
-    count, every = np.count_nonzero(case.study.mountings.solved), case.study.cases
-    share = f"{count} of {every}" if count < every else f"all {every}"
-    changed = f"{case.study.limits_changed()} ended by another limit"
-    return f"{case.name}: {share} mountings have a path, {changed}"
+        lines = touches_along_lines(case.design).all()
+        return f"{case.name}: not studied{LINE_CONTACT_NOTE if lines else ''}"
+    solved = np.count_nonzero(case.study.mountings.solved)
+    return f"{case.name}: {solved} of {case.study.cases} with a path"
 
 
-def _shares(axes: Axes, side: Side) -> None:
-    """Draw the fractions of mountings that end at other limits and without a path over the size of the
-    tolerances."""
-    axes.set_xlabel("times tolerances", fontsize=theme.SMALL, labelpad=1.0)
-    axes.set_xscale("log")
-    axes.set_xlim(TOLERANCE_FACTORS[0] / 1.1, 1.1 * TOLERANCE_FACTORS[-1])
-    axes.set_xticks([1.0, 2.0, 5.0, 10.0], ["1", "2", "5", "10"])
-    axes.minorticks_off()
-    axes.set_ylim(-2.0, 102.0)
-    for case in side.cases:
-        for shares, dashes in zip(100.0 * case.shares, ("--", "-"), strict=True):
-            axes.plot(TOLERANCE_FACTORS, shares, dashes, color=case.colour, linewidth=case.width)
-    known = np.array([case.shares for case in side.cases])
-    if np.isnan(known).all():
-        theme.message(axes, side.reason, 18, **MESSAGE_STYLE)
-    elif np.nanmax(known) < SMALLEST_FRACTION:
-        theme.message(axes, f"under {100.0 * SMALLEST_FRACTION:g} %", 18, **MESSAGE_STYLE)
-
-
-def _legend(page: theme.Page, data: tuple[Side, ...]) -> None:
-    """Draw the legends of cases, curves and clouds."""
-    handles = [Line2D([], [], color=case.colour, lw=case.width, label=case.name) for case in data[0].cases]
-    black: dict[str, Any] = {"color": theme.INK, "linewidth": 2.0}
-    handles.append(Line2D([], [], ls="--", label="another limit ends the path", **black))
-    handles.append(Line2D([], [], label="no path on the flanks", **black))
-    drawn = [
+def _legend(page: theme.Page, data: CloudFigure) -> None:
+    """Draw the legend of clouds and cases."""
+    handles: list[Any] = [
         Patch(facecolor=hue, edgecolor=theme.GREY, linewidth=0.8, label=f"{factor:g} \u00d7 tolerances")
         for factor, hue, _ in reversed(CLOUDS)
     ]
+    handles += [Line2D([], [], color=case.colour, lw=case.width, label=counts(case)) for case in data.cases]
     theme.legend(page, handles, 4, 1.15, fontsize=theme.SMALL)
-    theme.legend(page, drawn, 2, 1.15, 0.03, fontsize=theme.SMALL)
 
 
-def rows(data: tuple[Side, ...]) -> Table:
-    """List every mounting of every study as in the command, and the fractions under larger tolerances.
-
-    `kind` gives the meaning of a row."""
-    cases = [(side.flank, case) for side in data for case in side.cases]
+def rows(data: CloudFigure) -> Table:
+    """List every mounting of every study as in the command."""
     tables = [
         None if case.study is None else table_of(ToleranceReport(case.name, case.design, case.study).rows())
-        for _, case in cases
+        for case in data.cases
     ]
     header = max((table[0] for table in tables if table), key=len, default=[])
-    shares = ("times_tolerances", "share_ended_elsewhere", "share_without_path")
 
     def each() -> Rows:
         """Yield the columns of every study."""
-        for (flank, case), table in zip(cases, tables, strict=True):
-            who = flank, *paths_table.parabolas(case.design, flank)
+        for case, table in zip(data.cases, tables, strict=True):
+            who = data.flank, *paths_table.parabolas(case.design, data.flank)
             if case.study is None or table is None:
-                yield *who, case.reason, *[""] * (1 + len(header) + len(shares))
+                yield *who, *[""] * (1 + len(header)), case.reason
                 continue
             columns = dict(zip(*table, strict=True))
             values = (columns.get(name, "") for name in header)
-            yield *who, "mounting", list(range(case.study.cases)), *values, *[""] * len(shares)
-            yield *who, "tolerances", *[""] * (1 + len(header)), list(TOLERANCE_FACTORS), *case.shares
+            yield *who, list(range(case.study.cases)), *values, ""
 
-    return ["flank", *paths_table.PARABOLAS, "kind", "mounting", *header, *shares], stacked(each())
+    return ["flank", *paths_table.PARABOLAS, "mounting", *header, "reason"], stacked(each())
 
 
 RECIPES = {"tolerance-cloud": Recipe(compute, draw, rows)}
