@@ -33,6 +33,8 @@ from .values import Settings
 
 PATH_POINTS, CYCLE_POINTS, HARMONICS = 101, 121, 10
 """Positions along the path and over the mesh cycle, and harmonics: the defaults of `tca` and `operation`."""
+LINE_EVERY = 6
+"""Points of the path for each point of its line on the teeth: there are many teeth, and paths are smooth."""
 SMALL_BACKLASH_MM = 0.02
 """Backlash of the unmodified flanks below which the pair is checked for jamming before anything is shown."""
 
@@ -86,7 +88,7 @@ class Calculation:
             "status": "solved",
             "flank": self.settings.flank,
             "frames": member_frames(self.design),
-            "view": flank_data(self.design, self.settings.flank, operation.cycle),
+            "view": flank_data(self.design, self.settings.flank, operation.cycle, LINE_EVERY),
             "flanks": flank_panels(operation, self.path),
             "graph": graph_panel(operation),
             "figures": [vars(figure) for figure in self._motion_figures()],

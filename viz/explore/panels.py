@@ -23,7 +23,7 @@ from ..components.paths_table import MEMBERS, points_on
 
 GRAPH_STEPS = 24
 """Number of rolls per pitch of the curve of one tooth pair."""
-PATCH = (17, 33)
+PATCH = (9, 25)
 """Largest number of points over depth and face of the pattern in the 3D view."""
 LIFT = 0.01
 """Distance of this pattern from the tooth surface in modules, so that the triangles of the tooth do not hide

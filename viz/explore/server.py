@@ -92,10 +92,10 @@ class Server:
 
     async def run(self, stop: asyncio.Event) -> None:
         """Serve until `stop` is set."""
-        runner = web.AppRunner(self._application(), access_log=None, handle_signals=False)
+        runner = web.AppRunner(self._application(), access_log=None, handle_signals=False, shutdown_timeout=1.0)
         await runner.setup()
         try:
-            await web.SockSite(runner, self._socket, shutdown_timeout=1.0).start()
+            await web.SockSite(runner, self._socket).start()
             await stop.wait()
         finally:
             await runner.cleanup()

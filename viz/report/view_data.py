@@ -131,8 +131,12 @@ def _corners(points: FloatArray) -> FloatArray:
     return np.array(corners)
 
 
-def flank_data(design: Design, flank: str, mesh: MeshCycle | None = None) -> dict[str, Any]:
-    """Return the path of contact of tooth pair 0, and one mesh cycle; `mesh` if it is known."""
+def flank_data(
+    design: Design, flank: str, mesh: MeshCycle | None = None, every: int = 1
+) -> dict[str, Any]:
+    """Return the path of contact of tooth pair 0, and one mesh cycle; `mesh` if it is known.
+
+    The lines on the teeth have one of `every` so many points."""
     path = path_of_contact(design, flank, PATH_POINTS)
     solved = path.status == Status.SOLVED
     cycle = _cycle(design, flank, path, mesh)
@@ -151,6 +155,9 @@ def flank_data(design: Design, flank: str, mesh: MeshCycle | None = None) -> dic
     }
     data["middle"] = float(path.pinion_roll[solved][solved.sum() // 2])
     packed_path = {name: packed(values[solved]) for name, values in shown.items()}
+    if every > 1:
+        drawn = np.unique(np.append(np.arange(0, solved.sum(), every), solved.sum() - 1))
+        packed_path |= {name: packed(shown[name][solved][drawn]) for name in MEMBERS}
     return data | {"lever": _lever(path), "path": packed_path}
 
 
