@@ -21,9 +21,9 @@ from beveloid_geom.findings.layout import layout_remarks
 from beveloid_geom.findings.path import first_contact_fault, path_remarks, pressure_remarks, reason_of
 from beveloid_geom.findings.units import unit_remarks
 from beveloid_geom.operation.contact_pattern.motion import first_contact_operation
+from beveloid_geom.pair.mounting import unmodified_backlash
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.operation import OperationReport, operation_report
-from beveloid_geom.pair.mounting import unmodified_backlash
 from beveloid_geom.report.pattern import FINE
 from beveloid_geom.status import NotComputed
 
@@ -161,4 +161,3 @@ def _nothing(status: str, reason: str) -> dict[str, Any]:
 def _data(remarks: Any) -> list[dict[str, str]]:
     """Return remarks for the page, each once, the most important first."""
     return [{"level": level, "text": text} for level, text in in_order(remarks)]
-

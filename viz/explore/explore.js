@@ -225,16 +225,18 @@
       now = { ...now, ...answer, figures: figuresOf(answer) };
       grey(false);
       judge(answer.remarks);
-      view.update?.(answer.frames, answer.flank, answer.view);
+      drawFlanks();
     } else if (answer.id === shown && answer.stage === "pattern") {
       now = { ...now, patterns: answer.patterns, figures: figuresOf(answer) };
+      drawFlanks();
+      // The teeth are drawn once for both stages, because without a graphics card that takes longest.
       pattern?.show(answer.patterns);
-      view.draw?.();
+      view.update?.(now.frames, now.flank, now.view);
     } else if (answer.id === shown && answer.stage === "remarks") {
       now = { ...now, figures: figuresOf(answer, true) };
       judge(answer.remarks);
     }
-    draw();
+    drawFigures();
     finished(answer);
   }
 
@@ -293,6 +295,11 @@
   }
 
   function draw() {
+    drawFlanks();
+    drawFigures();
+  }
+
+  function drawFlanks() {
     if (!now?.flanks) return;
     const width = Math.max(260, Math.floor(find("panels").clientWidth));
     const [old, oldPatterns] = comparing ? [start?.flanks, start?.patterns] : [];
@@ -301,6 +308,10 @@
     find("side").textContent = values.flank === "right" ? "Right flanks, seen from outside." : "Left flanks, seen through the tooth.";
     panels.key(find("flank-key"), ["path", "flank", "edge", "pattern", ...(comparing ? ["start"] : [])]);
     panels.key(find("graph-key"), ["operation", "operationEdge", "change", "alone", "aloneEdge", ...(comparing ? ["start"] : [])]);
+  }
+
+  function drawFigures() {
+    if (!now?.flanks) return;
     find("figures").classList.toggle("compared", comparing);
     const before = new Map((start?.figures ?? []).map((figure) => [figure.name, figure]));
     const cell = (figure) => (figure ? `${figure.text.replace("-", "\u2212")} ${figure.unit}` : "");

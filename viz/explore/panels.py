@@ -6,6 +6,7 @@ pitches and arcsec.
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -107,14 +108,14 @@ def _bands(flat: FlatFlank, side: MemberPattern, separation: float) -> list[list
     separation is interpolated, which is nearly linear next to the path."""
     x, y = np.moveaxis(flat.place(side.points), -1, 0)
     level = np.ma.masked_invalid(np.sqrt(np.maximum(side.least, 0.0)))
-    areas = contour_generator(x, y, level, fill_type=FillType.OuterOffset)
+    areas: Any = contour_generator(x, y, level, fill_type=FillType.OuterOffset)
     bands = []
     for share in BANDS:
         points, offsets = areas.filled(-1.0, float(np.sqrt(share * separation)))
         rings = [
             rows(each[low:high], 2)
             for each, ends in zip(points, offsets, strict=True)
-            for low, high in zip(ends[:-1], ends[1:], strict=True)
+            for low, high in pairwise(ends)
         ]
         bands.append(rings)
     return bands
@@ -140,4 +141,3 @@ def _patch(side: MemberPattern, separation: float, module: float) -> dict[str, A
         "points": rows((points + LIFT * module * outwards * normal).ravel()),
         "levels": rows(np.nan_to_num(level, nan=1.0).ravel(), 5),
     }
-

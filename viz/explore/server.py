@@ -92,7 +92,9 @@ class Server:
 
     async def run(self, stop: asyncio.Event) -> None:
         """Serve until `stop` is set."""
-        runner = web.AppRunner(self._application(), access_log=None, handle_signals=False, shutdown_timeout=1.0)
+        runner = web.AppRunner(
+            self._application(), access_log=None, handle_signals=False, shutdown_timeout=1.0
+        )
         await runner.setup()
         try:
             await web.SockSite(runner, self._socket).start()
@@ -113,19 +115,22 @@ class Server:
         """Return the check of every request."""
         hosts = {f"{name}:{self.port}" for name in (HOST, "localhost")}
 
-        @web.middleware
         async def check(request: web.Request, handler: Handler) -> web.StreamResponse:
             given = request.path.split("/")[1].encode(errors="replace")
             origin = request.headers.get("Origin")
             known = origin is None or origin.removeprefix("http://") in hosts
-            if not secrets.compare_digest(given, self.token.encode()) or request.host not in hosts or not known:
+            if (
+                not secrets.compare_digest(given, self.token.encode())
+                or request.host not in hosts
+                or not known
+            ):
                 raise web.HTTPForbidden(text="Use the address that explore-pair printed.")
             response = await handler(request)
             if not response.prepared:
                 response.headers.update(HEADERS)
             return response
 
-        return check
+        return web.middleware(check)
 
     async def _send_data(self, _: web.Request) -> web.Response:
         """Send controls, values of the start, and the 3D view."""

@@ -54,8 +54,8 @@ class Session:
     def receive(self, text: str) -> str | None:
         """Take a message of the page, JSON with `kind`; return an answer that needs no calculation.
 
-        Values are queued. Requests for a design file, a command line or errors at the other place are answered
-        at once.
+        Values are queued. Requests for a design file, a command line or errors at the other place are
+        answered at once.
         """
         try:
             message = json.loads(text)
@@ -64,7 +64,7 @@ class Session:
             return json.dumps({"kind": "failed", "reason": "the message of the page cannot be read"})
         if kind in QUEUED:
             with self._changed:
-                self._waiting[kind] = message
+                self._waiting[kind] = {**message, "values": values}
                 self._changed.notify()
             return None
         try:

@@ -104,11 +104,8 @@ class Start:
     def changes(self, given: Values) -> dict[str, Any]:
         """Return the arguments of `design.file.override` for values that differ from the start."""
         changes: dict[str, Any] = {}
-        if given["errors_at"] == "perpendicular" and self.values["errors_at"] == "perpendicular":
+        if given["errors_at"] == "perpendicular":
             changes = {name: given[name] for name in self._changed(given, ERRORS["perpendicular"])}
-        elif given["errors_at"] == "perpendicular":  # all four, because the start has others at the mesh
-            if self._changed(given, ERRORS["perpendicular"]):
-                changes = {name: given[name] for name in ERRORS["perpendicular"]}
         for name in MEMBERS:
             if not measured(getattr(self.design, name)):
                 changes |= self._tooth_changes(name, given)
@@ -128,7 +125,8 @@ class Start:
         if self._changed(given, amounts):
             tables = {flank: _amounts(f"{name}.{flank}", given) for flank in FLANKS}
             same = tables["right"] == tables["left"]
-            changes[f"{name}_modification"] = tables["right"] if same else {f: t for f, t in tables.items() if t}
+            different = {flank: table for flank, table in tables.items() if table}
+            changes[f"{name}_modification"] = tables["right"] if same else different
         return changes
 
     def _checked(self, values: Values) -> dict[str, Any]:

@@ -131,9 +131,7 @@ def _corners(points: FloatArray) -> FloatArray:
     return np.array(corners)
 
 
-def flank_data(
-    design: Design, flank: str, mesh: MeshCycle | None = None, every: int = 1
-) -> dict[str, Any]:
+def flank_data(design: Design, flank: str, mesh: MeshCycle | None = None, every: int = 1) -> dict[str, Any]:
     """Return the path of contact of tooth pair 0, and one mesh cycle; `mesh` if it is known.
 
     The lines on the teeth have one of `every` so many points."""

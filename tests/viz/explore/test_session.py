@@ -71,7 +71,9 @@ def test_stages_come_in_order_and_refusals_do_not_end_the_window(
     assert [answer["stage"] for answer in window.wait(2)] == ["motion", "pattern", "remarks"]
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"kind": "values"}', '{"kind": "x", "values": {}}', "[" * 9999])
+@pytest.mark.parametrize(
+    "text", ["", "[]", "{}", '{"kind": "values"}', '{"kind": "x", "values": {}}', "[" * 9999]
+)
 def test_unreadable_messages_are_answered(opened: Callable[[Design], Window], text: str) -> None:
     answer = opened(builtin_design()).session.receive(text)
     assert answer is not None

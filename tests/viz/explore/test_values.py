@@ -102,7 +102,9 @@ def test_the_other_place_describes_the_same_mounting(modified: Design) -> None:
     assert [back[name] for name in given] == pytest.approx(list(given.values()), abs=2e-8)
 
 
-@pytest.mark.parametrize("values", [CHANGES, {"errors_at": "mesh", "centre_distance": 0.03}, {"flank": "left"}])
+@pytest.mark.parametrize(
+    "values", [CHANGES, {"errors_at": "mesh", "centre_distance": 0.03}, {"flank": "left"}]
+)
 def test_the_command_line_computes_the_same_as_the_file(values: dict[str, Any]) -> None:
     start = Start(builtin_design(), "ni-2017")
     line, reason = start.command(values)
