@@ -121,7 +121,9 @@ def _flank_controls(design: Design, name: str, flank: str) -> Iterator[Control]:
             across = kind.profile == "active"
             longest = 0.5 * float(member.face_width) if across else 2.0 * module
             longest = float(f"{longest:.2g}")
-            yield Control(f"{group}.{length_of(amount)}", group, f"{label}, length", "mm", 0.0, longest)
+            yield Control(
+                f"{group}.{length_of(amount)}", group, f"{label}, length", "mm", 0.1 * longest, longest
+            )
 
 
 def _torque_scale(design: Design) -> float:

@@ -230,8 +230,8 @@
       now = { ...now, patterns: answer.patterns, figures: figuresOf(answer) };
       drawFlanks();
       // The teeth are drawn once for both stages, because without a graphics card that takes longest.
-      pattern?.show(answer.patterns);
       view.update?.(now.frames, now.flank, now.view);
+      pattern?.show(answer.patterns);
     } else if (answer.id === shown && answer.stage === "remarks") {
       now = { ...now, figures: figuresOf(answer, true) };
       judge(answer.remarks);

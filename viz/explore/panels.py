@@ -24,7 +24,7 @@ from ..components.paths_table import MEMBERS, points_on
 
 GRAPH_STEPS = 24
 """Number of rolls per pitch of the curve of one tooth pair."""
-PATCH = (9, 25)
+PATCH = (13, 37)
 """Largest number of points over depth and face of the pattern in the 3D view."""
 LIFT = 0.01
 """Distance of this pattern from the tooth surface in modules, so that the triangles of the tooth do not hide
@@ -135,9 +135,10 @@ def _patch(side: MemberPattern, separation: float, module: float) -> dict[str, A
     turn = np.cross((0.0, 0.0, 1.0), middle) @ normal[len(points) // 2, points.shape[1] // 2]
     # Out of the tooth: the tooth is centred on the x axis, so that a flank with y < 0 faces -y.
     outwards = 1.0 if (turn > 0.0) == (middle[1] > 0.0) else -1.0
-    level = np.sqrt(np.maximum(side.least[np.ix_(*picked)], 0.0)) - np.sqrt(separation)
+    edge = float(np.sqrt(separation))
+    level = np.sqrt(np.maximum(side.least[np.ix_(*picked)], 0.0)) - edge
     return {
         "size": list(points.shape[:2]),
         "points": rows((points + LIFT * module * outwards * normal).ravel()),
-        "levels": rows(np.nan_to_num(level, nan=1.0).ravel(), 5),
+        "levels": rows(np.nan_to_num(level, nan=edge).ravel(), 5),
     }

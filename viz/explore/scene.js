@@ -61,6 +61,13 @@ window.beveloidPattern = function (gears) {
 
   return {
     show(patterns) {
+      // Paths are drawn after the pattern, which would cover them.
+      for (const { drawn } of Object.values(gears.flanks)) {
+        for (const { all } of drawn) {
+          all.material.transparent = true;
+          all.renderOrder = 13;
+        }
+      }
       gears.members.forEach((member, j) => {
         remove(j);
         if (!patterns) return;

@@ -73,6 +73,7 @@ class Server:
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             self._socket.bind((HOST, port))
+            self._socket.listen()  # a browser may come before the event loop runs
         except OSError:
             self._socket.close()
             raise

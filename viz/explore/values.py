@@ -20,7 +20,7 @@ from beveloid_geom.design.file import override
 from beveloid_geom.design.keys import ERRORS_AT, checked_table
 from beveloid_geom.design.limits import given_at_mesh_faults, mesh_error_faults
 from beveloid_geom.design.model import ErrorsAt
-from beveloid_geom.design.modification import kinds_of, length_of
+from beveloid_geom.design.modification import LENGTH_SUFFIX, kinds_of, length_of
 from beveloid_geom.pair.misalignment_at_mesh import at_mesh, from_mesh
 
 from .controls import ERRORS, FLANKS, MEMBERS, PLACES, Control, controls_of, measured
@@ -213,7 +213,9 @@ def _teeth_values(design: Design, controls: Mapping[str, Control]) -> dict[str, 
         member = getattr(design, of)
         modification = member.modification(flank)
         value = member.tool.parabola_of(flank) if key == "parabola" else getattr(modification, key, 0.0)
-        values[name] = 0.0 if value is None else float(value)
+        if not value and key.endswith(LENGTH_SUFFIX):  # the length with which a new relief begins
+            value = 0.5 * controls[name].high
+        values[name] = float(value or 0.0)
     return values
 
 

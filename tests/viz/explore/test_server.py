@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 import socket
 import urllib.error
 import urllib.request
 from collections.abc import Callable
 from http import HTTPStatus
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 from urllib.parse import urlsplit
 
 import numpy as np
@@ -89,6 +90,18 @@ def test_tokens_differ_and_closing_ends_the_server(explored: Explored, modified:
     one.close()
     with pytest.raises(urllib.error.URLError):
         status(one.url)
+
+
+def test_the_example_of_the_page_runs(explored: Explored) -> None:
+    """`explored` skips the test without the extra."""
+    page = Path(__file__).parents[3] / "viz/explore/README.md"
+    (example,) = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    scope: dict[str, Any] = {}
+    exec(compile(example, str(page), "exec"), scope)
+    try:
+        assert status(scope["view"].url) == HTTPStatus.OK
+    finally:
+        scope["view"].close()
 
 
 def test_a_batch_and_refused_settings(explored: Explored, modified: Design) -> None:

@@ -14,6 +14,7 @@ from beveloid_geom.pair.misalignment_at_mesh import from_mesh
 from beveloid_viz.explore.values import Settings, Start
 from tests.cli.running import run, strict_json
 
+RELIEF = "pinion.right.tip_relief_um"
 CHANGES: dict[str, Any] = {
     "offset_error": 0.04,
     "shaft_angle_error_deg": -0.003,
@@ -78,7 +79,12 @@ def test_refused_values_name_the_control_and_the_limit(name: str, value: Any, wo
 
 def test_a_relief_without_length_is_refused() -> None:
     with pytest.raises(DesignError, match=r"tip_relief_um needs tip_relief_length_mm"):
-        Start(builtin_design()).read({"pinion.right.tip_relief_um": 5.0})
+        Start(builtin_design()).read({RELIEF: 5.0, RELIEF.replace("_um", "_length_mm"): 0.0})
+
+
+def test_a_new_relief_has_a_length() -> None:
+    design, _ = Start(builtin_design()).read({RELIEF: 5.0})
+    assert design.pinion.modification_right == Modification(tip_relief_um=5.0, tip_relief_length_mm=6.0)
 
 
 def test_errors_at_the_mesh(modified: Design) -> None:
