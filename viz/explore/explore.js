@@ -101,7 +101,7 @@
   }
   const flankChoice = choice("flank", "Driving flanks", { right: "right", left: "left" });
   const placeChoice = choice("errors_at", "Measured at", {
-    perpendicular: "common perp.",
+    perpendicular: "common perpendicular",
     mesh: "mesh point",
   });
   find("controls").append(
