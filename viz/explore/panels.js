@@ -29,7 +29,21 @@ window.beveloidPanels = (function () {
     return text;
   }
 
-  const rings = (all, place) => all.map((ring) => polyline(ring, place) + "Z").join("");
+  // Closed polygons, without points that are nearer to each other than a pixel.
+  function rings(all, place) {
+    let text = "";
+    for (const ring of all) {
+      let [last, count] = [[-9, -9], 0];
+      for (const point of ring.map(place)) {
+        if (Math.abs(point[0] - last[0]) + Math.abs(point[1] - last[1]) < 1.2) continue;
+        text += `${count++ ? "L" : "M"}${point[0].toFixed(1)} ${point[1].toFixed(1)}`;
+        last = point;
+      }
+      if (count) text += "Z";
+    }
+    return text;
+  }
+
   const label = (x, y, text, colour, anchor = "middle") =>
     `<text x="${x.toFixed(1)}" y="${y.toFixed(1)}" fill="${colour}" text-anchor="${anchor}">${text}</text>`;
 
@@ -115,11 +129,19 @@ window.beveloidPanels = (function () {
       high = Math.max(...limits.map((one) => one[1]));
     const px = (pitch) => left + (pitch / 2) * (right - left),
       py = (error) => top + ((high - error) / (high - low)) * (bottom - top);
-    // Far outside, a dashed line would have thousands of dashes, which take seconds to draw.
-    const within = (y) => Math.min(Math.max(y, top - height), bottom + height);
-    const line = (x, y, shown = () => true) =>
-      polyline(x.map((value, n) => [shown(n) ? value : null, y[n]]), ([a, b]) => [px(a), within(py(b))]);
-    let body = `<clipPath id="inside"><rect x="${left}" y="${top}" width="${right - left}" height="${bottom - top}"/></clipPath>`;
+    // Points outside the frame are left out, except next to one inside, and moved to the frame: long dashed
+    // lines and clipped ones take seconds to draw without a graphics card.
+    const within = (value, low, high) => Math.min(Math.max(value, low), high);
+    const line = (x, y, shown = () => true) => {
+      const inside = x.map((value, n) => y[n] !== null && value >= 0 && value <= 2 && y[n] >= low && y[n] <= high);
+      const points = x.map((value, n) =>
+        shown(n) && y[n] !== null && (inside[n] || inside[n - 1] || inside[n + 1])
+          ? [within(px(value), left, right), within(py(y[n]), top, bottom)]
+          : [null, null],
+      );
+      return polyline(points, (point) => point);
+    };
+    let body = "";
     for (const tick of ticks(low, high)) {
       body += `<path d="M${left} ${py(tick)}H${right}" stroke="${c.line}"/>`;
       body += label(left - 6, py(tick) + 4, numeral(tick), c.muted, "end");
@@ -130,7 +152,7 @@ window.beveloidPanels = (function () {
     for (const tick of [0, 0.5, 1, 1.5, 2]) body += label(px(tick), bottom + 16, numeral(tick), c.muted);
     body += label((left + right) / 2, height - 5, "pinion roll, pitches", c.muted);
     body += label(4, 11, "arcsec", c.muted, "start") + label(width - 4, 11, "\u00b5m at the pitch circle", c.muted, "end");
-    body += `<g clip-path="url(#inside)" fill="none">`;
+    body += `<g fill="none">`;
     const next = (edge, n) => edge[n] || edge[n - 1] || edge[n + 1];
     for (let pair = -now.reach; pair <= now.reach + 2; pair++) {
       const x = now.pitches.map((value) => value + pair);
@@ -145,7 +167,7 @@ window.beveloidPanels = (function () {
       body += `<path d="${line(x, now.operation)}" stroke="${c.accent}" stroke-width="2.2"/>`;
       body += `<path d="${line(x, now.operation, (n) => now.operation_edge[n])}" stroke="${c.path}" stroke-width="4.5"/>`;
       for (const [at, error] of now.changes)
-        if (at !== null) body += `<circle cx="${px(at + pitch)}" cy="${py(error)}" r="3.5" fill="${c.ink}"/>`;
+        if (at !== null && at + pitch <= 2) body += `<circle cx="${px(at + pitch)}" cy="${py(error)}" r="3.5" fill="${c.ink}"/>`;
     }
     body += `</g><path d="M${left} ${top}V${bottom}H${right}V${top}" fill="none" stroke="${c.muted}"/>`;
     svg.setAttribute("aria-label", "Motion graph: transmission error over two pitches of the pinion");

@@ -226,7 +226,7 @@ def _mounted_at_mesh(design: Design, given: Values, faults: list[Fault]) -> Desi
         return design
     errors = from_degrees(MeshErrors, **table)
     new = [*given_at_mesh_faults(design.pinion, design.pair, errors)]
-    equivalent = Errors() if new else from_mesh(design.with_errors(Errors()), errors)
+    equivalent = Errors() if new else from_mesh(design, errors)
     new += mesh_error_faults(design.pinion, equivalent)
     faults += [fault._replace(table="") for fault in new]
     return design if new else design.with_errors(equivalent)
