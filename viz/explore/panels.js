@@ -134,11 +134,15 @@ window.beveloidPanels = (function () {
     const within = (value, low, high) => Math.min(Math.max(value, low), high);
     const line = (x, y, shown = () => true) => {
       const inside = x.map((value, n) => y[n] !== null && value >= 0 && value <= 2 && y[n] >= low && y[n] <= high);
-      const points = x.map((value, n) =>
-        shown(n) && y[n] !== null && (inside[n] || inside[n - 1] || inside[n + 1])
-          ? [within(px(value), left, right), within(py(y[n]), top, bottom)]
-          : [null, null],
-      );
+      const points = x.map((value, n) => {
+        if (!shown(n) || y[n] === null) return [null, null];
+        if (inside[n]) return [px(value), py(y[n])];
+        const m = inside[n - 1] ? n - 1 : n + 1;
+        if (!inside[m]) return [null, null];
+        const limit = within(y[n], low, high),
+          share = limit === y[n] ? 1 : (limit - y[m]) / (y[n] - y[m]);
+        return [within(px(x[m] + share * (value - x[m])), left, right), py(limit)];
+      });
       return polyline(points, (point) => point);
     };
     let body = "";
