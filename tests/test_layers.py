@@ -17,7 +17,7 @@ LIBRARY = (
     *("workshop", "shapes", "export", "validation", "findings", "proposal", "report", "cli"),
 )
 """Layers of `beveloid_geom` (packages and single modules): each imports from itself and those before it."""
-PICTURES = ("rendering", "options", "components", "figures", "film", "report", "examples", "site")
+PICTURES = ("rendering", "options", "components", "figures", "film", "report", "explore", "examples", "site")
 """Layers of `viz`, in the same order. Examples come last because they use only the installed package."""
 REFERENCE = ("five_equations_math", "five_equations_mp", "pitch_region")
 """Modules of `validation` that check the numbers of the library and share nothing but its inputs."""

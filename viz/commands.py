@@ -90,3 +90,8 @@ def animation() -> None:
 def report() -> None:
     """Run `render-report`."""
     _start("report.cli")
+
+
+def explore() -> None:
+    """Run `explore-pair`."""
+    _start("explore.cli")

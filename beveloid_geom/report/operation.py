@@ -125,18 +125,24 @@ class OperationReport(Report):
             return (Remark(UNKNOWN, f"{lead}: {failure.text}"),)
         if self.reason:
             return ()
-        remarks, share = [], float(self.cycle.edge_share)
-        if share > 0.0 and not self.along_lines:
-            codes = np.unique(self.first.limit[self.first.limit >= 0])
-            edges = ", ".join(limit_words(self.design, int(code)) for code in codes)
-            where = f" ({edges})" if edges else ""  # few positions may miss the edges
-            text = f"{lead}: edges carry {100.0 * share:.3g} % of the mesh cycle{where}"
-            remarks.append(Remark(WARNING, text))
+        remarks = list(self.edge_remarks)
         if self.pitch_cycle is not None:
             words = self._pitch_words(self.pitch_cycle)
             remarks.append(Remark(NOTE, f"{self.flank} flanks, deviations of all teeth: {words}"))
         pattern = f"the contact pattern, {1e3 * self.film:g} um thick, reaches {self.edges_reached}"
         return (*remarks, Remark(NOTE, f"{self.flank} flanks: {pattern}"))
+
+    @property
+    def edge_remarks(self) -> tuple[Remark, ...]:
+        """Remark on edges that carry in a known cycle; otherwise empty."""
+        share = float(self.cycle.edge_share)
+        if not share > 0.0 or self.along_lines:
+            return ()
+        codes = np.unique(self.first.limit[self.first.limit >= 0])
+        edges = ", ".join(limit_words(self.design, int(code)) for code in codes)
+        where = f" ({edges})" if edges else ""  # few positions may miss the edges
+        text = f"edges carry {100.0 * share:.3g} % of the mesh cycle{where}"
+        return (Remark(WARNING, f"{self.flank} flanks, in operation: {text}"),)
 
     @cached_property
     def edges_reached(self) -> str:

@@ -79,10 +79,10 @@ class MotionGraph:
         return low - deep, high + 0.12 * deep
 
 
-def motion_graph(report: OperationReport) -> MotionGraph:
-    """Compute the curve of one tooth pair of a design with a known mesh cycle."""
+def motion_graph(report: OperationReport, steps: int = STEPS) -> MotionGraph:
+    """Compute the curve of one tooth pair of a design with a known mesh cycle, at `steps` rolls per pitch."""
     cycle = report.cycle
-    share = np.linspace(-REACH, REACH, 2 * REACH * STEPS + 1)
+    share = np.linspace(-REACH, REACH, 2 * REACH * steps + 1)
     contact = first_contact(report.design, report.flank, float(cycle.start) + cycle.pitch * share, pairs=[0])
     alone = np.where(contact.status == FirstStatus.SOLVED, contact.transmission_error, np.nan)
     edge = contact.limit[:, 0] >= 0

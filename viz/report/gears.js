@@ -67,14 +67,20 @@ window.beveloidGears = function (data) {
     return new T.CylinderGeometry(heel, toe, 2 * member.half_width, 128).rotateX(Math.PI / 2);
   }
 
+  // Sets the frame of a member in S_f from its rotation and origin.
+  function setFrame(member) {
+    const [a, b, c, d, e, f, g, h, i] = member.rotation,
+      [x, y, z] = member.origin;
+    member.frame.matrix.set(a, b, c, x, d, e, f, y, g, h, i, z, 0, 0, 0, 1);
+    member.frame.matrixWorldNeedsUpdate = true;
+    return Object.assign(member, { axis: vector([c, f, i]), centre: vector(member.origin) });
+  }
+
   function gearOf(member, j) {
     const frame = new T.Group(),
       spin = new T.Group(),
       turns = new T.Matrix4();
-    const [a, b, c, d, e, f, g, h, i] = member.rotation,
-      [x, y, z] = member.origin;
     frame.matrixAutoUpdate = false;
-    frame.matrix.set(a, b, c, x, d, e, f, y, g, h, i, z, 0, 0, 0, 1);
     // Set back a little, so that paths lie in front of the flanks they are on.
     const back = { polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 2 };
     const metal = () => new T.MeshStandardMaterial({ roughness: 0.5, metalness: 0.25, ...back });
@@ -96,10 +102,8 @@ window.beveloidGears = function (data) {
     const reach = 1.6 * member.half_width;
     frame.add(spin, lines([[0, 0, -reach, 0, 0, reach]], ink.axis));
     scene.add(frame);
-    const axis = vector([2, 5, 8].map((n) => member.rotation[n]));
-    const pitch = (2 * Math.PI) / member.teeth,
-      centre = vector(member.origin);
-    return { ...member, frame, spin, materials, depth, inside, axis, centre, pitch, way: "solid" };
+    const pitch = (2 * Math.PI) / member.teeth;
+    return setFrame({ ...member, frame, spin, materials, depth, inside, pitch, way: "solid" });
   }
 
   const members = data.members.map(gearOf);
@@ -118,7 +122,8 @@ window.beveloidGears = function (data) {
       const every = Array.from({ length: member.teeth }, (_, k) =>
         turned(path[member.name], k * member.pitch),
       );
-      const meshing = Array.from({ length: MOST }, () => lines([path[member.name]], ink.hiddenPath));
+      const first = lines([path[member.name]], ink.hiddenPath);
+      const meshing = [first, ...Array.from({ length: MOST - 1 }, () => first.clone())]; // of one geometry
       for (const line of meshing) line.renderOrder = 15;
       const all = lines(every, ink.path);
       member.spin.add(all, ...meshing);
@@ -128,6 +133,20 @@ window.beveloidGears = function (data) {
   }
 
   const flanks = { right: flankOf(data.flanks.right), left: flankOf(data.flanks.left) };
+
+  // Puts other frames of the members and another path of one flank in place of the present ones.
+  function update(frames, flankName, given) {
+    members.forEach((member, j) => {
+      Object.assign(member, frames[j]);
+      setFrame(member);
+      const { all, meshing } = flanks[flankName].drawn[j] ?? { meshing: [] };
+      for (const line of all ? [all, ...meshing] : []) {
+        line.removeFromParent();
+        line.geometry.dispose();
+      }
+    });
+    flanks[flankName] = flankOf(given);
+  }
 
   // Points of contact: dots with a rim, paler where something hides them.
   const ball = new T.SphereGeometry(1, 24, 16),
@@ -334,6 +353,7 @@ window.beveloidGears = function (data) {
     members,
     flanks,
     pose,
+    update,
     show,
     recolour,
     sizeDots,

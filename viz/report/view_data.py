@@ -62,10 +62,10 @@ def view_data(design: Design, tolerance: float | None = None) -> dict[str, Any]:
         raise ValueError(f"a view is that of one design, got a batch of the shape {design.batch_shape}")
     frames = frames_at(design, 0.0, 0.0)
     members = [
-        _member(name, member, frame, tolerance)
-        for name, member, frame in zip(MEMBERS, design.members, frames, strict=True)
+        _member(name, member, tolerance) | place
+        for name, member, place in zip(MEMBERS, design.members, member_frames(design), strict=True)
     ]
-    flanks = {flank: _flank(design, flank) for flank in FLANKS}
+    flanks = {flank: flank_data(design, flank) for flank in FLANKS}
     return {
         "module": float(design.pinion.tool.normal_module),
         "members": members,
@@ -81,10 +81,15 @@ def packed(values: NDArray[Any]) -> dict[str, Any]:
     return {"type": values.dtype.name, "data": base64.b64encode(array.tobytes()).decode()}
 
 
-def _member(name: str, member: Member, frame: Frame, tolerance: float | None) -> dict[str, Any]:
-    """Return sizes, frame at roll 0, and tooth of a member."""
+def member_frames(design: Design) -> list[dict[str, Any]]:
+    """Return rotation and origin (mm) of pinion and gear at roll 0 in S_f."""
+    frames = [[np.nan_to_num(part) for part in frame] for frame in frames_at(design, 0.0, 0.0)]
+    return [{"rotation": turn.ravel().tolist(), "origin": origin.tolist()} for turn, origin in frames]
+
+
+def _member(name: str, member: Member, tolerance: float | None) -> dict[str, Any]:
+    """Return sizes and tooth of a member."""
     half, module = 0.5 * float(member.face_width), float(member.tool.normal_module)
-    rotation, origin = (np.nan_to_num(part) for part in frame)
     tooth, note = None, ""
     try:
         mesh = gear_mesh(member, TOLERANCE * module if tolerance is None else tolerance, (0,))
@@ -97,8 +102,6 @@ def _member(name: str, member: Member, frame: Frame, tolerance: float | None) ->
         "teeth": int(member.teeth),
         "half_width": half,
         "tip_radius": [float(tip_radius(member, z)) for z in (-half, half)],
-        "rotation": rotation.ravel().tolist(),
-        "origin": origin.tolist(),
         "tooth": tooth,
         "note": note,
     }
@@ -128,11 +131,13 @@ def _corners(points: FloatArray) -> FloatArray:
     return np.array(corners)
 
 
-def _flank(design: Design, flank: str) -> dict[str, Any]:
-    """Return the path of contact of tooth pair 0, and one mesh cycle."""
+def flank_data(design: Design, flank: str, mesh: MeshCycle | None = None, every: int = 1) -> dict[str, Any]:
+    """Return the path of contact of tooth pair 0, and one mesh cycle; `mesh` if it is known.
+
+    The lines on the teeth have one of `every` so many points."""
     path = path_of_contact(design, flank, PATH_POINTS)
     solved = path.status == Status.SOLVED
-    cycle = _cycle(design, flank, path)
+    cycle = _cycle(design, flank, path, mesh)
     middle = cycle["start"] + 0.5 * cycle["pitch"] * (cycle["by"] != "first contact")
     data: dict[str, Any] = {"path": None, "middle": middle, "lever": 0.0, "note": "", "cycle": cycle}
     if solved.sum() < 2:
@@ -148,6 +153,9 @@ def _flank(design: Design, flank: str) -> dict[str, Any]:
     }
     data["middle"] = float(path.pinion_roll[solved][solved.sum() // 2])
     packed_path = {name: packed(values[solved]) for name, values in shown.items()}
+    if every > 1:
+        drawn = np.unique(np.append(np.arange(0, solved.sum(), every), solved.sum() - 1))
+        packed_path |= {name: packed(shown[name][solved][drawn]) for name in MEMBERS}
     return data | {"lever": _lever(path), "path": packed_path}
 
 
@@ -174,7 +182,7 @@ def _lever(path: ContactPath) -> float:
     return float(abs(np.nan_to_num(moment)))
 
 
-def _cycle(design: Design, flank: str, path: ContactPath) -> dict[str, Any]:
+def _cycle(design: Design, flank: str, path: ContactPath, cycle: MeshCycle | None) -> dict[str, Any]:
     """Return the contacts over one pitch, in segments.
 
     The segments end at `ends` after `start`. `phase` gives the position of the gear, and for edge contact
@@ -183,10 +191,10 @@ def _cycle(design: Design, flank: str, path: ContactPath) -> dict[str, Any]:
     gear is positioned by the path of the tooth pair that turns it furthest, or as without modification; `by`
     names the case.
     """
-    pitch, start, cycle = 2.0 * np.pi / float(design.pinion.teeth), 0.0, None
+    pitch, start = 2.0 * np.pi / float(design.pinion.teeth), 0.0
     try:
         start = float(np.nan_to_num(middle_roll(design, flank)))
-        cycle = mesh_cycle(design, flank)
+        cycle = mesh_cycle(design, flank) if cycle is None else cycle
     except ValueError:
         pass  # the rounds of the tool overlap, so that there are no fillets
     if cycle is not None and cycle.status == FirstStatus.SOLVED:

@@ -166,6 +166,7 @@ window.beveloidView = function (container, data) {
   function drive(name) {
     flank = name;
     flankChoice.mark(name);
+    container.dispatchEvent(new CustomEvent("flankchange", { detail: name }));
     const { cycle, note } = flanks[name];
     const posed = {
       path: "The gear is positioned by the path of contact alone.",
@@ -298,19 +299,21 @@ window.beveloidView = function (container, data) {
 
   let pending = 0;
   function draw() {
-    pending ||= requestAnimationFrame(() => {
-      pending = 0;
-      const away = camera.position.distanceTo(middle),
-        width = stage.clientWidth,
-        height = stage.clientHeight;
-      camera.near = Math.max(away - radius, 0.02 * away, 0.1 * data.module);
-      camera.far = away + 1.5 * radius;
-      camera.updateProjectionMatrix();
-      camera.updateMatrixWorld();
-      gears.sizeDots(camera, height);
-      renderer.render(gears.scene, camera);
-      placeLabels(width, height);
-    });
+    pending ||= requestAnimationFrame(render);
+  }
+
+  function render() {
+    pending = 0;
+    const away = camera.position.distanceTo(middle),
+      width = stage.clientWidth,
+      height = stage.clientHeight;
+    camera.near = Math.max(away - radius, 0.02 * away, 0.1 * data.module);
+    camera.far = away + 1.5 * radius;
+    camera.updateProjectionMatrix();
+    camera.updateMatrixWorld();
+    gears.sizeDots(camera, height);
+    renderer.render(gears.scene, camera);
+    placeLabels(width, height);
   }
 
   const pen = element("canvas", { width: 1, height: 1 }).getContext("2d", { willReadFrequently: true });
@@ -421,5 +424,28 @@ window.beveloidView = function (container, data) {
     container.replaceChildren();
   }
 
-  return { setRoll, roll: () => roll, camera: () => [...camera.position, ...orbit.target], dispose };
+  // Shows other frames and another path of one flank at the present roll.
+  function update(frames, name, given) {
+    gears.update(frames, name, given);
+    if (name === flank) drive(name);
+  }
+
+  // The canvas just after it was drawn, as a browser clears it later.
+  function picture() {
+    render();
+    return canvas;
+  }
+
+  return {
+    setRoll,
+    roll: () => roll,
+    camera: () => [...camera.position, ...orbit.target],
+    flank: () => flank,
+    drive,
+    update,
+    draw,
+    picture,
+    gears,
+    dispose,
+  };
 };

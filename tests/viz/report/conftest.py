@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 ARGUMENTS = (
     *("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-first-run"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
+    "--disable-gpu-rasterization",  # as without a graphics card: only WebGL is emulated
 )
 MODIFIED = ("--parabola-pinion", "0.001", "--parabola-gear", "-0.001")
 

@@ -1,0 +1,218 @@
+"""The window in Chromium: drag, undo, compare, save, reload, keyboard, narrow and dark."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from beveloid_geom import Design, read_design
+from beveloid_viz.explore.calculation import Calculation
+from beveloid_viz.explore.values import Start
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+    from beveloid_viz.explore.notebook import Exploration
+
+pytestmark = pytest.mark.slow
+WATCH = """window.seen = [];
+document.addEventListener("explored", ({ detail }) => window.seen.push(detail));"""
+SETTLED = "window.seen.some(one => one.last && one.id === one.newest && one.newest >= %d)"
+DRAG = """async ([name, values]) => {
+  const slider = document.querySelector(`#value-${name} ~ input`);
+  for (const value of values) {
+    slider.value = value;
+    slider.dispatchEvent(new Event("input", { bubbles: true }));
+    await new Promise((done) => setTimeout(done, 15));
+  }
+  slider.dispatchEvent(new Event("change", { bubbles: true }));
+}"""
+CONTRAST = """() => {
+  const channel = (v) => (v /= 255) <= 0.03928 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4;
+  const light = (css) => { const [r, g, b] = css.match(/[\\d.]+/g).map(Number);
+    return 0.2126 * channel(r) + 0.7152 * channel(g) + 0.0722 * channel(b); };
+  const paper = light(getComputedStyle(document.body).backgroundColor);
+  const ratio = (l) => (Math.max(l, paper) + 0.05) / (Math.min(l, paper) + 0.05);
+  return [...document.querySelectorAll("label, td, th, figcaption, .unit, .key span, summary, li")]
+    .filter((each) => each.getClientRects().length)
+    .map((each) => [each.textContent, ratio(light(getComputedStyle(each).color))]);
+}"""
+OUTSIDE = """() => [...document.querySelectorAll("#pinion text, #gear text, #graph text")].filter((text) => {
+  const box = text.getBoundingClientRect(), frame = text.ownerSVGElement.getBoundingClientRect();
+  return box.left < frame.left - 1 || box.right > frame.right + 1 || box.bottom > frame.bottom + 1;
+}).map((text) => text.textContent)"""
+NAMELESS = """() => [...document.querySelectorAll("input, select, button")].filter((each) =>
+  !(each.labels?.length || each.getAttribute("aria-label") || each.textContent.trim())).length"""
+
+
+@contextmanager
+def window(browser: Browser, url: str, width: int = 1280, **options: Any) -> Iterator[Page]:
+    context = browser.new_context(viewport={"width": width, "height": 900}, **options)
+    messages: list[str] = []
+    requests: list[str] = []
+    page = context.new_page()
+    page.on("console", lambda message: messages.append(message.text))
+    page.on("pageerror", lambda error: messages.append(str(error)))
+    page.on("request", lambda request: requests.append(request.url))
+    page.add_init_script(WATCH)
+    page.goto(url)
+    settled(page)
+    yield page
+    context.close()
+    assert messages == []
+    local = (url, url.replace("http", "ws", 1), "data:", "blob:")
+    assert [request for request in requests if not request.startswith(local)] == []
+
+
+def settled(page: Page, newest: int = 1) -> None:
+    """Wait until the newest values are shown completely."""
+    end = time.monotonic() + 30.0
+    while not page.evaluate(SETTLED % newest):
+        assert time.monotonic() < end, page.evaluate("JSON.stringify(window.seen)")
+        time.sleep(0.05)
+
+
+def changed(page: Page, act: Callable[[], Any]) -> None:
+    """Act, and wait for the results."""
+    before = int(page.evaluate("Math.max(...window.seen.map(one => one.newest))"))
+    act()
+    settled(page, before + 1)
+
+
+def figures(page: Page) -> dict[str, str]:
+    script = "[...document.querySelectorAll('[data-figure]')].map(e => [e.dataset.figure, e.textContent])"
+    return {name: text.split()[0].replace("\u2212", "-") for name, text in page.evaluate(script)}
+
+
+def expected(design: Design, **values: Any) -> dict[str, str]:
+    found = Calculation(*Start(design).read(values))
+    stages = (found.motion(), found.pattern(), found.remarks())
+    return {figure["name"]: figure["text"] for stage in stages for figure in stage["figures"]}
+
+
+def drag(page: Page, name: str, *values: float) -> None:
+    changed(page, lambda: page.evaluate(DRAG, [name, list(values)]))
+
+
+@pytest.fixture(scope="module")
+def url(explored: Callable[..., Exploration], modified: Design) -> str:
+    return explored(modified, name="ni-2017").url
+
+
+def test_drag_undo_reset_compare_save_and_reload(
+    browser: Browser, url: str, modified: Design, tmp_path: Path
+) -> None:
+    with window(browser, url) as page:
+        start = figures(page)
+        assert start == expected(modified)
+        picture = page.locator("#pinion").inner_html()
+        drag(page, "offset_error", *(0.005 * k for k in range(1, 11)))
+        assert figures(page) == expected(modified, offset_error=0.05)
+        assert page.locator("#pinion").inner_html() != picture
+        assert page.get_by_label("Offset", exact=True).input_value() == "0.05"
+        drag(page, "film", 0.01)
+
+        page.get_by_role("button", name="Compare with start").click()
+        page.locator("#figures.compared td.start", has_text=start["ratio"]).wait_for()
+        assert page.get_by_role("button", name="Compare").get_attribute("aria-pressed") == "true"
+
+        with page.expect_download() as saved:
+            page.get_by_role("button", name="Save design file").click()
+        saved.value.save_as(tmp_path / saved.value.suggested_filename)
+        assert read_design(tmp_path / "ni-2017-changed.toml").errors.offset == 0.05
+        page.get_by_role("button", name="Copy command line").click()
+        page.locator("#answer", has_text="--offset-error=0.05").wait_for()
+        with page.expect_download() as picture_file:
+            page.get_by_role("button", name="Download picture").click()
+        picture_file.value.save_as(tmp_path / "picture.png")
+        assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")
+
+        page.reload()
+        settled(page)
+        assert page.get_by_label("Offset", exact=True).input_value() == "0.05"
+        assert figures(page) == expected(modified, offset_error=0.05, film=0.01)
+        drag(page, "gear_axial_error", 0.1)
+        changed(page, lambda: page.get_by_role("button", name="Undo").click())
+        assert figures(page) == expected(modified, offset_error=0.05, film=0.01)
+        assert page.get_by_role("button", name="Undo").is_disabled()
+        changed(page, lambda: page.get_by_role("button", name="Reset").click())
+        assert figures(page) == start
+
+
+def test_refused_jammed_and_lost_pairs_grey_the_last_picture(browser: Browser, url: str) -> None:
+    with window(browser, url) as page:
+        number, words = page.get_by_label("Offset", exact=True), page.locator("#verdict .words")
+        before = figures(page)
+        for value, text in (("9999", "Value refused"), ("-0.5", "The pair jams")):
+            changed(page, lambda value=value: number.fill(value))  # type: ignore[misc]
+            assert words.inner_text().startswith(text)
+            assert page.locator("#panels.old").count() == 1
+            assert number.get_attribute("aria-invalid") == str(value == "9999").lower()
+        assert figures(page) == before
+        changed(page, lambda: number.fill("0"))
+        assert page.locator(".old").count() == 0
+        assert figures(page) == before
+
+
+def test_two_windows_are_independent(browser: Browser, url: str, modified: Design) -> None:
+    with window(browser, url) as one, window(browser, url) as other:
+        drag(one, "offset_error", 0.05)
+        assert figures(other) == expected(modified)
+        drag(other, "offset_error", 0.02)
+        assert figures(one) == expected(modified, offset_error=0.05)
+        assert figures(other) == expected(modified, offset_error=0.02)
+
+
+def test_the_other_flanks_errors_at_the_mesh_and_roll(browser: Browser, url: str, modified: Design) -> None:
+    with window(browser, url) as page:
+        changed(page, lambda: page.get_by_label("Driving flanks").first.select_option("left"))
+        assert figures(page) == expected(modified, flank="left")
+        assert page.get_by_role("button", name="Left flanks").get_attribute("aria-pressed") == "true"
+        changed(page, lambda: page.get_by_role("button", name="Right flanks").click())
+        drag(page, "offset_error", 0.05)
+        before = figures(page)
+        changed(page, lambda: page.get_by_label("Measured at").select_option("mesh"))
+        assert figures(page) == before
+        assert page.get_by_label("Offset", exact=True).is_hidden()
+        roll = page.evaluate("exploreView.roll()")
+        page.get_by_role("button", name="Play").click()
+        page.wait_for_timeout(300)
+        page.get_by_role("button", name="Pause").click()
+        assert page.evaluate("exploreView.roll()") > roll
+
+
+def test_keyboard_alone_changes_and_takes_back(browser: Browser, url: str, modified: Design) -> None:
+    with window(browser, url) as page:
+        page.locator("#value-errors_at").focus()
+        page.keyboard.press("Tab")
+        page.keyboard.press("Tab")  # from the number to the slider
+        assert page.evaluate("document.activeElement.getAttribute('aria-label')") == "Offset, mm"
+        outline = page.evaluate("getComputedStyle(document.activeElement).outlineStyle")
+        assert outline != "none"
+        changed(page, lambda: page.keyboard.press("ArrowRight"))
+        assert figures(page) == expected(modified, offset_error=0.005)
+        changed(page, lambda: page.keyboard.press("Control+z"))
+        assert figures(page) == expected(modified)
+        page.locator("summary", has_text="Pinion, right flanks").focus()
+        page.keyboard.press("Enter")
+        assert page.get_by_label("Helix crowning", exact=True).first.is_visible()
+
+
+@pytest.mark.parametrize(("width", "scheme"), [(390, "dark"), (1280, "light")])
+def test_narrow_and_wide_dark_and_light(browser: Browser, url: str, width: int, scheme: str) -> None:
+    with window(browser, url, width, color_scheme=scheme) as page:
+        for summary in page.locator("summary:visible").all()[2:]:
+            summary.click()
+        assert page.evaluate("document.scrollingElement.scrollWidth <= innerWidth")
+        paper = page.evaluate("getComputedStyle(document.body).backgroundColor")
+        assert (int(re.findall(r"\d+", paper)[0]) > 128) == (scheme == "light")
+        assert page.evaluate(OUTSIDE) == []
+        assert page.evaluate(NAMELESS) == 0
+        faint = [(text, ratio) for text, ratio in page.evaluate(CONTRAST) if ratio < 4.5]
+        assert faint == []

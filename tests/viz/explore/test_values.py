@@ -1,0 +1,152 @@
+"""Values of the sliders: design, refusals, command line, errors at both places."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from beveloid_geom import Design, DesignError, MeshErrors, Modification, builtin_design, from_degrees
+from beveloid_geom.pair.misalignment_at_mesh import from_mesh
+from beveloid_viz.explore.values import Settings, Start
+from tests.cli.running import run, strict_json
+
+RELIEF = "pinion.right.tip_relief_um"
+CHANGES: dict[str, Any] = {
+    "offset_error": 0.04,
+    "shaft_angle_error_deg": -0.003,
+    "pinion.right.parabola": 0.0007,
+    "pinion.left.parabola": -0.0002,
+    "gear.right.helix_crowning_um": 6.0,
+    "gear.left.tip_relief_um": 12.0,
+    "gear.left.tip_relief_length_mm": 2.0,
+}
+
+
+def test_no_change_is_the_start_to_the_last_bit(modified: Design) -> None:
+    start = Start(modified)
+    assert start.read({}) == (modified, Settings())
+    assert start.read(start.values)[0] == modified
+    assert start.changes(start.values) == {}
+
+
+def test_values_are_those_of_the_inputs_of_the_library(modified: Design) -> None:
+    design, _ = Start(modified).read(CHANGES)
+    assert design.errors.offset == 0.04
+    assert design.errors.shaft_angle == pytest.approx(np.radians(-0.003), rel=1e-15)
+    assert [design.pinion.tool.parabola_of(flank) for flank in ("right", "left")] == [0.0007, -0.0002]
+    assert design.gear.tool == modified.gear.tool
+    assert design.gear.modification_right == Modification(helix_crowning_um=6.0)
+    assert design.gear.modification_left == Modification(tip_relief_um=12.0, tip_relief_length_mm=2.0)
+    assert design.pinion.modifications == ()
+
+
+def test_start_with_modification_can_be_taken_back() -> None:
+    plain = builtin_design()
+    crowned = replace(plain, pinion=plain.pinion.modified(Modification(helix_crowning_um=8.0), "right"))
+    start = Start(crowned)
+    assert start.values["pinion.right.helix_crowning_um"] == 8.0
+    assert start.read({"pinion.right.helix_crowning_um": 0.0})[0] == plain
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("offset_error", 1e4, "must be between"),
+        ("offset_error", float("nan"), "must be a finite number"),
+        ("offset_error", "0,05", "must be a finite number"),
+        ("offset_error", True, "must be a finite number"),
+        ("offset_error", 10**400, "must be a finite number"),
+        ("shaft_angle_error_deg", 50.0, "must be between"),
+        ("pinion.right.parabola", 1.0, "must be between"),
+        ("film", -0.1, "must be between 0 and 10 mm"),
+        ("torque", 1e13, "must be between 0 and 1e+12 Nm"),
+        ("flank", "upper", "must be right or left"),
+        ("errors_at", None, "must be perpendicular or mesh"),
+        ("cone_angle", 0.0, "is not a value of this pair"),
+    ],
+)
+def test_refused_values_name_the_control_and_the_limit(name: str, value: Any, words: str) -> None:
+    with pytest.raises(DesignError) as refusal:
+        Start(builtin_design()).read({name: value})
+    (fault,) = refusal.value.parts
+    assert fault.key == name
+    assert words in fault.text
+
+
+def test_a_relief_without_length_is_refused() -> None:
+    with pytest.raises(DesignError, match=r"tip_relief_um needs tip_relief_length_mm"):
+        Start(builtin_design()).read({RELIEF: 5.0, RELIEF.replace("_um", "_length_mm"): 0.0})
+
+
+def test_a_new_relief_has_a_length() -> None:
+    design, _ = Start(builtin_design()).read({RELIEF: 5.0})
+    assert design.pinion.modification_right == Modification(tip_relief_um=5.0, tip_relief_length_mm=6.0)
+
+
+def test_errors_at_the_mesh(modified: Design) -> None:
+    start = Start(modified)
+    design, _ = start.read({"errors_at": "mesh", "centre_distance": 0.03, "out_of_plane_deg": 0.004})
+    expected = from_mesh(modified, from_degrees(MeshErrors, centre_distance=0.03, out_of_plane_deg=0.004))
+    assert design.errors == expected
+    with pytest.raises(DesignError, match="in_plane_deg must be between -5 and 5 deg"):
+        start.read({"errors_at": "mesh", "in_plane_deg": -20.0})
+
+
+def test_the_other_place_describes_the_same_mounting(modified: Design) -> None:
+    start = Start(modified)
+    given = {"offset_error": 0.05, "shaft_angle_error_deg": 0.01, "pinion_axial_error": -0.2}
+    before = start.read(given)[0]
+    there = given | start.at(given, "mesh") | {"errors_at": "mesh"}
+    after = start.read(there)[0]
+    for name, value in vars(before.errors).items():
+        assert getattr(after.errors, name) == pytest.approx(value, abs=2e-9)
+    back = start.at(there, "perpendicular")
+    assert [back[name] for name in given] == pytest.approx(list(given.values()), abs=2e-8)
+
+
+@pytest.mark.parametrize(
+    "values", [CHANGES, {"errors_at": "mesh", "centre_distance": 0.03}, {"flank": "left"}]
+)
+def test_the_command_line_computes_the_same_as_the_file(values: dict[str, Any]) -> None:
+    start = Start(builtin_design(), "ni-2017")
+    line, reason = start.command(values)
+    assert reason == ""
+    program, *arguments = shlex.split(line)
+    assert program == "beveloid-geom"
+    shown = strict_json(run(*arguments, "--json").stdout)
+    design, settings = start.read(values)
+    expected = shown["layout"]["errors"]
+    assert expected == pytest.approx(vars(design.errors))
+    assert settings.flank == arguments[arguments.index("--flank") + 1]
+
+
+def test_options_given_at_the_start_remain_in_the_command_line(modified: Design) -> None:
+    given = {"parabola_pinion": 0.001, "parabola_gear": -0.001}
+    start = Start(modified, "ni-2017", given=given)
+    line, _ = start.command({"pinion.right.parabola": 0.0005})
+    assert "--parabola-pinion=0.001" in line
+    assert "--parabola-right-pinion=0.0005" in line
+    names = [word.partition("=")[0] for word in shlex.split(line)]
+    assert len(names) == len(set(names))
+
+
+def test_measured_teeth_have_no_controls() -> None:
+    plain = builtin_design()
+    pitches = Modification(pitch_deviations_um=(0.0,) * 29)
+    start = Start(replace(plain, pinion=plain.pinion.modified(pitches, "right")))
+    assert not [name for name in start.controls if name.startswith("pinion.right")]
+    assert "gear.right.parabola" in start.controls
+    with pytest.raises(DesignError, match="is not a value of this pair"):
+        start.read({"pinion.right.parabola": 0.001})
+
+
+def test_sliders_contain_the_start_and_have_round_steps(modified: Design) -> None:
+    start = Start(modified)
+    for name, control in start.controls.items():
+        assert control.low <= start.values[name] <= control.high, name
+        assert 100 <= round((control.high - control.low) / control.step) <= 250, name
+        assert control.unit
