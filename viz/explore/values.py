@@ -15,6 +15,7 @@ from typing import Any
 
 from beveloid_geom import Design, Errors, MeshErrors, from_degrees
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.design.amounts import amounts_text
 from beveloid_geom.design.field_limits import DesignError, Fault, refused
 from beveloid_geom.design.file import override
 from beveloid_geom.design.keys import ERRORS_AT, checked_table
@@ -173,7 +174,7 @@ class Start:
         words = ["beveloid-geom", "operation", self.name, "--flank", settings.flank]
         words += ["--film", repr(settings.film)]
         for name, value in {**self.given, **changes}.items():
-            text = _amounts_text(value) if isinstance(value, dict) else repr(float(value))
+            text = amounts_text(value) if isinstance(value, dict) else repr(float(value))
             words.append(f"--{name.replace('_', '-')}={text}")  # so that a minus sign is not an option
         return shlex.join(words), ""
 
@@ -243,15 +244,6 @@ def _amounts(group: str, given: Values) -> dict[str, float]:
             if length:  # a missing length is reported by name
                 table[length_of(amount)] = length
     return table
-
-
-def _amounts_text(table: Mapping[str, Any]) -> str:
-    """Return a table of a modification as the options of the commands have it."""
-    words = []
-    for key, value in table.items():
-        rows = {f"{key}.{name}": x for name, x in value.items()} if isinstance(value, dict) else {key: value}
-        words += [f"{name}={x!r}" for name, x in rows.items()]
-    return ", ".join(words) or "none"
 
 
 def _control_of(argument: str) -> str:
