@@ -27,8 +27,6 @@ from ..support.array_repr import short_repr
 
 CYCLES_PER_CALL = 64
 """Number of mountings for which one vectorised call is fastest."""
-EDGE_POINTS = 48
-"""Number of points along an edge of a flank."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,8 +125,10 @@ def pattern_ends(
     ValueError
         If the mesh cycle is not known, or a flank does not reach its tip cone.
     """
+    # Number of points along an edge of a flank.
+    edge_points = 48
     operation = first_contact_operation(design, flank, cycle)
-    along, low, high = np.linspace(0.0, 1.0, EDGE_POINTS), np.zeros(EDGE_POINTS), np.ones(EDGE_POINTS)
+    along, low, high = np.linspace(0.0, 1.0, edge_points), np.zeros(edge_points), np.ones(edge_points)
     # Root and tip run along the face, toe and heel along the depth.
     depth, face = np.concatenate((low, high, along, along)), np.concatenate((along, along, low, high))
     least = np.empty((len(Limit) // 2, 2))
@@ -136,5 +136,5 @@ def pattern_ends(
         l, _, u = place_at(member, flank, depth, face)
         points = flank_point(member, flank, l, u)
         found = minimum_separation(mating_of(design, flank, k, operation), points).least
-        least[:, k] = np.nan_to_num(found, nan=np.inf).reshape(-1, EDGE_POINTS).min(axis=1)
+        least[:, k] = np.nan_to_num(found, nan=np.inf).reshape(-1, edge_points).min(axis=1)
     return np.asarray(least.reshape(-1) <= separation)

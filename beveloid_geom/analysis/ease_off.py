@@ -38,10 +38,6 @@ from ..pair.frames import layout_of, normals_to_fixed, to_fixed
 from ..status import Status
 from ..support.array_repr import short_repr
 
-NEWTON_MAX_ITERATIONS = 40
-LAST_STEP = 1e-9
-"""Newton step, rad of roll and modules on the flank, after which the iteration ends: the error is its
-square."""
 LEAST_FACING_COSINE = float(np.cos(np.radians(30.0)))
 """Beyond this angle between the normals, or a module apart, the untrimmed flanks intersect without being in
 mesh."""
@@ -212,8 +208,12 @@ def _least(
     mate: _Mate, point: FloatArray, normal: FloatArray, state: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Return the distances (n,), mm, and states (3, n) after Newton's method; NaN if it fails."""
-    last = LAST_STEP * np.array([[1.0], [mate.module], [mate.module]])
-    for _ in range(NEWTON_MAX_ITERATIONS):
+    newton_max_iterations = 40
+    # Newton step, rad of roll and modules on the flank, after which the iteration ends: the error is
+    # its square.
+    last_step = 1e-9
+    last = last_step * np.array([[1.0], [mate.module], [mate.module]])
+    for _ in range(newton_max_iterations):
         gap, step, nearest = _newton_step(mate, point, normal, state)
         state = state + step
         done = (np.abs(step) <= last).all(axis=0)

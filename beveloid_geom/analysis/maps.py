@@ -63,10 +63,6 @@ PRESETS: dict[str, Inputs] = {
     "mounting": ("pinion_mounting_change", "gear_mounting_change"),
     "shift": ("profile_shift_pinion", "profile_shift_gear"),
 }
-CELLS_PER_CALL = 512
-BACKLASH_ROUNDING_MM = 1e-9  # members may be designed for a backlash of 0
-QUADRANTS: dict[str, tuple[int, int]] = {"C1": (1, 1), "C2": (-1, -1), "C3": (1, -1), "C4": (-1, 1)}
-"""Signs of the parabola coefficients in the cases of the paper."""
 FIGURES = ("contact_ratio", "angle", "shift", "peak_to_peak", "centre", "normal_backlash", "mounted_backlash")
 """Quantities of a map: fields of DesignMap."""
 IN_OPERATION = ("cycle_peak_to_peak", "edge_share")
@@ -150,7 +146,8 @@ class DesignMap:
     @property
     def interferes(self) -> Mask:
         """Cells with negative backlash: the opposite flanks interfere."""
-        return np.asarray(self.normal_backlash < -BACKLASH_ROUNDING_MM)
+        backlash_rounding_mm = 1e-9
+        return np.asarray(self.normal_backlash < -backlash_rounding_mm)
 
     @property
     def jammed(self) -> Mask:
@@ -164,11 +161,13 @@ class DesignMap:
 
     def quadrants(self) -> dict[str, Mask]:
         """Return the cells of the paper's cases C1 to C4; axes belong to none. Empty for other inputs."""
+        # Signs of the parabola coefficients in the cases of the paper.
+        quadrants: dict[str, tuple[int, int]] = {"C1": (1, 1), "C2": (-1, -1), "C3": (1, -1), "C4": (-1, 1)}
         if self.preset != "parabola":
             return {}
         return {
             name: np.logical_and.outer(pinion * self.first > 0.0, gear * self.second > 0.0)
-            for name, (pinion, gear) in QUADRANTS.items()
+            for name, (pinion, gear) in quadrants.items()
         }
 
 
@@ -310,6 +309,7 @@ def map_of(
     array([[1.307, 1.651],
            [1.816, 0.075]])
     """
+    cells_per_call = 512
     require_design(design)
     flank_sign(flank)
     over = inputs_of(over)
@@ -324,8 +324,8 @@ def map_of(
     first_values, second_values = (low + (high - low) * np.linspace(0.0, 1.0, steps) for low, high in bounds)
     x, y = (side.ravel() for side in np.meshgrid(first_values, second_values, indexing="ij"))
     rows: dict[str, list[FloatArray]] = {name: [] for name in ("status", *FIGURES, *IN_OPERATION)}
-    for start in range(0, x.size, CELLS_PER_CALL):
-        block = slice(start, start + CELLS_PER_CALL)
+    for start in range(0, x.size, cells_per_call):
+        block = slice(start, start + cells_per_call)
         for name, column in _cells(design, over, flank, errors, x[block], y[block]).items():
             rows[name].append(column)
         cells = np.full((len(IN_OPERATION), x[block].size), np.nan)

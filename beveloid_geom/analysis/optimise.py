@@ -44,7 +44,6 @@ from .mountings import swing_of
 
 Vector: TypeAlias = np.ndarray[tuple[int], np.dtype[np.float64]]
 
-PATH_POINTS = 17
 COEFFICIENT_UNIT = 1e-3  # 1/mm, so that the coefficients are near 1 in the optimiser
 EVEN_STEPS = 12
 CONSTRAINT_TOLERANCE = 1e-6  # relative to the bound of the constraint
@@ -158,10 +157,11 @@ def objectives_of(design: Design, flank: str, aim: Aim, pinion: FloatArray, gear
 
 def objectives_of_designs(designs: Design, flank: str, aim: Aim) -> Objectives:
     """Return the objectives of a design or of a batch of designs."""
+    path_points = 17
     errors, shape = aim.mountings(), designs.batch_shape
     batch = mounted(designs, errors.reshape(-1, *[1] * len(shape), errors.shape[1]), aim.names)
-    path = path_of_contact(batch, flank, PATH_POINTS)
-    middle = PATH_POINTS // 2
+    path = path_of_contact(batch, flank, path_points)
+    middle = path_points // 2
     place = np.stack((path.pinion_z, path.l1), axis=-1)
     along = place[0, ..., middle + 1, :] - place[0, ..., middle - 1, :]
     with np.errstate(invalid="ignore"):  # a path may be a single point, which has no direction

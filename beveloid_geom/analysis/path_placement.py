@@ -46,16 +46,12 @@ ON_PARALLEL = (
 AT = (0.25, 0.5, 0.75)
 """Default shares of the face width for the middle of the path."""
 POSITION_TOLERANCE_MM = 1e-6
-NEWTON_MAX_ITERATIONS = 40
-LONGEST_STEP = 0.1
-"""Longest Newton step, as a share of the limits."""
 LEAST_GAIN = 0.02
 """Smallest relative reduction of the distance for which a Newton iteration is continued."""
 GRID_POINTS, GRID_STARTS = 41, 3
 """Points of the starting grid in each error, and starting values taken from it."""
 OFF_CENTRE_SHARES = 0.25 * (np.arange(1, 7) / 6.0) ** 2
 """Trial distances from the centre of the profile, as shares of the profile depth."""
-OFF_CENTRE_TOLERANCE_MM = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,16 +268,19 @@ def _newton(search: _Search, wanted: FloatArray, start: FloatArray) -> FloatArra
 
     Only rows that have not arrived are continued. Rows whose step gains less than LEAST_GAIN are stopped:
     they approach a local minimum of the distance, not the wanted position."""
+    newton_max_iterations = 40
+    # Longest Newton step, as a share of the limits.
+    longest_step = 0.1
     shares, (place, by) = start.copy(), search.rates(start)
     lengths, going = 0.5 ** np.arange(8), np.arange(len(start))
-    for _ in range(NEWTON_MAX_ITERATIONS):
+    for _ in range(newton_max_iterations):
         left = np.abs(place[going] - wanted[going]).max(axis=-1)
         going = going[np.isfinite(by[going]).all(axis=(1, 2)) & (left > 1e-3 * POSITION_TOLERANCE_MM)]
         if going.size == 0:
             break
         goal, off = wanted[going], search.apart(place[going], wanted[going])
         step = (np.linalg.pinv(by[going]) @ (goal - place[going])[..., None])[..., 0]
-        step *= np.minimum(1.0, LONGEST_STEP / np.maximum(np.abs(step).max(axis=-1), 1e-300))[:, None]
+        step *= np.minimum(1.0, longest_step / np.maximum(np.abs(step).max(axis=-1), 1e-300))[:, None]
         # All shortened steps are tried in one call; the one that comes nearest is taken.
         tried = np.clip(shares[going, None] + lengths[:, None] * step[:, None], -1.0, 1.0)
         places, rates = search.rates(tried.reshape(-1, 2))
@@ -300,6 +299,7 @@ def _off_centre(search: _Search, wanted: FloatArray, exact: FloatArray) -> Float
     until the pair can be assembled; NaN if it cannot at any trial position.
 
     `exact` (2) are the shares that reach the wanted position, where the pair jams."""
+    off_centre_tolerance_mm = 1e-4
 
     def solved(off: FloatArray, start: FloatArray) -> tuple[FloatArray, Mask]:
         """Return shares (n, 2) for distances (n), mm, from the wanted l1, and whether the pair can be
@@ -318,7 +318,7 @@ def _off_centre(search: _Search, wanted: FloatArray, exact: FloatArray) -> Float
     found, far = shares[first], trials[first]
     # Bisection between the nearest trial that can be assembled and the next one towards the centre.
     near = np.sign(far) * np.abs(trials[np.abs(trials) < abs(far)]).max(initial=0.0)
-    while abs(far - near) > OFF_CENTRE_TOLERANCE_MM:
+    while abs(far - near) > off_centre_tolerance_mm:
         between = 0.5 * (near + far)
         shares, good = solved(np.array([between]), found)
         found, far, near = (shares[0], between, near) if good[0] else (found, far, between)

@@ -16,8 +16,6 @@ from ..operation.contact_pattern.pattern import MemberPattern
 
 PARTS_PER_CELL = 8
 """Parts of a grid cell along each direction."""
-CIRCLE_TOLERANCE = 1e-9
-"""Relative difference of the half axes below which the ellipse is a circle."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +56,8 @@ def marked_ellipse(side: MemberPattern, separation: float) -> MarkedEllipse:
 
 def ellipse_of(z: FloatArray, r: FloatArray, amount: FloatArray) -> MarkedEllipse:
     """Return the ellipse of points z, r (n), mm, each of which represents an area `amount` (n), mm^2."""
+    # Relative difference of the half axes below which the ellipse is a circle.
+    circle_tolerance = 1e-9
     if not z.size:
         return MarkedEllipse(*[float("nan")] * 5)
     share = amount / amount.sum()
@@ -68,7 +68,7 @@ def ellipse_of(z: FloatArray, r: FloatArray, amount: FloatArray) -> MarkedEllips
     # The second moments of a uniform ellipse are a quarter of the squares of its half axes.
     minor, major = 2.0 * np.sqrt(np.maximum((least, greatest), 0.0))
     along, up = axes[:, 1] * np.where(axes[0, 1] < 0.0, -1.0, 1.0)
-    angle = np.arctan2(up, along) if major - minor > CIRCLE_TOLERANCE * major else np.nan
+    angle = np.arctan2(up, along) if major - minor > circle_tolerance * major else np.nan
     return MarkedEllipse(*map(float, (*centre, major, minor, np.pi / 2 if angle <= -np.pi / 2 else angle)))
 
 

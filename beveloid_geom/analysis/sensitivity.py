@@ -54,10 +54,6 @@ from ..support.chebyshev import evaluate, greatest
 
 PLACES = ("enter", "middle", "leave")
 CASES_PER_BLOCK = 256
-CONSTANT_L = 1e-9
-"""A path whose l changes by less than this share of its change of z runs along the face."""
-AT_END = 1e-12
-"""Distance, in the parameter of the series, within which an extremum is at the end of the path."""
 # Rows of `_quantities`.
 _L, _U, _Z, _R, _ROLLS = (slice(2 * k, 2 * k + 2) for k in range(5))
 _ROLL, _PHASE, _MARGINS = 8, 10, 11
@@ -197,6 +193,8 @@ def _by_mesh_errors(design: Design, found: Sensitivity) -> Sensitivity:
 def _of_group(group: Group) -> tuple[FloatArray, FloatArray]:
     """Return rows (_WIDTH, cases, positions) of values, derivatives by the errors and direction of the path;
     and roll and transmission error between their extrema (2, cases, 5), each with its derivatives."""
+    # Distance, in the parameter of the series, within which an extremum is at the end of the path.
+    at_end = 1e-12
     series, ends = group.series, group.ends
     enter, leave = ends.x[:, :1], ends.x[:, 1:]
     middle = np.where(ends.turning[:, None], np.nan, at_shares(series, ends, np.zeros(1)))
@@ -207,7 +205,7 @@ def _of_group(group: Group) -> tuple[FloatArray, FloatArray]:
     y, units = _curve_points(series, x), units_of_all(group.pairing)
     rates = _rates(group.pairing, y, units)
     tangent = tangent_of(rates.r_y)
-    at = np.stack([np.abs(x - end) <= AT_END for end in (enter, leave)])
+    at = np.stack([np.abs(x - end) <= at_end for end in (enter, leave)])
     met = np.where(at[0], ends.limit[:, :1], ends.limit[:, 1:])
     row = np.where(at.any(axis=0), _MARGINS + met, _NO_ROW)
     by = _by_errors(rates, row, tangent)
@@ -319,12 +317,14 @@ def _result(
     status: Codes,
 ) -> Sensitivity:
     """Return the rows of all cases in the batch shape, with the derived quantities."""
+    # A path whose l changes by less than this share of its change of z runs along the face.
+    constant_l = 1e-9
     shape, count = design.batch_shape, len(ERROR_NAMES)
     rows = table.reshape(_MARGINS, count + 2, *table.shape[1:])
     value, by, along = rows[:, 0], np.moveaxis(rows[:, 1:-1], 1, -1), rows[:, -1]
     face = by[_Z] - (along[_Z] / along[_L])[..., None] * by[_L]
     # A path that runs along the face has no shift along the face.
-    face = np.where((np.abs(along[_L]) > CONSTANT_L * np.abs(along[_Z]))[..., None], face, np.nan)
+    face = np.where((np.abs(along[_L]) > constant_l * np.abs(along[_Z]))[..., None], face, np.nan)
     square = _shifts(
         design, flank, value[_L], value[_U], np.stack((by[_L], by[_U])), np.stack((along[_L], along[_U]))
     )

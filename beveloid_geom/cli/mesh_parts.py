@@ -33,15 +33,6 @@ if TYPE_CHECKING:
     from ..design.model import Design
 
 GEARS, TEETH, FLANKS = (tuple(f"{m}{kind}" for m in MEMBERS) for kind in ("", "-tooth", "-flank"))
-NOT_RESOLVED = "stresses at the contact are not resolved, those of the fillet are"
-TOOTH_FORCE_N = 20e3
-"""Default force between the teeth for a module of 6 mm, N; it scales with the square of the module."""
-CUT_SIDES_HELD = "held at its cut sides: take --teeth 3 for stresses"
-SOLVER_GB_PER_NODE = 9.5e-7
-"""Memory of CalculiX over the number of nodes to the power 4/3, measured on pairs of 20,000 to 37,000
-nodes."""
-SMALL_MEMORY_GB = 1.0
-"""Solver memory that is not mentioned."""
 
 
 @dataclass(frozen=True)
@@ -268,6 +259,8 @@ def write_surface_part(request: MeshRequest, path: Path, bar: Any) -> str:
 
 def write_volume_part(request: MeshRequest, path: Path, bar: Any) -> str:
     """Build and write hexahedra; return the message for the user."""
+    not_resolved = "stresses at the contact are not resolved, those of the fillet are"
+    cut_sides_held = "held at its cut sides: take --teeth 3 for stresses"
     from ..export import parts
     from ..export.fea.volumes import write_volume
     from ..shapes.hexahedra import tooth_hexahedra
@@ -293,11 +286,11 @@ def write_volume_part(request: MeshRequest, path: Path, bar: Any) -> str:
         where = f"{request.load:g} N on the {request.flank} flank of tooth {loaded + 1} of {teeth}"
         where += f" at ({place}) mm"
         comment += [f"{where}, the middle of the path of contact", f"{case.load.description}."]
-        comment.append(f"{NOT_RESOLVED}.")
-        message += f"; {where}, {case.load.description}; {NOT_RESOLVED}"
+        comment.append(f"{not_resolved}.")
+        message += f"; {where}, {case.load.description}; {not_resolved}"
         if teeth < min(3, member.teeth):
-            comment.append(f"The loaded tooth is {CUT_SIDES_HELD}.")
-            message += f"; {CUT_SIDES_HELD}"
+            comment.append(f"The loaded tooth is {cut_sides_held}.")
+            message += f"; {cut_sides_held}"
         message += solver_note(len(mesh.points), request.out)
     frame = FIXED_FRAME if request.placed else GEAR_FRAME
     write_volume(mesh, path, element, case=case, comment=comment, suffix=request.suffix, frame=frame)
@@ -306,6 +299,8 @@ def write_volume_part(request: MeshRequest, path: Path, bar: Any) -> str:
 
 def write_contact_part(request: MeshRequest, path: Path, bar: Any) -> str:
     """Build and write the pair in contact; return the message for the user."""
+    # Default force between the teeth for a module of 6 mm, N; it scales with the square of the module.
+    tooth_force_n = 20e3
     from ..export.fea.pair_mesh import ELEMENT, force_lever, pair_mesh
     from ..report.result import failure_of
     from ..shapes.tooth_boundary import counted
@@ -315,7 +310,7 @@ def write_contact_part(request: MeshRequest, path: Path, bar: Any) -> str:
     if jammed := failure_of(None, design):
         raise no_result(jammed.text)
     lever, size = force_lever(design), float(design.pinion.tool.normal_module) / 6.0
-    torque = 1e-3 * TOOTH_FORCE_N * size**2 * lever if request.torque is None else request.torque
+    torque = 1e-3 * tooth_force_n * size**2 * lever if request.torque is None else request.torque
     force = 1e3 * torque / lever
     pair = pair_mesh(
         design,
@@ -340,8 +335,13 @@ def write_contact_part(request: MeshRequest, path: Path, bar: Any) -> str:
 
 def solver_note(nodes: int, deck: Path) -> str:
     """Return the command that runs CalculiX, and the memory for a number of nodes if it is large."""
-    size = SOLVER_GB_PER_NODE * nodes ** (4.0 / 3.0)
-    memory = f"; CalculiX takes about {size:.2g} GB of memory" if size > SMALL_MEMORY_GB else ""
+    # Memory of CalculiX over the number of nodes to the power 4/3, measured on pairs of 20,000 to
+    # 37,000 nodes.
+    solver_gb_per_node = 9.5e-7
+    # Solver memory that is not mentioned.
+    small_memory_gb = 1.0
+    size = solver_gb_per_node * nodes ** (4.0 / 3.0)
+    memory = f"; CalculiX takes about {size:.2g} GB of memory" if size > small_memory_gb else ""
     return f"{memory}; run: {ccx_command(deck)}"
 
 

@@ -31,8 +31,6 @@ from .surfaces.second_order import tangents_and_turns
 
 MARKING_SEPARATION = 0.00635
 """mm: thickness of the marking compound for which contact patterns are usually drawn."""
-FLAT_CURVATURE_RATIO = 1e-9
-"""Ratio of the principal curvatures below which the smaller one is dominated by rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,11 +103,13 @@ def contact_ellipse(path: ContactPath, separation: float = MARKING_SEPARATION) -
 
 def curvature_ellipse(relative: RelativeCurvature, separation: float) -> ContactEllipse:
     """Return contact ellipses of a relative curvature; see `contact_ellipse`."""
+    # Ratio of the principal curvatures below which the smaller one is dominated by rounding.
+    flat_curvature_ratio = 1e-9
     if not 0.0 < separation < np.inf:
         raise ValueError(f"separation must be a positive length in mm, got {separation:g}")
     curvature = relative.curvature
     least, greatest = np.moveaxis(curvature, -1, 0)
-    rounding = FLAT_CURVATURE_RATIO * np.maximum(np.abs(least), np.abs(greatest))
+    rounding = flat_curvature_ratio * np.maximum(np.abs(least), np.abs(greatest))
     status = np.full(least.shape, np.int8(EllipseStatus.ELLIPSE))
     status[np.abs(least) <= rounding] = EllipseStatus.LINE_CONTACT
     status[least < -rounding] = EllipseStatus.INTERFERENCE

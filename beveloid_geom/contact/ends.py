@@ -29,16 +29,10 @@ ROLL_POSITIONS, FINE_POSITIONS = np.linspace(0.0, 1.0, 17), np.linspace(0.0, 1.0
 HALLEY_MAX_STEPS, LAST_HALLEY_STEP = 30, 1e-6
 """Maximum steps of Halley's method on the polynomials, and the step that ends it: its cube is below rounding.
 """
-TOE_ROWS = HEIGHT + Limit.PINION_TOE, HEIGHT + Limit.GEAR_TOE
-"""Rows of a series from which z of a contact on both members follows."""
-EDGE_BISECTIONS = 55
-"""Bisection steps for the point at which a path meets an edge of undercut."""
 NEAR_MARGIN, L2_MARGIN = 0.25, 0.1
 """Distance from the limits, in flank depths or face widths, within which approximate positions may be on the
 flanks; fraction of the range of l2 that is added at both ends.
 """
-END_TOLERANCE = 1e-12
-"""Tolerance, relative to l1, by which a given position may miss the end of a path."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,9 +130,13 @@ def _before_edges(pairing: FlankPair, series: PathSeries, ends: Ends) -> Ends:
     Of the parts above the edges of both flanks, the one with the largest range of roll is used. The edges are
     not polynomials of the path, so that crossings are sampled and then bisected.
     """
+    # Rows of a series from which z of a contact on both members follows.
+    toe_rows = HEIGHT + Limit.PINION_TOE, HEIGHT + Limit.GEAR_TOE
+    # Bisection steps for the point at which a path meets an edge of undercut.
+    edge_bisections = 55
 
     def inside(x: FloatArray) -> FloatArray:
-        values = evaluate(series.coefficients[[0, 1, *TOE_ROWS]], x)
+        values = evaluate(series.coefficients[[0, 1, *toe_rows]], x)
         return edge_margins(pairing, values[:2], values[2:] - pairing.half_width)
 
     low, high = np.sort(ends.x, axis=-1).T[..., None]
@@ -157,9 +155,9 @@ def _before_edges(pairing: FlankPair, series: PathSeries, ends: Ends) -> Ends:
     for end, (place, sense) in enumerate(((first, -1), (last, 1))):
         beyond = np.clip(place + sense, 0, FINE_POSITIONS.size - 1)
         good, bad = x[row, place], x[row, beyond]
-        for _ in range(EDGE_BISECTIONS):
+        for _ in range(edge_bisections):
             middle = 0.5 * (good + bad)
-            values = evaluate(coefficients[[0, 1, *TOE_ROWS]], middle[:, None])
+            values = evaluate(coefficients[[0, 1, *toe_rows]], middle[:, None])
             margins = edge_margins(part, values[:2], values[2:] - part.half_width)[..., 0]
             holds = margins.min(axis=0) >= 0.0
             good, bad = np.where(holds, middle, good), np.where(holds, bad, middle)
@@ -395,6 +393,8 @@ def shares_at_l1(series: PathSeries, ends: Ends, l1: FloatArray) -> tuple[FloatA
 
     If x is not a function of l1, only the path on the flanks is searched; NaN beyond it.
     """
+    # Tolerance, relative to l1, by which a given position may miss the end of a path.
+    end_tolerance = 1e-12
     x, several = (l1 - series.middle) / series.half, np.zeros(l1.shape, dtype=bool)
     for case in np.flatnonzero(np.isnan(series.half[:, 0]) & (ends.status == Status.SOLVED)):
         # Divide the path where l1 turns back, and invert l1 on each monotone part.
@@ -402,7 +402,7 @@ def shares_at_l1(series: PathSeries, ends: Ends, l1: FloatArray) -> tuple[FloatA
         cuts = np.concatenate(([low], real_roots(both[1, 0], low, high), [high]))
         at_cuts, given = evaluate(both[:1], cuts)[0, 0], l1[case]
         for end in at_cuts[[0, -1]]:  # rounding must not separate an end from its path
-            given = np.where(np.abs(given - end) <= END_TOLERANCE * np.abs(both[0]).sum(), end, given)
+            given = np.where(np.abs(given - end) <= end_tolerance * np.abs(both[0]).sum(), end, given)
         for k, (start, stop) in enumerate(pairwise(cuts)):
             least, most = np.sort(at_cuts[k : k + 2])
             here = (given >= least) & (given <= most)

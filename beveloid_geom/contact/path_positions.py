@@ -32,8 +32,6 @@ POSITIONS_PER_BLOCK, SAFEGUARDED_PER_BLOCK = 8192, 2048
 """Block sizes for which the arrays stay in the cache. A safeguarded solve needs many samples per position."""
 Z_ROWS = slice(4, 6)
 """Rows of a series with z of a contact on both members, mm."""
-LIMIT_TOLERANCE = 64.0
-"""Tolerance of the limits, in gap tolerances."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,11 +109,13 @@ def _limited(
     pairing: FlankPair, l1: FloatArray, values: FloatArray, status: NDArray[np.int8]
 ) -> tuple[FloatArray, NDArray[np.int8]]:
     """Return rows and status at given l1; positions outside the limits are OFF_FLANK."""
+    # Tolerance of the limits, in gap tolerances.
+    limit_tolerance = 64.0
     values[0] = l1
     room = values[HEIGHT:].min(axis=0)
     if pairing.edges:
         room = np.minimum(room, edge_margins(pairing, values[:2], values[Z_ROWS]).min(axis=0))
-    off = room < -LIMIT_TOLERANCE * gap_tolerance(pairing)
+    off = room < -limit_tolerance * gap_tolerance(pairing)
     if off.any():
         status[off & (status == Status.SOLVED)] = Status.OFF_FLANK
     return values[:HEIGHT], status

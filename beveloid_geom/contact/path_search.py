@@ -46,8 +46,6 @@ FIRST_GRID_LINES, GRID_LINES_BY_ROUND = 5, (9, 9, 17, 33)
 """Number of grid lines of each member: if a series over l1 is known, and in successive rounds over the cells
 that remain.
 """
-SAME_END_TOLERANCE = 1e-9
-"""Distance of two ends, relative to the size of the pair, below which they are the same."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -370,7 +368,9 @@ def _best_of(case: NDArray[np.int_], fits: list[Group], incomplete: NDArray[np.b
 
 def _repeated(case: NDArray[np.int_], ends: FloatArray, scale: FloatArray) -> NDArray[np.bool_]:
     """Return which parts have the same ends as an earlier part of the same case: a curve traced twice."""
+    # Distance of two ends, relative to the size of the pair, below which they are the same.
+    same_end_tolerance = 1e-9
     same = case[:, None] == case
     for value in ends.T:
-        same &= np.abs(value[:, None] - value) < SAME_END_TOLERANCE * scale
+        same &= np.abs(value[:, None] - value) < same_end_tolerance * scale
     return np.asarray(np.tril(same, -1).any(axis=1))

@@ -19,8 +19,6 @@ from .flank_pair import FlankPair, MemberTerms, terms_of_one
 
 SAMPLE_POSITIONS = np.linspace(0.0, 1.0, 7)[:, None, None]
 """Relative positions of the samples in a range of l2."""
-EXTREMUM_SAMPLES = 6
-"""Number of samples added next to an extremum of F near zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,8 +159,10 @@ def with_extremum(pairing: FlankPair, samples: RootSamples) -> RootSamples:
     """Return the samples with a few more near the extremum of F that is closest to zero without crossing it:
     two roots may be hidden between its neighbouring samples.
     """
+    # Number of samples added next to an extremum of F near zero.
+    extremum_samples = 6
     pinion, l2, values, real = samples.pinion, samples.l2, samples.values, samples.real
-    for turn in range(EXTREMUM_SAMPLES):
+    for turn in range(extremum_samples):
         left, middle, right = values[:-2], values[1:-1], values[2:]
         # Samples nearest to zero without a change of sign to either side.
         towards = (np.abs(middle) <= np.minimum(np.abs(left), np.abs(right))) & (left * middle > 0.0)

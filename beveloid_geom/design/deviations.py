@@ -28,9 +28,6 @@ Shape: TypeAlias = Callable[[Any, Any], tuple[Any, ...]]
 """Function of a profile and a face coordinate. It returns an amount and its derivatives: by profile, by face,
 twice by profile, by both, twice by face."""
 _ARRAYS = ("l", "z", "deviation_um")
-MAX_DEVIATION_UM = 1e5
-MAX_POINTS = 20_000
-"""Largest number of points on a flank."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +73,9 @@ class FlankDeviations:
 
     def __post_init__(self) -> None:
         """Check and copy the arrays. Raises DesignError."""
+        max_deviation_um = 1e5
+        # Largest number of points on a flank.
+        max_points = 20_000
         values = vars(self)
         for name in _ARRAYS:
             array = np.array(values[name], dtype=float)
@@ -93,11 +93,11 @@ class FlankDeviations:
                 )
             array.flags.writeable = False
             values[name] = array
-        if self.l[0].size > MAX_POINTS:
-            limit = f"must have at most {MAX_POINTS} points on a flank, got {self.l[0].size}"
+        if self.l[0].size > max_points:
+            limit = f"must have at most {max_points} points on a flank, got {self.l[0].size}"
             raise DesignError([Fault("", "deviation_um", f"{limit}: take a coarser grid")], "FlankDeviations")
-        if (largest := float(np.abs(self.deviation_um).max())) > MAX_DEVIATION_UM:
-            limit = f"must be within {MAX_DEVIATION_UM:g} um, got {largest:g}: give it in um"
+        if (largest := float(np.abs(self.deviation_um).max())) > max_deviation_um:
+            limit = f"must be within {max_deviation_um:g} um, got {largest:g}: give it in um"
             raise DesignError([Fault("", "deviation_um", limit)], "FlankDeviations")
         for flank in FLANK_SIGN:
             try:

@@ -182,8 +182,6 @@ class Limit(NamedTuple):
 
 NUMBER = "a number", "give it like 1.5, without quotes"
 WHOLE = "a whole number", "give it like 29, without quotes or decimals"
-FINITE = "a finite number", "give the value itself"
-"""Kinds of values, each with the cure for a value of another kind."""
 
 _POSITIVE = ((math.inf, "give a positive length in mm"),)
 _OFFSET = ((math.inf, "give the distance of the axes in mm, 0 where they intersect"),)
@@ -364,8 +362,10 @@ def float64_of(name: str, value: object) -> NDArray[np.float64]:
 
 def _outside_range(value: float, limit: Limit, place: str) -> str:
     """Return the message for a number that is not finite, not whole, or outside the range."""
+    # Kinds of values, each with the cure for a value of another kind.
+    finite = "a finite number", "give the value itself"
     if not math.isfinite(value):
-        return refused(f"be {FINITE[0]}", value, FINITE[1], place)
+        return refused(f"be {finite[0]}", value, finite[1], place)
     if limit.whole and not value.is_integer():
         return refused(f"be {WHOLE[0]}", value, WHOLE[1], place)
     return limit.fault(int(value) if limit.whole else value, place) or ""

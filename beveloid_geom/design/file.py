@@ -70,8 +70,6 @@ BUILTINS = {
 }
 """Built-in designs by name, with a description."""
 _NAMES = ", ".join(BUILTINS)
-MAX_FILE_BYTES = 1_000_000
-"""Largest size of a design file; the built-in ones have about 2,000 bytes."""
 FromMesh: TypeAlias = Callable[[Design, MeshErrors], Errors]
 """`pair.misalignment_at_mesh.from_mesh`, which needs the pitch point of the design."""
 
@@ -257,11 +255,13 @@ def read_design_file(
     """Return the design in a file as `parse_design` does, or a built-in design by its name.
 
     Raises DesignError with all faults, or with the reason why the file cannot be read."""
+    # Largest size of a design file; the built-in ones have about 2,000 bytes.
+    max_file_bytes = 1_000_000
     source = os.fspath(path)
     if source in BUILTINS:
         return builtin_design(source)
     try:
-        text = read_text(source, MAX_FILE_BYTES)
+        text = read_text(source, max_file_bytes)
     except TextFileError as error:
         raise DesignError([f"{error}: is it a design file?"], source) from None
     except (OSError, ValueError) as error:

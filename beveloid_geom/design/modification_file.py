@@ -22,8 +22,6 @@ MODIFICATION_KEYS = limits_of(Modification)
 _GRID_SIZE = Limit(2, 999, "", ((math.inf, "give the number of the measuring grid"),), whole=True)
 _DEVIATIONS = "deviations"
 """Key of these tables that names a file of measured points."""
-MAX_PITCH_FILE_BYTES = 100_000
-"""Largest size of a file of pitch deviations."""
 
 
 class DeviationFile(NamedTuple):
@@ -122,9 +120,11 @@ def _pitch_deviations(member: Member, folder: str, given: object) -> tuple[float
 
     Raises ValueError, with a message for values that are not one finite number for each tooth, and OSError.
     """
+    # Largest size of a file of pitch deviations.
+    max_pitch_file_bytes = 100_000
     values: object = given
     if isinstance(given, str):
-        text = read_text(os.path.join(folder, given), MAX_PITCH_FILE_BYTES, fallback="cp1252")
+        text = read_text(os.path.join(folder, given), max_pitch_file_bytes, fallback="cp1252")
         rows = [row.partition("#")[0].strip() for row in text.splitlines()]
         numbers: list[float] = []
         values = numbers

@@ -35,8 +35,6 @@ from .surfaces import SurfaceMesh, in_fixed, joined
 
 COUNTING_TOLERANCE_MM = 1e-3
 """Tolerance at which points are counted. The number at a finer one follows from 1 / tolerance."""
-BYTES_PER_POINT = 1100
-"""Largest measured memory for building and writing a surface, per point."""
 
 
 def memory_limit() -> int:
@@ -51,11 +49,13 @@ def require_surface_memory(points_at: Callable[[float], int], tolerance: float) 
     """Raise ValueError if a surface takes too much memory at a tolerance (mm), or for an invalid tolerance.
 
     `points_at` returns the number of points at a tolerance."""
+    # Largest measured memory for building and writing a surface, per point.
+    bytes_per_point = 1100
     require_tolerance(tolerance)
     if tolerance >= COUNTING_TOLERANCE_MM:
         return
     points = points_at(COUNTING_TOLERANCE_MM) * COUNTING_TOLERANCE_MM / tolerance
-    size, limit = (count / 2.0**30 for count in (points * BYTES_PER_POINT, memory_limit()))
+    size, limit = (count / 2.0**30 for count in (points * bytes_per_point, memory_limit()))
     if size > limit:
         need = f"about {points:.2g} points and {size:,.0f} GB of memory, the limit here is {limit:,.0f} GB"
         raise ValueError(f"tolerance {tolerance:g} mm is too fine: it takes {need}")

@@ -28,10 +28,7 @@ from .surfaces import SurfaceMesh, in_fixed
 
 METRES_Y_UP = 1e-3 * np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 """From mm in S_f to the axes of a scene."""
-GEAR_COLOURS = ("#b9c4cf", "#d3c3a6")
 FIRST_CONTACT_COLOUR, NOT_FIRST_COLOUR, PATTERN_COLOUR = "#d55e00", "#1a1a1a", "#0072b2"
-PATH_RADIUS_MODULES = 1.0 / 30.0
-"""Radius of the tube along a path of contact."""
 PATTERN_HEIGHT_MODULES = 1.0 / 300.0
 """Height of the pattern over the flank."""
 
@@ -77,6 +74,7 @@ def pair_scene(
     ValueError
         As `gear_surface` and `contact_pattern`.
     """
+    gear_colours = ("#b9c4cf", "#d3c3a6")
     flank = position.flank
     pattern = contact_pattern(design, flank)
     path = path_of_contact(design, flank, 33)
@@ -84,7 +82,7 @@ def pair_scene(
     scene = []
     for number, name in enumerate(MEMBERS):
         gear = gear_surface(design.members[number], ".vtu", tolerance, bore_radius=bore_radii[number])
-        items = [SceneItem(name, GEAR_COLOURS[number], gear), *_path_items(path, first, number)]
+        items = [SceneItem(name, gear_colours[number], gear), *_path_items(path, first, number)]
         member_pattern = (pattern.pinion, pattern.gear)[number]
         items += _pattern_items(design, flank, number, member_pattern, pattern.separation)
         scene += [replace(one, surface=in_fixed(one.surface, frames[number])) for one in items]
@@ -126,10 +124,12 @@ def _path_items(path: ContactPath, first: Mask, number: int) -> Iterator[SceneIt
 
     The tube is thick where the path is the `first` contact of all teeth, and thin where another contact is
     earlier."""
+    # Radius of the tube along a path of contact.
+    path_radius_modules = 1.0 / 30.0
     solved, design = path.status == Status.SOLVED, path.design
     l, u = ((path.l1, path.u1), (path.l2, path.u2))[number]
     points = flank_patch(design.members[number], path.flank, l, u).point
-    radius = PATH_RADIUS_MODULES * float(design.pinion.tool.normal_module)
+    radius = path_radius_modules * float(design.pinion.tool.normal_module)
     steps = solved[:-1] & solved[1:]
     both_first = first[:-1] & first[1:]
     name = f"path of contact on {MEMBERS[number]}"

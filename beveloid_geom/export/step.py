@@ -21,9 +21,6 @@ from ..export import MEMBERS
 from ..support.atomic_file import atomic_file
 from .strips import SolidPart, gear_loops
 
-INSTALL = "STEP files need Open CASCADE: pip install 'beveloid-geom[step]'"
-LIBRARIES = "on Debian and Ubuntu `sudo apt-get install libgl1` brings it"
-
 
 def write_step(
     member: Member,
@@ -116,6 +113,8 @@ def _kernel_errors() -> Iterator[None]:
     """Add how to install a missing package or system library to an ImportError.
 
     A KeyboardInterrupt during the import, which the bindings turn into an ImportError, is raised again."""
+    install = "STEP files need Open CASCADE: pip install 'beveloid-geom[step]'"
+    libraries = "on Debian and Ubuntu `sudo apt-get install libgl1` brings it"
     try:
         yield
     except ImportError as error:
@@ -125,7 +124,7 @@ def _kernel_errors() -> Iterator[None]:
                 raise KeyboardInterrupt from None
             cause = cause.__cause__ or cause.__context__
         if isinstance(error, ModuleNotFoundError) and (error.name or "").partition(".")[0] == "OCP":
-            raise ModuleNotFoundError(INSTALL, name=error.name) from None
+            raise ModuleNotFoundError(install, name=error.name) from None
         if "cannot open shared object file" in str(error):  # servers and containers without a screen
-            raise ImportError(f"Open CASCADE cannot be loaded: {error}: {LIBRARIES}") from None
+            raise ImportError(f"Open CASCADE cannot be loaded: {error}: {libraries}") from None
         raise

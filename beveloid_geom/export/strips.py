@@ -35,16 +35,9 @@ Place: TypeAlias = Callable[[Any, FloatArray], FloatArray]
 DEGREE = 7
 FIT_MM = 1e-6
 """Largest distance of flanks and fillets from the exact surfaces along the section."""
-EDGE_FIT_MM = 1e-8
-"""Largest distance along the face, where lines of B-splines are on cones. The CAD kernel identifies points
-within 1e-7 mm."""
 SPANS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)
 PROBES = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 """Parameters across the direction of the knots at which the distance is measured."""
-SMALLEST_STEP = 1e-9
-"""Smallest distance of breaks along the face, as a fraction of the face."""
-NARROW_LAND_MM = 1e-5
-"""Width below which a bottom land is omitted and a tooth counts as pointed."""
 STRAIGHT = np.array([0.0, 0.0, 1.0, 1.0])
 """Knots of a straight line between two poles."""
 
@@ -209,6 +202,8 @@ def _breaks(member: Member) -> list[float]:
     """Return the parameters t along the face at which undercut of a flank or a relief begins.
 
     The edge between flank and fillet has a kink at the beginning of undercut."""
+    # Smallest distance of breaks along the face, as a fraction of the face.
+    smallest_step = 1e-9
     half, onsets = 0.5 * float(member.face_width), set()
     for flank in FLANK_SIGN:
         onsets |= set(_relief_starts(member, flank)[1])
@@ -216,7 +211,7 @@ def _breaks(member: Member) -> list[float]:
         for part in crossing.parts if crossing else ():
             onsets |= {z for z, onset in zip((part.low, part.high), part.onset, strict=True) if onset}
     places = sorted(0.5 * (z / half + 1.0) for z in onsets if abs(z) < (1.0 - 1e-6) * half)
-    return [t for k, t in enumerate(places) if not k or t - places[k - 1] > SMALLEST_STEP]
+    return [t for k, t in enumerate(places) if not k or t - places[k - 1] > smallest_step]
 
 
 def _nodes(knots: FloatArray) -> FloatArray:
@@ -339,18 +334,23 @@ def _net(place: Place, first: StripEdge, last: StripEdge, breaks: Sequence[float
 
 def _cut_tooth(member: Member) -> _Tooth:
     """Fit tooth 0 by B-splines. Raises ValueError for a pointed tooth."""
+    # Largest distance along the face, where lines of B-splines are on cones. The CAD kernel identifies
+    # points within 1e-7 mm.
+    edge_fit_mm = 1e-8
+    # Width below which a bottom land is omitted and a tooth counts as pointed.
+    narrow_land_mm = 1e-5
     places, pitch = _places(member), 2.0 * pi / float(member.teeth)
     lines = [(place, s) for place in places.values() for s in PROBES]
     knots = _fitted_knots(
-        lambda t: np.stack([place(s, t) for place, s in lines], axis=1), EDGE_FIT_MM, _breaks(member)
+        lambda t: np.stack([place(s, t) for place, s in lines], axis=1), edge_fit_mm, _breaks(member)
     )
     t, taper = _nodes(knots), tan(float(member.cone_angle))
     tip, root = (Revolved(float(radius(member, 0.0)), taper) for radius in (tip_radius, root_radius))
     starts, ends = ([_trace(knots, place(s, t)) for place in places.values()] for s in (0.0, 1.0))
     left_root, left_tip, right_tip, right_root = starts[0], ends[1], starts[2], ends[3]
-    if np.any((right_tip.angle - left_tip.angle) * tip.radius < NARROW_LAND_MM):
+    if np.any((right_tip.angle - left_tip.angle) * tip.radius < narrow_land_mm):
         raise ValueError("the tooth is pointed: reduce the addendum, the profile shift or the face width")
-    has_land = bool(np.all((left_root.angle + pitch - right_root.angle) * root.radius > NARROW_LAND_MM))
+    has_land = bool(np.all((left_root.angle + pitch - right_root.angle) * root.radius > narrow_land_mm))
     if not has_land:
         right_root = _turned(left_root, pitch)
     pairs = (left_root, starts[1]), (starts[1], left_tip), (right_tip, starts[3]), (starts[3], right_root)

@@ -30,15 +30,11 @@ from .path import certificate_remarks, first_contact_fault, path_remarks
 from .reach import rolling_generator_angle
 from .units import unit_remarks
 
-CHECK_POSITIONS = 101
-"""Positions of the path that `check` certifies."""
 DIGITS = 7
 """Significant digits of advice; their rounding is a hundredth of the layout tolerances for pairs of usual
 size."""
 MAX_ADVICE = 3
 """Largest number of changes for one design."""
-MAX_HELIX = math.radians(60.0)
-"""Largest helix angle that is advised, rad."""
 
 
 def _deg(angle: float) -> str:
@@ -111,8 +107,10 @@ def iter_findings(
 
     If `certified` is false, paths are not certified. This is sufficient for pairs in which only flanks can
     touch first."""
+    # Positions of the path that `check` certifies.
+    check_positions = 101
     yield from remarks_on(design, closing, jam)
-    paths = [path_of_contact(design, flank, CHECK_POSITIONS) for flank in FLANKS]
+    paths = [path_of_contact(design, flank, check_positions) for flank in FLANKS]
     for path in paths:
         yield from path_remarks(path)
     if certified and first_contact_fault(design) is None:
@@ -211,6 +209,8 @@ def _fitted(design: Design, name: str, hand: float) -> Design | None:
     there is none.
 
     `hand` is the sign of the sum of the helix angles; 0 selects intersecting axes."""
+    # Largest helix angle that is advised, rad.
+    max_helix = math.radians(60.0)
     required, changed = float(design.pair.shaft_angle), design
     # Each correction leaves about a tenth of the error.
     max_corrections, angle_tolerance_rad = 8, 1e-9
@@ -224,7 +224,7 @@ def _fitted(design: Design, name: str, hand: float) -> Design | None:
         if abs(missing) < angle_tolerance_rad:
             layout = (max(float(ideal.offset), 0.0), required) if hand else (0.0, float(ideal.shaft_angle))
             return replace(changed, pair=Pair(*layout))
-        if not abs(helix + missing) < MAX_HELIX:
+        if not abs(helix + missing) < max_helix:
             return None
         changed = replace(changed, **{name: replace(getattr(changed, name), helix_angle=helix + missing)})
     return None

@@ -30,12 +30,8 @@ ERROR, UNKNOWN, WARNING, NOTE = "error", "unknown", "warning", "note"
 LEVELS = (ERROR, UNKNOWN, WARNING, NOTE)
 """Levels of remarks, the most important first. An error: the pair does not work. Unknown: a calculation
 failed, so that the pair cannot be judged. A warning: the pair may fail in use. A note: information."""
-THIN_TIP = 0.2
-"""Tip thickness below which a case-hardened tip may be hardened through, modules: a note."""
 LEAST_TIP = 0.1
 """Tip thickness below which a tip may chip, modules: a warning."""
-SMALL_CLEARANCE = 0.1
-"""Tip clearance that a mounting error or a deflection may remove, modules."""
 
 
 class Remark(NamedTuple):
@@ -96,6 +92,8 @@ def tip_clearances(design: Design) -> FloatArray:
 
 def clearance_remarks(design: Design) -> Iterator[Remark]:
     """Yield remarks on tips that overlap the bottom lands of the mate or have a small clearance."""
+    # Tip clearance that a mounting error or a deflection may remove, modules.
+    small_clearance = 0.1
     for name, mate, member, clearance in zip(
         ("pinion", "gear"), ("gear", "pinion"), design.members, tip_clearances(design), strict=True
     ):
@@ -103,7 +101,7 @@ def clearance_remarks(design: Design) -> Iterator[Remark]:
         if clearance <= 0.0:
             text = f"the tips of the {name} overlap the bottom lands of the {mate} by {-clearance:.3g} mm"
             yield Remark(WARNING, text)
-        elif clearance < SMALL_CLEARANCE * module:
+        elif clearance < small_clearance * module:
             size = f"{clearance:.3g} mm, {clearance / module:.2g} modules"
             yield Remark(NOTE, f"the tip clearance of the {name} is small: {size}")
 
@@ -159,6 +157,8 @@ def undercut_path_remarks(design: Design) -> Iterator[Remark]:
 def tooth_remarks(name: str, member: Member) -> Iterator[Remark]:
     """Yield warnings on flanks that cannot be cut, undercut, pointed teeth and thin tips of the member
     `name`."""
+    # Tip thickness below which a case-hardened tip may be hardened through, modules: a note.
+    thin_tip = 0.2
     if fault := cut_fault(member):
         yield Remark(WARNING, f"the flanks of the {name} cannot be cut: {fault}")
         return
@@ -172,7 +172,7 @@ def tooth_remarks(name: str, member: Member) -> Iterator[Remark]:
         elif thickness <= 0.0:
             text = f"the tooth of the {name} is pointed at the {end}, {part.format(*pointed)}"
             yield Remark(WARNING, f"{text}: reduce the profile shift or the addendum")
-        elif thickness < THIN_TIP * module:
+        elif thickness < thin_tip * module:
             at = f"{thickness:.3g} mm, {thickness / module:.2g} modules, at the {end}"
             level = NOTE if thickness >= LEAST_TIP * module else WARNING
             yield Remark(level, f"the tooth tip of the {name} is thin: {at}")

@@ -32,9 +32,6 @@ from .reach import reach_of, rolling_generator_angle
 from .units import unit_remarks
 
 FLANKS = tuple(FLANK_SIGN)
-OFFSET_TOLERANCE = 1.0 / 60.0
-"""Difference of the offset from that of the layout in which the lines of action meet, modules of the pinion.
-The distance of the lines is reported above this value or above SHAFT_ANGLE_TOLERANCE."""
 SHAFT_ANGLE_TOLERANCE = math.radians(0.01)
 """Difference of the shaft angle from that of the layout in which the lines of action meet, rad."""
 INTERFERENCE_TOLERANCE = 1.0 / 6000.0
@@ -42,9 +39,6 @@ INTERFERENCE_TOLERANCE = 1.0 / 6000.0
 HELIX_TOLERANCE = math.radians(0.05)
 """Difference of the shaft angle from that of the layout without backlash, rad, above which the helix angles
 are reported as the cause. A backlash of some tenths of a module changes the shaft angle by less."""
-INTERSECTING_ANGLE_TOLERANCE = math.radians(0.5)
-"""Difference of helix and cone angles from those of intersecting axes, rad, above which they are reported as
-the cause."""
 
 
 def bare(design: Design) -> Design:
@@ -64,7 +58,10 @@ def meshes(design: Design) -> bool:
 
 def closes(design: Design, closing: Closing) -> bool:
     """Return whether both lines of action meet within the tolerances."""
-    tolerance = OFFSET_TOLERANCE * float(design.pinion.tool.normal_module)
+    # Difference of the offset from that of the layout in which the lines of action meet, modules of the
+    # pinion. The distance of the lines is reported above this value or above SHAFT_ANGLE_TOLERANCE.
+    offset_tolerance = 1.0 / 60.0
+    tolerance = offset_tolerance * float(design.pinion.tool.normal_module)
     angle_fits = abs(closing.shaft_angle_difference) <= SHAFT_ANGLE_TOLERANCE
     return angle_fits and abs(closing.offset_difference) <= tolerance
 
@@ -174,14 +171,17 @@ def _misfit(design: Design, closing: Closing) -> Iterator[str]:
 def _intersecting_words(design: Design, given: str) -> Iterator[str]:
     """Yield the requirements of intersecting axes on helix angles and shaft angle; `given` is the shaft angle
     as text."""
+    # Difference of helix and cone angles from those of intersecting axes, rad, above which they are
+    # reported as the cause.
+    intersecting_angle_tolerance = math.radians(0.5)
     helix, cones = (
         np.array([float(getattr(member, name)) for member in design.members])
         for name in ("helix_angle", "cone_angle")
     )
-    if abs(helix.sum()) > INTERSECTING_ANGLE_TOLERANCE:
+    if abs(helix.sum()) > intersecting_angle_tolerance:
         angles = " and ".join(f"{angle:+.6g}" for angle in np.degrees(helix))
         yield f"intersecting axes need helix angles that nearly cancel, {angles} deg do not"
-    if abs(abs(cones.sum()) - float(design.pair.shaft_angle)) > INTERSECTING_ANGLE_TOLERANCE:
+    if abs(abs(cones.sum()) - float(design.pair.shaft_angle)) > intersecting_angle_tolerance:
         angles = " and ".join(f"{angle:.4g}" for angle in np.degrees(cones))
         rule = "the shaft angle of intersecting axes is about the sum of the cone angles"
         yield f"{rule}: {angles} deg give {abs(math.degrees(cones.sum())):.4g} deg, not {given}"

@@ -30,10 +30,6 @@ divided by the size of the flank in the direction of the shift. A path in the mi
 one half. One quarter is a warning, because other errors, deflection and the length of the path need the
 remaining space."""
 ALONG_LINES = "they have line contact, and an error of the shaft angle moves the contact to an edge"
-MONOTONE_TOLERANCE = 1e-12
-"""Step against the direction of a path that is attributed to rounding, mm or rad."""
-ROUNDING_TOLERANCE_MM = 1e-9
-"""Displacement of a contact by rounding that needs no note."""
 WHY_NO_FIRST_CONTACT = {
     FirstStatus.NO_CONTACT: "no tooth reaches the other member",
     FirstStatus.MEETS_BOTTOM: "a tip reaches the other member's bottom land",
@@ -237,6 +233,10 @@ def end_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
 
 def _path_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
     """Yield remarks that contact ratio and positions do not show."""
+    # Step against the direction of a path that is attributed to rounding, mm or rad.
+    monotone_tolerance = 1e-12
+    # Displacement of a contact by rounding that needs no note.
+    rounding_tolerance_mm = 1e-9
     yield from end_remarks(path)
     missing = int(np.count_nonzero(path.status != Status.SOLVED))
     if missing:
@@ -257,13 +257,13 @@ def _path_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
         (path.l1, "l1 turns back along the path: the pinion flank has two contacts at some l1"),
     ):
         steps = np.diff(values)
-        if steps.size and steps.min() < -MONOTONE_TOLERANCE and steps.max() > MONOTONE_TOLERANCE:
+        if steps.size and steps.min() < -monotone_tolerance and steps.max() > monotone_tolerance:
             yield NOTE, words
     if path.normal.size and path.normal[:, 0].min() < 0.0 < path.normal[:, 0].max():
         where = "at one place of the path the common normal and the common perpendicular form a right angle"
         yield NOTE, f"{where} (n_x = 0): small mounting errors move the contact far there"
     moved = rounding_error(path).max(initial=0.0)
-    if moved > ROUNDING_TOLERANCE_MM:
+    if moved > rounding_tolerance_mm:
         words = f"rounding of the inputs moves the contact by about {moved:.1g} mm"
         yield NOTE, f"{words}, mounting errors move it much further"
 

@@ -22,9 +22,6 @@ from ..design.model import Design
 from ..gear.fillet import root_radius
 from ..gear.flank import tip_radius
 
-COSINE_ROUNDING = 1e-12
-"""Rounding error of cos(s) on intersecting axes, where s = 0."""
-
 
 @dataclass(frozen=True)
 class Reach:
@@ -43,11 +40,13 @@ def rolling_generator_angle(cone_angles: Iterable[Quantity], shaft_angle: float)
     """Return the angle s between the generators of rolling cones, rad.
 
     It is NaN if the cones have no common tangent plane."""
+    # Rounding error of cos(s) on intersecting axes, where s = 0.
+    cosine_rounding = 1e-12
     first, second = (float(angle) for angle in cone_angles)
     cosine = (math.cos(shaft_angle) + math.sin(first) * math.sin(second)) / (
         math.cos(first) * math.cos(second)
     )
-    if abs(cosine - 1.0) < COSINE_ROUNDING:
+    if abs(cosine - 1.0) < cosine_rounding:
         return 0.0
     return math.acos(cosine) if abs(cosine) <= 1.0 else math.nan
 

@@ -20,16 +20,6 @@ from .diagnostics import WARNING, Remark
 from .reach import reach_of
 
 MM_PER_INCH = 25.4
-DIAMETRAL_PITCHES = (3, 4, 5, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 32, 36, 40, 48, 56, 64, 72, 80, 96)
-"""Usual diametral pitches, 1/in."""
-PITCH_TOLERANCE = 2e-3
-"""Relative tolerance of a module given in inches with a few digits."""
-METRIC_MODULE_STEP_MM = 0.01
-"""Standard modules below 1 mm (DIN 780) are multiples of this step."""
-FACE_WIDTH_RANGE_MODULES = (3.0, 60.0)
-"""Usual face widths."""
-LEAST_FACE_WIDTH_MODULES = 1.0
-"""Face width below which a unit mistake is more likely than such a narrow gear."""
 
 
 def unit_remarks(design: Design) -> Iterator[Remark]:
@@ -37,6 +27,10 @@ def unit_remarks(design: Design) -> Iterator[Remark]:
 
     Checked are the module against the usual diametral pitches, each face width against the module, offset and
     module against the tips and roots of the members, and given against computed mounting distances."""
+    # Usual face widths.
+    face_width_range_modules = (3.0, 60.0)
+    # Face width below which a unit mistake is more likely than such a narrow gear.
+    least_face_width_modules = 1.0
     module = float(design.pinion.tool.normal_module)
     lengths: list[tuple[str, float]] = []
     if _is_inch_module(module) or _offset_needs(design, "module"):
@@ -44,8 +38,8 @@ def unit_remarks(design: Design) -> Iterator[Remark]:
     for name, member in zip(("pinion", "gear"), design.members, strict=True):
         width = float(member.face_width)
         width_in_modules = width / float(member.tool.normal_module)
-        low, high = FACE_WIDTH_RANGE_MODULES
-        if width_in_modules < LEAST_FACE_WIDTH_MODULES and low <= MM_PER_INCH * width_in_modules <= high:
+        low, high = face_width_range_modules
+        if width_in_modules < least_face_width_modules and low <= MM_PER_INCH * width_in_modules <= high:
             lengths.append((f"face_width of the {name}", width))
     if not lengths and _offset_needs(design, "offset"):
         lengths.append(("offset", float(design.pair.offset)))
@@ -59,10 +53,16 @@ def unit_remarks(design: Design) -> Iterator[Remark]:
 
 def _is_inch_module(module: float) -> bool:
     """Return whether a module is that of a usual diametral pitch in inches, and no standard one in mm."""
-    steps = module / METRIC_MODULE_STEP_MM
-    if abs(steps - round(steps)) < PITCH_TOLERANCE:
+    # Usual diametral pitches, 1/in.
+    diametral_pitches = (3, 4, 5, 6, 8, 10, 12, 14, 16, 18, 20, 24, 28, 32, 36, 40, 48, 56, 64, 72, 80, 96)
+    # Relative tolerance of a module given in inches with a few digits.
+    pitch_tolerance = 2e-3
+    # Standard modules below 1 mm (DIN 780) are multiples of this step.
+    metric_module_step_mm = 0.01
+    steps = module / metric_module_step_mm
+    if abs(steps - round(steps)) < pitch_tolerance:
         return False
-    return any(abs(module * pitch - 1.0) < PITCH_TOLERANCE for pitch in DIAMETRAL_PITCHES)
+    return any(abs(module * pitch - 1.0) < pitch_tolerance for pitch in diametral_pitches)
 
 
 def _offset_needs(design: Design, length: str) -> bool:

@@ -53,8 +53,6 @@ LAST_STEP_MODULES = 2e-8
 """Newton step below which the iteration ends, in modules along l and in rad times pitch radius: the error
 is its square over the radius of curvature.
 """
-LIMIT_TOLERANCE_MODULES = 2e-10
-"""Distance in modules by which a foot may lie beyond a limit of the flank and still count as on it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,11 +152,13 @@ def feet(
         The feet on the flank extended beyond its limits; `status` states whether they are within root, tip,
         toe and heel.
     """
+    # Distance in modules by which a foot may lie beyond a limit of the flank and still count as on it.
+    limit_tolerance_modules = 2e-10
     sheet = sheet_of(member, flank)
     x, y, z = np.moveaxis(np.asarray(points, dtype=float), -1, 0)
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         foot = foot_on(sheet, (x, y, z), None if start is None else _given_foot(sheet.rack, *start))
-    beyond = foot.margin < -LIMIT_TOLERANCE_MODULES * np.asarray(sheet.module)
+    beyond = foot.margin < -limit_tolerance_modules * np.asarray(sheet.module)
     off = np.where(beyond, np.int8(Status.OFF_FLANK), np.int8(Status.SOLVED))
     status = np.where(np.isnan(foot.l), np.int8(Status.NOT_CONVERGED), off).astype(np.int8)
     normal = np.stack(np.broadcast_arrays(*foot.normal), axis=-1)

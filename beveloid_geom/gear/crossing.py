@@ -23,46 +23,21 @@ from .tooth_surface import Surface, cut_at
 
 SCAN_POINTS = 65
 """Number of points of a branch at which a sign is evaluated."""
-FACE_PLANES = 33
-"""Number of planes along the face in which the beginning of undercut is searched."""
-FACE_CONTINUATIONS = (0.3, 0.0)
-"""Fractions of half the face width by which the curve is continued beyond toe and heel. The first one with
-which flank is left in all planes is used.
-"""
-SERIES_PLANES = (12, 16, 24, 32, 48, 64)
-"""Numbers of planes for the series; the first one that resolves the curve is used."""
-SERIES_TOLERANCE = 1e-14
-"""Convergence limit of the last coefficients, relative to the pitch radius."""
-SLIGHT_UNDERCUT = 3e-5
-"""Distance of joint and cusp, relative to the pitch radius, below which the flank starts at 1.5 times this
-distance.
-"""
 ROOT_MAX_STEPS, NEWTON_MAX_STEPS, FILLET_MAX_STEPS = 60, 12, 80
 """Maximum steps for a root in a bracket, for an intersection, and for a point on a fillet."""
 ROUNDING_OF_PLACES = 1e-15
 """Width of the bracket of a root, relative to the pitch radius, at which the iteration ends."""
-LAST_NEWTON_STEP = 1e-6
-"""Newton step, relative to the flank up to the radius of the first cusp, below which the iteration ends: the
-error is about its square.
-"""
-ROUNDING_ERROR = 4e-16
-"""Angle (rad) between the branches, and relative difference of their r^2, at which only rounding is left."""
-TANGENT_DISTANCE = 1e-6
-"""Distance from the joint, relative to `Surface.scale`, at which the slope of the fillet is computed."""
-SCAN_EXCESS = 1.2
-"""Range of the first scan, relative to the part of the flank below the first cusp."""
-SCANS = 3
-"""Maximum number of scans, each in the bracket of the one before; the first one is usually sufficient."""
-LAST_FILLET_STEP = 1e-8
-"""Newton step, relative to the branch, below which the iteration ends: the error is its square."""
 
 
 def crossing_of(surface: Surface) -> tuple[CrossingCurve | None, bool]:
     """Return the curve on which flank and fillet of a folded surface intersect, and whether undercut leaves
     no flank in a part of the face. The curve is None in this case.
     """
+    # Fractions of half the face width by which the curve is continued beyond toe and heel. The first
+    # one with which flank is left in all planes is used.
+    face_continuations = (0.3, 0.0)
     half = surface.half_width
-    for continued in FACE_CONTINUATIONS:
+    for continued in face_continuations:
         result = [_part(surface, *ends) for ends in _folded_parts(surface, half * (1.0 + continued))]
         parts = tuple(part for part in result if part is not None)
         if len(parts) == len(result):
@@ -72,14 +47,16 @@ def crossing_of(surface: Surface) -> tuple[CrossingCurve | None, bool]:
 
 def _folded_parts(surface: Surface, half: float) -> list[tuple[float, float, tuple[bool, bool]]]:
     """Return the ends (mm) of the undercut parts of a face, and whether undercut begins at each of them."""
-    z = half * np.linspace(-1.0, 1.0, FACE_PLANES)
+    # Number of planes along the face in which the beginning of undercut is searched.
+    face_planes = 33
+    z = half * np.linspace(-1.0, 1.0, face_planes)
     folded = np.concatenate(([False], _least_rise(surface, z) <= 0.0, [False]))
     edges = np.flatnonzero(folded[1:] != folded[:-1]).reshape(-1, 2)
     parts, exact = [], ROUNDING_OF_PLACES * surface.pitch_radius
     for first, last in edges.tolist():
         # Undercut begins between the outermost undercut plane and the sound plane next to it, if any.
-        onset = first > 0, last < FACE_PLANES
-        inside, outside = z[[first, last - 1]], z[[max(first - 1, 0), min(last, FACE_PLANES - 1)]]
+        onset = first > 0, last < face_planes
+        inside, outside = z[[first, last - 1]], z[[max(first - 1, 0), min(last, face_planes - 1)]]
         found = _root(lambda at: _least_rise(surface, at), inside, outside, exact)
         low, high = np.where(onset, found, inside).tolist()
         if high > low:
@@ -135,9 +112,13 @@ def _root(
 
 def _part(surface: Surface, low: float, high: float, onset: tuple[bool, bool]) -> FacePart | None:
     """Return an undercut part of the face; None if no flank is left."""
+    # Numbers of planes for the series; the first one that resolves the curve is used.
+    series_planes = (12, 16, 24, 32, 48, 64)
+    # Convergence limit of the last coefficients, relative to the pitch radius.
+    series_tolerance = 1e-14
     part = near = None
     # Increase the number of planes until the series is resolved.
-    for count in SERIES_PLANES:
+    for count in series_planes:
         z = 0.5 * (low + high) + 0.5 * (high - low) * nodes_of(count)
         if part is not None:
             near = part.rows(z)[:RADIUS, 0]
@@ -146,7 +127,7 @@ def _part(surface: Surface, low: float, high: float, onset: tuple[bool, bool]) -
             return None
         part = face_part(low, high, values, onset, surface.bottom)
         # Near the cusp, rounding errors of the profile coordinate exceed those of the radius.
-        if np.abs(part.series[1:3, -2:]).max() <= SERIES_TOLERANCE * surface.pitch_radius:
+        if np.abs(part.series[1:3, -2:]).max() <= series_tolerance * surface.pitch_radius:
             break
     return part
 
@@ -155,10 +136,13 @@ def intersections(surface: Surface, z: FloatArray, near: FloatArray | None = Non
     """Return `start`, `end` and radius (3, n), mm, in undercut planes; NaN if flank and fillet do not
     intersect below the tip. `near` (2, n) are estimates of `start` and `end`, mm.
     """
+    # Distance of joint and cusp, relative to the pitch radius, below which the flank starts at 1.5
+    # times this distance.
+    slight_undercut = 3e-5
     with np.errstate(invalid="ignore", divide="ignore"):
         top, cusp = _cusps(surface, z)
         # Next to the beginning of undercut, the angle between both is below rounding and its limit is exact.
-        slight = (top == surface.joint) & (cusp - top < SLIGHT_UNDERCUT * surface.pitch_radius)
+        slight = (top == surface.joint) & (cusp - top < slight_undercut * surface.pitch_radius)
         place, at, left = np.full((2, z.size), np.nan), *map(np.flatnonzero, (slight, ~slight & (cusp > top)))
         if at.size:
             nearly = top[at] + 1.5 * (cusp[at] - top[at])
@@ -201,20 +185,28 @@ def _crossings(
     """Return both profile coordinates (2, n), mm, of the intersections between the cusps, NaN without one.
     `near` are estimates of them.
     """
+    # Distance from the joint, relative to `Surface.scale`, at which the slope of the fillet is
+    # computed.
+    tangent_distance = 1e-6
+    # Range of the first scan, relative to the part of the flank below the first cusp.
+    scan_excess = 1.2
+    # Maximum number of scans, each in the bracket of the one before; the first one is usually
+    # sufficient.
+    scans = 3
     bottom, highest = surface.bottom + 0.0 * z, surface.highest + 0.0 * z
     least, goal, most = cut_at(surface, np.array((cusp, top, highest)), z).square
     # The flank reaches the radius of the first cusp: without a parabola, r^2 is quadratic in s.
     lens = np.minimum(np.sqrt((goal - least) / (most - least)), 1.0) * (highest - cusp)
-    ends = np.array((cusp, np.minimum(cusp + SCAN_EXCESS * lens, highest)))
+    ends = np.array((cusp, np.minimum(cusp + scan_excess * lens, highest)))
     if near is None:
         # Near the beginning of undercut, the flank starts in the middle of this part, where r^2 has a quarter
         # of its increase. The fillet is estimated by its tangent at the first cusp.
-        edge = cut_at(surface, top - TANGENT_DISTANCE * surface.scale, z)
+        edge = cut_at(surface, top - tangent_distance * surface.scale, z)
         near = np.array((cusp + 0.5 * lens, top - 0.75 * (goal - least) / edge.square_s))
     place, good = _newton(surface, near, np.array(((cusp, bottom), (ends[1], top))), lens, z)
     # If Newton's method fails, scan the flank for a bracket.
     left = np.flatnonzero(~good)
-    for _ in range(SCANS if left.size else 0):
+    for _ in range(scans if left.size else 0):
         bounds = _scanned(surface, z[left], top[left], ends[:, left])
         place[:, left], good = _newton(surface, bounds.mean(axis=0), bounds, lens[left], z[left])
         if good.all():
@@ -263,7 +255,13 @@ def _newton(
 
     `lens` (n,), mm, is the length of the flank from its cusp to the radius of the first cusp.
     """
-    good, enough = np.isnan(bounds).any(axis=(0, 1)), LAST_NEWTON_STEP * lens
+    # Newton step, relative to the flank up to the radius of the first cusp, below which the iteration
+    # ends: the error is about its square.
+    last_newton_step = 1e-6
+    # Angle (rad) between the branches, and relative difference of their r^2, at which only rounding is
+    # left.
+    rounding_error = 4e-16
+    good, enough = np.isnan(bounds).any(axis=(0, 1)), last_newton_step * lens
     for _ in range(NEWTON_MAX_STEPS):
         cut = cut_at(surface, place, z)
         square, rise = cut.square, 0.5 * cut.square_s
@@ -274,7 +272,7 @@ def _newton(
         second = rise[0] * missing[1] - turn[0] * missing[0]
         step = np.array((first, second)) / (rise[1] * turn[0] - rise[0] * turn[1])
         place = np.minimum(np.maximum(place + step, bounds[0]), bounds[1])
-        rounding = np.maximum(np.abs(missing[0]) / square[0], np.abs(missing[1])) <= ROUNDING_ERROR
+        rounding = np.maximum(np.abs(missing[0]) / square[0], np.abs(missing[1])) <= rounding_error
         good = good | rounding | (np.abs(step) <= enough).all(axis=0)
         if good.all():
             break
@@ -285,6 +283,8 @@ def fillet_profile(surface: Surface, square: FloatArray, z: FloatArray, top: Flo
     """Return the profile coordinate of points with r^2 = `square` (mm^2) in the planes `z` on the fillet up
     to `top` (mm), by Newton's method inside a bracket; NaN outside. Arrays of one axis.
     """
+    # Newton step, relative to the branch, below which the iteration ends: the error is its square.
+    last_fillet_step = 1e-8
     low, high = np.full_like(z, surface.bottom), top
     floor, most = cut_at(surface, low, z).square, cut_at(surface, high, z).square
     share = (square - floor) / (most - floor)
@@ -298,6 +298,6 @@ def fillet_profile(surface: Surface, square: FloatArray, z: FloatArray, top: Flo
         following = s - excess / cut.square_s
         following = np.where((following >= low) & (following <= high), following, 0.5 * (low + high))
         step, s = following - s, following
-        if not (np.abs(step) > LAST_FILLET_STEP * surface.scale).any():
+        if not (np.abs(step) > last_fillet_step * surface.scale).any():
             break
     return np.where((share >= -slack) & (share <= 1.0 + slack), s, np.nan)

@@ -23,8 +23,6 @@ START, END, RADIUS = 0, 1, 2
 """Rows of a curve."""
 CHORD_COUNT, NEWTON_MAX_STEPS = 64, 60
 """Number of chords from which the search for a plane starts, and maximum steps of this search."""
-LAST_PLANE_STEP = 1e-9
-"""Newton step, relative to half the face width, below which the iteration ends: the error is its square."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +89,9 @@ class CrossingCurve:
         `start` (mm) must lie between its values at the ends of the face, -`half` and `half` (mm). Newton's
         method is used inside a bracket, starting from chords of the curve.
         """
+        # Newton step, relative to half the face width, below which the iteration ends: the error is
+        # its square.
+        last_plane_step = 1e-9
         z = half * np.linspace(-1.0, 1.0, CHORD_COUNT + 1)
         values = self.start(z)
         rising = bool(values[-1] > values[0])
@@ -107,7 +108,7 @@ class CrossingCurve:
             within = (following >= low) & (following <= high)
             following = np.where(within, following, 0.5 * (low + high))
             step, result = np.abs(following - result).max(initial=0.0), following
-            if step <= LAST_PLANE_STEP * half:
+            if step <= last_plane_step * half:
                 break
         return result
 

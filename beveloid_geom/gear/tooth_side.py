@@ -40,26 +40,16 @@ from .tooth_surface import (
     turn_rows as turn_rows,
 )
 
-LEAST_FILLET_SCALE_MODULES = 0.1
-"""Modules: least length of the profile coordinate for one rad of the fillet."""
-NEWTON_MAX_STEPS = 14
-LAST_STEP_DEPTHS = 1e-8
-"""Newton step, relative to the flank depth, below which the iteration ends: the error is its square over a
-radius.
-"""
-FLANK_CONTINUATION = 0.3
-"""Fraction of the flank lost to undercut by which the flank is continued below its intersection with the
-fillet.
-"""
-
 
 def _surface(member: Member, flank: str) -> Surface:
+    # Modules: least length of the profile coordinate for one rad of the fillet.
+    least_fillet_scale_modules = 0.1
     rack, rounding, tool = rack_of(member, flank), tool_round(member.tool, flank), member.tool
     a, radius = float(tool.parabola_of(flank)), rounding.radius
     tx, ty, tz = rack.trace
     trace = np.array((tx / tz, ty / tz))
     turn = float(np.arctan(2.0 * a * rounding.joint))
-    scale = max(radius, LEAST_FILLET_SCALE_MODULES * float(tool.normal_module))
+    scale = max(radius, least_fillet_scale_modules * float(tool.normal_module))
     d, m = rack.direction, rack.normal
     surface = Surface(
         sigma=rack.sigma,
@@ -149,6 +139,9 @@ def profile_at(surface: Surface, square: FloatArray, z: FloatArray, fillet: Mask
     ndarray, shape (n,)
         NaN where the surface has no such point.
     """
+    # Fraction of the flank lost to undercut by which the flank is continued below its intersection with
+    # the fillet.
+    flank_continuation = 0.3
     if surface.crossing is None:
         s = _flank_profile(surface, square, z, surface.joint)
         low = np.flatnonzero(~(s >= surface.joint) & ~np.isnan(square + z))
@@ -157,7 +150,7 @@ def profile_at(surface: Surface, square: FloatArray, z: FloatArray, fillet: Mask
         return s
     curve, undercut = surface.crossing.rows(z), surface.crossing.undercut(z)
     start = np.where(undercut, curve[START, 0], surface.joint)
-    s = _flank_profile(surface, square, z, start - FLANK_CONTINUATION * (start - surface.joint))
+    s = _flank_profile(surface, square, z, start - flank_continuation * (start - surface.joint))
     if fillet is None:
         below = np.where(undercut, square < curve[RADIUS, 0] ** 2, ~(s >= surface.joint))
     else:  # in sound planes the flank continues as fillet
@@ -192,13 +185,17 @@ def _bent_profile(
     surface: Surface, s: FloatArray, square: FloatArray, z: FloatArray, low: FloatArray | float
 ) -> FloatArray:
     """Return s by Newton's method from the straight flank; NaN where the result is below `low` (mm)."""
+    newton_max_steps = 14
+    # Newton step, relative to the flank depth, below which the iteration ends: the error is its square
+    # over a radius.
+    last_step_depths = 1e-8
     high = 2.0 * surface.highest - surface.joint
-    last = LAST_STEP_DEPTHS * (surface.highest - surface.joint)
+    last = last_step_depths * (surface.highest - surface.joint)
     s = np.where(np.isnan(s), low, np.minimum(np.maximum(s, low), high))
     a, bend = surface.parabola, 2.0 * surface.parabola
     (dx, dy), (mx, my), r = surface.direction[:2], surface.normal[:2], surface.pitch_radius
     start = surface.apex[0] + z * surface.trace[0]
-    for _ in range(NEWTON_MAX_STEPS):
+    for _ in range(newton_max_steps):
         turn = bend * s
         nx, ny = mx - turn * dx, my - turn * dy  # not of unit length: only their ratio is used
         # r^2 of the point of Eq. 6 and its derivative by s.

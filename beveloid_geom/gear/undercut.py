@@ -34,10 +34,6 @@ from .tooth_side import Surface, angle_of, cut_at, surface_of
 CURE = "take more teeth, more profile shift or a less deep tool"
 FACE_PLANES = 33
 """Number of planes along the face in which a flank is checked."""
-PROFILE_POINTS = 33
-"""Number of points along the profile at which the regularity is computed."""
-FILLET_POINTS = 200
-"""Number of points of a fillet at which its reach into the tooth is computed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,7 +190,9 @@ def _regularity(member: Member, flank: str, l: FloatArray, z: FloatArray) -> Flo
 
 def _folded(member: Member, flank: str, joint: float, z: FloatArray) -> Mask:
     """Return in which of the planes (n,) the flank folds back."""
-    l = _profile(member, flank, joint, z, PROFILE_POINTS)
+    # Number of points along the profile at which the regularity is computed.
+    profile_points = 33
+    l = _profile(member, flank, joint, z, profile_points)
     return np.asarray(_regularity(member, flank, l, z).min(axis=0) <= 0.0)
 
 
@@ -219,9 +217,11 @@ def _neck(surface: Surface, z: FloatArray, end: FloatArray) -> FloatArray:
     """Return how far (mm) the fillet reaches into the tooth behind the radial line through its `end` (n,),
     mm, where the flank starts, in the planes `z` (n,).
     """
+    # Number of points of a fillet at which its reach into the tooth is computed.
+    fillet_points = 200
     # Largest distance of the fillet behind the radial line.
     fillet = cut_at(
-        surface, surface.bottom + (end - surface.bottom) * np.linspace(0.0, 1.0, FILLET_POINTS)[:, None], z
+        surface, surface.bottom + (end - surface.bottom) * np.linspace(0.0, 1.0, fillet_points)[:, None], z
     )
     behind = surface.sigma * (angle_of(cut_at(surface, end, z)) - angle_of(fillet)) * np.sqrt(fillet.square)
     return np.asarray(np.maximum(behind.max(axis=0), 0.0))

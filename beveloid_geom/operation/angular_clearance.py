@@ -33,8 +33,6 @@ from ..support.array_repr import short_repr
 
 Met: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
 """Angle (rad), distance (mm), and s, z and r (mm) of the mating member."""
-POINTS_PER_BLOCK = 8192
-"""Points of one block, so that the arrays stay in the cache."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,6 +195,8 @@ def angular_clearance(
     ValueError
         For members of arrays.
     """
+    # Points of one block, so that the arrays stay in the cache.
+    points_per_block = 8192
     surface, mate = (surface_of(design.members[j], flank) for j in (member, 1 - member))
     pose, shift = pose_of(design), pitch_shift(design, pair)
     rolls = float64_of("pinion_roll", pinion_roll) + shift[0], float64_of("gear_roll", gear_roll) + shift[1]
@@ -208,10 +208,10 @@ def angular_clearance(
     flat = [x.reshape(-1) for x in arguments]
     rows = np.empty((5, flat[0].size))
     with np.errstate(invalid="ignore", divide="ignore"):
-        for start in range(0, flat[0].size, POINTS_PER_BLOCK):
-            part = [x[start : start + POINTS_PER_BLOCK] for x in flat]
+        for start in range(0, flat[0].size, points_per_block):
+            part = [x[start : start + points_per_block] for x in flat]
             here = Pose(part[4], part[5], part[6], np.stack(part[7:]))
-            rows[:, start : start + POINTS_PER_BLOCK] = _separated(surface, mate, here, member, *part[:4])
+            rows[:, start : start + points_per_block] = _separated(surface, mate, here, member, *part[:4])
     angle, distance, other_l, other_z, other_r = (row.reshape(shape) for row in rows)
     with np.errstate(invalid="ignore"):
         slack = 1e-10 * (mate.tip - mate.root)  # rounding at the limits

@@ -35,9 +35,6 @@ from ..support.frozen_arrays import kept
 from .backlash import FLANKS, JAM_MODULES, lever_of
 from .engagement import conjugate_phase
 
-EXTENDED_FACE_WIDTHS = 20.0
-"""Face widths to which flanks are extended."""
-FACE_ENDS = (Limit.PINION_TOE, Limit.PINION_HEEL, Limit.GEAR_TOE, Limit.GEAR_HEEL)
 POINTS, SAMPLES = 17, 32
 """Positions of a path, and rolls of a mesh cycle at which the play is computed."""
 MODIFICATION_POINTS, MODIFICATION_SAMPLES = 33, 128
@@ -208,10 +205,12 @@ def _tangencies(design: Design, flank: str) -> ContactPath:
     """Return the path of one flank pair at evenly spaced rolls, limited by root and tip only.
 
     A `Modification` is defined on the face: its path ends at toe and heel as well."""
+    # Face widths to which flanks are extended.
+    extended_face_widths = 20.0
     if is_modified(design, flank):
         return path_of_contact(design, flank, MODIFICATION_POINTS)
     pinion, gear = (
-        replace(member, face_width=EXTENDED_FACE_WIDTHS * np.asarray(member.face_width))
+        replace(member, face_width=extended_face_widths * np.asarray(member.face_width))
         for member in design.members
     )
     # Beyond the ends of the real faces, undercut has no meaning.
@@ -222,6 +221,7 @@ def _tangencies(design: Design, flank: str) -> ContactPath:
 def _curve(design: Design, flank: str) -> _Curve:
     """Return the path of one flank pair as a curve. It is NaN if the path ends at toe or heel, beyond which
     the edges of the teeth touch."""
+    face_ends = (Limit.PINION_TOE, Limit.PINION_HEEL, Limit.GEAR_TOE, Limit.GEAR_HEEL)
     path, hollow = _tangencies(design, flank), np.zeros(int(np.prod(design.batch_shape)), dtype=bool)
     if not path.pinion_roll.size:  # single designs without a path have no positions
         none = np.full((POINTS, hollow.size), np.nan)
@@ -243,7 +243,7 @@ def _curve(design: Design, flank: str) -> _Curve:
     step = (roll[-1] - roll[0]) / (points - 1)
     with np.errstate(invalid="ignore"):
         even = (step > 0.0) & (np.abs(np.diff(roll, axis=0) - step).max(axis=0) <= 1e-6 * step)
-    even &= ~np.isin(path.ends.limit, FACE_ENDS).any(axis=-1).reshape(-1)
+    even &= ~np.isin(path.ends.limit, face_ends).any(axis=-1).reshape(-1)
     return _Curve(roll[0], np.where(even, step, np.nan), clearance, past_faces, hollow)
 
 

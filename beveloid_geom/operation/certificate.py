@@ -29,8 +29,6 @@ from .search.local_clearance import local_at
 
 TOLERANCE_MODULES = 2e-7
 """Overlap that a certified contact may have, modules: 1.2e-6 mm on Table 1."""
-MESH_CYCLE_POSITIONS = 40
-"""Number of positions from which a mesh cycle costs less than searches at the positions."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,9 +89,11 @@ def certify(path: ContactPath) -> Certificate:
     >>> bg.certify(bg.path_of_contact(bg.builtin_design("ni-2017"))).holds
     True
     """
+    # Number of positions from which a mesh cycle costs less than searches at the positions.
+    mesh_cycle_positions = 40
     design, solved = path.design, path.status == Status.SOLVED
     roll = np.where(solved, path.pinion_roll, 0.0)
-    few = roll.shape[-1] < MESH_CYCLE_POSITIONS
+    few = roll.shape[-1] < mesh_cycle_positions
     if few:
         engagement, phase = engagement_of(design, path.flank, roll)
         first = first_contact_in(design, path.flank, engagement, phase, roll.shape)

@@ -32,10 +32,6 @@ from .search.search_task import OVERLAP
 Label: TypeAlias = Callable[[Integers, FloatArray], Integers]
 """Labels (n, rolls) of the cases with the numbers (n,) at rolls (n, rolls), rad."""
 
-ROLLS_PER_PITCH = 96
-"""Rolls at which a single tooth pair is compared with the first contact."""
-CHANGE_WIDTH_PITCHES = 1e-10
-"""Width to which the intervals with a change of contact are divided."""
 SEARCH_PLACES, CUT_PLACE = np.array((0.1, 0.3, 0.45, 0.6, 0.8, 0.95)), 0.45
 """Places between two samples, or along a segment, at which a single tooth pair is searched where its segments
 do not meet or do not agree with the samples; and the place at which such a segment is cut."""
@@ -117,6 +113,8 @@ def operating_ratios(
     >>> found.ratio.round(3)
     array([1.651, 2.283])
     """
+    # Rolls at which a single tooth pair is compared with the first contact.
+    rolls_per_pitch = 96
     require_design(design)
     for thickness in thicknesses:
         if not thickness >= 0.0:
@@ -131,8 +129,8 @@ def operating_ratios(
     useful = [size for size in thicknesses if size < engagement.period * engagement.lever]
     segments, followed = _segments_alone(cycle, grids, alone, np.array(useful or [0.0]))
     share = (
-        np.arange(-engagement.reach * ROLLS_PER_PITCH, engagement.reach * ROLLS_PER_PITCH + 1)
-        / ROLLS_PER_PITCH
+        np.arange(-engagement.reach * rolls_per_pitch, engagement.reach * rolls_per_pitch + 1)
+        / rolls_per_pitch
     )
     evaluations = (
         (partial(_alone, cycle, segments), 64),
@@ -347,6 +345,8 @@ def _ratio(
     """Return ratios and status (cases,), from the `curves` of all pairs and of pair 0 alone at rolls
     (cases, rolls). `way`: the function that returns the latter at other rolls, and the `parts` of
     `_divided`."""
+    # Width to which the intervals with a change of contact are divided.
+    change_width_pitches = 1e-10
     engagement, cases, (alone, parts) = cycle.engagement, cycle.engagement.roll.size, evaluation
 
     def touching(first: _Curve, single: _Curve) -> Integers:
@@ -361,7 +361,7 @@ def _ratio(
     most = (1.0 - OVERLAP) * engagement.period * engagement.lever - np.maximum(curves[0].f, 0.0).max(axis=1)
     if (thickness >= most).all():
         return np.full(case.size, np.nan), np.full(case.size, RatioStatus.TOO_THICK)
-    inside, width = touching(*curves), CHANGE_WIDTH_PITCHES * engagement.pitch[0]
+    inside, width = touching(*curves), change_width_pitches * engagement.pitch[0]
     ends = _divided(case, roll, inside, touches, width, parts)
     ratio, balance, wide = np.zeros(cases), np.zeros(cases), np.zeros(cases, dtype=bool)
     leaves = touches(ends.case, ends.low[:, None])[:, 0] if ends.case.size else np.zeros(0)

@@ -40,11 +40,6 @@ from ..design.model import Design, Errors, MeshErrors
 from .frames import layout_of
 from .mounting import mounting_of
 
-SECANT_MAX_STEPS = 30
-"""Maximum secant steps to a tilt; 3 to 6 are needed."""
-LEAST_SECANT_STEP_RAD = 1e-8
-"""Step in rad below which the secant slope is not updated."""
-
 Kind = TypeVar("Kind", Errors, MeshErrors)
 Complex: TypeAlias = np.ndarray[Any, np.dtype[Any]]
 """Values that may be complex; their imaginary parts give derivatives."""
@@ -300,6 +295,10 @@ def _turn(nominal: _Nominal, errors: Errors, tilt: Any) -> FloatArray:
 
 def _tilt(nominal: _Nominal, errors: Errors, distance: Any) -> FloatArray:
     """Return the tilt that gives the offset error if the centre distance is fixed."""
+    # Maximum secant steps to a tilt; 3 to 6 are needed.
+    secant_max_steps = 30
+    # Step in rad below which the secant slope is not updated.
+    least_secant_step_rad = 1e-8
 
     def left(tilt: Any) -> FloatArray:
         """Return the remaining offset error, mm."""
@@ -311,10 +310,10 @@ def _tilt(nominal: _Nominal, errors: Errors, distance: Any) -> FloatArray:
     before = left(0.0)
     slope = np.broadcast_to(nominal.arm[1], before.shape)
     old, tilt = np.zeros_like(before), -before / slope
-    for _ in range(SECANT_MAX_STEPS):
+    for _ in range(secant_max_steps):
         now = left(tilt)
         # The slope of shorter steps would be dominated by rounding.
-        slope = np.where(np.abs(tilt - old) > LEAST_SECANT_STEP_RAD, (now - before) / (tilt - old), slope)
+        slope = np.where(np.abs(tilt - old) > least_secant_step_rad, (now - before) / (tilt - old), slope)
         old, before, tilt = tilt, now, tilt - now / slope
         if not np.any(np.abs(tilt - old) > 1e-17 + 1e-15 * np.abs(tilt)):
             break

@@ -181,15 +181,6 @@ def _closest(first: _Action, second: _Action) -> tuple[FloatArray, FloatArray]:
     return middle, np.einsum("...i,...i", between, across) / size
 
 
-LEAST_PRESSURE_RATIO = 0.25
-"""Lower limit of the sine of the working pressure angle, relative to that of the tool. For small cone angles,
-lines of action with opposite signs of n_x are nearly parallel: they pass each other closely, but not at a
-pitch point.
-"""
-NORMAL_X_SIGNS = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0))
-"""Possible signs of n_x on the right and the left flank."""
-
-
 def _along_axes(layout: Layout, point: FloatArray) -> FloatArray:
     """Return the axial coordinates (2, ...) of points (..., 3) of S_f, mm."""
     return np.stack([point[..., 2], layout.sin_angle * point[..., 1] + layout.cos_angle * point[..., 2]])
@@ -197,17 +188,23 @@ def _along_axes(layout: Layout, point: FloatArray) -> FloatArray:
 
 def _pitch_point(layout: Layout, members: Member) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the pitch point (cases, 1, 3), gap (cases, 1) and signs of n_x (2, cases, 1)."""
+    # Lower limit of the sine of the working pressure angle, relative to that of the tool. For small
+    # cone angles, lines of action with opposite signs of n_x are nearly parallel: they pass each other
+    # closely, but not at a pitch point.
+    least_pressure_ratio = 0.25
+    # Possible signs of n_x on the right and the left flank.
+    normal_x_signs = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0))
     # Lines of action for all possible signs of n_x, and the middle of their closest approach.
     none = np.zeros_like(members.helix_angle)
     pairs = [
         (_action(layout, members, "right", r, none), _action(layout, members, "left", s, none))
-        for r, s in NORMAL_X_SIGNS
+        for r, s in normal_x_signs
     ]
     points, gaps = zip(*(_closest(*pair) for pair in pairs), strict=True)
     sums = [pair[0].normal + pair[1].normal for pair in pairs]  # 2 sin(a_w) N
     axial = rack_of(members, "right").normal[2] + rack_of(members, "left").normal[2]
     pitches = [_along_axes(layout, point) for point in points]
-    least = 2.0 * LEAST_PRESSURE_RATIO * np.sin(np.asarray(members.tool.normal_pressure_angle)[0])
+    least = 2.0 * least_pressure_ratio * np.sin(np.asarray(members.tool.normal_pressure_angle)[0])
     # The condition of the module docstring; among the remaining signs the smallest gap.
     cost = [
         np.where(
@@ -222,7 +219,7 @@ def _pitch_point(layout: Layout, members: Member) -> tuple[FloatArray, FloatArra
     best = np.argmin(cost, axis=0)
     gap = np.take_along_axis(np.stack(gaps), best[None], axis=0)[0]
     point = np.take_along_axis(np.stack(points), best[None, ..., None], axis=0)[0]
-    return point, gap, np.moveaxis(np.array(NORMAL_X_SIGNS)[best], -1, 0)
+    return point, gap, np.moveaxis(np.array(normal_x_signs)[best], -1, 0)
 
 
 def _on_parallel_axes(

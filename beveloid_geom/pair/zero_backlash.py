@@ -40,17 +40,10 @@ from ..gear.rack import rack_of
 from .frames import layout_of, normal_of_unmodified
 from .mounting import mounting_of
 
-PRESSURE_ANGLE_SAMPLES = 721
-BISECTIONS = 64
-"""Bisection steps between two samples, to the last digit."""
 PARALLEL_SINE = 1e-12
 """Sine of a shaft angle below which axes are treated as parallel, and sum of the working helix angles below
 which they are treated as intersecting: rounding of the helix angles leaves no digits of it.
 """
-CLOSED_OFFSET_MODULES = 1e-10
-"""Difference of the offset from that of the closed layout, in modules, below which a design is closed."""
-SHAFT_ANGLE_TOLERANCE_RAD = 1e-6
-"""Tolerance in rad of the shaft angle of a layout that was computed from its pressure angle."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +99,7 @@ def _pressure_angles(design: Design) -> FloatArray:
     cos(b_w) = 0 bounds them: with s = sin^2(a_w), A = sin^2(alpha) sin^2(gamma) and
     C = cos^2(alpha) cos^2(gamma) sin^2(beta), (1 - s)(1 - A/s) = C is quadratic in s.
     """
+    pressure_angle_samples = 721
     low, high = 0.0, 1.0
     for member in design.members:
         alpha, gamma = member.tool.normal_pressure_angle, member.cone_angle
@@ -117,7 +111,7 @@ def _pressure_angles(design: Design) -> FloatArray:
     if low >= high:
         return np.empty(0)
     first, last = math.asin(math.sqrt(low)), math.asin(math.sqrt(high))
-    return first + (last - first) * np.linspace(1e-6, 1.0 - 1e-6, PRESSURE_ANGLE_SAMPLES)
+    return first + (last - first) * np.linspace(1e-6, 1.0 - 1e-6, pressure_angle_samples)
 
 
 def _thickness(member: Member, aw: FloatArray, gw: FloatArray, bw: FloatArray, rw: FloatArray) -> FloatArray:
@@ -193,11 +187,13 @@ def _roots(function: Callable[[FloatArray], FloatArray], samples: FloatArray) ->
 
     All are bisected at once, because importing the root finders of SciPy takes longer.
     """
+    # Bisection steps between two samples, to the last digit.
+    bisections = 64
     values = function(samples)
     known = np.isfinite(values[:-1]) & np.isfinite(values[1:])
     cells = np.flatnonzero(known & (np.signbit(values[:-1]) != np.signbit(values[1:])))
     low, high, below = samples[cells], samples[cells + 1], np.signbit(values[cells])
-    for _ in range(BISECTIONS if cells.size else 0):
+    for _ in range(bisections if cells.size else 0):
         middle = 0.5 * (low + high)
         same = np.signbit(function(middle)) == below
         low, high = np.where(same, middle, low), np.where(same, high, middle)
@@ -273,9 +269,11 @@ def _pressure_angle_as_mounted(design: Design) -> float:
 
 def closing_offset(design: Design) -> float:
     """Return the offset (mm) that closes at the shaft angle of the design, NaN if there is none."""
+    # Tolerance in rad of the shaft angle of a layout that was computed from its pressure angle.
+    shaft_angle_tolerance_rad = 1e-6
     with np.errstate(invalid="ignore"):
         closed = closed_layout(design, np.asarray(_pressure_angle_as_mounted(design)))
-    if not abs(float(closed.shaft_angle) - float(design.pair.shaft_angle)) < SHAFT_ANGLE_TOLERANCE_RAD:
+    if not abs(float(closed.shaft_angle) - float(design.pair.shaft_angle)) < shaft_angle_tolerance_rad:
         return math.nan
     return 0.0 if _meet(closed) else float(closed.offset)
 
@@ -287,7 +285,10 @@ def _closing_shaft_angle(design: Design, offset: float) -> float:
     `offset` (mm) is the offset that closes at the shaft angle of the design. Straight teeth on intersecting
     axes close at every shaft angle of the family: the nearest of its samples is returned.
     """
-    near = CLOSED_OFFSET_MODULES * float(design.pinion.tool.normal_module)
+    # Difference of the offset from that of the closed layout, in modules, below which a design is
+    # closed.
+    closed_offset_modules = 1e-10
+    near = closed_offset_modules * float(design.pinion.tool.normal_module)
     if abs(offset - float(design.pair.offset)) < near:
         return float(design.pair.shaft_angle)
 

@@ -37,22 +37,12 @@ ORDER = (GEAR_HELIX, GEAR_CONE, PINION_CONE, PINION_HELIX, GEAR_SHIFT, PINION_SH
 """Order in which free quantities become unknown, after the working pressure angle."""
 START_STEP = np.array([*np.radians([1.0, 1.0, 5.0, 5.0]), 0.1, 0.1])[:, None]
 """Step of the rounded start values of cone angles, helix angles (rad) and shifts."""
-TURN_STEP = math.radians(15.0)
-"""Step of the direction in the plane of the two cone angles. The larger cone angle is smallest if both are
-equal or opposite, at 45 deg."""
 STARTS_FOR_ONE, STARTS_FOR_EACH = 192, 24
 """Numbers of starts for one request, and for each of several requests."""
-REPETITIONS = 3
-"""Number of searches around the pairs nearest to the limits, if few pairs are within the limits."""
 NEIGHBOURHOOD = np.array([*np.radians([4.0, 4.0, 10.0, 10.0]), 0.4, 0.4])[:, None]
 """Width of these searches in cone angles, helix angles (rad) and shifts."""
 LIMIT_TOLERANCE = 1e-9
 """Rounding error allowed beyond a limit, rad and modules."""
-SEQUENCE_BASE = 1.0757660660868371
-"""Root of x^10 = x + 1. The fractional parts of multiples of its inverse powers are spread evenly in 9
-dimensions. The import of SciPy's sequences takes longer than a search."""
-EQUALITY_TOLERANCE = 1e-5
-"""Difference below which two pairs are equal, rad and modules."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,9 +120,11 @@ def others_found(request: Request) -> Candidates:
 
     If few of them are within the limits, the search is repeated around the pairs that are nearest to the
     limits."""
+    # Number of searches around the pairs nearest to the limits, if few pairs are within the limits.
+    repetitions = 3
     if unknown_of(request) is None:
         return Candidates(np.empty((7, 0)))
-    return _found(request, (PRESSURE, *free_of(request)), rounds=REPETITIONS)
+    return _found(request, (PRESSURE, *free_of(request)), rounds=repetitions)
 
 
 def found_for_each(requests: Sequence[Request]) -> tuple[Candidates, NDArray[np.intp]]:
@@ -208,13 +200,19 @@ def _joined(starts: Sequence[Starts]) -> Starts:
 
 def _spread(count: int) -> FloatArray:
     """Return `count` points spread evenly over a unit cube, (9, count)."""
-    return np.asarray(np.arange(1, count + 1) / SEQUENCE_BASE ** np.arange(1, 10)[:, None] % 1.0)
+    # Root of x^10 = x + 1. The fractional parts of multiples of its inverse powers are spread evenly in
+    # 9 dimensions. The import of SciPy's sequences takes longer than a search.
+    sequence_base = 1.0757660660868371
+    return np.asarray(np.arange(1, count + 1) / sequence_base ** np.arange(1, 10)[:, None] % 1.0)
 
 
 def _starts(request: Request, count: int, rounded: bool, owner: int = 0, along: bool = False) -> Starts:
     """Return starts spread over the limits of a request, with rounded values or not.
 
     The mirror image of a request has the mirror images of the starts."""
+    # Step of the direction in the plane of the two cone angles. The larger cone angle is smallest if
+    # both are equal or opposite, at 45 deg.
+    turn_step = math.radians(15.0)
     spread = _spread(count)
     low, high = np.array(limits_of(request)).T[..., None]
     values = low + (high - low) * spread[:6]
@@ -224,7 +222,7 @@ def _starts(request: Request, count: int, rounded: bool, owner: int = 0, along: 
     if (given.get(PINION_HELIX) or given.get(GEAR_HELIX) or flank_sign(request.flank)) < 0.0:
         values[2:4], spread[6] = low[2:4] + high[2:4] - values[2:4], 1.0 - spread[6]
     hand, side = np.where(spread[6:8] < 0.5, -1.0, 1.0)
-    turn = np.round((2.0 * spread[8] - 1.0) * math.pi / TURN_STEP) * TURN_STEP
+    turn = np.round((2.0 * spread[8] - 1.0) * math.pi / turn_step) * turn_step
     if along:
         values[:2] = 0.08 * np.cos(turn), 0.08 * np.sin(turn)
     elif request.offset == 0.0:
@@ -272,4 +270,6 @@ def _valid(request: Request, solutions: Starts) -> Mask:
 
 def _first_of_each(values: FloatArray) -> NDArray[np.intp]:
     """Return the indices of different pairs (7, n), in their order."""
-    return np.sort(np.unique(np.round(values / EQUALITY_TOLERANCE), axis=1, return_index=True)[1])
+    # Difference below which two pairs are equal, rad and modules.
+    equality_tolerance = 1e-5
+    return np.sort(np.unique(np.round(values / equality_tolerance), axis=1, return_index=True)[1])

@@ -40,8 +40,6 @@ STEP_SCALE = np.array([0.05, 0.05, 0.2, 0.2, 0.4, 0.4, 0.05])
 """Scales of VARIABLES in the length of a step, if more quantities are free than there are equations."""
 MAX_MAGNITUDE = np.radians([70.0, 70.0, 80.0, 80.0, 600.0, 600.0, 60.0])
 """Magnitudes of VARIABLES at which a search is stopped."""
-RESIDUAL_TOLERANCE = 1e-12
-"""Largest residual of a solution, modules and rad."""
 MAX_ITERATIONS = 16
 
 
@@ -197,6 +195,8 @@ def _newton(
 
     The function has at most len(columns) components. A step to a point at which the function is NaN is
     halved."""
+    # Largest residual of a solution, modules and rad.
+    residual_tolerance = 1e-12
     count = len(columns)
     good, solved = values.copy(), np.zeros(values.shape[1], bool)
     active = np.arange(values.shape[1])
@@ -213,7 +213,7 @@ def _newton(
         slopes = np.moveaxis((results[:, 1:, known] - residual[:, None]) / DIFFERENCE_STEP, -1, 0)
         steps = _steps(slopes, residual, columns)
         values[np.array(columns)[:, None], rows] += steps
-        done = np.abs(residual).max(axis=0) < RESIDUAL_TOLERANCE  # the last step is already added
+        done = np.abs(residual).max(axis=0) < residual_tolerance  # the last step is already added
         solved[rows[done]] = True
         lost = (np.abs(values[:, rows]) > MAX_MAGNITUDE[:, None]).any(axis=0) | np.isnan(steps).any(axis=0)
         active = np.setdiff1d(active, rows[done | lost])

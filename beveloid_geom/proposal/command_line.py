@@ -28,8 +28,6 @@ OPTIONS: dict[str, tuple[str, float]] = {
     "shift_limits": ("--shift-limits", 1.0),
 }
 """Option of each field, and the factor to its unit."""
-MAX_BACKLASH_MODULES = 0.2
-"""Largest backlash of a design that is used in a request; for larger ones the usual backlash is used."""
 
 
 def options_of(request: Request, gear: str = "") -> dict[str, str]:
@@ -73,6 +71,9 @@ def requests_like(design: Design) -> tuple[Request, ...]:
 
     The first keeps layout, shifts and the helix angle of the pinion, the second the shaft angle and the
     cones; all other quantities are free. The result is empty unless both members have the same usual tool."""
+    # Largest backlash of a design that is used in a request; for larger ones the usual backlash is
+    # used.
+    max_backlash_modules = 0.2
     pinion, gear = design.members
     tool, module = pinion.tool, float(pinion.tool.normal_module)
     if tool.straight() != usual_tool(module, float(tool.normal_pressure_angle)):
@@ -86,7 +87,7 @@ def requests_like(design: Design) -> tuple[Request, ...]:
         face_widths=(float(pinion.face_width), float(gear.face_width)),
         shaft_angle=float(design.pair.shaft_angle),
         backlash=float(f"{backlash:.2g}")
-        if 0.0 < backlash < MAX_BACKLASH_MODULES * module
+        if 0.0 < backlash < max_backlash_modules * module
         else BACKLASH * module,
         pressure_angle=float(tool.normal_pressure_angle),
     )

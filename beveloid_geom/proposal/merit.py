@@ -39,9 +39,6 @@ from ..pair.zero_backlash import ClosedLayout
 from .closure_equations import pair_at
 from .request import Request
 
-CLEARANCE_RANGE_MODULES = 0.1
-"""Range of the tip clearance in which its reserve rises from 0 to 1. The range begins at half of this value,
-because the estimate may be too large by this amount."""
 FLANKS = tuple(FLANK_SIGN)
 LINKS = ("tip thickness", "tip clearance", "undercut", "depth of tips", "contact ratio", "shift by errors")
 """Criteria of the reserve. The last two need the paths of contact."""
@@ -108,6 +105,9 @@ def design_of(request: Request, values: FloatArray) -> Design:
 
 def teeth_of(request: Request, values: FloatArray) -> Figures:
     """Return the criteria of pairs (7, n) that do not need their paths."""
+    # Range of the tip clearance in which its reserve rises from 0 to 1. The range begins at half of
+    # this value, because the estimate may be too large by this amount.
+    clearance_range_modules = 0.1
     design, layout = pair_at(request.members, values)
     module, members = float(request.members[0].tool.normal_module), design.members
     sense = np.broadcast_to(design.sense, values.shape[1:])
@@ -128,7 +128,7 @@ def teeth_of(request: Request, values: FloatArray) -> Figures:
     clearance = (depth * cosine)[::-1] - height * cosine - np.abs(_taper_difference(request, values, layout))
     links = _links(
         (tip / module - LEAST_TIP) / (AMPLE_TIP_MODULES - LEAST_TIP),
-        clearance / (CLEARANCE_RANGE_MODULES * module) - 0.5,
+        clearance / (clearance_range_modules * module) - 0.5,
         margin / AMPLE_UNDERCUT_MARGIN,
         left / (AMPLE_DEPTH_MODULES * module),
         np.ones_like(crossing),

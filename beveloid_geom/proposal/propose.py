@@ -40,22 +40,12 @@ SMALL_RESERVE = 0.1
 FAIR_RESERVE = 0.25
 """Reserve up to which a pair is checked completely. Above this value, the criteria of the reserve are relied
 on."""
-STEEP_HELIX = math.radians(31.0)
-"""Helix angle above which pairs with a reserve above FAIR_RESERVE come after pairs with smaller helix angles,
-rad."""
 FIRST_PATHS = 64
 """Number of pairs whose paths are computed first."""
-MAX_WARNINGS = 10
-"""Number of pairs with a warning after which the search is stopped."""
 LEAST_DIFFERENCE = np.array([*np.radians([0.4, 0.4, 2.0, 2.0]), 0.25, 0.25])
 """Differences of cone angles, helix angles (rad) and shifts; two proposals have at least one of them."""
-CHANGE_SHARES = (0.03, 0.1, 0.3, 1.0)
-"""Fractions of the largest change of a quantity that are tried in the search for a request with a
-proposal."""
 SUBDIVISIONS, MAX_CHECKED_CHANGES = 3, 3
 """Number of values tried between two fractions, and number of changes that are checked completely."""
-CONE_TIE = math.radians(0.02)
-"""Difference of the larger cone angles below which pairs are sorted by their reserve, rad."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,6 +121,8 @@ class Choice(NamedTuple):
 
 def _chosen(request: Request, found: Candidates, most: int) -> Choice:
     """Return the best candidates within the limits that have no warning."""
+    # Number of pairs with a warning after which the search is stopped.
+    max_warnings = 10
     if not within(request, found).any():
         return Choice()
     values, figures = _evaluated(request, found)
@@ -154,7 +146,7 @@ def _chosen(request: Request, found: Candidates, most: int) -> Choice:
             chosen.append(k)
         else:
             warnings.append(text)
-        if len(chosen) == most or len(warnings) == MAX_WARNINGS:
+        if len(chosen) == most or len(warnings) == max_warnings:
             break
     proposals = tuple(Proposal(design_of(request, values[:, k]), figures.take([k])) for k in chosen)
     return Choice(proposals, next(iter(warnings), None))
@@ -200,13 +192,18 @@ def _ranked(request: Request, values: FloatArray, figures: Figures) -> list[int]
     cones are required; a reserve above FAIR_RESERVE without steep helix angles; the largest reserve; drive
     flanks nearest to line contact; the smallest helix angle. If no pair is possible, the pair with the
     largest reserve is returned, because its tip clearance is an estimate."""
+    # Helix angle above which pairs with a reserve above FAIR_RESERVE come after pairs with smaller
+    # helix angles, rad.
+    steep_helix = math.radians(31.0)
+    # Difference of the larger cone angles below which pairs are sorted by their reserve, rad.
+    cone_tie = math.radians(0.02)
     drive = figures.crossing[FLANKS.index(request.flank)]
     helix = np.abs(values[2:4]).max(axis=0)
-    keys: list[NDArray[Any]] = [helix, np.round(np.abs(drive) / CONE_TIE), -np.round(figures.reserve, 2)]
+    keys: list[NDArray[Any]] = [helix, np.round(np.abs(drive) / cone_tie), -np.round(figures.reserve, 2)]
     # Steep helix angles cause axial forces: a pair with a fair reserve and a smaller helix angle is better.
-    keys.append(np.where(figures.reserve > FAIR_RESERVE, np.where(helix > STEEP_HELIX, 1, 0), 2))
+    keys.append(np.where(figures.reserve > FAIR_RESERVE, np.where(helix > steep_helix, 1, 0), 2))
     if request.least_cones:
-        keys += [np.round(np.abs(values[:2]).max(axis=0) / CONE_TIE), figures.reserve <= 0.0]
+        keys += [np.round(np.abs(values[:2]).max(axis=0) / cone_tie), figures.reserve <= 0.0]
     ranked = [int(k) for k in np.lexsort(keys) if figures.possible[k]]
     return ranked or [int(np.argmax(figures.reserve))]
 
@@ -242,13 +239,16 @@ def _beyond(request: Request, values: FloatArray) -> str:
 def _nearest(request: Request) -> Request | None:
     """Return a request with a proposal, with one quantity changed as little as possible, or with fewer given
     quantities."""
-    tried = [(change, share) for share in CHANGE_SHARES for change in changes_of(request)]
+    # Fractions of the largest change of a quantity that are tried in the search for a request with a
+    # proposal.
+    change_shares = (0.03, 0.1, 0.3, 1.0)
+    tried = [(change, share) for share in change_shares for change in changes_of(request)]
     for _ in range(MAX_CHECKED_CHANGES):
         if (first := _first_promising(request, tried)) is None:
             break
         change, share = tried[first]
         tried = tried[first + 1 :]
-        fails = max((each for each in CHANGE_SHARES if each < share), default=0.0)
+        fails = max((each for each in change_shares if each < share), default=0.0)
         nearer = [(change, float(each)) for each in np.linspace(fails, share, 2 + SUBDIVISIONS)[1:-1]]
         least = _first_promising(request, nearer)
         for reached in (share,) if least is None else (nearer[least][1], share):

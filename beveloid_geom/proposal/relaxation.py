@@ -12,10 +12,6 @@ from .request import Request
 
 Change: TypeAlias = Callable[[float], Request]
 """Function that returns the request changed by a fraction of the largest change."""
-INSENSITIVE_SHAFT_ANGLE = math.radians(12.0)
-"""Shaft angle above which few pairs are sensitive to errors, rad."""
-SENSITIVE_SHAFT_ANGLE = math.radians(2.0)
-"""Shaft angle below which most pairs are sensitive to errors, rad; parallel axes are tried then."""
 
 
 def changes_of(request: Request) -> Iterator[Change]:
@@ -40,7 +36,11 @@ def others_of(request: Request) -> Iterator[Request]:
 
     They are: parallel axes for a small shaft angle; without shifts, helix angle or offset; finally only with
     teeth and shaft angle."""
-    if 0.0 < request.shaft_angle < SENSITIVE_SHAFT_ANGLE:
+    # Shaft angle above which few pairs are sensitive to errors, rad.
+    insensitive_shaft_angle = math.radians(12.0)
+    # Shaft angle below which most pairs are sensitive to errors, rad; parallel axes are tried then.
+    sensitive_shaft_angle = math.radians(2.0)
+    if 0.0 < request.shaft_angle < sensitive_shaft_angle:
         yield replace(request, shaft_angle=0.0)
     if request.shifts is not None:
         yield replace(request, shifts=None)
@@ -53,7 +53,7 @@ def others_of(request: Request) -> Iterator[Request]:
     yield replace(alone, helix_angle=None)
     free = replace(alone, helix_angle=None, offset=None)
     yield free
-    yield replace(free, shaft_angle=max(request.shaft_angle, INSENSITIVE_SHAFT_ANGLE))
+    yield replace(free, shaft_angle=max(request.shaft_angle, insensitive_shaft_angle))
 
 
 def _changed(request: Request, name: str, size: float, share: float) -> Request:

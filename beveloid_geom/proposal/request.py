@@ -17,13 +17,6 @@ BACKLASH = 0.04
 """Default normal backlash, modules."""
 FACE = 10.0
 """Default face width, modules."""
-CONE_SUM_FACTOR = 1.35
-"""Largest ratio of the sums of reference and working cone angles, and of its inverse."""
-HELIX_SUM_FACTOR = 1.05
-"""Largest ratio of the sums of reference and working helix angles."""
-HELIX_SUM_TOLERANCE = math.radians(1.0)
-"""Largest sum of the reference helix angles on intersecting axes, rad; the working helix angles cancel."""
-INTERNAL = "internal gears are not covered"
 
 
 class Bounds(NamedTuple):
@@ -180,9 +173,10 @@ def _single_faults(request: Request) -> Iterator[Fault]:
 
 def teeth_faults(numbers: tuple[int, int]) -> Iterator[Fault]:
     """Yield faults of numbers of teeth."""
+    internal = "internal gears are not covered"
     for teeth in numbers:
         if teeth < 0:
-            yield Fault("", "teeth", refused("be at least 1", teeth, INTERNAL))
+            yield Fault("", "teeth", refused("be at least 1", teeth, internal))
         elif text := number_fault(teeth, LIMITS["Member"]["teeth"]):
             yield Fault("", "teeth", text)
 
@@ -236,6 +230,9 @@ def _parallel_faults(request: Request) -> Iterator[Fault]:
 
 def _gear_faults(request: Request, gear: Member) -> Iterator[Fault]:
     """Yield contradictions with a given gear."""
+    # Largest sum of the reference helix angles on intersecting axes, rad; the working helix angles
+    # cancel.
+    helix_sum_tolerance = math.radians(1.0)
     for tool in (gear.tool, request.members[0].tool):
         try:
             for flank in FLANK_SIGN:
@@ -250,11 +247,11 @@ def _gear_faults(request: Request, gear: Member) -> Iterator[Fault]:
     if request.helix_angle is None or request.offset is None or request.shaft_angle == 0.0:
         return
     total, fitting = request.helix_angle + float(gear.helix_angle), -in_degrees(gear.helix_angle)
-    if request.offset == 0.0 and abs(total) > HELIX_SUM_TOLERANCE:
+    if request.offset == 0.0 and abs(total) > helix_sum_tolerance:
         cure = "on intersecting axes the hands are opposite and the helix angles nearly cancel"
         limit = f"be about {fitting:g} deg with this gear"
         yield outside("", "helix_deg", limit, in_degrees(request.helix_angle), cure)
-    elif request.offset > 0.0 and abs(total) > request.shaft_angle + HELIX_SUM_TOLERANCE:
+    elif request.offset > 0.0 and abs(total) > request.shaft_angle + helix_sum_tolerance:
         low, high = (in_degrees(-float(gear.helix_angle) + s * request.shaft_angle) for s in (-1.0, 1.0))
         cure = "the sum of both helix angles is at most about the shaft angle"
         limit = f"be between {low:g} and {high:g} deg with this gear"
@@ -263,16 +260,20 @@ def _gear_faults(request: Request, gear: Member) -> Iterator[Fault]:
 
 def _cone_faults(request: Request, cones: tuple[float, float]) -> Iterator[Fault]:
     """Yield faults of cones that do not roll on each other at the shaft angle."""
+    # Largest ratio of the sums of reference and working cone angles, and of its inverse.
+    cone_sum_factor = 1.35
+    # Largest ratio of the sums of reference and working helix angles.
+    helix_sum_factor = 1.05
     shown = " ".join(f"{in_degrees(cone):g}" for cone in cones)
     total, shaft = abs(sum(cones)), request.shaft_angle
     if request.offset == 0.0:
-        if not shaft / CONE_SUM_FACTOR < total < shaft * CONE_SUM_FACTOR:
+        if not shaft / cone_sum_factor < total < shaft * cone_sum_factor:
             cure = "on intersecting axes their sum is the shaft angle, leave --offset out for crossed axes"
             yield Fault(
                 "", "cones_deg", refused(f"have a sum of about {in_degrees(shaft):g} deg", shown, cure)
             )
         return
-    if total > shaft * CONE_SUM_FACTOR:
+    if total > shaft * cone_sum_factor:
         cure = "cones whose sum is above the shaft angle do not roll on each other"
         yield Fault("", "cones_deg", refused(f"have a sum of at most {in_degrees(shaft):g} deg", shown, cure))
         return
@@ -281,7 +282,7 @@ def _cone_faults(request: Request, cones: tuple[float, float]) -> Iterator[Fault
     needed = math.acos(min(1.0, (math.cos(shaft) + sine) / cosine))
     low, high = request.helix_limits
     reach = max(abs(2.0 * low), abs(2.0 * high))
-    if needed > reach * HELIX_SUM_FACTOR:
+    if needed > reach * helix_sum_factor:
         cure = f"the helix angles need a sum of {in_degrees(needed):.4g} deg, or choose a smaller shaft angle"
         limit = f"reach to {in_degrees(0.5 * needed):.4g} deg"
         yield Fault("", "helix_limits_deg", refused(limit, f"{in_degrees(low):g} {in_degrees(high):g}", cure))

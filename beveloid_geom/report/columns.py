@@ -28,8 +28,6 @@ class Column(NamedTuple):
 
 ARCSEC = math.degrees(3600.0)
 """Seconds of arc in a radian."""
-SCALES = {"deg": math.degrees(1.0), "arcsec": ARCSEC, "um": 1e3}
-"""Factors from rad and mm to the units of a text."""
 PLACES = ("enter", "middle", "leave")
 _LENGTHS = """
 l l1 l2 u1 u2 x y z r point least separation backlash length offset offset_difference offset_error gap shift
@@ -99,7 +97,9 @@ def label(name: str) -> str:
 
 def scaled(name: str, values: Any) -> Any:
     """Return values of a column in the unit of a text."""
-    return SCALES.get(column(name).shown, 1.0) * np.asarray(values)
+    # Factors from rad and mm to the units of a text.
+    scales = {"deg": math.degrees(1.0), "arcsec": ARCSEC, "um": 1e3}
+    return scales.get(column(name).shown, 1.0) * np.asarray(values)
 
 
 def number(name: str, value: Any, width: int = 0) -> str:

@@ -21,8 +21,6 @@ from .text import head_lines, line
 GIVEN, PLAIN = "as_given", "without_parabola"
 GRID = ("l", "z", "deviation", "pinion_roll")
 """Quantities of a point."""
-POINT = ("flank", "parabola", "profile_place", "face_place", *GRID, "status")
-"""Columns of a point."""
 SECOND_ORDER = {
     "mean": "mean",
     "face_slope": "slope along the face",
@@ -74,7 +72,9 @@ class EaseOffReport(Report):
 
     def rows(self) -> Rows:
         """Return the points."""
-        return stacked_rows([_points(*key, result) for key, result in self.known.items()], POINT)
+        # Columns of a point.
+        point = ("flank", "parabola", "profile_place", "face_place", *GRID, "status")
+        return stacked_rows([_points(*key, result) for key, result in self.known.items()], point)
 
     def summary(self) -> str:
         """Return corners and coefficients of both flanks, and their definitions."""

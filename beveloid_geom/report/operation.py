@@ -27,13 +27,8 @@ from .columns import number, table_lines
 from .result import Failure, Report, Rows, failure_of, picked, plain
 from .text import line, mounted_lines, remark_lines
 
-FIELDS = ("pinion_roll", "gear_roll", "transmission_error", "pair", "l1", "z1", "l2", "z2")
-"""Quantities of a position."""
 SHOWN = ("pinion_roll", "transmission_error", "pair", "z1", "z2")
 """Columns of the text."""
-PITCH_FIELDS = ("pitches", "peak_to_peak", "pinion_roll", "transmission_error", "pinion_tooth", "gear_tooth")
-"""Quantities of a cycle with pitch deviations."""
-RATIOS = ("operating_contact_ratio", "operating_contact_ratio_within_film")
 DOUBTS = {
     RatioStatus.NO_FIRST_CONTACT: NotComputed("there is no first contact at some rolls"),
     RatioStatus.NOT_CONVERGED: NotComputed("the clearance of a tooth pair did not converge"),
@@ -154,24 +149,36 @@ class OperationReport(Report):
     @property
     def positions(self) -> dict[str, Any]:
         """Columns of the positions in JSON and CSV."""
-        return {**picked(self.first, *FIELDS), "carried_by": self.carriers, "status": self.status}
+        # Quantities of a position.
+        fields = ("pinion_roll", "gear_roll", "transmission_error", "pair", "l1", "z1", "l2", "z2")
+        return {**picked(self.first, *fields), "carried_by": self.carriers, "status": self.status}
 
     def values(self) -> dict[str, Any]:
         """Return the cycle, its positions, and the reasons for unknown contact ratios."""
+        # Quantities of a cycle with pitch deviations.
+        pitch_fields = (
+            "pitches",
+            "peak_to_peak",
+            "pinion_roll",
+            "transmission_error",
+            "pinion_tooth",
+            "gear_tooth",
+        )
+        ratios = ("operating_contact_ratio", "operating_contact_ratio_within_film")
         cycle = self.cycle
         return {
             "contact_ratio": self.eq16,
             "film": self.film,
-            **dict(zip(RATIOS, (self.operating, self.within_film), strict=True)),
+            **dict(zip(ratios, (self.operating, self.within_film), strict=True)),
             **picked(cycle, "pitch", "peak_to_peak"),
             "cycle_peak_to_peak": cycle.peak_to_peak,
             "mean": cycle.mean,
             "amplitudes": np.abs(cycle.harmonics),
             **picked(cycle, "edge_share", "changes", "hand_over"),
-            **({} if self.pitch_cycle is None else {"pitch_cycle": picked(self.pitch_cycle, *PITCH_FIELDS)}),
+            **({} if self.pitch_cycle is None else {"pitch_cycle": picked(self.pitch_cycle, *pitch_fields)}),
             "positions": self.positions,
             **remarks_data(self.remarks),
-            **{f"{key}_reason": doubt for key, doubt in zip(RATIOS, self.doubts, strict=True) if doubt},
+            **{f"{key}_reason": doubt for key, doubt in zip(ratios, self.doubts, strict=True) if doubt},
         }
 
     def rows(self) -> Rows:

@@ -39,8 +39,6 @@ PRESSED = (
     *("ellipse_angle", "pressure"),
 )
 """Columns of the text under a load."""
-PRESSED_LINES = ("pinion_roll", "total_length", "greatest_curvature", "minor_semi_axis", "pressure")
-"""Columns of the text under a load for line contact."""
 LINE_END_FIELDS = ("l1", "l2", "pinion_z", "pinion_r", "gear_z", "gear_r", "point")
 """Quantities of both ends of a line of contact."""
 LINE_RATIOS = ("transverse_ratio", "overlap_ratio", "total_ratio")
@@ -189,6 +187,8 @@ class ContactReport(Report):
 
     def summary(self) -> str:
         """Return the positions, contact ratio, limits, backlash and remarks."""
+        # Columns of the text under a load for line contact.
+        pressed_lines = ("pinion_roll", "total_length", "greatest_curvature", "minor_semi_axis", "pressure")
         path = self.path
         text = f"Path of contact of {self.name}, {path.flank} flanks, {self.method} method\n"
         if not self.reason:
@@ -198,7 +198,7 @@ class ContactReport(Report):
                 text += lines_table(self.design, self.lines) + "\n"
             if self.pressed is not None:
                 words = {"reaches": [(name or "").replace("_", " ") for name in rows["reaches"]]}
-                shown, words = (PRESSED, words) if self.lines is None else (PRESSED_LINES, {})
+                shown, words = (PRESSED, words) if self.lines is None else (pressed_lines, {})
                 pressed = {name: rows[name] for name in shown}
                 text += table_lines(pressed, self.lost_pressures, words) + "\n"
         text += head_lines(self.design)

@@ -21,8 +21,6 @@ from .text import SHORT, TRADE, line, mounted_lines, trade_words, unit_of
 
 FINE = 15
 """Points of a pattern per module."""
-FIELDS = ("l", "z", "least", "pinion_roll")
-"""Quantities of a point."""
 SIZES = ("area", "area_share", "area_error")
 """Quantities of the pattern on one member."""
 
@@ -106,7 +104,9 @@ def marked_face(side: MemberPattern) -> tuple[float, float]:
 
 def _points(member: str, side: MemberPattern, backlash: float) -> dict[str, Any]:
     """Return the columns of one flank; sizes and backlash are repeated for each point."""
-    points = flattened(picked(side, *FIELDS, "marked", "status"))
+    # Quantities of a point.
+    fields = ("l", "z", "least", "pinion_roll")
+    points = flattened(picked(side, *fields, "marked", "status"))
     return {"member": member, **points, **picked(side, *SIZES), "mounted_backlash": backlash}
 
 

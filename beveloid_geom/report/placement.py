@@ -28,10 +28,6 @@ PLACED = (
     "normal_backlash",
 )
 """Results of a mounting."""
-PLACE_WIDTHS = (7, 12, 12, 10, 9, 8, 12, 10)
-"""Characters of the columns of the text."""
-DISTANCES = {"pinion_axial": "pinion_mounting", "gear_axial": "gear_mounting"}
-"""Mounting distances by the axial error that changes them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,14 +68,16 @@ class PlaceReport(ResultReport[Placement]):
     def summary(self) -> str:
         """Return the places, the reasons for places that cannot be reached, and the definitions of the
         columns."""
+        # Characters of the columns of the text.
+        place_widths = (7, 12, 12, 10, 9, 8, 12, 10)
         result = self.result
         by = " and ".join(name.replace("_", " ") for name in result.by)
         text = f"Placing the path of {self.name} by {by}, {result.flank} flanks\n\n"
         headings = ["face, %", *(f"{SHORT[name]}, {unit_of(name)}" for name in result.by)]
         headings += ["z, mm", "off, mm", "ratio", "TE, arcsec", "edges, %"]
-        text += "".join(f"{head:>{w}}" for head, w in zip(headings, PLACE_WIDTHS, strict=True)) + "  status\n"
+        text += "".join(f"{head:>{w}}" for head, w in zip(headings, place_widths, strict=True)) + "  status\n"
         for place in self.places:
-            text += "".join(f"{cell:>{w}}" for cell, w in zip(self._cells(place), PLACE_WIDTHS, strict=True))
+            text += "".join(f"{cell:>{w}}" for cell, w in zip(self._cells(place), place_widths, strict=True))
             text += f"  {place['status'].replace('_', ' ')}\n"
         text += "\n" + mounted_lines(result.design)
         text += line("errors added", ", ".join(trade_words(name) for name in result.by))
@@ -138,13 +136,15 @@ def figures_of(result: Placement) -> dict[str, FloatArray]:
 
 def distances_of(result: Placement) -> dict[str, FloatArray]:
     """Return the mounting distances (n,), mm, that are changed by axial errors, by name."""
-    distance = dict(zip(DISTANCES, mounting_of(result.design).distance, strict=True))
+    # Mounting distances by the axial error that changes them.
+    distances = {"pinion_axial": "pinion_mounting", "gear_axial": "gear_mounting"}
+    distance = dict(zip(distances, mounting_of(result.design).distance, strict=True))
     return {
-        DISTANCES[name]: np.asarray(
+        distances[name]: np.asarray(
             distance[name] + getattr(result.design.errors, name) + result.errors[:, j]
         )
         for j, name in enumerate(result.by)
-        if name in DISTANCES
+        if name in distances
     }
 
 

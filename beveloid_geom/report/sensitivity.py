@@ -23,9 +23,6 @@ from .columns import header_of, label, labelled_lines, number, scaled
 from .result import MEMBERS, ResultReport, Rows, by_columns, picked
 from .text import line, mounted_lines, place_words, status_words
 
-NOT_VALUES = ("flank", "errors", "status", "limit")
-"""Fields of `Sensitivity` that are not entries of JSON."""
-
 
 class Step(NamedTuple):
     """Size of an error for which changes are printed.
@@ -79,13 +76,15 @@ class SensitivityReport(ResultReport[Sensitivity]):
 
     def values(self) -> dict[str, Any]:
         """Return values and derivatives; the errors are on the last axis of the derivatives."""
+        # Fields of `Sensitivity` that are not entries of JSON.
+        not_values = ("flank", "errors", "status", "limit")
         return {
             **picked(self.result, "status"),
             "errors_of_derivatives": self.result.errors,
             "places": PLACES,
             "members": MEMBERS,
             "limits": [str(Limit(int(code))) if code >= 0 else None for code in self.result.limit],
-            **{name: value for name, value in vars(self.result).items() if name not in NOT_VALUES},
+            **{name: value for name, value in vars(self.result).items() if name not in not_values},
             "path_peak_to_peak": self.result.peak_to_peak,
             "path_peak_to_peak_by": self.result.peak_to_peak_by,
             "mounted_backlash_by": self.backlash_by,

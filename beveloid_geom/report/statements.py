@@ -15,11 +15,6 @@ from .result import Failure, Rows, by_columns
 from .text import LINE_WIDTH, head_lines, line
 
 ANSWERS = {True: "yes", False: "no", None: ""}
-ROLE = {
-    "right": ", which we infer to be those of the paper's figures",
-    "left": ", for comparison, not a judgement of the paper",
-}
-"""Meaning of the verdicts for each flank."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,13 +52,18 @@ class StatementsReport:
 
     def summary(self) -> str:
         """Return each statement with verdict, measure and reason."""
+        # Meaning of the verdicts for each flank.
+        role = {
+            "right": ", which we infer to be those of the paper's figures",
+            "left": ", for comparison, not a judgement of the paper",
+        }
         text = f"Statements of Ni et al. (2017), computed for {self.name}\n"
         text += head_lines(bare(self.design))
         if end_names(self.design.pinion) != ("toe", "heel"):
             text += line("ends", "the paper's toe and heel are the ends of the face at -z and +z")
         for flank in dict.fromkeys(statement.flank for statement in self.statements):
             entries = (_entry(statement) for statement in self.statements if statement.flank == flank)
-            text += f"\n{flank} flanks{ROLE[flank]}\n" + "".join(entries)
+            text += f"\n{flank} flanks{role[flank]}\n" + "".join(entries)
         return text
 
 

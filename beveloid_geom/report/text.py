@@ -26,8 +26,6 @@ from .result import status_name
 
 LINE_WIDTH = 100
 """Characters in a line of a text."""
-LABEL_WIDTH = 21
-"""Characters of the label at the beginning of a line."""
 TRADE = {"offset": "E", "shaft_angle": "Sigma", "pinion_axial": "P", "gear_axial": "G"}
 """Usual letters of the assembly errors about the common perpendicular."""
 SHORT = TRADE | {"centre_distance": "a", "in_plane": "in", "out_of_plane": "out"}
@@ -41,8 +39,10 @@ def status_words(code: int) -> str:
 
 def line(label: str, text: str) -> str:
     """Return a line with a label and a text, which is wrapped if it is long."""
-    start = f"  {label:<{LABEL_WIDTH - 2}}"
-    return textwrap.fill(start + text, LINE_WIDTH, subsequent_indent=" " * LABEL_WIDTH) + "\n"
+    # Characters of the label at the beginning of a line.
+    label_width = 21
+    start = f"  {label:<{label_width - 2}}"
+    return textwrap.fill(start + text, LINE_WIDTH, subsequent_indent=" " * label_width) + "\n"
 
 
 def typed(command: str) -> str:

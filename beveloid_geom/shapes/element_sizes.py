@@ -24,21 +24,11 @@ from .tooth_boundary import cut_sheets, require_tolerance
 
 GROWTH = 1.4
 """Ratio of successive steps along a flank from the fillet on, and of rows of the body, see `section_of`."""
-STRETCH_TOLERANCE_MM = 0.01
-"""Tolerance for which the steps along fillets and bottom lands are distributed."""
-MIN_CELLS = 4
-"""Smallest number of elements along a fillet and across a tooth."""
 FLANK_TO_FILLET, FACE_TO_FILLET = 2.5, 8.0
 """Largest ratio of the size of elements along the flank and across the tooth, and along the face, to the size
 along the fillet."""
-SMALLEST_FILLET_STEP = 0.08
-"""Modules. If the elements of a short fillet are smaller, the other elements are not."""
-LENGTH_STEPS = 400
-"""Steps in which lengths along a profile are measured."""
 THICKENING = 1.6
 """Largest ratio of the thicknesses of the tooth at both ends of a step next to a thin tip."""
-GRADING = 0.5
-"""Relative difference of the width of columns at the flanks of the tooth (smaller) from the mean."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +89,10 @@ def _scaled(member: Member, sheets: dict[str, Sheet], measured: Cells, tolerance
     """Return the numbers of elements that use half of the tolerance along profiles and half along the face.
 
     Deviations are assumed to fall with the square of the number from those of the `measured` division."""
+    # Smallest number of elements along a fillet and across a tooth.
+    min_cells = 4
+    # Modules. If the elements of a short fillet are smaller, the other elements are not.
+    smallest_fillet_step = 0.08
     deviation = _deviations(sheets, measured)
     rows, length = dict.fromkeys(("bottom", "fillet", "flank", "tip"), 1), dict.fromkeys(sheets, 0.0)
     for name, sheet in sheets.items():
@@ -107,8 +101,8 @@ def _scaled(member: Member, sheets: dict[str, Sheet], measured: Cells, tolerance
         rows[kind] = max(rows[kind], _count(number))
         length[name] = float(_lengths(sheet)[1][-1, 0])
     longest = {kind: max(length[name] for name in length if name.endswith(kind)) for kind in rows}
-    fillet = max(rows["fillet"], MIN_CELLS)
-    step = max(longest["fillet"] / fillet, SMALLEST_FILLET_STEP * float(member.tool.normal_module))
+    fillet = max(rows["fillet"], min_cells)
+    step = max(longest["fillet"] / fillet, smallest_fillet_step * float(member.tool.normal_module))
     z = sheets["tip"].half_width * np.linspace(-1.0, 1.0, 9)
     ends = [grid_of(sheets[f"{side} flank"], np.array([0.0, 1.0]), z).points for side in ("left", "right")]
     thickness = float(np.linalg.norm(ends[0][0] - ends[1][0], axis=-1).max())
@@ -121,7 +115,7 @@ def _scaled(member: Member, sheets: dict[str, Sheet], measured: Cells, tolerance
         bottom=max(rows["bottom"], _count(longest["bottom"] / (1.5 * step))),
         fillet=fillet,
         flank=flank + _steps_added(longest["flank"] / flank, thin.profile),
-        tip=max(rows["tip"], MIN_CELLS, _count(thickness / (FLANK_TO_FILLET * step))),
+        tip=max(rows["tip"], min_cells, _count(thickness / (FLANK_TO_FILLET * step))),
         face=face + _steps_added(2.0 * sheets["tip"].half_width / face, thin.face),
     )
 
@@ -223,6 +217,10 @@ def boundary_nodes(sheets: dict[str, Sheet], cells: Cells, z: FloatArray) -> dic
 
 def _grids(sheets: dict[str, Sheet], cells: Cells, z: FloatArray) -> dict[str, SheetGrid]:
     """Return the surfaces at the stations of corners and of mid-side nodes in turn."""
+    # Tolerance for which the steps along fillets and bottom lands are distributed.
+    stretch_tolerance_mm = 0.01
+    # Relative difference of the width of columns at the flanks of the tooth (smaller) from the mean.
+    grading = 0.5
     thin, grids = _thin_tip(sheets), {}
     for name, sheet in sheets.items():
         side, kind = name.split()[0], name.split()[-1]
@@ -238,9 +236,9 @@ def _grids(sheets: dict[str, Sheet], cells: Cells, z: FloatArray) -> dict[str, S
         else:
             if kind == "tip":
                 even = np.linspace(0.0, 1.0, number + 1)
-                corners = even - GRADING / (2.0 * np.pi) * np.sin(2.0 * np.pi * even)
+                corners = even - grading / (2.0 * np.pi) * np.sin(2.0 * np.pi * even)
             else:
-                corners = stations(form_of(sheet, STRETCH_TOLERANCE_MM), number, 1, 1.0)[0]
+                corners = stations(form_of(sheet, stretch_tolerance_mm), number, 1, 1.0)[0]
             at = np.stack([np.interp(corners, s, column) for column in lengths.T], axis=-1)
         nodes = np.empty((2 * number + 1, len(z)))
         nodes[::2], nodes[1::2] = at, 0.5 * (at[1:] + at[:-1])
@@ -255,7 +253,9 @@ def _grids(sheets: dict[str, Sheet], cells: Cells, z: FloatArray) -> dict[str, S
 def _lengths(sheet: Sheet, z: ArrayLike = 0.0) -> tuple[FloatArray, FloatArray]:
     """Return stations s = 0 ... 1 (k,) of the profile, and their lengths (k, n), mm, from its start in the
     planes `z` (n,), mm."""
-    s, z = np.linspace(0.0, 1.0, LENGTH_STEPS + 1), np.atleast_1d(np.asarray(z, dtype=float))
+    # Steps in which lengths along a profile are measured.
+    length_steps = 400
+    s, z = np.linspace(0.0, 1.0, length_steps + 1), np.atleast_1d(np.asarray(z, dtype=float))
     lengths = np.zeros((s.size, z.size))
     np.cumsum(np.linalg.norm(np.diff(grid_of(sheet, s, z).points, axis=0), axis=-1), axis=0, out=lengths[1:])
     return s, lengths

@@ -27,11 +27,8 @@ from .tooth_boundary import counted, cut_sheets
 ELEMENTS = {"C3D20": 20, "C3D20R": 20, "C3D8I": 8, "C3D8": 8}
 """Number of nodes of the elements, by the names of Abaqus."""
 MAX_NODES = 5_000_000
-BODY_ASPECT = 8.0
-"""Largest ratio of height and width of the rows of the body, see `section_of`."""
 MIN_SHAPE = 0.2
 """Smallest scaled Jacobian and smallest ratio of determinants, see `hexahedral_mesh.element_shapes`."""
-SHAPE_CURE = "take a smaller tolerance, another bore_radius, or a tool with a larger tip_radius"
 
 
 def tooth_hexahedra(
@@ -99,28 +96,31 @@ def tooth_hexahedra(
 def _tooth(member: Member, cells: Cells, quadratic: bool, bore: float, teeth: int) -> _Tooth:
     """Return hexahedra of one tooth. Raises ValueError for numbers of cells below 1, and if `teeth` of them
     have too many nodes."""
+    # Largest ratio of height and width of the rows of the body, see `section_of`.
+    body_aspect = 8.0
     for name, number in vars(cells).items():
         if number < 1:
             raise ValueError(f"cells must be 1 or more, got {name}={number}")
     # The size is checked before the section is solved: first by the tooth alone, then with the body.
     _require_size((cells.tip * (cells.flank + cells.fillet),) * 2, cells.face, quadratic, teeth)
     sheets = cut_sheets(member)
-    size = section_size(_corners(boundary_nodes(sheets, cells, np.zeros(1))), bore, BODY_ASPECT, GROWTH)
+    size = section_size(_corners(boundary_nodes(sheets, cells, np.zeros(1))), bore, body_aspect, GROWTH)
     _require_size(size, cells.face, quadratic, teeth)
     outline = boundary_nodes(sheets, cells, face_stations(sheets, cells.face))
-    section = section_of(_corners(outline), bore, BODY_ASPECT, GROWTH)
+    section = section_of(_corners(outline), bore, body_aspect, GROWTH)
     return _quadratic(section, outline, bore) if quadratic else _linear(section)
 
 
 def _require_shape(mesh: VolumeMesh) -> None:
     """Raise ValueError for elements that are inverted or too distorted."""
+    shape_cure = "take a smaller tolerance, another bore_radius, or a tool with a larger tip_radius"
     scaled, ratio = (float(values.min()) for values in element_shapes(mesh))
     if not min(scaled, ratio) >= MIN_SHAPE:
         text = (
             f"scaled Jacobian {rounded_down(scaled)}, ratio of determinants {rounded_down(ratio)}, "
             f"the least is {MIN_SHAPE:g}"
         )
-        raise ValueError(f"some elements are too distorted ({text}): {SHAPE_CURE}")
+        raise ValueError(f"some elements are too distorted ({text}): {shape_cure}")
 
 
 def _corners(outline: dict[str, FloatArray]) -> dict[str, FloatArray]:

@@ -40,21 +40,8 @@ from ..pair.frames import normals_to_fixed, to_fixed
 from ..status import Status
 from .mesh_separation import MeshSeparation, frames_of, in_frame_of, mesh_separation
 
-MAX_CONTACT_STEPS = 60
-MAX_STEP_RATIO = 0.5
-"""Largest step of the contact search over the depth of the flank along l, and over the larger of face width
-and depth along the face."""
-LAST_STEP_RATIO = 1e-6
-"""Step over the depth of the flank that ends the search. It usually leaves an error of its square."""
-SEPARATION_ROUNDING = 1e-12
-"""Rounding of the separation over the depth of the flank."""
-MAX_DOUBT_RATIO = 1e-8
-"""Largest uncertainty of the position of a refined contact over the depth of the flank."""
 SLOPE_ROUNDING = 16.0 * np.finfo(float).eps
 """Rounding of the slope of the separation."""
-NEAR_TOLERANCES = 4.0
-"""The contact may be next to grid points whose separation is larger than the smallest one by this number of
-tolerances: one for each mesh, and one for the separation between the grid points of each."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +121,10 @@ def _no_contact(status: Status) -> MeshContact:
 
 def _facet_contact(design: Design, flank: str, tolerance: float, pose: dict[str, float]) -> MeshContact:
     """Return the vertex of smallest separation and its closest point on the other mesh."""
+    # The contact may be next to grid points whose separation is larger than the smallest one by this
+    # number of tolerances: one for each mesh, and one for the separation between the grid points of
+    # each.
+    near_tolerances = 4.0
     sides = [mesh_separation(design, flank, j, tolerance, **pose, polish=False) for j in (0, 1)]
     least = [np.nanmin(np.append(side.separation, np.inf)) for side in sides]
     member = int(np.argmin(least))
@@ -145,7 +136,7 @@ def _facet_contact(design: Design, flank: str, tolerance: float, pose: dict[str,
     u = trace_parameter(design.members[other], flank, l[1], z[1])
     foot = to_fixed(frames_of(design, **pose)[other], flank_point(design.members[other], flank, l[1], u))
     pinion_first, point = [member, other], 0.5 * (side.points[at] + foot)
-    near = [_near_least(each, least[member] + NEAR_TOLERANCES * tolerance) for each in sides]
+    near = [_near_least(each, least[member] + near_tolerances * tolerance) for each in sides]
     doubt = float(np.linalg.norm(np.concatenate(near) - point, axis=-1).max())
     return MeshContact(point, float(least[member]), l[pinion_first], z[pinion_first], doubt, Status.SOLVED)
 
@@ -164,17 +155,27 @@ def _polished_contact(
 ) -> MeshContact:
     """Return the minimum of the exact separation, downhill from a contact of meshes. Steps are those of
     Newton's method where the separation is convex, and never increase it."""
+    max_contact_steps = 60
+    # Largest step of the contact search over the depth of the flank along l, and over the larger of
+    # face width and depth along the face.
+    max_step_ratio = 0.5
+    # Step over the depth of the flank that ends the search. It usually leaves an error of its square.
+    last_step_ratio = 1e-6
+    # Rounding of the separation over the depth of the flank.
+    separation_rounding = 1e-12
+    # Largest uncertainty of the position of a refined contact over the depth of the flank.
+    max_doubt_ratio = 1e-8
     pinion, reach = design.pinion, 1.0
     depth = float(highest_parameter(pinion, flank) - root_parameter(pinion, flank))
-    longest = MAX_STEP_RATIO * np.array((depth, max(depth, pinion.face_width)))
+    longest = max_step_ratio * np.array((depth, max(depth, pinion.face_width)))
     place = np.array((rough.l[0], trace_parameter(pinion, flank, rough.l[0], rough.z[0])))
     here = _separation_at(design, flank, frames, place)
-    for _ in range(MAX_CONTACT_STEPS):
+    for _ in range(max_contact_steps):
         step = here.step(longest, reach)
         there = _separation_at(design, flank, frames, place + step)
-        if there.foot.distance <= here.foot.distance + SEPARATION_ROUNDING * depth:
+        if there.foot.distance <= here.foot.distance + separation_rounding * depth:
             place, here, reach = place + step, there, min(1.0, 2.0 * reach)
-            if np.abs(step).max() <= LAST_STEP_RATIO * depth:
+            if np.abs(step).max() <= last_step_ratio * depth:
                 break
         else:  # larger, or NaN beyond the flank: try a shorter step
             reach *= 0.25
@@ -182,7 +183,7 @@ def _polished_contact(
     doubt = float(here.doubt(longest))
     if own.status == Status.OFF_FLANK or here.foot.status == Status.OFF_FLANK:
         return _no_contact(Status.OFF_FLANK)
-    if not (doubt <= MAX_DOUBT_RATIO * depth and own.status == here.foot.status == Status.SOLVED):
+    if not (doubt <= max_doubt_ratio * depth and own.status == here.foot.status == Status.SOLVED):
         return _no_contact(Status.NOT_CONVERGED)
     middle = here.point - 0.5 * here.foot.distance * normals_to_fixed(frames[1], here.foot.normal)
     pair = (np.array((place[0], here.foot.l)), np.array((own.z, here.foot.z)))

@@ -24,9 +24,6 @@ from ..support.array_repr import short_repr
 from .closest_points import closest_on_mesh
 from .flank_mesh import FlankMesh, flank_mesh
 
-EDGE_COORDINATE = 1e-9
-"""Barycentric coordinate below which a closest point is on an edge of its triangle."""
-
 
 @dataclass(frozen=True, eq=False)
 class MeshSeparation:
@@ -130,10 +127,12 @@ def _facet_feet(mesh: FlankMesh, seen: FloatArray, tolerance: float) -> tuple[Fl
     """Return the signed distance, l and z (3, n) of the closest points on a mesh, and their status.
 
     A foot on the rim is accepted if the point is above it within the tolerance."""
+    # Barycentric coordinate below which a closest point is on an edge of its triangle.
+    edge_coordinate = 1e-9
     grid, faces = mesh.grid, mesh.faces
     vertices = grid.points.reshape(-1, 3)
     closest, index, weights = closest_on_mesh(vertices, faces, seen)
-    on_edge, at_corner = weights < EDGE_COORDINATE, weights > 1.0 - 2.0 * EDGE_COORDINATE
+    on_edge, at_corner = weights < edge_coordinate, weights > 1.0 - 2.0 * edge_coordinate
     place = np.where(on_edge.any(axis=1), 1 + on_edge.argmax(axis=1), 0)
     place = np.where(at_corner.any(axis=1), 4 + at_corner.argmax(axis=1), place)
     normal = mesh.normals[index, place]

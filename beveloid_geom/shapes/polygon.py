@@ -24,9 +24,6 @@ from ..arrays import FloatArray, Indices
 Edge: TypeAlias = tuple[int, int]
 Triangle: TypeAlias = tuple[int, int, int]
 
-RELATIVE_DECIMALS = 9
-"""Decimals of the coordinates, relative to the size of the polygon, that decide between triangulations."""
-
 
 def triangulate_polygon(corners: FloatArray, smallest_angle: float) -> tuple[FloatArray, Indices]:
     """Return a triangulation of a simple polygon.
@@ -77,13 +74,16 @@ class _Triangulation:
     triangle (a, b, c), and the edge (b, a) along a side of the polygon, where no triangle is, to -1."""
 
     def __init__(self, corners: FloatArray) -> None:
+        # Decimals of the coordinates, relative to the size of the polygon, that decide between
+        # triangulations.
+        relative_decimals = 9
         from scipy.spatial import Delaunay
 
         self.points: list[complex] = (corners @ (1.0, 1.0j)).tolist()
         count = len(corners)
         # Of four corners on a circle, rounding would choose the diagonal: similar polygons get the same one.
         size = np.ptp(corners, axis=0).max()
-        similar = np.round((corners - corners.mean(axis=0)) / size, RELATIVE_DECIMALS)
+        similar = np.round((corners - corners.mean(axis=0)) / size, relative_decimals)
         # Four distant points keep collinear sides away from the convex hull, where Qhull may drop points.
         distant = 100.0 * np.array([(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)])
         mesh = Delaunay(np.concatenate((similar, distant)))

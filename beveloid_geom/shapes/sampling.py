@@ -46,28 +46,13 @@ Place: TypeAlias = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArr
 """Function of profile parameter and z that returns points (mm) and unit normals (..., 3) of a surface."""
 
 MAX_POINTS = 20_000_000
-SERIES_DEGREES = (16, 32, 64)
-"""Degrees of a series along s and z, in the order in which they are tried."""
 CHECK_STATIONS = np.sin(np.pi / 16.0 * (np.arange(-8, 8, 3) + 1.0 / 3.0))
 """Stations -1 ... 1 at which a series is compared with the exact formula. For all degrees they are between
 nodes, at one third of their distance."""
-SERIES_TOLERANCE = 5e-15
-"""Largest deviation at these stations, relative to the radius for points, and absolute for normals."""
-FORM_STATIONS = (9, 7)
-"""Numbers of stations along s and z at which the second fundamental form is computed."""
 MEASURED_CELLS = 12
 """Largest number of cells along each direction in which the deviation is measured."""
 CELL_STEPS = 6
 """Number of steps along each side of a cell, to points at which the deviation is measured."""
-MIN_CURVATURE_SHARES = (0.01, 0.5)
-"""Fractions of the largest curvature that are added everywhere. The larger one is for surfaces with a line of
-inflection, where the small curvature along one direction alone would allow too large cells."""
-MAX_ATTEMPTS = 12
-"""Largest number of grids that are tried."""
-MAX_ESTIMATE_RATIO = 100.0
-"""Ratio of measured and estimated deviation from which on a surface is called folded."""
-SMALL_GRID_POINTS = 40
-"""Smaller grids are tried with one row less, because the estimate is rough for large cells."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,10 +157,14 @@ def flank_sheet(member: Member, flank: str, to_fillet: bool = False) -> Sheet:
 def series_of(sheet: Sheet) -> Series | None:
     """Return a series through exact points of a surface, or None if it deviates from others by more than
     rounding."""
+    # Degrees of a series along s and z, in the order in which they are tried.
+    series_degrees = (16, 32, 64)
+    # Largest deviation at these stations, relative to the radius for points, and absolute for normals.
+    series_tolerance = 5e-15
     s, z = 0.5 * (CHECK_STATIONS + 1.0), sheet.half_width * CHECK_STATIONS
     exact = grid_of(sheet, s, z)
     sizes = {"points": np.abs(exact.points).max(), "normals": 1.0, "parameter": np.abs(exact.points).max()}
-    for degree in SERIES_DEGREES:
+    for degree in series_degrees:
         basis = basis_of(degree)
         grid = grid_of(sheet, 0.5 * (basis.nodes + 1.0), sheet.half_width * basis.nodes)
         values = np.stack((grid.points, grid.normals)).transpose(0, 3, 1, 2)
@@ -185,7 +174,7 @@ def series_of(sheet: Sheet) -> Series | None:
         series = Series(place, basis.coefficients(grid.parameter[-1]))
         trial = grid_of(replace(sheet, series=series), s, z)
         deviation = {name: np.abs(getattr(trial, name) - getattr(exact, name)).max() for name in sizes}
-        if all(deviation[name] <= SERIES_TOLERANCE * size for name, size in sizes.items()):
+        if all(deviation[name] <= series_tolerance * size for name, size in sizes.items()):
             return series
     return None
 
@@ -217,22 +206,28 @@ def sample_flank(member: Member, flank: str, tolerance: float) -> FlankGrid:
     >>> grid.points.shape, grid.deviation < 0.01
     ((8, 6, 3), True)
     """
+    # Largest number of grids that are tried.
+    max_attempts = 12
+    # Ratio of measured and estimated deviation from which on a surface is called folded.
+    max_estimate_ratio = 100.0
+    # Smaller grids are tried with one row less, because the estimate is rough for large cells.
+    small_grid_points = 40
     sheet = flank_sheet(member, flank)
     form = form_of(sheet, tolerance)
     refusal = f"the {flank} flank cannot be sampled to {tolerance:g} mm: is it undercut?"
     scale = 1.0
-    for attempt in range(MAX_ATTEMPTS):
+    for attempt in range(max_attempts):
         cells = cells_for(form, tolerance / scale)
         deviation = measured_deviation(sheet, form, *cells)
         ratio = deviation / estimated_deviation(form, *cells)
         if deviation <= tolerance and (attempt > 0 or ratio > 0.9):
             break
         scale = ratio if attempt == 0 else max(1.05 * scale, ratio)
-        if scale > MAX_ESTIMATE_RATIO:
+        if scale > max_estimate_ratio:
             raise ValueError(refusal)
     else:
         raise ValueError(refusal)
-    if (cells[0] + 1) * (cells[1] + 1) < SMALL_GRID_POINTS:
+    if (cells[0] + 1) * (cells[1] + 1) < small_grid_points:
         for fewer in ((cells[0] - 1, cells[1]), (cells[0], cells[1] - 1)):
             coarser = measured_deviation(sheet, form, *fewer) if min(fewer) else np.inf
             if coarser <= tolerance:
@@ -244,17 +239,23 @@ def sample_flank(member: Member, flank: str, tolerance: float) -> FlankGrid:
 
 def form_of(sheet: Sheet, tolerance: float) -> Form:
     """Return the second fundamental form of a surface, with the stretching that takes the fewest cells."""
-    s = np.linspace(0.0, 1.0, FORM_STATIONS[0])
-    z = sheet.half_width * np.linspace(-1.0, 1.0, FORM_STATIONS[1])
+    # Numbers of stations along s and z at which the second fundamental form is computed.
+    form_stations = (9, 7)
+    # Fractions of the largest curvature that are added everywhere. The larger one is for surfaces with
+    # a line of inflection, where the small curvature along one direction alone would allow too large
+    # cells.
+    min_curvature_shares = (0.01, 0.5)
+    s = np.linspace(0.0, 1.0, form_stations[0])
+    z = sheet.half_width * np.linspace(-1.0, 1.0, form_stations[1])
     grid = grid_of(sheet, s, z)
     by_s, by_z = (
         np.gradient(np.stack((grid.points, grid.normals)), 1.0 / (count - 1), axis=axis, edge_order=2)
-        for axis, count in ((1, FORM_STATIONS[0]), (2, FORM_STATIONS[1]))
+        for axis, count in ((1, form_stations[0]), (2, form_stations[1]))
     )
     L = -np.einsum("...i,...i", by_s[0], by_s[1])
     M = -np.einsum("...i,...i", by_s[0], by_z[1])
     N = -np.einsum("...i,...i", by_z[0], by_z[1])
-    forms = [_stretched(L, M, N, evenness) for evenness in MIN_CURVATURE_SHARES]
+    forms = [_stretched(L, M, N, evenness) for evenness in min_curvature_shares]
     return min(forms, key=lambda form: np.prod(np.add(cells_for(form, tolerance), 1)))
 
 

@@ -39,10 +39,6 @@ OUTLINE = ("left bottom", "left fillet", "left flank", "tip", "right flank", "ri
 SIDES = ("first side", "last side")
 """Cuts between the tooth and its neighbours, in the middle of the tooth spaces."""
 MAX_ITERATIONS = 100
-MAX_PITCH = 1.001 * np.pi
-"""Largest angle of the section about the axis, rad: that of a gear with two teeth."""
-MAX_MOVE_PITCHES = 5e-4
-"""Largest movement of nodes in the last iteration."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,12 +208,14 @@ def _stretched(lengths: FloatArray, scale: float) -> FloatArray:
 
 def _lattice_of(flat: dict[str, Plane], half: int, bore: float, limits: tuple[float, float]) -> _Lattice:
     """Return the lattice. The rows of the body follow from the outline at the middle station."""
+    # Largest angle of the section about the axis, rad: that of a gear with two teeth.
+    max_pitch = 1.001 * np.pi
     first = flat["left bottom"][0]
     root = float(np.abs(first).min())
     if not 0.0 < bore < root:
         raise ValueError(f"bore_radius must be between 0 and the root radius {root:.6g} mm, got {bore:g}")
     at, pitch = len(first) // 2, _swept(flat)
-    if not (pitch.min() > 0.0 and pitch.max() < MAX_PITCH):
+    if not (pitch.min() > 0.0 and pitch.max() < max_pitch):
         turn = f"from {np.degrees(pitch.min()):.4g} to {np.degrees(pitch.max()):.4g} deg"
         raise ValueError(f"an outline must span 180 deg about the axis at most, got {turn}: one tooth only?")
     wing, tall = (
@@ -358,6 +356,8 @@ def _winslow(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the equations (9, n) of the inner nodes at one station (step 2), and the angles at which columns
     reach the bore, as fractions of the pitch."""
+    # Largest movement of nodes in the last iteration.
+    max_move_pitches = 5e-4
     nodes, weights = operators
     ends, above = lattice.index[:2]
     shares = (spacing - spacing[0]) / (spacing[-1] - spacing[0])
@@ -368,7 +368,7 @@ def _winslow(
         before, x[nodes[4]] = x[nodes[4]], _solved(x[:, None], nodes, values)[:, 0]
         shares = np.append(np.unwrap(np.angle(x[above[:-1]] / x[ends[0]])) / pitch, 1.0)
         shares[0] = 0.0
-        if np.abs(x[nodes[4]] - before).max() < MAX_MOVE_PITCHES * abs(pitch * x[ends[0]]):
+        if np.abs(x[nodes[4]] - before).max() < max_move_pitches * abs(pitch * x[ends[0]]):
             break
         # Coefficients of the equations of Winslow from the present nodes.
         xi, eta = (np.einsum("jn,jn->n", part, x[nodes]) for part in weights[:2])

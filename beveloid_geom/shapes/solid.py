@@ -38,14 +38,10 @@ MIN_BORE_RATIO = 0.02
 """Smallest radius of the bore over the smallest root radius. Cells closer to the axis would be slivers."""
 MIN_RIM_MODULES = 0.1
 """Smallest distance of the bore from the root. Cells in a thinner rim would be slivers."""
-END_FACE_ANGLE = math.radians(3.0)
-"""Smallest angle aimed at in the triangles of the end faces."""
 SIDE_GROWTH = 3.0
 """Ratio of successive cells along the sides, from the root and from the bore."""
 SIDE_ASPECT = 8.0
 """Ratio of the length of a cell along the sides to the width of the body there."""
-MIN_TEETH = 2
-"""The section of a gear with a single tooth surrounds the axis, so that it has no sides."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,9 +151,11 @@ def tooth_surface(
         For a gear with one tooth, a pointed tooth, flanks that undercut removes, tip rounds of the tool that
         overlap, a bore outside its limits, and too many points.
     """
+    # The section of a gear with a single tooth surrounds the axis, so that it has no sides.
+    min_teeth = 2
     require_tolerance(tolerance)
-    if member.teeth < MIN_TEETH:
-        text = f"teeth must be at least {MIN_TEETH} for a solid, got {member.teeth:g}"
+    if member.teeth < min_teeth:
+        text = f"teeth must be at least {min_teeth} for a solid, got {member.teeth:g}"
         raise ValueError(f"{text}: the section of a single tooth surrounds the axis")
     pitch, bore = 2.0 * math.pi / float(member.teeth), bore_of(member, bore_radius)
     across = _bore_cells(bore, pitch, tolerance)
@@ -283,9 +281,11 @@ def _end_face(name: str, points: FloatArray, ring: Indices, start: int) -> tuple
 
     `ring`: numbers of the points around it, counter-clockwise seen from +z; added points are numbered from
     `start`."""
+    # Smallest angle aimed at in the triangles of the end faces.
+    end_face_angle = math.radians(3.0)
     z = float(points[ring[0], 2])
     try:
-        flat, faces = triangulate_polygon(points[ring, :2], END_FACE_ANGLE)
+        flat, faces = triangulate_polygon(points[ring, :2], end_face_angle)
     except ValueError:
         cure = "undercut cuts through the tooth, take more teeth or a larger profile shift"
         raise ValueError(f"the outline of the tooth intersects itself at z = {z:.4g} mm: {cure}") from None

@@ -44,27 +44,18 @@ ASPECT = 20.0
 MAX_FILLET_WIDTH_RATIO = 6.0
 """Largest ratio of the widths of a fillet along the face. Cells that fit its wide end would be slivers at a
 narrow end, and cells that fit the narrow end would be too many."""
-FLANK_TOLERANCE_SHARE = 0.5
-"""Share of the tolerance that flanks use. They are large and convex, so that their chords cause most of the
-volume that a solid lacks."""
 MIN_LAND_MODULES = 0.02
 """Half a bottom land that is narrower includes the end of the fillet, for triangles of good shape."""
-MIN_TIP_MODULES = 0.01
-"""Smallest thickness of the tip. Thinner teeth are called pointed."""
-MIN_TOLERANCE_MM = 1e-9
-"""Double precision cannot represent smaller tolerances on a large gear."""
-BYTES_PER_POINT = 260
-"""Memory for each point of a solid with its triangles."""
-MAX_ATTEMPTS = 12
-"""Largest number of divisions that are tried."""
 
 
 def require_tolerance(tolerance: float) -> None:
     """Raise ArgumentError for a tolerance (mm) that is not positive and finite, or too small."""
+    # Double precision cannot represent smaller tolerances on a large gear.
+    min_tolerance_mm = 1e-9
     if not 0.0 < tolerance < np.inf:
         raise ArgumentError("tolerance", f"must be a positive length in mm, got {tolerance:g}")
-    if tolerance < MIN_TOLERANCE_MM:
-        text = f"must be at least {MIN_TOLERANCE_MM:g} mm, got {tolerance:g}: usual are 0.001 to 0.1"
+    if tolerance < min_tolerance_mm:
+        text = f"must be at least {min_tolerance_mm:g} mm, got {tolerance:g}: usual are 0.001 to 0.1"
         raise ArgumentError("tolerance", text)
 
 
@@ -167,10 +158,12 @@ def tip_angle(member: Member, flank: str, z: ArrayLike) -> FloatArray:
 def tip_sheet(member: Member) -> Sheet:
     """Return the tip cone over the angle (rad) about the axis, from the left to the right flank. Raises
     ValueError for a pointed tooth."""
+    # Smallest thickness of the tip. Thinner teeth are called pointed.
+    min_tip_modules = 0.01
     half, gamma = 0.5 * float(member.face_width), float(member.cone_angle)
     z = np.linspace(-half, half, 9)
     width = (tip_angle(member, "right", z) - tip_angle(member, "left", z)) * tip_radius(member, z)
-    worst, least = int(np.argmin(width)), MIN_TIP_MODULES * float(member.tool.normal_module)
+    worst, least = int(np.argmin(width)), min_tip_modules * float(member.tool.normal_module)
     if not width[worst] > least:
         text = f"the tooth is pointed at z = {z[worst]:.4g} mm"
         if width[worst] > 0.0:
@@ -245,11 +238,16 @@ def outline_grids(
     ValueError
         For too many points, a tolerance that cannot be met, and fillets that nearly vanish at one end.
     """
+    # Share of the tolerance that flanks use. They are large and convex, so that their chords cause most
+    # of the volume that a solid lacks.
+    flank_tolerance_share = 0.5
+    # Largest number of divisions that are tried.
+    max_attempts = 12
     _require_wide_fillets(sheets)
     forms = {name: form_of(sheet, tolerance) for name, sheet in sheets.items()}
-    aim = {name: tolerance * (FLANK_TOLERANCE_SHARE if "flank" in name else 1.0) for name in sheets}
+    aim = {name: tolerance * (flank_tolerance_share if "flank" in name else 1.0) for name in sheets}
     scale = dict.fromkeys(sheets, 1.0)
-    for _ in range(MAX_ATTEMPTS):
+    for _ in range(max_attempts):
         rows, nz, along = _cells(forms, {name: aim[name] / scale[name] for name in sheets})
         common = {name: replace(form, face=along.face) for name, form in forms.items()}
         rows, nz = _in_shape(sheets, common, rows, nz, bore_step)
@@ -285,9 +283,11 @@ def _grid(sheet: Sheet, form: Form, rows: int, nz: int) -> SheetGrid:
 
 def require_memory(points: float, tolerance: float, teeth: int) -> None:
     """Raise ValueError if a number of points for each of some teeth exceeds MAX_POINTS."""
+    # Memory for each point of a solid with its triangles.
+    bytes_per_point = 260
     total = points * teeth
     if total > MAX_POINTS:
-        size = f"about {total:.2g} points and {total * BYTES_PER_POINT / 2.0**30:.2g} GB of memory"
+        size = f"about {total:.2g} points and {total * bytes_per_point / 2.0**30:.2g} GB of memory"
         limit = f"the limit is {MAX_POINTS:.2g} points"
         text = f"tolerance {tolerance:g} mm is too fine: for {counted(teeth)}"
         raise ValueError(f"{text} it takes {size}, {limit}")

@@ -22,9 +22,6 @@ from ..arrays import FloatArray
 
 ORDER = 4
 """Degree of the pieces; the part that fades has this degree."""
-FIT_ITERATIONS = 100
-FIT_TOLERANCE = 1e-13
-"""Largest difference from the given values, relative to the largest value, at which the fit ends."""
 
 
 def _moved(poly: FloatArray, origin: float) -> FloatArray:
@@ -111,6 +108,9 @@ def spline_through(first: FloatArray, second: FloatArray, values: FloatArray) ->
     ValueError
         If the coordinates do not rise along the grid, or are too far from a rectangular grid.
     """
+    fit_iterations = 100
+    # Largest difference from the given values, relative to the largest value, at which the fit ends.
+    fit_tolerance = 1e-13
     from scipy.interpolate import NdPPoly
 
     nodes = first.mean(axis=1), second.mean(axis=0)
@@ -125,10 +125,10 @@ def spline_through(first: FloatArray, second: FloatArray, values: FloatArray) ->
     # The values belong to positions next to the nodes: the values at the nodes are corrected until the
     # surface passes through the given ones.
     given, at = values, np.stack((first, second), axis=-1)
-    for _ in range(FIT_ITERATIONS):
+    for _ in range(fit_iterations):
         spline = surface(given)
         missing = values - spline.function(at)
-        if not np.abs(missing).max() > FIT_TOLERANCE * np.abs(values).max():
+        if not np.abs(missing).max() > fit_tolerance * np.abs(values).max():
             return spline
         given = given + missing
     if not np.abs(missing).max() < 1e-9 * np.abs(values).max():

@@ -25,8 +25,6 @@ from ..support.frozen_arrays import read_only
 
 SMALL, LARGE = 0.0002, 0.002
 """1/mm: largest coefficients of Figs. 7 and 8, and of Figs. 9 and 10."""
-SWEEPS = {"C1": (1, 1, SMALL), "C2": (-1, -1, SMALL), "C3": (1, -1, LARGE), "C4": (-1, 1, LARGE)}
-"""Signs of the coefficients of pinion and gear, and the largest coefficient."""
 DRAWN, MODIFIED = 0.01, (0.001, -0.001)
 """1/mm: coefficients of Fig. 6, and of Figs. 12 to 15."""
 OFFSET_ERROR, ANGLE_ERROR, AXIAL_ERROR = 0.5, radians(0.015), 0.5
@@ -60,10 +58,12 @@ class Case:
     @cached_property
     def sweeps(self) -> dict[str, Sweep]:
         """PathMeasures of C1 to C4."""
+        # Signs of the coefficients of pinion and gear, and the largest coefficient.
+        sweeps = {"C1": (1, 1, SMALL), "C2": (-1, -1, SMALL), "C3": (1, -1, LARGE), "C4": (-1, 1, LARGE)}
         return read_only(
             {
                 name: sweep(self.design, self.flank, (self.sign * first, self.sign * second), size)
-                for name, (first, second, size) in SWEEPS.items()
+                for name, (first, second, size) in sweeps.items()
             }
         )
 

@@ -32,8 +32,6 @@ from .pitch_region import pitch_guess
 
 UNKNOWNS = ("l1", "u1", "l2", "u2", "gear_roll", "pinion_roll")
 FIRST_GUESS = np.array([1e-3, -2e-3, -1e-3, 2e-3, 1e-5, 0.0])
-SPLINE_POINTS = 2001
-"""Number of points of the spline in which starting values for a given roll or l1 are looked up."""
 LARGEST_MOVE, SMALLEST_SHARE = 0.3, 1e-4
 """Largest change of the scaled unknowns in a step in which coefficients and errors are introduced, and
 smallest share of them in a step."""
@@ -98,11 +96,13 @@ def _span(curve: FiveCurve, piece: FloatArray) -> float:
 
 def _positions(curve: FiveCurve, piece: FloatArray, ends: FloatArray, share: FloatArray) -> list[FloatArray]:
     """Return the scaled unknowns at shares `share` in [0, 1] of a segment with these ends; NaN if lost."""
+    # Number of points of the spline in which starting values for a given roll or l1 are looked up.
+    spline_points = 2001
     between = float(piece.min()), float(piece.max())
     row = next((row for row in (ROLL, L1) if curve.turns(row, between).size == 0), None)
     if row is None:
         return [curve.at(s) for s in piece[0] + (piece[1] - piece[0]) * share]
-    across, dense = np.eye(6)[row], np.linspace(*between, SPLINE_POINTS)
+    across, dense = np.eye(6)[row], np.linspace(*between, spline_points)
     values = curve.spline(dense)[:, row]
     order = np.argsort(values)
     positions = []

@@ -42,10 +42,6 @@ SMALLEST_TANGENT_COSINE, LARGEST_CORRECTION = 0.98, 0.2
 """Limits between neighbouring nodes: cosine of the angle between their tangents, and correction relative to
 the step. A step outside these limits may have changed to another branch and is halved."""
 MOST_NODES = 3000
-NEAR_ZERO_MM = 0.02
-"""Extrema of a margin closer to zero are probed for two crossings."""
-END_TOLERANCE = 1e-6
-"""Largest change of the scaled unknowns of an end when its limit is met."""
 ROLL, L1 = 5, 0
 
 
@@ -227,9 +223,11 @@ class FiveCurve:
     def end(self, s: float) -> FloatArray:
         """Return the scaled unknowns (6,) where a limit is met at length s, with the limit met to rounding.
         `at(s)` alone would miss it by the rounding error of an ill-conditioned contact."""
+        # Largest change of the scaled unknowns of an end when its limit is met.
+        end_tolerance = 1e-6
         start = self.at(s)
         found = self.system.meet_limit(start, int(self.system.margins(start).argmin()))
-        near = found is not None and np.linalg.norm(found - start) < END_TOLERANCE
+        near = found is not None and np.linalg.norm(found - start) < end_tolerance
         return found if found is not None and near else start
 
     def least_margin(self, s: float) -> float:
@@ -246,10 +244,12 @@ class FiveCurve:
 
         The roots of the cubics through the margins, and their extrema close to zero, are the starting
         intervals. The results are roots of the exact smallest margin."""
+        # Extrema of a margin closer to zero are probed for two crossings.
+        near_zero_mm = 0.02
         cubics = CubicHermiteSpline(self.s, self.margins, self.rates)
         roots = np.concatenate(list(cubics.roots(extrapolate=False)))
         turns = [
-            np.array([x for x in extrema if abs(float(cubics(x)[k])) < NEAR_ZERO_MM])
+            np.array([x for x in extrema if abs(float(cubics(x)[k])) < near_zero_mm])
             for k, extrema in enumerate(cubics.derivative().roots(extrapolate=False))
         ]
         cuts = np.concatenate((roots, *turns))

@@ -27,8 +27,6 @@ from . import five_equations_math
 from .comparison import ReferencePositions, by_five_equations, path_positions
 from .five_equations import path_of_contact_five_equations
 
-MESH_TOLERANCE_MM = 0.01
-XTOL = 1e-14
 Answer: TypeAlias = tuple[FloatArray, FloatArray, str]
 """Points (n, 3) in S_f and bounds (n,) of their errors as the method states them, NaN if it states none, mm;
 reason for missing points."""
@@ -142,13 +140,14 @@ def _attempted(method: Callable[[ReferencePositions], Answer], exact: ReferenceP
 
 def _by_mesh(polish: bool) -> Callable[[ReferencePositions], Answer]:
     """Return the method that finds the nearest points of two meshes, without or with a polish."""
+    mesh_tolerance_mm = 0.01
 
     def method(exact: ReferencePositions) -> Answer:
         """Return the nearest points of the meshes."""
         rolls = zip(exact.pinion_roll.tolist(), exact.gear_roll.tolist(), strict=True)
         met = [
             mesh_contact(
-                exact.design, exact.flank, MESH_TOLERANCE_MM, pinion_roll=one, gear_roll=other, polish=polish
+                exact.design, exact.flank, mesh_tolerance_mm, pinion_roll=one, gear_roll=other, polish=polish
             )
             for one, other in rolls
         ]
@@ -160,7 +159,8 @@ def _by_mesh(polish: bool) -> Callable[[ReferencePositions], Answer]:
 
 def _by_five_equations(exact: ReferencePositions) -> Answer:
     """Solve the five equations; positions with too large a residual are refused."""
-    work, _ = by_five_equations(exact, XTOL, five_equations_math.RESIDUAL_LIMIT)
+    xtol = 1e-14
+    work, _ = by_five_equations(exact, xtol, five_equations_math.RESIDUAL_LIMIT)
     points, _ = work()
     lost = np.isnan(points).any()
     return points, np.full(len(points), np.nan), "not converged" if lost else ""

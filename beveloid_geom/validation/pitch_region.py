@@ -19,10 +19,6 @@ Vector = NDArray[np.float64]
 Guess = tuple[float, float, float, float, float, float]
 
 
-SQUARE_ROUNDING = 1e-12
-"""Rounding error of N_x squared if the axes intersect and the plane contains both."""
-
-
 @dataclass(frozen=True)
 class PitchRegion:
     """Layout of the unmodified pair without errors near the pitch point, in S_f."""
@@ -44,6 +40,8 @@ def hand_of_pair(design: Design) -> float:
 
 def pitch_region(design: Design) -> PitchRegion:
     """Return the layout in which the two reference cones, through the mid-face radii, touch at one point."""
+    # Rounding error of N_x squared if the axes intersect and the plane contains both.
+    square_rounding = 1e-12
     gamma1, gamma2 = (float(member.cone_angle) for member in design.members)
     shaft = hand_of_pair(design) * float(design.pair.shaft_angle)
     k1: Vector = np.array([0.0, 0.0, 1.0])
@@ -52,7 +50,7 @@ def pitch_region(design: Design) -> PitchRegion:
     normal_z = -sin(gamma1)
     normal_y = (sin(gamma2) - normal_z * cos(shaft)) / sin(shaft)
     squared = 1.0 - normal_y**2 - normal_z**2
-    if squared <= -SQUARE_ROUNDING:
+    if squared <= -square_rounding:
         raise ArithmeticError("the reference cones have no common tangent plane")
     normal: Vector = np.array([sqrt(max(squared, 0.0)), normal_y, normal_z])
     radial1 = (normal + sin(gamma1) * k1) / cos(gamma1)

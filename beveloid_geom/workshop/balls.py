@@ -50,12 +50,6 @@ BALL_DIAMETERS_MM = np.array(
     )
 )
 """Usual diameters of measuring balls, with steps of 10 and 20 mm above 50 mm."""
-RECOMMENDED_MODULES = (1.0, 4.0)
-"""Smallest and largest diameter of a recommended ball."""
-MAX_NEWTON_STEPS = 60
-"""Largest number of steps, including halved ones; 4 to 8 are usual."""
-CONTACT_TOLERANCE = 1e-11
-"""Largest deviation of the distances from the ball radius, relative to it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,9 +130,11 @@ def balls_at(member: Member, diameter: float, z: ArrayLike, change: ArrayLike = 
 def recommended_ball(member: Member) -> float:
     """Return the smallest usual diameter (mm) of a ball that touches the flanks of a single member at
     mid-face on or above the shifted reference cone, on average of both flanks; NaN if there is none."""
+    # Smallest and largest diameter of a recommended ball.
+    recommended_modules = (1.0, 4.0)
     module = float(member.tool.normal_module)
     ratio = BALL_DIAMETERS_MM / module
-    sizes = BALL_DIAMETERS_MM[(ratio >= RECOMMENDED_MODULES[0]) & (ratio <= RECOMMENDED_MODULES[1])]
+    sizes = BALL_DIAMETERS_MM[(ratio >= recommended_modules[0]) & (ratio <= recommended_modules[1])]
     radius = tip_radius(member, 0.0) - float(member.tip_height) * module
     for size in sizes.tolist():
         balls = balls_at(member, size, 0.0)
@@ -161,6 +157,8 @@ def _centres(
     Newton's method with a line search: a step is halved if it leads to a point without feet, such as inside a
     base cylinder, or increases the residual. On steep cones the feet lie several mm away from the plane z, so
     that the first full Newton steps can leave the teeth."""
+    # Largest number of steps, including halved ones; 4 to 8 are usual.
+    max_newton_steps = 60
     pitch, thicker = 2.0 * np.pi / float(member.teeth), turn_of(member, change)
     turns = thicker, pitch - thicker  # angles of the two flanks from those of tooth 0
 
@@ -181,7 +179,7 @@ def _centres(
     angle = 0.5 * pitch + middle_angle(member) + z * slope + 0.0 * change
     pair, off = feet_at(radius, angle)
     share = np.ones_like(radius)
-    for _ in range(MAX_NEWTON_STEPS):
+    for _ in range(max_newton_steps):
         step_r, step_t = _newton_step(pair, off, radius, [angle - turn for turn in turns])
         size = np.abs(step_r) + radius * np.abs(step_t)
         if not np.any(share * size > 1e-14 * radius):
@@ -234,13 +232,15 @@ def _judged(
     pair: list[Feet],
 ) -> Balls:
     """Return the dimensions of balls at their centres, and their status."""
+    # Largest deviation of the distances from the ball radius, relative to it.
+    contact_tolerance = 1e-11
     (radius, angle), half, teeth = centre, 0.5 * diameter, int(member.teeth)
     off, contact_radius = np.zeros(radius.shape, dtype=bool), np.empty((2, *radius.shape))
     for side, (flank, foot) in enumerate(zip(FLANK_SIGN, pair, strict=True)):
         contact_radius[side] = np.hypot(*flank_point(member, flank, foot.l, foot.u)[..., :2].T).T
         cut = undercut_of(member, flank)
         off |= (foot.status != Status.SOLVED) | ~(foot.l >= np.interp(foot.z, cut.z, cut.start))
-    lost = np.any([~(np.abs(foot.distance - half) <= CONTACT_TOLERANCE * half) for foot in pair], axis=0)
+    lost = np.any([~(np.abs(foot.distance - half) <= contact_tolerance * half) for foot in pair], axis=0)
     deep = radius + half <= tip_radius(member, z)
     bottom = (radius - root_radius(member, z)) * np.cos(member.cone_angle) < half
     # With an odd number of teeth, balls are half a pitch from opposite positions.

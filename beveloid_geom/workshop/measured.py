@@ -25,14 +25,8 @@ from ..support.text_file import TextFileError, read_text
 from .grid import MeasuringGrid
 from .measured_table import MeasuredError as MeasuredError, Place, points_of, words_of
 
-MAX_OFFSET_MODULES = 0.5
-"""Largest distance of a measured point from its nominal position."""
 UNITS = ((1000.0, "um"), (1.0 / 25.4, "inches"), (0.1, "cm"), (0.001, "m"))
 """Ratio of coordinates in other units to those in mm, and the units."""
-UNIT_TOLERANCE = 0.05
-"""Largest relative difference of distances by which such a unit is recognised."""
-ROUNDING_UM = 2e-6
-"""Deviations up to this magnitude are rounding errors of the nominal grid in a file, and count as zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +80,9 @@ class Deviations:
 
         Each point is compared with the flank point of the same radius and z. Raises MeasuredError if there is
         no such point."""
+        # Deviations up to this magnitude are rounding errors of the nominal grid in a file, and
+        # count as zero.
+        rounding_um = 2e-6
         member, tool = self.grid.member, self.grid.member.tool
         lever = 0.5 * float(tool.normal_module * np.cos(tool.normal_pressure_angle) * member.teeth)
         l, z, amount = np.empty((3, *self.deviation.shape))
@@ -104,7 +101,7 @@ class Deviations:
             amount[side] = 1e3 * sigma * lever * turn.reshape(shape)
         if not np.isfinite(amount).all():
             raise MeasuredError("has points below the base cylinder: measure the flanks further away from it")
-        return FlankDeviations(l, z, np.where(np.abs(amount) > ROUNDING_UM, amount, 0.0))
+        return FlankDeviations(l, z, np.where(np.abs(amount) > rounding_um, amount, 0.0))
 
 
 def read_deviations(path: Path, grid: MeasuringGrid) -> Deviations:
@@ -168,14 +165,18 @@ def deviations_of(grid: MeasuringGrid, point: FloatArray) -> Deviations:
 
 def _require_places(grid: MeasuringGrid, point: FloatArray) -> None:
     """Raise MeasuredError unless all points are near their nominal positions."""
+    # Largest distance of a measured point from its nominal position.
+    max_offset_modules = 0.5
+    # Largest relative difference of distances by which such a unit is recognised.
+    unit_tolerance = 0.05
     nominal, given = grid.point.reshape(-1, 3), point.reshape(-1, 3)
     away, swapped = np.linalg.norm(given - nominal, axis=-1), _swapped(nominal, given)
-    far = MAX_OFFSET_MODULES * float(grid.member.tool.normal_module)
+    far = max_offset_modules * float(grid.member.tool.normal_module)
     if away.max() <= far and not swapped.size:
         return
     scale = float(np.median(np.linalg.norm(given, axis=-1) / np.linalg.norm(nominal, axis=-1)))
     for factor, unit in UNITS:
-        if abs(scale / factor - 1.0) < UNIT_TOLERANCE:
+        if abs(scale / factor - 1.0) < unit_tolerance:
             read = f"were they given in {unit}? mm are read"
             raise MeasuredError(f"has coordinates {scale:.4g} times those of the grid: {read}")
     first = int(swapped[0]) if swapped.size else int(away.argmax())

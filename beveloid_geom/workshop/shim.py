@@ -37,8 +37,6 @@ BY = ("pinion_axial", "gear_axial")
 COLUMNS = [ERROR_NAMES.index(name) for name in BY]
 RESIDUAL_TOLERANCE_MM = 1e-9
 """Largest deviation from the required backlash and position."""
-MIN_BACKLASH_SLOPE = 1e-9
-"""Change of the backlash per mm of axial position (mm/mm) below which shims have no effect."""
 
 Function: TypeAlias = Callable[[FloatArray], FloatArray]
 
@@ -118,6 +116,8 @@ def shim(design: Design, backlash: float, at: float | None = None, flank: str = 
     >>> found.status.name, found.axial.round(3)
     ('REACHED', array([1.523, 0.406]))
     """
+    # Change of the backlash per mm of axial position (mm/mm) below which shims have no effect.
+    min_backlash_slope = 1e-9
     require_design(design)
     flank_sign(flank)
     if design.batch_shape:
@@ -126,7 +126,7 @@ def shim(design: Design, backlash: float, at: float | None = None, flank: str = 
         raise ValueError(f"at must be a share of the face above 0 and below 1, got {at:g}")
     z = np.nan if at is None else float(design.pinion.face_width) * (at - 0.5)
     limit = float(limits_of(design, BY).min())
-    if np.abs(backlash_by_errors(design)[COLUMNS]).max() < MIN_BACKLASH_SLOPE:
+    if np.abs(backlash_by_errors(design)[COLUMNS]).max() < min_backlash_slope:
         return _forward(design, flank, backlash, z, limit, None, ShimStatus.NO_EFFECT)
     off, by = _conditions(design, flank, backlash, z)
     result = _forward(design, flank, backlash, z, limit, _root(off, by, np.zeros(2)), ShimStatus.REACHED)

@@ -30,9 +30,6 @@ from ..status import SpanStatus
 from ..support.array_repr import short_repr
 from .tooth_data import tooth_data
 
-MIN_DEFAULT_TEETH = 2
-"""Smallest default number of teeth in a span. Over one tooth, the planes touch too deep."""
-
 
 @dataclass(frozen=True, eq=False)
 class Span:
@@ -90,6 +87,8 @@ def span_over(member: Member, teeth: int | None = None, change: ArrayLike = 0.0)
     >>> span.teeth, span.dimension.round(4)
     (3, array([15.3209]))
     """
+    # Smallest default number of teeth in a span. Over one tooth, the planes touch too deep.
+    min_default_teeth = 2
     change = np.atleast_1d(np.asarray(change, dtype=float))
     total = int(member.teeth)
     if teeth is not None and not 1 <= teeth < total:
@@ -107,7 +106,7 @@ def span_over(member: Member, teeth: int | None = None, change: ArrayLike = 0.0)
     if teeth is None:
         shifted = float(reference_radius(member)) + float(member.profile_shift) * module
         through_v = 2.0 * np.sqrt(max(shifted**2 - radius**2, 0.0)) / np.cos(helix)
-        least = min(MIN_DEFAULT_TEETH, total - 1)
+        least = min(min_default_teeth, total - 1)
         teeth = int(np.clip(np.rint((through_v - one) / pitch) + 1, least, total - 1))
     # Thickness adds A cos(alpha_n) along the normal.
     dimension = one + (teeth - 1) * pitch + change * np.cos(alpha)

@@ -22,12 +22,6 @@ Offset = tuple[float, float]
 HALO, RIM = 3.0, 1.0
 """Points: width of the white outline of text (both sides together), and of lines on each side."""
 CENTRE_LINE: dict[str, Any] = {"linewidth": 1.3, "dashes": (12, 3, 2, 3)}
-SIDEWAYS = 0.5
-"""Sine of the angle from the vertical above which the label of an arrow is placed to its side."""
-END_ON = 0.12
-"""Visible fraction of its length below which an axis is drawn as seen from its end."""
-HEADS = 13.0
-"""Length of the two heads of a dimension line, points."""
 GAP, SLASH = 2.0, (2.5, 6.0)
 """Points: half the gap of a break, and extent of its strokes along and across the line."""
 CLEAR, NEAR = 3.0, 9.0
@@ -89,10 +83,12 @@ def dimension(
     **style
         Properties of the label.
     """
+    # Length of the two heads of a dimension line, points.
+    heads = 13.0
     colour = style.get("color", theme.INK)
     a, b = np.asarray(start, dtype=float), np.asarray(end, dtype=float)
     length = float(np.linalg.norm(np.subtract(*axes.transData.transform((a, b)))))
-    least = HEADS * axes.figure.dpi / 72.0
+    least = heads * axes.figure.dpi / 72.0
     if length > least:
         arrow(axes, a, b, colour, 1.2, "<|-|>")
     elif length > 0.0:
@@ -241,6 +237,11 @@ class Overlay:
         offset : tuple of float
             Offset of the name, points.
         """
+        # Sine of the angle from the vertical above which the label of an arrow is placed to its
+        # side.
+        sideways = 0.5
+        # Visible fraction of its length below which an axis is drawn as seen from its end.
+        end_on = 0.12
         start = self.picture.project(origin)
         full = length * self.picture.px_per_mm
         for name, vector in zip(names, np.asarray(vectors, dtype=float), strict=True):
@@ -249,7 +250,7 @@ class Overlay:
             tip = self.picture.project(np.asarray(origin) + length * vector)
             direction = tip - start
             seen = float(np.linalg.norm(direction))
-            if seen < END_ON * full:
+            if seen < end_on * full:
                 away = float(vector @ self.picture.camera.axes[2]) < 0.0
                 self.axes.plot(*start, "o", ms=9, mfc="white", mec=colour, mew=1.6, zorder=4)
                 self.axes.plot(*start, "x" if away else ".", ms=5, color=colour, mew=1.2, zorder=5)
@@ -257,7 +258,7 @@ class Overlay:
                 continue
             arrow(self.axes, start, tip, colour, 1.8)
             shift = direction / seen * (1.0, -1.0)
-            side = "left" if shift[0] > SIDEWAYS else "right" if shift[0] < -SIDEWAYS else "center"
+            side = "left" if shift[0] > sideways else "right" if shift[0] < -sideways else "center"
             reach = 5.0 if side != "center" else 12.0
             text(self.axes, tip, f"${name}$", (reach * shift[0], 11.0 * shift[1]), color=colour, ha=side)
         if title:

@@ -31,8 +31,6 @@ FACE, DEPTH = 25, 9
 """Number of points along the sides of an outline."""
 BANDS = (0.25, 0.5, 1.0)
 """Fractions of the separation of a pattern at which its shading changes."""
-SHADES = ("#6baed6", "#9ecae1", "#d0e3f2")
-"""Colours of BANDS in side views."""
 EVERY = 8
 """Number of rolls of a mesh cycle per contact point drawn."""
 
@@ -167,8 +165,10 @@ def rim(*grids: FloatArray) -> FloatArray:
 def side_view(axes: Axes, z: FloatArray, r: FloatArray, least: FloatArray, separation: float) -> FloatArray:
     """Shade the area of a flank over z and r, mm, where the flanks are close, in bands; return its boundary
     (n, 2)."""
+    # Colours of BANDS in side views.
+    shades = ("#6baed6", "#9ecae1", "#d0e3f2")
     root = np.ma.masked_invalid(np.sqrt(np.maximum(least, 0.0)))
-    for share, shade in zip(BANDS[::-1], SHADES[::-1], strict=True):
+    for share, shade in zip(BANDS[::-1], shades[::-1], strict=True):
         axes.contourf(z, r, root, [-1.0, float(np.sqrt(share * separation))], colors=[shade])
     boundary = rim(z, r)
     axes.add_patch(Polygon(boundary, fill=False, edgecolor=theme.GREY, linewidth=1.2))

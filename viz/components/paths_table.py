@@ -27,8 +27,6 @@ FLANKS = ("right", "left")
 MEMBERS = ("pinion", "gear")
 LINES = 5
 """Number of lines of contact drawn."""
-TABLE_1_MODULE = 6.0
-"""Normal module of the paper's pair, mm."""
 PARABOLAS = ("parabola_pinion_per_mm", "parabola_gear_per_mm")
 """Columns that distinguish the cases of a table."""
 COLUMNS = (
@@ -171,7 +169,9 @@ class SolvedPath:
 
 def as_large(design: Design) -> float:
     """Return the ratio of the pinion module to that of the paper's pair."""
-    return float(design.pinion.tool.normal_module) / TABLE_1_MODULE
+    # Normal module of the paper's pair, mm.
+    table_1_module = 6.0
+    return float(design.pinion.tool.normal_module) / table_1_module
 
 
 def digits_mm(design: Design) -> int:

@@ -21,8 +21,6 @@ from ..rendering.scene import Camera, Size, Surface, fit_camera, grid_surface
 VIEW, UP = np.array([-0.5, 0.52, 0.7]), np.array([0.0, -1.0, 0.0])
 """Viewing direction for a complete pair, and upward direction, in S_f."""
 SHAFT = "#9aa1a8"
-SHAFT_SHARE = 0.22
-"""Radius of a shaft as a fraction of the smallest tip radius."""
 RING, LATHE = 49, 121
 """Number of points on a tip circle, and on a surface of revolution."""
 
@@ -158,8 +156,10 @@ def circle(radius: float, z: float, count: int = 97) -> FloatArray:
 
 def shaft_radius(member: Member) -> float:
     """Return the radius of the shaft of a member, mm."""
+    # Radius of a shaft as a fraction of the smallest tip radius.
+    shaft_share = 0.22
     half = 0.5 * float(member.face_width)
-    return SHAFT_SHARE * float(np.min(tip_radius(member, np.array([-half, half]))))
+    return shaft_share * float(np.min(tip_radius(member, np.array([-half, half]))))
 
 
 def far_words(pair: PosedPair) -> str:

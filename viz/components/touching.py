@@ -15,8 +15,6 @@ from beveloid_geom.status import Limit, Verdict
 BESIDE_PITCHES = 1e-11
 """Distance of rolls on both sides of a change of the contact, and just beyond the ends of a path, in
 pitches."""
-SAME_PITCHES = 1e-9
-"""Distance below which a change of the contact is the end of a path, pitches."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,6 +112,8 @@ def _beside_changes(cycle: MeshCycle, rolls: FloatArray) -> FloatArray:
     """Return rolls (n,), rad, on both sides of each change of the contact in the range of `rolls`.
 
     None along lines of contact, where changes are those of the point that represents a line."""
+    # Distance below which a change of the contact is the end of a path, pitches.
+    same_pitches = 1e-9
     changes = cycle.changes[np.isfinite(cycle.changes)]
     low, high = float(rolls.min()), float(rolls.max())
     if bool(cycle.along_lines) or not np.isfinite(low + high):
@@ -121,7 +121,7 @@ def _beside_changes(cycle: MeshCycle, rolls: FloatArray) -> FloatArray:
     start, pitch = float(cycle.start), float(cycle.pitch)
     turns = np.arange(np.floor((low - start) / pitch), np.ceil((high - start) / pitch))
     all_changes = (changes + cycle.pitch * turns[:, None]).ravel()
-    margin = SAME_PITCHES * cycle.pitch
+    margin = same_pitches * cycle.pitch
     within = all_changes[(low + margin < all_changes) & (all_changes < high - margin)]
     return np.asarray((within + BESIDE_PITCHES * cycle.pitch * np.array([[-1.0], [1.0]])).ravel())
 

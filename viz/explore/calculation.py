@@ -33,8 +33,6 @@ from .values import Settings
 
 PATH_POINTS, CYCLE_POINTS, HARMONICS = 101, 121, 10
 """Positions along the path and over the mesh cycle, and harmonics: the defaults of `tca` and `operation`."""
-LINE_EVERY = 6
-"""Points of the path for each point of its line on the teeth: there are many teeth, and paths are smooth."""
 SMALL_BACKLASH_MM = 0.02
 """Backlash of the unmodified flanks below which the pair is checked for jamming before anything is shown."""
 
@@ -76,6 +74,9 @@ class Calculation:
 
     def motion(self) -> dict[str, Any]:
         """Return path, first contacts, motion graph and their figures, or status and reason."""
+        # Points of the path for each point of its line on the teeth: there are many teeth, and
+        # paths are smooth.
+        line_every = 6
         reason = reason_of(self.path) or first_contact_fault(self.design)
         # The backlash takes as long as all the rest, so that it is computed first only if it may be lost.
         if not reason and unmodified_backlash(self.design) < SMALL_BACKLASH_MM and self.backlash.jam:
@@ -88,7 +89,7 @@ class Calculation:
             "status": "solved",
             "flank": self.settings.flank,
             "frames": member_frames(self.design),
-            "view": flank_data(self.design, self.settings.flank, operation.cycle, LINE_EVERY),
+            "view": flank_data(self.design, self.settings.flank, operation.cycle, line_every),
             "flanks": flank_panels(operation, self.path),
             "graph": graph_panel(operation),
             "figures": [vars(figure) for figure in self._motion_figures()],

@@ -26,7 +26,6 @@ from ..options import command, option
 
 FILM = "Film thickness: marking compound of the pattern, and clearance of a second contact ratio."
 TORQUE = "Torque on the pinion for the greatest pressure (Hertz); 0 for none."
-INSTALL = "pip install 'beveloid-geom[explore]'"
 
 
 @command("explore-pair")
@@ -45,9 +44,10 @@ def main(
     The teeth in mesh, the flattened flanks with path, first contacts and pattern, the motion graph and the
     main figures follow the sliders. The page comes from this machine; nothing is sent to the network. The
     address contains a random token. Ctrl-C ends the program."""
+    install = "pip install 'beveloid-geom[explore]'"
     changed = changed_design(load_design(design), changes)
     if find_spec("aiohttp") is None:
-        raise Refusal([f"explore-pair needs a web server: {INSTALL}"])
+        raise Refusal([f"explore-pair needs a web server: {install}"])
     from .server import HOST, Server
     from .values import Settings, Start
 

@@ -24,8 +24,6 @@ from ..components.paths_table import MEMBERS, points_on
 
 GRAPH_STEPS = 24
 """Number of rolls per pitch of the curve of one tooth pair."""
-PATCH = (13, 37)
-"""Largest number of points over depth and face of the pattern in the 3D view."""
 LIFT = 0.01
 """Distance of this pattern from the tooth surface in modules, so that the triangles of the tooth do not hide
 it."""
@@ -123,9 +121,11 @@ def _bands(flat: FlatFlank, side: MemberPattern, separation: float) -> list[list
 
 def _patch(side: MemberPattern, separation: float, module: float) -> dict[str, Any]:
     """Return a coarser grid of points next to the flank, with the level."""
+    # Largest number of points over depth and face of the pattern in the 3D view.
+    patch = (13, 37)
     picked = [
         np.unique(np.linspace(0, size - 1, min(size, most)).round().astype(int))
-        for size, most in zip(side.l.shape, PATCH, strict=True)
+        for size, most in zip(side.l.shape, patch, strict=True)
     ]
     points = side.points[np.ix_(*picked)]
     along, across = np.gradient(points, axis=1), np.gradient(points, axis=0)

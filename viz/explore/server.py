@@ -23,8 +23,6 @@ from .values import Start
 
 HOST = "127.0.0.1"
 MAX_MESSAGE_BYTES = 100_000
-VIEW_TOLERANCE = 1.0 / 100.0
-"""Deviation of the triangles of the teeth in modules."""
 FILES = {
     "": ("explore", "page.html", "text/html"),
     "page.css": ("report", "page.css", "text/css"),
@@ -67,6 +65,8 @@ class Server:
         OSError
             If the port is not free.
         """
+        # Deviation of the triangles of the teeth in modules.
+        view_tolerance = 1.0 / 100.0
         self.start, self.token = start, secrets.token_urlsafe(24)
         self._socket = socket.socket()
         # Otherwise a port remains busy for a minute after an earlier server.
@@ -83,7 +83,7 @@ class Server:
             "name": start.name,
             "values": start.values,
             "controls": [control.data() for control in start.controls.values()],
-            "view": view_data(start.design, VIEW_TOLERANCE * module),
+            "view": view_data(start.design, view_tolerance * module),
         }
 
     @property

@@ -19,9 +19,6 @@ from ..components import paths_table
 from ..components.paths_table import SolvedPath
 from ..components.posed import on_tooth
 
-CONTACT_GAP_MM = 1e-6
-"""Largest gap at which two teeth are counted as in contact."""
-
 
 class NoFilmError(ValueError):
     """Motion of a pair that is not available; `reason` is `NotComputed` if the calculation failed."""
@@ -63,7 +60,9 @@ class Film:
     @property
     def touching(self) -> NDArray[np.bool_]:
         """Mask (k, n) of the tooth pairs in contact."""
-        return np.asarray(self.gap <= CONTACT_GAP_MM)
+        # Largest gap at which two teeth are counted as in contact.
+        contact_gap_mm = 1e-6
+        return np.asarray(self.gap <= contact_gap_mm)
 
     @property
     def near(self) -> NDArray[np.bool_]:

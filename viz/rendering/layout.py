@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
 SCALE = 8.0 / 13.0
 """Inches of paper per inch of the layout in print."""
-PRINT_DPI = 300.0
-"""Pixels per inch of paper."""
 USUAL = (16.0, 12.0)
 ROOM = 9.28
 """Largest height of a figure in print, inches, so that the page with title and note fits on a journal
@@ -64,8 +62,10 @@ def of_size(size_px: Size, plain: bool = False, inches: tuple[float, float] = US
 
 def of_width(mm: float, plain: bool = False) -> Layout:
     """Return the layout for a width in print, mm. The height follows from the figure."""
-    dpi = PRINT_DPI * SCALE
-    return Layout((round(mm / 25.4 * PRINT_DPI) + 1e-6) / dpi, None, dpi, plain)
+    # Pixels per inch of paper.
+    print_dpi = 300.0
+    dpi = print_dpi * SCALE
+    return Layout((round(mm / 25.4 * print_dpi) + 1e-6) / dpi, None, dpi, plain)
 
 
 @dataclass(frozen=True)

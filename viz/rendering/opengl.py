@@ -19,7 +19,6 @@ LIBRARIES = {
     OSMESA: ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"),
     EGL: ("libEGL.so.1", "libEGL.so"),
 }
-PROBE_SECONDS = 60.0
 PROBE = """
 import vtkmodules.vtkRenderingOpenGL2
 from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow, vtkWindowToImageFilter
@@ -68,6 +67,7 @@ def window_classes(environment: Mapping[str, str], platform: str = sys.platform)
 
 def draws(window_class: str) -> bool:
     """Return True if a child process can draw a picture with this window class."""
+    probe_seconds = 60.0
     environment = dict(os.environ)
     if window_class:
         environment[VARIABLE] = window_class
@@ -76,7 +76,7 @@ def draws(window_class: str) -> bool:
             [sys.executable, "-c", PROBE],
             env=environment,
             capture_output=True,
-            timeout=PROBE_SECONDS,
+            timeout=probe_seconds,
             check=False,
         )
     except (OSError, subprocess.SubprocessError):

@@ -29,13 +29,7 @@ JOINED = 1e-6
 OCCLUSION_RADIUS, OCCLUSION_BIAS = 0.09, 0.01
 """Reach of ambient occlusion, and depth below which it is ignored, as fractions of half the picture height.
 The depths of VTK have about 11 bits, so that a smaller bias or a more distant camera gives stripes."""
-EDGE_ANGLE_DEG = 35.0
-EDGE_COLOUR = "#303840"
 # Lights: direction in the frame of the camera (right, up, towards the viewer) and intensity.
-LIGHTS = (((-1.0, 0.75, 0.6), 0.62), ((-0.42, 0.12, 1.0), 0.4), ((0.9, -0.3, 0.7), 0.16))
-METAL: dict[str, Any] = {"ambient": 0.26, "diffuse": 0.84, "specular": 0.45, "specular_power": 45.0}
-DULL: dict[str, Any] = {"ambient": 0.78, "diffuse": 0.3, "specular": 0.0}
-UNLIT: dict[str, Any] = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0}
 PLAIN: dict[str, Any] = {"ambient": 0.55, "diffuse": 0.55, "specular": 0.1, "specular_power": 10.0}
 
 
@@ -179,10 +173,11 @@ def render(scene: Scene, size_px: Size) -> Picture:
 
 def aim(plotter: Any, camera: Camera) -> None:
     """Set lights and camera of the active view. The lights move with the camera."""
+    lights = (((-1.0, 0.75, 0.6), 0.62), ((-0.42, 0.12, 1.0), 0.4), ((0.9, -0.3, 0.7), 0.16))
     import pyvista as pv
 
     right, up, back = camera.axes
-    for place, strength in LIGHTS:
+    for place, strength in lights:
         towards = np.asarray(place) @ np.stack((right, up, back))
         light = pv.Light(position=camera.focal_point + 1e5 * towards, focal_point=camera.focal_point)
         light.positional = False
@@ -233,6 +228,11 @@ def _unused_name(plotter: Any) -> str:
 
 def _add_surface(plotter: Any, surface: Surface) -> int:
     """Add a surface with its edges; return its number of triangles."""
+    edge_angle_deg = 35.0
+    edge_colour = "#303840"
+    metal: dict[str, Any] = {"ambient": 0.26, "diffuse": 0.84, "specular": 0.45, "specular_power": 45.0}
+    dull: dict[str, Any] = {"ambient": 0.78, "diffuse": 0.3, "specular": 0.0}
+    unlit: dict[str, Any] = {"ambient": 1.0, "diffuse": 0.0, "specular": 0.0}
     import pyvista as pv
 
     faces: Any = surface.faces
@@ -241,19 +241,19 @@ def _add_surface(plotter: Any, surface: Surface) -> int:
     if smooth:
         mesh.point_data.active_normals = np.asarray(surface.normals)
     look = {"color": surface.colour} if surface.paint is None else _bands(surface.paint, surface.colour)
-    lustre = UNLIT if surface.paint is not None else DULL if surface.mesh_lines else METAL
+    lustre = unlit if surface.paint is not None else dull if surface.mesh_lines else metal
     look |= {"opacity": surface.opacity, "smooth_shading": smooth, **lustre}
-    look |= {"show_edges": surface.mesh_lines, "edge_color": EDGE_COLOUR, "line_width": 1.0}
+    look |= {"show_edges": surface.mesh_lines, "edge_color": edge_colour, "line_width": 1.0}
     actor = plotter.add_mesh(mesh, name=_unused_name(plotter), **look)
     actor.SetVisibility(surface.opacity > 0.0)
     if surface.edges:
         joined = mesh.clean(tolerance=JOINED, absolute=True)  # points with two normals are given twice
-        lines = joined.extract_feature_edges(EDGE_ANGLE_DEG, manifold_edges=False, non_manifold_edges=False)
+        lines = joined.extract_feature_edges(edge_angle_deg, manifold_edges=False, non_manifold_edges=False)
         if lines.n_cells:
             actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()  # edges in front of their faces
             actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(2.0, 2.0)
             name = _unused_name(plotter)
-            plotter.add_mesh(lines, name=name, color=EDGE_COLOUR, line_width=1.5, lighting=False)
+            plotter.add_mesh(lines, name=name, color=edge_colour, line_width=1.5, lighting=False)
     return int(len(faces) * (faces.shape[1] - 2))
 
 

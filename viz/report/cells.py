@@ -16,18 +16,18 @@ from .picture import polygon
 
 UNITS = 40.0
 """Units of a picture per mm; coordinates are rounded to whole units."""
-MARGIN = 0.8
-"""Margin around the flank, mm."""
 
 
 def cell_pictures(matrix: PatternMatrix) -> list[str]:
     """Return each cell as an SVG element of class `cell`, '' without a pattern. To scale; the end at -z is
     left, the tip is above. All cells show the same region, which contains the flank and the ellipses."""
+    # Margin around the flank, mm.
+    margin = 0.8
     known = [cell for cell in matrix.cells if cell]
     if not known:
         return [""] * len(matrix.cells)
     corners = np.concatenate([_corners(cell) for cell in known])
-    low, high = np.nanmin(corners, axis=0) - MARGIN, np.nanmax(corners, axis=0) + MARGIN
+    low, high = np.nanmin(corners, axis=0) - margin, np.nanmax(corners, axis=0) + margin
     axes = Figure().add_subplot()
     return [_picture(axes, cell, matrix.separation, low, high) if cell else "" for cell in matrix.cells]
 

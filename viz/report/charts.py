@@ -36,13 +36,8 @@ from ..rendering import theme
 from .data import FlankResults
 from .svg import WIDTH, new_chart
 
-PITCHES = 2
 SIDE, ABOVE, BELOW, GREATEST = 44.0, 40.0, 40.0, 130.0
 """Pixels: space at the sides, above and below a flank, and largest height of a flank."""
-SMALL_BY = 2.0
-"""Ratio of sizes above which a flank has a separate scale."""
-FLAT_BY = 5.0
-"""Ratio of ranges above which the curves of a flank have separate limits."""
 LEVELS, EDGE = 8, 0.88
 """Largest number of contour lines of an ease-off, and fraction of half the flank beyond which they have no
 label."""
@@ -133,20 +128,24 @@ def flank_chart(results: FlankResults, flats: Flats, cloud: bool = False) -> Fig
 
 def _scales(flats: list[FlatFlank]) -> dict[FlatFlank, float]:
     """Return pixels per mm of each flank: equal, unless one flank would be too small."""
+    # Ratio of sizes above which a flank has a separate scale.
+    small_by = 2.0
     room = np.array([WIDTH - 2.0 * SIDE, GREATEST])
     fitting = np.array([(room / one.span).min() for one in flats])
     return dict(
-        zip(flats, np.where(fitting > SMALL_BY * fitting.min(), fitting, fitting.min()).tolist(), strict=True)
+        zip(flats, np.where(fitting > small_by * fitting.min(), fitting, fitting.min()).tolist(), strict=True)
     )
 
 
 def same_heights(drawn: Sequence[Figure]) -> None:
     """Set equal vertical limits for charts side by side, unless the curves of one would be flat."""
+    # Ratio of ranges above which the curves of a flank have separate limits.
+    flat_by = 5.0
     for row in zip(*(chart.axes for chart in drawn), strict=True):
         ranges = np.array([axes.get_ylim() for axes in row])
         low, high = ranges.min(), ranges.max()
         for axes, curve in zip(row, ranges, strict=True):
-            if high - low < FLAT_BY * np.ptp(curve):
+            if high - low < flat_by * np.ptp(curve):
                 axes.set_ylim(low, high)
 
 
@@ -248,9 +247,10 @@ def motion_chart(graph: MotionGraph) -> Figure:
 
 def error_chart(report: OperationReport) -> Figure:
     """Draw the transmission error over the mesh cycles."""
+    pitches = 2
     chart = new_chart(230.0)
     axes = chart.add_subplot()
-    charts.error_over_rolls(axes, report, PITCHES)
+    charts.error_over_rolls(axes, report, pitches)
     axes.xaxis.set_major_locator(MultipleLocator(0.5))
     chart.legend(loc="outside upper left", ncols=3, **LEGEND)
     return chart

@@ -44,9 +44,6 @@ if TYPE_CHECKING:
     from .data import PageData, Settings
 
 DEFAULT_OUT = Path("outputs/report.html")
-SUFFIXES = (".html", ".htm")
-WORTH = 8
-"""Number of blocks of mountings from which an additional process is worth its start."""
 
 
 @command("render-report")
@@ -107,6 +104,7 @@ def main(
 
 def prepare(out: Path) -> None:
     """Check that the page can be written. Only the default folder is created."""
+    suffixes = (".html", ".htm")
     name, folder = click.format_filename(out), Path(os.path.realpath(out)).parent
     try:
         if out == DEFAULT_OUT:
@@ -115,7 +113,7 @@ def prepare(out: Path) -> None:
             folder_name = click.format_filename(out.parent)
             raise Refusal([f"--out: the folder {folder_name} does not exist: make it first"])
         replaceable_mode(out)
-        if out.suffix.lower() not in SUFFIXES:
+        if out.suffix.lower() not in suffixes:
             cure = "name it so, and print it from the browser for a PDF"
             raise Refusal([f"--out: {name} ends in neither .html nor .htm, which the page is: {cure}"])
         with tempfile.TemporaryFile(dir=folder):
@@ -161,9 +159,11 @@ def _written(design: str) -> datetime | None:
 @contextmanager
 def _helpers(cases: int) -> Iterator[Executor | None]:
     """Start processes for the mountings if there are free cores and enough mountings."""
+    # Number of blocks of mountings from which an additional process is worth its start.
+    worth = 8
     from beveloid_geom.analysis.tolerance import UNIT
 
-    number = min(usable_cores() - 1, cases // (WORTH * UNIT))
+    number = min(usable_cores() - 1, cases // (worth * UNIT))
     if number < 1:
         yield None
         return

@@ -50,9 +50,6 @@ Charts = dict[str, dict[str, Markup]]
 Drawn = dict[str, tuple[str, Figure]]
 Row = tuple[Any, ...]
 Column = tuple[Any, str, float]
-ROW_DEFAULTS: Row = (None, None, None, "", 1.0, False)
-SAME_HEIGHTS = ("pressure", "error", "spectrum", "sliding")
-"""Charts with the same vertical limits for both flanks."""
 VERDICTS = {
     ERROR: "Does not work in this form",
     UNKNOWN: "Not assessed: a calculation failed",
@@ -152,11 +149,13 @@ def _drawn(data: PageData, results: FlankResults, flats: Flats, quantities: dict
 
 def draw_charts(data: PageData) -> Charts:
     """Draw the charts by flank and name, without those that have no contents or are zero."""
+    # Charts with the same vertical limits for both flanks.
+    same_heights = ("pressure", "error", "spectrum", "sliding")
     with style():
         flats = charts.flats_of(data.design)
         quantities = charts.changing([one.sensitivity for one in data.flanks.values() if one.sensitivity])
         drawn = {flank: _drawn(data, results, flats, quantities) for flank, results in data.flanks.items()}
-        for name in SAME_HEIGHTS:
+        for name in same_heights:
             charts.same_heights([of[name][1] for of in drawn.values() if name in of])
         return {
             flank: {
@@ -212,10 +211,11 @@ def parted(
     left : dict
         Labels of rows that are zero within rounding, and of rows that are unknown.
     """
+    row_defaults: Row = (None, None, None, "", 1.0, False)
     shown: list[tuple[str, str, list[Markup | str]]] = []
     left: dict[str, list[str]] = {"Zero": [], "Not known": []}
     for row in rows:
-        label, path, digits, unit, scale, general = (*row, *ROW_DEFAULTS[len(row) :])
+        label, path, digits, unit, scale, general = (*row, *row_defaults[len(row) :])
         cells = [(key_of(path, place, peaks), scale * column_scale) for _, place, column_scale in columns]
         values = [looked_up(numbers, key) for key, _ in cells]
         if all(value is None for value in values):
@@ -279,18 +279,16 @@ def _swings(results: FlankResults) -> bool:
     return bool(ARCSEC * np.nan_to_num(results.matrix.cycle_peak_to_peak).max() >= SMALLEST)
 
 
-SECTION_WORDS = {"tca": "path of contact", "hertz": "pressure", "matrix": "patterns under errors"}
-"""What the sections of the JSON contain, where their names do not say it."""
-
-
 def _unlisted(data: PageData) -> list[str]:
     """Return sentences on missing results whose reason no remark names."""
+    # What the sections of the JSON contain, where their names do not say it.
+    section_words = {"tca": "path of contact", "hertz": "pressure", "matrix": "patterns under errors"}
     named = " ".join(remark.text for remark in data.remarks)
     missing: dict[tuple[str, str], list[str]] = {}
     for flank, results in data.flanks.items():
         for section, reason in results.reasons.items():
             if reason not in named:
-                missing.setdefault((flank, reason), []).append(SECTION_WORDS.get(section, section))
+                missing.setdefault((flank, reason), []).append(section_words.get(section, section))
     return [
         f"No {', '.join(sections)}, {flank} flanks: {reason}" for (flank, reason), sections in missing.items()
     ]

@@ -28,10 +28,6 @@ LIGHT = np.array([-0.62, 0.72, 0.31])
 """Direction towards the light, from the upper left of the viewer."""
 STATIONS = np.linspace(-1.0, 1.0, 5)
 """Sections along the face, in half face widths."""
-CUTS = {"bottom": 1, "fillet": 1, "flank": 2, "tip": 1}
-"""Number of chords for each surface of a tooth."""
-BESIDE = 2
-"""Number of teeth to either side that an end face may cover."""
 LEVELS = 8
 """Number of shades of a metal, darkest first: classes p0 ... of the pinion, g0 ... of the gear."""
 WIDTH = 3000
@@ -92,6 +88,8 @@ def _surfaces(member: Member, frame: Frame, eye: FloatArray) -> Iterator[tuple[F
     tuple of ndarray
         Polygons (m, corners, 3), counterclockwise seen from outside, and depths (m,).
     """
+    # Number of teeth to either side that an end face may cover.
+    beside = 2
 
     def seen_at(points: FloatArray) -> FloatArray:
         return np.asarray(to_fixed(frame, points) @ eye.T)
@@ -116,7 +114,7 @@ def _surfaces(member: Member, frame: Frame, eye: FloatArray) -> Iterator[tuple[F
     # An end face is in front of its gear: it is drawn after the cells of its tooth and the neighbouring
     # teeth.
     nearest = np.where(_area(sides) > 0.0, depth, -np.inf).max(axis=1)
-    nearest = np.stack([np.roll(nearest, k) for k in range(-BESIDE, BESIDE + 1)]).max(axis=0)
+    nearest = np.stack([np.roll(nearest, k) for k in range(-beside, beside + 1)]).max(axis=0)
     for end in (seen_at(ends[0][:, ::-1]), seen_at(ends[1])):
         yield np.maximum(end[..., 2].mean(axis=-1), nearest + 1e-6), end
 
@@ -130,6 +128,8 @@ def _quads(grid: FloatArray) -> FloatArray:
 def _outline(member: Member, z: FloatArray) -> FloatArray:
     """Return the outline (n, nz, 3), mm, of tooth 0 from the middle of one space to just before the middle of
     the next. For teeth without a surface, the arc of the tip cone."""
+    # Number of chords for each surface of a tooth.
+    cuts = {"bottom": 1, "fillet": 1, "flank": 2, "tip": 1}
     try:
         sheets = cut_sheets(member)
     except ValueError:
@@ -139,7 +139,7 @@ def _outline(member: Member, z: FloatArray) -> FloatArray:
         return np.stack(around, axis=-1)
     rows = []
     for name, sheet in sheets.items():
-        share = np.linspace(0.0, 1.0, CUTS[name.split()[-1]] + 1)
+        share = np.linspace(0.0, 1.0, cuts[name.split()[-1]] + 1)
         grid = grid_of(sheet, share, z).points
         rows.append((grid[::-1] if name.startswith("right") else grid)[:-1])
     return np.concatenate(rows)

@@ -32,7 +32,6 @@ VARIABLES = {
 TEXT, SMALL = 12.0, 11.0
 LARGE = 13.2
 """Font size to which Matplotlib's "small" corresponds."""
-PAD = 4.0 / 72.0
 STYLE: Any = {
     "axes.labelsize": TEXT,
     "axes.labelcolor": theme.GREY,
@@ -64,8 +63,9 @@ def style() -> Iterator[None]:
 
 def new_chart(height: float) -> Figure:
     """Return an empty chart of a height in pixels, with constrained layout."""
+    pad = 4.0 / 72.0
     return Figure(
-        figsize=(WIDTH / 72.0, height / 72.0), dpi=72.0, layout=ConstrainedLayoutEngine(h_pad=PAD, w_pad=PAD)
+        figsize=(WIDTH / 72.0, height / 72.0), dpi=72.0, layout=ConstrainedLayoutEngine(h_pad=pad, w_pad=pad)
     )
 
 

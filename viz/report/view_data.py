@@ -32,9 +32,6 @@ from ..components.paths_table import FLANKS, MEMBERS, points_on
 TOLERANCE = 1.0 / 500.0
 """Default deviation of the triangles in normal modules: a fifth of a pixel at the closest view, ten modules
 on a thousand pixels."""
-PATH_POINTS = 65
-CYCLE_STEPS = 120
-"""Number of segments of a cycle if the gear is not positioned by first contacts."""
 
 
 def view_data(design: Design, tolerance: float | None = None) -> dict[str, Any]:
@@ -135,7 +132,8 @@ def flank_data(design: Design, flank: str, mesh: MeshCycle | None = None, every:
     """Return the path of contact of tooth pair 0, and one mesh cycle; `mesh` if it is known.
 
     The lines on the teeth have one of `every` so many points."""
-    path = path_of_contact(design, flank, PATH_POINTS)
+    path_points = 65
+    path = path_of_contact(design, flank, path_points)
     solved = path.status == Status.SOLVED
     cycle = _cycle(design, flank, path, mesh)
     middle = cycle["start"] + 0.5 * cycle["pitch"] * (cycle["by"] != "first contact")
@@ -191,6 +189,8 @@ def _cycle(design: Design, flank: str, path: ContactPath, cycle: MeshCycle | Non
     gear is positioned by the path of the tooth pair that turns it furthest, or as without modification; `by`
     names the case.
     """
+    # Number of segments of a cycle if the gear is not positioned by first contacts.
+    cycle_steps = 120
     pitch, start = 2.0 * np.pi / float(design.pinion.teeth), 0.0
     try:
         start = float(np.nan_to_num(middle_roll(design, flank)))
@@ -201,7 +201,7 @@ def _cycle(design: Design, flank: str, path: ContactPath, cycle: MeshCycle | Non
         data = {"start": start, "pitch": pitch, "ends": packed(cycle.segments.high - start)}
         return data | {"phase": packed(cycle.phase_series()), "edges": _edges(cycle), "by": "first contact"}
     start -= 0.5 * pitch
-    steps = pitch * np.linspace(0.0, 1.0, CYCLE_STEPS + 1)
+    steps = pitch * np.linspace(0.0, 1.0, cycle_steps + 1)
     by, phase = "path", carried_phase(path, start + steps)
     if not np.isfinite(phase).any():
         by, phase = "unmodified", np.full(steps.shape, np.nan_to_num(float(conjugate_phase(design, flank))))
@@ -209,7 +209,7 @@ def _cycle(design: Design, flank: str, path: ContactPath, cycle: MeshCycle | Non
     phase = np.interp(start + steps, start + steps[known], phase[known], period=pitch)
     lines = 0.5 * np.stack((phase[1:] + phase[:-1], np.diff(phase)), axis=1)
     data = {"start": start, "pitch": pitch, "ends": packed(steps[1:]), "phase": packed(lines)}
-    return data | {"edges": [None] * CYCLE_STEPS, "by": by}
+    return data | {"edges": [None] * cycle_steps, "by": by}
 
 
 def _edges(cycle: MeshCycle) -> list[dict[str, Any] | None]:

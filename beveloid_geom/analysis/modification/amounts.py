@@ -38,7 +38,6 @@ from ..optimise import (
 
 Bounds: TypeAlias = tuple[float, float]
 MEMBERS = ("pinion", "gear")
-MAX_VARIABLES = 6
 POINTS_PER_VARIABLE, STARTS = 16, 3
 X_STEP = 1e-3
 
@@ -244,8 +243,9 @@ class _Search:
 def _check_amounts(design: Design, flank: str, bounds: Mapping[str, Bounds]) -> None:
     """Raise ValueError for unknown names, reliefs without a length, bounds that do not increase, or too many
     of them."""
-    if not 0 < len(bounds) <= MAX_VARIABLES:
-        raise ValueError(f"bounds must have 1 to {MAX_VARIABLES} amounts, got {len(bounds)}")
+    max_variables = 6
+    if not 0 < len(bounds) <= max_variables:
+        raise ValueError(f"bounds must have 1 to {max_variables} amounts, got {len(bounds)}")
     kinds = kinds_of()
     known = [f"{member}.{name}" for member in MEMBERS for name in kinds]
     for name, (low, high) in bounds.items():

@@ -49,16 +49,11 @@ Mask = NDArray[np.bool_]
 CELL_NEWTON_STEPS, LAST_CELL_STEP = 4, 1e-3
 """Newton steps to points between cells; largest last step, in sides of a cell."""
 NESTED_BASES = tuple(basis_of(degree) for degree in (10, 20, 40, 80))
-PREDICTED_COEFFICIENT_LIMIT = 1e-11
-"""Limit, in units of z, of the coefficients of the highest degree, as predicted from those of a lower degree.
-"""
 OFF_FLANK_MARGIN = 0.1
 """Distance beyond a limit, in flank depths or face widths, from which a point is off the flanks."""
 
 GUIDE_DEGREE, GUIDE_NEWTON_STEPS = 12, 8
 """Highest degree of a guide; Newton steps to the planes perpendicular to it."""
-TURN_SCALE_RAD = 0.1
-"""Rotation in rad that takes as much of the parameter of a guide as the longest step."""
 GUIDE_BASES = tuple(basis_of(degree) for degree in (40, 100, 200, MAX_DEGREE))
 
 
@@ -260,6 +255,9 @@ def chain_series(
     """Yield, degree by degree, the cases that are resolved and their series, over l1 or along the chords, of
     the parts of the chains that are not clearly off the flanks.
     """
+    # Limit, in units of z, of the coefficients of the highest degree, as predicted from those of a
+    # lower degree.
+    predicted_coefficient_limit = 1e-11
     stretch, units = _stretch(chains, over_l1), units_of(pairing)
     side = np.linalg.norm(np.diff(stretch.z, axis=1), axis=-1).max(axis=-1)
     pending = np.flatnonzero(stretch.good)
@@ -295,7 +293,7 @@ def chain_series(
         left = (
             ~good
             & solved.all(axis=-1)
-            & (tail < PREDICTED_COEFFICIENT_LIMIT ** (len(basis.nodes) / len(NESTED_BASES[-1].nodes)))
+            & (tail < predicted_coefficient_limit ** (len(basis.nodes) / len(NESTED_BASES[-1].nodes)))
         )
         pending, z, rows, bends = pending[left], z[left], rows[:, left], bends[:, left]
         if pending.size == 0:
@@ -336,13 +334,15 @@ def _share(points: FloatArray) -> FloatArray:
     """Return the position of points (points, 4) along their line, from -1 to 1, by length and by rotation of
     the tangent.
     """
+    # Rotation in rad that takes as much of the parameter of a guide as the longest step.
+    turn_scale_rad = 0.1
     sides = np.diff(points, axis=0)
     length = np.linalg.norm(sides, axis=-1)
     # Curve parameter: length plus rotation, so that bends get more nodes.
     turns = np.linalg.norm(np.diff(sides / length[:, None], axis=0), axis=-1)
     room = length / LONGEST_STEP
-    room[1:] += 0.5 * turns / TURN_SCALE_RAD
-    room[:-1] += 0.5 * turns / TURN_SCALE_RAD
+    room[1:] += 0.5 * turns / turn_scale_rad
+    room[:-1] += 0.5 * turns / turn_scale_rad
     position = np.concatenate(([0.0], np.cumsum(room)))
     return np.asarray(2.0 * position / position[-1] - 1.0)
 

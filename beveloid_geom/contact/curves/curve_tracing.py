@@ -47,8 +47,6 @@ FIRST_STEP, LONGEST_STEP, SHORTEST_STEP, STEP_GROWTH = 0.02, 0.08, 1e-7, 4.0
 """Steps along the curve, in units of z. More than a face width from mid-face, LONGEST_STEP grows by
 STEP_GROWTH per face width.
 """
-MAX_AXIAL_STEP_FACES = 0.2
-"""Largest step along the axis of either member near its face, in face widths."""
 LEAST_TURN_COSINE, GROWTH_TURN_COSINE, MAX_DRIFT_STEPS = 0.995, 0.998, 0.3
 """Cosines of the rotation of the tangent in a step: lower limit, and value below which the steps do not grow;
 largest distance of predicted from solved point, in steps.
@@ -57,10 +55,6 @@ MOST_STEPS, MOST_TRACES = 3000, 40
 PART_MARGIN_HALF_WIDTHS, OFF_FLANK_MARGIN = 0.5, 0.1
 """Half face widths beyond toe and heel to which a part of a curve reaches; distance beyond a limit along the
 entire part, in flank depths or face widths, from which the part is off the flanks.
-"""
-SAME_CURVE_STEPS = 0.06
-"""Distance, in steps, from the line through the points of a traced curve within which a point is on the
-curve. The steps rotate so little that the actual distance is five times smaller.
 """
 
 Window: TypeAlias = tuple[FloatArray, FloatArray]
@@ -104,6 +98,9 @@ def curves_of(pairing: FlankPair, near: Window | None = None) -> tuple[list[Trac
     `near`: bounds (2, cases, 1) in l1 and l2, mm, of all contacts near the faces. The grid then covers only
     these bounds, and curves are traced as far as NEAR_DISTANCE_FACES.
     """
+    # Distance, in steps, from the line through the points of a traced curve within which a point is on
+    # the curve. The steps rotate so little that the actual distance is five times smaller.
+    same_curve_steps = 0.06
     units, farthest = units_of(pairing), MAX_DISTANCE_FACES if near is None else NEAR_DISTANCE_FACES
     window = window_of(pairing) if near is None else near
     case, z, solved, missing = _points_on_curves(pairing, units, window, farthest)
@@ -119,7 +116,7 @@ def curves_of(pairing: FlankPair, near: Window | None = None) -> tuple[list[Trac
         for curve in _traced_both_ways(pairing.cases(cases), units[cases], z[start], cases, farthest):
             curves.append(curve)
             mine = np.flatnonzero(untouched & (case == curve.case))
-            untouched[mine[_distance(z[mine], curve.points) < SAME_CURVE_STEPS]] = False
+            untouched[mine[_distance(z[mine], curve.points) < same_curve_steps]] = False
         untouched[start] = False
     # Points that no trace explains are lost curves.
     lost = np.unique(case[untouched])
@@ -298,6 +295,8 @@ def _trace(
     pairing: FlankPair, units: FloatArray, start: FloatArray, tangent: FloatArray, farthest: float
 ) -> tuple[list[FloatArray], NDArray[np.int_]]:
     """Return the points of traces from `start` (traces, 4) along `tangent`, and the codes of `Stop`."""
+    # Largest step along the axis of either member near its face, in face widths.
+    max_axial_step_faces = 0.2
     z, first, (_, faces) = start.copy(), tangent, _within(pairing, start[:, None], units, farthest)
     step, faces = FIRST_STEP * _far(faces).max(axis=-1), faces.copy()
     tangent, taken = tangent.copy(), np.zeros(len(start), dtype=int)
@@ -308,7 +307,7 @@ def _trace(
         part, far = pairing.cases(active), _far(faces[active])
         ahead, turned, cosine, good = _one_step(part, units[active], z[active], tangent[active], step[active])
         inside, reached = _within(part, ahead[:, None], units[active], farthest)
-        good &= (np.abs(reached - faces[active]) < MAX_AXIAL_STEP_FACES * far).all(axis=-1)
+        good &= (np.abs(reached - faces[active]) < max_axial_step_faces * far).all(axis=-1)
         moved = active[good]
         z[moved], tangent[moved], faces[moved] = ahead[good], turned[good], reached[good]
         taken[moved] += 1

@@ -33,13 +33,7 @@ RISE, DEPTH, POLE, LEVEL = 3, 5, 7, 8
 """Rows of the values at the nodes, after n_x^2 and n F for both signs of n_x."""
 CASES_PER_BLOCK = 128
 """Number of cases whose arrays stay in the cache."""
-NEAR_HALF_WIDTHS = 1.5
-"""Half face widths within which contacts are near the faces."""
 SECOND_DIFFERENCE_FACTOR = 0.5
-VANISHING_X_SQUARED = 1e-13
-"""Upper bound of n_x^2 that may be rounding only."""
-WINDOW_MARGIN_DEPTHS = 0.05
-"""Margin of the window of l1 and l2 beyond root and tip, in flank depths."""
 
 Mask = NDArray[np.bool_]
 CASE_AXES = {"low": 1, "high": 1, "lines": 1}
@@ -79,7 +73,9 @@ class Box:
 
 def window_of(pairing: FlankPair) -> tuple[FloatArray, FloatArray]:
     """Return bounds (2, cases, 1) of the window in l1 and l2, mm."""
-    slack = WINDOW_MARGIN_DEPTHS * (pairing.highest - pairing.lowest)
+    # Margin of the window of l1 and l2 beyond root and tip, in flank depths.
+    window_margin_depths = 0.05
+    slack = window_margin_depths * (pairing.highest - pairing.lowest)
     shape = (2, *pairing.branch.shape)
     return (
         np.broadcast_to(pairing.lowest - slack, shape),
@@ -91,10 +87,12 @@ def vanishing(pairing: FlankPair) -> Mask:
     """Return whether n_x is 0 to rounding in the entire window: the flanks then touch along lines, or
     nowhere.
     """
+    # Upper bound of n_x^2 that may be rounding only.
+    vanishing_x_squared = 1e-13
     low, high = window_of(pairing)
     l = np.concatenate((low, high, 0.5 * (low + high)), axis=-1)
     x_squared = common_normal(pairing.layout, rack_normal(pairing.rack, l)[2]).x_squared
-    return np.asarray((np.abs(x_squared) < VANISHING_X_SQUARED).all(axis=-1))
+    return np.asarray((np.abs(x_squared) < vanishing_x_squared).all(axis=-1))
 
 
 def box_of(
@@ -145,13 +143,15 @@ def _left(pairing: FlankPair, other: bool, least: FloatArray, most: FloatArray) 
     the value RISE and D = c - v A. Within these bounds F = A_1 + A_2 + s (P / n - E n) must reach zero, and n
     F as well.
     """
+    # Half face widths within which contacts are near the faces.
+    near_half_widths = 1.5
     sign = -pairing.branch[:, 0] if other else pairing.branch[:, 0]
     # Bounds of n from n^2.
     low, high = np.sqrt(np.maximum(least[0], 0.0)), np.sqrt(np.maximum(most[0], 0.0))
     bounds = (-most, -least) if other else (least, most)
     # Narrow the bounds by the axial coordinates of both members.
     for member in range(2):
-        face = NEAR_HALF_WIDTHS * pairing.half_width[member, :, 0]
+        face = near_half_widths * pairing.half_width[member, :, 0]
         far, near = most[DEPTH + member] + face, least[DEPTH + member] - face
         for rise, rate in ((bounds[0][RISE + member], far), (-bounds[1][RISE + member], -near)):
             at = rise / rate

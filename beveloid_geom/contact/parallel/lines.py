@@ -31,13 +31,6 @@ from ..path_polynomial import HEIGHT, POINT, ROWS, rows_of
 from .equation import along_axes, meet_on_parallel
 from .paths import LINE, greatest_at, interval, kinds_of, on_lines
 
-EDGE_TOLERANCE = 1e-13
-"""`spare` of `interval` for the lines at the ends of a path, which lie along an edge except for rounding."""
-END_QUANTITIES = ("l1", "l2", "u1", "u2", "pinion_z", "pinion_r", "gear_z", "gear_r")
-"""Quantities of both ends of a line, named as in `ContactPath`."""
-CONJUGATE_RAD = 1e-10
-"""Transmission error along a path below which neighbouring tooth pairs touch at the same time."""
-
 
 @dataclass(frozen=True, eq=False)
 class ContactLines:
@@ -143,9 +136,11 @@ def carrying_length(path: ContactPath) -> FloatArray:
     array (..., positions)
         mm; NaN where flanks do not touch along lines.
     """
+    # Transmission error along a path below which neighbouring tooth pairs touch at the same time.
+    conjugate_rad = 1e-10
     ends, shape = path.ends, path.l1.shape
     first, last = np.moveaxis(ends.pinion_roll, -1, 0)[..., None, None]
-    conjugate = np.ptp(path.transmission_error, axis=-1)[..., None, None] <= CONJUGATE_RAD
+    conjugate = np.ptp(path.transmission_error, axis=-1)[..., None, None] <= conjugate_rad
     pitch = 2.0 * np.pi / np.asarray(path.design.pinion.teeth)[..., None, None]
     reach = int(np.ceil(np.nanmax(ends.contact_ratio, initial=0.0)))
     pairs = np.arange(-reach, reach + 1)
@@ -168,6 +163,8 @@ def carrying_length(path: ContactPath) -> FloatArray:
 
 def _lines_at(path: ContactPath, l1: FloatArray, roll: FloatArray) -> ContactLines:
     """Return the lines of a path at rolls (..., lines), rad, each through the contact at l1, mm."""
+    # Quantities of both ends of a line, named as in `ContactPath`.
+    end_quantities = ("l1", "l2", "u1", "u2", "pinion_z", "pinion_r", "gear_z", "gear_r")
     pairing, shape = generated_pairing(path.design, path.flank), path.design.batch_shape
     l1 = l1.reshape(len(pairing.branch), -1)
     roll = roll.reshape(l1.shape)
@@ -196,7 +193,7 @@ def _lines_at(path: ContactPath, l1: FloatArray, roll: FloatArray) -> ContactLin
         pinion_roll=named["pinion_roll"][..., 0],
         gear_roll=named["gear_roll"][..., 0],
         point=point.reshape(*shape, -1, 2, 3),
-        **{name: named[name] for name in END_QUANTITIES},
+        **{name: named[name] for name in end_quantities},
         limit=limit.reshape(*shape, -1, 2),
         transverse_ratio=ratios[0].reshape(shape),
         overlap_ratio=ratios[1].reshape(shape),
@@ -211,12 +208,15 @@ def _line_ends(pairing: FlankPair, l1: FloatArray, roll: FloatArray) -> FloatArr
     The contacts at one roll have w1 linear in the roll at each l1. The ends are the least and largest l1 at
     which this w1 is within the limits. For teeth parallel to the axes, the roll determines l1.
     """
+    # `spare` of `interval` for the lines at the ends of a path, which lie along an edge except for
+    # rounding.
+    edge_tolerance = 1e-13
     shape, along, lines = l1.shape, along_axes(pairing)[:, None], on_lines(pairing)
 
     def at_roll(l1: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return w1 at the roll and the first and last w1 within limits, at l1 (cases, lines, samples)."""
         l, met = lines(l1.reshape(shape[0], -1))
-        ends = interval(pairing, l, met, EDGE_TOLERANCE)
+        ends = interval(pairing, l, met, edge_tolerance)
         base_roll = roll_angles(pairing, met)[0]
         rate = met.slope[0] / met.moment[0] + 0.0 * base_roll
         base_roll, rate, first, last = (x.reshape(l1.shape) for x in (base_roll, rate, *ends))

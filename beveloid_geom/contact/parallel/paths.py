@@ -42,12 +42,8 @@ of rounds; half the window of the next round, in distances of the lines.
 """
 NEGLIGIBLE_RATE = 1e-14
 """Relative rate that is dominated by rounding and treated as zero."""
-ALONG_FACE_TOLERANCE = 1e-12
-"""Distance, relative to the size of a pair, by which a path may be beyond limits along which it runs."""
 SCAN_SAMPLES, BISECTIONS = 65, 60
 """Number of samples between which a single root lies, and of bisection steps."""
-SERIES_MARGIN = 0.02
-"""Fraction of its length by which a series reaches beyond the flanks."""
 SERIES_BASES = tuple(basis_of(degree) for degree in (20, 40, 100, 200))
 LINE, POINT, NONE = 0, 1, 2
 """Types of contact."""
@@ -318,13 +314,18 @@ def _along(
     pairing: FlankPair, guide: FloatArray, l2: FloatArray, cases: NDArray[np.int_], status: NDArray[np.int8]
 ) -> PathSeries:
     """Return series along straight lines of l1 and w1, those of the `cases`; with l2 where it is known."""
+    # Distance, relative to the size of a pair, by which a path may be beyond limits along which it
+    # runs.
+    along_face_tolerance = 1e-12
+    # Fraction of its length by which a series reaches beyond the flanks.
+    series_margin = 0.02
     part, (l1, w) = pairing.cases(cases), guide[:, cases]
     coefficients = np.full((WIDTH, status.size, 2), np.nan)
     if cases.size == 0:
         return by_length(coefficients, status)
     # Increase the degree until the series along the straight line is resolved.
     for basis in SERIES_BASES:
-        share = 0.5 * (1.0 + (1.0 + 2.0 * SERIES_MARGIN) * basis.nodes)
+        share = 0.5 * (1.0 + (1.0 + 2.0 * series_margin) * basis.nodes)
         at = [x[:, :1] + (x[:, 1:] - x[:, :1]) * share for x in (l1, w)]
         mate = np.where(np.isnan(l2[cases]), mate_parameter(part, *at), l2[cases])
         l = np.array((at[0], mate))
@@ -335,8 +336,8 @@ def _along(
     coefficients[:, cases] = values
     status[cases] = np.where(good, np.int8(Status.SOLVED), np.int8(Status.NOT_CONVERGED))
     # Both ends of a path above an edge can be corners at one end of the face, along which it then runs.
-    coefficients[HEIGHT:, :, 0] += np.where(pairing.edged, ALONG_FACE_TOLERANCE * pairing.scale[:, 0], 0.0)
+    coefficients[HEIGHT:, :, 0] += np.where(pairing.edged, along_face_tolerance * pairing.scale[:, 0], 0.0)
     middle, half = (np.full((status.size, 1), np.nan) for _ in range(2))
-    middle[cases], half[cases] = l1.mean(axis=-1, keepdims=True), (0.5 + SERIES_MARGIN) * np.diff(l1)
+    middle[cases], half[cases] = l1.mean(axis=-1, keepdims=True), (0.5 + series_margin) * np.diff(l1)
     half[np.abs(half) <= NEGLIGIBLE_RATE * pairing.scale] = np.nan
     return PathSeries(coefficients, middle, half, status)

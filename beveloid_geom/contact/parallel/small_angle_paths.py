@@ -21,12 +21,6 @@ from .small_angle_equations import meet_regular, onto_held, regular_jacobian
 
 NEARLY_PARALLEL_SINE = 0.01
 """Sine of the shaft angle up to which axes are nearly parallel."""
-FACE_MARGIN = 0.1
-"""Fraction of the face by which series reach beyond it."""
-ROUNDING_PER_BOUND = 0.1
-"""Rounding of series, relative to the bound by the least singular value; at most 0.034 was observed."""
-MAX_ROUNDING_DEPTHS = 1e-7
-"""Upper bound of the rounding of series over w1, relative to the flank depth."""
 FACE_LIMIT_ROWS = slice(HEIGHT + Limit.PINION_TOE, HEIGHT + len(Limit))
 """Rows of the margins of toe and heel."""
 
@@ -40,6 +34,8 @@ def nearly_parallel(pairing: FlankPair) -> NDArray[np.bool_]:
 
 def series_over_w1(pairing: FlankPair) -> PathSeries:
     """Return series over w1 across the entire face; NOT_CONVERGED if there is none, or it is not resolved."""
+    # Upper bound of the rounding of series over w1, relative to the flank depth.
+    max_rounding_depths = 1e-7
     status = np.full(len(pairing.branch), np.int8(Status.NOT_CONVERGED))
     # Start from the contact on parallel axes; the window in w1 covers the common face.
     y, good = onto_held(pairing, _start(pairing))
@@ -56,7 +52,7 @@ def series_over_w1(pairing: FlankPair) -> PathSeries:
         nodes[4] = first + (last - first) * 0.5 * (1.0 + basis.nodes)
         nodes, solved = onto_held(part, nodes)
         rows = rows_of(part, nodes[:2], meet_regular(part, nodes)[1])
-        values, resolved = fitted_series(part, rows, basis, loosened[at], MAX_ROUNDING_DEPTHS)
+        values, resolved = fitted_series(part, rows, basis, loosened[at], max_rounding_depths)
         # The series must leave the face at both ends; otherwise the window was too narrow.
         past = (rows[FACE_LIMIT_ROWS][..., [0, -1]].min(axis=0) < 0.0).all(axis=-1)
         status[at[resolved & solved.all(axis=-1) & past]] = Status.SOLVED
@@ -73,10 +69,12 @@ def _rounding_factor(pairing: FlankPair, y: FloatArray) -> FloatArray:
     Weak parabolas hardly fix the contact across the face: the equations at constant w1 are nearly singular,
     and their least singular value amplifies rounding.
     """
+    # Rounding of series, relative to the bound by the least singular value; at most 0.034 was observed.
+    rounding_per_bound = 0.1
     least = np.linalg.svd(regular_jacobian(pairing, y)[1][..., 0, :, :4], compute_uv=False)[..., -1]
     depth = (pairing.highest - pairing.lowest).max(axis=0)[:, 0]
     with np.errstate(divide="ignore"):
-        return np.asarray(np.maximum(1.0, ROUNDING_PER_BOUND * depth / (least * pairing.scale[:, 0])))
+        return np.asarray(np.maximum(1.0, rounding_per_bound * depth / (least * pairing.scale[:, 0])))
 
 
 def _start(pairing: FlankPair) -> FloatArray:
@@ -94,6 +92,8 @@ def window_over_faces(pairing: FlankPair, y: FloatArray) -> FloatArray:
     """Return w1 (2, cases, 1), mm, at both ends of the common face for contacts with the other unknowns of y,
     with a margin.
     """
+    # Fraction of the face by which series reach beyond it.
+    face_margin = 0.1
     ends = []
     for step in (0.0, 1.0):
         moved = y.copy()
@@ -103,5 +103,5 @@ def window_over_faces(pairing: FlankPair, y: FloatArray) -> FloatArray:
     rate = ends[1] - ends[0]
     reached = np.sort([(sense * pairing.half_width - ends[0]) / rate for sense in (-1.0, 1.0)], axis=0)
     low, high = reached[0].max(axis=0), reached[1].min(axis=0)
-    room = FACE_MARGIN * (high - low)
+    room = face_margin * (high - low)
     return np.where(high > low, y[4] + np.array((low - room, high + room)), np.nan)

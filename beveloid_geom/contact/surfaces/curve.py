@@ -21,12 +21,6 @@ reach beyond root and tip of the pinion.
 """
 PARTS = 4
 """Number of interpolated values per interval between two samples."""
-SWEEPS = 6
-"""Number of times that unsolved positions are started again from their solved neighbours."""
-MAX_ANGLE_MISFIT = 0.15
-"""Difference between a chord and the mean of the tangents at its ends, relative to the size of the flank,
-above which two samples may belong to different curves.
-"""
 STATE, MARGINS, WIDTH = slice(0, 4), slice(4, 12), 12
 
 
@@ -75,6 +69,8 @@ def curve_over_s1(problem: Problem) -> Curve:
     The first starting values are in the middle of the face. Positions that are not solved from there are
     started again from the tangents of solved neighbours.
     """
+    # Number of times that unsolved positions are started again from their solved neighbours.
+    sweeps = 6
     low, high = problem.lowest[0], problem.highest[0]
     spare = WINDOW_MARGIN * (high - low)
     nodes, cases = np.linspace(low - spare, high + spare, NODE_COUNT), problem.placed.offset.size
@@ -88,7 +84,7 @@ def curve_over_s1(problem: Problem) -> Curve:
         given_row(0, s1),
     )
     curve = sampled(problem, s1.reshape(cases, -1), met, None)
-    for _ in range(SWEEPS):
+    for _ in range(sweeps):
         start = _from_neighbours(problem, curve)
         again = np.flatnonzero(np.isfinite(start).all(axis=0).ravel())
         if not again.size:
@@ -142,8 +138,11 @@ def broken(problem: Problem, curve: Curve) -> Mask:
     """Return between which samples (cases, samples - 1) the curve is not smooth: they may belong to different
     curves.
     """
+    # Difference between a chord and the mean of the tangents at its ends, relative to the size of the
+    # flank, above which two samples may belong to different curves.
+    max_angle_misfit = 0.15
     step = np.diff(curve.x)
     change = np.diff(curve.value[:3]) / problem.scale[:, None, None]
     mean = 0.5 * (curve.rate[:3, :, 1:] + curve.rate[:3, :, :-1]) * step / problem.scale[:, None, None]
     misfit = np.abs(change - mean).max(axis=0)
-    return np.asarray(misfit > MAX_ANGLE_MISFIT + 0.5 * np.abs(change).max(axis=0))
+    return np.asarray(misfit > max_angle_misfit + 0.5 * np.abs(change).max(axis=0))

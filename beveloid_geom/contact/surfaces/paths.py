@@ -35,8 +35,6 @@ from .tracing import on_curve, seeds_of, traced
 
 POSITIONS_PER_BLOCK = 8192
 """Number of contacts for which the arrays stay in the cache."""
-LIMIT_TOLERANCE_MM = 1e-9
-"""Distance from a limit up to which a position is on the flanks."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -269,6 +267,8 @@ def rows_at_l1(paths: list[SurfacePaths], l1: FloatArray) -> tuple[FloatArray, C
     Positions outside the limits are OFF_FLANK. PHASE is relative to the middle of the path, or without a path
     to the contact in the middle of the given l1.
     """
+    # Distance from a limit up to which a position is on the flanks.
+    limit_tolerance_mm = 1e-9
     table, status = np.full((HEIGHT, *l1.shape), np.nan), np.full(l1.shape, np.int8(Status.NOT_CONVERGED))
     for path in paths:
         problem, segment, given = path.problem, path.segment, l1[path.cases]
@@ -279,7 +279,7 @@ def rows_at_l1(paths: list[SurfacePaths], l1: FloatArray) -> tuple[FloatArray, C
         phase = _rows(path, met, known.shape)[0][PHASE]
         rows[PHASE] -= np.where(np.isnan(phase), rows[PHASE, :, -1:], phase)
         code = np.where(good, np.int8(Status.SOLVED), np.int8(Status.NOT_CONVERGED))
-        code[good & (margin < -LIMIT_TOLERANCE_MM)] = Status.OFF_FLANK
+        code[good & (margin < -limit_tolerance_mm)] = Status.OFF_FLANK
         code[several] = Status.SEVERAL_CONTACTS
         rows[:, several] = np.nan
         rows[0, :, :-1] = given

@@ -16,8 +16,6 @@ END_TOLERANCE_MM = 1e-9
 """Distance from a limit up to which a position is at this limit."""
 ROLL_MISFIT = 1e-2
 """Step of the roll between samples, relative to the largest, below which its sign is not significant."""
-TURN_STEPS = 3
-"""Newton steps to a place where the roll turns back."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,6 +191,8 @@ def _turned_span(problem: Problem, knots: FloatArray) -> float:
 
     The extrema of the roll are refined by secants of its rate along the curve.
     """
+    # Newton steps to a place where the roll turns back.
+    turn_steps = 3
     values = [knots[2, 0], knots[2, -1]]
     for pick in (np.argmin, np.argmax):
         k = int(pick(knots[2]))
@@ -215,7 +215,7 @@ def _turned_span(problem: Problem, knots: FloatArray) -> float:
             moved = start.copy()
             moved[:3, 0] += share * direction[:, 0] * problem.scale
             rates.append(rate_at(moved)[1])
-        for _ in range(TURN_STEPS):
+        for _ in range(turn_steps):
             if rates[-1] == rates[-2]:
                 break
             share = shares[-1] - rates[-1] * (shares[-1] - shares[-2]) / (rates[-1] - rates[-2])

@@ -32,9 +32,6 @@ import numpy as np
 from ...arrays import FloatArray, Integers, Mask
 from ...gear.tooth_side import Surface, cut_with_bends, profile_at
 
-NEWTON_MAX_STEPS = 40
-LAST_STEP_MM = 1e-9
-"""Newton step in mm after which the iteration ends: the error is its square over a length of the pair."""
 SMALL_STEP_MM, NEXT_STEP_MM = 1e-6, 1e-12
 """A step in mm below the first also ends the iteration if the next one, predicted from the last two steps,
 is below the second.
@@ -43,8 +40,6 @@ ROUNDING_STEP_MM, MAX_SHORT_STEPS = 1e-6, 4
 """Newton step in mm that may consist of rounding near line contact, and number of such steps that end the
 iteration.
 """
-RESIDUAL_TOLERANCE = 1e-12
-"""Sine of the angle between the flanks, and radius error relative to the radius, of a solved contact."""
 LARGEST_STEP = 0.5
 """Largest Newton step, in face widths for z1, flank depths for s1, and pitches for the roll."""
 
@@ -279,12 +274,19 @@ def solve(
         Its state is NaN where not solved.
     good : ndarray of bool, shape (n,)
     """
+    newton_max_steps = 40
+    # Newton step in mm after which the iteration ends: the error is its square over a length of the
+    # pair.
+    last_step_mm = 1e-9
+    # Sine of the angle between the flanks, and radius error relative to the radius, of a solved
+    # contact.
+    residual_tolerance = 1e-12
     state, final = state.copy(), np.zeros(state.shape[1], dtype=bool)
     active = np.flatnonzero(np.isfinite(state).all(axis=0))
     limits = surfaces.largest[:, None]
     lever = surfaces.pinion.pitch_radius
     short, before = np.zeros(state.shape[1], dtype=int), np.full(state.shape[1], np.inf)
-    for _ in range(NEWTON_MAX_STEPS):
+    for _ in range(newton_max_steps):
         if not active.size:
             break
         met = contacts_at(surfaces, placed.take(active), state[:, active])
@@ -305,7 +307,7 @@ def solve(
         # The convergence is quadratic: the ratio of two steps is squared from step to step.
         following = size * (size / before[active]) ** 2
         last = (size <= SMALL_STEP_MM) & (before[active] < np.inf) & (following <= NEXT_STEP_MM)
-        last |= (size <= LAST_STEP_MM) | (short[active] > MAX_SHORT_STEPS)
+        last |= (size <= last_step_mm) | (short[active] > MAX_SHORT_STEPS)
         before[active] = size
         known = np.isfinite(moved).all(axis=0)
         state[:, active] = np.where(known, moved, met.state)
@@ -314,7 +316,7 @@ def solve(
         active = active[known & ~done]
     met = contacts_at(surfaces, placed, state)
     value, _ = condition(met, np.arange(final.size))
-    good = final & (met.error <= RESIDUAL_TOLERANCE) & met.opposed & np.isfinite(value)
+    good = final & (met.error <= residual_tolerance) & met.opposed & np.isfinite(value)
     state[:, ~good] = np.nan
     return met, good
 

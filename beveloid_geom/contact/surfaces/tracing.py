@@ -22,8 +22,6 @@ PROFILE_STEPS, PROFILE_TOLERANCE = 14, 1e-10
 """Newton steps to tangent profiles, and angle (rad) that counts as tangent."""
 FIRST_STEP, LARGEST_STEP, LEAST_STEP, MAX_STEPS = 0.06, 0.12, 1e-4, 400
 """Steps along a curve in the units of `Problem.scale`, and their number."""
-MAX_TURN = 0.35
-"""Angle (rad) by which a curve may turn in one step."""
 BEYOND, OUTSIDE = 0.1, 1e-3
 """Distances from the limits, in depths and face widths, at which a curve ends, and at which it may end."""
 
@@ -111,6 +109,8 @@ def _followed(
     problem: Problem, seed: FloatArray, sense: float
 ) -> tuple[list[tuple[FloatArray, FloatArray]], bool]:
     """Return states and directions along the curve from a contact, and whether it ends off the flanks."""
+    # Angle (rad) by which a curve may turn in one step.
+    max_turn = 0.35
     met = contacts_at(problem.surfaces, problem.placed, seed[:, None])
     state, direction = seed[:, None], _direction(problem, met, None) * sense
     way, step = [(state[:, 0], direction[:, 0])], FIRST_STEP
@@ -120,14 +120,14 @@ def _followed(
         ahead = _direction(problem, following, direction)
         turn = np.arccos(np.clip((ahead * direction).sum(), -1.0, 1.0))
         moved = np.linalg.norm((following.state[:3] - state[:3]) / problem.scale[:, None])
-        if not good[0] or turn > MAX_TURN or moved > 1.5 * step:
+        if not good[0] or turn > max_turn or moved > 1.5 * step:
             step *= 0.5
             if step < LEAST_STEP:  # the surface ends here, as at an edge of regression
                 return way, bool(_room(problem, met)[0] < -OUTSIDE)
             continue
         state, met, direction = following.state, following, ahead
         way.append((state[:, 0], direction[:, 0]))
-        step = min(LARGEST_STEP, 1.5 * step if turn < 0.3 * MAX_TURN else step)
+        step = min(LARGEST_STEP, 1.5 * step if turn < 0.3 * max_turn else step)
         if _room(problem, met)[0] < -BEYOND:
             return way, True
         home = np.linalg.norm((state[:3, 0] - seed[:3]) / problem.scale)

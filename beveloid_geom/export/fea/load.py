@@ -25,9 +25,6 @@ from ...contact.hertz import HertzEllipse, contact_modulus, hertz_ellipse, hertz
 from ...shapes.hexahedral_mesh import VolumeMesh, face_nodes, shape_functions
 from .material import POISSON, YOUNG
 
-GRID_PER_FACE = 6
-"""Grid points of the pressure per face, along each axis of the ellipse."""
-
 
 @dataclass(frozen=True, eq=False)
 class ContactPlace:
@@ -183,6 +180,8 @@ def _gap(view: _View, surface: str, place: ContactPlace) -> float:
 
 def _pressed(view: _View, place: ContactPlace, force: float) -> tuple[HertzEllipse, _Sample]:
     """Return the ellipse or strip whose part on the surface carries the force, and its pressure there."""
+    # Grid points of the pressure per face, along each axis of the ellipse.
+    grid_per_face = 6
     from scipy.optimize import brentq
 
     modulus, curvature = contact_modulus(YOUNG, POISSON), place.curvature
@@ -191,12 +190,12 @@ def _pressed(view: _View, place: ContactPlace, force: float) -> tuple[HertzEllip
         axes = np.array((0.5 * place.length, float(half_width)))
         strip = HertzEllipse(np.asarray(force), axes, pressure)
         # Parts of the strip beyond the faceted edges of the mesh are omitted; the caller scales the sample.
-        return strip, replace(_sampled(view, strip, GRID_PER_FACE, strip=True), cut=False)
+        return strip, replace(_sampled(view, strip, grid_per_face, strip=True), cut=False)
     ellipse = hertz_ellipse(curvature, force, modulus)
     if not np.isfinite(ellipse.pressure):
         text = f"the flanks cut each other next to the contact (relative curvature {curvature[0]:.3g} 1/mm)"
         raise ValueError(f"{text}: there is no contact to load, take weaker parabolas")
-    sample = _sampled(view, ellipse, GRID_PER_FACE)
+    sample = _sampled(view, ellipse, grid_per_face)
     if not sample.cut:
         return ellipse, sample
 
@@ -210,7 +209,7 @@ def _pressed(view: _View, place: ContactPlace, force: float) -> tuple[HertzEllip
         high += 1.0
     log_force = brentq(excess, low, high, xtol=1e-3)
     ellipse = hertz_ellipse(curvature, np.exp(log_force), modulus)
-    return ellipse, _sampled(view, ellipse, GRID_PER_FACE)
+    return ellipse, _sampled(view, ellipse, grid_per_face)
 
 
 def _sampled(view: _View, ellipse: HertzEllipse, per_face: int, strip: bool = False) -> _Sample:

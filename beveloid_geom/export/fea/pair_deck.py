@@ -25,8 +25,6 @@ from ...export import MEMBERS, identifier
 from .abaqus import STEEL, write_model
 from .pair_mesh import ELEMENT, PairMesh, force_lever
 
-MESH_STIFFNESS = 14e3
-"""N/mm^2: stiffness of teeth in mesh per mm of face width (ISO 6336-1), for the estimate of the rotation."""
 FACTS_MARK = "pair in contact: "
 """Start of the header line with the data, as JSON, that `pair_results` needs."""
 STEP = "*STEP, INC=50\n*STATIC\n1., 1., 1e-6, 1.\n"
@@ -79,6 +77,9 @@ def facts_of(pair: PairMesh, torque: float) -> dict[str, object]:
 
 def _history(design: Design, pair: PairMesh, torque: float) -> Iterator[str]:
     """Yield the lines after the mesh: material, couplings, contact and the two steps."""
+    # N/mm^2: stiffness of teeth in mesh per mm of face width (ISO 6336-1), for the estimate of the
+    # rotation.
+    mesh_stiffness = 14e3
     yield STEEL
     for name in MEMBERS:
         yield f"*SURFACE, NAME={name}_hub_nodes, TYPE=NODE\n{name}_hub\n"
@@ -91,7 +92,7 @@ def _history(design: Design, pair: PairMesh, torque: float) -> Iterator[str]:
         yield f"*CONTACT PAIR, INTERACTION=flanks, TYPE=SURFACE TO SURFACE\n{pinion}, {gear}\n"
     lever, sense = force_lever(design), flank_sign(pair.flank)
     face = min(float(member.face_width) for member in design.members)
-    turn = torque / (lever * lever * face * MESH_STIFFNESS)
+    turn = torque / (lever * lever * face * mesh_stiffness)
     held = "gear_reference, 1, 6\npinion_reference, 1, 5\n"
     yield f"** The pinion is turned into contact.\n{STEP}*BOUNDARY\n{held}"
     yield f"pinion_reference, 6, 6, {sense * turn:.9g}\n*END STEP\n"

@@ -37,18 +37,6 @@ MAX_FLANK_ROWS = 120
 """Largest number of elements along the profile of a flank."""
 COARSE = Cells(bottom=1, fillet=3, flank=4, tip=4, face=6)
 """Numbers of elements of a tooth without a tolerance, except for flanks in contact."""
-ELEMENTS_ALONG = 3.0
-"""Smallest number of elements along the contact ellipse."""
-MAX_ROWS_CROSSED = 2.5
-"""Number of rows of elements that the ellipse, which is inclined to them, crosses within the length of one
-element. If it crosses many, an element does not resolve the pressure."""
-MAX_FACE_ELEMENTS = 24
-"""Largest number of elements along the face."""
-NEAR_CONTACT_PITCHES = 0.05
-"""Tooth pairs at most this far beyond their path have fine flanks, because teeth bend into contact."""
-STIFFNESS_FACTOR = 4.0
-"""Contact stiffness times half the width of the contact ellipse over the contact modulus E*. It gives
-similar pairs of all sizes the same relative error; the largest pressure is reduced by up to 8 %."""
 HUB = ("bore", "first side", "last side")
 """Surfaces by which a member is held: its shaft and the rest of the gear."""
 ELEMENT = "C3D20"
@@ -155,18 +143,29 @@ def pair_mesh(
     ValueError
         As `tooth_hexahedra`.
     """
+    # Smallest number of elements along the contact ellipse.
+    elements_along = 3.0
+    # Number of rows of elements that the ellipse, which is inclined to them, crosses within the length
+    # of one element. If it crosses many, an element does not resolve the pressure.
+    max_rows_crossed = 2.5
+    # Tooth pairs at most this far beyond their path have fine flanks, because teeth bend into contact.
+    near_contact_pitches = 0.05
+    # Contact stiffness times half the width of the contact ellipse over the contact modulus E*. It
+    # gives similar pairs of all sizes the same relative error; the largest pressure is reduced by up to
+    # 8 %.
+    stiffness_factor = 4.0
     roll = float(pose.roll[0]) if roll is None else roll
     _require_teeth(design, pose, roll, teeth)
     rolls = rolls_at_first_contact(design, pose.flank, roll)
     frames = frames_at(design, *rolls)
     length, width = _contact_size(design, pose, force)
     pairs = range(-(teeth // 2), teeth // 2 + 1)
-    fine = _touching(design, pose, roll, pairs, NEAR_CONTACT_PITCHES).tolist()
+    fine = _touching(design, pose, roll, pairs, near_contact_pitches).tolist()
     meshes, steps, along = [], [], []
     for number, fine_teeth in enumerate((fine, fine[::-1])):
         member, frame, bore = design.members[number], frames[number], bore_radii[number]
         slope = _inclination(member, pose, number)
-        longest = min(length / ELEMENTS_ALONG, MAX_ROWS_CROSSED * width / across / max(slope, 1e-9))
+        longest = min(length / elements_along, max_rows_crossed * width / across / max(slope, 1e-9))
         coarse = _coarse_cells(member, longest, tolerance) if cells is None else cells
         along.append(length * coarse.face / float(member.face_width))
         depth = _flank_depth(member, pose.flank)
@@ -174,7 +173,7 @@ def pair_mesh(
         each = [replace(coarse, flank=rows) if touches else coarse for touches in fine_teeth]
         meshes.append(_placed(member, each, bore, frame))
         steps.append(depth / rows)
-    stiffness = STIFFNESS_FACTOR * contact_modulus(YOUNG, POISSON) / (0.5 * width)
+    stiffness = stiffness_factor * contact_modulus(YOUNG, POISSON) / (0.5 * width)
     mesh, contacts = _joined(meshes, frames), _contacts(pose.flank, teeth)
     return PairMesh(pose.flank, rolls, frames, mesh, contacts, width / max(steps), min(along), stiffness)
 
@@ -251,8 +250,10 @@ def _coarse_cells(member: Member, element_length: float, tolerance: float | None
 
     The default numbers are kept with a tolerance (mm) that they meet: a coarse tolerance must not give a
     finer mesh than none."""
+    # Largest number of elements along the face.
+    max_face_elements = 24
     face = int(np.ceil(float(member.face_width) / element_length))
-    coarse = replace(COARSE, face=min(max(face, COARSE.face), MAX_FACE_ELEMENTS))
+    coarse = replace(COARSE, face=min(max(face, COARSE.face), max_face_elements))
     if tolerance is None or edge_deviation(member, coarse) <= tolerance:
         return coarse
     return cells_of(member, tolerance)

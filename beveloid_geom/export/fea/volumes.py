@@ -18,7 +18,6 @@ from .abaqus import LoadCase
 if TYPE_CHECKING:
     import meshio
 
-FACE_TYPES = {4: "quad", 8: "quad8"}
 ELEMENT_TYPES = {8: "hexahedron", 20: "hexahedron20"}
 """Names of meshio by number of nodes."""
 
@@ -104,13 +103,14 @@ def _gmsh_mesh(mesh: VolumeMesh) -> meshio.Mesh:
 
     In Gmsh's format 4.1 an entity has a physical group, and meshio writes only entities that own nodes.
     Therefore each surface owns at least one of its nodes, and the volume those on no surface."""
+    face_types = {4: "quad", 8: "quad8"}
     import meshio
 
     surfaces = disjoint_surfaces(mesh)
     quads = [face_nodes(mesh, faces) for faces in surfaces.values()]
     names = [*(identifier(name) for name in surfaces), "body"]
     dimensions = [2] * len(quads) + [3]
-    blocks = [(FACE_TYPES[nodes.shape[1]], nodes) for nodes in quads]
+    blocks = [(face_types[nodes.shape[1]], nodes) for nodes in quads]
     blocks.append((ELEMENT_TYPES[mesh.hexahedra.shape[1]], mesh.hexahedra))
     tags = [np.full(len(nodes), tag) for tag, (_, nodes) in enumerate(blocks, 1)]
     return meshio.Mesh(

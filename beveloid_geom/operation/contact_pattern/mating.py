@@ -23,15 +23,6 @@ LAST_STEP_MODULES = 1e-4
 a radius. The distance is minimal at the foot, so that its error is the square of that: 1e-9 mm."""
 
 
-EDGE_TOLERANCE_MODULES = 1e-6
-"""Distance past an edge of the mating flank up to which a foot counts as on it. Equal faces on parallel axes
-have common ends, where a foot is on the mating flank only at the instant of contact."""
-
-
-POINTS_PER_BLOCK = 4096
-"""Points of one block, so that the arrays stay in the cache."""
-
-
 DISTANCE, MARGIN, BY_MEMBER, BY_MATE = range(4)
 """Rows of the state of a point at a pose: distance from the mating flank and margin of the foot within it,
 mm; derivatives of the distance by the rolls of the member and of the mate, mm/rad."""
@@ -51,10 +42,12 @@ class Mating:
 
     def at(self, points: FloatArray, turned: FloatArray) -> FloatArray:
         """Return the rows (4, n) of points (n, 3), in the gear-fixed frame, at poses `turned` (4, n)."""
+        # Points of one block, so that the arrays stay in the cache.
+        points_per_block = 4096
         rows = np.empty((4, len(points)))
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-            for first in range(0, len(points), POINTS_PER_BLOCK):
-                part = slice(first, first + POINTS_PER_BLOCK)
+            for first in range(0, len(points), points_per_block):
+                part = slice(first, first + points_per_block)
                 rows[:, part] = self._rows(points[part].T.copy(), turned[:, part])
         return rows
 
@@ -75,6 +68,10 @@ class Mating:
         return read_only(self.turned(self.rolls, self.operation.gear_roll(self.rolls)))
 
     def _rows(self, points: FloatArray, turned: FloatArray) -> tuple[FloatArray, ...]:
+        # Distance past an edge of the mating flank up to which a foot counts as on it. Equal faces
+        # on parallel axes have common ends, where a foot is on the mating flank only at the instant
+        # of contact.
+        edge_tolerance_modules = 1e-6
         (x, y, z), (cos, sin, mate_cos, mate_sin), pose = points, turned, self.pose
         x, y = cos * x - sin * y, sin * x + cos * y
         seen, moves = seen_by_other(pose, self.member, x, y, z), (y, -pose.cos * x, pose.sin * x)
@@ -82,7 +79,7 @@ class Mating:
             (mate_cos * a + mate_sin * b, mate_cos * b - mate_sin * a, c) for a, b, c in (seen, moves)
         )
         foot = foot_on(self.sheet, (x, y, z), last_step=LAST_STEP_MODULES)
-        margin = foot.margin + EDGE_TOLERANCE_MODULES * np.asarray(self.sheet.module)
+        margin = foot.margin + edge_tolerance_modules * np.asarray(self.sheet.module)
         nx, ny, nz = foot.normal
         return foot.distance, margin, u * nx + v * ny + w * nz, -foot.moment
 

@@ -25,8 +25,6 @@ from ...status import PatternStatus
 from .mating import DISTANCE, MARGIN, Mating
 from .motion import DIFFERENCE_RAD
 
-MAX_EVALUATIONS = 60
-"""Maximum number of evaluations of a descent."""
 CLOSER_ROLLS, MAX_ROUNDS = 10, 4
 """Rolls per round, and rounds, of the search for a foot between samples. A foot that is on the mating flank
 for a hundredth of the step is found."""
@@ -257,13 +255,15 @@ def _descents(
     Distances and margins (2, n) at both `ends`, and the decrease of the separation `falls` (2, n) there
     for the complete span (mm), are known. The unknown is the fraction t of the span. The minimum is at or
     beyond `low`, and not beyond `high`."""
+    # Maximum number of evaluations of a descent.
+    max_evaluations = 60
     n, (begin, rounded_up) = len(points), (span[0], span[1] - span[0])
     length, results, reached, going = rounded_up, np.empty((2, n)), np.zeros(n, dtype=bool), np.arange(n)
     f, t, low, high = ends[0][DISTANCE], *np.zeros((2, n)), np.ones(n)
     left = np.array((ends[0][MARGIN], falls[0]))  # margin and fall: the first to become zero ends the descent
     by_t = np.array((ends[1][MARGIN] - left[0], np.empty(n)))
     by_t[1], bent = _parabola(falls, f - ends[1][DISTANCE], ends[1][MARGIN] >= 0.0)
-    for count in range(MAX_EVALUATIONS):
+    for count in range(max_evaluations):
         with np.errstate(invalid="ignore", divide="ignore"):
             stops = np.where(by_t < 0.0, t - left / by_t, np.inf)
         stops[1, to_edge] = np.inf
@@ -274,7 +274,7 @@ def _descents(
         step = new - t
         small = np.abs(step) <= np.where(edge, 1e-7, 1e-4)  # edges more closely
         ended = ~halved & small & (count > 0) | (high - low <= 1e-11)
-        if ended.any() or count == MAX_EVALUATIONS - 1:
+        if ended.any() or count == max_evaluations - 1:
             f = np.where(ended, f - step * (left[1] + 0.5 * step * np.nan_to_num(by_t[1])), f)
             results[:, going], reached[going] = (f, np.where(ended, new, t)), edge
             stays = np.flatnonzero(~ended)

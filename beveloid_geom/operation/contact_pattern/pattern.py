@@ -40,9 +40,6 @@ COARSE_CELLS = 12, 16
 """Cells at whose corners the separation is sampled over all rolls."""
 AREA_ERROR = 0.01
 """Default relative error of areas."""
-MIN_AREA_ERROR = 1e-3
-"""Smallest relative error of areas that can be requested."""
-MAX_POINTS = 1_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -172,6 +169,8 @@ def contact_pattern(
 def _check(
     design: Design, separation: float, resolution: float | None, tolerance: float | None, area_error: float
 ) -> None:
+    # Smallest relative error of areas that can be requested.
+    min_area_error = 1e-3
     if design.batch_shape:
         raise ValueError(f"a pattern is that of one design, got a batch of the shape {design.batch_shape}")
     if resolution is not None and tolerance is not None:
@@ -180,8 +179,8 @@ def _check(
     for name, length in lengths.items():
         if length is not None and not 0.0 < length < np.inf:
             raise ValueError(f"{name} must be a positive length in mm, got {length:g}")
-    if not MIN_AREA_ERROR <= area_error < 1.0:
-        raise ValueError(f"area_error must be from {MIN_AREA_ERROR:g} to under 1, got {area_error:g}")
+    if not min_area_error <= area_error < 1.0:
+        raise ValueError(f"area_error must be from {min_area_error:g} to under 1, got {area_error:g}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,11 +246,12 @@ def _found_on(side: _Side, cells: tuple[int, int]) -> _Grid:
 
 
 def _cells_of_size(member: Member, resolution: float) -> tuple[int, int]:
+    max_points = 1_000_000
     depth = 2.0 * float(member.tip_height * np.asarray(member.tool.normal_module))
     cells = rounded_up(depth / resolution), rounded_up(float(member.face_width) / resolution)
-    if (cells[0] + 1) * (cells[1] + 1) > MAX_POINTS:
+    if (cells[0] + 1) * (cells[1] + 1) > max_points:
         raise ValueError(
-            f"resolution {resolution:g} mm is too fine: it takes more than {MAX_POINTS:,} points"
+            f"resolution {resolution:g} mm is too fine: it takes more than {max_points:,} points"
         )
     return cells
 

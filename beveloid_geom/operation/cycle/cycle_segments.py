@@ -20,8 +20,6 @@ SAMPLES_PER_PITCH = 24
 """Pinion rolls per pitch at which first contacts are searched."""
 DEGREE = 20
 """Degree of the polynomials."""
-TAIL_COEFFICIENTS = 4
-"""Number of trailing coefficients by which convergence is judged."""
 EXTRAPOLATION = 1.2
 """Half-lengths from its middle up to which the polynomials of a segment are evaluated."""
 QUANTITIES = 5
@@ -182,7 +180,9 @@ def tails_of(segments: CycleSegments) -> FloatArray:
     ndarray, shape (QUANTITIES, n)
         mm.
     """
-    return np.asarray(np.abs(segments.coefficients[:QUANTITIES, :, -TAIL_COEFFICIENTS:]).max(axis=2))
+    # Number of trailing coefficients by which convergence is judged.
+    tail_coefficients = 4
+    return np.asarray(np.abs(segments.coefficients[:QUANTITIES, :, -tail_coefficients:]).max(axis=2))
 
 
 def rolls_between(low: FloatArray, high: FloatArray, nodes: FloatArray) -> FloatArray:

@@ -40,13 +40,8 @@ from .cycle_segments import (
 )
 
 MAX_NEWTON_STEPS = 12
-MAX_FITS = 12
 END_TOLERANCE_PITCHES = 1e-12
 """Movement of the ends of segments at which the fits end."""
-SAME_PLACE_DEPTHS = 1e-6
-"""Distance, relative to the tooth depth, within which contacts are the same."""
-SHORTEST_PITCHES = 1e-9
-"""Shorter segments are removed: rounding may exchange two contacts at a change."""
 RESOLVED = np.array((1e-15, 1e-11, 1e-11, 1e-11, 1e-11))
 """Trailing coefficients that are rounding: of f relative to the lever, of the positions relative to the tooth
 depth. Such polynomials are valid on every part of their range."""
@@ -66,10 +61,11 @@ def fitted(engagement: Engagement, samples: Samples) -> CycleSegments:
     CycleSegments
         Each ends where the next takes over.
     """
+    max_fits = 12
     segments, runs, limits = _runs_of(engagement, samples)
     number, done, former = np.arange(segments.case.size), [], None
     ends = limits[0]
-    for count in range(MAX_FITS):
+    for count in range(max_fits):
         starts = _starts(engagement, samples, segments, runs, former)
         fit = replace(segments, coefficients=_coefficients(engagement, segments, starts))
         joined = np.flatnonzero(segments.case[1:] == segments.case[:-1])
@@ -83,7 +79,7 @@ def fitted(engagement: Engagement, samples: Samples) -> CycleSegments:
         slack = 1e-3 * (fit.high - fit.low)  # extrapolation beyond this amplifies rounding
         known = (low >= fit.low - slack) & (high <= fit.high + slack) & _resolved(engagement, fit)
         steady, known = (_of_whole_cases(mask, segments.case) for mask in (steady, known))
-        ready = steady | known | (count == MAX_FITS - 1)
+        ready = steady | known | (count == max_fits - 1)
         moved = np.flatnonzero(ready & ~steady)  # refit between the new ends
         values = fit.values(moved, segments.pick(moved).rolls(basis_of(DEGREE).nodes))
         segments.coefficients[:, moved] = basis_of(DEGREE).coefficients(values)
@@ -135,6 +131,8 @@ def _branches(
 
     Each contact is followed to the roll of the next sample and of the previous one. If neither follows the
     other, one tooth pair touches at two places between them."""
+    # Distance, relative to the tooth depth, within which contacts are the same.
+    same_place_depths = 1e-6
     contacts, here = samples.contacts, np.arange(samples.case.size)
     size, reached = engagement.pinion.tip - engagement.pinion.root, np.zeros(here.size, dtype=bool)
     for away in (1, -1):
@@ -145,7 +143,7 @@ def _branches(
                 np.arange(row.size), contacts.pair[row], on_fillet[:, row]
             )
             values = held_to(_on_reliefs(task, reliefs[row]), contacts.place[:, row], contacts.limit[:, row])
-            reached[1:] |= np.abs(values[1:3] - contacts.place[:, to]).max(axis=0) <= SAME_PLACE_DEPTHS * size
+            reached[1:] |= np.abs(values[1:3] - contacts.place[:, to]).max(axis=0) <= same_place_depths * size
     same = (label[:, 1:] == label[:, :-1]).all(axis=0)
     return np.append(0, np.cumsum(same & ~reached[1:]))
 
@@ -171,7 +169,9 @@ def _resolved(engagement: Engagement, segments: CycleSegments) -> Mask:
 def _without_short(engagement: Engagement, segments: CycleSegments, samples: Samples) -> CycleSegments:
     """Return the segments that are longer than the minimum length. Each begins at the end of the one
     before, so that they cover the samples of their case."""
-    long = segments.high - segments.low > SHORTEST_PITCHES * engagement.pitch[0]
+    # Shorter segments are removed: rounding may exchange two contacts at a change.
+    shortest_pitches = 1e-9
+    long = segments.high - segments.low > shortest_pitches * engagement.pitch[0]
     segments = replace(segments.pick(long), coefficients=segments.coefficients[:QUANTITIES, long])
     same = segments.case[1:] == segments.case[:-1]
     low, high = segments.low.copy(), segments.high.copy()

@@ -20,9 +20,6 @@ from .cycle_segments import (
 from .missed_contacts import beyond_limits, checked, earlier, halved, overtaken
 from .segment_fit import fitted
 
-MAX_ROUNDS = 8
-"""Number of times that failing segments are divided."""
-
 
 def _sampled(engagement: Engagement, grids: Grids, case: Integers, roll: FloatArray) -> Samples:
     return samples_of(case, roll, found_at(engagement.at(case, roll), grids))
@@ -88,9 +85,11 @@ def _divided(
     """Return the segments through the samples, divided until all checks pass, and the status of all cases.
 
     With `halving`, segments without convergence are cut next to their middle."""
+    # Number of times that failing segments are divided.
+    max_rounds = 8
     cases = engagement.roll.size
     status, done = np.zeros(cases, dtype=np.int64), []
-    for count in range(MAX_ROUNDS):
+    for count in range(max_rounds):
         bad = np.flatnonzero(samples.contacts.status != FirstStatus.SOLVED)[::-1]
         status[samples.case[bad]] = samples.contacts.status[bad]
         samples = samples.pick(status[samples.case] == FirstStatus.SOLVED)
@@ -98,7 +97,7 @@ def _divided(
             break
         segments = fitted(engagement, samples)
         # Compare with the samples, which also covers segments whose neighbour could not be fitted.
-        segment, strict = segments.number(engagement, samples.case, samples.roll), count < MAX_ROUNDS // 2
+        segment, strict = segments.number(engagement, samples.case, samples.roll), count < max_rounds // 2
         smooth = strict and not engagement.measured
         samples, bad = checked(engagement, segments, segment, samples, smooth)
         if halving and strict and bad.size:

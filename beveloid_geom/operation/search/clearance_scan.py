@@ -24,8 +24,6 @@ from ...support.products import product
 from ..angular_clearance import met_by
 from .search_task import Task
 
-FILLET_POINTS_PER_CELL = 1.8
-"""Points on a fillet for each cell of its length."""
 TIP_REACH_CELLS = 0.05
 """Distance from a fillet up to which a tip edge counts as on it."""
 CHART_NODES = 128, 12
@@ -33,12 +31,6 @@ CHART_NODES = 128, 12
 SAFETY = 2.0
 """Ratio of the assumed interpolation error of a chart to the largest error seen in the middle of its
 cells."""
-POINTS_PER_BLOCK = 65536
-"""Points of one block, so that the arrays stay in the cache."""
-LARGEST_MM = 1e30
-"""Finite upper bound of the clearance in single precision."""
-SINGLE_ROUNDING = 1e-6
-"""Rounding error of single precision: of an angle (rad), and of coordinates relative to their size."""
 Single: TypeAlias = NDArray[np.float32]
 Angles = TypeVar("Angles", Single, FloatArray)
 
@@ -162,11 +154,13 @@ def grid_of(member: Member, flank: str, points: tuple[int, int, int]) -> Grid:
     -------
     Grid
     """
+    # Points on a fillet for each cell of its length.
+    fillet_points_per_cell = 1.8
     pinion, (fillet, profile, face) = surface_of(member, flank), points
     cell = ((pinion.highest - pinion.joint) / (profile - 1), 2.0 * pinion.half_width / (face - 1))
     fillet = max(
         fillet,
-        int(min(np.nan_to_num(FILLET_POINTS_PER_CELL * (pinion.joint - pinion.bottom) / cell[0]), profile)),
+        int(min(np.nan_to_num(fillet_points_per_cell * (pinion.joint - pinion.bottom) / cell[0]), profile)),
     )
     z = pinion.half_width * np.linspace(-1.0, 1.0, face)
     top = np.fmin(tip_parameter(member, flank, z), pinion.highest + 0.0 * z)
@@ -246,6 +240,8 @@ def scan_of(task: Task, grid: Grid, chart: Chart, turns: bool = True) -> Scan:
     -------
     Scan
     """
+    # Points of one block, so that the arrays stay in the cache.
+    points_per_block = 65536
     count, lines = task.roll.size, (grid.low * grid.shape[1], grid.shape[1])
     scan = Scan(
         f=np.empty((count, grid.s.size), dtype=np.float32),
@@ -255,7 +251,7 @@ def scan_of(task: Task, grid: Grid, chart: Chart, turns: bool = True) -> Scan:
         within=np.full(count, np.inf),
         bottom=np.zeros(count, dtype=bool),
     )
-    moves, rows = _moves(task), max(1, POINTS_PER_BLOCK // grid.s.size)
+    moves, rows = _moves(task), max(1, points_per_block // grid.s.size)
     about, start, doubt = moves.astype(np.float32), task.start.astype(np.float32), []
     for first in range(0, count, rows):
         part = slice(first, first + rows)
@@ -299,13 +295,17 @@ def _scan_rows(
 ) -> tuple[Integers, Integers, Mask]:
     """Scan tooth pairs, except for `Scan.within`. Return the pairs and points that can be the minimum or
     are not known from the chart, and whether they are within the limits."""
+    # Finite upper bound of the clearance in single precision.
+    largest_mm = 1e30
+    # Rounding error of single precision: of an angle (rad), and of coordinates relative to their size.
+    single_rounding = 1e-6
     gear, reach, face = task.gear, TIP_REACH_CELLS * grid.cell[0], grid.shape[1]
     (moves, start), lever = rows, float(task.lever)
     x, y, z = product(moves, grid.about)
     r = np.sqrt(x * x + y * y)
     root, above = r - gear.root_taper * z - gear.root, r - gear.taper * z - gear.tip
     outside = np.maximum(above / grid.cell[0], (np.abs(z) - gear.half_width) / grid.cell[1])
-    rounding = SINGLE_ROUNDING * (float(task.pose.offset.max()) + task.pinion.tip + gear.tip)
+    rounding = single_rounding * (float(task.pose.offset.max()) + task.pinion.tip + gear.tip)
     near, within = (outside <= 0.5) & (root > 0.0), outside <= -rounding / min(grid.cell)
     turn = np.arctan2(y, x) - chart.at(np.maximum(root, 0.0), z) - start[:, None]
     angle, before = _counted(task, gear.sigma * turn)
@@ -328,8 +328,8 @@ def _scan_rows(
     scan.pinion_tip[:] = np.where(on, 0.0, np.inf)
     scan.bottom[:] = (within & ((root < 0.0) | (grid.s <= task.pinion.bottom))).any(axis=1)
     # Candidates of the minimum: within twice the error bound of the smallest clearance seen.
-    doubt = lever * (chart.error + SINGLE_ROUNDING + 2.0 * rounding / gear.pitch_radius)
+    doubt = lever * (chart.error + single_rounding + 2.0 * rounding / gear.pitch_radius)
     least = np.fmin.reduce(np.where(within, scan.f, np.inf), axis=1) + 2.0 * doubt
     unknown = np.isnan(scan.f)
-    row, point = np.nonzero(near & (within & (scan.f <= np.minimum(least, LARGEST_MM)[:, None]) | unknown))
+    row, point = np.nonzero(near & (within & (scan.f <= np.minimum(least, largest_mm)[:, None]) | unknown))
     return row, point, within[row, point]

@@ -33,12 +33,8 @@ GRID_POINTS = ((1, 5, 5), 36), ((4, 25, 19), 72)
 of a tooth round its axis, if this gives more."""
 MEASURED_GRID_POINTS = GRID_POINTS[0], ((4, 49, 37), 72)
 """The same for pairs with measured flanks, which may have waves."""
-PAIR_SPARE_MODULES = 0.25
-"""Clearance above the smallest scanned one up to which a tooth pair is searched."""
 TOGETHER_RAD = 1.6e-14
 """Difference of the gear roll within which tooth pairs touch at the same time."""
-POSITIONS_PER_BLOCK = 512
-"""Positions solved together."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +132,9 @@ def found_with_others(
     alone : Numbered
         First contacts of single tooth pairs, with their positions; empty unless `each`.
     """
-    block = max(1, POSITIONS_PER_BLOCK * GRID_POINTS[1][0][2] // grids[1].shape[1])
+    # Positions solved together.
+    positions_per_block = 512
+    block = max(1, positions_per_block * GRID_POINTS[1][0][2] // grids[1].shape[1])
     every = np.arange(engagement.roll.size)
     with np.errstate(invalid="ignore", divide="ignore"):
         parts = [
@@ -186,6 +184,8 @@ def _solved(
     engagement: Engagement, positions: Integers, pairs: ArrayLike | None, grids: Grids, each: bool
 ) -> tuple[Found, Numbered, Numbered]:
     """Return the results of `found_with_others` for one block of positions."""
+    # Clearance above the smallest scanned one up to which a tooth pair is searched.
+    pair_spare_modules = 0.25
     near = engagement.near if pairs is None else np.atleast_1d(pairs)
     position, pair = (x.ravel() for x in np.meshgrid(positions, near, indexing="ij"))
     if pairs is None:
@@ -196,7 +196,7 @@ def _solved(
     np.minimum.at(best, position - first, rough.within)
     # Continue with the pairs that are not much later than the first.
     candidates = np.flatnonzero(
-        rough.f.min(axis=1) <= best[position - first] + PAIR_SPARE_MODULES * engagement.module
+        rough.f.min(axis=1) <= best[position - first] + pair_spare_modules * engagement.module
     )
     position, pair = position[candidates], pair[candidates]
     task, group = engagement.task(position, pair), position - first

@@ -26,8 +26,6 @@ ON_LIMIT_DEPTHS = 1e-10
 """Tooth depths by which a result may violate a limit."""
 F_NOISE_DEPTHS = 1e-12
 """Tooth depths below which changes of f are rounding."""
-SEARCHES_PER_BLOCK = 8192
-"""Searches solved together; duplicates are detected within one block only."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,11 +81,13 @@ def minimum_clearances(task: Task, place: FloatArray, box: FloatArray, owner: In
     LocalMinima
         One result for each start.
     """
+    # Searches solved together; duplicates are detected within one block only.
+    searches_per_block = 8192
     parts = []
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         every = np.arange(place.shape[1])
-        for start in range(0, max(1, every.size), SEARCHES_PER_BLOCK):
-            block = every[start : start + SEARCHES_PER_BLOCK]
+        for start in range(0, max(1, every.size), searches_per_block):
+            block = every[start : start + searches_per_block]
             parts.append(_least(task.pick(block), place[:, block], box[:, block], owner[block]))
     return parts[0].and_also(*parts[1:])
 

@@ -20,10 +20,6 @@ from ..result import MEMBERS, Report, Rows, stacked_rows
 from ..text import error_words, head_lines, line, remark_lines
 
 OptimisedT = TypeVar("OptimisedT", bound=Optimised)
-OBJECTIVES = {
-    "shift": "minimum shift of the path under errors",
-    "transmission_error": "minimum transmission error of all teeth under any error",
-}
 CERTIFIED_POINTS = 21
 """Positions of the path in the certificate."""
 FIGURES = {
@@ -113,8 +109,12 @@ class OptimumReport(Report, Generic[OptimisedT]):
 
     def summary(self) -> str:
         """Return aim, variables and results, compared with those of the design."""
+        objectives = {
+            "shift": "minimum shift of the path under errors",
+            "transmission_error": "minimum transmission error of all teeth under any error",
+        }
         optimum, contact, results = self.optimum, self.contact, self._results
-        title = f"{self.subject} for {self.name}, {self.flank} flanks: {OBJECTIVES[self.aim.least]}\n"
+        title = f"{self.subject} for {self.name}, {self.flank} flanks: {objectives[self.aim.least]}\n"
         text = (
             title
             + head_lines(self.design)

@@ -29,8 +29,6 @@ WORDS = {
     BallStatus.ON_BOTTOM: "a ball lies on the bottom land",
     BallStatus.NOT_FOUND: "no position of a ball between the flanks was found",
 }
-NO_BALL = "no usual ball touches the flanks above the shifted reference cone: give a diameter with --{}-ball"
-NO_ROLLS = "not defined on a cone, because a roll tilts with the tooth space: use balls"
 SPANS = {
     SpanStatus.CONE: "not defined on a cone: the base helix angles of right and left flanks differ, so that"
     " no two parallel planes touch both",
@@ -282,6 +280,10 @@ def _table(name: str, one: MemberData) -> str:
 
 def _lines(name: str, one: MemberData) -> str:
     """Return the lines with single values of a member and the reasons for missing values."""
+    no_ball = (
+        "no usual ball touches the flanks above the shifted reference cone: give a diameter with --{}-ball"
+    )
+    no_rolls = "not defined on a cone, because a roll tilts with the tooth space: use balls"
     data, balls = one.tooth, one.balls
     sides = (f"{value:.4f} mm {flank}" for flank, value in zip(FLANK_SIGN, data.base_diameter, strict=True))
     text = line("base diameters", ", ".join(sides) + f"; reference diameter {data.reference_diameter:.4f} mm")
@@ -299,9 +301,9 @@ def _lines(name: str, one: MemberData) -> str:
         text += line("datum face", f"at z = {z:z.4f} mm: {words}")
     text += line("span", _span_words(name, one.span))
     if balls is None:
-        return text + line("balls", NO_BALL.format(name))
+        return text + line("balls", no_ball.format(name))
     if np.isnan(balls.over_rolls).all() and data.root_cone_angle != 0.0:
-        text += line("rolls", NO_ROLLS)
+        text += line("rolls", no_rolls)
     faults = sorted(set(balls.status.ravel().tolist()) - {BallStatus.MEASURED})
     return text + "".join(line("balls", WORDS[BallStatus(code)]) for code in faults)
 

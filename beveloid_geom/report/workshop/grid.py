@@ -21,8 +21,6 @@ from ..text import line
 FRAME = "z along the axis towards the {1}, 0 at mid-face; x through tooth 0, y = z cross x"
 ORDER = "right flank, then left; rows from root to tip, columns from {0} to {1}"
 """{0} and {1} are the printed names of the ends at -z and +z."""
-MAX_PRINTED_COLUMNS = 10
-"""Largest number of columns of a grid that is printed."""
 SHAPE = SECOND_ORDER | {"profile_slope": "slope from root to tip"}
 """Labels of the coefficients of the quadratic surface fitted to the deviations."""
 
@@ -126,11 +124,13 @@ class DeviationReport:
 
     def summary(self) -> str:
         """Return the deviations of both flanks, with the tip above the root, and their evaluation."""
+        # Largest number of columns of a grid that is printed.
+        max_printed_columns = 10
         grid, ends = self.result.grid, end_names(self.result.grid.member)
         text = "Deviations of measured points along the normal, um, positive for excess material\n"
         for flank, values in zip(FLANK_SIGN, self.result.deviation, strict=True):
             text += f"\n{flank.capitalize()} flank, {ends[0]} to {ends[1]}, tip above root\n"
-            if grid.shape[1] <= MAX_PRINTED_COLUMNS:
+            if grid.shape[1] <= max_printed_columns:
                 rows = ("".join(number("deviation", one, 9) for one in row) for row in values[::-1])
                 text += "".join(
                     f"  row {k:>3} {row}\n" for k, row in zip(range(len(values), 0, -1), rows, strict=True)

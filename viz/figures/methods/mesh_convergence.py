@@ -22,7 +22,6 @@ from .curves import log_axes
 TOLERANCES = np.logspace(-1.0, -4.0, 13)
 PATH_FRACTIONS = (0.3, 0.4, 0.5, 0.6, 0.7)
 """Positions as fractions of the path in pinion roll."""
-SMALLEST_ERROR_MM = 1e-16
 LOOKS = {
     "point": ("contact point", theme.RED, "o"),
     "separation": ("separation", theme.BLUE, "s"),
@@ -89,10 +88,11 @@ def draw(data: ConvergenceFigure, layout: theme.Layout) -> Drawing:
 
 def _panel(axes: Axes, data: ConvergenceFigure, flank: str) -> list[Line2D]:
     """Draw the errors (mm) of one flank at every position and their maximum; return the lines of a legend."""
+    smallest_error_mm = 1e-16
     lines = []
     for polish in (False, True):
         for kind, (name, colour, marker) in LOOKS.items():
-            errors = np.maximum(errors_of(data.found[flank, polish], kind), SMALLEST_ERROR_MM)
+            errors = np.maximum(errors_of(data.found[flank, polish], kind), smallest_error_mm)
             label = f"{name}, {'polished' if polish else 'mesh alone'}"
             face = colour if polish else "none"
             axes.plot(TOLERANCES, errors.T, marker, color=colour, ms=4.0, alpha=0.45, mfc=face)
@@ -102,7 +102,7 @@ def _panel(axes: Axes, data: ConvergenceFigure, flank: str) -> list[Line2D]:
     lines += axes.plot(TOLERANCES, TOLERANCES, color=theme.GREY, linewidth=1.2, label="the tolerance itself")
     log_axes(axes)
     axes.invert_xaxis()
-    axes.set_ylim(0.1 * SMALLEST_ERROR_MM, 1e3)
+    axes.set_ylim(0.1 * smallest_error_mm, 1e3)
     axes.set(xlabel="tolerance of the meshes (mm)", ylabel="error (mm)")
     return lines
 

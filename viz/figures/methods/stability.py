@@ -40,7 +40,6 @@ SHARES = np.array((-0.25, 0.05, 1.0, 3.0))
 distance of the design's shaft angle from the smallest one."""
 WRONG_MM = 1e-2
 """Error of a point without a stated error bound that counts as wrong."""
-NO_ANSWER_MM = 1e3
 ANSWERS = {
     Status.SOLVED: ("contact on the flanks", theme.GREEN),
     Status.OFF_FLANK: ("contact misses the flanks", theme.PALE),
@@ -120,6 +119,7 @@ def draw(data: Stability, layout: theme.Layout) -> Drawing:
 
 def _errors(axes: Axes, data: MethodErrors) -> list[Line2D]:
     """Draw error against distance; return the entries of the legend."""
+    no_answer_mm = 1e3
     log_axes(axes)
     above, rows = np.degrees(data.above), iter(range(len(METHODS)))
     axes.set(xlim=(0.3 * above[0], 3.0 * above[-1]), ylim=(1e-13, 1e7))
@@ -134,7 +134,7 @@ def _errors(axes: Axes, data: MethodErrors) -> list[Line2D]:
         # Methods without an answer where another one has one: a row of crosses above the curves.
         lost = ~known & np.isfinite(data.error).any(axis=0)
         if lost.any():
-            height = NO_ANSWER_MM * 20.0 ** next(rows)
+            height = no_answer_mm * 20.0 ** next(rows)
             axes.plot(above[lost], np.full(lost.sum(), height), "x", color=look.colour, ms=7.0, mew=1.8)
             style = {"fontsize": theme.SMALL, "color": look.colour, "ha": "left", "va": "center"}
             theme.label_point(axes, (above[lost].max(), height), "no answer", (10.0, 0.0), **style)

@@ -21,20 +21,8 @@ from ...rendering import theme
 from ...rendering.polylines import dashed
 from ...rendering.scene import MESH_PX, Camera, Item, Size, Tube, cut, fit_camera
 
-FACE_COLOURS = ("#c9d3dc", "#e4d7bd")
-"""Colours of the end faces of pinion and gear."""
 VIEW = np.array([-0.62, 0.46, 0.6])
 """Viewing direction in S_f, for which the common perpendicular of Table 1 ends next to the gear."""
-AXIS_HALF_WIDTH_PT = 0.65
-"""Half the width of the axes, points."""
-SECTION_HEIGHT_IN = 3.6
-"""Height of the section below the pair on a narrow page, inches."""
-SECTION_PAGE_FRACTIONS = 0.25, 0.31
-"""Width and height of the section on a wide page, as fractions of the page."""
-SECTION_HALF_WIDTH_MODULES = 3.2
-"""Half the width of the section, in normal modules."""
-SECTION_TOLERANCE_MODULES = 0.003
-"""Mesh tolerance of the section, in normal modules; less than a pixel."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +40,8 @@ class PairFigure:
 
 def compute(design: Design, flank: str = "right") -> PairFigure:
     """Compute the pair with its flanks in contact in the middle of the path."""
+    # Mesh tolerance of the section, in normal modules; less than a pixel.
+    section_tolerance_modules = 0.003
     pair = posed.pose(design, flank)
     if not pair.touching:
         return PairFigure(pair, flank, np.full((2, 3), np.nan), ())
@@ -64,7 +54,7 @@ def compute(design: Design, flank: str = "right") -> PairFigure:
         try:
             mesh = gear_mesh(
                 member,
-                SECTION_TOLERANCE_MODULES * float(member.tool.normal_module),
+                section_tolerance_modules * float(member.tool.normal_module),
                 bore_radius=posed.shaft_radius(member),
             )
         except ValueError:
@@ -97,13 +87,15 @@ def camera_of(pair: PosedPair, size: Size) -> Camera:
 
 def items_of(pair: PosedPair, tolerance: float) -> tuple[list[Item], list[str]]:
     """Return gears within a tolerance (mm) and shafts, and remarks on members that cannot be drawn."""
+    # Colours of the end faces of pinion and gear.
+    face_colours = ("#c9d3dc", "#e4d7bd")
     items: list[Item] = []
     remarks = []
     lengths = _ends(pair) - pair.position[:, None]
     for number, (member, frame) in enumerate(zip(pair.design.members, pair.frames, strict=True)):
         bore = posed.shaft_radius(member)
         gear, reason = posed.gear_items(
-            member, frame, tolerance, (theme.METALS[number], FACE_COLOURS[number]), bore
+            member, frame, tolerance, (theme.METALS[number], face_colours[number]), bore
         )
         if reason:
             remarks.append(f"The {paths_table.MEMBERS[number]} is drawn without teeth: {reason}.")
@@ -113,19 +105,23 @@ def items_of(pair: PosedPair, tolerance: float) -> tuple[list[Item], list[str]]:
 
 def draw(data: PairFigure, layout: theme.Layout) -> Drawing:
     """Draw both gears on their shafts, and the section through the contact point."""
+    # Half the width of the axes, points.
+    axis_half_width_pt = 0.65
+    # Height of the section below the pair on a narrow page, inches.
+    section_height_in = 3.6
     pair = data.pair
     page, _, high = theme.new_page(
         layout,
         f"Fig. 1   The {'crossed ' if pair.crossed else ''}beveloid gear pair in mesh",
         f"The {data.flank} flanks are in contact; {_layout_words(pair)}",
         "",
-        tall=6.6 if layout.width > theme.NARROW else 4.4 + SECTION_HEIGHT_IN,
+        tall=6.6 if layout.width > theme.NARROW else 4.4 + section_height_in,
     )
     low = theme.inches(page, 0.72 if not layout.printed else theme.AROUND)
     if layout.width > theme.NARROW:
         box = theme.place(page, 0.14, low, 0.83, high - low)
     else:
-        over = low + theme.inches(page, SECTION_HEIGHT_IN)
+        over = low + theme.inches(page, section_height_in)
         box = theme.place(page, 0.02, over, 0.96, high - over)
     camera = camera_of(pair, box.size)
     items, remarks = items_of(pair, MESH_PX * camera.mm_per_px(box.size))
@@ -136,7 +132,7 @@ def draw(data: PairFigure, layout: theme.Layout) -> Drawing:
         else f"The {data.flank} flanks have no contact point in this mounting; roll angles are nominal. "
     )
     theme.caption(page, pose + _ends_words(pair.design) + " ".join(remarks))
-    items += _axis_items(pair, AXIS_HALF_WIDTH_PT * camera.mm_per_px(box.size) * page.dpi / 72.0)
+    items += _axis_items(pair, axis_half_width_pt * camera.mm_per_px(box.size) * page.dpi / 72.0)
     view = Overlay.drawn(page, box, items, camera)
     if not pair.remote:
         _annotate_layout(view, pair, 0.65 * abs(float(_ends(pair)[1, 0])))
@@ -145,7 +141,7 @@ def draw(data: PairFigure, layout: theme.Layout) -> Drawing:
     if pair.touching and len(data.sections) == 2:
         corner = _free_corner(page, room)
         if layout.width < theme.NARROW:
-            corner = theme.place(page, 0.25, low, 0.5, theme.inches(page, SECTION_HEIGHT_IN - 0.8))
+            corner = theme.place(page, 0.25, low, 0.5, theme.inches(page, section_height_in - 0.8))
         room.take(corner)
         _draw_section(page, corner, data)
     _name(view, room, pair, layout.width < theme.NARROW)
@@ -247,7 +243,9 @@ def _kind(pair: PosedPair, member: int) -> str:
 
 def _free_corner(page: theme.Page, room: annotate.FreeSpace) -> theme.Box:
     """Return the box of the section: the corner and size that hide least of the picture."""
-    width, height = SECTION_PAGE_FRACTIONS
+    # Width and height of the section on a wide page, as fractions of the page.
+    section_page_fractions = 0.25, 0.31
+    width, height = section_page_fractions
     sizes = [(size * width, size * height) for size in (1.0, 0.9, 0.8)]
     boxes = [
         theme.place(page, x, y, across, up)
@@ -260,9 +258,11 @@ def _free_corner(page: theme.Page, room: annotate.FreeSpace) -> theme.Box:
 
 def _draw_section(page: theme.Page, box: theme.Box, data: PairFigure) -> None:
     """Draw the section of both members; the common normal of the pinion points downwards."""
+    # Half the width of the section, in normal modules.
+    section_half_width_modules = 3.2
     pair = data.pair
     axes = theme.overlay(page, box)
-    half = SECTION_HALF_WIDTH_MODULES * float(pair.design.pinion.tool.normal_module)
+    half = section_half_width_modules * float(pair.design.pinion.tool.normal_module)
     for found, colour in zip(data.sections, theme.METALS, strict=True):
         for outline in found:
             seen = data.axes @ (outline - pair.contact).T

@@ -17,18 +17,10 @@ from ...components import annotate, cutter
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...rendering import theme
 
-PARABOLA_TIMES_MODULE = 0.09
-"""Parabola coefficient drawn, times the normal module."""
 BACK_MODULES = 0.4
 """Thickness of the back of the tool, in normal modules."""
 HALF_WIDTH_MODULES, NARROW_HALF_WIDTH_MODULES = 2.08, 1.75
 """Half the width of the tool drawn, in normal modules: usual, and on a narrow page with less text."""
-TEXT_WIDTH_IN = 0.9
-"""Space for text next to the dimensions, inches."""
-DIMENSION_L_MODULES = 0.82
-"""Flank parameter l at which the parabola is dimensioned, in normal modules."""
-TOOL_COLOUR = "#e3e9ee"
-PARABOLA_COLOUR = "#a0447c"
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,8 +52,10 @@ class RackFigure:
 
 def compute(design: Design) -> RackFigure:
     """Compute the profiles of the pinion's tool, straight and with the parabola that is drawn."""
+    # Parabola coefficient drawn, times the normal module.
+    parabola_times_module = 0.09
     tool = design.pinion.tool.straight()
-    bent = cutter.fitting(replace(tool, parabola=PARABOLA_TIMES_MODULE / float(tool.normal_module)))
+    bent = cutter.fitting(replace(tool, parabola=parabola_times_module / float(tool.normal_module)))
     straight = cutter.fitting(tool)
     profiles = cutter.half_profile(straight), cutter.half_profile(bent)
     return RackFigure((straight, bent), profiles, tool_round(straight, "right"))
@@ -69,6 +63,8 @@ def compute(design: Design) -> RackFigure:
 
 def draw(data: RackFigure, layout: theme.Layout) -> Drawing:
     """Draw the section with its frames and dimensions in true proportions."""
+    # Space for text next to the dimensions, inches.
+    text_width_in = 0.9
     module, coefficient = data.module, float(data.tools[1].parabola)
     narrow = layout.printed and layout.width < theme.NARROW
     wide = NARROW_HALF_WIDTH_MODULES if narrow else HALF_WIDTH_MODULES
@@ -88,7 +84,7 @@ def draw(data: RackFigure, layout: theme.Layout) -> Drawing:
     axes = theme.overlay(page, box)
     tool = data.tools[0]
     ends = module * np.array([-float(tool.dedendum) - 0.35, cutter.TOP * float(tool.addendum) + BACK_MODULES])
-    room = 1.0 - 2.0 * TEXT_WIDTH_IN * page.dpi / box.width
+    room = 1.0 - 2.0 * text_width_in * page.dpi / box.width
     half = max(
         (wide + 0.62) * module,
         (wide + 0.22) * module / room,
@@ -105,12 +101,13 @@ def draw(data: RackFigure, layout: theme.Layout) -> Drawing:
 
 def _draw_tool(axes: Axes, data: RackFigure, wide: float) -> None:
     """Draw the tool, and the straight profile on top."""
+    tool_colour = "#e3e9ee"
     straight, parabolic = (cutter.profile(half, data.module, 3) for half in data.profiles)
     back = parabolic[:, 1].max() + BACK_MODULES * data.module
     outline = np.concatenate(([[parabolic[0, 0], back]], parabolic, [[parabolic[-1, 0], back]]))
     window = Rectangle((-wide * data.module, -1e3), 2.0 * wide * data.module, 2e3, transform=axes.transData)
     for drawn in (
-        *axes.fill(*outline.T, color=TOOL_COLOUR, zorder=0),
+        *axes.fill(*outline.T, color=tool_colour, zorder=0),
         *axes.plot(*parabolic.T, color=theme.INK, linewidth=3.0, zorder=2),
         *axes.plot(*straight.T, color=theme.RED, linewidth=2.0, dashes=(5, 3), zorder=3),
     ):
@@ -179,6 +176,9 @@ def _draw_frames(axes: Axes, data: RackFigure) -> None:
 def _draw_parameters(axes: Axes, data: RackFigure, angle: str) -> None:
     """Draw the pressure `angle` on the left flank, and l_j and the deviation of the parabola on the right
     flank."""
+    # Flank parameter l at which the parabola is dimensioned, in normal modules.
+    dimension_l_modules = 0.82
+    parabola_colour = "#a0447c"
     module, half = data.module, 0.25 * np.pi * data.module
     sin, cos = np.sin(data.alpha), np.cos(data.alpha)
     axes.plot([-half, -half], [0.0, 0.8 * module], color=theme.BLUE, linewidth=1.0)
@@ -194,20 +194,20 @@ def _draw_parameters(axes: Axes, data: RackFigure, angle: str) -> None:
         color=theme.BLUE,
         fontsize=theme.HEADING,
     )
-    l = DIMENSION_L_MODULES * module
+    l = dimension_l_modules * module
     apex, along, out = np.array([half, 0.0]), np.array([-sin, cos]), np.array([cos, sin])
     foot = apex + l * along
     point = foot + float(data.tools[1].parabola) * l * l * out
     shift = -0.16 * module * out
     for end in (apex, foot):
-        axes.plot(*np.stack((end, end + 1.3 * shift)).T, color=PARABOLA_COLOUR, linewidth=1.0)
-    style: dict[str, Any] = {"color": PARABOLA_COLOUR, "fontsize": theme.HEADING}
+        axes.plot(*np.stack((end, end + 1.3 * shift)).T, color=parabola_colour, linewidth=1.0)
+    style: dict[str, Any] = {"color": parabola_colour, "fontsize": theme.HEADING}
     annotate.dimension(axes, apex + shift, foot + shift, "$l_j$", (-12.0, -4.0), **style)
-    axes.plot(*np.stack((foot, point)).T, color=PARABOLA_COLOUR, linewidth=2.5, zorder=4)
-    axes.plot(*point, "o", ms=6, color=PARABOLA_COLOUR, zorder=5)
+    axes.plot(*np.stack((foot, point)).T, color=parabola_colour, linewidth=2.5, zorder=4)
+    axes.plot(*point, "o", ms=6, color=parabola_colour, zorder=5)
     label_at = point + 0.55 * module * out
     annotate.text(axes, label_at, "$a_j l_j^2$", (20.0, 6.0), **style)
-    annotate.arrow(axes, label_at, point + 0.05 * module * out, PARABOLA_COLOUR, 1.2)
+    annotate.arrow(axes, label_at, point + 0.05 * module * out, parabola_colour, 1.2)
 
 
 def rows(data: RackFigure) -> Table:

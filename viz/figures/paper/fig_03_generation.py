@@ -19,12 +19,8 @@ from ...rendering import theme
 from ...rendering.scene import MESH_PX, Item, Picture, Surface, fit_camera
 
 TOOL_COLOUR = "#f2cf99"
-FACE_COLOUR = "#d3dce4"
 SMALLEST_ANGLES_RAD = np.radians((18.0, 15.0))
 """Smallest helix and cone angle in panel (a), rad, so that its frames can be distinguished."""
-ROLL_PITCHES = 0.9
-"""Roll in panel (b), in pitches of the gear."""
-TEETH_DRAWN = 7
 RACK_LENGTH_MODULES = 4.6
 """Length of the rack in panel (a), in normal modules."""
 FRAME_COLOURS = {"n": theme.BLACK, "P": theme.BLUE, "c": theme.GREEN, "b": theme.BLACK, "j": theme.RED}
@@ -62,6 +58,8 @@ class GenerationFigure:
 
 def compute(design: Design) -> GenerationFigure:
     """Compute the frames of the generation of the pinion."""
+    # Roll in panel (b), in pitches of the gear.
+    roll_pitches = 0.9
     member = design.pinion
     tool = cutter.fitting(member.tool)
     right, left = (cutter.half_profile(tool, flank) for flank in ("right", "left"))
@@ -78,7 +76,7 @@ def compute(design: Design) -> GenerationFigure:
         profile=cutter.profile(right, float(tool.normal_module), 5, left),
         frames=(cutter.section_frame(drawn), cutter.section_frame(member)),
         pitch_radius=float(reference_radius(member)),
-        roll=ROLL_PITCHES * 2.0 * np.pi / float(member.teeth),
+        roll=roll_pitches * 2.0 * np.pi / float(member.teeth),
     )
 
 
@@ -167,6 +165,7 @@ def _annotate_rack(over: Overlay, data: GenerationFigure) -> None:
 
 def _gear_panel(page: theme.Page, box: theme.Box, data: GenerationFigure) -> Picture:
     """Draw in S_b the gear turned by -phi and the rack displaced by -r_P phi."""
+    teeth_drawn = 7
     member, half = data.member, 0.5 * float(data.member.face_width)
     origin = np.array([data.pitch_radius, -data.slide, 0.0])
     frame = SectionFrame(origin + data.frames[1].origin, data.frames[1].axes)
@@ -176,7 +175,7 @@ def _gear_panel(page: theme.Page, box: theme.Box, data: GenerationFigure) -> Pic
     items: list[Item] = [*cutter.rack_block(inner, data.back, frame, ends, TOOL_COLOUR)]
     back = np.array([0.22, 0.3, 0.92])
     reach = [np.asarray(item.points) for item in items if isinstance(item, Surface)]
-    count = min(TEETH_DRAWN, int(member.teeth))
+    count = min(teeth_drawn, int(member.teeth))
     side = np.linspace(-1.0, 1.0, 9) * np.pi * count / float(member.teeth)
     rim = data.pitch_radius * np.stack((np.cos(side), np.sin(side), 0.0 * side), axis=-1)
     above = np.array([[data.pitch_radius + data.back + 3.2 * data.module, 0.0, half]])
@@ -190,11 +189,12 @@ def _gear_panel(page: theme.Page, box: theme.Box, data: GenerationFigure) -> Pic
 
 def _gear_items(data: GenerationFigure, count: int, tolerance: float) -> list[Item]:
     """Return some teeth near the rack, or a blank if teeth cannot be drawn."""
+    face_colour = "#d3dce4"
     frame = posed.turn_about_axis(-data.roll), np.zeros(3)
     first = round(data.roll * float(data.member.teeth) / (2.0 * np.pi)) - count // 2
     bore = 0.1 * data.pitch_radius
     teeth = range(first, first + count)
-    return [*posed.gear_items(data.member, frame, tolerance, (theme.STEEL, FACE_COLOUR), bore, teeth)[0]]
+    return [*posed.gear_items(data.member, frame, tolerance, (theme.STEEL, face_colour), bore, teeth)[0]]
 
 
 def _annotate_gear(over: Overlay, data: GenerationFigure) -> None:

@@ -20,21 +20,12 @@ from ...components.posed import PosedPair
 from ...rendering import theme
 from ...rendering.scene import Item, Tube, fit_camera
 
-CONE_COLOURS = ("#8fb4d4", "#e3bd7c")
 LINE_COLOURS = (theme.BLUE, "#8a5a00")
 """Line colours of pinion and gear."""
-LARGEST_SHIFT_FACE_WIDTHS = 2.5
-"""Sections without profile shift are drawn up to this distance from mid-face, in face widths."""
 
 
-MEETING_DISTANCE_MM = 1e-6
-"""Largest distance of lines of action that meet, mm."""
 SAME_FRAME_FRACTION = 0.01
 """Frames closer than this fraction of the distance of the members are drawn as one."""
-HIDING_COSINE = 0.9
-"""Cosine of the angle between two radii above which they hide each other."""
-TABLE_HEIGHT_IN = 2.0
-"""Height of the table below the picture, inches."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,9 +60,11 @@ class MeshingFigure:
 
     def in_line(self, number: int) -> bool:
         """Whether the pitch point is on the side of the y axis of a member."""
+        # Cosine of the angle between two radii above which they hide each other.
+        hiding_cosine = 0.9
         _, up, _ = self.pair.frames[number][0].T
         radius = self.mounting.pitch_point - self.pair.foot[number]
-        return bool(up @ radius > HIDING_COSINE * float(self.mounting.working_radius[number]))
+        return bool(up @ radius > hiding_cosine * float(self.mounting.working_radius[number]))
 
     @property
     def feet(self) -> FloatArray:
@@ -114,10 +107,12 @@ def _radius(data: MeshingFigure, number: int, z: float) -> float:
 
 def _drawn_shift(data: MeshingFigure, number: int) -> float:
     """Return b_c if it is drawn, else 0, mm."""
+    # Sections without profile shift are drawn up to this distance from mid-face, in face widths.
+    largest_shift_face_widths = 2.5
     shift = float(data.shift_distance[number])
     return (
         shift
-        if abs(shift) < LARGEST_SHIFT_FACE_WIDTHS * float(data.pair.design.members[number].face_width)
+        if abs(shift) < largest_shift_face_widths * float(data.pair.design.members[number].face_width)
         else 0.0
     )
 
@@ -136,6 +131,8 @@ def _ring(data: MeshingFigure, number: int, radius: float, z: float) -> FloatArr
 
 def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
     """Draw reference cones, axes and circles with their dimensions."""
+    # Height of the table below the picture, inches.
+    table_height_in = 2.0
     pair = layout_of(data.pair.design)
     offset, angle = float(pair.offset), f"{np.degrees(abs(float(pair.shaft_angle))):g}\u00b0"
     page, low, high = theme.new_page(
@@ -145,10 +142,10 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
         " (blue) and gear (brown), working pitch circles (orange, dashed)",
         f"Unmodified pair. {_where_p_is(data)} $S_1$ and $S_2$: at mid-face, roll 0; in the paper $b_c$"
         " nearer to the toe, at profile shift zero and reference radius $r_P$." + posed.far_words(data.pair),
-        tall=7.2 if layout.width > theme.NARROW else 4.6 + TABLE_HEIGHT_IN,
+        tall=7.2 if layout.width > theme.NARROW else 4.6 + table_height_in,
     )
     narrow = layout.width < theme.NARROW
-    under = theme.inches(page, TABLE_HEIGHT_IN if narrow else 0.0)  # a narrow view has no free corner
+    under = theme.inches(page, table_height_in if narrow else 0.0)  # a narrow view has no free corner
     box = theme.place(page, 0.02, low + under, 0.96, high - low - under)
     reach = [_ring(data, n, _radius(data, n, z), z) for n in (0, 1) for z in _cone_ends(data, n)]
     below = 1.4 * _radius(data, 1, _cone_ends(data, 1)[1])
@@ -171,22 +168,25 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
 
 def _where_p_is(data: MeshingFigure) -> str:
     """Return the sentence that defines the pitch point."""
+    # Largest distance of lines of action that meet, mm.
+    meeting_distance_mm = 1e-6
     if data.level:
         return (
             "$P$ is midway between the mid-faces on the pitch line, the intersection of the planes of action."
         )
     gap = abs(float(data.mounting.gap))
-    passing = f" ({gap:.3g} mm apart here, $P$ midway)" if gap > MEETING_DISTANCE_MM else ""
+    passing = f" ({gap:.3g} mm apart here, $P$ midway)" if gap > meeting_distance_mm else ""
     return f"$P$: intersection of the lines of action of right and left flanks{passing}."
 
 
 def _items(data: MeshingFigure, radius: float) -> list[Item]:
     """Return the reference cones, and circles and pitch point as lines of a `radius` (mm)."""
+    cone_colours = ("#8fb4d4", "#e3bd7c")
     items: list[Item] = []
     for number, frame in enumerate(data.pair.frames):
         low, high = _cone_ends(data, number)
         cone = np.array([[_radius(data, number, z), z] for z in (low, high)])
-        items += posed.lathe(cone, frame, CONE_COLOURS[number], opacity=0.38)
+        items += posed.lathe(cone, frame, cone_colours[number], opacity=0.38)
     for number in (0, 1):
         for z in _cone_ends(data, number):
             items.append(Tube(_ring(data, number, _radius(data, number, z), z), theme.GREY, 0.5 * radius))

@@ -22,13 +22,10 @@ from ...rendering import theme
 from ...rendering.layout import Cells
 from ...rendering.scene import Camera, Item, Picture, Tube, fit_camera
 
-BORE_SHAFT_RADII = 1e-3  # in shaft radii: not visible
 MOVED_COLOUR, MOVED_LINE_COLOUR = "#7fb3d9", theme.BLUE
 """Colours of displaced members and of their lines."""
 DISPLACEMENT_FRACTION, FRAME_FRACTION = 0.46, 0.26
 """Displacements drawn and length of the axes of frames, as fractions of the distance of the members."""
-NEARER_FACTOR = 1.5
-"""Factor of these lengths if the common perpendicular is drawn closer to the members."""
 DISPLACEMENT_RAD = np.radians(18.0)
 TYPICAL_ERRORS = {
     "offset": OFFSET_ERROR,
@@ -37,8 +34,6 @@ TYPICAL_ERRORS = {
     "gear_axial": AXIAL_ERROR,
 }
 """Errors of Figs. 12 to 15 (mm at the module of Table 1, rad) for comparison with those drawn."""
-DIMENSION_FRACTION = 0.75
-"""Distance of a dimension from the origins, in lengths of the axes of frames."""
 
 
 @dataclass(frozen=True)
@@ -54,13 +49,7 @@ class Panel:
     after: str
 
 
-LABEL_OFFSETS_PT = {
-    **{"f": (-16.0, 16.0), "\\delta": (-16.0, -16.0), "q1": (-22.0, 5.0), "d1": (30.0, 3.0)},
-    **{"g": (-18.0, -16.0), "e": (22.0, -15.0), "q2": (-22.0, -16.0), "d2": (24.0, -15.0)},
-}
-"""Offsets of the labels of frames from their origins, points."""
 CELLS = Cells(left=0.28, right=0.16, across=0.0, down=0.45, most=2, least=4.0)
-PRINT_TEXT_FRACTION = 0.34  # fraction of the panel for text on the left of its picture
 PANELS = (
     Panel("offset", "\\Delta e", "offset error", 1, "g", "e"),
     Panel("shaft_angle", "\\Delta\\delta", "shaft-angle error", 0, "f", "\\delta"),
@@ -143,11 +132,14 @@ def compute(design: Design) -> ErrorFigure:
 
 def _scale(pair: PosedPair) -> float:
     """Return the length (mm) to which displacements and axes of frames are proportional."""
-    return NEARER_FACTOR * pair.apart if pair.nearer else pair.apart
+    # Factor of these lengths if the common perpendicular is drawn closer to the members.
+    nearer_factor = 1.5
+    return nearer_factor * pair.apart if pair.nearer else pair.apart
 
 
 def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
     """Draw a panel for each error, all with one direction of view and one scale."""
+    print_text_fraction = 0.34
     one_column = CELLS.columns(layout, len(PANELS)) == 1
     cells = replace(CELLS, down=0.1) if one_column else CELLS
     page, low, high = theme.new_page(
@@ -161,7 +153,7 @@ def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
     places = cells.boxes(layout, len(PANELS), page.get_figheight(), low, high)
     title, aside = theme.inches(page, 0.9 if layout.printed else 0.62), 0.0
     if one_column:
-        title, aside = 0.0, PRINT_TEXT_FRACTION
+        title, aside = 0.0, print_text_fraction
     boxes = [
         theme.place(page, left + aside * width, bottom, (1.0 - aside) * width, height - title)
         for left, bottom, width, height in places
@@ -216,6 +208,7 @@ def _heading(
 
 def _panel(page: theme.Page, box: theme.Box, data: ErrorFigure, index: int, camera: Camera) -> Picture:
     """Draw both members without errors, and the displaced one."""
+    bore_shaft_radii = 1e-3
     radius = 0.7 * camera.mm_per_px(box.size) * page.dpi / 72.0
     nominal, moved = data.seen(data.nominal), data.seen(data.displaced[index])
     places = [(0, nominal["d1"], theme.STEEL), (1, nominal["d2"], theme.STEEL)]
@@ -224,7 +217,7 @@ def _panel(page: theme.Page, box: theme.Box, data: ErrorFigure, index: int, came
     items: list[Item] = []
     for which, frame, colour in places:
         member = data.design.members[which]
-        items += posed.blank(member, frame, colour, BORE_SHAFT_RADII * posed.shaft_radius(member), 0.3)
+        items += posed.blank(member, frame, colour, bore_shaft_radii * posed.shaft_radius(member), 0.3)
         rings = [to_fixed(frame, ring) for ring in posed.rings(member)]
         if colour == theme.STEEL:
             items += [Tube(ring, theme.GREY, radius) for ring in rings]
@@ -240,6 +233,13 @@ def _annotate(
     over: Overlay, data: ErrorFigure, index: int, nominal: dict[str, Frame], moved: dict[str, Frame]
 ) -> None:
     """Draw axes and frames before and after, and the error between them."""
+    # Distance of a dimension from the origins, in lengths of the axes of frames.
+    dimension_fraction = 0.75
+    # Offsets of the labels of frames from their origins, points.
+    label_offsets_pt = {
+        **{"f": (-16.0, 16.0), "\\delta": (-16.0, -16.0), "q1": (-22.0, 5.0), "d1": (30.0, 3.0)},
+        **{"g": (-18.0, -16.0), "e": (22.0, -15.0), "q2": (-22.0, -16.0), "d2": (24.0, -15.0)},
+    }
     panel = PANELS[index]
     over.line(nominal["f"][1], nominal["g"][1], linewidth=0.9)
     for number in (0, 1):
@@ -252,7 +252,7 @@ def _annotate(
     names = "xyz", ("", "y", "z") if tilted else "xyz"  # both frames share the axis of rotation
     looks = (before, theme.INK, panel.before), (after, MOVED_LINE_COLOUR, panel.after)
     for (frame, colour, name), letters in zip(looks, names, strict=True):
-        over.triad(frame[1], frame[0].T, length, letters, colour, f"S_{{{name}}}", LABEL_OFFSETS_PT[name])
+        over.triad(frame[1], frame[0].T, length, letters, colour, f"S_{{{name}}}", label_offsets_pt[name])
     style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.HEADING, "fontweight": "bold"}
     words = f"${panel.symbol}$"
     if tilted:
@@ -261,7 +261,7 @@ def _annotate(
         over.arrow_along(arc, theme.RED, 2.2)
         over.label(arc[16], words, (-24.0, 0.0), **style)
         return
-    aside = -DIMENSION_FRACTION * length * before[0][:, 1]
+    aside = -dimension_fraction * length * before[0][:, 1]
     start, end = before[1] + aside, after[1] + aside
     for origin, foot in ((before[1], start), (after[1], end)):
         over.line(origin, origin + 1.1 * (foot - origin), color=theme.RED, linewidth=0.9)

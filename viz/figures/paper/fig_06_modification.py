@@ -43,10 +43,6 @@ COEFFICIENT = 0.01
 CHARTS, CHARTS_HEIGHT_IN = Cells(left=0.85, right=0.25, across=0.85, down=1.0, most=2, least=2.5), 6.6
 """Charts below the flanks on a narrow page, and their height in inches."""
 POINTS = 241
-LARGEST_DEVIATION_FRACTION = 0.25
-"""Largest deviation drawn as a fraction of the height of the section; deviations have a round factor."""
-VIEW_DIRECTION = (0.3, 0.12, 1.0)
-"""Direction of the viewer: along the normal, to the tip, along the tooth."""
 NOTE = (
     "Flanks overlaid in true proportions, from outside and from the {end}. Section at mid-face,"
     " perpendicular to the axis: thin lines in true proportions, thick lines with {factor:g} times their"
@@ -54,7 +50,6 @@ NOTE = (
     " flank."
 )
 UNDERCUT = " The {name} flank starts where the tool undercuts it."
-MISSING = " The {name} flank ends below the tip and is not drawn."
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,12 +100,15 @@ class ModificationFigure:
     @property
     def factor(self) -> float:
         """Factor of the deviations in the section; 1 without deviations."""
+        # Largest deviation drawn as a fraction of the height of the section; deviations have a
+        # round factor.
+        largest_deviation_fraction = 0.25
         sizes = [float(np.nanmax(np.abs(one.deviation))) for one in self.sections.values()]
         greatest = max(sizes, default=0.0)
         if greatest < 1e-6:
             return 1.0
         return theme.round_length(
-            LARGEST_DEVIATION_FRACTION * float(np.ptp(self.sections[0].radius)) / greatest
+            largest_deviation_fraction * float(np.ptp(self.sections[0].radius)) / greatest
         )
 
 
@@ -179,8 +177,9 @@ def _upright(radius: FloatArray, angle: FloatArray) -> FloatArray:
 
 def draw(data: ModificationFigure, layout: theme.Layout) -> Drawing:
     """Draw three flanks in one picture, and the section with its deviations."""
+    missing = " The {name} flank ends below the tip and is not drawn."
     remarks = [UNDERCUT.format(name=LOOKS[sign].name) for sign, short in data.undercut.items() if short]
-    remarks += [MISSING.format(name=look.name) for sign, look in LOOKS.items() if sign not in data.members]
+    remarks += [missing.format(name=look.name) for sign, look in LOOKS.items() if sign not in data.members]
     page, low, high = theme.new_page(
         layout,
         "Fig. 6   A positive parabola coefficient makes the flank concave, a negative one convex",
@@ -215,12 +214,14 @@ def _places(page: theme.Page, low: float, high: float) -> list[tuple[float, floa
 
 def _overlay(page: theme.Page, data: ModificationFigure, box: theme.Box) -> Picture:
     """Draw the flanks of all coefficients as steps along the face."""
+    # Direction of the viewer: along the normal, to the tip, along the tooth.
+    view_direction = (0.3, 0.12, 1.0)
     z = np.linspace(-data.half, data.half, 9)
     _, patch = _patch(data.members[0], data.flank, np.linspace(0.0, 1.0, 9), z)
     depth, length = patch.point[8, 4] - patch.point[0, 4], patch.point[4, 8] - patch.point[4, 0]
     parts = patch.normal[4, 4], depth, length
     stand = sum(
-        share * part / np.linalg.norm(part) for share, part in zip(VIEW_DIRECTION, parts, strict=True)
+        share * part / np.linalg.norm(part) for share, part in zip(view_direction, parts, strict=True)
     )
     camera = fit_camera(patch.point, -np.asarray(stand), depth, box.size, margin=0.11)
     mm_per_px = camera.mm_per_px(box.size)

@@ -16,7 +16,6 @@ from ...rendering import theme
 from ...rendering.scene import Picture
 
 COLUMNS = 5
-TEXT_HEIGHTS_IN = 0.35, 0.85  # inches: one line below a pinion flank, three below a gear flank
 NOTE = (
     "Below: length, angle to the axial direction in the side view; limits at the ends, if changed."
     f" {panels.WHAT_TOUCHES}"
@@ -81,10 +80,11 @@ def compute(case: SignCase, design: Design, flank: str = "right") -> PathFigure:
 
 def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
     """Draw a row of pinion flanks over a row of gear flanks, one column for each coefficient."""
+    text_heights_in = 0.35, 0.85
     case, flank = data.case, data.flank
     sign = "" if case.pinion == case.gear else "\u2212"
     cases = [(case.heading(k), path.design, flank) for k, path in enumerate(data.paths)]
-    grid = FlankGrid(cases, text_heights(layout, COLUMNS, TEXT_HEIGHTS_IN))
+    grid = FlankGrid(cases, text_heights(layout, COLUMNS, text_heights_in))
     page, low, high = theme.new_page(
         layout,
         f"Fig. {case.number}   {case.title}",

@@ -29,10 +29,6 @@ POINTS, CYCLE_POINTS = 161, slice(None, None, 16)
 """Number of coefficients for Eq. 16, and those of them for which the mesh cycle is computed."""
 EDGE_MARKERS = {"right": "^", "left": "v"}
 LOOKS = {"right": (theme.BLUE, 3.5, "-"), "left": (theme.ORANGE, 1.6, "--")}
-LABEL_MARGIN_FRACTION = 0.25
-"""Labels of points closer than this fraction to an end of the axis are aligned inwards."""
-LABEL_HEIGHTS_PT = (8.0, -18.0, 22.0, -32.0, 36.0, -46.0, 50.0, 64.0)
-"""Heights of labels above their points that are tried, in this order."""
 CELLS = Cells(left=0.96, right=0.96, across=1.76, down=1.35, most=2, least=3.4)
 NOTE = (
     "Lines: Eq. 16, the contact ratio of one tooth pair. Circles: contact ratio of all teeth"
@@ -40,8 +36,6 @@ NOTE = (
     " with edge contact (right scale). Labelled dots: other limits begin to end the path of"
     " the right flank."
 )
-
-ALONG_LINES = " Unmodified flanks touch along lines."
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,11 +87,12 @@ def _running(design: Design, flank: str, case: SignCase, size: FloatArray) -> Fl
 
 def draw(data: RatioFigure, layout: theme.Layout) -> Drawing:
     """Draw four panels, as in the paper."""
+    along_lines = " Unmodified flanks touch along lines."
     page, low, high = theme.new_page(
         layout,
         f"Fig. 11   {finding(data)}",
         "Contact ratio against the parabola coefficients $a_1$ of the pinion, $a_2$ of the gear",
-        NOTE + (ALONG_LINES if data.lines else ""),
+        NOTE + (along_lines if data.lines else ""),
         below=0.55,
         above=0.55,
         tall=CELLS.tall(layout, len(CASES), 0.6 * CELLS.width(layout, len(CASES))),
@@ -176,6 +171,10 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> list[Li
 def _mark_kinks(axes: Axes, edge_axes: Axes, a: FloatArray, design: Design, ends: PathEnds) -> None:
     """Mark and label changes of the limits of the path on the right flank; of changes close together only the
     last. Labels are where they cover no curve, if possible."""
+    # Labels of points closer than this fraction to an end of the axis are aligned inwards.
+    label_margin_fraction = 0.25
+    # Heights of labels above their points that are tried, in this order.
+    label_heights_pt = (8.0, -18.0, 22.0, -32.0, 36.0, -46.0, 50.0, 64.0)
     changed = np.any(ends.limit[1:] != ends.limit[:-1], axis=-1) & (ends.limit[1:] >= 0).all(axis=-1)
     kinks = np.nonzero(changed)[0] + 1
     kinks = kinks[np.diff(kinks, append=2 * POINTS) > POINTS // 10]
@@ -188,12 +187,12 @@ def _mark_kinks(axes: Axes, edge_axes: Axes, a: FloatArray, design: Design, ends
         along = float(axes.transAxes.inverted().transform(axes.transData.transform(place))[0])
         side = (
             "left"
-            if along < LABEL_MARGIN_FRACTION
+            if along < label_margin_fraction
             else "right"
-            if along > 1.0 - LABEL_MARGIN_FRACTION
+            if along > 1.0 - label_margin_fraction
             else "center"
         )
-        shifts = [(0.0, up, side) for up in LABEL_HEIGHTS_PT]
+        shifts = [(0.0, up, side) for up in label_heights_pt]
         if not labels.put(text, place, shifts, theme.INK):
             theme.label_point(axes, place, text, (0, 8), ha=side, fontsize=theme.SMALL)
 

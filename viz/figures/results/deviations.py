@@ -21,9 +21,6 @@ CELLS = Cells(left=0.5, right=0.5, across=0.4, down=1.3, most=2, least=5.5)
 TIP_SHIFT, TIP_HEIGHT, DEVIATION_HEIGHT = 0.35, 1.0, 0.45
 """Lengths in half face widths: displacement of the tip to the right of the root and above it, and height of
 the largest deviation of both flanks."""
-LARGEST_LABELLED_GRID = 11, 5
-"""Largest numbers of columns and rows for which every point has a label. Otherwise, and in print, the
-corners, the minimum and the maximum have one."""
 NOTE = (
     "Grey: nominal grid, tip at the back, \u2212z on the left. Deviation along the normal, drawn"
     " upwards: blue for excess, red for missing metal, \u00b5m. One scale for both flanks. Below:"
@@ -110,9 +107,12 @@ def _grid(axes: Axes, values: FloatArray, ends: tuple[str, str], greatest: float
 
 def _numbers(axes: Axes, values: FloatArray, found: FloatArray, every: bool) -> None:
     """Write deviations next to their points: all points with `every`, else corners, minimum and maximum."""
+    # Largest numbers of columns and rows for which every point has a label. Otherwise, and in print,
+    # the corners, the minimum and the maximum have one.
+    largest_labelled_grid = 11, 5
     shown = np.full(
         values.shape,
-        every and values.shape[1] <= LARGEST_LABELLED_GRID[0] and len(values) <= LARGEST_LABELLED_GRID[1],
+        every and values.shape[1] <= largest_labelled_grid[0] and len(values) <= largest_labelled_grid[1],
     )
     shown[:: len(values) - 1, :: values.shape[1] - 1] = True
     shown.ravel()[[values.argmin(), values.argmax()]] = True

@@ -32,16 +32,8 @@ POINTS = 41
 TIP_SHIFT, TIP_HEIGHT, EASE_OFF_HEIGHT = 0.42, 0.46, 1.25
 """Lengths in half face widths: displacement of the tip to the right of the root and above it, and height of
 the largest ease-off of a flank."""
-BAR_POSITION = 2.0
-"""Distance of the scale bar from the middle of a wire surface, in half face widths."""
-PRINT_BAR_POSITION = 1.8, -0.05
-"""Position of the scale bar in print, to the right and up, between the labels at +z."""
 GRID_SHAPE, WIRE_SPACING = (29, 41), 2
 """Numbers of points along profile and face, and spacing of the wires in points."""
-CONTACT_LINES = 3
-"""Number of lines of contact, at equal steps of the roll of the path."""
-LABEL_LIMIT_FRACTION = 0.9
-"""Contour lines have no label beyond this fraction of half the flank."""
 NOTE = (
     "Deviation of the pinion flank from the conjugate of the gear flank along the normal, zero at"
     " mid-roll of the path; positive (up) where the flanks separate. Orange: path of contact. Dash-dotted:"
@@ -143,6 +135,10 @@ def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, printed: 
 
     The range from zero or the minimum to the maximum of the `span` (2,), um, has a height of EASE_OFF_HEIGHT
     half face widths."""
+    # Distance of the scale bar from the middle of a wire surface, in half face widths.
+    bar_position = 2.0
+    # Position of the scale bar in print, to the right and up, between the labels at +z.
+    print_bar_position = 1.8, -0.05
     lowest, greatest = min(float(span[0]), 0.0), max(float(span[1]), 0.0)
     scale = EASE_OFF_HEIGHT / (greatest - lowest) if greatest - lowest > LEAST_EASE_OFF else 0.0
 
@@ -177,7 +173,7 @@ def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, printed: 
         theme.round_length(max(0.5 * (greatest - lowest), LEAST_EASE_OFF)),
         scale * lowest - TIP_HEIGHT - 0.4,
     )
-    right, foot = PRINT_BAR_POSITION if printed else (BAR_POSITION, floor)
+    right, foot = print_bar_position if printed else (bar_position, floor)
     if greatest - lowest > LEAST_EASE_OFF:
         axes.plot([right, right], [foot, foot + scale * length], color=theme.INK, linewidth=3.0)
         unit, style = f"{length:g} \u00b5m", {"fontsize": theme.SMALL}
@@ -188,6 +184,10 @@ def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, printed: 
 
 def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
     """Draw contour lines over the flank (z, l) with the path."""
+    # Number of lines of contact, at equal steps of the roll of the path.
+    contact_lines = 3
+    # Contour lines have no label beyond this fraction of half the flank.
+    label_limit_fraction = 0.9
     values = np.ma.masked_invalid(1e3 * found.deviation)
     if float(np.abs(values).max()) < LEAST_EASE_OFF:
         theme.message(axes, "zero within rounding", 24, 0.12, backgroundcolor="white")
@@ -200,11 +200,11 @@ def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
         label.set_path_effects(HALO)
         label.set_gid(LEVEL)
         place = np.divide(label.get_position(), (found.z.max(), np.abs(found.l).max()))
-        if np.abs(place).max() > LABEL_LIMIT_FRACTION:
+        if np.abs(place).max() > label_limit_fraction:
             label.remove()  # cut off
     thin_out(axes)
     roll = panel.path.pinion_roll
-    lines_at = np.sort(np.linspace(roll[0], roll[-1], CONTACT_LINES + 2)[1:-1])
+    lines_at = np.sort(np.linspace(roll[0], roll[-1], contact_lines + 2)[1:-1])
     thin: dict[str, Any] = {"colors": theme.GREY, "linewidths": 1.0, "linestyles": "dashdot"}
     axes.contour(found.z, found.l, np.ma.masked_invalid(found.pinion_roll), levels=lines_at, **thin)
     rim = [np.concatenate((g[0], g[1:, -1], g[-1, -2::-1], g[-2::-1, 0])) for g in (found.z, found.l)]

@@ -20,9 +20,6 @@ from ...rendering import theme
 from ...rendering.layout import Cells
 
 CELLS = Cells(left=0.85, right=0.85, across=1.75, down=1.35, most=2, least=5.0)
-DECK_TOLERANCE = 1e-9
-"""Tolerances for a deck that belongs to a design: gear roll against the first contact (rad), and position of
-the mid-faces relative to their distance."""
 RIGID_ROLLS = 201
 """Number of rolls for the rigid pair."""
 NOTE = (
@@ -109,6 +106,9 @@ def loaded_pair(design: Design, path: Path) -> Loaded:
 
     Raises ValueError for decks of another design, of several torques, flanks or numbers of teeth, for an
     incomplete set, and as `read_pair_result`; OSError if a file cannot be read."""
+    # Tolerances for a deck that belongs to a design: gear roll against the first contact (rad), and
+    # position of the mid-faces relative to their distance.
+    deck_tolerance = 1e-9
     decks = decks_of(path)
     results = sorted((read_pair_result(deck) for deck in decks), key=lambda one: float(one.rolls[0]))
     counts = sorted({one.decks for one in results})
@@ -123,13 +123,13 @@ def loaded_pair(design: Design, path: Path) -> Loaded:
     # Rolls do not depend on the size of the gears, so the positions of the members are compared as well.
     origins = np.array([origin for _, origin in frames_at(design, *rolls_of_decks[0])])
     apart, size = np.abs(results[0].origins - origins).max(), np.abs(origins).max()
-    if not apart <= DECK_TOLERANCE * size:
+    if not apart <= deck_tolerance * size:
         raise ValueError(
             f"the decks of {path} are not of this design: give theirs with --design (the mid-faces differ by"
             f" {apart:.4g} mm)"
         )
     first = first_contact(design, flank, rolls_of_decks[:, 0])
-    if not np.abs(first.gear_roll - rolls_of_decks[:, 1]).max() <= DECK_TOLERANCE:
+    if not np.abs(first.gear_roll - rolls_of_decks[:, 1]).max() <= deck_tolerance:
         raise ValueError(f"the decks of {path} are not of this design: give theirs with --design")
     pose = meshing_pair(design, flank)
     half = np.pi / float(design.pinion.teeth)

@@ -35,10 +35,6 @@ MARKS = {
     "polished": ("o", theme.RED, theme.RED, 8.0),
     "path of contact": ("x", theme.BLACK, theme.BLACK, 9.0),
 }
-MARGIN = 0.45
-"""Free space around the points in the detail, as a fraction of their distance."""
-LEAST_SHARE = 0.1
-"""Smallest distance of the points in l and in z for the detail, as a fraction of the flank."""
 CELLS = Cells(left=1.2, right=0.4, across=1.4, down=1.5, most=2, least=3.6)
 NOTE = (
     "(a) Pinion flank; colours: distance of its vertices from the mesh of the gear. (b) Separation of the"
@@ -141,11 +137,15 @@ def points(data: MethodFigure) -> dict[str, FloatArray]:
 
 def _window(data: MethodFigure) -> FloatArray:
     """Return the limits (2, 2) of the detail in l and z, mm."""
+    # Free space around the points in the detail, as a fraction of their distance.
+    margin = 0.45
+    # Smallest distance of the points in l and in z for the detail, as a fraction of the flank.
+    least_share = 0.1
     assert data.query is not None
     both = np.stack(list(points(data).values()))
     low, high = both.min(axis=0), both.max(axis=0)
     flank = np.array((np.ptp(data.query.l), np.ptp(data.query.z)))
-    half = (0.5 + MARGIN) * np.maximum(high - low, LEAST_SHARE * flank)
+    half = (0.5 + margin) * np.maximum(high - low, least_share * flank)
     middle = 0.5 * (low + high)
     return np.stack((middle - half, middle + half), axis=-1)
 

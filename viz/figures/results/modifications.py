@@ -31,8 +31,6 @@ ERROR_LIMITS = 0.05, np.radians(0.01)
 """Largest error of the distance of the axes at the module of Table 1, mm, and of the shaft angle, rad."""
 ERRORS = 9
 """Number of values of each error."""
-ROUNDING_MM = 1e-9
-"""Shifts below this are counted as zero."""
 POINTS, HARMONICS = 181, 1
 STYLES: tuple[tuple[str, Any, str], ...] = (
     (theme.INK, "-", "o"),
@@ -40,8 +38,6 @@ STYLES: tuple[tuple[str, Any, str], ...] = (
     (theme.BLUE, "-.", "D"),
 )
 """Colour, dashes and marker of the cases."""
-NEW_LINE = "\n       "
-"""Indents a second line of a title below the first word of the first."""
 CELLS = Cells(left=1.05, right=0.3, across=1.05, down=1.55, most=3, least=1.9)
 NOTE = (
     "Above: pinion flank in the side view, from {ends[0]} (left) to {ends[1]}, tip above; shaded: separation"
@@ -111,14 +107,18 @@ def _errors(design: Design) -> tuple[str, str]:
 
 def _shifts(design: Design, flank: str, sizes: FloatArray, error: str) -> FloatArray:
     """Return the shifts (n,) of the middle of the path under sizes (n,) of an error."""
+    # Shifts below this are counted as zero.
+    rounding_mm = 1e-9
     batch = mounted(design, np.append(sizes, 0.0)[:, None], (error,))
     z = path_of_contact(batch, flank, 3).pinion_z[:, 1]
     shifts = np.asarray(z[:-1] - z[-1])
-    return np.where(np.abs(shifts) < ROUNDING_MM, 0.0, shifts)
+    return np.where(np.abs(shifts) < rounding_mm, 0.0, shifts)
 
 
 def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     """Draw a pattern for each case, then transmission error and shifts of all cases."""
+    # Indents a second line of a title below the first word of the first.
+    new_line = "\n       "
     count, first = len(data) + 3, data[0]
     single = CELLS.columns(layout, count) == 1
     cells = replace(CELLS, left=1.2, down=0.85) if single else CELLS
@@ -135,7 +135,7 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     for letter, case, axes in zip("abc", data, panels, strict=False):
         words = f"({letter})  {case.name}"
         if case.pattern is not None:
-            words += f"{', ' if single else NEW_LINE}{100.0 * case.pattern.pinion.area_share:.0f} % marked"
+            words += f"{', ' if single else new_line}{100.0 * case.pattern.pinion.area_share:.0f} % marked"
         axes.set_title(words, loc="left", pad=8.0, fontsize=theme.LABEL)
         _pattern(axes, case)
         if single and letter != "c":

@@ -33,28 +33,14 @@ from ...rendering.scene import Item, Paint, Picture, divided
 TEXT_HEIGHTS_IN, BAR_HEIGHT_IN = (0.4, 0.4), 0.9  # below flanks, and of the colour bar
 STRETCH, NARROW_STRETCH = 4.0, 3.0
 """Magnification across the face, and on a narrow page."""
-SEPARATION_GRID = (81, 161)
-"""Points along depth and face for a separation."""
-PATTERN_BANDS = (0.0, 1.27, 2.54, 3.81, 5.08, 6.35)
 SEPARATION_BANDS = (0.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
 BLUES = ("#08306b", "#1f5fa6", "#4a98c9", "#8bbfdf", "#c3dbee")
 HUES = ("#081d58", "#253d95", "#225ea8", "#1d91c0", "#41b6c4", "#7fcdbb", "#c7e9b4")
 HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.6, foreground="white")]
 BARE = ("#eceff3", "#f3eee4")
 """Colours of pinion and gear beyond the last band: lighter than all bands, without lighting."""
-LINE_POINTS = 101
-"""Points of a line of contact."""
-ELLIPSES = 3
-"""Number of contact ellipses along the part of the path where the pair is in contact."""
-POSITION_FRACTION = 0.3
-"""Position of the separation as a fraction of the path in roll, where two tooth pairs touch."""
-NO_POINT_MM = 0.1
-"""Distance from the border of the mating flank of points without a point on that flank, mm."""
-CONTACT_DISTANCE_UM = 0.01
-"""Distance of the nearest points drawn, um, below which flanks count as in contact."""
 PAIRS = (-1, 0, 1)
 """Tooth pairs of a separation that are drawn if some separations are within the bands."""
-SMALLEST_SHARE = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +94,7 @@ class BandFigure:
 def compute_pattern(design: Design) -> BandFigure:
     """Compute the pattern of both flanks as designed, and of the right flank with the paper's
     modification."""
+    pattern_bands = (0.0, 1.27, 2.54, 3.81, 5.08, 6.35)
     columns, bent = [], paths_table.modified(design)
     for flank, changed, heading in (
         ("right", design, "right flanks, as designed"),
@@ -123,12 +110,12 @@ def compute_pattern(design: Design) -> BandFigure:
     lines = bool(touches_along_lines(design))
     return BandFigure(
         "Contact pattern under marking compound",
-        f"Separation below {PATTERN_BANDS[-1]} \u00b5m during the mesh of a tooth pair; pinion (top), gear"
+        f"Separation below {pattern_bands[-1]} \u00b5m during the mesh of a tooth pair; pinion (top), gear"
         " (bottom)",
         "The gear is at the first contact of all teeth, edges included. Thin, dashed: other teeth touch"
         f" earlier. Black: {'some lines of contact' if lines else 'contact ellipses of this pair'}.",
         "least separation over the cycle (\u00b5m)",
-        PATTERN_BANDS,
+        pattern_bands,
         BLUES,
         ("area_mm2", "area_share"),
         tuple(columns),
@@ -153,15 +140,19 @@ def _pattern_layers(design: Design, flank: str, pattern: ContactPattern) -> tupl
 def _rings(design: Design, path: SolvedPath, number: int) -> tuple[FloatArray, ...]:
     """Return contact ellipses (n, 3) in the frame of a member, or lines of contact if flanks touch along
     lines. Ellipses are at positions where the pair is the first contact of all teeth."""
+    # Points of a line of contact.
+    line_points = 101
+    # Number of contact ellipses along the part of the path where the pair is in contact.
+    ellipses = 3
     if not path.found:
         return ()
     if len(lines := path.contact_lines(number)):
-        share = np.linspace(0.0, 1.0, LINE_POINTS)[:, None]
+        share = np.linspace(0.0, 1.0, line_points)[:, None]
         return tuple(line[0] + share * (line[1] - line[0]) for line in lines)
     at, touching = path.path, np.flatnonzero(path.path.status == Status.SOLVED)
     if path.first is not None:
         touching = touching[path.first]
-    shown = touching[np.linspace(0, len(touching) - 1, ELLIPSES + 2).round().astype(int)[1:-1]]
+    shown = touching[np.linspace(0, len(touching) - 1, ellipses + 2).round().astype(int)[1:-1]]
     ellipse = contact_ellipse(at, MARKING_SEPARATION)
     turn = np.linspace(0.0, 2.0 * np.pi, 721)[:, None]
     semi_axes, directions = ellipse.semi_axes[shown], ellipse.direction[shown]
@@ -174,13 +165,15 @@ def _rings(design: Design, path: SolvedPath, number: int) -> tuple[FloatArray, .
 
 def compute_separation(design: Design, flank: str = "right") -> BandFigure:
     """Compute the separation of three neighbouring tooth pairs at one position of a flank."""
+    # Position of the separation as a fraction of the path in roll, where two tooth pairs touch.
+    position_fraction = 0.3
     path, under = paths_table.solve(design, flank), ""
     reason = first_contact_fault(design) or ("" if path.found else path.reason)
     layers: list[tuple[Layer, Layer] | None] = [None for _ in PAIRS]
     if not reason:
         roll = path.path.pinion_roll
         order = np.argsort(roll)
-        l1 = np.interp(roll[0] + POSITION_FRACTION * (roll[-1] - roll[0]), roll[order], path.path.l1[order])
+        l1 = np.interp(roll[0] + position_fraction * (roll[-1] - roll[0]), roll[order], path.path.l1[order])
         at = path_of_contact(design, flank, l1=[l1])
         pose = float(at.pinion_roll[0]), float(at.gear_roll[0])
         layers = [(_separation_layer(path, 0, pose, k), _separation_layer(path, 1, pose, k)) for k in PAIRS]
@@ -209,17 +202,22 @@ def compute_separation(design: Design, flank: str = "right") -> BandFigure:
 
 def _in_bands(layer: Layer) -> bool:
     """Return True if the bands cover a part of the flank that can be seen."""
-    return bool(np.mean(layer.values < SEPARATION_BANDS[-1]) > SMALLEST_SHARE)
+    smallest_share = 0.01
+    return bool(np.mean(layer.values < SEPARATION_BANDS[-1]) > smallest_share)
 
 
 def _separation_layer(path: SolvedPath, number: int, pose: tuple[float, float], pair: int) -> Layer:
     """Return the distance of the flank of pinion (0) or gear (1) from the other flank at rolls (rad)."""
+    # Points along depth and face for a separation.
+    separation_grid = (81, 161)
+    # Distance of the nearest points drawn, um, below which flanks count as in contact.
+    contact_distance_um = 0.01
     design, flank = path.design, path.path.flank
     member = design.members[number]
     half = 0.5 * float(member.face_width)
-    z = np.linspace(-half, half, SEPARATION_GRID[1])
+    z = np.linspace(-half, half, separation_grid[1])
     low, high = active_start(member, flank, z), tip_parameter(member, flank, z)
-    l = low + np.linspace(0.0, 1.0, SEPARATION_GRID[0])[:, None] * (high - low)
+    l = low + np.linspace(0.0, 1.0, separation_grid[0])[:, None] * (high - low)
     patch = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
     found = angular_clearance(design, flank, number, l, z, *pose, pair=pair)
     gap = 1e3 * np.where(found.inside, found.distance, np.nan)
@@ -231,7 +229,7 @@ def _separation_layer(path: SolvedPath, number: int, pose: tuple[float, float], 
     if np.isfinite(gap).any():
         nearest = float(np.nanmin(gap))
         near = f"{nearest:.3g} \u00b5m at the nearest point drawn"
-        under = near if nearest > CONTACT_DISTANCE_UM else "in contact"
+        under = near if nearest > contact_distance_um else "in contact"
     trace = Trace(path.points[number], width=0.7)
     return Layer(
         l, np.broadcast_to(z, l.shape), patch.point, patch.normal, gap, trace, (), under, pose, border
@@ -277,6 +275,8 @@ def _painted(data: BandFigure, layer: Layer, view: FlankView, metal: str) -> lis
 
     Values are counted in bands, so that bands may have different widths. An additional band of bare metal
     contains larger values."""
+    # Distance from the border of the mating flank of points without a point on that flank, mm.
+    no_point_mm = 0.1
     bands = np.array([*data.bands, 2.0 * data.bands[-1] - data.bands[-2]])
 
     def painted(values: FloatArray) -> Paint:
@@ -294,7 +294,7 @@ def _painted(data: BandFigure, layer: Layer, view: FlankView, metal: str) -> lis
         parts = (~known, bare), (known, replace(flank, paint=painted(layer.values)))
         return [replace(part, faces=flank.faces[of]) for of, part in parts if of.any()]
     values, inside = layer.border
-    level = np.where(np.isfinite(values + inside), inside, -NO_POINT_MM).ravel()
+    level = np.where(np.isfinite(values + inside), inside, -no_point_mm).ravel()
     front, _ = divided(replace(flank, paint=painted(np.nan_to_num(values, nan=bands[-1]))), level)
     return [part for part in (front, divided(bare, level)[1]) if len(part.faces)]
 

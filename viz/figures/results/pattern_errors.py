@@ -29,20 +29,11 @@ from ...rendering import theme
 
 LEFT_MARGIN_IN, RIGHT_MARGIN_IN = 1.44, 0.1
 """Margins on the left and right of a matrix, inches."""
-GRID_STEP = 2
-"""About one of this number of grid points along profile and face is drawn."""
 NOTE = (
     "Pinion flank in the side view, {face:g} mm from {ends[0]} (left) to {ends[1]}. Shaded: separation below"
     " a quarter, half and all of {film:g} \u00b5m. Orange: ellipse with centre and second moments of the"
     " pattern. {meant} TE: transmission error of all teeth"
 )
-ELLIPSE_NOTE = "; below: centre and half axes (mm), angle to the axial direction"
-"""Part of the note that is left out on narrow pages."""
-
-ERRORS_NOTE = {
-    "perpendicular": "E: offset error, \u03a3: shaft-angle error.",
-    "mesh": "E: centre-distance, \u03a3: in-plane shaft-angle error at the mesh.",
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +84,12 @@ def _errors(design: Design) -> tuple[tuple[str, str], tuple[float, float]]:
 
 def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
     """Draw a row for each distance error and a column for each angle error, right flanks first."""
+    # Part of the note that is left out on narrow pages.
+    ellipse_note = "; below: centre and half axes (mm), angle to the axial direction"
+    errors_note = {
+        "perpendicular": "E: offset error, \u03a3: shaft-angle error.",
+        "mesh": "E: centre-distance, \u03a3: in-plane shaft-angle error at the mesh.",
+    }
     film = next((1e3 * block.found.separation for block in data if block.found), np.nan)
     count = max((block.found.first.size for block in data if block.found), default=1)
     row = 0.3 * _width(layout, count) + _under(layout)
@@ -104,9 +101,9 @@ def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
             film=film,
             face=float(data[0].design.pinion.face_width),
             ends=end_names(data[0].design.pinion),
-            meant=ERRORS_NOTE[_at(data[0].design)],
+            meant=errors_note[_at(data[0].design)],
         )
-        + (ELLIPSE_NOTE if layout.width > theme.NARROW else "")
+        + (ellipse_note if layout.width > theme.NARROW else "")
         + ".",
         below=0.05,
         above=0.3,
@@ -189,8 +186,10 @@ def _cell(axes: Axes, cell: PatternCell, separation: float) -> None:
 
 def _drawn(cell: PatternCell) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return z, r and smallest separation, mm, of the points of the pinion pattern that are drawn."""
+    # About one of this number of grid points along profile and face is drawn.
+    grid_step = 2
     side = cell.pattern.pinion
-    every = np.ix_(*(np.linspace(0, n - 1, n // GRID_STEP + 1).round().astype(int) for n in side.least.shape))
+    every = np.ix_(*(np.linspace(0, n - 1, n // grid_step + 1).round().astype(int) for n in side.least.shape))
     r = np.hypot(side.points[..., 0], side.points[..., 1])
     return side.z[every], r[every], side.least[every]
 

@@ -30,13 +30,8 @@ TOLERANCE_MODULES = 1.0 / 600.0
 """Mesh tolerance in normal modules: a tenth of a pixel of the close picture on a page of 1000 x 750."""
 EXPORT_TOLERANCE_MM = 0.01
 """Default tolerance of `beveloid-geom mesh`, mm."""
-GEAR_OPACITY = 0.3
 PATTERN, PATTERN_LIFT_MODULES = "#7fb5dc", 0.004
 """Colour of the contact pattern, and its height above the flank in normal modules."""
-HALF_HEIGHT_MODULES = 4.0
-"""Smallest half height of the close picture, in normal modules."""
-TUBE_SHARE = 0.008
-"""Radius of a path as a fraction of half the height of the close picture."""
 TEETH = (-1, 0, 1)
 """Teeth of the pinion with paths."""
 
@@ -154,10 +149,15 @@ def _whole(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
 
 def close(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
     """Return the teeth in mesh with paths, pattern and point of contact, and the camera."""
+    gear_opacity = 0.3
+    # Smallest half height of the close picture, in normal modules.
+    half_height_modules = 4.0
+    # Radius of a path as a fraction of half the height of the close picture.
+    tube_share = 0.008
     pair, paths = data.pair, on_teeth(data, data.path.points[0])
     points, normal = np.concatenate(paths), np.nanmean(data.path.path.normal, axis=0)
-    camera = posed.mesh_camera(pair.design, pair.frames[0], points, normal, size, HALF_HEIGHT_MODULES)
-    radius = TUBE_SHARE * camera.half_height
+    camera = posed.mesh_camera(pair.design, pair.frames[0], points, normal, size, half_height_modules)
+    radius = tube_share * camera.half_height
     items: list[Item] = [Tube(line, theme.PATH, radius) for line in paths]
     items.append(Tube(pair.contact[None], theme.INK, 3.0 * radius))
     line = line_of_contact(data)
@@ -172,7 +172,7 @@ def close(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
         away = (to_fixed(frame, shown.points) - camera.focal_point) @ camera.axes[:2].T
         near = np.linalg.norm(away, axis=1) < 1.5 * seen
         shown = shown.where(near[shown.faces].any(axis=1))
-        colour, opacity = theme.METALS[number], GEAR_OPACITY if number else 1.0
+        colour, opacity = theme.METALS[number], gear_opacity if number else 1.0
         items.append(posed.placed_surface(shown, frame, colour, opacity, edges=True))
     return items, camera
 

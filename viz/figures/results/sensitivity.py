@@ -34,10 +34,6 @@ NOTE = (
     " the face, at equal flank parameter l{square}, positive towards +z. Contact ratio: Eq. 16. Transmission"
     " error: one tooth pair, peak to peak. Scales: linear, common to (a) and (b)."
 )
-PROFILE_MOVEMENT_MM = 1e-9
-"""Movement along the profile, mm, below which a path runs along the face."""
-PERPENDICULAR_NOTE = ", or perpendicular to the path"
-NARROW_NOTE = " (perpendicular to the path: see table)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +47,8 @@ class Case:
     @property
     def remarks(self) -> str:
         """Text on missing values and their reasons."""
+        # Movement along the profile, mm, below which a path runs along the face.
+        profile_movement_mm = 1e-9
         words = []
         for rates in self.found:
             status = Status(int(rates.status))
@@ -60,7 +58,7 @@ class Case:
             elif bool(touches_along_lines(self.design, rates.flank)):
                 words.append("both: line contact")
             elif np.isnan(rates.face_shift_by[MIDDLE]).any():
-                still = np.ptp(rates.l[:, 0]) < PROFILE_MOVEMENT_MM
+                still = np.ptp(rates.l[:, 0]) < profile_movement_mm
                 turned = f"{rates.flank} flanks: no middle, the roll turns back along the path"
                 words.append("both: path along face" if still else turned)
         return "; ".join(dict.fromkeys(words))
@@ -85,6 +83,8 @@ def compute(design: Design) -> tuple[Case, ...]:
 def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     """Draw a row for each case and a column for each quantity; on a narrow page columns for cases and fewer
     quantities."""
+    perpendicular_note = ", or perpendicular to the path"
+    narrow_note = " (perpendicular to the path: see table)"
     steps = steps_of(data[0].found[0].errors)
     left_out = [f" Unknown {case.name} ({case.remarks})." for case in data if not case.known]
     data = tuple(case for case in data if case.known) if len(left_out) < len(data) else data
@@ -96,7 +96,7 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
         layout,
         "Sensitivity of the path of contact to assembly errors",
         "Changes under one error each, from exact derivatives",
-        NOTE.format(place=at_the_mesh(data[0].design), square=NARROW_NOTE if narrow else PERPENDICULAR_NOTE)
+        NOTE.format(place=at_the_mesh(data[0].design), square=narrow_note if narrow else perpendicular_note)
         + "".join(left_out),
         below=0.45,
         above=0.75,

@@ -19,11 +19,7 @@ from ...components.paths_table import FLANKS, PARABOLAS, REASONS, coefficients, 
 from ...rendering import theme
 from ...rendering.layout import Cells
 
-LINE_STYLES = ("-", "--")
-"""Line styles of the design and of the design with the paper's modification."""
 POINTS = 201
-SCALE_LIMIT_FACTOR = 1.1
-"""Upper limit of the scales as a multiple of the largest speed."""
 CELLS = Cells(left=1.04, right=0.24, across=1.28, down=0.65, most=2, least=3.6)
 NOTE = (
     "Speed per unit of the pinion speed: multiply by rad/s for mm/s. Thin lines: components"
@@ -49,8 +45,10 @@ class Curve:
 
 def compute(design: Design) -> dict[str, tuple[Curve, ...]]:
     """Compute the sliding of every case on both flanks."""
+    # Line styles of the design and of the design with the paper's modification.
+    line_styles = ("-", "--")
     bent = modified(design)
-    changed = list(zip(("as designed", coefficients(bent)), LINE_STYLES, (design, bent), strict=True))
+    changed = list(zip(("as designed", coefficients(bent)), line_styles, (design, bent), strict=True))
     return {
         side: tuple(Curve(name, style, sliding_report("", one, side, POINTS)) for name, style, one in changed)
         for side in FLANKS
@@ -99,6 +97,8 @@ def _legend(columns: list[tuple[Axes, Axes]]) -> list[Line2D]:
 
 def _panels(speed: Axes, specific: Axes, curves: tuple[Curve, ...]) -> None:
     """Draw all cases of a flank, and the components of the speed of the first case with a path."""
+    # Upper limit of the scales as a multiple of the largest speed.
+    scale_limit_factor = 1.1
     first = next(curve for curve in curves if curve.found)
     for curve in curves:
         ends = curve.report.path.ends
@@ -109,7 +109,7 @@ def _panels(speed: Axes, specific: Axes, curves: tuple[Curve, ...]) -> None:
         charts.sliding_speed(speed, curve.report, curve.name, curve.style, curve is first)
         charts.specific_sliding(specific, curve.report, curve.style, curve is first)
     speed.set_ylim(
-        0.0, SCALE_LIMIT_FACTOR * max(curve.report.ranges["speed"][1] for curve in curves if curve.found)
+        0.0, scale_limit_factor * max(curve.report.ranges["speed"][1] for curve in curves if curve.found)
     )
 
 

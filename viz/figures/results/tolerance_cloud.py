@@ -40,7 +40,6 @@ QUANTITIES = (
     ("peak_to_peak", ARCSEC, "transmission error (arcsec)"),
 )
 """Name, factor and label of the quantities of a study that are shown."""
-LINE_CONTACT_NOTE = ", shaft-angle errors leave edges"
 CLOUDS = ((5.0, "white", 0.12), (1.0, theme.BLUE, 0.08))
 """Multiples of the tolerances, colour and opacity of the paths drawn, the lowest first."""
 CELLS = Cells(left=0.95, right=0.3, across=1.0, down=1.1, most=2, least=1.6)
@@ -230,9 +229,10 @@ def _cloud(drawn: Panel, data: CloudFigure, number: int) -> None:
 
 def counts(case: CaseStudy) -> str:
     """Return the name of a case and its number of mountings with a path."""
+    line_contact_note = ", shaft-angle errors leave edges"
     if case.study is None:
         lines = touches_along_lines(case.design).all()
-        return f"{case.name}: not studied{LINE_CONTACT_NOTE if lines else ''}"
+        return f"{case.name}: not studied{line_contact_note if lines else ''}"
     solved = np.count_nonzero(case.study.mountings.solved)
     return f"{case.name}: {solved} of {case.study.cases} with a path"
 

@@ -24,16 +24,10 @@ from ...rendering.layout import Cells
 COLOURS = (theme.GREEN, theme.BLUE, theme.ORANGE)
 HATCHES = ("...", "", "///")
 """Colours and hatches of the cases."""
-HOLLOW_PER_MM = 0.0002
-"""Both coefficients of the last case at the module of Table 1, 1/mm."""
 POINTS = 361
 """Number of rolls of one mesh cycle."""
 HARMONICS = 10
 CELLS = Cells(left=1.05, right=1.0, across=2.1, down=1.45, most=2, least=3.3)
-PRINT_SCALE_FACTOR = 1.4
-"""Factor of the scale of amplitudes in print, which leaves space for the legend."""
-TEXT_HEIGHT_PT = 42.0
-"""Height of the text above a panel, points."""
 NOTE = (
     "Rigid teeth without load. Grey: single tooth pair, dotted on an edge. Thick: pair that"
     " carries, with the gear furthest ahead. Positive: gear ahead of the unmodified pair"
@@ -57,7 +51,9 @@ class Case:
 
 def compute(design: Design, flank: str = "right") -> tuple[Case, ...]:
     """Compute the motion graph as designed, with the paper's modification, and with hollow flanks."""
-    hollow = two_digits(HOLLOW_PER_MM / as_large(design))
+    # Both coefficients of the last case at the module of Table 1, 1/mm.
+    hollow_per_mm = 0.0002
+    hollow = two_digits(hollow_per_mm / as_large(design))
     changes = modified(design), design.with_parabola(hollow, hollow)
     named = ("as designed", design), *((coefficients(changed), changed) for changed in changes)
     cases = []
@@ -73,6 +69,10 @@ def compute(design: Design, flank: str = "right") -> tuple[Case, ...]:
 
 def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     """Draw a panel for each case and a panel of all amplitudes."""
+    # Factor of the scale of amplitudes in print, which leaves space for the legend.
+    print_scale_factor = 1.4
+    # Height of the text above a panel, points.
+    text_height_pt = 42.0
     count = len(data) + 1
     page, low, high = theme.new_page(
         layout,
@@ -85,7 +85,7 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     )
     *graphs, bars = theme.panels(page, CELLS, count, low, high)
     for index, (case, axes) in enumerate(zip(data, graphs, strict=True)):
-        axes.set_title(f"({'abc'[index]})  {case.name}", loc="left", pad=TEXT_HEIGHT_PT, fontsize=theme.LABEL)
+        axes.set_title(f"({'abc'[index]})  {case.name}", loc="left", pad=text_height_pt, fontsize=theme.LABEL)
         if case.graph is None:
             theme.message(axes, case.reason, 36)
             continue
@@ -96,7 +96,7 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
         theme.label_point(axes, (0.0, 1.0), motion_graph.graph_text(case.graph), (0.0, 6.0), **style)
     _amplitudes(bars, data)
     if layout.printed:  # space for the legend above the bars
-        bars.set_ylim(top=PRINT_SCALE_FACTOR * bars.get_ylim()[1])
+        bars.set_ylim(top=print_scale_factor * bars.get_ylim()[1])
     bars.set_title("(d)  amplitudes of all teeth", loc="left", pad=8.0, fontsize=theme.LABEL)
     theme.legend(page, motion_graph.legend_entries(), 5, 1.15, handlelength=2.2, columnspacing=1.2)
     return Drawing(page, {})

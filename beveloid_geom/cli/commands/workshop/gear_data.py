@@ -11,8 +11,6 @@ ALLOWANCES = "Upper and lower allowance of the normal thickness of the {}; negat
 BALL = "Diameter of the balls for the {}.  [default: a usual one that touches at half depth]"
 SPAN = "Teeth in the span of a cylindrical {}.  [default: contact nearest to the V-cylinder]"
 DATUM = "z of the datum face of the {} from mid-face; its distance from the common perpendicular is printed."
-MAX_ALLOWANCE_MODULES = 0.3
-"""Largest allowance. A tooth is about 1.57 modules thick, and allowances are less than a fifth of this."""
 
 
 @results.result_command(
@@ -47,13 +45,16 @@ def gear_data(
     of the hob; distances of the end faces, or of a datum face, from the common perpendicular of the axes.
     With allowances, the dimensions at both limits and the resulting backlash. Exit status 1 if the tool of a
     member leaves no flanks to measure."""
+    # Largest allowance. A tooth is about 1.57 modules thick, and allowances are less than a fifth of
+    # this.
+    max_allowance_modules = 0.3
     from ....report.workshop.gear_data import gear_data_report
 
     allowances = pinion_allowances, gear_allowances
     for member, given in zip(("pinion", "gear"), allowances, strict=True):
         if given is not None:
             _require_allowances(
-                member, given, MAX_ALLOWANCE_MODULES * float(design.pinion.tool.normal_module)
+                member, given, max_allowance_modules * float(design.pinion.tool.normal_module)
             )
     for member, teeth in zip(("pinion", "gear"), (pinion_span, gear_span), strict=True):
         most = int(getattr(design, member).teeth) - 1

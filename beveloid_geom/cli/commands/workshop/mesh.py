@@ -49,8 +49,6 @@ if TYPE_CHECKING:
 
 PARTS = (*GEARS, "pair", *FLANKS, *TEETH)
 ELEMENTS = ("C3D20", "C3D20R", "C3D8I", "C3D8")
-DEFAULT_LOAD_N = 1000.0
-"""Load on a tooth of module 6 mm. It scales with the square of the module, which keeps stresses the same."""
 
 
 @dataclass(frozen=True)
@@ -338,11 +336,14 @@ def write_part(
     given: dict[str, Any],
 ) -> None:
     """Write the part and print a line for each file."""
+    # Load on a tooth of module 6 mm. It scales with the square of the module, which keeps stresses the
+    # same.
+    default_load_n = 1000.0
     part, suffix = given["part"], given["out"].suffix.lower()
     member = changed.members[part.startswith(MEMBERS[1])]
     kind = kind_of(part, suffix, int(member.teeth))
     module = float(member.tool.normal_module)
-    load, teeth = DEFAULT_LOAD_N * (module / 6.0) ** 2, 3 if kind == "contact" else 1
+    load, teeth = default_load_n * (module / 6.0) ** 2, 3 if kind == "contact" else 1
     steps = KINDS[kind].steps
     defaults = {"tolerance": None if steps is None else module / steps, "load": load, "teeth": teeth}
     given |= {name: value for name, value in defaults.items() if given[name] is None}
