@@ -157,20 +157,18 @@ def cross(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.array((a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]))
 
 
-def contacts_at(surfaces: Surfaces, placed: Placement, state: FloatArray) -> Contacts:
-    """Return residuals and derivatives at states (4, n)."""
-    s1, z1, roll, s2 = state
-    jet = jet_at(surfaces.pinion, s1, z1)
-    # Pinion: rotate by roll + phi, and complete the derivatives by the roll (k x the vector).
+def _in_gear_frame(jet: Jet, z1: FloatArray, roll: FloatArray, placed: Placement) -> FloatArray:
+    """Return points of the pinion and their derivatives in the frame of the gear, (3, 9, n): P, P_s, P_z,
+    P_ss, P_sz, P_zz, and P_r, P_sr, P_zr with the roll r."""
+    # Rotate by roll + phi. The derivatives by the roll are k x the vector.
     angle = roll + jet.phi
     cos, sin = np.cos(angle), np.sin(angle)
-    plane = np.empty((9, 2, len(s1)))
+    plane = np.empty((9, 2, len(z1)))
     plane[:6, 0] = cos * jet.plane[:, 0] - sin * jet.plane[:, 1]
     plane[:6, 1] = sin * jet.plane[:, 0] + cos * jet.plane[:, 1]
     plane[6:, 0], plane[6:, 1] = -plane[:3, 1], plane[:3, 0]
-    # Seen in the fixed frame of the gear: X2 = -x, Z2 = k2. Rows: P, P_s, P_z, P_ss, P_sz, P_zz, P_r, P_sr,
-    # P_zr.
-    moved = np.empty((3, 9, len(s1)))
+    # The fixed frame of the gear has X2 = -x and Z2 = k2.
+    moved = np.empty((3, 9, len(z1)))
     moved[0], moved[1], moved[2] = -plane[:, 0], -placed.cos * plane[:, 1], placed.sin * plane[:, 1]
     along = z1 + placed.position[0]
     moved[0, 0] += placed.offset
@@ -178,6 +176,21 @@ def contacts_at(surfaces: Surfaces, placed: Placement, state: FloatArray) -> Con
     moved[2, 0] += placed.cos * along
     moved[1, 2] += placed.sin
     moved[2, 2] += placed.cos
+    return moved
+
+
+def _turned(vectors: FloatArray, turn: tuple[FloatArray, FloatArray]) -> FloatArray:
+    """Return vectors (k, 3, n) rotated about the axis of the gear, cosine and sine given, as (3, k, n)."""
+    cos, sin = turn
+    x, y, z = vectors[:, 0], vectors[:, 1], vectors[:, 2]
+    return np.array((cos * x - sin * y, sin * x + cos * y, z))
+
+
+def contacts_at(surfaces: Surfaces, placed: Placement, state: FloatArray) -> Contacts:
+    """Return residuals and derivatives at states (4, n)."""
+    s1, z1, roll, s2 = state
+    jet = jet_at(surfaces.pinion, s1, z1)
+    moved = _in_gear_frame(jet, z1, roll, placed)
     x, y = moved[:2, 0]
     high = moved[2, 0] - placed.position[1]
     # Gear: the touched point, its angle about the axis and its normal.
@@ -187,14 +200,7 @@ def contacts_at(surfaces: Surfaces, placed: Placement, state: FloatArray) -> Con
     own_s, own_z = px * sx + py * sy, px * zx + py * zy
     scale = 1.0 / np.sqrt(square * own_square)
     turn = (x * px + y * py) * scale, (y * px - x * py) * scale
-    normals = normals_of(other)
-    turned = np.array(
-        (
-            turn[0] * normals[:, 0] - turn[1] * normals[:, 1],
-            turn[1] * normals[:, 0] + turn[0] * normals[:, 1],
-            normals[:, 2],
-        )
-    )  # (3, 3, n)
+    turned = _turned(normals_of(other), turn)  # (3, 3, n)
     normal = turned[:, 0]
     side = np.array((-normal[1], normal[0]))
     # Steps by s1, z1, rho: (3, 3, n), and dG by them and by s2.
