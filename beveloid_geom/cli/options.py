@@ -20,7 +20,7 @@ from ..version import __version__
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
-    from ..design.model import Design, Errors, MeshErrors
+    from ..design.model import Design
 
 BUILTIN_DESIGN = "ni-2017"
 Option: TypeAlias = Callable[[Callable[..., Any]], Callable[..., Any]]
@@ -233,104 +233,6 @@ override_options = block(
     renamed("--shaft-angle-error", "--shaft-angle-error-deg"),
 )
 """Options for all values of a design that a command line may change."""
-
-TOLERANCES = (
-    ("offset", "--offset-tolerance", "MM", 1000.0, "offset", "--offset"),
-    ("shaft_angle_deg", "--shaft-angle-tolerance-deg", "DEG", 5.0, "shaft angle", "--shaft-angle-deg"),
-    ("pinion_axial", "--pinion-axial-tolerance", "MM", 1000.0, "pinion's axial position", "--pinion-axial"),
-    ("gear_axial", "--gear-axial-tolerance", "MM", 1000.0, "gear's axial position", "--gear-axial"),
-    ("centre_distance", "--centre-distance-tolerance", "MM", 1000.0, "centre distance at the mesh", ""),
-    ("in_plane_deg", "--in-plane-tolerance-deg", "DEG", 5.0, "shaft angle about the mesh point", ""),
-    (
-        "out_of_plane_deg",
-        "--out-of-plane-tolerance-deg",
-        "DEG",
-        5.0,
-        "tilt out of the plane of the axes at the mesh",
-        "",
-    ),
-)
-"""Sizes of assembly errors: argument, option, unit, largest value, name of the quantity, and old name of the
-option, if any."""
-
-
-def _tolerance(argument: str, name: str, metavar: str, most: float, quantity: str, _: str) -> Option:
-    """Return the option for the size of an assembly error."""
-    text = f"Tolerance of the {quantity}, in both directions."
-    return option(name, NumberRange(0.0, most), 0.0, text, metavar, argument=argument)
-
-
-tolerance_options = block(
-    *(_tolerance(*each) for each in TOLERANCES),
-    *(renamed(old, option) for _, option, *_, old in TOLERANCES if old),
-)
-"""Options for the sizes of all assembly errors."""
-
-
-def errors_option(name: str, default: str | None, text: str) -> Option:
-    """Return an option for two different assembly errors, such as offset,shaft-angle.
-
-    The errors are given by name, with or without -error, or by their usual letters."""
-
-    def read(value: str) -> tuple[str, str]:
-        """Return the names of the errors as in `Errors`. Raises Refusal."""
-        from ..pair.misalignment import ALL_NAMES, place_of
-        from ..report.text import TRADE
-
-        letters = {letter.lower(): error for error, letter in TRADE.items()}
-        words = [word.strip().lower().replace("-", "_").removesuffix("_error") for word in value.split(",")]
-        names = [letters.get(word, word) for word in words]
-        if len(names) != 2 or len(set(names)) != 2 or not set(names) <= set(ALL_NAMES):
-            known = ", ".join(
-                error.replace("_", "-") + (f" ({TRADE[error]})" if error in TRADE else "")
-                for error in ALL_NAMES
-            )
-            raise Refusal([f"{name} must be two different ones of {known}, a comma between, got {value!r}"])
-        try:
-            place_of(names)
-        except ValueError as error:
-            raise Refusal([f"{name}: {error}"]) from None
-        return names[0], names[1]
-
-    return option(name, read, default, text, "ERROR,ERROR")
-
-
-def sizes_of(values: Mapping[str, float], usual_of: Design | None = None) -> dict[str, float]:
-    """Return the tolerances that are not 0 by name of their errors, in mm and rad.
-
-    If all are 0 and a design `usual_of` is given, the usual tolerances of its errors are returned. Raises
-    Refusal if errors about the common perpendicular are mixed with errors at the mesh."""
-    from ..pair.misalignment import NAMES, place_of
-
-    if usual_of is not None and not any(values.values()):
-        from ..analysis.tolerance import USUAL_AT
-
-        usual = USUAL_AT[usual_of.errors_at]
-        return dict(zip(usual.names, usual.values().tolist(), strict=True))
-    options = {
-        argument.removesuffix("_deg"): option for argument, option, *_ in TOLERANCES if values[argument]
-    }
-    try:
-        place_of(tuple(options))
-    except ValueError:
-        first, second = (
-            next(option for name, option in options.items() if name not in NAMES[place])
-            for place in ("mesh", "perpendicular")
-        )
-        cure = "leave one of them out"
-        raise Refusal([f"{first} is about the common perpendicular, {second} at the mesh: {cure}"]) from None
-    return {
-        argument.removesuffix("_deg"): math.radians(value) if argument.endswith("_deg") else value
-        for argument, value in values.items()
-        if value
-    }
-
-
-def errors_of(sizes: Mapping[str, float]) -> Errors | MeshErrors:
-    """Return errors of the given sizes, mm or rad, about the common perpendicular or at the mesh."""
-    from ..pair.misalignment import ERROR_CLASSES, place_of
-
-    return ERROR_CLASSES[place_of(tuple(sizes))](**sizes)
 
 
 SIDES = click.Choice(["right", "left"])

@@ -18,18 +18,16 @@ import click
 from beveloid_geom.cli.commands.contact.tca import FORCE, TORQUE, load_of
 from beveloid_geom.cli.options import (
     BUILTIN_DESIGN,
-    TOLERANCES,
     NumberRange,
     Refusal,
     changed_design,
     load_design,
     note_equal_teeth,
     override_options,
-    sizes_of,
-    tolerance_options,
     worker_processes,
     write_out,
 )
+from beveloid_geom.cli.tolerance_options import TOLERANCES, sizes_of, tolerance_options
 from beveloid_geom.support.atomic_file import atomic_file, replaceable_mode
 from beveloid_geom.support.process import source_date
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
-from beveloid_geom.cli.options import TOLERANCES, option_name
+from beveloid_geom.cli.options import option_name
+from beveloid_geom.cli.tolerance_options import TOLERANCES
 
 
 @dataclass(frozen=True)

@@ -5,19 +5,8 @@ from __future__ import annotations
 import click
 
 from ... import results
-from ...options import (
-    TOLERANCES,
-    NumberRange,
-    Refusal,
-    errors_option,
-    flank_option,
-    no_result,
-    option,
-    override_options,
-    progress_bar,
-    sizes_of,
-    tolerance_options,
-)
+from ...options import NumberRange, Refusal, flank_option, no_result, option, override_options, progress_bar
+from ...tolerance_options import TOLERANCES, errors_option, sizes_of, tolerance_options
 
 POINTS = "Distance of the points on both flanks; areas do not depend on it.  [default: module / 15]"
 ERROR = "Largest relative error of an area; it does not depend on the distance of the points."

@@ -12,15 +12,13 @@ from ...options import (
     PARABOLAS,
     Refusal,
     bounds_options,
-    errors_of,
     flank_option,
     option,
     option_name,
     override_options,
     progress_bar,
-    sizes_of,
-    tolerance_options,
 )
+from ...tolerance_options import errors_of, sizes_of, tolerance_options
 
 if TYPE_CHECKING:
     from ....analysis.maps import Bounds

@@ -10,18 +10,8 @@ import click
 from click.core import ParameterSource
 
 from ... import results
-from ...options import (
-    Number,
-    Refusal,
-    bounds_options,
-    errors_of,
-    flank_option,
-    option,
-    option_name,
-    renamed,
-    sizes_of,
-    tolerance_options,
-)
+from ...options import Number, Refusal, bounds_options, flank_option, option, option_name, renamed
+from ...tolerance_options import errors_of, sizes_of, tolerance_options
 
 if TYPE_CHECKING:
     from ....analysis.maps import Bounds

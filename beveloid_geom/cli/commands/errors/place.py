@@ -5,7 +5,8 @@ from __future__ import annotations
 import click
 
 from ... import results
-from ...options import NumberRange, errors_option, flank_option, no_result, option, override_options
+from ...options import NumberRange, flank_option, no_result, option, override_options
+from ...tolerance_options import errors_option
 
 AT = "Position of the middle of the path on the pinion face, from the end at -z; may be repeated."
 BY = "Two errors, such as offset,shaft-angle; axial errors change mounting distances."

@@ -8,16 +8,8 @@ from typing import Literal
 import click
 
 from ... import results
-from ...options import (
-    NumberRange,
-    flank_option,
-    option,
-    progress_bar,
-    sizes_of,
-    tolerance_options,
-    tooth_options,
-    worker_processes,
-)
+from ...options import NumberRange, flank_option, option, progress_bar, tooth_options, worker_processes
+from ...tolerance_options import sizes_of, tolerance_options
 
 MAX_CASES, MAX_JOBS = 1_000_000, 1024
 OPERATION = "Number of mountings for which the mesh cycle is computed as well; patterns of 24 of them."
