@@ -209,7 +209,7 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     type=click.Choice(["png", "pdf", "svg"]),
     default="png",
     show_default=True,
-    help="PDF and SVG contain vector graphics with 3D pictures as images; SVG has text as outlines.",
+    help="PDF and SVG contain vector graphics and text, with 3D pictures as images.",
 )
 @option(
     "--design", str, BUILTIN_DESIGN, "Design file (TOML), or the name of a built-in design.", metavar="FILE"
