@@ -224,7 +224,7 @@ def _degrees(pair: PosedPair) -> float:
 def _annotate_layout(over: Overlay, pair: PosedPair, reach: float) -> None:
     """Draw the offset, and the shaft angle, if it is not zero, at a distance `reach` (mm) from it."""
     feet = _feet(pair)
-    words = f"$E$ = {pair.foot[1, 0]:g} mm"
+    words = f"$E$ = {pair.foot[1, 0]:.4g} mm"
     style: dict[str, Any] = {"color": theme.BLUE, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
     over.dimension(feet[0], feet[1], words, (-4.0, -6.0), at=0.6, **style)
     if _parallel(pair):

@@ -93,7 +93,7 @@ def draw(data: MethodFigure, layout: theme.Layout) -> Drawing:
         layout,
         finding(data),
         f"{data.flank.capitalize()} flanks, {coefficients(data.design)}, one position."
-        f" Meshes within {data.tolerance:g} mm: {' + '.join(map(str, data.triangles))} triangles",
+        f" Meshes within {data.tolerance:.2g} mm: {' + '.join(map(str, data.triangles))} triangles",
         NOTE,
         below=0.75,
         above=1.15,
