@@ -41,6 +41,11 @@ class Origin:
         """Name of the design as an argument of a command line."""
         return shlex.quote(self.name)
 
+    @property
+    def tooth_changes(self) -> list[str]:
+        """Those of `changes` that are no errors, for commands that have their own errors."""
+        return [change for change in self.changes if "-error" not in change.split()[0]]
+
 
 def changes_of(values: Mapping[str, Any]) -> list[str]:
     """Return options that change a design, with their values (None if not given), as on a command line."""

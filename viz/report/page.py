@@ -242,7 +242,7 @@ def peaks_of(data: PageData) -> dict[str, int]:
 
 
 def with_code(text: str, design: str) -> Markup:
-    """Return text with the parts in backticks as code, and commands with the `design` as their argument."""
+    """Return text with the parts in backticks as code, and commands with the arguments of the `design`."""
     parts = [escape(part) for part in text.split("`")]
     commands = (f"{part} {design}" if part.startswith("beveloid-geom ") else part for part in parts[1::2])
     parts[1::2] = [Markup("<code>{}</code>").format(command) for command in commands]
@@ -374,7 +374,7 @@ def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any],
             builtin=BUILTINS,
             clean=quiet(data.remarks),
             asset=asset,
-            with_code=partial(with_code, design=origin.argument),
+            with_code=partial(with_code, design=" ".join((origin.argument, *origin.changes))),
             script_json=script_json,
             view=view,
             deg=1.0 / RAD,

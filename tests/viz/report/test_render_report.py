@@ -10,6 +10,7 @@ import shlex
 import subprocess
 import sys
 from datetime import UTC, datetime, timedelta
+from html import unescape
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -177,6 +178,11 @@ def test_pressures_and_commands_are_those_of_the_options_given(tmp_path: Path) -
     words = " ".join(page.words.split())
     assert "steel on steel, under 500 N m on the pinion. The pressure grows" in words
     assert "beveloid-geom tca ni-2017 --gear-axial-error 0.00012344 --torque 500" in words
+    study = "beveloid-geom tolerance ni-2017 --cases 20 --seed 0"
+    assert f"{study} , for a design file with the errors of this page" in words
+    for command in re.findall(r"<code>(beveloid-geom .*?)</code>", out.read_text(encoding="utf-8")):
+        run = CliRunner().invoke(beveloid_geom, shlex.split(unescape(command))[1:])
+        assert run.exit_code == 0, command
     shown = [(at, text) for at, text in page.cells if at["data-key"] == "design.errors.gear_axial"]
     assert {(at["data-full"], text) for at, text in shown} == {("0.00012344", "0.0001234")}
     texts = [text for at, text in page.cells if at["data-key"].startswith("hertz.left.pressure.")]
