@@ -23,7 +23,8 @@ def test_optimum_on_a_bound(tmp_path: Path) -> None:
     assert found.pinion.modification_left is None
     assert found.pinion.modification_right is not None
     assert found.pinion.modification_right.helix_crowning_um == data["amounts"]["pinion.helix_crowning_um"]
-    assert float(mesh_cycle(found, "right", 1).peak_to_peak) == data["found"]["cycle_peak_to_peak"]
+    swing = data["found"]["cycle_peak_to_peak"]  # of a batch, whose rounding differs from that of one design
+    assert float(mesh_cycle(found, "right", 1).peak_to_peak) == pytest.approx(swing, rel=1e-12)
     assert refused(*arguments).startswith(f"Error: {out} exists already")
     text = run(*arguments, "--overwrite").stdout
     assert "at a bound         pinion helix crowning: wider bounds may give a better optimum" in text

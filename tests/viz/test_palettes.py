@@ -128,8 +128,12 @@ def striped(data: BandFigure) -> BandFigure:
         for layer in column.layers:
             ramp = np.linspace(0.0, len(data.bands), layer.values.shape[0])
             ends = (*data.bands, 2.0 * data.bands[-1] - data.bands[-2])
-            values = np.interp(ramp, np.arange(len(ends)), ends)
-            layers.append(replace(layer, values=np.repeat(values[:, None], layer.values.shape[1], axis=1)))
+            values = np.repeat(
+                np.interp(ramp, np.arange(len(ends)), ends)[:, None], layer.values.shape[1], axis=1
+            )
+            # As if all points were opposite to the mating flank.
+            border = None if layer.border is None else np.stack((values, np.ones_like(values)))
+            layers.append(replace(layer, values=values, border=border))
         columns.append(replace(column, layers=(layers[0], layers[1])))
     return replace(data, columns=tuple(columns))
 

@@ -62,11 +62,12 @@ def test_figures_are_those_of_the_commands(modified: Design, tmp_path: Path, val
     operation, pattern, path = (
         strict_json(run(name, str(file), "--json", *flank, *options).stdout) for name, *options in commands
     )
-    within = operation["operating_contact_ratio_within_film"]
+    ratios = operation["operating_contact_ratio"], operation["operating_contact_ratio_within_film"]
+    operating, within = ("not known" if ratio is None else f"{ratio:.4f}" for ratio in ratios)
     assert found == {
         "ratio": f"{operation['contact_ratio']:.4f}",
-        "operating": f"{operation['operating_contact_ratio']:.4f}",
-        "film_ratio": "not known" if within is None else f"{within:.4f}",
+        "operating": operating,
+        "film_ratio": within,
         "error": f"{ARCSEC * operation['peak_to_peak']:.3f}",
         "edges": f"{100.0 * operation['edge_share']:.1f}",
         "pinion_pattern": f"{100.0 * pattern['pinion']['area_share']:.1f}",
