@@ -99,6 +99,8 @@ def test_contents_stay_visible_and_mark_the_section(narrow: Seen) -> None:
     for name in ("Pressure", "Terms", "Design"):
         link = narrow.page.get_by_role("link", name=name, exact=True)
         link.click()
+        marked = "name => document.querySelector('nav [aria-current]')?.textContent === name"
+        narrow.page.wait_for_function(marked, arg=name)
         narrow.page.evaluate(FRAMES)
         contents = narrow.page.locator("nav").bounding_box()
         heading = narrow.page.locator(f"{link.get_attribute('href')} h2").bounding_box()
