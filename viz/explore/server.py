@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import asyncio
 import json
+import os
 import secrets
 import socket
 from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from importlib import resources
 from typing import Any
 
@@ -69,8 +71,9 @@ class Server:
         view_tolerance = 1.0 / 100.0
         self.start, self.token = start, secrets.token_urlsafe(24)
         self._socket = socket.socket()
-        # Otherwise a port remains busy for a minute after an earlier server.
-        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        if os.name == "posix":  # on Windows, the option would let two servers share a port
+            # Otherwise a port remains busy for a minute after an earlier server.
+            self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             self._socket.bind((HOST, port))
             self._socket.listen()  # a browser may come before the event loop runs
@@ -117,6 +120,7 @@ class Server:
         hosts = {f"{name}:{self.port}" for name in (HOST, "localhost")}
 
         async def check(request: web.Request, handler: Handler) -> web.StreamResponse:
+            """Pass a request on if it has the token, a name of this machine as host, and no other origin."""
             given = request.path.split("/")[1].encode(errors="replace")
             origin = request.headers.get("Origin")
             known = origin is None or origin.removeprefix("http://") in hosts
@@ -146,12 +150,14 @@ class Server:
 
         def send(text: str) -> None:
             """Queue an answer of the worker thread; after the end of the loop nobody waits for it."""
-            if not loop.is_closed():
+            with suppress(RuntimeError):  # the loop is closed
                 loop.call_soon_threadsafe(answers.put_nowait, text)
 
         async def forward() -> None:
-            while True:
-                await window.send_str(await answers.get())
+            """Send the answers until the window is closed."""
+            with suppress(ConnectionError):
+                while True:
+                    await window.send_str(await answers.get())
 
         session, sender = Session(self.start, send), asyncio.create_task(forward())
         try:

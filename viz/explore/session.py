@@ -60,11 +60,12 @@ class Session:
         try:
             message = json.loads(text)
             kind, values = str(message["kind"]), dict(message["values"])
-        except (ValueError, KeyError, TypeError, RecursionError):
+            number = int(message.get("id", 0))  # ValueError and OverflowError for NaN and infinity
+        except (ValueError, ArithmeticError, LookupError, TypeError, RecursionError):
             return json.dumps({"kind": "failed", "reason": "the message of the page cannot be read"})
         if kind in QUEUED:
             with self._changed:
-                self._waiting[kind] = {**message, "values": values}
+                self._waiting[kind] = {"kind": kind, "id": number, "values": values}
                 self._changed.notify()
             return None
         try:
@@ -143,7 +144,7 @@ class Session:
     ) -> None:
         """Send a result with the number of its message; `seconds`: time of the calculation so far."""
         kind = "start" if message["kind"] == "start" else "result"
-        head = {"kind": kind, "id": message.get("id"), "stage": stage, "seconds": seconds, "last": last}
+        head = {"kind": kind, "id": message["id"], "stage": stage, "seconds": seconds, "last": last}
         if not self._closed:
             self._send(json.dumps({**head, **result}, allow_nan=False))
 

@@ -153,7 +153,7 @@ class Start:
         return dict(values)
 
     def command(self, values: Values) -> tuple[str, str]:
-        """Return the command line that computes the same, and a reason if there is none.
+        """Return the command line of `operation` for the same values, and a reason if there is none.
 
         Returns
         -------

@@ -72,12 +72,23 @@ def test_stages_come_in_order_and_refusals_do_not_end_the_window(
 
 
 @pytest.mark.parametrize(
-    "text", ["", "[]", "{}", '{"kind": "values"}', '{"kind": "x", "values": {}}', "[" * 9999]
+    "text",
+    [
+        *("", "[]", "{}", '{"kind": "values"}', '{"kind": "x", "values": {}}', "[" * 9999),
+        *(
+            f'{{"kind": "values", "id": {number}, "values": {{}}}}'
+            for number in ("NaN", "1e999", "null", "[]")
+        ),
+    ],
 )
 def test_unreadable_messages_are_answered(opened: Callable[[Design], Window], text: str) -> None:
-    answer = opened(builtin_design()).session.receive(text)
+    """They do not end the window."""
+    window = opened(builtin_design())
+    answer = window.session.receive(text)
     assert answer is not None
     assert json.loads(answer)["kind"] == "failed"
+    window.send(1, offset_error=1e5)
+    assert window.wait(1)[-1]["status"] == "refused"
 
 
 def test_an_error_of_the_calculation_is_shown_and_the_next_values_are_computed(
@@ -159,7 +170,7 @@ def test_the_start_waits_for_the_values(opened: Callable[[Design], Window], modi
     assert [answer["kind"] for answer in window.wait(0)] == ["start"] * 3
 
 
-def test_measured_flanks_that_were_changed_are_not_saved(opened: Callable[[Design], Window]) -> None:
+def test_values_that_are_no_numbers_are_not_saved(opened: Callable[[Design], Window]) -> None:
     answer = opened(builtin_design()).ask("save", offset_error="x")
     assert answer["kind"] == "failed"
     assert "offset_error must be a finite number" in answer["reason"]
