@@ -270,7 +270,7 @@ DRAWINGS = {
         "nowhere.toml": "nowhere.toml",
         "--out nowhere/page.html": "the folder nowhere does not exist",
         "--out .": "is a directory",
-        "--out page.pdf": "ends in neither .html nor .htm, which the page is: name it so",
+        "--out page.pdf": "ends in neither .html nor .htm: choose such a name",
         "--out file/page.html": "the folder file does not exist",
         "--shaft-angle-tolerance-deg 4 --offset-tolerance 300": "must be less than 60 mm on this pair",
         "--parabola-pinion 100": "--parabola-pinion must be",

@@ -112,8 +112,8 @@ def prepare(out: Path) -> None:
             raise Refusal([f"--out: the folder {folder_name} does not exist: make it first"])
         replaceable_mode(out)
         if out.suffix.lower() not in suffixes:
-            cure = "name it so, and print it from the browser for a PDF"
-            raise Refusal([f"--out: {name} ends in neither .html nor .htm, which the page is: {cure}"])
+            cure = "choose such a name; for a PDF, print the page from the browser"
+            raise Refusal([f"--out: {name} ends in neither .html nor .htm: {cure}"])
         with tempfile.TemporaryFile(dir=folder):
             pass
     except OSError as error:

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 
 EDGES = "Require no edge contact in the mesh cycle, without errors and under each single error."
-ERROR = "Largest transmission error of the path, peak to peak. Default: no limit."
-SHIFT = "Largest shift of the path under the errors. Default: no limit."
+ERROR = "Upper limit of the transmission error of the path, peak to peak. Default: no limit."
+SHIFT = "Upper limit of the shift of the path under the errors. Default: no limit."
 LEAST = "Minimised quantity under errors; transmission-error (of all teeth) requires --no-edges."
 VARY = (
     "Optimise this amount of modification between limits in um, such as --vary pinion.helix_crowning 0 20, in"
@@ -98,7 +98,7 @@ def optimise(
     source = click.get_current_context().get_parameter_source
     for parameter in ("pinion_bounds", "gear_bounds") if vary else ():
         if source(parameter) is ParameterSource.COMMANDLINE:
-            cure = "the amounts have their limits in --vary: leave it out"
+            cure = "the limits of the amounts are given in --vary: leave this option out"
             raise Refusal([f"{option_name(parameter)} is for parabola coefficients: {cure}"])
     report: AmountsReport | ParabolaReport
     with results.refused_values():
