@@ -12,15 +12,18 @@ over a mesh cycle is the backlash. If it is negative, teeth of a gear in mesh wo
 the pair cannot be assembled.
 
 On each side, the first of several tooth pairs to touch counts. The kinks of j are therefore maxima, and the
-minimum is smooth; it is refined from samples."""
+minimum is smooth. Its roll is the minimum of a polynomial through samples next to it, and j is that of the
+first contacts at this roll. If both differ, as next to a kink, the samples are refined."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
+from numpy.polynomial.polynomial import polyder, polyval
 
-from ..arrays import Codes, FloatArray, Mask
+from ..arrays import Codes, FloatArray, Integers, Mask
 from ..design.arguments import require_design
 from ..design.model import Design
 from ..pair.frames import layout_of
@@ -33,12 +36,16 @@ from .first_contact import FirstContact, first_contact
 
 SAMPLES = 32
 """Rolls of a mesh cycle at which the play is computed; two of the minima among them are refined."""
-FINER = 4
-"""Factor by which the step is divided in each of three refinements."""
+FINER, REFINEMENTS = 4, 3
+"""Factor by which the step is divided in a refinement, and their largest number."""
+SAME_PLAY_MODULES = 1e-7
+"""Difference of the play, modules, between polynomial and first contacts, above which samples are refined."""
 JAM_MODULES = 2e-5
 """Overlap, modules, up to which a pair is not reported as jammed: layouts without backlash whose offset and
 shaft angle are rounded to four digits of mm and deg can have this overlap."""
 FLANKS = ("right", "left")
+Minimum: TypeAlias = tuple[FloatArray, FloatArray]
+"""Roll and play."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +116,11 @@ def play_at(design: Design, pinion_roll: FloatArray) -> tuple[FloatArray, Codes]
     ValueError
         As `first_contact`.
     """
-    right, left = (first_contact(design, flank, pinion_roll) for flank in FLANKS)
+    return _play_of(design, *(first_contact(design, flank, pinion_roll) for flank in FLANKS))
+
+
+def _play_of(design: Design, right: FirstContact, left: FirstContact) -> tuple[FloatArray, Codes]:
+    """Return the play between first contacts at the same rolls, and its status, as `play_at`."""
     pitch = 2.0 * np.pi / float(design.gear.teeth)
     phases = [conjugate_phase(design, flank) for flank in FLANKS]
     layout_play = half_pitch(phases[0] - phases[1], pitch)[..., None]
@@ -143,8 +154,8 @@ def mounted_backlash(design: Design) -> Backlash:
 
     Notes
     -----
-    Computes SAMPLES first contacts for each flank and case, and 54 more if the play varies. The minimum is
-    accurate to 1e-6 modules where it is smooth at the sampled rolls. Minima at edges that are narrower than
+    Computes SAMPLES first contacts for each flank and case, and up to 54 more if the play varies. The minimum
+    is accurate to 1e-6 modules where it is smooth at the sampled rolls. Minima at edges narrower than
     the samples are up to 1e-4 mm too large: 8 of 211 random pairs differ by more than 3e-7 mm from the
     difference of two mesh cycles.
 
@@ -170,56 +181,110 @@ def _backlash(design: Design) -> Backlash:
     roll = start + pitch * np.arange(SAMPLES) / SAMPLES
     play, status = play_at(design, roll)
     known = np.where(np.isnan(play), np.inf, play)
-    neighbours = np.stack([np.roll(known, way, axis=-1) for way in (1, 0, -1)])
-    minima = np.where(known <= neighbours.min(axis=0), known, np.inf)
+    around = np.stack([np.roll(known, way, axis=-1) for way in (2, 1, 0, -1, -2)])
+    minima = np.where(known <= around[1:4].min(axis=0), known, np.inf)
     # Take the first of minima that differ by rounding only.
     level = np.where(minima <= minima.min(axis=-1, keepdims=True) + rounding, -np.inf, minima)
     best = np.argsort(level, axis=-1, kind="stable")[..., :2]
-    at = np.take_along_axis(roll, best, axis=-1)
-    values, step = np.take_along_axis(neighbours, best[None], axis=-1), pitch / SAMPLES
-    for _ in range(3):
-        if not (values.max(axis=0) > values[1] + rounding).any():
+    at, step = np.take_along_axis(roll, best, axis=-1), pitch / SAMPLES
+    around = np.take_along_axis(around, best[None], axis=-1)
+    sampled = at, around[2]
+    if not (around[1:4].max(axis=0) > around[2] + rounding).any():  # constant play
+        return _result(design, *_lower(*sampled, rounding), status)[0]
+    steps, least = _vertex(around, np.zeros_like(best))
+    fitted, values = (at + step * steps, least), around[1:4]
+    for refinement in range(REFINEMENTS + 1):
+        if refinement:
+            at, values, sampled, fitted = _finer(design, at, values, step)
+            step /= FINER
+        candidates: Minimum = sampled if refinement == REFINEMENTS else fitted
+        where, least = _lower(*candidates, rounding)
+        result, play = _result(design, where, least, status)
+        same = np.abs(play - least) <= SAME_PLAY_MODULES * float(design.pinion.tool.normal_module)
+        if (same | ~np.isfinite(least)).all():
             break
-        at, values = _finer(design, at, values, step)
-        step /= FINER
-    pick = np.where(values[1] <= values[1].min(axis=-1, keepdims=True) + rounding, 0, 1).argmin(axis=-1)
-    at, least = (np.take_along_axis(x, pick[..., None], axis=-1) for x in (at, values[1]))
-    return _result(design, at, least[..., 0], status)
+    return result
 
 
-def _finer(design: Design, at: FloatArray, values: FloatArray, step: float) -> tuple[FloatArray, FloatArray]:
-    """Return the minima (..., k) at finer steps of roll, and the play (3, ..., k) around them, from
-    the play at steps of `step`. The finer steps are shifted so that one of them is at the vertex of the
-    parabola."""
+def _lower(roll: FloatArray, play: FloatArray, rounding: float) -> tuple[FloatArray, FloatArray]:
+    """Return roll (..., 1) and play (...) of the smallest play (..., k), the first if they are equal."""
+    pick = (play <= play.min(axis=-1, keepdims=True) + rounding).argmax(axis=-1)[..., None]
+    return np.take_along_axis(roll, pick, axis=-1), np.take_along_axis(play, pick, axis=-1)[..., 0]
+
+
+def _finer(
+    design: Design, at: FloatArray, values: FloatArray, step: float
+) -> tuple[FloatArray, FloatArray, Minimum, Minimum]:
+    """Sample the play next to minima (..., k) of known play (3, ..., k) at distances of `step`.
+
+    Returns
+    -------
+    at, values : ndarray
+        As the arguments, at the finer steps. These are shifted so that one of them is at the vertex of a
+        parabola.
+    sampled, fitted : tuple of ndarray
+        Roll and play (..., k): of the smallest sample, and of the minimum of the polynomial through it and
+        its neighbours.
+    """
     with np.errstate(invalid="ignore", divide="ignore"):  # constant play, or not known at a neighbour
         away = 0.5 * step * (values[0] - values[2]) / (values[0] - 2.0 * values[1] + values[2])
     vertex = at + np.where(np.abs(away) <= 0.5 * step, away, 0.0)
     roll = vertex[..., None] + step * np.arange(-FINER, FINER + 1) / FINER
     play, _ = play_at(design, roll.reshape(*at.shape[:-1], -1))
     play = np.where(np.isnan(play), np.inf, play).reshape(roll.shape)
-    best = np.clip(play.argmin(axis=-1), 1, 2 * FINER - 1)[..., None]
-    around = np.stack([np.take_along_axis(play, best + way, axis=-1)[..., 0] for way in (-1, 0, 1)])
-    return np.take_along_axis(roll, best, axis=-1)[..., 0], around
+
+    def picked(values: FloatArray, index: Integers) -> FloatArray:
+        return np.take_along_axis(values, index[..., None], axis=-1)[..., 0]
+
+    lowest = play.argmin(axis=-1)
+    sampled = picked(roll, lowest), picked(play, lowest)
+    middle = np.clip(lowest, 1, 2 * FINER - 1)
+    around = np.stack([picked(play, middle + way) for way in (-1, 0, 1)])
+    middle_of_five = np.clip(lowest, 2, 2 * FINER - 2)
+    five = np.stack([picked(play, middle_of_five + way) for way in (-2, -1, 0, 1, 2)])
+    steps, least = _vertex(five, lowest - middle_of_five)
+    fitted = picked(roll, middle_of_five) + step / FINER * steps, least
+    return picked(roll, middle), around, sampled, fitted
 
 
-def _result(design: Design, roll: FloatArray, least: FloatArray, status: Codes) -> Backlash:
-    """Return the backlash from the minimum of the known play, at rolls (..., 1), and the status of all
-    samples."""
+def _vertex(play: FloatArray, lowest: Integers) -> tuple[FloatArray, FloatArray]:
+    """Return the minimum of the polynomial through five samples (5, ...): place in steps from the middle one,
+    and play. Newton's method starts from the `lowest` sample, which is returned if there is no minimum."""
+    coefficients = np.linalg.inv(np.vander(np.arange(-2.0, 3.0), increasing=True))
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):  # not known at a sample
+        powers = np.tensordot(coefficients, play, 1)
+        first, second = polyder(powers), polyder(powers, 2)
+        place = lowest.astype(float)
+        for _ in range(6):  # from half a step away, the error is then below rounding
+            place = place - polyval(place, first, tensor=False) / polyval(place, second, tensor=False)
+        least = polyval(place, powers, tensor=False)
+        found = (np.abs(place) <= 2.0) & (least <= play.min(axis=0))
+    return np.where(found, place, lowest), np.where(found, least, play.min(axis=0))
+
+
+def _result(
+    design: Design, roll: FloatArray, least: FloatArray, status: Codes
+) -> tuple[Backlash, FloatArray]:
+    """Return the backlash at rolls (..., 1) of its minimum, with the status of all samples, and the play of
+    the first contacts there; `least` where these are not known."""
     first_fault = np.take_along_axis(
         status, (status != FirstStatus.SOLVED).argmax(axis=-1)[..., None], axis=-1
     )
-    jammed = least < -JAM_MODULES * float(design.pinion.tool.normal_module)
+    right, left = (first_contact(design, flank, roll) for flank in FLANKS)
+    play = _play_of(design, right, left)[0][..., 0]
+    play = np.where(np.isnan(play), least, play)
+    jammed = play < -JAM_MODULES * float(design.pinion.tool.normal_module)
     jammed |= (status == FirstStatus.MEETS_BOTTOM).any(axis=-1)
     known = first_fault[..., 0] == FirstStatus.SOLVED
-    right, left = (with_tangencies(design, flank, first_contact(design, flank, roll)) for flank in FLANKS)
-    return Backlash(
-        normal=np.where(known, least, np.nan),
+    backlash = Backlash(
+        normal=np.where(known, play, np.nan),
         pinion_roll=np.where(known, roll[..., 0], np.nan),
-        right=right,
-        left=left,
+        right=with_tangencies(design, "right", right),
+        left=with_tangencies(design, "left", left),
         status=first_fault[..., 0],
         jammed=np.asarray(jammed),
     )
+    return backlash, play
 
 
 def backlash_by_errors(design: Design) -> FloatArray:

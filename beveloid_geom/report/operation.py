@@ -107,9 +107,14 @@ class OperationReport(Report):
     @property
     def failure(self) -> Failure | None:
         """Failure if the cycle or a contact ratio is unknown, or if the pair cannot be assembled."""
+        return failure_of(self.reason, self.design) or self.unknown
+
+    @property
+    def unknown(self) -> Failure | None:
+        """Failure if the cycle or a contact ratio is unknown."""
         failed = (doubt for doubt in self.doubts if isinstance(doubt, NotComputed))
         ratio = next((NotComputed(f"operating contact ratio: {doubt}") for doubt in failed), None)
-        return failure_of(self.reason, self.design) or failure_of(ratio)
+        return failure_of(self.reason or ratio)
 
     @property
     def remarks(self) -> tuple[Remark, ...]:

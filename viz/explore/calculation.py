@@ -136,7 +136,7 @@ class Calculation:
 
     def _first_remarks(self) -> Iterator[Remark]:
         """Yield the remarks that need no further calculation: edge contact and unknown contact ratios."""
-        if failure := self.operation.failure:
+        if failure := self.operation.unknown:
             yield Remark(UNKNOWN, f"{self.settings.flank} flanks, in operation: {failure.text}")
         yield from self.operation.edge_remarks
 
