@@ -35,8 +35,9 @@ import numpy as np
 from ..arrays import FloatArray
 from ..design.arguments import require_design
 from ..design.member import Member
-from ..design.model import Design
+from ..design.model import Design, Errors
 from ..gear.rack import rack_of
+from ..support.frozen_arrays import kept
 from .frames import layout_of, normal_of_unmodified
 from .mounting import mounting_of
 
@@ -331,6 +332,12 @@ def closing_of(design: Design) -> Closing:
     """
     require_design(design)
     _only_single(design)
+    return _kept_closing(design.with_errors(Errors()).unmodified())
+
+
+@kept(16)
+def _kept_closing(design: Design) -> Closing:
+    """Return `closing_of` a design without errors and modifications, which those with them share."""
     mounting = mounting_of(design)
     offset = closing_offset(design)
     shaft_angle = _closing_shaft_angle(design, offset)
