@@ -132,6 +132,11 @@ class ContactPath:
     status: NDArray[np.int8]
     ends: PathEnds
 
+    @property
+    def contact_ratio(self) -> FloatArray:
+        """Contact ratio of one tooth pair (Eq. 16), of the batch shape, as `contact_ratio` of the design."""
+        return self.ends.contact_ratio
+
     if not TYPE_CHECKING:  # it would hide misspelt names from the type checker
 
         def __getattr__(self, name: str) -> Any:

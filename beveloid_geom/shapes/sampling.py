@@ -40,6 +40,7 @@ from ..gear.tooth_side import side_points, surface_of
 from ..gear.undercut import require_cut
 from ..support.array_repr import short_repr
 from ..support.chebyshev import basis_of, polynomials
+from . import SURFACE_STEPS
 
 Faces: TypeAlias = Indices
 Place: TypeAlias = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
@@ -179,7 +180,12 @@ def series_of(sheet: Sheet) -> Series | None:
     return None
 
 
-def sample_flank(member: Member, flank: str, tolerance: float) -> FlankGrid:
+def default_tolerance(member: Member) -> float:
+    """Return the default tolerance of surfaces, mm: the normal module / SURFACE_STEPS."""
+    return float(member.tool.normal_module) / SURFACE_STEPS
+
+
+def sample_flank(member: Member, flank: str, tolerance: float | None = None) -> FlankGrid:
     """Return a grid on a flank, from the start of its active profile to the tip cone and from toe to heel.
 
     Parameters
@@ -187,8 +193,9 @@ def sample_flank(member: Member, flank: str, tolerance: float) -> FlankGrid:
     member : Member
         A single one.
     flank : {'right', 'left'}
-    tolerance : float
-        Largest distance of the triangles of `grid_faces` from the flank along its normals, mm.
+    tolerance : float, optional
+        Largest distance of the triangles of `grid_faces` from the flank along its normals, mm. By default
+        1/600 of the normal module, as for the command `mesh`.
 
     Returns
     -------
@@ -212,6 +219,7 @@ def sample_flank(member: Member, flank: str, tolerance: float) -> FlankGrid:
     max_estimate_ratio = 100.0
     # Smaller grids are tried with one row less, because the estimate is rough for large cells.
     small_grid_points = 40
+    tolerance = default_tolerance(member) if tolerance is None else tolerance
     sheet = flank_sheet(member, flank)
     form = form_of(sheet, tolerance)
     refusal = f"the {flank} flank cannot be sampled to {tolerance:g} mm: is it undercut?"

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from ..gear.fillet import root_radius
 from ..support.argument import ArgumentError
 from ..support.array_repr import short_repr
 from .polygon import triangulate_polygon
-from .sampling import Faces, SheetGrid, grid_faces
+from .sampling import Faces, SheetGrid, default_tolerance, grid_faces
 from .section import OUTLINE, SIDES
 from .tooth_boundary import ASPECT, cut_sheets, outline_grids, require_memory, require_tolerance
 
@@ -66,6 +67,32 @@ class Solid:
     faces: Faces
     part: Indices
     names: tuple[str, ...]
+
+    def to_trimesh(self) -> Any:
+        """Return the surface as a trimesh.Trimesh.
+
+        Returns
+        -------
+        trimesh.Trimesh
+            Points (mm) and triangles in the same order. The face attribute `part` is the index of the surface
+            in the metadata `names`.
+
+        Examples
+        --------
+        >>> from beveloid_geom import builtin_design, gear_solid
+        >>> mesh = gear_solid(builtin_design().pinion, tolerance=0.05).to_trimesh()
+        >>> mesh.is_watertight
+        True
+        """
+        import trimesh  # takes longer to import than to make a solid
+
+        return trimesh.Trimesh(
+            self.points,
+            self.faces,
+            face_attributes={"part": self.part},
+            metadata={"names": self.names},
+            process=False,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -298,7 +325,10 @@ def _end_face(name: str, points: FloatArray, ring: Indices, start: int) -> tuple
 
 
 def gear_solid(
-    member: Member, tolerance: float, teeth: int | None = None, bore_radius: float | None = None
+    member: Member,
+    tolerance: float | None = None,
+    teeth: int | None = None,
+    bore_radius: float | None = None,
 ) -> Solid:
     """Return a gear, or some of its teeth, as a closed surface of triangles in the frame of the gear.
 
@@ -306,8 +336,9 @@ def gear_solid(
     ----------
     member : Member
         A single one.
-    tolerance : float
-        Largest distance of the triangles from the exact surfaces, mm.
+    tolerance : float, optional
+        Largest distance of the triangles from the exact surfaces, mm. By default 1/600 of the normal module,
+        as for the command `mesh`.
     teeth : int, optional
         Number of adjacent teeth with their part of the body; all teeth (the complete gear) by default. The
         first tooth is at angle 0, the others follow counter-clockwise seen from +z.
@@ -334,6 +365,7 @@ def gear_solid(
     wanted = count if teeth is None else teeth
     if not 0 < wanted <= count:
         raise ValueError(f"teeth must be between 1 and {count}, got {wanted}")
+    tolerance = default_tolerance(member) if tolerance is None else tolerance
     tooth = tooth_surface(member, tolerance, bore_radius, wanted)
     one = len(tooth.points), tooth.first_side, tooth.last_side
     numbers = np.stack(joined_numbers([one] * wanted, wanted == count))

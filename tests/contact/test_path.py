@@ -93,7 +93,7 @@ def test_ends_are_exact_and_rolls_even(flank: str, parabola: tuple[float, float]
     np.testing.assert_allclose(steps, steps.mean(), atol=1e-13)
     assert (steps > 0.0).all() == (flank == "right")
     span = abs(path.pinion_roll[-1] - path.pinion_roll[0])
-    assert path.ends.contact_ratio == pytest.approx(span * 29 / (2 * np.pi), rel=1e-13)
+    assert path.contact_ratio == pytest.approx(span * 29 / (2 * np.pi), rel=1e-13)
 
 
 @pytest.mark.parametrize(
@@ -160,7 +160,7 @@ def test_no_path_is_empty_with_a_status(design: Design, status: Status) -> None:
     assert path.point.shape == (0, 3)
     assert path.ends.status == status
     assert path.ends.enter is None
-    assert path.ends.contact_ratio == 0.0
+    assert path.contact_ratio == 0.0
     at_l1 = path_of_contact(design, l1=[0.0])
     if status == Status.NO_COMMON_NORMAL:
         assert at_l1.status.tolist() == [status]

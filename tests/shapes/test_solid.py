@@ -32,10 +32,6 @@ angles: Any = trimesh.triangles.angles
 all_members = pytest.mark.parametrize("member", MEMBERS.values(), ids=MEMBERS)
 
 
-def as_trimesh(solid: Solid) -> trimesh.Trimesh:
-    return trimesh.Trimesh(solid.points, solid.faces, process=False)
-
-
 def smallest_angle_deg(solid: Solid) -> float:
     return float(np.degrees(angles(solid.points[solid.faces])).min())
 
@@ -43,7 +39,7 @@ def smallest_angle_deg(solid: Solid) -> float:
 def assert_closed(solid: Solid, holes: int) -> None:
     """Check that each edge is in two faces, once in each direction, all points are used, and the number of
     holes."""
-    mesh = as_trimesh(solid)
+    mesh = solid.to_trimesh()
     assert mesh.is_watertight
     assert mesh.is_winding_consistent
     assert mesh.volume > 0.0
@@ -52,13 +48,25 @@ def assert_closed(solid: Solid, holes: int) -> None:
     np.testing.assert_array_equal(np.unique(solid.faces), np.arange(len(solid.points)))
 
 
+def test_default_tolerance_and_names_in_trimesh() -> None:
+    solid = gear_solid(PINION, teeth=2)
+    np.testing.assert_array_equal(solid.points, gear_solid(PINION, 0.01, 2).points)
+    mesh = solid.to_trimesh()
+    np.testing.assert_array_equal(mesh.vertices, solid.points)
+    np.testing.assert_array_equal(mesh.faces, solid.faces)
+    named = np.array(mesh.metadata["names"])[mesh.face_attributes["part"]]
+    # The heel is the end face at +z of a pinion with a positive cone angle.
+    heel = mesh.triangles_center[named == "heel"]
+    np.testing.assert_allclose(heel[:, 2], 0.5 * float(PINION.face_width))
+
+
 @pytest.mark.parametrize("name", ["pinion", "left-hand", "cylindrical", "spur", "narrow", "sharp tool"])
 def test_one_tooth_and_two_are_closed(name: str) -> None:
     member = MEMBERS[name]
     one, two = (gear_solid(member, 0.05, teeth) for teeth in (1, 2))
     assert_closed(one, 0)
     assert_closed(two, 0)
-    assert as_trimesh(two).volume == pytest.approx(2.0 * as_trimesh(one).volume, rel=1e-12)
+    assert two.to_trimesh().volume == pytest.approx(2.0 * one.to_trimesh().volume, rel=1e-12)
     assert np.array_equal(np.unique(one.part), np.arange(len(NAMES)))
 
 
@@ -70,7 +78,7 @@ def test_complete_gears_are_closed(name: str) -> None:
     assert_closed(some, 1)
     np.testing.assert_array_equal(some.faces, whole.faces)
     assert not np.isin(whole.part, [NAMES.index(side) for side in SIDES]).any()
-    assert as_trimesh(whole).volume == pytest.approx(as_trimesh(some).volume, rel=1e-12)
+    assert whole.to_trimesh().volume == pytest.approx(some.to_trimesh().volume, rel=1e-12)
 
 
 FINE = ("pinion", "convex", "spur", "spur cone", "steep", "steep helix", "few teeth")
@@ -177,7 +185,7 @@ def test_volume_is_that_of_the_exact_surfaces(name: str) -> None:
     member, errors = MEMBERS[name], []
     exact = exact_volume(member, 1, 20.0)
     for tolerance in (0.01, 0.001):
-        errors.append(abs(as_trimesh(gear_solid(member, tolerance, 1, 20.0)).volume / exact - 1.0))
+        errors.append(abs(gear_solid(member, tolerance, 1, 20.0).to_trimesh().volume / exact - 1.0))
     assert errors[1] < 1e-5
     assert errors[1] < 0.3 * errors[0]
 

@@ -23,6 +23,7 @@ from ....export import (
     VOLUME_FORMATS,
     suffixes_by_purpose,
 )
+from ....shapes import SURFACE_STEPS
 from ...mesh_parts import FLANKS, GEARS, TEETH, WRITERS, MeshRequest, frames_text
 from ...options import (
     BUILTIN_DESIGN,
@@ -70,7 +71,7 @@ class Kind:
     formats: dict[str, Any]
     parts: tuple[str, ...]
     description: str
-    steps: float | None = 600.0
+    steps: float | None = SURFACE_STEPS
 
 
 KINDS = {
