@@ -15,7 +15,6 @@ coefficients positive, the edge of the next tooth touches first. The ratio in op
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -33,7 +32,6 @@ from .flank_pair import FlankPair, generated_pairing, is_modified, pairing_of
 from .path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROWS
 from .path_positions import (
     MAX_SINGLE_SOLVES,
-    expanded_in_roll,
     middles_of,
     rows_alone,
     rows_at_given,
@@ -261,72 +259,6 @@ def _rows_of_groups(
             )
         table[:, group.cases], status[group.cases] = rows, codes
     return table, status
-
-
-def path_blocks(
-    design: Design, flank: str = "right", points: int = 101, *, positions_per_block: int = 65536
-) -> Iterator[ContactPath]:
-    """Yield the positions of `path_of_contact` of a single design block by block, with constant memory.
-
-    Parameters
-    ----------
-    design : Design
-        A single one; slice a batch by its cases.
-    flank : {'right', 'left'}
-    points : int
-        Total number of positions.
-    positions_per_block : int
-
-    Yields
-    ------
-    ContactPath
-        Blocks in order. The `ends` of every block are those of the path.
-
-    Raises
-    ------
-    ValueError
-        For a batch, or invalid numbers of positions.
-    """
-    if design.batch_shape:
-        raise ValueError("path_blocks takes single designs; call path_of_contact on slices of a batch")
-    require_points(points)
-    if positions_per_block < 1:
-        raise ValueError(f"positions_per_block must be at least 1, got {positions_per_block}")
-    return _blocks(design, flank, points, positions_per_block)
-
-
-def _blocks(design: Design, flank: str, points: int, size: int) -> Iterator[ContactPath]:
-    pairing = _solvable(design, flank)
-    if is_modified(design, flank):
-        yield from _surface_blocks(design, flank, pairing, points, size)
-        return
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        (group,) = paths_on_flanks(pairing)
-        expanded = expanded_in_roll(group)
-    limits = _path_ends(pairing, [group], ())
-    result = points if limits.status == Status.SOLVED else 0
-    for start in range(0, max(result, 1), size):
-        index = np.arange(start, min(start + size, result))
-        # The same relative positions as for a single call.
-        share = np.where(index == points - 1, 1.0, index * (2.0 / (points - 1)) - 1.0)  # as np.linspace
-        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            table = expanded.rows(share)
-        status = np.broadcast_to(group.ends.status[:, None], table.shape[1:])
-        yield _result(design, flank, table, status, limits)
-
-
-def _surface_blocks(
-    design: Design, flank: str, pairing: FlankPair, points: int, size: int
-) -> Iterator[ContactPath]:
-    """Yield the blocks of a path of modified flanks."""
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        paths = surface_paths(design, flank, pairing)
-        limits = _of_batch(pairing, surface_ends(paths, 1), ())
-    share = np.linspace(0.0, 1.0, points) if limits.status == Status.SOLVED else np.empty(0)
-    for start in range(0, max(share.size, 1), size):
-        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-            table, status = rows_between_ends(paths, 1, share[start : start + size])
-        yield _result(design, flank, table, status, limits)
 
 
 def require_points(points: object) -> None:

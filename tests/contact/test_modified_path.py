@@ -28,7 +28,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import relative_curvature
 from beveloid_geom.contact.flank_pair import pairing_of
 from beveloid_geom.contact.parallel.lines import contact_lines
-from beveloid_geom.contact.path import ContactPath, path_blocks, path_ends
+from beveloid_geom.contact.path import ContactPath, path_ends
 from beveloid_geom.contact.path_polynomial import ROWS
 from beveloid_geom.contact.rounding import rounding_error
 from beveloid_geom.contact.surfaces.paths import rows_between_ends, surface_ends, surface_paths
@@ -231,7 +231,7 @@ def test_batches_give_the_results_of_their_cases() -> None:
             np.testing.assert_allclose(tools.point[j, k], path.point, atol=1e-9)
 
 
-def test_given_l1_and_blocks_agree_with_the_path() -> None:
+def test_given_l1_agree_with_the_path() -> None:
     design = modified(
         table1((0.0, 0.0)), {"helix_crowning_um": 10.0, "tip_relief_um": 15.0, "tip_relief_length_mm": 2.5}
     )
@@ -240,8 +240,6 @@ def test_given_l1_and_blocks_agree_with_the_path() -> None:
     for name in ROWS:
         np.testing.assert_allclose(getattr(given, name), getattr(path, name), atol=1e-9)
     assert (given.status == Status.SOLVED).all()
-    blocks = list(path_blocks(design, "left", 23, positions_per_block=10))
-    np.testing.assert_allclose(np.concatenate([block.point for block in blocks]), path.point, atol=1e-9)
     beyond = path_of_contact(design, "left", l1=[path.l1.max() + 0.5])
     assert beyond.status[0] == Status.OFF_FLANK
     checked(design, path)

@@ -6,7 +6,6 @@ the position, or at its l1 where the roll turns back.
 
 from __future__ import annotations
 
-import tracemalloc
 from math import radians
 
 import numpy as np
@@ -17,7 +16,7 @@ from beveloid_geom.arrays import COMPLEX_STEP
 from beveloid_geom.contact.curves.curve_equations import _solved, linearised, meet_on_curve, units_of
 from beveloid_geom.contact.curves.curve_tracing import MAX_DISTANCE_FACES, _within, curves_of
 from beveloid_geom.contact.flank_pair import pairing_of
-from beveloid_geom.contact.path import path_blocks, path_ends
+from beveloid_geom.contact.path import path_ends
 from beveloid_geom.contact.path_polynomial import PathSeries
 from beveloid_geom.contact.path_search import _followed, paths_on_flanks
 from tests.contact.test_path import five_equation_residual
@@ -126,51 +125,10 @@ def test_a_batch_mixes_both_kinds() -> None:
     assert contact_ratio(batch)[4] == 0.0
 
 
-@pytest.mark.parametrize("design", [table1((0.001, -0.001)), table1((0.0005, 0.0005)), *LOST.values()])
-@pytest.mark.parametrize("block", [1, 100, 1000])
-def test_blocks_equal_the_path(design: Design, block: int) -> None:
-    """With many positions, so that the expansion in roll is used."""
-    points = 301 if block > 1 else 5
-    whole = path_of_contact(design, points=points)
-    blocks = list(path_blocks(design, points=points, positions_per_block=block))
-    assert [part.l1.size for part in blocks[:-1]] == [block] * (len(blocks) - 1)
-    for name in ("l1", "u2", "point", "normal", "gear_roll", "transmission_error", "status"):
-        joined = np.concatenate([getattr(part, name) for part in blocks])
-        np.testing.assert_allclose(joined, getattr(whole, name), atol=2e-11, err_msg=name)
-    assert blocks[-1].ends.contact_ratio == whole.ends.contact_ratio
-
-
-def test_memory_of_blocks_is_constant() -> None:
-    """Ten times as many positions need no more memory, where one call needs five times as much."""
-
-    def peak(points: int, block: int) -> int:
-        tracemalloc.start()
-        greatest = max(
-            part.pinion_r.max() for part in path_blocks(design, points=points, positions_per_block=block)
-        )
-        assert greatest == pytest.approx(path_of_contact(design, "right", 3).pinion_r.max(), rel=1e-13)
-        found = tracemalloc.get_traced_memory()[1]
-        tracemalloc.stop()
-        return found
-
-    design = table1((0.001, -0.001))
-    peak(1_000, 1_000)  # the first call also fills the caches
-    assert peak(20_000, 1_000) < 1.2 * peak(2_000, 1_000)
-    assert peak(20_000, 20_000) > 5.0 * peak(2_000, 2_000)
-
-
 def test_positions_are_at_the_given_l1() -> None:
     l1 = np.linspace(-5.0, 5.0, 37)
     for design in (table1((0.001, -0.001)), table1((-0.01, 0.01))):
         assert path_of_contact(design, l1=l1).l1.tolist() == l1.tolist()
-
-
-def test_blocks_of_no_path_and_of_bad_input() -> None:
-    (empty,) = path_blocks(table1(errors=Errors(offset=100.0)), points=1000)
-    assert empty.l1.size == 0
-    assert empty.ends.status != Status.SOLVED
-    with pytest.raises(ValueError, match="single designs"):
-        path_blocks(table1(errors=Errors(offset=np.zeros(2))))
 
 
 @pytest.mark.parametrize("design", [table1((0.001, -0.001)), *CROSSING.values()])
