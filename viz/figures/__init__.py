@@ -105,7 +105,7 @@ FIGURES = (
     ),
     Figure(
         "modifications",
-        "Parabolas of the tool and helix crowning compared",
+        "Modified or measured flanks compared",
         "results.modifications",
         of_flank=True,
         flat=True,

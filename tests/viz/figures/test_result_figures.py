@@ -15,8 +15,10 @@ from matplotlib.text import Annotation
 
 from beveloid_geom import (
     Errors,
+    Modification,
     builtin_design,
     ease_off,
+    measuring_grid,
     path_of_contact,
     path_sensitivity,
     sliding_of,
@@ -31,6 +33,7 @@ from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.operation import OperationReport, operation_report
 from beveloid_geom.report.pattern import pattern_report
 from beveloid_geom.shapes.hexahedral_mesh import face_nodes
+from beveloid_geom.workshop.measured import deviations_of
 from beveloid_viz.components import charts, motion_graph, posed
 from beveloid_viz.figures.results import (
     meshed_tooth as fig_meshed,
@@ -375,7 +378,7 @@ def within(corners: FloatArray, place: FloatArray) -> Mask:
 def test_crowning_against_parabolas() -> None:
     """Transmission errors and shifts of Table 1 by brute force with code of its own: 0, 1.81 and 0.13 arcsec,
     and 3.8 mm under 0.01 deg with crowning, there 0.1 pitches after l1 = 0."""
-    plain, bent, crowned = fig_modifications.compute(builtin_design())
+    plain, bent, crowned = fig_modifications.compute(builtin_design()).cases
     swings = []
     for case in (plain, bent, crowned):
         assert case.operation is not None
@@ -386,3 +389,34 @@ def test_crowning_against_parabolas() -> None:
     assert float(bent.operation.cycle.edge_share) == pytest.approx(0.18, abs=0.01)
     assert float(crowned.operation.cycle.edge_share) == 0.0
     np.testing.assert_allclose(crowned.shifts[1, [0, -1]], (3.9, -3.9), atol=0.3)
+
+
+@pytest.mark.slow
+def test_own_modifications_are_compared_without_them() -> None:
+    design = builtin_design()
+    crowned = replace(design, pinion=design.pinion.modified(Modification(helix_crowning_um=10.0)))
+    plain, modified = fig_modifications.compute(crowned).cases
+    _, _, expected = fig_modifications.compute(design).cases
+    assert modified.operation is not None
+    assert expected.operation is not None
+    assert modified.operation.cycle.peak_to_peak == expected.operation.cycle.peak_to_peak
+    assert plain.design == design
+
+
+@pytest.mark.slow
+def test_measured_flanks_are_compared_with_nominal_ones() -> None:
+    """Flanks measured on a grid without border have the result of the flanks that were measured."""
+    design = builtin_design()
+    real = replace(design, pinion=design.pinion.modified(Modification(helix_crowning_um=10.0)))
+    points = measuring_grid(real.pinion, 9, 17, 0.0).point
+    found = deviations_of(measuring_grid(design.pinion, 9, 17, 0.0), points).on_flanks
+    given = Modification(deviations=found)
+    comparison = fig_modifications.compute(replace(design, pinion=design.pinion.modified(given)))
+    assert comparison.title.startswith("Measured")
+    nominal, measured = comparison.cases
+    assert nominal.design == design
+    assert measured.operation is not None
+    assert ARCSEC * float(measured.operation.cycle.peak_to_peak) == pytest.approx(0.13, abs=0.01)
+    np.testing.assert_allclose(measured.shifts[1, [0, -1]], (3.9, -3.9), atol=0.3)
+    page = fig_modifications.RECIPES["modifications"].drawn(comparison, of_size((1600, 1200))).page
+    assert [axes.get_title("left")[:3] for axes in page.axes] == ["(a)", "(b)", "(c)", "(d)", "(e)"]

@@ -1,4 +1,5 @@
-"""Comparison of a pair as designed, with the paper's parabolas, and with helix crowning."""
+"""Comparison of modified flanks: measured with nominal flanks, those of the design with unmodified flanks, or
+for an unmodified design, the paper's parabolas with helix crowning."""
 
 from __future__ import annotations
 
@@ -66,19 +67,34 @@ class Case:
     reason: str = ""
 
 
-def compute(design: Design, flank: str = "right") -> tuple[Case, ...]:
-    """Compute the three cases."""
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """The cases of a figure, and its title."""
+
+    title: str
+    cases: tuple[Case, ...]
+
+
+def compute(design: Design, flank: str = "right") -> Comparison:
+    """Compute two or three cases."""
+    title, cases = _compared(design)
+    return Comparison(title, tuple(_case(name, changed, flank) for name, changed in cases))
+
+
+def _compared(design: Design) -> tuple[str, list[tuple[str, Design]]]:
+    """Return the title of the comparison, and the designs with their names."""
+    nominal = replace(design, pinion=design.pinion.nominal(), gear=design.gear.nominal())
+    if nominal != design:
+        return "Measured and nominal flanks compared", [("nominal", nominal), ("measured", design)]
     plain = design.unmodified()
+    unmodified = "without modification", plain
+    if plain != design:
+        return "Flanks with and without modification", [unmodified, ("with modification", design)]
     bent, crowning = modified(plain), Modification(helix_crowning_um=HELIX_CROWNING_UM)
-    cases = (
-        ("without modification", plain),
-        (coefficients(bent), bent),
-        (
-            f"{HELIX_CROWNING_UM:g} \u00b5m of helix crowning",
-            replace(plain, pinion=plain.pinion.modified(crowning)),
-        ),
-    )
-    return tuple(_case(name, changed, flank) for name, changed in cases)
+    crowned = replace(plain, pinion=plain.pinion.modified(crowning))
+    words = f"{HELIX_CROWNING_UM:g} \u00b5m of helix crowning"
+    title = "Parabolas of the tool and helix crowning compared"
+    return title, [unmodified, (coefficients(bent), bent), (words, crowned)]
 
 
 def _case(name: str, design: Design, flank: str) -> Case:
@@ -115,8 +131,9 @@ def _shifts(design: Design, flank: str, sizes: FloatArray, error: str) -> FloatA
     return np.where(np.abs(shifts) < rounding_mm, 0.0, shifts)
 
 
-def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
+def draw(comparison: Comparison, layout: theme.Layout) -> Drawing:
     """Draw a pattern for each case, then transmission error and shifts of all cases."""
+    data = comparison.cases
     # Indents a second line of a title below the first word of the first.
     new_line = "\n       "
     count, first = len(data) + 3, data[0]
@@ -124,7 +141,7 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     cells = replace(CELLS, left=1.2, down=0.85) if single else CELLS
     page, low, high = theme.new_page(
         layout,
-        "Parabolas of the tool and helix crowning compared",
+        comparison.title,
         f"{first.flank.capitalize()} flanks, the pinion drives",
         NOTE.format(ends=end_names(first.design.pinion), film=1e3 * MARKING_SEPARATION),
         below=0.65,
@@ -132,18 +149,20 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
         tall=cells.tall(layout, count, 2.0),
     )
     panels = theme.panels(page, cells, count, low, high)
-    for letter, case, axes in zip("abc", data, panels, strict=False):
+    letters = iter("abcdef")
+    for case, axes in zip(data, panels, strict=False):
+        letter = next(letters)
         words = f"({letter})  {case.name}"
         if case.pattern is not None:
             words += f"{', ' if single else new_line}{100.0 * case.pattern.pinion.area_share:.0f} % marked"
         axes.set_title(words, loc="left", pad=8.0, fontsize=theme.LABEL)
         _pattern(axes, case)
-        if single and letter != "c":
+        if single and case is not data[-1]:
             axes.set_xlabel("")  # the panel below has the label
     error, *shifts = panels[len(data) :]
-    _errors_of_all_teeth(error, data)
-    for letter, k, axes in zip("ef", (1, 0), shifts, strict=True):
-        _shifted(axes, data, letter, k)
+    _errors_of_all_teeth(error, data, next(letters))
+    for k, axes in zip((1, 0), shifts, strict=True):
+        _shifted(axes, data, next(letters), k)
     theme.legend(page, _entries(data), len(data), 1.15, handlelength=3.0)
     return Drawing(page, {})
 
@@ -162,10 +181,10 @@ def _pattern(axes: Axes, case: Case) -> None:
     axes.set(xlabel="z (mm)", ylabel="r (mm)")
 
 
-def _errors_of_all_teeth(axes: Axes, data: tuple[Case, ...]) -> None:
+def _errors_of_all_teeth(axes: Axes, data: tuple[Case, ...], letter: str) -> None:
     """Draw the transmission error (arcsec) of all teeth over two pitches, less its mean."""
-    axes.set_title("(d)  transmission error, TE", loc="left", pad=8.0, fontsize=theme.LABEL)
-    for case, (colour, dashes, _) in zip(data, STYLES, strict=True):
+    axes.set_title(f"({letter})  transmission error, TE", loc="left", pad=8.0, fontsize=theme.LABEL)
+    for case, (colour, dashes, _) in zip(data, STYLES, strict=False):
         if case.operation is None:
             continue
         error = ARCSEC * (case.operation.first.transmission_error - float(case.operation.cycle.mean))
@@ -184,7 +203,7 @@ def _shifted(axes: Axes, data: tuple[Case, ...], letter: str, k: int) -> None:
     """Draw the shift of all cases under error `k` (0 distance, 1 angle)."""
     words = _errors(data[0].design)[k].replace("shaft_angle", "shaft-angle").replace("_", " ") + " error"
     axes.set_title(f"({letter})  shift under the {words}", loc="left", pad=8.0, fontsize=theme.LABEL)
-    for case, (colour, dashes, marker) in zip(data, STYLES, strict=True):
+    for case, (colour, dashes, marker) in zip(data, STYLES, strict=False):
         x = np.degrees(case.sizes[k]) if k else case.sizes[k]
         look: dict[str, Any] = {"color": colour, "marker": marker, "markersize": 5.0, "linewidth": 1.8}
         axes.plot(x, case.shifts[k], dashes, **look)
@@ -196,22 +215,23 @@ def _entries(data: tuple[Case, ...]) -> list[Line2D]:
     """Return the legend entries of the cases."""
     return [
         Line2D([], [], color=colour, linestyle=dashes, marker=marker, linewidth=1.8, label=case.name)
-        for case, (colour, dashes, marker) in zip(data, STYLES, strict=True)
+        for case, (colour, dashes, marker) in zip(data, STYLES, strict=False)
     ]
 
 
-def rows(data: tuple[Case, ...]) -> Table:
+def rows(comparison: Comparison) -> Table:
     """List patterns, paths, transmission errors and shifts of all cases."""
     points = "z_mm", "r_mm", "least_mm"
     curves = "pitches", "error_rad"
     shifts = "error", "size", "unit", "shift_mm"
-    header = (*PARABOLAS, "helix_crowning_um", "kind", *points, *curves, *shifts, "reason")
+    header = ("case", *PARABOLAS, "helix_crowning_um", "kind", *points, *curves, *shifts, "reason")
 
     def cases() -> Rows:
         """Yield the columns of every case."""
-        for case in data:
+        for case in comparison.cases:
             given = case.design.pinion.modification(case.flank)
-            who = *parabolas(case.design, case.flank), 0.0 if given is None else HELIX_CROWNING_UM
+            crowning = 0.0 if given is None else given.helix_crowning_um
+            who = case.name, *parabolas(case.design, case.flank), crowning
             yield *who, "path", case.path.pinion_z, case.path.pinion_r, *[""] * 8
             if case.pattern is None or case.operation is None:
                 yield *who, "pattern", *[""] * 9, case.reason
