@@ -246,6 +246,10 @@ class Design:
         """Return the design without parabolas and without modifications."""
         return self.with_parabola(0.0, 0.0).without_modifications()
 
+    def nominal(self) -> Design:
+        """Return the design without measured deviations of flanks and pitches."""
+        return replace(self, pinion=self.pinion.nominal(), gear=self.gear.nominal())
+
     def without_modifications(self) -> Design:
         """Return the design without modifications, with its parabolas."""
         if not any(m.modifications for m in self.members):

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -46,6 +48,17 @@ class PatternReport(ResultReport[ContactPattern]):
         """Patterns on both flanks by member."""
         return {"pinion": self.result.pinion, "gear": self.result.gear}
 
+    @cached_property
+    def nominal(self) -> PatternReport | None:
+        """The same report without measured deviations; None if the design has none, or if that is not
+        known."""
+        if (nominal := self.design.nominal()) == self.design:
+            return None
+        asked = self.result.separation, self.resolution, self.area_error
+        with suppress(ValueError):
+            return pattern_report(self.name, nominal, self.flank, *asked)
+        return None
+
     def values(self) -> dict[str, Any]:
         """Return sizes and ellipses of the pattern by member."""
         members = {
@@ -56,12 +69,15 @@ class PatternReport(ResultReport[ContactPattern]):
             }
             for member, side in self.sides.items()
         }
-        return {
+        values = {
             "separation": self.result.separation,
             "resolution": self.resolution,
             "roll_range": self.result.roll_range,
             **members,
         }
+        if self.nominal is not None:
+            values["nominal"] = {name: picked(side, *SIZES) for name, side in self.nominal.sides.items()}
+        return values
 
     def rows(self) -> Rows:
         """Return the points of both flanks and the sizes of their patterns."""
@@ -74,10 +90,14 @@ class PatternReport(ResultReport[ContactPattern]):
         text += line("marking compound", f"{1e3 * self.result.separation:g} um thick")
         rolls = " to ".join(f"{math.degrees(roll):.4f}" for roll in self.result.roll_range)
         text += line("pinion rolls", f"{rolls} deg, one tooth pair from beginning to end of contact")
-        return text + "".join(
+        text += "".join(
             _side_lines(member, side, self.area_error, self.result.separation)
             for member, side in self.sides.items()
         )
+        if self.nominal is not None:
+            shares = (f"{name} {100.0 * side.area_share:.1f} %" for name, side in self.nominal.sides.items())
+            text += line("nominal flanks", f"{', '.join(shares)} of the active flank without deviations")
+        return text
 
 
 def pattern_report(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import pickle
 from dataclasses import replace
 from pathlib import Path
@@ -223,6 +224,22 @@ def test_commands_name_the_file(folder: Path) -> None:
     )
     path.write_text(f'{FILE}[gear.modification]\ndeviations = "all.txt"\n')
     assert "[gear.modification] deviations 'all.txt' has the point of" in refused("tca", path)
+
+
+def test_pattern_beside_that_of_nominal_flanks(folder: Path) -> None:
+    """10 um of helix crowning were measured; without them, the pattern is that of the design."""
+    crowned = run("grid", "ni-2017", "--pinion-modification", "helix_crowning=10").stdout
+    (folder / "crowned.txt").write_text(crowned)
+    path = folder / "pair.toml"
+    path.write_text(f'{FILE}[pinion.modification]\ndeviations = "crowned.txt"\n')
+    measured, plain = (json.loads(run("pattern", name, "--json").stdout) for name in (path, "ni-2017"))
+    assert "nominal" not in plain
+    for member in ("pinion", "gear"):
+        nominal = measured["nominal"][member]
+        assert nominal["area"] == plain[member]["area"]
+        assert measured[member]["area_share"] < 0.8 * nominal["area_share"]
+    words = " ".join(run("pattern", path).stdout.split())
+    assert f"nominal flanks pinion {100.0 * plain['pinion']['area_share']:.1f} %" in words
 
 
 def test_other_amounts_on_measured_flanks_are_not_written(tmp_path: Path) -> None:

@@ -237,6 +237,13 @@ def compute(
         results |= {"tolerance": tolerances[flank], "matrix": matrices[flank]}
     for section in sections[FLANKS[0]]:
         numbers[section] = {flank: json.loads(results[section][1]) for flank, results in sections.items()}
+    if (nominal := design.nominal()) != design:  # there are measured deviations
+        progress("nominal flanks")
+        for section in ("tca", "operation", "sliding"):
+            solved = {flank: SECTIONS[section](name, nominal, flank, settings)[1] for flank in FLANKS}
+            numbers[section]["nominal"] = {flank: json.loads(text) for flank, text in solved.items()}
+        patterns = numbers["pattern"]
+        patterns["nominal"] = {flank: patterns[flank].get("nominal") for flank in FLANKS}
     flanks = {flank: _results_of(design, flank, results) for flank, results in sections.items()}
     numbers["mountings"] = failed_mountings([results.study for results in flanks.values()])
     studies = [one.study for one in flanks.values() if one.study and "tolerance" not in one.reasons]

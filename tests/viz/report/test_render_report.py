@@ -322,6 +322,33 @@ def test_without_contact_there_is_a_page_that_says_so(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_measured_flanks_beside_nominal_ones(tmp_path: Path) -> None:
+    grid = "grid", "ni-2017", "--pinion-modification", "helix_crowning=10"
+    (tmp_path / "points.txt").write_text(CliRunner().invoke(beveloid_geom, grid).stdout)
+    design = f'{builtin_text()}\n[pinion.modification]\ndeviations = "points.txt"\n'
+    (tmp_path / "measured.toml").write_text(design)
+    for name in ("measured.toml", "ni-2017"):
+        command = [*COMMAND, name, "--cases", "20", "--out", f"{name}.html"]
+        subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
+    measured, plain = (
+        ReportPage((tmp_path / f"{name}.html").read_text(encoding="utf-8"))
+        for name in ("measured.toml", "ni-2017")
+    )
+    assert "nominal flanks" in measured.words
+    assert "nominal flanks" not in plain.words
+    shown = {attributes["data-key"]: text for attributes, text in measured.cells}
+    numbers = measured.json("data"), plain.json("data")
+    for flank in ("right", "left"):
+        key = "{}.{}operating_contact_ratio"
+        beside = looked_up(numbers[0], key.format("operation", f"nominal.{flank}."))
+        assert beside == looked_up(numbers[1], key.format("operation", f"{flank}."))
+        assert shown[f"operation.nominal.{flank}.operating_contact_ratio"] == f"{beside:.4f}"
+        assert looked_up(numbers[0], f"operation.{flank}.operating_contact_ratio") != beside
+        area = looked_up(numbers[0], f"pattern.nominal.{flank}.pinion.area_share")
+        assert area == looked_up(numbers[1], f"pattern.{flank}.pinion.area_share")
+
+
+@pytest.mark.slow
 def test_failed_section_and_reproducible_page(tmp_path: Path) -> None:
     """The rounds of the tool overlap: there are paths of contact, but no fillets for first contacts."""
     options = ["--parabola-pinion", "0.01", "--cases", "20", "--out"]

@@ -83,7 +83,7 @@ def compute(design: Design, flank: str = "right") -> Comparison:
 
 def _compared(design: Design) -> tuple[str, list[tuple[str, Design]]]:
     """Return the title of the comparison, and the designs with their names."""
-    nominal = replace(design, pinion=design.pinion.nominal(), gear=design.gear.nominal())
+    nominal = design.nominal()
     if nominal != design:
         return "Measured and nominal flanks compared", [("nominal", nominal), ("measured", design)]
     plain = design.unmodified()
