@@ -74,9 +74,6 @@ class Calculation:
 
     def motion(self) -> dict[str, Any]:
         """Return path, first contacts, motion graph and their figures, or status and reason."""
-        # Points of the path for each point of its line on the teeth: there are many teeth, and
-        # paths are smooth.
-        line_every = 6
         reason = reason_of(self.path) or first_contact_fault(self.design)
         # The backlash takes as long as all the rest, so that it is computed first only if it may be lost.
         if not reason and unmodified_backlash(self.design) < SMALL_BACKLASH_MM and self.backlash.jam:
@@ -88,8 +85,6 @@ class Calculation:
         return {
             "status": "solved",
             "flank": self.settings.flank,
-            "frames": member_frames(self.design),
-            "view": flank_data(self.design, self.settings.flank, operation.cycle, line_every),
             "flanks": flank_panels(operation, self.path),
             "graph": graph_panel(operation),
             "figures": [vars(figure) for figure in self._motion_figures()],
@@ -97,10 +92,18 @@ class Calculation:
         }
 
     def pattern(self) -> dict[str, Any]:
-        """Return the contact pattern of the film on both flanks, with its shares of the flanks."""
+        """Return the teeth with their paths, and the contact pattern of the film on both flanks, with its
+        shares of the flanks."""
+        # Points of the path for each point of its line on the teeth: there are many teeth, and
+        # paths are smooth.
+        line_every = 6
         film, design, flank = float(self.settings.film), self.design, self.settings.flank
+        teeth = {
+            "frames": member_frames(design),
+            "view": flank_data(design, flank, self.operation.cycle, line_every),
+        }
         if film <= 0.0:
-            return {"patterns": None, "figures": []}
+            return {"patterns": None, "figures": [], **teeth}
         motion = first_contact_operation(design, flank, self.operation.cycle)
         resolution = float(design.pinion.tool.normal_module) / FINE
         found = contact_pattern(design, flank, film, resolution=resolution, operation=motion)
@@ -112,6 +115,7 @@ class Calculation:
         return {
             "patterns": pattern_panels(design, flank, found),
             "figures": [vars(figure) for figure in figures],
+            **teeth,
         }
 
     def remarks(self) -> dict[str, Any]:

@@ -229,8 +229,7 @@
     } else if (answer.id === shown && answer.stage === "pattern") {
       now = { ...now, patterns: answer.patterns, figures: figuresOf(answer) };
       drawFlanks();
-      // The teeth are drawn once for both stages, because without a graphics card that takes longest.
-      view.update?.(now.frames, now.flank, now.view);
+      view.update?.(answer.frames, now.flank, answer.view);
       pattern?.show(answer.patterns);
     } else if (answer.id === shown && answer.stage === "remarks") {
       now = { ...now, figures: figuresOf(answer, true) };
