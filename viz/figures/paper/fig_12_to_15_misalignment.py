@@ -29,25 +29,26 @@ SIGNS = (-1.0, 0.0, 1.0)
 
 
 class Look(NamedTuple):
-    """Style of a path: colour, dashes, width, lift of `panels.Trace`, legend line, width of edge contact."""
+    """Style of a path: colour, dashes, width, lift of `panels.Trace`, legend line, and width of edge contact
+    if the paths are far apart and close together."""
 
     colour: str
     dashes: tuple[float, ...]
     width: float
     lift: float
     legend: tuple[float, ...]
-    edge: float
+    edge: tuple[float, float]
 
-    @property
-    def on_edge(self) -> Trace:
-        """Style of edge contact; wider lines are lower, so that all are visible."""
-        return Trace(np.empty((0, 3)), self.colour, width=self.edge, lift=2.0 / self.edge**2)
+    def on_edge(self, close: bool) -> Trace:
+        """Return the style of edge contact; wider lines are lower, so that all are visible."""
+        width = self.edge[close]
+        return Trace(np.empty((0, 3)), self.colour, width=width, lift=2.0 / width**2)
 
 
 LOOKS = (
-    Look(theme.MINUS, panels.DASHED, 0.85, 0.5, (2.5, 1.5), 0.65),
-    Look(theme.ZERO, panels.SOLID, 1.0, 0.0, (1.0, 0.0), 1.1),
-    Look(theme.PLUS, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), 0.35),
+    Look(theme.MINUS, panels.DASHED, 0.85, 0.5, (2.5, 1.5), (0.65, 0.65)),
+    Look(theme.ZERO, panels.SOLID, 1.0, 0.0, (1.0, 0.0), (1.1, 1.1)),
+    Look(theme.PLUS, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), (0.6, 0.35)),
 )
 TABLE_ROWS = len(SIGNS) + 1
 ROW_HEIGHT_IN, TABLE_WIDTH_IN, COLUMN_ENDS = 0.21, 2.6, (0.2, 0.5, 0.71, 1.0)
@@ -189,7 +190,7 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
             for path, look in zip(paths, LOOKS, strict=True)
             for trace in (
                 Trace(path.points[member], look.colour, look.dashes, look.width, look.lift, path.first),
-                *panels.edge_traces(path, member, look.on_edge),
+                *panels.edge_traces(path, member, look.on_edge(data.close)),
             )
         ]
         where = page, cell.box, paths[1].design, member, flank, cell.view
