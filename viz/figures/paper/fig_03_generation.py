@@ -88,9 +88,12 @@ def draw(data: GenerationFigure, layout: theme.Layout) -> Drawing:
         " gear, by $-\\varphi$ about $z_b$; their origins are at mid-face and drawn at the end at +z."
     )
     if np.any(angles[0] != angles[1]):
+        drawn, true = (
+            [f"{angle:.4g}\u00b0".replace("-", "\u2212") for angle in both] for both in reversed(angles)
+        )
         text += (
-            f" (a) has $\\beta$ = {angles[1][0]:.3g}\u00b0 and $\\gamma$ = {angles[1][1]:.3g}\u00b0 instead"
-            f" of {angles[0][0]:.4g}\u00b0 and {angles[0][1]:.4g}\u00b0 for clarity."
+            f" (a) has $\\beta$ = {drawn[0]} and $\\gamma$ = {drawn[1]} instead of {true[0]} and {true[1]}"
+            " for clarity."
         )
     page, low, high = theme.new_page(
         layout,
@@ -141,10 +144,16 @@ def _annotate_rack(over: Overlay, data: GenerationFigure) -> None:
     sin, cos = np.sin(float(data.drawn.cone_angle)), np.cos(float(data.drawn.cone_angle))
     tilted = np.array([[cos, 0.0, -sin], [0.0, 1.0, 0.0], [sin, 0.0, cos]])
     slope = tilted[2]
+    # Axes that coincide without a cone or a helix angle share an arrow and a label.
+    flat, straight = sin == 0.0, float(data.drawn.helix_angle) == 0.0
+    x_c, x_n = ("x_c = x_P = x_n", "") if flat else ("x_c", "x_n = x_P")
+    z_c, z_p = ("z_c = z_P", "") if flat else ("z_c", "z_P")
+    if straight:
+        z_c, z_p = (f"{z} = z_n" if "z_P" in z else z for z in (z_c, z_p))
     frames = (
-        ("c", np.eye(3), 6.3, ("x_c", "y_c = y_P", "z_c")),
-        ("P", tilted, 5.2, ("", "", "z_P")),
-        ("n", frame.axes, 4.4, ("x_n = x_P", "y_n", "z_n")),
+        ("c", np.eye(3), 6.3, (x_c, "y_c = y_P", z_c)),
+        ("P", tilted, 5.2, ("", "", z_p)),
+        ("n", frame.axes, 4.4, (x_n, "y_n", "" if straight else "z_n")),
     )
     for name, vectors, length, names in frames:
         over.triad(np.zeros(3), vectors, length * module, names, FRAME_COLOURS[name])
