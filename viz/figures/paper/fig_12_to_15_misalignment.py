@@ -175,7 +175,7 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
         columns=viewpoint.COLUMNS,
         tall=grid.tall(layout),
     )
-    _legend(page, case)
+    _legend(page, data)
     details: dict[str, Picture] = {}
 
     def panel(cell: Cell) -> Picture | None:
@@ -207,12 +207,15 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
     return Drawing(page, draw_grid(page, grid, low, high, panel) | details)
 
 
-def _legend(page: theme.Page, case: ErrorCase) -> None:
+def _legend(page: theme.Page, data: MisalignmentFigure) -> None:
+    """Draw the legend of the errors and of the parts of the paths."""
     handles = [
-        Line2D([], [], label=case.label(sign), color=look.colour, dashes=look.legend, linewidth=4.0)
+        Line2D([], [], label=data.case.label(sign), color=look.colour, dashes=look.legend, linewidth=4.0)
         for look, sign in zip(LOOKS, SIGNS, strict=True)
     ]
-    handles += panels.touching_legend((theme.GREY, theme.GREY, theme.GREY))[1:]
+    paths = [path for of_design in data.paths for path in of_design]
+    parts = panels.touching_legend(paths, (theme.GREY, theme.GREY, theme.GREY))
+    handles += [part for part in parts if part.get_label() != "first contact"]
     theme.legend(page, handles, 5, 0.8, handlelength=2.8)
 
 

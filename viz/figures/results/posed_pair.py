@@ -90,7 +90,8 @@ def draw(data: PosedFigure, layout: theme.Layout) -> Drawing:
     for letter, place, scene in zip("ab", places, (_whole, close), strict=True):
         name = "the pair" if scene is _whole else "teeth in mesh"
         y = place[1] + place[3] + theme.inches(page, 0.1)
-        page.text(place[0], y, f"({letter})  {name}", fontsize=theme.HEADING)
+        x = max(place[0], 0.4 / layout.width)  # below the title
+        page.text(x, y, f"({letter})  {name}", fontsize=theme.HEADING)
         box, drawn = theme.place(page, *place), [mesh for mesh, _ in data.meshes if mesh is not None]
         if not drawn or (scene is close and not data.pair.touching):
             missing = f"the {flank} flanks have no contact point" if drawn else "no member can be drawn"
