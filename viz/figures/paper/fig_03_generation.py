@@ -23,6 +23,8 @@ SMALLEST_ANGLES_RAD = np.radians((18.0, 15.0))
 """Smallest helix and cone angle in panel (a), rad, so that its frames can be distinguished."""
 RACK_LENGTH_MODULES = 4.6
 """Length of the rack in panel (a), in normal modules."""
+CUTTER_AXES = 0.2
+"""Length of the axes of S_c in panel (b), in pitch radii."""
 FRAME_COLOURS = {"n": theme.BLACK, "P": theme.BLUE, "c": theme.GREEN, "b": theme.BLACK, "j": theme.RED}
 
 
@@ -54,6 +56,11 @@ class GenerationFigure:
     def back(self) -> float:
         """Height of the back of the rack above its pitch line, mm."""
         return float(self.profile[:, 1].max()) + 0.9 * self.module
+
+    @property
+    def dimension_height(self) -> float:
+        """Height of the dimension of the slide above the pitch line, mm, clear of rack and label of x_c."""
+        return max(self.back + 2.2 * self.module, CUTTER_AXES * self.pitch_radius + 1.6 * self.module)
 
 
 def compute(design: Design) -> GenerationFigure:
@@ -187,7 +194,7 @@ def _gear_panel(page: theme.Page, box: theme.Box, data: GenerationFigure) -> Pic
     count = min(teeth_drawn, int(member.teeth))
     side = np.linspace(-1.0, 1.0, 9) * np.pi * count / float(member.teeth)
     rim = data.pitch_radius * np.stack((np.cos(side), np.sin(side), 0.0 * side), axis=-1)
-    above = np.array([[data.pitch_radius + data.back + 3.2 * data.module, 0.0, half]])
+    above = np.array([[data.pitch_radius + data.dimension_height + data.module, 0.0, half]])
     shown = np.concatenate((*reach, rim, above, np.zeros((1, 3))))
     camera = fit_camera(shown, -back, (1.0, 0.0, 0.0), box.size, 0.07)
     items += _gear_items(data, count, MESH_PX * camera.mm_per_px(box.size))
@@ -229,8 +236,8 @@ def _annotate_gear(over: Overlay, data: GenerationFigure) -> None:
     over.triad(place, np.eye(3), length, ("x_b", "y_b", "z_b = z_j"), FRAME_COLOURS["b"], "S_b")
     over.triad(place, turned, length, ("x_j", "y_j", ""), FRAME_COLOURS["j"], "S_j", (18.0, 20.0))
     names = ("x_c", "y_c", "z_c")
-    over.triad(slid, np.eye(3), 0.62 * length, names, FRAME_COLOURS["c"], "S_c", (20.0, 12.0))
-    above = (data.back + 2.2 * data.module) * x
+    over.triad(slid, np.eye(3), CUTTER_AXES * radius, names, FRAME_COLOURS["c"], "S_c", (20.0, 12.0))
+    above = data.dimension_height * x
     for end in (pitch, slid):
         over.line(end, end + 1.05 * above, color=theme.BLUE, linewidth=1.0)
     words = f"$r_P\\varphi$ = {data.slide:.4g} mm"
