@@ -30,7 +30,7 @@ TOLERANCE_MODULES = 1.0 / 600.0
 """Mesh tolerance in normal modules: a tenth of a pixel of the close picture on a page of 1000 x 750."""
 EXPORT_TOLERANCE_MM = 0.01
 """Default tolerance of `beveloid-geom mesh`, mm."""
-PATTERN, PATTERN_LIFT_MODULES = "#7fb5dc", 0.004
+PATTERN, PATTERN_LIFT_MODULES = "#2f78b7", 0.004
 """Colour of the contact pattern, and its height above the flank in normal modules."""
 TEETH = (-1, 0, 1)
 """Teeth of the pinion with paths."""
@@ -159,7 +159,10 @@ def close(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
     points, normal = np.concatenate(paths), np.nanmean(data.path.path.normal, axis=0)
     camera = posed.mesh_camera(pair.design, pair.frames[0], points, normal, size, half_height_modules)
     radius = tube_share * camera.half_height
-    items: list[Item] = [Tube(line, theme.PATH, radius) for line in paths]
+    # A white tube behind each path is its outline.
+    ahead = -1.8 * radius * camera.direction
+    items: list[Item] = [Tube(line + ahead, theme.PATH, radius) for line in paths]
+    items += [Tube(line, "white", 1.8 * radius) for line in paths]
     items.append(Tube(pair.contact[None], theme.INK, 3.0 * radius))
     line = line_of_contact(data)
     if line is not None:
