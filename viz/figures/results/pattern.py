@@ -131,7 +131,7 @@ def _pattern_layers(design: Design, flank: str, pattern: ContactPattern) -> tupl
         member, trace = design.members[number], Trace(path.points[number], width=0.7, first=path.first)
         normals = flank_patch(member, flank, side.l, trace_parameter(member, flank, side.l, side.z)).normal
         digits = max(0, 2 - math.floor(math.log10(side.area))) if side.area > 0.0 else 0
-        under = f"{100.0 * side.area_share:.0f} % of the flank, {side.area:.{digits}f} mm\u00b2"
+        under = f"{100.0 * side.area_share:.0f}\u00a0% of the flank, {side.area:.{digits}f}\u00a0mm\u00b2"
         rings = _rings(design, path, number)
         numbers = float(side.area), float(side.area_share)
         values = 1e3 * side.least
