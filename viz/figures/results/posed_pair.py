@@ -122,7 +122,7 @@ def _export_note(design: Design) -> str:
     """Return the sentence with the option --tolerance if it differs from the default."""
     tolerance = tolerance_of(design)
     usual = abs(tolerance - EXPORT_TOLERANCE_MM) < 1e-9 * EXPORT_TOLERANCE_MM
-    return "" if usual else f" `mesh` exports this with --tolerance {tolerance:.3g}."
+    return "" if usual else f" The command mesh exports this with --tolerance {tolerance:.3g}."
 
 
 def _label(over: Overlay, data: PosedFigure) -> None:

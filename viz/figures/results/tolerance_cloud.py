@@ -244,7 +244,8 @@ def _legend(page: theme.Page, data: CloudFigure) -> None:
         for factor, hue, _ in reversed(CLOUDS)
     ]
     handles += [Line2D([], [], color=case.colour, lw=case.width, label=counts(case)) for case in data.cases]
-    theme.legend(page, handles, 4, 1.15, fontsize=theme.SMALL)
+    size: dict[str, Any] = {} if page.layout.printed else {"fontsize": theme.SMALL}
+    theme.legend(page, handles, 4, 1.15, **size)
 
 
 def rows(data: CloudFigure) -> Table:
