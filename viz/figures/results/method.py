@@ -182,7 +182,7 @@ def _distance(axes: Axes, data: MethodFigure) -> None:
     ha = "center" if abs(along[0]) < 0.4 else "right" if along[0] > 0.0 else "left"
     over = (20.0 * float(np.sign(along[0])) if ha != "center" else 0.0), 12.0 if along[1] > 0.0 else -12.0
     va = "bottom" if along[1] > 0.0 else "top"
-    annotate.text(axes, (z0, l0), f"polished: {_power(off[1])} mm", over, ha=ha, va=va)
+    annotate.text(axes, (z0, l0), f"polished: {annotate.power_of_ten(off[1])} mm", over, ha=ha, va=va)
 
 
 def _bands(scale: float) -> list[Patch]:
@@ -202,14 +202,8 @@ def finding(data: MethodFigure) -> str:
     alone, polished = (float(np.linalg.norm(one.point - data.point)) for one in data.found)
     return (
         f"Coarse meshes find the contact to {alone:.2g} mm, a polish on the exact flanks to"
-        f" {_power(polished)} mm"
+        f" {annotate.power_of_ten(polished)} mm"
     )
-
-
-def _power(value: float) -> str:
-    """Return a number with one digit and a power of ten as a formula."""
-    digit, _, exponent = f"{value:.0e}".partition("e")
-    return f"{digit}\u00b710$^{{{int(exponent)}}}$".replace("-", "\u2212")
 
 
 def rows(data: MethodFigure) -> Table:
