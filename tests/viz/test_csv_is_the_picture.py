@@ -155,7 +155,7 @@ SAID = {
         r"peak to peak (\S+) arcsec = \S+ µm\nedges carry (\S+) %; ratio (\S+), in operation (\S+)",
         ("peak_to_peak_rad", "edge_share", "contact_ratio", "operating_contact_ratio"),
     ),
-    "pattern": (r"(\S+) % of the flank, (\S+) mm²", ("area_share", "area_mm2")),
+    "pattern": (r"(\S+)\s% of the flank, (\S+)\smm²", ("area_share", "area_mm2")),
     "separation": (r"pinion roll (\S+)°, gear roll (\S+)°", ("pinion_roll_rad", "gear_roll_rad")),
 }
 """Text next to a picture, and the columns or quantities with its numbers."""

@@ -95,8 +95,8 @@ def test_lines_carry_and_not_their_ends() -> None:
 
 def test_sensitivities_say_what_is_missing() -> None:
     plain, bent = sensitivity.compute(PAIR)
-    assert plain.remarks == "both: line contact"
-    assert bent.remarks == "both: path along face"
+    assert plain.remarks == "both flanks: line contact"
+    assert bent.remarks == "both flanks: path along the face"
 
 
 def test_clouds_are_of_convex_flanks(monkeypatch: pytest.MonkeyPatch) -> None:

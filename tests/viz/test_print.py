@@ -51,7 +51,7 @@ def both_right() -> Design:
 DESIGNS = {"table1": TABLE, "mirror": scaled(mirrored(TABLE), 2.0 / 6.0), "both_right": both_right()}
 BUILT_IN = {name: builtin_design(name) for name in ("awd-transfer", "marine-gearbox", "anti-backlash")}
 """Designs with axes that intersect far away, and with parallel axes."""
-ALSO_BUILT_IN = ("fig-01", "fig-04", "fig-05", "fig-13", "posed-pair")
+ALSO_BUILT_IN = ("fig-01", "fig-03", "fig-04", "fig-05", "fig-13", "method", "ease-off", "posed-pair")
 """Figures that are also laid out for these designs."""
 SMALL = {"small": scaled(TABLE, 0.05)}
 """Module 0.3 mm, at which numbers on axes have more decimals."""

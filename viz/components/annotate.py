@@ -41,6 +41,12 @@ def text(axes: Axes, pixel: ArrayLike, words: str, offset: Offset = (0.0, 0.0), 
     theme.label_point(axes, pixel, words, offset, path_effects=halo, zorder=5, **settings)
 
 
+def power_of_ten(value: float) -> str:
+    """Return a positive number with one digit and a power of ten as a formula."""
+    digit, _, exponent = f"{value:.0e}".partition("e")
+    return f"{digit}\u00b710$^{{{int(exponent)}}}$".replace("-", "\u2212")
+
+
 def rim(width: float) -> list[withStroke]:
     """Return the path effect of a white outline for a line of `width` points: visible on metal without
     colours."""

@@ -131,13 +131,22 @@ def edge_traces(path: SolvedPath, member: int, look: Trace | None = None) -> lis
     return [replace(look, points=line, bare=True) for line in path.edge_lines(member)]
 
 
-def touching_legend(colours: tuple[str, str, str] = (theme.PATH, theme.PATH, EDGE)) -> list[Line2D]:
-    """Return the legend of the parts of a path: first contact, not first, and edge contact."""
+def touching_legend(
+    paths: Sequence[SolvedPath], colours: tuple[str, str, str] = (theme.PATH, theme.PATH, EDGE)
+) -> list[Line2D]:
+    """Return the legend of the parts that some of the paths have: first contact, not first, and edge
+    contact."""
     wide = 2.0 * LINE_POINTS
     looks = ("first contact", wide, SOLID), ("not first", THIN * wide, DASHED), ("edge contact", wide, SOLID)
+    drawn = (
+        any(path.found for path in paths),
+        any(path.found and path.first is not None and not path.first.all() for path in paths),
+        any(path.edge_lines(0) for path in paths),
+    )
     return [
         Line2D([], [], color=colour, linewidth=width, label=words, dashes=dashes or (1.0, 0.0))
-        for (words, width, dashes), colour in zip(looks, colours, strict=True)
+        for (words, width, dashes), colour, occurs in zip(looks, colours, drawn, strict=True)
+        if occurs
     ]
 
 

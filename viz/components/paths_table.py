@@ -217,10 +217,12 @@ def coefficients(design: Design) -> str:
 
 
 def _coefficients(a1: float, a2: float) -> str:
+    """Return both coefficients as text that may be broken before the last equals sign or after the comma."""
+    unit = "\u00a0mm$^{\u22121}$"
     if a1 == a2 or a1 == -a2:
         other = "" if a1 == a2 else "\u2212"
-        return f"$a_1$ = {other}$a_2$ = {_plain(a1)} mm$^{{\u22121}}$"
-    return f"$a_1$ = {_plain(a1)}, $a_2$ = {_plain(a2)} mm$^{{\u22121}}$"
+        return f"$a_1$\u00a0=\u00a0{other}$a_2$ =\u00a0{_plain(a1)}{unit}"
+    return f"$a_1$\u00a0=\u00a0{_plain(a1)}, $a_2$\u00a0=\u00a0{_plain(a2)}{unit}"
 
 
 def _plain(value: float) -> str:

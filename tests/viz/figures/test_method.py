@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from beveloid_geom import Errors, builtin_design, path_of_contact
+from beveloid_geom import Design, Errors, builtin_design, path_of_contact
 from beveloid_viz.figures.results import method as fig_method
 
 from ...symmetry import scaled
 from ..pages import drawn, words
+from ..test_print import both_right
 
 TABLE = builtin_design()
 
@@ -29,9 +30,21 @@ def test_the_query_finds_a_vertex_and_the_polish_the_path(module: float) -> None
     assert sum(data.triangles) == 60
 
 
+@pytest.mark.parametrize("design", [TABLE, both_right()], ids=["table1", "both_right"])
+def test_texts_of_the_detail_are_apart_and_in_their_panel(design: Design) -> None:
+    page, _ = drawn("method", design, (1600, 1200))
+    detail = page.axes[1]
+    one, other = (text.get_window_extent() for text in detail.texts)
+    assert not one.overlaps(other)
+    for box in (one, other):
+        assert detail.bbox.x0 < box.x0 < box.x1 < detail.bbox.x1
+        assert detail.bbox.y0 < box.y0 < box.y1 < detail.bbox.y1
+
+
 def test_the_page_has_the_errors_or_the_reason() -> None:
     page, rows = drawn("method", TABLE)
-    assert "11 mm" in words(page)
+    assert "to 11 mm, a polish on the exact flanks to" in words(page)
+    assert "\u00b710$^{\u221212}$ mm" in words(page)
     assert [row["point"] for row in rows][:4] == [*fig_method.MARKS, "vertex"]
     page, rows = drawn("method", TABLE.with_errors(Errors(offset=20.0)))
     assert words(page).count("the right flanks have no path of contact") == 2

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 
 from beveloid_geom import builtin_design, contact_ratio, mesh_cycle
 from beveloid_viz.figures.results import parabola_map
-from beveloid_viz.figures.results.parabola_map import ParabolaMap
+from beveloid_viz.figures.results.parabola_map import Extreme, ParabolaMap
 
 from ..pages import page_of, words
 
@@ -54,4 +55,20 @@ def test_the_finding_and_the_errors_are_on_the_page() -> None:
     assert "contact ratio up to 2.23, least shift at a ratio of 1.65 or more: 1.15 mm" in text
     assert "under offset \u00b10.05 mm, shaft angle \u00b10.01 deg" in text
     (legend,) = page.legends
-    assert [text.get_text() for text in legend.get_texts()][-1] == "hollow: sum above 0"
+    names = [text.get_text() for text in legend.get_texts()]
+    assert names[-1] == "hollow: sum above 0"
+    assert names[:3] == ["design", "largest ratio", "least shift"]
+
+
+def test_an_extreme_outside_the_map_is_not_drawn() -> None:
+    """Subtitle and legend agree with the marks."""
+    data = small_map()
+    outside = replace(data, least_shift=replace(data.least_shift, pinion=-0.002, gear=-0.002))
+    assert data.shows(data.least_shift)
+    total, difference = float(data.total[0]), float(data.difference[0])
+    assert data.shows(Extreme(0.5 * (total + difference), 0.5 * (total - difference), 1.0))
+    page = page_of(parabola_map.draw, outside, (800, 600))
+    assert "1.15 mm, outside the map" in words(page)
+    (legend,) = page.legends
+    assert "least shift" not in [text.get_text() for text in legend.get_texts()]
+    assert not [line for axes in page.axes for line in axes.lines if line.get_marker() == "s"]

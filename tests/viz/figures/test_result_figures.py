@@ -43,6 +43,7 @@ from beveloid_viz.figures.results import (
     sensitivity as fig_sensitivity,
     tolerance_cloud as fig_cloud,
 )
+from beveloid_viz.rendering import theme
 from beveloid_viz.rendering.layout import of_size
 from beveloid_viz.rendering.opengl import require_opengl
 from beveloid_viz.rendering.scene import Surface, Tube
@@ -154,9 +155,9 @@ def test_picture_of_tolerances_its_table_and_the_command_agree() -> None:
     for row, wanted in zip(case, printed, strict=True):
         assert {name: "" if row[name] != row[name] else str(row[name]) for name in wanted} == wanted
     found = strict_json(run(*given.split(), "--json").stdout)["operation"]
-    counts = words(page).partition("As designed, modified:")[2]
-    assert f", {found['edges_carry']} of 64; patterns" in counts
-    assert f", {found['pattern']['toe_or_heel']} of {found['pattern']['known']}." in counts
+    counts = words(page).partition("Edges touch in")[2]
+    assert f" and {found['edges_carry']} of 64 mountings; patterns" in counts
+    assert f" and {found['pattern']['toe_or_heel']} of {found['pattern']['known']} (as designed;" in counts
     assert "20 mountings of the design" in words(page)
 
 
@@ -229,11 +230,17 @@ def test_marks_of_the_posed_pair_are_on_its_teeth(flank: str) -> None:
     items, camera = fig_posed.close(data, (400, 300))
     pinion, frame = data.pair.design.pinion, data.pair.frames[0]
     lines = [item for item in items if isinstance(item, Tube) and len(item.points) > 1]
-    assert len(lines) == 3
-    for line, tooth in zip(lines, (-1, 0, 1), strict=True):
-        own = (line.points - frame[1]) @ frame[0]
+    paths, outlines = ([line for line in lines if line.colour == colour] for colour in (theme.PATH, "white"))
+    assert len(paths) == len(outlines) == 3
+    for path, outline, tooth in zip(paths, outlines, (-1, 0, 1), strict=True):
+        own = (outline.points - frame[1]) @ frame[0]
         back = posed.on_tooth(own, pinion, -tooth)
         np.testing.assert_allclose(back, data.path.points[0], rtol=0.0, atol=1e-9)
+        # A path is in front of its outline, at the same place of the picture.
+        ahead = (outline.points - path.points) @ camera.axes.T
+        np.testing.assert_allclose(ahead[:, :2], 0.0, atol=1e-9)
+        assert (np.abs(ahead[:, 2]) + path.radius > outline.radius).all()
+        assert outline.radius > path.radius
     ball = next(item for item in items if isinstance(item, Tube) and len(item.points) == 1)
     np.testing.assert_allclose(camera.seen(ball.points)[0], 0.0, atol=camera.half_height)
     patterns = [item for item in items if isinstance(item, Surface) and item.colour == fig_posed.PATTERN]
@@ -254,6 +261,16 @@ MODIFIED = builtin_design().with_parabola(0.001, -0.001)
 @pytest.fixture(scope="module")
 def report() -> OperationReport:
     return operation_report("", MODIFIED, "right", 61, 10, MARKING_SEPARATION)
+
+
+def test_a_tooth_pair_has_one_text_on_both_members() -> None:
+    """On a grid, the smallest distance from the other flank differs between pinion and gear."""
+    data = fig_pattern.compute_separation(builtin_design("marine-gearbox"))
+    for column in data.columns:
+        assert column.layers
+        smallest = [float(np.nanmin(layer.values)) for layer in column.layers]
+        assert smallest[0] != smallest[1]
+        assert {layer.under for layer in column.layers} == {"in contact"}
 
 
 def test_the_figure_of_the_pattern_has_the_commands_points() -> None:
@@ -334,7 +351,7 @@ def test_patterns_under_errors_are_the_librarys() -> None:
             assert f"{one.major:.1f} \u00d7 {one.minor:.1f}" in shown
             assert f"TE {ARCSEC * found.cycle_peak_to_peak.flat[k]:.2f}\u2033" in shown
     assert shown.count("jammed") == 2
-    assert shown.count("E \u22120.050") == 2
+    assert shown.count("E (mm) \u22120.050") == 2
     design = builtin_design()
     mounted = replace(design.pair, pinion_mounting=211.6, gear_mounting=210.2)
     design = replace(design, pinion=replace(design.pinion, profile_shift=-2.0), pair=mounted)

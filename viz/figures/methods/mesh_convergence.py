@@ -13,6 +13,7 @@ from beveloid_geom import Design
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.shapes.mesh_convergence import Convergence, convergence
 
+from ...components import annotate
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...components.paths_table import FLANKS
 from ...rendering import theme
@@ -115,7 +116,8 @@ def finding(data: ConvergenceFigure) -> str:
             continue
         alone, polished = (errors_of(data.found[flank, polish], "point") for polish in (False, True))
         parts.append(
-            f"{flank} flanks {np.nanmax(alone[:, near]):.2g} mm off, polished {np.nanmax(polished):.0e} mm"
+            f"{flank} flanks {np.nanmax(alone[:, near]):.2g}\u00a0mm off,"
+            f" polished {annotate.power_of_ten(float(np.nanmax(polished)))}\u00a0mm"
         )
     return f"Contact point at a tolerance of {TOLERANCES[near]:.3g} mm: {'; '.join(parts)}" if parts else ""
 

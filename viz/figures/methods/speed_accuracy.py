@@ -31,7 +31,7 @@ LABELS = (
     ("mesh alone", 0.1, "0.1 mm", ((0, 11, "center"), (-11, -4, "right"))),
     ("mesh alone", 0.0003, "0.0003 mm", ((6, 11, "center"), (0, -22, "center"))),
     ("five equations", 0.1, "xtol 0.1", ((0, 11, "center"), (-11, -4, "right"))),
-    ("five equations", 1e-14, "1e-14", ((4, -22, "left"), (8, 9, "left"))),
+    ("five equations", 1e-14, "10$^{\u221214}$", ((4, -22, "left"), (8, 9, "left"))),
     ("one equation", 1, "1 position", ((0, -22, "left"), (0, 11, "left"))),
     ("one equation", 101, "101", ((0, -22, "center"), (0, 11, "center"))),
     ("one equation", 100_001, "100,001 positions", ((0, -22, "left"), (0, 11, "left"))),

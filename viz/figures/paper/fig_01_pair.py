@@ -163,7 +163,7 @@ def _layout_words(pair: PosedPair) -> str:
     if not pair.remote:
         return "offset $E$, shaft angle $\\delta$"
     away = abs(float(pair.position[0]))
-    nearest = f"shortest distance {pair.foot[1, 0]:g} mm, {away:.0f} mm from the members"
+    nearest = f"shortest distance {pair.foot[1, 0]:g}\u00a0mm, {away:.0f}\u00a0mm from the members"
     return f"axes at {_degrees(pair):.4g}\u00b0, {nearest}"
 
 

@@ -23,6 +23,8 @@ SMALLEST_ANGLES_RAD = np.radians((18.0, 15.0))
 """Smallest helix and cone angle in panel (a), rad, so that its frames can be distinguished."""
 RACK_LENGTH_MODULES = 4.6
 """Length of the rack in panel (a), in normal modules."""
+CUTTER_AXES = 0.2
+"""Length of the axes of S_c in panel (b), in pitch radii."""
 FRAME_COLOURS = {"n": theme.BLACK, "P": theme.BLUE, "c": theme.GREEN, "b": theme.BLACK, "j": theme.RED}
 
 
@@ -54,6 +56,11 @@ class GenerationFigure:
     def back(self) -> float:
         """Height of the back of the rack above its pitch line, mm."""
         return float(self.profile[:, 1].max()) + 0.9 * self.module
+
+    @property
+    def dimension_height(self) -> float:
+        """Height of the dimension of the slide above the pitch line, mm, clear of rack and label of x_c."""
+        return max(self.back + 2.2 * self.module, CUTTER_AXES * self.pitch_radius + 1.6 * self.module)
 
 
 def compute(design: Design) -> GenerationFigure:
@@ -88,9 +95,12 @@ def draw(data: GenerationFigure, layout: theme.Layout) -> Drawing:
         " gear, by $-\\varphi$ about $z_b$; their origins are at mid-face and drawn at the end at +z."
     )
     if np.any(angles[0] != angles[1]):
+        drawn, true = (
+            [f"{angle:.4g}\u00b0".replace("-", "\u2212") for angle in both] for both in reversed(angles)
+        )
         text += (
-            f" (a) has $\\beta$ = {angles[1][0]:.3g}\u00b0 and $\\gamma$ = {angles[1][1]:.3g}\u00b0 instead"
-            f" of {angles[0][0]:.4g}\u00b0 and {angles[0][1]:.4g}\u00b0 for clarity."
+            f" (a) has $\\beta$ = {drawn[0]} and $\\gamma$ = {drawn[1]} instead of {true[0]} and {true[1]}"
+            " for clarity."
         )
     page, low, high = theme.new_page(
         layout,
@@ -141,10 +151,16 @@ def _annotate_rack(over: Overlay, data: GenerationFigure) -> None:
     sin, cos = np.sin(float(data.drawn.cone_angle)), np.cos(float(data.drawn.cone_angle))
     tilted = np.array([[cos, 0.0, -sin], [0.0, 1.0, 0.0], [sin, 0.0, cos]])
     slope = tilted[2]
+    # Axes that coincide without a cone or a helix angle share an arrow and a label.
+    flat, straight = sin == 0.0, float(data.drawn.helix_angle) == 0.0
+    x_c, x_n = ("x_c = x_P = x_n", "") if flat else ("x_c", "x_n = x_P")
+    z_c, z_p = ("z_c = z_P", "") if flat else ("z_c", "z_P")
+    if straight:
+        z_c, z_p = (f"{z} = z_n" if "z_P" in z else z for z in (z_c, z_p))
     frames = (
-        ("c", np.eye(3), 6.3, ("x_c", "y_c = y_P", "z_c")),
-        ("P", tilted, 5.2, ("", "", "z_P")),
-        ("n", frame.axes, 4.4, ("x_n = x_P", "y_n", "z_n")),
+        ("c", np.eye(3), 6.3, (x_c, "y_c = y_P", z_c)),
+        ("P", tilted, 5.2, ("", "", z_p)),
+        ("n", frame.axes, 4.4, (x_n, "y_n", "" if straight else "z_n")),
     )
     for name, vectors, length, names in frames:
         over.triad(np.zeros(3), vectors, length * module, names, FRAME_COLOURS[name])
@@ -178,7 +194,7 @@ def _gear_panel(page: theme.Page, box: theme.Box, data: GenerationFigure) -> Pic
     count = min(teeth_drawn, int(member.teeth))
     side = np.linspace(-1.0, 1.0, 9) * np.pi * count / float(member.teeth)
     rim = data.pitch_radius * np.stack((np.cos(side), np.sin(side), 0.0 * side), axis=-1)
-    above = np.array([[data.pitch_radius + data.back + 3.2 * data.module, 0.0, half]])
+    above = np.array([[data.pitch_radius + data.dimension_height + data.module, 0.0, half]])
     shown = np.concatenate((*reach, rim, above, np.zeros((1, 3))))
     camera = fit_camera(shown, -back, (1.0, 0.0, 0.0), box.size, 0.07)
     items += _gear_items(data, count, MESH_PX * camera.mm_per_px(box.size))
@@ -220,8 +236,8 @@ def _annotate_gear(over: Overlay, data: GenerationFigure) -> None:
     over.triad(place, np.eye(3), length, ("x_b", "y_b", "z_b = z_j"), FRAME_COLOURS["b"], "S_b")
     over.triad(place, turned, length, ("x_j", "y_j", ""), FRAME_COLOURS["j"], "S_j", (18.0, 20.0))
     names = ("x_c", "y_c", "z_c")
-    over.triad(slid, np.eye(3), 0.62 * length, names, FRAME_COLOURS["c"], "S_c", (20.0, 12.0))
-    above = (data.back + 2.2 * data.module) * x
+    over.triad(slid, np.eye(3), CUTTER_AXES * radius, names, FRAME_COLOURS["c"], "S_c", (20.0, 12.0))
+    above = data.dimension_height * x
     for end in (pitch, slid):
         over.line(end, end + 1.05 * above, color=theme.BLUE, linewidth=1.0)
     words = f"$r_P\\varphi$ = {data.slide:.4g} mm"

@@ -135,7 +135,8 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> list[Li
     for flank in reversed(FLANKS):
         colour, width, style = LOOKS[flank]
         ratio = data.ends[flank][index].contact_ratio
-        lines += axes.plot(a, ratio, style, color=colour, linewidth=width, label=f"{flank} flanks, Eq. 16")
+        look: dict[str, Any] = {"color": colour, "linewidth": width, "zorder": 2.5 - 0.1 * width}
+        lines += axes.plot(a, ratio, style, label=f"{flank} flanks, Eq. 16", **look)
         if not np.isfinite(ratio).any():
             axes.text(0.5, 0.5, "the path could not be followed", transform=axes.transAxes, ha="center")
     edge_axes = axes.twinx()

@@ -29,28 +29,29 @@ SIGNS = (-1.0, 0.0, 1.0)
 
 
 class Look(NamedTuple):
-    """Style of a path: colour, dashes, width, lift of `panels.Trace`, legend line, width of edge contact."""
+    """Style of a path: colour, dashes, width, lift of `panels.Trace`, legend line, and width of edge contact
+    if the paths are far apart and close together."""
 
     colour: str
     dashes: tuple[float, ...]
     width: float
     lift: float
     legend: tuple[float, ...]
-    edge: float
+    edge: tuple[float, float]
 
-    @property
-    def on_edge(self) -> Trace:
-        """Style of edge contact; wider lines are lower, so that all are visible."""
-        return Trace(np.empty((0, 3)), self.colour, width=self.edge, lift=2.0 / self.edge**2)
+    def on_edge(self, close: bool) -> Trace:
+        """Return the style of edge contact; wider lines are lower, so that all are visible."""
+        width = self.edge[close]
+        return Trace(np.empty((0, 3)), self.colour, width=width, lift=2.0 / width**2)
 
 
 LOOKS = (
-    Look(theme.MINUS, panels.DASHED, 0.85, 0.5, (2.5, 1.5), 0.65),
-    Look(theme.ZERO, panels.SOLID, 1.0, 0.0, (1.0, 0.0), 1.1),
-    Look(theme.PLUS, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), 0.35),
+    Look(theme.MINUS, panels.DASHED, 0.85, 0.5, (2.5, 1.5), (0.65, 0.65)),
+    Look(theme.ZERO, panels.SOLID, 1.0, 0.0, (1.0, 0.0), (1.1, 1.1)),
+    Look(theme.PLUS, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), (0.6, 0.35)),
 )
 TABLE_ROWS = len(SIGNS) + 1
-ROW_HEIGHT_IN, TABLE_WIDTH_IN, COLUMN_ENDS = 0.21, 2.6, (0.2, 0.5, 0.71, 1.0)
+ROW_HEIGHT_IN, TABLE_WIDTH_IN, COLUMN_ENDS = 0.21, 2.6, (0.22, 0.53, 0.74, 1.0)
 """Line spacing and width of the table of a flank, inches, and fractions of the width at which columns end."""
 FLANK_SHARE = 0.6
 """Width of the widest flank as a fraction of its column if a table is next to it."""
@@ -174,7 +175,7 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
         columns=viewpoint.COLUMNS,
         tall=grid.tall(layout),
     )
-    _legend(page, case)
+    _legend(page, data)
     details: dict[str, Picture] = {}
 
     def panel(cell: Cell) -> Picture | None:
@@ -189,7 +190,7 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
             for path, look in zip(paths, LOOKS, strict=True)
             for trace in (
                 Trace(path.points[member], look.colour, look.dashes, look.width, look.lift, path.first),
-                *panels.edge_traces(path, member, look.on_edge),
+                *panels.edge_traces(path, member, look.on_edge(data.close)),
             )
         ]
         where = page, cell.box, paths[1].design, member, flank, cell.view
@@ -206,12 +207,15 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
     return Drawing(page, draw_grid(page, grid, low, high, panel) | details)
 
 
-def _legend(page: theme.Page, case: ErrorCase) -> None:
+def _legend(page: theme.Page, data: MisalignmentFigure) -> None:
+    """Draw the legend of the errors and of the parts of the paths."""
     handles = [
-        Line2D([], [], label=case.label(sign), color=look.colour, dashes=look.legend, linewidth=4.0)
+        Line2D([], [], label=data.case.label(sign), color=look.colour, dashes=look.legend, linewidth=4.0)
         for look, sign in zip(LOOKS, SIGNS, strict=True)
     ]
-    handles += panels.touching_legend((theme.GREY, theme.GREY, theme.GREY))[1:]
+    paths = [path for of_design in data.paths for path in of_design]
+    parts = panels.touching_legend(paths, (theme.GREY, theme.GREY, theme.GREY))
+    handles += [part for part in parts if part.get_label() != "first contact"]
     theme.legend(page, handles, 5, 0.8, handlelength=2.8)
 
 

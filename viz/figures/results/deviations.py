@@ -23,7 +23,7 @@ TIP_SHIFT, TIP_HEIGHT, DEVIATION_HEIGHT = 0.35, 1.0, 0.45
 the largest deviation of both flanks."""
 NOTE = (
     "Grey: nominal grid, tip at the back, \u2212z on the left. Deviation along the normal, drawn"
-    " upwards: blue for excess, red for missing metal, \u00b5m. One scale for both flanks. Below:"
+    " upwards: blue for excess, orange for missing metal, \u00b5m. One scale for both flanks. Below:"
     " fitted surface of second order over face and profile from \u22121 to 1, and the root mean"
     " square of the residual."
 )

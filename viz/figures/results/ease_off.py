@@ -135,10 +135,8 @@ def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, printed: 
 
     The range from zero or the minimum to the maximum of the `span` (2,), um, has a height of EASE_OFF_HEIGHT
     half face widths."""
-    # Distance of the scale bar from the middle of a wire surface, in half face widths.
-    bar_position = 2.0
-    # Position of the scale bar in print, to the right and up, between the labels at +z.
-    print_bar_position = 1.8, -0.05
+    # Position of the scale bar, to the right and up, between the labels at +z, in half face widths.
+    bar_position = 1.8, -0.05
     lowest, greatest = min(float(span[0]), 0.0), max(float(span[1]), 0.0)
     scale = EASE_OFF_HEIGHT / (greatest - lowest) if greatest - lowest > LEAST_EASE_OFF else 0.0
 
@@ -173,8 +171,8 @@ def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, printed: 
         theme.round_length(max(0.5 * (greatest - lowest), LEAST_EASE_OFF)),
         scale * lowest - TIP_HEIGHT - 0.4,
     )
-    right, foot = print_bar_position if printed else (bar_position, floor)
     if greatest - lowest > LEAST_EASE_OFF:
+        right, foot = bar_position
         axes.plot([right, right], [foot, foot + scale * length], color=theme.INK, linewidth=3.0)
         unit, style = f"{length:g} \u00b5m", {"fontsize": theme.SMALL}
         theme.label_point(axes, (right, foot), unit, (0.0, -4.0), ha="center", va="top", **style)
@@ -186,7 +184,7 @@ def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
     """Draw contour lines over the flank (z, l) with the path."""
     # Number of lines of contact, at equal steps of the roll of the path.
     contact_lines = 3
-    # Contour lines have no label beyond this fraction of half the flank.
+    # Contour lines have no label beyond this fraction of half the axes.
     label_limit_fraction = 0.9
     values = np.ma.masked_invalid(1e3 * found.deviation)
     if float(np.abs(values).max()) < LEAST_EASE_OFF:
@@ -199,8 +197,8 @@ def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
         label.set_text(label.get_text().replace("-", "\u2212"))
         label.set_path_effects(HALO)
         label.set_gid(LEVEL)
-        place = np.divide(label.get_position(), (found.z.max(), np.abs(found.l).max()))
-        if np.abs(place).max() > label_limit_fraction:
+        place = axes.transAxes.inverted().transform(axes.transData.transform(label.get_position()))
+        if np.abs(2.0 * place - 1.0).max() > label_limit_fraction:
             label.remove()  # cut off
     thin_out(axes)
     roll = panel.path.pinion_roll

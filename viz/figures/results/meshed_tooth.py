@@ -159,9 +159,9 @@ def draw(data: MeshedFigure, layout: theme.Layout) -> Drawing:
             if name in view.words:
                 annotate.note(over.axes, pixel, name, view.words[name])
         pictures[view.name] = over.picture
-        left, bottom, width, height = place
-        x, y = left + 0.5 * width, bottom + height + theme.inches(page, 0.15)
-        page.text(x, y, f"({letter})  {view.name}", ha="center", fontsize=theme.HEADING)
+        left, bottom, _, height = place
+        x, y = left + 0.08 / layout.width, bottom + height + theme.inches(page, 0.15)
+        page.text(x, y, f"({letter})  {view.name}", fontsize=theme.HEADING)
     return Drawing(page, pictures)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -32,8 +33,8 @@ BLUES = ("#08306b", "#2166ac", "#4393c3", "#92c5de", "#c6dfee", "#e3eef6", "#f7f
 """Colours of the bands of separation, scaled with the module."""
 MARKS = {
     "nearest vertices of the meshes": ("o", "white", theme.RED, 11.0),
-    "polished": ("o", theme.RED, theme.RED, 8.0),
-    "path of contact": ("x", theme.BLACK, theme.BLACK, 9.0),
+    "polished": ("o", theme.RED, "white", 13.0),
+    "path of contact": ("x", theme.BLACK, theme.BLACK, 7.0),
 }
 CELLS = Cells(left=1.2, right=0.4, across=1.4, down=1.5, most=2, least=3.6)
 NOTE = (
@@ -167,10 +168,21 @@ def _distance(axes: Axes, data: MethodFigure) -> None:
     assert data.point is not None
     (alone, polished), point = data.found, data.point
     (l, z), _, (l0, z0) = points(data).values()
-    axes.plot((z, z0), (l, l0), "--", color=theme.RED, linewidth=1.4, zorder=1.5)
+    line: dict[str, Any] = {"color": theme.RED, "linewidth": 1.6, "path_effects": annotate.rim(1.6)}
+    axes.plot((z, z0), (l, l0), "--", zorder=1.5, **line)
     off = [float(np.linalg.norm(one.point - point)) for one in (alone, polished)]
-    annotate.text(axes, (0.5 * (z + z0), 0.5 * (l + l0)), f"{off[0]:.2g} mm", (-34.0, 10.0), color=theme.RED)
-    annotate.text(axes, (z0, l0), f"polished: {off[1]:.0e} mm", (-20.0, 22.0), color=theme.RED)
+    ends = axes.transData.transform(((z, l), (z0, l0)))
+    length = float(np.linalg.norm(ends[1] - ends[0]))
+    along = (ends[1] - ends[0]) / length if length > 0.0 else np.array((0.0, 1.0))
+    across = np.array((-along[1], along[0])) * (1.0 if along[1] > 0.0 else -1.0)  # to the left
+    # Both texts are on the outer side of the line and its end, and do not leave the panel.
+    right, up = (14.0 * across).tolist()
+    va = "center" if abs(up) < 6.0 else "bottom" if up > 0.0 else "top"
+    annotate.text(axes, (0.5 * (z + z0), 0.5 * (l + l0)), f"{off[0]:.2g} mm", (right, up), ha="right", va=va)
+    ha = "center" if abs(along[0]) < 0.4 else "right" if along[0] > 0.0 else "left"
+    over = (20.0 * float(np.sign(along[0])) if ha != "center" else 0.0), 12.0 if along[1] > 0.0 else -12.0
+    va = "bottom" if along[1] > 0.0 else "top"
+    annotate.text(axes, (z0, l0), f"polished: {annotate.power_of_ten(off[1])} mm", over, ha=ha, va=va)
 
 
 def _bands(scale: float) -> list[Patch]:
@@ -189,7 +201,8 @@ def finding(data: MethodFigure) -> str:
         return "Contact by meshes, and by the exact flanks"
     alone, polished = (float(np.linalg.norm(one.point - data.point)) for one in data.found)
     return (
-        f"Coarse meshes find the contact to {alone:.2g} mm, a polish on the exact flanks to {polished:.0e} mm"
+        f"Coarse meshes find the contact to {alone:.2g} mm, a polish on the exact flanks to"
+        f" {annotate.power_of_ten(polished)} mm"
     )
 
 

@@ -108,6 +108,15 @@ class ParabolaMap:
         difference, total = np.meshgrid(self.difference, self.total, indexing="ij")
         return 0.5 * (total + difference), 0.5 * (total - difference)
 
+    def shows(self, extreme: Extreme) -> bool:
+        """Return True if the map covers the coefficients of an extreme."""
+        limits = (self.difference, extreme.pinion - extreme.gear), (self.total, extreme.pinion + extreme.gear)
+        slack = [1e-9 * np.ptp(values) for values, _ in limits]
+        return all(
+            float(values.min() - room) <= at <= float(values.max() + room)
+            for (values, at), room in zip(limits, slack, strict=True)
+        )
+
 
 def compute(design: Design, flank: str = "right") -> ParabolaMap:
     """Compute the map and its extremes. The largest difference is twice the usual coefficient, and the sums
@@ -228,7 +237,8 @@ def finding(data: ParabolaMap) -> tuple[str, str]:
     most, least = data.most_ratio.value, data.least_shift.value
     words = [] if math.isnan(most) else [f"contact ratio up to {most:.2f}"]
     if not math.isnan(least):
-        words.append(f"least shift at a ratio of {data.ratio:.2f} or more: {least:.3g} mm")
+        at = "" if data.shows(data.least_shift) else ", outside the map"
+        words.append(f"least shift at a ratio of {data.ratio:.2f} or more: {least:.3g} mm{at}")
     subtitle = f"{data.flank.capitalize()} flanks" + (f": {', '.join(words)}" if words else "")
     return "Contact over sum and difference of the parabola coefficients", subtitle
 
@@ -316,13 +326,12 @@ def _marks(axes: Axes, data: ParabolaMap, named: bool) -> None:
     names += [("C3", 0.98, height, "right", "top"), ("C4", 0.02, height, "left", "top")]
     for name, across, up, side, edge in names if named else ():
         axes.text(across, up, f" {name}", transform=axes.transAxes, ha=side, va=edge, **style)
-    marks = [
-        (paths_table.parabolas(data.design, data.flank), "o"),
-        ((data.most_ratio.pinion, data.most_ratio.gear), "^"),
-    ]
-    marks.append(((data.least_shift.pinion, data.least_shift.gear), "s"))
-    for (pinion, gear), marker in marks:
-        axes.plot(1e3 * (pinion - gear), 1e3 * (pinion + gear), **_mark(marker), zorder=6.0)
+    given = paths_table.parabolas(data.design, data.flank)
+    marks = (Extreme(*given), "o"), (data.most_ratio, "^"), (data.least_shift, "s")
+    for place, marker in marks:
+        if data.shows(place):
+            x, y = place.pinion - place.gear, place.pinion + place.gear
+            axes.plot(1e3 * x, 1e3 * y, **_mark(marker), zorder=6.0, clip_on=False)
 
 
 def _mark(marker: str) -> dict[str, Any]:
@@ -333,9 +342,9 @@ def _mark(marker: str) -> dict[str, Any]:
 def _legend(page: theme.Page, data: ParabolaMap, height: float) -> None:
     """Explain the marks, and the hatches that occur, at a height of the page."""
     entries: list[Artist] = [Line2D([], [], **_mark("o"), label="design")]
-    if not math.isnan(data.most_ratio.value):
+    if data.shows(data.most_ratio):
         entries.append(Line2D([], [], **_mark("^"), label="largest ratio"))
-    if not math.isnan(data.least_shift.value):
+    if data.shows(data.least_shift):
         entries.append(Line2D([], [], **_mark("s"), label="least shift"))
     entries.append(Line2D([], [], color=theme.INK, linewidth=1.0, label="C1 to C4 of Figs. 7 to 10"))
     unknown = np.logical_or.reduce([np.isnan(values) for values in data.quantities.values()]) & data.solved

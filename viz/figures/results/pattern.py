@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -129,7 +130,8 @@ def _pattern_layers(design: Design, flank: str, pattern: ContactPattern) -> tupl
     for number, side in enumerate((pattern.pinion, pattern.gear)):
         member, trace = design.members[number], Trace(path.points[number], width=0.7, first=path.first)
         normals = flank_patch(member, flank, side.l, trace_parameter(member, flank, side.l, side.z)).normal
-        under = f"{100.0 * side.area_share:.0f} % of the flank, {side.area:.0f} mm\u00b2"
+        digits = max(0, 2 - math.floor(math.log10(side.area))) if side.area > 0.0 else 0
+        under = f"{100.0 * side.area_share:.0f}\u00a0% of the flank, {side.area:.{digits}f}\u00a0mm\u00b2"
         rings = _rings(design, path, number)
         numbers = float(side.area), float(side.area_share)
         values = 1e3 * side.least
@@ -176,7 +178,7 @@ def compute_separation(design: Design, flank: str = "right") -> BandFigure:
         l1 = np.interp(roll[0] + position_fraction * (roll[-1] - roll[0]), roll[order], path.path.l1[order])
         at = path_of_contact(design, flank, l1=[l1])
         pose = float(at.pinion_roll[0]), float(at.gear_roll[0])
-        layers = [(_separation_layer(path, 0, pose, k), _separation_layer(path, 1, pose, k)) for k in PAIRS]
+        layers = [_separation_layers(path, pose, pair) for pair in PAIRS]
         rolls = (theme.signed(np.degrees(angle), 3) for angle in pose)
         under = ", pinion roll {}\u00b0, gear roll {}\u00b0".format(*rolls)
     near = [pair for pair, both in zip(PAIRS, layers, strict=True) if both and any(map(_in_bands, both))]
@@ -206,12 +208,25 @@ def _in_bands(layer: Layer) -> bool:
     return bool(np.mean(layer.values < SEPARATION_BANDS[-1]) > smallest_share)
 
 
+def _separation_layers(path: SolvedPath, pose: tuple[float, float], pair: int) -> tuple[Layer, Layer]:
+    """Return the separation of a tooth pair on pinion and gear at rolls (rad). The text below both flanks is
+    that of the smallest distance on either of them."""
+    # Distance of the nearest points drawn, um, below which flanks count as in contact.
+    contact_distance_um = 0.01
+    first, second = (_separation_layer(path, number, pose, pair) for number in (0, 1))
+    values = np.concatenate((first.values.ravel(), second.values.ravel()))
+    under = "out of reach"
+    if np.isfinite(values).any():
+        nearest = float(np.nanmin(values))
+        near = f"{nearest:.3g} \u00b5m at the nearest point drawn"
+        under = near if nearest > contact_distance_um else "in contact"
+    return replace(first, under=under), replace(second, under=under)
+
+
 def _separation_layer(path: SolvedPath, number: int, pose: tuple[float, float], pair: int) -> Layer:
     """Return the distance of the flank of pinion (0) or gear (1) from the other flank at rolls (rad)."""
     # Points along depth and face for a separation.
     separation_grid = (81, 161)
-    # Distance of the nearest points drawn, um, below which flanks count as in contact.
-    contact_distance_um = 0.01
     design, flank = path.design, path.path.flank
     member = design.members[number]
     half = 0.5 * float(member.face_width)
@@ -225,15 +240,8 @@ def _separation_layer(path: SolvedPath, number: int, pose: tuple[float, float], 
     to_tip = tip_radius(mate, found.other_z) - found.other_r
     inside = np.minimum(0.5 * float(mate.face_width) - np.abs(found.other_z), to_tip)
     border = np.stack((1e3 * found.distance, inside))
-    under = "out of reach"
-    if np.isfinite(gap).any():
-        nearest = float(np.nanmin(gap))
-        near = f"{nearest:.3g} \u00b5m at the nearest point drawn"
-        under = near if nearest > contact_distance_um else "in contact"
     trace = Trace(path.points[number], width=0.7)
-    return Layer(
-        l, np.broadcast_to(z, l.shape), patch.point, patch.normal, gap, trace, (), under, pose, border
-    )
+    return Layer(l, np.broadcast_to(z, l.shape), patch.point, patch.normal, gap, trace, (), "", pose, border)
 
 
 def draw(data: BandFigure, layout: theme.Layout) -> Drawing:

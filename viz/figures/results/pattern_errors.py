@@ -30,9 +30,9 @@ from ...rendering import theme
 LEFT_MARGIN_IN, RIGHT_MARGIN_IN = 1.44, 0.1
 """Margins on the left and right of a matrix, inches."""
 NOTE = (
-    "Pinion flank in the side view, {face:g} mm from {ends[0]} (left) to {ends[1]}. Shaded: separation below"
-    " a quarter, half and all of {film:g} \u00b5m. Orange: ellipse with centre and second moments of the"
-    " pattern. {meant} TE: transmission error of all teeth"
+    "Pinion flank in the side view, {face:.4g} mm from {ends[0]} (left) to {ends[1]}. Shaded: separation"
+    " below a quarter, half and all of {film:g} \u00b5m. Orange: ellipse with centre and second moments of"
+    " the pattern. {meant} TE: transmission error of all teeth"
 )
 
 
@@ -151,7 +151,7 @@ def _matrix(page: theme.Page, found: PatternMatrix, bottom: float, half: float, 
             words = f"\u03a3 {theme.signed(np.degrees(added[1]), 4)}\u00b0"
             axes.set_title(words, fontsize=theme.HEADING, pad=6.0)
         if column == 0:
-            words = f"E {theme.signed(added[0], 2 + paths_table.digits_mm(found.design))}\nmm"
+            words = f"E (mm)\n{theme.signed(added[0], 2 + paths_table.digits_mm(found.design))}"
             at = left - 0.128 / page.layout.width, lines[row] + 0.5 * (height + under)
             page.text(*at, words, ha="right", va="center", fontsize=theme.LABEL)
         if cell is None:

@@ -30,7 +30,7 @@ TOLERANCE_MODULES = 1.0 / 600.0
 """Mesh tolerance in normal modules: a tenth of a pixel of the close picture on a page of 1000 x 750."""
 EXPORT_TOLERANCE_MM = 0.01
 """Default tolerance of `beveloid-geom mesh`, mm."""
-PATTERN, PATTERN_LIFT_MODULES = "#7fb5dc", 0.004
+PATTERN, PATTERN_LIFT_MODULES = "#2f78b7", 0.004
 """Colour of the contact pattern, and its height above the flank in normal modules."""
 TEETH = (-1, 0, 1)
 """Teeth of the pinion with paths."""
@@ -90,7 +90,8 @@ def draw(data: PosedFigure, layout: theme.Layout) -> Drawing:
     for letter, place, scene in zip("ab", places, (_whole, close), strict=True):
         name = "the pair" if scene is _whole else "teeth in mesh"
         y = place[1] + place[3] + theme.inches(page, 0.1)
-        page.text(place[0], y, f"({letter})  {name}", fontsize=theme.HEADING)
+        x = max(place[0], 0.4 / layout.width)  # below the title
+        page.text(x, y, f"({letter})  {name}", fontsize=theme.HEADING)
         box, drawn = theme.place(page, *place), [mesh for mesh, _ in data.meshes if mesh is not None]
         if not drawn or (scene is close and not data.pair.touching):
             missing = f"the {flank} flanks have no contact point" if drawn else "no member can be drawn"
@@ -121,7 +122,7 @@ def _export_note(design: Design) -> str:
     """Return the sentence with the option --tolerance if it differs from the default."""
     tolerance = tolerance_of(design)
     usual = abs(tolerance - EXPORT_TOLERANCE_MM) < 1e-9 * EXPORT_TOLERANCE_MM
-    return "" if usual else f" `mesh` exports this with --tolerance {tolerance:.3g}."
+    return "" if usual else f" The command mesh exports this with --tolerance {tolerance:.3g}."
 
 
 def _label(over: Overlay, data: PosedFigure) -> None:
@@ -158,7 +159,10 @@ def close(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
     points, normal = np.concatenate(paths), np.nanmean(data.path.path.normal, axis=0)
     camera = posed.mesh_camera(pair.design, pair.frames[0], points, normal, size, half_height_modules)
     radius = tube_share * camera.half_height
-    items: list[Item] = [Tube(line, theme.PATH, radius) for line in paths]
+    # A white tube behind each path is its outline.
+    ahead = -1.8 * radius * camera.direction
+    items: list[Item] = [Tube(line + ahead, theme.PATH, radius) for line in paths]
+    items += [Tube(line, "white", 1.8 * radius) for line in paths]
     items.append(Tube(pair.contact[None], theme.INK, 3.0 * radius))
     line = line_of_contact(data)
     if line is not None:

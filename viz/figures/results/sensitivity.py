@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import chain, product
+from itertools import product
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -14,7 +14,7 @@ from beveloid_geom.contact.parallel.lines import touches_along_lines
 from beveloid_geom.report.sensitivity import steps_of
 
 from ...components import charts
-from ...components.charts import MIDDLE, QUANTITIES, changes_under_steps
+from ...components.charts import MIDDLE, QUANTITIES, Quantity, changes_under_steps
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...components.paths_table import (
     FLANKS,
@@ -32,7 +32,7 @@ CELLS = Cells(left=1.6, right=0.438, across=0.358, down=1.1, most=4, least=1.4)
 NOTE = (
     "Derivatives at the errors of the design, times the errors named{place}. Shift: middle of the path along"
     " the face, at equal flank parameter l{square}, positive towards +z. Contact ratio: Eq. 16. Transmission"
-    " error: one tooth pair, peak to peak. Scales: linear, common to (a) and (b)."
+    " error: one tooth pair, peak to peak."
 )
 
 
@@ -56,17 +56,21 @@ class Case:
                 reason = REASONS.get(status, "nothing to solve")
                 words.append(f"{rates.flank} flanks: no path of contact, {reason}")
             elif bool(touches_along_lines(self.design, rates.flank)):
-                words.append("both: line contact")
+                words.append("both flanks: line contact")
             elif np.isnan(rates.face_shift_by[MIDDLE]).any():
                 still = np.ptp(rates.l[:, 0]) < profile_movement_mm
                 turned = f"{rates.flank} flanks: no middle, the roll turns back along the path"
-                words.append("both: path along face" if still else turned)
+                words.append("both flanks: path along the face" if still else turned)
         return "; ".join(dict.fromkeys(words))
 
     @property
     def known(self) -> bool:
         """True if some of the changes are known."""
-        changes = chain.from_iterable(changes_under_steps(self.found, one).values() for one in QUANTITIES)
+        return any(self.knows(quantity) for quantity in QUANTITIES)
+
+    def knows(self, quantity: Quantity) -> bool:
+        """Return True if some of the changes of a quantity are known."""
+        changes = changes_under_steps(self.found, quantity).values()
         return any(np.isfinite(change).any() for change in changes)
 
 
@@ -90,6 +94,9 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     data = tuple(case for case in data if case.known) if len(left_out) < len(data) else data
     narrow = layout.printed and CELLS.columns(layout, len(QUANTITIES)) < len(QUANTITIES)
     quantities = [one for one in QUANTITIES if not narrow or one.name != "square_shift"]
+    known = [one for one in quantities if any(case.knows(one) for case in data)] or quantities
+    left_out += [f" Unknown: {one.title.partition(' (')[0]}." for one in quantities if one not in known]
+    quantities, scales = known, " Scales: linear, common to (a) and (b)." if len(data) > 1 else ""
     weights = [1.7 if one.members else 1.0 for one in quantities] if narrow else [1.0 for _ in data]
     down = CELLS.down if not layout.printed else 1.05 if narrow else 1.5
     page, low, high = theme.new_page(
@@ -97,6 +104,7 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
         "Sensitivity of the path of contact to assembly errors",
         "Changes under one error each, from exact derivatives",
         NOTE.format(place=at_the_mesh(data[0].design), square=narrow_note if narrow else perpendicular_note)
+        + scales
         + "".join(left_out),
         below=0.45,
         above=0.75,
@@ -108,7 +116,7 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
         case_axes = [row[number] for row in panels] if narrow else panels[number]
         box, y = case_axes[0].get_position(), 0.7 if layout.printed else 0.42
         width = (box.width if narrow else 0.9) * layout.width * layout.dpi
-        words = f"({'ab'[number]})  {case.name}", case.remarks
+        words = f"({'ab'[number]})  {case.name}" if len(data) > 1 else case.name, case.remarks
         for text, up, size in zip(words, (y, y - 0.25 * narrow), (theme.HEADING, theme.SMALL), strict=True):
             x = box.x0 if narrow else 0.025 if text == words[0] else 0.995
             place = x, box.y1 + theme.inches(page, up)

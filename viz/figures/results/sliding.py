@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import chain
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -85,7 +86,8 @@ def draw(data: dict[str, tuple[Curve, ...]], layout: theme.Layout) -> Drawing:
         limits = np.array([pair[row].get_ylim() for pair in columns])
         for pair in columns:
             pair[row].set_ylim(limits[:, 0].min(), limits[:, 1].max())  # one scale for both flanks
-    theme.legend(page, _legend(columns), 6, 1.15, fontsize=theme.SMALL)
+    size: dict[str, Any] = {} if layout.printed else {"fontsize": theme.SMALL}
+    theme.legend(page, _legend(columns), 6, 1.15, **size)
     return Drawing(page, {})
 
 

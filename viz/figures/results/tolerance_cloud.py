@@ -36,11 +36,11 @@ POINTS = 33
 PERCENTILES = (1.0, 99.0)
 """Limits of the range of positions in the title."""
 QUANTITIES = (
-    ("pinion_z_middle", 1.0, "middle of the path, pinion z (mm)"),
-    ("peak_to_peak", ARCSEC, "transmission error (arcsec)"),
+    ("pinion_z_middle", 1.0, "middle of the path", "pinion z (mm)"),
+    ("peak_to_peak", ARCSEC, "transmission error", "peak to peak (arcsec)"),
 )
-"""Name, factor and label of the quantities of a study that are shown."""
-CLOUDS = ((5.0, "white", 0.12), (1.0, theme.BLUE, 0.08))
+"""Name, factor, heading and label of the axis of the quantities of a study that are shown."""
+CLOUDS = ((5.0, "white", 0.4), (1.0, theme.BLUE, 0.12))
 """Multiples of the tolerances, colour and opacity of the paths drawn, the lowest first."""
 CELLS = Cells(left=0.95, right=0.3, across=1.0, down=1.1, most=2, least=1.6)
 PANEL_HEIGHT_IN, STRETCH = 2.6, 4.0
@@ -48,7 +48,7 @@ PANEL_HEIGHT_IN, STRETCH = 2.6, 4.0
 NOTE = (
     "Flanks from outside, {stretch:g} times larger across: {drawn} mountings of the design {which}; black and"
     " dots: without errors. (c), (d): cumulative distributions; title: 1 to 99 % of them. Transmission error"
-    " of a tooth pair, peak to peak."
+    " of one tooth pair."
 )
 
 
@@ -161,10 +161,10 @@ def draw(data: CloudFigure, layout: theme.Layout) -> Drawing:
         if drawn is not None:
             _cloud(drawn, data, number)
             pictures[member] = drawn.picture
-    for letter, box, (name, scale, label) in zip("cd", boxes[2:], QUANTITIES, strict=True):
+    for letter, box, (name, scale, heading, label) in zip("cd", boxes[2:], QUANTITIES, strict=True):
         axes = page.add_axes(box)
-        axes.set_title(f"({letter})", loc="left", fontsize=theme.HEADING)
-        axes.set(xlabel=label, ylabel="share (%)")
+        axes.set_title(f"({letter})  {heading}", loc="left", fontsize=theme.HEADING)
+        axes.set(xlabel=label, ylabel="mountings below (%)")
         solved = [(case, case.solved) for case in data.cases if case.solved]
         for case, study in solved:
             charts.distribution(axes, study, name, scale, case.colour, case.width)
@@ -206,12 +206,12 @@ def _in_operation(data: CloudFigure) -> str:
     if len(known) < len(data.cases):
         return ""
     edges, ends = (
-        ", ".join(str(count(running)) for running in known)
+        " and ".join(str(count(running)) for running in known)
         for count in (edges_carry, lambda running: pattern_counts(running)["toe_or_heel"])
     )
     return (
-        f" As designed, modified: edges touch in {edges} of {known[0].status.size}; patterns reach a"
-        f" face end in {ends} of {pattern_counts(known[0])['known']}."
+        f" Edges touch in {edges} of {known[0].status.size} mountings; patterns reach a face end in {ends}"
+        f" of {pattern_counts(known[0])['known']} (as designed; modified)."
     )
 
 
@@ -244,7 +244,8 @@ def _legend(page: theme.Page, data: CloudFigure) -> None:
         for factor, hue, _ in reversed(CLOUDS)
     ]
     handles += [Line2D([], [], color=case.colour, lw=case.width, label=counts(case)) for case in data.cases]
-    theme.legend(page, handles, 4, 1.15, fontsize=theme.SMALL)
+    size: dict[str, Any] = {} if page.layout.printed else {"fontsize": theme.SMALL}
+    theme.legend(page, handles, 4, 1.15, **size)
 
 
 def rows(data: CloudFigure) -> Table:
