@@ -51,7 +51,7 @@ LOOKS = (
     Look(theme.PLUS, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), (0.6, 0.35)),
 )
 TABLE_ROWS = len(SIGNS) + 1
-ROW_HEIGHT_IN, TABLE_WIDTH_IN, COLUMN_ENDS = 0.21, 2.6, (0.22, 0.53, 0.74, 1.0)
+ROW_HEIGHT_IN, TABLE_WIDTH_IN, COLUMN_ENDS = 0.21, 2.9, (0.22, 0.53, 0.74, 1.0)
 """Line spacing and width of the table of a flank, inches, and fractions of the width at which columns end."""
 FLANK_SHARE = 0.6
 """Width of the widest flank as a fraction of its column if a table is next to it."""
