@@ -246,6 +246,11 @@ class Design:
         """Return the design without parabolas and without modifications."""
         return self.with_parabola(0.0, 0.0).without_modifications()
 
+    @property
+    def measured(self) -> bool:
+        """Whether flanks have measured deviations, apart from those of pitches."""
+        return any(one.deviations is not None for member in self.members for one in member.modifications)
+
     def nominal(self) -> Design:
         """Return the design without measured deviations of flanks and pitches."""
         return replace(self, pinion=self.pinion.nominal(), gear=self.gear.nominal())

@@ -50,13 +50,11 @@ class PatternReport(ResultReport[ContactPattern]):
 
     @cached_property
     def nominal(self) -> PatternReport | None:
-        """The same report without measured deviations; None if the design has none, or if that is not
-        known."""
-        if (nominal := self.design.nominal()) == self.design:
-            return None
+        """The same report without measured deviations; None if no flank has any, or if that is not known."""
         asked = self.result.separation, self.resolution, self.area_error
         with suppress(ValueError):
-            return pattern_report(self.name, nominal, self.flank, *asked)
+            if self.design.measured:
+                return pattern_report(self.name, self.design.nominal(), self.flank, *asked)
         return None
 
     def values(self) -> dict[str, Any]:

@@ -237,8 +237,9 @@ def compute(
         results |= {"tolerance": tolerances[flank], "matrix": matrices[flank]}
     for section in sections[FLANKS[0]]:
         numbers[section] = {flank: json.loads(results[section][1]) for flank, results in sections.items()}
-    if (nominal := design.nominal()) != design:  # there are measured deviations
+    if design.measured:
         progress("nominal flanks")
+        nominal = design.nominal()
         for section in ("tca", "operation", "sliding"):
             solved = {flank: SECTIONS[section](name, nominal, flank, settings)[1] for flank in FLANKS}
             numbers[section]["nominal"] = {flank: json.loads(text) for flank, text in solved.items()}

@@ -79,10 +79,9 @@ def grids_of(engagement: Engagement, design: Design, flank: str) -> Grids:
     -------
     Grids
     """
-    measured = any(one.deviations is not None for member in design.members for one in member.modifications)
     points = [
         (*points[:2], max(points[2], int(np.ceil(each * engagement.turns))))
-        for points, each in (MEASURED_GRID_POINTS if measured else GRID_POINTS)
+        for points, each in (MEASURED_GRID_POINTS if design.measured else GRID_POINTS)
     ]
     with np.errstate(invalid="ignore", divide="ignore"):
         coarse, fine = (grid_of(design.pinion, flank, count) for count in points)

@@ -83,9 +83,10 @@ def compute(design: Design, flank: str = "right") -> Comparison:
 
 def _compared(design: Design) -> tuple[str, list[tuple[str, Design]]]:
     """Return the title of the comparison, and the designs with their names."""
-    nominal = design.nominal()
-    if nominal != design:
-        return "Measured and nominal flanks compared", [("nominal", nominal), ("measured", design)]
+    if design.measured:
+        cases = [("nominal", design.nominal()), ("measured", design)]
+        return "Measured and nominal flanks compared", cases
+    design = design.nominal()  # deviations of pitches do not change the flanks
     plain = design.unmodified()
     unmodified = "without modification", plain
     if plain != design:
