@@ -193,15 +193,21 @@ def _backlash(design: Design) -> Backlash:
         return _result(design, *_lower(*sampled, rounding), status)[0]
     steps, least = _vertex(around, np.zeros_like(best))
     fitted, values = (at + step * steps, least), around[1:4]
+    where, done = start, np.zeros(shape, dtype=bool)
     for refinement in range(REFINEMENTS + 1):
         if refinement:
             at, values, sampled, fitted = _finer(design, at, values, step)
             step /= FINER
         candidates: Minimum = sampled if refinement == REFINEMENTS else fitted
-        where, least = _lower(*candidates, rounding)
+        place, least = _lower(*candidates, rounding)
+        # The other cases of a batch do not change a minimum that is found.
+        where = np.where(done[..., None], where, place)
         result, play = _result(design, where, least, status)
-        same = np.abs(play - least) <= SAME_PLAY_MODULES * float(design.pinion.tool.normal_module)
-        if (same | ~np.isfinite(least)).all():
+        close = SAME_PLAY_MODULES * float(design.pinion.tool.normal_module)
+        done |= (play >= least - close) & (
+            play <= least + close
+        )  # both are infinite if the play is not known
+        if done.all():
             break
     return result
 

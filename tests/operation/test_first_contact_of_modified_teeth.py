@@ -208,10 +208,15 @@ def test_random_pairs(part: int) -> None:
 
 
 def test_tangent_flanks_that_face_the_same_way_are_no_contact() -> None:
-    """The search for the path of this pair meets tangencies with equal normals, as if one tooth were within
-    the other. If they counted as contacts, the path would be known to lie off the flanks."""
-    design = modified(np.random.default_rng(71), cases_of(random_designs("wild", 240, seed=31), 71))
-    assert Status(int(path_of_contact(design, "right", 11).ends.status)) == Status.NOT_CONVERGED
+    """The search for the paths of these pairs meets tangencies with equal normals, as if one tooth were within
+    the other. If they counted as contacts, all these paths would be known to lie off the flanks. Rounding, which
+    differs between processors, decides about single ones."""
+    designs, right, unknown = random_designs("wild", 240, seed=31), (18, 32, 76, 89), 0
+    for case in (*right, 50, 56, 60, 71):
+        flank = "right" if case in right else "left"
+        design = modified(np.random.default_rng(case), cases_of(designs, case))
+        unknown += int(path_of_contact(design, flank, 11).ends.status) == Status.NOT_CONVERGED
+    assert unknown >= 4
 
 
 def test_derivatives_of_clearance_and_limits() -> None:
