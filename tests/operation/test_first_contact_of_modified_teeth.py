@@ -208,9 +208,9 @@ def test_random_pairs(part: int) -> None:
 
 
 def test_tangent_flanks_that_face_the_same_way_are_no_contact() -> None:
-    """The search for the paths of these pairs meets tangencies with equal normals, as if one tooth were within
-    the other. If they counted as contacts, all these paths would be known to lie off the flanks. Rounding, which
-    differs between processors, decides about single ones."""
+    """The search for the paths of these pairs meets tangencies with equal normals, as if one tooth were in
+    the other. If they counted as contacts, all these paths would be known to lie off the flanks. Rounding,
+    which differs between processors, decides about single ones."""
     designs, right, unknown = random_designs("wild", 240, seed=31), (18, 32, 76, 89), 0
     for case in (*right, 50, 56, 60, 71):
         flank = "right" if case in right else "left"
