@@ -194,6 +194,7 @@ def _backlash(design: Design) -> Backlash:
     steps, least = _vertex(around, np.zeros_like(best))
     fitted, values = (at + step * steps, least), around[1:4]
     where, done = start, np.zeros(shape, dtype=bool)
+    close = SAME_PLAY_MODULES * float(design.pinion.tool.normal_module)
     for refinement in range(REFINEMENTS + 1):
         if refinement:
             at, values, sampled, fitted = _finer(design, at, values, step)
@@ -203,10 +204,7 @@ def _backlash(design: Design) -> Backlash:
         # The other cases of a batch do not change a minimum that is found.
         where = np.where(done[..., None], where, place)
         result, play = _result(design, where, least, status)
-        close = SAME_PLAY_MODULES * float(design.pinion.tool.normal_module)
-        done |= (play >= least - close) & (
-            play <= least + close
-        )  # both are infinite if the play is not known
+        done |= np.isclose(play, least, rtol=0.0, atol=close)  # also where neither is known
         if done.all():
             break
     return result

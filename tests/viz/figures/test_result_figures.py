@@ -431,6 +431,7 @@ def test_measured_flanks_are_compared_with_nominal_ones() -> None:
     comparison = fig_modifications.compute(replace(design, pinion=design.pinion.modified(given)))
     assert comparison.title.startswith("Measured")
     nominal, measured = comparison.cases
+    assert [case.name for case in comparison.cases] == ["nominal", "measured"]
     assert nominal.design == design
     assert measured.operation is not None
     assert ARCSEC * float(measured.operation.cycle.peak_to_peak) == pytest.approx(0.13, abs=0.01)

@@ -53,10 +53,13 @@ class Case:
     """One case of one flank: path, pattern, mesh cycle and shifts under errors; pattern and mesh cycle are
     None with the `reason` if they are not known.
 
+    `name` is that of the CSV file, `label` that of the picture.
+
     `shifts` (2, ERRORS), mm: displacement of the middle of the path along the face of the pinion under each
     error of the `sizes` (2, ERRORS), mm and rad; NaN without a path."""
 
     name: str
+    label: str
     flank: str
     design: Design
     path: ContactPath
@@ -78,27 +81,29 @@ class Comparison:
 def compute(design: Design, flank: str = "right") -> Comparison:
     """Compute two or three cases."""
     title, cases = _compared(design)
-    return Comparison(title, tuple(_case(name, changed, flank) for name, changed in cases))
+    return Comparison(title, tuple(_case(*case, flank) for case in cases))
 
 
-def _compared(design: Design) -> tuple[str, list[tuple[str, Design]]]:
-    """Return the title of the comparison, and the designs with their names."""
+def _compared(design: Design) -> tuple[str, list[tuple[str, str, Design]]]:
+    """Return the title of the comparison, and the designs with their names in the CSV file and in the
+    picture."""
     if design.measured:
-        cases = [("nominal", design.nominal()), ("measured", design)]
+        cases = [("nominal", "nominal", design.nominal()), ("measured", "measured", design)]
         return "Measured and nominal flanks compared", cases
     design = design.nominal()  # deviations of pitches do not change the flanks
     plain = design.unmodified()
-    unmodified = "without modification", plain
+    unmodified = "unmodified", "without modification", plain
     if plain != design:
-        return "Flanks with and without modification", [unmodified, ("with modification", design)]
+        cases = [unmodified, ("modified", "with modification", design)]
+        return "Flanks with and without modification", cases
     bent, crowning = modified(plain), Modification(helix_crowning_um=HELIX_CROWNING_UM)
     crowned = replace(plain, pinion=plain.pinion.modified(crowning))
     words = f"{HELIX_CROWNING_UM:g} \u00b5m of helix crowning"
-    title = "Parabolas of the tool and helix crowning compared"
-    return title, [unmodified, (coefficients(bent), bent), (words, crowned)]
+    cases = [unmodified, ("parabolas", coefficients(bent), bent), ("helix_crowning", words, crowned)]
+    return "Parabolas of the tool and helix crowning compared", cases
 
 
-def _case(name: str, design: Design, flank: str) -> Case:
+def _case(name: str, label: str, design: Design, flank: str) -> Case:
     path = path_of_contact(design, flank)
     distance = two_digits(ERROR_LIMITS[0] * as_large(design))
     sizes = np.array((distance, ERROR_LIMITS[1]))[:, None] * np.linspace(-1.0, 1.0, ERRORS)
@@ -112,8 +117,8 @@ def _case(name: str, design: Design, flank: str) -> Case:
         pattern = pattern_report("", design, flank, MARKING_SEPARATION).result
     except ValueError as error:
         reason = str(getattr(error, "reason", error))
-        return Case(name, flank, design, path, None, None, sizes, shifts, reason)
-    return Case(name, flank, design, path, pattern, operation, sizes, shifts)
+        return Case(name, label, flank, design, path, None, None, sizes, shifts, reason)
+    return Case(name, label, flank, design, path, pattern, operation, sizes, shifts)
 
 
 def _errors(design: Design) -> tuple[str, str]:
@@ -153,7 +158,7 @@ def draw(comparison: Comparison, layout: theme.Layout) -> Drawing:
     letters = iter("abcdef")
     for case, axes in zip(data, panels, strict=False):
         letter = next(letters)
-        words = f"({letter})  {case.name}"
+        words = f"({letter})  {case.label}"
         if case.pattern is not None:
             words += f"{', ' if single else new_line}{100.0 * case.pattern.pinion.area_share:.0f} % marked"
         axes.set_title(words, loc="left", pad=8.0, fontsize=theme.LABEL)
@@ -215,7 +220,7 @@ def _shifted(axes: Axes, data: tuple[Case, ...], letter: str, k: int) -> None:
 def _entries(data: tuple[Case, ...]) -> list[Line2D]:
     """Return the legend entries of the cases."""
     return [
-        Line2D([], [], color=colour, linestyle=dashes, marker=marker, linewidth=1.8, label=case.name)
+        Line2D([], [], color=colour, linestyle=dashes, marker=marker, linewidth=1.8, label=case.label)
         for case, (colour, dashes, marker) in zip(data, STYLES, strict=False)
     ]
 
