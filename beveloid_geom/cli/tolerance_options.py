@@ -17,7 +17,7 @@ TOLERANCES = (
     ("pinion_axial", "--pinion-axial-tolerance", "MM", 1000.0, "pinion's axial position", "--pinion-axial"),
     ("gear_axial", "--gear-axial-tolerance", "MM", 1000.0, "gear's axial position", "--gear-axial"),
     ("centre_distance", "--centre-distance-tolerance", "MM", 1000.0, "centre distance at the mesh", ""),
-    ("in_plane_deg", "--in-plane-tolerance-deg", "DEG", 5.0, "shaft angle about the mesh point", ""),
+    ("in_plane_deg", "--in-plane-tolerance-deg", "DEG", 5.0, "shaft angle about the pitch point", ""),
     (
         "out_of_plane_deg",
         "--out-of-plane-tolerance-deg",

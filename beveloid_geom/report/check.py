@@ -129,7 +129,7 @@ class CheckReport(Report):
     def summary(self) -> str:
         """Return advice, remarks, and the distance from a layout without backlash."""
         closing, ideal = self.closing, self.ideal
-        text = f"Check of {self.name}: backlash and contact with unmodified flanks and without errors\n"
+        text = f"Check of {self.name}\n"
         text += advice_lines(self.advice)
         if self.proposal:
             text += line("or" if self.advice else "advice", "propose a pair:")
@@ -140,7 +140,7 @@ class CheckReport(Report):
             text += line("working radii", radii)
             text += line("lines of action", f"of right and left flanks are {closing.gap:z.4f} mm apart")
             text += line("generators", _generator_words(self.crossing))
-            text += line("normal backlash", f"{closing.normal_backlash:z.4f} mm")
+            text += line("normal backlash", f"{closing.normal_backlash:z.4f} mm without errors and modifications")
             text += line("as mounted", f"backlash {backlash_report(self.design).line}")
             text += error_lines(self.design) or line("errors", _pivot_words(self.design))
             if not math.isnan(closing.offset):
@@ -191,10 +191,10 @@ def _pivot_words(design: Design) -> str:
     if design.errors_at == "mesh":
         distance = float(pivot_distance(design))
         return (
-            f"of the shaft angle turn about the mesh point, {distance:.2f} mm from the common perpendicular"
+            f"of the shaft angle turn about the pitch point, {distance:.2f} mm from the common perpendicular"
         )
     pivot = place_words(design, "perpendicular")
-    return f'of the shaft angle turn {pivot}; with at = "mesh" in [errors] about the mesh point'
+    return f'of the shaft angle turn {pivot}; with at = "mesh" in [errors] about the pitch point'
 
 
 def _by_member(ideal: ClosedLayout) -> list[tuple[str, float]]:

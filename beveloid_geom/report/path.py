@@ -215,7 +215,7 @@ class ContactReport(Report):
             text += line("certified", f"{count} nothing on the driving flanks touches earlier")
         backlash = float(mounting_of(self.design).normal_backlash)
         if not math.isnan(backlash):
-            text += line("normal backlash", f"{backlash:z.6f} mm without errors and parabolas")
+            text += line("normal backlash", f"{backlash:z.6f} mm without errors and modifications")
         text += line("as mounted", f"backlash {self.backlash.line}")
         return text + remark_lines(self.remarks) + advice_lines(self.advice)
 

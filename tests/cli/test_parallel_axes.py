@@ -75,7 +75,7 @@ def test_load_on_lines_of_contact() -> None:
 
 def test_flanks_limit_the_backlash() -> None:
     """The ends of a line of contact are not reported as edges."""
-    assert "stopped by" not in run("tca", NAME, "--points", "3").stdout
+    assert "flanks touch at" not in run("tca", NAME, "--points", "3").stdout
     data = json.loads(run("check", NAME, "--json").stdout)["mounted_backlash"]
     assert data["right"]["edges"] == data["left"]["edges"] == []
 

@@ -106,7 +106,7 @@ def test_sensitivity_at_the_mesh(name: str, flank: str) -> None:
 
 
 def test_a_distant_apex_in_every_study() -> None:
-    """37/37 teeth, apex 1.69 m away: 0.02 deg in plane about the mesh point and about the common
+    """37/37 teeth, apex 1.69 m away: 0.02 deg in plane about the pitch point and about the common
     perpendicular.
 
     The rates differ from the shift by its curvature.

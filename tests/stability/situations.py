@@ -171,7 +171,7 @@ SITUATIONS = (
         "the path of contact does not meet the right flanks",
     ),
     Situation(
-        "the same, 0.05 deg in plane about the mesh point; out of it",
+        "the same, 0.05 deg in plane about the pitch point; out of it",
         of(*(turned(MeshErrors(**{way: radians(0.05)})) for way in ("in_plane", "out_of_plane"))),
         ALL,
     ),
