@@ -8,7 +8,8 @@ computed from the segments and are not affected by kinks.
 1. Search first contacts at SAMPLES_PER_PITCH + 1 rolls, and fit segments through them (`cycle.segment_fit`).
 2. Compare the segments with first contacts at other rolls, with their neighbours, and with contacts that are
    followed between the samples (`cycle.missed_contacts`).
-3. Where the comparison fails, search first contacts at more rolls, divide the segments, and repeat from the fit.
+3. Where the comparison fails, search first contacts at more rolls, divide the segments, and repeat from the
+   fit.
 """
 
 from __future__ import annotations

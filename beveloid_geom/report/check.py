@@ -140,7 +140,9 @@ class CheckReport(Report):
             text += line("working radii", radii)
             text += line("lines of action", f"of right and left flanks are {closing.gap:z.4f} mm apart")
             text += line("generators", _generator_words(self.crossing))
-            text += line("normal backlash", f"{closing.normal_backlash:z.4f} mm without errors and modifications")
+            text += line(
+                "normal backlash", f"{closing.normal_backlash:z.4f} mm without errors and modifications"
+            )
             text += line("as mounted", f"backlash {backlash_report(self.design).line}")
             text += error_lines(self.design) or line("errors", _pivot_words(self.design))
             if not math.isnan(closing.offset):
