@@ -101,7 +101,7 @@ class DesignMap:
     mounted_backlash : FloatArray
         Smallest backlash over a mesh cycle with parabolas and errors, by tangency, mm.
     cycle_peak_to_peak, edge_share : FloatArray
-        Transmission error of all teeth, rad, and share of the mesh cycle carried by edges; NaN where not
+        Transmission error of all teeth, rad, and share of the mesh cycle in which edges touch; NaN where not
         computed.
     """
 

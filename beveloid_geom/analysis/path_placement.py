@@ -78,11 +78,10 @@ class Placement:
     normal_backlash : FloatArray
         (n,), backlash as mounted, mm.
     cycle_peak_to_peak, edge_share : FloatArray
-        (n,), transmission error of all teeth, rad, and share of the mesh cycle carried by edges.
+        (n,), transmission error of all teeth, rad, and share of the mesh cycle in which edges touch.
     status : Codes
         (n,), codes of `PlaceStatus`. NOT_CONVERGED: all values are NaN. OFF_CENTRE: the values belong to the
-        nearest position
-        in profile at which the pair can be assembled.
+        nearest position in profile at which the pair can be assembled.
     jammed : Mask
         (n,): the pair cannot be assembled.
     exact : FloatArray

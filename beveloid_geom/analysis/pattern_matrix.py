@@ -56,8 +56,8 @@ class PatternMatrix:
     normal_backlash : FloatArray
         (n, n), backlash as mounted, mm.
     cycle_peak_to_peak, edge_share : FloatArray
-        (n, n), transmission error of all teeth, rad, and share of the cycle carried by edges; NaN for cells
-        without a pattern.
+        (n, n), transmission error of all teeth, rad, and share of the cycle in which edges touch; NaN for
+        cells without a pattern.
     cells : tuple of PatternCell or None
         Row by row; None for cells without a pattern.
     """

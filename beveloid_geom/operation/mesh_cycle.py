@@ -61,7 +61,8 @@ class MeshCycle:
         Rolls at which the kind of contact changes, rad, ascending, padded with NaN. The curve is smooth
         between them.
     hand_over : ndarray of bool, shape (..., k)
-        Whether another tooth pair takes over there; False where several pairs carry at once (`along_lines`).
+        Whether another tooth pair takes over there; False where several pairs are in contact
+        at the same time (`along_lines`).
     mean, peak_to_peak : ndarray
         Mean and peak-to-peak value of the transmission error, rad, positive where the gear is ahead.
     harmonics : ndarray of complex, shape (..., n)
@@ -70,7 +71,7 @@ class MeshCycle:
 
             error(roll) = mean + Re sum_k harmonics_k exp(2 pi i k (roll - start) / pitch).
     edge_share : ndarray
-        Part of the cycle in which edges touch.
+        Share of the cycle in which edges touch.
     lost : ndarray of bool
         Whether a position of the cycle has no first contact, or the pair has no conjugate phase from which to
         count errors. Then the results are NaN and there are no changes.

@@ -86,7 +86,7 @@ class ContactReport(Report):
 
     @property
     def flank(self) -> str:
-        """Flanks that carry."""
+        """Driving flanks."""
         return self.path.flank
 
     @property

@@ -57,7 +57,7 @@ class SlidingReport(Report):
 
     @property
     def flank(self) -> str:
-        """Flanks that carry."""
+        """Driving flanks."""
         return self.path.flank
 
     @property

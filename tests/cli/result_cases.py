@@ -360,7 +360,7 @@ CASES = {
         ("--transmission-error-arcsec", "2", "--length", "25"),
         modify,
         {"helix_crowning_um": "helix_crowning_um", "length_mm": "length"},
-        ("helix crowning", "2 arcsec peak to peak", "25 mm along the face of the pinion", "carry nothing"),
+        ("helix crowning", "2 arcsec peak to peak", "25 mm along the face of the pinion", "no contact"),
     ),
     "optimise": Case(
         (

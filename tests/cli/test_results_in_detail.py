@@ -193,11 +193,11 @@ def test_optimum_without_edge_contact() -> None:
     bounds = ("--pinion-bounds", "0", "0.001", "--gear-bounds", "-0.001", "0")
     text = run(*given, *bounds).stdout
     assert "no edge contact with or without these errors" in " ".join(text.split())
-    assert "share carried by edges" in text
+    assert "share of edge contact" in text
     deep = ("--pinion-bounds", "-0.001", "-0.0009", "--gear-bounds", "-0.001", "-0.0009")
     refused = run(*given, "--contact-ratio", "1", "--off-centre", "5", *deep)
     assert (refused.exit_code, refused.stdout) == (2, "")
-    assert refused.stderr.startswith("Error: no coefficients were found with which no edge carries")
+    assert refused.stderr.startswith("Error: no coefficients were found without edge contact")
     assert refused.stderr.count("\n") == 1
 
 
@@ -293,7 +293,7 @@ def test_figures_of_table_1() -> None:
     text = run("operation", "--points", "25", *MODIFIED).stdout
     assert "1.816308 of one tooth pair (Eq. 16); in operation 1.000000, 2.299395 with" in text
     assert "1.8107 arcsec peak to peak" in text
-    assert "carry 18.1 % of the cycle" in text
+    assert "touch during 18.1 % of the cycle" in text
 
 
 def test_gear_data_of_one_member_without_data(

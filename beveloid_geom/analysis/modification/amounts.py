@@ -2,7 +2,7 @@
 
 Objectives and constraints are those of an `Aim` (`analysis.optimise`), without its bounds of parabola
 coefficients. The variables are amounts of second order (slopes, crownings and twist) of both members on the
-flanks that carry. Each is scaled by its bounds to x from 0 to 1. Starting values are the best points of a
+driving flanks. Each is scaled by its bounds to x from 0 to 1. Starting values are the best points of a
 Halton sequence within the bounds. SciPy's SLSQP continues from there, with derivatives by differences of
 X_STEP, because paths of modified flanks have more rounding than those of generated flanks. All designs of a
 sequence or a difference are one batch.
@@ -66,7 +66,7 @@ def optimise_amounts(
         Lower and upper bound, um, of each amount to optimise, by names such as `pinion.helix_crowning_um`:
         slopes, crownings, twist, and reliefs whose length is given in the design.
     flank : {'right', 'left'}
-        Flank that carries. The modification of the other flank is kept.
+        Driving flank. The modification of the other flank is kept.
 
     Returns
     -------
@@ -76,9 +76,8 @@ def optimise_amounts(
     ------
     ValueError
         For a batch; for an aim without errors; for unknown names, reliefs without a length, and empty bounds;
-        if no amounts satisfy the
-        constraints, or none of them can be assembled. If the aim excludes edge contact, also if edges carry
-        with all amounts found.
+        if no amounts satisfy the constraints, or none of them can be assembled. If the aim excludes edge
+        contact, also if edges touch with all amounts found.
 
     Examples
     --------
@@ -158,7 +157,7 @@ class _Search:
                 continue
             if self.aim.edges or operation_of(design, self.flank, self.aim).edge_share == 0.0:
                 return amounts
-        reason = "leave no backlash" if self.aim.edges else "leave no backlash or let an edge carry"
+        reason = "leave no backlash" if self.aim.edges else "leave no backlash or cause edge contact"
         raise ValueError(f"all amounts found {reason}: reduce the errors, or widen the bounds")
 
     def _violation(self, found: Objectives) -> FloatArray:
@@ -188,7 +187,7 @@ class _Search:
             (margins[4], f"its shift is {shift}, wanted {aim.shift:g} mm"),
             (
                 margins[5:].min(initial=np.inf),
-                "no other tooth pair is ahead at an end of the path, so that an edge carries",
+                "no other tooth pair is ahead at an end of the path, so that an edge touches",
             ),
         ]
         return (

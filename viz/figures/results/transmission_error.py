@@ -1,4 +1,4 @@
-"""Motion graph: transmission error of every tooth pair, of the pair that carries, and its amplitudes."""
+"""Motion graph: transmission error of every tooth pair, of the pair in contact, and its amplitudes."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     count = len(data) + 1
     page, low, high = theme.new_page(
         layout,
-        "Motion graph: transmission error of every tooth pair, and of the pair that carries",
+        "Motion graph: transmission error of every tooth pair, and of the pair in contact",
         f"{data[0].flank.capitalize()} flanks, the pinion drives; {motion_graph.SHOWN} mesh cycles",
         NOTE,
         below=0.65,

@@ -24,11 +24,11 @@ def operation(
 ) -> results.Result:
     """Compute transmission error and contact ratio of a pair in operation.
 
-    At each roll angle of the pinion the tooth pair that touches first carries, on its flank, its fillet or an
-    edge. The transmission error is positive where the gear is ahead. The mesh cycle repeats with the pitch of
-    the pinion; deviations of single teeth are evaluated over all pairs of teeth. Teeth are rigid and
-    without load. Exit status 1 if there is no contact or the pair cannot be
-    assembled, 4 if the cycle or a contact ratio could not be computed."""
+    At each roll angle of the pinion, the tooth pair that touches first is in contact, at its flanks, a fillet
+    or an edge. The transmission error is positive where the gear is ahead. The mesh cycle repeats with the
+    pitch of the pinion; deviations of single teeth are evaluated over all pairs of teeth. Teeth are rigid and
+    without load. Exit status 1 if there is no contact or the pair cannot be assembled, 4 if the cycle or a
+    contact ratio could not be computed."""
     from ....findings.path import first_contact_fault
     from ....report.operation import operation_report
 

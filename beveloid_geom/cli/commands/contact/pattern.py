@@ -52,7 +52,7 @@ def pattern(
     One tooth pair rolls from beginning to end of contact; the gear is in the position of the first contact of
     all teeth. With --over, a matrix of patterns under two errors of the size of their tolerances (default:
     usual tolerances) is computed: ellipse of each pattern, transmission error in operation, share of the mesh
-    cycle in which edges carry. Exit status 1 if there is no contact or the pair cannot be assembled (with
+    cycle in which edges touch. Exit status 1 if there is no contact or the pair cannot be assembled (with
     --over: if no cell has a pattern), 4 if a first contact could not be computed."""
     from ....findings.path import first_contact_fault
     from ....operation.contact_pattern.motion import UnknownOperationError
