@@ -52,7 +52,7 @@ LEAST_LEAD_RAD, LEAD_SCALE_RAD = 1e-9, 1e-4  # of another tooth pair at the end 
 
 @dataclass(frozen=True)
 class Aim:
-    """Objective and constraints of the coefficients.
+    """Objective and constraints of an optimisation of parabola coefficients or amounts of modification.
 
     Attributes
     ----------

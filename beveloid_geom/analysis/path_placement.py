@@ -56,7 +56,7 @@ OFF_CENTRE_SHARES = 0.25 * (np.arange(1, 7) / 6.0) ** 2
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """Mountings that put the middle of a path at shares `at` (n) of the face width of the pinion.
+    """Mountings that move the middle of a path to shares `at` (n) of the face width of the pinion.
 
     Attributes
     ----------
@@ -65,14 +65,14 @@ class Placement:
     limits : FloatArray
         (2,), search limits of the errors in both directions, mm or rad.
     wanted_z, wanted_l : FloatArray and float
-        Wanted position of the middle on the pinion: z (n,) and flank parameter, mm.
+        Required position of the middle on the pinion: z (n,) and flank parameter, mm.
     errors : FloatArray
         (n, 2), errors to be added to those of the design, mm or rad. The following values belong to this
         mounting.
     z, l : FloatArray
-        (n,), position of the middle, mm, from a path solved anew.
+        (n,), position of the middle, mm, from a path computed for the new mounting.
     distance : FloatArray
-        (n,), distance from the wanted position, relative to face width and profile depth.
+        (n,), distance from the required position, relative to face width and profile depth.
     contact_ratio : FloatArray
         (n,), Eq. 16.
     normal_backlash : FloatArray
@@ -85,8 +85,8 @@ class Placement:
     jammed : Mask
         (n,): the pair cannot be assembled.
     exact : FloatArray
-        (n, 2), errors that put the middle at the wanted position whether or not the pair can be assembled;
-        else NaN.
+        (n, 2), errors that move the middle to the required position, even if the pair cannot be assembled
+        there; NaN if there are none.
     """
 
     __repr__ = short_repr
@@ -153,7 +153,7 @@ def place_path(
     flank: str = "right",
     l: float | None = None,
 ) -> Placement:
-    """Compute two errors that put the middle of the path at shares `at` of the face width, centred in
+    """Compute two errors that move the middle of the path to shares `at` of the face width, centred in
     profile.
 
     Parameters
@@ -166,7 +166,8 @@ def place_path(
         Names of two errors. Axial errors are changes of the mounting distances.
     flank : {'right', 'left'}
     l : float, optional
-        Wanted flank parameter on the pinion, mm; `centred` by default.
+        Required flank parameter on the pinion, mm; by default the value at which the path is centred in
+        profile (`centred`).
 
     Returns
     -------

@@ -55,7 +55,8 @@ def tooth_hexahedra(
     bore_radius : float, optional
         mm; 0.45 of the smallest root radius by default.
     cells : Cells or sequence of Cells, optional
-        Numbers of elements, instead of `tolerance`. Those of different teeth may differ in `flank` only.
+        Numbers of elements, instead of `tolerance`. The numbers of different teeth may differ only in
+        `flank`.
 
     Returns
     -------

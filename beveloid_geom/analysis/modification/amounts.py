@@ -58,8 +58,8 @@ def optimise_amounts(
     Parameters
     ----------
     design : Design
-        A single design; its amounts are compared with the optimum. Its parabolas and all other amounts are
-        kept.
+        A single design. The result also contains the values for the design as given. Its parabolas and all
+        other amounts are not changed.
     aim : Aim
         The bounds of the parabola coefficients are not used.
     bounds : mapping
