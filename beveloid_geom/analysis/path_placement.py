@@ -1,4 +1,4 @@
-"""Two assembly errors that put the path of contact at a wanted position: the inverse of `sensitivity`.
+"""Two assembly errors that move the path of contact to a required position: the inverse of `sensitivity`.
 
 The middle of a path is its position at mid-roll, half-way in roll between the two ends of the path. The
 wanted position is given by z on the pinion, a share of the face width, and by l1, centred in profile. A path
@@ -38,8 +38,8 @@ from .pattern_matrix import check_names
 from .sensitivity import path_sensitivity
 
 ON_PARALLEL = (
-    "on parallel axes a path runs along the whole face, with parabolas too, so that it has no middle to place"
-    ": give the pair a shaft angle (`beveloid-geom propose`), or compute the effect of errors by"
+    "on parallel axes a path runs along the complete face, also with parabolas, so that its middle cannot be"
+    " moved: give the pair a shaft angle (`beveloid-geom propose`), or compute the effect of errors by"
     " `beveloid-geom pattern --over offset,shaft-angle`"
 )
 

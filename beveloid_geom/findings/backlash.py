@@ -38,7 +38,7 @@ class BacklashReport:
 
     @property
     def normal(self) -> float:
-        """Least normal backlash over a mesh cycle, mm; NaN if unknown."""
+        """Smallest normal backlash over a mesh cycle, mm; NaN if unknown."""
         return math.nan if self.backlash is None else float(self.backlash.normal)
 
     @property
@@ -108,8 +108,8 @@ def backlash_report(design: Design) -> BacklashReport:
 
 
 def backlash_data(design: Design) -> dict[str, Any]:
-    """Return the entries of JSON: least backlash, its roll angle, and the surfaces in contact on both sides;
-    mm and rad."""
+    """Return the entries of JSON: smallest backlash, its roll angle, and the surfaces in contact on both
+    sides; mm and rad."""
     report = backlash_report(design)
     data: dict[str, Any] = {"normal": report.normal}
     if report.unknown:

@@ -37,8 +37,8 @@ from .result import (
 from .text import advice_lines, error_lines, head_lines, line, place_words, remark_lines, typed
 
 RESERVE = (
-    "least distance from a warning of `check`, relative to an ample value, over contact ratio, tip thickness"
-    " and clearance, undercut, depth of tips, shift of the path under errors"
+    "smallest distance from a warning of `check`, relative to a sufficient value, over contact ratio, tip"
+    " thickness and clearance, undercut, depth of tips, shift of the path under errors"
 )
 MEASURE = f"the largest reserve first: {RESERVE}"
 LEAST = f"the smallest cone angles first, for equal cones the largest reserve: {RESERVE}"

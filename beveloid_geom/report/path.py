@@ -209,7 +209,7 @@ class ContactReport(Report):
         if self.lines is not None:
             text += ratio_lines(self.lines)
         if self.pressed is not None and not self.reason:
-            text += line("greatest pressure", self.pressure_words(self.pressed))
+            text += line("largest pressure", self.pressure_words(self.pressed))
         if self.certificate is not None:
             count = f"at {self.certified_count} of {path.status.size} positions"
             text += line("certified", f"{count} nothing on the driving flanks touches earlier")

@@ -119,7 +119,7 @@ def _require_shape(mesh: VolumeMesh) -> None:
     if not min(scaled, ratio) >= MIN_SHAPE:
         text = (
             f"scaled Jacobian {rounded_down(scaled)}, ratio of determinants {rounded_down(ratio)}, "
-            f"the least is {MIN_SHAPE:g}"
+            f"both must be at least {MIN_SHAPE:g}"
         )
         raise ValueError(f"some elements are too distorted ({text}): {shape_cure}")
 

@@ -320,7 +320,7 @@ CASES = {
         (*LEFT, *MODIFIED, "--resolution", "2", "--separation", "0.01"),
         pattern,
         {},
-        ("10 um thick", "mm^2 marked", "% of the active flank", "least separation"),
+        ("10 um thick", "mm^2 marked", "% of the active flank", "smallest separation"),
     ),
     "place": Case(
         (*LEFT, *MODIFIED, "--at", "50", "--by", "E,sigma"),

@@ -142,8 +142,8 @@ def test_a_loaded_tooth_is_written(part: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("place",), "so that it has no middle to place: give the pair a shaft angle"),
-        (("place", *PARABOLA), "runs along the whole face, with parabolas too"),
+        (("place",), "so that its middle cannot be moved: give the pair a shaft angle"),
+        (("place", *PARABOLA), "runs along the complete face, also with parabolas"),
         (("tolerance", "--shaft-angle-tolerance-deg", "0.01"), "any such error moves the contact to an edge"),
     ],
 )

@@ -288,7 +288,7 @@ def test_figures_of_table_1() -> None:
     assert "621.9 mm^2 marked, 94.6 % of the active flank" in text
     assert "error of the area at most 0.26 %" in text
     text = run("sliding", "--points", "3").stdout
-    assert "24.7209 to 34.9430 mm/rad, least at 9.4857 deg of pinion roll" in text
+    assert "24.7209 to 34.9430 mm/rad, smallest at 9.4857 deg of pinion roll" in text
     assert "pinion -0.9495 to 0.4300, gear -0.9408 to 0.5551" in text
     text = run("operation", "--points", "25", *MODIFIED).stdout
     assert "1.816308 of one tooth pair (Eq. 16); in operation 1.000000, 2.299395 with" in text

@@ -119,7 +119,7 @@ class Calculation:
         }
 
     def remarks(self) -> dict[str, Any]:
-        """Return all remarks, backlash, and the greatest pressure under the torque; or that the pair jams."""
+        """Return all remarks, backlash, and the largest pressure under the torque; or that the pair jams."""
         design, flank, jam = self.design, self.settings.flank, self.backlash.jam
         if jam:
             return _nothing("jammed", jam)
@@ -135,7 +135,7 @@ class Calculation:
             remarks += pressure_remarks(pressed)
             known = pressed.pressure[np.isfinite(pressed.pressure)]
             text = f"{known.max():.1f}" if known.size else "not known"
-            figures.append(Figure("pressure", "Greatest pressure (Hertz)", text, "MPa"))
+            figures.append(Figure("pressure", "Largest pressure (Hertz)", text, "MPa"))
         return {"status": "solved", "remarks": _data(remarks), "figures": [vars(one) for one in figures]}
 
     def _first_remarks(self) -> Iterator[Remark]:

@@ -181,10 +181,13 @@ class _Search:
         ratio, centre = f"{found.contact_ratio[k]:.3f}", f"{abs(found.centre[k]):.3g} mm"
         swing, shift = f"{found.peak_to_peak[k]:.3g} rad", f"{found.shift[k]:.3g} mm"
         constraints = [
-            (margins[0], f"its contact ratio is {ratio}, wanted {aim.contact_ratio:g} or more"),
-            (margins[1:3].min(), f"its distance from mid-face is {centre}, wanted {aim.off_centre:g} mm"),
-            (margins[3], f"its transmission error is {swing}, wanted {aim.peak_to_peak:.3g} rad"),
-            (margins[4], f"its shift is {shift}, wanted {aim.shift:g} mm"),
+            (margins[0], f"its contact ratio is {ratio}, required are {aim.contact_ratio:g} or more"),
+            (
+                margins[1:3].min(),
+                f"its distance from mid-face is {centre}, allowed are {aim.off_centre:g} mm",
+            ),
+            (margins[3], f"its transmission error is {swing}, allowed are {aim.peak_to_peak:.3g} rad"),
+            (margins[4], f"its shift is {shift}, allowed are {aim.shift:g} mm"),
             (
                 margins[5:].min(initial=np.inf),
                 "no other tooth pair is ahead at an end of the path, so that an edge touches",

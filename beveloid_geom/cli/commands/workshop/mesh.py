@@ -394,7 +394,7 @@ def warn_of_undercut(member: Member, flank: str) -> None:
         return
     if undercut.undercut:
         written = (
-            "written whole" if math.isinf(undercut.lost.max()) else "written down to where the fillet cuts it"
+            "written as without undercut" if math.isinf(undercut.lost.max()) else "written down to the fillet"
         )
         click.echo(
             f"Warning: the {flank} flank is undercut {undercut_text(undercut)}; it is {written}", err=True

@@ -22,7 +22,7 @@ AT = "Position of the middle of the path on the pinion face, from the end at -z.
         type=NumberRange(0.0, 100.0),
         required=True,
         metavar="MM",
-        help="Required normal backlash, the least over a mesh cycle.",
+        help="Required normal backlash: its smallest value over a mesh cycle.",
     ),
     option("--at", NumberRange(0.0, 100.0, min_open=True, max_open=True), None, AT, "PERCENT"),
     flank_option,
