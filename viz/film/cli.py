@@ -1,4 +1,4 @@
-"""`render-animation`: a film of the pair in mesh as GIF or MP4."""
+"""`render-animation`: an animation of the pair in mesh as GIF or MP4."""
 
 from __future__ import annotations
 
@@ -78,11 +78,11 @@ def main(
     size: tuple[int, int],
     **changes: Any,
 ) -> None:
-    """Write a film of the pair in mesh, with the contacts moving over the flanks.
+    """Write an animation of the pair in mesh, with the contacts moving over the flanks.
 
-    The gear is held by the first contact of all teeth, edges included: rigid teeth without load. The film
-    repeats without a jump. MP4 needs pip install 'beveloid-geom[film]'. Exit status 1 without contact on the
-    flanks, 4 if the motion could not be computed."""
+    The position of the gear follows from the first contact of all teeth, edges included. Teeth are rigid and
+    without load. The animation repeats without a jump. MP4 needs pip install 'beveloid-geom[film]'. The exit
+    status is 1 without contact on the flanks, 4 if the motion could not be computed."""
     from tqdm import tqdm
 
     from beveloid_geom.support.atomic_file import atomic_file
