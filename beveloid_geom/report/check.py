@@ -40,8 +40,13 @@ RESERVE = (
     "smallest distance from a warning of `check`, relative to a sufficient value, over contact ratio, tip"
     " thickness and clearance, undercut, depth of tips, shift of the path under errors"
 )
-MEASURE = f"the largest reserve first: {RESERVE}"
-LEAST = f"the smallest cone angles first, for equal cones the largest reserve: {RESERVE}"
+GROUPS = (
+    "reserve above 0.25 and helix angles up to 31 deg, then larger helix angles, then smaller reserves; in"
+    " each"
+    " group the largest reserve first"
+)
+MEASURE = f"{GROUPS}. Reserve: {RESERVE}"
+LEAST = f"positive reserve and the smallest cone angles first; for equal cones, {GROUPS}. Reserve: {RESERVE}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,10 +198,14 @@ def _pivot_words(design: Design) -> str:
     if design.errors_at == "mesh":
         distance = float(pivot_distance(design))
         return (
-            f"of the shaft angle turn about the pitch point, {distance:.2f} mm from the common perpendicular"
+            f"shaft-angle errors turn the gear about the pitch point, {distance:.2f} mm from the common"
+            " perpendicular"
         )
     pivot = place_words(design, "perpendicular")
-    return f'of the shaft angle turn {pivot}; with at = "mesh" in [errors] about the pitch point'
+    return (
+        f'shaft-angle errors turn the gear {pivot}; with at = "mesh" in [errors], they turn it about the'
+        " pitch point"
+    )
 
 
 def _by_member(ideal: ClosedLayout) -> list[tuple[str, float]]:

@@ -71,7 +71,9 @@ class MapReport(ResultReport[DesignMap]):
         sound = bool(result.sound.any())
         cells = result.sound if sound else result.solved
         which = (
-            "neither hollow nor with negative backlash" if sound else "with a path, none of which is sound"
+            "that can be assembled and have no negative relative curvature or backlash"
+            if sound
+            else "with a path, of which none can be assembled without negative relative curvature or backlash"
         )
         both = " and ".join(dict.fromkeys(unit for unit in units if unit))
         values = "values of the members" if result.preset else "values of the inputs"
@@ -183,7 +185,8 @@ def _quadrant_lines(result: DesignMap) -> str:
         return "\nThe design has no contact ratio: the cases are not compared.\n"
     values = "pinion {:g}, gear {:g}".format(*own_values(result.design, result.over, result.flank))
     least = (
-        f"Smallest shift with a contact ratio of at least {ratio:.4f}, the ratio of the design ({values}):"
+        f"Cases of the paper: smallest shift with a contact ratio of at least {ratio:.4f}, the ratio of the"
+        f" design ({values}):"
     )
     text = f"\n{textwrap.fill(least, LINE_WIDTH)}\n"
     for name, (count, shift, where) in quadrant_bests(result, ratio).items():

@@ -148,7 +148,7 @@ class SensitivityReport(ResultReport[Sensitivity]):
         sizes = np.array([step.size for step in steps])
         shifts = (
             ("along the face", result.face_shift_by),
-            ("across the path", result.square_shift_by),
+            ("perpendicular to path", result.square_shift_by),
             ("z of the middle", result.z_by),
         )
         rows = [
