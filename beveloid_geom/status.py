@@ -189,7 +189,7 @@ class ShimStatus(IntEnum):
     OUT_OF_REACH = 1
     """The positions are further away than the smaller face width."""
     NO_EFFECT = 2
-    """Axial positions do not change the backlash: neither member has a cone."""
+    """Axial positions do not change the backlash: both members are cylindrical."""
     NO_PATH = 3
     """A position of the path is required, and no tried axial position has a path on the flanks."""
     NOT_FOUND = 4

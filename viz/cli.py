@@ -63,7 +63,7 @@ def chosen_figures(names: Sequence[str], sets: Sequence[str] = ()) -> list[Figur
     known = [figure.name for figure in FIGURES]
     unknown = [name for name in names if name not in known]
     if unknown:
-        raise Refusal([f"no figure named {', '.join(map(repr, unknown))}: there are {', '.join(known)}"])
+        raise Refusal([f"no figure named {', '.join(map(repr, unknown))}: known are {', '.join(known)}"])
     if not names:
         sets = sets or UNASKED
     return [figure for figure in FIGURES if figure.name in names or figure.set in sets]

@@ -178,7 +178,8 @@ def inputs_of(over: str | Inputs) -> Inputs:
     first, second = PRESETS.get(over, ("", "")) if isinstance(over, str) else over
     if first == second or not {first, second} <= set(INPUTS):
         presets, names = ", ".join(PRESETS), ", ".join(INPUTS)
-        raise ValueError(f"over must be one of {presets}, or two different inputs of {names}, got {over!r}")
+        shown = over if isinstance(over, str) else ",".join(over)
+        raise ValueError(f"over must be one of {presets}, or two different inputs of {names}, got {shown!r}")
     return first, second
 
 

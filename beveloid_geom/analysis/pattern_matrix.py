@@ -87,7 +87,7 @@ def check_names(names: tuple[str, str], field: str) -> None:
     """Raise ValueError unless the names are two different errors with the same reference."""
     if len(names) != 2 or len(set(names)) != 2 or not set(names) <= set(ALL_NAMES):
         raise ValueError(
-            f"{field} must be two different ones of {', '.join(ALL_NAMES)}, got {', '.join(names)}"
+            f"{field} must be two different errors of {', '.join(ALL_NAMES)}, got {', '.join(names)}"
         )
     place_of(names)
 

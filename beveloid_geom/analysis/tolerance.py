@@ -321,7 +321,7 @@ def _check(design: Design, tolerances: Tolerances, flank: str, seed: int) -> Non
     if angle is not None and bool(touches_along_lines(design, flank)):
         raise ValueError(
             f"tolerance of {angle} must be 0 if the flanks touch along lines: any such error moves the"
-            " contact to an edge; parabolas keep it on the flanks"
+            " contact to an edge; with parabolas the contact stays on the flanks"
         )
     for name in names:
         value, unit = getattr(tolerances, name), "rad" if name in ANGLES else "mm"

@@ -62,7 +62,9 @@ def errors_option(name: str, default: str | None, text: str) -> Option:
                 error.replace("_", "-") + (f" ({TRADE[error]})" if error in TRADE else "")
                 for error in ALL_NAMES
             )
-            raise Refusal([f"{name} must be two different ones of {known}, a comma between, got {value!r}"])
+            raise Refusal(
+                [f"{name} must be two different errors of {known}, separated by a comma, got {value!r}"]
+            )
         try:
             place_of(names)
         except ValueError as error:

@@ -233,7 +233,7 @@ def _beyond(request: Request, values: FloatArray) -> str:
     shown = " and ".join(f"{units[j] * value:.3g}" for value in values[2 * j : 2 * j + 2, k])
     unit = "" if j == 2 else " deg"
     bounds = " to ".join(f"{units[j] * bound:g}" for bound in limits[2 * j])
-    return f"it needs {names[j]} of {shown}{unit}, beyond the limits {bounds}"
+    return f"the request needs {names[j]} of {shown}{unit}, beyond the limits {bounds}"
 
 
 def _nearest(request: Request) -> Request | None:

@@ -78,7 +78,8 @@ class MapReport(ResultReport[DesignMap]):
         both = " and ".join(dict.fromkeys(unit for unit in units if unit))
         values = "values of the members" if result.preset else "values of the inputs"
         unit_words = f"{values} in {both}" if both else f"{values} have no unit"
-        text += f"\nExtremes over the {np.count_nonzero(cells)} cells {which}, {unit_words}:\n"
+        extremes = f"Extremes over the {np.count_nonzero(cells)} cells {which}, {unit_words}:"
+        text += f"\n{textwrap.fill(extremes, LINE_WIDTH)}\n"
         return text + _extreme_lines(result, cells) + _quadrant_lines(result)
 
 

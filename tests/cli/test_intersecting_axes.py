@@ -84,7 +84,7 @@ def test_check_prints_the_pivot(tmp_path: Path) -> None:
     assert "about the common perpendicular, 1" in words
     assert "same at the mesh in plane +0.02 deg lines meet at" in words
     plain = " ".join(run("check", written(tmp_path, "straight")).stdout.split())
-    assert "errors of the shaft angle turn about the common perpendicular, 1" in plain
+    assert "shaft-angle errors turn the gear about the common perpendicular, 1" in plain
     assert "-0.0000 " not in plain  # rounding of the backlash
 
 

@@ -93,7 +93,7 @@ def test_place_where_the_pair_jams() -> None:
     ("arguments", "words"),
     [
         (("pattern", "--over", "E,P", "--offset-tolerance", "1"), "give the tolerance of both errors"),
-        (("pattern", "--over", "E,P", *SIZES), "--shaft-angle-tolerance-deg: --over is over other errors"),
+        (("pattern", "--over", "E,P", *SIZES), "--shaft-angle-tolerance-deg: this error is not in --over"),
     ],
 )
 def test_tolerances_that_do_not_fit_the_matrix(arguments: tuple[str, ...], words: str) -> None:

@@ -345,7 +345,7 @@ def test_missing_shims_are_reported_with_those_for_the_backlash_alone() -> None:
     asked = ("shim", "--offset", "229.3", "--shaft-angle-deg", "14.97", "--backlash", "0.12", "--at", "50")
     text, data = run(*asked), run(*asked, "--json")
     assert (text.exit_code, data.exit_code, data.stderr) == (4, 4, "")
-    assert text.stderr.startswith("No shims: no axial positions with this backlash and place were found")
+    assert text.stderr.startswith("No shims: no axial positions were found that satisfy the requirements")
     found = strict_json(data.stdout)
     assert (found["shim"]["status"], found["shim"]["pinion_axial"]) == ("not_found", None)
     alone = found["by_backlash_alone"]

@@ -228,7 +228,7 @@ BAD = {
     ),
     "an empty cell": (
         lines(lambda own: [*own[:3], "right,1,3,,2.0,3.0", *own[4:]]),
-        "line 4 has no place, x, y and z in mm: a hole in the grid",
+        "line 4 has no point (x, y and z in mm): is a point of the grid missing",
     ),
     "not a number": (lines(lambda own: [*own[:3], "right,1,3,nan,2.0,3.0", *own[4:]]), "line 4 has no place"),
     "too few": (without_names(lambda own: own[:-1]), "has 89 points in place of 90 of both flanks"),
@@ -270,7 +270,7 @@ BAD = {
     "um in brackets": (unnamed(",", "x(um),y(um),z(um)\n")(GRID), "line 1: x_um must be in mm, as x_mm"),
     "a hole in numbered points": (
         "\n".join(f"{i} {' '.join(p[: 3 - (i == 4)])}" for i, p in enumerate(xyz(GRID))),
-        "line 5 has no place, x, y and z in mm: a hole in the grid",
+        "line 5 has no point (x, y and z in mm): is a point of the grid missing",
     ),
     "a hole in the first point": ("right,1,1,,2.0,3.0\n", "line 1 has no place, x, y and z in mm: a hole"),
     "nothing": ("", "has 0 points in place of 90"),

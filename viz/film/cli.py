@@ -44,7 +44,8 @@ def check_format(out: Path, size: tuple[int, int], fps: float, frames: int) -> N
     elif suffix == ".gif" and abs(100.0 / fps - max(2, round(100.0 / fps))) > 1e-6:
         delays = sorted({max(2.0, 100.0 // fps + more) for more in (0, 1)}, reverse=True)
         rates = " or ".join(f"{100.0 / delay:.4g}" for delay in delays)
-        fault = f"--fps {fps:g}: delays of a GIF are hundredths of a second, from 2: take {rates}, or .mp4"
+        delay_limits = "the delays of a GIF are whole hundredths of a second, at least 2"
+        fault = f"--fps {fps:g}: {delay_limits}: take {rates}, or .mp4"
     elif suffix == ".mp4" and any(side % 2 for side in size):
         fault = f"--size {size[0]}x{size[1]}: both sides of an MP4 must be even"
     elif suffix == ".mp4" and find_spec("imageio_ffmpeg") is None:

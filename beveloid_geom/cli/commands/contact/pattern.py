@@ -82,9 +82,9 @@ def _sizes(over: tuple[str, str] | None, tolerances: dict[str, float]) -> tuple[
     if not given:
         return None
     if over is None:
-        raise Refusal([f"{next(iter(given.values()))}: it holds for a matrix of patterns: give --over"])
+        raise Refusal([f"{next(iter(given.values()))} is for patterns under two errors: give --over"])
     if others := [option for name, option in given.items() if name not in over]:
-        raise Refusal([f"{others[0]}: --over is over other errors: add this one to --over, or omit it"])
+        raise Refusal([f"{others[0]}: this error is not in --over: add it to --over, or omit the tolerance"])
     if len(given) < len(over):
         raise Refusal([f"{next(iter(given.values()))}: give the tolerance of both errors of --over, or none"])
     values = sizes_of(tolerances)

@@ -177,7 +177,7 @@ def kind_of(part: str, suffix: str, teeth: int) -> str:
     kinds = "; ".join(f"{', '.join(kind.formats)} ({kind.description})" for kind in KINDS.values())
     fault = f"a {part} cannot be written as {suffix}" if known else f"{shown} is not a known format"
     if part in GEARS and suffix in VOLUME_FORMATS:
-        raise Refusal([f"--out: {fault}: for all teeth of it give --part {part}-tooth --teeth {teeth}"])
+        raise Refusal([f"--out: {fault}: for all its teeth, give --part {part}-tooth --teeth {teeth}"])
     raise Refusal([f"--out: {fault}: give one of {kinds}"])
 
 
