@@ -232,7 +232,7 @@ def centred(design: Design, flank: str) -> float:
 
 
 def _found(search: _Search, wanted: FloatArray) -> tuple[FloatArray, FloatArray, Codes]:
-    """Return, for wanted positions (n, 2), the shares of the limits (n, 2) that reach them, those of a pair
+    """Return, for required positions (n, 2), the shares of the limits (n, 2) that reach them, those of a pair
     that can be assembled, both NaN without a solution, and the status (n)."""
     shares = _newton(search, wanted, np.zeros_like(wanted))
     reached = _reached(search, shares, wanted)
@@ -258,16 +258,16 @@ def _found(search: _Search, wanted: FloatArray) -> tuple[FloatArray, FloatArray,
 
 
 def _reached(search: _Search, shares: FloatArray, wanted: FloatArray) -> Mask:
-    """Return whether errors (n, 2) within the limits put the middle at the wanted positions (n, 2)."""
+    """Return whether errors (n, 2) within the limits move the middle to the required positions (n, 2)."""
     off = np.abs(search.places(shares) - wanted).max(axis=-1)
     return np.asarray((off <= POSITION_TOLERANCE_MM) & (np.abs(shares) <= 1.0).all(axis=-1))
 
 
 def _newton(search: _Search, wanted: FloatArray, start: FloatArray) -> FloatArray:
-    """Return shares (n, 2) of the limits after Newton steps towards the wanted positions (n, 2).
+    """Return shares (n, 2) of the limits after Newton steps towards the required positions (n, 2).
 
     Only rows that have not arrived are continued. Rows whose step gains less than LEAST_GAIN are stopped:
-    they approach a local minimum of the distance, not the wanted position."""
+    they approach a local minimum of the distance, not the required position."""
     newton_max_iterations = 40
     # Longest Newton step, as a share of the limits.
     longest_step = 0.1
@@ -295,14 +295,14 @@ def _newton(search: _Search, wanted: FloatArray, start: FloatArray) -> FloatArra
 
 
 def _off_centre(search: _Search, wanted: FloatArray, exact: FloatArray) -> FloatArray:
-    """Return shares (2) of the limits that keep z of the wanted position (2) and leave the wanted l1 only
+    """Return shares (2) of the limits that keep z of the required position (2) and leave the required l1 only
     until the pair can be assembled; NaN if it cannot at any trial position.
 
-    `exact` (2) are the shares that reach the wanted position, where the pair jams."""
+    `exact` (2) are the shares that reach the required position, where the pair jams."""
     off_centre_tolerance_mm = 1e-4
 
     def solved(off: FloatArray, start: FloatArray) -> tuple[FloatArray, Mask]:
-        """Return shares (n, 2) for distances (n), mm, from the wanted l1, and whether the pair can be
+        """Return shares (n, 2) for distances (n), mm, from the required l1, and whether the pair can be
         assembled there."""
         goal = wanted + np.stack((np.zeros_like(off), off), axis=-1)
         shares = _newton(search, goal, np.broadcast_to(start, goal.shape).copy())
@@ -333,7 +333,7 @@ def _forward(
     shares: FloatArray,
     status: Codes,
 ) -> Placement:
-    """Return the placement with the results of its mountings, solved anew."""
+    """Return the placement with the results of its mountings, computed for the new errors."""
     at = search.under(shares)
     places = search.places(shares)
     cycle = mesh_cycle(at, search.flank, 1)

@@ -287,7 +287,7 @@ class ProposalReport:
 
     @property
     def weakest(self) -> list[str]:
-        """Criterion with the smallest reserve for each design, 'none' if all reserves are ample."""
+        """Criterion with the smallest reserve for each design, 'none' if all reserves are sufficient."""
         figures = (proposal.figures for proposal in self.proposals)
         return [LINKS[int(each.weakest[0])] if each.reserve[0] < 1.0 else "none" for each in figures]
 
