@@ -61,9 +61,10 @@ def map_(
     """Compute contact ratio, angle, shift and transmission error over two quantities of a design.
 
     The shift is the movement of the middle of the path under errors that are as large as their tolerances
-    (usual tolerances if none is given). The text lists the extremes and their positions, JSON and CSV contain
-    every cell. `render-figures --only map-parabola` draws the map. The calculation takes some seconds, and
-    minutes for 201 steps or near line contact. The exit status is 1 if no cell has a path."""
+    (if none is given, the usual tolerances of the command `tolerance`). The text lists the extremes and their
+    positions, JSON and CSV contain every cell. `render-figures --only map-parabola` draws the map. The
+    calculation takes some seconds, and minutes for 201 steps or near line contact. The exit status is 1 if no
+    cell has a path."""
     context = click.get_current_context()
     for parameter, *_ in PARABOLAS if over == "parabola" else ():
         given = context.get_parameter_source(parameter) is ParameterSource.COMMANDLINE
