@@ -8,7 +8,7 @@ from enum import IntEnum
 class NotComputed(str):
     """Reason for a missing result whose calculation failed.
 
-    Reasons that are plain `str` are results themselves, such as a pair without contact."""
+    A reason that is a plain `str` is a result itself, for example that a pair has no contact."""
 
     __slots__ = ()
 
@@ -18,17 +18,17 @@ class Status(IntEnum):
 
     SOLVED = 0
     NO_COMMON_NORMAL = 1
-    """The flanks have no common normal at this l1, or none with which they can touch. For a path: no contact
-    was found near the flanks, and some of their points have no common normal."""
+    """The flanks have no common normal at this l1, or no common normal with which they can touch. For a path:
+    no contact was found near the flanks, and some of their points have no common normal."""
     NOT_CONVERGED = 2
     """Not solved to rounding. For a path: the curve was lost or not resolved on the flanks."""
     OFF_FLANK = 3
-    """A contact of the extended flanks, outside root, tip, toe or heel of a member; NaN if it is further away
-    than the depth of a flank. For a path: no part of it is on the flanks."""
+    """The extended flanks touch outside root, tip, toe or heel of a member; values are NaN if the contact is
+    further away than the depth of a flank. For a path: no part of it is on the flanks."""
     SEVERAL_CONTACTS = 4
     """More than one contact on the flanks for this l1."""
     ENDLESS = 5
-    """For a path: it is a closed curve on the flanks that meets no limit."""
+    """Only for a path: it is a closed curve on the flanks and meets no limit."""
     UNDEFINED = 6
     """The inputs define no problem: a member that its tool cannot cut, no layout, NaN."""
 
@@ -94,11 +94,12 @@ class Verdict(IntEnum):
     EDGE_CONTACT = 1
     """An edge touches earlier; the limits of the first contact name it."""
     NEXT_PAIR = 2
-    """The flanks of another tooth pair are tangent earlier: this position is beyond the hand-over."""
+    """The flanks of another tooth pair touch earlier: this position is beyond the hand-over to the next
+    pair."""
     INTERFERENCE = 3
     """The flanks overlap next to their point of tangency, or a tip or flank overlaps with a fillet."""
     NOT_SOLVED = 4
-    """No position on the flanks, or no first contact found."""
+    """The position is not on the flanks, or no first contact was found."""
 
 
 class RatioStatus(IntEnum):
@@ -110,9 +111,9 @@ class RatioStatus(IntEnum):
     NOT_CONVERGED = 2
     """At some roll the clearance of a single tooth pair was not computed."""
     TOO_THICK = 3
-    """The film reaches beyond the tooth pairs considered, or the next turn of the same teeth."""
+    """The film reaches tooth pairs that are not considered, or the next turn of the same teeth."""
     UNSTEADY = 4
-    """The rolls at which a tooth pair begins and ends to touch cannot be separated."""
+    """The rolls at which contact of a tooth pair begins and ends cannot be distinguished."""
 
 
 class PatternStatus(IntEnum):
@@ -141,14 +142,14 @@ class EllipseStatus(IntEnum):
 
 
 class PlaceStatus(IntEnum):
-    """Result of the search for two errors that put the middle of a path at a wanted position."""
+    """Result of the search for two errors that move the middle of a path to a required position."""
 
     REACHED = 0
     NOT_CONVERGED = 1
     """Newton's method found no such errors within the limits; all values are NaN."""
     OFF_CENTRE = 2
-    """At the wanted position the pair cannot be assembled. The values belong to the same position on the face
-    and the nearest one in profile at which it can be assembled; NaN if there is none."""
+    """At the required position the pair cannot be assembled. The values belong to the nearest position in
+    profile, at the same position along the face, at which the pair can be assembled; NaN if there is none."""
     NO_PATH = 3
     """The design itself has no path to start from."""
 
@@ -158,13 +159,13 @@ class BallStatus(IntEnum):
 
     MEASURED = 0
     OFF_FLANK = 1
-    """It touches outside root, tip, toe or heel, or where undercut has removed the flank."""
+    """The ball touches outside root, tip, toe or heel, or where undercut has removed the flank."""
     BELOW_TIP = 2
-    """It does not project beyond the tips: there is nothing to measure over."""
+    """The ball does not project beyond the tips and cannot be measured."""
     ON_BOTTOM = 3
-    """It would lie in the root cone: the bottom land stops it before both flanks do."""
+    """The ball touches the bottom land before it touches both flanks."""
     NOT_FOUND = 4
-    """No position at which it touches both flanks was found."""
+    """No position at which the ball touches both flanks was found."""
 
 
 class SpanStatus(IntEnum):
@@ -172,11 +173,11 @@ class SpanStatus(IntEnum):
 
     MEASURED = 0
     CONE = 1
-    """Not defined: right and left flanks of a cone have different base helix angles."""
+    """Not defined: right and left flanks of a conical gear have different base helix angles."""
     PARABOLA = 2
-    """Not defined: flanks with a parabola or a modification are no involutes."""
+    """Not defined: flanks with a parabola or a modification are not involutes."""
     OFF_FLANK = 3
-    """The planes would touch the flank above the tip or below the form diameter."""
+    """The points of contact would be above the tip or below the form diameter."""
     FACE_TOO_NARROW = 4
     """The points of contact are further apart along the axis than the face is wide."""
 
@@ -188,7 +189,7 @@ class ShimStatus(IntEnum):
     OUT_OF_REACH = 1
     """The positions are further away than the smaller face width."""
     NO_EFFECT = 2
-    """Axial positions do not change the backlash: neither member has a cone."""
+    """Axial positions do not change the backlash: both members are cylindrical."""
     NO_PATH = 3
     """A position of the path is required, and no tried axial position has a path on the flanks."""
     NOT_FOUND = 4

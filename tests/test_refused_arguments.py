@@ -50,7 +50,7 @@ def of(function: Callable[..., object], *cases: tuple[dict[str, Any], str]) -> C
 
 FOLDS = "cannot be cut: .* folds the rack profile"
 BOUNDS = "of the aim must be two finite bounds"
-OVER = "over must be two different ones of offset, shaft_angle"
+OVER = "over must be two different errors of offset, shaft_angle"
 SINGLE_BORDER = "below 25 mm, half of the face's 50 mm, got 25 mm"
 REFUSED: Cases = [
     *of(
@@ -127,7 +127,7 @@ REFUSED: Cases = [
         ({"at": ()}, "at least one"),
         ({"at": (0.0,)}, "above 0 and below 1"),
         ({"at": (25.0,)}, "above 0 and below 1"),
-        ({"by": ("offset", "offset")}, "by must be two different ones"),
+        ({"by": ("offset", "offset")}, "by must be two different errors"),
         ({"l": 9.0}, "l must be on the pinion's profile"),
     ),
     *of(

@@ -49,7 +49,9 @@ if TYPE_CHECKING:
 DEFAULT_OUT = Path("outputs/figures")
 WIDTHS_MM = 80, 260
 """Smallest and largest width of a page in print, mm."""
-MEASURED_HELP = "Draw the deviations of measured points instead: a file with the grid of the command `grid`."
+MEASURED_HELP = (
+    "Draw the deviations of measured points instead. FILE has the points of the grid of the command `grid`."
+)
 LOADED_HELP = (
     "Draw load sharing and transmission error instead, from the decks that `mesh --part pair --rolls` wrote"
     " to this --out and CalculiX has solved."
@@ -61,7 +63,7 @@ def chosen_figures(names: Sequence[str], sets: Sequence[str] = ()) -> list[Figur
     known = [figure.name for figure in FIGURES]
     unknown = [name for name in names if name not in known]
     if unknown:
-        raise Refusal([f"no figure named {', '.join(map(repr, unknown))}: there are {', '.join(known)}"])
+        raise Refusal([f"no figure named {', '.join(map(repr, unknown))}: known are {', '.join(known)}"])
     if not names:
         sets = sets or UNASKED
     return [figure for figure in FIGURES if figure.name in names or figure.set in sets]
@@ -184,14 +186,16 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     callback=_list,
     help="List the figures and exit.",
 )
-@click.option("--only", "names", metavar="NAME", multiple=True, help="Draw only this figure; repeatable.")
+@click.option(
+    "--only", "names", metavar="NAME", multiple=True, help="Draw only this figure. Can be repeated."
+)
 @click.option(
     "--set",
     "sets",
     type=click.Choice(SETS),
     multiple=True,
     show_default=" and ".join(UNASKED),
-    help="Draw the figures of this set; repeatable.",
+    help="Draw the figures of this set. Can be repeated.",
 )
 @option("--out", click.Path(path_type=Path), DEFAULT_OUT, "Folder for pictures and CSV files.", metavar="DIR")
 @size_option("1600x1200")
@@ -199,10 +203,15 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     "--width-mm",
     type=click.FloatRange(*WIDTHS_MM),
     metavar="MM",
-    help="Width of a page in print, such as 90, 140 or 190, instead of --size: text of 7 to 9 points, height"
+    help="Width of a page in print, such as 90, 140 or 190, instead of --size. The text has 7 to 9 points;"
+    " height"
     " as needed, 300 pixels per inch.",
 )
-@click.option("--plain", is_flag=True, help="Write title, number and note to a text file NAME.txt.")
+@click.option(
+    "--plain",
+    is_flag=True,
+    help="Write title, number and note to a text file NAME.txt instead of the picture.",
+)
 @click.option(
     "--format",
     "form",
@@ -219,7 +228,7 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     type=click.Choice(["right", "left", "both"]),
     default="right",
     show_default=True,
-    help="Flanks of figures that show one flank; names of left flanks end in -left.",
+    help="Flanks of figures that show one flank; file names of left flanks end in -left.",
 )
 @option("--measured", click.Path(path_type=Path), None, MEASURED_HELP, "FILE")
 @option("--loaded", click.Path(path_type=Path), None, LOADED_HELP, "FILE")
@@ -246,8 +255,8 @@ def main(
     jobs: int,
     **grid: Any,
 ) -> None:
-    """Draw figures, each with its numbers as CSV: those of Ni et al. 2017, results such as contact pattern
-    and transmission error, and comparisons of the methods."""
+    """Draw figures, each with its numbers as CSV: the figures of Ni et al. 2017, results such as contact
+    pattern and transmission error, and comparisons of the methods."""
     asked = click.get_current_context().get_parameter_source("size")
     if width_mm is not None and asked == ParameterSource.COMMANDLINE:
         raise Refusal(["--size and --width-mm cannot both be given: leave one of them out"])

@@ -2,8 +2,8 @@
 pairs.
 
 The path of contact states where two flanks are tangent, a mesh cycle which teeth touch first. The statistics
-are the transmission error of all teeth, the share of the cycle carried by edges, the operating contact ratio
-in a film, and the edges of the flanks at which contact patterns end. Patterns are computed for a few
+are the transmission error of all teeth, the share of the cycle in which edges touch, the operating contact
+ratio in a film, and the edges of the flanks at which contact patterns end. Patterns are computed for a few
 mountings only."""
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class CycleStatistics:
     cycle_peak_to_peak : FloatArray
         (n,), rad: peak-to-peak transmission error of all teeth.
     edge_share : FloatArray
-        (n,): share of the cycle carried by edges.
+        (n,): share of the cycle in which edges touch.
     film_ratio : FloatArray
         (n,): operating contact ratio within a film of 6.35 um (`operating_ratio`); NaN also where it is not
         known.

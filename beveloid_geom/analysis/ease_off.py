@@ -60,7 +60,8 @@ class EaseOff:
     pinion_roll : FloatArray
         Roll at which the flanks are nearest at this point, rad.
     status : Codes
-        Codes of `Status`: NOT_CONVERGED, with NaN values, where the mate has no conjugate.
+        Codes of `Status`: NOT_CONVERGED, with NaN values, where the gear flank generates no conjugate
+        surface.
     """
 
     __repr__ = short_repr

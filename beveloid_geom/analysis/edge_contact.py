@@ -1,12 +1,12 @@
 """Edge contact of a design in several mountings: an estimate from the paths, and the mesh cycles.
 
-At the end of its path, the contact of a tooth pair continues on an edge. The edge carries unless another
+At the end of its path, the contact of a tooth pair continues on an edge. The edge touches unless another
 tooth pair, some pitches further on the same path, is ahead. With the transmission error e of the path
 (positive: gear ahead) and the pitch p of the pinion,
 
     lead = max over k of e(end, k p inwards) - e(end),   k = 1, 2, ... within the path.
 
-Edges carry nothing of a mesh cycle if the leads at both ends are positive and edge contact occurs only at the
+A mesh cycle has no edge contact if the leads at both ends are positive and edge contact occurs only at the
 end of a path. `leads_of` assumes the latter; `cycle_extremes` computes the mesh cycle."""
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class CycleExtremes:
     greatest_cycle_peak_to_peak : float
         Largest peak-to-peak transmission error of all mountings, rad.
     edge_share : float
-        Largest share of a cycle carried by edges.
+        Largest share of a cycle in which edges touch.
     """
 
     cycle_peak_to_peak: float = np.nan

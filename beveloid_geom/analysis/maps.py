@@ -97,11 +97,12 @@ class DesignMap:
     centre : FloatArray
         z at mid-roll on the pinion, mm.
     normal_backlash : FloatArray
-        Backlash without parabolas and errors, mm; it continues that of the design past half a pitch.
+        Backlash without parabolas and errors, mm; it is continuous with the backlash of the design, also
+        beyond half a pitch.
     mounted_backlash : FloatArray
         Smallest backlash over a mesh cycle with parabolas and errors, by tangency, mm.
     cycle_peak_to_peak, edge_share : FloatArray
-        Transmission error of all teeth, rad, and share of the mesh cycle carried by edges; NaN where not
+        Transmission error of all teeth, rad, and share of the mesh cycle in which edges touch; NaN where not
         computed.
     """
 
@@ -136,7 +137,7 @@ class DesignMap:
 
     @property
     def hollow(self) -> Mask:
-        """Cells whose flanks are hollow against each other: the sum of their parabola coefficients is
+        """Cells whose flanks are concave relative to each other: the sum of their parabola coefficients is
         positive."""
         cells = design_at(self.design, self.over, self.first[:, None], self.second)
         pinion, gear = (np.asarray(member.tool.parabola_of(self.flank)) for member in cells.members)
@@ -151,16 +152,17 @@ class DesignMap:
 
     @property
     def jammed(self) -> Mask:
-        """Cells that cannot be assembled with their errors and parabolas."""
+        """Cells that cannot be assembled, with errors and modifications."""
         return jammed(self.mounted_backlash, float(self.design.pinion.tool.normal_module))
 
     @property
     def sound(self) -> Mask:
-        """Cells with a path that are neither hollow nor interfere and can be assembled."""
+        """Cells with a path that are not `hollow`, do not interfere and can be assembled."""
         return self.solved & ~self.hollow & ~self.interferes & ~self.jammed
 
     def quadrants(self) -> dict[str, Mask]:
-        """Return the cells of the paper's cases C1 to C4; axes belong to none. Empty for other inputs."""
+        """Return the cells of the paper's cases C1 to C4; cells on the axes belong to no case. Empty for
+        other inputs."""
         # Signs of the parabola coefficients in the cases of the paper.
         quadrants: dict[str, tuple[int, int]] = {"C1": (1, 1), "C2": (-1, -1), "C3": (1, -1), "C4": (-1, 1)}
         if self.preset != "parabola":
@@ -176,7 +178,8 @@ def inputs_of(over: str | Inputs) -> Inputs:
     first, second = PRESETS.get(over, ("", "")) if isinstance(over, str) else over
     if first == second or not {first, second} <= set(INPUTS):
         presets, names = ", ".join(PRESETS), ", ".join(INPUTS)
-        raise ValueError(f"over must be one of {presets}, or two different inputs of {names}, got {over!r}")
+        shown = over if isinstance(over, str) else ",".join(over)
+        raise ValueError(f"over must be one of {presets}, or two different inputs of {names}, got {shown!r}")
     return first, second
 
 
@@ -298,7 +301,7 @@ def map_of(
 
     Notes
     -----
-    A cell costs 1 to 20 paths of 101 positions, a mesh cycle 20 to 30.
+    A cell takes as long as 1 to 20 paths of 101 positions, a mesh cycle as long as 20 to 30.
 
     Examples
     --------

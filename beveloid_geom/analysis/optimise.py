@@ -10,14 +10,14 @@ path is not a shift. (z, l1) are used as plane coordinates of the flank. If the 
 positive, the two flanks are hollow against each other and their tangency is not the first contact. Such
 coefficients are excluded.
 
-Edges. If the path of a tooth pair ends and no other pair is ahead, an edge carries. An aim may exclude this
+Edges. If the path of a tooth pair ends and no other pair is ahead, an edge touches. An aim may exclude this
 in the mounting as designed and under each error in both directions. This is no bound on the sum of the
-coefficients: on Table 1's right flanks, edges carry for sums close to 0, and again for sums far below 0,
+coefficients: on Table 1's right flanks, edges touch for sums close to 0, and again for sums far below 0,
 where an error moves the path towards one of its ends. The leads at the ends of all these paths
 (`edge_contact`) are therefore constraints. The candidates are then checked by the mesh cycles of all teeth,
 the best one first; the first one without edge contact is the result. If edges touch for another reason than
-the end of a path, the optimum may be missed, or nothing is found; then the message states what edges carry at
-the optimum without this constraint.
+the end of a path, the optimum may be missed, or nothing is found; then the message states the share of edge
+contact at the optimum without this constraint.
 
 Transmission error. Without edge contact, that of all teeth follows from the path
 (`edge_contact.swing_of_all`). Its largest value over the mountings is minimised. Nearly unmodified flanks
@@ -52,7 +52,7 @@ LEAST_LEAD_RAD, LEAD_SCALE_RAD = 1e-9, 1e-4  # of another tooth pair at the end 
 
 @dataclass(frozen=True)
 class Aim:
-    """Objective and constraints of the coefficients.
+    """Objective and constraints of an optimisation of parabola coefficients or amounts of modification.
 
     Attributes
     ----------
@@ -67,7 +67,7 @@ class Aim:
     pinion_parabola, gear_parabola : tuple of float
         Bounds of the coefficients, 1/mm.
     edges : bool
-        Whether edges may carry part of a mesh cycle, with or without errors.
+        Whether edge contact is allowed in a part of the mesh cycle, with or without errors.
     least : {'shift', 'transmission_error'}
         Objective: the shift of the path, or the transmission error of all teeth.
     """
@@ -199,7 +199,7 @@ def optimise_parabola(design: Design, aim: Aim, flank: str = "right") -> Optimum
     ------
     ValueError
         For a batch; for an aim without errors or with empty bounds; if no coefficients satisfy the
-        constraints, or none of them can be assembled. If the aim excludes edge contact, also if edges carry
+        constraints, or none of them can be assembled. If the aim excludes edge contact, also if edges touch
         with all coefficients or if the tip rounds of a tool overlap.
 
     Examples
@@ -278,7 +278,7 @@ def _candidates(design: Design, flank: str, aim: Aim) -> tuple[FloatArray, str]:
 
 
 def _without_edges(design: Design, flank: str, aim: Aim) -> FloatArray:
-    """Return coefficients (2), 1/mm, that satisfy an aim and with which edges carry nothing in its mountings.
+    """Return coefficients (2), 1/mm, that satisfy an aim and have no edge contact in its mountings.
 
     Raises ValueError if there are none: because of another constraint, an unknown mesh cycle, or edge
     contact."""
@@ -291,10 +291,12 @@ def _without_edges(design: Design, flank: str, aim: Aim) -> FloatArray:
     best = others[0].tolist()
     share = cycle_extremes(aim.mounted(design.with_parabola(*best)), flank).edge_share
     carried = (
-        "a mesh cycle is not known" if np.isnan(share) else f"edges carry {100.0 * share:.3g} % of a cycle"
+        "a mesh cycle is not known"
+        if np.isnan(share)
+        else f"edges touch during {100.0 * share:.3g} % of a cycle"
     )
     raise ValueError(
-        "no coefficients were found with which no edge carries, as designed and under the errors: with pinion"
+        "no coefficients were found without edge contact, as designed and under the errors: with pinion"
         f" {best[0]:.6g}, gear {best[1]:.6g} 1/mm, the optimum without this constraint, {carried}:"
         " reduce the errors, relax the constraints, or widen the bounds"
     )

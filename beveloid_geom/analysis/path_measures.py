@@ -58,8 +58,7 @@ class PathMeasures:
         (n,), Eq. 16.
     length, angle, location : dict
         (2 members, n) by the name of the measure: 'side view' and 'on the tooth', mm; 'chord' and 'middle',
-        deg; 'middle' and
-        'between ends', mm.
+        deg; 'middle' and 'between ends', mm.
     limit : Codes
         (n, 2), codes of `Limit` at the ends.
     """

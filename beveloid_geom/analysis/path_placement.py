@@ -1,4 +1,4 @@
-"""Two assembly errors that put the path of contact at a wanted position: the inverse of `sensitivity`.
+"""Two assembly errors that move the path of contact to a required position: the inverse of `sensitivity`.
 
 The middle of a path is its position at mid-roll, half-way in roll between the two ends of the path. The
 wanted position is given by z on the pinion, a share of the face width, and by l1, centred in profile. A path
@@ -38,8 +38,8 @@ from .pattern_matrix import check_names
 from .sensitivity import path_sensitivity
 
 ON_PARALLEL = (
-    "on parallel axes a path runs along the whole face, with parabolas too, so that it has no middle to place"
-    ": give the pair a shaft angle (`beveloid-geom propose`), or compute the effect of errors by"
+    "on parallel axes a path runs along the complete face, also with parabolas, so that its middle cannot be"
+    " moved: give the pair a shaft angle (`beveloid-geom propose`), or compute the effect of errors by"
     " `beveloid-geom pattern --over offset,shaft-angle`"
 )
 
@@ -56,7 +56,7 @@ OFF_CENTRE_SHARES = 0.25 * (np.arange(1, 7) / 6.0) ** 2
 
 @dataclass(frozen=True, eq=False)
 class Placement:
-    """Mountings that put the middle of a path at shares `at` (n) of the face width of the pinion.
+    """Mountings that move the middle of a path to shares `at` (n) of the face width of the pinion.
 
     Attributes
     ----------
@@ -65,29 +65,28 @@ class Placement:
     limits : FloatArray
         (2,), search limits of the errors in both directions, mm or rad.
     wanted_z, wanted_l : FloatArray and float
-        Wanted position of the middle on the pinion: z (n,) and flank parameter, mm.
+        Required position of the middle on the pinion: z (n,) and flank parameter, mm.
     errors : FloatArray
         (n, 2), errors to be added to those of the design, mm or rad. The following values belong to this
         mounting.
     z, l : FloatArray
-        (n,), position of the middle, mm, from a path solved anew.
+        (n,), position of the middle, mm, from a path computed for the new mounting.
     distance : FloatArray
-        (n,), distance from the wanted position, relative to face width and profile depth.
+        (n,), distance from the required position, relative to face width and profile depth.
     contact_ratio : FloatArray
         (n,), Eq. 16.
     normal_backlash : FloatArray
         (n,), backlash as mounted, mm.
     cycle_peak_to_peak, edge_share : FloatArray
-        (n,), transmission error of all teeth, rad, and share of the mesh cycle carried by edges.
+        (n,), transmission error of all teeth, rad, and share of the mesh cycle in which edges touch.
     status : Codes
         (n,), codes of `PlaceStatus`. NOT_CONVERGED: all values are NaN. OFF_CENTRE: the values belong to the
-        nearest position
-        in profile at which the pair can be assembled.
+        nearest position in profile at which the pair can be assembled.
     jammed : Mask
         (n,): the pair cannot be assembled.
     exact : FloatArray
-        (n, 2), errors that put the middle at the wanted position whether or not the pair can be assembled;
-        else NaN.
+        (n, 2), errors that move the middle to the required position, even if the pair cannot be assembled
+        there; NaN if there are none.
     """
 
     __repr__ = short_repr
@@ -154,7 +153,7 @@ def place_path(
     flank: str = "right",
     l: float | None = None,
 ) -> Placement:
-    """Compute two errors that put the middle of the path at shares `at` of the face width, centred in
+    """Compute two errors that move the middle of the path to shares `at` of the face width, centred in
     profile.
 
     Parameters
@@ -167,7 +166,8 @@ def place_path(
         Names of two errors. Axial errors are changes of the mounting distances.
     flank : {'right', 'left'}
     l : float, optional
-        Wanted flank parameter on the pinion, mm; `centred` by default.
+        Required flank parameter on the pinion, mm; by default the value at which the path is centred in
+        profile (`centred`).
 
     Returns
     -------
@@ -232,7 +232,7 @@ def centred(design: Design, flank: str) -> float:
 
 
 def _found(search: _Search, wanted: FloatArray) -> tuple[FloatArray, FloatArray, Codes]:
-    """Return, for wanted positions (n, 2), the shares of the limits (n, 2) that reach them, those of a pair
+    """Return, for required positions (n, 2), the shares of the limits (n, 2) that reach them, those of a pair
     that can be assembled, both NaN without a solution, and the status (n)."""
     shares = _newton(search, wanted, np.zeros_like(wanted))
     reached = _reached(search, shares, wanted)
@@ -258,16 +258,16 @@ def _found(search: _Search, wanted: FloatArray) -> tuple[FloatArray, FloatArray,
 
 
 def _reached(search: _Search, shares: FloatArray, wanted: FloatArray) -> Mask:
-    """Return whether errors (n, 2) within the limits put the middle at the wanted positions (n, 2)."""
+    """Return whether errors (n, 2) within the limits move the middle to the required positions (n, 2)."""
     off = np.abs(search.places(shares) - wanted).max(axis=-1)
     return np.asarray((off <= POSITION_TOLERANCE_MM) & (np.abs(shares) <= 1.0).all(axis=-1))
 
 
 def _newton(search: _Search, wanted: FloatArray, start: FloatArray) -> FloatArray:
-    """Return shares (n, 2) of the limits after Newton steps towards the wanted positions (n, 2).
+    """Return shares (n, 2) of the limits after Newton steps towards the required positions (n, 2).
 
     Only rows that have not arrived are continued. Rows whose step gains less than LEAST_GAIN are stopped:
-    they approach a local minimum of the distance, not the wanted position."""
+    they approach a local minimum of the distance, not the required position."""
     newton_max_iterations = 40
     # Longest Newton step, as a share of the limits.
     longest_step = 0.1
@@ -295,14 +295,14 @@ def _newton(search: _Search, wanted: FloatArray, start: FloatArray) -> FloatArra
 
 
 def _off_centre(search: _Search, wanted: FloatArray, exact: FloatArray) -> FloatArray:
-    """Return shares (2) of the limits that keep z of the wanted position (2) and leave the wanted l1 only
+    """Return shares (2) of the limits that keep z of the required position (2) and leave the required l1 only
     until the pair can be assembled; NaN if it cannot at any trial position.
 
-    `exact` (2) are the shares that reach the wanted position, where the pair jams."""
+    `exact` (2) are the shares that reach the required position, where the pair jams."""
     off_centre_tolerance_mm = 1e-4
 
     def solved(off: FloatArray, start: FloatArray) -> tuple[FloatArray, Mask]:
-        """Return shares (n, 2) for distances (n), mm, from the wanted l1, and whether the pair can be
+        """Return shares (n, 2) for distances (n), mm, from the required l1, and whether the pair can be
         assembled there."""
         goal = wanted + np.stack((np.zeros_like(off), off), axis=-1)
         shares = _newton(search, goal, np.broadcast_to(start, goal.shape).copy())
@@ -333,7 +333,7 @@ def _forward(
     shares: FloatArray,
     status: Codes,
 ) -> Placement:
-    """Return the placement with the results of its mountings, solved anew."""
+    """Return the placement with the results of its mountings, computed for the new errors."""
     at = search.under(shares)
     places = search.places(shares)
     cycle = mesh_cycle(at, search.flank, 1)

@@ -30,8 +30,7 @@ class MarkedEllipse:
         Half axes, mm.
     angle : float
         Angle of the major axis to the axial direction, rad, above -pi/2 up to pi/2; positive if z increases
-        with r. NaN for a
-        circle.
+        with r. NaN for a circle.
     """
 
     z: float

@@ -56,8 +56,8 @@ class PatternMatrix:
     normal_backlash : FloatArray
         (n, n), backlash as mounted, mm.
     cycle_peak_to_peak, edge_share : FloatArray
-        (n, n), transmission error of all teeth, rad, and share of the cycle carried by edges; NaN for cells
-        without a pattern.
+        (n, n), transmission error of all teeth, rad, and share of the cycle in which edges touch; NaN for
+        cells without a pattern.
     cells : tuple of PatternCell or None
         Row by row; None for cells without a pattern.
     """
@@ -87,7 +87,7 @@ def check_names(names: tuple[str, str], field: str) -> None:
     """Raise ValueError unless the names are two different errors with the same reference."""
     if len(names) != 2 or len(set(names)) != 2 or not set(names) <= set(ALL_NAMES):
         raise ValueError(
-            f"{field} must be two different ones of {', '.join(ALL_NAMES)}, got {', '.join(names)}"
+            f"{field} must be two different errors of {', '.join(ALL_NAMES)}, got {', '.join(names)}"
         )
     place_of(names)
 

@@ -92,22 +92,19 @@ class PathPressure:
         (..., positions), force along the normal, N, and largest pressure, MPa.
     semi_axes : FloatArray
         (..., 2), mm, major axis first. In line contact (LINE_CONTACT): half the length of the line and half
-        the width of the
-        strip.
+        the width of the strip.
     direction : FloatArray
         (..., 2, 3), unit directions of both axes in S_f.
     angle : FloatArray
-        Angle of the major axis to the pinion tooth trace, rad, -pi/2 to pi/2; positive if its end towards the
-        heel lies towards
-        the tip.
+        Angle of the major axis to the pinion tooth trace, rad, -pi/2 to pi/2; positive if the end of the axis
+        that points to the heel is closer to the tip.
     curvature : FloatArray
         (..., 2), principal relative curvatures, 1/mm, smaller first. In line contact, curvature, width and
-        pressure are those
-        at the point of the line with the largest pressure; the pressure is NaN if the lines have no length.
+        pressure are those at the point of the line with the largest pressure; the pressure is NaN if the
+        lines have no length.
     reaches : Codes
         Codes of the `Limit` that the ellipse exceeds most, WHOLE if it exceeds none. If it exceeds one, the
-        true pressure is
-        higher.
+        true pressure is higher.
     status : Codes
         Codes of `EllipseStatus`.
     total_length : FloatArray
@@ -141,9 +138,9 @@ def pressure_along(path: ContactPath, load: Load) -> PathPressure:
     Returns
     -------
     PathPressure
-        On an ellipse, one tooth pair carries the load; in line contact, all lines carry it together. NaN for
-        line contact to rounding on crossed axes (LINE_CONTACT), and if the flanks intersect near the contact
-        (INTERFERENCE).
+        If the contact is an ellipse, one tooth pair carries the load; in line contact, all lines carry it
+        together. NaN on crossed axes if the contact is a line to rounding (LINE_CONTACT), and if the flanks
+        intersect near the contact (INTERFERENCE).
 
     Examples
     --------

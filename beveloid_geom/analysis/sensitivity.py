@@ -127,7 +127,8 @@ class _Rates:
 def path_sensitivity(
     design: Design, flank: str = "right", errors_at: ErrorsAt = "perpendicular"
 ) -> Sensitivity:
-    """Compute the derivatives of the path of contact by the assembly errors, at the errors of the design.
+    """Compute the derivatives of the path of contact with respect to the assembly errors, at the errors of
+    the design.
 
     Parameters
     ----------
@@ -135,7 +136,7 @@ def path_sensitivity(
         Array quantities broadcast to its batch shape.
     flank : {'right', 'left'}
     errors_at : {'perpendicular', 'mesh'}
-        Reference of the errors of the derivatives.
+        Kind of errors: about the common perpendicular, or at the mesh (about the pitch point).
 
     Returns
     -------

@@ -84,12 +84,10 @@ class Sliding:
         (..., 2, 3), w_j of pinion and gear.
     profile, lengthwise : FloatArray
         (..., 2), components of v_1 - v_2 perpendicular to the tooth trace of the member, from root to tip,
-        and along it,
-        towards +z.
+        and along it, towards +z.
     specific, specific_total : FloatArray
         (..., 2), specific sliding along the profile, above 1 where an undercut flank touches inside its base
-        circle, and that
-        of the total sliding.
+        circle, and that of the total sliding.
     status : Codes
         Codes of `Status` of the path.
     """

@@ -49,7 +49,7 @@ SHARES = (0.0, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 1.0)
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Tolerances of the assembly errors, at least 0 (0: not drawn).
+    """Tolerances of the assembly errors, at least 0. An error with the tolerance 0 is not drawn.
 
     Either the errors about the common perpendicular or those at the mesh have tolerances, not both.
 
@@ -190,10 +190,11 @@ def tolerance_study(
     operation : int
         Number of mountings, the first ones drawn, whose mesh cycles are computed as well.
     executor : concurrent.futures.Executor, optional
-        Distributes the work, `units_per_task` units of UNIT mountings at a time. Neither changes the result
-        by a bit.
+        Distributes the work, `units_per_task` units of UNIT mountings at a time. Neither `executor` nor
+        `units_per_task` changes the result.
     progress : callable, optional
-        Called with the work done since the last call: 1 for a mounting, CYCLE_COST more for one in operation.
+        Called with the work done since the last call: 1 for each mounting, and CYCLE_COST more for a mounting
+        whose mesh cycle is computed.
 
     Returns
     -------
@@ -202,14 +203,14 @@ def tolerance_study(
     Raises
     ------
     ValueError
-        For a batch; for tolerances that are negative, not finite or as large as the value of the layout; for
-        counts below 1.
+        For a batch; for tolerances that are negative, not finite or at least as large as the offset or shaft
+        angle of the layout; for counts below 1.
 
     Notes
     -----
-    A mounting takes 50 to 300 us, half of it for the backlash. Paths that have to be followed along their
-    length take about 10 ms, lines of contact on parallel axes 3 to 5 ms. A mounting in operation takes 5 to
-    10 ms, as long as four to six paths of 101 positions; its pattern takes as long again.
+    A mounting takes 50 to 300 us, half of it for the backlash. Paths that have to be traced take about 10 ms,
+    lines of contact on parallel axes 3 to 5 ms. A mesh cycle takes 5 to 10 ms more, as long as four to six
+    paths of 101 positions. A pattern takes the same time as a mesh cycle.
 
     Examples
     --------
@@ -320,7 +321,7 @@ def _check(design: Design, tolerances: Tolerances, flank: str, seed: int) -> Non
     if angle is not None and bool(touches_along_lines(design, flank)):
         raise ValueError(
             f"tolerance of {angle} must be 0 if the flanks touch along lines: any such error moves the"
-            " contact to an edge; parabolas keep it on the flanks"
+            " contact to an edge; with parabolas the contact stays on the flanks"
         )
     for name in names:
         value, unit = getattr(tolerances, name), "rad" if name in ANGLES else "mm"

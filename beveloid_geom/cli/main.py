@@ -53,5 +53,6 @@ class SectionedGroup(OneLineCommand, click.Group):
 def main() -> None:
     """Tooth contact analysis of beveloid gears with parabolic profile modification.
 
-    A DESIGN is a TOML file or the name of a built-in design, ni-2017 if none is given: see design --list.
+    DESIGN is a design file (TOML) or the name of a built-in design; `design --list` shows the names. The
+    default is ni-2017.
     """

@@ -214,12 +214,12 @@ def _modification(argument: str, metavar: str, text: str) -> Option:
         except ValueError as error:
             raise Refusal([f"{name} {error}"]) from None
 
-    return option(name, read, None, f"{text} Default: that of the design.", metavar)
+    return option(name, read, None, f"{text} Default: the value of the design.", metavar)
 
 
 def _override(argument: str, metavar: str, text: str) -> Option:
     """Return the option for an argument of `design.file.override`."""
-    return option(option_name(argument), float, None, f"{text} Default: that of the design.", metavar)
+    return option(option_name(argument), float, None, f"{text} Default: the value of the design.", metavar)
 
 
 tooth_options = block(

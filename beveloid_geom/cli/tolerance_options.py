@@ -17,7 +17,7 @@ TOLERANCES = (
     ("pinion_axial", "--pinion-axial-tolerance", "MM", 1000.0, "pinion's axial position", "--pinion-axial"),
     ("gear_axial", "--gear-axial-tolerance", "MM", 1000.0, "gear's axial position", "--gear-axial"),
     ("centre_distance", "--centre-distance-tolerance", "MM", 1000.0, "centre distance at the mesh", ""),
-    ("in_plane_deg", "--in-plane-tolerance-deg", "DEG", 5.0, "shaft angle about the mesh point", ""),
+    ("in_plane_deg", "--in-plane-tolerance-deg", "DEG", 5.0, "shaft angle about the pitch point", ""),
     (
         "out_of_plane_deg",
         "--out-of-plane-tolerance-deg",
@@ -62,7 +62,9 @@ def errors_option(name: str, default: str | None, text: str) -> Option:
                 error.replace("_", "-") + (f" ({TRADE[error]})" if error in TRADE else "")
                 for error in ALL_NAMES
             )
-            raise Refusal([f"{name} must be two different ones of {known}, a comma between, got {value!r}"])
+            raise Refusal(
+                [f"{name} must be two different errors of {known}, separated by a comma, got {value!r}"]
+            )
         try:
             place_of(names)
         except ValueError as error:

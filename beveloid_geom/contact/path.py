@@ -49,7 +49,7 @@ class PathEnds:
     (codes of `Limit`, -1 without a path). With the batch shape: `contact_ratio` (Eq. 16), 0 without a path
     and NaN where the path could not be computed; `pieces`, the number of segments of the path on the flanks,
     of which the one with the largest range of roll is used; `status` (codes of `Status`). The second solution
-    branch (opposite sign of n_x) is not searched if l1 resolves the path of the first.
+    branch (opposite sign of n_x) is not searched if the path of the first branch is a function of l1.
     """
 
     __repr__ = short_repr
@@ -164,17 +164,19 @@ def path_of_contact(
     points : int
         Number of positions, from the exact point where the path enters both flanks to the exact point where
         it leaves them, evenly spaced in pinion roll. If the roll turns back along the path, they are evenly
-        spaced in l1 or, where l1 does not resolve the path, along its chord or the curve.
+        spaced in l1. If the path is not a function of l1, they are evenly spaced along its chord or along the
+        curve.
     l1 : array_like, shape (positions) or batch shape and positions, optional
-        Replaces `points`: pinion flank parameters of the contacts, mm. They are not clipped; those outside
-        the limits have the status OFF_FLANK.
+        Replaces `points`: pinion flank parameters of the contacts, mm. They may be outside the limits of the
+        flanks, with the status OFF_FLANK.
     undercut : bool
         Whether undercut limits the flanks.
 
     Returns
     -------
     ContactPath
-        Without contact on the flanks, a single design gives empty arrays and a batch gives rows of NaN.
+        If there is no contact on the flanks, the arrays of a single design are empty, and those of a batch
+        have rows of NaN.
 
     Raises
     ------
@@ -184,8 +186,8 @@ def path_of_contact(
     Notes
     -----
     The paper solves five equations at every position. Here they are reduced to one equation in l1 and l2,
-    with the same solution to rounding (`beveloid_geom.contact`). The paper names no limits of the path; here
-    it ends at tip, root, toe and heel of both members.
+    with the same solution to rounding (`beveloid_geom.contact`). The paper gives no limits of the path. Here
+    tip, root, toe and heel of both members limit it.
 
     Examples
     --------
@@ -289,8 +291,8 @@ def _by_case(l1: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
 def contact_ratio(design: Design, flank: str = "right") -> FloatArray:
     """Compute the contact ratio of the flanks of one tooth pair, Eq. 16.
 
-    It is the range of pinion roll of the path, divided by the pitch. Where edges touch first, the pair runs
-    with another ratio (`operating_ratio`).
+    It is the range of pinion roll of the path, divided by the pitch. If edges touch first, the contact ratio
+    in operation is different (`operating_ratios`).
 
     Parameters
     ----------

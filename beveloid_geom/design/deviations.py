@@ -48,9 +48,9 @@ class FlankDeviations:
     border : str
         Border of the grid of this file, such as '10%'.
     nominal : Member or None
-        Member with whose flanks the points of this file were compared.
+        Member whose flanks were compared with the points of this file.
     teeth : tuple of FlankDeviations
-        Tables of single teeth, tooth 0 first, of which these deviations are the mean (`mean_deviations`).
+        Tables of single teeth, tooth 0 first. These deviations are their mean (`mean_deviations`).
         `pitch_cycle` uses them. Empty if one table holds for all teeth.
 
     Raises
@@ -156,12 +156,13 @@ def mean_deviations(teeth: Sequence[FlankDeviations]) -> FlankDeviations:
     Parameters
     ----------
     teeth : sequence of FlankDeviations
-        Tables of one grid. Tooth k has table k; after the last table the first one follows again.
+        Tables of one grid. Tooth k has table k; after the last table the first one is used again.
 
     Returns
     -------
     FlankDeviations
-        The mean, which all functions but `pitch_cycle` use, with the tables as `teeth`.
+        The mean, with the tables as `teeth`. All functions use the mean, except `pitch_cycle`, which uses the
+        tables.
 
     Raises
     ------

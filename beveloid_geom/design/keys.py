@@ -62,7 +62,8 @@ def unknown_key(table: str, key: str, value: object, keys: Iterable[str] = ()) -
         return Fault(table, shown, f'needs at = "{places[0]}": the keys here are {", ".join(known)}')
     elif tables := [f"[{name}]" for name, keys in TABLES.items() if key in keys]:
         return Fault(table, shown, f"does not belong here: move it to {' or '.join(tables)}")
-    similar = guess(shown, known)
+    helix = shown.lower().replace("lead_", "helix_", 1)
+    similar = helix if helix in known else guess(shown, known)
     hint = f"did you mean {similar}?" if similar else f"known are {', '.join(known)}"
     return Fault(table, shown, f"is unknown: {hint}")
 

@@ -161,9 +161,8 @@ class Member:
             raise DesignError(faults, "Member")
 
     def pitch_fault(self, deviations: Sequence[float] | None) -> str | None:
-        """Return the message for pitch deviations (um) that are too large or not one for each tooth.
-
-        None for others."""
+        """Return the message if pitch deviations (um) are too large, or if there is not one for each tooth;
+        otherwise None."""
         if deviations is None:
             return None
         if np.ndim(self.teeth) or len(deviations) != self.teeth:

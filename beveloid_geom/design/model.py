@@ -130,9 +130,9 @@ class MeshErrors:
     Parameters
     ----------
     centre_distance : float or array
-        Increase of the distance of the two axis points that are nearest to the pitch point, mm.
+        Increase of the distance between the two points of the axes that are nearest to the pitch point, mm.
     in_plane : float or array
-        Rotation that is added to the magnitude of the shaft angle, rad.
+        Rotation in the plane parallel to both axes, rad; it is added to the magnitude of the shaft angle.
     out_of_plane : float or array
         Rotation that moves the +z end of the gear in the direction from pinion axis to gear axis (+x of the
         fixed frame), rad.
@@ -198,8 +198,8 @@ class Design:
     def sense(self) -> FloatArray:
         """Sense of the shaft angle, 1 or -1 (batch shape).
 
-        It is the sign of the sum of the helix angles, of the pinion's helix angle if they cancel, and 1 for
-        straight teeth."""
+        It is the sign of the sum of the helix angles, or of the pinion's helix angle if the sum is zero, and
+        1 for straight teeth."""
         helix_sum_tolerance_rad = 1e-9
         first, second = np.asarray(self.pinion.helix_angle), self.gear.helix_angle
         total = first + second

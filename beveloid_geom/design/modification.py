@@ -111,11 +111,13 @@ class Modification:
     toe_relief_um, toe_relief_length_mm : float or array
         C_betaII, um, and its length along the face from the end at -z.
     deviations : FlankDeviations, optional
-        Measured deviations of both flanks; those of the modified flank are added to the other kinds.
+        Measured deviations of both flanks; the deviations of the modified flank are added to its other
+        modifications.
     pitch_deviations_um : tuple of float, optional
-        Deviation of the flank of each tooth from its place, along the normal, um; positive for excess
-        material. Tooth 0 is first, then in the direction of positive rotation. `pitch_cycle` uses them; all
-        other functions compute teeth without them. Commands other than `operation` say so.
+        Deviation of the flank of each tooth from its nominal position, along the normal, um; positive for
+        excess material. Tooth 0 is first, and the others follow in the direction of positive rotation. Only
+        `pitch_cycle` uses these deviations; all other functions ignore them. Commands other than `operation`
+        print a message about it.
 
     Raises
     ------

@@ -130,7 +130,7 @@ def advice_on(design: Design) -> tuple[Advice, ...]:
     Returns
     -------
     tuple of Advice
-        Empty if nothing has to be changed or no tested change helps.
+        Empty if no change is necessary, or if no tested change is sufficient.
 
     Raises
     ------

@@ -38,7 +38,7 @@ class BacklashReport:
 
     @property
     def normal(self) -> float:
-        """Least normal backlash over a mesh cycle, mm; NaN if unknown."""
+        """Smallest normal backlash over a mesh cycle, mm; NaN if unknown."""
         return math.nan if self.backlash is None else float(self.backlash.normal)
 
     @property
@@ -79,19 +79,20 @@ class BacklashReport:
         if self.unknown:
             return f"not known: {self.unknown}"
         assert self.backlash is not None  # it is known
-        at = f"least at a pinion roll of {math.degrees(float(self.backlash.pinion_roll)):.4f} deg"
-        stops = ", ".join(
-            f"on the {flank} {_stop(self.design, getattr(self.backlash, flank))}" for flank in FLANKS
-        )
-        return f"{self.normal:z.6f} mm with errors and parabolas, {at}: {stops}"
+        at = f"smallest at a pinion roll of {math.degrees(float(self.backlash.pinion_roll)):.4f} deg"
+        right, left = (_contact(self.design, getattr(self.backlash, flank)) for flank in FLANKS)
+        touching = f"right and left flanks touch {right}"
+        if right != left:
+            touching = f"right flanks touch {right} and left flanks touch {left}"
+        return f"{self.normal:z.6f} mm with errors and modifications, {at}, where {touching}"
 
 
-def _stop(design: Design, first: FirstContact) -> str:
-    """Return the surfaces that limit the motion of the gear in a first contact at one position."""
+def _contact(design: Design, first: FirstContact) -> str:
+    """Return the surfaces that touch in a first contact at one position."""
     names = (limit_names(design, code) for code in _edges(first))
     edges = " and ".join(f"the {member}'s {limit}" for member, limit in names)
     fillet = " in a fillet" if first.on_fillet.any() else ""
-    return (f"stopped by {edges}" if edges else "flank on flank") + fillet
+    return (f"at {edges}" if edges else "flank on flank") + fillet
 
 
 def _edges(first: FirstContact) -> list[int]:
@@ -100,15 +101,15 @@ def _edges(first: FirstContact) -> list[int]:
 
 
 def backlash_report(design: Design) -> BacklashReport:
-    """Return the backlash of a single design with its errors and parabolas."""
+    """Return the backlash of a single design with its errors and modifications."""
     fault = first_contact_fault(design)
     backlash = None if fault else mounted_backlash(design)
     return BacklashReport(design, backlash, fault, float(unmodified_backlash(design)))
 
 
 def backlash_data(design: Design) -> dict[str, Any]:
-    """Return the entries of JSON: least backlash, its roll angle, and the surfaces in contact on both sides;
-    mm and rad."""
+    """Return the entries of JSON: smallest backlash, its roll angle, and the surfaces in contact on both
+    sides; mm and rad."""
     report = backlash_report(design)
     data: dict[str, Any] = {"normal": report.normal}
     if report.unknown:

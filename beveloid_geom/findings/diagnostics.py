@@ -71,8 +71,7 @@ def tip_clearances(design: Design) -> FloatArray:
     -------
     ndarray
         Distances (2,), mm, accurate to about 0.001 mm. NaN if the faces are not opposite each other or the
-        mounting is
-        unknown.
+        mounting is unknown.
     """
     layout, distance = layout_of(design, with_errors=False), mounting_of(design).distance
     frames = [member_frame(layout, j, 0.0, distance[j]) for j in (0, 1)]

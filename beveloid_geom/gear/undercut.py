@@ -65,7 +65,7 @@ class Undercut:
 
     @property
     def worst(self) -> int:
-        """Index of the plane with the greatest loss."""
+        """Index of the plane with the largest loss."""
         return int(np.argmax(self.lost))
 
 
@@ -157,9 +157,9 @@ def undercut_text(undercut: Undercut) -> str:
     worst, (first, last) = undercut.worst, undercut.limits
     where = f"from z = {first:.4g} to {last:.4g} mm"
     if first == undercut.z[0] and last == undercut.z[-1]:
-        where = "along the whole face"
+        where = "along the complete face"
     if np.isinf(undercut.lost[worst]):
-        return f"{where}, at {undercut.z[worst]:.4g} mm nothing of it is left"
+        return f"{where}, at {undercut.z[worst]:.4g} mm it is removed completely"
     lost, neck = undercut.lost[worst], undercut.neck.max()
     thickness = f" and {neck:.3g} mm of thickness" if neck > 0.0005 else ""
     return f"{where}, it loses up to {lost:.3g} mm of its height{thickness}"

@@ -38,8 +38,8 @@ class Certificate:
     Attributes
     ----------
     separation : ndarray
-        Smallest clearance of the gear's teeth from the pinion's at the pose of the position, mm along the
-        normal, negative for overlap; to first order in the overlap.
+        Smallest clearance between the teeth of gear and pinion at the rolls of the position, mm along the
+        normal; negative for overlap, and then exact to first order.
     first : FirstContact
         First contact at the pinion roll of the position, at which the clearance is smallest.
     curvature : ndarray
@@ -50,7 +50,7 @@ class Certificate:
 
     Notes
     -----
-    NaN where not solved.
+    Values are NaN where the verdict is NOT_SOLVED.
     """
 
     __repr__ = short_repr

@@ -38,8 +38,8 @@ class FirstContact:
     pinion_roll, gear_roll : ndarray
         Rolls of tooth pair 0, rad.
     pair : ndarray of int
-        Tooth pair that touches. Among several at the same time, tangencies come before edges, then the pair
-        that came into mesh last. 0 where not solved.
+        Tooth pair that touches. If several touch at the same time, a tangency is selected before an edge, and
+        then the pair that came into mesh last. 0 where not solved.
     l1, l2 : ndarray
         Profile coordinates on pinion and gear, mm: the flank parameter above the joint with the fillet, the
         fillet coordinate below (`gear.tooth_side`).
@@ -52,7 +52,7 @@ class FirstContact:
     on_fillet : ndarray of bool, shape (..., 2)
         Whether the contact lies on the fillet of pinion and gear.
     transmission_error : ndarray
-        Gear roll plus N1/N2 pinion roll, minus that of the unmodified pair without errors, rad; positive
+        Gear roll plus N1/N2 pinion roll, minus this sum for the unmodified pair without errors, rad; positive
         where the gear is ahead in the sense of driving. The first contact has the largest error of all tooth
         pairs.
     status : ndarray of int
@@ -93,8 +93,8 @@ def first_contact(
     pinion_roll : array_like, shape (positions) or batch shape and positions
         rad.
     pairs : array_like of int, optional
-        Numbers of the tooth pairs that are searched. If omitted, all that can touch. A tooth that winds round
-        its axis belongs to one pair on every turn.
+        Numbers of the tooth pairs that are searched. If omitted, all tooth pairs that can touch are searched.
+        A tooth that extends around its axis by more than one turn belongs to a different pair on each turn.
 
     Returns
     -------

@@ -7,9 +7,9 @@ computed from the segments and are not affected by kinks.
 
 1. Search first contacts at SAMPLES_PER_PITCH + 1 rolls, and fit segments through them (`cycle.segment_fit`).
 2. Compare the segments with first contacts at other rolls, with their neighbours, and with contacts that are
-followed
-   between the samples (`cycle.missed_contacts`).
-3. Divide the segments that fail by more searches, and repeat from the fit.
+   followed between the samples (`cycle.missed_contacts`).
+3. Where the comparison fails, search first contacts at more rolls, divide the segments, and repeat from the
+   fit.
 """
 
 from __future__ import annotations
@@ -58,10 +58,11 @@ class MeshCycle:
     pitch : float
         Angular pitch of the pinion, rad.
     changes : ndarray, shape (..., k)
-        Rolls at which the kind of contact changes, rad, ascending, padded with NaN. The curve is smooth
-        between them.
+        Rolls at which the tooth pair or the edges in contact change, rad, ascending, padded with NaN. The
+        transmission error is smooth between them.
     hand_over : ndarray of bool, shape (..., k)
-        Whether another tooth pair takes over there; False where several pairs carry at once (`along_lines`).
+        Whether another tooth pair comes into contact at these rolls; False where several pairs are in contact
+        at the same time (`along_lines`).
     mean, peak_to_peak : ndarray
         Mean and peak-to-peak value of the transmission error, rad, positive where the gear is ahead.
     harmonics : ndarray of complex, shape (..., n)
@@ -70,17 +71,17 @@ class MeshCycle:
 
             error(roll) = mean + Re sum_k harmonics_k exp(2 pi i k (roll - start) / pitch).
     edge_share : ndarray
-        Part of the cycle in which edges touch.
+        Share of the cycle in which edges touch.
     lost : ndarray of bool
-        Whether a position of the cycle has no first contact, or the pair has no conjugate phase from which to
-        count errors. Then the results are NaN and there are no changes.
+        Whether a position of the cycle has no first contact, or the position of the unmodified pair (the
+        conjugate phase) is unknown. Then the results are NaN and there are no changes.
     status : ndarray of int
-        Codes of `FirstStatus`: the reason.
+        Codes of `FirstStatus`: the reason why a cycle is lost.
     segments : CycleSegments
         The curve.
     engagement : Engagement
     phase : ndarray, shape (cases,)
-        Conjugate phase, rad.
+        Gear roll plus N1/N2 pinion roll of the unmodified pair (conjugate phase), rad.
     """
 
     __repr__ = short_repr
@@ -104,7 +105,7 @@ class MeshCycle:
 
     @property
     def along_lines(self) -> Mask:
-        """Return whether unmodified flanks touch along lines over the whole cycle.
+        """Return whether unmodified flanks touch along lines over the complete cycle.
 
         Several tooth pairs are then in contact at once. First contacts are the points at which the path of
         contact crosses the lines of the pair that came into mesh last."""
@@ -124,7 +125,8 @@ class MeshCycle:
         Returns
         -------
         FirstContact
-            Of the shape of `pinion_roll`; from the segments, or searched if a `status` is not SOLVED.
+            Results in the shape of `pinion_roll`, computed from the segments, or by a search if a `status` is
+            not SOLVED.
 
         Raises
         ------

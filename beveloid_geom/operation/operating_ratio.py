@@ -86,7 +86,8 @@ def operating_ratio(design: Design, flank: str = "right", thickness: float = 0.0
 def operating_ratios(
     design: Design, flank: str, thicknesses: tuple[float, ...], harmonics: int = 1
 ) -> OperatingRatios:
-    """Compute the contact ratio in operation for several thicknesses, at little more than the cost of one.
+    """Compute the contact ratio in operation for several thicknesses of a film. Tooth pairs within this
+    clearance count as in contact. Several thicknesses take little more time than one.
 
     Parameters
     ----------

@@ -8,9 +8,9 @@ cos(beta_b)), and a deviation p2 rotates the gear tooth. The transmission error 
 
     e(roll + sigma p1 / (r_b1 cos(beta_b1))) + (p1 + p2) / (r_b2 cos(beta_b2)),
 
-and the tooth pair with the largest error carries. These relations are exact. The error repeats when the same
-two teeth meet again, after the least common multiple of the numbers of teeth. The measured flanks of both
-teeth enter e, which is computed for each combination of tables.
+and the tooth pair with the largest error is in contact. These relations are exact. The error repeats when the
+same two teeth meet again, after the least common multiple of the numbers of teeth. The measured flanks of
+both teeth enter e, which is computed for each combination of tables.
 
 Teeth are counted from tooth 0 in the direction of positive rotation, from x to y of the gear frame. Tooth
 pair k consists of pinion tooth k and gear tooth -k.
@@ -53,7 +53,7 @@ class PitchCycle:
     transmission_error : ndarray
         rad, positive where the gear is ahead of the unmodified pair; NaN where no teeth touch.
     pinion_tooth, gear_tooth : ndarray of int
-        Numbers of the teeth that carry; 0 where no teeth touch.
+        Numbers of the teeth in contact; 0 where no teeth touch.
     """
 
     __repr__ = short_repr
@@ -72,7 +72,7 @@ class PitchCycle:
 
     @property
     def teeth(self) -> tuple[Indices, Indices]:
-        """Numbers of the teeth of pinion and gear that carry."""
+        """Numbers of the teeth of pinion and gear in contact."""
         return self.pinion_tooth, self.gear_tooth
 
     @property
@@ -183,7 +183,7 @@ def _errors_alone(
     """Return the transmission error of single tooth pairs, rad, for each pinion tooth and each table of the
     gear (teeth, tables, pairs, rolls), and the numbers of the pairs at the given rolls (pairs,).
 
-    It is minus infinity where a pair does not touch, or is so late that it never carries."""
+    It is minus infinity where a pair does not touch, or is so late that it is never in contact."""
     reach = 2 + int(np.ceil(spread(design, flank)))
     pairs = np.arange(-reach, reach + 1)
     own = roll + 2.0 * np.pi / float(design.pinion.teeth) * pairs[:, None]

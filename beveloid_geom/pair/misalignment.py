@@ -52,7 +52,7 @@ def place_of(names: Sequence[str]) -> ErrorsAt:
         next(name for name in names if name not in NAMES[place]) for place in ("mesh", "perpendicular")
     )
     raise ValueError(
-        f"{first} is about the common perpendicular, {second} at the mesh: take errors of one place"
+        f"{first} is about the common perpendicular, {second} at the mesh: give two errors of the same kind"
     )
 
 

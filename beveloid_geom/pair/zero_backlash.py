@@ -53,9 +53,9 @@ class ClosedLayout:
 
     `offset` (mm), `shaft_angle` (magnitude, rad) and `pressure_angle` (working, normal, rad). With pinion and
     gear on the leading axis (2, ...): working `cone_angle` and `helix_angle` (rad), `working_radius` and
-    `mounting`, the axial coordinate of the pitch point (mm). `normal_backlash` (mm) is for mid-faces mounted
-    there. If both cone angles are zero, `mounting` is zero: the pitch point is on the common perpendicular,
-    and any other mounting is possible.
+    `mounting`, the axial coordinate of the pitch point (mm). `normal_backlash` (mm) is the backlash with the
+    mid-faces at the pitch point. If both cone angles are zero, `mounting` is zero: the pitch point is on the
+    common perpendicular, and any other mounting is possible.
     """
 
     offset: FloatArray
@@ -70,13 +70,14 @@ class ClosedLayout:
 
 @dataclass(frozen=True)
 class Closing:
-    """Deviation of a design from a closed layout; mm and rad, for unmodified flanks without errors.
+    """Deviation of a design from a layout in which the lines of action meet (a closed layout); mm and rad,
+    for unmodified flanks without errors.
 
-    `gap`: least distance of the two lines of action. `normal_backlash` as mounted, negative for interference.
-    `offset`: the offset that closes at the shaft angle of the design, negative if the axes would cross in the
-    other sense. `shaft_angle`: the shaft angle that closes at the offset of the design. `offset_difference`
-    and `shaft_angle_difference`: these minus the values of the design. NaN if there is none; `reasons` says
-    why.
+    `gap`: smallest distance of the two lines of action. `normal_backlash` as mounted, negative for
+    interference. `offset`: the offset at which the lines meet at the shaft angle of the design, negative if
+    the axes would cross in the other sense. `shaft_angle`: the shaft angle at which the lines meet at the
+    offset of the design. `offset_difference` and `shaft_angle_difference`: these values minus the values of
+    the design. A value is NaN if it does not exist; `reasons` contains the reasons.
     """
 
     gap: float
@@ -202,7 +203,7 @@ def _roots(function: Callable[[FloatArray], FloatArray], samples: FloatArray) ->
 
 
 def zero_backlash_layout(design: Design) -> ClosedLayout:
-    """Return the layout in which two members mesh without backlash, mid-faces at the pitch point.
+    """Return the layout in which two members mesh without backlash, with their mid-faces at the pitch point.
 
     Offset, shaft angle and mounting distances follow from the gears alone. From the pair of the design only
     the shaft angle is used, for the sense in which the axes are inclined.
@@ -216,13 +217,13 @@ def zero_backlash_layout(design: Design) -> ClosedLayout:
     -------
     ClosedLayout
         `offset`, `mounting` in mm, `shaft_angle` in rad. A negative offset occurs if the helix angles nearly
-        cancel. It has the other sense than `Design.sense`, so that no design has it; where it vanishes, the
-        axes intersect.
+        cancel. The sense of the axes is then opposite to `Design.sense`, so that no design has this layout.
+        If the offset is zero, the axes intersect.
 
     Raises
     ------
     ValueError
-        For arrays, and if the members have backlash in every closed layout.
+        For arrays, and if the members have backlash in every layout in which their lines of action meet.
 
     Examples
     --------
@@ -306,7 +307,7 @@ def _closing_shaft_angle(design: Design, offset: float) -> float:
 
 
 def closing_of(design: Design) -> Closing:
-    """Return the deviation of a single design from a closed layout.
+    """Return the deviation of a single design from a layout in which the lines of action meet.
 
     Parameters
     ----------

@@ -58,12 +58,12 @@ def command_of(request: Request, gear: str = "") -> str:
 def refusal(request: Request, reason: str, nearest: Request | None) -> str:
     """Return the reason why there is no proposal, and the nearest request that has one, in one line."""
     if nearest is None:
-        return f"{reason}; no change of limits or numbers was found that helps"
+        return f"{reason}; no change of limits or numbers was found that leads to a pair"
     given, changed = options_of(request), options_of(nearest)
     words = [f"{option} {value}".rstrip() for option, value in changed.items() if given.get(option) != value]
     removed = [option for option in given if option not in changed]
     parts = " ".join(words), f"without {' and '.join(removed)}" if removed else ""
-    return f"{reason}; the nearest that works: {' '.join(part for part in parts if part)}"
+    return f"{reason}; the nearest request with a solution: {' '.join(part for part in parts if part)}"
 
 
 def requests_like(design: Design) -> tuple[Request, ...]:

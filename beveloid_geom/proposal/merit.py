@@ -1,14 +1,14 @@
 """Criteria by which pairs are compared, for many pairs at once.
 
-Each criterion has a reserve: 0 at a warning of `check`, 1 at an ample value.
+Each criterion has a reserve: 0 at the limit of a warning of `check`, 1 at a sufficient value.
 
     contact ratio of each flank        1 ... 1.5
-    least tip thickness                0.1 ... 0.4 modules
+    smallest tip thickness             0.1 ... 0.4 modules
     tip clearance (estimate)           0.05 ... 0.15 modules
-    undercut margin                    0 ... 0.2, least regularity of a flank relative to its largest
-    shift of the path on its flank     0.25 ... 0.1, relative, for 0.05 mm of offset and 0.01 deg of shaft
-    angle
-    flank left below the tips          0 ... 0.1 modules (`pair.tips`)
+    undercut margin                    0 ... 0.2, smallest regularity of a flank over the largest one
+    shift of the path on its flank     0.25 ... 0.1, relative, for 0.05 mm of offset and 0.01 deg of
+                                       shaft angle
+    flank that remains below the tips  0 ... 0.1 modules (`pair.tips`)
 
 The reserve of a pair is the smallest reserve over all criteria, both flanks and both members. Tips that reach
 below the flank of the mate away from the path of contact give a negative reserve; a certificate then shows

@@ -50,7 +50,7 @@ SUBDIVISIONS, MAX_CHECKED_CHANGES = 3, 3
 
 @dataclass(frozen=True, eq=False)
 class Proposal:
-    """Pair that meets the requirements, and its `figures`: the criteria of one pair."""
+    """Pair that satisfies the requirements; `figures` contains the values of its criteria."""
 
     design: Design
     figures: Figures
@@ -67,7 +67,7 @@ class Refused(Exception):  # noqa: N818
 
 
 def propose(request: Request, most: int = DEFAULT_COUNT) -> tuple[Proposal, ...]:
-    """Return pairs that meet a request and have no warning of `check`, the best first.
+    """Return pairs that satisfy a request and have no warning of `check`, the best first.
 
     Parameters
     ----------
@@ -233,7 +233,7 @@ def _beyond(request: Request, values: FloatArray) -> str:
     shown = " and ".join(f"{units[j] * value:.3g}" for value in values[2 * j : 2 * j + 2, k])
     unit = "" if j == 2 else " deg"
     bounds = " to ".join(f"{units[j] * bound:g}" for bound in limits[2 * j])
-    return f"it needs {names[j]} of {shown}{unit}, beyond the limits {bounds}"
+    return f"the request needs {names[j]} of {shown}{unit}, beyond the limits {bounds}"
 
 
 def _nearest(request: Request) -> Request | None:

@@ -168,7 +168,7 @@ def _single_faults(request: Request) -> Iterator[Fault]:
         ("shift_limits", request.shift_limits),
     ):
         if low > high:
-            yield Fault("", key, "must be the lower limit first, then the upper limit")
+            yield Fault("", key, "needs the lower limit first, then the upper limit")
 
 
 def teeth_faults(numbers: tuple[int, int]) -> Iterator[Fault]:

@@ -37,11 +37,16 @@ from .result import (
 from .text import advice_lines, error_lines, head_lines, line, place_words, remark_lines, typed
 
 RESERVE = (
-    "least distance from a warning of `check`, relative to an ample value, over contact ratio, tip thickness"
-    " and clearance, undercut, depth of tips, shift of the path under errors"
+    "smallest distance from a warning of `check`, relative to a sufficient value, over contact ratio, tip"
+    " thickness and clearance, undercut, depth of tips, shift of the path under errors"
 )
-MEASURE = f"the largest reserve first: {RESERVE}"
-LEAST = f"the smallest cone angles first, for equal cones the largest reserve: {RESERVE}"
+GROUPS = (
+    "reserve above 0.25 and helix angles up to 31 deg, then larger helix angles, then smaller reserves; in"
+    " each"
+    " group the largest reserve first"
+)
+MEASURE = f"{GROUPS}. Reserve: {RESERVE}"
+LEAST = f"positive reserve and the smallest cone angles first; for equal cones, {GROUPS}. Reserve: {RESERVE}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,7 +134,7 @@ class CheckReport(Report):
     def summary(self) -> str:
         """Return advice, remarks, and the distance from a layout without backlash."""
         closing, ideal = self.closing, self.ideal
-        text = f"Check of {self.name}: backlash and contact with unmodified flanks and without errors\n"
+        text = f"Check of {self.name}\n"
         text += advice_lines(self.advice)
         if self.proposal:
             text += line("or" if self.advice else "advice", "propose a pair:")
@@ -140,7 +145,9 @@ class CheckReport(Report):
             text += line("working radii", radii)
             text += line("lines of action", f"of right and left flanks are {closing.gap:z.4f} mm apart")
             text += line("generators", _generator_words(self.crossing))
-            text += line("normal backlash", f"{closing.normal_backlash:z.4f} mm")
+            text += line(
+                "normal backlash", f"{closing.normal_backlash:z.4f} mm without errors and modifications"
+            )
             text += line("as mounted", f"backlash {backlash_report(self.design).line}")
             text += error_lines(self.design) or line("errors", _pivot_words(self.design))
             if not math.isnan(closing.offset):
@@ -191,10 +198,14 @@ def _pivot_words(design: Design) -> str:
     if design.errors_at == "mesh":
         distance = float(pivot_distance(design))
         return (
-            f"of the shaft angle turn about the mesh point, {distance:.2f} mm from the common perpendicular"
+            f"shaft-angle errors turn the gear about the pitch point, {distance:.2f} mm from the common"
+            " perpendicular"
         )
     pivot = place_words(design, "perpendicular")
-    return f'of the shaft angle turn {pivot}; with at = "mesh" in [errors] about the mesh point'
+    return (
+        f'shaft-angle errors turn the gear {pivot}; with at = "mesh" in [errors], they turn it about the'
+        " pitch point"
+    )
 
 
 def _by_member(ideal: ClosedLayout) -> list[tuple[str, float]]:
@@ -276,7 +287,7 @@ class ProposalReport:
 
     @property
     def weakest(self) -> list[str]:
-        """Criterion with the smallest reserve for each design, 'none' if all reserves are ample."""
+        """Criterion with the smallest reserve for each design, 'none' if all reserves are sufficient."""
         figures = (proposal.figures for proposal in self.proposals)
         return [LINKS[int(each.weakest[0])] if each.reserve[0] < 1.0 else "none" for each in figures]
 

@@ -78,7 +78,7 @@ class EaseOffReport(Report):
 
     def summary(self) -> str:
         """Return corners and coefficients of both flanks, and their definitions."""
-        text = f"Ease-off of {self.name}: the pinion's flanks against the conjugate of the untrimmed gear\n\n"
+        text = f"Ease-off of {self.name}: distance of the pinion flanks from flanks conjugate to the gear\n\n"
         modified = self.design.has_parabola
         shown = [key for key in self.results if modified or key[1] == GIVEN]
         rows = [("", [f"{flank} flanks" for flank, _ in shown])]

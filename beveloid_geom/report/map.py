@@ -71,12 +71,15 @@ class MapReport(ResultReport[DesignMap]):
         sound = bool(result.sound.any())
         cells = result.sound if sound else result.solved
         which = (
-            "neither hollow nor with negative backlash" if sound else "with a path, none of which is sound"
+            "that can be assembled and have no negative relative curvature or backlash"
+            if sound
+            else "with a path, of which none can be assembled without negative relative curvature or backlash"
         )
         both = " and ".join(dict.fromkeys(unit for unit in units if unit))
         values = "values of the members" if result.preset else "values of the inputs"
         unit_words = f"{values} in {both}" if both else f"{values} have no unit"
-        text += f"\nExtremes over the {np.count_nonzero(cells)} cells {which}, {unit_words}:\n"
+        extremes = f"Extremes over the {np.count_nonzero(cells)} cells {which}, {unit_words}:"
+        text += f"\n{textwrap.fill(extremes, LINE_WIDTH)}\n"
         return text + _extreme_lines(result, cells) + _quadrant_lines(result)
 
 
@@ -113,11 +116,11 @@ def cell_words(result: DesignMap) -> str:
 
 
 def _extreme_lines(result: DesignMap, cells: Mask) -> str:
-    """Return least and largest value of each result over some cells, and their positions; magnitudes of
+    """Return smallest and largest value of each result over some cells, and their positions; magnitudes of
     angles."""
     equal_tolerance = 1e-9
     first, second = (name[:10] for name in _headings(result))
-    lines = [f"{'':<27}{'least':>10}{first:>11}{second:>11}{'largest':>12}{first:>11}{second:>11}"]
+    lines = [f"{'':<27}{'smallest':>10}{first:>11}{second:>11}{'largest':>12}{first:>11}{second:>11}"]
     for figure in figures_of(result):
         values = np.where(cells, scaled(figure, getattr(result, figure)), np.nan)
         values = np.abs(values) if figure == "angle" else values
@@ -182,7 +185,10 @@ def _quadrant_lines(result: DesignMap) -> str:
     if not ratio > 0.0:
         return "\nThe design has no contact ratio: the cases are not compared.\n"
     values = "pinion {:g}, gear {:g}".format(*own_values(result.design, result.over, result.flank))
-    least = f"Least shift where the contact ratio is at least {ratio:.4f}, that of the design ({values}):"
+    least = (
+        f"Cases of the paper: smallest shift with a contact ratio of at least {ratio:.4f}, the ratio of the"
+        f" design ({values}):"
+    )
     text = f"\n{textwrap.fill(least, LINE_WIDTH)}\n"
     for name, (count, shift, where) in quadrant_bests(result, ratio).items():
         if math.isnan(shift):

@@ -134,14 +134,14 @@ class OperationReport(Report):
 
     @property
     def edge_remarks(self) -> tuple[Remark, ...]:
-        """Remark on edges that carry in a known cycle; otherwise empty."""
+        """Remark on edge contact in a known cycle; otherwise empty."""
         share = float(self.cycle.edge_share)
         if not share > 0.0 or self.along_lines:
             return ()
         codes = np.unique(self.first.limit[self.first.limit >= 0])
         edges = ", ".join(limit_words(self.design, int(code)) for code in codes)
         where = f" ({edges})" if edges else ""  # few positions may miss the edges
-        text = f"edges carry {100.0 * share:.3g} % of the mesh cycle{where}"
+        text = f"edges touch during {100.0 * share:.3g} % of the mesh cycle{where}"
         return (Remark(WARNING, f"{self.flank} flanks, in operation: {text}"),)
 
     @cached_property
@@ -215,10 +215,10 @@ class OperationReport(Report):
         )
         amplitudes = ", ".join(number("peak_to_peak", value) for value in np.abs(cycle.harmonics))
         text += line("amplitudes", f"{amplitudes} arcsec at the mesh frequency and its multiples")
-        share = f"carry {100.0 * float(cycle.edge_share):.1f} % of the cycle"
-        text += line("edges", "none touches before the flanks" if self.along_lines else share)
+        share = f"touch during {100.0 * float(cycle.edge_share):.1f} % of the cycle"
+        text += line("edges", "no edge touches before the flanks" if self.along_lines else share)
         if self.along_lines:
-            return text + line("hand-over", "none, several pairs carry at the same time")
+            return text + line("hand-over", "none, several pairs are in contact at the same time")
         changes = (cycle.changes[cycle.hand_over] - float(cycle.start)) / cycle.pitch
         return text + line("hand-over", ", ".join(f"{at:.4f}" for at in changes) + " pitches into the cycle")
 
@@ -239,7 +239,7 @@ class OperationReport(Report):
         return table_lines(
             {name: values[picked] for name, values in columns.items()},
             [status[k] for k in picked],
-            {"carried by": [carriers[k] for k in picked]},
+            {"in contact": [carriers[k] for k in picked]},
         )
 
 

@@ -86,7 +86,7 @@ class ContactReport(Report):
 
     @property
     def flank(self) -> str:
-        """Flanks that carry."""
+        """Driving flanks."""
         return self.path.flank
 
     @property
@@ -209,13 +209,13 @@ class ContactReport(Report):
         if self.lines is not None:
             text += ratio_lines(self.lines)
         if self.pressed is not None and not self.reason:
-            text += line("greatest pressure", self.pressure_words(self.pressed))
+            text += line("largest pressure", self.pressure_words(self.pressed))
         if self.certificate is not None:
             count = f"at {self.certified_count} of {path.status.size} positions"
             text += line("certified", f"{count} nothing on the driving flanks touches earlier")
         backlash = float(mounting_of(self.design).normal_backlash)
         if not math.isnan(backlash):
-            text += line("normal backlash", f"{backlash:z.6f} mm without errors and parabolas")
+            text += line("normal backlash", f"{backlash:z.6f} mm without errors and modifications")
         text += line("as mounted", f"backlash {self.backlash.line}")
         return text + remark_lines(self.remarks) + advice_lines(self.advice)
 

@@ -115,7 +115,7 @@ def pattern_report(
 
 
 def marked_face(side: MemberPattern) -> tuple[float, float]:
-    """Return the least and the largest z of the marked points, mm; NaN without any."""
+    """Return the smallest and the largest z of the marked points, mm; NaN without any."""
     z = side.z[side.marked]
     return (float(z.min()), float(z.max())) if z.size else (math.nan, math.nan)
 
@@ -139,7 +139,7 @@ def _side_lines(member: str, side: MemberPattern, requested: float, separation: 
     missed = "" if side.area_error <= requested else f", above the requested {100.0 * requested:g} %"
     least = side.least[np.isfinite(side.least)]
     nearest = (
-        f"least separation {1e3 * least.min():z.4f} um" if least.size else "no point is opposite a flank"
+        f"smallest separation {1e3 * least.min():z.4f} um" if least.size else "no point is opposite a flank"
     )
     text += line("", bound + missed)
     ellipse = marked_ellipse(side, separation)

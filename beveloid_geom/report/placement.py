@@ -84,7 +84,11 @@ class PlaceReport(ResultReport[Placement]):
         text += line(
             "middle",
             "of the path at mid-roll, on the pinion: its position on the face from the end at -z, z from"
-            f" mid-face, and distance from l1 = {result.wanted_l:.4f} mm, where it is centred in profile",
+            f" mid-face, and (off) its distance from l1 = {result.wanted_l:.4f} mm, where it is centred in"
+            f" profile",
+        )
+        text += line(
+            "ratio, TE, edges", "contact ratio (Eq. 16), transmission error of all teeth, edge contact"
         )
         letters = {"pinion_mounting": "dw1", "gear_mounting": "dw2"}
         for k, share in enumerate(result.at):
@@ -106,24 +110,27 @@ class PlaceReport(ResultReport[Placement]):
         return ["-" if cell.strip("+") == "nan" else cell for cell in cells]
 
     def _notes(self, k: int) -> list[str]:
-        """Return why a place cannot be reached, and the nearest place that can."""
+        """Return the reason if a position cannot be reached, and the nearest position that can be reached."""
         result, at = self.result, f"{100.0 * self.result.at[k]:g} %"
         status, face = PlaceStatus(int(result.status[k])), float(result.design.pinion.face_width)
         nearest = f"{100.0 * (result.z[k] / face + 0.5):.1f} % of the face, {_off(result, k)}"
         if status == PlaceStatus.OFF_CENTRE:
             lead = (
-                f"{at} centred in profile needs {_error_words(result, result.exact[k])}, where the pair jams"
+                f"{at} of the face, centred in profile, needs {_error_words(result, result.exact[k])}, but"
+                f" the pair"
+                " jams there"
             )
             if np.isnan(result.z[k]):
-                return [f"{lead}; no place near it in profile can be assembled"]
-            return [f"{lead}; the nearest that can be assembled is {nearest}"]
+                return [f"{lead}; it also jams at all nearby positions in profile"]
+            return [f"{lead}; the nearest position at which it can be assembled is {nearest}"]
         if status == PlaceStatus.NOT_CONVERGED:
             limits = " and ".join(
                 f"{scaled(f'{name}_error', size):.4g} {unit_of(name)} of {name.replace('_', ' ')}"
                 for name, size in zip(result.by, result.limits, strict=True)
             )
             return [
-                f"{at}: no mounting found within {limits} to either side (Newton's method did not converge)"
+                f"{at}: no mounting was found within {limits} to either side (Newton's method did not"
+                f" converge)"
             ]
         return []
 

@@ -109,7 +109,7 @@ class OnFlank(Protocol):
 
     @property
     def flank(self) -> str:
-        """Flanks that carry."""
+        """Driving flanks."""
 
 
 ResultT = TypeVar("ResultT", bound=OnFlank)
@@ -125,7 +125,7 @@ class ResultReport(Report, Generic[ResultT]):
 
     @property
     def flank(self) -> str:
-        """Flanks that carry."""
+        """Driving flanks."""
         return self.result.flank
 
 

@@ -55,7 +55,7 @@ class SensitivityReport(ResultReport[Sensitivity]):
     result : Sensitivity
         Derivatives of the path of contact.
     backlash_by : ndarray
-        Derivatives of the least normal backlash with respect to the same errors; NaN if unknown.
+        Derivatives of the smallest normal backlash with respect to the same errors; NaN if unknown.
     along_lines : bool
         Whether the flanks have line contact, for which the derivatives do not exist.
     """
@@ -148,7 +148,7 @@ class SensitivityReport(ResultReport[Sensitivity]):
         sizes = np.array([step.size for step in steps])
         shifts = (
             ("along the face", result.face_shift_by),
-            ("across the path", result.square_shift_by),
+            ("perpendicular to path", result.square_shift_by),
             ("z of the middle", result.z_by),
         )
         rows = [
@@ -158,7 +158,7 @@ class SensitivityReport(ResultReport[Sensitivity]):
         ]
         rows.append(("contact ratio", result.contact_ratio_by))
         rows.append((label("peak_to_peak"), scaled("peak_to_peak", result.peak_to_peak_by)))
-        rows.append(("least normal backlash, mm", self.backlash_by))
+        rows.append(("smallest normal backlash, mm", self.backlash_by))
         for words, rates in rows:
             if not np.isnan(rates).all():
                 cells = ["-" if np.isnan(value) else f"{value:z.6f}" for value in rates * sizes]

@@ -36,7 +36,7 @@ class SlidingReport(Report):
     path, sliding : ContactPath, Sliding
         Positions, and the sliding at them.
     least_roll, least_speed : float
-        Pinion roll angle (rad) and speed (mm/rad) of the least sliding.
+        Pinion roll angle (rad) and speed (mm/rad) of the smallest sliding.
     pitch_roll : float
         Pinion roll angle at which the path is nearest to the pitch point, rad; NaN at an end of the path.
     ranges : dict
@@ -57,7 +57,7 @@ class SlidingReport(Report):
 
     @property
     def flank(self) -> str:
-        """Flanks that carry."""
+        """Driving flanks."""
         return self.path.flank
 
     @property
@@ -89,7 +89,7 @@ class SlidingReport(Report):
         rows = self.rows()
         text = title + "\n" + table_lines({name: rows[name] for name in SHOWN}, rows["status"]) + "\n"
         low, high = self.ranges["speed"]
-        least = f"least at {math.degrees(self.least_roll):z.4f} deg of pinion roll"
+        least = f"smallest at {math.degrees(self.least_roll):z.4f} deg of pinion roll"
         text += head_lines(self.design)
         text += line("sliding speed", f"{low:.4f} to {high:.4f} mm/rad, {least}")
         for label, name, definition in (
@@ -125,7 +125,7 @@ def columns_of(path: ContactPath, sliding: Sliding) -> dict[str, FloatArray]:
 def sliding_report(name: str, design: Design, flank: str, points: int) -> SlidingReport:
     """Return the sliding of a single design at `points` positions of its path.
 
-    Ranges, least sliding and pitch point are taken from 201 positions."""
+    Ranges, smallest sliding and pitch point are taken from 201 positions."""
     path, dense_path = (path_of_contact(design, flank, count) for count in (points, 201))
     dense = sliding_of(dense_path)
     roll, speed = least_sliding(dense)
@@ -150,6 +150,6 @@ def sliding_report(name: str, design: Design, flank: str, points: int) -> Slidin
 
 
 def span_of(values: FloatArray) -> tuple[float, float]:
-    """Return the least and the largest finite value, NaN without any."""
+    """Return the smallest and the largest finite value, NaN without any."""
     finite = values[np.isfinite(values)]
     return (float(finite.min()), float(finite.max())) if finite.size else (math.nan, math.nan)

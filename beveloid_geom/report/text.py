@@ -115,12 +115,12 @@ def error_lines(design: Design) -> str:
 
 
 def place_words(design: Design, errors_at: ErrorsAt | None = None) -> str:
-    """Return where errors are measured, by default those of the design, and the distance to the mesh
+    """Return where errors are measured, by default those of the design, and the distance to the pitch
     point."""
     if (design.errors_at if errors_at is None else errors_at) == "mesh":
         return "at the mesh"
     distance = float(pivot_distance(design))
-    words = "" if math.isnan(distance) else f", {distance:.2f} mm from the mesh point"
+    words = "" if math.isnan(distance) else f", {distance:.2f} mm from the pitch point"
     return f"about the common perpendicular{words}"
 
 

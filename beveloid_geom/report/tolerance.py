@@ -167,7 +167,7 @@ def _running_data(study: ToleranceStudy) -> dict[str, Any]:
 
 def _running_words(running: CycleStatistics) -> str:
     count = running.status.size
-    text = f"edges carry some of the mesh cycle in {_percent(edges_carry(running), count)}"
+    text = f"edges touch during a part of the mesh cycle in {_percent(edges_carry(running), count)}"
     text += f" of the first {count} mountings"
     lost = count - int(np.count_nonzero(running.solved))
     return f"{text}; not known in {_percent(lost, count)}" if lost else text
@@ -226,7 +226,7 @@ def tolerance_remarks(design: Design, study: ToleranceStudy) -> tuple[Remark, ..
     if (running := study.running) is not None:
         first = f"{lead} of the first {running.status.size} mountings"
         carried = running.solved & (running.edge_share > 0.0)
-        counts.append((f"{first} have edges that carry some of the mesh cycle", carried, WARNING))
+        counts.append((f"{first} have edge contact during a part of the mesh cycle", carried, WARNING))
         ends = running.pattern_ends[running.pattern_known]
         patterns = np.asarray(ends[:, FACE_ENDS].any(axis=1) if ends.size else [False])
         furthest = f"{lead} of the {len(ends)} mountings that move the path furthest"

@@ -55,7 +55,8 @@ def tooth_hexahedra(
     bore_radius : float, optional
         mm; 0.45 of the smallest root radius by default.
     cells : Cells or sequence of Cells, optional
-        Numbers of elements, instead of `tolerance`. Those of different teeth may differ in `flank` only.
+        Numbers of elements, instead of `tolerance`. The numbers of different teeth may differ only in
+        `flank`.
 
     Returns
     -------
@@ -118,7 +119,7 @@ def _require_shape(mesh: VolumeMesh) -> None:
     if not min(scaled, ratio) >= MIN_SHAPE:
         text = (
             f"scaled Jacobian {rounded_down(scaled)}, ratio of determinants {rounded_down(ratio)}, "
-            f"the least is {MIN_SHAPE:g}"
+            f"both must be at least {MIN_SHAPE:g}"
         )
         raise ValueError(f"some elements are too distorted ({text}): {shape_cure}")
 

@@ -41,8 +41,8 @@ class VolumeMesh:
     """Hexahedra of some teeth of a gear, in the frame of the gear.
 
     Names of surfaces and sets are 'right flank', 'left flank', 'right fillet', 'left fillet', 'tip',
-    'bottom', 'toe', 'heel', 'bore', 'first side' and 'last side' (a complete gear has no sides). Of several
-    teeth these sets contain all teeth, and 'right flank 1' etc. a single one.
+    'bottom', 'toe', 'heel', 'bore', 'first side' and 'last side' (a complete gear has no sides). If there are
+    several teeth, these sets contain all of them, and sets such as 'right flank 1' contain a single tooth.
 
     Attributes
     ----------

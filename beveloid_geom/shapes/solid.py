@@ -145,8 +145,8 @@ def bore_of(member: Member, bore_radius: float | None) -> float:
     least, most = MIN_BORE_RATIO * root, root - MIN_RIM_MODULES * float(member.tool.normal_module)
     if not least * (1.0 - message_rounding) <= bore <= most * (1.0 + message_rounding):
         limits = f"between {least:.6g} and {most:.6g} mm, got {bore:.6g}"
-        why = f"{MIN_BORE_RATIO:g} of the smallest root radius {root:.6g} mm"
-        why += f", and {MIN_RIM_MODULES:g} modules less than it"
+        why = f"from {MIN_BORE_RATIO:g} of the smallest root radius, {root:.6g} mm,"
+        why += f" to {MIN_RIM_MODULES:g} modules below this radius"
         raise ArgumentError("bore_radius", f"must be {limits}: {why}")
     return bore
 

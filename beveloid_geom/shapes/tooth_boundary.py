@@ -167,7 +167,7 @@ def tip_sheet(member: Member) -> Sheet:
     if not width[worst] > least:
         text = f"the tooth is pointed at z = {z[worst]:.4g} mm"
         if width[worst] > 0.0:
-            text += f": its tip is {width[worst]:.2g} mm thick, the least is {least:.2g} mm"
+            text += f": its tip is {width[worst]:.2g} mm thick, it must be at least {least:.2g} mm"
         else:
             text += ", its flanks cross below the tip cone"
         raise ValueError(f"{text}: reduce the addendum, the profile shift or the face width")

@@ -5,11 +5,9 @@ the function changes sign between neighbouring grid points. Vertices are connect
 polygons. Two kinds of errors are estimated:
 
 1. A vertex is interpolated between the nearest values on its line. Its uncertainty is the distance to the
-zeros of
-   straight lines through the values on either side.
+   zeros of straight lines through the values on either side.
 2. A chord between two vertices omits at most the triangle between the directions of its neighbours, because
-an arc
-   without an inflection point lies inside it.
+   an arc without an inflection point lies inside it.
 
 The error of the area is the sum of both over the border. Where it is largest, the function is evaluated
 again: near uncertain vertices, and on the normal in the middle of chords, to insert a vertex. This is

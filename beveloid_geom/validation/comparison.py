@@ -249,7 +249,7 @@ def _turned(
         gear_roll += found.separation / lever
         if abs(found.separation) <= limit:
             return found.point, gear_roll
-    raise ArithmeticError("the least separation does not vanish within 8 turns of the gear")
+    raise ArithmeticError("the smallest separation is not zero within 8 turns of the gear")
 
 
 def by_five_equations(

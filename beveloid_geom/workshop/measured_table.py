@@ -176,6 +176,6 @@ def _point(row: _Row, names: list[str]) -> tuple[Place | None, tuple[float, ...]
         whole = False
     if not whole:
         commas = any("," in given.get(name, "") for name in "xyz")
-        cure = comma if commas else "a hole in the grid? measure it again"
-        raise MeasuredError(f"line {row.number} has no place, x, y and z in mm: {cure}")
+        cure = comma if commas else "is a point of the grid missing? measure it"
+        raise MeasuredError(f"line {row.number} has no point (x, y and z in mm): {cure}")
     return place, point

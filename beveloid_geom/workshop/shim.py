@@ -55,18 +55,19 @@ class Shim:
     wanted_z : float
         Required position of the middle of the path on the pinion, mm from mid-face; NaN if none is required.
     limit : float
-        Largest movement, mm.
+        Largest displacement that is allowed, mm.
     axial : array (2,)
-        Movements of pinion and gear from the positions of the design, mm, positive towards +z.
+        Displacements of pinion and gear from the positions of the design, mm, positive towards +z.
     distance : array (2,)
-        Mounting distances after the movements, mm.
+        Mounting distances after the displacements, mm.
     backlash, z, contact_ratio : float
         Backlash (mm), position of the middle of the path (mm) and contact ratio, computed for the new
         mounting. NaN without a path.
     residual : float
         Largest deviation from the requirements, mm.
     status : ShimStatus
-        Values are NaN unless it is REACHED or OUT_OF_REACH, if movements exceed the limit.
+        Values are NaN unless the status is REACHED, or OUT_OF_REACH (a displacement is larger than the
+        limit).
     """
 
     __repr__ = short_repr
@@ -96,7 +97,7 @@ def shim(design: Design, backlash: float, at: float | None = None, flank: str = 
         Smallest normal backlash over a mesh cycle, mm.
     at : float, optional
         Required position of the middle of the path as a share of the face of the pinion from -z, above 0 and
-        below 1. Without it, the movements are as small as possible.
+        below 1. If omitted, the displacements are as small as possible.
     flank : {'right', 'left'}
         Flank of the path.
 

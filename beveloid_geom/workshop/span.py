@@ -65,7 +65,8 @@ def span_over(member: Member, teeth: int | None = None, change: ArrayLike = 0.0)
     ----------
     member : Member
     teeth : int, optional
-        Number of teeth in the span. By default, the number with contact nearest to the V-cylinder.
+        Number of teeth in the span. By default, the number for which the contact is nearest to the
+        V-cylinder.
     change : float or array (k,)
         Change of the normal thickness, mm; negative for a thinner tooth.
 

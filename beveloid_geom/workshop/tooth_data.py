@@ -66,13 +66,13 @@ class ToothData:
     normal_thickness : array (k, 3)
         On the reference cylinder.
     chord_diameter : array (3,)
-        Cylinders on which the chord is given.
+        Diameters at which the chord is measured.
     chordal_thickness, chordal_height : array (k, 3)
     root_cone_angle : float
     infeed : float
-        Radial feed per axial feed towards +z.
+        Radial withdrawal of the hob per axial feed towards +z.
     swivel : float
-        Angle by which the head of a hob without lead is turned about the radial line.
+        Angle by which the head of the hob is turned about the radial line, for a hob with the lead angle 0.
     """
 
     __repr__ = short_repr

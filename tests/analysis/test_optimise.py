@@ -311,7 +311,7 @@ def test_no_other_coefficients_run_more_evenly(shift: float) -> None:
 
 
 def test_that_edges_carry_everywhere_is_said() -> None:
-    words = r"no coefficients were found with which no edge carries.* edges carry \d+(\.\d+)? % of a cycle"
+    words = r"no coefficients were found without edge contact.* edges touch during \d+(\.\d+)? % of a cycle"
     with pytest.raises(ValueError, match=words):
         optimise_parabola(table1(), DEEP)
 

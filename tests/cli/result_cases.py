@@ -320,7 +320,7 @@ CASES = {
         (*LEFT, *MODIFIED, "--resolution", "2", "--separation", "0.01"),
         pattern,
         {},
-        ("10 um thick", "mm^2 marked", "% of the active flank", "least separation"),
+        ("10 um thick", "mm^2 marked", "% of the active flank", "smallest separation"),
     ),
     "place": Case(
         (*LEFT, *MODIFIED, "--at", "50", "--by", "E,sigma"),
@@ -360,7 +360,7 @@ CASES = {
         ("--transmission-error-arcsec", "2", "--length", "25"),
         modify,
         {"helix_crowning_um": "helix_crowning_um", "length_mm": "length"},
-        ("helix crowning", "2 arcsec peak to peak", "25 mm along the face of the pinion", "carry nothing"),
+        ("helix crowning", "2 arcsec peak to peak", "25 mm along the face of the pinion", "no contact"),
     ),
     "optimise": Case(
         (

@@ -84,7 +84,7 @@ def test_check_prints_the_pivot(tmp_path: Path) -> None:
     assert "about the common perpendicular, 1" in words
     assert "same at the mesh in plane +0.02 deg lines meet at" in words
     plain = " ".join(run("check", written(tmp_path, "straight")).stdout.split())
-    assert "errors of the shaft angle turn about the common perpendicular, 1" in plain
+    assert "shaft-angle errors turn the gear about the common perpendicular, 1" in plain
     assert "-0.0000 " not in plain  # rounding of the backlash
 
 
@@ -111,7 +111,7 @@ def test_file_with_errors_at_the_mesh(tmp_path: Path) -> None:
         "errors for shift centre distance +0.05 mm, in plane +0.01 deg, out of plane +0.01 deg, pinion axial"
     )
     assert words in printed(path, "map", "--steps", "2")
-    assert "turn about the mesh point, 15" in printed(path, "check")
+    assert "turn the gear about the pitch point, 15" in printed(path, "check")
     data = json.loads(run("sensitivity", path, "--json").stdout)
     assert data["layout"]["errors_at"] == "mesh"
     assert data["errors_of_derivatives"][:3] == ["centre_distance", "in_plane", "out_of_plane"]

@@ -37,7 +37,9 @@ def test_installed_command_prints_a_table() -> None:
     assert (done.returncode, done.stderr) == (0, "")
     lines = done.stdout.splitlines()
     assert "dw1 = 211.594669 mm" in done.stdout
-    assert "  as mounted         backlash 0.041589 mm with errors and parabolas, least at" in done.stdout
+    assert (
+        "  as mounted         backlash 0.041589 mm with errors and modifications, smallest at" in done.stdout
+    )
     path = path_of_contact(builtin_design(), "right", 5)
     assert [float(word) for word in lines[10].split()[:3]] == pytest.approx(
         [math.degrees(path.pinion_roll[-1]), math.degrees(path.gear_roll[-1]), path.pinion_z[-1]], abs=5e-5

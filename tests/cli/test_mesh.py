@@ -226,7 +226,7 @@ def test_the_message_of_a_single_tooth_mentions_its_cut_sides(tmp_path: Path, na
     assert "** The loaded tooth is held at its cut sides: take --teeth 3 for stresses.\n" in text
     assert ", 1 tooth, " in text
     assert "*ELEMENT, TYPE=C3D20, " in text
-    assert "take 3 for stresses" in " ".join(run("--help").stdout.split())
+    assert "use 3 for stresses" in " ".join(run("--help").stdout.split())
     assert "** stresses at the contact are not resolved, those of the fillet are.\n" in text
 
 

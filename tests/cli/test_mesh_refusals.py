@@ -80,7 +80,7 @@ def test_internal_errors_are_not_reported_as_bad_input(
 
 def test_a_design_without_a_tooth_is_rejected(tmp_path: Path, design_file: Callable[..., Path]) -> None:
     design = design_file("profile_shift = 0.17", "profile_shift = -2.0")
-    assert "nothing of it is left" in refused(design, "--part", "pinion", "--out", tmp_path / "a.stl")
+    assert "it is removed completely" in refused(design, "--part", "pinion", "--out", tmp_path / "a.stl")
     assert "cannot be read" in refused("none.toml", "--part", "pinion", "--out", tmp_path / "a.stl")
     assert list(tmp_path.iterdir()) == [design]
 

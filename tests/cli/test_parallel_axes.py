@@ -75,7 +75,7 @@ def test_load_on_lines_of_contact() -> None:
 
 def test_flanks_limit_the_backlash() -> None:
     """The ends of a line of contact are not reported as edges."""
-    assert "stopped by" not in run("tca", NAME, "--points", "3").stdout
+    assert "flanks touch at" not in run("tca", NAME, "--points", "3").stdout
     data = json.loads(run("check", NAME, "--json").stdout)["mounted_backlash"]
     assert data["right"]["edges"] == data["left"]["edges"] == []
 
@@ -142,8 +142,8 @@ def test_a_loaded_tooth_is_written(part: str, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("place",), "so that it has no middle to place: give the pair a shaft angle"),
-        (("place", *PARABOLA), "runs along the whole face, with parabolas too"),
+        (("place",), "so that its middle cannot be moved: give the pair a shaft angle"),
+        (("place", *PARABOLA), "runs along the complete face, also with parabolas"),
         (("tolerance", "--shaft-angle-tolerance-deg", "0.01"), "any such error moves the contact to an edge"),
     ],
 )

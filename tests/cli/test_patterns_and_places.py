@@ -70,7 +70,7 @@ def test_a_position_without_a_mounting_has_a_note() -> None:
     result = run("place", "--by", "P,G", "--at", "25", "--at", "50", *MODIFIED)
     words = " ".join(result.stdout.split())
     assert result.exit_code == 0
-    assert "note 25 %: no mounting found within 50 mm of pinion axial and 50 mm of gear axial" in words
+    assert "note 25 %: no mounting was found within 50 mm of pinion axial and 50 mm of gear axial" in words
     assert "dw1 = " in words
     assert max(map(len, result.stdout.splitlines())) <= 100
 
@@ -82,15 +82,18 @@ def test_place_where_the_pair_jams() -> None:
     assert place["exact_offset_error"] == pytest.approx(-0.2547, abs=1e-3)
     assert np.isclose(place["z"], -12.5, atol=1e-6)
     words = " ".join(text.stdout.split())
-    assert "25 % centred in profile needs E -0.2546" in words
-    assert "where the pair jams; the nearest that can be assembled is 25.0 % of the face" in words
+    assert "25 % of the face, centred in profile, needs E -0.2546" in words
+    assert (
+        "but the pair jams there; the nearest position at which it can be assembled is 25.0 % of the face"
+        in words
+    )
 
 
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
         (("pattern", "--over", "E,P", "--offset-tolerance", "1"), "give the tolerance of both errors"),
-        (("pattern", "--over", "E,P", *SIZES), "--shaft-angle-tolerance-deg: --over is over other errors"),
+        (("pattern", "--over", "E,P", *SIZES), "--shaft-angle-tolerance-deg: this error is not in --over"),
     ],
 )
 def test_tolerances_that_do_not_fit_the_matrix(arguments: tuple[str, ...], words: str) -> None:

@@ -68,7 +68,7 @@ def test_refusal_writes_nothing(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     request = [word.replace("2.2957", "4") for word in REQUEST]
     line = refused(*request, "--out", path)
-    assert "the nearest that works: --crossing-deg 3.9" in line
+    assert "the nearest request with a solution: --crossing-deg 3.9" in line
     assert list(tmp_path.iterdir()) == []
     assert refused(*REQUEST, "--pick", "5", "--out", path).startswith("Error: --pick must be between 1 and")
     assert list(tmp_path.iterdir()) == []

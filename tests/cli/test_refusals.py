@@ -128,10 +128,10 @@ MESSAGES = {
     "grid --border 10": "--border must be a share as 10% or a length as 2mm, got '10'\n",
     "grid --measured missing.csv": "cannot read missing.csv (No such file or directory)\n",
     "tca --offset-error 61": "--offset-error must be between -60 and 60 mm, 10 modules, got 61.0",
-    "pattern --over offset": "--over must be two different ones of offset (E), shaft-angle (Sigma)",
+    "pattern --over offset": "--over must be two different errors of offset (E), shaft-angle (Sigma)",
     "pattern --over E,E": "--over must be two different ones of",
-    "pattern --offset-tolerance 1": "--offset-tolerance: it holds for a matrix of patterns",
-    "place --by E,H": "--by must be two different ones",
+    "pattern --offset-tolerance 1": "--offset-tolerance is for patterns under two errors",
+    "place --by E,H": "--by must be two different errors",
     "place --l1 30": "l must be on the pinion's profile",
     "propose --teeth -25 31": "--teeth must be at least 1, got -25: internal gears are not covered",
     "propose --module 3 --teeth 25 31": "--shaft-angle-deg is",
@@ -236,7 +236,7 @@ MESH = {
             ("pinion-flank", ".stp"),
         )
     },
-    "gear .inp": {"": "cannot be written as .inp: for all teeth of it give --part gear-tooth --teeth 45\n"},
+    "gear .inp": {"": "cannot be written as .inp: for all its teeth, give --part gear-tooth --teeth 45\n"},
     "pinion .xyz": {"": "Error: --out: .xyz is not a known format: give one of .inp, .msh"},
     "pair ": {"": "a name without a suffix is not a known format"},
 }

@@ -86,7 +86,7 @@ def test_jammed_pair(command: str) -> None:
     given = ("--offset-error", "-0.5", *few.get(command, ()))
     result, data, table = (run(command, *given, *form) for form in ((), ("--json",), ("--csv",)))
     words, entries = " ".join(result.stdout.split()), strict_json(data.stdout)
-    assert "backlash -0.313020 mm with errors and parabolas" in words
+    assert "backlash -0.313020 mm with errors and modifications" in words
     assert "the pair cannot be assembled" in words
     assert result.stderr.startswith("Jammed: the pair cannot be assembled: the other flanks interfere")
     assert (result.exit_code, table.exit_code, data.exit_code, data.stderr) == (1, 1, 1, "")

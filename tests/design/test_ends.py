@@ -109,7 +109,7 @@ def test_printed_ends_of_lines_of_contact() -> None:
     design = builtin_design("anti-backlash")
     text = contact_report("x", design, "right", 5).summary()
     assert "gear heel to gear toe" in text  # from -z to +z
-    assert "stopped by" not in text  # lines of contact
+    assert "flanks touch at" not in text  # lines of contact
     data = contact_report("x", builtin_design("anti-backlash"), "right", 5).data()
     assert data["contact_lines"]["limit"][2] == ["gear_toe", "gear_heel"]
 
@@ -121,7 +121,7 @@ def test_edges_that_limit_the_backlash() -> None:
     backlash = backlash_data(design)["mounted_backlash"]
     assert backlash["right"]["edges"] == [{"member": "gear", "limit": "toe"}]  # at -z
     assert backlash["left"]["edges"] == [{"member": "gear", "limit": "heel"}]
-    words = "on the right stopped by the gear's heel, on the left stopped by the gear's toe"
+    words = "right flanks touch at the gear's heel and left flanks touch at the gear's toe"
     assert words in backlash_report(design).line
 
 

@@ -15,6 +15,7 @@ from beveloid_geom.design.modification import kinds_of, length_of
 FILE = design_text(builtin_design())
 FAULTS = {
     "helix_crown_um = 1.0": "helix_crown_um is unknown: did you mean helix_crowning_um?",
+    "lead_crowning_um = 1.0": "lead_crowning_um is unknown: did you mean helix_crowning_um?",
     "tip_relief_um = 3.0": "[pinion.modification] tip_relief_um needs tip_relief_length_mm",
     "toe_relief_length_mm = 3.0": "[pinion.modification] toe_relief_length_mm needs toe_relief_um",
     "twist_um = nan": "[pinion.modification] twist_um must be a finite number, got nan",

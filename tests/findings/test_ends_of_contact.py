@@ -109,7 +109,7 @@ def test_remarks_on_mountings_with_contact_at_edges() -> None:
     assert share > 0.02
     lead, reach = "right flanks:", "of mountings have contact that reaches an end of a face,"
     assert texts[f"{lead} {100.0 * share:.3g} % {reach}"] == "warning"
-    carried = "of the first 4 mountings have edges that carry some of the mesh cycle,"
+    carried = "of the first 4 mountings have edge contact during a part of the mesh cycle,"
     assert texts[f"{lead} 100 % {carried}"] == "warning"
     plain = tolerance_study(TABLE1, USUAL, "right", 50, operation=3)
     (pattern,) = tolerance_remarks(TABLE1, plain)

@@ -97,7 +97,7 @@ def test_edge_contact_is_a_warning_of_operation() -> None:
     given = ("--parabola-pinion", "0.001", "--parabola-gear", "-0.001", "--points", "61", "--json")
     data = strict_json(run("operation", *given).stdout)
     (warning,) = data["warnings"]
-    assert warning == "right flanks, in operation: edges carry 18.1 % of the mesh cycle (gear tip)"
+    assert warning == "right flanks, in operation: edges touch during 18.1 % of the mesh cycle (gear tip)"
     (note,) = strict_json(run("operation", "--points", "3", "--json").stdout)["notes"]
     assert note.endswith("reaches pinion tip, gear tip, pinion toe, pinion heel")
 

@@ -140,7 +140,7 @@ def test_first_contacts_are_points_of_the_path(flank: str) -> None:
 def test_report_and_pattern_of_lines() -> None:
     report = operation_report("helical", HELICAL, "right", 25, 5, FILM)
     assert set(report.carriers) == {"a line"}
-    assert "several pairs carry" in report.summary()
+    assert "several pairs are in contact" in report.summary()
     pattern = contact_pattern(HELICAL)
     assert pattern.pinion.area_share > 0.98
     assert np.nanmax(np.abs(pattern.pinion.least[pattern.pinion.marked])) < FILM

@@ -106,7 +106,7 @@ def test_sensitivity_at_the_mesh(name: str, flank: str) -> None:
 
 
 def test_a_distant_apex_in_every_study() -> None:
-    """37/37 teeth, apex 1.69 m away: 0.02 deg in plane about the mesh point and about the common
+    """37/37 teeth, apex 1.69 m away: 0.02 deg in plane about the pitch point and about the common
     perpendicular.
 
     The rates differ from the shift by its curvature.
@@ -175,7 +175,7 @@ def test_limits_of_offset_errors_on_intersecting_axes(design: Design) -> None:
             "offset is about the common perpendicular, in_pla",
         ),
         (lambda: place_of(("offset", "E")), "there is no error 'E': there are offset, shaft_angle, pinion"),
-        (lambda: place_path(EQUAL, by=("shaft_angle", "in_plane")), "take errors of one place"),
+        (lambda: place_path(EQUAL, by=("shaft_angle", "in_plane")), "give two errors of the same kind"),
         (lambda: tolerance_study(EQUAL, Tolerances(0.1, in_plane=1e-4)), "tolerance of offset is about the"),
         (
             lambda: tolerance_study(EQUAL, Tolerances(in_plane=0.07)),

@@ -237,7 +237,7 @@ def test_undercut_that_ends_a_path_has_its_note(
     design = Design(members[0], members[1], Pair(offset, 0.0))
     found = [remark for remark in remarks_on(design) if "undercut" in remark.text]
     assert [remark.level for remark in found] == ["warning", "warning", "note", "note"]
-    assert "along the whole face, it loses up to" in found[0].text
+    assert "along the complete face, it loses up to" in found[0].text
     assert found[2].text == f"the path of contact of the right flanks {words}"
 
 

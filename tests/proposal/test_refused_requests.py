@@ -26,7 +26,7 @@ def test_refusal_names_the_nearest_request() -> None:
     assert_sound(nearest, propose(nearest))
     line = refusal(request, refused.value.reason, nearest)
     assert line.count("\n") == 0
-    assert "the nearest that works: --crossing-deg 3.9" in line
+    assert "the nearest request with a solution: --crossing-deg 3.9" in line
 
 
 @pytest.mark.parametrize("flank", ["right", "left"])
@@ -106,7 +106,7 @@ BAD = {
     "no helix": (replace(TABLE1, helix_angle=None), "helix_deg is missing"),
     "not this gear": (replace(MARINE, offset=0.0, teeth=(24, 60)), "teeth must be 61 for the gear"),
     "backlash": (replace(FIRST, backlash=5.0), "backlash must be between 0 and 1 modules, got 1.25"),
-    "limits": (replace(FIRST, shift_limits=Bounds(0.5, 0.0)), "shift_limits must be the lower limit first"),
+    "limits": (replace(FIRST, shift_limits=Bounds(0.5, 0.0)), "shift_limits needs the lower limit first"),
     "module": (replace(FIRST, module=-1.0), "module must be between 0.01 and 100 mm, got -1.0"),
 }
 

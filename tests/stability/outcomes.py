@@ -103,10 +103,11 @@ def attempted(method: Callable[[], str]) -> str:
 
 
 def of_meshes(case: Case, polish: bool, moved: tuple[float, float, float], turned: float = 0.0) -> str:
-    """A status; or, against the path: polished exact within what rounding leaves, facets near, or off by more
-    and saying so; another place, where the flanks overlap more; the nearest points, where no tangency is.
+    """Return a status or the result of a comparison with the path: exact or in doubt for polished positions,
+    near or off within the error estimate for facets, another place at which the flanks overlap more, or
+    nearest points if there is no tangency.
 
-    The pose is `turned` (rad)."""
+    The pose is rotated by `turned` (rad)."""
     design, scale = case.design, max(1.0, scale_of(case.design))
     ends = path_of_contact(design, case.flank, POINTS).ends
     true = None
@@ -125,7 +126,7 @@ def of_meshes(case: Case, polish: bool, moved: tuple[float, float, float], turne
         return "another place" if met.separation < -EXACT * scale else WRONG
     if polish:
         return "exact" if met.doubt <= CERTAIN * scale else "in doubt"
-    return "near" if away <= NEAR else "off, says so"
+    return "near" if away <= NEAR else "off, within estimate"
 
 
 def of_first_contact(case: Case, path: ContactPath) -> str:

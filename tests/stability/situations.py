@@ -153,30 +153,30 @@ SITUATIONS = (
         "helix angle of one member 0, 1e-12 deg", late(lambda: one_spur(0.0), lambda: one_spur(1e-12)), ALL
     ),
     Situation(
-        "helix angles that cancel, axes apart",
+        "helix angles with the sum 0, axes with an offset",
         of(spur(0.0, 0.0), spur(25.0, -25.0)),
         STATUS,
         "the shaft angle follows from the helix angles",
         checked,
     ),
     Situation(
-        "axes that intersect, teeth straight or not; 1e-6 mm apart",
+        "intersecting axes, straight and helical teeth; offset 1e-6 mm",
         of(*INTERSECTING, replace(INTERSECTING[0], pair=replace(INTERSECTING[0].pair, offset=1e-6))),
         ALL,
     ),
     Situation(
-        "the same, 0.05 deg of shaft angle about the apex, 1.7 m away",
+        "the same, shaft-angle error of 0.05 deg about the apex at 1.7 m",
         of(turned(Errors(shaft_angle=radians(0.05)))),
         ("status", "first contact"),
         "the path of contact does not meet the right flanks",
     ),
     Situation(
-        "the same, 0.05 deg in plane about the mesh point; out of it",
+        "the same, 0.05 deg about the pitch point, in plane, out of plane",
         of(*(turned(MeshErrors(**{way: radians(0.05)})) for way in ("in_plane", "out_of_plane"))),
         ALL,
     ),
     Situation(
-        "built-in pairs: crossed, two on axes that intersect",
+        "built-in pairs: one on crossed axes, two on intersecting axes",
         of(*map(builtin_design, ("ni-2017", "awd-transfer", "marine-gearbox"))),
         ALL,
     ),
@@ -193,13 +193,13 @@ SITUATIONS = (
         checked,
     ),
     Situation(
-        "shaft angle 1e-2, 1e-6 deg above the fold",
+        "shaft angle 1e-2, 1e-6 deg above the smallest one (n_x = 0)",
         late(lambda: folding(1e-2), lambda: folding(1e-6)),
         PATHS,
         "the pair cannot be assembled",
     ),
     Situation(
-        "past the fold by 1e-9, 1 deg",
+        "shaft angle 1e-9, 1 deg below the smallest one (n_x = 0)",
         late(*(lambda below=b: at_shaft_angle(held(table1()), fold() - below) for b in (1e-9, 1.0))),
         STATUS,
         "no common normal in this layout: is the shaft angle right?",
@@ -239,7 +239,7 @@ SITUATIONS = (
         "the path of contact does not meet the right flanks",
     ),
     Situation(
-        "the same, convex flanks, laid out with a shaft angle of 0.001 deg",
+        "the same, convex flanks, design with a shaft angle of 0.001 deg",
         of(at_shaft_angle(HELICAL.with_parabola(-5e-4, -5e-4), 0.001)),
         PATHS,
         "the contact ratio is below 1",
@@ -263,7 +263,7 @@ SITUATIONS = (
         in_file("shaft_angle_deg = 15.0", "shaft_angle_deg = -15.0"),
     ),
     Situation(
-        "hands equal, opposite, both left",
+        "helix hands equal, opposite, both left",
         late(lambda: of_hands(20.0, 20.0), lambda: of_hands(30.0, -12.0), lambda: of_hands(-25.0, -10.57)),
         ALL,
     ),
@@ -281,10 +281,13 @@ SITUATIONS = (
         "the roll turns back along the path",
     ),
     Situation(
-        "the same, at the saddle", lambda: beside_the_fold(-0.3), PATHS, "the roll turns back along the path"
+        "the same, at the saddle point",
+        lambda: beside_the_fold(-0.3),
+        PATHS,
+        "the roll turns back along the path",
     ),
     Situation(
-        "the same, 0.001 mm from where they are one",
+        "the same, 0.001 mm from the position at which both coincide",
         lambda: beside_the_fold(1e-3),
         PATHS,
         "the roll turns back along the path",
@@ -304,34 +307,34 @@ SITUATIONS = (
         checked,
     ),
     Situation(
-        "flanks that never meet: no depth, far apart",
+        "flanks without contact: no common depth, large distance",
         of(APART["no depth"], APART["axial"]),
         STATUS,
         "the path of contact does not meet the right flanks",
     ),
-    Situation("one tooth", of(ONE), ALL, "an edge carries there"),
+    Situation("one tooth", of(ONE), ALL, "an edge touches there"),
     Situation("1000 teeth: gear, both", of(*MANY.values()), ALL),
     Situation("module 0.05, 50 mm", late(lambda: of_module(0.05), lambda: of_module(50.0)), ALL),
     Situation(
-        "misaligned off the face: offset, shaft angle",
+        "path moved off the face by an offset, a shaft-angle error",
         of(table1(errors=Errors(offset=1.3)), table1(errors=Errors(shaft_angle=radians(0.05)))),
         ("status", "first contact"),
         "the path of contact does not meet the right flanks",
     ),
     Situation(
-        "off one member only",
+        "path off the flank of one member only",
         of(table1(errors=Errors(pinion_axial=60.0)), table1(errors=Errors(gear_axial=-70.0))),
         STATUS,
         "the path of contact does not meet the right flanks",
     ),
     Situation(
-        "path in two pieces",
+        "path in two segments",
         lambda: [Case(case.design, case.flank) for case in SPLIT[:3]],
         PATHS,
         "the path has 2 segments on the flanks",
     ),
     Situation(
-        "lost by earlier versions, found at random",
+        "random pairs whose path earlier versions did not find",
         lambda: [Case(c.design, c.flank) for c in list(LOST.values())[1:4]],
         PATHS,
         "whether something touches earlier is unknown",
@@ -345,7 +348,9 @@ SITUATIONS = (
     Situation(
         "mesh 10 m from the origin", of(MODIFIED, flanks=("left",)), ALL, disturbed=ten_metres_away, moved=FAR
     ),
-    Situation("pose of equal gears that ties", of(meshes.alike(-0.001), meshes.alike(0.0)), ALL),
+    Situation(
+        "equal gears, vertices of both meshes equally near", of(meshes.alike(-0.001), meshes.alike(0.0)), ALL
+    ),
     Situation(
         "mirrored, members exchanged, lengths x 0.01, x 100",
         lambda: list(symmetric()),

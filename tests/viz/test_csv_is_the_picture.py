@@ -152,7 +152,7 @@ SAID = {
     "fig-12": (SHIFT, ("pinion_shift_mm", "gear_shift_mm")),
     "fig-13": (SHIFT, ("pinion_shift_mm", "gear_shift_mm")),
     "transmission-error": (
-        r"peak to peak (\S+) arcsec = \S+ µm\nedges carry (\S+) %; ratio (\S+), in operation (\S+)",
+        r"peak to peak (\S+) arcsec = \S+ µm\nedge contact (\S+) %; ratio (\S+), in operation (\S+)",
         ("peak_to_peak_rad", "edge_share", "contact_ratio", "operating_contact_ratio"),
     ),
     "pattern": (r"(\S+)\s% of the flank, (\S+)\smm²", ("area_share", "area_mm2")),

@@ -88,7 +88,7 @@ def test_lines_carry_and_not_their_ends() -> None:
     report = operation_report("", PAIR, "right", 13, 3, 0.00635)
     assert report.cycle.edge_share == 0.0
     graph = motion_graph.motion_graph(report)
-    assert "lines of contact carry" in motion_graph.graph_text(graph)
+    assert "contact along lines" in motion_graph.graph_text(graph)
     assert not graph.edge[np.abs(graph.alone) < 1e-12].any()
     assert graph.edge.any()  # a tooth pair alone, beyond its lines
 

@@ -77,7 +77,7 @@ def test_grids_of_undercut_flanks_begin_above_the_fillet() -> None:
     grid = measuring_grid(member, border=0.0)
     for number, flank in enumerate(("right", "left")):
         np.testing.assert_allclose(grid.l[number, 0], undercut_of(member, flank, 9).start, atol=1e-12)
-    with pytest.raises(ValueError, match="nothing of it is left"):
+    with pytest.raises(ValueError, match="it is removed completely"):
         measuring_grid(Member(MEMBERS["spur"].tool, 8, 0.0, radians(20.0), -0.5, 60.0))
 
 
@@ -228,7 +228,7 @@ BAD = {
     ),
     "an empty cell": (
         lines(lambda own: [*own[:3], "right,1,3,,2.0,3.0", *own[4:]]),
-        "line 4 has no place, x, y and z in mm: a hole in the grid",
+        "line 4 has no point (x, y and z in mm): is a point of the grid missing",
     ),
     "not a number": (lines(lambda own: [*own[:3], "right,1,3,nan,2.0,3.0", *own[4:]]), "line 4 has no place"),
     "too few": (without_names(lambda own: own[:-1]), "has 89 points in place of 90 of both flanks"),
@@ -270,7 +270,7 @@ BAD = {
     "um in brackets": (unnamed(",", "x(um),y(um),z(um)\n")(GRID), "line 1: x_um must be in mm, as x_mm"),
     "a hole in numbered points": (
         "\n".join(f"{i} {' '.join(p[: 3 - (i == 4)])}" for i, p in enumerate(xyz(GRID))),
-        "line 5 has no place, x, y and z in mm: a hole in the grid",
+        "line 5 has no point (x, y and z in mm): is a point of the grid missing",
     ),
     "a hole in the first point": ("right,1,1,,2.0,3.0\n", "line 1 has no place, x, y and z in mm: a hole"),
     "nothing": ("", "has 0 points in place of 90"),

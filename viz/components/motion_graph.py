@@ -151,7 +151,7 @@ def graph_text(graph: MotionGraph) -> str:
         text = "peak to peak zero within rounding"
     else:
         text = f"peak to peak {ARCSEC * swing:.3g} arcsec = {1e3 * swing * graph.pitch_radius:.3g} \u00b5m"
-    share = f"edges carry {100.0 * float(report.cycle.edge_share):.3g} %"
+    share = f"edge contact {100.0 * float(report.cycle.edge_share):.3g} %"
     if report.along_lines:
-        share = "lines of contact carry"
+        share = "contact along lines"
     return f"{text}\n{share}; {ratio_words(report.eq16, report.operating)}"

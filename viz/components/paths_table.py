@@ -59,7 +59,7 @@ REASONS = {
 
 
 def at_the_mesh(design: Design) -> str:
-    """Return " at the mesh" if the errors of a design are relative to the mesh point, otherwise ''."""
+    """Return " at the mesh" if the errors of a design are relative to the pitch point, otherwise ''."""
     return " at the mesh" if design.errors_at == "mesh" else ""
 
 

@@ -19,10 +19,10 @@ edge = first.limit[:, 0] >= 0
 
 figure, axes = plt.subplots(figsize=(5.0, 3.5), layout="constrained")
 axes.plot(np.degrees(roll), np.where(edge, np.nan, error), label="flank on flank")
-axes.plot(np.degrees(roll), np.where(edge, error, np.nan), label="an edge carries")
+axes.plot(np.degrees(roll), np.where(edge, error, np.nan), label="an edge touches")
 axes.set(xlabel="pinion roll (deg)", ylabel="transmission error: gear ahead (arcsec)")
 axes.legend()
 plt.show()
 
 peak_to_peak = float(cycle.peak_to_peak)
-print(f"{np.degrees(peak_to_peak) * 3600.0:.7f} arcsec peak to peak, edges carry {cycle.edge_share:.1%}")
+print(f"{np.degrees(peak_to_peak) * 3600.0:.7f} arcsec peak to peak, edge contact {cycle.edge_share:.1%}")

@@ -119,7 +119,7 @@ class Calculation:
         }
 
     def remarks(self) -> dict[str, Any]:
-        """Return all remarks, backlash, and the greatest pressure under the torque; or that the pair jams."""
+        """Return all remarks, backlash, and the largest pressure under the torque; or that the pair jams."""
         design, flank, jam = self.design, self.settings.flank, self.backlash.jam
         if jam:
             return _nothing("jammed", jam)
@@ -135,7 +135,7 @@ class Calculation:
             remarks += pressure_remarks(pressed)
             known = pressed.pressure[np.isfinite(pressed.pressure)]
             text = f"{known.max():.1f}" if known.size else "not known"
-            figures.append(Figure("pressure", "Greatest pressure (Hertz)", text, "MPa"))
+            figures.append(Figure("pressure", "Largest pressure (Hertz)", text, "MPa"))
         return {"status": "solved", "remarks": _data(remarks), "figures": [vars(one) for one in figures]}
 
     def _first_remarks(self) -> Iterator[Remark]:
@@ -155,7 +155,7 @@ class Calculation:
         swing = ARCSEC * float(operation.cycle.peak_to_peak)
         yield Figure("error", "Transmission error, peak to peak", f"{swing:.3f}", "arcsec")
         share = 0.0 if operation.along_lines else 100.0 * float(operation.cycle.edge_share)
-        yield Figure("edges", "Mesh cycle carried by edges", f"{share:.1f}", "%")
+        yield Figure("edges", "Edge contact, share of the mesh cycle", f"{share:.1f}", "%")
 
 
 def _nothing(status: str, reason: str) -> dict[str, Any]:

@@ -25,7 +25,7 @@ from beveloid_geom.cli.options import (
 from ..options import command, option
 
 FILM = "Thickness of the marking compound of the pattern, and of the film of a second contact ratio."
-TORQUE = "Torque on the pinion for the greatest pressure (Hertz); 0 for none."
+TORQUE = "Torque on the pinion for the largest pressure (Hertz); 0 for none."
 
 
 @command("explore-pair")

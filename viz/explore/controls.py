@@ -22,7 +22,7 @@ from beveloid_geom.design.modification import kinds_of, length_of
 FLANKS = tuple(FLANK_SIGN)
 MEMBERS = ("pinion", "gear")
 PLACES: tuple[ErrorsAt, ...] = ("perpendicular", "mesh")
-"""Places at which errors are measured: the common perpendicular, or the mesh point."""
+"""Places at which errors are measured: the common perpendicular, or the pitch point."""
 ERRORS: dict[ErrorsAt, dict[str, tuple[str, str]]] = {
     "perpendicular": {
         "offset_error": ("offset", "Offset"),

@@ -102,7 +102,7 @@
   const flankChoice = choice("flank", "Driving flanks", { right: "right", left: "left" });
   const placeChoice = choice("errors_at", "Measured at", {
     perpendicular: "common perpendicular",
-    mesh: "mesh point",
+    mesh: "pitch point",
   });
   find("controls").append(
     group("Assembly errors", true, placeChoice, boxes.perpendicular, boxes.mesh),

@@ -98,7 +98,7 @@ FIGURES = (
     Figure("pattern-errors", "Contact pattern under two errors", "results.pattern_errors", flat=True),
     Figure(
         "transmission-error",
-        "Motion graph: transmission error of every tooth pair, and of the pair that carries",
+        "Motion graph: transmission error of every tooth pair, and of the pair in contact",
         "results.transmission_error",
         of_flank=True,
         flat=True,

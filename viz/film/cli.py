@@ -1,4 +1,4 @@
-"""`render-animation`: a film of the pair in mesh as GIF or MP4."""
+"""`render-animation`: an animation of the pair in mesh as GIF or MP4."""
 
 from __future__ import annotations
 
@@ -44,7 +44,8 @@ def check_format(out: Path, size: tuple[int, int], fps: float, frames: int) -> N
     elif suffix == ".gif" and abs(100.0 / fps - max(2, round(100.0 / fps))) > 1e-6:
         delays = sorted({max(2.0, 100.0 // fps + more) for more in (0, 1)}, reverse=True)
         rates = " or ".join(f"{100.0 / delay:.4g}" for delay in delays)
-        fault = f"--fps {fps:g}: delays of a GIF are hundredths of a second, from 2: take {rates}, or .mp4"
+        delay_limits = "the delays of a GIF are whole hundredths of a second, at least 2"
+        fault = f"--fps {fps:g}: {delay_limits}: take {rates}, or .mp4"
     elif suffix == ".mp4" and any(side % 2 for side in size):
         fault = f"--size {size[0]}x{size[1]}: both sides of an MP4 must be even"
     elif suffix == ".mp4" and find_spec("imageio_ffmpeg") is None:
@@ -78,11 +79,11 @@ def main(
     size: tuple[int, int],
     **changes: Any,
 ) -> None:
-    """Write a film of the pair in mesh, with the contacts moving over the flanks.
+    """Write an animation of the pair in mesh, with the contacts moving over the flanks.
 
-    The gear is held by the first contact of all teeth, edges included: rigid teeth without load. The film
-    repeats without a jump. MP4 needs pip install 'beveloid-geom[film]'. Exit status 1 without contact on the
-    flanks, 4 if the motion could not be computed."""
+    The position of the gear follows from the first contact of all teeth, edges included. Teeth are rigid and
+    without load. The animation repeats without a jump. MP4 needs pip install 'beveloid-geom[film]'. The exit
+    status is 1 without contact on the flanks, 4 if the motion could not be computed."""
     from tqdm import tqdm
 
     from beveloid_geom.support.atomic_file import atomic_file
@@ -112,7 +113,7 @@ def main(
             write_film(film, made, size, fps, order)
             part.write_bytes(made.read_bytes())
     except NoFilmError as error:
-        raise no_result(error.reason, "no film") from None
+        raise no_result(error.reason, "no animation") from None
     count, megabytes = steps * pitches, 1e-6 * out.stat().st_size
     seconds_taken = time.perf_counter() - begin
     write_out(

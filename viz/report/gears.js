@@ -184,7 +184,7 @@ window.beveloidGears = function (data) {
     return x * sum - before + rows[n * size];
   }
 
-  // The gear's phase at a roll, and the edge that carries, if one does.
+  // The gear's phase at a roll, and the edge in contact, if there is one.
   function atCycle({ cycle }, roll) {
     const { start, pitch, ends, phase, edges } = cycle;
     const into = roll - start - Math.floor((roll - start) / pitch) * pitch;

@@ -2,7 +2,7 @@
 
 Objectives and constraints are those of an `Aim` (`analysis.optimise`), without its bounds of parabola
 coefficients. The variables are amounts of second order (slopes, crownings and twist) of both members on the
-flanks that carry. Each is scaled by its bounds to x from 0 to 1. Starting values are the best points of a
+driving flanks. Each is scaled by its bounds to x from 0 to 1. Starting values are the best points of a
 Halton sequence within the bounds. SciPy's SLSQP continues from there, with derivatives by differences of
 X_STEP, because paths of modified flanks have more rounding than those of generated flanks. All designs of a
 sequence or a difference are one batch.
@@ -58,15 +58,15 @@ def optimise_amounts(
     Parameters
     ----------
     design : Design
-        A single design; its amounts are compared with the optimum. Its parabolas and all other amounts are
-        kept.
+        A single design. The result also contains the values for the design as given. Its parabolas and all
+        other amounts are not changed.
     aim : Aim
         The bounds of the parabola coefficients are not used.
     bounds : mapping
         Lower and upper bound, um, of each amount to optimise, by names such as `pinion.helix_crowning_um`:
         slopes, crownings, twist, and reliefs whose length is given in the design.
     flank : {'right', 'left'}
-        Flank that carries. The modification of the other flank is kept.
+        Driving flank. The modification of the other flank is kept.
 
     Returns
     -------
@@ -76,9 +76,8 @@ def optimise_amounts(
     ------
     ValueError
         For a batch; for an aim without errors; for unknown names, reliefs without a length, and empty bounds;
-        if no amounts satisfy the
-        constraints, or none of them can be assembled. If the aim excludes edge contact, also if edges carry
-        with all amounts found.
+        if no amounts satisfy the constraints, or none of them can be assembled. If the aim excludes edge
+        contact, also if edges touch with all amounts found.
 
     Examples
     --------
@@ -158,7 +157,7 @@ class _Search:
                 continue
             if self.aim.edges or operation_of(design, self.flank, self.aim).edge_share == 0.0:
                 return amounts
-        reason = "leave no backlash" if self.aim.edges else "leave no backlash or let an edge carry"
+        reason = "leave no backlash" if self.aim.edges else "leave no backlash or cause edge contact"
         raise ValueError(f"all amounts found {reason}: reduce the errors, or widen the bounds")
 
     def _violation(self, found: Objectives) -> FloatArray:
@@ -182,13 +181,16 @@ class _Search:
         ratio, centre = f"{found.contact_ratio[k]:.3f}", f"{abs(found.centre[k]):.3g} mm"
         swing, shift = f"{found.peak_to_peak[k]:.3g} rad", f"{found.shift[k]:.3g} mm"
         constraints = [
-            (margins[0], f"its contact ratio is {ratio}, wanted {aim.contact_ratio:g} or more"),
-            (margins[1:3].min(), f"its distance from mid-face is {centre}, wanted {aim.off_centre:g} mm"),
-            (margins[3], f"its transmission error is {swing}, wanted {aim.peak_to_peak:.3g} rad"),
-            (margins[4], f"its shift is {shift}, wanted {aim.shift:g} mm"),
+            (margins[0], f"its contact ratio is {ratio}, required are {aim.contact_ratio:g} or more"),
+            (
+                margins[1:3].min(),
+                f"its distance from mid-face is {centre}, allowed are {aim.off_centre:g} mm",
+            ),
+            (margins[3], f"its transmission error is {swing}, allowed are {aim.peak_to_peak:.3g} rad"),
+            (margins[4], f"its shift is {shift}, allowed are {aim.shift:g} mm"),
             (
                 margins[5:].min(initial=np.inf),
-                "no other tooth pair is ahead at an end of the path, so that an edge carries",
+                "no other tooth pair is ahead at an end of the path, so that an edge touches",
             ),
         ]
         return (

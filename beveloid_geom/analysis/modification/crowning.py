@@ -57,7 +57,7 @@ class Crowning:
     separation : float
         Thickness of the marking compound, mm.
     edge_share : float
-        Share of the mesh cycle that is carried by edges.
+        Share of the mesh cycle in which edges touch.
     """
 
     member: str
@@ -91,7 +91,7 @@ def crowning_for(
     length : float
         Extent of the contact pattern along the face of the modified member, mm.
     flank : {'right', 'left'}
-        Flank that carries.
+        Driving flank.
     member : {'pinion', 'gear'}
         Member that is modified.
     separation : float

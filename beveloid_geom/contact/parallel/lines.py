@@ -34,11 +34,11 @@ from .paths import LINE, greatest_at, interval, kinds_of, on_lines
 
 @dataclass(frozen=True, eq=False)
 class ContactLines:
-    """Contact lines of one flank pair at the rolls of its path.
+    """Lines of contact of one flank pair at the rolls of its path.
 
-    Arrays (..., lines): `pinion_roll`, `gear_roll` (rad) and `length` (mm). Of both ends, (..., lines,
-    2): `point` (mm, in S_f, with a last axis of 3), `l1, l2, u1, u2, pinion_z, pinion_r, gear_z, gear_r` (mm)
-    as in `ContactPath`, and `limit`, the code of the `Limit` that ends the line. Batch shape:
+    Arrays (..., lines): `pinion_roll`, `gear_roll` (rad) and `length` (mm). For both ends, (..., lines, 2):
+    `point` (mm, in S_f, with a last axis of 3), `l1, l2, u1, u2, pinion_z, pinion_r, gear_z, gear_r` (mm) as
+    in `ContactPath`, and `limit`, the code of the `Limit` that ends the line. Batch shape:
     `transverse_ratio`, `overlap_ratio` and `total_ratio`, the contact ratio of the path. NaN, and limits -1,
     where flanks do not touch along lines.
     """

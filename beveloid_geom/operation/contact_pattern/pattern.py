@@ -118,14 +118,14 @@ def contact_pattern(
     resolution : float, optional
         Distance of the grid points, mm.
     tolerance : float, optional
-        Error of the minimum separation interpolated between grid points, mm. If neither is given, a twentieth
-        of the separation.
+        Error of the minimum separation interpolated between grid points, mm. If neither `resolution` nor
+        `tolerance` is given, it is a twentieth of the separation.
     area_error : float
         Relative error of each area, independent of the grid. `MemberPattern.area_error` is the bound that was
-        reached, larger only where the refinement of the border had to stop.
+        reached; it is larger only if the refinement of the border had to stop.
     pinion_roll, gear_roll : array_like, shape (n), optional
-        Poses of the pair in the order of the roll, rad, with linear transmission error between them. If
-        omitted, those of first contact.
+        Rolls of both members in the order of the roll, rad; between them the transmission error is linear. If
+        omitted, the rolls of first contact are used.
     operation : Operation, optional
         Motion of first contact, if known (`first_contact_operation`).
 
@@ -136,8 +136,8 @@ def contact_pattern(
     Raises
     ------
     ValueError
-        For a batch; for lengths or an area error that are not positive or too small; for poses of one member
-        only; or if the first contact is not known.
+        For a batch; for lengths or an area error that are not positive or too small; if rolls are given for
+        one member only; or if the first contact is not known.
 
     Examples
     --------

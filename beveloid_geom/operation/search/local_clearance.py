@@ -12,11 +12,10 @@ normal of the gear at the touched point, then
 
 so that f is stationary where the normals of both surfaces are opposed. On a modified gear, r_P2 and n belong
 to the generated surface without the modification, whose rotation psi2(s2, z2) is added to f with its
-derivatives. The limits of both members are eight
-functions c(s1, z1) >= 0 in the order of `status.Limit`; the limits of the gear are evaluated at the touched
-point. The root limit is the end of the fillet. On an undercut tooth it is the edge at which flank and fillet
-intersect: a task is either on the flank or on the fillet, and both continue smoothly a little beyond the
-edge."""
+derivatives. The limits of both members are eight functions c(s1, z1) >= 0 in the order of `status.Limit`; the
+limits of the gear are evaluated at the touched point. The root limit is the end of the fillet. On an undercut
+tooth it is the edge at which flank and fillet intersect: a task is either on the flank or on the fillet, and
+both continue smoothly a little beyond the edge."""
 
 from __future__ import annotations
 

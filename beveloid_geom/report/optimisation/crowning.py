@@ -40,8 +40,8 @@ class CrowningReport(ResultReport[Crowning]):
             f" {1e3 * found.separation:g} um thick",
         )
         edges = (
-            f"carry {100.0 * found.edge_share:.1f} % of the mesh cycle"
+            f"touch during {100.0 * found.edge_share:.1f} % of the mesh cycle"
             if found.edge_share
-            else "carry nothing"
+            else "no contact"
         )
         return text + line("edges", edges)

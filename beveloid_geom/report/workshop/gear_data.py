@@ -290,10 +290,11 @@ def _lines(name: str, one: MemberData) -> str:
     angle, swivel = np.degrees((data.root_cone_angle, data.swivel))
     text += line(
         "root cone",
-        f"{angle:.4f} deg to the axis; radial infeed {data.infeed:.6f} mm per mm to +z, the {one.ends[1]}",
+        f"{angle:.4f} deg to the axis; while the hob is fed by 1 mm towards +z (the {one.ends[1]}), it is "
+        f"withdrawn radially by {data.infeed:.6f} mm",
     )
     text += line(
-        "hob's swivel", f"{swivel:z.4f} deg about the radial line, without the lead angle of the hob"
+        "swivel of the hob", f"{swivel:z.4f} deg about the radial line, without the lead angle of the hob"
     )
     if one.datum is not None:
         z, distance = one.datum

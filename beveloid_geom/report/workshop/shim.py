@@ -14,10 +14,10 @@ from ..result import MEMBERS, Failure, ResultReport, Rows, by_member, picked
 from ..text import line, mounted_lines
 
 WHY = {
-    ShimStatus.NO_EFFECT: "axial positions do not change the backlash: neither member has a cone",
-    ShimStatus.NO_PATH: "the pair has no path on these flanks at any of the axial positions tried",
-    ShimStatus.NOT_FOUND: "no axial positions with this backlash and place were found; the search stops where"
-    " a first contact or the path is unknown",
+    ShimStatus.NO_EFFECT: "axial positions do not change the backlash: both members are cylindrical",
+    ShimStatus.NO_PATH: "the pair has no path on these flanks at any axial position that was tried",
+    ShimStatus.NOT_FOUND: "no axial positions were found that satisfy the requirements; the search stops"
+    " where a first contact or the path is unknown",
 }
 
 
@@ -37,7 +37,7 @@ class ShimReport(ResultReport[Shim]):
         if result.status == ShimStatus.OUT_OF_REACH:
             pinion, gear = result.axial
             moved = f"moves the pinion by {pinion:+.3f} and the gear by {gear:+.3f} mm"
-            return f"it {moved}, more than the smaller face width, {result.limit:g} mm"
+            return f"the solution {moved}, more than the smaller face width, {result.limit:g} mm"
         return WHY.get(result.status)
 
     @property

@@ -152,7 +152,7 @@ def _ends_words(design: Design) -> str:
     """Return sentences that explain the names of the ends of the faces."""
     words = "Heels are the large ends of teeth. "
     if any(end_names(member) == ("back", "front") for member in design.members):
-        words += "Teeth without a cone have their front at +z. "
+        words += "Cylindrical gears have their front at +z. "
     return words
 
 

@@ -31,8 +31,8 @@ EDGE_MARKERS = {"right": "^", "left": "v"}
 LOOKS = {"right": (theme.BLUE, 3.5, "-"), "left": (theme.ORANGE, 1.6, "--")}
 CELLS = Cells(left=0.96, right=0.96, across=1.76, down=1.35, most=2, least=3.4)
 NOTE = (
-    "Lines: Eq. 16, the contact ratio of one tooth pair. Circles: contact ratio of all teeth"
-    " without load (running), tangent or on an edge. Triangles: fraction of the mesh cycle"
+    "Lines: Eq. 16, the contact ratio of one tooth pair. Circles (running): contact ratio of"
+    " all teeth in operation, without load, edges included. Triangles: fraction of the mesh cycle"
     " with edge contact (right scale). Labelled dots: other limits begin to end the path of"
     " the right flank."
 )

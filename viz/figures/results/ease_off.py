@@ -89,7 +89,7 @@ def draw(data: tuple[Panel, ...], layout: theme.Layout) -> Drawing:
     page, low, high = theme.new_page(
         layout,
         "Ease-off of the pinion",
-        "Right (drive) and left (coast) flanks against the conjugate of the untrimmed gear, \u00b5m",
+        "Right (drive) and left (coast) flanks: distance from flanks conjugate to the gear, \u00b5m",
         NOTE,
         below=1.75,
         above=0.45,

@@ -66,7 +66,7 @@ QUANTITIES = {
     "shift": Quantity("shift under errors (mm)", 1.0, "cividis", "log"),
     "cycle_peak_to_peak": Quantity("transmission error (arcsec)", ARCSEC, "magma"),
     "centre": Quantity("middle, pinion z (mm)", 1.0, "viridis"),
-    "edge_share": Quantity("carried by edges (%)", 100.0, "viridis", "share"),
+    "edge_share": Quantity("edge contact (%)", 100.0, "viridis", "share"),
 }
 
 

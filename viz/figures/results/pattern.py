@@ -115,7 +115,7 @@ def compute_pattern(design: Design) -> BandFigure:
         " (bottom)",
         "The gear is at the first contact of all teeth, edges included. Thin, dashed: other teeth touch"
         f" earlier. Black: {'some lines of contact' if lines else 'contact ellipses of this pair'}.",
-        "least separation over the cycle (\u00b5m)",
+        "smallest separation over the cycle (\u00b5m)",
         pattern_bands,
         BLUES,
         ("area_mm2", "area_share"),

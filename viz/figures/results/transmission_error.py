@@ -1,4 +1,4 @@
-"""Motion graph: transmission error of every tooth pair, of the pair that carries, and its amplitudes."""
+"""Motion graph: transmission error of every tooth pair, of the pair in contact, and its amplitudes."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ POINTS = 361
 HARMONICS = 10
 CELLS = Cells(left=1.05, right=1.0, across=2.1, down=1.45, most=2, least=3.3)
 NOTE = (
-    "Rigid teeth without load. Grey: single tooth pair, dotted on an edge. Thick: pair that"
-    " carries, with the gear furthest ahead. Positive: gear ahead of the unmodified pair"
+    "Rigid teeth without load. Grey: single tooth pair, dotted on an edge. Thick: pair in"
+    " contact, with the gear furthest ahead. Positive: gear ahead of the unmodified pair"
     " without errors, less the mean. Above: peak to peak, fraction of edge contact, contact"
     " ratio by Eq. 16, and in operation."
 )
@@ -76,7 +76,7 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     count = len(data) + 1
     page, low, high = theme.new_page(
         layout,
-        "Motion graph: transmission error of every tooth pair, and of the pair that carries",
+        "Motion graph: transmission error of every tooth pair, and of the pair in contact",
         f"{data[0].flank.capitalize()} flanks, the pinion drives; {motion_graph.SHOWN} mesh cycles",
         NOTE,
         below=0.65,

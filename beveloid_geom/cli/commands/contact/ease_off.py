@@ -7,7 +7,7 @@ import click
 from ... import results
 from ...options import option, override_options
 
-POINTS = "Points of the grid from root to tip, and along the face."
+POINTS = "Number of points of the grid from root to tip, and along the face."
 
 
 @results.result_command(
@@ -16,14 +16,15 @@ POINTS = "Points of the grid from root to tip, and along the face."
     csv="one point of a flank per row",
 )
 def ease_off(name: str, design: results.Design, grid: tuple[int, int]) -> results.Result:
-    """Compute the ease-off of the pinion: the distance of its flanks from those conjugate to the gear.
+    """Compute the ease-off of the pinion: the distance of its flanks from flanks that are conjugate to the
+    gear.
 
-    The ease-off is the distance along the normal of the pinion to the surface that the gear flank without
-    tips and edges would generate at a constant ratio. It is positive where the flanks are apart, and 0 at the
-    middle of the path of contact. For right and left flanks, with the parabolas of the design and without,
-    the output has the corners and the coefficients of a fitted quadratic surface over face and profile (each
-    from -1 to 1) with the rms of the residual. Exit status 1 if a flank has no path of contact, 4 if the path
-    could not be computed."""
+    The ease-off is measured along the normal of the pinion flank. The conjugate flank is the surface that the
+    gear flank, extended beyond its edges, generates at a constant ratio. It is positive where the flanks are
+    apart, and 0 at the middle of the path of contact. The output contains right and left flanks, with the
+    parabolas of the design and without. For each it has the values at the corners, the coefficients of a
+    fitted quadratic surface over face and profile (each from -1 to 1), and the rms of the residual. The exit
+    status is 1 if a flank has no path of contact, 4 if the path could not be computed."""
     from ....report.ease_off import ease_off_report
 
     with results.refused_values():

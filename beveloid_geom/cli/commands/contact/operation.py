@@ -13,7 +13,7 @@ FILM = "Film thickness of a second contact ratio: tooth pairs within this cleara
 @results.result_command(
     flank_option,
     points_option(121, "over the cycle"),
-    option("--harmonics", click.IntRange(1, 200), 10, "Multiples of the mesh frequency."),
+    option("--harmonics", click.IntRange(1, 200), 10, "Number of multiples of the mesh frequency."),
     option("--film", NumberRange(0.0, 10.0), 0.00635, FILM, "MM"),
     override_options,
     csv="one position per row",
@@ -24,11 +24,11 @@ def operation(
 ) -> results.Result:
     """Compute transmission error and contact ratio of a pair in operation.
 
-    At each roll angle of the pinion the tooth pair that touches first carries, on its flank, its fillet or an
-    edge. The transmission error is positive where the gear is ahead. The mesh cycle repeats with the pitch of
-    the pinion; deviations of single teeth are evaluated over all pairs of teeth. Teeth are rigid and
-    without load. Exit status 1 if there is no contact or the pair cannot be
-    assembled, 4 if the cycle or a contact ratio could not be computed."""
+    At each roll angle of the pinion, the tooth pair that touches first is in contact, at its flanks, a fillet
+    or an edge. The transmission error is positive where the gear is ahead. The mesh cycle repeats with the
+    pitch of the pinion; deviations of single teeth are evaluated over all pairs of teeth. Teeth are rigid and
+    without load. The exit status is 1 if there is no contact or the pair cannot be assembled, 4 if the cycle
+    or a contact ratio could not be computed."""
     from ....findings.path import first_contact_fault
     from ....report.operation import operation_report
 

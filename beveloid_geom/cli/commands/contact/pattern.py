@@ -8,8 +8,8 @@ from ... import results
 from ...options import NumberRange, Refusal, flank_option, no_result, option, override_options, progress_bar
 from ...tolerance_options import TOLERANCES, errors_option, sizes_of, tolerance_options
 
-POINTS = "Distance of the points on both flanks; areas do not depend on it.  [default: module / 15]"
-ERROR = "Largest relative error of an area; it does not depend on the distance of the points."
+POINTS = "Distance between the points on both flanks; the areas do not depend on it.  [default: module / 15]"
+ERROR = "Largest relative error of an area; it does not depend on --resolution."
 OVER = (
     "Patterns under two errors, such as offset,shaft-angle (also E,Sigma; P, G: axial) or"
     " centre-distance,in-plane, instead of one pattern."
@@ -29,7 +29,9 @@ CELLS = click.Choice(["3", "5"])
     option("--resolution", NumberRange(0.01, 100.0), None, POINTS, "MM"),
     option("--area-error", NumberRange(0.001, 0.5), 0.01, ERROR, "SHARE"),
     errors_option("--over", None, OVER),
-    option("--cells", CELLS, "3", "Values of each error of --over, from minus to plus its tolerance."),
+    option(
+        "--cells", CELLS, "3", "Number of values of each error of --over, from minus to plus its tolerance."
+    ),
     tolerance_options,
     override_options,
     json=" of areas with their error and extent",
@@ -50,10 +52,11 @@ def pattern(
     compound.
 
     One tooth pair rolls from beginning to end of contact; the gear is in the position of the first contact of
-    all teeth. With --over, a matrix of patterns under two errors of the size of their tolerances (default:
-    usual tolerances) is computed: ellipse of each pattern, transmission error in operation, share of the mesh
-    cycle in which edges carry. Exit status 1 if there is no contact or the pair cannot be assembled (with
-    --over: if no cell has a pattern), 4 if a first contact could not be computed."""
+    all teeth. With --over, a matrix of patterns under two errors is computed, up to the tolerances of these
+    errors (if none is given, the usual tolerances of the command `tolerance`). For each pattern it has the
+    ellipse, the transmission error in operation, and the share of the mesh cycle in which edges touch. The
+    exit status is 1 if there is no contact or the pair cannot be assembled (with --over: if no cell has a
+    pattern), 4 if a first contact could not be computed."""
     from ....findings.path import first_contact_fault
     from ....operation.contact_pattern.motion import UnknownOperationError
     from ....report.pattern import pattern_report
@@ -79,9 +82,9 @@ def _sizes(over: tuple[str, str] | None, tolerances: dict[str, float]) -> tuple[
     if not given:
         return None
     if over is None:
-        raise Refusal([f"{next(iter(given.values()))}: it holds for a matrix of patterns: give --over"])
+        raise Refusal([f"{next(iter(given.values()))} is for patterns under two errors: give --over"])
     if others := [option for name, option in given.items() if name not in over]:
-        raise Refusal([f"{others[0]}: --over is over other errors: add this one to --over, or omit it"])
+        raise Refusal([f"{others[0]}: this error is not in --over: add it to --over, or omit the tolerance"])
     if len(given) < len(over):
         raise Refusal([f"{next(iter(given.values()))}: give the tolerance of both errors of --over, or none"])
     values = sizes_of(tolerances)

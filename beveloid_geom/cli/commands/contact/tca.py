@@ -12,7 +12,7 @@ from ...options import NumberRange, Refusal, flank_option, no_result, option, ov
 if TYPE_CHECKING:
     from ....analysis.pressure import Load
 
-CERTIFY = "Check whether anything else touches earlier; about 1 ms per position."
+CERTIFY = "Check whether other teeth or edges touch earlier; this takes about 1 ms per position."
 FORCE = (
     "Force on one tooth pair along the common normal, for contact ellipses and pressures (Hertz)."
     " On parallel axes it is the total force on all lines of contact."
@@ -46,7 +46,10 @@ def load_of(
     points_option(101, "along the path"),
     override_options,
     option(
-        "--method", METHODS, METHODS.choices[0], "The five equations of the paper are slower, for comparison."
+        "--method",
+        METHODS,
+        METHODS.choices[0],
+        "One equation, or for comparison the five equations of the paper, which are slower.",
     ),
     option("--force", NumberRange(0.0, 1e12, min_open=True), None, FORCE, "N"),
     option("--torque", NumberRange(0.0, 1e12, min_open=True), None, TORQUE, "NM"),
@@ -69,11 +72,12 @@ def tca(
     Roll angles are 0 where the generating rack of each member is centred. z is measured from mid-face, l1
     and l2 along the tool flank from the apex of its parabola towards the tip of the member. The
     transmission error is positive where the gear is ahead. With --force or --torque, the contact ellipse and
-    the largest pressure (Hertz) are computed at each position, and the edge of a flank that the ellipse
-    passes, where the true pressure is larger. On parallel axes the load is distributed evenly over all lines
-    of contact. JSON and CSV give the status of each position, and JSON that of the path: solved,
-    no_common_normal, not_converged, off_flank, several_contacts, endless or undefined. Exit status 1 if there
-    is no contact on the flanks or the pair cannot be assembled, 4 if the path could not be computed."""
+    the largest pressure (Hertz) are computed at each position. If an ellipse extends beyond an edge of a
+    flank, this edge is named; the true pressure is then larger. On parallel axes the load is distributed
+    evenly over all lines of contact. JSON and CSV contain the status of each position, and JSON also the
+    status of the path: solved, no_common_normal, not_converged, off_flank, several_contacts, endless or
+    undefined. The exit status is 1 if there is no contact on the flanks or the pair cannot be assembled, 4 if
+    the path could not be computed."""
     from ....report.path import contact_report
     from ....status import NotComputed
 

@@ -28,8 +28,13 @@ OVER = (
     "parabola (coefficients), mounting (changes of the distances), shift (profile shift coefficients), or two"
     " inputs such as offset,shaft_angle; an unknown name lists all inputs."
 )
-BOUNDS = "Lower and upper limit of the {} (first, second input): 1/mm, mm, rad, or a coefficient."
-OPERATION = "Also compute transmission error and edge contact in operation; 20 to 30 ms more per cell."
+BOUNDS = (
+    "Lower and upper limit of the quantity of the {}, 1/mm, mm or rad. If --over names two inputs,"
+    " --pinion-bounds is for the first and --gear-bounds for the second."
+)
+OPERATION = (
+    "Also compute transmission error and edge contact in operation; this takes 20 to 30 ms more per cell."
+)
 
 
 @results.result_command(
@@ -55,10 +60,11 @@ def map_(
 ) -> results.Result:
     """Compute contact ratio, angle, shift and transmission error over two quantities of a design.
 
-    The shift is that of the middle of the path under errors equal to their tolerances (default: usual
-    ones). The text has the extremes and their positions, JSON and CSV have every cell; `render-figures
-    --only map-parabola` draws the map. Takes some seconds, and minutes for 201 steps or near line contact.
-    Exit status 1 if no cell has a path."""
+    The shift is the movement of the middle of the path under errors that are as large as their tolerances
+    (if none is given, the usual tolerances of the command `tolerance`). The text lists the extremes and their
+    positions, JSON and CSV contain every cell. `render-figures --only map-parabola` draws the map. The
+    calculation takes some seconds, and minutes for 201 steps or near line contact. The exit status is 1 if no
+    cell has a path."""
     context = click.get_current_context()
     for parameter, *_ in PARABOLAS if over == "parabola" else ():
         given = context.get_parameter_source(parameter) is ParameterSource.COMMANDLINE

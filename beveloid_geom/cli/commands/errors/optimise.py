@@ -66,9 +66,10 @@ def optimise(
 
     Constraints are the contact ratio, the position of the middle of the path on the face, and a positive
     relative curvature of the flanks; with --no-edges, no edge contact. The errors are as large as their
-    tolerances (default: usual tolerances). --vary changes the flanks in contact only, and keeps parabolas and
-    all other amounts of the design. An optimum on a bound is reported. Takes some seconds. Exit status 2 if
-    no values meet the constraints."""
+    tolerances (if none is given, the usual tolerances of the command `tolerance`). --vary changes only the
+    driving flanks, and keeps the parabolas and all other amounts of the design. If the optimum is on a bound,
+    this is reported. The calculation takes some seconds. The exit status is 2 if no values meet the
+    constraints."""
     sizes = sizes_of(tolerances, design)
     if least != LEASTS.choices[0] and not no_edges:
         raise Refusal([f"--least {least}: it needs teeth without edge contact: add --no-edges"])

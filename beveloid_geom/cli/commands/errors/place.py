@@ -8,9 +8,9 @@ from ... import results
 from ...options import NumberRange, flank_option, no_result, option, override_options
 from ...tolerance_options import errors_option
 
-AT = "Position of the middle of the path on the pinion face, from the end at -z; may be repeated."
+AT = "Position of the middle of the path on the pinion face, from the end at -z; can be repeated."
 BY = "Two errors, such as offset,shaft-angle; axial errors change mounting distances."
-L1 = "Position on the pinion profile. Default: its centre."
+L1 = "Flank parameter l1 of the middle of the path on the pinion. Default: centred in profile."
 
 
 @results.result_command(
@@ -39,10 +39,11 @@ def place(
 ) -> results.Result:
     """Compute two errors that move the middle of the path to given positions on the face, centred in profile.
 
-    The positions are met to 1e-6 mm, checked by solving the contact with the computed errors. Errors are
-    given by name or by letter: E offset, Sigma shaft angle, P and G pinion and gear axial. If a position
-    cannot be reached, the nearest possible position is printed. Takes some seconds. Exit status 1 if no
-    mounting has a path, 4 if first contacts could not be computed."""
+    The positions are reached to 1e-6 mm; this is checked by solving the contact with the computed errors.
+    Errors are named by words or by symbols: E (offset), Sigma (shaft angle), P and G (axial errors of pinion
+    and gear). If the pair jams at a position, the nearest position in profile at which it can be assembled is
+    printed. The calculation takes some seconds. The exit status is 1 if no mounting has a path, 4 if first
+    contacts could not be computed."""
     from ....findings.path import first_contact_fault
     from ....report.placement import place_report
 

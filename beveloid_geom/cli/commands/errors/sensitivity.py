@@ -13,7 +13,10 @@ if TYPE_CHECKING:
     from ....design.model import ErrorsAt
 
 AT = click.Choice(["perpendicular", "mesh"])
-WHERE = "Where errors are measured. Default: as in the design, otherwise the common perpendicular."
+WHERE = (
+    "Errors about the common perpendicular, or at the mesh (about the pitch point). Default: as in the"
+    " design."
+)
 
 
 @results.result_command(
@@ -26,9 +29,9 @@ def sensitivity(name: str, design: results.Design, flank: str, errors_at: Errors
     """Compute the derivatives of path, contact ratio, transmission error and backlash with respect to the
     assembly errors.
 
-    The derivatives are exact and evaluated at the errors of the design. Shifts are those of the middle of the
-    path, positive towards +z. Exit status 1 if there is no path on the flanks or the pair cannot be
-    assembled, 4 if the path could not be computed."""
+    The derivatives are exact and evaluated at the errors of the design. Shifts are movements of the middle of
+    the path, positive towards +z. The exit status is 1 if there is no path on the flanks or the pair cannot
+    be assembled, 4 if the path could not be computed."""
     from ....report.sensitivity import sensitivity_report
 
     return sensitivity_report(name, design, flank, errors_at)

@@ -8,7 +8,11 @@ from ... import results
 from ...options import option
 
 SIDES = click.Choice(["right", "left", "both"])
-FLANKS = "Flanks. The paper does not name those of its figures: right is inferred, left is only a comparison."
+FLANKS = (
+    "Flanks of the design. The paper does not say which flanks its figures show: we infer right flanks;"
+    " left flanks"
+    " are for comparison only."
+)
 
 
 @results.result_command(

@@ -12,7 +12,9 @@ from ...options import NumberRange, flank_option, option, progress_bar, tooth_op
 from ...tolerance_options import sizes_of, tolerance_options
 
 MAX_CASES, MAX_JOBS = 1_000_000, 1024
-OPERATION = "Number of mountings for which the mesh cycle is computed as well; patterns of 24 of them."
+OPERATION = (
+    "Number of mountings for which the mesh cycle is computed as well. Patterns are computed for 24 of them."
+)
 SPREADS = click.Choice(["normal", "uniform"])
 
 
@@ -51,9 +53,11 @@ def tolerance(
     """Monte Carlo study of the path of contact under random assembly errors.
 
     With --operation the mesh cycle is computed as well: edge contact, hand-over, transmission error of all
-    teeth, and the edges at which contact patterns end; about 5 to 10 ms per mounting. The errors are added to
-    those of the design. Without tolerances, usual tolerances are used. Quantiles are over the mountings with
-    a path on the flanks. Exit status 1 if no mounting has a path, or if the design cannot be assembled."""
+    teeth, and the edges at which contact patterns end. This takes about 5 to 10 ms per mounting. The errors
+    are added to the errors of the design. If no tolerance is given, the usual tolerances are used: 0.05 mm of
+    offset, 0.01 deg of shaft angle, and 0.1 mm of each axial position. Quantiles are computed from the
+    mountings with a path on the flanks. The exit status is 1 if no mounting has a path, or if the design
+    cannot be assembled."""
     sizes = sizes_of(tolerances, design)
     from ....analysis.tolerance import CYCLE_COST, Tolerances, tolerance_study
     from ....report.tolerance import ToleranceReport

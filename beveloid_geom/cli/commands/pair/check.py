@@ -10,11 +10,12 @@ from ...options import override_options
 def check(name: str, design: results.Design) -> results.Result:
     """Check a design: contact on both flanks, backlash, teeth, edges.
 
-    Errors: gears that do not reach each other or overlap, no contact on a flank, a pair that cannot be
-    assembled as mounted; with advice that has been verified. Warnings: contact that reaches an end of a face
-    or is lost under usual assembly errors, edges that touch earlier, tips below the active flank of the mate,
-    undercut, pointed or thin teeth, tools with overlapping tip rounds, lengths that are probably in inches.
-    Exit status 0 without errors, 1 with errors, 4 if something could not be computed and there are no errors.
+    There is an error if the gears do not reach each other or overlap, if a flank has no contact, or if the
+    pair cannot be assembled as mounted. Advice on the layout is printed only if a check of the changed design
+    has confirmed it. There are warnings for contact that reaches an end of a face or is lost under usual
+    assembly errors, edges that touch earlier, tips below the active flank of the mate, undercut, pointed or
+    thin teeth, tools with overlapping tip rounds, lengths that are probably in inches. The exit status is 0
+    without errors, 1 with errors, 4 if something could not be computed and there are no errors.
     """
     from ....report.check import check_report
 

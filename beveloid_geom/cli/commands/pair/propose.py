@@ -18,16 +18,19 @@ if TYPE_CHECKING:
     from ....proposal.request import Request
 
 TWO = (float, float)
-MODULE = "Normal module of both; needed unless --gear has it."
+MODULE = "Normal module of both members; required without --gear."
 FACE = "Face widths of pinion and gear.  [default: 10 modules]"
-OFFSET = "Shortest distance of the axes; 0 for intersecting axes. Default: computed from the cones."
+OFFSET = "Shortest distance of the axes; 0 for intersecting axes. If omitted, it is computed."
 BACKLASH = "Normal backlash.  [default: 0.04 modules]"
 CONES = "Cone angles of pinion and gear."
 HELIX = "Helix angle of the pinion, right hand positive; the helix angle of the gear is computed."
 CROSSING = "Angle between the generators of the drive flanks, with --helix-deg; 0 is line contact."
 GEAR = "Design whose gear and tool are given; the pinion is computed."
 SHIFTS = "Profile shifts of pinion and gear. If omitted, common values are tried."
-LEAST = "Minimise the larger of the two cone angles. Default without --cones-deg, --crossing-deg and --gear."
+LEAST = (
+    "Minimise the larger of the two cone angles. This is the default without --cones-deg, --crossing-deg and"
+    " --gear."
+)
 OPTIONS = block(
     option("--module", float, None, MODULE, "MM"),
     click.option(

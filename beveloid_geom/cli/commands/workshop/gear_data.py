@@ -8,8 +8,11 @@ from ... import results
 from ...options import NumberRange, Refusal, block, option, override_options
 
 ALLOWANCES = "Upper and lower allowance of the normal thickness of the {}; negative for thinner teeth."
-BALL = "Diameter of the balls for the {}.  [default: a usual one that touches at half depth]"
-SPAN = "Teeth in the span of a cylindrical {}.  [default: contact nearest to the V-cylinder]"
+BALL = (
+    "Diameter of the balls for the {}.  [default: the smallest usual ball that touches on or above the"
+    " shifted reference cone]"
+)
+SPAN = "Number of teeth in the span of a cylindrical {}.  [default: contact nearest to the V-cylinder]"
 DATUM = "z of the datum face of the {} from mid-face; its distance from the common perpendicular is printed."
 
 
@@ -40,11 +43,11 @@ def gear_data(
 ) -> results.Result:
     """Compute the data for the drawings of both members, at both ends and in the middle of the face.
 
-    Tip, root and form diameters, normal thickness, chordal thickness and height, dimension over two balls;
-    for cylindrical gears also over two rolls and the span over k teeth; base diameters, root cone and setting
-    of the hob; distances of the end faces, or of a datum face, from the common perpendicular of the axes.
-    With allowances, the dimensions at both limits and the resulting backlash. Exit status 1 if the tool of a
-    member leaves no flanks to measure."""
+    The data are tip, root and form diameters, normal thickness, chordal thickness and height, the dimension
+    over two balls, base diameters, root cone and setting of the hob, and the distances of the end faces or of
+    a datum face from the common perpendicular of the axes. For cylindrical gears, the dimension over two
+    rolls and the span over k teeth are added. With allowances, the dimensions at both limits and the
+    resulting backlash are added. The exit status is 1 if the tool of a member leaves no flanks to measure."""
     # Largest allowance. A tooth is about 1.57 modules thick, and allowances are less than a fifth of
     # this.
     max_allowance_modules = 0.3

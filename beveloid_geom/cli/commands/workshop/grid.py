@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 MEMBER = click.Choice(["pinion", "gear"])
 BORDER = "Margin at root, tip and both ends of the face: a share such as 10%, or a length such as 2mm."
-MEASURED = "File of measured points, in the order and frame of the grid: print their deviations."
+MEASURED = "File of measured points, in the order and frame of the grid; their deviations are printed."
 
 
 def read_border(value: str) -> tuple[str, float, float | None]:
@@ -87,9 +87,10 @@ def grid(name: str, design: results.Design, measured: Path | None, **options: An
     """Compute the points and outward normals of a measuring grid on both flanks of a tooth, or evaluate
     measured points.
 
-    The text is a table for measuring programs: definitions after #, then one point per line. With --measured,
-    the deviations of measured points along the normal are printed, with their mean, slopes, crowning and
-    twist. A file with missing points, or in another order or unit, is rejected."""
+    The text is a table for measuring programs. Lines that begin with # contain definitions; the others
+    contain one point each. With --measured, the deviations of measured points along the normal are printed,
+    with their mean, slopes, crowning and twist. A file with missing points, or in another order or unit, is
+    rejected."""
     if measured is None:
         return grid_of(name, design, **options)
     return measured_report(name, design, measured, **options)

@@ -98,13 +98,13 @@ TOLERANCE = (
 )
 NEIGHBOURS = (
     "Number of neighbouring teeth, up to the complete gear. In a .inp file they are held in the bore and at "
-    "their cut sides: take 3 for stresses. For the pair in contact, an odd number for each member.  "
+    "their cut sides: use 3 for stresses. For the pair in contact, the number must be odd.  "
     "[default: 1, for the pair 3]"
 )
 BORE = "Radius of the bore; for the pair, of both gears.  [default: 0.45 of the smallest root radius]"
 ELEMENT = (
-    "C3D20R leaves hourglass modes where the contact is smaller than an element, C3D8I fails the patch test "
-    "where elements are distorted, C3D8 is too stiff in bending."
+    "Type of the elements. C3D20R allows hourglass modes where the contact is smaller than an element, C3D8I "
+    "fails the patch test where elements are distorted, and C3D8 is too stiff in bending."
 )
 FORCE = (
     "Force on the flank along its normal, as Hertz's pressure on the contact ellipse of steel in the middle "
@@ -115,34 +115,38 @@ TORQUE = (
     "[default: that of 20 kN * (module / 6 mm)^2 between the teeth]"
 )
 ROLL = (
-    "Roll of the pinion, with the gear turned until the first tooth touches; for the pair, a part --placed "
-    "and for --frames.  [default: the middle of the path of contact]"
+    "Roll of the pinion; the gear is turned until the first tooth touches. For the pair, for a part with "
+    "--placed and for --frames.  [default: the middle of the path of contact]"
 )
 ROLLS = (
-    "Number of rolls over one pitch about the middle, each in a file: pair-1.inp, pair-2.inp ...; for the "
-    "pair as .inp."
+    "Number of rolls of the pair as .inp over one pitch, with --roll-deg in the middle. Each roll has its"
+    " file: "
+    "pair-1.inp, pair-2.inp ..."
 )
 ACROSS = (
-    "Elements across the contact ellipse of the pair as .inp: 4 for pressures, 1 for load sharing and "
-    "transmission error."
+    "Number of elements across the contact ellipse of the pair as .inp: 4 for pressures, 1 for load sharing "
+    "and transmission error."
 )
-FLANK = "Flank to be written; for the pair and a loaded tooth, the flank in contact."
+FLANK = "Flank that is written; for the pair and a loaded tooth, the flank in contact."
 FIELD = (
-    "Distance of the mating flank at each point of a flank, mm: in the middle of the path of contact, or the "
-    "smallest one while the tooth rolls through the mesh. Repeatable."
+    "Write the distance of the mating flank at each point of a flank, mm. separation: at the roll in the"
+    " middle "
+    "of the path of contact; pattern: the smallest distance while the tooth passes through the mesh. Can be "
+    "repeated."
 )
 PLACED = (
-    "Write a single gear, tooth or flank in its position in the pair, not in the frame of its gear. The "
-    "middle one of several teeth is in mesh."
+    "Write a single gear, tooth or flank in its position in the pair, not in the frame of its gear. Of "
+    "several teeth, the middle one is in mesh."
 )
 FRAMES = (
-    "Print the positions of the gears in mesh, as matrices from their frames to that of the pair; nothing is "
-    "written without --out."
+    "Print the positions of the gears in mesh, as matrices from their frames to S_f. Without --out, no file"
+    " is "
+    "written."
 )
 OPTIONS = block(
     click.argument("design", default=BUILTIN_DESIGN),
-    click.option("--part", type=click.Choice(PARTS), help="Part to be written."),
-    click.option("--out", type=PATH, metavar="FILE", help="Output file; its suffix is the format."),
+    click.option("--part", type=click.Choice(PARTS), help="Part that is written."),
+    click.option("--out", type=PATH, metavar="FILE", help="Output file; its suffix determines the format."),
     click.option("--placed", is_flag=True, help=PLACED),
     click.option("--frames", is_flag=True, help=FRAMES),
     option("--tolerance", float, None, TOLERANCE, "MM"),
@@ -173,7 +177,7 @@ def kind_of(part: str, suffix: str, teeth: int) -> str:
     kinds = "; ".join(f"{', '.join(kind.formats)} ({kind.description})" for kind in KINDS.values())
     fault = f"a {part} cannot be written as {suffix}" if known else f"{shown} is not a known format"
     if part in GEARS and suffix in VOLUME_FORMATS:
-        raise Refusal([f"--out: {fault}: for all teeth of it give --part {part}-tooth --teeth {teeth}"])
+        raise Refusal([f"--out: {fault}: for all its teeth, give --part {part}-tooth --teeth {teeth}"])
     raise Refusal([f"--out: {fault}: give one of {kinds}"])
 
 
@@ -303,12 +307,12 @@ def mesh(context: click.Context, /, design: str, field: tuple[str, ...], **given
     {formats}
 
     Surfaces for ParaView have exact normals and fields. Hexahedra have named sets; a .inp file also has a
-    load and supports and is ready to run. Lengths are mm, in the frame of the gear. The pair, and a part that
-    is --placed, are in S_f (z along the pinion's axis, x along the common perpendicular) in the middle of the
-    path of contact, or at --roll-deg.
+    load and supports and is ready to run. Lengths are in mm. Coordinates are in the frame of the gear. The
+    pair, and a part with --placed, are in S_f (z along the pinion axis, x along the common perpendicular), at
+    the roll in the middle of the path of contact or at --roll-deg.
 
-    In the pair in contact the gear is held and a torque turns the pinion. `render-figures --loaded` draws the
-    results of ccx over a pitch.
+    In the pair in contact, the gear is held and a torque turns the pinion. `render-figures --loaded` draws
+    the results of CalculiX (ccx) over a pitch.
     """
     if not (given["frames"] and given["part"] is None and given["out"] is None):
         require_part_and_out(context)
@@ -394,7 +398,7 @@ def warn_of_undercut(member: Member, flank: str) -> None:
         return
     if undercut.undercut:
         written = (
-            "written whole" if math.isinf(undercut.lost.max()) else "written down to where the fillet cuts it"
+            "written as without undercut" if math.isinf(undercut.lost.max()) else "written down to the fillet"
         )
         click.echo(
             f"Warning: the {flank} flank is undercut {undercut_text(undercut)}; it is {written}", err=True

@@ -11,7 +11,10 @@ from ...options import NumberRange, Refusal, changed_design, flank_option, no_re
 
 OFFSET = "Measured offset of the housing.  [default: offset of the design, with its error]"
 SHAFT_ANGLE = "Measured shaft angle of the housing.  [default: shaft angle of the design, with its error]"
-AT = "Position of the middle of the path on the pinion face, from the end at -z. Default: any."
+AT = (
+    "Position of the middle of the path on the pinion face, from the end at -z. If omitted, the"
+    " displacements are as small as possible."
+)
 
 
 @results.result_command(
@@ -22,7 +25,7 @@ AT = "Position of the middle of the path on the pinion face, from the end at -z.
         type=NumberRange(0.0, 100.0),
         required=True,
         metavar="MM",
-        help="Required normal backlash, the least over a mesh cycle.",
+        help="Required normal backlash: its smallest value over a mesh cycle.",
     ),
     option("--at", NumberRange(0.0, 100.0, min_open=True, max_open=True), None, AT, "PERCENT"),
     flank_option,
@@ -40,10 +43,10 @@ def shim(
 ) -> results.Result:
     """Compute the axial positions of pinion and gear for a given backlash in a measured housing.
 
-    With --at, the middle of the path is moved to this position as well; otherwise the displacements are as
-    small as possible. The backlash is met to 1e-9 mm, checked by solving the displaced pair. Takes some
-    seconds. Exit status 1 if there are no such positions, or only more than a face width away, 4 if they
-    could not be computed."""
+    With --at, the middle of the path is also moved to this position; otherwise the displacements are as small
+    as possible. The backlash is reached to 1e-9 mm; this is checked by solving the displaced pair. The
+    calculation takes some seconds. The exit status is 1 if there are no such positions, or only more than a
+    face width away, 4 if they could not be computed."""
     from ....findings.path import first_contact_fault
     from ....report.workshop.shim import shim_report
 
