@@ -17,8 +17,8 @@ from beveloid_geom.contact.path import PathEnds, path_ends
 from beveloid_geom.design.ends import limit_words
 from beveloid_geom.operation.operating_ratio import operating_ratios
 
-from ...components import annotate
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.free_space import Labels
 from ...components.paths_table import FLANKS
 from ...components.touching import limit_code
 from ...rendering import theme
@@ -182,7 +182,7 @@ def _mark_kinks(axes: Axes, edge_axes: Axes, a: FloatArray, design: Design, ends
     places = [(float(a[at]), float(ends.contact_ratio[at])) for at in kinks]
     for place in places:
         axes.plot(*place, "o", color=theme.BLUE, markersize=7.0)
-    labels = annotate.Labels(axes, edge_axes)
+    labels = Labels(axes, edge_axes)
     for at, place in zip(kinks, places, strict=True):
         text = " \u2192 ".join(limit_words(design, code) for code in ends.limit[at].tolist())
         along = float(axes.transAxes.inverted().transform(axes.transData.transform(place))[0])
