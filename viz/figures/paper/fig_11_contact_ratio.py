@@ -110,9 +110,9 @@ def draw(data: RatioFigure, layout: theme.Layout) -> Drawing:
 
 
 def finding(data: RatioFigure) -> str:
-    """Return the title: contact ratios of the modified right flanks by Eq. 16 and of all teeth."""
-    path = np.stack([ends.contact_ratio for ends in data.ends["right"]])[:, 1:]
-    running = data.ratio["right"][:, 1:]
+    """Return the title: contact ratios of the modified flanks by Eq. 16 and of all teeth."""
+    path = np.stack([ends.contact_ratio for flank in FLANKS for ends in data.ends[flank]])[:, 1:]
+    running = np.concatenate([data.ratio[flank][:, 1:] for flank in FLANKS])
     if not np.isfinite(path).any() or not np.isfinite(running).any():
         return "Contact ratio against the parabola coefficient"
     low, high = np.nanmin(running), np.nanmax(running)
