@@ -19,7 +19,8 @@
   let history = [],
     committed = { ...values };
   let sent = 0,
-    shown = 0; // numbers of the last message and of the motion that is shown
+    shown = 0, // numbers of the last message and of the motion that is shown
+    judged = false; // whether all remarks are shown
   let now = null,
     start = null; // results that are shown, and those of the start
   let comparing = false,
@@ -219,6 +220,7 @@
       shown = answer.id;
       const level = answer.status === "not computed" ? "unknown" : "error";
       verdict(level, `${REASONS[answer.status]}: ${answer.reason}`, []);
+      judged = false;
       grey(Boolean(now));
     } else if (answer.stage === "motion") {
       shown = answer.id;
@@ -226,7 +228,8 @@
       now = { ...before, ...answer, figures: figuresOf(before, answer) };
       if (!before) pattern?.show(null);
       grey(false);
-      judge(answer.remarks);
+      // Until all remarks are here, those of the previous values remain, so that the window does not jump.
+      if (!before || !judged) judge(answer.remarks);
       drawFlanks();
     } else if (answer.id === shown && answer.stage === "pattern") {
       now = { ...now, patterns: answer.patterns, figures: figuresOf(now, answer) };
@@ -236,6 +239,7 @@
     } else if (answer.id === shown && answer.stage === "remarks") {
       now = { ...now, figures: figuresOf(now, answer) };
       judge(answer.remarks);
+      judged = true;
     }
     drawFigures();
     finished(answer);
