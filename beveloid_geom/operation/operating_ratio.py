@@ -371,7 +371,7 @@ def _ratio(
     thickness: float,
 ) -> tuple[FloatArray, Integers]:
     """Return ratios and status (cases,), from the `curves` of all pairs and of pair 0 alone at rolls
-    (cases, rolls). `way`: the function that returns the latter at other rolls, and the `parts` of
+    (cases, rolls). `evaluation`: the function that returns the latter at other rolls, and the `parts` of
     `_divided`."""
     # Width to which the intervals with a change of contact are divided.
     change_width_pitches = 1e-10
