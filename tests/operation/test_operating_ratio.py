@@ -13,6 +13,7 @@ from beveloid_geom.arrays import FloatArray, Mask
 from beveloid_geom.operation import operating_ratio as module
 from beveloid_geom.operation.cycle.cycle_segments import CycleSegments, Samples
 from beveloid_geom.operation.mesh_cycle import MeshCycle
+from beveloid_geom.operation.one_pair import segments_of_one_pair
 from beveloid_geom.operation.operating_ratio import operating_ratios
 from beveloid_geom.operation.search.earliest_contact import Grids
 from beveloid_geom.pair.misalignment import mounted
@@ -32,30 +33,30 @@ def test_ratios_from_segments_and_from_searches(
     design, followed, given = (
         mounted(table1(parabola), drawn_errors(USUAL, 0, 0, 8)),
         [],
-        module.segments_of_one_pair,
+        segments_of_one_pair,
     )
 
     def counted(
         cycle: MeshCycle, grids: Grids, samples: Samples, films: FloatArray
     ) -> tuple[CycleSegments, Mask]:
-        pieces, told = given(cycle, grids, samples, films)
-        followed.append(told)
-        return pieces, told
+        segments, reliable = given(cycle, grids, samples, films)
+        followed.append(reliable)
+        return segments, reliable
 
     def none(
         cycle: MeshCycle, grids: Grids, samples: Samples, films: FloatArray
     ) -> tuple[CycleSegments, Mask]:
-        pieces, told = given(cycle, grids, samples, films)
-        return pieces, np.zeros_like(told)
+        segments, reliable = given(cycle, grids, samples, films)
+        return segments, np.zeros_like(reliable)
 
     monkeypatch.setattr(module, "segments_of_one_pair", counted)
-    by_pieces = operating_ratios(design, "right", FILMS)
+    by_segments = operating_ratios(design, "right", FILMS)
     monkeypatch.setattr(module, "segments_of_one_pair", none)
     searched = operating_ratios(design, "right", FILMS)
     assert followed[0].mean() >= share
-    both = (by_pieces.status == RatioStatus.KNOWN) & (searched.status == RatioStatus.KNOWN)
+    both = (by_segments.status == RatioStatus.KNOWN) & (searched.status == RatioStatus.KNOWN)
     assert both.mean() > 0.9
-    np.testing.assert_allclose(by_pieces.ratio[both], searched.ratio[both], atol=2e-8)
+    np.testing.assert_allclose(by_segments.ratio[both], searched.ratio[both], atol=2e-8)
 
 
 def test_ratio_of_a_jammed_pair(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from beveloid_geom import builtin_design, contact_ratio, mesh_cycle
+from beveloid_viz.components.map_extremes import Extreme
 from beveloid_viz.figures.results import parabola_map
-from beveloid_viz.figures.results.parabola_map import Extreme, ParabolaMap
+from beveloid_viz.figures.results.parabola_map import ParabolaMap
 
 from ..pages import page_of, words
 
