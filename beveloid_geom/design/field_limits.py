@@ -317,7 +317,7 @@ def checked(value: object, limit: Limit) -> float | NDArray[np.float64] | str:
         return given
     bad = ~((given >= limit.low) & (given <= limit.high))
     if limit.whole:
-        bad |= given % 1.0 != 0.0
+        bad |= given != np.rint(given)
     if bad.any():
         index = np.argwhere(bad)[0].tolist()
         return _outside_range(given[tuple(index)].item(), limit, f" at {index}" if index else "")

@@ -11,41 +11,33 @@ parabolas move both limits from there, so that j is unique even if it exceeds ha
 over a mesh cycle is the backlash. If it is negative, teeth of a gear in mesh would overlap at that roll, and
 the pair cannot be assembled.
 
-On each side, the first of several tooth pairs to touch counts. The kinks of j are therefore maxima, and the
-minimum is smooth. Its roll is the minimum of a polynomial through samples next to it, and j is that of the
-first contacts at this roll. If both differ, as next to a kink, the samples are refined."""
+Both limits are known as segments of two mesh cycles (`mesh_cycle`). Between the rolls at which a segment of
+either cycle begins, j is a polynomial, whose minimum is computed."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.polynomial.polynomial import polyder, polyval
 
-from ..arrays import Codes, FloatArray, Integers, Mask
+from ..arrays import Codes, FloatArray, Mask
 from ..design.arguments import require_design
 from ..design.model import Design
 from ..pair.frames import layout_of
 from ..pair.mounting import half_pitch
 from ..status import FirstStatus
+from ..support.chebyshev import basis_of, evaluate, greatest
 from ..support.frozen_arrays import kept, restored
 from .contact_normals import contact_normals, moved_by_gear, touches_undercut_edge, with_tangencies
-from .engagement import conjugate_phase, middle_roll
+from .cycle.cycle_segments import DEGREE, rolls_between
+from .engagement import conjugate_phase
 from .first_contact import FirstContact, first_contact
+from .mesh_cycle import MeshCycle, mesh_cycle
 
-SAMPLES = 32
-"""Rolls of a mesh cycle at which the play is computed; two of the minima among them are refined."""
-FINER, REFINEMENTS = 4, 3
-"""Factor by which the step is divided in a refinement, and their largest number."""
-SAME_PLAY_MODULES = 1e-7
-"""Difference of the play, modules, between polynomial and first contacts, above which samples are refined."""
 JAM_MODULES = 2e-5
 """Overlap, modules, up to which a pair is not reported as jammed: layouts without backlash whose offset and
 shaft angle are rounded to four digits of mm and deg can have this overlap."""
 FLANKS = ("right", "left")
-Minimum: TypeAlias = tuple[FloatArray, FloatArray]
-"""Roll and play."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,8 +53,8 @@ class Backlash:
     right, left : FirstContact
         First contacts at this roll, with a last axis of one position.
     status : ndarray of int
-        Codes of `FirstStatus`: the first that is not SOLVED among all sampled rolls. Then the numbers are
-        NaN.
+        Codes of `FirstStatus`: of the mesh cycle of the right flanks unless SOLVED, otherwise of that of the
+        left flanks. Unless SOLVED, the numbers are NaN.
     jammed : ndarray of bool
         Whether the pair cannot be assembled, because of negative play at some roll, even if other rolls are
         not known, or because a tip reaches the bottom land of the mate.
@@ -152,13 +144,6 @@ def mounted_backlash(design: Design) -> Backlash:
     ValueError
         For members of arrays.
 
-    Notes
-    -----
-    Computes SAMPLES first contacts for each flank and case, and up to 54 more if the play varies. The minimum
-    is accurate to 1e-6 modules where it is smooth at the sampled rolls. Minima at edges narrower than
-    the samples are up to 1e-4 mm too large: 8 of 211 random pairs differ by more than 3e-7 mm from the
-    difference of two mesh cycles.
-
     Examples
     --------
     >>> import beveloid_geom as bg
@@ -175,120 +160,61 @@ def _kept_backlash(design: Design) -> Backlash:
 
 
 def _backlash(design: Design) -> Backlash:
-    shape, pitch = design.batch_shape, 2.0 * np.pi / int(design.pinion.teeth)
-    rounding = 1e-11 * float(design.pinion.tool.normal_module)
-    start = np.broadcast_to(middle_roll(design, FLANKS[0]), shape)[..., None]
-    roll = start + pitch * np.arange(SAMPLES) / SAMPLES
-    play, status = play_at(design, roll)
-    known = np.where(np.isnan(play), np.inf, play)
-    around = np.stack([np.roll(known, way, axis=-1) for way in (2, 1, 0, -1, -2)])
-    minima = np.where(known <= around[1:4].min(axis=0), known, np.inf)
-    # Take the first of minima that differ by rounding only.
-    level = np.where(minima <= minima.min(axis=-1, keepdims=True) + rounding, -np.inf, minima)
-    best = np.argsort(level, axis=-1, kind="stable")[..., :2]
-    at, step = np.take_along_axis(roll, best, axis=-1), pitch / SAMPLES
-    around = np.take_along_axis(around, best[None], axis=-1)
-    sampled = at, around[2]
-    if not (around[1:4].max(axis=0) > around[2] + rounding).any():  # constant play
-        return _result(design, *_lower(*sampled, rounding), status)[0]
-    steps, least = _vertex(around, np.zeros_like(best))
-    fitted, values = (at + step * steps, least), around[1:4]
-    where, done = start, np.zeros(shape, dtype=bool)
-    close = SAME_PLAY_MODULES * float(design.pinion.tool.normal_module)
-    for refinement in range(REFINEMENTS + 1):
-        if refinement:
-            at, values, sampled, fitted = _finer(design, at, values, step)
-            step /= FINER
-        candidates: Minimum = sampled if refinement == REFINEMENTS else fitted
-        place, least = _lower(*candidates, rounding)
-        # The other cases of a batch do not change a minimum that is found.
-        where = np.where(done[..., None], where, place)
-        result, play = _result(design, where, least, status)
-        done |= np.isclose(play, least, rtol=0.0, atol=close)  # also where neither is known
-        if done.all():
-            break
-    return result
-
-
-def _lower(roll: FloatArray, play: FloatArray, rounding: float) -> tuple[FloatArray, FloatArray]:
-    """Return roll (..., 1) and play (...) of the smallest play (..., k), the first if they are equal."""
-    pick = (play <= play.min(axis=-1, keepdims=True) + rounding).argmax(axis=-1)[..., None]
-    return np.take_along_axis(roll, pick, axis=-1), np.take_along_axis(play, pick, axis=-1)[..., 0]
-
-
-def _finer(
-    design: Design, at: FloatArray, values: FloatArray, step: float
-) -> tuple[FloatArray, FloatArray, Minimum, Minimum]:
-    """Sample the play next to minima (..., k) of known play (3, ..., k) at distances of `step`.
-
-    Returns
-    -------
-    at, values : ndarray
-        As the arguments, at the finer steps. These are shifted so that one of them is at the vertex of a
-        parabola.
-    sampled, fitted : tuple of ndarray
-        Roll and play (..., k): of the smallest sample, and of the minimum of the polynomial through it and
-        its neighbours.
-    """
-    with np.errstate(invalid="ignore", divide="ignore"):  # constant play, or not known at a neighbour
-        away = 0.5 * step * (values[0] - values[2]) / (values[0] - 2.0 * values[1] + values[2])
-    vertex = at + np.where(np.abs(away) <= 0.5 * step, away, 0.0)
-    roll = vertex[..., None] + step * np.arange(-FINER, FINER + 1) / FINER
-    play, _ = play_at(design, roll.reshape(*at.shape[:-1], -1))
-    play = np.where(np.isnan(play), np.inf, play).reshape(roll.shape)
-
-    def picked(values: FloatArray, index: Integers) -> FloatArray:
-        return np.take_along_axis(values, index[..., None], axis=-1)[..., 0]
-
-    lowest = play.argmin(axis=-1)
-    sampled = picked(roll, lowest), picked(play, lowest)
-    middle = np.clip(lowest, 1, 2 * FINER - 1)
-    around = np.stack([picked(play, middle + way) for way in (-1, 0, 1)])
-    middle_of_five = np.clip(lowest, 2, 2 * FINER - 2)
-    five = np.stack([picked(play, middle_of_five + way) for way in (-2, -1, 0, 1, 2)])
-    steps, least = _vertex(five, lowest - middle_of_five)
-    fitted = picked(roll, middle_of_five) + step / FINER * steps, least
-    return picked(roll, middle), around, sampled, fitted
-
-
-def _vertex(play: FloatArray, lowest: Integers) -> tuple[FloatArray, FloatArray]:
-    """Return the minimum of the polynomial through five samples (5, ...): place in steps from the middle one,
-    and play. Newton's method starts from the `lowest` sample, which is returned if there is no minimum."""
-    coefficients = np.linalg.inv(np.vander(np.arange(-2.0, 3.0), increasing=True))
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):  # not known at a sample
-        powers = np.tensordot(coefficients, play, 1)
-        first, second = polyder(powers), polyder(powers, 2)
-        place = lowest.astype(float)
-        for _ in range(6):  # from half a step away, the error is then below rounding
-            place = place - polyval(place, first, tensor=False) / polyval(place, second, tensor=False)
-        least = polyval(place, powers, tensor=False)
-        found = (np.abs(place) <= 2.0) & (least <= play.min(axis=0))
-    return np.where(found, place, lowest), np.where(found, least, play.min(axis=0))
-
-
-def _result(
-    design: Design, roll: FloatArray, least: FloatArray, status: Codes
-) -> tuple[Backlash, FloatArray]:
-    """Return the backlash at rolls (..., 1) of its minimum, with the status of all samples, and the play of
-    the first contacts there; `least` where these are not known."""
-    first_fault = np.take_along_axis(
-        status, (status != FirstStatus.SOLVED).argmax(axis=-1)[..., None], axis=-1
-    )
-    right, left = (first_contact(design, flank, roll) for flank in FLANKS)
-    play = _play_of(design, right, left)[0][..., 0]
-    play = np.where(np.isnan(play), least, play)
-    jammed = play < -JAM_MODULES * float(design.pinion.tool.normal_module)
-    jammed |= (status == FirstStatus.MEETS_BOTTOM).any(axis=-1)
-    known = first_fault[..., 0] == FirstStatus.SOLVED
-    backlash = Backlash(
-        normal=np.where(known, play, np.nan),
-        pinion_roll=np.where(known, roll[..., 0], np.nan),
-        right=with_tangencies(design, "right", right),
-        left=with_tangencies(design, "left", left),
-        status=first_fault[..., 0],
+    right, left = cycles = [mesh_cycle(design, flank, 1) for flank in FLANKS]
+    status = np.where(right.status != FirstStatus.SOLVED, right.status, left.status)
+    status = status.reshape(design.batch_shape)
+    known = status == FirstStatus.SOLVED
+    roll = _roll_of_minimum(cycles, known.reshape(-1)).reshape(known.shape)
+    contacts = [cycle.at(roll[..., None]) for cycle in cycles]
+    play = np.where(known, _play_of(design, *contacts)[0][..., 0], np.nan)
+    overlap = -JAM_MODULES * float(design.pinion.tool.normal_module)
+    jammed = (play < overlap) | (status == FirstStatus.MEETS_BOTTOM)
+    if not known.all():  # negative play at one roll is a jam, even if other rolls are not known
+        pitch = 2.0 * np.pi / int(design.pinion.teeth)
+        sampled, at_sample = play_at(design, roll[..., None] + pitch * np.arange(32) / 32)
+        jams = (sampled < overlap) | (at_sample == FirstStatus.MEETS_BOTTOM)
+        jammed |= ~known & jams.any(axis=-1)
+    return Backlash(
+        normal=play,
+        pinion_roll=np.where(known, roll, np.nan),
+        right=with_tangencies(design, "right", contacts[0]),
+        left=with_tangencies(design, "left", contacts[1]),
+        status=status.astype(np.int8),
         jammed=np.asarray(jammed),
     )
-    return backlash, play
+
+
+def _roll_of_minimum(cycles: list[MeshCycle], known: Mask) -> FloatArray:
+    """Return the rolls (cases,), rad, at which the play between two mesh cycles is smallest; the start of the
+    first cycle for cases that are not `known`."""
+    engagement, pitch = cycles[0].engagement, cycles[0].pitch
+    start, parts = engagement.roll, [cycle.segments.pick(known[cycle.segments.case]) for cycle in cycles]
+    # Divide the cycle at the beginnings of all segments. The cycles begin at different rolls.
+    case = np.concatenate([part.case for part in parts])
+    begins = [np.remainder(part.low - start[part.case], pitch) for part in parts]
+    order = np.lexsort((np.concatenate(begins), case))
+    case, low = case[order], np.concatenate(begins)[order]
+    high = np.where(np.append(case[1:] == case[:-1], False), np.append(low[1:], 0.0), pitch)
+    low, high, case = (row[high > low] for row in (low + start[case], high + start[case], case))
+    # In each interval, add the clearances on both sides at the nodes of a polynomial.
+    basis = basis_of(DEGREE)
+    roll = rolls_between(low, high, basis.nodes)
+    clearance = np.zeros(roll.shape)
+    for cycle in cycles:
+        segment, turns, _ = cycle.located(case, 0.5 * (low + high), 1)
+        clearance += cycle.segments.values(segment, roll - turns[:, None] * pitch)[0]
+    series = basis.coefficients(clearance[None])
+    end = np.ones((case.size, 1))
+    places = np.concatenate((-end, greatest(-series[0], -end, end)), axis=1)
+    values, places = evaluate(series, places)[0].ravel(), rolls_between(low, high, places).ravel()
+    # Take the first of minima that differ by rounding only.
+    least, case = np.full(start.size, np.inf), case.repeat(2)
+    np.minimum.at(least, case, values)
+    lowest = np.flatnonzero(values <= least[case] + 1e-11 * engagement.module)
+    found, first = np.unique(case[lowest], return_index=True)
+    best = start.copy()
+    best[found] = places[lowest[first]]
+    return best
 
 
 def backlash_by_errors(design: Design) -> FloatArray:

@@ -196,7 +196,8 @@ def middle_roll(design: Design, flank: str) -> FloatArray:
     """
     mounting, surface, pose = mounting_of(design), surface_of(design.pinion, flank), pose_of(design)
     x, y = (mounting.pitch_point[..., k] for k in (0, 1))
-    far = ~((x > 0.0) & (np.abs(np.hypot(x, y) - surface.tip) < 0.5 * surface.tip))
+    # On intersecting axes the pitch point is in the plane x = 0, except for rounding.
+    far = ~((x > -1e-9 * surface.tip) & (np.abs(np.hypot(x, y) - surface.tip) < 0.5 * surface.tip))
     across = np.nan_to_num(
         pose.position[0] * pose.sin * pose.cos
     )  # of the gear's axis, perpendicular to the offset

@@ -264,17 +264,10 @@ def cycle_and_pairs(
     """
     if harmonics < 1:
         raise ValueError(f"harmonics must be at least 1, got {harmonics}")
-    start = np.broadcast_to(middle_roll(design, flank), design.batch_shape)
-    engagement, phase = engagement_of(design, flank, start[..., None], start)
-    grids, shape = grids_of(engagement, design, flank), start.shape
-    if np.isnan(phase).any():
-        engagement = in_step(engagement, np.isnan(phase)[:, None], grids)
-    case, roll = pitch_rolls(engagement)
-    first, near, alone = found_with_others(engagement.at(case, roll), grids, each=each)
-    samples = samples_of(case, roll, first)
-    segments, status = segments_of(
-        engagement, grids, samples, samples_of(case[near[0]], roll[near[0]], near[1])
-    )
+    find = _solved if design.batch_shape else _kept_solution
+    found = find(design, flank, each or not design.batch_shape)
+    start, (engagement, phase), segments, status = found.start, found.engagement, found.segments, found.status
+    shape = start.shape
     lost = (status != FirstStatus.SOLVED) | np.isnan(phase)
     waves, swing, edges = _sums(engagement, segments, harmonics)
     waves[lost], swing[lost], edges[lost] = np.nan, np.nan, np.nan
@@ -297,7 +290,39 @@ def cycle_and_pairs(
         phase=phase,
     )
     cycle = replace(cycle, hand_over=cycle.hand_over & ~cycle.along_lines[..., None])
-    return cycle, grids, samples, alone
+    return cycle, found.grids, found.samples, found.alone
+
+
+@dataclass(frozen=True, eq=False)
+class _Solution:
+    """Segments and `status` of mesh cycles that begin at the rolls `start` (rad); the `engagement` with the
+    conjugate phase; and scan points, samples and contacts of single tooth pairs as in `cycle_and_pairs`."""
+
+    start: FloatArray
+    engagement: tuple[Engagement, FloatArray]
+    segments: CycleSegments
+    status: Integers
+    grids: Grids
+    samples: Samples
+    alone: Numbered
+
+
+def _solved(design: Design, flank: str, each: bool) -> _Solution:
+    start = np.broadcast_to(middle_roll(design, flank), design.batch_shape)
+    engagement, phase = engagement_of(design, flank, start[..., None], start)
+    grids = grids_of(engagement, design, flank)
+    if np.isnan(phase).any():
+        engagement = in_step(engagement, np.isnan(phase)[:, None], grids)
+    case, roll = pitch_rolls(engagement)
+    first, near, alone = found_with_others(engagement.at(case, roll), grids, each=each)
+    samples = samples_of(case, roll, first)
+    beside = samples_of(case[near[0]], roll[near[0]], near[1])
+    segments, status = segments_of(engagement, grids, samples, beside)
+    return _Solution(start, (engagement, phase), segments, status, grids, samples, alone)
+
+
+_kept_solution = kept(16)(_solved)
+"""Solutions of single designs: transmission error, contact ratio and backlash need the same ones."""
 
 
 @kept(1)

@@ -25,6 +25,7 @@ from .cycle.missed_contacts import LATE_RAD
 from .cycle.segment_fit import fitted
 from .cycle.segment_search import in_order
 from .engagement import Engagement
+from .first_contact import FirstContact, result_of
 from .mesh_cycle import MeshCycle, cycle_and_pairs
 from .search.earliest_contact import TOGETHER_RAD, Found, Grids, found_at
 from .search.search_task import OVERLAP
@@ -195,6 +196,32 @@ def _of_one_pair(engagement: Engagement, samples: Samples, position: Integers, c
     rows = {name: value[..., order] for name, value in vars(contacts).items()}
     alone = Found(**rows | {"pair": np.zeros(order.size, dtype=np.int64)})
     return samples_of(samples.case[position[order]], turned[order], alone)
+
+
+def contacts_of_one_pair(design: Design, flank: str) -> FirstContact:
+    """Compute the contacts of tooth pair 0 alone at the rolls from which the mesh cycle is computed.
+
+    Parameters
+    ----------
+    design : Design
+        A single one.
+    flank : {'right', 'left'}
+
+    Returns
+    -------
+    FirstContact
+        At ascending rolls, SAMPLES_PER_PITCH in each pitch, as `first_contact` with this pair. Rolls at which
+        the pair does not touch, or is a quarter of a module later than the first pair, are left out.
+
+    Raises
+    ------
+    ValueError
+        For members of arrays.
+    """
+    cycle, _, samples, each = cycle_and_pairs(design, flank, 1)
+    alone = _of_one_pair(cycle.engagement, samples, *each)
+    engagement = cycle.engagement.at(alone.case, alone.roll)
+    return result_of(engagement, cycle.phase[alone.case], alone.contacts, alone.roll.shape)
 
 
 def _segments_alone(

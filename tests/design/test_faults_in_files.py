@@ -20,6 +20,7 @@ BAD = {
     "pair.offset = [229]": f"must be a number, got [229]: {NUMBER}",
     "pair.offset = 0x1" + 300 * "0": f"must be a number, got an integer of 1201 bits: {NUMBER}",
     "pair.offset = nan": "must be a finite number, got nan: give the value itself",
+    "gear.teeth = -inf": "must be a finite number, got -inf: give the value itself",
     "gear.teeth = 44.5": f"must be a whole number, got 44.5: {WHOLE}",
     "gear.teeth = true": f"must be a whole number, got true: {WHOLE}",
     # outside the range

@@ -22,11 +22,13 @@ from beveloid_geom import (
 )
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.operation.cycle.cycle_segments import SAMPLES_PER_PITCH
+from beveloid_geom.operation.engagement import middle_roll
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.status import FirstStatus, Limit
 from tests.oracle.table1 import table1
 from tests.stability.five_residuals import cases_of
 from tests.stability.random_designs import Kind, random_designs
+from tests.symmetry import scaled
 
 
 @cache
@@ -257,3 +259,10 @@ def test_long_segments_are_divided_until_their_polynomials_converge() -> None:
     single, places = first_contact(cycle.design, "right", roll), cycle.at(roll)
     for name in ("l1", "z1", "l2", "z2"):
         assert np.abs(getattr(single, name) - getattr(places, name)).max() < 1e-9, name
+
+
+def test_start_of_the_cycle_does_not_depend_on_rounding(flank: str) -> None:
+    """On intersecting axes, rounding decides on the sign of x of the pitch point."""
+    design = builtin_design("marine-gearbox").with_errors(Errors(offset=0.1))
+    starts = [float(middle_roll(scaled(design, factor), flank)) for factor in (1.0, 3.0, 7.0)]
+    assert starts == pytest.approx([starts[0]] * 3, abs=1e-12)

@@ -16,6 +16,8 @@ from matplotlib.lines import Line2D
 from beveloid_geom import first_contact
 from beveloid_geom.arrays import FloatArray, Mask
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.operation.cycle.cycle_segments import SAMPLES_PER_PITCH
+from beveloid_geom.operation.operating_ratio import contacts_of_one_pair
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.operation import OperationReport
@@ -79,13 +81,22 @@ class MotionGraph:
         return low - deep, high + 0.12 * deep
 
 
-def motion_graph(report: OperationReport, steps: int = STEPS) -> MotionGraph:
-    """Compute the curve of one tooth pair of a design with a known mesh cycle, at `steps` rolls per pitch."""
-    cycle = report.cycle
-    share = np.linspace(-REACH, REACH, 2 * REACH * steps + 1)
-    contact = first_contact(report.design, report.flank, float(cycle.start) + cycle.pitch * share, pairs=[0])
-    alone = np.where(contact.status == FirstStatus.SOLVED, contact.transmission_error, np.nan)
-    edge = contact.limit[:, 0] >= 0
+def motion_graph(report: OperationReport, steps: int | None = STEPS) -> MotionGraph:
+    """Compute the curve of one tooth pair of a design with a known mesh cycle, at `steps` rolls per pitch.
+
+    If `steps` is None, the rolls are those from which the mesh cycle was computed. This takes no time."""
+    cycle, each = report.cycle, steps or SAMPLES_PER_PITCH
+    share = np.linspace(-REACH, REACH, 2 * REACH * each + 1)
+    alone, edge = np.full(share.size, np.nan), np.zeros(share.size, dtype=bool)
+    if steps is None:
+        contact = contacts_of_one_pair(report.design, report.flank)
+        place = np.rint(((contact.pinion_roll - float(cycle.start)) / cycle.pitch + REACH) * each).astype(int)
+    else:
+        roll, place = float(cycle.start) + cycle.pitch * share, np.arange(share.size)
+        contact = first_contact(report.design, report.flank, roll, pairs=[0])
+    known = (contact.status == FirstStatus.SOLVED) & (place >= 0) & (place < share.size)
+    alone[place[known]] = contact.transmission_error[known]
+    edge[place[known]] = contact.limit[known, 0] >= 0
     if report.along_lines:  # the ends of lines of contact are not edge contact
         edge &= ~(np.abs(alone - float(cycle.mean)) < SMALLEST / ARCSEC)
     return MotionGraph(report, share, alone, edge)

@@ -19,10 +19,13 @@
   let history = [],
     committed = { ...values };
   let sent = 0,
-    shown = 0; // numbers of the last message and of the motion that is shown
+    shown = 0, // numbers of the last message and of the motion that is shown
+    judged = false; // whether all remarks are shown
   let now = null,
     start = null; // results that are shown, and those of the start
-  let comparing = false;
+  let comparing = false,
+    asked = 0, // number of the last request for the start
+    compared = {}; // settings of this request
 
   document.title = `${data.name} \u2013 explore-pair`;
   find("name").textContent = data.name;
@@ -147,7 +150,6 @@
     values[name] = value;
     show(input);
     send();
-    if (comparing && (name === "film" || name === "torque")) askStart();
   }
 
   // A drag is one step of the history.
@@ -171,8 +173,6 @@
     commit();
     if (view.flank && view.flank() !== flank) view.drive(flank);
     send();
-    start = null; // that of the other flanks
-    if (comparing) askStart();
   }
 
   /* ---- messages ---- */
@@ -201,6 +201,7 @@
       if (socket.readyState !== WebSocket.OPEN) return;
       sent += 1;
       socket.send(JSON.stringify({ kind: "values", id: sent, values }));
+      askStart();
     });
   }
 
@@ -219,43 +220,49 @@
       shown = answer.id;
       const level = answer.status === "not computed" ? "unknown" : "error";
       verdict(level, `${REASONS[answer.status]}: ${answer.reason}`, []);
+      judged = false;
       grey(Boolean(now));
     } else if (answer.stage === "motion") {
       shown = answer.id;
-      now = { ...now, ...answer, figures: figuresOf(answer) };
+      const before = now?.flank === answer.flank ? now : null; // the other flanks have another pattern
+      now = { ...before, ...answer, figures: figuresOf(before, answer) };
+      if (!before) pattern?.show(null);
       grey(false);
-      judge(answer.remarks);
+      // Until all remarks are here, those of the previous values remain, so that the window does not jump.
+      if (!before || !judged) judge(answer.remarks);
       drawFlanks();
     } else if (answer.id === shown && answer.stage === "pattern") {
-      now = { ...now, patterns: answer.patterns, figures: figuresOf(answer) };
+      now = { ...now, patterns: answer.patterns, figures: figuresOf(now, answer) };
       drawFlanks();
       view.update?.(answer.frames, now.flank, answer.view);
       pattern?.show(answer.patterns);
     } else if (answer.id === shown && answer.stage === "remarks") {
-      now = { ...now, figures: figuresOf(answer, true) };
+      now = { ...now, figures: figuresOf(now, answer) };
       judge(answer.remarks);
+      judged = true;
     }
     drawFigures();
     finished(answer);
   }
 
-  // Figures of all stages; those of stages that are not here yet keep the previous value.
-  function figuresOf({ figures }, complete = false) {
-    const all = new Map((now?.figures ?? []).map((figure) => [figure.name, figure]));
-    if (complete && !figures.some(({ name }) => name === "pressure")) all.delete("pressure");
-    for (const figure of figures) all.set(figure.name, figure);
-    return [...all.values()];
+  // Figures by stage; those of stages that are not here yet keep the previous value.
+  function figuresOf(before, { stage, figures }) {
+    return { ...before?.figures, [stage]: figures };
   }
 
-  // The picture of the start, with the present flanks, film and torque.
+  // Asks for the picture of the start with the present flanks, film and torque, once for each of them.
   function askStart() {
     const { flank, film, torque } = values;
-    socket.send(JSON.stringify({ kind: "start", values: { ...data.values, flank, film, torque } }));
+    if (!comparing || socket.readyState !== WebSocket.OPEN || same({ flank, film, torque }, compared)) return;
+    if (flank !== compared.flank) start = null; // that of the other flanks
+    compared = { flank, film, torque };
+    asked += 1;
+    socket.send(JSON.stringify({ kind: "start", id: asked, values: { ...data.values, ...compared } }));
   }
 
   function receiveStart(answer) {
-    if ((answer.status ?? "solved") !== "solved") return;
-    start = answer.stage === "motion" ? answer : { ...start, ...answer, figures: [...start.figures, ...answer.figures] };
+    if (answer.id !== asked || (answer.status ?? "solved") !== "solved") return;
+    start = { ...(answer.stage === "motion" ? null : start), ...answer, figures: figuresOf(start, answer) };
     draw();
   }
 
@@ -312,10 +319,11 @@
   function drawFigures() {
     if (!now?.flanks) return;
     find("figures").classList.toggle("compared", comparing);
-    const before = new Map((start?.figures ?? []).map((figure) => [figure.name, figure]));
+    const listed = (figures) => Object.values(figures ?? {}).flat();
+    const before = new Map(listed(start?.figures).map((figure) => [figure.name, figure]));
     const cell = (figure) => (figure ? `${figure.text.replace("-", "\u2212")} ${figure.unit}` : "");
     find("figures").tBodies[0].replaceChildren(
-      ...now.figures.map((figure) =>
+      ...listed(now.figures).map((figure) =>
         make("tr", {}, make("th", { scope: "row" }, figure.label),
           make("td", { "data-figure": figure.name }, cell(figure)),
           make("td", { className: "start" }, cell(before.get(figure.name)))),
@@ -342,7 +350,7 @@
   find("compare").addEventListener("click", () => {
     comparing = !comparing;
     find("compare").setAttribute("aria-pressed", String(comparing));
-    if (comparing) askStart();
+    askStart();
     draw();
   });
   find("save").addEventListener("click", () =>

@@ -22,8 +22,6 @@ from ..components.flattened_flank import BANDS, EVERY, FlatFlank, flat_flank
 from ..components.motion_graph import REACH, motion_graph
 from ..components.paths_table import MEMBERS, points_on
 
-GRAPH_STEPS = 24
-"""Number of rolls per pitch of the curve of one tooth pair."""
 LIFT = 0.01
 """Distance of this pattern from the tooth surface in modules, so that the triangles of the tooth do not hide
 it."""
@@ -68,7 +66,7 @@ def graph_panel(report: OperationReport) -> dict[str, Any]:
 
     Pitches from the start of the cycle, transmission errors in arcsec from their mean.
     """
-    graph = motion_graph(report, GRAPH_STEPS)
+    graph = motion_graph(report, None)
     first, cycle, mean = report.first, report.cycle, graph.mean
     edge = (first.limit[:, 0] >= 0) & (not report.along_lines)
     changes = cycle.changes[cycle.hand_over]

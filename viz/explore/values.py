@@ -97,10 +97,23 @@ class Start:
         try:
             design = override(design, **self.changes(given))
         except DesignError as error:
-            faults += [fault._replace(key=_control_of(fault.key)) for fault in error.parts]
+            faults += [self._named(fault, given["flank"]) for fault in error.parts]
         if faults:
             raise DesignError(faults)
         return design, Settings(given["flank"], float(given["film"]), float(given["torque"]))
+
+    def _named(self, fault: Fault, flank: str) -> Fault:
+        """Return a fault of `override` with the name of its control as key, where there is one.
+
+        A fault of both flanks of a member has the name of the control of the driving `flank`."""
+        table, key, text = fault
+        if key.endswith("_modification"):  # the key of the table is the first word of the text
+            table, (key, _, text) = key.replace("_", "."), text.partition(" ")
+        words = f"{table}.{key}".split(".")
+        if len(words) > 2 and words[1] == "modification":
+            name = ".".join((words[0], *([flank] if len(words) == 3 else []), *words[2:]))
+            return Fault("", name, text) if name in self.controls else fault
+        return fault._replace(key=_control_of(fault.key))
 
     def changes(self, given: Values) -> dict[str, Any]:
         """Return the arguments of `design.file.override` for values that differ from the start."""

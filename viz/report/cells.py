@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -14,22 +15,31 @@ from beveloid_geom.arrays import FloatArray
 from ..components.flattened_flank import BANDS, rim
 from .picture import polygon
 
-UNITS = 40.0
-"""Units of a picture per mm; coordinates are rounded to whole units."""
+UNITS_PER_MODULE = 240.0
+"""Units of a picture per module; coordinates are rounded to whole units."""
 
 
 def cell_pictures(matrix: PatternMatrix) -> list[str]:
     """Return each cell as an SVG element of class `cell`, '' without a pattern. To scale; the end at -z is
     left, the tip is above. All cells show the same region, which contains the flank and the ellipses."""
-    # Margin around the flank, mm.
-    margin = 0.8
+    # Margin around the flank in modules.
+    margin_modules = 0.13
+    module = float(matrix.design.pinion.tool.normal_module)
+    margin, scale = margin_modules * module, UNITS_PER_MODULE / module
     known = [cell for cell in matrix.cells if cell]
     if not known:
         return [""] * len(matrix.cells)
     corners = np.concatenate([_corners(cell) for cell in known])
     low, high = np.nanmin(corners, axis=0) - margin, np.nanmax(corners, axis=0) + margin
     axes = Figure().add_subplot()
-    return [_picture(axes, cell, matrix.separation, low, high) if cell else "" for cell in matrix.cells]
+    return [
+        _picture(axes, cell, matrix.separation, low, high, scale) if cell else "" for cell in matrix.cells
+    ]
+
+
+def size_decimals(module: float) -> int:
+    """Return the decimals of the lengths in mm below a cell: a tenth of the module is always resolved."""
+    return max(1, 1 - math.floor(math.log10(module)))
 
 
 def _corners(cell: PatternCell) -> FloatArray:
@@ -42,22 +52,27 @@ def _corners(cell: PatternCell) -> FloatArray:
     return np.concatenate((flank, (middle - half, middle + half)))
 
 
-def _picture(axes: Axes, cell: PatternCell, separation: float, low: FloatArray, high: FloatArray) -> str:
-    """Return the SVG element of a cell that shows the region between two corners (z, r), mm."""
+def _picture(
+    axes: Axes, cell: PatternCell, separation: float, low: FloatArray, high: FloatArray, scale: float
+) -> str:
+    """Return the SVG element of a cell that shows the region between two corners (z, r), mm, with `scale` in
+    units per mm."""
+    # Radius of the dot in the middle of the ellipse, units.
+    dot = 20
     side, one = cell.pattern.pinion, cell.ellipses[0]
     z, r = side.z, np.hypot(side.points[..., 0], side.points[..., 1])
     corner = float(low[0]), float(high[1])
-    width, height = np.round(UNITS * (high - low)).astype(int).tolist()
-    pieces = [f'<path class="rim" d="{polygon(rim(z, r), corner, UNITS)}"/>']
+    width, height = np.round(scale * (high - low)).astype(int).tolist()
+    pieces = [f'<path class="rim" d="{polygon(rim(z, r), corner, scale)}"/>']
     for lines in _areas(axes, z, r, side.least, separation):
-        shape = "".join(polygon(line, corner, UNITS) for line in lines)
+        shape = "".join(polygon(line, corner, scale) for line in lines)
         pieces.append(f'<path class="area" d="{shape}"/>')
     if np.isfinite(one.z):
-        x, y = UNITS * (one.z - corner[0]), UNITS * (corner[1] - one.r)
+        x, y = scale * (one.z - corner[0]), scale * (corner[1] - one.r)
         turn = -float(np.degrees(np.nan_to_num(one.angle)))
-        size = f'rx="{UNITS * one.major:.0f}" ry="{UNITS * one.minor:.0f}"'
+        size = f'rx="{scale * one.major:.0f}" ry="{scale * one.minor:.0f}"'
         place = f'transform="translate({x:.0f} {y:.0f}) rotate({turn:.2f})"'
-        pieces.append(f'<ellipse {size} {place}/><circle r="{0.5 * UNITS:.0f}" {place}/>')
+        pieces.append(f'<ellipse {size} {place}/><circle r="{dot}" {place}/>')
     body = "".join(pieces)
     return f'<svg class="cell" viewBox="0 0 {width} {height}" aria-hidden="true">{body}</svg>'
 

@@ -36,7 +36,7 @@ from beveloid_geom.status import Limit
 from ..components.charts import SMALLEST, Quantity
 from ..components.paths_table import FLANKS, MEMBERS
 from . import charts
-from .cells import cell_pictures
+from .cells import cell_pictures, size_decimals
 from .charts import Flats
 from .data import EASE_OFF_GRID, HARMONICS, POSITIONS, FlankResults, PageData
 from .origin import Origin
@@ -344,6 +344,7 @@ def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any],
                 for flank, one in data.flanks.items()
                 if one.matrix is not None
             },
+            size_decimals=size_decimals(float(data.design.pinion.tool.normal_module)),
             modifications=list(modification_words(data.design)),
             swinging=[flank for flank, one in data.flanks.items() if _swings(one)],
             flanks=FLANKS,

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Design, builtin_design, contact_pattern, design_text
+from beveloid_geom.operation.cycle.cycle_segments import SAMPLES_PER_PITCH
 from beveloid_viz.explore import panels
 from beveloid_viz.explore.calculation import Calculation
 from beveloid_viz.explore.values import Start
@@ -118,7 +119,7 @@ def test_curves_and_areas_fit_the_results(name: str) -> None:
     assert len(motion["graph"]["pitches"]) == len(motion["graph"]["alone"])
     # In operation the pair with the gear furthest ahead carries: no curve of one pair is above.
     alone = np.array(motion["graph"]["alone"], dtype=float)
-    shift = panels.GRAPH_STEPS
+    shift = SAMPLES_PER_PITCH
     pairs = np.stack([alone[k * shift : k * shift + shift + 1] for k in range(2 * motion["graph"]["reach"])])
     carried = np.interp(
         np.linspace(0.0, 1.0, shift + 1), np.linspace(0.0, 1.0, 121), motion["graph"]["operation"]

@@ -47,6 +47,7 @@ OUTSIDE = """() => [...document.querySelectorAll("#pinion text, #gear text, #gra
   const box = text.getBoundingClientRect(), frame = text.ownerSVGElement.getBoundingClientRect();
   return box.left < frame.left - 1 || box.right > frame.right + 1 || box.bottom > frame.bottom + 1;
 }).map((text) => text.textContent)"""
+STARTS = "[...document.querySelectorAll('#figures td.start')].map((e) => e.textContent.split(' ')[0])"
 NAMELESS = """() => [...document.querySelectorAll("input, select, button")].filter((each) =>
   !(each.labels?.length || each.getAttribute("aria-label") || each.textContent.trim())).length"""
 
@@ -143,6 +144,40 @@ def test_drag_undo_reset_compare_save_and_reload(
         assert page.get_by_role("button", name="Undo").is_disabled()
         changed(page, lambda: page.get_by_role("button", name="Reset").click())
         assert figures(page) == start
+
+
+def test_the_start_has_the_settings_of_the_window(browser: Browser, url: str, modified: Design) -> None:
+    """Also after undo and reset, and if the flanks change before the start is computed."""
+    with window(browser, url) as page:
+        choice = page.get_by_label("Driving flanks").first
+        film = page.get_by_label("Film thickness", exact=True)
+
+        def compared(**values: Any) -> None:
+            expect = list(expected(modified, **values).values())
+            end = time.monotonic() + 30.0
+            while page.evaluate(STARTS) != expect:
+                assert time.monotonic() < end, (page.evaluate(STARTS), expect)
+                time.sleep(0.05)
+
+        page.get_by_role("button", name="Compare with start").click()
+        for flank in ("left", "right", "left", "right", "left"):
+            choice.select_option(flank)
+            page.wait_for_timeout(150)
+        compared(flank="left")
+        changed(page, lambda: page.get_by_role("button", name="Undo").click())
+        compared()
+        changed(page, lambda: film.fill("0.01"))
+        page.keyboard.press("Tab")
+        compared(film=0.01)
+        changed(page, lambda: page.get_by_role("button", name="Reset").click())
+        compared()
+
+
+def test_without_film_there_is_no_pattern(browser: Browser, url: str, modified: Design) -> None:
+    with window(browser, url) as page:
+        changed(page, lambda: page.get_by_label("Film thickness", exact=True).fill("0"))
+        assert figures(page) == expected(modified, film=0.0)
+        assert "pinion_pattern" not in figures(page)
 
 
 def test_refused_jammed_and_lost_pairs_grey_the_last_picture(browser: Browser, url: str) -> None:

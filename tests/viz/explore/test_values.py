@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Design, DesignError, MeshErrors, Modification, builtin_design, from_degrees
+from beveloid_geom.arrays import FLANK_SIGN
 from beveloid_geom.pair.misalignment_at_mesh import from_mesh
 from beveloid_viz.explore.values import Settings, Start
 from tests.cli.running import run, strict_json
@@ -62,6 +63,8 @@ def test_start_with_modification_can_be_taken_back() -> None:
         ("offset_error", 10**400, "must be a finite number"),
         ("shaft_angle_error_deg", 50.0, "must be between"),
         ("pinion.right.parabola", 1.0, "must be between"),
+        ("pinion.left.helix_crowning_um", 1e9, "must be between -100000 and 100000 um"),
+        ("pinion.left.helix_crowning_um", 99000.0, "must be between -9425 and 9425 um"),
         ("film", -0.1, "must be between 0 and 10 mm"),
         ("torque", 1e13, "must be between 0 and 1e+12 Nm"),
         ("flank", "upper", "must be right or left"),
@@ -77,9 +80,22 @@ def test_refused_values_name_the_control_and_the_limit(name: str, value: Any, wo
     assert words in fault.text
 
 
-def test_a_relief_without_length_is_refused() -> None:
-    with pytest.raises(DesignError, match=r"tip_relief_um needs tip_relief_length_mm"):
-        Start(builtin_design()).read({RELIEF: 5.0, RELIEF.replace("_um", "_length_mm"): 0.0})
+@pytest.mark.parametrize("length", [0.0, -1.0, 90.0])
+def test_a_relief_with_a_wrong_length_is_refused(length: float, flank: str) -> None:
+    """If both flanks have the same values, the control of the driving flanks is named."""
+    start, name = Start(builtin_design()), RELIEF.replace("_um", "_length_mm")
+    refused = RELIEF if length == 0.0 else name
+    both = {
+        key.replace("right", side): value
+        for side in FLANK_SIGN
+        for key, value in ((RELIEF, 5.0), (name, length))
+    }
+    for values, of in (({RELIEF: 5.0, name: length}, "right"), ({**both, "flank": flank}, flank)):
+        with pytest.raises(DesignError) as refusal:
+            start.read(values)
+        (fault,) = refusal.value.parts
+        assert fault.key == refused.replace("right", of)
+        assert fault.text.startswith("needs tip_relief_length_mm" if length == 0.0 else "must be")
 
 
 def test_a_new_relief_has_a_length() -> None:

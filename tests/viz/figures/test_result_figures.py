@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 
 from beveloid_geom import (
+    Design,
     Errors,
     Modification,
     builtin_design,
@@ -309,6 +310,19 @@ def test_what_runs_is_the_first_of_the_tooth_pairs_alone(flank: str) -> None:
     assert low < graph.report.first.transmission_error.min() - graph.mean
     assert (high - low) * graph.pitch_radius >= MARKING_SEPARATION
     assert abs(low) > abs(high)
+
+
+@pytest.mark.parametrize("design", [MODIFIED, builtin_design("anti-backlash")], ids=["modified", "parallel"])
+def test_contacts_of_the_mesh_cycle_give_the_curve_of_one_pair(design: Design, flank: str) -> None:
+    """They are left out only below the chart."""
+    report = operation_report("", design, flank, 65, 3, MARKING_SEPARATION)
+    graph, whole = motion_graph.motion_graph(report, None), motion_graph.motion_graph(report, 24)
+    known = np.isfinite(graph.alone)
+    np.testing.assert_array_equal(graph.pitches, whole.pitches)
+    np.testing.assert_allclose(graph.alone[known], whole.alone[known], rtol=0.0, atol=1e-13)
+    np.testing.assert_array_equal(graph.edge[known], whole.edge[known])
+    assert known.sum() > 48
+    assert np.nanmax(whole.alone[~known]) < graph.mean + graph.limits[0]
 
 
 def test_amplitudes_are_the_cycles(report: OperationReport) -> None:

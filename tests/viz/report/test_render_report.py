@@ -20,11 +20,13 @@ import pytest
 from click.testing import CliRunner
 from numpy.typing import NDArray
 
+from beveloid_geom import builtin_design, pattern_matrix
 from beveloid_geom.cli.main import main as beveloid_geom
 from beveloid_geom.design.file import builtin_text
-from beveloid_viz.report.cells import UNITS
+from beveloid_viz.report.cells import UNITS_PER_MODULE, cell_pictures, size_decimals
 from beveloid_viz.report.cli import main
 from beveloid_viz.report.page import looked_up
+from tests.symmetry import scaled
 
 from .report_page import ReportPage
 
@@ -38,6 +40,8 @@ NAME = Path("x<", "script><img src=x onerror=alert(1)> & \"'.toml")
 """A file name that tries to close a script element and to open others."""
 TOLERANCES = ("--offset-tolerance", "0.04", "--gear-axial-tolerance", "0.2", "--seed", "7", "--cases", "300")
 MOST_BYTES = 4_000_000
+UNITS = UNITS_PER_MODULE / 6.0
+"""Units of the patterns of this pair per mm."""
 
 
 @pytest.fixture(scope="module")
@@ -70,6 +74,18 @@ def text(folder: Path) -> str:
 @pytest.fixture(scope="module")
 def page(text: str) -> ReportPage:
     return ReportPage(text)
+
+
+def test_patterns_under_errors_do_not_depend_on_the_module() -> None:
+    """Also their frame and the dot in the middle of the ellipse."""
+    drawn = []
+    for factor in (1.0, 0.05):
+        design = scaled(builtin_design().with_parabola(0.001, -0.001), factor)
+        sizes, separation = (0.02 * factor, 0.0001), 0.006 * factor
+        matrix = pattern_matrix(design, ("offset", "shaft_angle"), sizes=sizes, separation=separation)
+        drawn.append([re.findall(r"-?[\d.]+", cell) for cell in cell_pictures(matrix)[:1]])
+    assert np.allclose(np.array(drawn[0], dtype=float), np.array(drawn[1], dtype=float), rtol=0.0, atol=1.01)
+    assert [size_decimals(module) for module in (20.0, 6.0, 1.0, 0.3, 0.1, 0.01)] == [1, 1, 1, 2, 2, 3]
 
 
 @pytest.mark.slow

@@ -11,8 +11,8 @@ from matplotlib.ticker import FixedLocator
 from beveloid_geom import Design
 from beveloid_geom.validation.comparison import METHODS as ALL_METHODS, Measurement, compare
 
-from ...components.annotate import Labels
 from ...components.figure_steps import Drawing, Recipe, Table
+from ...components.free_space import Labels
 from ...components.paths_table import coefficients, modified
 from ...rendering import theme
 from ...rendering.layout import Cells

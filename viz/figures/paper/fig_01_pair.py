@@ -16,6 +16,7 @@ from beveloid_geom.shapes.surface_mesh import gear_mesh
 from ...components import annotate, paths_table, posed
 from ...components.annotate import Overlay
 from ...components.figure_steps import Drawing, Recipe, Table, quantities, vector
+from ...components.free_space import FreeSpace
 from ...components.posed import PosedPair
 from ...rendering import theme
 from ...rendering.polylines import dashed
@@ -137,7 +138,7 @@ def draw(data: PairFigure, layout: theme.Layout) -> Drawing:
     if not pair.remote:
         _annotate_layout(view, pair, 0.65 * abs(float(_ends(pair)[1, 0])))
     _draw_scale(view, box, pair)
-    room = annotate.FreeSpace(view.axes)
+    room = FreeSpace(view.axes)
     if pair.touching and len(data.sections) == 2:
         corner = _free_corner(page, room)
         if layout.width < theme.NARROW:
@@ -201,7 +202,7 @@ def _draw_scale(over: Overlay, box: theme.Box, pair: PosedPair) -> None:
     theme.scale_bar(over.axes, 0.98 * box.width - length * px_per_mm, 0.96 * box.height, px_per_mm, length)
 
 
-def _name(over: Overlay, room: annotate.FreeSpace, pair: PosedPair, narrow: bool) -> None:
+def _name(over: Overlay, room: FreeSpace, pair: PosedPair, narrow: bool) -> None:
     """Label members and ends of faces where there is room, in more lines on a narrow page."""
     right, up, _ = over.picture.camera.axes
     for number, member in enumerate(pair.design.members):
@@ -241,7 +242,7 @@ def _kind(pair: PosedPair, member: int) -> str:
     return f"{paths_table.MEMBERS[member]}\n{int(one.teeth)} teeth, {hand}\n{angles}"
 
 
-def _free_corner(page: theme.Page, room: annotate.FreeSpace) -> theme.Box:
+def _free_corner(page: theme.Page, room: FreeSpace) -> theme.Box:
     """Return the box of the section: the corner and size that hide least of the picture."""
     # Width and height of the section on a wide page, as fractions of the page.
     section_page_fractions = 0.25, 0.31

@@ -24,6 +24,8 @@ LINE_COLOURS = (theme.BLUE, "#8a5a00")
 """Line colours of pinion and gear."""
 
 
+HEIGHTS_IN, DETAILED_HEIGHTS_IN = (4.6, 0.0, 2.0), (4.3, 3.0, 1.9)
+"""Heights of picture, detail of a small pinion and table on a narrow page, inches."""
 SAME_FRAME_FRACTION = 0.01
 """Frames closer than this fraction of the distance of the members are drawn as one."""
 
@@ -52,6 +54,11 @@ class MeshingFigure:
     def together(self, number: int) -> bool:
         """Whether mid-face of a member is at its foot of the common perpendicular."""
         return bool(abs(self.mounting.distance[number]) < SAME_FRAME_FRACTION * self.pair.apart)
+
+    @property
+    def small_pinion(self) -> bool:
+        """Whether the pinion is too small for its symbols on a narrow page."""
+        return bool(self.reference_radius[0] < 0.35 * self.pair.apart)
 
     @property
     def found(self) -> bool:
@@ -131,8 +138,9 @@ def _ring(data: MeshingFigure, number: int, radius: float, z: float) -> FloatArr
 
 def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
     """Draw reference cones, axes and circles with their dimensions."""
-    # Height of the table below the picture, inches.
-    table_height_in = 2.0
+    narrow = layout.width < theme.NARROW
+    detailed = narrow and data.small_pinion and data.found
+    heights = DETAILED_HEIGHTS_IN if detailed else HEIGHTS_IN if narrow else (7.2, 0.0, 0.0)
     pair = layout_of(data.pair.design)
     offset, angle = float(pair.offset), f"{np.degrees(abs(float(pair.shaft_angle))):g}\u00b0"
     page, low, high = theme.new_page(
@@ -142,28 +150,53 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
         " (blue) and gear (brown), working pitch circles (orange, dashed)",
         f"Unmodified pair. {_where_p_is(data)} $S_1$ and $S_2$: at mid-face, roll 0; in the paper $b_c$"
         " nearer to the toe, at profile shift zero and reference radius $r_P$." + posed.far_words(data.pair),
-        tall=7.2 if layout.width > theme.NARROW else 4.6 + table_height_in,
+        tall=sum(heights),
     )
-    narrow = layout.width < theme.NARROW
-    under = theme.inches(page, table_height_in if narrow else 0.0)  # a narrow view has no free corner
-    box = theme.place(page, 0.02, low + under, 0.96, high - low - under)
+    table, detail = theme.inches(page, heights[2]), theme.inches(page, heights[1])
+    box = theme.place(page, 0.02, low + table + detail, 0.96, high - low - table - detail)
     reach = [_ring(data, n, _radius(data, n, z), z) for n in (0, 1) for z in _cone_ends(data, n)]
     below = 1.4 * _radius(data, 1, _cone_ends(data, 1)[1])
     feet = np.array([[-0.25 * data.pair.apart, 0.0, 0.0], [offset, below, 0.0]])
     feet = feet + data.pair.nearer * data.pair.axis[0]
+    if data.found and not data.together(0):
+        reach.append(data.feet[:1] + _out(data)[0])
+    if _drawn_shift(data, 1):
+        side = np.array([1.6 * _radius(data, 1, _cone_ends(data, 1)[1]), 0.0, 0.0])
+        reach.append(data.pair.foot[1:] + data.mounting.distance[1] * data.pair.axis[1] + side)
     camera = fit_camera(np.concatenate((*reach, feet)), posed.VIEW, posed.UP, box.size, 0.06)
     over = Overlay.drawn(page, box, _items(data, 0.0016 * camera.half_height * 2.0), camera)
+    pictures = {"meshing": over.picture}
     _annotate_layout(over, data)
     if data.found:
         for number in (0, 1):
-            _annotate_member(over, data, number)
+            _annotate_distance(over, data, number)
+        _annotate_member(over, data, 1)
+        closer = over
+        if detailed:
+            place = theme.place(page, 0.02, low + table, 0.96, detail - theme.inches(page, 0.1))
+            closer = _detail(page, place, data)
+            pictures["pinion"] = closer.picture
+            middle = data.pair.foot[0] + data.mounting.distance[0] * data.pair.axis[0]
+            over.label(middle, "$S_1$", (-10.0, 10.0), color=LINE_COLOURS[0], fontsize=theme.HEADING)
+        _annotate_member(closer, data, 0)
         style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.TITLE, "fontweight": "bold"}
-        over.label(
-            data.mounting.pitch_point, "$P$", (20.0, -4.0) if data.in_line(0) else (2.0, 20.0), **style
-        )
+        offset = (20.0, -4.0) if data.in_line(0) else (12.0, 20.0)
+        closer.label(data.mounting.pitch_point, "$P$", offset, **style)
     corner = 0.03, 0.6 if data.pair.remote else 0.13, 0.24, 0.19
-    _table(page, data, (0.03, low, 0.75, 0.9 * under) if narrow else corner)
-    return Drawing(page, {"meshing": over.picture})
+    _table(page, data, (0.03, low, 0.75, 0.9 * table) if narrow else corner)
+    return Drawing(page, pictures)
+
+
+def _detail(page: theme.Page, box: theme.Box, data: MeshingFigure) -> Overlay:
+    """Draw the pinion magnified, and name it."""
+    ends = [(z, _radius(data, 0, z)) for z in _cone_ends(data, 0)]
+    reach = [_ring(data, 0, 1.2 * radius, z) for z, radius in ends]
+    camera = fit_camera(np.concatenate(reach), posed.VIEW, posed.UP, box.size, 0.02)
+    over = Overlay.drawn(page, box, _items(data, 0.0032 * camera.half_height), camera)
+    over.axes.text(
+        0.02, 0.98, "pinion,\nmagnified", transform=over.axes.transAxes, va="top", fontsize=theme.LABEL
+    )
+    return over
 
 
 def _where_p_is(data: MeshingFigure) -> str:
@@ -238,34 +271,48 @@ def _annotate_layout(over: Overlay, data: MeshingFigure) -> None:
         over.triad(feet[number], rotation.T, length, names, theme.INK, f"S_{name}", offset)
 
 
+def _out(data: MeshingFigure) -> FloatArray:
+    """Return the vectors (2, 3) from the axes to the dimensions of the mounting distances, mm."""
+    pinion, gear = (_radius(data, number, _cone_ends(data, number)[1]) for number in (0, 1))
+    # The label of b_c is between the pinion and its mounting distance.
+    return np.array([[-1.08 * pinion - 0.17 * data.pair.apart, 0.0, 0.0], [0.0, 1.36 * gear, 0.0]])
+
+
+def _annotate_distance(over: Overlay, data: MeshingFigure, number: int) -> None:
+    """Draw the mounting distance of one member: of the pinion on its far side, of the gear below it."""
+    start, out, colour = data.feet[number], _out(data)[number], LINE_COLOURS[number]
+    pitch = data.pair.foot[number] + data.mounting.pitch_distance[number] * data.pair.axis[number]
+    style: dict[str, Any] = {"color": colour, "fontsize": theme.HEADING}
+    if float(abs(data.mounting.pitch_distance[number])) > SAME_FRAME_FRACTION * data.pair.apart:
+        for end in (start, pitch):
+            over.line(end, end + 1.03 * out, color=colour, linewidth=0.9)
+        name = f"$d_{{w{number + 1}}}$"
+        offset = over.beside(start + out, pitch + out, out, name, fontsize=theme.HEADING)
+        over.dimension(start + out, pitch + out, name, offset, at=0.45, **style)
+        if data.pair.nearer:
+            over.broken(0.4 * start + 0.6 * pitch + out, pitch + out, colour)
+
+
 def _annotate_member(over: Overlay, data: MeshingFigure, number: int) -> None:
-    """Draw mounting distance, b_c, radii and frame of one member."""
-    start, foot, axis = data.feet[number], data.pair.foot[number], data.pair.axis[number]
+    """Draw b_c, radii and frame of one member."""
+    foot, axis = data.pair.foot[number], data.pair.axis[number]
     colour, index = LINE_COLOURS[number], number + 1
     mounting = data.mounting
     middle, pitch = foot + mounting.distance[number] * axis, foot + mounting.pitch_distance[number] * axis
     style: dict[str, Any] = {"color": colour, "fontsize": theme.HEADING}
-    radius = _radius(data, number, _cone_ends(data, number)[1])
-    # Dimensions of the pinion are on its far side, those of the gear below and on its far side.
-    out, near = radius * np.array((((-1.22, 0, 0), (-1.08, 0, 0)), ((0, 1.36, 0), (1.4, 0, 0)))[number])
-    offsets = (((-16.0, 8.0), (-14.0, -12.0)), ((0.0, -14.0), (8.0, -14.0)))[number]
-    if float(abs(mounting.pitch_distance[number])) > SAME_FRAME_FRACTION * data.pair.apart:
-        for end in (start, pitch):
-            over.line(end, end + 1.03 * out, color=colour, linewidth=0.9)
-        over.dimension(start + out, pitch + out, f"$d_{{w{index}}}$", offsets[0], at=0.45, **style)
-        if data.pair.nearer:
-            over.broken(0.4 * start + 0.6 * pitch + out, pitch + out, colour)
+    near = np.array([(-1.08, 1.4)[number] * _radius(data, number, _cone_ends(data, number)[1]), 0.0, 0.0])
     shift = _drawn_shift(data, number)
     zero = middle - shift * axis
     if shift:
         for end in (zero, middle):
             over.line(end, end + 1.03 * near, color=colour, linewidth=0.9)
-        over.dimension(zero + near, middle + near, f"$b_{{c{index}}}$", offsets[1], **style)
-    working = {"color": theme.RED, "fontsize": theme.HEADING}
+        name = f"$b_{{c{index}}}$"
+        offset = over.beside(zero + near, middle + near, near, name, fontsize=theme.HEADING)
+        over.dimension(zero + near, middle + near, name, offset, **style)
+    to_pitch, name = mounting.pitch_point - pitch, f"$r_{{w{index}}}$"
     over.arrow(pitch, mounting.pitch_point, theme.RED, 1.4)
-    label_at = pitch + 0.66 * (mounting.pitch_point - pitch)
-    below = (-12.0, -11.0) if number == 0 else (4.0, 13.0)
-    over.label(label_at, f"$r_{{w{index}}}$", below, **working)
+    offset = over.beside(pitch, mounting.pitch_point, (-axis, axis)[number], name, fontsize=theme.HEADING)
+    over.label(pitch + 0.66 * to_pitch, name, offset, color=theme.RED, fontsize=theme.HEADING)
     turn = data.pair.frames[number][0] @ np.array([0.0, 1.0, 0.0])
     if data.in_line(number):  # the working radius is drawn in this direction
         turn = data.pair.frames[number][0] @ -np.sqrt([0.5, 0.5, 0.0])
@@ -283,6 +330,7 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int) -> None:
         colour,
         f"S_{index}{also.format('S')}",
         ((-14.0, 12.0), (14.0, -16.0))[number],
+        to_pitch,
     )
 
 

@@ -24,8 +24,9 @@ from ...rendering.scene import Camera, Item, Picture, Tube, fit_camera
 
 MOVED_COLOUR, MOVED_LINE_COLOUR = "#7fb3d9", theme.BLUE
 """Colours of displaced members and of their lines."""
-DISPLACEMENT_FRACTION, FRAME_FRACTION = 0.46, 0.26
-"""Displacements drawn and length of the axes of frames, as fractions of the distance of the members."""
+DISPLACEMENT_FRACTION, FRAME_FRACTION, PRINT_FRAME_FRACTION = 0.46, 0.26, 0.36
+"""Displacements drawn and length of the axes of frames, also in one column of print, as fractions of the
+distance of the members."""
 DISPLACEMENT_RAD = np.radians(18.0)
 TYPICAL_ERRORS = {
     "offset": OFFSET_ERROR,
@@ -168,7 +169,8 @@ def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
         left, bottom, width, height = place
         corner = left + 0.12 / layout.width, bottom + height - theme.inches(page, 0.05)
         _heading(page, corner, (aside or 0.95) * width, data, index)
-        pictures[panel.key] = _panel(page, box, data, index, camera)
+        frame_fraction = PRINT_FRAME_FRACTION if one_column else FRAME_FRACTION
+        pictures[panel.key] = _panel(page, box, data, index, camera, frame_fraction * _scale(data.pair))
     return Drawing(page, pictures)
 
 
@@ -206,8 +208,10 @@ def _heading(
     theme.wrap_text(quiet, f"{between}; drawn: {words}", pixels)
 
 
-def _panel(page: theme.Page, box: theme.Box, data: ErrorFigure, index: int, camera: Camera) -> Picture:
-    """Draw both members without errors, and the displaced one."""
+def _panel(
+    page: theme.Page, box: theme.Box, data: ErrorFigure, index: int, camera: Camera, length: float
+) -> Picture:
+    """Draw both members without errors, the displaced one, and frames with axes of a `length` (mm)."""
     bore_shaft_radii = 1e-3
     radius = 0.7 * camera.mm_per_px(box.size) * page.dpi / 72.0
     nominal, moved = data.seen(data.nominal), data.seen(data.displaced[index])
@@ -225,12 +229,17 @@ def _panel(page: theme.Page, box: theme.Box, data: ErrorFigure, index: int, came
             pieces = (piece for ring in rings for piece in panels.dashed_circle(ring, radius))
             items += [Tube(piece, MOVED_LINE_COLOUR, radius) for piece in pieces]
     over = Overlay.drawn(page, box, items, camera)
-    _annotate(over, data, index, nominal, moved)
+    _annotate(over, data, index, nominal, moved, length)
     return over.picture
 
 
 def _annotate(
-    over: Overlay, data: ErrorFigure, index: int, nominal: dict[str, Frame], moved: dict[str, Frame]
+    over: Overlay,
+    data: ErrorFigure,
+    index: int,
+    nominal: dict[str, Frame],
+    moved: dict[str, Frame],
+    length: float,
 ) -> None:
     """Draw axes and frames before and after, and the error between them."""
     # Distance of a dimension from the origins, in lengths of the axes of frames.
@@ -247,9 +256,9 @@ def _annotate(
     if panel.before in ("g", "f"):
         _axis(over, data, moved, panel.member, MOVED_LINE_COLOUR)
     before, after = nominal[panel.before], moved[panel.after]
-    length = FRAME_FRACTION * _scale(data.pair)
     tilted = panel.key == "shaft_angle"
-    names = "xyz", ("", "y", "z") if tilted else "xyz"  # both frames share the axis of rotation
+    # Both frames share the axis of rotation, or are parallel.
+    names = "xyz", ("", "y", "z") if tilted else 3 * (annotate.UNNAMED,)
     looks = (before, theme.INK, panel.before), (after, MOVED_LINE_COLOUR, panel.after)
     for (frame, colour, name), letters in zip(looks, names, strict=True):
         over.triad(frame[1], frame[0].T, length, letters, colour, f"S_{{{name}}}", label_offsets_pt[name])
@@ -266,7 +275,8 @@ def _annotate(
     for origin, foot in ((before[1], start), (after[1], end)):
         over.line(origin, origin + 1.1 * (foot - origin), color=theme.RED, linewidth=0.9)
     over.arrow(start, end, theme.RED, 2.4)
-    over.label(0.5 * (start + end), words, (0.0, -16.0 if panel.member else 16.0), **style)
+    offset = over.beside(start, end, aside, words, fontsize=theme.HEADING, fontweight="bold")
+    over.label(0.5 * (start + end), words, offset, **style)
 
 
 def _axis(over: Overlay, data: ErrorFigure, frames: dict[str, Frame], number: int, colour: str) -> None:

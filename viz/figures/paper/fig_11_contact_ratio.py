@@ -17,8 +17,8 @@ from beveloid_geom.contact.path import PathEnds, path_ends
 from beveloid_geom.design.ends import limit_words
 from beveloid_geom.operation.operating_ratio import operating_ratios
 
-from ...components import annotate
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.free_space import Labels
 from ...components.paths_table import FLANKS
 from ...components.touching import limit_code
 from ...rendering import theme
@@ -110,9 +110,9 @@ def draw(data: RatioFigure, layout: theme.Layout) -> Drawing:
 
 
 def finding(data: RatioFigure) -> str:
-    """Return the title: contact ratios of the modified right flanks by Eq. 16 and of all teeth."""
-    path = np.stack([ends.contact_ratio for ends in data.ends["right"]])[:, 1:]
-    running = data.ratio["right"][:, 1:]
+    """Return the title: contact ratios of the modified flanks by Eq. 16 and of all teeth."""
+    path = np.stack([ends.contact_ratio for flank in FLANKS for ends in data.ends[flank]])[:, 1:]
+    running = np.concatenate([data.ratio[flank][:, 1:] for flank in FLANKS])
     if not np.isfinite(path).any() or not np.isfinite(running).any():
         return "Contact ratio against the parabola coefficient"
     low, high = np.nanmin(running), np.nanmax(running)
@@ -182,7 +182,7 @@ def _mark_kinks(axes: Axes, edge_axes: Axes, a: FloatArray, design: Design, ends
     places = [(float(a[at]), float(ends.contact_ratio[at])) for at in kinks]
     for place in places:
         axes.plot(*place, "o", color=theme.BLUE, markersize=7.0)
-    labels = annotate.Labels(axes, edge_axes)
+    labels = Labels(axes, edge_axes)
     for at, place in zip(kinks, places, strict=True):
         text = " \u2192 ".join(limit_words(design, code) for code in ends.limit[at].tolist())
         along = float(axes.transAxes.inverted().transform(axes.transData.transform(place))[0])

@@ -92,7 +92,7 @@ def draw(data: tuple[Panel, ...], layout: theme.Layout) -> Drawing:
         "Right (drive) and left (coast) flanks: distance from flanks conjugate to the gear, \u00b5m",
         NOTE,
         below=1.75,
-        above=0.45,
+        above=0.6,
         tall=cells.tall(layout, len(data), 4.6),
     )
     for column, (panel, box) in enumerate(

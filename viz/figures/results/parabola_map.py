@@ -19,11 +19,10 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
-from scipy.optimize import minimize
 
 from beveloid_geom import Design, Errors, MeshErrors, contact_ratio, mesh_cycle
 from beveloid_geom.analysis.maps import usual_bounds, usual_errors
-from beveloid_geom.analysis.optimise import Aim, objectives_of, optimise_parabola
+from beveloid_geom.analysis.optimise import Aim, objectives_of
 from beveloid_geom.analysis.path_measures import measures_of
 from beveloid_geom.arrays import Codes, FloatArray, Mask
 from beveloid_geom.contact.path import path_ends
@@ -34,19 +33,23 @@ from beveloid_geom.status import Status
 
 from ...components import paths_table
 from ...components.figure_steps import Drawing, Recipe, Table
-from ...components.map_panel import HALO, LEVEL, hatch, thin_out
+from ...components.map_extremes import Extreme, least_shift, most_ratio
+from ...components.map_panel import HALO, between_cells, contours, hatch, thin_out, widest_gap
 from ...rendering import theme
 from ...rendering.layout import Cells
 
 STEPS = 20
 """Intervals of the difference; the sum has as many."""
 CELLS = Cells(left=1.2, right=1.0, across=1.16, down=0.65, most=3, least=1.0)
+HALF_TURN_DEG, LEAST_GAP_DEG = 180.0, 10.0
+"""Period of the angle of a path, and smallest interval without angles at which its colours begin and end,
+degrees. Without such an interval, the colours are cyclic."""
 HOLLOW, LOST, ASTRAY = "//", "xxx", "...."
 """Hatches: flanks hollow against each other, no path, value not known."""
 NOTE = (
     "Angle: chord of the path in the pinion's side view, to the axial direction. Shift: perpendicular to"
     " the path at mid-roll, under {errors}, root of the sum of squares. Transmission error, edges: all"
-    " teeth. Axis of the sum: square-root scale."
+    " teeth. Axis of the sum: square-root scale. Colours: interpolated between {cells} cells."
 )
 
 
@@ -68,15 +71,6 @@ QUANTITIES = {
     "centre": Quantity("middle, pinion z (mm)", 1.0, "viridis"),
     "edge_share": Quantity("edge contact (%)", 100.0, "viridis", "share"),
 }
-
-
-@dataclass(frozen=True, eq=False)
-class Extreme:
-    """Coefficients, 1/mm, at which a quantity has its extreme `value`; NaN if it was not found."""
-
-    pinion: float = math.nan
-    gear: float = math.nan
-    value: float = math.nan
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,8 +142,8 @@ def compute(design: Design, flank: str = "right") -> ParabolaMap:
     }
     shaped = {name: values.reshape(first.shape) for name, values in quantities.items()}
     ratio = float(contact_ratio(design, flank))
-    most = _most_ratio(design, flank, largest)
-    least = _least_shift(design, flank, errors, ratio, largest)
+    most = most_ratio(design, flank, largest)
+    least = least_shift(design, flank, errors, ratio, most.value, largest)
     codes = status.reshape(first.shape)
     return ParabolaMap(design, flank, errors, difference, total, codes, shaped, ratio, most, least)
 
@@ -163,58 +157,15 @@ def _in_operation(design: Design, flank: str, pinion: float, gear: float) -> tup
     return float(cycle.peak_to_peak), float(cycle.edge_share)
 
 
-def _most_ratio(design: Design, flank: str, largest: float) -> Extreme:
-    """Return the largest contact ratio within the range of the map, without hollow flanks.
-
-    The ridge of the ratio has a kink, so the search begins at the best of 101 sums times 21 differences."""
-
-    def coefficients(x: Any) -> tuple[FloatArray, FloatArray]:
-        """Return both coefficients, 1/mm, from sum and difference in units of `largest`."""
-        return 0.5 * largest * (x[0] + x[1]), 0.5 * largest * (x[0] - x[1])
-
-    def negative_ratio(x: Any) -> Any:
-        return -contact_ratio(design.with_parabola(*coefficients(x)), flank)
-
-    def negative_value(x: Any) -> float:
-        return float(negative_ratio(x))
-
-    points = np.array(np.meshgrid(np.linspace(-0.5, 0.0, 101), np.linspace(-2.0, 2.0, 21))).reshape(2, -1)
-    values = np.where(np.isnan(found := negative_ratio(points)), 0.0, found)
-    if not values.any():
-        return Extreme()
-    start = points[:, values.argmin()]
-    simplex = np.array([start, start - (0.005, 0.0), start - (0.0, math.copysign(0.1, start[1]))])
-    options: Any = {"initial_simplex": simplex, "xatol": 1e-5, "fatol": 1e-6}
-    bounds = [(-0.5, 0.0), (-2.0, 2.0)]
-    best = minimize(negative_value, start, method="Nelder-Mead", bounds=bounds, options=options)
-    pinion, gear = coefficients(best.x)
-    return Extreme(float(pinion), float(gear), -float(best.fun))
-
-
-def _least_shift(
-    design: Design, flank: str, errors: Errors | MeshErrors, ratio: float, largest: float
-) -> Extreme:
-    """Return the least shift with a contact ratio not below that of the design as given."""
-    if not ratio > 0.0:
-        return Extreme()
-    face = float(design.pinion.face_width)
-    bounds = (-largest, largest)
-    aim = Aim(errors, ratio, off_centre=face, pinion_parabola=bounds, gear_parabola=bounds)
-    try:
-        found = optimise_parabola(design, aim, flank)
-    except ValueError:  # no coefficients meet the condition
-        return Extreme()
-    return Extreme(found.pinion_parabola, found.gear_parabola, float(found.optimum.shift))
-
-
 def draw(data: ParabolaMap, layout: theme.Layout) -> Drawing:
     """Draw six maps of one design."""
     errors = error_words(data.errors).replace("+", "\u00b1") + paths_table.at_the_mesh(data.design)
     count, columns = len(QUANTITIES), CELLS.columns(layout, len(QUANTITIES))
     cells = replace(CELLS, down=0.8) if layout.printed else CELLS
     tall = cells.tall(layout, count, min(1.15 * cells.width(layout, count), 2.3))
+    cells_of = f"{data.difference.size} \u00d7 {data.total.size}"
     page, low, high = theme.new_page(
-        layout, *finding(data), NOTE.format(errors=errors), below=1.25, above=0.4, tall=tall
+        layout, *finding(data), NOTE.format(errors=errors, cells=cells_of), below=1.25, above=0.4, tall=tall
     )
     panels = zip(QUANTITIES.items(), theme.panels(page, cells, count, low, high), strict=True)
     for index, ((name, quantity), axes) in enumerate(panels):
@@ -222,12 +173,12 @@ def draw(data: ParabolaMap, layout: theme.Layout) -> Drawing:
         axes.set_title(heading, loc="left", pad=8.0, fontsize=theme.SMALL if layout.printed else theme.LABEL)
         _set_axes(axes, data)
         _colours(page, axes, data, name)
-        _marks(axes, data, named=index == 0)
+        places = _marks(axes, data, named=index == 0)
         lowest, leftmost = index >= count - columns, index % columns == 0
         axes.set_xlabel("$a_1 - a_2$ (10$^{-3}$/mm)" if lowest else "")
         axes.set_ylabel("$a_1 + a_2$ (10$^{-3}$/mm)" if leftmost else "")
         axes.tick_params(labelbottom=lowest, labelleft=leftmost)
-        thin_out(axes)
+        thin_out(axes, places)
     _legend(page, data, low - theme.inches(page, 0.95))
     return Drawing(page, {})
 
@@ -270,27 +221,59 @@ def _colours(page: theme.Page, axes: Axes, data: ParabolaMap, name: str) -> None
             axes, "not known in any cell" if data.solved.any() else f"no cell has a path: {reasons}"
         )
         return
+    cyclic = quantity.scale == "cyclic"
+    fine_x, fine_y, fine = _finer(x, y, values, HALF_TURN_DEG if cyclic else math.inf)
     # The colours cover the range of the cells that a pair can use.
     usable = values[:, y <= 0.0]
     usable = usable[np.isfinite(usable)] if np.isfinite(usable).any() else values[np.isfinite(values)]
-    norm, levels = _scale(quantity, usable)
+    colours = quantity.colours
+    if cyclic:
+        start, gap = widest_gap(usable, HALF_TURN_DEG)
+        cyclic = gap < LEAST_GAP_DEG
+        colours = colours if cyclic else "viridis"
+        start = -0.5 * HALF_TURN_DEG if cyclic else start - HALF_TURN_DEG
+        usable, fine = (start + (angles - start) % HALF_TURN_DEG for angles in (usable, fine))
+    norm, levels = _scale(quantity, usable, cyclic)
     mesh = axes.pcolormesh(
-        x, y, values.T, cmap=quantity.colours, norm=norm, shading="nearest", rasterized=True, zorder=0.0
+        fine_x, fine_y, fine.T, cmap=colours, norm=norm, shading="nearest", rasterized=True, zorder=0.0
     )
     box, width = axes.get_position(), page.layout.width
     bar = page.add_axes((box.x1 + 0.096 / width, box.y0, 0.144 / width, box.height))
     scale = page.colorbar(mesh, cax=bar, ticks=levels)
     scale.ax.minorticks_off()
-    scale.ax.set_yticklabels([_plain(level) for level in levels], fontsize=theme.SMALL)
-    if quantity.scale in ("linear", "log"):
-        _contours(axes, x, y, values, levels)
+    words = _angle if quantity.scale == "cyclic" else _plain
+    scale.ax.set_yticklabels([words(level) for level in levels], fontsize=theme.SMALL)
+    if cyclic:
+        for level in levels[:-1]:
+            turns = 2.0 * np.pi * (fine - level) / HALF_TURN_DEG
+            crossed = np.where(np.cos(turns) > 0.0, np.sin(turns), np.nan)
+            contours(axes, fine_x, fine_y, crossed, np.zeros(1), [words(level)])
+    elif quantity.scale != "share":
+        shown = np.where(fine_y <= 1e-9, fine, np.nan)
+        contours(axes, fine_x, fine_y, shown, levels, [words(level) for level in levels])
     hatch(axes, x, y, np.broadcast_to(y > 1e-9, values.shape), HOLLOW)
     hatch(axes, x, y, np.isnan(values) & data.solved, ASTRAY)
 
 
-def _scale(quantity: Quantity, values: FloatArray) -> tuple[Normalize, FloatArray]:
+def _finer(
+    x: FloatArray, y: FloatArray, values: FloatArray, period: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return axes and values of a map interpolated between its cells, evenly along the axes as drawn."""
+    fine = between_cells(values, period)
+    root = np.sign(y) * np.sqrt(np.abs(y))
+    across, up = (np.linspace(0.0, 1.0, count) for count in fine.shape)
+    at = np.interp(up, np.linspace(0.0, 1.0, y.size), root)
+    return x[0] + across * (x[-1] - x[0]), np.sign(at) * at**2, fine
+
+
+def _angle(value: float) -> str:
+    """Return an angle in degrees between -90 and 90."""
+    return _plain(0.5 * HALF_TURN_DEG - (0.5 * HALF_TURN_DEG - value) % HALF_TURN_DEG)
+
+
+def _scale(quantity: Quantity, values: FloatArray, cyclic: bool) -> tuple[Normalize, FloatArray]:
     """Return the norm of the colours and the levels of ticks and contour lines."""
-    if quantity.scale == "cyclic":
+    if cyclic:
         return Normalize(-90.0, 90.0), np.array([-90.0, -45.0, 0.0, 45.0, 90.0])
     low, high = (0.0, 100.0) if quantity.scale == "share" else np.percentile(values, [1.0, 99.0]).tolist()
     if high - low < 1e-9:
@@ -298,26 +281,15 @@ def _scale(quantity: Quantity, values: FloatArray) -> tuple[Normalize, FloatArra
     if quantity.scale == "log" and high > 5.0 * low > 0.0:  # at least two levels
         levels = np.array([digit * 10.0**k for k in range(-6, 7) for digit in (1.0, 2.0, 5.0)])
         return LogNorm(low, high), levels[(levels >= low) & (levels <= high)]
-    levels = np.asarray(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high))
+    steps = [1.0, 1.5, 3.0, 10.0] if quantity.scale == "cyclic" else [1.0, 2.0, 2.5, 5.0, 10.0]
+    levels = np.asarray(MaxNLocator(6, steps=steps).tick_values(low, high))
     return Normalize(low, high), levels[(levels >= low) & (levels <= high)]
 
 
-def _contours(axes: Axes, x: FloatArray, y: FloatArray, values: FloatArray, levels: FloatArray) -> None:
-    """Draw labelled contour lines of the cells that are not hollow."""
-    shown = np.ma.masked_invalid(np.where(y <= 1e-9, values, np.nan))
-    if min(shown.shape) < 2 or not levels.size or not shown.count():
-        return
-    lines = axes.contour(x, y, shown.T, levels=levels, colors=theme.INK, linewidths=0.8, zorder=1.0)
-    for label in axes.clabel(lines, fontsize=theme.SMALL, fmt=_plain, inline=False):
-        label.set_path_effects(HALO)
-        label.set_gid(LEVEL)
-        box = label.get_window_extent()
-        if box.x0 < axes.bbox.x0 or box.x1 > axes.bbox.x1:
-            label.remove()  # it would cover numbers of the axis
+def _marks(axes: Axes, data: ParabolaMap, named: bool) -> list[tuple[float, float]]:
+    """Draw the paper's coefficients (C1 to C4, along the axes of the map), the design and the extremes.
 
-
-def _marks(axes: Axes, data: ParabolaMap, named: bool) -> None:
-    """Draw the paper's coefficients (C1 to C4, along the axes of the map), the design and the extremes."""
+    Returns the places of the marks in data coordinates."""
     axes.axhline(0.0, color=theme.INK, linewidth=1.0, zorder=3.0)
     axes.axvline(0.0, color=theme.INK, linewidth=1.0, zorder=3.0)
     style: dict[str, Any] = {"fontsize": theme.SMALL, "zorder": 7.0, "path_effects": HALO}
@@ -328,10 +300,12 @@ def _marks(axes: Axes, data: ParabolaMap, named: bool) -> None:
         axes.text(across, up, f" {name}", transform=axes.transAxes, ha=side, va=edge, **style)
     given = paths_table.parabolas(data.design, data.flank)
     marks = (Extreme(*given), "o"), (data.most_ratio, "^"), (data.least_shift, "s")
+    places = []
     for place, marker in marks:
         if data.shows(place):
-            x, y = place.pinion - place.gear, place.pinion + place.gear
-            axes.plot(1e3 * x, 1e3 * y, **_mark(marker), zorder=6.0, clip_on=False)
+            places.append((1e3 * (place.pinion - place.gear), 1e3 * (place.pinion + place.gear)))
+            axes.plot(*places[-1], **_mark(marker), zorder=6.0, clip_on=False)
+    return places
 
 
 def _mark(marker: str) -> dict[str, Any]:
