@@ -32,7 +32,7 @@ def test_ratios_from_segments_and_from_searches(
     design, followed, given = (
         mounted(table1(parabola), drawn_errors(USUAL, 0, 0, 8)),
         [],
-        module._segments_alone,
+        module.segments_of_one_pair,
     )
 
     def counted(
@@ -48,9 +48,9 @@ def test_ratios_from_segments_and_from_searches(
         pieces, told = given(cycle, grids, samples, films)
         return pieces, np.zeros_like(told)
 
-    monkeypatch.setattr(module, "_segments_alone", counted)
+    monkeypatch.setattr(module, "segments_of_one_pair", counted)
     by_pieces = operating_ratios(design, "right", FILMS)
-    monkeypatch.setattr(module, "_segments_alone", none)
+    monkeypatch.setattr(module, "segments_of_one_pair", none)
     searched = operating_ratios(design, "right", FILMS)
     assert followed[0].mean() >= share
     both = (by_pieces.status == RatioStatus.KNOWN) & (searched.status == RatioStatus.KNOWN)
@@ -75,5 +75,5 @@ def test_ratio_of_a_jammed_pair(monkeypatch: pytest.MonkeyPatch) -> None:
     def searched(*_: object) -> None:
         raise AssertionError("a ratio was searched for")
 
-    monkeypatch.setattr(module, "_searched", searched)
+    monkeypatch.setattr(module, "searched_contacts", searched)
     np.testing.assert_array_equal(operating_ratios(design, "right", (0.0, 0.00635)).ratio, found.ratio)

@@ -17,7 +17,7 @@ from beveloid_geom import first_contact
 from beveloid_geom.arrays import FloatArray, Mask
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
 from beveloid_geom.operation.cycle.cycle_segments import SAMPLES_PER_PITCH
-from beveloid_geom.operation.operating_ratio import contacts_of_one_pair
+from beveloid_geom.operation.one_pair import contacts_of_one_pair
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.operation import OperationReport
