@@ -324,7 +324,7 @@ def write_contact_part(request: MeshRequest, path: Path, bar: Any) -> str:
     )
     begin_writing(request, bar)
     where = f"{torque:.6g} N m on the pinion at a roll of {math.degrees(pair.roll[0]):.4f} deg"
-    fine = f"{pair.across:.2g} elements across and {pair.along:.2g} along the ellipse of {force:.4g} N"
+    fine = f"elements: {pair.across:.2g} across and {pair.along:.2g} along the ellipse of {force:.4g} N"
     comment = [f"pair of {request.source}, {counted(request.teeth)} of each", where, fine, FIXED_FRAME, UNITS]
     write = writer_of(CONTACT_FORMATS, request.suffix)
     write(path, design, pair, 1e3 * torque, comment, request.rolls or 1)

@@ -219,7 +219,7 @@ def end_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
             continue
         if limit.limit in ("toe", "heel") and not lines:
             name, end = limit_names(design, limit)
-            yield WARNING, f"the contact reaches the {name}'s {end}: an edge touches there"
+            yield WARNING, f"the contact reaches the {name}'s {end}: the path ends at this edge"
         if limit.limit == "root":
             # At the end of the path, the tip of the mate reaches beyond the point of contact by `over`.
             mate = "gear" if limit.member == "pinion" else "pinion"

@@ -233,7 +233,10 @@ class PatternMatrixReport(ResultReport[PatternMatrix]):
         text += "\n" + mounted_lines(self.design)
         text += line("errors added", ", ".join(trade_words(name) for name in matrix.over))
         text += line("marking compound", f"{1e3 * matrix.separation:g} um thick")
-        text += line("TE, edges", "transmission error of all teeth over a mesh cycle, share of it on edges")
+        text += line(
+            "TE, edges",
+            "transmission error of all teeth over a mesh cycle, share of the cycle with edge contact",
+        )
         text += line(
             "z to angle",
             "ellipse with the centre and the second moments of the marked area; z along the axis towards +z,"

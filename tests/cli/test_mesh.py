@@ -95,7 +95,7 @@ def test_the_pair_in_contact_over_a_pitch(tmp_path: Path) -> None:
         assert match[1] == str(tmp_path / name)
         assert float(match[2]) == pytest.approx(20.0 * 3.0 * 29 * np.cos(np.radians(20.0)), rel=1e-5)
         rolls.append(float(line.split("at a roll of ")[1].split()[0]))
-        assert ", right flanks; 4 elements across and 6 along the ellipse of 2e+04 N; " in line
+        assert ", right flanks; elements: 4 across and 6 along the ellipse of 2e+04 N; " in line
         assert line.endswith(f" && ccx -i {name[:-4]}")
         text = (tmp_path / name).read_text(encoding="ascii")
         assert f"at a roll of {rolls[-1]:.4f} deg" in text

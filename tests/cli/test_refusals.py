@@ -129,7 +129,7 @@ MESSAGES = {
     "grid --measured missing.csv": "cannot read missing.csv (No such file or directory)\n",
     "tca --offset-error 61": "--offset-error must be between -60 and 60 mm, 10 modules, got 61.0",
     "pattern --over offset": "--over must be two different errors of offset (E), shaft-angle (Sigma)",
-    "pattern --over E,E": "--over must be two different ones of",
+    "pattern --over E,E": "--over must be two different errors of",
     "pattern --offset-tolerance 1": "--offset-tolerance is for patterns under two errors",
     "place --by E,H": "--by must be two different errors",
     "place --l1 30": "l must be on the pinion's profile",

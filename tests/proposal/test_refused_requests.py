@@ -33,7 +33,7 @@ def test_refusal_names_the_nearest_request() -> None:
 def test_line_contact_beyond_the_limits(flank: str) -> None:
     """Line contact in the layout of Table 1 needs cone angles of 22 and 14 deg."""
     request = replace(TABLE1, flank=flank, crossing=0.0)
-    with pytest.raises(Refused, match=r"it needs cone angles of -?22.1 and -?1\d") as refused:
+    with pytest.raises(Refused, match=r"the request needs cone angles of -?22.1 and -?1\d") as refused:
         propose(request)
     nearest = refused.value.nearest
     assert nearest is not None
@@ -45,7 +45,7 @@ def test_line_contact_beyond_the_limits(flank: str) -> None:
 def test_exceeded_limits_are_named() -> None:
     request = replace(TABLE1, cone_limits=Bounds(0.0, radians(2.0)))
     with pytest.raises(
-        Refused, match=r"it needs cone angles of 2.88 and 0.897 deg, beyond the limits 0 to 2"
+        Refused, match=r"the request needs cone angles of 2.88 and 0.897 deg, beyond the limits 0 to 2"
     ):
         propose(request)
 

@@ -256,7 +256,9 @@ def test_a_pointed_tip_is_rejected() -> None:
         return Member(PINION.tool, 12, 0.1, 0.0, shift, 20.0)
 
     shift = brentq(lambda shift: float(tip_thickness(member(shift), 0.0)) - 0.06, 0.6, 0.9)
-    with pytest.raises(ValueError, match=r"is pointed at z = .*: its tip is 0.06 mm thick, the least"):
+    with pytest.raises(
+        ValueError, match=r"is pointed at z = .*: its tip is 0.06 mm thick, it must be at least"
+    ):
         gear_solid(member(shift + 1e-6), 0.1, 1)
     for tolerance in (0.1, 0.01):
         solid = gear_solid(member(shift - 1e-6), tolerance, 1)

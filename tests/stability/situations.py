@@ -312,7 +312,7 @@ SITUATIONS = (
         STATUS,
         "the path of contact does not meet the right flanks",
     ),
-    Situation("one tooth", of(ONE), ALL, "an edge touches there"),
+    Situation("one tooth", of(ONE), ALL, "the path ends at this edge"),
     Situation("1000 teeth: gear, both", of(*MANY.values()), ALL),
     Situation("module 0.05, 50 mm", late(lambda: of_module(0.05), lambda: of_module(50.0)), ALL),
     Situation(

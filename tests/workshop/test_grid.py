@@ -230,7 +230,7 @@ BAD = {
         lines(lambda own: [*own[:3], "right,1,3,,2.0,3.0", *own[4:]]),
         "line 4 has no point (x, y and z in mm): is a point of the grid missing",
     ),
-    "not a number": (lines(lambda own: [*own[:3], "right,1,3,nan,2.0,3.0", *own[4:]]), "line 4 has no place"),
+    "not a number": (lines(lambda own: [*own[:3], "right,1,3,nan,2.0,3.0", *own[4:]]), "line 4 has no point"),
     "too few": (without_names(lambda own: own[:-1]), "has 89 points in place of 90 of both flanks"),
     "too many": (without_names(lambda own: [*own, own[-1]]), "has 91 points in place of 90"),
     "another order": (
@@ -265,16 +265,19 @@ BAD = {
     ),
     "thousands": (
         unnamed(";")(GRID).replace("92.", "1.092,"),
-        "line 2 has no place, x, y and z in mm: a decimal",
+        "line 2 has no point (x, y and z in mm): a decimal",
     ),
     "um in brackets": (unnamed(",", "x(um),y(um),z(um)\n")(GRID), "line 1: x_um must be in mm, as x_mm"),
     "a hole in numbered points": (
         "\n".join(f"{i} {' '.join(p[: 3 - (i == 4)])}" for i, p in enumerate(xyz(GRID))),
         "line 5 has no point (x, y and z in mm): is a point of the grid missing",
     ),
-    "a hole in the first point": ("right,1,1,,2.0,3.0\n", "line 1 has no place, x, y and z in mm: a hole"),
+    "a hole in the first point": (
+        "right,1,1,,2.0,3.0\n",
+        "line 1 has no point (x, y and z in mm): is a point",
+    ),
     "nothing": ("", "has 0 points in place of 90"),
-    "words": ("a b c\n", "line 1 has no place, x, y and z"),
+    "words": ("a b c\n", "line 1 has no point (x, y and z in mm)"),
 }
 
 

@@ -95,7 +95,7 @@
   for (const member of ["pinion", "gear"]) {
     for (const flank of ["right", "left"]) {
       const rows = of(`${member}.${flank}`);
-      const note = make("p", { className: "note" }, "The teeth are measured and cannot be changed.");
+      const note = make("p", { className: "note" }, "This member has measured flanks or pitches, which cannot be changed.");
       const body = rows.length ? rows : [note];
       const title = `${member === "pinion" ? "Pinion" : "Gear"}, ${flank} flanks`;
       boxes[`${member}.${flank}`] = group(title, false, ...body);

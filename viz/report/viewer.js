@@ -138,7 +138,7 @@ window.beveloidView = function (container, data) {
     if (touching === 1) said.push(["touching", "One tooth pair touches on its path."]);
     if (touching > 1) said.push(["touching", `${touching} tooth pairs touch on their paths.`]);
     for (const one of found.filter((each) => !each.touches))
-      said.push(["clear", `A pair on its path is clear by ${gapText(one.gap)}.`]);
+      said.push(["clear", `A tooth pair on its path has a gap of ${gapText(one.gap)}.`]);
     if (!said.length) return flanks[flank].path ? ["No tooth pair is on its path."] : [];
     return said.flatMap(([kind, text]) => [
       element("span", { className: `bv-${kind}`, "aria-hidden": "true" }, "\u25cf "),
