@@ -66,6 +66,13 @@ REFUSED: Cases = [
     *of(
         partial(bg.first_contact, TABLE_1, "right"),
         ({"pinion_roll": [0.1, nan]}, "finite"),
+        ({"pinion_roll": 0.1, "pairs": (0, 1.5)}, "pairs must hold whole numbers"),
+        ({"pinion_roll": 0.1, "pairs": nan}, "pairs must hold whole numbers"),
+    ),
+    *of(
+        partial(bg.pitch_cycle, TABLE_1),
+        ({"points": 2.5}, "points must be at least 1, a whole number, got 2.5"),
+        ({"points": True}, "a whole number"),
     ),
     *of(
         partial(bg.first_contact, BATCH, "right"),
@@ -176,6 +183,7 @@ REFUSED: Cases = [
         partial(bg.shim, TABLE_1, 0.1),
         *(({"at": at}, "share of the face above 0") for at in (0.0, 1.0, nan)),
     ),
+    *of(partial(bg.shim, TABLE_1), ({"backlash": nan}, "backlash must be a finite number in mm, got nan")),
     *of(
         BALL,
         *(({"diameter": ball}, "diameter of a ball must be positive") for ball in (0.0, -1.0, nan, inf)),

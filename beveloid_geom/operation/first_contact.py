@@ -103,7 +103,8 @@ def first_contact(
     Raises
     ------
     ValueError
-        For members of arrays, and for rolls that are not finite or of another shape.
+        For members of arrays, for rolls that are not finite or of another shape, and for pairs that are not
+        whole numbers.
 
     Examples
     --------
@@ -113,6 +114,8 @@ def first_contact(
     array([0. , 0.1])
     """
     require_design(design)
+    if pairs is not None and np.size(pairs) and not np.issubdtype(np.asarray(pairs).dtype, np.integer):
+        raise ValueError("pairs must hold whole numbers")
     shape = design.batch_shape
     roll = np.atleast_1d(float64_of("pinion_roll", pinion_roll))
     if not np.isfinite(roll).all():

@@ -100,8 +100,8 @@ def pitch_cycle(design: Design, flank: str = "right", points: int = 24) -> Pitch
     Raises
     ------
     ValueError
-        For a batch of designs, for less than one point, for more than MAX_PITCHES pitches or MAX_TABLE_PAIRS
-        pairs of measured teeth.
+        For a batch of designs, for points that are not a whole number of at least 1, for more than
+        MAX_PITCHES pitches or MAX_TABLE_PAIRS pairs of measured teeth.
 
     Examples
     --------
@@ -116,8 +116,8 @@ def pitch_cycle(design: Design, flank: str = "right", points: int = 24) -> Pitch
     require_design(design)
     if design.batch_shape:
         raise ValueError(f"design must be a single one, got arrays of shape {design.batch_shape}")
-    if points < 1:
-        raise ValueError(f"points must be at least 1, got {points}")
+    if not isinstance(points, int | np.integer) or isinstance(points, bool) or points < 1:
+        raise ValueError(f"points must be at least 1, a whole number, got {points!r}")
     teeth = [int(member.teeth) for member in design.members]
     amounts = [_amounts(member, flank) for member in design.members]
     shapes = [_members(member, flank) for member in design.members]

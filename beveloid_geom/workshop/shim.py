@@ -108,7 +108,8 @@ def shim(design: Design, backlash: float, at: float | None = None, flank: str = 
     Raises
     ------
     ValueError
-        For a batch of designs, a share outside its limits, and tip rounds of a tool that overlap.
+        For a batch of designs, a backlash that is not finite, a share outside its limits, and tip rounds of a
+        tool that overlap.
 
     Examples
     --------
@@ -123,6 +124,8 @@ def shim(design: Design, backlash: float, at: float | None = None, flank: str = 
     flank_sign(flank)
     if design.batch_shape:
         raise ValueError("shims are computed for a single design: give the designs one by one")
+    if not np.isfinite(backlash):
+        raise ValueError(f"backlash must be a finite number in mm, got {backlash:g}")
     if at is not None and not 0.0 < at < 1.0:
         raise ValueError(f"at must be a share of the face above 0 and below 1, got {at:g}")
     z = np.nan if at is None else float(design.pinion.face_width) * (at - 0.5)

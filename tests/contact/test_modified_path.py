@@ -347,3 +347,27 @@ def test_optimisations_of_modified_pairs_are_refused_in_one_line() -> None:
         ValueError, match=r"do not support modified flanks yet: remove \[pinion\.modification\]"
     ):
         optimise_parabola(design, Aim(Errors(offset=0.05)))
+
+
+def relieved(amount: float, length: float) -> Design:
+    design = builtin_design("awd-transfer")
+    relief = Modification(root_relief_um=amount, root_relief_length_mm=length)
+    return replace(design, pinion=design.pinion.modified(relief))
+
+
+@pytest.mark.parametrize(("amount", "length"), [(8.2, 0.58), (8.2, 0.656), (20.0, 0.6)])
+def test_a_path_has_a_kink_where_a_relief_begins(amount: float, length: float, flank: str) -> None:
+    """The generators are nearly parallel, so that the path turns along the face in the relief."""
+    path = path_of_contact(relieved(amount, length), flank, 21)
+    assert (path.status == Status.SOLVED).all()
+    first = first_contact(path.design, flank, path.pinion_roll, (0,))
+    inner = first.limit[:, 0] < 0
+    assert inner.sum() >= 19
+    assert np.abs(first.z1 - path.pinion_z)[inner].max() < 1e-9
+
+
+def test_positions_along_a_curve_begin_where_the_path_enters() -> None:
+    """The samples next to the kink do not show that the roll rises throughout."""
+    path = path_of_contact(relieved(8.2, 0.8), "right", 21)
+    assert (path.status == Status.SOLVED).all()
+    assert path.pinion_z[0] == pytest.approx(7.361, abs=1e-3)

@@ -109,8 +109,9 @@ def _followed(
     problem: Problem, seed: FloatArray, sense: float
 ) -> tuple[list[tuple[FloatArray, FloatArray]], bool]:
     """Return states and directions along the curve from a contact, and whether it ends off the flanks."""
-    # Angle (rad) by which a curve may turn in one step.
-    max_turn = 0.35
+    # Angle (rad) by which a curve may turn in one step, and at the beginning of a relief, where the second
+    # derivatives of the flank jump.
+    max_turn, max_kink = 0.35, 1.4
     met = contacts_at(problem.surfaces, problem.placed, seed[:, None])
     state, direction = seed[:, None], _direction(problem, met, None) * sense
     way, step = [(state[:, 0], direction[:, 0])], FIRST_STEP
@@ -121,10 +122,12 @@ def _followed(
         turn = np.arccos(np.clip((ahead * direction).sum(), -1.0, 1.0))
         moved = np.linalg.norm((following.state[:3] - state[:3]) / problem.scale[:, None])
         if not good[0] or turn > max_turn or moved > 1.5 * step:
-            step *= 0.5
-            if step < LEAST_STEP:  # the surface ends here, as at an edge of regression
+            if step > LEAST_STEP:
+                step = max(0.5 * step, LEAST_STEP)
+                continue
+            kink = good[0] and turn < max_kink and moved * np.cos(max_kink) < step
+            if not kink:  # the surface ends here, as at an edge of regression
                 return way, bool(_room(problem, met)[0] < -OUTSIDE)
-            continue
         state, met, direction = following.state, following, ahead
         way.append((state[:, 0], direction[:, 0]))
         step = min(LARGEST_STEP, 1.5 * step if turn < 0.3 * max_turn else step)
