@@ -175,13 +175,18 @@ def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
 
 
 def _reach(data: ErrorFigure, displaced: dict[str, Frame]) -> FloatArray:
-    """Return points (n, 3) in S_f that a panel must show, mm: origins and tip circles."""
+    """Return points (n, 3) in S_f that a panel must show, mm: origins, space for their labels, and tip
+    circles."""
     frames = [data.seen(frames) for frames in (data.nominal, displaced)]
     members = [
         (member, placed[f"d{j + 1}"]) for placed in frames for j, member in enumerate(data.design.members)
     ]
     rings = [to_fixed(frame, posed.rings(member)).reshape(-1, 3) for member, frame in members]
-    return np.concatenate((*rings, *([origin for _, origin in placed.values()] for placed in frames)))
+    room = 1.6 * PRINT_FRAME_FRACTION * _scale(data.pair)
+    origins = [origin for placed in frames for _, origin in placed.values()]
+    return np.concatenate(
+        (*rings, origins, [data.seen(data.nominal)["g"][1] + room * data.nominal["g"][0][:, 0]])
+    )
 
 
 def _heading(

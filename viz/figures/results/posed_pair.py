@@ -182,18 +182,29 @@ def close(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
 
 
 def _pattern(data: PosedFigure) -> list[Surface]:
-    """Return the contact pattern on each of the TEETH, slightly above the flank."""
+    """Return the contact pattern on each of the TEETH, slightly above the flank, cut at its border."""
+    import pyvista as pv  # takes half a second to import
+
     side, member, flank = data.pattern, data.pair.design.pinion, data.path.path.flank
     if side is None:
         return []
     normals = flank_patch(member, flank, side.l, trace_parameter(member, flank, side.l, side.z)).normal
     lift = PATTERN_LIFT_MODULES * float(member.tool.normal_module)
     faces = grid_faces(side.points, normals)
-    faces = faces[side.marked.ravel()[faces].all(axis=1)]
-    if not len(faces):
+    # Points without a separation are as far above the limit as the limit is above zero.
+    above = np.where(
+        side.marked, np.minimum(side.least, MARKING_SEPARATION), np.fmax(side.least, MARKING_SEPARATION)
+    )
+    above = np.where(np.isfinite(side.least), above, 2.0 * MARKING_SEPARATION)
+    surface = pv.PolyData.from_regular_faces((side.points + lift * normals).reshape(-1, 3), faces)
+    surface.point_data["separation"] = above.ravel()
+    marked = surface.clip_scalar(scalars="separation", value=MARKING_SEPARATION).triangulate()
+    if not marked.n_cells:
         return []
-    placed = on_teeth(data, (side.points + lift * normals).reshape(-1, 3))
-    return [Surface(points, faces, None, PATTERN) for points in placed]
+    return [
+        Surface(points, marked.regular_faces, None, PATTERN)
+        for points in on_teeth(data, np.asarray(marked.points, dtype=float))
+    ]
 
 
 def on_teeth(data: PosedFigure, points: FloatArray) -> list[FloatArray]:
