@@ -371,3 +371,15 @@ def test_positions_along_a_curve_begin_where_the_path_enters() -> None:
     path = path_of_contact(relieved(8.2, 0.8), "right", 21)
     assert (path.status == Status.SOLVED).all()
     assert path.pinion_z[0] == pytest.approx(7.361, abs=1e-3)
+
+
+def test_a_position_far_from_the_knots_starts_from_its_neighbours() -> None:
+    """In both reliefs the path runs to the ends of the face, with few knots."""
+    design = builtin_design("awd-transfer")
+    relief = Modification(
+        tip_relief_um=9.26, tip_relief_length_mm=0.549, root_relief_um=13.78, root_relief_length_mm=1.606
+    )
+    path = path_of_contact(replace(design, pinion=design.pinion.modified(relief)), "right", 21)
+    assert (path.status == Status.SOLVED).all()
+    first = first_contact(path.design, "right", path.pinion_roll[1:-1], (0,))
+    assert np.abs(first.z1 - path.pinion_z[1:-1]).max() < 1e-9

@@ -249,8 +249,26 @@ def positions_on(problem: Problem, segment: Segment, share: FloatArray) -> tuple
     )
     start, across = start.reshape(4, -1), across.reshape(3, -1)
     placed = problem.placed.take(np.repeat(np.arange(cases), count))
-    met, good = solve(problem.surfaces, placed, start, on_plane(problem, start, across))
+    condition = on_plane(problem, start, across)
+    met, good = solve(problem.surfaces, placed, start, condition)
+    if not good.all():  # next to a kink, the knots may be far from the curve
+        again = _from_solved(met.state.reshape(4, cases, count), good.reshape(cases, count), share)
+        met, good = solve(problem.surfaces, placed, again.reshape(4, -1), condition)
     return met, good.reshape(cases, count)
+
+
+def _from_solved(state: FloatArray, good: Mask, share: FloatArray) -> FloatArray:
+    """Return states (4, cases, positions), those that are not `good` between their solved neighbours; NaN
+    where there are none."""
+    result = state.copy()
+    for case in np.flatnonzero(~good.all(axis=-1) & good.any(axis=-1)):
+        order = np.argsort(share[good[case]])
+        known = state[:, case, good[case]][:, order]
+        wanted = share[~good[case]]
+        result[:, case, ~good[case]] = [
+            np.interp(wanted, share[good[case]][order], row, np.nan, np.nan) for row in known
+        ]
+    return result
 
 
 def _interpolated(by: FloatArray, knots: FloatArray, goal: FloatArray) -> tuple[FloatArray, FloatArray]:
