@@ -2,8 +2,7 @@
 
 Flanks with a1 + a2 > 0 are hollow against each other. The contact ratio has a narrow ridge just below a sum
 of 0, so the sums are spaced quadratically from 0. The extremes given in the subtitle are not cells of the
-map: the least shift comes from `optimise_parabola`, the largest contact ratio from a local search that begins
-at the best cell.
+map; `map_extremes` computes them.
 """
 
 from __future__ import annotations
