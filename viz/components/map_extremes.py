@@ -38,7 +38,7 @@ def most_ratio(design: Design, flank: str, largest: float) -> Extreme:
 
     def grid(low: FloatArray, high: FloatArray, counts: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
         """Return points (2, n) between two corners, and their contact ratios, zero without a path."""
-        axes = (np.linspace(*ends, count) for *ends, count in zip(low, high, counts, strict=True))
+        axes = (np.linspace(first, last, n) for first, last, n in zip(low, high, counts, strict=True))
         points = np.reshape(np.meshgrid(*axes), (2, -1))
         return points, np.nan_to_num(contact_ratio(design.with_parabola(*coefficients(points)), flank))
 

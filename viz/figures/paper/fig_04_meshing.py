@@ -180,8 +180,8 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
             over.label(middle, "$S_1$", (-10.0, 10.0), color=LINE_COLOURS[0], fontsize=theme.HEADING)
         _annotate_member(closer, data, 0)
         style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.TITLE, "fontweight": "bold"}
-        offset = (20.0, -4.0) if data.in_line(0) else (12.0, 20.0)
-        closer.label(data.mounting.pitch_point, "$P$", offset, **style)
+        beside_p = (20.0, -4.0) if data.in_line(0) else (12.0, 20.0)
+        closer.label(data.mounting.pitch_point, "$P$", beside_p, **style)
     corner = 0.03, 0.6 if data.pair.remote else 0.13, 0.24, 0.19
     _table(page, data, (0.03, low, 0.75, 0.9 * table) if narrow else corner)
     return Drawing(page, pictures)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -190,7 +191,7 @@ def _pattern(data: PosedFigure) -> list[Surface]:
         return []
     normals = flank_patch(member, flank, side.l, trace_parameter(member, flank, side.l, side.z)).normal
     lift = PATTERN_LIFT_MODULES * float(member.tool.normal_module)
-    faces = grid_faces(side.points, normals)
+    faces: Any = grid_faces(side.points, normals)
     # Points without a separation are as far above the limit as the limit is above zero.
     above = np.where(
         side.marked, np.minimum(side.least, MARKING_SEPARATION), np.fmax(side.least, MARKING_SEPARATION)
