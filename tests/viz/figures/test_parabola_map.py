@@ -8,8 +8,9 @@ from functools import cache
 import numpy as np
 import pytest
 
-from beveloid_geom import builtin_design, contact_ratio, mesh_cycle
-from beveloid_viz.components.map_extremes import Extreme
+from beveloid_geom import Errors, builtin_design, contact_ratio, mesh_cycle
+from beveloid_viz.components.map_extremes import Extreme, least_shift
+from beveloid_viz.components.map_panel import between_cells, widest_gap
 from beveloid_viz.figures.results import parabola_map
 from beveloid_viz.figures.results.parabola_map import ParabolaMap
 
@@ -73,3 +74,34 @@ def test_an_extreme_outside_the_map_is_not_drawn() -> None:
     (legend,) = page.legends
     assert "least shift" not in [text.get_text() for text in legend.get_texts()]
     assert not [line for axes in page.axes for line in axes.lines if line.get_marker() == "s"]
+
+
+def test_values_between_cells() -> None:
+    """Linear between cells, the short way for angles, and unknown where the nearest cell is unknown."""
+    plane = between_cells(np.add.outer(np.arange(3.0), 10.0 * np.arange(2.0)))
+    np.testing.assert_allclose(plane, np.add.outer(np.linspace(0, 2, 17), np.linspace(0, 10, 9)), atol=1e-12)
+    angles = between_cells(np.array([[80.0, -80.0], [80.0, -80.0]]), 180.0)[0]
+    np.testing.assert_allclose(angles % 180.0, np.linspace(80.0, 100.0, 9), atol=0.2)
+    partly = between_cells(np.array([[1.0, np.nan], [1.0, np.nan]]))[0]
+    np.testing.assert_array_equal(np.isnan(partly), [False] * 4 + [np.isnan(partly[4])] + [True] * 4)
+    np.testing.assert_array_equal(partly[:4], 1.0)
+
+
+def test_the_widest_gap_of_angles() -> None:
+    assert widest_gap(np.array([-20.0, 10.0, 40.0]), 180.0) == pytest.approx((100.0, 120.0))
+    assert widest_gap(np.array([60.0, 100.0]), 180.0) == pytest.approx((170.0, 140.0))
+
+
+@pytest.mark.parametrize(("errors", "known"), [(Errors(0.01), True), (Errors(0.0, 1e-5), False)])
+def test_lines_of_contact_have_the_largest_ratio(errors: Errors, known: bool) -> None:
+    """On parallel axes other coefficients have smaller ratios, so that only the given ones are left. Under a
+    shaft-angle error, they have no path."""
+    design = builtin_design("anti-backlash")
+    ratio = float(contact_ratio(design))
+    assert float(contact_ratio(design.with_parabola(-1e-3, -1e-3))) < ratio
+    found = least_shift(design, "right", errors, ratio, ratio, 4e-3)
+    if known:
+        assert (found.pinion, found.gear) == (0.0, 0.0)
+        assert 0.0 < found.value < 0.01
+    else:
+        assert np.isnan([found.pinion, found.gear, found.value]).all()
