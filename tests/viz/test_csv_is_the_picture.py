@@ -120,7 +120,7 @@ def test_every_cell_is_in_the_table() -> None:
         for values in drawn:  # not those of the colour scales
             assert values is not None
             # Angles of 90 to 180 deg are negative angles in the table.
-            angle = any("angle" in text.get_text() for text in axes.texts)
+            angle = "angle" in axes.get_title("left")
             cells.append(np.where(angle & (values > 90.0), values - 180.0, values)[::8, ::8])
     assert assert_in_table(columns(*table(name)), cells) >= 5
 
