@@ -155,7 +155,7 @@ class Calculation:
         swing = ARCSEC * float(operation.cycle.peak_to_peak)
         yield Figure("error", "Transmission error, peak to peak", f"{swing:.3f}", "arcsec")
         share = 0.0 if operation.along_lines else 100.0 * float(operation.cycle.edge_share)
-        yield Figure("edges", "Edge contact, share of the mesh cycle", f"{share:.1f}", "%")
+        yield Figure("edges", "Mesh cycle with edge contact", f"{share:.1f}", "%")
 
 
 def _nothing(status: str, reason: str) -> dict[str, Any]:
