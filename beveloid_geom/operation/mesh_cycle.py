@@ -250,7 +250,7 @@ def cycle_and_pairs(
     flank : {'right', 'left'}
     harmonics : int
     each : bool
-        Whether the contacts of single tooth pairs are computed.
+        Whether the contacts of single tooth pairs are computed. For a single design, they always are.
 
     Returns
     -------
