@@ -373,6 +373,15 @@ def test_positions_along_a_curve_begin_where_the_path_enters() -> None:
     assert path.pinion_z[0] == pytest.approx(7.361, abs=1e-3)
 
 
+def test_positions_are_evenly_spaced_in_roll_where_kinks_do_not_turn_it_back() -> None:
+    """Next to the ends, the interpolated samples seem to turn back; contacts there do not."""
+    pinion = {"helix_crowning_um": 20.7, "profile_crowning_um": 3.15, "tip_relief_um": 182.9}
+    gear = {"helix_crowning_um": 48.0, "profile_crowning_um": 12.7, "heel_relief_um": 120.4}
+    pinion["tip_relief_length_mm"], gear["heel_relief_length_mm"] = 4.695, 10.27
+    path = path_of_contact(modified(table1((0.0, 0.0)), pinion, gear), "left", 101)
+    assert np.diff(path.pinion_roll) == pytest.approx(np.ptp(path.pinion_roll) / -100.0, rel=1e-9)
+
+
 def test_a_position_far_from_the_knots_starts_from_its_neighbours() -> None:
     """In both reliefs the path runs to the ends of the face, with few knots."""
     design = builtin_design("awd-transfer")

@@ -162,10 +162,11 @@ def _with_ends(
     for which, place, state in both:
         places = np.where(which, place[:, None], places)
         knots = np.where(which, state[:, :, None], knots)
-    steps = np.diff(knots[2], axis=-1)
-    # Samples are interpolated, so that one next to an end may be slightly beyond it.
-    least = ROLL_MISFIT * np.abs(steps).max(axis=-1, keepdims=True)
-    turning = (steps > least).any(axis=-1) & (steps < -least).any(axis=-1)
+    turning = _turns(knots[2])
+    # Interpolated knots next to the beginning of a relief may be off the curve.
+    for case in np.flatnonzero(turning & good):
+        knots[:, case] = _solved_knots(part.cases(np.array([case])), knots[:, case])
+        turning[case] = _turns(knots[2, case])
     span = np.ptp(np.nan_to_num(knots[2]), axis=-1)
     # Direction of the roll at both ends, along the segment.
     chord = (knots[:3, :, -1] - knots[:3, :, 0]) / scale
@@ -184,6 +185,30 @@ def _with_ends(
     segment.limit[done], segment.span[done], segment.turning[done] = limits[good], span[good], turning[good]
     segment.x[done], segment.knots[:, done] = places[good], knots[:, good]
     return good
+
+
+def _turns(roll: FloatArray) -> Mask:
+    """Return whether the roll of knots (..., m) turns back. Knots are interpolated, so that one next to an
+    end may be slightly beyond it."""
+    steps = np.diff(roll)
+    least = ROLL_MISFIT * np.abs(steps).max(axis=-1, keepdims=True)
+    return np.asarray((steps > least).any(axis=-1) & (steps < -least).any(axis=-1))
+
+
+def _solved_knots(problem: Problem, knots: FloatArray) -> FloatArray:
+    """Return approximate states (4, m) of a single case as exact contacts, in planes across the segment.
+    Those beyond an end become this end."""
+    steps = np.diff(knots[:3]) / problem.scale[:, None]
+    inner = np.flatnonzero((steps[:, 1:] != 0.0).any(axis=0) & (steps[:, :-1] != 0.0).any(axis=0)) + 1
+    across = (knots[:3, inner + 1] - knots[:3, inner - 1]) / problem.scale[:, None]
+    across /= np.linalg.norm(across, axis=0)
+    placed = problem.placed.take(np.zeros(inner.size, dtype=int))
+    met, good = solve(problem.surfaces, placed, knots[:, inner], on_plane(problem, knots[:, inner], across))
+    result = knots.copy()
+    result[:, inner[good]] = met.state[:, good]
+    beyond = inner[good & (least_margin(problem, met)[0] < 0.0)]
+    result[:, beyond] = np.where(beyond < 0.5 * knots.shape[1], knots[:, :1], knots[:, -1:])
+    return result
 
 
 def _turned_span(problem: Problem, knots: FloatArray) -> float:
