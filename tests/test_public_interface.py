@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import csv
+import inspect
 import io
 import subprocess
 import sys
 import typing
-from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from enum import IntEnum
 from typing import Any
@@ -56,31 +56,30 @@ def test_subpackages_are_imported_when_used() -> None:
     assert done.stdout.startswith("beveloid_geom.contact")
 
 
-CALLS: dict[str, Callable[[Any], object]] = {
-    **{
-        name: getattr(bg, name)
-        for name in ("path_of_contact", "contact_ratio", "mesh_cycle", "contact_pattern", "mounted_backlash")
-    },
-    **{name: getattr(bg, name) for name in ("ease_off", "path_sensitivity", "place_path")},
-    **{name: getattr(bg, name) for name in ("zero_backlash_layout", "closing_of", "pattern_matrix")},
-    "first_contact": lambda design: bg.first_contact(design, "right", [0.1]),
-    "operating_ratios": lambda design: bg.operating_ratios(design, "right", (0.0,)),
-    "tolerance_study": lambda design: bg.tolerance_study(design, bg.Tolerances(offset=0.1)),
-    "optimise_parabola": lambda design: bg.optimise_parabola(design, bg.Aim(bg.Errors())),
-    "optimise_amounts": lambda design: bg.optimise_amounts(design, bg.Aim(bg.Errors()), {}),
-    "crowning_for": lambda design: bg.crowning_for(design, 1e-5, 20.0),
-    "map_of": lambda design: bg.map_of(design, "parabola"),
-    "shim": lambda design: bg.shim(design, 0.1),
+WRONG: dict[type, tuple[object, str]] = {
+    bg.Design: (
+        "mine.toml",
+        r"design must be a Design, got 'mine.toml': read it with read_design\('mine.toml'\)",
+    ),
+    bg.Member: (DESIGN, "member must be a Member, got a Design: give design.pinion or design.gear"),
+    bg.ContactPath: (
+        None,
+        r"path must be a ContactPath, got None: give the result of path_of_contact\(design\)",
+    ),
 }
+"""Wrong first arguments by the class that a function takes, and the message."""
 
 
-@pytest.mark.parametrize("name", CALLS)
-def test_a_file_name_instead_of_a_design(name: str) -> None:
-    message = r"^design must be a Design, got 'mine.toml': read it with read_design\('mine.toml'\)$"
-    with pytest.raises(TypeError, match=message):
-        CALLS[name]("mine.toml")
-    with pytest.raises(TypeError, match=r"got None: make it by Design\(...\)$"):
-        CALLS[name](None)
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_a_wrong_first_argument(name: str) -> None:
+    function = getattr(bg, name)
+    needed = [one for one in inspect.signature(function).parameters.values() if one.default is one.empty]
+    kind = typing.get_type_hints(function)[needed[0].name] if needed else None
+    if kind not in WRONG:
+        return
+    value, message = WRONG[kind]
+    with pytest.raises(TypeError, match=f"^{message}$"):
+        function(value, *[None for one in needed[1:] if one.kind is not one.KEYWORD_ONLY])
 
 
 RESULTS = [

@@ -31,6 +31,7 @@ from ..contact.flank_pair import generated_pairing
 from ..contact.hertz import POISSON, YOUNG, contact_modulus, hertz_ellipse, hertz_strip
 from ..contact.parallel.lines import ContactLines, carrying_length, contact_lines, touches_along_lines
 from ..contact.path import ContactPath
+from ..design.arguments import require_path
 from ..gear.flank import flank_point
 from ..status import EllipseStatus, Status
 from ..support.array_repr import short_repr
@@ -149,6 +150,7 @@ def pressure_along(path: ContactPath, load: Load) -> PathPressure:
     >>> bg.pressure_along(path, bg.Load(force=100.0)).pressure.round(1)  # MPa
     array([152.3, 137.7, 138.7])
     """
+    require_path(path)
     along = touches_along_lines(path.design, path.flank) & (path.ends.status == Status.SOLVED)
     relative, modulus = relative_curvature(path), contact_modulus(load.young, load.poisson)
     status = curvature_ellipse(relative, 1.0).status

@@ -57,6 +57,7 @@ from ..contact.parallel.small_angle_equations import (
 )
 from ..contact.path import ContactPath
 from ..contact.surfaces.second_order import path_tangents
+from ..design.arguments import require_path
 from ..design.model import Design
 from ..gear.flank import flank_patch
 from ..pair.frames import layout_by_case, member_frame, normals_to_fixed
@@ -131,6 +132,7 @@ def sliding_of(path: ContactPath) -> Sliding:
     >>> print(f"{bg.sliding_of(path).speed.max():.2f} mm per rad")
     34.94 mm per rad
     """
+    require_path(path)
     shape = path.l1.shape
     by_case = (max(1, int(np.prod(shape[:-1]))), shape[-1], 3)
     point, normal = path.point.reshape(by_case), path.normal.reshape(by_case)

@@ -1,4 +1,4 @@
-"""Checks of the design that a function of the library gets."""
+"""Checks of the design, member or path that a function of the library gets."""
 
 from __future__ import annotations
 
@@ -18,7 +18,26 @@ def require_design(design: object) -> None:
     cure = "make it by Design(...)"
     if isinstance(design, str | os.PathLike):
         cure = f"read it with read_design({os.fspath(design)!r})"
-    raise TypeError(f"design must be a Design, got {shown_value(design)}: {cure}")
+    raise TypeError(f"design must be a Design, got {_shown(design)}: {cure}")
+
+
+def require_member(member: object) -> None:
+    """Raise TypeError if an argument is not a `Member`, with the parts of a design that are."""
+    if not isinstance(member, Member):
+        cure = "give design.pinion or design.gear"
+        raise TypeError(f"member must be a Member, got {_shown(member)}: {cure}")
+
+
+def require_path(path: object) -> None:
+    """Raise TypeError if an argument is not a path of contact: it has no `design` and no `l1`."""
+    if not hasattr(path, "design") or not hasattr(path, "l1"):
+        cure = "give the result of path_of_contact(design)"
+        raise TypeError(f"path must be a ContactPath, got {_shown(path)}: {cure}")
+
+
+def _shown(value: object) -> str:
+    """Return a value for a message, a result of the library by its class."""
+    return f"a {type(value).__name__}" if hasattr(value, "__dataclass_fields__") else shown_value(value)
 
 
 class ModifiedFlanksError(ValueError):

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..contact.path import path_of_contact
+from ..design.arguments import require_design
 from ..design.model import Design, Pair
 from ..operation.certificate import certify
 from ..pair.zero_backlash import Closing, closing_of
@@ -146,6 +147,7 @@ def advice_on(design: Design) -> tuple[Advice, ...]:
     >>> bg.advice_on(tight)[0].offset
     229.0751
     """
+    require_design(design)
     if design.batch_shape:
         raise ValueError(f"design must be a single one, got arrays of shape {design.batch_shape}")
     plain = bare(design)

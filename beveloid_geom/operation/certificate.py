@@ -18,6 +18,7 @@ import numpy as np
 
 from ..arrays import Codes, FloatArray
 from ..contact.path import ContactPath
+from ..design.arguments import require_path
 from ..status import FirstStatus, Status, Verdict
 from ..support.array_repr import short_repr
 from .angular_clearance import without_turns
@@ -89,6 +90,7 @@ def certify(path: ContactPath) -> Certificate:
     >>> bg.certify(bg.path_of_contact(bg.builtin_design("ni-2017"))).holds
     True
     """
+    require_path(path)
     # Number of positions from which a mesh cycle costs less than searches at the positions.
     mesh_cycle_positions = 40
     design, solved = path.design, path.status == Status.SOLVED

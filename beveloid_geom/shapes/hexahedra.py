@@ -17,6 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import FloatArray, Indices
+from ..design.arguments import require_member
 from ..design.member import Member
 from .element_sizes import GROWTH, Cells, boundary_nodes, cells_of, face_stations
 from .hexahedral_mesh import VolumeMesh, element_shapes, face_nodes, rounded_down
@@ -76,6 +77,7 @@ def tooth_hexahedra(
     >>> mesh.hexahedra.shape[1], "right flank" in mesh.surfaces
     (8, True)
     """
+    require_member(member)
     if element not in ELEMENTS:
         raise ValueError(f"element must be one of {', '.join(ELEMENTS)}, got {element!r}")
     count = int(member.teeth)

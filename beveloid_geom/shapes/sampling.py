@@ -32,6 +32,7 @@ from typing import TypeAlias
 import numpy as np
 
 from ..arrays import FloatArray, Indices, Mask
+from ..design.arguments import require_member
 from ..design.member import Member
 from ..gear.active_flank import active_start
 from ..gear.flank import generated, tip_parameter
@@ -213,6 +214,7 @@ def sample_flank(member: Member, flank: str, tolerance: float | None = None) -> 
     >>> grid.points.shape, grid.deviation < 0.01
     ((8, 6, 3), True)
     """
+    require_member(member)
     # Largest number of grids that are tried.
     max_attempts = 12
     # Ratio of measured and estimated deviation from which on a surface is called folded.

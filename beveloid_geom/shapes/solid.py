@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import FloatArray, Indices
+from ..design.arguments import require_member
 from ..design.member import Member
 from ..gear.fillet import root_radius
 from ..support.argument import ArgumentError
@@ -361,6 +362,7 @@ def gear_solid(
     >>> solid.points.shape[1], solid.names[0]
     (3, 'right flank')
     """
+    require_member(member)
     count = int(member.teeth)
     wanted = count if teeth is None else teeth
     if not 0 < wanted <= count:

@@ -13,6 +13,7 @@ from importlib.resources import files
 import numpy as np
 
 from ..arrays import flank_sign
+from ..design.arguments import require_design
 from ..design.file import builtin_design
 from ..design.model import Design, Errors
 from .claims import CLAIMS, MEASURES, Case
@@ -56,6 +57,7 @@ def paper_statements(design: Design, flank: str = "right", *, sign: int = 1) -> 
     >>> statements[0].id, statements[0].verdict.name
     ('F6', 'HOLDS')
     """
+    require_design(design)
     flank_sign(flank)
     if design.batch_shape:
         raise ValueError(f"statements are judged for single designs, got a batch of {design.batch_shape}")

@@ -31,6 +31,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FLANK_SIGN, Codes, FloatArray, Mask
+from ..design.arguments import require_member
 from ..design.member import Member
 from ..gear.closest_point import Feet, feet
 from ..gear.fillet import root_radius
@@ -120,6 +121,7 @@ def balls_at(member: Member, diameter: float, z: ArrayLike, change: ArrayLike = 
     >>> print(f"{balls.dimension[0, 0]:.3f} mm")
     206.709 mm
     """
+    require_member(member)
     if not 0.0 < diameter < np.inf:
         raise ValueError(f"the diameter of a ball must be positive, got {diameter:g} mm")
     z, change = (np.atleast_1d(np.asarray(given, dtype=float)) for given in (z, change))

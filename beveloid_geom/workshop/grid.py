@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import FLANK_SIGN, FloatArray
+from ..design.arguments import require_member
 from ..design.member import Member
 from ..gear.active_flank import place_at
 from ..gear.flank import flank_patch
@@ -108,6 +109,7 @@ def measuring_grid(
     >>> grid.point.shape
     (2, 3, 5, 3)
     """
+    require_member(member)
     for name, count in (("rows", rows), ("columns", columns)):
         if not MIN_POINTS <= count <= MAX_POINTS:
             raise ValueError(f"{name} must be between {MIN_POINTS} and {MAX_POINTS}, got {count}")

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FLANK_SIGN, Codes, FloatArray
+from ..design.arguments import require_member
 from ..design.member import Member
 from ..gear.flank import base_cylinder, tip_radius
 from ..gear.rack import reference_radius
@@ -88,6 +89,7 @@ def span_over(member: Member, teeth: int | None = None, change: ArrayLike = 0.0)
     >>> span.teeth, span.dimension.round(4)
     (3, array([15.3209]))
     """
+    require_member(member)
     # Smallest default number of teeth in a span. Over one tooth, the planes touch too deep.
     min_default_teeth = 2
     change = np.atleast_1d(np.asarray(change, dtype=float))

@@ -31,6 +31,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FLANK_SIGN, FloatArray
+from ..design.arguments import require_member
 from ..design.member import Member
 from ..design.model import Design
 from ..gear.fillet import root_radius
@@ -120,6 +121,7 @@ def tooth_data(member: Member, change: ArrayLike = 0.0) -> ToothData:
     >>> data.tip_diameter.round(3)
     array([203.407, 206.028, 208.648])
     """
+    require_member(member)
     change = np.atleast_1d(np.asarray(change, dtype=float))
     surfaces = [surface_of(member, flank) for flank in FLANK_SIGN]
     starts = [undercut_of(member, flank, len(PLACES)) for flank in FLANK_SIGN]

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import FloatArray
+from ...design.arguments import require_path
 from ...design.model import Design
 from ...status import Limit, Status
 from ...support.array_repr import short_repr
@@ -118,6 +119,7 @@ def contact_lines(path: ContactPath) -> ContactLines:
     >>> round(float(lines.total_ratio), 3)
     1.911
     """
+    require_path(path)
     return _lines_at(path, path.l1, path.pinion_roll)
 
 
