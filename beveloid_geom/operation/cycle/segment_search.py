@@ -89,7 +89,8 @@ def _divided(
     max_rounds = 8
     cases = engagement.roll.size
     status, done = np.zeros(cases, dtype=np.int64), []
-    for count in range(max_rounds):
+    count, before = 0, b""
+    while count < max_rounds:
         bad = np.flatnonzero(samples.contacts.status != FirstStatus.SOLVED)[::-1]
         status[samples.case[bad]] = samples.contacts.status[bad]
         samples = samples.pick(status[samples.case] == FirstStatus.SOLVED)
@@ -122,6 +123,12 @@ def _divided(
             )
         done.append(segments.pick(~failed[segments.case]))
         samples = samples.pick(failed[samples.case]).and_also(checks.pick(failed[checks.case]))
+        # Where the same segments fail again, further samples would be the same: go on to the less strict
+        # checks, and end if these fail too.
+        ends = np.round(segments.low[failed[segments.case]] / engagement.pitch[0], 9)
+        state = np.append(ends, bad).tobytes()
+        count = count + 1 if state != before else max_rounds // 2 if strict else max_rounds
+        before = state
     status[samples.case] = np.where(status[samples.case], status[samples.case], FirstStatus.NOT_CONVERGED)
     return in_order(done), status
 
