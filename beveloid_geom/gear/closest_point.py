@@ -333,7 +333,8 @@ def _modified_foot(sheet: FlankSheet, surface: Surface, point: Vector, near: Foo
     z: FloatArray = near.z.ravel()
     for _ in range(NEWTON_MAX_STEPS):
         cut, bends = cut_with_bends(surface, l, z)
-        (x, y), (cos, sin) = tangents_of(cut, bends), (np.cos(cut.phi), np.sin(cut.phi))
+        x, y = tangents_of(cut, bends).swapaxes(0, 1)
+        cos, sin = np.cos(cut.phi), np.sin(cut.phi)
         dx, dy, dz = cos * px + sin * py - x[0], cos * py - sin * px - y[0], pz - z
         falls = dx * x[1] + dy * y[1], dx * x[2] + dy * y[2] + dz
         a = x[1] * x[1] + y[1] * y[1] - dx * x[3] - dy * y[3]

@@ -138,9 +138,14 @@ def cut_of_rack(
     )
 
 
-def rotated_cut(cut: Cut, turn: FloatArray) -> Cut:
-    """Return points with the rotation `turn` by a modification and its derivatives by s and z, (3, ...)."""
-    moved = replace(cut, phi=cut.phi + turn[0], phi_s=cut.phi_s + turn[1], phi_z=cut.phi_z + turn[2])
+def rotated_cut(cut: Cut, turn: FloatArray, normals: bool = True) -> Cut:
+    """Return points with the rotation `turn` by a modification and its derivatives by s and z, (3, ...).
+    Without `normals`, these are NaN."""
+    phi, phi_s, phi_z = cut.phi + turn[0], cut.phi_s + turn[1], cut.phi_z + turn[2]
+    unknown = np.full(1, np.nan)
+    moved = replace(cut, phi=phi, phi_s=phi_s, phi_z=phi_z, nx=unknown, ny=unknown, nz=unknown)
+    if not normals:
+        return moved
     nx, ny, nz = turned_normal((cut.nx, cut.ny, cut.nz), moved.by_s, moved.by_z)
     return replace(moved, nx=nx, ny=ny, nz=nz)
 
@@ -150,7 +155,7 @@ def angle_of(cut: Cut) -> FloatArray:
     return np.asarray(cut.phi + np.arctan2(cut.y, cut.x))
 
 
-def tangents_of(cut: Cut, bends: Bends | None = None) -> tuple[FloatArray, FloatArray]:
+def tangents_of(cut: Cut, bends: Bends | None = None) -> FloatArray:
     """Return points with derivatives, before the rotation by phi, which the derivatives include.
 
     Parameters
@@ -162,20 +167,21 @@ def tangents_of(cut: Cut, bends: Bends | None = None) -> tuple[FloatArray, Float
 
     Returns
     -------
-    x, y : ndarray, shape (3, n) or (6, n)
-        mm, with derivatives by s, z and, with `bends`, s s, s z and z z.
+    ndarray, shape (3, 2, n) or (6, 2, n)
+        x and y, mm, with derivatives by s, z and, with `bends`, s s, s z and z z.
     """
-    x, y = np.empty((2, 3 if bends is None else 6, cut.x.size))
-    x[0], y[0] = cut.x, cut.y
-    (x[1], y[1]), (x[2], y[2]) = cut.by_s, cut.by_z
+    plane = np.empty((3 if bends is None else 6, 2, cut.x.size))
+    plane[0, 0], plane[0, 1] = cut.x, cut.y
+    (plane[1, 0], plane[1, 1]), (plane[2, 0], plane[2, 1]) = cut.by_s, cut.by_z
     if bends is not None:
         # Rotation by phi adds phi' times the position, rotated by a quarter turn, to the derivatives.
-        x[3] = bends.x_ss - bends.phi_ss * cut.y - cut.phi_s * (cut.y_s + y[1])
-        y[3] = bends.y_ss + bends.phi_ss * cut.x + cut.phi_s * (cut.x_s + x[1])
-        x[4] = -bends.phi_sz * cut.y - cut.phi_z * cut.y_s - cut.phi_s * y[2]
-        y[4] = bends.y_sz + bends.phi_sz * cut.x + cut.phi_z * cut.x_s + cut.phi_s * x[2]
-        x[5], y[5] = -cut.phi_z * (cut.y_z + y[2]), cut.phi_z * (cut.x_z + x[2])
+        (s_x, s_y), (z_x, z_y) = plane[1:3]
+        plane[3, 0] = bends.x_ss - bends.phi_ss * cut.y - cut.phi_s * (cut.y_s + s_y)
+        plane[3, 1] = bends.y_ss + bends.phi_ss * cut.x + cut.phi_s * (cut.x_s + s_x)
+        plane[4, 0] = -bends.phi_sz * cut.y - cut.phi_z * cut.y_s - cut.phi_s * z_y
+        plane[4, 1] = bends.y_sz + bends.phi_sz * cut.x + cut.phi_z * cut.x_s + cut.phi_s * z_x
+        plane[5, 0], plane[5, 1] = -cut.phi_z * (cut.y_z + z_y), cut.phi_z * (cut.x_z + z_x)
         if bends.phi_zz is not None:
-            x[5] -= bends.phi_zz * cut.y
-            y[5] += bends.phi_zz * cut.x
-    return x, y
+            plane[5, 0] -= bends.phi_zz * cut.y
+            plane[5, 1] += bends.phi_zz * cut.x
+    return plane

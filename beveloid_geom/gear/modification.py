@@ -71,7 +71,7 @@ class Term:
         if self.relief is None:
             return values
         on = places[self.relief] > 0.0 if on is None else on
-        return tuple(value if is_zero(value) else np.where(on, value, 0.0) for value in values)
+        return tuple(value if is_zero(value) else on * value for value in values)
 
     @cached_property
     def factors(self) -> tuple[Quantity, ...]:

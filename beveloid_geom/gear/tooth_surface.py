@@ -174,13 +174,15 @@ def turn_rows(surface: Surface, s: FloatArray, z: FloatArray, reliefs: Mask | No
 def cut_with_bends(
     surface: Surface, s: FloatArray, z: FloatArray, reliefs: Mask | None = None
 ) -> tuple[Cut, Bends]:
-    """Return the result of `cut_at` with second derivatives; `reliefs` as in `turn_rows`."""
+    """Return the result of `cut_at` with second derivatives; `reliefs` as in `turn_rows`. The normals of
+    modified surfaces are NaN: `tangents_of` has the tangents."""
     cut, bends = generated_bends(surface, s, z)
     if surface.modification is None:
         return cut, bends
     turn = turn_rows(surface, s, z, reliefs)
     phi_ss, phi_sz = bends.phi_ss + turn[3], bends.phi_sz + turn[4]
-    return rotated_cut(cut, turn), replace(bends, phi_ss=phi_ss, phi_sz=phi_sz, phi_zz=turn[5])
+    bends = replace(bends, phi_ss=phi_ss, phi_sz=phi_sz, phi_zz=turn[5])
+    return rotated_cut(cut, turn, normals=False), bends
 
 
 def generated_bends(surface: Surface, s: FloatArray, z: FloatArray) -> tuple[Cut, Bends]:

@@ -30,7 +30,7 @@ from typing import TypeAlias
 import numpy as np
 
 from ...arrays import FloatArray, Integers, Mask
-from ...gear.tooth_side import Surface, cut_with_bends, profile_at
+from ...gear.tooth_side import Surface, cut_with_bends, profile_at, tangents_of
 
 SMALL_STEP_MM, NEXT_STEP_MM = 1e-6, 1e-12
 """A step in mm below the first also ends the iteration if the next one, predicted from the last two steps,
@@ -59,19 +59,7 @@ class Jet:
 def jet_at(surface: Surface, s: FloatArray, z: FloatArray) -> Jet:
     """Return points of a surface at (s, z), mm, with first and second derivatives."""
     cut, bends = cut_with_bends(surface, s, z)
-    x, y, p_s, p_z = cut.x, cut.y, cut.phi_s, cut.phi_z
-    phi_zz = 0.0 if bends.phi_zz is None else bends.phi_zz
-    plane = np.empty((6, 2, len(s)))
-    plane[0, 0], plane[0, 1] = x, y
-    plane[1, 0], plane[1, 1] = cut.x_s - p_s * y, cut.y_s + p_s * x
-    plane[2, 0], plane[2, 1] = cut.x_z - p_z * y, cut.y_z + p_z * x
-    plane[3, 0] = bends.x_ss - 2.0 * p_s * cut.y_s - bends.phi_ss * y - p_s * p_s * x
-    plane[3, 1] = bends.y_ss + 2.0 * p_s * cut.x_s + bends.phi_ss * x - p_s * p_s * y
-    plane[4, 0] = -p_s * cut.y_z - p_z * cut.y_s - bends.phi_sz * y - p_s * p_z * x
-    plane[4, 1] = bends.y_sz + p_s * cut.x_z + p_z * cut.x_s + bends.phi_sz * x - p_s * p_z * y
-    plane[5, 0] = -2.0 * p_z * cut.y_z - phi_zz * y - p_z * p_z * x
-    plane[5, 1] = 2.0 * p_z * cut.x_z + phi_zz * x - p_z * p_z * y
-    return Jet(cut.phi, plane)
+    return Jet(cut.phi, tangents_of(cut, bends))
 
 
 def normals_of(jet: Jet) -> FloatArray:

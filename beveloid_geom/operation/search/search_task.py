@@ -118,7 +118,7 @@ def seen_by_gear(task: Task, z: FloatArray, cut: Cut, bends: Bends | None = None
         x, y and z2, mm, with derivatives by s1, z1 and, with `bends`, s1 s1, s1 z1 and z1 z1.
     """
     pose, turned = task.pose, cut.phi + task.roll
-    x, y = tangents_of(cut, bends)
+    x, y = tangents_of(cut, bends).swapaxes(0, 1)
     # Rotate by the pinion roll, then transform to the gear's frame (`seen_by_other`).
     cos, sin = np.cos(turned), np.sin(turned)
     across = sin * x + cos * y
