@@ -195,6 +195,17 @@ class DeviationShape:
     depth: tuple[float, float, float, float]
     spline: Any
 
+    @property
+    def rows(self) -> list[tuple[float, float]]:
+        """Lines l = first + second z (mm) across which the third derivatives jump."""
+        start, start_z, length, length_z = self.depth
+        return [(start + t * length, start_z + t * length_z) for t in self.spline.breaks[0].tolist()]
+
+    @property
+    def columns(self) -> FloatArray:
+        """Planes z (mm) across which the third derivatives jump."""
+        return np.asarray(self.spline.breaks[1])
+
     def __call__(self, l: FloatArray, z: FloatArray) -> tuple[FloatArray, ...]:
         """Return the deviation and its derivatives as a `Shape` of `modification`."""
         l, z = np.broadcast_arrays(np.asarray(l, dtype=float), np.asarray(z, dtype=float))

@@ -16,26 +16,26 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..arrays import FLANK_SIGN, FloatArray
+from ..arrays import FloatArray
 from ..contact.mesh_position import Frame
 from ..design.field_limits import shown_value
 from ..design.member import Member
 from ..gear.fillet import bottom_point, root_radius
-from ..gear.flank import modification_of, tip_radius, turned
-from ..gear.tooth_side import fillet_points, surface_of
+from ..gear.flank import tip_radius, turned
+from ..gear.tooth_side import fillet_points
 from ..gear.undercut import require_flanks
 from ..shapes.sampling import flank_sheet
 from ..shapes.solid import bore_of
 from ..shapes.tooth_boundary import fillet_end_angle
+from .seams import face_breaks, seams_of, section_breaks
+from .spline_fit import DEGREE, Break, fitted_knots, nodes_of, poles_of
 
 Place: TypeAlias = Callable[[Any, FloatArray], FloatArray]
 """Points (..., 3), mm, of a surface at the parameters s along the section and t along the face, both 0 ...
 1."""
 
-DEGREE = 7
 FIT_MM = 1e-6
 """Largest distance of flanks and fillets from the exact surfaces along the section."""
-SPANS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)
 PROBES = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 """Parameters across the direction of the knots at which the distance is measured."""
 STRAIGHT = np.array([0.0, 0.0, 1.0, 1.0])
@@ -171,118 +171,26 @@ def _numbers_of(member: Member, given: Sequence[int] | None) -> list[int]:
     return numbers
 
 
-def _knots(spans: int, breaks: Sequence[float] = ()) -> FloatArray:
-    """Return clamped knots with a number of spans between any two `breaks`, at which the slope may jump."""
-    ends = np.array((0.0, *breaks, 1.0))
-    spaced = [np.linspace(low, high, spans + 1)[:-1] for low, high in pairwise(ends)]
-    inner = [np.repeat(part[:1], DEGREE - 1) for part in spaced[1:]]
-    following = (x for pair in zip(inner, spaced[1:], strict=True) for x in pair)
-    return np.concatenate((np.zeros(DEGREE), spaced[0], *following, np.ones(DEGREE + 1)))
-
-
-def _relief_starts(member: Member, flank: str) -> tuple[list[float], list[float]]:
-    """Return l of the lines at which profile reliefs begin, and z at which reliefs of the face begin.
-
-    The curvature of the flank jumps there."""
-    modification = modification_of(member, flank)
-    starts: tuple[list[float], list[float]] = ([], [])
-    for term in modification.reliefs if modification else ():
-        assert term.relief is not None
-        starts[term.relief].append(float(term.origin[term.relief]))
-    # A relief that covers the whole flank begins beyond it.
-    if starts[0]:
-        sheet = flank_sheet(member, flank, to_fillet=True)
-        z = np.linspace(-sheet.half_width, sheet.half_width, 101)
-        low, high = np.min(sheet.lower(z)), np.max(sheet.upper(z))
-        starts = [l for l in starts[0] if low < l < high], starts[1]
-    return starts
-
-
-def _breaks(member: Member) -> list[float]:
-    """Return the parameters t along the face at which undercut of a flank or a relief begins.
-
-    The edge between flank and fillet has a kink at the beginning of undercut."""
-    # Smallest distance of breaks along the face, as a fraction of the face.
-    smallest_step = 1e-9
-    half, onsets = 0.5 * float(member.face_width), set()
-    for flank in FLANK_SIGN:
-        onsets |= set(_relief_starts(member, flank)[1])
-        crossing = surface_of(member, flank).crossing
-        for part in crossing.parts if crossing else ():
-            onsets |= {z for z, onset in zip((part.low, part.high), part.onset, strict=True) if onset}
-    places = sorted(0.5 * (z / half + 1.0) for z in onsets if abs(z) < (1.0 - 1e-6) * half)
-    return [t for k, t in enumerate(places) if not k or t - places[k - 1] > smallest_step]
-
-
-def _nodes(knots: FloatArray) -> FloatArray:
-    """Return the interpolation points of a B-spline: Greville's, the means of DEGREE consecutive knots."""
-    return np.asarray(np.lib.stride_tricks.sliding_window_view(knots[1:-1], DEGREE).mean(axis=-1))
-
-
-def _poles(knots: FloatArray, values: FloatArray, axis: int = 0) -> FloatArray:
-    """Return the poles of the B-spline through values at the nodes of its knots."""
+def _flank_place(member: Member, flank: str) -> Place:
+    """Return the exact flank; s runs from its joint with the fillet to its tip. Seams have constant s."""
     from scipy.interpolate import make_interp_spline
 
-    spline = make_interp_spline(_nodes(knots), values, DEGREE, knots, axis=axis)
-    return np.asarray(np.moveaxis(spline.c, 0, axis))
-
-
-def _fitted_knots(
-    values: Callable[[FloatArray], FloatArray], fit: float, breaks: Sequence[float] = ()
-) -> FloatArray:
-    """Return the fewest knots for which B-splines through `values` (n, ...) are within `fit` of them.
-
-    The slope may jump at the `breaks`."""
-    from scipy.interpolate import BSpline
-
-    for spans in SPANS:
-        knots = _knots(spans, breaks)
-        nodes = _nodes(knots)
-        between = (nodes[:-1] + np.diff(nodes) * np.array([[0.25], [0.5], [0.75]])).ravel()
-        spline = BSpline(knots, _poles(knots, values(nodes)), DEGREE)
-        if np.abs(spline(between) - values(between)).max() < fit:
-            return knots
-    text = f"no B-spline of {SPANS[-1]} spans comes within {fit:g} mm of the tooth"
-    raise ValueError(f"{text}: take a narrower face, a weaker parabola or a smaller helix angle")
-
-
-def _flank_place(member: Member, flank: str) -> Place:
-    """Return the exact flank; s runs from its joint with the fillet to its tip.
-
-    The lines at which reliefs begin have constant s, see `_section_breaks`."""
-    sheet, lines = flank_sheet(member, flank, to_fillet=True), sorted(_relief_starts(member, flank)[0])
-    shares = np.array([0.0, *_section_breaks(member, flank), 1.0])
+    sheet, seams = flank_sheet(member, flank, to_fillet=True), seams_of(member, flank)
+    shares = np.array([0.0, *(one.place for one in section_breaks(member, flank)), 1.0])
+    # Between seams l is linear in s, or where derivatives have to be continuous across seams, a spline.
+    smooth = max((seam.continuous for seam in seams), default=0) > 0
+    blend = make_interp_spline(
+        shares, np.eye(shares.size), 3 if smooth else 1, bc_type="natural" if smooth else None
+    )
 
     def place(s: Any, t: FloatArray) -> FloatArray:
         """Return points of the flank."""
         z, s = sheet.half_width * (2.0 * t - 1.0), s if flank == "left" else 1.0 - s
-        ends: list[Any] = [sheet.lower(z), *lines, sheet.upper(z)]
-        l = ends[0] + 0.0 * s
-        for (low, high), (first, last) in zip(pairwise(ends), pairwise(shares), strict=True):
-            l = l + np.clip((s - first) / (last - first), 0.0, 1.0) * (high - low)
-        return sheet.place(l, z)[0]
+        ends = np.broadcast_arrays(sheet.lower(z), *(seam.at(z) for seam in seams), sheet.upper(z))
+        l = (blend(s) * np.stack(ends, axis=-1)).sum(axis=-1)
+        return sheet.place(l, np.broadcast_to(z, l.shape))[0]
 
     return place
-
-
-def _section_breaks(member: Member, flank: str) -> list[float]:
-    """Return s, from the joint with the fillet, of the lines at which reliefs begin: their shares of the
-    flank at mid-face.
-
-    Raises ValueError for a line that leaves the flank between toe and heel."""
-    lines = sorted(_relief_starts(member, flank)[0])
-    if not lines:
-        return []
-    sheet = flank_sheet(member, flank, to_fillet=True)
-    z = np.linspace(-sheet.half_width, sheet.half_width, 101)
-    low, high = (np.broadcast_to(side, z.shape) for side in (sheet.lower(z), sheet.upper(z)))
-    if np.any(np.diff([low.max(), *lines, high.min()]) <= 0.0):
-        raise ValueError(
-            f"the {flank} flank: the line at which a relief begins leaves the flank, or another relief begins"
-            " there: change the length of the relief, or write the gear as triangles"
-        )
-    start, end = float(low[50]), float(high[50])  # at mid-face
-    return [(l - start) / (end - start) for l in lines]
 
 
 def _fillet_place(member: Member, flank: str) -> Place:
@@ -315,18 +223,18 @@ def _trace(knots: FloatArray, points: FloatArray) -> StripEdge:
     """Return the line through points (n, 3) at the nodes of its knots."""
     angle = np.unwrap(np.arctan2(points[:, 1], points[:, 0]))
     angle -= 2.0 * pi * np.round(np.median(angle) / (2.0 * pi))
-    poles = _poles(knots, points)
+    poles = poles_of(knots, points)
     # z is exactly linear, so that the ends are in planes: Greville's nodes are the poles of t.
-    poles[:, 2] = points[0, 2] + (points[-1, 2] - points[0, 2]) * _nodes(knots)
-    return StripEdge(knots, poles, _poles(knots, angle))
+    poles[:, 2] = points[0, 2] + (points[-1, 2] - points[0, 2]) * nodes_of(knots)
+    return StripEdge(knots, poles, poles_of(knots, angle))
 
 
-def _net(place: Place, first: StripEdge, last: StripEdge, breaks: Sequence[float] = ()) -> Net:
+def _net(place: Place, first: StripEdge, last: StripEdge, breaks: Sequence[Break] = ()) -> Net:
     """Return the surface between two traces; its outer rows of poles are those of the traces.
 
-    The slope may jump at the `breaks` across the section."""
-    across, t = _fitted_knots(lambda s: place(s[:, None], PROBES), FIT_MM, breaks), _nodes(first.knots)
-    poles = _poles(first.knots, _poles(across, place(_nodes(across)[:, None], t)), axis=1)
+    Derivatives may jump at the `breaks` across the section."""
+    across, t = fitted_knots(lambda s: place(s[:, None], PROBES), FIT_MM, breaks), nodes_of(first.knots)
+    poles = poles_of(first.knots, poles_of(across, place(nodes_of(across)[:, None], t)), axis=1)
     poles[0], poles[-1] = first.points, last.points
     poles[..., 2] = first.points[:, 2]
     return Net(across, poles)
@@ -341,10 +249,10 @@ def _cut_tooth(member: Member) -> _Tooth:
     narrow_land_mm = 1e-5
     places, pitch = _places(member), 2.0 * pi / float(member.teeth)
     lines = [(place, s) for place in places.values() for s in PROBES]
-    knots = _fitted_knots(
-        lambda t: np.stack([place(s, t) for place, s in lines], axis=1), edge_fit_mm, _breaks(member)
+    knots = fitted_knots(
+        lambda t: np.stack([place(s, t) for place, s in lines], axis=1), edge_fit_mm, face_breaks(member)
     )
-    t, taper = _nodes(knots), tan(float(member.cone_angle))
+    t, taper = nodes_of(knots), tan(float(member.cone_angle))
     tip, root = (Revolved(float(radius(member, 0.0)), taper) for radius in (tip_radius, root_radius))
     starts, ends = ([_trace(knots, place(s, t)) for place in places.values()] for s in (0.0, 1.0))
     left_root, left_tip, right_tip, right_root = starts[0], ends[1], starts[2], ends[3]
@@ -354,8 +262,8 @@ def _cut_tooth(member: Member) -> _Tooth:
     if not has_land:
         right_root = _turned(left_root, pitch)
     pairs = (left_root, starts[1]), (starts[1], left_tip), (right_tip, starts[3]), (starts[3], right_root)
-    left = _section_breaks(member, "left")
-    right = sorted(1.0 - s for s in _section_breaks(member, "right"))
+    left = section_breaks(member, "left")
+    right = [Break(1.0 - one.place, one.continuous) for one in reversed(section_breaks(member, "right"))]
     strips = [
         Strip(name, *pair, _net(place, *pair, breaks))
         for (name, place), pair, breaks in zip(places.items(), pairs, ((), left, right, ()), strict=True)
@@ -366,7 +274,7 @@ def _cut_tooth(member: Member) -> _Tooth:
 
 def _middle(member: Member, knots: FloatArray) -> StripEdge:
     """Return the middle of the tooth space after tooth 0 on the bottom land."""
-    z = 0.5 * float(member.face_width) * (2.0 * _nodes(knots) - 1.0)
+    z = 0.5 * float(member.face_width) * (2.0 * nodes_of(knots) - 1.0)
     return _trace(knots, bottom_point(member, "right", 0.5 * pi * float(member.tool.normal_module), z)[0])
 
 
@@ -417,7 +325,7 @@ def _on_cylinder(trace: StripEdge, radius: float) -> StripEdge:
     """Return the trace with the same angles on a cylinder."""
     from scipy.interpolate import BSpline
 
-    angle = BSpline(trace.knots, trace.angle, DEGREE)(_nodes(trace.knots))
+    angle = BSpline(trace.knots, trace.angle, DEGREE)(nodes_of(trace.knots))
     points = np.stack((radius * np.cos(angle), radius * np.sin(angle), trace.points[:, 2]), axis=-1)
     inner = _trace(trace.knots, points)
     return StripEdge(inner.knots, inner.points, trace.angle)

@@ -82,6 +82,12 @@ class TensorSpline:
 
     function: Any
 
+    @property
+    def breaks(self) -> tuple[FloatArray, ...]:
+        """Coordinates of both directions across which the third derivatives jump; the first and last ones
+        bound the outer pieces, which continue beyond them."""
+        return tuple(np.asarray(line[1:-1]) for line in self.function.x)
+
     def rows(self, first: FloatArray, second: FloatArray) -> FloatArray:
         """Return values and derivatives (6, ...) at coordinates of equal shape: the value, and the
         derivatives by first, second, twice by first, by both, twice by second."""

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from beveloid_geom import Member, Modification
+from beveloid_geom import FlankDeviations, Member, Modification, measuring_grid
 from beveloid_geom.arrays import FloatArray, flank_sign
 from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.export.step import write_step, write_step_pair
@@ -122,6 +122,16 @@ def distance_from(surface: Exact, ends: tuple[Any, Any], points: FloatArray) -> 
     return float(np.abs(np.einsum("...i,...i", exact - points, normals)).max())
 
 
+def distance_to(face: Any, points: FloatArray) -> FloatArray:
+    """Return the distances (n,) of points (n, 3) from a trimmed face, measured by the kernel, mm."""
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
+    from OCP.BRepExtrema import BRepExtrema_DistShapeShape
+    from OCP.gp import gp_Pnt
+
+    vertices = [BRepBuilderAPI_MakeVertex(gp_Pnt(*point)).Vertex() for point in points.tolist()]
+    return np.array([BRepExtrema_DistShapeShape(vertex, face).Value() for vertex in vertices])
+
+
 @pytest.mark.slow
 def test_faces_of_a_modified_gear_are_turned_by_the_depth(folder: Path) -> None:
     """The faces are the generated flanks of a helical gear, turned into the tooth by depth over base radius.
@@ -144,6 +154,30 @@ def test_faces_of_a_modified_gear_are_turned_by_the_depth(folder: Path) -> None:
         radius = np.hypot(points[..., 0], points[..., 1])
         generated = np.stack((radius * np.cos(angle), radius * np.sin(angle), z), axis=-1)
         assert distance_from(surface, ends(z), generated) < 2e-6
+
+
+def measured_points(member: Member) -> tuple[Member, FloatArray]:
+    """Return a member with measured deviations, and the measured points, (flanks, n, 3): those of the grid,
+    displaced along their normals."""
+    grid = measuring_grid(member, 7, 11)
+    depth, face = np.linspace(-1.0, 1.0, 7)[:, None], np.linspace(-1.0, 1.0, 11)
+    form = -12.0 * face**2 - 5.0 * depth**2, 4.0 * depth - 8.0 * face**2 + 3.0 * face * depth
+    scatter = np.random.default_rng(3).normal(0.0, 0.5, (2, 7, 11))
+    deviation_um = np.stack(form) + scatter
+    deviations = FlankDeviations(l=grid.l, z=grid.point[..., 2], deviation_um=deviation_um)
+    points = grid.point + 1e-3 * deviation_um[..., None] * grid.normal
+    return member.modified(Modification(deviations=deviations)), points.reshape(2, -1, 3)
+
+
+@pytest.mark.parametrize("member", [PINION, GEAR], ids=["pinion", "gear"])
+def test_measured_points_lie_on_the_faces(member: Member, folder: Path) -> None:
+    """Deviations are rotations about the axis, which are equal to displacements along the normal to first
+    order."""
+    measured, points = measured_points(member)
+    write_step(measured, folder / "gear.step", (0,))
+    faces = read_back(folder / "gear.step").faces
+    for flank, of_flank in zip(("right", "left"), points, strict=True):
+        assert distance_to(faces[f"{flank} flank 1"], of_flank).max() < 1e-4
 
 
 @pytest.mark.slow
@@ -215,10 +249,6 @@ def test_file_read_back_is_the_gear(
 
 def test_exact_points_lie_on_the_faces_named_for_them(folder: Path, flank: str) -> None:
     """The distance of exact points from the trimmed faces is measured by the kernel."""
-    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
-    from OCP.BRepExtrema import BRepExtrema_DistShapeShape
-    from OCP.gp import gp_Pnt
-
     write_step(PINION, folder / "gear.step", (0,))
     written = read_back(folder / "gear.step")
     z = 25.0 * np.array([-1.0, -0.37, 0.61, 1.0])
@@ -233,9 +263,7 @@ def test_exact_points_lie_on_the_faces_named_for_them(folder: Path, flank: str) 
     across = middle + share * (tool_round(PINION.tool, flank).centre[1] - middle)
     places[f"bottom {number}"] = bottom_point(PINION, flank, across, z)[0]
     for name, points in places.items():
-        for point in points.reshape(-1, 3).tolist():
-            vertex = BRepBuilderAPI_MakeVertex(gp_Pnt(*point)).Vertex()
-            assert BRepExtrema_DistShapeShape(vertex, written.faces[name]).Value() < 1.5e-6, name
+        assert distance_to(written.faces[name], points.reshape(-1, 3)).max() < 1.5e-6, name
 
 
 def test_lands_and_bore_are_surfaces_of_revolution(folder: Path) -> None:
