@@ -29,7 +29,7 @@ from ..flank_pair import FlankPair
 from ..path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROLL
 from .curve import MARGINS, NODE_COUNT, curve_over_s1, dense
 from .limits import Problem, margins_at
-from .segments import Segment, empty_segment, positions_on, segments_of
+from .segments import Segment, empty_segment, positions_on, refined, segments_of
 from .tangency import Contacts, Placement, Surfaces, extended, given_row, meshing_start, solve
 from .tracing import on_curve, seeds_of, traced
 
@@ -98,6 +98,8 @@ def _blocks(cases: int, positions: int) -> list[Integers]:
 
 def _block(problem: Problem, undefined: Mask) -> Segment:
     segment, decided = segments_of(problem, curve_over_s1(problem))
+    if problem.surfaces.measured:
+        decided &= refined(problem, segment)
     results = {
         int(case): _searched(problem.cases(np.array([case])))
         for case in np.flatnonzero(~decided & ~undefined)
@@ -142,7 +144,7 @@ def _searched(problem: Problem) -> Segment:
     """Return the segment of a single case from all curves on its flanks."""
     seeds, whole = seeds_of(problem)
     best: Segment | None = None
-    pieces, doubtful, endless = 0, not whole and not seeds.size, False
+    pieces, doubtful, closed_span = 0, not whole and not seeds.size, 0.0
     while seeds.shape[1]:
         curve, complete = traced(problem, seeds[:, 0])
         if curve is None:
@@ -152,13 +154,19 @@ def _searched(problem: Problem) -> Segment:
         seeds = seeds[:, 1:][:, ~on_curve(curve, problem, seeds[:, 1:])]
         inside = (dense(curve)[1][MARGINS].min(axis=0) >= 0.0).any()
         if inside and not (decided[0] and complete):
-            endless |= bool((curve.value[MARGINS].min(axis=0) >= 0.0).all())
-            doubtful = True
+            # A closed curve on the flanks is no path, but one of the segments.
+            if (curve.value[MARGINS].min(axis=0) >= 0.0).all():
+                pieces, closed_span = pieces + 1, max(closed_span, float(np.ptp(curve.value[2])))
+            else:
+                doubtful = True
         if segment.status[0] == Status.SOLVED:
             pieces += int(segment.pieces[0])
             if best is None or segment.span[0] > best.span[0]:
                 best = segment
-    if best is None or doubtful:
+    if best is not None and problem.surfaces.measured:
+        doubtful |= not refined(problem, best)[0]
+    endless = closed_span > (0.0 if best is None else float(best.span[0]))
+    if best is None or doubtful or endless:
         best = empty_segment(1, 1) if best is None else best
         best.status[:] = Status.ENDLESS if endless else Status.NOT_CONVERGED if doubtful else Status.OFF_FLANK
         if doubtful or endless:

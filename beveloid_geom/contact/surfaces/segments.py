@@ -10,10 +10,12 @@ from ...arrays import Codes, FloatArray, Integers, Mask
 from ...status import Status
 from .curve import MARGINS, STATE, Curve, broken, dense
 from .limits import Problem, least_margin
-from .tangency import Condition, Contacts, solve
+from .tangency import Condition, Contacts, Placement, solve
 
 END_TOLERANCE_MM = 1e-9
 """Distance from a limit up to which a position is at this limit."""
+SAME_CURVE = 0.02
+"""Distance in the units of `Problem.scale` within which a contact is on the curve of its starting values."""
 ROLL_MISFIT = 1e-2
 """Step of the roll between samples, relative to the largest, below which its sign is not significant."""
 
@@ -164,9 +166,9 @@ def _with_ends(
         knots = np.where(which, state[:, :, None], knots)
     turning = _turns(knots[2])
     # Interpolated knots next to the beginning of a relief may be off the curve.
-    for case in np.flatnonzero(turning & good):
-        knots[:, case] = _solved_knots(part.cases(np.array([case])), knots[:, case])
-        turning[case] = _turns(knots[2, case])
+    if (doubtful := np.flatnonzero(turning & good)).size:
+        knots[:, doubtful] = _solved_knots(part.cases(doubtful), knots[:, doubtful])[0]
+        turning[doubtful] = _turns(knots[2, doubtful])
     span = np.ptp(np.nan_to_num(knots[2]), axis=-1)
     # Direction of the roll at both ends, along the segment.
     chord = (knots[:3, :, -1] - knots[:3, :, 0]) / scale
@@ -195,19 +197,47 @@ def _turns(roll: FloatArray) -> Mask:
     return np.asarray((steps > least).any(axis=-1) & (steps < -least).any(axis=-1))
 
 
-def _solved_knots(problem: Problem, knots: FloatArray) -> FloatArray:
-    """Return approximate states (4, m) of a single case as exact contacts, in planes across the segment.
-    Those beyond an end become this end."""
-    steps = np.diff(knots[:3]) / problem.scale[:, None]
-    inner = np.flatnonzero((steps[:, 1:] != 0.0).any(axis=0) & (steps[:, :-1] != 0.0).any(axis=0)) + 1
-    across = (knots[:3, inner + 1] - knots[:3, inner - 1]) / problem.scale[:, None]
-    across /= np.linalg.norm(across, axis=0)
-    placed = problem.placed.take(np.zeros(inner.size, dtype=int))
-    met, good = solve(problem.surfaces, placed, knots[:, inner], on_plane(problem, knots[:, inner], across))
-    result = knots.copy()
-    result[:, inner[good]] = met.state[:, good]
-    beyond = inner[good & (least_margin(problem, met)[0] < 0.0)]
-    result[:, beyond] = np.where(beyond < 0.5 * knots.shape[1], knots[:, :1], knots[:, -1:])
+def _solved_knots(problem: Problem, knots: FloatArray) -> tuple[FloatArray, Mask]:
+    """Return approximate states (4, cases, m) as exact contacts, in planes across the segment, and whether
+    each of them (cases, m) is at most half an interval, and SAME_CURVE, from its approximation.
+
+    Contacts beyond an end become this end. The ends themselves are not solved."""
+    scale, (_, cases, count) = problem.scale[:, None], knots.shape
+    steps = np.diff(knots[:3]) / scale[..., None]
+    apart = (steps != 0.0).any(axis=0)  # the ends are repeated
+    case, inner = np.nonzero(apart[:, 1:] & apart[:, :-1])
+    inner += 1
+    start, placed = knots[:, case, inner], problem.placed.take(case)
+    across = (knots[:3, case, inner + 1] - knots[:3, case, inner - 1]) / scale
+    length = np.linalg.norm(across, axis=0)
+    met, good = solve(problem.surfaces, placed, start, on_plane(problem, start, across / length))
+    result, near = knots.copy(), np.ones((cases, count), dtype=bool)
+    result[:, case[good], inner[good]] = met.state[:, good]
+    away = np.linalg.norm((met.state - start)[:3] / scale, axis=0)
+    near[case, inner] = good & (away <= np.minimum(0.25 * length, SAME_CURVE))
+    beyond = good & (least_margin(problem, met)[0] < 0.0)
+    case, inner = case[beyond], inner[beyond]
+    result[:, case, inner] = np.where(inner < 0.5 * count, knots[:, case, 0], knots[:, case, -1])
+    return result, near
+
+
+def refined(problem: Problem, segment: Segment) -> Mask:
+    """Replace the knots of segments by exact contacts, and return for which cases (cases,) these are next to
+    their interpolation.
+
+    Otherwise the samples may belong to several curves, as on measured flanks with scatter."""
+    # Step of the roll (rad) that is rounding.
+    rounding_rad = 1e-12
+    result: Mask = np.asarray(segment.status != Status.SOLVED)
+    some = np.flatnonzero(~result)
+    if some.size:
+        knots, near = _solved_knots(problem.cases(some), segment.knots[:, some])
+        result[some], segment.knots[:, some] = near.all(axis=-1), knots
+        steps = np.diff(knots[2])
+        turns = (steps > rounding_rad).any(axis=-1) & (steps < -rounding_rad).any(axis=-1)
+        for case in some[turns & ~segment.turning[some]]:
+            segment.turning[case] = True
+            segment.span[case] = _turned_span(problem.cases(np.array([case])), segment.knots[:, case])
     return result
 
 
@@ -273,13 +303,26 @@ def positions_on(problem: Problem, segment: Segment, share: FloatArray) -> tuple
         segment.turning[:, None], direction / problem.scale[:, None, None], np.eye(3)[2][:, None, None]
     )
     start, across = start.reshape(4, -1), across.reshape(3, -1)
+    reach = np.linalg.norm(direction / problem.scale[:, None, None], axis=0).ravel()
     placed = problem.placed.take(np.repeat(np.arange(cases), count))
     condition = on_plane(problem, start, across)
-    met, good = solve(problem.surfaces, placed, start, condition)
+    met, good = _solved_near(problem, placed, start, condition, reach)
     if not good.all():  # next to a kink, the knots may be far from the curve
         again = _from_solved(met.state.reshape(4, cases, count), good.reshape(cases, count), share)
-        met, good = solve(problem.surfaces, placed, again.reshape(4, -1), condition)
+        met, good = _solved_near(problem, placed, again.reshape(4, -1), condition, reach)
     return met, good.reshape(cases, count)
+
+
+def _solved_near(
+    problem: Problem, placed: Placement, start: FloatArray, condition: Condition, reach: FloatArray
+) -> tuple[Contacts, Mask]:
+    """Return the result of `solve`. Contacts farther from their starting values than `reach` (n,), in the
+    units of `Problem.scale`, are not solved: they are on another curve than the segment."""
+    met, good = solve(problem.surfaces, placed, start, condition)
+    moved = (met.state - start)[:3] / problem.scale[:, None]
+    good &= np.linalg.norm(moved, axis=0) <= np.maximum(reach, SAME_CURVE)
+    met.state[:, ~good] = np.nan
+    return met, good
 
 
 def _from_solved(state: FloatArray, good: Mask, share: FloatArray) -> FloatArray:

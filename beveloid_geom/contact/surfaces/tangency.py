@@ -103,6 +103,12 @@ class Surfaces:
     ratio: float
     largest: FloatArray
 
+    @property
+    def measured(self) -> bool:
+        """Whether a flank has measured deviations."""
+        both = (self.pinion.modification, self.gear.modification)
+        return any(one is not None and one.measured for one in both)
+
 
 @dataclass(frozen=True, eq=False)
 class Contacts:

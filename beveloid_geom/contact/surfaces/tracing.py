@@ -121,7 +121,7 @@ def _followed(
         ahead = _direction(problem, following, direction)
         turn = np.arccos(np.clip((ahead * direction).sum(), -1.0, 1.0))
         moved = np.linalg.norm((following.state[:3] - state[:3]) / problem.scale[:, None])
-        if not good[0] or turn > max_turn or moved > 1.5 * step:
+        if not good[0] or turn > max_turn or moved > 1.1 * step:
             if step > LEAST_STEP:
                 step = max(0.5 * step, LEAST_STEP)
                 continue
