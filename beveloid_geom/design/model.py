@@ -261,6 +261,10 @@ class Design:
             return self
         return replace(self, pinion=self.pinion.modified(None), gear=self.gear.modified(None))
 
+    def bare(self) -> Design:
+        """Return the design without parabolas, modifications and errors."""
+        return self.unmodified().with_errors(Errors())
+
     def with_errors(self, errors: Errors) -> Design:
         """Return the design with other assembly errors."""
         return replace(self, errors=errors)

@@ -13,6 +13,7 @@ import numpy as np
 
 from ...arrays import Codes, FloatArray, Integers, Mask
 from ...status import Limit
+from ...support.array_records import joined
 from ...support.qp2 import quadratic_step
 from .local_clearance import local_at
 from .search_task import Task
@@ -54,11 +55,6 @@ class LocalMinima:
         """Return the results `index`."""
         return LocalMinima(*(value.take(index, axis=-1) for value in vars(self).values()))
 
-    def and_also(self, *others: LocalMinima) -> LocalMinima:
-        """Return these and other results, in order."""
-        values = zip(*(vars(part).values() for part in (self, *others)), strict=True)
-        return LocalMinima(*(np.concatenate(parts, axis=-1) for parts in values))
-
 
 def minimum_clearances(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> LocalMinima:
     """Search the local minimum of the clearance from each start.
@@ -89,7 +85,7 @@ def minimum_clearances(task: Task, place: FloatArray, box: FloatArray, owner: In
         for start in range(0, max(1, every.size), searches_per_block):
             block = every[start : start + searches_per_block]
             parts.append(_least(task.pick(block), place[:, block], box[:, block], owner[block]))
-    return parts[0].and_also(*parts[1:])
+    return joined(parts)
 
 
 def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> LocalMinima:
