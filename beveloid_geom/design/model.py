@@ -21,8 +21,9 @@ import numpy as np
 from ..arrays import FloatArray, Quantity
 from ..support.array_repr import html_table
 from ..support.frozen_arrays import equal, restored
-from .field_limits import DesignError, base_pitch_fault, in_radians, refused, require_classes, take
+from .field_limits import DesignError, base_pitch_fault, in_radians, require_classes, take
 from .member import Member, stacked
+from .written_numbers import refused
 
 T = TypeVar("T")
 ErrorsAt: TypeAlias = Literal["perpendicular", "mesh"]

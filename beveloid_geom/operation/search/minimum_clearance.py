@@ -135,11 +135,10 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
         reach = reach * np.where(better, np.where(boxed, 2.0, 1.0), 0.25)
         solved, doubled = small & better, np.zeros(going.size, dtype=bool)
         if count:  # stop searches that reach the place of another search, active or ended
-            near, met = np.flatnonzero(better & ~boxed & ~solved), np.flatnonzero(least.converged)
-            places = np.concatenate((least.place[:, met], place[:, near]), axis=1) / unit
-            limits = np.concatenate((least.limit[:, met], active[:, near]), axis=1)
-            owners = owner[np.append(met, going[near])]
-            doubled[near] = repeated(np.array((*np.rint(places), *limits, owners)))[met.size :]
+            near = np.flatnonzero(better & ~boxed & ~solved)
+            doubled[near] = _reached_by_others(
+                least, place[:, near] / unit, unit, active[:, near], owner, going[near]
+            )
         done = solved | doubled | (reach <= 1e-12) | (count == MAX_STEPS - 1)
         if not done.any():
             continue
@@ -155,6 +154,23 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
         place, box, weight = (rows.take(stays, axis=1) for rows in (place, box, weight))
     limit = np.sort(np.where(least.limit >= len(Limit), -1, least.limit), axis=0)[::-1]
     return replace(least, limit=limit)
+
+
+def _reached_by_others(
+    least: LocalMinima,
+    places: FloatArray,
+    unit: FloatArray,
+    active: Integers,
+    owner: Integers,
+    number: Integers,
+) -> Mask:
+    """Return which searches `number` (n,) are at the place of another search of their owner, active or
+    converged. `places` (2, n) are in the `unit` (2, 1) within which places are equal."""
+    met = np.flatnonzero(least.converged)
+    every = np.concatenate((least.place[:, met] / unit, places), axis=1)
+    limits = np.concatenate((least.limit[:, met], active), axis=1)
+    owners = owner[np.append(met, number)]
+    return repeated(np.array((*np.rint(every), *limits, owners)))[met.size :]
 
 
 def repeated(columns: FloatArray) -> Mask:
