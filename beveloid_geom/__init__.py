@@ -180,26 +180,15 @@ _MODULES = {
 """Public names by module."""
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names.split()}
 _SUBPACKAGES = (
-    *(
-        "support",
-        "design",
-        "gear",
-        "pair",
-        "contact",
-        "operation",
-        "analysis",
-        "workshop",
-        "shapes",
-        "export",
-    ),
-    *("validation", "findings", "proposal", "report", "cli"),
+    "support design gear pair contact operation analysis workshop shapes export validation findings proposal"
+    " report cli"
 )
 __all__ = sorted(_MODULE_OF)
 
 
 def __getattr__(name: str) -> Any:
     """Import a public name or a subpackage when it is first used."""
-    if name in _SUBPACKAGES:
+    if name in _SUBPACKAGES.split():
         return import_module(f".{name}", __name__)
     if name not in _MODULE_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
@@ -207,4 +196,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted((*__all__, *_SUBPACKAGES, "__version__"))
+    return sorted((*__all__, *_SUBPACKAGES.split(), "__version__"))

@@ -1,4 +1,4 @@
-"""Types and names that all rooms share."""
+"""Types and names that all packages share."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ mountings only."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -89,12 +89,6 @@ def cycle_statistics(mountings: Design, flank: str) -> CycleStatistics:
         pattern_ends=np.zeros((cycle.status.size, len(Limit)), dtype=bool),
         pattern_known=np.zeros(cycle.status.size, dtype=bool),
     )
-
-
-def joined(parts: list[CycleStatistics]) -> CycleStatistics:
-    """Return the mesh cycles of several parts as one object, in their order."""
-    names = [field.name for field in fields(CycleStatistics)]
-    return CycleStatistics(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 def pattern_ends(

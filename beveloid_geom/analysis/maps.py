@@ -1,8 +1,7 @@
 """Maps of a design: quantities of its path of contact over any two of its numeric inputs.
 
-An input is named as in INPUTS. PRESETS are the usual pairs of inputs: the parabola coefficients, changes of
-the mounting distances, and the profile shift coefficients of both members. Each cell of the map is a design
-with two changed values. The cells are solved in vectorised calls.
+Inputs are named as in `pair.named_inputs`. Each cell of the map is a design with two changed values. The
+cells are solved in vectorised calls.
 
 A cell may have a path and still be useless: the parabolas may make the flanks hollow against each other
 (`hollow`), so that the tangency is not the first contact, and a negative backlash makes the opposite flanks
@@ -14,55 +13,35 @@ Figs. 7 to 11 of the paper are lines of the map of the parabola coefficients; it
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
-from operator import attrgetter
-from typing import Any, TypeAlias
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Codes, FloatArray, Mask, Quantity, flank_sign
+from ..arrays import Codes, FloatArray, Mask, flank_sign
 from ..contact.path import path_ends
 from ..design.arguments import require_design
-from ..design.limits import member_faults, parabola_limit
-from ..design.member import unchecked
+from ..design.limits import parabola_limit
 from ..design.model import Design, Errors, MeshErrors
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
 from ..operation.mesh_cycle import mesh_cycle
 from ..pair.misalignment import ERROR_CLASSES, errors_below
 from ..pair.mounting import half_pitch, mounting_of
+from ..pair.named_inputs import (
+    PRESETS,
+    Bounds,
+    Inputs,
+    bound_faults,
+    design_at,
+    inputs_of,
+    own_values,
+)
 from ..status import Status
 from ..support.array_repr import short_repr
 from .optimise import Aim, objectives_of
 from .path_measures import measures_of
 from .tolerance import USUAL_AT
 
-Bounds: TypeAlias = tuple[float, float]
-Inputs: TypeAlias = tuple[str, str]
-INPUTS: dict[str, tuple[str, str]] = {
-    f"{name}_{member}": (f"{member}.{attribute}", unit)
-    for member in ("pinion", "gear")
-    for name, attribute, unit in (
-        ("parabola", "tool.parabola", "1/mm"),
-        ("parabola_apex", "tool.parabola_apex", "mm"),
-        ("profile_shift", "profile_shift", ""),
-        ("helix_angle", "helix_angle", "rad"),
-        ("cone_angle", "cone_angle", "rad"),
-        ("face_width", "face_width", "mm"),
-        ("tip_alteration", "tip_alteration", ""),
-    )
-} | {
-    "pinion_mounting_change": ("pair.pinion_mounting", "mm"),
-    "gear_mounting_change": ("pair.gear_mounting", "mm"),
-    "offset": ("pair.offset", "mm"),
-    "shaft_angle": ("pair.shaft_angle", "rad"),
-}
-"""Attribute of the design and unit of each input. Mounting distances are given as changes."""
-PRESETS: dict[str, Inputs] = {
-    "parabola": ("parabola_pinion", "parabola_gear"),
-    "mounting": ("pinion_mounting_change", "gear_mounting_change"),
-    "shift": ("profile_shift_pinion", "profile_shift_gear"),
-}
 FIGURES = ("contact_ratio", "angle", "shift", "peak_to_peak", "centre", "normal_backlash", "mounted_backlash")
 """Quantities of a map: fields of DesignMap."""
 IN_OPERATION = ("cycle_peak_to_peak", "edge_share")
@@ -171,57 +150,6 @@ class DesignMap:
             name: np.logical_and.outer(pinion * self.first > 0.0, gear * self.second > 0.0)
             for name, (pinion, gear) in quadrants.items()
         }
-
-
-def inputs_of(over: str | Inputs) -> Inputs:
-    """Return the names of two inputs, given by a preset or by both names. Raises ValueError for others."""
-    first, second = PRESETS.get(over, ("", "")) if isinstance(over, str) else over
-    if first == second or not {first, second} <= set(INPUTS):
-        presets, names = ", ".join(PRESETS), ", ".join(INPUTS)
-        shown = over if isinstance(over, str) else ",".join(over)
-        raise ValueError(f"over must be one of {presets}, or two different inputs of {names}, got {shown!r}")
-    return first, second
-
-
-def own_values(design: Design, over: str | Inputs, flank: str = "right") -> tuple[float, float]:
-    """Return the values of both inputs of a single design: its position on the map.
-
-    Parabola coefficients are those of `flank`."""
-    names = inputs_of(over)
-    first, second = (_own_value(design, name, flank) for name in names)
-    return first, second
-
-
-def _own_value(design: Design, name: str, flank: str) -> float:
-    """Return the value of an input in a single design."""
-    if name.endswith("mounting_change"):
-        return 0.0
-    part, _, attribute = INPUTS[name][0].partition(".")
-    if attribute == "tool.parabola":
-        return float(getattr(design, part).tool.parabola_of(flank))
-    return float(attrgetter(attribute)(getattr(design, part)))
-
-
-def design_at(design: Design, over: str | Inputs, first: Quantity, second: Quantity) -> Design:
-    """Return a design with other values of two inputs, numbers or arrays that broadcast."""
-    for name, value in zip(inputs_of(over), (first, second), strict=True):
-        if name.endswith("mounting_change"):
-            # Both distances are fixed, so that the change of one does not move the other member.
-            one, other = mounting_of(design).distance  # NaN without a layout
-            one, other = (one + value, other) if name.startswith("pinion") else (one, other + value)
-            design = replace(design, pair=unchecked(design.pair, pinion_mounting=one, gear_mounting=other))
-        else:
-            design = _replaced(design, INPUTS[name][0], value)
-    return design
-
-
-def _replaced(part: Any, attribute: str, value: Quantity) -> Any:
-    """Return a dataclass with another value of an attribute such as 'pinion.tool.parabola'; a parabola
-    coefficient is set on both flanks."""
-    if attribute == "parabola":
-        return part.with_parabola(value)
-    name, _, rest = attribute.partition(".")
-    return replace(part, **{name: _replaced(getattr(part, name), rest, value) if rest else value})
 
 
 def usual_bounds(design: Design, over: str | Inputs) -> tuple[Bounds, Bounds]:
@@ -414,18 +342,5 @@ def _check(
     for name, (low, high) in zip(over, bounds, strict=True):
         if not (-np.inf < low < high < np.inf and float(high) - float(low) < np.inf):
             raise ValueError(f"bounds of {name} must be two finite values that increase, got {low}, {high}")
-    for fault in _bound_faults(design, over, bounds):
+    for fault in bound_faults(design, over, bounds):
         raise ValueError(fault)
-
-
-def _bound_faults(design: Design, over: Inputs, bounds: tuple[Bounds, ...]) -> Iterator[str]:
-    """Return the faults that members have at the bounds but not in the design."""
-    for name, limits in zip(over, bounds, strict=True):
-        if name.startswith("profile_shift") and max(map(abs, limits)) > 3.0:
-            yield f"bounds of {name} must be between -3 and 3, got {limits[0]:g}, {limits[1]:g}"
-        attribute = INPUTS[name][0]
-        part = attribute.partition(".")[0]
-        for bound in limits if part in ("pinion", "gear") else ():
-            known = {str(fault) for fault in member_faults(part, getattr(design, part))}
-            member = getattr(_replaced(design, attribute, float(bound)), part)
-            yield from (text for text in map(str, member_faults(part, member)) if text not in known)

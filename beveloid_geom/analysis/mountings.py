@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -79,12 +79,6 @@ class Mountings:
         for name in ("pinion_z", "gear_z"):
             found |= {f"{name}_{place}": getattr(self, name)[:, k] for k, place in enumerate(PLACES)}
         return found
-
-
-def joined_mountings(parts: Sequence[Mountings]) -> Mountings:
-    """Return the mountings of several parts as one object, in their order."""
-    names = [field.name for field in fields(Mountings)]
-    return Mountings(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 def solved_mountings(

@@ -32,9 +32,10 @@ from ..design.arguments import require_design
 from ..design.model import Design, ErrorsAt
 from ..pair.misalignment import ANGLES, ERROR_NAMES, MESH_ERROR_NAMES, NAMES, errors_below, mounted
 from ..status import Limit, Status
+from ..support.array_records import joined
 from ..support.array_repr import short_repr
-from .cycle_statistics import CYCLES_PER_CALL, CycleStatistics, cycle_statistics, joined, pattern_ends
-from .mountings import Mountings, joined_mountings, solved_mountings
+from .cycle_statistics import CYCLES_PER_CALL, CycleStatistics, cycle_statistics, pattern_ends
+from .mountings import Mountings, solved_mountings
 
 Distribution: TypeAlias = Literal["normal", "uniform"]
 UNIT = 1024
@@ -246,7 +247,7 @@ def tolerance_study(
         if progress is not None:
             progress(CYCLE_COST * block.status.size)
     running, nominal = (
-        joined(cycles),
+        joined(cycles, axis=0),
         cycle_statistics(mounted(design, np.zeros((1, len(names))), names), flank),
     )
     far = _furthest(study, running)
@@ -297,7 +298,8 @@ def tolerance_studies(
             progress(part[0].status.size)
     names = tolerances.names
     nominal = solved_mountings(design, flanks, np.zeros((1, len(names))), names)
-    results = zip(flanks, nominal, map(joined_mountings, zip(*parts, strict=True)), strict=True)
+    every = (joined(part, axis=0) for part in zip(*parts, strict=True))
+    results = zip(flanks, nominal, every, strict=True)
     return tuple(ToleranceStudy(flank, tolerances, seed, first, drawn) for flank, first, drawn in results)
 
 
@@ -359,4 +361,4 @@ def _solved_task(task: _Task) -> list[Mountings]:
     for k, start in enumerate(range(0, task.cases, UNIT)):
         errors = drawn_errors(task.tolerances, task.seed, task.unit + k, min(UNIT, task.cases - start))
         parts.append(solved_mountings(task.design, task.flanks, errors, task.tolerances.names))
-    return [joined_mountings(of_flank) for of_flank in zip(*parts, strict=True)]
+    return [joined(of_flank, axis=0) for of_flank in zip(*parts, strict=True)]

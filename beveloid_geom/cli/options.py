@@ -100,7 +100,7 @@ def no_result(reason: str, what: str = "") -> NoResult:
 
 def _require_number(value: Any, param: click.Parameter | None) -> None:
     """Raise Refusal for a value with a decimal comma or a unit."""
-    from ..design.field_limits import number_cure, refused
+    from ..design.written_numbers import number_cure, refused
 
     metavar = str(getattr(param, "metavar", "") or "").lower()
     unit = metavar if metavar in ("mm", "deg") else ""

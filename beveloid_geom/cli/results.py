@@ -17,7 +17,7 @@ import errno
 import inspect
 import os
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -159,6 +159,18 @@ def write_design(text: str, out: Path) -> None:
             temporary.write_text(text, encoding="utf-8")
     except OSError as error:
         raise _cannot_write(out, error.strerror or error) from None
+
+
+def unfinished_file(out: Path) -> AbstractContextManager[Path]:
+    """Return `atomic_file` of a path. Raises Refusal for a folder, and for a file in a missing folder."""
+    from ..support.atomic_file import atomic_file
+
+    if out.is_dir():
+        raise Refusal([f"--out: {click.format_filename(out)} is a folder: name a file in it"])
+    if not out.parent.is_dir():
+        folder = click.format_filename(out.parent)
+        raise Refusal([f"--out: the folder {folder} does not exist: make it first"])
+    return atomic_file(out)
 
 
 def _cannot_write(out: Path, reason: object) -> Refusal:

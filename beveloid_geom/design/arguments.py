@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 
-from .field_limits import shown_value
 from .member import MODIFICATIONS, Member
 from .model import Design
+from .written_numbers import shown_value
 
 
 def require_design(design: object) -> None:

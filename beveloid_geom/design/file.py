@@ -17,15 +17,7 @@ from importlib import resources
 from typing import Any, TypeAlias
 
 from ..support.text_file import TextFileError, read_text
-from .field_limits import (
-    LIMITS,
-    DesignError as DesignError,
-    Fault,
-    in_radians,
-    number_cure,
-    refused,
-    shown_value,
-)
+from .field_limits import LIMITS, DesignError as DesignError, Fault, in_radians
 from .keys import (
     ERRORS_AT,
     IS_MISSING,
@@ -60,6 +52,7 @@ from .modification_file import (
     modification_tables_of,
     read_modifications,
 )
+from .written_numbers import number_cure, refused, shown_value
 
 BUILTIN = "ni-2017"
 BUILTINS = {

@@ -11,9 +11,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, fields
 from typing import Any
 
-from .field_limits import LIMITS, Fault, Limit, number_fault, shown_value
+from .field_limits import LIMITS, Fault, Limit, number_fault
 from .member import Member, Tool
 from .model import Errors, MeshErrors, Pair
+from .written_numbers import shown_value
 
 
 def keys_of(*inputs: type) -> dict[str, Limit]:

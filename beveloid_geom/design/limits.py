@@ -15,17 +15,11 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from .field_limits import (
-    IN_RADIANS,
-    LIMITS,
-    MIN_FLANK_DEPTH,
-    Fault,
-    base_pitch_fault,
-    refused,
-)
+from .field_limits import LIMITS, MIN_FLANK_DEPTH, Fault, base_pitch_fault
 from .member import MODIFICATIONS, Member
 from .model import MATCH, PARALLEL, Errors, MeshErrors, Pair
 from .modification import kinds_of, length_of
+from .written_numbers import IN_RADIANS, refused
 
 MOST_OFFSET_ERROR = 10.0
 """Largest offset error in a file, in modules; this is several times the tooth depth."""

@@ -15,8 +15,9 @@ import numpy as np
 from ..arrays import FloatArray, Quantity, flank_sign
 from ..support.frozen_arrays import equal, restored
 from .deviations import FlankDeviations, StackedDeviations
-from .field_limits import DesignError, refused, require_classes, take
+from .field_limits import DesignError, require_classes, take
 from .modification import PITCH, Modification, limits_of
+from .written_numbers import refused
 
 T = TypeVar("T")
 MODIFICATIONS = {"right": "modification_right", "left": "modification_left"}

@@ -21,8 +21,9 @@ import numpy as np
 from ..arrays import FloatArray, Quantity
 from ..support.array_repr import html_table
 from ..support.frozen_arrays import equal, restored
-from .field_limits import DesignError, base_pitch_fault, in_radians, refused, require_classes, take
+from .field_limits import DesignError, base_pitch_fault, in_radians, require_classes, take
 from .member import Member, stacked
+from .written_numbers import refused
 
 T = TypeVar("T")
 ErrorsAt: TypeAlias = Literal["perpendicular", "mesh"]
@@ -260,6 +261,10 @@ class Design:
         if not any(m.modifications for m in self.members):
             return self
         return replace(self, pinion=self.pinion.modified(None), gear=self.gear.modified(None))
+
+    def bare(self) -> Design:
+        """Return the design without parabolas, modifications and errors."""
+        return self.unmodified().with_errors(Errors())
 
     def with_errors(self, errors: Errors) -> Design:
         """Return the design with other assembly errors."""

@@ -26,7 +26,8 @@ import numpy as np
 from ..arrays import Quantity
 from ..support.frozen_arrays import equal, restored
 from .deviations import FlankDeviations, Shape
-from .field_limits import DesignError, Fault, Limit, checked, refused
+from .field_limits import DesignError, Fault, Limit, checked
+from .written_numbers import refused
 
 AMOUNT_SUFFIX, LENGTH_SUFFIX = "_um", "_length_mm"
 PITCH = "pitch_deviations_um"

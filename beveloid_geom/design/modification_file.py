@@ -11,11 +11,12 @@ from typing import Any, NamedTuple, TypeAlias
 
 from ..support.text_file import read_text
 from .deviations import FlankDeviations, mean_deviations
-from .field_limits import Fault, Limit, number_fault, refused
+from .field_limits import Fault, Limit, number_fault
 from .keys import checked_table
 from .limits import outside
 from .member import MODIFICATIONS, Member
 from .modification import AMOUNT, PITCH, Modification, limits_of, missing_amounts, missing_lengths
+from .written_numbers import refused
 
 MODIFICATION_KEYS = limits_of(Modification)
 """Limits of the keys of [pinion.modification] and [gear.modification]."""

@@ -18,8 +18,8 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..contact.mesh_position import Frame
-from ..design.field_limits import shown_value
 from ..design.member import Member
+from ..design.written_numbers import shown_value
 from ..gear.fillet import bottom_point, root_radius
 from ..gear.flank import tip_radius, turned
 from ..gear.tooth_side import fillet_points

@@ -22,7 +22,6 @@ from .diagnostics import Remark, in_order, quiet, tooth_remarks
 from .layout import (
     FLANKS,
     HELIX_TOLERANCE,
-    bare,
     ideal_layout,
     layout_remarks,
     remarks_on,
@@ -150,7 +149,7 @@ def advice_on(design: Design) -> tuple[Advice, ...]:
     require_design(design)
     if design.batch_shape:
         raise ValueError(f"design must be a single one, got arrays of shape {design.batch_shape}")
-    plain = bare(design)
+    plain = design.bare()
     if quiet(layout_remarks(plain)):
         return ()
     known = {remark for name in ("pinion", "gear") for remark in tooth_remarks(name, getattr(plain, name))}

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 
 import numpy as np
 
 from ..arrays import FLANK_SIGN
 from ..contact.path import ContactPath, path_of_contact
 from ..design.ends import limit_words
-from ..design.model import Design, Errors
+from ..design.model import Design
 from ..pair.frames import layout_of
 from ..pair.zero_backlash import ClosedLayout, Closing, closing_of, zero_backlash_layout
 from ..status import NotComputed, Status
@@ -41,11 +40,6 @@ HELIX_TOLERANCE = math.radians(0.05)
 are reported as the cause. A backlash of some tenths of a module changes the shaft angle by less."""
 
 
-def bare(design: Design) -> Design:
-    """Return the design with unmodified flanks and without errors."""
-    return replace(design.unmodified(), errors=Errors())
-
-
 def _paths(design: Design, flanks: Iterable[str]) -> list[ContactPath]:
     """Return paths of two positions."""
     return [path_of_contact(design, flank, 2) for flank in flanks]
@@ -53,7 +47,7 @@ def _paths(design: Design, flanks: Iterable[str]) -> list[ContactPath]:
 
 def meshes(design: Design) -> bool:
     """Return whether the unmodified pair without errors has contact on both flanks."""
-    return all(path.ends.status == Status.SOLVED for path in _paths(bare(design), FLANKS))
+    return all(path.ends.status == Status.SOLVED for path in _paths(design.bare(), FLANKS))
 
 
 def closes(design: Design, closing: Closing) -> bool:
@@ -114,7 +108,7 @@ def layout_remarks(
     elif backlash < -INTERFERENCE_TOLERANCE * float(design.pinion.tool.normal_module):
         yield Remark(ERROR, f"the teeth interfere by {-backlash:.4f} mm along the normal")
     if meshing and not closes(design, closing):
-        yield _displacement_remark(bare(design), closing.gap)
+        yield _displacement_remark(design.bare(), closing.gap)
 
 
 def _displacement_remark(design: Design, gap: float) -> Remark:
@@ -226,5 +220,5 @@ def remarks_on(design: Design, closing: Closing | None = None, jam: str | None =
         remarks += tooth_remarks(name, member)
     remarks += undercut_path_remarks(design)
     if meshing:
-        remarks += [*clearance_remarks(design), *depth_remarks(bare(design))]
+        remarks += [*clearance_remarks(design), *depth_remarks(design.bare())]
     return in_order(remarks)

@@ -13,13 +13,12 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from ..design.model import Design
+from ..design.written_numbers import MM_PER_INCH
 from ..gear.fillet import root_radius
 from ..gear.flank import tip_radius
 from ..pair.mounting import mounting_of
 from .diagnostics import WARNING, Remark
 from .reach import reach_of
-
-MM_PER_INCH = 25.4
 
 
 def unit_remarks(design: Design) -> Iterator[Remark]:

@@ -391,18 +391,3 @@ def _radial_slope(rack: Rack, l: FloatArray, z: FloatArray) -> FloatArray:
     """Return half of d(r^2)/dl at flank parameters `l` in the planes `z`, both mm; its sign is that of the
     regularity of the flank."""
     return 0.5 * _cut_at(rack, l, rack_at(rack, l), z).square_s
-
-
-def undercut_margin(member: Member, flank: str, points: int = 9) -> FloatArray:
-    """Return the least regularity on the rim of the active flank, relative to its largest value.
-
-    It is not positive if the active flank is undercut. On flanks that are sound inside, the regularity is
-    least on the rim.
-    """
-    half = 0.5 * np.asarray(member.face_width, dtype=float)
-    half, low, _ = np.broadcast_arrays(half, root_parameter(member, flank), tip_radius(member, 0.0))
-    z = np.multiply.outer(np.linspace(-1.0, 1.0, points), half)
-    high = tip_parameter(member, flank, z)
-    l = np.stack((low + 0.0 * z, 0.5 * (low + high), high))
-    regularity = flank_patch(member, flank, l, trace_parameter(member, flank, l, z)).regularity
-    return np.asarray(regularity.min(axis=(0, 1)) / np.abs(regularity).max(axis=(0, 1)))

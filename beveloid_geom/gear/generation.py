@@ -66,11 +66,6 @@ class Cut:
         """Derivative of r^2 by s, mm."""
         return np.asarray(2.0 * (self.x * self.x_s + self.y * self.y_s))
 
-    @property
-    def square_z(self) -> Numbers:
-        """Derivative of r^2 by z, mm."""
-        return np.asarray(2.0 * (self.x * self.x_z + self.y * self.y_z))
-
 
 @dataclass(frozen=True, eq=False)
 class Bends:

@@ -26,6 +26,7 @@ from .flank import (
     highest_parameter,
     root_parameter,
     tip_parameter,
+    tip_radius,
     tip_thickness,
     trace_parameter,
 )
@@ -138,6 +139,21 @@ def regular_start(member: Member, flank: str, z: FloatArray) -> FloatArray:
         good = regular(middle)
         low, high = np.where(good, low, middle), np.where(good, middle, high)
     return np.asarray(root + high * (tip - root))
+
+
+def undercut_margin(member: Member, flank: str) -> FloatArray:
+    """Return the least regularity on the rim of the active flank, relative to its largest value.
+
+    It is not positive if the active flank is undercut. On flanks that are sound inside, the regularity is
+    least on the rim.
+    """
+    half = 0.5 * np.asarray(member.face_width, dtype=float)
+    half, low, _ = np.broadcast_arrays(half, root_parameter(member, flank), tip_radius(member, 0.0))
+    z = np.multiply.outer(np.linspace(-1.0, 1.0, 9), half)
+    high = tip_parameter(member, flank, z)
+    l = np.stack((low + 0.0 * z, 0.5 * (low + high), high))
+    regularity = _regularity(member, flank, l, z)
+    return np.asarray(regularity.min(axis=(0, 1)) / np.abs(regularity).max(axis=(0, 1)))
 
 
 def require_flanks(member: Member) -> None:

@@ -129,7 +129,7 @@ def tangent_backlash(design: Design, known: dict[str, PathEnds] | None = None) -
 def _near_fillets(design: Design) -> bool:
     """Return whether a tip comes near a fillet on either side, without errors; False for arrays of members
     or layouts."""
-    plain = design.with_errors(Errors()).unmodified()
+    plain = design.bare()
     return not plain.batch_shape and _kept_near_fillets(plain.pinion, plain.gear, plain.pair)
 
 

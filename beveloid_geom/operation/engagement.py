@@ -11,7 +11,7 @@ from ..contact.flank_pair import is_modified, pairing_of
 from ..contact.parallel.lines import touches_along_lines
 from ..contact.path import path_of_contact
 from ..contact.path_polynomial import PHASE, exact_rows
-from ..design.model import Design, Errors, Pair
+from ..design.model import Design, Pair
 from ..gear.tooth_side import Surface, angle_of, cut_at, surface_of
 from ..pair.mounting import limit_phase, mounting_of
 from ..support.frozen_arrays import kept
@@ -154,7 +154,7 @@ def conjugate_phase(design: Design, flank: str) -> FloatArray:
     ndarray
         rad, of the batch shape; NaN for a design without mounting distances.
     """
-    plain = Design(design.pinion, design.gear, design.pair, Errors()).unmodified()
+    plain = design.bare()
     find = _conjugate_phase if plain.batch_shape else _kept_phase
     phase, pose = find(plain, flank), pose_of(plain)
     lost = np.isnan(phase) & np.isfinite(pose.position.sum(axis=0))

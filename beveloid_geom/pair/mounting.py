@@ -156,7 +156,7 @@ def limit_phase(design: Design, flank: str) -> FloatArray:
     ndarray
         Gear roll plus N1/N2 times the pinion roll, rad, of the batch shape. NaN without mounting distances.
     """
-    plain = design.unmodified().with_errors(Errors())
+    plain = design.bare()
     mounting, shape = mounting_of(plain), plain.batch_shape
     members, layout = plain.stacked_members(), layout_by_case(plain)
     rack = rack_of(members, flank)

@@ -35,7 +35,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..design.arguments import require_design
 from ..design.member import Member
-from ..design.model import Design, Errors
+from ..design.model import Design
 from ..gear.rack import rack_of
 from ..support.frozen_arrays import kept
 from .frames import layout_of, normal_of_unmodified
@@ -333,7 +333,7 @@ def closing_of(design: Design) -> Closing:
     """
     require_design(design)
     _only_single(design)
-    return _kept_closing(design.with_errors(Errors()).unmodified())
+    return _kept_closing(design.bare())
 
 
 @kept(16)

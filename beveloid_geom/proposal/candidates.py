@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray, Mask, flank_sign
+from ..support.array_records import joined
 from .closure_equations import (
     GEAR_CONE,
     GEAR_HELIX,
@@ -43,17 +44,6 @@ NEIGHBOURHOOD = np.array([*np.radians([4.0, 4.0, 10.0, 10.0]), 0.4, 0.4])[:, Non
 """Width of these searches in cone angles, helix angles (rad) and shifts."""
 LIMIT_TOLERANCE = 1e-9
 """Rounding error allowed beyond a limit, rad and modules."""
-
-
-@dataclass(frozen=True, eq=False)
-class Candidates:
-    """Pairs (7, n) that meet the requirements, by `closure_equations.VARIABLES`."""
-
-    values: FloatArray
-
-    def take(self, rows: Mask | NDArray[np.intp]) -> Candidates:
-        """Return some of the pairs."""
-        return Candidates(self.values[:, rows])
 
 
 def given_of(request: Request) -> dict[int, float]:
@@ -101,7 +91,7 @@ def unknown_of(request: Request, along: bool = False) -> tuple[int, ...] | None:
     return None if len(free) < count - 1 else (PRESSURE, *free[: count - 1])
 
 
-def candidates_of(request: Request) -> Candidates:
+def candidates_of(request: Request) -> FloatArray:
     """Return pairs that meet the requirements, within the limits of the request or not, with rounded free
     quantities."""
     if not request.least_cones:
@@ -115,7 +105,7 @@ def candidates_of(request: Request) -> Candidates:
     return _found(request, unknown_of(request, along=True), along=True)
 
 
-def others_found(request: Request) -> Candidates:
+def others_found(request: Request) -> FloatArray:
     """Return pairs that meet the requirements without rounded quantities.
 
     If few of them are within the limits, the search is repeated around the pairs that are nearest to the
@@ -123,26 +113,26 @@ def others_found(request: Request) -> Candidates:
     # Number of searches around the pairs nearest to the limits, if few pairs are within the limits.
     repetitions = 3
     if unknown_of(request) is None:
-        return Candidates(np.empty((7, 0)))
+        return np.empty((7, 0))
     return _found(request, (PRESSURE, *free_of(request)), rounds=repetitions)
 
 
-def found_for_each(requests: Sequence[Request]) -> tuple[Candidates, NDArray[np.intp]]:
+def found_for_each(requests: Sequence[Request]) -> tuple[FloatArray, NDArray[np.intp]]:
     """Return pairs for several requests, and the number of the request of each pair.
 
     All requests give the same quantities, with different values."""
     starts = [_starts(request, STARTS_FOR_EACH, False, number) for number, request in enumerate(requests)]
-    joined = _joined(starts)
+    every = joined(starts)
     wanted = [vars(wanted_of(request)) for request in requests]
     each: dict[str, Any] = {
-        name: np.array([values[name] for values in wanted])[joined.owner]
+        name: np.array([values[name] for values in wanted])[every.owner]
         for name in ("shaft_angle", "backlash", "offset", "crossing")
         if wanted[0][name] is not None
     }
     first = requests[0]
-    solutions = roots(first.members, replace(wanted_of(first), **each), joined, (PRESSURE, *free_of(first)))
+    solutions = roots(first.members, replace(wanted_of(first), **each), every, (PRESSURE, *free_of(first)))
     solutions = solutions.take(_valid(first, solutions))
-    return Candidates(solutions.values), solutions.owner
+    return solutions.values, solutions.owner
 
 
 def limits_of(request: Request) -> tuple[Bounds, ...]:
@@ -150,9 +140,9 @@ def limits_of(request: Request) -> tuple[Bounds, ...]:
     return (request.cone_limits,) * 2 + (request.helix_limits,) * 2 + (request.shift_limits,) * 2
 
 
-def within(request: Request, found: Candidates) -> Mask:
+def within(request: Request, values: FloatArray) -> Mask:
     """Return the mask of pairs within the limits of the request."""
-    return np.asarray((np.abs(_clipped(request, found.values) - found.values) <= LIMIT_TOLERANCE).all(axis=0))
+    return np.asarray((np.abs(_clipped(request, values) - values) <= LIMIT_TOLERANCE).all(axis=0))
 
 
 def _clipped(request: Request, values: FloatArray) -> FloatArray:
@@ -166,13 +156,13 @@ def _clipped(request: Request, values: FloatArray) -> FloatArray:
 
 def _found(
     request: Request, unknown: tuple[int, ...] | None, along: bool = False, rounds: int = 0
-) -> Candidates:
+) -> FloatArray:
     """Return the solutions for a request by changing the `unknown` quantities.
 
     With `rounds`, the starts are not rounded, and the search is repeated around the pairs nearest to the
     limits."""
     if unknown is None:
-        return Candidates(np.empty((7, 0)))
+        return np.empty((7, 0))
     wanted, starts = wanted_of(request, along), _starts(request, STARTS_FOR_ONE, not rounds, along=along)
     solutions = roots(request.members, wanted, starts, unknown)
     solutions = solutions.take(_valid(request, solutions))
@@ -189,13 +179,8 @@ def _found(
         moved = again.values.copy()
         moved[list(unknown)] += offsets[list(unknown)]
         again = roots(request.members, wanted, replace(again, values=_clipped(request, moved)), unknown)
-        solutions = _joined((solutions, again.take(_valid(request, again))))
-    return Candidates(solutions.values[:, _first_of_each(solutions.values)])
-
-
-def _joined(starts: Sequence[Starts]) -> Starts:
-    """Return several sets of starts as one."""
-    return Starts(*(np.concatenate([vars(each)[name] for each in starts], -1) for name in vars(starts[0])))
+        solutions = joined((solutions, again.take(_valid(request, again))))
+    return np.asarray(solutions.values[:, _first_of_each(solutions.values)])
 
 
 def _spread(count: int) -> FloatArray:

@@ -20,7 +20,6 @@ from ..design.model import Design
 from ..findings.advice import iter_findings
 from ..findings.diagnostics import NOTE
 from .candidates import (
-    Candidates,
     candidates_of,
     found_for_each,
     given_of,
@@ -108,7 +107,7 @@ def propose(request: Request, most: int = DEFAULT_COUNT) -> tuple[Proposal, ...]
     second = _chosen(request, others, most)
     if second.proposals:
         return second.proposals
-    both = Candidates(np.concatenate((candidates.values, others.values), axis=1))
+    both = np.concatenate((candidates, others), axis=1)
     raise Refused(_reason(request, first, second, both), _nearest(request))
 
 
@@ -119,7 +118,7 @@ class Choice(NamedTuple):
     warning: str | None = None
 
 
-def _chosen(request: Request, found: Candidates, most: int) -> Choice:
+def _chosen(request: Request, found: FloatArray, most: int) -> Choice:
     """Return the best candidates within the limits that have no warning."""
     # Number of pairs with a warning after which the search is stopped.
     max_warnings = 10
@@ -170,12 +169,12 @@ def _without_symmetry(values: FloatArray) -> FloatArray:
     return plain
 
 
-def _evaluated(request: Request, found: Candidates) -> tuple[FloatArray, Figures]:
+def _evaluated(request: Request, found: FloatArray) -> tuple[FloatArray, Figures]:
     """Return pairs within the limits and all their criteria.
 
     The paths of the FIRST_PATHS best pairs are computed first, and those of all pairs if none of these has a
     sufficient reserve."""
-    values = found.values[:, within(request, found)]
+    values = found[:, within(request, found)]
     teeth = teeth_of(request, values)
     ranked = _ranked(request, values, teeth)
     for rows in (ranked[:FIRST_PATHS], ranked):
@@ -208,14 +207,14 @@ def _ranked(request: Request, values: FloatArray, figures: Figures) -> list[int]
     return ranked or [int(np.argmax(figures.reserve))]
 
 
-def _reason(request: Request, first: Choice, second: Choice, both: Candidates) -> str:
+def _reason(request: Request, first: Choice, second: Choice, both: FloatArray) -> str:
     """Return why there is no proposal: no pair meets the requirements, the limits exclude all, or all have a
     warning."""
     if warning := first.warning or second.warning:
         return f"each pair that meets these requirements has a warning, the best one: {warning}"
     if unknown_of(request) is None:
         return "all quantities are given, and they do not fit together"
-    return _beyond(request, both.values) if both.values.size else "no pair meets these requirements"
+    return _beyond(request, both) if both.size else "no pair meets these requirements"
 
 
 def _beyond(request: Request, values: FloatArray) -> str:
@@ -269,7 +268,7 @@ def _first_promising(request: Request, tried: list[tuple[Change, float]]) -> int
         return None
     pairs, owner = found_for_each(changed)
     inside = within(request, pairs)
-    values, owner = pairs.values[:, inside], owner[inside]
+    values, owner = pairs[:, inside], owner[inside]
     teeth = teeth_of(request, values)
     sound = np.flatnonzero(teeth.reserve > SMALL_RESERVE)
     for start in range(0, sound.size, FIRST_PATHS):

@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 from ..arrays import FLANK_SIGN
-from ..design.field_limits import LIMITS, Fault, Limit, number_fault, refused
+from ..design.field_limits import LIMITS, Fault, Limit, number_fault
 from ..design.limits import in_degrees, outside
 from ..design.member import Member, Tool
+from ..design.written_numbers import refused
 from ..gear.fillet import tool_round
 
 BACKLASH = 0.04

@@ -11,7 +11,7 @@ from ..design.text import design_text
 from ..findings.advice import Advice, advice_on, findings_on
 from ..findings.backlash import backlash_report
 from ..findings.diagnostics import ERROR, UNKNOWN, Remark, in_order, quiet, remarks_data, tip_clearances
-from ..findings.layout import bare, meshes
+from ..findings.layout import meshes
 from ..pair.generator_angle import generator_angle_as_mounted
 from ..pair.misalignment_at_mesh import pivot_distance
 from ..pair.mounting import mounting_of
@@ -139,7 +139,7 @@ class CheckReport(Report):
         if self.proposal:
             text += line("or" if self.advice else "advice", "propose a pair:")
             text += f"    {typed(self.proposal)}\n"
-        text += head_lines(bare(self.design)) + remark_lines(self.remarks)
+        text += head_lines(self.design.bare()) + remark_lines(self.remarks)
         if meshes(self.design):  # without contact there is no pitch point
             radii = "rw1 = {:.6f} mm, rw2 = {:.6f} mm".format(*mounting_of(self.design).working_radius)
             text += line("working radii", radii)

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.maps import FIGURES, IN_OPERATION, INPUTS, DesignMap, own_values
+from ..analysis.maps import FIGURES, IN_OPERATION, DesignMap
 from ..arrays import Mask
 from ..design.model import Design
 from ..findings.path import batch_reason
+from ..pair.named_inputs import INPUTS, own_values
 from ..status import Status
 from .columns import column, label, scaled
 from .result import ResultReport, Rows, flattened, picked

@@ -249,7 +249,7 @@ class PatternMatrixReport(ResultReport[PatternMatrix]):
 
 def added_of(matrix: PatternMatrix) -> FloatArray:
     """Return the values (cells, 2) of both errors of each cell, mm or rad."""
-    return np.stack(np.meshgrid(matrix.first, matrix.second, indexing="ij"), axis=-1).reshape(-1, 2)
+    return matrix.added
 
 
 def status_of(matrix: PatternMatrix) -> list[str]:

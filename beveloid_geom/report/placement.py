@@ -74,7 +74,7 @@ class PlaceReport(ResultReport[Placement]):
         by = " and ".join(name.replace("_", " ") for name in result.by)
         text = f"Placing the path of {self.name} by {by}, {result.flank} flanks\n\n"
         headings = ["face, %", *(f"{SHORT[name]}, {unit_of(name)}" for name in result.by)]
-        headings += ["z, mm", "off, mm", "ratio", "TE, arcsec", "edges, %"]
+        headings += ["z, mm", "dl, mm", "ratio", "TE, arcsec", "edges, %"]
         text += "".join(f"{head:>{w}}" for head, w in zip(headings, place_widths, strict=True)) + "  status\n"
         for place in self.places:
             text += "".join(f"{cell:>{w}}" for cell, w in zip(self._cells(place), place_widths, strict=True))
@@ -84,8 +84,8 @@ class PlaceReport(ResultReport[Placement]):
         text += line(
             "middle",
             "of the path at mid-roll, on the pinion: its position on the face from the end at -z, z from"
-            f" mid-face, and (off) its distance from l1 = {result.wanted_l:.4f} mm, where it is centred in"
-            f" profile",
+            f" mid-face, and (dl) its difference from l1 = {result.wanted_l:.4f} mm, where it is centred"
+            " in profile",
         )
         text += line(
             "ratio, TE, edges", "contact ratio (Eq. 16), transmission error of all teeth, edge contact"

@@ -206,33 +206,22 @@ def json_text(data: Any) -> str:
     return json.dumps(strict(data), allow_nan=False) + "\n"
 
 
-_CODES: dict[tuple[str, str], type[IntEnum]] = {
-    ("ContactPath", "status"): Status,
-    ("PathEnds", "status"): Status,
-    ("PathEnds", "limit"): Limit,
-    ("ContactLines", "limit"): Limit,
-    ("PathPressure", "status"): EllipseStatus,
-    ("PathPressure", "reaches"): Limit,
-    ("FirstContact", "status"): FirstStatus,
-    ("FirstContact", "limit"): Limit,
-    ("Certificate", "verdict"): Verdict,
-    ("MeshCycle", "status"): FirstStatus,
-    ("Backlash", "status"): FirstStatus,
-    ("OperatingRatios", "status"): RatioStatus,
-    ("MemberPattern", "status"): PatternStatus,
-    ("PatternMatrix", "status"): FirstStatus,
-    ("EaseOff", "status"): Status,
-    ("Sliding", "status"): Status,
-    ("Sensitivity", "status"): Status,
-    ("Sensitivity", "limit"): Limit,
-    ("Mountings", "status"): Status,
-    ("Mountings", "limit"): Limit,
-    ("DesignMap", "status"): Status,
-    ("Placement", "status"): PlaceStatus,
-    ("Balls", "status"): BallStatus,
-    ("Span", "status"): SpanStatus,
-    ("Shim", "status"): ShimStatus,
+_FIELDS_OF_CODES: dict[type[IntEnum], str] = {
+    Status: "ContactPath.status PathEnds.status EaseOff.status Sliding.status Sensitivity.status"
+    " Mountings.status DesignMap.status",
+    Limit: "PathEnds.limit ContactLines.limit PathPressure.reaches FirstContact.limit Sensitivity.limit"
+    " Mountings.limit",
+    FirstStatus: "FirstContact.status MeshCycle.status Backlash.status PatternMatrix.status",
+    EllipseStatus: "PathPressure.status",
+    Verdict: "Certificate.verdict",
+    RatioStatus: "OperatingRatios.status",
+    PatternStatus: "MemberPattern.status",
+    PlaceStatus: "Placement.status",
+    BallStatus: "Balls.status",
+    SpanStatus: "Span.status",
+    ShimStatus: "Shim.status",
 }
+_CODES = {field: codes for codes, names in _FIELDS_OF_CODES.items() for field in names.split()}
 """Enumerations of the codes in results, by class and field."""
 
 
@@ -278,7 +267,7 @@ def plain(value: Any, codes: type[IntEnum] | None = None) -> Any:
 def picked(result: Any, *names: str) -> dict[str, Any]:
     """Return fields of a result by name, as `plain` does, with the names of codes."""
     kind = type(result).__name__
-    return {name: plain(getattr(result, name), _CODES.get((kind, name))) for name in names}
+    return {name: plain(getattr(result, name), _CODES.get(f"{kind}.{name}")) for name in names}
 
 
 def _listed(nested: Any, function: Callable[[Any], Any]) -> Any:

@@ -9,7 +9,6 @@ from typing import Any
 
 from ..design.ends import end_names
 from ..design.model import Design
-from ..findings.layout import bare
 from ..validation.statement_verdicts import Statement
 from .result import Failure, Rows, by_columns
 from .text import LINE_WIDTH, head_lines, line
@@ -58,7 +57,7 @@ class StatementsReport:
             "left": ", for comparison, not a judgement of the paper",
         }
         text = f"Statements of Ni et al. (2017), computed for {self.name}\n"
-        text += head_lines(bare(self.design))
+        text += head_lines(self.design.bare())
         if end_names(self.design.pinion) != ("toe", "heel"):
             text += line("ends", "the paper's toe and heel are the ends of the face at -z and +z")
         for flank in dict.fromkeys(statement.flank for statement in self.statements):

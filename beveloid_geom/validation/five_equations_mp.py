@@ -86,65 +86,88 @@ def zero_shift(member: Member) -> ZeroShift:
     )
 
 
+@dataclass(frozen=True)
+class RackMp:
+    """Rack of a flank in S_c (Eq. 4), without profile shift. The columns of `frame` are x_n, y_n and the
+    trace."""
+
+    sigma: Mpf
+    a: Mpf
+    apex: Mpf
+    sin: Mpf
+    cos: Mpf
+    half_space: Mpf  # s0 / 2
+    frame: NDArray[Any]
+
+    @property
+    def trace(self) -> Vector:
+        """Direction of the tooth trace."""
+        return self.frame[:, 2]
+
+    def point(self, el: Mpf, u: Mpf) -> Vector:
+        """Return the point at l and u."""
+        bend, line = self.a * el**2, el + self.apex  # along the straight flank from the reference line
+        across = bend * self.cos - line * self.sin + self.half_space
+        return np.asarray(self.frame @ (bend * self.sin + line * self.cos, self.sigma * across, u))
+
+    def tangent(self, el: Mpf) -> Vector:
+        """Return the derivative of the point by l."""
+        turn = 2 * self.a * el
+        return np.asarray(
+            self.frame @ (turn * self.sin + self.cos, self.sigma * (turn * self.cos - self.sin), 0)
+        )
+
+    def normal(self, el: Mpf) -> Vector:
+        """Return the normal out of the tooth (Eq. 5), not of unit length."""
+        return np.asarray(-self.sigma * np.cross(self.tangent(el), self.trace))
+
+    @property
+    def normal_rate(self) -> Vector:
+        """Derivative of the normal by l."""
+        bent = self.frame @ (2 * self.a * self.sin, self.sigma * 2 * self.a * self.cos, 0)
+        return np.asarray(-self.sigma * np.cross(bent, self.trace))
+
+
+def rack_mp(member: Member, flank: str) -> RackMp:
+    """Return the rack of a flank."""
+    tool = member.tool
+    own = {"right": tool.parabola_right, "left": tool.parabola_left}[flank]
+    alpha, beta, gamma = map(MP.mpf, (tool.normal_pressure_angle, member.helix_angle, member.cone_angle))
+    sb, cb, sg, cg = MP.sin(beta), MP.cos(beta), MP.sin(gamma), MP.cos(gamma)
+    return RackMp(
+        sigma=MP.mpf(FLANK_SIGN[flank]),
+        a=MP.mpf(tool.parabola if own is None else own),
+        apex=MP.mpf(tool.parabola_apex),
+        sin=MP.sin(alpha),
+        cos=MP.cos(alpha),
+        half_space=MP.pi * MP.mpf(tool.normal_module) / 4,
+        frame=np.array([[cg, -sb * sg, cb * sg], [0, cb, sb], [-sg, -cg * sb, cb * cg]]),  # S_n, S_P, S_c
+    )
+
+
 def flank_surface(member: Member, flank: str) -> Surface:
     """Return Eqs. 1-6 and 12 as a function (l, u, roll) -> point and outward unit normal, in the fixed frame
     of the member, z from the zero-shift section; u and roll are those of the paper."""
-    sigma = MP.mpf(FLANK_SIGN[flank])
-    tool = member.tool
-    own = {"right": tool.parabola_right, "left": tool.parabola_left}[flank]
-    a, apex = MP.mpf(tool.parabola if own is None else own), MP.mpf(tool.parabola_apex)
-    alpha = MP.mpf(tool.normal_pressure_angle)
-    beta, gamma = MP.mpf(member.helix_angle), MP.mpf(member.cone_angle)
-    half_space = MP.pi * MP.mpf(member.tool.normal_module) / 4  # s0 / 2
-    r_p, shift = pitch_radius_mp(member), zero_shift(member)
-    sa, ca, sb, cb = MP.sin(alpha), MP.cos(alpha), MP.sin(beta), MP.cos(beta)
-    sg, cg = MP.sin(gamma), MP.cos(gamma)
-
-    # S_n -> S_P -> S_c of Eq. 4: its columns are x_n, y_n and the trace.
-    to_rack_frame = np.array([[cg, -sb * sg, cb * sg], [0, cb, sb], [-sg, -cg * sb, cb * cg]])
-
-    def square(el: Mpf) -> Mpf:
-        """Return r^2 of the flank at mid-face."""
-        line = el + apex
-        x_c, _, z_c = to_rack_frame @ (
-            a * el**2 * sa + line * ca,
-            sigma * (a * el**2 * ca - line * sa + half_space),
-            0,
-        )
-        normal = to_rack_frame @ (sa - 2 * a * el * ca, sigma * (ca + 2 * a * el * sa), 0)
-        # Along the trace to mid-face, where the shift is a radial displacement.
-        x_c += (
-            MP.mpf(member.profile_shift) * MP.mpf(tool.normal_module)
-            - z_c * to_rack_frame[0, 2] / to_rack_frame[2, 2]
-        )
-        return (r_p + x_c) ** 2 + (normal[1] / normal[0] * x_c) ** 2
-
-    straight = to_rack_frame @ (sa, sigma * ca, 0)
-    base_radius = r_p * abs(straight[1]) / MP.hypot(straight[0], straight[1])
-    turned_by = _modification(member, flank, base_radius, square)
+    rack, r_p, shift = rack_mp(member, flank), pitch_radius_mp(member), zero_shift(member)
+    turned_by = _modification(member, flank, rack)
 
     def surface(el: Mpf, u: Mpf, roll: Mpf) -> tuple[Vector, Vector]:
         """Return point and outward unit normal."""
-        line = el + apex  # along the straight flank from the reference line
-        section = a * el**2 * sa + line * ca, sigma * (a * el**2 * ca - line * sa + half_space), u
-        x_c, y_c, z_c = to_rack_frame @ section + (shift.radial, 0, 0)
-        along_l = to_rack_frame @ (2 * a * el * sa + ca, sigma * (2 * a * el * ca - sa), 0)
-        trace = to_rack_frame[:, 2]
-        n = -sigma * np.cross(along_l, trace)  # Eq. 5, out of the tooth
+        x_c, y_c, z_c = rack.point(el, u)
+        x_c, n = x_c + shift.radial, rack.normal(el)
         phi = (n[0] * y_c - n[1] * x_c) / (n[0] * r_p)  # Eq. 6
         if turned_by is not None:
             # Tangents by l and u of the point (r_p + x_c, k x_c, z_c) with k = n_y / n_x, which is rotated by
             # phi and by the modification.
-            slope, height = n[1] / n[0], z_c - shift.height
-            bent = -sigma * np.cross(to_rack_frame @ (2 * a * sa, sigma * 2 * a * ca, 0), trace)
+            slope, bent = n[1] / n[0], rack.normal_rate
             slope_l = (bent[1] - slope * bent[0]) / n[0]
-            turn, turn_l, turn_z = turned_by(el, height)
+            turn, turn_l, turn_z = turned_by(el, z_c - shift.height)
             tangents = []
-            for (x, y, z), k, own_turn in ((along_l, slope_l, turn_l), (trace, 0, 0)):
+            for (x, y, z), k, own_turn in ((rack.tangent(el), slope_l, turn_l), (rack.trace, 0, 0)):
                 across = k * x_c + slope * x
                 rate = (y - across) / r_p + own_turn + turn_z * z
                 tangents.append(np.array((x - rate * slope * x_c, across + rate * (r_p + x_c), z)))
-            n = -sigma * np.cross(tangents[0], tangents[1])
+            n = -rack.sigma * np.cross(tangents[0], tangents[1])
             roll = roll + turn
         n = n / MP.sqrt(n @ n)
         sin, cos = MP.sin(phi), MP.cos(phi)
@@ -159,10 +182,10 @@ def flank_surface(member: Member, flank: str) -> Surface:
 
 
 def _modification(
-    member: Member, flank: str, base_radius: Mpf, square: Callable[[Mpf], Mpf]
+    member: Member, flank: str, rack: RackMp
 ) -> Callable[[Mpf, Mpf], tuple[Mpf, Mpf, Mpf]] | None:
     """Return the rotation by the modification and its derivatives by l and z, as a function of l and z from
-    mid-face; None without one. `square` is r^2 of the flank at l and mid-face, mm^2.
+    mid-face; None without one.
 
     Raises ValueError for measured deviations, whose spline is computed in floats."""
     given = member.modification(flank)
@@ -171,13 +194,21 @@ def _modification(
     if given.deviations is not None:
         raise ValueError("the five equations at 60 digits need flanks without measured deviations")
     tool, half = member.tool, MP.mpf(member.face_width) / 2
-    m, alpha = MP.mpf(tool.normal_module), MP.mpf(tool.normal_pressure_angle)
-    a, apex = MP.mpf(float(tool.parabola_of(flank))), MP.mpf(tool.parabola_apex)
+    m, r_p, straight = MP.mpf(tool.normal_module), pitch_radius_mp(member), rack.normal(MP.zero)
+    base_radius = r_p * abs(straight[1]) / MP.hypot(straight[0], straight[1])
+    shift = MP.mpf(member.profile_shift) * m
+
+    def square(el: Mpf) -> Mpf:
+        """Return r^2 of the flank at mid-face, where the shift is a radial displacement."""
+        (x_c, _, z_c), normal = rack.point(el, 0), rack.normal(el)
+        x_c += shift - z_c * rack.trace[0] / rack.trace[2]  # along the trace to mid-face
+        return (r_p + x_c) ** 2 + (normal[1] / normal[0] * x_c) ** 2
+
     # The active flank begins at the round of the tool, or at one addendum if both differ by rounding.
-    joint = tool.dedendum - tool.tip_radius * (1 - MP.sin(alpha))
-    low = (tool.addendum if abs(joint - tool.addendum) < 1e-4 else joint) * m + apex * MP.cos(alpha)
-    start = -2 * low / (MP.cos(alpha) + MP.sqrt(MP.cos(alpha) ** 2 - 4 * a * MP.sin(alpha) * low))
-    radius = pitch_radius_mp(member) + (MP.mpf(member.profile_shift) + MP.mpf(member.tip_height)) * m
+    joint = tool.dedendum - tool.tip_radius * (1 - rack.sin)
+    low = (tool.addendum if abs(joint - tool.addendum) < 1e-4 else joint) * m + rack.apex * rack.cos
+    start = -2 * low / (rack.cos + MP.sqrt(rack.cos**2 - 4 * rack.a * rack.sin * low))
+    radius = r_p + shift + MP.mpf(member.tip_height) * m
     tip = MP.findroot(lambda el: square(el) - radius**2, m)
 
     def coordinates(kind: Kind, length: Mpf) -> tuple[tuple[Mpf, Mpf], tuple[Mpf, Mpf]]:

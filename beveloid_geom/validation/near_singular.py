@@ -17,7 +17,7 @@ import numpy as np
 
 from ..arrays import Codes, FloatArray, Integers
 from ..contact.path import path_of_contact
-from ..design.model import Design, Errors
+from ..design.model import Design
 from ..gear.rack import rack_of
 from ..pair.mounting import mounting_of
 from ..pair.zero_backlash import closing_offset
@@ -79,7 +79,7 @@ def at_shaft_angle(design: Design, shaft_angle: float) -> Design:
     """Return the unmodified pair without errors at a shaft angle (rad) and the offset without backlash.
 
     Raises ValueError if no offset has no backlash."""
-    plain = design.unmodified().with_errors(Errors())
+    plain = design.bare()
     turned = replace(plain, pair=replace(plain.pair, shaft_angle=shaft_angle))
     offset = closing_offset(turned)
     if not np.isfinite(offset):
@@ -216,7 +216,7 @@ def status_map(
     -------
     StatusMap
     """
-    plain = design.unmodified().with_errors(Errors())
+    plain = design.bare()
     first, second = mounting_of(plain).distance.tolist()
     held = replace(plain.pair, pinion_mounting=first, gear_mounting=second)
     angles, offsets = np.meshgrid(shaft_angle, offset)

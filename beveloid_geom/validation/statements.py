@@ -7,7 +7,6 @@ infer right flanks; verdicts for left flanks are a comparison only."""
 from __future__ import annotations
 
 import tomllib
-from dataclasses import replace
 from importlib.resources import files
 
 import numpy as np
@@ -15,19 +14,14 @@ import numpy as np
 from ..arrays import flank_sign
 from ..design.arguments import require_design
 from ..design.file import builtin_design
-from ..design.model import Design, Errors
+from ..design.model import Design
 from .claims import CLAIMS, MEASURES, Case
 from .statement_verdicts import Statement, claim_of
 
 
-def without_modification(design: Design) -> Design:
-    """Return a design without parabola coefficients and errors."""
-    return replace(design.unmodified(), errors=Errors())
-
-
 def is_table1(design: Design) -> bool:
     """Return whether a design is Table 1 of the paper, apart from its parabola coefficients and errors."""
-    return without_modification(design) == without_modification(builtin_design())
+    return design.bare() == builtin_design().bare()
 
 
 def paper_statements(design: Design, flank: str = "right", *, sign: int = 1) -> tuple[Statement, ...]:
@@ -61,7 +55,7 @@ def paper_statements(design: Design, flank: str = "right", *, sign: int = 1) -> 
     flank_sign(flank)
     if design.batch_shape:
         raise ValueError(f"statements are judged for single designs, got a batch of {design.batch_shape}")
-    case = Case(without_modification(design), flank, sign)
+    case = Case(design.bare(), flank, sign)
     texts = tomllib.loads((files(__package__) / "statements.toml").read_text(encoding="utf-8"))
     found: list[Statement] = []
     with np.errstate(invalid="ignore", divide="ignore"):

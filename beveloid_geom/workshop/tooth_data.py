@@ -71,7 +71,7 @@ class ToothData:
     chordal_thickness, chordal_height : array (k, 3)
     root_cone_angle : float
     infeed : float
-        Radial withdrawal of the hob per axial feed towards +z.
+        Change of the distance of the hob from the axis, per axial feed towards +z.
     swivel : float
         Angle by which the head of the hob is turned about the radial line, for a hob with the lead angle 0.
     """

@@ -23,15 +23,13 @@ from beveloid_geom import (
 )
 from beveloid_geom.analysis.maps import (
     FIGURES,
-    PRESETS,
     DesignMap,
-    design_at,
-    own_values,
     usual_bounds,
 )
 from beveloid_geom.design.limits import parabola_limit
 from beveloid_geom.operation.backlash_by_tangency import tangent_backlash
 from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.pair.named_inputs import PRESETS, design_at, own_values
 from beveloid_geom.report.map import MapReport, cell_words, quadrant_bests, ratio_as_given
 from tests.oracle.table1 import table1
 

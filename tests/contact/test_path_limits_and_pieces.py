@@ -23,8 +23,9 @@ from beveloid_geom import (
     path_of_contact,
 )
 from beveloid_geom.contact.path import PathEnds, path_ends
-from beveloid_geom.gear.flank import root_parameter, tip_parameter, undercut_margin
+from beveloid_geom.gear.flank import root_parameter, tip_parameter
 from beveloid_geom.gear.rack import parameter_at_height, section_point
+from beveloid_geom.gear.undercut import undercut_margin
 from beveloid_geom.pair.frames import layout_of
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.pair.zero_backlash import zero_backlash_layout

@@ -18,9 +18,9 @@ from beveloid_geom.gear.flank import (
     tip_parameter,
     tip_radius,
     trace_parameter,
-    undercut_margin,
 )
 from beveloid_geom.gear.rack import reference_radius, section_point
+from beveloid_geom.gear.undercut import undercut_margin
 from tests.oracle.table1 import table1
 
 PAIR = table1()

@@ -71,7 +71,7 @@ def test_depth_at_the_end_of_a_path_limited_by_a_tip(name: str) -> None:
     """The tip of the mate is in contact there: the same point of the flank, computed by the path."""
     request, checked = REQUESTS[name], 0
     pairs = candidates_of(request)
-    values = pairs.values[:, within(request, pairs)][:, :4]
+    values = pairs[:, within(request, pairs)][:, :4]
     for k in range(values.shape[1]):
         design = design_of(request, values[:, k])
         width = min(float(member.face_width) for member in design.members)
@@ -95,7 +95,7 @@ def test_overlapping_tips_reach_deeper_than_the_flank(number: int) -> None:
     """Some closed pairs of these requests have tips that overlap with fillets."""
     request = list(random_requests(number + 1, seed=1))[number]
     pairs = candidates_of(request)
-    values = pairs.values[:, within(request, pairs)]
+    values = pairs[:, within(request, pairs)]
     left = np.stack([depth_below_tips(request, values, flank).min(axis=0) for flank in FLANKS])
     module = request.module
     near = np.argsort(np.abs(left.min(axis=0) + 0.04 * module))[:12]

@@ -62,7 +62,7 @@ by_request = pytest.mark.parametrize("name", REQUESTS)
 def found(request: Request, most: int = 8) -> list[Design]:
     """Some of the pairs within the limits."""
     pairs = candidates_of(request)
-    values = pairs.values[:, within(request, pairs)]
+    values = pairs[:, within(request, pairs)]
     return [design_of(request, values[:, k]) for k in range(0, values.shape[1], 1 + values.shape[1] // most)]
 
 
@@ -172,8 +172,8 @@ def test_several_requests_in_one_search() -> None:
     requests = [replace(TABLE1, offset=229.0 + k, shaft_angle=radians(15.0 - 0.2 * k)) for k in range(4)]
     pairs, owner = found_for_each(requests)
     for k, request in enumerate(requests):
-        alone = candidates_of(request).values
-        both = [pairs.values[:, owner == k], alone]
+        alone = candidates_of(request)
+        both = [pairs[:, owner == k], alone]
         assert all(values.size for values in both)
         for column in both[0].T:
             assert np.abs(alone - column[:, None]).max(axis=0).min() < 1e-6
@@ -213,9 +213,9 @@ def test_parallel_axes_in_closed_form(offset: float | None) -> None:
 
 def test_criteria_of_parallel_axes() -> None:
     pairs = candidates_of(PARALLEL)
-    figures = all_figures(PARALLEL, pairs.values)
+    figures = all_figures(PARALLEL, pairs)
     for k in np.flatnonzero(figures.possible)[:4]:
-        design = design_of(PARALLEL, pairs.values[:, k])
+        design = design_of(PARALLEL, pairs[:, k])
         for j, flank in enumerate(("right", "left")):
             path = path_of_contact(design, flank, 3)
             assert figures.normal_x[j, k] == pytest.approx(path.normal[1, 0], abs=1e-9)
@@ -234,7 +234,7 @@ def test_mirrored_request(name: str) -> None:
         gear=None if request.gear is None else replace(request.gear, helix_angle=-request.gear.helix_angle),
     )
     image = np.array([1.0, 1.0, -1.0, -1.0, 1.0, 1.0, 1.0])
-    images, own = candidates_of(other).values * image[:, None], candidates_of(request).values
+    images, own = candidates_of(other) * image[:, None], candidates_of(request)
     assert own.shape == images.shape
     for column in own.T:
         assert np.abs(images - column[:, None]).max(axis=0).min() < 1e-6
@@ -252,7 +252,7 @@ def test_similarity_in_the_module(name: str) -> None:
         offset=request.offset and 2.5 * request.offset,
         gear=request.gear and scaled(builtin_design("marine-gearbox"), 2.5).gear,
     )
-    np.testing.assert_allclose(candidates_of(larger).values, candidates_of(request).values, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(candidates_of(larger), candidates_of(request), rtol=0, atol=1e-9)
 
 
 def test_number_of_unknowns() -> None:
@@ -268,7 +268,7 @@ def test_number_of_unknowns() -> None:
     }
     full = replace(REQUESTS["cones at an offset"], helix_angle=radians(20.0))
     assert unknown_of(full) is None
-    assert candidates_of(full).values.size == 0
+    assert candidates_of(full).size == 0
 
 
 def all_figures(request: Request, values: FloatArray) -> Figures:
@@ -280,9 +280,9 @@ def test_criteria_of_a_batch_and_of_single_pairs() -> None:
     """A batch has the criteria of single pairs, with contact ratio and n_x of the path."""
     request = TABLE1
     pairs = candidates_of(request)
-    figures = all_figures(request, pairs.values)
-    for k in range(pairs.values.shape[1]):
-        one = all_figures(request, pairs.values[:, [k]])
+    figures = all_figures(request, pairs)
+    for k in range(pairs.shape[1]):
+        one = all_figures(request, pairs[:, [k]])
         for name, values in vars(one).items():
             np.testing.assert_allclose(
                 values[..., 0], getattr(figures, name)[..., k], rtol=1e-9, err_msg=name

@@ -158,7 +158,7 @@ def test_least_cones() -> None:
     assert degrees(least) == pytest.approx(1.8916, abs=1e-3)
     assert np.isclose(first.pinion.cone_angle, first.gear.cone_angle, atol=1e-9)
     pairs = candidates_of(request)
-    assert np.abs(pairs.values[:2]).max(axis=0).min() > least - 1e-9
+    assert np.abs(pairs[:2]).max(axis=0).min() > least - 1e-9
 
 
 def test_criteria() -> None:

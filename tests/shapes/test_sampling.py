@@ -19,8 +19,8 @@ from beveloid_geom.gear.flank import (
     tip_parameter,
     tip_radius,
     trace_parameter,
-    undercut_margin,
 )
+from beveloid_geom.gear.undercut import undercut_margin
 from beveloid_geom.shapes.sampling import (
     Sheet,
     falling_diagonals,

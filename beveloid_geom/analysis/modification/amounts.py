@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TypeAlias
 
 import numpy as np
 
@@ -24,19 +23,10 @@ from ...design.member import MODIFICATIONS
 from ...design.model import Design
 from ...design.modification import MAX_AMOUNT_UM, Modification, kinds_of, length_of
 from ...operation.backlash_by_tangency import jammed, tangent_backlash
-from ..optimise import (
-    CONSTRAINT_TOLERANCE,
-    Aim,
-    Objectives,
-    Optimised,
-    Vector,
-    at_limits,
-    check_aim,
-    objectives_of_designs,
-    operation_of,
-)
+from ...pair.named_inputs import Bounds
+from ..optimise import CONSTRAINT_TOLERANCE, Optimised, Vector, at_limits, operation_of
+from .objectives import Aim, Objectives, check_aim, objectives_of_designs
 
-Bounds: TypeAlias = tuple[float, float]
 MEMBERS = ("pinion", "gear")
 POINTS_PER_VARIABLE, STARTS = 16, 3
 X_STEP = 1e-3

@@ -119,31 +119,11 @@ def crowning_for(
     _check(design, transmission_error, length, member, separation)
     from scipy.optimize import root
 
-    one, path = getattr(design, member), path_of_contact(design, flank, 3)
-    base, ratio = base_cylinder(one, flank), max(1.0, float(np.nan_to_num(path.ends.contact_ratio)))
-    face = float(one.face_width)
-    start = 1e3 * np.array(
-        (
-            separation / np.cos(float(base.helix_angle)) * (face / length) ** 2,
-            transmission_error * float(base_cylinder(design.gear, flank).radius) * ratio**2,
-        )
-    )
-
-    def crowned(x: FloatArray) -> Design:
-        """Return the design with the crownings x (2), relative to the starting values."""
-        names = f"{member}.helix_crowning_um", f"{member}.profile_crowning_um"
-        return modified(design, flank, dict(zip(names, (start * x).tolist(), strict=True)))
-
-    def reached(x: FloatArray) -> tuple[float, float, float]:
-        """Return transmission error, rad, length, mm, and share on edges for crownings x."""
-        changed = crowned(x)
-        cycle = mesh_cycle(changed, flank, 1)
-        pattern = contact_pattern(changed, flank, separation, resolution=face / PATTERN_POINTS)
-        found = pattern_length(getattr(pattern, member), separation)
-        return float(cycle.peak_to_peak), found, float(cycle.edge_share)
+    start = _starting_amounts(design, transmission_error, length, flank, member, separation)
+    trial = _Trial(design, flank, member, separation, start)
 
     def residuals(x: FloatArray) -> FloatArray:
-        error, found, _ = reached(np.maximum(x, 0.0))
+        error, found, _ = trial.reached(np.maximum(x, 0.0))
         missed = np.array((error / transmission_error - 1.0, (length / max(found, 1e-3)) ** 2 - 1.0))
         return missed[::-1] + np.minimum(x, 0.0)  # crownings below 0 are continued linearly
 
@@ -151,7 +131,7 @@ def crowning_for(
         # Powell's hybrid method: one Jacobian by differences of 1 %, then updates by Broyden's formula.
         limits: Any = {"eps": 1e-4, "maxfev": MAX_EVALUATIONS}
         x = np.maximum(root(residuals, np.ones(2), tol=1e-3, options=limits).x, 0.0)
-        error, found, edges = reached(x)
+        error, found, edges = trial.reached(x)
     except UnknownOperationError as unknown:
         raise ValueError(f"the contact is not known for some crownings: {unknown}") from None
     except DesignError as beyond:
@@ -165,7 +145,43 @@ def crowning_for(
             f" {crownings}, with {nearest} and {found:.4g} mm"
         )
     helix, profile = (start * x).tolist()
-    return Crowning(member, flank, helix, profile, crowned(x), error, found, separation, edges)
+    return Crowning(member, flank, helix, profile, trial.crowned(x), error, found, separation, edges)
+
+
+def _starting_amounts(
+    design: Design, transmission_error: float, length: float, flank: str, member: str, separation: float
+) -> FloatArray:
+    """Return helix and profile crowning (2), um, that give both values for a path along the profile."""
+    one, path = getattr(design, member), path_of_contact(design, flank, 3)
+    ratio = max(1.0, float(np.nan_to_num(path.ends.contact_ratio)))
+    helix = separation / np.cos(float(base_cylinder(one, flank).helix_angle))
+    profile = transmission_error * float(base_cylinder(design.gear, flank).radius)
+    return 1e3 * np.array((helix * (float(one.face_width) / length) ** 2, profile * ratio**2))
+
+
+@dataclass(frozen=True, eq=False)
+class _Trial:
+    """Design with crownings x (2) of a member, relative to the starting values `start` (2), um."""
+
+    design: Design
+    flank: str
+    member: str
+    separation: float
+    start: FloatArray
+
+    def crowned(self, x: FloatArray) -> Design:
+        """Return the design with these crownings."""
+        names = f"{self.member}.helix_crowning_um", f"{self.member}.profile_crowning_um"
+        return modified(self.design, self.flank, dict(zip(names, (self.start * x).tolist(), strict=True)))
+
+    def reached(self, x: FloatArray) -> tuple[float, float, float]:
+        """Return transmission error, rad, length, mm, and share on edges."""
+        changed = self.crowned(x)
+        cycle = mesh_cycle(changed, self.flank, 1)
+        resolution = float(getattr(self.design, self.member).face_width) / PATTERN_POINTS
+        pattern = contact_pattern(changed, self.flank, self.separation, resolution=resolution)
+        found = pattern_length(getattr(pattern, self.member), self.separation)
+        return float(cycle.peak_to_peak), found, float(cycle.edge_share)
 
 
 def pattern_length(side: MemberPattern, separation: float) -> float:

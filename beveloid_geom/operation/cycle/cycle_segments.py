@@ -12,6 +12,7 @@ import numpy as np
 
 from ...arrays import Codes, FloatArray, Integers, Mask
 from ...status import Limit
+from ...support.array_records import joined
 from ...support.chebyshev import evaluate, greatest, polynomials
 from ..engagement import Engagement
 from ..search.earliest_contact import Found
@@ -110,12 +111,11 @@ class Samples:
 
     def and_also(self, more: Samples) -> Samples:
         """Return both sets of samples, in order of case and roll."""
-        rows = zip(vars(self.contacts).values(), vars(more.contacts).values(), strict=True)
         both = Samples(
             np.append(self.case, more.case),
             np.append(self.roll, more.roll),
             np.append(self.cut, more.cut),
-            Found(*(np.concatenate(row, axis=-1) for row in rows)),
+            joined((self.contacts, more.contacts)),
         )
         return both.pick(np.lexsort((both.roll, both.case)))
 

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from ...arrays import Codes, FloatArray, Integers, Mask
 from ...design.model import Design
 from ...status import FirstStatus, Limit
+from ...support.array_records import joined
 from ..engagement import Engagement
 from .clearance_scan import Chart, Grid, Scan, chart_of, grid_of, scan_of
 from .local_clearance import local_at
@@ -141,16 +142,12 @@ def found_with_others(
             for start in range(0, max(1, every.size), block)
         ]
     first, near, alone = zip(*parts, strict=True)
-    return _put_together(first), _numbered(near), _numbered(alone)
+    return joined(first), _numbered(near), _numbered(alone)
 
 
 def _numbered(parts: tuple[Numbered, ...]) -> Numbered:
     position, contacts = zip(*parts, strict=True)
-    return np.concatenate(position), _put_together(contacts)
-
-
-def _put_together(parts: tuple[Found, ...]) -> Found:
-    return Found(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))
+    return np.concatenate(position), joined(contacts)
 
 
 def in_step(engagement: Engagement, unknown: Mask, grids: Grids) -> Engagement:
@@ -251,7 +248,7 @@ def _with_lines(
         converged=np.ones(touching.size, dtype=bool),
     )
     none = np.zeros_like(touching)
-    return least.and_also(points), np.append(row, touching), np.append(periods, none)
+    return joined((least, points)), np.append(row, touching), np.append(periods, none)
 
 
 def _searched(
@@ -276,7 +273,7 @@ def _searched(
     if more.row.size:
         again = close[more.row]
         near = task.pick(again).beside(more.place)
-        least = least.and_also(minimum_clearances(near, more.place, more.box, owner[again]))
+        least = joined((least, minimum_clearances(near, more.place, more.box, owner[again])))
         row, periods = np.append(row, row[again]), np.append(periods, periods[again])
         close = np.append(close, np.arange(row.size - again.size, row.size))
     if pairs.edged:  # undercut

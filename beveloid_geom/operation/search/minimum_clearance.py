@@ -13,6 +13,7 @@ import numpy as np
 
 from ...arrays import Codes, FloatArray, Integers, Mask
 from ...status import Limit
+from ...support.array_records import joined
 from ...support.qp2 import quadratic_step
 from .local_clearance import local_at
 from .search_task import Task
@@ -54,11 +55,6 @@ class LocalMinima:
         """Return the results `index`."""
         return LocalMinima(*(value.take(index, axis=-1) for value in vars(self).values()))
 
-    def and_also(self, *others: LocalMinima) -> LocalMinima:
-        """Return these and other results, in order."""
-        values = zip(*(vars(part).values() for part in (self, *others)), strict=True)
-        return LocalMinima(*(np.concatenate(parts, axis=-1) for parts in values))
-
 
 def minimum_clearances(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> LocalMinima:
     """Search the local minimum of the clearance from each start.
@@ -89,7 +85,7 @@ def minimum_clearances(task: Task, place: FloatArray, box: FloatArray, owner: In
         for start in range(0, max(1, every.size), searches_per_block):
             block = every[start : start + searches_per_block]
             parts.append(_least(task.pick(block), place[:, block], box[:, block], owner[block]))
-    return parts[0].and_also(*parts[1:])
+    return joined(parts)
 
 
 def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> LocalMinima:
@@ -139,11 +135,10 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
         reach = reach * np.where(better, np.where(boxed, 2.0, 1.0), 0.25)
         solved, doubled = small & better, np.zeros(going.size, dtype=bool)
         if count:  # stop searches that reach the place of another search, active or ended
-            near, met = np.flatnonzero(better & ~boxed & ~solved), np.flatnonzero(least.converged)
-            places = np.concatenate((least.place[:, met], place[:, near]), axis=1) / unit
-            limits = np.concatenate((least.limit[:, met], active[:, near]), axis=1)
-            owners = owner[np.append(met, going[near])]
-            doubled[near] = repeated(np.array((*np.rint(places), *limits, owners)))[met.size :]
+            near = np.flatnonzero(better & ~boxed & ~solved)
+            doubled[near] = _reached_by_others(
+                least, place[:, near] / unit, unit, active[:, near], owner, going[near]
+            )
         done = solved | doubled | (reach <= 1e-12) | (count == MAX_STEPS - 1)
         if not done.any():
             continue
@@ -159,6 +154,23 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
         place, box, weight = (rows.take(stays, axis=1) for rows in (place, box, weight))
     limit = np.sort(np.where(least.limit >= len(Limit), -1, least.limit), axis=0)[::-1]
     return replace(least, limit=limit)
+
+
+def _reached_by_others(
+    least: LocalMinima,
+    places: FloatArray,
+    unit: FloatArray,
+    active: Integers,
+    owner: Integers,
+    number: Integers,
+) -> Mask:
+    """Return which searches `number` (n,) are at the place of another search of their owner, active or
+    converged. `places` (2, n) are in the `unit` (2, 1) within which places are equal."""
+    met = np.flatnonzero(least.converged)
+    every = np.concatenate((least.place[:, met] / unit, places), axis=1)
+    limits = np.concatenate((least.limit[:, met], active), axis=1)
+    owners = owner[np.append(met, number)]
+    return repeated(np.array((*np.rint(every), *limits, owners)))[met.size :]
 
 
 def repeated(columns: FloatArray) -> Mask:

@@ -16,6 +16,7 @@ import numpy as np
 from ...arrays import FloatArray, Integers, Mask
 from ...gear.tooth_side import cut_at
 from ...status import Limit
+from ...support.array_records import joined
 from .clearance_scan import Grid, Scan, Single
 from .local_clearance import clearance_at, limits_at, local_at
 from .search_task import Task
@@ -87,7 +88,7 @@ def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: flo
         moved = np.array((inside * grid.cell[0] * inwards, 0.0 * inwards))
         parts.append(Starts(row, periods, place + moved, box))
     parts.append(_valley_ends(task, scan, grid, bound[1], module))
-    return Starts(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))
+    return joined(parts)
 
 
 def _valley_ends(task: Task, scan: Scan, grid: Grid, bound: FloatArray, module: float) -> Starts:
@@ -271,4 +272,4 @@ def beside_fillets(task: Task, place: FloatArray, grid: Grid) -> Starts:
         moved = edge[:, row] + np.array((inside * grid.cell[0] * INWARDS[tip[row]], np.zeros(row.size)))
         box = np.broadcast_to(cell * np.array(((step,), (1.0,))), moved.shape)
         parts.append(Starts(close[row], np.zeros_like(row), moved, box))
-    return Starts(*(np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in vars(parts[0])))
+    return joined(parts)

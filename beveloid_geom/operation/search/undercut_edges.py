@@ -14,6 +14,7 @@ import numpy as np
 from ...arrays import FloatArray, Integers, Mask
 from ...gear.tooth_side import Surface
 from ...status import Limit
+from ...support.array_records import joined
 from .minimum_clearance import LocalMinima, minimum_clearances
 from .search_task import Task
 
@@ -46,7 +47,7 @@ def across_edges(task: Task, least: LocalMinima, box: FloatArray) -> tuple[Local
         searched = replace(task.pick(origin[start]), fillet=sides)
         results = minimum_clearances(searched, places, np.repeat(box[:, None], start.size, axis=1), start)
         new = np.arange(origin.size, origin.size + start.size)
-        least, origin = least.and_also(results), np.append(origin, origin[start])
+        least, origin = joined((least, results)), np.append(origin, origin[start])
     # Report contacts on an edge with the coordinate of the flank, whichever side found them.
     for member, (surface, limit) in enumerate(_edges(task)):
         place = (least.place, least.meeting)[member]

@@ -8,12 +8,13 @@ from dataclasses import asdict, dataclass
 from typing import Any, ClassVar, Generic, TypeVar
 
 from ...analysis.edge_contact import CycleExtremes
-from ...analysis.modification.amounts import AmountsOptimum, Bounds
+from ...analysis.modification.amounts import AmountsOptimum
 from ...analysis.optimise import Aim, Objectives, Optimised, Optimum
 from ...design.model import Design
 from ...design.modification import AMOUNT_SUFFIX
 from ...findings.backlash import backlash_data
 from ...findings.diagnostics import remarks_data
+from ...pair.named_inputs import Bounds
 from ..columns import ARCSEC, label, labelled_lines, number
 from ..path import ContactReport, contact_report
 from ..result import MEMBERS, Report, Rows, stacked_rows

@@ -290,8 +290,8 @@ def _lines(name: str, one: MemberData) -> str:
     angle, swivel = np.degrees((data.root_cone_angle, data.swivel))
     text += line(
         "root cone",
-        f"{angle:.4f} deg to the axis; while the hob is fed by 1 mm towards +z (the {one.ends[1]}), it is "
-        f"withdrawn radially by {data.infeed:.6f} mm",
+        f"{angle:.4f} deg to the axis; while the hob is fed by 1 mm towards +z (the {one.ends[1]}), its "
+        f"distance from the axis changes by {data.infeed:+z.6f} mm",
     )
     text += line(
         "swivel of the hob", f"{swivel:z.4f} deg about the radial line, without the lead angle of the hob"

@@ -21,7 +21,7 @@ from ...options import (
 from ...tolerance_options import errors_of, sizes_of, tolerance_options
 
 if TYPE_CHECKING:
-    from ....analysis.maps import Bounds
+    from ....pair.named_inputs import Bounds
 
 
 OVER = (

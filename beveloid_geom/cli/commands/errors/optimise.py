@@ -14,7 +14,7 @@ from ...options import Number, Refusal, bounds_options, flank_option, option, op
 from ...tolerance_options import errors_of, sizes_of, tolerance_options
 
 if TYPE_CHECKING:
-    from ....analysis.maps import Bounds
+    from ....pair.named_inputs import Bounds
 
 
 EDGES = "Require no edge contact in the mesh cycle, without errors and under each single error."

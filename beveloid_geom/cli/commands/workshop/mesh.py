@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -42,7 +42,7 @@ from ...options import (
     override_options,
     write_out,
 )
-from ...results import named, refused_values
+from ...results import named, refused_values, unfinished_file
 
 if TYPE_CHECKING:
     from ....design.member import Member
@@ -257,18 +257,6 @@ def _check_bores(request: MeshRequest, bores: dict[str, float | None]) -> None:
                 bore_of(member, radius)
         except ArgumentError as error:
             raise Refusal([f"{option_name(given)} {error.text}"]) from None
-
-
-def unfinished_file(out: Path) -> AbstractContextManager[Path]:
-    """Return `atomic_file` of a path. Raises Refusal for a folder, and for a file in a missing folder."""
-    from ....support.atomic_file import atomic_file
-
-    if out.is_dir():
-        raise Refusal([f"--out: {click.format_filename(out)} is a folder: name a file in it"])
-    if not out.parent.is_dir():
-        folder = click.format_filename(out.parent)
-        raise Refusal([f"--out: the folder {folder} does not exist: make it first"])
-    return atomic_file(out)
 
 
 @contextmanager

@@ -1,0 +1,81 @@
+"""Messages on numbers that are written otherwise: with a unit, a decimal comma, or outside a limit."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+
+IN_RADIANS, IN_DEGREES = "was it given in radians?", "was it given in degrees?"
+NUMBER = "a number", "give it like 1.5, without quotes"
+WHOLE = "a whole number", "give it like 29, without quotes or decimals"
+"""Descriptions of the values required, with the cure."""
+MM_PER_INCH = 25.4
+DEGREE = math.pi / 180.0
+_LENGTHS_MM = {"mm": 1.0, "um": 1e-3, "µm": 1e-3, "cm": 10.0, "m": 1e3}
+_LENGTHS_MM |= dict.fromkeys(("in", "inch", "inches", '"', "″"), MM_PER_INCH)
+_ANGLES_RAD = {"rad": 1.0} | dict.fromkeys(("deg", "°", "degree", "degrees"), DEGREE)
+_ANGLES_RAD |= {"arcmin": DEGREE / 60.0, "arcsec": DEGREE / 3600.0}
+_UNITS = {
+    "mm": _LENGTHS_MM,
+    "um": {name: size / 1e-3 for name, size in _LENGTHS_MM.items()},
+    "rad": _ANGLES_RAD,
+    "deg": {name: size / DEGREE for name, size in _ANGLES_RAD.items()},
+}
+"""Conversion factors by the unit in which a quantity is expected and the unit in which it was written."""
+_WRITTEN_NUMBER = re.compile(r"\s*([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\d\s.,;]*)\s*")
+
+
+def shown_value(value: object) -> str:
+    """Return a value as one short line, in the notation of TOML."""
+    if isinstance(value, bool | np.bool_):
+        return str(value).lower()
+    if isinstance(value, int) and value.bit_length() > 100:
+        return f"an integer of {value.bit_length()} bits"
+    if isinstance(value, np.ma.MaskedArray):
+        return "a masked array"
+    text = " ".join(repr(value.item() if isinstance(value, np.generic) else value).split())
+    return text if len(text) <= 40 else text[:37] + "..."
+
+
+def number_cure(text: str, unit: str = "") -> str | None:
+    """Return the cure for a text with a decimal comma or a unit, instead of a number.
+
+    Parameters
+    ----------
+    text : str
+        Input text, such as '6,5' or '0.25 in'.
+    unit : {'mm', 'um', 'deg', 'rad', ''}
+        Unit in which the quantity is expected.
+
+    Returns
+    -------
+    str or None
+        Sentence with the number to give; None for any other text.
+    """
+    match = _WRITTEN_NUMBER.fullmatch(text)
+    if match is None:
+        return None
+    number, suffix = float(match[1].replace(",", ".")), match[2]
+    if suffix:
+        size = _UNITS.get(unit, {}).get(suffix.lower())
+        return None if size is None else f"give it in {unit} without a unit, {number * size:.10g}"
+    return f"write a decimal point, {number:g}" if "," in match[1] else None
+
+
+def refused(limit: str, value: object, cure: str, place: str = "") -> str:
+    """Return the message for a value outside its limit.
+
+    Parameters
+    ----------
+    limit : str
+        Such as 'be between 0 and 1 mm'.
+    value : object
+        The rejected value.
+    cure : str
+        What the user can do.
+    place : str
+        Index in an array, such as ' at [3]'.
+    """
+    return f"must {limit}, got {shown_value(value)}{place}: {cure}"
