@@ -53,8 +53,8 @@ DASHED = (5.0, 3.0)
 DOTTED = (1.6, 2.4)
 """Lengths of dash and gap in widths of the path."""
 WHAT_TOUCHES = (
-    "Not first: another tooth pair or an edge touches earlier. Ratios: Eq.\u00a016, and all teeth without"
-    " load (running)."
+    "Not first: another tooth pair or an edge touches earlier. Contact ratios: of one tooth"
+    " pair (Eq.\u00a016), and of all teeth in operation, without load."
 )
 
 

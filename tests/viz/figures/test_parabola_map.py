@@ -54,12 +54,12 @@ def test_extremes_are_better_than_fine_sweeps() -> None:
 def test_the_finding_and_the_errors_are_on_the_page() -> None:
     page = page_of(parabola_map.draw, small_map(), (800, 600))
     text = words(page)
-    assert "contact ratio up to 2.23, least shift at a ratio of 1.65 or more: 1.15 mm" in text
+    assert "contact ratio up to 2.23, smallest shift at a ratio of 1.65 or more: 1.15 mm" in text
     assert "under offset \u00b10.05 mm, shaft angle \u00b10.01 deg" in text
     (legend,) = page.legends
     names = [text.get_text() for text in legend.get_texts()]
-    assert names[-1] == "hollow: sum above 0"
-    assert names[:3] == ["design", "largest ratio", "least shift"]
+    assert names[-1] == "negative relative curvature (sum above 0)"
+    assert names[:3] == ["design", "largest ratio", "smallest shift"]
 
 
 def test_an_extreme_outside_the_map_is_not_drawn() -> None:
@@ -72,7 +72,7 @@ def test_an_extreme_outside_the_map_is_not_drawn() -> None:
     page = page_of(parabola_map.draw, outside, (800, 600))
     assert "1.15 mm, outside the map" in words(page)
     (legend,) = page.legends
-    assert "least shift" not in [text.get_text() for text in legend.get_texts()]
+    assert "smallest shift" not in [text.get_text() for text in legend.get_texts()]
     assert not [line for axes in page.axes for line in axes.lines if line.get_marker() == "s"]
 
 

@@ -119,7 +119,7 @@ def _under(path: SolvedPath, row: int, zero: SolvedPath) -> str:
     digits = paths_table.digits_mm(path.design)
     words = f"{path.length(row):.{digits}f} mm, {theme.signed(path.angle(row), 1)}\u00b0"
     if row:
-        words += "\nratio {}, running {}".format(*panels.ratios(path))
+        words += "\nratio {}, all teeth {}".format(*panels.ratios(path))
         changed = path is zero or path.ends != zero.ends
         words += f"\n{path.ends_in_print}" if changed else ""
     return words

@@ -31,8 +31,8 @@ EDGE_MARKERS = {"right": "^", "left": "v"}
 LOOKS = {"right": (theme.BLUE, 3.5, "-"), "left": (theme.ORANGE, 1.6, "--")}
 CELLS = Cells(left=0.96, right=0.96, across=1.76, down=1.35, most=2, least=3.4)
 NOTE = (
-    "Lines: Eq. 16, the contact ratio of one tooth pair. Circles (running): contact ratio of"
-    " all teeth in operation, without load, edges included. Triangles: fraction of the mesh cycle"
+    "Lines: Eq. 16, the contact ratio of one tooth pair. Circles: contact ratio of all"
+    " teeth in operation, without load, edges included. Triangles: fraction of the mesh cycle"
     " with edge contact (right scale). Labelled dots: other limits begin to end the path of"
     " the right flank."
 )
@@ -145,7 +145,9 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> list[Li
         colour, width, every = *LOOKS[flank][:2], a[CYCLE_POINTS]
         running: dict[str, Any] = {"color": colour, "linestyle": "", "clip_on": False}
         running["markersize"] = 4.5 if width > 2.0 else 8.5
-        lines += axes.plot(every, data.ratio[flank][index], marker="o", label=f"{flank}, running", **running)
+        lines += axes.plot(
+            every, data.ratio[flank][index], marker="o", label=f"{flank}, all teeth", **running
+        )
         running |= {"markersize": 4.5, "markerfacecolor": "white", "linestyle": ":", "linewidth": 1.0}
         lines += edge_axes.plot(
             every,

@@ -233,7 +233,7 @@ def _table(
         left = (cell.box.left + cell.box.width) / (page.dpi * page.layout.width)
         height = TABLE_ROWS * ROW_HEIGHT_IN + (INSET_IN[1] if data.close else 0.0)
         y += theme.inches(page, 0.5 * (cell.box.height / page.dpi + height))
-    both = ("ratio", "running") if cell.member else ()
+    both = ("ratio", "all teeth") if cell.member else ()
     lines = [(case.unit, "shift mm", *both)]
     lines += [
         _line(case.label(sign).partition("\u00a0")[0], path, paths[1], cell.member)

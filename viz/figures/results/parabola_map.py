@@ -190,7 +190,7 @@ def finding(data: ParabolaMap) -> tuple[str, str]:
     words = [] if math.isnan(most) else [f"contact ratio up to {most:.2f}"]
     if not math.isnan(least):
         at = "" if data.shows(data.least_shift) else ", outside the map"
-        words.append(f"least shift at a ratio of {data.ratio:.2f} or more: {least:.3g} mm{at}")
+        words.append(f"smallest shift at a ratio of {data.ratio:.2f} or more: {least:.3g} mm{at}")
     subtitle = f"{data.flank.capitalize()} flanks" + (f": {', '.join(words)}" if words else "")
     return "Contact over sum and difference of the parabola coefficients", subtitle
 
@@ -322,10 +322,13 @@ def _legend(page: theme.Page, data: ParabolaMap, height: float) -> None:
     if data.shows(data.most_ratio):
         entries.append(Line2D([], [], **_mark("^"), label="largest ratio"))
     if data.shows(data.least_shift):
-        entries.append(Line2D([], [], **_mark("s"), label="least shift"))
+        entries.append(Line2D([], [], **_mark("s"), label="smallest shift"))
     entries.append(Line2D([], [], color=theme.INK, linewidth=1.0, label="C1 to C4 of Figs. 7 to 10"))
     unknown = np.logical_or.reduce([np.isnan(values) for values in data.quantities.values()]) & data.solved
-    hatches = [(np.array(True), HOLLOW, "hollow: sum above 0"), (~data.solved, LOST, "no path")]
+    hatches = [
+        (np.array(True), HOLLOW, "negative relative curvature (sum above 0)"),
+        (~data.solved, LOST, "no path"),
+    ]
     for cells, pattern, text in [*hatches, (unknown, ASTRAY, "not known")]:
         if cells.any():
             look: dict[str, Any] = {"facecolor": "white", "edgecolor": theme.GREY, "hatch": pattern}
