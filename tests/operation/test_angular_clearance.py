@@ -11,13 +11,9 @@ from scipy.optimize import root
 
 from beveloid_geom import Design, Errors, path_of_contact
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.gear.fillet import fillet_point, tool_round
 from beveloid_geom.gear.flank import flank_patch, flank_point, tip_parameter, trace_parameter
 from beveloid_geom.gear.tooth_side import (
-    angle_of,
     cut_at,
-    cut_with_bends,
-    cut_with_turn,
     profile_at,
     surface_of,
 )
@@ -62,69 +58,6 @@ def places(design: Design, flank: str, member: int, count: int, seed: int) -> tu
     return rng.uniform(0.7 * own.joint, 0.7 * own.highest, count), rng.uniform(
         -0.7, 0.7, count
     ) * own.half_width
-
-
-@pytest.mark.parametrize("parabola", PARABOLAS)
-def test_surface_is_flank_and_fillet(parabola: tuple[float, float], flank: str) -> None:
-    """One coordinate runs through flank and fillet and agrees with the modules of each."""
-    for member in table1(parabola).members:
-        surface, rounding = surface_of(member, flank), tool_round(member.tool, flank)
-        z = np.linspace(-25.0, 25.0, 5)
-        l = np.linspace(surface.joint, surface.highest, 9)[:, None]
-        angle = np.linspace(rounding.angle + 1e-12, 0.5 * np.pi, 9)[:, None]
-        fillet, normal = fillet_point(member, flank, angle, z)
-        down = surface.joint - rounding.radius * (angle - rounding.angle)
-        known = flank_point(member, flank, l, trace_parameter(member, flank, l, z))
-        for points, s in ((known, l), (fillet, down)):
-            cut = cut_at(surface, s + 0.0 * z, z + 0.0 * s)
-            assert np.abs(np.hypot(points[..., 0], points[..., 1]) - np.sqrt(cut.square)).max() < 1e-12
-            assert np.abs(np.arctan2(points[..., 1], points[..., 0]) - angle_of(cut)).max() < 1e-14
-        turned = np.stack(
-            (np.cos(cut.phi) * cut.nx - np.sin(cut.phi) * cut.ny, cut.nz + 0.0 * cut.nx), axis=-1
-        )
-        assert np.abs(turned - normal[..., [0, 2]]).max() < 1e-14
-        assert abs(surface.bottom - down.min()) < 1e-12
-        root = np.hypot(*fillet[-1, :, :2].T)
-        assert np.abs(root - surface.root - surface.root_taper * z).max() < 1e-12
-
-
-@pytest.mark.parametrize("parabola", PARABOLAS)
-def test_derivatives_are_those_of_the_surface(parabola: tuple[float, float]) -> None:
-    surface = surface_of(table1(parabola).gear, "left")
-    s = np.linspace(surface.bottom + 0.1, surface.highest, 40)
-    z = np.linspace(-20.0, 20.0, 40)
-    step = 1e-30j
-    cut, along, across = cut_at(surface, s, z), cut_at(surface, s + step, z), cut_at(surface, s, z + step)
-    for name in ("x", "y", "phi"):
-        by_s, by_z = (getattr(moved, name).imag / 1e-30 for moved in (along, across))
-        assert np.abs(by_s - getattr(cut, f"{name}_s")).max() < 1e-12
-        assert np.abs(by_z - getattr(cut, f"{name}_z")).max() < 1e-12
-    (_, bends), (_, turn) = cut_with_bends(surface, s, z), cut_with_turn(surface, s, z)
-    for name in ("x_s", "y_s", "phi_s", "y_z", "phi_z"):
-        second = getattr(bends, {"_s": f"{name}s", "_z": f"{name[:-1]}sz"}[name[-2:]])
-        assert np.abs(getattr(along, name).imag / 1e-30 - second).max() < 1e-12, name
-    for name, rate in zip(("nx", "ny", "nz"), turn, strict=True):
-        assert np.abs(getattr(along, name).imag / 1e-30 - rate).max() < 1e-14, name
-    assert np.abs(along.square.imag / 1e-30 - cut.square_s).max() < 1e-10
-    assert np.abs(across.square.imag / 1e-30 - 2.0 * (cut.x * cut.x_z + cut.y * cut.y_z)).max() < 1e-10
-
-
-@pytest.mark.parametrize("parabola", PARABOLAS)
-@pytest.mark.filterwarnings("ignore:invalid value:RuntimeWarning")
-def test_profile_of_a_radius(parabola: tuple[float, float], flank: str) -> None:
-    for member in table1(parabola).members:
-        surface = surface_of(member, flank)
-        low = np.linspace(surface.bottom, surface.joint, 60)[5:]
-        s, z = (
-            x.ravel()
-            for x in np.meshgrid(
-                np.append(low, np.linspace(surface.joint, surface.highest, 60)), (-20.0, 0.0, 20.0)
-            )
-        )
-        square = cut_at(surface, s, z).square
-        assert np.abs(profile_at(surface, square, z) - s).max() < 1e-10
-        floor = surface.root + surface.root_taper * z
-        assert np.isnan(profile_at(surface, (floor - 0.01) ** 2, z)).all()
 
 
 @pytest.mark.parametrize("parabola", PARABOLAS)

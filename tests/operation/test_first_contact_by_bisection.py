@@ -28,13 +28,13 @@ from beveloid_geom.operation.search.local_clearance import hessian, local_at
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import FirstStatus, Limit, Verdict
 from tests.operation.test_first_contact import EDGES
+from tests.oracle.bracketed import EPSILON, roots_between
 from tests.oracle.table1 import table1
 from tests.stability.answers import changed, closed
 from tests.stability.five_residuals import cases_of
 from tests.stability.named_designs import HARD, Named
 from tests.stability.random_designs import random_designs
 
-HALVINGS = 54
 BOTH = ("right", "left")
 AMOUNTS = (
     *("helix_slope_um", "helix_crowning_um", "profile_slope_um", "profile_crowning_um", "twist_um"),
@@ -82,19 +82,36 @@ class Tooth:
         low = w < 1.0
         return np.where(low, x_round, x), np.where(low, y_round, y), np.where(low, turned, angle)
 
-    def polar(self, w: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return radius and angle about the axis in the planes z (Eqs. 4-6)."""
-        member = self.member
-        beta, gamma, m = member.helix_angle, member.cone_angle, member.tool.normal_module
+    @cached_property
+    def _placed(self) -> FloatArray:
+        """Return the rotation of the tool by helix and cone angle."""
+        beta, gamma = self.member.helix_angle, self.member.cone_angle
         turn = np.array([[1, 0, 0], [0, np.cos(beta), np.sin(beta)], [0, -np.sin(beta), np.cos(beta)]])
         tilt = np.array([[np.cos(gamma), 0, np.sin(gamma)], [0, 1, 0], [-np.sin(gamma), 0, np.cos(gamma)]])
+        return np.asarray(tilt @ turn)
+
+    def _in_plane(self, w: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return points of the tool in the planes z, and the slopes of their normals."""
         x, y, angle = self._section(w)
-        point = np.tensordot(tilt @ turn, np.stack((x, self.sign * y, 0.0 * x)), 1)
-        normal = np.tensordot(tilt @ turn, np.stack((np.sin(angle), self.sign * np.cos(angle), 0.0 * x)), 1)
-        trace = tilt @ turn @ (0.0, 0.0, 1.0)
-        along = (z - point[2]) / trace[2]
-        x, y = point[0] + along * trace[0] + member.profile_shift * m, point[1] + along * trace[1]
-        slope, pitch_radius = normal[1] / normal[0], 0.5 * m * member.teeth / np.cos(beta)
+        turned, zero = self._placed, 0.0 * x
+        point = np.tensordot(turned, np.stack((x, self.sign * y, zero)), 1)
+        normal = np.tensordot(turned[:2], np.stack((np.sin(angle), self.sign * np.cos(angle), zero)), 1)
+        along = (z - point[2]) / turned[2, 2]
+        shift = self.member.profile_shift * self.member.tool.normal_module
+        return point[0] + along * turned[0, 2] + shift, point[1] + along * turned[1, 2], normal[1] / normal[0]
+
+    @property
+    def _pitch_radius(self) -> FloatArray:
+        return 0.5 * self.member.tool.normal_module * self.member.teeth / np.cos(self.member.helix_angle)
+
+    def radius(self, w: FloatArray, z: FloatArray) -> FloatArray:
+        """Return the distance from the axis in the planes z."""
+        x, _, slope = self._in_plane(w, z)
+        return np.hypot(self._pitch_radius + x, slope * x)
+
+    def polar(self, w: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return radius and angle about the axis in the planes z (Eqs. 4-6)."""
+        (x, y, slope), pitch_radius = self._in_plane(w, z), self._pitch_radius
         phi = (y - slope * x) / pitch_radius
         generated = phi + np.arctan2(slope * x, pitch_radius + x)
         return np.hypot(pitch_radius + x, slope * x), generated - self.sign * self._removed(w, z)
@@ -142,18 +159,10 @@ class Tooth:
         return np.asarray(radius + z * np.tan(member.cone_angle))
 
     def profile(self, radius: FloatArray, z: FloatArray) -> FloatArray:
-        """Return w at a radius, by bisection; NaN without a point."""
-        plain = replace(self, member=self.member.modified(None))
-        low, high = (
-            np.zeros_like(radius),
-            np.full_like(radius, 1.0 + 2.4 * float(self.member.tool.normal_module)),
-        )
-        known = (plain.polar(low, z)[0] <= radius) & (plain.polar(high, z)[0] >= radius)
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            above = plain.polar(middle, z)[0] > radius
-            low, high = np.where(above, low, middle), np.where(above, middle, high)
-        return np.where(known, low, np.nan)
+        """Return w at a radius; NaN without a point."""
+        low = np.zeros_like(radius)
+        high = np.full_like(radius, 1.0 + 2.4 * float(self.member.tool.normal_module))
+        return roots_between(lambda w: self.radius(w, z) - radius, low, high, EPSILON * radius)
 
 
 @cache

@@ -14,9 +14,11 @@ from numpy.typing import NDArray
 
 from beveloid_geom import Design, Member
 
+from .bracketed import EPSILON, roots_between
+
 Array = NDArray[np.float64]
-HALVINGS, ZOOMS, SHRUNK, FOLLOWED = 52, 40, 0.5, 3
-"""Steps of a bisection; how often a grid is moved or narrowed, to which share; grids for each part."""
+ZOOMS, SHRUNK, FOLLOWED = 40, 0.5, 3
+"""How often a grid is moved or narrowed, to which share; grids for each part."""
 CUT_AWAY = 1e-12
 """rad that a point may lie above the material left by the tool and count as part of the tooth."""
 
@@ -107,14 +109,10 @@ class CutTooth:
         flank = np.where(l >= self.joint, self.polar("flank", l, z)[1], np.nan)
         alpha = float(self.member.tool.normal_pressure_angle)
         low, high = np.full_like(z, 0.5 * np.pi), np.full_like(z, alpha)
-        known = (self.polar("round", low, z)[0] <= radius) & (self.polar("round", high, z)[0] >= radius)
-        low, high, radius, z = low[known], high[known], radius[known], z[known]
-        for _ in range(HALVINGS if known.any() else 0):
-            middle = 0.5 * (low + high)
-            above = self.polar("round", middle, z)[0] > radius
-            low, high = np.where(above, low, middle), np.where(above, middle, high)
-        round_ = np.full(known.shape, np.nan)
-        round_[known] = self.polar("round", low, z)[1]
+        turned = roots_between(
+            lambda angle: self.polar("round", angle, z)[0] - radius, low, high, EPSILON * radius
+        )
+        round_ = self.polar("round", turned, z)[1]
         return np.asarray(np.fmax(flank, round_))
 
 

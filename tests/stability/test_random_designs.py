@@ -32,7 +32,7 @@ LOST: dict[Kind, float] = {
     **{"usual": 1e-4, "touching": 0.05, "intersecting": 1e-4},
 }
 """Share of each kind that may be lost, and say so."""
-BLOCK, POSITIONS, SEARCHED = 512, 5, 300
+BLOCK, POSITIONS, SEARCHED = 512, 5, 100
 """Designs at a time, positions on a path, and "no contact" answers searched of a kind and flank."""
 FLANKS: tuple[Flank, Flank] = ("right", "left")
 NO_CONTACT = (Status.NO_COMMON_NORMAL, Status.OFF_FLANK)

@@ -23,7 +23,7 @@ from tests.shapes.test_hexahedral_mesh import reference_nodes
 
 @pytest.mark.slow
 @pytest.mark.parametrize("nodes", [8, 20])
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(
     place=st.tuples(st.floats(3.0, 37.0), st.floats(3.0, 17.0)),
     force=st.sampled_from([0.1, 950.0, 5e4]),

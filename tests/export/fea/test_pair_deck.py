@@ -235,12 +235,11 @@ def test_a_light_load_leaves_the_rigid_contact(tmp_path: Path) -> None:
 @with_ccx
 @pytest.mark.slow
 def test_fillet_stress_converges(tmp_path: Path) -> None:
-    """Largest von Mises stress at mid-face of the loaded fillets for three meshes, refined everywhere.
-
-    On the pinion it is 184.2, 186.1 and 186.7 MPa, on the gear 163.8, 165.5 and 165.6 MPa."""
+    """Largest von Mises stress at mid-face of the loaded fillets for two meshes, refined everywhere, against
+    a third one: Cells(4, 7, 7, 7, 2) has 186.7 MPa on the pinion and 165.6 MPa on the gear."""
     design, stresses = narrow(), []
-    pose = meshing_pair(design)
-    for cells in (Cells(2, 3, 3, 3, 2), Cells(3, 5, 5, 5, 2), Cells(4, 7, 7, 7, 2)):
+    pose, fine = meshing_pair(design), np.array((186.7, 165.6))
+    for cells in (Cells(2, 3, 3, 3, 2), Cells(3, 5, 5, 5, 2)):
         pair = pair_mesh(design, pose, teeth=1, force=FORCE, cells=cells, across=1.0, bore_radii=(82.0, 82.0))
         solved(tmp_path, pair)
         stress = mises(tmp_path / "pair.frd")
@@ -248,6 +247,6 @@ def test_fillet_stress_converges(tmp_path: Path) -> None:
             nodes = pair.mesh.node_sets[f"{name} right fillet"]
             z = (pair.mesh.points[nodes] - origin) @ rotation[:, 2]
             stresses.append(float(stress[nodes[np.abs(z) < 1e-6]].max()))
-    coarse, middle, fine = np.reshape(stresses, (3, 2))
+    coarse, middle = np.reshape(stresses, (2, 2))
     assert (np.abs(fine - middle) < 0.5 * np.abs(middle - coarse)).all()
     np.testing.assert_allclose(fine, middle, rtol=0.005)

@@ -81,7 +81,7 @@ REASONS: list[tuple[Design, dict[str, str]]] = [
 def _few(monkeypatch: pytest.MonkeyPatch) -> None:
     require_opengl()
     few: list[tuple[Any, dict[str, Any]]] = [
-        (fig_cloud, {"MOUNTINGS": 50, "PATHS_DRAWN": 20}),
+        (fig_cloud, {"MOUNTINGS": 20, "PATHS_DRAWN": 20, "CYCLE_MOUNTINGS": 2}),
         (fig_map, {"STEPS": 2}),
     ]
     for module, values in few:

@@ -62,7 +62,7 @@ STEPS = np.array((0.1, np.radians(0.01), 0.1, 0.1))
 @pytest.fixture(autouse=True)
 def _few_mountings(monkeypatch: pytest.MonkeyPatch) -> None:
     require_opengl()
-    for name, value in (("MOUNTINGS", 200), ("PATHS_DRAWN", 20)):
+    for name, value in (("MOUNTINGS", 200), ("PATHS_DRAWN", 20), ("CYCLE_MOUNTINGS", 12)):
         monkeypatch.setattr(fig_cloud, name, value)
 
 
@@ -101,10 +101,14 @@ def test_values_of_a_panel_are_not_overprinted() -> None:
 
 
 @cache
+def clouds(flank: str) -> fig_cloud.CloudFigure:
+    return fig_cloud.compute(builtin_design(), flank)
+
+
+@cache
 def cloud() -> tuple[Page, list[dict[str, Any]]]:
     """Return the figure of left flanks and its table."""
-    recipe = recipe_of("tolerance-cloud")
-    data = recipe.compute(builtin_design(), "left")
+    recipe, data = recipe_of("tolerance-cloud"), clouds("left")
     header, rows = recipe.rows(data)
     page = page_of(recipe.draw, data, SIZE)
     page.draw_without_rendering()
@@ -114,7 +118,7 @@ def cloud() -> tuple[Page, list[dict[str, Any]]]:
 @pytest.mark.parametrize("flank", ["right", "left"])
 def test_clouds_and_counts_are_the_librarys(flank: str) -> None:
     design = builtin_design()
-    data = fig_cloud.compute(design, flank)
+    data = clouds(flank)
     study, drawn = tolerance_study(design, USUAL, flank, 200), data.cases[0].study
     assert drawn is not None
     np.testing.assert_array_equal(drawn.mountings.pinion_z, study.mountings.pinion_z)
@@ -131,8 +135,7 @@ def test_the_title_of_the_cloud_is_the_range_of_the_middle() -> None:
     found = [float(row["pinion_z_middle_mm"]) for row in rows_of(run(*CLOUD.split(), "--csv"))]
     low, high = np.quantile(found, (0.01, 0.99))
     title = f"move the path over {high - low:.1f} mm, {100.0 * (high - low) / 50.0:.0f} % of the face"
-    data = fig_cloud.compute(builtin_design())
-    assert title in words(page_of(fig_cloud.draw, data, SIZE))
+    assert title in words(page_of(fig_cloud.draw, clouds("right"), SIZE))
 
 
 def test_the_cloud_is_drawn_over_the_flanks() -> None:
@@ -151,14 +154,14 @@ CLOUD += " --pinion-axial-tolerance 0.1 --gear-axial-tolerance 0.1"
 
 def test_picture_of_tolerances_its_table_and_the_command_agree() -> None:
     page, table = cloud()
-    given = f"{CLOUD} --flank left --parabola-pinion 0.001 --parabola-gear -0.001 --operation 64"
+    given = f"{CLOUD} --flank left --parabola-pinion 0.001 --parabola-gear -0.001 --operation 12"
     case = [row for row in table if row["parabola_pinion_per_mm"] == 0.001]
     printed = rows_of(run(*given.split(), "--csv"))
     for row, wanted in zip(case, printed, strict=True):
         assert {name: "" if row[name] != row[name] else str(row[name]) for name in wanted} == wanted
     found = strict_json(run(*given.split(), "--json").stdout)["operation"]
     counts = words(page).partition("Edges touch in")[2]
-    assert f" and {found['edges_carry']} of 64 mountings; patterns" in counts
+    assert f" and {found['edges_carry']} of 12 mountings; patterns" in counts
     assert f" and {found['pattern']['toe_or_heel']} of {found['pattern']['known']} (as designed;" in counts
     assert "20 mountings of the design" in words(page)
 
