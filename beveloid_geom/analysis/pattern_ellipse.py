@@ -55,7 +55,7 @@ def marked_ellipse(side: MemberPattern, separation: float) -> MarkedEllipse:
 
 def ellipse_of(z: FloatArray, r: FloatArray, amount: FloatArray) -> MarkedEllipse:
     """Return the ellipse of points z, r (n), mm, each of which represents an area `amount` (n), mm^2."""
-    # Relative difference of the half axes below which the ellipse is a circle.
+    # Relative difference of the semi-axes below which the ellipse is a circle.
     circle_tolerance = 1e-9
     if not z.size:
         return MarkedEllipse(*[float("nan")] * 5)
@@ -64,7 +64,7 @@ def ellipse_of(z: FloatArray, r: FloatArray, amount: FloatArray) -> MarkedEllips
     centre = (share * np.stack((z, r))).sum(axis=-1)
     away = np.stack((z, r)) - centre[:, None]
     (least, greatest), axes = np.linalg.eigh((share * away[:, None] * away).sum(axis=-1))
-    # The second moments of a uniform ellipse are a quarter of the squares of its half axes.
+    # The second moments of a uniform ellipse are a quarter of the squares of its semi-axes.
     minor, major = 2.0 * np.sqrt(np.maximum((least, greatest), 0.0))
     along, up = axes[:, 1] * np.where(axes[0, 1] < 0.0, -1.0, 1.0)
     angle = np.arctan2(up, along) if major - minor > circle_tolerance * major else np.nan

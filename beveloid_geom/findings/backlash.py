@@ -91,8 +91,8 @@ def _contact(design: Design, first: FirstContact) -> str:
     """Return the surfaces that touch in a first contact at one position."""
     names = (limit_names(design, code) for code in _edges(first))
     edges = " and ".join(f"the {member}'s {limit}" for member, limit in names)
-    fillet = " in a fillet" if first.on_fillet.any() else ""
-    return (f"at {edges}" if edges else "flank on flank") + fillet
+    places = [f"at {edges}"] * bool(edges) + ["in a fillet"] * bool(first.on_fillet.any())
+    return " ".join(places) or "without edge contact"
 
 
 def _edges(first: FirstContact) -> list[int]:

@@ -188,9 +188,9 @@ def proposal_like(design: Design) -> str | None:
 def _generator_words(crossing: dict[str, float]) -> str:
     """Return the angles between the generators by flank, from rad."""
     if not any(crossing.values()):
-        return "parallel on both flanks without errors: line contact"
-    angles = (f"{flank} {math.degrees(angle):.4f} deg" for flank, angle in crossing.items())
-    return f"of both flanks are inclined to each other: {', '.join(angles)}; 0 is line contact"
+        return "of flanks in contact are parallel without errors: line contact"
+    angles = (f"{math.degrees(angle):.4f} deg on {flank} flanks" for flank, angle in crossing.items())
+    return f"of flanks in contact are at an angle of {', '.join(angles)}; 0 is line contact"
 
 
 def _pivot_words(design: Design) -> str:

@@ -47,7 +47,7 @@ _COLUMNS = (
     (Column("rad", "arcsec", heading="transmission error, gear ahead"), "transmission_error"),
     (Column("rad", "arcsec", heading="transmission error"), "peak_to_peak"),
     (Column("rad", "arcsec", heading="transmission error, all teeth"), "cycle_peak_to_peak"),
-    (Column("rad", "arcsec", heading="largest under errors"), "greatest_cycle_peak_to_peak"),
+    (Column("rad", "arcsec", heading="transmission error, under errors"), "greatest_cycle_peak_to_peak"),
     (Column(heading="share of edge contact"), "edge_share"),
     (Column(heading="contact ratio in a film"), "film_ratio"),
     (Column("mm/rad"), "speed profile lengthwise sliding"),

@@ -17,13 +17,15 @@ from ..pair.named_inputs import INPUTS, own_values
 from ..status import Status
 from .columns import column, label, scaled
 from .result import ResultReport, Rows, flattened, picked
-from .text import LINE_WIDTH, error_words, head_lines, line, status_words
+from .text import LINE_WIDTH, both_signs_words, head_lines, line, status_words
 
 WORDS = {
     "parabola": "parabola coefficients",
     "mounting": "changes of the mounting distances",
     "shift": "profile shift coefficients",
 }
+CASES = {"C1": "both positive", "C2": "both negative", "C3": "a1 > 0 > a2", "C4": "a1 < 0 < a2"}
+"""Signs of the parabola coefficients of pinion and gear in the cases of the paper."""
 MASKS = ("hollow", "interferes", "jammed")
 """Properties of a cell."""
 
@@ -59,7 +61,7 @@ class MapReport(ResultReport[DesignMap]):
         shape = f"{result.first.size} x {result.second.size} cells"
         inputs = WORDS[result.preset] if result.preset else " and ".join(result.over)
         text = f"Map of {self.name} over the {inputs}, {self.flank} flanks: {shape}\n"
-        text += head_lines(result.design) + line("errors for shift", error_words(result.errors))
+        text += head_lines(result.design) + line("errors for shift", both_signs_words(result.errors))
         sides = (
             f"{member} {values[0]:.6g} to {values[-1]:.6g} {unit}".rstrip()
             for member, values, unit in zip(
@@ -192,9 +194,10 @@ def _quadrant_lines(result: DesignMap) -> str:
     )
     text = f"\n{textwrap.fill(least, LINE_WIDTH)}\n"
     for name, (count, shift, where) in quadrant_bests(result, ratio).items():
+        case = f"{name}, {CASES[name]}"
         if math.isnan(shift):
-            text += f"{name:<20}no such cell\n"
+            text += f"{case:<20}no cell\n"
         else:
             at = "pinion {:.4g}, gear {:.4g}".format(*where)
-            text += f"{name:<20}{shift:10.4f} mm at {at}; such cells: {count}\n"
+            text += f"{case:<20}{shift:10.4f} mm at {at}, of {count} cell{'s' * (count > 1)}\n"
     return text

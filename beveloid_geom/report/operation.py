@@ -129,7 +129,7 @@ class OperationReport(Report):
         if self.pitch_cycle is not None:
             words = self._pitch_words(self.pitch_cycle)
             remarks.append(Remark(NOTE, f"{self.flank} flanks, deviations of all teeth: {words}"))
-        pattern = f"the contact pattern, {1e3 * self.film:g} um thick, reaches {self.edges_reached}"
+        pattern = f"the contact pattern for a film of {1e3 * self.film:g} um reaches {self.edges_reached}"
         return (*remarks, Remark(NOTE, f"{self.flank} flanks: {pattern}"))
 
     @property
@@ -217,6 +217,7 @@ class OperationReport(Report):
         text += line("amplitudes", f"{amplitudes} arcsec at the mesh frequency and its multiples")
         share = f"touch during {100.0 * float(cycle.edge_share):.1f} % of the cycle"
         text += line("edges", "no edge touches before the flanks" if self.along_lines else share)
+        text += line("pair", "number of the tooth pair in contact")
         if self.along_lines:
             return text + line("hand-over", "none, several pairs are in contact at the same time")
         changes = (cycle.changes[cycle.hand_over] - float(cycle.start)) / cycle.pitch

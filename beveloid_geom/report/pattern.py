@@ -87,7 +87,7 @@ class PatternReport(ResultReport[ContactPattern]):
         text = f"Contact pattern of {self.name}, {self.result.flank} flanks\n" + mounted_lines(self.design)
         text += line("marking compound", f"{1e3 * self.result.separation:g} um thick")
         rolls = " to ".join(f"{math.degrees(roll):.4f}" for roll in self.result.roll_range)
-        text += line("pinion rolls", f"{rolls} deg, one tooth pair from beginning to end of contact")
+        text += line("pinion rolls", f"{rolls} deg, one tooth pair from before its contact until after it")
         text += "".join(
             _side_lines(member, side, self.area_error, self.result.separation)
             for member, side in self.sides.items()
@@ -146,8 +146,9 @@ def _side_lines(member: str, side: MemberPattern, requested: float, separation: 
     if not math.isnan(ellipse.major):  # NaN if the grid does not resolve the pattern
         text += line(
             "",
-            f"ellipse about z {ellipse.z:z.2f}, r {ellipse.r:.2f} mm: half axes {ellipse.major:.2f} and"
-            f" {ellipse.minor:.2f} mm, {math.degrees(ellipse.angle):z.1f} deg to the axial direction",
+            f"ellipse with its centre at z {ellipse.z:z.2f}, r {ellipse.r:.2f} mm: semi-axes"
+            f" {ellipse.major:.2f} and {ellipse.minor:.2f} mm,"
+            f" {math.degrees(ellipse.angle):z.1f} deg to the axial direction",
         )
     return text + line("", nearest)
 
@@ -214,7 +215,7 @@ class PatternMatrixReport(ResultReport[PatternMatrix]):
         matrix = self.result
         text = f"Contact patterns of {self.name} under two errors, {self.flank} flanks, on the pinion\n\n"
         headings = [*(f"{SHORT[name]}, {unit_of(name)}" for name in matrix.over)]
-        headings += ["TE, arcsec", "edges, %", "z, mm", "r, mm", "half axes, mm", "angle, deg", "marked, %"]
+        headings += ["TE, arcsec", "edges, %", "z, mm", "r, mm", "semi-axes, mm", "angle, deg", "marked, %"]
         text += "".join(f"{head:>{width}}" for head, width in zip(headings, WIDTHS, strict=True)) + "\n"
         for cell, record in zip(matrix.cells, self._records, strict=True):
             errors = (scaled(key, record[key]) for key in (f"{name}_error" for name in matrix.over))
@@ -243,7 +244,7 @@ class PatternMatrixReport(ResultReport[PatternMatrix]):
             " r from the axis, angle of the major axis to the axial direction",
         )
         jams = np.count_nonzero(matrix.jammed)
-        note = f"jammed: cannot be assembled, {jams} of {matrix.jammed.size}"
+        note = f"jammed: {jams} of {matrix.jammed.size} mountings cannot be assembled"
         return text + (line("note", note) if jams else "")
 
 

@@ -82,10 +82,10 @@ class PlaceReport(ResultReport[Placement]):
         text += "\n" + mounted_lines(result.design)
         text += line("errors added", ", ".join(trade_words(name) for name in result.by))
         text += line(
-            "middle",
-            "of the path at mid-roll, on the pinion: its position on the face from the end at -z, z from"
-            f" mid-face, and (dl) its difference from l1 = {result.wanted_l:.4f} mm, where it is centred"
-            " in profile",
+            "face, z, dl",
+            "position at mid-roll of the path on the pinion: share of the face from the end at -z; z from"
+            f" mid-face; l1 minus the required l1 = {result.wanted_l:.4f} mm, which is centred in profile by"
+            " default",
         )
         text += line(
             "ratio, TE, edges", "contact ratio (Eq. 16), transmission error of all teeth, edge contact"

@@ -142,6 +142,12 @@ class SensitivityReport(ResultReport[Sensitivity]):
         )
         amplitude = number("peak_to_peak", result.peak_to_peak)
         text += line("transmission error", f"{amplitude} arcsec peak to peak over the path")
+        text += line(
+            "movements",
+            "of the path at its middle: along the face towards +z at constant l, and on the flank"
+            " perpendicular to the path; z of the middle also changes because the position at mid-roll moves"
+            " along the path",
+        )
         steps = steps_of(result.errors)
         table = [("", [step.name for step in steps])]
         table += [("", [f"{step.shown:g} {step.unit}" for step in steps])]

@@ -134,6 +134,11 @@ def error_words(errors: Errors | MeshErrors, rounding: float = 0.0) -> str:
     )
 
 
+def both_signs_words(errors: Errors | MeshErrors) -> str:
+    """Return assembly errors that are applied one by one in both directions."""
+    return f"{error_words(errors).replace('+', '+/-')}; each alone, in both directions"
+
+
 def unit_of(error: str) -> str:
     """Return the unit of an error in a text."""
     return unit_shown(f"{error}_error")

@@ -28,6 +28,11 @@ SHOWN = (
     *(f"{member}_z_{place}" for member in MEMBERS for place in PLACES),
 )
 """Quantities of the text."""
+OPERATION_LABELS = {
+    "cycle_peak_to_peak": "error of all teeth, arcsec",
+    "film_ratio": f"contact ratio, {1e3 * MARKING_SEPARATION:g} um film",
+}
+"""Labels in the text, which has little space for them."""
 SHOWN_SHARES = (0.01, 0.05, 0.5, 0.95, 0.99)
 """Quantiles of the text."""
 FACE_ENDS = [limit for limit in Limit if limit.limit in ("toe", "heel")]
@@ -106,7 +111,11 @@ class ToleranceReport(ResultReport[ToleranceStudy]):
             text += line("patterns", _pattern_words(self.design, study.running))
         if self.reason:
             return text
-        text += line("limits changed", f"{_percent(study.limits_changed(), study.cases)} of the mountings")
+        text += line(
+            "ends of the path",
+            "at other limits of the flanks than in the design in"
+            f" {_percent(study.limits_changed(), study.cases)} of the mountings",
+        )
         text += line("path", _limit_words(study))
         text += line(
             "contact ratio", f"below 1 in {_percent(below_one(study), study.cases)} of the mountings"
@@ -178,12 +187,13 @@ def _pattern_words(design: Design, running: CycleStatistics) -> str:
     counts = pattern_counts(running)
     if not (known := counts["known"]):
         return "not known"
-    words = f"compound of {1e3 * MARKING_SEPARATION:g} um ends at an end of a face in"
+    words = f"for marking compound of {1e3 * MARKING_SEPARATION:g} um, they reach an end of a face in"
     words += f" {_percent(counts['toe_or_heel'], known)} of the {known} mountings that move the path furthest"
     ends = counts["ends_at"]
     at = {limit_words(design, limit): ends[name_in_files(limit)] for limit in Limit}
-    at["no edge at all"] = counts["nowhere"]
-    return f"{words}: {', '.join(f'{name} {_percent(count, known)}' for name, count in at.items() if count)}"
+    at["no edge"] = counts["nowhere"]
+    shares = (f"{name} {_percent(count, known)}" for name, count in at.items() if count)
+    return f"{words}; edges reached: {', '.join(shares)}"
 
 
 def limit_name(limit: int) -> str:
@@ -259,7 +269,9 @@ def _jam_words(study: ToleranceStudy) -> str:
     if (study.mountings.tangency == Tangency.ESTIMATE).any():
         text += "; an estimate, because negative relative curvature or tips near fillets reduce the backlash"
     if counts["jammed_for_sure"] < counts["jammed"]:
-        text += f"; certain in {certain}: in the others edge contact may change the backlash"
+        text += (
+            f"; certain for {certain} of the mountings; edge contact may change the backlash of the others"
+        )
     return f"{text}; not known in {unknown}" if counts["backlash_unknown"] else text
 
 
@@ -300,5 +312,5 @@ def _quantile_lines(study: ToleranceStudy) -> str:
     nominal |= running
     for name in (*SHOWN, *running):
         values = np.append(nominal[name], spread[name])
-        rows.append((label(name), [number(name, value) for value in values]))
+        rows.append((OPERATION_LABELS.get(name) or label(name), [number(name, value) for value in values]))
     return labelled_lines(rows, label_width=28, cell_width=12)

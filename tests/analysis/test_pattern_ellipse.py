@@ -16,7 +16,7 @@ SEPARATION = 0.00635
 
 
 def in_axes_of(one: MarkedEllipse, z: FloatArray, r: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Distances along the axes of an ellipse, over its half axes."""
+    """Distances along the axes of an ellipse, over its semi-axes."""
     cos, sin = np.cos(one.angle), np.sin(one.angle)
     away = z - one.z, r - one.r
     return (cos * away[0] + sin * away[1]) / one.major, (cos * away[1] - sin * away[0]) / one.minor

@@ -350,7 +350,7 @@ CASES = {
         {"contact_ratio": "map/contact_ratio", "shift_mm": "map/shift", "centre_mm": "map/centre"},
         (
             "3 x 3 cells",
-            "errors for shift offset +0.05 mm",
+            "errors for shift offset +/-0.05 mm; each alone, in both directions",
             "the relative curvature of the flanks is negative",
         ),
         ("--offset-error", "30"),
@@ -360,7 +360,12 @@ CASES = {
         ("--transmission-error-arcsec", "2", "--length", "25"),
         modify,
         {"helix_crowning_um": "helix_crowning_um", "length_mm": "length"},
-        ("helix crowning", "2 arcsec peak to peak", "25 mm along the face of the pinion", "no contact"),
+        (
+            "helix crowning",
+            "2 arcsec peak to peak",
+            "25 mm along the face of the pinion",
+            "edge contact none",
+        ),
     ),
     "optimise": Case(
         (
@@ -372,7 +377,7 @@ CASES = {
         (
             "contact ratio at least 1.7, middle within 1 mm of mid-face",
             "pinion 0 to 0.0005",
-            "errors offset +0.05 mm, shaft angle +0.005 deg",
+            "errors offset +/-0.05 mm, shaft angle +/-0.005 deg",
             "as given",
         ),
     ),

@@ -47,8 +47,8 @@ WORDS_AT_MESH = {
         "--cases",
         "40",
     ): "centre distance 0.02 mm, in plane 0.01 deg, out of plane 0 deg",
-    ("map", *AT_MESH, "--steps", "2"): "errors for shift centre distance +0.02 mm, in plane +0.01 deg",
-    ("optimise", *AT_MESH): "errors centre distance +0.02 mm, in plane +0.01 deg",
+    ("map", *AT_MESH, "--steps", "2"): "errors for shift centre distance +/-0.02 mm, in plane +/-0.01 deg",
+    ("optimise", *AT_MESH): "errors centre distance +/-0.02 mm, in plane +/-0.01 deg; each alone",
     (*OVER, "centre-distance,in-plane"): "errors added a: centre distance, in: in plane",
     (*OVER, "E,Sigma"): "errors added E: offset, Sigma: shaft angle",
     ("place", "--at", "45", "--by", "in-plane,centre-distance"): "by in plane and centre distance",
@@ -108,7 +108,8 @@ def test_file_with_errors_at_the_mesh(tmp_path: Path) -> None:
     path = written(tmp_path, "straight", more='[errors]\nat = "mesh"\n')
     assert "derivatives with respect to errors at the mesh" in printed(path, "sensitivity")
     words = (
-        "errors for shift centre distance +0.05 mm, in plane +0.01 deg, out of plane +0.01 deg, pinion axial"
+        "errors for shift centre distance +/-0.05 mm, in plane +/-0.01 deg, out of plane +/-0.01 deg,"
+        " pinion axial"
     )
     assert words in printed(path, "map", "--steps", "2")
     assert "turn the gear about the pitch point, 15" in printed(path, "check")

@@ -53,7 +53,7 @@ def test_check_prints_that_generators_are_parallel(error: str, tmp_path: Path) -
     tilted = errors.replace("shaft_angle_deg = 0.0", f"shaft_angle_deg = {error}")
     path.write_text(f"{layout}[errors]{tilted}")
     found = run("check", path).stdout
-    assert "parallel on both flanks without errors: line contact" in found
+    assert "of flanks in contact are parallel without errors: line contact" in found
     assert "nan" not in found
 
 

@@ -57,7 +57,9 @@ def test_the_ellipse_of_a_single_pattern() -> None:
     result = run("pattern", "--resolution", "2", *MODIFIED)
     data = strict_json(run("pattern", "--resolution", "2", *MODIFIED, "--json").stdout)
     one = data["gear"]["ellipse"]
-    assert f"ellipse about z {one['z']:.2f}, r {one['r']:.2f} mm" in " ".join(result.stdout.split())
+    assert f"ellipse with its centre at z {one['z']:.2f}, r {one['r']:.2f} mm" in " ".join(
+        result.stdout.split()
+    )
 
 
 def test_a_pair_that_jams_in_every_cell() -> None:

@@ -155,7 +155,8 @@ def test_check_prints_advice_first_and_a_proposal(tmp_path: Path) -> None:
 
 def test_check_prints_the_angle_between_generators() -> None:
     result = run("check")
-    assert "right 2.2957 deg, left 9.3266 deg" in result.stdout
+    words = "of flanks in contact are at an angle of 2.2957 deg on right flanks, 9.3266 deg on left flanks"
+    assert words in " ".join(result.stdout.split())
     assert "propose" not in result.stdout
     data = strict_json(run("check", "--json").stdout)
     assert {flank: degrees(angle) for flank, angle in data["crossing"].items()} == pytest.approx(

@@ -234,7 +234,8 @@ def test_texts_of_other_maps(over: str) -> None:
     assert "the backlash is negative" in " ".join(result.stdout.split())
     assert "C3" not in result.stdout
     assert result.stdout.startswith("Map of ni-2017 over the ")
-    assert "errors for shift   offset +0.05 mm, shaft angle +0.01 deg, pinion axial +0.1 mm" in result.stdout
+    errors = "errors for shift   offset +/-0.05 mm, shaft angle +/-0.01 deg, pinion axial +/-0.1 mm"
+    assert errors in result.stdout
 
 
 def test_map_without_a_contact_ratio_and_map_in_operation(tmp_path: Path) -> None:

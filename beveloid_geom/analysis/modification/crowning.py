@@ -141,8 +141,8 @@ def crowning_for(
         wanted, nearest = (f"{ARCSEC * value:.4g} arcsec" for value in (transmission_error, error))
         crownings = f"{helix:.3g} um of helix and {profile:.3g} um of profile crowning"
         raise ValueError(
-            f"no crownings give a transmission error of {wanted} and a pattern of {length:g} mm: nearest are"
-            f" {crownings}, with {nearest} and {found:.4g} mm"
+            f"no crownings give a transmission error of {wanted} and a pattern of {length:g} mm:"
+            f" the nearest are {crownings}, with {nearest} and {found:.4g} mm"
         )
     helix, profile = (start * x).tolist()
     return Crowning(member, flank, helix, profile, trial.crowned(x), error, found, separation, edges)

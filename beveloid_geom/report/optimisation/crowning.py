@@ -33,15 +33,11 @@ class CrowningReport(ResultReport[Crowning]):
             f" {found.profile_crowning_um:.4g} um",
         )
         error = ARCSEC * found.transmission_error
-        text += line("error", f"{error:.4g} arcsec peak to peak, transmission error of all teeth")
+        text += line("transmission error", f"{error:.4g} arcsec peak to peak, of all teeth")
         text += line(
             "pattern",
             f"{found.length:.4g} mm along the face of the {found.member}, with marking compound"
             f" {1e3 * found.separation:g} um thick",
         )
-        edges = (
-            f"touch during {100.0 * found.edge_share:.1f} % of the mesh cycle"
-            if found.edge_share
-            else "no contact"
-        )
-        return text + line("edges", edges)
+        edges = f"during {100.0 * found.edge_share:.1f} % of the mesh cycle" if found.edge_share else "none"
+        return text + line("edge contact", edges)

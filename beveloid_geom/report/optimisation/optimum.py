@@ -18,7 +18,7 @@ from ...pair.named_inputs import Bounds
 from ..columns import ARCSEC, label, labelled_lines, number
 from ..path import ContactReport, contact_report
 from ..result import MEMBERS, Report, Rows, stacked_rows
-from ..text import error_words, head_lines, line, remark_lines
+from ..text import both_signs_words, head_lines, line, remark_lines
 
 OptimisedT = TypeVar("OptimisedT", bound=Optimised)
 CERTIFIED_POINTS = 21
@@ -121,7 +121,7 @@ class OptimumReport(Report, Generic[OptimisedT]):
             + head_lines(self.design)
             + line("constraints", f"{_aim_words(self.aim)}; {self.bounds_words}")
         )
-        text += line("errors", error_words(self.aim.errors))
+        text += line("errors", both_signs_words(self.aim.errors))
         text += line("optimum", self.words)
         if optimum.at_limits:
             names = ", ".join(map(shown, optimum.at_limits))
@@ -133,7 +133,7 @@ class OptimumReport(Report, Generic[OptimisedT]):
         rows = [("", ["optimum", "as given"])]
         for key, value in results["found"].items():
             rows.append((label(key), [number(key, value), number(key, results["given"][key])]))
-        return text + "\n" + labelled_lines(rows, label_width=36, cell_width=14)
+        return text + "\n" + labelled_lines(rows, label_width=42, cell_width=14)
 
 
 class ParabolaReport(OptimumReport[Optimum]):

@@ -123,10 +123,11 @@ class GearDataReport(Report):
         text += line(
             "normal thickness",
             "on the reference cylinder, perpendicular to the middle of the tooth; chord and height on the"
-            " shifted reference cone, the height from the tip; allowances are of the thickness",
+            " shifted reference cone, the height from the tip; allowances apply to the normal thickness",
         )
         return text + line(
-            "over balls", "both centres in the plane z, at the ends one ball radius inside the face"
+            "over balls",
+            "both centres are in the plane z; at the ends of the face, it is one ball radius inside the face",
         )
 
     def _thickness(self, limit: str) -> str:
@@ -256,7 +257,7 @@ def _table(name: str, one: MemberData) -> str:
     """Return the table of a member."""
     data, balls = one.tooth, one.balls
     back, front = one.ends
-    rows = [("z, mm", "z", data.z), ("from the common perpendicular, mm", "z", one.distance)]
+    rows = [("z, mm", "z", data.z), ("distance from common perpendicular, mm", "z", one.distance)]
     rows += [(label(key), key, getattr(data, key)) for key in ("tip_diameter", "root_diameter")]
     rows += [
         (f"form diameter, {flank}, mm", "diameter", row)

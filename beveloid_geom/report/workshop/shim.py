@@ -73,7 +73,9 @@ class ShimReport(ResultReport[Shim]):
             text += line("none", self.reason)
             if self.least is not None and not math.isnan(self.least.residual):
                 text += line("backlash alone", "the smallest displacements for it:") + _lines(self.least)
-        return text + line("positions", "displacements from the mounting above, positive towards +z")
+        return text + line(
+            "displacements", "from the mounting distances of the layout above, positive towards +z"
+        )
 
 
 def _numbers(result: Shim) -> dict[str, Any]:
@@ -96,7 +98,7 @@ def _lines(result: Shim) -> str:
     ratio = f"contact ratio {result.contact_ratio:.4f}"
     path = f"middle of the path at z = {result.z:z.4f} mm on the pinion, {ratio}"
     path = "no path on these flanks" if math.isnan(result.z) else path
-    return text + line("there", f"backlash {result.backlash:.9f} mm; {result.flank} flanks: {path}")
+    return text + line("after the move", f"backlash {result.backlash:.9f} mm; {result.flank} flanks: {path}")
 
 
 def shim_report(name: str, design: Design, backlash: float, at: float | None, flank: str) -> ShimReport:

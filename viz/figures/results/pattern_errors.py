@@ -85,7 +85,7 @@ def _errors(design: Design) -> tuple[tuple[str, str], tuple[float, float]]:
 def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
     """Draw a row for each distance error and a column for each angle error, right flanks first."""
     # Part of the note that is left out on narrow pages.
-    ellipse_note = "; below: centre and half axes (mm), angle to the axial direction"
+    ellipse_note = "; below: centre and semi-axes (mm), angle to the axial direction"
     errors_note = {
         "perpendicular": "E: offset error, \u03a3: shaft-angle error.",
         "mesh": "E: centre-distance, \u03a3: in-plane shaft-angle error at the mesh.",
