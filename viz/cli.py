@@ -50,10 +50,10 @@ DEFAULT_OUT = Path("outputs/figures")
 WIDTHS_MM = 80, 260
 """Smallest and largest width of a page in print, mm."""
 MEASURED_HELP = (
-    "Draw the deviations of measured points instead. FILE has the points of the grid of the command `grid`."
+    "Draw only the deviations of measured points. FILE has the points of the grid of the command `grid`."
 )
 LOADED_HELP = (
-    "Draw load sharing and transmission error instead, from the decks that `mesh --part pair --rolls` wrote"
+    "Draw only load sharing and transmission error, from the decks that `mesh --part pair --rolls` wrote"
     " to this --out and CalculiX has solved."
 )
 
@@ -203,9 +203,8 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     "--width-mm",
     type=click.FloatRange(*WIDTHS_MM),
     metavar="MM",
-    help="Width of a page in print, such as 90, 140 or 190, instead of --size. The text has 7 to 9 points;"
-    " height"
-    " as needed, 300 pixels per inch.",
+    help="Width of a page in print, such as 90, 140 or 190, instead of --size. The text has 7 to 9 points."
+    " The height follows from the figure; there are 300 pixels per inch.",
 )
 @click.option(
     "--plain",

@@ -3,7 +3,7 @@
 Inputs are named as in `pair.named_inputs`. Each cell of the map is a design with two changed values. The
 cells are solved in vectorised calls.
 
-A cell may have a path and still be useless: the parabolas may make the flanks hollow against each other
+A cell may have a path and still be useless: the relative curvature of the flanks may be negative
 (`hollow`), so that the tangency is not the first contact, and a negative backlash makes the opposite flanks
 interfere (`interferes`). Edge contact and hand-over between tooth pairs are found only with `operation=True`
 (`mesh_cycle`).

@@ -5,8 +5,8 @@ error of all teeth under any of them. Constraints are a minimum contact ratio (E
 face, and bounds of the coefficients a1, a2. Starting values are the local minima on a grid that does not
 depend on the bounds. SciPy's SLSQP continues from there.
 
-If the sum of the coefficients is positive, the two flanks are hollow against each other and their tangency is
-not the first contact. Such coefficients are excluded.
+If the sum of the coefficients is positive, the relative curvature of the flanks is negative and their
+tangency is not the first contact. Such coefficients are excluded.
 
 Edges. If the path of a tooth pair ends and no other pair is ahead, an edge touches. An aim may exclude this
 in the mounting as designed and under each error in both directions. This is no bound on the sum of the

@@ -1,7 +1,7 @@
 """Map of a design over the sum and the difference of its parabola coefficients.
 
-Flanks with a1 + a2 > 0 are hollow against each other. The contact ratio has a narrow ridge just below a sum
-of 0, so the sums are spaced quadratically from 0. The extremes given in the subtitle are not cells of the
+Flanks with a1 + a2 > 0 have a negative relative curvature. The contact ratio has a narrow ridge just below a
+sum of 0, so the sums are spaced quadratically from 0. The extremes given in the subtitle are not cells of the
 map; `map_extremes` computes them.
 """
 

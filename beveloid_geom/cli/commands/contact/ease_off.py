@@ -20,11 +20,11 @@ def ease_off(name: str, design: results.Design, grid: tuple[int, int]) -> result
     gear.
 
     The ease-off is measured along the normal of the pinion flank. The conjugate flank is the surface that the
-    gear flank, extended beyond its edges, generates at a constant ratio. It is positive where the flanks are
-    apart, and 0 at the middle of the path of contact. The output contains right and left flanks, with the
-    parabolas of the design and without. For each it has the values at the corners, the coefficients of a
-    fitted quadratic surface over face and profile (each from -1 to 1), and the rms of the residual. The exit
-    status is 1 if a flank has no path of contact, 4 if the path could not be computed."""
+    gear flank, extended beyond its edges, generates at a constant ratio. The ease-off is positive where the
+    flanks are apart, and 0 at the middle of the path of contact. The output contains right and left flanks,
+    with the parabolas of the design and without. For each it has the values at the corners, the coefficients
+    of a fitted quadratic surface over face and profile (each from -1 to 1), and the rms of the residual. The
+    exit status is 1 if a flank has no path of contact, 4 if the path could not be computed."""
     from ....report.ease_off import ease_off_report
 
     with results.refused_values():

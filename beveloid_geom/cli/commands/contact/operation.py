@@ -25,10 +25,10 @@ def operation(
     """Compute transmission error and contact ratio of a pair in operation.
 
     At each roll angle of the pinion, the tooth pair that touches first is in contact, at its flanks, a fillet
-    or an edge. The transmission error is positive where the gear is ahead. The mesh cycle repeats with the
-    pitch of the pinion; deviations of single teeth are evaluated over all pairs of teeth. Teeth are rigid and
-    without load. The exit status is 1 if there is no contact or the pair cannot be assembled, 4 if the cycle
-    or a contact ratio could not be computed."""
+    or an edge. The number of this pair is printed. The transmission error is positive where the gear is
+    ahead. The mesh cycle repeats with the pitch of the pinion; deviations of single teeth are evaluated over
+    all pairs of teeth. Teeth are rigid and without load. The exit status is 1 if there is no contact or the
+    pair cannot be assembled, 4 if the cycle or a contact ratio could not be computed."""
     from ....findings.path import first_contact_fault
     from ....report.operation import operation_report
 

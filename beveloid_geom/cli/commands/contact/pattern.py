@@ -51,12 +51,12 @@ def pattern(
     """Compute the contact pattern: the area in which the flanks come within the thickness of marking
     compound.
 
-    One tooth pair rolls from beginning to end of contact; the gear is in the position of the first contact of
-    all teeth. With --over, a matrix of patterns under two errors is computed, up to the tolerances of these
-    errors (if none is given, the usual tolerances of the command `tolerance`). For each pattern it has the
-    ellipse, the transmission error in operation, and the share of the mesh cycle in which edges touch. The
-    exit status is 1 if there is no contact or the pair cannot be assembled (with --over: if no cell has a
-    pattern), 4 if a first contact could not be computed."""
+    One tooth pair rolls from before its contact until after it; the gear is in the position of the first
+    contact of all teeth. With --over, a matrix of patterns under two errors is computed, up to the tolerances
+    of these errors (if none is given, the usual tolerances of the command `tolerance`). For each pattern it
+    has the ellipse, the transmission error in operation, and the share of the mesh cycle in which edges
+    touch. The exit status is 1 if there is no contact or the pair cannot be assembled (with --over: if no
+    cell has a pattern), 4 if a first contact could not be computed."""
     from ....findings.path import first_contact_fault
     from ....operation.contact_pattern.motion import UnknownOperationError
     from ....report.pattern import pattern_report

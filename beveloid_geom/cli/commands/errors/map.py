@@ -60,11 +60,15 @@ def map_(
 ) -> results.Result:
     """Compute contact ratio, angle, shift and transmission error over two quantities of a design.
 
-    The shift is the movement of the middle of the path under errors that are as large as their tolerances
-    (if none is given, the usual tolerances of the command `tolerance`). The text lists the extremes and their
-    positions, JSON and CSV contain every cell. `render-figures --only map-parabola` draws the map. The
-    calculation takes some seconds, and minutes for 201 steps or near line contact. The exit status is 1 if no
-    cell has a path."""
+    The shift is the movement of the middle of the path, perpendicular to the path, under errors that are as
+    large as their tolerances (if none is given, the usual tolerances of the command `tolerance`). Each error
+    is applied alone and in both directions; the shift is the root of the sum of the squared movements,
+    averaged over both directions. The angle is that of the path to the axial direction, in the side view. The
+    normal backlash is without parabolas and errors, the mounted backlash with them.
+
+    The text lists the extremes and their positions, JSON and CSV contain every cell. `render-figures --only
+    map-parabola` draws the map. The calculation takes some seconds, and minutes for 201 steps or near line
+    contact. The exit status is 1 if no cell has a path."""
     context = click.get_current_context()
     for parameter, *_ in PARABOLAS if over == "parabola" else ():
         given = context.get_parameter_source(parameter) is ParameterSource.COMMANDLINE

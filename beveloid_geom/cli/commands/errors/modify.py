@@ -39,9 +39,10 @@ def modify(
     """Compute the helix and profile crowning that give a transmission error and a length of the contact
     pattern.
 
-    The crownings of the member's flank are replaced. Its other amounts of modification and the parabolas are
-    kept. Transmission error and pattern are computed as by `operation` and `pattern`. The calculation takes
-    some seconds. Exit status 2 if no crownings that remove material give both values."""
+    The result replaces both crownings of the driving flank of the member. Its other amounts of modification
+    and the parabolas are kept. Transmission error and pattern are computed as by `operation` and `pattern`.
+    The calculation takes some seconds. The exit status is 2 if no crownings that remove material give both
+    values."""
     results.check_out(out, overwrite)
     results.check_measured(design, [member], flank, out)
     from ....analysis.modification.crowning import crowning_for

@@ -27,7 +27,7 @@ L1 = "Flank parameter l1 of the middle of the path on the pinion. Default: centr
     option("--l1", float, None, L1, "MM"),
     flank_option,
     override_options,
-    csv="one place per row",
+    csv="one position per row",
 )
 def place(
     name: str,

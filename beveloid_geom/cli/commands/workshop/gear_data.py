@@ -7,7 +7,7 @@ import click
 from ... import results
 from ...options import NumberRange, Refusal, block, option, override_options
 
-ALLOWANCES = "Upper and lower allowance of the normal thickness of the {}; negative for thinner teeth."
+ALLOWANCES = "Upper and lower allowance of the normal thickness of the {}, mm; negative for thinner teeth."
 BALL = (
     "Diameter of the balls for the {}.  [default: the smallest usual ball that touches on or above the"
     " shifted reference cone]"
