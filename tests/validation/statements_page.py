@@ -28,7 +28,7 @@ def cell(one: Statement) -> str:
         if claim.verdict is Verdict.DEPENDS:
             open_claims.append(f"{claim.text} by {yes} of {known} measures")
         elif claim.verdict is not Verdict.HOLDS and len(one.claims) > 1:
-            word = "not" if claim.verdict is Verdict.DOES_NOT_HOLD else "not known whether"
+            word = "not true" if claim.verdict is Verdict.DOES_NOT_HOLD else "not known whether"
             open_claims.append(f"{word}: {claim.text}")
     numbers = one.detail.removeprefix("pinion in the side view: ")
     return "; ".join([f"**{one.verdict.value}**", *open_claims, numbers])
