@@ -35,8 +35,8 @@ helical gears. With a projection on e_j alone, the sliding along the trace would
 of 45 deg screw gears.
 
 zeta_j excludes the sliding along the trace. The total specific sliding |v_1 - v_2| / |w_j| includes it; it is
-the sliding distance per distance travelled by the contact on the flank. It is not negative, and decreases if a
-parabola makes the contact move along the face. The paper contains neither quantity."""
+the sliding distance per distance travelled by the contact on the flank. It is not negative, and decreases if
+a parabola makes the contact move along the face. The paper contains neither quantity."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class Sliding:
         and along it, towards +z.
     specific, specific_total : FloatArray
         (..., 2), specific sliding along the profile, above 1 where an undercut flank touches inside its base
-        circle, and that of the total sliding.
+        circle; sliding in all directions divided by the distance that the contact moves on the flank.
     status : Codes
         Codes of `Status` of the path.
     """
