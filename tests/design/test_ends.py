@@ -90,8 +90,9 @@ def test_printed_names_and_codes_of_limits(name: str) -> None:
             assert limit_words(design, limit) == str(limit)
 
 
-def test_edges_that_carry() -> None:
-    """Convex flanks with a shaft-angle error: the ends of a gear with a negative cone angle carry."""
+def test_edges_in_contact() -> None:
+    """Convex flanks with a shaft-angle error: the ends of a gear with a negative cone angle are in
+    contact."""
     design = builtin_design("anti-backlash").with_parabola(-0.0005, -0.0005)
     exchanged_names = False
     for angle in (-0.003, 0.003):

@@ -77,8 +77,8 @@ NAMED = {
 
 
 def assert_along_lines(designs: Iterable[Design]) -> int:
-    """Check that lines carry on both flanks of all designs, at the contact ratio of ISO 21771. Return the
-    number of designs with cones."""
+    """Check that both flanks of all designs touch along lines, at the contact ratio of ISO 21771. Return
+    the number of designs with cones."""
     cones = 0
     for design in designs:
         cones += bool(design.pinion.cone_angle)

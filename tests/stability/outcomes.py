@@ -170,7 +170,7 @@ def cells_of(situation: Situation) -> tuple[str, ...]:
 
 
 def message_in(situation: Situation) -> str:
-    """The words of the user for the cases of a situation."""
+    """Return the message to the user for the cases of a situation."""
     return in_a_cell(_message(situation, case.design, case.flank) for case in situation.cases())
 
 
@@ -192,24 +192,24 @@ OF_ASSEMBLY = ("sensitive to errors", "contact is lost within usual tolerances")
 
 
 def on_method(report: ContactReport) -> Iterator[str]:
-    """The remarks of a path but for those on errors of assembly."""
+    """Return the remarks on a path, except those on assembly errors."""
     texts = (remark.text for remark in report.remarks)
     return (text for text in texts if not any(words in text for words in OF_ASSEMBLY))
 
 
 def path_notes(design: Design, flank: str) -> Iterator[str]:
-    """What `tca --no-certify` says besides its numbers, of as many positions: the reason without contact,
-    or notes."""
+    """Return the reason for missing contact, or the notes, that `tca --no-certify` prints for the same
+    positions."""
     report = contact_report("design", design, flank, 101, "one-equation", certified=False)
     yield from (report.reason,) if report.reason else on_method(report)
 
 
 def all_notes(design: Design, flank: str) -> Iterator[str]:
-    """The same with the notes of the certificate."""
+    """Return the same with the notes of the certificate."""
     report = contact_report("design", design, flank, POINTS, "one-equation")
     yield from (report.reason,) if report.reason else on_method(report)
 
 
 def checked(design: Design, flank: str) -> Iterator[str]:
-    """What `check` says of the teeth and the layout."""
+    """Return the remarks of `check` on teeth and layout."""
     yield from (remark.text for remark in remarks_on(design))

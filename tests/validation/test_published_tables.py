@@ -46,7 +46,7 @@ def made(
     tip_diameter: float | None = None,
     alpha: float = ALPHA,
 ) -> Member:
-    """A cylindrical gear; without a tip diameter its addendum is one module."""
+    """Return a cylindrical gear; without a tip diameter its addendum is one module."""
     member = Member(Tool(module, alpha), teeth, helix, 0.0, shift, 200.0)
     if tip_diameter is None:
         return member
@@ -90,8 +90,8 @@ def _leaned(pinion: Member, gear: Member, centre: float, lean: float) -> FloatAr
 
 
 def on_flank(member: Member, value: str, wanted: float) -> tuple[FloatArray, FloatArray]:
-    """Point and normal of the right flank at mid-face where its radius, or the angle of its normal to
-    the tooth's middle, is `wanted`."""
+    """Return point and normal of the right flank at mid-face where its radius, or the angle of its normal
+    to the middle of the tooth, is `wanted`."""
 
     def patch(l: float) -> tuple[FloatArray, FloatArray]:
         found = flank_patch(member, "right", l, trace_parameter(member, "right", l, 0.0))
@@ -257,7 +257,8 @@ def test_thickness_of_helical_teeth(
     module: float, alpha_deg: float, teeth: int, helix_deg: float, shift: float, thickness: float
 ) -> None:
     """SDP/SI, Elements of Metric Gear Technology, Tables 10-3 and 10-4 (T-82; ro.scribd.com/document/
-    244615472): normal thickness s_n. Their chords are those of the virtual spur gear, no true ones."""
+    244615472): normal thickness s_n. The chords in the tables are those of the virtual spur gear, not true
+    chords."""
     tool = Tool(module, radians(alpha_deg))
     gear = Member(tool, teeth, radians(helix_deg), 0.0, shift, 40.0)
     pitch = float(reference_radius(gear))
