@@ -7,7 +7,7 @@ from dataclasses import replace
 from beveloid_geom import Design, Errors, Member, Pair
 
 OTHER = {"right": "left", "left": "right"}
-"""The flank that a mirror image has in place of another."""
+"""Flank of the mirror image by flank of the pair."""
 
 
 def exchanged(design: Design) -> Design:

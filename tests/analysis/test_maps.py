@@ -141,7 +141,7 @@ def test_shift_holds_the_layout_and_changes_the_backlash() -> None:
 def test_mounting_moves_the_flanks_under_the_path() -> None:
     found = small_map(table1(), "mounting", first=(-5.0, 5.0), second=(-5.0, 5.0), steps=3)
     slope = (found.centre[2, 1] - found.centre[0, 1]) / 10.0
-    assert -1.0 <= slope < -0.9  # the place in space is kept, but for the change of the ends
+    assert -1.0 <= slope < -0.9  # the position in space is constant, except for the change of the ends
     cell = design_at(table1(), "mounting", 5.0, 0.0)
     assert cell.pair.pinion_mounting == pytest.approx(float(mounting_of(table1()).distance[0]) + 5.0)
 

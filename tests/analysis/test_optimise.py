@@ -33,7 +33,7 @@ NO_EDGES = Aim(Errors(**{name: getattr(USUAL, name) for name in ERROR_NAMES}), e
 DEEP = replace(
     NO_EDGES, contact_ratio=1.0, off_centre=5.0, pinion_parabola=(-1e-3, -9e-4), gear_parabola=(-1e-3, -9e-4)
 )
-"""Coefficients with which errors carry the path so far that edges take over."""
+"""Coefficients with which errors move the path so far that edges are in contact."""
 
 
 @pytest.fixture(scope="module", params=[C3, FLAT], ids=["quadrant", "small error"])

@@ -128,7 +128,7 @@ def test_lines_share_the_load_by_their_length(
     places = np.linspace(-0.5 * width * lean, action + 0.5 * width * lean, points)
     length, greatest = np.zeros(points), np.zeros(points)
     for pair in range(-9, 10):
-        # z from which and to which the line lies on the length of action: x + z lean from 0 to g
+        # z between which the line is inside the length of action: x + z lean from 0 to g
         x = places + pair * pitch
         ends = np.clip([-x, action - x], -0.5 * width * lean, 0.5 * width * lean)
         on = (x >= -0.5 * width * lean - 1e-9) & (x <= action + 0.5 * width * lean + 1e-9)

@@ -137,7 +137,7 @@ def test_transmission_error_between_ends_against_60_digits() -> None:
     case = CASES[2]
     design = table1(case[1], case[2])
     error = path_of_contact(design, case[0], 401).transmission_error
-    assert {int(error.argmin()), int(error.argmax())} == {0, 400}  # monotone: the ends carry it
+    assert {int(error.argmin()), int(error.argmax())} == {0, 400}  # monotone: the ends determine it
     exact = swing_by_60_digits(case) * np.sign(error[-1] - error[0])
     found = exact_ends(*case)[0].peak_to_peak_by
     np.testing.assert_allclose(found, exact, rtol=1e-8, atol=1e-13)

@@ -277,7 +277,7 @@ def test_requests_like_a_design_without_contact() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", REQUESTS)
 def test_all_kinds_of_requests(name: str) -> None:
-    if name == "cones at an offset":  # its shifts leave one helix angle, and that warns
+    if name == "cones at an offset":  # its shifts leave one helix angle, which causes a warning
         with pytest.raises(Refused):
             propose(REQUESTS[name])
         return

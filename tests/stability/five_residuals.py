@@ -212,7 +212,7 @@ class Found(NamedTuple):
 
 
 PASSES, PRUNED = 45, 10
-"""Halvings of an interval with a root, and after how many a root far off the flanks is left."""
+"""Number of bisections of an interval, and number after which a root far off the flanks is left out."""
 
 
 def at_height(member: Member, height: Quantity) -> FloatArray:

@@ -23,11 +23,11 @@ from .five_residuals import margins, residuals
 
 POINTS = 5
 EXACT, NORMALS = 1e-9, 1e-12
-"""mm and rad by which the five equations may be missed."""
+"""mm and rad: tolerances of the five equations."""
 SAME_ENDS, SAME_RATIO = 1e-6, 1e-6
 """mm of l1, and of the contact ratio, within which two methods found the same path."""
 NEAR, CERTAIN = 0.1, 1e-6
-"""mm: facets are near within the first; a polished contact may doubt itself by the second."""
+"""mm: largest distance of facets that are called near, and largest error estimate of a polished contact."""
 METHODS = ("one equation", "five equations", "facets", "polished", "first contact")
 WRONG = "wrong"
 
@@ -188,7 +188,7 @@ def _message(situation: Situation, design: Design, flank: str) -> str:
 
 
 OF_ASSEMBLY = ("sensitive to errors", "contact is lost within usual tolerances")
-"""Remarks on how a pair answers other errors than it has, which no method is the cause of."""
+"""Remarks on the effect of further errors, which do not depend on the method."""
 
 
 def on_method(report: ContactReport) -> Iterator[str]:

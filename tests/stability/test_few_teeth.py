@@ -129,7 +129,7 @@ def assert_first_contacts(design: Design, roll: float, within: float = 0.01) -> 
         late = np.remainder(late + 0.5 * pitch, pitch) - 0.5 * pitch
         assert -1e-9 < lever * late < within
     if np.isfinite(conjugate_phase(design, "right")):
-        # Not pitches off: between both flanks of a tooth there is a pitch less the clearance.
+        # Not wrong by pitches: the flanks of a tooth are a pitch minus the clearance apart.
         between = float(found[1].gear_roll[0] - found[0].gear_roll[0]) - (pitch - right + left)
         assert lever * abs(np.remainder(between + np.pi, 2.0 * np.pi) - np.pi) < 2.0 * within
 
@@ -155,7 +155,7 @@ def test_first_contacts_of_few_teeth_agree_with_points(
     design = pair_of(few(teeth, helix, face, shift, cone), gear_helix).with_errors(Errors(offset=0.3))
     roll = float(np.random.default_rng(teeth).uniform(-np.pi, np.pi))
     assert_first_contacts(design, roll)
-    # A turn of the pinion is as many pitches of the gear.
+    # A turn of the pinion equals this number of pitches of the gear.
     turns = first_contact(design, "right", roll + 2.0 * np.pi * np.arange(-1, 2))
     steps = np.diff(turns.gear_roll) * float(design.gear.teeth) / (2.0 * np.pi)
     np.testing.assert_allclose(steps, -teeth, rtol=0.0, atol=1e-9)

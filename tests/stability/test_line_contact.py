@@ -22,10 +22,10 @@ from tests.oracle.table1 import table1
 from tests.shapes.test_mesh_contact import pose_at
 
 TURNING = (0.0004, 0.00045, 0.0005, 0.00055)
-"""Those whose curvature changes sign on the path."""
+"""Coefficients for which the curvature changes its sign on the path."""
 COEFFICIENTS = (0.0, 0.0002, 0.0003, 0.00037, *TURNING, 0.00059, 0.0006, 0.0008, 0.001)
 FOLDS = (0.00045, 0.0005)
-"""Those that are looked at closely: the fold on either side of the middle of the face."""
+"""Coefficients with a detailed test: the fold is on either side of the middle of the face."""
 
 
 @lru_cache(maxsize=32)
@@ -172,7 +172,7 @@ def test_two_contacts_at_one_roll(a: float) -> None:
     assert abs(proofs[0].first.gear_roll[0] - proofs[1].first.gear_roll[0]) < 1e-14
     for path, kappa, proof in zip((one, two), curvature, proofs, strict=True):
         assert np.sign(proof.curvature[0]) == np.sign(kappa)
-        assert proof.separation[0] < -0.01  # edges touch ahead of either
+        assert proof.separation[0] < -0.01  # edges touch earlier than both
         assert proof.verdict[0] == (Verdict.INTERFERENCE if kappa < 0.0 else Verdict.EDGE_CONTACT)
         found = mesh_contact(design, "right", 0.001, **pose_at(path, 0))
         check_mesh(found, path, kappa)
@@ -217,7 +217,7 @@ def test_certificate_and_first_contact_agree(a: float) -> None:
     assert (first.status == FirstStatus.SOLVED).all()
     assert (proof.verdict != Verdict.NOT_SOLVED).all()
     assert np.isfinite(proof.separation).all()
-    ahead = path.gear_roll - first.gear_roll  # right flanks: the gear turns back to part
+    ahead = path.gear_roll - first.gear_roll  # right flanks: the gear rotates backwards to separate
     assert (ahead > -1e-13).all()
     np.testing.assert_allclose(proof.separation, -ahead * 127.0, rtol=0.02, atol=1e-11)
     clear = np.abs(kappa) > 1e-10

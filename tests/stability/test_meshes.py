@@ -232,7 +232,7 @@ def test_equally_near_teeth(parabola: float, flank: str) -> None:
     pitch = 2.0 * np.pi / 30.0
     middle = path_of_contact(design, flank, l1=[0.0])
     roll = float(middle.pinion_roll[0]) + 0.5 * pitch
-    for _ in range(12):  # to the pose that is its own image, one tooth on
+    for _ in range(12):  # to the symmetric pose, one tooth further
         found = first_contact(design, flank, [roll])
         ahead = float(found.gear_roll[0] - middle.gear_roll[0]) + roll - float(middle.pinion_roll[0])
         roll = float(middle.pinion_roll[0]) + 0.5 * (pitch + ahead)

@@ -45,7 +45,7 @@ def test_is_solved(name: str) -> None:
 def test_agrees_with_60_digits(name: str) -> None:
     path = path_of(name, 7)
     for k in (1, 4):
-        # A path across the face in 0.0001 rad of roll: there l1 fixes a contact, and roll does not.
+        # A path across the face in 0.0001 rad of roll: l1 determines a contact there, but the roll does not.
         true = exact_at(path, k, "l1" if path.ends.contact_ratio < 0.01 else "phi1")
         np.testing.assert_allclose(path.point[k], np.array(true.point, dtype=float), rtol=0.0, atol=1e-9)
         np.testing.assert_allclose(path.normal[k], np.array(true.normal, dtype=float), rtol=0.0, atol=1e-12)

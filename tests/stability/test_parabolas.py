@@ -91,7 +91,7 @@ def test_the_active_flank_is_the_part_that_the_tool_can_cut() -> None:
                 (x[first : last + 1] >= heights[0]) & (x[first : last + 1] <= heights[1])
             ]
             radial = min(float(rack_normal(rack_of(bent, flank), used)[0].min()) for flank in FLANKS)
-            if abs(radial) > 2e-3:  # else a matter of sampling
+            if abs(radial) > 2e-3:  # otherwise the result depends on the sampling
                 assert np.isfinite(active_range(bent, "right")).all() == (reaches and radial > 0.0)
 
 
@@ -121,7 +121,7 @@ def test_a_flank_that_cannot_be_cut_is_rejected_by_all_functions(a: float) -> No
         with pytest.raises(ValueError, match=f"^the flanks {line}parabola must be between .*$"):
             refused()
     assert path_of_contact_five_equations(design, "right", 5).ends.status == Status.UNDEFINED
-    if a == -0.0285:  # the section of the tool is sound, its normal is not once the cone tilts it
+    if a == -0.0285:  # the section of the tool is valid, but not its normal after the tilt by the cone angle
         assert np.isnan(first_contact(design, "right", np.zeros(2)).gear_roll).all()
     else:
         with pytest.raises(ValueError, match=r"leaves no place for the tool's tip round|rounds overlap"):

@@ -31,9 +31,9 @@ LOST: dict[Kind, float] = {
     **dict.fromkeys(KINDS, 0.0025),
     **{"usual": 1e-4, "touching": 0.05, "intersecting": 1e-4},
 }
-"""Share of each kind that may be lost, and say so."""
+"""Share of each kind whose path may be lost, with a status."""
 BLOCK, POSITIONS, SEARCHED = 512, 5, 100
-"""Designs at a time, positions on a path, and "no contact" answers searched of a kind and flank."""
+"""Designs at a time, positions on a path, and "no contact" results of a kind and flank that are searched."""
 FLANKS: tuple[Flank, Flank] = ("right", "left")
 NO_CONTACT = (Status.NO_COMMON_NORMAL, Status.OFF_FLANK)
 UNKNOWN = (Status.NOT_CONVERGED, Status.SEVERAL_CONTACTS)
@@ -99,7 +99,7 @@ def assert_none_is_missed(design: Design, flank: Flank) -> None:
         for turned in (False, True):
             found = search(cases_of(design, part), flank, distance[:, part], 24, turned)
             assert found.margin.max(initial=-1.0) <= 1e-9
-    if distance.shape[1]:  # nor do the positions asked for one by one
+    if distance.shape[1]:  # nor do single positions
         low, high = (column(bound(design.pinion, "right")) for bound in (root_parameter, highest_parameter))
         at = path_of_contact(design, flank, l1=low + (high - low) * np.linspace(0.0, 1.0, 17))
         assert (at.status != Status.SOLVED).all()

@@ -80,7 +80,7 @@ def test_the_five_equations_agree_near_the_fold(above: float) -> None:
     design = folding(above)
     ours, reference = path_of_contact(design, points=5), path_of_contact_five_equations(design, points=5)
     normal_x, rounding = np.abs(ours.normal[:, 0]).min(), rounding_error(ours).max()
-    # SciPy stops within 1e-10 of the equations: 1/n_x times more in the point, and both have rounding.
+    # SciPy ends within 1e-10 of the equations. The error of the point is larger by 1/n_x; both have rounding.
     bound = 1e-10 / normal_x + 2.0 * rounding
     np.testing.assert_allclose(ours.point, reference.point, rtol=0.0, atol=bound)
     check(design, reference)

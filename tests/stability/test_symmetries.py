@@ -122,7 +122,7 @@ def test_paths_mirrored_and_scaled(
         assert other.ends.pieces == path.ends.pieces
         if path.ends.status != Status.SOLVED:
             continue
-        l1 = path.l1  # the same places in all nudged designs
+        l1 = path.l1  # the same positions in all changed designs
         again = path_of_contact(seen.design, seen.flank, l1=l1 * seen.factor)
 
         def in_mm(moved: Design, l1: FloatArray = l1) -> FloatArray:
@@ -215,7 +215,9 @@ def test_first_contacts(name: str, flank: str) -> None:
         assert (np.abs(where - places(design)) <= bound).all(), seen.name
     other = first_contact(exchanged(design), flank, first.gear_roll)
     assert np.abs(other.gear_roll - first.pinion_roll).max() <= turn
-    if name != "unmodified":  # there two pairs touch together, and the one that came last is another
+    if (
+        name != "unmodified"
+    ):  # two pairs touch at the same time there, and the pair that came last is another one
         assert np.array_equal(other.pair, -first.pair)
         assert np.array_equal(np.sort(SWAPPED_LIMIT[other.limit]), np.sort(first.limit))
         where = np.array((other.l2, other.z2, other.l1, other.z1))
@@ -229,7 +231,7 @@ def test_certificates(name: str, flank: str) -> None:
     member overlaps: a rotation of the one or the other member is equal to first order only."""
     design = table1(DESIGNS[name], Errors(0.05, 1e-4, 0.1, -0.2))
     path = path_of_contact(design, flank, 9)
-    inner = path_of_contact(design, flank, l1=path.l1[1:-1])  # at the ends edges are tangencies
+    inner = path_of_contact(design, flank, l1=path.l1[1:-1])  # at the ends, tangencies lie on edges
     proof = certify(inner)
     lever = 0.5 * 6.0 * 45.0
     for seen in seen_otherwise(design, flank):

@@ -49,7 +49,7 @@ from tests.symmetry import OTHER, exchanged, mirrored
 
 ALPHA = radians(20.0)
 BACKLASH = 0.1
-"""mm by which the axes of the pairs stand further apart than without backlash."""
+"""mm by which the distance of the axes exceeds that without backlash."""
 UNMODIFIED, CONVEX = (0.0, 0.0), (-1e-3, -5e-4)
 
 
@@ -300,7 +300,7 @@ def test_no_transmission_error_and_nothing_earlier(name: str, flank: str) -> Non
 
 
 @pytest.mark.parametrize("name", ["spur", pytest.param("conical", marks=pytest.mark.slow)])
-def test_all_lines_carry(name: str, flank: str) -> None:
+def test_all_lines_are_in_contact(name: str, flank: str) -> None:
     design = pair(*ANGLES[name])
     assert float(operating_ratio(design, flank)) == float(contact_ratio(design, flank))
 
@@ -312,7 +312,7 @@ def test_mirrored_and_exchanged(name: str, parabola: tuple[float, float], flank:
     ratio = float(contact_ratio(design, flank))
     assert ratio > 0.0
     assert float(contact_ratio(mirrored(design), OTHER[flank])) == pytest.approx(ratio, abs=1e-12)
-    if parabola == UNMODIFIED or name != "spur":  # whose transmission error makes other pitches of the gear's
+    if parabola == UNMODIFIED or name != "spur":  # whose transmission error changes the pitches of the gear
         assert float(contact_ratio(exchanged(design), flank)) == pytest.approx(ratio, abs=1e-12)
 
 

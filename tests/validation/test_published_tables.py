@@ -208,7 +208,7 @@ def test_gear_as_measured() -> None:
     assert 2.0 * float(base_cylinder(gear, "left").radius) == pytest.approx(18.7939, abs=5.1e-5)
     assert 2.0 * float(tip_radius(gear, 0.0)) == pytest.approx(22.0, abs=1e-12)
     assert float(tip_thickness(gear, 0.0)) == pytest.approx(0.6949, abs=5.1e-5)
-    # The middle of two teeth stands half a pitch aside, and the caliper's faces along it.
+    # The middle of two teeth is at half a pitch, and the faces of the caliper are parallel to it.
     point, normal = on_flank(gear, "normal", pi / 2 - pi / 20)
     assert 2.0 * float(point @ normal) == pytest.approx(4.7083, abs=5.1e-5)
     assert 2.0 * float(np.hypot(*point[:2])) == pytest.approx(19.3746, abs=5.1e-5)

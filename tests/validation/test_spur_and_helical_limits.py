@@ -172,7 +172,7 @@ def test_parallel_axes(teeth: tuple[int, int], beta: float, shift: tuple[float, 
     base_helix = asin(sin(beta) * cos(ALPHA))
     normal = asin(sin(working) * cos(base_helix))
     exact = np.array([centre, normal, ratio / cos(base_helix) ** 2])
-    order = 2 if beta == 0.0 else 1  # the mirror image of spur gears leans the other way
+    order = 2 if beta == 0.0 else 1  # the mirror image of spur gears is inclined in the other sense
     steps = np.abs(np.diff(rows, axis=0))
     moving = steps[-1] > 1e-9 * exact
     assert moving.any()
