@@ -60,14 +60,14 @@ REFUSED: Cases = [
         ({"points": 2.0}, "a whole number"),
         ({"points": "7"}, "a whole number"),
         ({"l1": np.zeros((2, 3))}, "l1 must have the shape"),
-        ({"l1": np.array(inf)}, "l1 must hold finite numbers"),
-        ({"l1": np.empty(0)}, "l1 must hold finite numbers"),
+        ({"l1": np.array(inf)}, "l1 must contain finite numbers"),
+        ({"l1": np.empty(0)}, "l1 must contain finite numbers"),
     ),
     *of(
         partial(bg.first_contact, TABLE_1, "right"),
         ({"pinion_roll": [0.1, nan]}, "finite"),
-        ({"pinion_roll": 0.1, "pairs": (0, 1.5)}, "pairs must hold whole numbers"),
-        ({"pinion_roll": 0.1, "pairs": nan}, "pairs must hold whole numbers"),
+        ({"pinion_roll": 0.1, "pairs": (0, 1.5)}, "pairs must contain whole numbers"),
+        ({"pinion_roll": 0.1, "pairs": nan}, "pairs must contain whole numbers"),
     ),
     *of(
         partial(bg.pitch_cycle, TABLE_1),

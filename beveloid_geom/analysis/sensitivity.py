@@ -158,7 +158,7 @@ def path_sensitivity(
     """
     require_design(design)
     if 0 in design.batch_shape:
-        raise ValueError("the design holds an array without elements: there is nothing to solve")
+        raise ValueError("the design contains an array without elements")
     pairing = generated_pairing(design, flank)
     cases = pairing.branch.shape[0]
     table, limit = np.full((_WIDTH, cases, len(PLACES)), np.nan), np.full((cases, 2), -1, dtype=np.int8)

@@ -271,7 +271,7 @@ def require_points(points: object) -> None:
 
 def _solvable(design: Design, flank: str, undercut: bool = True) -> FlankPair:
     if 0 in design.batch_shape:
-        raise ValueError("the design holds an array without elements: there is nothing to solve")
+        raise ValueError("the design contains an array without elements")
     return generated_pairing(design, flank, undercut)
 
 
@@ -282,7 +282,7 @@ def _by_case(l1: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
         batch = f" or {(*shape, 'positions')}" if shape else ""
         raise ValueError(f"l1 must have the shape (positions){batch}, got {given.shape}")
     if given.size == 0 or not np.isfinite(given).all():
-        raise ValueError("l1 must hold finite numbers, at least one")
+        raise ValueError("l1 must contain finite numbers, at least one")
     if not shape:
         return given[None]
     return np.broadcast_to(given, (*shape, given.shape[-1])).reshape(-1, given.shape[-1])

@@ -115,11 +115,11 @@ def first_contact(
     """
     require_design(design)
     if pairs is not None and np.size(pairs) and not np.issubdtype(np.asarray(pairs).dtype, np.integer):
-        raise ValueError("pairs must hold whole numbers")
+        raise ValueError("pairs must contain whole numbers")
     shape = design.batch_shape
     roll = np.atleast_1d(float64_of("pinion_roll", pinion_roll))
     if not np.isfinite(roll).all():
-        raise ValueError("pinion_roll must hold finite numbers")
+        raise ValueError("pinion_roll must contain finite numbers")
     if roll.shape[:-1] not in ((), shape):
         raise ValueError(
             f"pinion_roll must have the shape (positions) or {(*shape, 'positions')}, got {roll.shape}"

@@ -138,7 +138,7 @@ class MeshCycle:
         if roll.shape[: len(shape)] != shape:
             raise ValueError(f"pinion_roll must have a shape that begins with {shape}, got {roll.shape}")
         if not np.isfinite(roll).all():
-            raise ValueError("pinion_roll must hold finite numbers")
+            raise ValueError("pinion_roll must contain finite numbers")
         if (self.status != FirstStatus.SOLVED).any():
             first = first_contact(self.design, self.flank, roll.reshape(*shape, -1))
             return first.shaped(*roll.shape)

@@ -44,7 +44,7 @@ def place_of(names: Sequence[str]) -> ErrorsAt:
         For unknown names, and for errors of both kinds.
     """
     if unknown := [name for name in names if name not in ALL_NAMES]:
-        raise ValueError(f"there is no error {unknown[0]!r}: there are {', '.join(ALL_NAMES)}")
+        raise ValueError(f"unknown error {unknown[0]!r}: known are {', '.join(ALL_NAMES)}")
     for place, known in NAMES.items():
         if set(names) <= set(known):
             return place

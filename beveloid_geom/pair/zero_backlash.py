@@ -242,8 +242,10 @@ def zero_backlash_layout(design: Design) -> ClosedLayout:
     lowest = int(np.argmin(backlash(samples))) if samples.size else 0
     roots = _roots(backlash, samples[lowest:])
     if not roots.size:
-        reason = "the teeth are too thin in all that close"
-        raise ValueError(f"no layout without backlash: {reason if samples.size else 'none closes at all'}")
+        reason = "the lines of action meet in no layout"
+        if samples.size:
+            reason = "the teeth are too thin in all layouts in which the lines of action meet"
+        raise ValueError(f"no layout without backlash: {reason}")
     result = closed_layout(design, roots[0])
     return replace(result, offset=np.asarray(0.0)) if _meet(result) else result
 

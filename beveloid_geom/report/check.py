@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from ..arrays import FloatArray
 from ..contact.path import contact_ratio
 from ..design.model import Design
 from ..design.text import design_text
@@ -329,11 +331,13 @@ def _numbers(drive: str, proposal: Proposal) -> dict[str, Any]:
     for name in ("cone_angle", "helix_angle", "profile_shift"):
         values |= {f"{key}_{name}": float(getattr(member, name)) for key, member in members.items()}
     sides = {"drive": drive, "coast": FLANKS[1 - FLANKS.index(drive)]}
-    ratios = {side: contact_ratio(design, flank) for side, flank in sides.items()}
-    angles = {side: generator_angle_as_mounted(design, flank) for side, flank in sides.items()}
-    normals = {side: normal_x_as_mounted(design, flank)[0] for side, flank in sides.items()}
-    for name, both in (("contact_ratio", ratios), ("crossing_angle", angles), ("n_x", normals)):
-        values |= {f"{side}_{name}": float(value) for side, value in both.items()}
+    by_flank: dict[str, Callable[[Design, str], FloatArray]] = {
+        "contact_ratio": contact_ratio,
+        "crossing_angle": generator_angle_as_mounted,
+        "n_x": lambda design, flank: normal_x_as_mounted(design, flank)[0],
+    }
+    for name, value_of in by_flank.items():
+        values |= {f"{side}_{name}": float(value_of(design, flank)) for side, flank in sides.items()}
     margins = [min(float(undercut_margin(m, flank)) for flank in FLANKS) for m in design.members]
     by_member = {"tip_clearance": tip_clearances(design), "undercut_margin": margins}
     for name, both in by_member.items():

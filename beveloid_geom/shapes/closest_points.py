@@ -54,7 +54,7 @@ def closest_on_mesh(
     if not len(triangles):
         raise ValueError("the mesh has no triangles: there is no closest point on it")
     if not (np.isfinite(vertices).all() and np.isfinite(targets).all()):
-        raise ValueError("the mesh and the queries must hold finite numbers")
+        raise ValueError("the mesh and the queries must contain finite numbers")
     corners = vertices[triangles]
     closest, index = _located(vertices, triangles, targets)
     return closest, index, _barycentric(corners[index], closest)
@@ -96,7 +96,7 @@ def _barycentric(corners: FloatArray, points: FloatArray) -> FloatArray:
     area = np.cross(sides[:, 0], sides[:, 1])
     square = np.einsum("ni,ni->n", area, area)
     if not (square > 0.0).all():
-        raise ValueError("the closest triangle has no area: the mesh holds repeated points")
+        raise ValueError("the closest triangle has no area: the mesh contains repeated points")
     offset = points - corners[:, 0]
     second = np.einsum("ni,ni->n", np.cross(offset, sides[:, 1]), area) / square
     third = np.einsum("ni,ni->n", np.cross(sides[:, 0], offset), area) / square

@@ -63,7 +63,7 @@ def frames_of(design: Design, pinion_roll: float, gear_roll: float) -> tuple[Fra
     frames = frames_at(design, pinion_roll, gear_roll)
     if not all(np.isfinite(part).all() for frame in frames for part in frame):
         why = "a quantity is not a number, or no mounting distances follow from the flanks"
-        raise ValueError(f"the design leaves nothing to solve, it cannot be posed: {why}")
+        raise ValueError(f"the pair cannot be posed: {why}")
     return frames
 
 

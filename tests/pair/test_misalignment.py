@@ -174,7 +174,7 @@ def test_limits_of_offset_errors_on_intersecting_axes(design: Design) -> None:
             lambda: place_of(("offset", "in_plane")),
             "offset is about the common perpendicular, in_pla",
         ),
-        (lambda: place_of(("offset", "E")), "there is no error 'E': there are offset, shaft_angle, pinion"),
+        (lambda: place_of(("offset", "E")), "unknown error 'E': known are offset, shaft_angle, pinion"),
         (lambda: place_path(EQUAL, by=("shaft_angle", "in_plane")), "give two errors of the same kind"),
         (lambda: tolerance_study(EQUAL, Tolerances(0.1, in_plane=1e-4)), "tolerance of offset is about the"),
         (

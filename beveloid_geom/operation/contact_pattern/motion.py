@@ -120,7 +120,7 @@ def given_operation(
             f"rolls must be two arrays (n,) of two poses or more, got {roll.shape}, {other.shape}"
         )
     if not np.isfinite(roll + other).all():
-        raise ValueError("rolls must be finite: leave out poses without an answer")
+        raise ValueError("rolls must be finite: leave out poses without a result")
     if roll[0] > roll[-1]:
         roll, other = roll[::-1], other[::-1]
     if not (np.diff(roll) > 0.0).all():
