@@ -339,7 +339,7 @@ def _numbers(drive: str, proposal: Proposal) -> dict[str, Any]:
     for name, value_of in by_flank.items():
         values |= {f"{side}_{name}": float(value_of(design, flank)) for side, flank in sides.items()}
     margins = [min(float(undercut_margin(m, flank)) for flank in FLANKS) for m in design.members]
-    by_member = {"tip_clearance": tip_clearances(design), "undercut_margin": margins}
+    by_member: dict[str, Any] = {"tip_clearance": tip_clearances(design), "undercut_margin": margins}
     for name, both in by_member.items():
         values |= {f"{key}_{name}": float(value) for key, value in zip(members, both, strict=True)}
     return values | {"reserve": float(figures.reserve[0])}
