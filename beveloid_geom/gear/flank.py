@@ -49,12 +49,6 @@ the active profile starts at the depth of one addendum.
 """
 
 
-BELOW_JOINT_MODULES, FOLD_SAMPLES = 0.02, 25
-"""Modules below the start of the active profile, and number of samples along a parabolic profile, in the
-check for folds.
-"""
-
-
 @dataclass(frozen=True, eq=False)
 class BaseCylinder:
     """Base radius (mm) and base helix angle (rad) of one unmodified flank.
@@ -372,7 +366,10 @@ def may_fold(member: Member, rack: Rack, low: FloatArray, high: FloatArray) -> M
     ndarray of bool
         Shape of the member without its last axis.
     """
-    low = low - BELOW_JOINT_MODULES * np.asarray(member.tool.normal_module)
+    # Modules below the start of the active profile, and number of samples along a parabolic profile, in the
+    # check for folds.
+    below_joint_modules, fold_samples = 0.02, 25
+    low = low - below_joint_modules * np.asarray(member.tool.normal_module)
     z = np.multiply.outer((-0.5, 0.5), member.face_width * np.ones(1))
     if not np.any(rack.parabola):  # the regularity rises with l, so that the joint decides
         return np.asarray(~(_radial_slope(rack, low, z) > 0.0).all(axis=(0, -1)))
@@ -382,7 +379,7 @@ def may_fold(member: Member, rack: Rack, low: FloatArray, high: FloatArray) -> M
     folds = np.asarray(~(slope > bend).all(axis=(0, -1)))
     if folds.any():
         at = (slice(None), np.flatnonzero(folds.any(axis=0))) if folds.ndim else ()
-        l = low[at] + (high - low)[at] * np.linspace(0.0, 1.0, FOLD_SAMPLES)
+        l = low[at] + (high - low)[at] * np.linspace(0.0, 1.0, fold_samples)
         folds[at] = ~(_radial_slope(rack.pick(at), l, z[(slice(None), *at)]) > 0.0).all(axis=(0, -1))
     return folds
 

@@ -126,7 +126,6 @@ class Form:
     face: FloatArray
 
 
-IN_TRIANGLE = np.array([(i, j) for i in range(5) for j in range(5 - i)]).T / 4.0
 RATIOS = np.vander(np.geomspace(1.0 / 16.0, 16.0, 17), 3, increasing=True)
 
 
@@ -320,7 +319,8 @@ def _shapes(L: FloatArray, M: FloatArray, N: FloatArray) -> FloatArray:
     deviate by similar amounts, so that the sign of M (L + N) decides."""
     balance = np.abs(L).max() / max(np.abs(N).max(), 1e-300)
     M = np.where(M * (L + balance * N) < 0.0, -M, M)
-    s, z = IN_TRIANGLE
+    in_triangle = np.array([(i, j) for i in range(5) for j in range(5 - i)]).T / 4.0
+    s, z = in_triangle
     parts = np.broadcast_arrays(0.5 * L * s * (1.0 - s), -M * s * z, 0.5 * N * z * (1.0 - z))
     shapes = np.stack([part.ravel() for part in parts])
     # Only deviations that are the largest for some ratio of the sides matter.

@@ -43,9 +43,6 @@ from ..support.array_repr import short_repr
 
 PLACES = ("toe", "middle", "heel")
 """Planes in which dimensions are given."""
-MAX_ITERATIONS = 40
-"""Largest number of iterations for the end of a normal line. Each reduces the error by the factor
-sin(beta_y) tan(taper)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,11 +206,14 @@ def _across(
     slope = np.tan(member.helix_angle) * np.cos(member.cone_angle) / reference_radius(member)
     helix, total = np.arctan(radius * slope), np.zeros((change.size, z.size))
     middle = 0.5 * sum(theta(surface, z) for surface in surfaces)
+    # Largest number of iterations for the end of a normal line. Each reduces the error by the factor
+    # sin(beta_y) tan(taper).
+    max_iterations = 40
     for surface in surfaces:
         for row, turn in enumerate(turn_of(member, change)):
             # Iterate the distance of the end of the normal line from the middle, in the plane of the end.
             length = np.zeros(z.size)
-            for _ in range(MAX_ITERATIONS):
+            for _ in range(max_iterations):
                 off = -surface.sigma * length * np.sin(helix)
                 half = turn + surface.sigma * (theta(surface, z + off) - middle - off * slope)
                 step, length = radius * np.cos(helix) * half - length, radius * np.cos(helix) * half

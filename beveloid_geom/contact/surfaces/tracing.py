@@ -18,12 +18,8 @@ from .tangency import Contacts, contacts_at, given_row, meshing_start, solve
 
 GRID_S, GRID_Z = 17, 13
 """Number of grid lines along profile and face."""
-PROFILE_STEPS, PROFILE_TOLERANCE = 14, 1e-10
-"""Newton steps to tangent profiles, and angle (rad) that counts as tangent."""
 FIRST_STEP, LARGEST_STEP, LEAST_STEP, MAX_STEPS = 0.06, 0.12, 1e-4, 400
 """Steps along a curve in the units of `Problem.scale`, and their number."""
-BEYOND, OUTSIDE = 0.1, 1e-3
-"""Distances from the limits, in depths and face widths, at which a curve ends, and at which it may end."""
 
 
 def grid_function(problem: Problem) -> tuple[FloatArray, FloatArray]:
@@ -35,18 +31,20 @@ def grid_function(problem: Problem) -> tuple[FloatArray, FloatArray]:
     s1, z1 = (values.ravel() for values in np.meshgrid(s, z, indexing="ij"))
     placed = problem.placed.take(np.zeros(s1.size, dtype=int))
     state = meshing_start(problem.surfaces, placed, s1, z1)
-    for _ in range(PROFILE_STEPS):
+    # Newton steps to tangent profiles, and angle (rad) that counts as tangent.
+    profile_steps, profile_tolerance = 14, 1e-10
+    for _ in range(profile_steps):
         met = contacts_at(problem.surfaces, placed, state)
         turn = np.clip(-met.residual[0] / met.gradient[0, 2], -0.3, 0.3)
         state = state.copy()
         state[2] += turn
         state[3] += met.follow[0] + met.follow[3] * turn
-        if not (np.abs(turn) > PROFILE_TOLERANCE).any():
+        if not (np.abs(turn) > profile_tolerance).any():
             break
     met = contacts_at(problem.surfaces, placed, state)
     turn = np.abs(met.residual[0] / met.gradient[0, 2])
     # g as the step of the roll that would make it vanish has no natural scale; its sign suffices.
-    g = np.where((turn <= 1e3 * PROFILE_TOLERANCE) & met.opposed, met.residual[1], np.nan)
+    g = np.where((turn <= 1e3 * profile_tolerance) & met.opposed, met.residual[1], np.nan)
     return state.reshape(4, GRID_S, GRID_Z), g.reshape(GRID_S, GRID_Z)
 
 
@@ -115,6 +113,8 @@ def _followed(
     met = contacts_at(problem.surfaces, problem.placed, seed[:, None])
     state, direction = seed[:, None], _direction(problem, met, None) * sense
     way, step = [(state[:, 0], direction[:, 0])], FIRST_STEP
+    # Distances from the limits, in depths and face widths, at which a curve ends, and at which it may end.
+    beyond, outside = 0.1, 1e-3
     for _ in range(MAX_STEPS):
         guess = state + met.along(step * direction * problem.scale[:, None])
         following, good = solve(problem.surfaces, problem.placed, guess, on_plane(problem, guess, direction))
@@ -127,11 +127,11 @@ def _followed(
                 continue
             kink = good[0] and turn < max_kink and moved * np.cos(max_kink) < step
             if not kink:  # the surface ends here, as at an edge of regression
-                return way, bool(_room(problem, met)[0] < -OUTSIDE)
+                return way, bool(_room(problem, met)[0] < -outside)
         state, met, direction = following.state, following, ahead
         way.append((state[:, 0], direction[:, 0]))
         step = min(LARGEST_STEP, 1.5 * step if turn < 0.3 * max_turn else step)
-        if _room(problem, met)[0] < -BEYOND:
+        if _room(problem, met)[0] < -beyond:
             return way, True
         home = np.linalg.norm((state[:3, 0] - seed[:3]) / problem.scale)
         if len(way) > 4 and home < 0.5 * moved:
