@@ -98,7 +98,9 @@ def trace_parameter(member: Member, flank: str, l: ArrayLike, z: ArrayLike) -> F
     return np.asarray((z - z0) / rack.trace[2])
 
 
-def flank_point(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> FloatArray:
+def flank_point(
+    member: Member, flank: str, l: ArrayLike, u: ArrayLike | None = None, *, z: ArrayLike | None = None
+) -> FloatArray:
     """Return points of a flank (Eq. 6).
 
     Parameters
@@ -107,6 +109,8 @@ def flank_point(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> Float
     flank : {'right', 'left'}
     l, u : array_like
         Flank parameters, mm.
+    z : array_like, optional
+        Distance from mid-face, mm, in place of `u`.
 
     Returns
     -------
@@ -115,10 +119,21 @@ def flank_point(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> Float
     """
     rack, modification = rack_of(member, flank), modification_of(member, flank)
     l = np.asarray(l, dtype=float)
-    x, y, z = _moved(rack, rack_point(rack, l), np.asarray(u, dtype=float))
+    x, y, height = _moved(rack, rack_point(rack, l), _trace_or_plane(member, flank, l, u, z))
     nx, ny, _ = rack_normal(rack, l)
     x, y, phi = rolled(rack.pitch_radius, ny / nx, (x, y))
-    return turned(phi if modification is None else phi + modification.turn(l, z), x, y, z)
+    return turned(phi if modification is None else phi + modification.turn(l, height), x, y, height)
+
+
+def _trace_or_plane(
+    member: Member, flank: str, l: ArrayLike, u: ArrayLike | None, z: ArrayLike | None
+) -> FloatArray:
+    """Return `u` (mm) if it is given, otherwise that of the points in the planes `z` (mm)."""
+    if u is not None and z is None:
+        return np.asarray(u, dtype=float)
+    if z is not None and u is None:
+        return trace_parameter(member, flank, l, z)
+    raise TypeError("give either the flank parameter u or the distance z from mid-face")
 
 
 def _moved(rack: Rack, point: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -137,7 +152,9 @@ def generated(
     return turned(phi, x, y, point[2]), turned(phi, *normal)
 
 
-def flank_patch(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> FlankPatch:
+def flank_patch(
+    member: Member, flank: str, l: ArrayLike, u: ArrayLike | None = None, *, z: ArrayLike | None = None
+) -> FlankPatch:
     """Return points, unit normals and tangents of a flank. The tangents are analytic.
 
     Parameters
@@ -146,6 +163,8 @@ def flank_patch(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> Flank
     flank : {'right', 'left'}
     l, u : array_like
         Flank parameters, mm.
+    z : array_like, optional
+        Distance from mid-face, mm, in place of `u`.
 
     Returns
     -------
@@ -153,20 +172,20 @@ def flank_patch(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> Flank
         Arrays (..., 3) in the gear frame S_j, mm.
     """
     rack, modification = rack_of(member, flank), modification_of(member, flank)
-    l, u = np.broadcast_arrays(np.asarray(l, dtype=float), np.asarray(u, dtype=float))
+    l, u = np.broadcast_arrays(np.asarray(l, dtype=float), _trace_or_plane(member, flank, l, u, z))
     section = rack_at(rack, l)
-    z = section[1][2] + u * rack.trace[2]
-    cut = _cut_at(rack, l, section, z)
+    height = section[1][2] + u * rack.trace[2]
+    cut = _cut_at(rack, l, section, height)
     # n . (second x first), which the rotation by phi does not change.
     (x_l, y_l), (x_z, y_z) = cut.by_s, cut.by_z
     regularity = rack.trace[2] * (cut.ny * x_l - cut.nx * y_l + cut.nz * (x_z * y_l - y_z * x_l))
     if modification is not None:
-        cut = rotated_cut(cut, modification.rows(l, z)[:3])
+        cut = rotated_cut(cut, modification.rows(l, height)[:3])
         (x_l, y_l), (x_z, y_z) = cut.by_s, cut.by_z
     # Along l at constant u, z changes with the tangent of the rack.
     z_l, z_u = section[2][2], rack.trace[2]
     return FlankPatch(
-        point=turned(cut.phi, cut.x, cut.y, z),
+        point=turned(cut.phi, cut.x, cut.y, height),
         normal=turned(cut.phi, cut.nx, cut.ny, cut.nz),
         tangent_l=turned(cut.phi, x_l + z_l * x_z, y_l + z_l * y_z, z_l),
         tangent_u=turned(cut.phi, z_u * x_z, z_u * y_z, z_u),

@@ -133,8 +133,7 @@ def _facet_contact(design: Design, flank: str, tolerance: float, pose: dict[str,
     side, other = sides[member], 1 - member
     at = np.unravel_index(np.nanargmin(side.separation), side.l.shape)
     l, z = (np.array((own[at], foot[at])) for own, foot in ((side.l, side.foot_l), (side.z, side.foot_z)))
-    u = trace_parameter(design.members[other], flank, l[1], z[1])
-    foot = to_fixed(frames_of(design, **pose)[other], flank_point(design.members[other], flank, l[1], u))
+    foot = to_fixed(frames_of(design, **pose)[other], flank_point(design.members[other], flank, l[1], z=z[1]))
     pinion_first, point = [member, other], 0.5 * (side.points[at] + foot)
     near = [_near_least(each, least[member] + near_tolerances * tolerance) for each in sides]
     doubt = float(np.linalg.norm(np.concatenate(near) - point, axis=-1).max())

@@ -35,7 +35,7 @@ from ..design.arguments import require_member
 from ..design.member import Member
 from ..design.model import Design
 from ..gear.fillet import root_radius
-from ..gear.flank import base_cylinder, flank_point, tip_radius, trace_parameter
+from ..gear.flank import base_cylinder, flank_point, tip_radius
 from ..gear.rack import reference_radius
 from ..gear.tooth_side import Surface, angle_of, cut_at, profile_at, surface_of
 from ..gear.undercut import undercut_of
@@ -152,7 +152,7 @@ def tooth_data(member: Member, change: ArrayLike = 0.0) -> ToothData:
 
 def _radius_at(member: Member, flank: str, l: FloatArray, z: FloatArray) -> FloatArray:
     """Return the radii of flank points, mm."""
-    x, y, _ = np.moveaxis(flank_point(member, flank, l, trace_parameter(member, flank, l, z)), -1, 0)
+    x, y, _ = np.moveaxis(flank_point(member, flank, l, z=z), -1, 0)
     return np.asarray(np.hypot(x, y))
 
 
