@@ -25,7 +25,8 @@ from ..operation.contact_pattern.minimum_separation import minimum_separation
 from ..operation.contact_pattern.motion import first_contact_operation
 from ..pair.frames import normals_to_fixed, to_fixed
 from ..shapes.hexahedral_mesh import VolumeMesh
-from ..shapes.sampling import FlankGrid, grid_faces, sample_flank
+from ..shapes.sampling import FlankGrid, sample_flank
+from ..shapes.sheet import grid_faces
 from ..shapes.solid import NAMES, gear_solid, rotated_copies
 from ..shapes.surface_mesh import gear_mesh
 from ..shapes.tooth_boundary import require_tolerance

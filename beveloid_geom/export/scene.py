@@ -21,7 +21,7 @@ from ..export import MEMBERS
 from ..gear.flank import flank_patch
 from ..operation.certificate import certify
 from ..operation.contact_pattern.pattern import MemberPattern, contact_pattern
-from ..shapes.sampling import grid_faces
+from ..shapes.sheet import grid_faces
 from ..status import Status, Verdict
 from .parts import gear_surface
 from .surfaces import SurfaceMesh, in_fixed

@@ -19,7 +19,8 @@ from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
 from ..design.member import Member
-from .sampling import Sheet, SheetGrid, form_of, grid_of, stations
+from .grid_cells import form_of, stations
+from .sheet import Sheet, SheetGrid, grid_of
 from .tooth_boundary import cut_sheets, require_tolerance
 
 GROWTH = 1.4

@@ -37,7 +37,7 @@ from ..gear.flank import flank_patch
 from ..operation.first_contact import first_contact
 from ..operation.mesh_cycle import mesh_cycle
 from ..pair.mounting import mounting_of
-from ..shapes.mesh_contact import mesh_contact
+from ..shapes.proximity.mesh_contact import mesh_contact
 from ..status import FirstStatus, Status
 from . import five_equations_math, pitch_region
 

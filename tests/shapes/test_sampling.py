@@ -20,14 +20,8 @@ from beveloid_geom.gear.flank import (
     tip_radius,
 )
 from beveloid_geom.gear.undercut import undercut_margin
-from beveloid_geom.shapes.sampling import (
-    Sheet,
-    falling_diagonals,
-    flank_sheet,
-    grid_faces,
-    grid_of,
-    series_of,
-)
+from beveloid_geom.shapes.sampling import flank_sheet
+from beveloid_geom.shapes.sheet import Sheet, falling_diagonals, grid_faces, grid_of, series_of
 from tests.oracle.surface_distance import distance_bound, inside_triangles
 from tests.oracle.table1 import table1
 

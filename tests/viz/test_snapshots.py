@@ -23,7 +23,7 @@ from PIL import Image as Pillow
 
 from beveloid_geom import builtin_design
 from beveloid_geom.gear.flank import flank_point
-from beveloid_geom.shapes.mesh_convergence import Convergence
+from beveloid_geom.shapes.proximity.mesh_convergence import Convergence
 from beveloid_geom.validation.comparison import Measurement
 from beveloid_geom.validation.near_singular import MethodErrors
 from beveloid_viz.components.figure_steps import Drawing

@@ -15,10 +15,10 @@ from matplotlib.tri import Triangulation
 
 from beveloid_geom import Design, Status, path_of_contact
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.shapes.flank_mesh import flank_mesh
-from beveloid_geom.shapes.mesh_contact import MeshContact, mesh_contact
-from beveloid_geom.shapes.mesh_separation import MeshSeparation, mesh_separation
-from beveloid_geom.shapes.sampling import Faces
+from beveloid_geom.shapes.proximity.flank_mesh import flank_mesh
+from beveloid_geom.shapes.proximity.mesh_contact import MeshContact, mesh_contact
+from beveloid_geom.shapes.proximity.mesh_separation import MeshSeparation, mesh_separation
+from beveloid_geom.shapes.sheet import Faces
 
 from ...components import annotate
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked

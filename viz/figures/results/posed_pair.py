@@ -16,7 +16,7 @@ from beveloid_geom.gear.flank import flank_patch
 from beveloid_geom.operation.contact_pattern.pattern import MemberPattern
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.report.pattern import pattern_report
-from beveloid_geom.shapes.sampling import grid_faces
+from beveloid_geom.shapes.sheet import grid_faces
 from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
 
 from ...components import paths_table, posed

@@ -22,13 +22,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import FloatArray
-from ..contact.mesh_position import Frame
-from ..contact.surfaces.second_order import modified_normal_rates
-from ..design.member import Member
-from ..design.model import Design
-from ..gear.closest_point import Feet, feet
-from ..gear.flank import (
+from ...arrays import FloatArray
+from ...contact.mesh_position import Frame
+from ...contact.surfaces.second_order import modified_normal_rates
+from ...design.member import Member
+from ...design.model import Design
+from ...gear.closest_point import Feet, feet
+from ...gear.flank import (
     flank_patch,
     flank_point,
     highest_parameter,
@@ -36,8 +36,8 @@ from ..gear.flank import (
     root_parameter,
     trace_parameter,
 )
-from ..pair.frames import normals_to_fixed, to_fixed
-from ..status import Status
+from ...pair.frames import normals_to_fixed, to_fixed
+from ...status import Status
 from .mesh_separation import MeshSeparation, frames_of, in_frame_of, mesh_separation
 
 SLOPE_ROUNDING = 16.0 * np.finfo(float).eps
