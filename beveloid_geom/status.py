@@ -117,7 +117,7 @@ class RatioStatus(IntEnum):
 
 
 class PatternStatus(IntEnum):
-    """Kind of the minimum over the roll of the separation of one point."""
+    """Kind of the smallest separation of one point over the roll."""
 
     STANDSTILL = 0
     """The derivative of the separation is zero."""

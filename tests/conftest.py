@@ -13,7 +13,7 @@ settings.load_profile("repeatable")
 
 
 SILENT = 15.0
-"""s without a word after which the tests that are still running are named."""
+"""s without output after which the running tests are named."""
 
 
 class Heartbeat:

@@ -1,4 +1,4 @@
-"""Pairs on intersecting axes that an edge stops on an edge where they have some backlash."""
+"""Pairs on intersecting axes with a positive backlash that is limited by the contact of two edges."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from beveloid_geom.design.model import from_degrees
 
 
 def edge_pair(number: int) -> Design:
-    """The first has parabolas of both signs and errors, the second a gear without a cone."""
+    """Return a pair: the first has parabolas of both signs and errors, the second a gear without a cone."""
     if number == 0:
         module, addendum, clearance = 3.892223912938121, 0.9181876571851364, 0.25
         members = (

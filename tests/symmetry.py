@@ -1,4 +1,4 @@
-"""The same pair seen otherwise: exchanged, mirrored, scaled. None of it may change an answer."""
+"""Equivalent pairs: exchanged, mirrored, scaled. Their results must agree."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from dataclasses import replace
 from beveloid_geom import Design, Errors, Member, Pair
 
 OTHER = {"right": "left", "left": "right"}
-"""The flank that a mirror image has in place of another."""
+"""Flank of the mirror image by flank of the pair."""
 
 
 def exchanged(design: Design) -> Design:
-    """The same pair with pinion and gear in each other's place."""
+    """Return the pair with pinion and gear exchanged."""
     pair, errors = design.pair, design.errors
     return Design(
         pinion=design.gear,
@@ -22,13 +22,13 @@ def exchanged(design: Design) -> Design:
 
 
 def mirrored(design: Design) -> Design:
-    """The mirror image: both hands swapped."""
+    """Return the mirror image, in which both hands are exchanged."""
     pinion, gear = (replace(m, helix_angle=-m.helix_angle) for m in design.members)
     return replace(design, pinion=pinion, gear=gear)
 
 
 def scaled(design: Design, factor: float) -> Design:
-    """The same pair with all lengths multiplied."""
+    """Return the pair with all lengths multiplied by a factor."""
 
     def bigger(member: Member) -> Member:
         tool = member.tool

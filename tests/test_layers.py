@@ -16,7 +16,7 @@ LIBRARY = (
     *("version", "status", "arrays", "support", "design", "gear", "pair", "contact", "operation", "analysis"),
     *("workshop", "shapes", "export", "validation", "findings", "proposal", "report", "cli"),
 )
-"""Layers of `beveloid_geom` (packages and single modules): each imports from itself and those before it."""
+"""Layers of `beveloid_geom` (packages and single modules); each imports from itself and earlier ones."""
 PICTURES = ("rendering", "options", "components", "figures", "film", "report", "explore", "examples", "site")
 """Layers of `viz`, in the same order. Examples come last because they use only the installed package."""
 REFERENCE = ("five_equations_math", "five_equations_mp", "pitch_region")

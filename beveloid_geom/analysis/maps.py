@@ -176,7 +176,7 @@ def _usual(design: Design, name: str) -> Bounds:
         return -change, change
     if name.startswith("profile_shift"):
         return float(member.profile_shift) - 0.3, float(member.profile_shift) + 0.3
-    raise ValueError(f"bounds of {name} must be given")
+    raise ValueError(f"bounds of {name} must be given, because it has no usual range")
 
 
 def usual_errors(design: Design) -> Errors | MeshErrors:

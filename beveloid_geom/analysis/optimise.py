@@ -52,7 +52,8 @@ CONSTRAINT_TOLERANCE = 1e-6  # relative to the bound of the constraint
 
 @dataclass(frozen=True, eq=False)
 class Optimised:
-    """Design that results from an optimisation, and quantities of this and of the given design.
+    """Result of an optimisation: the optimal `design`, and the quantities of its path (`optimum`) and of the
+    path of the given design (`given`).
 
     The mesh cycles in the mountings of the aim (`optimum_operation`, `given_operation`) are NaN if the tip
     rounds of a tool overlap. `at_limits` names the variables whose value is one of their bounds."""
@@ -67,7 +68,7 @@ class Optimised:
 
 @dataclass(frozen=True, eq=False)
 class Optimum(Optimised):
-    """Result of the optimisation of parabola coefficients, 1/mm."""
+    """Optimal parabola coefficients, 1/mm, and the results of `Optimised`."""
 
     pinion_parabola: float
     gear_parabola: float
@@ -157,14 +158,14 @@ def _candidates(design: Design, flank: str, aim: Aim) -> tuple[FloatArray, str]:
         swing += f" and a shift of {aim.shift:g} mm" if np.isfinite(aim.shift) else ""
         return x[:, :0].T, (
             f"no coefficients were found with a contact ratio of {aim.contact_ratio:g} within"
-            f" {aim.off_centre:g} mm of mid-face{swing}, the largest ratio tried is {best:.3f}:"
+            f" {aim.off_centre:g} mm of mid-face{swing}; the largest ratio tried is {best:.3f}:"
             " relax the constraints, or widen the bounds"
         )
     backlash = tangent_backlash(design.with_parabola(COEFFICIENT_UNIT * x[0], COEFFICIENT_UNIT * x[1])).normal
     met &= ~jammed(backlash, float(design.pinion.tool.normal_module))
     if not met.any():
         return x[:, :0].T, (
-            f"all coefficients found leave no backlash, {np.nanmax(backlash):.4f} mm at most:"
+            f"all coefficients found leave no backlash ({np.nanmax(backlash):.4f} mm at most):"
             " reduce the profile shift, or increase the offset of crossed axes"
         )
     order = np.argsort(np.where(met, paths.goals.max(axis=0), np.inf), kind="stable")[: np.count_nonzero(met)]

@@ -63,7 +63,7 @@ _WIDTH = _MARGINS * (len(ERROR_NAMES) + 2)
 
 @dataclass(frozen=True, eq=False)
 class Sensitivity:
-    """Positions of a path and their derivatives by the assembly errors.
+    """Positions of a path and their derivatives with respect to the assembly errors.
 
     Axes: batch, position (enter, middle, leave), member (pinion, gear), error. Names ending in `_by` are
     derivatives with an additional axis for the errors, mm and rad. All values are NaN, and `limit` -1, unless

@@ -34,9 +34,9 @@ On parallel axes v_1 - v_2 is along e_j, and zeta_j is the specific sliding of t
 helical gears. With a projection on e_j alone, the sliding along the trace would count: 1 at the pitch point
 of 45 deg screw gears.
 
-zeta_j excludes the sliding along the trace. The total sliding is in |v_1 - v_2| / |w_j|, the sliding distance
-per distance travelled by the contact. It is not negative, and decreases if a parabola makes the contact move
-along the face. The paper contains neither quantity."""
+zeta_j excludes the sliding along the trace. The total specific sliding |v_1 - v_2| / |w_j| includes it; it is
+the sliding distance per distance travelled by the contact on the flank. It is not negative, and decreases if
+a parabola makes the contact move along the face. The paper contains neither quantity."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ class Sliding:
         and along it, towards +z.
     specific, specific_total : FloatArray
         (..., 2), specific sliding along the profile, above 1 where an undercut flank touches inside its base
-        circle, and that of the total sliding.
+        circle; sliding in all directions divided by the distance that the contact moves on the flank.
     status : Codes
         Codes of `Status` of the path.
     """

@@ -49,7 +49,7 @@ def _helix_of(member: str) -> str:
 
 @dataclass(frozen=True)
 class Advice:
-    """Layout in which the pair has contact on both flanks without backlash; mm and rad.
+    """Changed layout in which the pair has contact on both flanks and no warning of its layout; mm and rad.
 
     `change` names the quantity that differs from the design."""
 
@@ -120,7 +120,7 @@ def iter_findings(
 
 
 def advice_on(design: Design) -> tuple[Advice, ...]:
-    """Return changes of a layout that has backlash or no contact, the smallest change first.
+    """Return changes of a layout that has an error or a warning, the smallest change first.
 
     Parameters
     ----------

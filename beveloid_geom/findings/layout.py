@@ -212,7 +212,7 @@ def remarks_on(design: Design, closing: Closing | None = None, jam: str | None =
     leave the face, tips that run into bottom lands, overlapping tip rounds of the tool, undercut, pointed
     teeth, tips thinner than LEAST_TIP, on parallel axes tips below the mate's active flank. Notes: whether
     undercut ends a path of contact, displaced paths that stay on the face, on other axes tips below the
-    mate's active flank, tips thinner than THIN_TIP, a small tip clearance. Raises ValueError for arrays."""
+    mate's active flank, thin tips, a small tip clearance. Raises ValueError for arrays."""
     closing = closing_of(design) if closing is None else closing
     meshing = meshes(design)
     remarks = [*layout_remarks(design, closing, jam=jam, meshing=meshing), *unit_remarks(design)]

@@ -29,7 +29,7 @@ SENSITIVE = ((0.25, WARNING), (0.1, NOTE))
 divided by the size of the flank in the direction of the shift. A path in the middle of the flank leaves it at
 one half. One quarter is a warning, because other errors, deflection and the length of the path need the
 remaining space."""
-ALONG_LINES = "they have line contact, and an error of the shaft angle moves the contact to an edge"
+ALONG_LINES = "line contact, so that an error of the shaft angle moves the contact to an edge"
 WHY_NO_FIRST_CONTACT = {
     FirstStatus.NO_CONTACT: "no tooth reaches the other member",
     FirstStatus.MEETS_BOTTOM: "a tip reaches the other member's bottom land",
@@ -265,7 +265,7 @@ def _path_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
     moved = rounding_error(path).max(initial=0.0)
     if moved > rounding_tolerance_mm:
         words = f"rounding of the inputs moves the contact by about {moved:.1g} mm"
-        yield NOTE, f"{words}, mounting errors move it much further"
+        yield NOTE, f"{words}; mounting errors move it much further"
 
 
 def _certificate_remarks(design: Design, certificate: Certificate) -> Iterator[tuple[str, str]]:
@@ -314,7 +314,7 @@ def pressure_remarks(found: PathPressure) -> Iterator[Remark]:
         text = (
             f"{lead} {np.count_nonzero(past)} of {count} positions the ellipse ends beyond an edge of a flank"
         )
-        yield Remark(NOTE, f"{text} ({limits}): a smaller area carries the load, the pressure is higher")
+        yield Remark(NOTE, f"{text} ({limits}): the area is smaller, and the pressure higher")
     texts = {
         EllipseStatus.LINE_CONTACT: "the flanks have line contact within rounding",
         EllipseStatus.INTERFERENCE: "the flanks interfere next to the contact",

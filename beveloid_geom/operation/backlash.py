@@ -218,7 +218,7 @@ def _roll_of_minimum(cycles: list[MeshCycle], known: Mask) -> FloatArray:
 
 
 def backlash_by_errors(design: Design) -> FloatArray:
-    """Compute derivatives of the minimum normal backlash by the assembly errors.
+    """Compute derivatives of the minimum normal backlash with respect to the assembly errors.
 
     Parameters
     ----------

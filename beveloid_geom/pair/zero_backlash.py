@@ -150,7 +150,7 @@ def closed_layout(design: Design, pressure_angle: FloatArray) -> ClosedLayout:
     gw, bw, rw, thickness = (np.empty((2, *shape)) for _ in range(4))
     for j, member in enumerate(design.members):
         alpha, beta, gamma = member.tool.normal_pressure_angle, member.helix_angle, member.cone_angle
-        base_pitch = np.pi * member.tool.normal_module * np.cos(alpha)  # the same for both
+        base_pitch = np.pi * member.tool.normal_module * np.cos(alpha)  # equal for both members
         lever = base_pitch * member.teeth / (2.0 * np.pi)
         gw[j] = np.arcsin(np.sin(alpha) * np.sin(gamma) / np.sin(aw))
         bw[j] = np.arcsin(np.cos(alpha) * np.cos(gamma) * np.sin(beta) / (np.cos(aw) * np.cos(gw[j])))

@@ -109,7 +109,8 @@ def usual_tool(module: float, pressure_angle: float) -> Tool:
     """Return the usual basic rack; its tip radius is reduced if the rounds of both flanks would overlap."""
     tool = Tool(module, pressure_angle)
     sine, cosine = math.sin(pressure_angle), math.cos(pressure_angle)
-    full_round = (0.25 * math.pi * cosine - float(tool.dedendum) * sine) / (1.0 - sine)  # one arc
+    # The rounds of both flanks form a single arc.
+    full_round = (0.25 * math.pi * cosine - float(tool.dedendum) * sine) / (1.0 - sine)
     largest = max(math.floor(100.0 * full_round) / 100.0, 0.0)
     return replace(tool, tip_radius=min(float(tool.tip_radius), largest))
 
@@ -139,7 +140,7 @@ def _single_faults(request: Request) -> Iterator[Fault]:
     """Yield values outside their limits, angles in deg."""
     tool, member, pair = LIMITS["Tool"], LIMITS["Member"], LIMITS["Pair"]
     cones, helix = request.cone_angles or (), request.helix_angle
-    if text := number_fault(request.module, tool["normal_module"]):  # others are measured by it
+    if text := number_fault(request.module, tool["normal_module"]):  # limits of other lengths depend on it
         yield Fault("", "module", text)
         return
     checks: list[tuple[str, tuple[float | None, ...], Limit]] = [

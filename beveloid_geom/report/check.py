@@ -1,4 +1,4 @@
-"""Reports of `check` and `propose`: layout and remarks of a design, and proposed pairs without backlash."""
+"""Reports of `check` and `propose`: layout and remarks of a design, and proposed pairs."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from ..contact.path import contact_ratio
 from ..design.model import Design
 from ..design.text import design_text
 from ..findings.advice import Advice, advice_on, findings_on
 from ..findings.backlash import backlash_report
 from ..findings.diagnostics import ERROR, UNKNOWN, Remark, in_order, quiet, remarks_data, tip_clearances
 from ..findings.layout import meshes
-from ..pair.generator_angle import generator_angle_as_mounted
+from ..gear.undercut import undercut_margin
+from ..pair.generator_angle import generator_angle_as_mounted, normal_x_as_mounted
 from ..pair.misalignment_at_mesh import pivot_distance
 from ..pair.mounting import mounting_of
 from ..pair.zero_backlash import ClosedLayout, Closing, closing_of, zero_backlash_layout
@@ -37,16 +39,18 @@ from .result import (
 from .text import advice_lines, error_lines, head_lines, line, place_words, remark_lines, typed
 
 RESERVE = (
-    "smallest distance from a warning of `check`, relative to a sufficient value, over contact ratio, tip"
-    " thickness and clearance, undercut, depth of tips, shift of the path under errors"
+    "smallest distance from a warning of `check`, divided by a sufficient distance, over these criteria:"
+    " contact ratio, tip thickness, tip clearance, undercut, depth of the tips below the active flank of the"
+    " mate, shift of the path under errors; computed before the numbers are rounded"
 )
 GROUPS = (
-    "reserve above 0.25 and helix angles up to 31 deg, then larger helix angles, then smaller reserves; in"
-    " each"
-    " group the largest reserve first"
+    "pairs with a reserve above 0.25 and helix angles up to 31 deg come first, then pairs with larger helix"
+    " angles, then pairs with smaller reserves; in each group, the largest reserve comes first"
 )
-MEASURE = f"{GROUPS}. Reserve: {RESERVE}"
-LEAST = f"positive reserve and the smallest cone angles first; for equal cones, {GROUPS}. Reserve: {RESERVE}"
+LEAST = (
+    "pairs with a positive reserve come before the others, and smaller cone angles before larger ones; among"
+    f" equal cone angles, {GROUPS}"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,19 +147,21 @@ class CheckReport(Report):
         if meshes(self.design):  # without contact there is no pitch point
             radii = "rw1 = {:.6f} mm, rw2 = {:.6f} mm".format(*mounting_of(self.design).working_radius)
             text += line("working radii", radii)
-            text += line("lines of action", f"of right and left flanks are {closing.gap:z.4f} mm apart")
-            text += line("generators", _generator_words(self.crossing))
+            text += line("lines of action", f"{closing.gap:z.4f} mm apart (right and left flanks)")
+            text += line("crossing angle", _generator_words(self.crossing))
             text += line(
                 "normal backlash", f"{closing.normal_backlash:z.4f} mm without errors and modifications"
             )
             text += line("as mounted", f"backlash {backlash_report(self.design).line}")
             text += error_lines(self.design) or line("errors", _pivot_words(self.design))
             if not math.isnan(closing.offset):
-                at = f"E = {closing.offset:.4f} mm ({closing.offset_difference:+z.4f}) at this shaft angle"
+                at = f"E = {closing.offset:.4f} mm ({closing.offset_difference:+z.4f}) with this shaft angle"
                 text += line("lines meet at", at)
             if not math.isnan(closing.shaft_angle):
                 angle, less = (math.degrees(a) for a in (closing.shaft_angle, closing.shaft_angle_difference))
-                text += line("lines meet at", f"shaft angle = {angle:.4f} deg ({less:+z.4f}) at this offset")
+                text += line(
+                    "lines meet at", f"shaft angle = {angle:.4f} deg ({less:+z.4f}) with this offset"
+                )
         if not isinstance(ideal, str):
             axes = (
                 f"E = {float(ideal.offset):.4f} mm, shaft angle = {math.degrees(ideal.shaft_angle):.4f} deg"
@@ -188,9 +194,9 @@ def proposal_like(design: Design) -> str | None:
 def _generator_words(crossing: dict[str, float]) -> str:
     """Return the angles between the generators by flank, from rad."""
     if not any(crossing.values()):
-        return "of flanks in contact are parallel without errors: line contact"
-    angles = (f"{math.degrees(angle):.4f} deg on {flank} flanks" for flank, angle in crossing.items())
-    return f"of flanks in contact are at an angle of {', '.join(angles)}; 0 is line contact"
+        return "0: the generators of the flanks are parallel without errors, which is line contact"
+    angles = (f"{math.degrees(angle):.4f} deg ({flank})" for flank, angle in crossing.items())
+    return f"between the generators of the flanks {', '.join(angles)}; 0 is line contact"
 
 
 def _pivot_words(design: Design) -> str:
@@ -232,9 +238,9 @@ class ProposalReport:
         return command_of(self.request, self.gear)
 
     @property
-    def measure(self) -> str:
+    def order(self) -> str:
         """Order of the proposals."""
-        return LEAST if self.request.least_cones else MEASURE
+        return LEAST if self.request.least_cones else GROUPS
 
     def text_of(self, k: int) -> str:
         """Return design `k`, counted from 1, as the text of a design file."""
@@ -246,8 +252,8 @@ class ProposalReport:
         members, angle = design.members, math.degrees(design.pair.shaft_angle)
         both = {
             "teeth": "/".join(str(int(member.teeth)) for member in members),
-            "helix": "/".join(f"{math.degrees(member.helix_angle):.4g}" for member in members) + " deg",
-            "cones": "/".join(f"{math.degrees(member.cone_angle):.4g}" for member in members) + " deg",
+            "helix": "/".join(f"{math.degrees(member.helix_angle):z.4g}" for member in members) + " deg",
+            "cones": "/".join(f"{math.degrees(member.cone_angle):z.4g}" for member in members) + " deg",
         }
         words = ", ".join(f"{name} {value}" for name, value in both.items())
         return f"module {self.request.module:g} mm, {words}, E = {design.pair.offset:.6g} mm, {angle:.6g} deg"
@@ -256,7 +262,8 @@ class ProposalReport:
         """Return the request and the designs, the best first, with their quantities and design files."""
         request = {name: value for name, value in plain(self.request).items() if name != "members"}
         designs = [record | {"toml": self.text_of(k)} for k, record in enumerate(self._records, 1)]
-        return {"request": request, "command": self.command, "measure": self.measure, "designs": designs}
+        measure = f"{self.order}. Reserve: {RESERVE}"
+        return {"request": request, "command": self.command, "measure": measure, "designs": designs}
 
     def rows(self) -> Rows:
         """Return the designs, the best first."""
@@ -270,20 +277,21 @@ class ProposalReport:
 
     def summary(self) -> str:
         """Return a table with a column for each design."""
-        rows = [("", [str(k) for k in range(1, 1 + len(self.proposals))])]
+        rows = [("pair", [str(k) for k in range(1, 1 + len(self.proposals))])]
         for name, values in self.rows().items():
             if name != "weakest":
-                rows.append((label(name), [number(name, value) for value in values]))
+                words = label(name).replace("n x", "n_x")
+                rows.append((words, [number(name, value) for value in values]))
         text = f"Proposed pairs\n  {typed(self.command)}\n\n"
         text += labelled_lines(rows, label_width=34, cell_width=12)
-        text += "\n" + line("order", self.measure)
-        weakest = (f"{k} {name}" for k, name in enumerate(self.weakest, 1))
-        text += line("weakest criterion", ", ".join(weakest)) + self._tip_lines()
-        sides = f"drive: the {self.request.flank} flanks, coast: the other flanks"
-        text += line("flanks", sides)
+        text += "\n" + line("order", self.order) + line("reserve", RESERVE)
+        weakest = (f"{name} (pair {k})" for k, name in enumerate(self.weakest, 1))
+        text += line("smallest reserve", ", ".join(weakest)) + self._tip_lines()
+        coast = FLANKS[1 - FLANKS.index(self.request.flank)]
+        text += line("flanks", f"{self.request.flank} flanks drive, {coast} flanks coast")
         text += line("n_x", "component of the common normal along the common perpendicular of the axes")
         text += line("crossing angle", "between the generators of the flanks; 0 is line contact")
-        return text + line("checked", "no warnings; --out FILE writes the first")
+        return text + line("warnings", "`check` has none; --out FILE writes pair 1, with --pick another one")
 
     @property
     def weakest(self) -> list[str]:
@@ -298,8 +306,8 @@ class ProposalReport:
         for k, proposal in enumerate(self.proposals, 1):
             if proposal.figures.links[DEPTH, 0] < 0.0:
                 depth = f"{-float(proposal.figures.depth[0]):.3g} mm below the mate's active flank"
-                where = "(form diameter), away from the path of contact"
-                text += line("tips", f"of design {k} reach {depth} {where}; certified: they touch nothing")
+                where = "(form diameter) away from the path of contact, where they touch nothing"
+                text += line("tips", f"pair {k}: the tips reach {depth} {where}")
         return text
 
 
@@ -312,21 +320,22 @@ def proposal_report(request: Request, count: int, gear: str = "") -> ProposalRep
 
 
 def _numbers(drive: str, proposal: Proposal) -> dict[str, Any]:
-    """Return the quantities of a proposal by name; `drive` names the driving flanks."""
+    """Return the quantities of a proposal by name; `drive` names the driving flanks.
+
+    They are those of the rounded design, except the reserve, by which the search has sorted the pairs."""
     design, figures = proposal.design, proposal.figures
     values = {"offset": float(design.pair.offset), "shaft_angle": float(design.pair.shaft_angle)}
     members = dict(zip(MEMBERS, design.members, strict=True))
     for name in ("cone_angle", "helix_angle", "profile_shift"):
         values |= {f"{key}_{name}": float(getattr(member, name)) for key, member in members.items()}
-    by_flank = {
-        "contact_ratio": figures.contact_ratio,
-        "crossing_angle": figures.crossing,
-        "n_x": figures.normal_x,
-    }
-    sides = {"drive": FLANKS.index(drive), "coast": 1 - FLANKS.index(drive)}
-    for name, both in by_flank.items():
-        values |= {f"{side}_{name}": float(both[k, 0]) for side, k in sides.items()}
-    by_member = {"tip_clearance": tip_clearances(design), "undercut_margin": figures.margin[:, 0]}
+    sides = {"drive": drive, "coast": FLANKS[1 - FLANKS.index(drive)]}
+    ratios = {side: contact_ratio(design, flank) for side, flank in sides.items()}
+    angles = {side: generator_angle_as_mounted(design, flank) for side, flank in sides.items()}
+    normals = {side: normal_x_as_mounted(design, flank)[0] for side, flank in sides.items()}
+    for name, both in (("contact_ratio", ratios), ("crossing_angle", angles), ("n_x", normals)):
+        values |= {f"{side}_{name}": float(value) for side, value in both.items()}
+    margins = [min(float(undercut_margin(m, flank)) for flank in FLANKS) for m in design.members]
+    by_member = {"tip_clearance": tip_clearances(design), "undercut_margin": margins}
     for name, both in by_member.items():
         values |= {f"{key}_{name}": float(value) for key, value in zip(members, both, strict=True)}
     return values | {"reserve": float(figures.reserve[0])}

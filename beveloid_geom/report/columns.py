@@ -41,6 +41,8 @@ _COLUMNS = (
     (Column("mm", heading="pinion z"), "z1"),
     (Column("mm", heading="gear z"), "z2"),
     (Column("mm", digits=3, heading="pinion z middle"), "centre"),
+    (Column("mm", heading="major semi-axis"), "major_semi_axis"),
+    (Column("mm", heading="minor semi-axis"), "minor_semi_axis"),
     (Column("mm", "um", 3), "deviation"),
     (Column("rad", "deg"), "angle shaft_angle_error shaft_angle_difference plane_error swivel"),
     (Column("rad", "deg", 6), "roll"),

@@ -19,6 +19,7 @@ from .result import MEMBERS, Report, Rows, flattened, picked, stacked_rows
 from .text import head_lines, line
 
 GIVEN, PLAIN = "as_given", "without_parabola"
+STATE_WORDS = {GIVEN: "as designed", PLAIN: "without parabola"}
 GRID = ("l", "z", "deviation", "pinion_roll")
 """Quantities of a point."""
 SECOND_ORDER = {
@@ -82,24 +83,24 @@ class EaseOffReport(Report):
         modified = self.design.has_parabola
         shown = [key for key in self.results if modified or key[1] == GIVEN]
         rows = [("", [f"{flank} flanks" for flank, _ in shown])]
-        rows += [("  um", [state.replace("_", " ") for _, state in shown])]
+        rows += [("  values in um", [STATE_WORDS[state] for _, state in shown])]
         sizes = [_sizes(self.known[key]) if key in self.known else {} for key in shown]
         ends = dict(zip(("toe", "heel"), end_names(self.design.pinion), strict=True))
         for name, words in LABELS.items():
             cells = [known_number("deviation", by_name.get(name, np.nan)) for by_name in sizes]
             rows.append((f"  {words.format(**ends)}", cells))
         text += labelled_lines(rows, 30, 17) + "\n" + head_lines(self.design)
-        text += line("sign", "positive where the flanks are apart; 0 at the contact at mid-roll of the path")
+        text += line("sign", "positive where the flanks are apart; 0 at the point of contact at mid-roll")
         text += line(
             "coefficients",
-            "of 1, x, y, x^2 - 1/3, y^2 - 1/3 and x y;"
-            f" x {ends['toe']} to {ends['heel']}, y root to tip, -1 to 1",
+            "mean to twist are those of 1, x, y, x^2 - 1/3, y^2 - 1/3 and x y; x runs from -1 at the"
+            f" {ends['toe']} to 1 at the {ends['heel']}, y from -1 at the root to 1 at the tip",
         )
         return text + "".join(line("note", note) for key in shown if (note := self._note(*key)))
 
     def _note(self, flank: str, state: str) -> str:
         """Return why the ease-off of a flank, or of some of its points, is unknown."""
-        result, lead = self.results[flank, state], f"{flank} flanks, {state.replace('_', ' ')}"
+        result, lead = self.results[flank, state], f"{flank} flanks, {STATE_WORDS[state]}"
         if isinstance(result, str):
             return f"{lead}: {result}"
         count = np.count_nonzero(result.status != Status.SOLVED)

@@ -207,19 +207,22 @@ class OperationReport(Report):
             else number("contact_ratio", value)
             for value, doubt in zip((self.operating, self.within_film), self.doubts, strict=True)
         )
-        near += f" with clearances up to {1e3 * self.film:g} um"
-        text += line("contact ratio", f"{eq16} of one tooth pair (Eq. 16); in operation {operating}, {near}")
+        text += line(
+            "contact ratio",
+            f"{eq16} of one tooth pair (Eq. 16); in operation {operating}, or {near} if clearances up to"
+            f" {1e3 * self.film:g} um count as contact",
+        )
         cycle = self.cycle
         text += line(
             "transmission error", f"{number('peak_to_peak', cycle.peak_to_peak)} arcsec peak to peak"
         )
         amplitudes = ", ".join(number("peak_to_peak", value) for value in np.abs(cycle.harmonics))
         text += line("amplitudes", f"{amplitudes} arcsec at the mesh frequency and its multiples")
-        share = f"touch during {100.0 * float(cycle.edge_share):.1f} % of the cycle"
-        text += line("edges", "no edge touches before the flanks" if self.along_lines else share)
+        share = f"during {100.0 * float(cycle.edge_share):.1f} % of the mesh cycle"
+        text += line("edge contact", "none before the flanks touch" if self.along_lines else share)
         text += line("pair", "number of the tooth pair in contact")
         if self.along_lines:
-            return text + line("hand-over", "none, several pairs are in contact at the same time")
+            return text + line("hand-over", "none, because several pairs are in contact at the same time")
         changes = (cycle.changes[cycle.hand_over] - float(cycle.start)) / cycle.pitch
         return text + line("hand-over", ", ".join(f"{at:.4f}" for at in changes) + " pitches into the cycle")
 

@@ -310,4 +310,4 @@ def ratio_lines(lines: ContactLines) -> str:
     """Return the line with the contact ratios of ISO 21771."""
     transverse, overlap, total = (number("contact_ratio", getattr(lines, name)) for name in LINE_RATIOS)
     text = f"transverse {transverse} at mid-face, overlap {overlap}, total {total}"
-    return line("contact lines", f"line contact on parallel axes, contact ratios {text}")
+    return line("line contact", f"on parallel axes; contact ratios: {text}")

@@ -83,12 +83,14 @@ class PlaceReport(ResultReport[Placement]):
         text += line("errors added", ", ".join(trade_words(name) for name in result.by))
         text += line(
             "face, z, dl",
-            "position at mid-roll of the path on the pinion: share of the face from the end at -z; z from"
-            f" mid-face; l1 minus the required l1 = {result.wanted_l:.4f} mm, which is centred in profile by"
+            "middle of the path on the pinion: share of the face from the end at -z, distance from mid-face,"
+            f" and l1 minus the required l1 = {result.wanted_l:.4f} mm, which is centred in profile by"
             " default",
         )
         text += line(
-            "ratio, TE, edges", "contact ratio (Eq. 16), transmission error of all teeth, edge contact"
+            "ratio, TE, edges",
+            "contact ratio (Eq. 16), transmission error of all teeth, share of the mesh cycle with edge"
+            " contact",
         )
         letters = {"pinion_mounting": "dw1", "gear_mounting": "dw2"}
         for k, share in enumerate(result.at):
@@ -116,9 +118,8 @@ class PlaceReport(ResultReport[Placement]):
         nearest = f"{100.0 * (result.z[k] / face + 0.5):.1f} % of the face, {_off(result, k)}"
         if status == PlaceStatus.OFF_CENTRE:
             lead = (
-                f"{at} of the face, centred in profile, needs {_error_words(result, result.exact[k])}, but"
-                f" the pair"
-                " jams there"
+                f"{at} of the face at the required l1 needs {_error_words(result, result.exact[k])}, but the"
+                " pair jams there"
             )
             if np.isnan(result.z[k]):
                 return [f"{lead}; it also jams at all nearby positions in profile"]
@@ -164,9 +165,9 @@ def _error_words(result: Placement, errors: FloatArray) -> str:
 
 
 def _off(result: Placement, k: int) -> str:
-    """Return the distance of the path from the centre of the profile."""
+    """Return the difference of l1 from the required l1."""
     off = result.l[k] - result.wanted_l
-    return f"{abs(off):.4f} mm {'above' if off > 0.0 else 'below'} the centre of the profile"
+    return f"with l1 {abs(off):.4f} mm {'above' if off > 0.0 else 'below'} the required l1"
 
 
 def place_report(

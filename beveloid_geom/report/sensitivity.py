@@ -144,7 +144,7 @@ class SensitivityReport(ResultReport[Sensitivity]):
         text += line("transmission error", f"{amplitude} arcsec peak to peak over the path")
         text += line(
             "movements",
-            "of the path at its middle: along the face towards +z at constant l, and on the flank"
+            "the middle of the path moves along the face (towards +z at constant l), and on the flank"
             " perpendicular to the path; z of the middle also changes because the position at mid-roll moves"
             " along the path",
         )
@@ -177,7 +177,7 @@ class SensitivityReport(ResultReport[Sensitivity]):
         """Derivatives that do not exist, with the reason; empty if all exist."""
         result = self.result
         if self.along_lines:
-            return f"of the path: {ALONG_LINES}. The backlash decreases with both signs of that error (-)"
+            return f"of the path: {ALONG_LINES}. The backlash decreases for both signs of this error (-)"
         if np.isnan(result.pinion_roll_by[1]).any():
             return "of the middle of the path: the roll is not monotone along the path"
         if np.isnan(result.face_shift_by[1]).any():

@@ -95,16 +95,16 @@ class SlidingReport(Report):
         for label, name, definition in (
             ("specific sliding", "specific", "along the profile"),
             (
-                "total",
+                "specific total",
                 "specific_total",
-                "sliding in all directions over the path of the contact on the flank",
+                "sliding in all directions, divided by the distance that the contact moves on the flank",
             ),
         ):
             spans = ("{} {:z.4f} to {:z.4f}".format(m, *self.ranges[f"{m}_{name}"]) for m in MEMBERS)
             text += line(label, f"{', '.join(spans)}; {definition}")
         if not math.isnan(self.pitch_roll):
             roll = number("pinion_roll", self.pitch_roll)
-            text += line("pitch point", f"nearest at {roll} deg of pinion roll")
+            text += line("pitch point", f"nearest to the path at {roll} deg of pinion roll")
         return text + line("path", end_words(self.design, self.path.ends))
 
 

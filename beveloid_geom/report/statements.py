@@ -69,13 +69,13 @@ class StatementsReport:
 def _entry(statement: Statement) -> str:
     """Return the lines on one statement."""
     lines = [f"  {statement.id}  {statement.verdict.value}"]
-    parts = {"says": statement.statement, "by": statement.measure, "found": statement.why}
+    parts = {"paper": statement.statement, "measure": statement.measure, "result": statement.why}
     for label, words in parts.items():
         lines += textwrap.wrap(
             words if words[1].isdigit() else words[0].upper() + words[1:],  # a1 stays
             LINE_WIDTH,
-            initial_indent=f"      {label:<6}",
-            subsequent_indent=" " * 12,
+            initial_indent=f"      {label:<8}",
+            subsequent_indent=" " * 14,
             break_on_hyphens=False,
         )
     return "\n".join(lines) + "\n"

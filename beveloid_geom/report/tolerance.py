@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -219,12 +220,12 @@ def tolerance_remarks(design: Design, study: ToleranceStudy) -> tuple[Remark, ..
     A remark on less than 0.27 % of the mountings is a note: this share of a normal distribution lies outside
     a tolerance of three standard deviations."""
     warning_share = 0.0027
-    words = f"with errors drawn at random within {_tolerance_words(study)}"
+    words = f"with the tolerances {_tolerance_words(study)}"
     lead = f"{study.flank} flanks: {{}}"
     mountings = study.mountings
     failed = np.isin(mountings.status, (Status.NOT_CONVERGED, Status.UNDEFINED))
     faces = np.isin(mountings.limit, FACE_ENDS).any(axis=1)
-    jammed = "{} of mountings cannot be assembled, according to the tangency of their flanks"
+    jammed = "{} of mountings cannot be assembled, judged by the backlash between tangent flanks"
     counts = [
         (f"{lead} of mountings have no contact", ~mountings.solved & ~failed, WARNING),
         (f"{lead} of mountings could not be computed", failed, UNKNOWN),
@@ -265,7 +266,7 @@ def _jam_words(study: ToleranceStudy) -> str:
     """Return the share of mountings that cannot be assembled, and how certain it is."""
     counts = jam_counts(study)
     jammed, certain, unknown = (_percent(count, study.cases) for count in counts.values())
-    text = f"{jammed} of the mountings cannot be assembled, according to the tangency of their flanks"
+    text = f"{jammed} of the mountings cannot be assembled, judged by the backlash between tangent flanks"
     if (study.mountings.tangency == Tangency.ESTIMATE).any():
         text += "; an estimate, because negative relative curvature or tips near fillets reduce the backlash"
     if counts["jammed_for_sure"] < counts["jammed"]:
@@ -287,13 +288,15 @@ def size_words(tolerances: Tolerances) -> str:
 def _tolerance_words(study: ToleranceStudy) -> str:
     """Return sizes and distribution of the tolerances of a study."""
     tolerances, words = study.tolerances, size_words(study.tolerances)
-    spread = f", each {tolerances.sigmas:g} sigma" if tolerances.distribution == "normal" else ""
-    return f"{words}; {tolerances.distribution}{spread}"
+    spread = f", {tolerances.sigmas:g} sigma in each tolerance" if tolerances.distribution == "normal" else ""
+    return f"{words}; {tolerances.distribution} distribution{spread}"
 
 
 def _percent(count: int, cases: int) -> str:
-    """Return a share of the mountings in percent; 0 and 100 % have no digits."""
-    return f"{100.0 * count / cases:.3g} %" if count in (0, cases) else f"{100.0 * count / cases:.3f} %"
+    """Return a share of the mountings in percent, with the decimals that distinguish single mountings; 0 and
+    100 % have none."""
+    decimals = 0 if count in (0, cases) else max(math.ceil(math.log10(cases)) - 2, 0)
+    return f"{100.0 * count / cases:.{decimals}f} %"
 
 
 def _limit_words(study: ToleranceStudy) -> str:

@@ -57,7 +57,7 @@ class Case:
 
     @cached_property
     def sweeps(self) -> dict[str, Sweep]:
-        """PathMeasures of C1 to C4."""
+        """Results for the coefficients of C1 to C4."""
         # Signs of the coefficients of pinion and gear, and the largest coefficient.
         sweeps = {"C1": (1, 1, SMALL), "C2": (-1, -1, SMALL), "C3": (1, -1, LARGE), "C4": (-1, 1, LARGE)}
         return read_only(
@@ -177,9 +177,9 @@ def _course(row: FloatArray, size: FloatArray, unit: str) -> str:
     """Return the first value of a sweep, its extrema inside the range, and the last value, as text."""
     if not np.isfinite(row).all():
         return f"{np.isfinite(row).sum()} of {row.size} paths on the flanks"
-    text = f"{row[0]:z.4g}"
+    text = f"{row[0]:z.4g} at 0"
     inside = [int(k) for k in (row.argmin(), row.argmax()) if 0 < k < row.size - 1]
-    text += "".join(f", {row[k]:z.4g} at {size[k]:.3g} 1/mm" for k in inside)
+    text += "".join(f", {row[k]:z.4g} at {size[k]:.3g}" for k in inside)
     return f"{text}, {row[-1]:z.4g} {unit}".rstrip() + f" at {size[-1]:.3g} 1/mm"
 
 
@@ -204,7 +204,7 @@ def _sweep(name: str, shown: tuple[tuple[str, str, str, str], ...], case: Case) 
         for text, quantity, measure, unit in shown
     ]
     quantities = {"length": found.paths.length, "angle": found.paths.angle, "location": places, "fall": falls}
-    return quantities, f"pinion in the side view: {', '.join(words)}"
+    return quantities, f"pinion in the side view: {'; '.join(words)}"
 
 
 def _ratios(name: str, case: Case) -> Measured:
@@ -220,7 +220,7 @@ def _ratios(name: str, case: Case) -> Measured:
         "Eq. 16 without toe and heel": contact_ratio(wide, case.flank),
     }
     measures = {measure: np.where(ratio > 0.0, ratio, np.nan) for measure, ratio in both.items()}
-    return {"ratio": measures}, ", ".join(
+    return {"ratio": measures}, "; ".join(
         f"{measure}: {_course(row, found.size, '')}" for measure, row in measures.items()
     )
 
@@ -230,7 +230,7 @@ def _ratios_to_half(case: Case) -> Measured:
     claim uses."""
     found, words = _ratios("C2", case)
     ratio = found["ratio"]["Eq. 16"]
-    return found, f"{words}, by Eq. 16 {ratio[ratio.size // 2]:.4g} at {SMALL / 2:g} 1/mm"
+    return found, f"{words}; Eq. 16 at {SMALL / 2:g} 1/mm: {ratio[ratio.size // 2]:.4g}"
 
 
 def _turn(found: Sweep, index: int) -> FloatArray:
@@ -294,8 +294,8 @@ def _smaller(error: str, size: float, case: Case) -> Measured:
         measures[f"{name}, derivative"] = np.stack(rows, axis=-1)
     along, square = measures["along the face, equal l"][0], measures["square, side view"][0]
     words = (
-        f"the pinion's goes from {along[0]:.4g} to {along[1]:.4g} mm along the face, and from {square[0]:.4g}"
-        f" to {square[1]:.4g} mm perpendicular to the path in the side view"
+        f"the shift on the pinion changes from {along[0]:.4g} to {along[1]:.4g} mm along the face, and from"
+        f" {square[0]:.4g} to {square[1]:.4g} mm perpendicular to the path in the side view"
     )
     return {"shift": measures}, words
 

@@ -134,7 +134,7 @@ def shim(design: Design, backlash: float, at: float | None = None, flank: str = 
         return _forward(design, flank, backlash, z, limit, None, ShimStatus.NO_EFFECT)
     off, by = _conditions(design, flank, backlash, z)
     result = _forward(design, flank, backlash, z, limit, _root(off, by, np.zeros(2)), ShimStatus.REACHED)
-    # At a kink of the backlash, the derivatives lead astray.
+    # At a kink of the backlash, Newton's method may not converge.
     if not result.residual <= RESIDUAL_TOLERANCE_MM and at is None:
         result = _bracketed_shim(design, flank, backlash, limit, (off, by))
     # The path may leave the flanks between the design and the solution.

@@ -1,4 +1,4 @@
-"""Mountings in operation: a tolerance study of mesh cycles against single ones."""
+"""Mountings in operation: mesh cycles of a tolerance study, compared with single mesh cycles."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def in_operation(study: ToleranceStudy) -> CycleStatistics:
 
 
 @pytest.mark.parametrize("number", [0, 64, OPERATION - 1])
-def test_each_mounting_is_as_by_itself(study: ToleranceStudy, number: int) -> None:
+def test_each_mounting_equals_the_single_design(study: ToleranceStudy, number: int) -> None:
     errors = study.mountings.errors[number]
     alone = MODIFIED.with_errors(Errors(*errors))
     cycle, found = mesh_cycle(alone), in_operation(study)
@@ -42,7 +42,7 @@ def test_each_mounting_is_as_by_itself(study: ToleranceStudy, number: int) -> No
     assert found.film_ratio[number] == pytest.approx(alone_ratio, abs=1e-8)
 
 
-def test_the_spread_over_threads_is_the_same(study: ToleranceStudy) -> None:
+def test_threads_do_not_change_the_result(study: ToleranceStudy) -> None:
     done: list[int] = []
     with ThreadPoolExecutor(2) as executor:
         again = tolerance_study(
@@ -60,7 +60,7 @@ def test_the_spread_over_threads_is_the_same(study: ToleranceStudy) -> None:
     assert sum(done) == CASES + CYCLE_COST * OPERATION
 
 
-def test_what_is_not_asked_for_is_not_there() -> None:
+def test_results_that_are_not_requested_are_missing() -> None:
     few = tolerance_study(MODIFIED, USUAL, "right", 3)
     assert few.running is None
     assert few.nominal_running is None
@@ -70,7 +70,7 @@ def test_what_is_not_asked_for_is_not_there() -> None:
     assert "in operation" not in report.summary()
 
 
-def test_reports_have_what_the_study_has(study: ToleranceStudy) -> None:
+def test_reports_contain_the_values_of_the_study(study: ToleranceStudy) -> None:
     report, found = ToleranceReport("Table 1", MODIFIED, study), in_operation(study)
     data, rows = report.data(), report.rows()
     assert data["operation"]["cases"] == OPERATION
@@ -110,7 +110,7 @@ def test_patterns_are_those_of_the_mountings_that_move_the_path_furthest(study: 
 
 
 def test_a_mounting_without_first_contact_is_named() -> None:
-    """Gears a face width apart along the pinion's axis."""
+    """The members are a face width apart along the axis of the pinion."""
     errors = np.array([[0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 400.0, 0.0]])
     found = cycle_statistics(mounted(MODIFIED, errors), "right")
     assert found.status.tolist()[0] == FirstStatus.SOLVED
@@ -120,6 +120,6 @@ def test_a_mounting_without_first_contact_is_named() -> None:
 
 
 def test_one_error_of_a_closed_pair_leaves_no_transmission_error() -> None:
-    """Unmodified flanks have none, whatever the mounting."""
+    """Unmodified flanks have no transmission error in any mounting."""
     few = tolerance_study(table1(), Tolerances(offset=0.02), "left", 4, operation=4)
     assert np.abs(in_operation(few).cycle_peak_to_peak).max() < 1e-12

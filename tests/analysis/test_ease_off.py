@@ -1,4 +1,4 @@
-"""Ease-off: 0 for conjugate flanks, brute force along the normal, parabolas, transmission error, pattern."""
+"""Ease-off: 0 for conjugate flanks; brute force along the normal, parabolas, transmission error, pattern."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ MODIFIED = (0.001, -0.001)
 
 
 def helical(shaft_angle: float, helix: float, shifts: tuple[float, float] = (0.0, 0.0)) -> Design:
-    """Two helical gears (module 4, 20 deg) on axes that are all but parallel."""
+    """Return two helical gears (module 4, 20 deg) on nearly parallel axes."""
     tool = Tool(4.0, radians(20.0))
     helices = shaft_angle / 2.0 + helix, shaft_angle / 2.0 - helix
     pinion, gear = (
@@ -49,7 +49,7 @@ def helical(shaft_angle: float, helix: float, shifts: tuple[float, float] = (0.0
 
 @pytest.mark.parametrize("helix", [0.0, radians(15.0), radians(-25.0)])
 @pytest.mark.parametrize("shifts", [(0.0, 0.0), (0.2, -0.2)])
-def test_conjugate_flanks_have_none(flank: str, helix: float, shifts: tuple[float, float]) -> None:
+def test_conjugate_flanks_have_no_ease_off(flank: str, helix: float, shifts: tuple[float, float]) -> None:
     """In the limit of parallel axes, helical gears touch along lines and the ease-off is 0 everywhere. Before
     the limit it is proportional to the square of the shaft angle."""
     found = ease_off(helical(1e-6, helix, shifts), flank)
@@ -60,7 +60,7 @@ def test_conjugate_flanks_have_none(flank: str, helix: float, shifts: tuple[floa
 
 
 def test_it_vanishes_along_the_path_of_unmodified_flanks(flank: str) -> None:
-    """Whatever the mounting: the transmission error is 0."""
+    """In every mounting, because the transmission error is 0."""
     for errors in (Errors(), Errors(0.1, 1e-4, 0.3, -0.2)):
         path = path_of_contact(table1(errors=errors), flank, 21)
         assert np.abs(ease_off_at(path.design, flank, path.l1, path.pinion_z)).max() < 1e-12
@@ -113,7 +113,7 @@ def least_along_the_normal(design: Design, flank: str, l: float, z: float) -> fl
 
 @pytest.mark.parametrize("parabola", [(0.0, 0.0), MODIFIED, (-0.002, 0.003)])
 def test_against_brute_force(flank: str, parabola: tuple[float, float]) -> None:
-    """The hollow mate of the last has no conjugate at the right flank's root and toe."""
+    """The concave mate of the last pair has no conjugate at root and toe of the right flank."""
     design = table1(parabola, Errors(offset=0.05))
     found = ease_off(design, flank, (3, 5))
     for i, j in ((0, 0), (0, 4), (1, 1), (2, 0), (2, 4)):
@@ -126,7 +126,8 @@ def test_against_brute_force(flank: str, parabola: tuple[float, float]) -> None:
 
 
 def test_against_the_least_separation_of_the_pattern(flank: str) -> None:
-    """Found by feet on the mating flank and parabolas over the roll; to second order in the slope."""
+    """The separation is computed from feet on the mating flank and parabolas over the roll. Both agree to
+    second order in the slope."""
     side = contact_pattern(table1(), flank, resolution=2.0).pinion
     stands = side.status == PatternStatus.STANDSTILL
     assert np.count_nonzero(stands) > 50
@@ -155,9 +156,10 @@ def test_along_the_path_it_is_the_transmission_error(flank: str) -> None:
 
 
 def test_a_parabola_of_the_pinion_changes_it_by_its_normal_deviation(flank: str) -> None:
-    """Exact distances of the bent flank from the straight one, at their feet, less that in the middle, where
-    the gear is phased anew: but for the square of the coefficient a, and for the tilt 2 a l of the normal
-    along which the ease-off itself is measured, times its slope (under 0.01 here)."""
+    """The change equals the distance of the parabolic flank from the straight one at its feet, minus this
+    distance in the middle, where the gear is rotated into contact again. The difference is of the order
+    a^2, and of the order of the tilt 2 a l of the normal times the slope of the ease-off (below 0.01
+    here)."""
     pose, found, left = meshing_pair(table1(), flank), ease_off(table1(), flank, (7, 7)), []
     for a in (1e-4, 1e-5):
         bent, u = table1((a, 0.0)), trace_parameter(table1((a, 0.0)).pinion, flank, found.l, found.z)
@@ -171,7 +173,8 @@ def test_a_parabola_of_the_pinion_changes_it_by_its_normal_deviation(flank: str)
 
 
 def test_a_parabola_of_the_gear_changes_it_by_its_normal_deviation(flank: str) -> None:
-    """a l2^2 where the conjugate is generated, but for the square of a, and for the same in the middle."""
+    """The change is a l2^2 at the conjugate point, minus its value in the middle, up to terms of the order
+    a^2."""
     design, left = table1(), []
     pose, found = meshing_pair(design, flank), ease_off(design, flank, (7, 7))
     patch = flank_patch(design.pinion, flank, found.l, z=found.z)
@@ -189,9 +192,9 @@ def test_a_parabola_of_the_gear_changes_it_by_its_normal_deviation(flank: str) -
     assert left[1] < 0.012 * left[0]
 
 
-def test_line_contact_and_point_contact_are_told_apart() -> None:
-    """Table 1's right flanks are in approximate line contact; with 0.1 um of rest it is a surface of second
-    order: no tip edge of the mate has a part in it."""
+def test_line_contact_and_point_contact_are_distinguished() -> None:
+    """The right flanks of Table 1 have approximate line contact. A surface of second order fits the
+    ease-off with a residual of 0.1 um, because no tip edge of the mate limits it."""
     right, left = (ease_off(table1(), flank).second_order for flank in ("right", "left"))
     assert right.rest == pytest.approx(0.0887e-3, abs=1e-7)
     assert left.rest == pytest.approx(0.3291e-3, abs=1e-7)
@@ -201,7 +204,8 @@ def test_line_contact_and_point_contact_are_told_apart() -> None:
 
 
 def test_the_mate_is_not_trimmed(flank: str) -> None:
-    """Its face and addendum change nothing, as long as there is a path: without parabola the phase stays."""
+    """Face width and addendum of the mate do not change the ease-off if there is a path: without parabola
+    the phase is the same."""
     design = table1()
     gear = replace(design.gear, face_width=20.0, tool=replace(design.gear.tool, addendum=0.7))
     less = ease_off(replace(design, gear=gear), flank)
@@ -226,7 +230,7 @@ def test_second_order_hardly_depends_on_the_grid(flank: str) -> None:
     assert all(abs(coarse[name] - fine[name]) < 2e-3 * size for name in fine)
 
 
-def test_second_order_gives_back_its_own_surface() -> None:
+def test_second_order_reproduces_its_surface() -> None:
     y, x = np.linspace(-1.0, 1.0, 5), np.linspace(-1.0, 1.0, 9)
     grid_y, grid_x = np.meshgrid(y, x, indexing="ij")
     wanted = (1.0, -2.0, 3.0, 4.0, -5.0, 6.0)
@@ -241,7 +245,7 @@ def test_second_order_gives_back_its_own_surface() -> None:
 
 
 @pytest.mark.parametrize("design", CROSSING.values(), ids=CROSSING)
-def test_where_the_path_crosses_n_x(design: Design) -> None:
+def test_paths_across_n_x_0(design: Design) -> None:
     found = ease_off(design, "right", (5, 5))
     solved = found.status == Status.SOLVED
     assert np.array_equal(solved, np.isfinite(found.deviation))
@@ -251,9 +255,9 @@ def test_where_the_path_crosses_n_x(design: Design) -> None:
         assert found.deviation[i, j] == pytest.approx(expected, abs=1e-8)
 
 
-def test_random_pairs_have_smooth_ones() -> None:
-    """As they are made and mounted, also with few teeth: no point belongs to another branch of a flank, and
-    all but some points near undercut or past the involute of the mate are solved."""
+def test_random_pairs_have_a_smooth_ease_off() -> None:
+    """Pairs with usual dimensions and errors, also with few teeth. No point belongs to another branch of a
+    flank. All points are solved except some near undercut or beyond the involute of the mate."""
     designs, known = random_designs("usual", 40, 11), []
     for k in range(40):
         design = mapped(lambda value, k=k: float(value[k]) if np.ndim(value) else value, designs)

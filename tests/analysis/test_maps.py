@@ -1,4 +1,4 @@
-"""Maps of a design: cells against single designs, symmetries, the paper's numbers, and their figures."""
+"""Maps of a design: cells compared with single designs, symmetries, numbers of the paper, and results."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def small_map(design: Design, over: str, flank: str = "right", **more: Any) -> D
 
 
 def expected(cell: Design, flank: str) -> dict[str, float]:
-    """Figures of one cell by paths of single designs; the shift by hand."""
+    """Return the results of one cell from paths of single designs, with the shift computed here."""
     path = path_of_contact(cell, flank, 17)
     backlash = float(mounting_of(cell).normal_backlash)
     play = float(tangent_backlash(cell).normal)
@@ -73,7 +73,7 @@ def expected(cell: Design, flank: str) -> dict[str, float]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("over", list(PRESETS))
-def test_cells_are_those_of_single_designs(over: str, flank: str) -> None:
+def test_cells_equal_single_designs(over: str, flank: str) -> None:
     design = table1() if over == "parabola" else table1(MODIFIED)
     found = small_map(design, over, flank)
     assert found.status.shape == (4, 4)
@@ -90,7 +90,7 @@ def test_cells_are_those_of_single_designs(over: str, flank: str) -> None:
     assert (np.isnan(found.contact_ratio) == lost).all()
 
 
-def test_cells_of_crowned_flanks_are_those_of_single_designs(flank: str) -> None:
+def test_cells_of_crowned_flanks_equal_single_designs(flank: str) -> None:
     design = table1()
     design = replace(design, pinion=design.pinion.modified(Modification(helix_crowning_um=10.0)))
     found = small_map(design, "parabola", flank, first=(-0.0006, 0.0), second=(0.0, 0.0004), steps=2)
@@ -103,7 +103,7 @@ def test_cells_of_crowned_flanks_are_those_of_single_designs(flank: str) -> None
 
 
 def test_jammed_cells_are_not_sound() -> None:
-    """With an offset error the layout has backlash and the pair none."""
+    """With an offset error, the layout has backlash but the pair has none."""
     found = map_of(table1(errors=Errors(offset=-0.1)), "shift", steps=3, errors=OFFSET)
     assert (found.mounted_backlash < found.normal_backlash).all()
     assert (found.jammed & ~found.interferes).any()
@@ -111,7 +111,7 @@ def test_jammed_cells_are_not_sound() -> None:
 
 
 def test_the_papers_numbers() -> None:
-    """To both ends of its Figs. 9 to 11, and half-way there the modified pair of its Figs. 12 to 15."""
+    """At both ends of Figs. 9 to 11, and at half of them for the modified pair of Figs. 12 to 15."""
     found = map_of(table1(), "parabola", steps=5, errors=OFFSET)
     np.testing.assert_allclose(found.first, [-0.002, -0.001, 0.0, 0.001, 0.002], atol=1e-18)
     assert found.contact_ratio[2, 2] == pytest.approx(1.651001, abs=5e-7)
@@ -127,7 +127,7 @@ def test_the_papers_numbers() -> None:
 
 
 def test_shift_holds_the_layout_and_changes_the_backlash() -> None:
-    """Without parabolas the path is the same line; the more the shift, the less the backlash."""
+    """Without parabolas the path is the same line; a larger shift reduces the backlash."""
     found = small_map(table1(), "shift", flank="left")
     assert np.ptp(found.shift) < 1e-9
     assert (np.diff(found.normal_backlash, axis=0) < 0.0).all()
@@ -141,7 +141,7 @@ def test_shift_holds_the_layout_and_changes_the_backlash() -> None:
 def test_mounting_moves_the_flanks_under_the_path() -> None:
     found = small_map(table1(), "mounting", first=(-5.0, 5.0), second=(-5.0, 5.0), steps=3)
     slope = (found.centre[2, 1] - found.centre[0, 1]) / 10.0
-    assert -1.0 <= slope < -0.9  # the place in space is kept, but for the change of the ends
+    assert -1.0 <= slope < -0.9  # the position in space is constant, except for the change of the ends
     cell = design_at(table1(), "mounting", 5.0, 0.0)
     assert cell.pair.pinion_mounting == pytest.approx(float(mounting_of(table1()).distance[0]) + 5.0)
 
@@ -158,7 +158,7 @@ def test_cells_in_operation_have_their_mesh_cycle() -> None:
     assert found.edge_share[2, 2] > 0.5 > found.edge_share[0, 0] > found.edge_share[1, 0] == 0.0
 
 
-def test_bests_of_quadrants_are_sound_cells_that_reach_the_ratio() -> None:
+def test_best_cells_of_quadrants_are_sound_and_reach_the_ratio() -> None:
     near = (-0.001, 0.001)
     found = map_of(table1(), "parabola", first=near, second=near, steps=9, errors=OFFSET)
     for ratio in (1.6, 0.5):
@@ -171,7 +171,7 @@ def test_bests_of_quadrants_are_sound_cells_that_reach_the_ratio() -> None:
 
 
 def test_a_map_over_offset_and_shaft_angle() -> None:
-    """Cells are single designs, and their backlash follows the layout; bounds have no default."""
+    """Cells equal single designs, and their backlash follows from the layout. There are no default bounds."""
     layout, first = ("offset", "shaft_angle"), (228.95, 229.05)
     second = (radians(14.99), radians(15.01))
     found = map_of(table1(MODIFIED), layout, steps=3, errors=OFFSET, first=first, second=second)
@@ -186,7 +186,7 @@ def test_a_map_over_offset_and_shaft_angle() -> None:
         map_of(table1(), layout, first=first)
 
 
-def test_usual_bounds_hold_the_design() -> None:
+def test_usual_bounds_include_the_design() -> None:
     low, high = usual_bounds(table1((0.004, 0.0)), "parabola")[0]
     assert low == -0.004
     assert high == 0.004
@@ -195,7 +195,7 @@ def test_usual_bounds_hold_the_design() -> None:
     np.testing.assert_allclose(usual_bounds(table1(), "shift"), [(-0.13, 0.47), (-0.0819, 0.5181)])
 
 
-def test_sums_of_nothing_are_not_hollow() -> None:
+def test_cells_with_the_sum_0_are_not_hollow() -> None:
     found = map_of(table1(), "parabola", steps=3, errors=OFFSET)
     pinion = np.linspace(0.0, 0.0007, 8)
     fine = replace(found, first=pinion, second=np.linspace(-0.0007, 0.0, 8), status=np.zeros((8, 8), np.int8))
@@ -204,7 +204,7 @@ def test_sums_of_nothing_are_not_hollow() -> None:
 
 
 def crossed_helical(pressure_deg: float) -> Design:
-    """Cylindrical gears of 30 and 20 deg helix that close without backlash."""
+    """Return cylindrical gears with helix angles of 30 and 20 deg without backlash."""
     tool = Tool(6.0, radians(pressure_deg), tip_radius=0.2)
     pinion, gear = (Member(tool, n, radians(beta), 0.0, 0.0, 60.0) for n, beta in ((20, 30), (30, 20)))
     offset = 60.0 / cos(radians(30)) + 90.0 / cos(radians(20))
@@ -212,7 +212,7 @@ def crossed_helical(pressure_deg: float) -> Design:
 
 
 @pytest.mark.parametrize("over", ["shift", "mounting"])
-def test_backlash_is_followed_past_half_a_pitch(over: str) -> None:
+def test_backlash_is_continuous_beyond_half_a_pitch(over: str) -> None:
     """The backlash of crossed helical gears is -2 m_n sin(alpha) (x1 + x2) for any mounting."""
     found = small_map(crossed_helical(30.0), over, first=(-1.2, 1.2), second=(-1.2, 1.2), steps=5)
     wanted = -6.0 * np.add.outer(found.first, found.second) * (over == "shift")
@@ -222,7 +222,7 @@ def test_backlash_is_followed_past_half_a_pitch(over: str) -> None:
         np.testing.assert_array_equal(found.interferes[found.solved], (wanted < -1e-9)[found.solved])
 
 
-def test_backlash_of_a_design_at_half_a_pitch_is_followed_to_either_side() -> None:
+def test_backlash_at_half_a_pitch_is_continued_in_both_directions() -> None:
     design = crossed_helical(30.0)
     design = replace(design, pinion=replace(design.pinion, profile_shift=1.36))
     found = small_map(design, "shift", first=(1.0, 1.7), second=(-0.3, 0.2), steps=3)
@@ -241,7 +241,7 @@ def test_a_path_may_be_a_single_point() -> None:
 
 
 def test_a_change_of_mounting_is_an_axial_error() -> None:
-    """Also of a design that fixes its mounting distances elsewhere than at the pitch point."""
+    """This also holds for a design whose given mounting distances are not those of the pitch point."""
     fixed = replace(table1(MODIFIED), pair=replace(table1().pair, pinion_mounting=215.0, gear_mounting=208.0))
     found = small_map(fixed, "mounting", first=(-4.0, 4.0), second=(-3.0, 3.0), steps=2)
     for i, j in np.ndindex(2, 2):
@@ -262,14 +262,14 @@ def test_each_cell_has_its_own_reason() -> None:
     assert "moves the path off" not in cell_words(few)
 
 
-def test_of_the_angle_the_table_has_the_magnitude() -> None:
+def test_the_table_has_the_magnitude_of_the_angle() -> None:
     found = map_of(table1(), "parabola", steps=3, errors=OFFSET)
     one, other = (replace(found, angle=sign * found.angle) for sign in (1.0, -1.0))
     assert MapReport("", one.design, one).summary() == MapReport("", one.design, other).summary()
 
 
 def test_a_design_reaches_its_own_ratio() -> None:
-    """Solved alone or with others, it differs by rounding."""
+    """The contact ratio of a design differs by rounding if it is solved in a batch."""
     for coefficients in ((0.001, -0.0015), (0.0004, -0.0004), (0.0002, -0.0003)):
         design, (first, second) = table1(coefficients), coefficients
         found = map_of(

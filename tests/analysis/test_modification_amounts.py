@@ -1,4 +1,4 @@
-"""Optimised amounts against a search by brute force; crownings by running the contact forward."""
+"""Optimised amounts compared with brute force; crownings checked by computing the contact of the result."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ def extent(side: MemberPattern) -> float:
 
 @pytest.mark.slow
 def test_least_transmission_error_within_a_shift() -> None:
-    """The shift at the optimum is its limit, and no amounts of a grid with less transmission error meet the
-    limit. Both are taken from single paths of contact and mesh cycles."""
+    """At the optimum the shift equals its limit. No amounts on a grid have a smaller transmission error
+    within this limit. Both are computed from single paths of contact and mesh cycles."""
     aim = replace(AIM, least="transmission_error", shift=4.0)
     found = optimise_amounts(table1(), aim, {HELIX: (0.0, 30.0), PROFILE: (0.0, 10.0)})
     assert found.at_limits == ()
@@ -109,7 +109,9 @@ def test_reliefs_with_a_given_length() -> None:
     ],
     ids=["table 1", "table 1, left flank of the gear", "spur", "helical"],
 )
-def test_crownings_run_forward(design: Design, flank: str, member: str, arcsec: float, length: float) -> None:
+def test_crownings_give_the_required_contact(
+    design: Design, flank: str, member: str, arcsec: float, length: float
+) -> None:
     found = crowning_for(design, np.radians(arcsec / 3600.0), length, flank, member=member)
     cycle = mesh_cycle(found.design, flank, 1)
     assert float(cycle.peak_to_peak) == pytest.approx(np.radians(arcsec / 3600.0), rel=0.002)
@@ -160,5 +162,5 @@ def test_refused_bounds(bounds: dict[str, tuple[float, float]], message: str) ->
 
 @pytest.mark.slow
 def test_no_amounts_within_the_constraints() -> None:
-    with pytest.raises(ValueError, match=r"its contact ratio is 1\.6.., required are 3 or more"):
+    with pytest.raises(ValueError, match=r"the contact ratio is 1\.6.., less than 3:"):
         optimise_amounts(table1(), replace(AIM, contact_ratio=3.0), {HELIX: (0.0, 3.0)})

@@ -1,4 +1,4 @@
-"""Coefficients for an aim: its measure against closed forms, its optimum against a search by brute force."""
+"""Optimal coefficients: objective compared with closed forms, optimum compared with brute force."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ NO_EDGES = Aim(Errors(**{name: getattr(USUAL, name) for name in ERROR_NAMES}), e
 DEEP = replace(
     NO_EDGES, contact_ratio=1.0, off_centre=5.0, pinion_parabola=(-1e-3, -9e-4), gear_parabola=(-1e-3, -9e-4)
 )
-"""Coefficients with which errors carry the path so far that edges take over."""
+"""Coefficients with which errors move the path so far that edges are in contact."""
 
 
 @pytest.fixture(scope="module", params=[C3, FLAT], ids=["quadrant", "small error"])
@@ -42,8 +42,9 @@ def solved(request: Any) -> tuple[Aim, Optimum]:
 
 
 def test_shift_of_unmodified_flanks_in_closed_form(flank: str) -> None:
-    """Their path is straight in (z, l1) and is carried parallel to itself along z by an offset error; an
-    axial error of the pinion leaves the line in space, that of the gear does not touch it."""
+    """The path is straight in (z, l1). An offset error shifts it along z without rotation. An axial error
+    of the pinion leaves the line at its place in space, and an axial error of the gear has no effect on
+    it."""
     aim = Aim(Errors(offset=0.05, gear_axial=0.2))
     found = objectives_of(table1(), flank, aim, np.zeros(3), np.zeros(3))
     path = path_of_contact(table1(), flank, 3)
@@ -56,7 +57,7 @@ def test_shift_of_unmodified_flanks_in_closed_form(flank: str) -> None:
     assert found.peak_to_peak.max() < 1e-12
 
 
-def test_errors_add_to_those_of_the_design_and_count_both_ways() -> None:
+def test_errors_are_added_to_those_of_the_design_in_both_directions() -> None:
     design = table1((0.0005, -0.0007), Errors(offset=0.03))
     both = objectives_of(
         design, "right", Aim(Errors(offset=0.1, gear_axial=0.5)), *np.array([0.0005, -0.0007])
@@ -89,7 +90,7 @@ def test_the_optimum_meets_its_aim(solved: tuple[Aim, Optimum]) -> None:
     assert found.optimum.shift < found.given.shift
 
 
-def test_no_other_coefficients_do_better(solved: tuple[Aim, Optimum]) -> None:
+def test_no_other_coefficients_have_a_smaller_shift(solved: tuple[Aim, Optimum]) -> None:
     aim, found = solved
     sides = (np.linspace(*bounds, 15) for bounds in (aim.pinion_parabola, aim.gear_parabola))
     far = np.array([side.ravel() for side in np.meshgrid(*sides)])
@@ -104,8 +105,8 @@ def test_no_other_coefficients_do_better(solved: tuple[Aim, Optimum]) -> None:
     assert others.shift[met].min() > found.optimum.shift * (1.0 - 1e-5)
 
 
-def test_coefficients_hollow_against_each_other_are_left_out() -> None:
-    """With a positive sum the path would shift less, and the way there goes downhill."""
+def test_concave_relative_curvature_is_excluded() -> None:
+    """A positive sum of the coefficients would reduce the shift, and the objective decreases towards it."""
     aim = Aim(
         Errors(offset=0.05),
         contact_ratio=1.0,
@@ -122,8 +123,8 @@ def test_coefficients_hollow_against_each_other_are_left_out() -> None:
     assert hollow.shift[-1] < 0.65 * found.optimum.shift
 
 
-def test_an_aim_that_one_corner_alone_meets() -> None:
-    """All that is near misses it by less than a hundredth, and shifts less."""
+def test_an_aim_that_a_single_corner_meets() -> None:
+    """All neighbours violate the constraints by less than a hundredth and have a smaller shift."""
     bounds = (-0.0005, -0.00049)
     aim = Aim(Errors(offset=0.05), 1.0, 5.0, math.inf, bounds, bounds)
     corner = objectives_of(table1(), "left", aim, np.array(bounds[1]), np.array(bounds[1]))
@@ -133,7 +134,7 @@ def test_an_aim_that_one_corner_alone_meets() -> None:
     assert found.optimum.shift <= corner.shift
 
 
-def test_what_the_optimum_is_compared_with_is_the_design_given() -> None:
+def test_the_optimum_is_compared_with_the_given_design() -> None:
     aim = Aim(Errors(offset=0.05), 1.7, 5.0, math.inf, (-0.0005, 0.0), (-0.0005, 0.0))
     found = optimise_parabola(table1((-0.0002, -0.0001)), aim, "left")
     given = objectives_of(table1(), "left", aim, np.array(-0.0002), np.array(-0.0001))
@@ -143,7 +144,7 @@ def test_what_the_optimum_is_compared_with_is_the_design_given() -> None:
     assert found.optimum.shift < found.given.shift
 
 
-def test_the_greatest_ratio_tried_is_said() -> None:
+def test_the_message_contains_the_largest_ratio_tried() -> None:
     bounds = (-0.0002, 0.0)
     aim = Aim(Errors(offset=0.05), 1.9, 5.0, math.inf, bounds, bounds)
     greatest = objectives_of(table1(), "left", aim, np.array(-0.0002), np.array(-0.0002)).contact_ratio
@@ -152,8 +153,9 @@ def test_the_greatest_ratio_tried_is_said() -> None:
         optimise_parabola(table1(), aim, "left")
 
 
-def test_the_best_of_several_valleys_is_found() -> None:
-    """Within the default bounds there are two, and the best coefficients of the grid lie in the worse."""
+def test_the_best_of_several_minima_is_found() -> None:
+    """There are two minima within the default bounds, and the best coefficients of the grid are near the
+    worse one."""
     aim = Aim(Errors(offset=0.05))
     gear = np.linspace(-0.002, 0.002, 33)
     others = objectives_of(table1(), "right", aim, np.full(33, -0.002), gear)
@@ -162,8 +164,8 @@ def test_the_best_of_several_valleys_is_found() -> None:
 
 
 @pytest.mark.parametrize("edges", [True, pytest.param(False, marks=pytest.mark.slow)])
-def test_a_wider_bound_never_ends_worse(edges: bool) -> None:
-    """With twice the usual bounds the best coefficients lie where a coarser grid has no place."""
+def test_wider_bounds_do_not_worsen_the_optimum(edges: bool) -> None:
+    """With twice the usual bounds, the best coefficients are between the points of a coarser grid."""
     shifts = []
     for bound in (0.002, 0.004):
         bounds = (-bound, bound)
@@ -181,7 +183,7 @@ def without_edges(request: Any) -> tuple[Aim, Optimum]:
     return request.param, optimise_parabola(table1(), request.param)
 
 
-def test_edges_carry_nothing_in_any_mounting(without_edges: tuple[Aim, Optimum]) -> None:
+def test_no_edge_contact_in_any_mounting(without_edges: tuple[Aim, Optimum]) -> None:
     aim, found = without_edges
     mountings = [Errors()]
     mountings += [Errors(**{name: s * getattr(USUAL, name)}) for name in ERROR_NAMES for s in (1.0, -1.0)]
@@ -194,7 +196,7 @@ def test_edges_carry_nothing_in_any_mounting(without_edges: tuple[Aim, Optimum])
     assert (found.optimum.margins(aim) >= -1e-6).all()
 
 
-def test_the_condition_costs_shift_and_is_met_closely(without_edges: tuple[Aim, Optimum]) -> None:
+def test_the_condition_increases_the_shift_and_is_active(without_edges: tuple[Aim, Optimum]) -> None:
     aim, found = without_edges
     free = optimise_parabola(table1(), replace(aim, edges=True))
     assert free.optimum_operation.edge_share > 0.02
@@ -212,7 +214,7 @@ def test_all_teeth_are_reported_without_the_condition(solved: tuple[Aim, Optimum
 
 
 def agree(design: Any, flank: str, coefficients: Any) -> tuple[int, int]:
-    """Count mountings that edges carry a part of, and others; leads tell which is which."""
+    """Count mountings with and without edge contact; the leads at the ends of the paths predict which."""
     counts = np.zeros(2, dtype=int)
     for pair in coefficients:
         mountings = mounted(design.with_parabola(*pair.tolist()), NO_EDGES.mountings())
@@ -230,8 +232,9 @@ def sums_and_differences(size: int) -> Any:
     return 0.5 * np.stack((total + apart, total - apart), axis=-1)
 
 
-def test_leads_tell_where_edges_carry() -> None:
-    """On the right flanks below a sum of -0.0005 1/mm, too: the share does not fall with the sum."""
+def test_leads_predict_edge_contact() -> None:
+    """This also holds for right flanks with a sum below -0.0005 1/mm, where the share of edge contact does
+    not decrease with the sum."""
     edges, others = agree(table1(), "right", sums_and_differences(6))
     assert min(edges, others) > 5
 
@@ -244,7 +247,7 @@ def test_leads_tell_where_edges_carry() -> None:
         *(("helices opposed", "right"), ("helices opposed", "left")),
     ],
 )
-def test_leads_tell_where_edges_carry_on_many_pairs(name: str, flank: str) -> None:
+def test_leads_predict_edge_contact_of_many_pairs(name: str, flank: str) -> None:
     design = OFF_THE_FLANKS.get(name, table1())
     module = float(design.pinion.tool.normal_module)
     edges, others = agree(design, flank, 6.0 / module * sums_and_differences(16))
@@ -254,9 +257,9 @@ def test_leads_tell_where_edges_carry_on_many_pairs(name: str, flank: str) -> No
 
 @pytest.mark.slow
 @pytest.mark.parametrize("flank", ["right", "left"])
-def test_no_coefficients_of_a_grid_without_edges_do_better(flank: str) -> None:
-    """On the right flanks edges carry a part of the cycle of all that shift less and meet the other
-    conditions; on the left flanks there are none that do."""
+def test_no_coefficients_of_a_grid_without_edge_contact_are_better(flank: str) -> None:
+    """On the right flanks, all coefficients with a smaller shift that meet the other constraints have edge
+    contact. On the left flanks there are no such coefficients."""
     aim = replace(NO_EDGES, pinion_parabola=(-0.0005, 0.0015), gear_parabola=(-0.0015, 0.0005))
     found = optimise_parabola(table1(), aim, flank)
     x = np.array(
@@ -288,8 +291,8 @@ def test_transmission_error_of_all_teeth_follows_from_the_path(flank: str) -> No
 
 
 @pytest.mark.parametrize("shift", [pytest.param(3.0, marks=pytest.mark.slow), 1.45])
-def test_no_other_coefficients_run_more_evenly(shift: float) -> None:
-    """By the paths of many, and by the mesh cycles of all teeth of some."""
+def test_no_other_coefficients_have_a_smaller_transmission_error(shift: float) -> None:
+    """Compared with the paths of many coefficients, and with the mesh cycles of some."""
     aim = replace(NO_EDGES, shift=shift, least="transmission_error")
     found = optimise_parabola(table1(), aim)
     least = found.optimum_operation.greatest_cycle_peak_to_peak
@@ -310,13 +313,13 @@ def test_no_other_coefficients_run_more_evenly(shift: float) -> None:
         assert there.edge_share > 0.0 or there.greatest_cycle_peak_to_peak > least * (1.0 - 1e-5)
 
 
-def test_that_edges_carry_everywhere_is_said() -> None:
+def test_edge_contact_with_all_coefficients_is_reported() -> None:
     words = r"no coefficients were found without edge contact.* edges touch during \d+(\.\d+)? % of a cycle"
     with pytest.raises(ValueError, match=words):
         optimise_parabola(table1(), DEEP)
 
 
-def test_other_reasons_are_said_first() -> None:
+def test_other_reasons_are_reported_first() -> None:
     bounds = (-0.0002, 0.0)
     aim = Aim(Errors(offset=0.05), 1.9, 5.0, math.inf, bounds, bounds, edges=False)
     with pytest.raises(ValueError, match=r"no coefficients were found with a contact ratio of 1\.9"):
@@ -324,7 +327,7 @@ def test_other_reasons_are_said_first() -> None:
 
 
 def test_a_tool_without_fillets_has_no_mesh_cycle() -> None:
-    """Its path can be optimised, and what its teeth do is not known."""
+    """Its path can be optimised, but the mesh cycle is unknown."""
     design, aim = OFF_THE_FLANKS["pressure angle 25 deg"], replace(OFFSET, contact_ratio=1.0, off_centre=5.0)
     found = optimise_parabola(design, aim, "left")
     assert np.isnan(found.optimum_operation.edge_share)

@@ -33,7 +33,7 @@ MODIFIED = (0.001, -0.001)
 
 
 def test_lengths_and_angles_of_a_sweep() -> None:
-    """Against paths taken one by one, the length by a finer polygon."""
+    """Compared with single paths; the length is that of a finer polygon."""
     found = sweep(table1(), "right", (1, 1), 0.0002)
     for k in (0, 5, 20):
         design = table1((float(found.size[k]),) * 2)
@@ -53,8 +53,8 @@ def test_lengths_and_angles_of_a_sweep() -> None:
 
 
 def test_the_length_on_the_tooth_of_an_unmodified_path_is_that_of_its_line() -> None:
-    """Seen from the turning member, a point that runs along the line of action for s moves by the
-    involute's arc: the rolled base radius at right angles, and the rest along the face."""
+    """In the frame of the rotating member, a point that moves along the line of action by s describes an
+    involute: its velocity has a component from the rolling base radius, and a component along the face."""
     design = table1()
     path = path_of_contact(design, "right", 20001)
     length = measures_of(design.with_errors(Errors(offset=np.zeros(1))), "right").length["on the tooth"]
@@ -68,7 +68,7 @@ def test_the_length_on_the_tooth_of_an_unmodified_path_is_that_of_its_line() -> 
 
 
 def _in_gear_frame(point: Any) -> tuple[Any, Any]:
-    """x and y (n,) in the gear's fixed frame of points (n, 3) in S_f, without errors."""
+    """Return x and y (n,) in the gear-fixed frame of points (n, 3) in S_f, without errors."""
     angle = math.radians(15.0)
     return 229.0 - point[:, 0], point[:, 2] * math.sin(angle) - point[:, 1] * math.cos(angle)
 
@@ -92,7 +92,7 @@ def test_shifts_under_small_errors_are_the_derivatives(flank: str, parabola: tup
             )
 
 
-def test_shift_at_equal_radius_and_its_part_square_to_the_path() -> None:
+def test_shift_at_equal_radius_and_perpendicular_to_the_path() -> None:
     design, size = table1(MODIFIED), 0.3
     found = shifts(design, "right", "offset", size)
     before = path_of_contact(design, "right", 801)
@@ -108,7 +108,7 @@ def test_shift_at_equal_radius_and_its_part_square_to_the_path() -> None:
 
 
 def test_concavity_follows_the_coefficient(flank: str) -> None:
-    """To first order in a, metal is a l^2 off the involute and the curvature 2 a."""
+    """To first order in a, the additional material is a l^2 and the change of the curvature is 2 a."""
     small, large = (concavity(table1(), flank, size) for size in (1e-5, 1e-4))
     for name, rows in small.items():
         np.testing.assert_allclose(large[name], 10.0 * rows, rtol=2e-2, err_msg=name)
@@ -120,8 +120,8 @@ def test_concavity_follows_the_coefficient(flank: str) -> None:
 
 @pytest.mark.parametrize("size", [0.01, -0.01])
 def test_metal_is_that_at_equal_radius(flank: str, size: float) -> None:
-    """Where both profiles have a point, against the thickness of each at the radius, solved for; the pinion's
-    bent inwards is undercut, and does not reach as far as the involute at either end."""
+    """Compared with the thickness of both profiles at radii at which both have a point. The concave pinion
+    is undercut, and its profile is shorter than the involute at both ends."""
     for plain, bent in zip(table1().members, table1((size, size)).members, strict=True):
         r, added = added_metal(plain, flank, size)
         assert (np.diff(r) > 0.0).all()
@@ -133,7 +133,7 @@ def test_metal_is_that_at_equal_radius(flank: str, size: float) -> None:
 
 
 def at_radius(member: Member, flank: str, r: float) -> float:
-    """The greatest flank parameter at which the profile at mid-face has a radius."""
+    """Return the largest flank parameter at which the profile at mid-face has a radius."""
 
     def beyond(l: float) -> float:
         x, y, _ = flank_point(member, flank, l, z=0.0)

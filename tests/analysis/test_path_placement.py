@@ -1,4 +1,4 @@
-"""Two errors that place a path: run forward, mirrored, scaled, against grids, and against the backlash."""
+"""Two errors that place a path: contact of the result, mirror image, scaling, grids, and backlash."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MODIFIED = (0.001, -0.001)
 
 
 def middle_of(design: Design, flank: str) -> tuple[float, float]:
-    """z and l1 at mid-roll by interpolation along a dense path."""
+    """Return z and l1 at mid-roll by interpolation along a dense path."""
     path = path_of_contact(design, flank, 4001)
     roll = 0.5 * (path.ends.pinion_roll[0] + path.ends.pinion_roll[1])
     order = np.argsort(path.pinion_roll)
@@ -47,7 +47,9 @@ CROWNED = replace(table1(), pinion=table1().pinion.modified(Modification(helix_c
     ("pair", "flank"), [(table1(), "right"), (table1(MODIFIED), "left"), (CROWNED, "right")]
 )
 @pytest.mark.parametrize("by", [("offset", "shaft_angle"), ("pinion_axial", "gear_axial")])
-def test_run_forward_the_middle_is_where_it_is_wanted(pair: Design, flank: str, by: tuple[str, str]) -> None:
+def test_the_result_has_its_middle_at_the_required_position(
+    pair: Design, flank: str, by: tuple[str, str]
+) -> None:
     design = pair.with_errors(Errors(offset=0.05))
     found = place_path(design, (0.5, 0.52), by, flank)
     assert found.status.tolist() == 2 * [PlaceStatus.REACHED]
@@ -65,8 +67,8 @@ def test_run_forward_the_middle_is_where_it_is_wanted(pair: Design, flank: str, 
 
 @pytest.mark.slow
 def test_a_quarter_and_three_quarters_of_the_face_by_shaft_angle_and_offset() -> None:
-    """Table 1's right flanks are in approximate line contact: some thousandths of a degree do, on the left
-    ones three tenths."""
+    """The right flanks of Table 1 have approximate line contact and need some thousandths of a degree, the
+    left flanks three tenths."""
     right, left = (place_path(table1(), (0.25, 0.75), flank=flank) for flank in ("right", "left"))
     for found in (right, left):
         np.testing.assert_allclose(found.z, (-12.5, 12.5), rtol=0.0, atol=1e-6)
@@ -104,7 +106,7 @@ def off_of(found: Placement) -> float:
 
 
 @pytest.mark.slow
-def test_where_the_pair_jams_the_middle_leaves_the_centre_no_further_than_it_must(flank: str) -> None:
+def test_a_jammed_pair_is_placed_as_close_to_the_centre_as_possible(flank: str) -> None:
     design = table1(MODIFIED)
     found = place_path(design, (0.25,), flank=flank)
     assert found.status[0] == PlaceStatus.OFF_CENTRE
@@ -125,9 +127,9 @@ def test_a_second_newton_starts_from_a_grid() -> None:
     np.testing.assert_allclose(found.errors[0], (12.1991, 27.2011), atol=1e-3)
 
 
-def test_without_convergence_all_is_nan() -> None:
-    """301 x 301 axial positions within the limits, and 201 x 201 around the nearest, do not reach it
-    either."""
+def test_results_without_convergence_are_nan() -> None:
+    """Grids of 301 x 301 axial positions within the limits, and of 201 x 201 around the best one, do not
+    reach the position either."""
     found = place_path(table1(MODIFIED), (0.25, 0.5), ("pinion_axial", "gear_axial"))
     assert found.status.tolist() == [PlaceStatus.NOT_CONVERGED, PlaceStatus.REACHED]
     for name in ("errors", "exact", "z", "l", "distance", "contact_ratio", "normal_backlash"):
@@ -147,15 +149,16 @@ def test_limits_scale_with_the_pair() -> None:
     np.testing.assert_allclose(limits_of(scaled(table1(), 0.5), names[1]), (25.0, 25.0))
 
 
-def test_a_pair_that_never_meets_has_no_path() -> None:
+def test_a_pair_without_contact_has_no_path() -> None:
     design = table1(errors=Errors(offset=60.0))
     found = place_path(design, (0.5,))
     assert found.status[0] == PlaceStatus.NO_PATH
     assert np.isnan(found.errors).all()
 
 
-def test_a_quarter_of_the_face_keeps_its_place_where_the_pair_jams() -> None:
-    """Right flanks as designed: from -0.255 mm of offset, which jams, to where the backlash is used up."""
+def test_the_position_along_the_face_is_kept_if_the_pair_jams() -> None:
+    """Right flanks as designed: an offset error of -0.255 mm jams the pair; the result has the offset
+    error at which the backlash is zero."""
     found = place_path(table1(), (0.25,))
     assert found.status[0] == PlaceStatus.OFF_CENTRE
     assert found.exact[0, 0] == pytest.approx(-0.2547, abs=1e-3)

@@ -16,14 +16,14 @@ SEPARATION = 0.00635
 
 
 def in_axes_of(one: MarkedEllipse, z: FloatArray, r: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Distances along the axes of an ellipse, over its semi-axes."""
+    """Return distances along the axes of an ellipse, divided by its semi-axes."""
     cos, sin = np.cos(one.angle), np.sin(one.angle)
     away = z - one.z, r - one.r
     return (cos * away[0] + sin * away[1]) / one.major, (cos * away[1] - sin * away[0]) / one.minor
 
 
 def flat_pattern(one: MarkedEllipse, cells: tuple[int, int]) -> MemberPattern:
-    """The pattern on a plane flank, 50 by 12 mm, on which the least separation is a paraboloid."""
+    """Return the pattern on a plane flank of 50 x 12 mm, on which the smallest separation is a paraboloid."""
     r, z = np.meshgrid(
         np.linspace(91.0, 103.0, cells[0] + 1), np.linspace(-25.0, 25.0, cells[1] + 1), indexing="ij"
     )
@@ -38,7 +38,7 @@ def flat_pattern(one: MarkedEllipse, cells: tuple[int, int]) -> MemberPattern:
 
 @pytest.mark.parametrize("angle", [0.0, 0.4, -1.2, np.pi / 2])
 @pytest.mark.parametrize(("cells", "off"), [((12, 50), 1.5e-2), ((60, 250), 7e-4)])
-def test_a_marked_ellipse_is_its_own(angle: float, cells: tuple[int, int], off: float) -> None:
+def test_a_marked_ellipse_is_reproduced(angle: float, cells: tuple[int, int], off: float) -> None:
     wanted = MarkedEllipse(1.3, 97.0, 5.5, 3.0, angle)
     found = marked_ellipse(flat_pattern(wanted, cells), SEPARATION)
     for name, size in (("z", 5.5), ("r", 3.0), ("major", 5.5), ("minor", 3.0), ("angle", 1.0)):
@@ -46,7 +46,7 @@ def test_a_marked_ellipse_is_its_own(angle: float, cells: tuple[int, int], off: 
 
 
 def test_a_rectangle() -> None:
-    """Its second moments are twelfths of the squares of its sides; turned by an angle they turn with it."""
+    """The second moments are the squares of the sides divided by 12. They rotate with the rectangle."""
     x, y = (axis.ravel() for axis in np.meshgrid(np.linspace(-8.0, 8.0, 801), np.linspace(-2.0, 2.0, 801)))
     z, r = np.cos(0.3) * x - np.sin(0.3) * y + 5.0, np.sin(0.3) * x + np.cos(0.3) * y + 40.0
     found = ellipse_of(z, r, np.ones_like(z))
@@ -54,7 +54,7 @@ def test_a_rectangle() -> None:
     np.testing.assert_allclose(list(vars(found).values()), wanted, rtol=4e-3)
 
 
-def test_what_has_no_axes() -> None:
+def test_patterns_without_axes() -> None:
     empty = marked_ellipse(flat_pattern(MarkedEllipse(90.0, 0.0, 1.0, 1.0, 0.0), (12, 50)), SEPARATION)
     assert np.isnan(list(vars(empty).values())).all()
     turn = np.linspace(0.0, 2.0 * np.pi, 9)[:-1]
@@ -63,8 +63,9 @@ def test_what_has_no_axes() -> None:
     assert circle.major == pytest.approx(np.sqrt(2.0))
 
 
-def test_it_is_the_areas_on_real_flanks(flank: str) -> None:
-    """Against plain sums over the points of a four times finer grid; and the mirror image has the same."""
+def test_ellipses_on_real_flanks(flank: str) -> None:
+    """Compared with sums over the points of a grid that is four times finer; the mirror image has the same
+    ellipse."""
     design = table1((0.001, -0.001))
     coarse, fine = (contact_pattern(design, flank, resolution=size) for size in (0.4, 0.1))
     other = contact_pattern(mirrored(design), {"right": "left", "left": "right"}[flank], resolution=0.4)

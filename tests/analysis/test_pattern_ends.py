@@ -31,7 +31,7 @@ def drawn(times: float, seed: int) -> FloatArray:
 
 @pytest.mark.parametrize(("design", "flank", "times"), CASES)
 @pytest.mark.parametrize("seed", [1, 2])
-def test_ends_are_those_of_a_complete_pattern(design: Design, flank: str, times: float, seed: int) -> None:
+def test_ends_equal_those_of_a_complete_pattern(design: Design, flank: str, times: float, seed: int) -> None:
     mounting = mounted(design, drawn(times, seed))
     pattern = contact_pattern(mounting, flank, resolution=0.5)
     rims = [
@@ -43,8 +43,9 @@ def test_ends_are_those_of_a_complete_pattern(design: Design, flank: str, times:
     assert 0 < np.count_nonzero(expected) < 8
 
 
-def test_the_same_pair_seen_otherwise_has_the_same_ends(flank: str) -> None:
-    """Exchanged, pinion and gear change places; mirrored, right and left flanks."""
+def test_exchanged_and_mirrored_pairs_have_the_same_ends(flank: str) -> None:
+    """If the members are exchanged, pinion and gear are exchanged in the result; in the mirror image,
+    right and left flanks are."""
     mounting = mounted(CASES[0][0], drawn(6.0, 3))
     ends = pattern_ends(mounting, flank)
     swapped = pattern_ends(exchanged(mounting), flank).reshape(4, 2)[:, ::-1]

@@ -1,4 +1,5 @@
-"""Patterns under two errors: each cell is the pair alone under its errors; the mirror image has the same."""
+"""Patterns under two errors: each cell equals a single design with its errors, and so does the mirror
+image."""
 
 from __future__ import annotations
 
@@ -30,7 +31,7 @@ RELIEVED = Modification(helix_crowning_um=10.0, tip_relief_um=8.0, tip_relief_le
         (replace(table1(), pinion=table1().pinion.modified(RELIEVED)), "right"),
     ],
 )
-def test_a_cell_is_the_pair_alone_under_its_errors(pair: Design, flank: str) -> None:
+def test_a_cell_equals_the_single_design_with_its_errors(pair: Design, flank: str) -> None:
     design = pair.with_errors(Errors(offset=0.02, gear_axial=0.1))
     found = pattern_matrix(design, ("offset", "shaft_angle"), flank, resolution=COARSE)
     assert found.first.tolist() == [-USUAL.offset, 0.0, USUAL.offset]
@@ -89,7 +90,7 @@ def test_a_pair_without_a_flank_has_no_cell() -> None:
     assert not any(found.cells)
 
 
-def test_the_backlash_of_the_other_flanks_matrix_is_taken() -> None:
+def test_the_backlash_of_the_matrix_of_the_other_flanks_is_used() -> None:
     design, over = table1((0.0005, -0.001)), ("shaft_angle", "gear_axial")
     left = pattern_matrix(design, over, "left", resolution=COARSE)
     right, alone = (pattern_matrix(design, over, resolution=COARSE, like=like) for like in (left, None))

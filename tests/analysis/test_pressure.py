@@ -1,4 +1,5 @@
-"""Hertz's ellipses along a path: the lever of a torque, cylinders at a spur gear's limit, edges of flanks."""
+"""Hertzian ellipses along a path: lever of a torque, cylinders in the limit of a spur gear, edges of
+flanks."""
 
 from __future__ import annotations
 
@@ -26,7 +27,7 @@ LOAD = Load(force=1e4, young=210000.0)
 
 @pytest.mark.parametrize(("flank", "pressure"), [("right", 647.0), ("left", 1068.0)])
 def test_table_1_in_the_middle_of_its_path(flank: str, pressure: float) -> None:
-    """10 kN, steel of 210 GPa; with 206 GPa (206/210)^(2/3) of it."""
+    """10 kN and steel of 210 GPa; with 206 GPa the pressure is lower by the factor (206/210)^(2/3)."""
     path = path_of_contact(table1(), flank, 3)
     found = pressure_along(path, LOAD)
     assert found.pressure[1] == pytest.approx(pressure, abs=0.5)
@@ -36,7 +37,8 @@ def test_table_1_in_the_middle_of_its_path(flank: str, pressure: float) -> None:
 
 
 def test_a_torque_acts_on_the_lever_of_the_common_normal(flank: str) -> None:
-    """Without parabola m_n N cos(alpha) / 2; with one moment by the velocity of a turning pinion."""
+    """Without parabola the lever is m_n N cos(alpha) / 2; with a parabola it follows from the velocity of
+    a rotating pinion."""
     found = pressure_along(path_of_contact(table1(), flank, 5), Load(torque_nm=1000.0))
     assert found.force == pytest.approx(1e6 / (3.0 * 29.0 * cos(radians(20.0))), rel=1e-12)
     path = path_of_contact(table1((0.001, -0.001)), flank, 5)
@@ -48,7 +50,8 @@ def test_a_torque_acts_on_the_lever_of_the_common_normal(flank: str) -> None:
 
 
 def spur(shaft_angle: float, parabola: float = 0.0) -> Design:
-    """Two spur gears (module 4, 20 deg, 23 and 37 teeth) on axes that cross by the helix angles."""
+    """Return two spur gears (module 4, 20 deg, 23 and 37 teeth) on axes that cross at the sum of the helix
+    angles."""
     tool = Tool(4.0, radians(20.0), parabola=parabola)
     pinion, gear = (Member(tool, n, shaft_angle / 2.0, 0.0, 0.0, 30.0) for n in (23, 37))
     offset = sum(2.0 * n for n in (23, 37)) / cos(shaft_angle / 2.0)
@@ -56,9 +59,9 @@ def spur(shaft_angle: float, parabola: float = 0.0) -> Design:
 
 
 def test_crossed_cylinders() -> None:
-    """Involute helicoids at the pitch point are cylinders of the radii r sin(alpha_t) / cos(beta_b), whose
-    generators are the axes as the common normal projects them: they cross at chi,
-    cos(chi) = (cos(Sigma) + sin^2(beta_b)) / cos^2(beta_b) for like helix angles (Johnson 4.3)."""
+    """At the pitch point, involute helicoids have the curvature of cylinders with the radii r sin(alpha_t)
+    / cos(beta_b). Their generators cross at the angle chi, cos(chi) = (cos(Sigma) + sin^2(beta_b)) /
+    cos^2(beta_b) for equal helix angles (Johnson 4.3)."""
     angle = radians(30.0)
     found = pressure_along(path_of_contact(spur(angle), "right", l1=[0.0]), LOAD)
     transverse = np.arctan(np.tan(radians(20.0)) / cos(angle / 2.0))
@@ -71,8 +74,8 @@ def test_crossed_cylinders() -> None:
 
 
 def test_the_strip_of_two_cylinders() -> None:
-    """Spur gears: nearly parallel axes leave a long ellipse, across which p0 = E* b / (2 R); the force on its
-    length is that of a strip, p0 = 2 q / (pi b) with q = 3 F / (4 a) in its middle."""
+    """Spur gears on nearly parallel axes have a long ellipse with p0 = E* b / (2 R) across it. The force
+    per length is that of a strip, p0 = 2 q / (pi b), with q = 3 F / (4 a) in the middle."""
     found = pressure_along(path_of_contact(spur(1e-3), "right", 5), LOAD)
     assert (found.status == EllipseStatus.ELLIPSE).all()
     modulus, (a, b) = contact_modulus(210000.0, 0.3), found.semi_axes.T
@@ -89,7 +92,8 @@ def test_the_strip_of_two_cylinders() -> None:
 
 
 def helical(helix: float, widths: tuple[float, float], shifts: tuple[float, float]) -> Design:
-    """A pair on parallel axes, module 3, 25 and 40 teeth, 0.5 mm apart further than the reference circles."""
+    """Return a pair on parallel axes, module 3, 25 and 40 teeth, with a centre distance 0.5 mm larger than
+    that of the reference circles."""
     tool = Tool(3.0, radians(20.0))
     pinion, gear = (
         Member(tool, n, h, 0.0, x, b)
@@ -104,9 +108,10 @@ def helical(helix: float, widths: tuple[float, float], shifts: tuple[float, floa
 def test_lines_share_the_load_by_their_length(
     helix: float, widths: tuple[float, float], shifts: tuple[float, float], flank: str
 ) -> None:
-    """ISO 21771: in the plane of action, lines at the base helix angle lie p_bt apart in a rectangle of the
-    length of action g by the face width b. In the normal section F = T / (r_b cos(beta_b)) and
-    kappa = cos(beta_b) (1 / rho_1 + 1 / rho_2), greatest at an end of the line; p0^2 = q E* kappa / pi."""
+    """ISO 21771: in the plane of action, the lines have the base helix angle and a distance of p_bt, in a
+    rectangle of the length of action g and the face width b. In the normal section F = T / (r_b
+    cos(beta_b)) and kappa = cos(beta_b) (1 / rho_1 + 1 / rho_2), largest at an end of the line; p0^2 = q
+    E* kappa / pi."""
     design, torque, points = helical(helix, widths, shifts), 100.0, 17
     found = pressure_along(path_of_contact(design, flank, points), Load(torque_nm=torque))
     transverse, base_helix = (
@@ -123,7 +128,7 @@ def test_lines_share_the_load_by_their_length(
     places = np.linspace(-0.5 * width * lean, action + 0.5 * width * lean, points)
     length, greatest = np.zeros(points), np.zeros(points)
     for pair in range(-9, 10):
-        # z from which and to which the line lies on the length of action: x + z lean from 0 to g
+        # z between which the line is inside the length of action: x + z lean from 0 to g
         x = places + pair * pitch
         ends = np.clip([-x, action - x], -0.5 * width * lean, 0.5 * width * lean)
         on = (x >= -0.5 * width * lean - 1e-9) & (x <= action + 0.5 * width * lean + 1e-9)
@@ -142,7 +147,8 @@ def test_lines_share_the_load_by_their_length(
 
 
 def test_a_spur_pair_at_its_pitch_point_as_in_iso_6336() -> None:
-    """sigma_H0 = sqrt(F E' / (2 pi R b)), E' = E / (1 - nu^2); one pair touches at the pitch point."""
+    """sigma_H0 = sqrt(F E' / (2 pi R b)), E' = E / (1 - nu^2); one tooth pair is in contact at the pitch
+    point."""
     design = spur(0.0)
     found = pressure_along(path_of_contact(design, "right", l1=[0.0]), Load(torque_nm=300.0))
     assert found.total_length == pytest.approx(30.0, rel=1e-9)
@@ -153,7 +159,8 @@ def test_a_spur_pair_at_its_pitch_point_as_in_iso_6336() -> None:
 
 
 def counterparts() -> Design:
-    """Parabolas of opposite sign on reference cylinders that touch: one rack cuts both, conjugate lines."""
+    """Return a pair with parabolas of opposite sign on reference cylinders that touch: one rack generates
+    both members, so that they touch along lines."""
     design = helical(0.2, (30.0, 25.0), (0.0, 0.0))
     pinion, gear = (
         replace(m, tool=replace(m.tool, parabola=a))
@@ -164,7 +171,8 @@ def counterparts() -> Design:
 
 @pytest.mark.parametrize("design", [builtin_design("anti-backlash"), counterparts()])
 def test_lines_of_beveloids_and_counterparts_add_up(design: Design) -> None:
-    """Total length: the lengths of single lines, interpolated a pitch apart on a fine path."""
+    """The total length equals the sum of the lengths of single lines, interpolated at distances of one
+    pitch on a fine path."""
     path = path_of_contact(design, "right", 81)
     found = pressure_along(path, Load(force=1.0))
     own, pitch = contact_lines(path), 2.0 * pi / int(design.pinion.teeth)
@@ -176,7 +184,7 @@ def test_lines_of_beveloids_and_counterparts_add_up(design: Design) -> None:
     assert found.total_length == pytest.approx(total, abs=1.0)
 
 
-def test_lines_with_a_transmission_error_carry_alone_and_batches_are_their_cases() -> None:
+def test_a_single_line_carries_the_load_with_a_transmission_error_and_batches_equal_single_designs() -> None:
     design = spur(0.0, parabola=-0.002)
     found = pressure_along(path_of_contact(design, "left", 5), Load(force=1e3))
     assert found.total_length == pytest.approx(30.0, rel=1e-9)
@@ -191,7 +199,7 @@ def test_lines_with_a_transmission_error_carry_alone_and_batches_are_their_cases
             np.testing.assert_allclose(getattr(together, name)[k], getattr(alone, name), rtol=1e-7)
 
 
-def test_line_contact_and_flanks_that_cut_have_no_pressure() -> None:
+def test_line_contact_and_intersecting_flanks_have_no_pressure() -> None:
     found = pressure_along(path_of_contact(spur(1e-8), "right", 3), LOAD)
     assert (found.status == EllipseStatus.LINE_CONTACT).all()
     assert np.isnan(found.pressure).all()
@@ -203,8 +211,8 @@ def test_line_contact_and_flanks_that_cut_have_no_pressure() -> None:
 
 
 @pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.002)])
-def test_vertices_are_on_the_flanks_where_said(flank: str, parabola: tuple[float, float]) -> None:
-    """By feet of perpendiculars from the vertices, exact, on either member."""
+def test_vertices_are_on_the_named_flanks(flank: str, parabola: tuple[float, float]) -> None:
+    """Compared with exact feet of perpendiculars from the vertices on both members."""
     design = table1(parabola)
     path = path_of_contact(design, flank, 41)
     found = pressure_along(path, Load(force=3000.0))
@@ -222,8 +230,9 @@ def test_vertices_are_on_the_flanks_where_said(flank: str, parabola: tuple[float
     assert 0 < np.count_nonzero(found.reaches == WHOLE) < 41 or flank == "right"
 
 
-def test_the_angle_is_from_the_tooth_trace(flank: str) -> None:
-    """A step along the major axis goes by cos(angle) along the trace: by differences of the flank."""
+def test_the_angle_is_measured_from_the_tooth_trace(flank: str) -> None:
+    """A step along the major axis has the component cos(angle) along the trace, by differences of the
+    flank."""
     design = table1((0.001, -0.001))
     path = path_of_contact(design, flank, 5)
     found = pressure_along(path, LOAD)
@@ -255,7 +264,7 @@ def test_symmetries_of_the_pattern(flank: str) -> None:
     assert swapped.pressure == pytest.approx(wanted.pressure, rel=1e-7)
 
 
-def test_batches_are_their_cases_one_by_one(flank: str) -> None:
+def test_batches_equal_single_designs(flank: str) -> None:
     offsets = np.array([0.0, 0.05, 30.0])
     found = pressure_along(path_of_contact(table1(errors=Errors(offset=offsets)), flank, 5), LOAD)
     for k, offset in enumerate(offsets[:2]):

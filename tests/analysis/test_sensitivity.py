@@ -1,4 +1,4 @@
-"""Derivatives by the assembly errors, against 60 digits, differences, and what symmetry says."""
+"""Derivatives with respect to the assembly errors: 60 digits, differences, and symmetry."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ CASES = [
 
 
 class Exact:
-    """Contacts and their derivatives by l1 and the four errors, at 60 digits."""
+    """Contacts and their derivatives with respect to l1 and the four errors, at 60 digits."""
 
     def __init__(self, design: Design, flank: str) -> None:
         self.design, self.flank = design, flank
         self.mounting = tuple(MP.mpf(float(value)) for value in mounting_of(design).distance)
 
     def at(self, l1: Any, guess: tuple[float, ...], errors: tuple[Any, ...]) -> Any:
-        """(l1, l2, z1, z2, r1, r2, roll, phase) of the contact at l1 under further errors."""
+        """Return (l1, l2, z1, z2, r1, r2, roll, phase) of the contact at l1 under further errors."""
         given = [MP.mpf(getattr(self.design.errors, name)) for name in ERROR_NAMES]
         total = dict(zip(ERROR_NAMES, (a + b for a, b in zip(given, errors, strict=True)), strict=True))
         design = self.design.with_errors(unchecked(Errors(), **total))
@@ -69,7 +69,7 @@ class Exact:
         )
 
     def rates(self, l1: float, guess: tuple[float, ...]) -> tuple[Any, Any]:
-        """The contact at l1, and its derivatives (5, 8) by l1 and the errors."""
+        """Return the contact at l1, and its derivatives (5, 8) with respect to l1 and the errors."""
         zero, here = (MP.zero,) * 4, MP.mpf(l1)
         steps = [(here + STEP, zero, here - STEP, zero)]
         for k in range(4):
@@ -80,7 +80,7 @@ class Exact:
 
 
 def margin_rates(design: Design, limit: int, rates: Any) -> Any:
-    """Derivatives (5) of a limit's margin out of those of the contact."""
+    """Return the derivatives (5) of the distance from a limit, from those of the contact."""
     member = design.members[limit % 2]
     l, z, r = (rates[:, 2 * row + limit % 2] for row in (0, 1, 2))
     taper = MP.tan(MP.mpf(member.cone_angle))
@@ -89,7 +89,7 @@ def margin_rates(design: Design, limit: int, rates: Any) -> Any:
 
 @cache
 def exact_ends(flank: str, parabola: tuple[float, float], errors: Errors) -> tuple[Any, ...]:
-    """Sensitivity, and exact values and derivatives (4, 8) of both ends with their limits held."""
+    """Return the sensitivity, and exact values and derivatives (4, 8) of both ends at their fixed limits."""
     design = table1(parabola, errors)
     path = path_of_contact(design, flank, 2)
     exact, found = Exact(design, flank), path_sensitivity(design, flank)
@@ -117,7 +117,7 @@ def test_ends_and_contact_ratio_against_60_digits(case: tuple[str, tuple[float, 
 
 @pytest.mark.parametrize("case", CASES, ids=str)
 def test_shift_along_the_face_against_60_digits(case: tuple[str, tuple[float, float], Errors]) -> None:
-    """At the same l of the member the path is as much higher up the face as z says."""
+    """The shift is the change of z at constant l of the member."""
     found, _, curve = exact_ends(*case)
     for member in (0, 1):
         l, z = curve[..., member], curve[..., 2 + member]
@@ -128,7 +128,7 @@ def test_shift_along_the_face_against_60_digits(case: tuple[str, tuple[float, fl
 
 
 def swing_by_60_digits(case: tuple[str, tuple[float, float], Errors]) -> FloatArray:
-    """Derivatives of the transmission error's range where it is monotone along the path."""
+    """Return the derivatives of the range of the transmission error, which is monotone along the path."""
     _, held, _ = exact_ends(*case)
     return gear_sense(case[0]) * np.asarray(held[1, :, 7] - held[0, :, 7], dtype=float)
 
@@ -137,14 +137,14 @@ def test_transmission_error_between_ends_against_60_digits() -> None:
     case = CASES[2]
     design = table1(case[1], case[2])
     error = path_of_contact(design, case[0], 401).transmission_error
-    assert {int(error.argmin()), int(error.argmax())} == {0, 400}  # monotone: the ends carry it
+    assert {int(error.argmin()), int(error.argmax())} == {0, 400}  # monotone: the ends determine it
     exact = swing_by_60_digits(case) * np.sign(error[-1] - error[0])
     found = exact_ends(*case)[0].peak_to_peak_by
     np.testing.assert_allclose(found, exact, rtol=1e-8, atol=1e-13)
 
 
 def test_transmission_error_up_to_a_smooth_extreme_against_60_digits() -> None:
-    """Least near the middle: there the derivative at a fixed l1 is that of the extreme."""
+    """The minimum is near the middle, where the derivative at a fixed l1 equals that of the extremum."""
     case = CASES[3]
     design = table1(case[1])
     path = path_of_contact(design, case[0], 401)
@@ -172,7 +172,7 @@ def test_transmission_error_up_to_a_smooth_extreme_against_60_digits() -> None:
 def slopes(
     design: Design, flank: str, name: str, step: float, fields: Sequence[str]
 ) -> dict[str, FloatArray]:
-    """Derivatives by an error, by differences of the fourth order."""
+    """Return the derivatives with respect to an error, by differences of the fourth order."""
     moved = getattr(design.errors, name) + step * np.array((-2.0, -1.0, 1.0, 2.0))
     near = path_sensitivity(design.with_errors(replace(design.errors, **{name: moved})), flank)
     rows = {field: getattr(near, field) for field in fields}
@@ -182,8 +182,8 @@ def slopes(
 @pytest.mark.parametrize(
     "parabola", [(0.0, 0.0), MODIFIED, (0.0002, 0.0002), (-0.0002, -0.0002), (-0.001, 0.0005)]
 )
-def test_everything_against_differences(flank: str, parabola: tuple[float, float]) -> None:
-    """The four errors, on all places; differences of the fourth order."""
+def test_all_derivatives_against_differences(flank: str, parabola: tuple[float, float]) -> None:
+    """All positions and the four errors, by differences of the fourth order."""
     design = table1(parabola, Errors(0.05, 2e-5, -0.3, 0.2))
     found = path_sensitivity(design, flank)
     assert found.status == Status.SOLVED
@@ -199,8 +199,8 @@ def test_everything_against_differences(flank: str, parabola: tuple[float, float
             )
 
 
-def test_the_shift_square_to_the_path_is_a_distance_on_the_flank(flank: str) -> None:
-    """Nearest distance in space from the middle to the shifted path, on either member."""
+def test_the_shift_perpendicular_to_the_path_is_a_distance_on_the_flank(flank: str) -> None:
+    """It is the smallest distance in space from the middle to the shifted path, on both members."""
     design, step = table1(MODIFIED), 1e-3
     found, middle = path_sensitivity(design, flank), path_of_contact(design, flank, 3)
     shifted = design.with_errors(Errors(offset=step))
@@ -218,8 +218,8 @@ def test_the_shift_square_to_the_path_is_a_distance_on_the_flank(flank: str) -> 
 
 
 def test_unmodified_flanks_have_their_lines_of_action(flank: str) -> None:
-    """No transmission error under any error; an axial error moves the member along a path that stays
-    in space, and leaves the other member's path where it is."""
+    """There is no transmission error under any error. An axial error moves the member relative to a path
+    that is fixed in space, and does not move the path on the other member."""
     found = path_sensitivity(table1(), flank)
     assert found.peak_to_peak == 0.0
     assert (found.peak_to_peak_by == 0.0).all()
@@ -252,8 +252,8 @@ def test_a_path_along_which_the_roll_turns_back_has_no_middle() -> None:
 
 
 @pytest.mark.parametrize("name", ["4.15/2.03 deg", "a -0.0022/-0.0017"])
-def test_paths_followed_by_their_length(name: str) -> None:
-    """Across n_x = 0, and where l1 turns back along the path."""
+def test_traced_paths(name: str) -> None:
+    """Paths across n_x = 0, and paths along which l1 turns back."""
     design = LOST[name]
     found = path_sensitivity(design, "right")
     assert found.status == Status.SOLVED
@@ -266,7 +266,7 @@ def test_paths_followed_by_their_length(name: str) -> None:
 
 
 @pytest.mark.parametrize("parabola", [(0.0005, 0.0), (0.0, -0.0005)])
-def test_one_modified_member_is_enough_for_a_transmission_error(parabola: tuple[float, float]) -> None:
+def test_one_modified_member_causes_a_transmission_error(parabola: tuple[float, float]) -> None:
     found = path_sensitivity(table1(parabola), "left")
     error = path_of_contact(table1(parabola), "left", 401).transmission_error
     assert found.peak_to_peak == pytest.approx(np.ptp(error), rel=1e-4)
@@ -282,7 +282,7 @@ def test_lost_paths_of_unmodified_flanks_have_no_transmission_error() -> None:
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_the_greatest_of_several_extremes_counts(sign: float) -> None:
+def test_the_largest_of_several_extrema_is_used(sign: float) -> None:
     basis = basis_of(60)
     series = sign * basis.coefficients(wave(basis.nodes))[None]
     found = float(greatest(series, np.array([[-0.95]]), np.array([[0.9]]))[0, 0])

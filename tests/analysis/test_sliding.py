@@ -1,4 +1,4 @@
-"""Sliding against closed forms, 60 digits, differences of the path, and what symmetry says."""
+"""Sliding against closed forms, 60 digits, differences along the path, and symmetry."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def along(design: Design, flank: str = "right", points: int = 9) -> tuple[Contac
 
 
 @pytest.mark.parametrize("design", [*CASES.values(), *CROSSING.values(), *TURNING.values()])
-def test_what_meshing_asks_for(design: Design) -> None:
+def test_the_equation_of_meshing_is_satisfied(design: Design) -> None:
     path, found = along(design)
     assert (path.status == Status.SOLVED).all()
     size = np.abs(found.contact_velocity).max() + np.abs(found.pinion_velocity).max()
@@ -80,7 +80,7 @@ HELICAL = [
 
 
 def crossed_helical(teeth: tuple[int, int], helix: tuple[float, float]) -> Design:
-    """Cylindrical gears without shift at their reference pitch point (r_1, 0, 0)."""
+    """Return cylindrical gears without profile shift at their reference pitch point (r_1, 0, 0)."""
     offset, _ = closed_form(teeth, helix)
     return Shifted(6.0, radians(20.0), teeth, helix, (0.0, 0.0)).design(offset, abs(sum(helix)))
 
@@ -89,9 +89,9 @@ def crossed_helical(teeth: tuple[int, int], helix: tuple[float, float]) -> Desig
 def test_crossed_helical_gears_in_closed_form(
     teeth: tuple[int, int], helix_deg: tuple[float, float], flank: str
 ) -> None:
-    """At the pitch point r_1 sin(d)/cos(beta_2), all of it along the tooth trace t; at the distance s
-    from it along the normal, s (w_1 - w_2) x n more, by components on t, on the pitch plane's normal
-    and across t."""
+    """At the pitch point the sliding velocity is r_1 sin(d)/cos(beta_2), along the tooth trace t. At the
+    distance s from it along the normal, s (w_1 - w_2) x n is added, with components along t, along the
+    normal of the pitch plane and across t."""
     b1, b2 = (radians(helix) for helix in helix_deg)
     design = crossed_helical(teeth, (b1, b2))
     path, found = along(design, flank, 21)
@@ -114,8 +114,9 @@ def test_crossed_helical_gears_in_closed_form(
 
 
 def test_profile_speed_is_that_of_the_involute(flank: str) -> None:
-    """v_j.e_j is the member's speed times its transverse radius of curvature: specific sliding is infinite
-    at the base circle, and nowhere else. e_j.q_j is k_j.t_j over the cosine of the base helix."""
+    """v_j.e_j is the angular speed of the member times its transverse radius of curvature: specific
+    sliding is infinite only at the base circle. e_j.q_j is k_j.t_j divided by the cosine of the base helix
+    angle."""
     path, found = along(table1(), flank, 21)
     for j, (member, radius) in enumerate(zip(table1().members, (path.pinion_r, path.gear_r), strict=True)):
         curvature = np.sqrt(radius**2 - base_cylinder(member, flank).radius ** 2)
@@ -134,8 +135,8 @@ def test_profile_speed_is_that_of_the_involute(flank: str) -> None:
 
 @pytest.mark.parametrize(("helix_deg", "order", "error"), [(0.0, 2, 1.2e-4), (20.0, 1, 9e-3)])
 def test_parallel_axes_are_the_limit(helix_deg: float, order: int, error: float) -> None:
-    """Classical 1 - (rho_2/rho_1)(N1/N2) and the other way round: spur gears to the second order of
-    the shaft angle, helical gears to the first."""
+    """Limit 1 - (rho_2/rho_1)(N1/N2), and the same for the gear: spur gears to second order in the shaft
+    angle, helical gears to first order."""
     missing = []
     for angle in (2.0, 1.0, 0.5):
         design = crossed_helical((25, 40), (radians(helix_deg + angle), -radians(helix_deg)))
@@ -153,7 +154,7 @@ def test_parallel_axes_are_the_limit(helix_deg: float, order: int, error: float)
 
 
 @cases
-def test_mirror_image_slides_the_same_way(design: Design, flank: str) -> None:
+def test_mirror_image_has_the_same_sliding(design: Design, flank: str) -> None:
     _, found = along(design, flank)
     _, other = along(mirrored(design), "left" if flank == "right" else "right")
     for name in INVARIANT:
@@ -180,7 +181,8 @@ def test_members_exchanged_and_lengths_scaled(design: Design, flank: str) -> Non
 
 
 def test_pitch_point_beyond_the_ends_of_a_path_has_no_roll() -> None:
-    """Both members moved along their faces: the path ends short of it, at its last end or its first."""
+    """Both members are moved along their faces, so that the path ends before the pitch point, at its first
+    or last end."""
     for axial, beyond in ((25.0, True), (-27.0, True), (15.0, False), (-15.0, False)):
         moved = table1(errors=Errors(pinion_axial=axial, gear_axial=axial))
         report = sliding_report("", moved, "right", 3)

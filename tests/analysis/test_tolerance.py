@@ -1,4 +1,4 @@
-"""Tolerance studies: seeds, executors, single solves, closed forms, and the command."""
+"""Tolerance studies: seeds, executors, single designs, closed forms, and the command."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ SEED = 7
 
 
 def same(first: Mountings, second: Mountings) -> bool:
-    """Whether two sets of mountings are the same bit for bit."""
+    """Return whether two sets of mountings are equal bit for bit."""
     pairs = ((getattr(first, field.name), getattr(second, field.name)) for field in fields(Mountings))
     return all(a.dtype == b.dtype and a.tobytes() == b.tobytes() for a, b in pairs)
 
@@ -62,12 +62,12 @@ def repeated(executor: Executor | None, units_per_task: int, cases: int = CASES)
 
 
 @pytest.mark.parametrize("units_per_task", [1, 2, 50])
-def test_the_size_of_tasks_changes_nothing(study: ToleranceStudy, units_per_task: int) -> None:
+def test_the_size_of_tasks_does_not_change_the_result(study: ToleranceStudy, units_per_task: int) -> None:
     assert same(repeated(None, units_per_task), study.mountings)
 
 
-class Later(Executor):
-    """No more than an executor must have: one task at a time, done when it is handed in."""
+class Immediate(Executor):
+    """Minimal executor: it runs one task at a time, when the task is submitted."""
 
     def submit(self, fn: Any, /, *args: Any, **kwargs: Any) -> Future[Any]:
         future: Future[Any] = Future()
@@ -78,19 +78,19 @@ class Later(Executor):
 EXECUTORS: dict[str, Callable[[], Executor]] = {
     "threads": lambda: ThreadPoolExecutor(2),
     "processes": lambda: ProcessPoolExecutor(2, multiprocessing.get_context("spawn")),
-    "another": Later,
+    "another": Immediate,
 }
 
 
 @pytest.mark.parametrize("kind", EXECUTORS)
-def test_executors_change_nothing(study: ToleranceStudy, kind: str) -> None:
+def test_executors_do_not_change_the_result(study: ToleranceStudy, kind: str) -> None:
     with EXECUTORS[kind]() as executor:
         assert same(repeated(executor, 1), study.mountings)
 
 
 @pytest.mark.slow
-def test_a_cluster_changes_nothing(study: ToleranceStudy) -> None:
-    """Two processes of Dask, as the page of the package shows."""
+def test_a_cluster_does_not_change_the_result(study: ToleranceStudy) -> None:
+    """Two processes of Dask, as on the page of the package."""
     distributed = pytest.importorskip("distributed")
     with (
         distributed.LocalCluster(
@@ -112,8 +112,8 @@ def test_a_lost_process_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("parabolas", [(0.001, -0.001), (0.0, 0.0)])
-def test_both_flanks_together_are_each_alone(parabolas: tuple[float, float]) -> None:
-    """Their backlash, found once, too; bit for bit."""
+def test_both_flanks_together_equal_single_studies(parabolas: tuple[float, float]) -> None:
+    """The backlash, which is computed once, is also equal bit for bit."""
     design, done = table1(parabolas), list[int]()
     together = tolerance_studies(design, GIVEN, ("right", "left"), CASES, seed=SEED, progress=done.append)
     assert sum(done) == CASES
@@ -124,14 +124,14 @@ def test_both_flanks_together_are_each_alone(parabolas: tuple[float, float]) -> 
         assert same(both.nominal, alone.nominal)
 
 
-def test_seeds_differ_and_longer_studies_begin_alike(study: ToleranceStudy) -> None:
+def test_seeds_differ_and_longer_studies_begin_with_the_same_mountings(study: ToleranceStudy) -> None:
     errors = study.mountings.errors
     assert not np.isin(errors, drawn_errors(GIVEN, SEED + 1, 0, UNIT)).any()
     assert np.unique(errors, axis=0).shape == errors.shape
     np.testing.assert_array_equal(repeated(None, 1, 30).errors, errors[:30])
 
 
-def test_streams_are_those_spawned_from_the_seed(study: ToleranceStudy) -> None:
+def test_streams_are_spawned_from_the_seed(study: ToleranceStudy) -> None:
     child = np.random.default_rng(np.random.SeedSequence(SEED).spawn(2)[1])
     expected = child.standard_normal((CASES - UNIT, 4)) * (GIVEN.values() / 3.0)
     np.testing.assert_array_equal(study.mountings.errors[UNIT:], expected)
@@ -144,7 +144,7 @@ CROWNED = replace(table1(), pinion=table1().pinion.modified(Modification(helix_c
     ("pair", "flank", "offset"), [(MODIFIED, "right", 1.2), (MODIFIED, "left", 5.0), (CROWNED, "right", 3.0)]
 )
 def test_mountings_agree_with_single_solves(pair: Design, flank: str, offset: float) -> None:
-    """With errors so large that limits change and paths are lost, added to those of the design."""
+    """The errors are added to those of the design, and are so large that limits change and paths are lost."""
     design = pair.with_errors(Errors(offset=0.02, pinion_axial=-0.1))
     wide = Tolerances(offset, math.radians(0.01), 2.0, 2.0, "uniform")
     study = tolerance_study(design, wide, flank, 60, seed=3)
@@ -199,11 +199,12 @@ def test_quantiles_are_over_the_mountings_with_a_path() -> None:
 
 
 def axial_limits() -> tuple[float, float]:
-    """Axial errors of Table 1's pinion between which its path is on the flanks, mm.
+    """Return the axial errors of the pinion of Table 1 between which its path is on the flanks, mm.
 
-    The line of contact of unmodified flanks stands still in space and to the gear; the pinion moves
-    along it, so that its z falls by the error. The gear's limits keep their places on the line. The
-    last point is lost at the pinion's toe where the gear's tip is, at its heel where the gear's root is."""
+    The line of contact of unmodified flanks is fixed in space and relative to the gear. The pinion moves
+    along it, so that its z decreases by the error. The limits of the gear keep their positions on the
+    line. The path is lost where the toe of the pinion reaches the tip of the gear, or its heel the root of
+    the gear."""
     line = path_of_contact(table1(), "right", 2)
     slope = (line.pinion_z[1] - line.pinion_z[0]) / (line.l2[1] - line.l2[0])
     root = float(np.squeeze(root_parameter(table1().gear, "right")))
@@ -259,7 +260,7 @@ def test_jammed_mountings_are_counted() -> None:
 
 
 def test_ten_times_the_usual_errors_jam_two_of_five() -> None:
-    """And of these some surely: the others have a path that leaves the faces."""
+    """A part of them is certain; the others have a path that leaves the faces."""
     given = Tolerances(0.5, math.radians(0.1), 1.0, 1.0)
     study = tolerance_study(table1(), given, cases=8 * UNIT)
     counts = jam_counts(study)
@@ -283,7 +284,7 @@ def test_an_error_without_tolerance_is_plain_zero() -> None:
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("place", [0.03, 0.47, 0.99])
-def test_swing_of_a_parabola_with_its_extreme_between_values(sign: float, place: float) -> None:
+def test_range_of_a_parabola_with_its_extremum_between_values(sign: float, place: float) -> None:
     x = np.linspace(0.0, 1.0, 17)
     values = sign * (x - place) ** 2
     expected = max(place, 1.0 - place) ** 2

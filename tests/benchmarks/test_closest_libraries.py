@@ -1,12 +1,11 @@
-"""Which library finds closest points on flanks best: build time, speed and exactness.
+"""Build time, speed and accuracy of libraries that find closest points on flanks.
 
     python -m pytest tests/benchmarks/test_closest_libraries.py -m benchmark -s
 
-Flanks of Table 1 at two tolerances, whose triangles are slender, about 1 : 10; queries 0.001 mm
-from the mesh, as near a contact, and 2 mm, as over the rest of the face. The error is that of the
-distance against VTK's, which `tests/shapes/test_mesh_contact.py` holds against all triangles. trimesh
-and libigl are optional here. embreex casts rays and finds no closest points.
-"""
+Flanks of Table 1 at two tolerances, whose triangles have an aspect ratio of about 1 : 10. Queries are
+0.001 mm from the mesh, as near a contact, and 2 mm, as on the remaining face. The error is the difference
+from the distance of VTK, which `tests/shapes/test_mesh_contact.py` compares with all triangles. trimesh
+and libigl are optional here. embreex casts rays and finds no closest points."""
 
 from __future__ import annotations
 

@@ -1,13 +1,12 @@
-"""Speed of the contact solve, as ratios in one run on the same work.
+"""Speed of the path of contact, as ratios in one run on the same work.
 
     python -m pytest tests/benchmarks -m benchmark -s
 
-The reference is the paper's five equations through `scipy.optimize.fsolve`, xtol 1e-14, each
-position started from the one before, written in scalar floats with every constant
-hoisted, one square root, one sine and cosine per member and evaluation (about 20 evaluations
-a position). The one equation gives the full result (every field of `ContactPath`); what depends
-on the members alone, the mounting too, is known from an earlier call.
-"""
+The reference solves the five equations of the paper with `scipy.optimize.fsolve` (xtol 1e-14). Each
+position starts from the one before. The reference is written in scalar floats; all constants are computed
+before, and each evaluation needs one square root, one sine and one cosine for each member (about 20
+evaluations per position). The one equation gives the full result (every field of `ContactPath`).
+Quantities that depend only on the members, and the mounting, are known from an earlier call."""
 
 from __future__ import annotations
 
@@ -69,8 +68,9 @@ def test_one_equation_against_five(flank: str, parabola: tuple[float, float]) ->
 
 @pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001)])
 def test_small_calls_against_five(flank: str, parabola: tuple[float, float]) -> None:
-    """A path of 101 positions with exact ends against as many positions of the five equations, each started
-    from the one before; and one position against a call for one, started from the next."""
+    """A path of 101 positions with exact ends, compared with the same number of positions of the five
+    equations, each started from the one before. A call for a single position, compared with one position
+    of the five equations that starts from the next one."""
     design = table1(parabola)
     path, mounting = path_of_contact(design, flank, 101), mounting_of(design).distance
     known = numbers_of(path, 0), (float(mounting[0]), float(mounting[1]))
@@ -124,9 +124,9 @@ for line in sys.stdin:
 
 
 @pytest.mark.parametrize("busy", [False, True])
-def test_default_threads_cost_what_one_costs(busy: bool) -> None:
-    """With the default settings of BLAS and with one thread, in turns, 20 times each, also while a process
-    keeps another core busy."""
+def test_default_threads_take_as_long_as_one_thread(busy: bool) -> None:
+    """Default settings of BLAS and a single thread, alternately, 20 times each, also while another process
+    uses a core."""
     default = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
     works = "path of 100,000", "10,000 misaligned pairs", "study of 20,000 mountings", "mesh cycle"
     with ExitStack() as stack:
@@ -200,7 +200,7 @@ def test_mountings_with_short_reliefs_are_traced_together() -> None:
 
 
 def test_undercut_cones_cost_what_sound_ones_cost() -> None:
-    """Paths on parallel axes, in units of those of a pair with more teeth, which is sound."""
+    """Paths on parallel axes, relative to those of a pair with more teeth and no undercut."""
 
     def pair(teeth: int) -> Design:
         pinion, gear = (
@@ -220,9 +220,10 @@ def test_undercut_cones_cost_what_sound_ones_cost() -> None:
 
 
 def test_off_the_flank_costs_what_others_cost() -> None:
-    """Mountings of Table 1 against those near line contact, with strong parabolas, and of five pairs without
-    backlash: where paths leave the flanks, n_x comes under 0.05, or l1 does not resolve them over the whole
-    flank. Each ratio compares processor times of neighbouring runs, as the machine may have other work."""
+    """Mountings of Table 1, compared with mountings near line contact, with strong parabolas, and of five
+    pairs without backlash. Paths leave the flanks, n_x is below 0.05, or series over l1 do not resolve
+    them over the complete flank. Each ratio compares processor times of consecutive runs, because the
+    machine may have other work."""
     ordinary = mounted(table1(), drawn_errors(USUAL, 0, 0, 1024))
     ratio = {}
     for name, design in {**MOUNTINGS, "parabolas": modified_and_misaligned(16_384)}.items():
@@ -241,8 +242,9 @@ def test_off_the_flank_costs_what_others_cost() -> None:
 
 @pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.0002, -0.0002)])
 def test_misaligned_pairs_against_five(flank: str, parabola: tuple[float, float]) -> None:
-    """Independent cases: one pair under many misalignments. The path of each from limit to limit, by the one
-    equation, costs less than one position of each by the five, started from the case before."""
+    """Independent cases: one pair under many misalignments. The path of each case between its limits, by
+    the one equation, takes less time than one position of each case by the five equations, started from
+    the case before."""
     offset = np.linspace(-0.2, 0.2, 20_000)
     cases = table1(parabola, Errors(offset=offset))
     few = slice(0, 20_000, 100)

@@ -2,16 +2,15 @@
 
     OPENBLAS_NUM_THREADS=1 python -m pytest tests/benchmarks/test_export_speed.py -m benchmark -s
 
-The pair as .stl is compared with what any program that writes an STL file with trimesh pays
-first, an interpreter that imports numpy and trimesh. The writers of our own are compared with those
-of the library that comes closest: VTK's for .vtp, which compresses, meshio's for .inp and .bdf,
-which both leave out the surfaces and the load. meshio's Nastran format takes no negative
-coordinates of twelve digits: it is given rounded ones.
+The pair as .stl is compared with the start of an interpreter that imports numpy and trimesh, which every
+program needs that writes an STL file with trimesh. Our writers are compared with those of the most similar
+library: VTK for .vtp, which compresses; meshio for .inp and .bdf, which leaves out surfaces and load. The
+Nastran writer of meshio accepts no negative coordinates with twelve digits, so that it gets rounded
+coordinates.
 
-The solid for CAD is the pinion of Table 1, 29 teeth. Faces and solid from the poles of their surfaces take
-less than the kernel's own way from ready faces to a solid, sewing; all from the member to the file takes
-less than four times the kernel's writing of a ready solid.
-"""
+The solid for CAD is the pinion of Table 1 with 29 teeth. Faces and solid from the poles of their surfaces
+take less time than sewing of ready faces by the kernel. The complete way from the member to the file takes
+less than four times as long as the writing of a ready solid by the kernel."""
 
 from __future__ import annotations
 

@@ -2,14 +2,12 @@
 
     OPENBLAS_NUM_THREADS=1 python -m pytest tests/benchmarks/test_operation_speed.py -m benchmark -s
 
-The reference for separations is a foot point by `scipy.optimize.root`, one point at a time, which gives
-the same distance on unmodified flanks. The reference for first contacts is a search without derivatives,
-as it is done on grids: the least of the approach over all teeth on 101 x 101 points, which finds it to about
-a tenth of a micrometre and its place to tenths of a millimetre.
-
-Results based on first contacts are compared with 101 positions of a path by the five equations in `math`
-(`test_contact_speed`), by the processor's time of one core. Errors are new each time.
-"""
+The reference for separations is the foot of the perpendicular by `scipy.optimize.root`, one point at a
+time, which gives the same distance on unmodified flanks. The reference for first contacts is a search
+without derivatives on grids: the smallest clearance over all teeth on 101 x 101 points, which has an error
+of about a tenth of a micrometre in the distance and tenths of a millimetre in the position. Results based
+on first contacts are compared with 101 positions of a path by the five equations in `math`
+(`test_contact_speed`), in processor time of one core. Each run has new errors."""
 
 from __future__ import annotations
 
@@ -109,7 +107,7 @@ def five_equations(design: Design) -> Callable[[], object]:
 
 
 def test_operation_against_positions_by_five_equations() -> None:
-    """Of Table 1 with parabolas 0.001 and -0.001, right flanks."""
+    """Right flanks of Table 1 with the parabolas 0.001 and -0.001."""
     design, drawn = table1((0.001, -0.001)), iter(range(1, 10_000))
     five = five_equations(design)
 
@@ -152,7 +150,8 @@ def test_mesh_cycle_with_reliefs_against_unmodified_flanks() -> None:
     ("parabola", "most"), [((0.001, -0.001), 1.7), ((0.0002, 0.0002), 2.1), ((0.001, 0.001), 2.5)]
 )
 def test_mountings_in_operation_against_five_equations(parabola: tuple[float, float], most: float) -> None:
-    """Each of those solved together, its operating ratio in a film included, in 101 positions."""
+    """Time for each of the mountings that are solved together, including the operating ratio in a film,
+    relative to 101 positions."""
     design, ratio = table1(parabola), np.inf
     five = five_equations(table1((0.001, -0.001)))
     for unit in range(3):

@@ -2,13 +2,12 @@
 
     OPENBLAS_NUM_THREADS=1 python -m pytest tests/benchmarks/test_shapes_speed.py -m benchmark -s
 
-A call of `sample_flank` does everything: limits of the flank, form, number of cells, measured deviation,
-points and normals. The reference is the exact formula for points and normals alone, at the flank
-parameters and stations which that call has found. Those of solids are the least that the same points can
-cost: the exact formulas at all points of the outlines of all teeth, and the solid of one tooth (the others
-are copies of it). Those of hexahedra: Winslow's equations iterated at every station by itself, in place of
-three with a blend; and hexahedra of half the nodes.
-"""
+A call of `sample_flank` computes limits of the flank, its shape, the number of cells, the measured
+deviation, points and normals. The reference is the exact formula for points and normals alone, at the same
+flank parameters and stations. The reference for solids is the smallest possible work for the same points:
+the exact formulas at all points of the outlines of all teeth, and the solid of one tooth (the others are
+copies). The references for hexahedra are an iteration of Winslow's equations at every station, instead of
+three stations with interpolation; and hexahedra with half the nodes."""
 
 from __future__ import annotations
 
@@ -80,7 +79,7 @@ def test_whole_gear_against_its_exact_points(tolerance: float) -> None:
 PINION = table1().pinion
 
 
-def test_three_stations_serve_all() -> None:
+def test_three_stations_are_sufficient() -> None:
     outline = outline_of(PINION, 2, 10, 16, 12, nz=101)
     singles = [{name: curve[:, i : i + 1] for name, curve in outline.items()} for i in range(101)]
     nodes = section_of(outline, 60.0).points.size // 3

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 def best(
     work: Callable[[], object], repeat: int = 3, clock: Callable[[], float] = time.perf_counter
 ) -> float:
-    """Return the least time of some runs, s: wall time, or that of another clock."""
+    """Return the smallest time of some runs, s: wall time, or the time of another clock."""
     times = []
     for _ in range(repeat):
         start = clock()

@@ -62,7 +62,9 @@ def test_an_ease_off_without_a_path_on_one_flank() -> None:
         == text.stderr.removeprefix("No contact: ")[:-1]
     )
     assert {row["flank"] for row in rows_of(table)} == {"left"}
-    assert "note right flanks, as given: the path of contact does not meet" in " ".join(text.stdout.split())
+    assert "note right flanks, as designed: the path of contact does not meet" in " ".join(
+        text.stdout.split()
+    )
     none = run("ease-off", "--offset-error", "30", "--csv")
     assert (none.exit_code, none.stdout.count("\n")) == (1, 1)
     assert none.stdout.startswith("flank,parabola,profile_place")
@@ -75,5 +77,5 @@ def test_points_of_an_ease_off_without_a_conjugate_are_empty() -> None:
         ("not_converged", "", "")
     ] * len(lost)
     words = " ".join(run(*given).stdout.split())
-    assert f"right flanks, as given: the mate has no conjugate at {len(lost)} of 15 points" in words
+    assert f"right flanks, as designed: the mate has no conjugate at {len(lost)} of 15 points" in words
     assert "nan" not in words

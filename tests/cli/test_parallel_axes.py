@@ -44,7 +44,7 @@ def test_every_command_runs(command: str, parabola: tuple[str, ...]) -> None:
 def test_check_has_no_warnings() -> None:
     found = run("check", NAME).stdout
     assert "No warnings." in found
-    assert "they have line contact" in " ".join(found.split())
+    assert "line contact, so that an error of the shaft angle" in " ".join(found.split())
 
 
 @pytest.mark.parametrize("error", ["0.0", "0.01"])
@@ -53,7 +53,7 @@ def test_check_prints_that_generators_are_parallel(error: str, tmp_path: Path) -
     tilted = errors.replace("shaft_angle_deg = 0.0", f"shaft_angle_deg = {error}")
     path.write_text(f"{layout}[errors]{tilted}")
     found = run("check", path).stdout
-    assert "of flanks in contact are parallel without errors: line contact" in found
+    assert "crossing angle     0: the generators of the flanks are parallel" in found
     assert "nan" not in found
 
 
@@ -86,7 +86,7 @@ def test_sensitivity_of_line_contact() -> None:
     rows = [line for line in text.splitlines() if " mm  " in line and "backlash" in line]
     assert len(rows) == 1
     assert rows[0].split()[-4:] == ["0.068310", "-", "0.003580", "-0.003580"]
-    assert "no derivatives     of the path: they have line contact" in text
+    assert "no derivatives     of the path: line contact" in text
     for row in csv.DictReader(io.StringIO(run("sensitivity", NAME, "--csv").stdout)):
         assert any(row[name] for name in row if name not in ("quantity", "place", "member"))
 

@@ -84,7 +84,7 @@ def test_place_where_the_pair_jams() -> None:
     assert place["exact_offset_error"] == pytest.approx(-0.2547, abs=1e-3)
     assert np.isclose(place["z"], -12.5, atol=1e-6)
     words = " ".join(text.stdout.split())
-    assert "25 % of the face, centred in profile, needs E -0.2546" in words
+    assert "25 % of the face at the required l1 needs E -0.2546" in words
     assert (
         "but the pair jams there; the nearest position at which it can be assembled is 25.0 % of the face"
         in words

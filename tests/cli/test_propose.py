@@ -9,8 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from beveloid_geom import builtin_design, read_design
+from beveloid_geom import builtin_design, contact_ratio, read_design
 from beveloid_geom.design.file import builtin_text, parse_design
+from beveloid_geom.pair.generator_angle import generator_angle_as_mounted
 from beveloid_geom.proposal.propose import propose
 from tests.cli.running import refused, run, strict_json
 from tests.proposal.test_closure_equations import TABLE1
@@ -39,10 +40,18 @@ def test_json_has_the_library_values() -> None:
     first = propose(TABLE1)[0]
     entry = data["designs"][0]
     assert entry["pinion_cone_angle"] == pytest.approx(float(first.design.pinion.cone_angle), abs=1e-5)
-    assert entry["drive_crossing_angle"] == pytest.approx(radians(2.2957), abs=1e-9)
-    assert entry["coast_contact_ratio"] == pytest.approx(first.figures.contact_ratio[1, 0], abs=1e-9)
+    assert entry["drive_crossing_angle"] == pytest.approx(radians(2.2957), abs=1e-5)
+    assert entry["coast_contact_ratio"] == pytest.approx(first.figures.contact_ratio[1, 0], abs=1e-3)
+    assert entry["coast_n_x"] == pytest.approx(first.figures.normal_x[1, 0], abs=1e-5)
+    assert entry["gear_undercut_margin"] == pytest.approx(first.figures.margin[1, 0], abs=1e-4)
     assert entry["reserve"] == pytest.approx(first.figures.reserve[0], abs=1e-9)
     written = parse_design(entry["toml"])
+    for side, flank in (("drive", "right"), ("coast", "left")):
+        angle = float(generator_angle_as_mounted(written, flank))
+        assert entry[f"{side}_crossing_angle"] == pytest.approx(angle, abs=1e-12)
+        assert entry[f"{side}_contact_ratio"] == pytest.approx(
+            float(contact_ratio(written, flank)), abs=1e-12
+        )
     assert float(written.gear.cone_angle) == pytest.approx(entry["gear_cone_angle"], abs=1e-15)
     assert data["command"].startswith("beveloid-geom propose --module 6 --teeth 29 45")
 
@@ -127,9 +136,9 @@ def test_weakest_criterion(tmp_path: Path) -> None:
     first = data["designs"][0]
     assert first["weakest"] == "depth of tips"
     assert first["reserve"] < 0.0
-    assert "weakest criterion 1 depth of tips" in text
+    assert "smallest reserve depth of tips (pair 1)" in text
     depth = -0.1 * 8.0 * first["reserve"]
-    assert f"tips of design 1 reach {depth:.3g} mm below the mate's active flank (form diameter)" in text
+    assert f"pair 1: the tips reach {depth:.3g} mm below the mate's active flank (form diameter)" in text
     path = tmp_path / "mine.toml"
     run(*request, "--out", path)
     notes = strict_json(run("check", path, "--json").stdout)["notes"]
@@ -155,7 +164,7 @@ def test_check_prints_advice_first_and_a_proposal(tmp_path: Path) -> None:
 
 def test_check_prints_the_angle_between_generators() -> None:
     result = run("check")
-    words = "of flanks in contact are at an angle of 2.2957 deg on right flanks, 9.3266 deg on left flanks"
+    words = "crossing angle between the generators of the flanks 2.2957 deg (right), 9.3266 deg (left)"
     assert words in " ".join(result.stdout.split())
     assert "propose" not in result.stdout
     data = strict_json(run("check", "--json").stdout)
@@ -170,5 +179,5 @@ def test_a_pair_on_parallel_axes_passes_check(tmp_path: Path) -> None:
     request = ("propose", "--module", "3", "--teeth", "25", "31", "--shaft-angle-deg", "0")
     result = run(*request, "--cones-deg", "3", "-3", "--count", "1", "--out", path)
     assert (result.exit_code, result.stderr) == (0, "")
-    assert "drive n x  " in result.stdout
+    assert "drive n_x  " in result.stdout
     assert "No warnings.\n" in run("check", path).stdout

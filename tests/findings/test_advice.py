@@ -1,4 +1,5 @@
-"""What `check` says of layouts that do not work, followed to the letter: by the fields of its JSON."""
+"""Remarks and advice of `check` on layouts without contact; the advice is applied by the fields of its
+JSON."""
 
 from __future__ import annotations
 
@@ -45,14 +46,15 @@ def checked(design: Design) -> Any:
 
 
 def followed(design: Design, advice: dict[str, Any]) -> Design:
-    """The design with the fields of a piece of advice."""
+    """Return the design with the fields of a piece of advice."""
     pinion = replace(design.pinion, helix_angle=advice["pinion_helix_angle"])
     gear = replace(design.gear, helix_angle=advice["gear_helix_angle"])
     return replace(design, pinion=pinion, gear=gear, pair=Pair(advice["offset"], advice["shaft_angle"]))
 
 
 def assert_sound(design: Design) -> None:
-    """It closes, its gears reach each other, both flanks have contact, nothing interferes."""
+    """Check that the lines of action meet, the gears reach each other, both flanks have contact, and
+    nothing interferes."""
     closing, module = closing_of(design), float(design.pinion.tool.normal_module)
     assert closes(design, closing)
     assert closing.normal_backlash > -INTERFERENCE_TOLERANCE * module

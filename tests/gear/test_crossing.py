@@ -19,7 +19,7 @@ MP.dps = 50
 
 
 def drawn(count: int) -> list[Member]:
-    """Members with few teeth: spur, helical, cylindrical, conical, with and without parabola."""
+    """Return members with few teeth: spur, helical, cylindrical, conical, with and without parabola."""
     rng, members = np.random.default_rng(28), []
     for k in range(count):
         module = float(rng.choice([1.0, 2.0, 5.0]))
@@ -43,7 +43,7 @@ def exact(member: Member, flank: str, z: float, start: float, end: float) -> tup
     pitch, joint = module * member.teeth / (2 * MP.cos(beta)), MP.mpf(rounding.joint)
 
     def met(x_n: Mpf, y_n: Mpf, nx_n: Mpf, ny_n: Mpf) -> tuple[Mpf, Mpf]:
-        """Return r^2 and angle of the point that a point of the section with its normal generates."""
+        """Return r^2 and angle of the generated point for a point of the section and its normal."""
         point = [x_n * e + y_n * f for e, f in zip(along, across, strict=True)]
         point[0] += member.profile_shift * module
         normal = [nx_n * e + ny_n * f for e, f in zip(along, across, strict=True)]

@@ -1,4 +1,4 @@
-"""Parabolas of their own on right and left flanks, and a moved apex."""
+"""Different parabolas of right and left flanks, and a moved apex."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ OWN = {"right": 0.001, "left": -0.0006}, {"right": -0.0008, "left": -0.0004}
 
 
 def with_tools(design: Design, *values: dict[str, Any]) -> Design:
-    """The design with other values of the tools of pinion and gear."""
+    """Return the design with other values of the tools of pinion and gear."""
     pinion, gear = (
         replace(member, tool=replace(member.tool, **changes))
         for member, changes in zip(design.members, values, strict=True)
@@ -49,7 +49,7 @@ def with_tools(design: Design, *values: dict[str, Any]) -> Design:
 
 
 def by_flank(design: Design, apex: tuple[float, float] = (0.0, 0.0)) -> Design:
-    """The design with the coefficients OWN."""
+    """Return the design with the coefficients OWN."""
     return with_tools(
         design,
         *(
@@ -60,7 +60,7 @@ def by_flank(design: Design, apex: tuple[float, float] = (0.0, 0.0)) -> Design:
 
 
 def assert_same_path(one: ContactPath, other: ContactPath, bound: float) -> None:
-    """All numbers of two paths differ by at most `bound`, mm and rad."""
+    """Check that all numbers of two paths differ by at most `bound`, mm and rad."""
     assert (one.ends.status, *one.ends.limit) == (other.ends.status, *other.ends.limit)
     for name in NUMBERS:
         np.testing.assert_allclose(getattr(one, name), getattr(other, name), rtol=0.0, atol=bound)
@@ -169,7 +169,7 @@ def test_batches_equal_single_designs(flank: str) -> None:
 
 
 def spur_pair(parabola: float, apex: float) -> Design:
-    """Spur gears on parallel axes; only the gear has parabolas."""
+    """Return spur gears on parallel axes; only the gear has parabolas."""
     tool = Tool(4.0, radians(20.0))
     pinion = Member(tool, 24, 0.0, 0.0, 0.1, 20.0)
     bent = replace(tool, parabola_right=parabola, parabola_left=0.0, parabola_apex=apex)
@@ -217,7 +217,7 @@ def test_patterns_use_the_parabola_of_their_flank(flank: str) -> None:
 
 
 def random_tools(design: Design, rng: np.random.Generator) -> Design:
-    """A batch with random coefficients of both flanks and a random apex on the tool."""
+    """Return a batch with random coefficients of both flanks and a random apex on the tool."""
     changes = []
     for member in design.members:
         module = np.asarray(member.tool.normal_module)

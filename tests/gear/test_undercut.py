@@ -57,9 +57,8 @@ def test_spur_gears_are_undercut_below_the_handbooks_number_of_teeth(
 def test_undercut_of_an_involute_ends_where_the_joint_meets_the_base_cylinder(
     flank: str, hand: float
 ) -> None:
-    """The point of contact at the joint is r_P sin^2 of the transverse pressure angle below the pitch line
-    there; its height is linear along the trace.
-    """
+    """The contact point of the joint is r_P sin^2 of the transverse pressure angle below the pitch line;
+    its height is linear along the trace."""
     member = replace(FEW, helix_angle=hand * FEW.helix_angle)
     rack, found = rack_of(member, flank), undercut_of(member, flank, 5)
     nx, ny, _ = rack.normal
@@ -71,7 +70,8 @@ def test_undercut_of_an_involute_ends_where_the_joint_meets_the_base_cylinder(
 
 
 def test_an_involute_is_regular_from_its_base_cylinder_on(flank: str) -> None:
-    """Where the flank folds back; with more teeth it is regular from its root."""
+    """The base cylinder is where the flank folds back; with more teeth the flank is regular from its root
+    on."""
     z = np.array([-10.0, 0.0, 10.0])
     l = regular_start(SPUR, flank, z)
     points = flank_point(SPUR, flank, l, z=z)

@@ -53,7 +53,7 @@ def test_positive_error_moves_the_gear_away_from_the_pinion(name: str, flank: st
 
 
 @pytest.mark.parametrize("name", ["crossed", "intersecting", "crossed, marine", "parallel, spur"])
-def test_a_crowned_pair_is_a_hill_on_both_flanks(name: str, flank: str) -> None:
+def test_the_curve_of_a_crowned_pair_has_a_maximum_on_both_flanks(name: str, flank: str) -> None:
     """From the rolls: the gear rotates in the opposite sense and lags at the ends of the path. Helical
     teeth on parallel axes touch at one l1 with a constant ratio."""
     path = path_of_contact(crowned(name), flank, 51)
@@ -69,7 +69,7 @@ def test_a_crowned_pair_is_a_hill_on_both_flanks(name: str, flank: str) -> None:
 
 @pytest.mark.parametrize("name", DESIGNS)
 @pytest.mark.parametrize("parabola", [(-0.0002, -0.0002), (0.001, -0.001), (0.0003, 0.0002)])
-def test_the_pair_furthest_ahead_carries(name: str, parabola: tuple[float, float], flank: str) -> None:
+def test_the_pair_furthest_ahead_is_in_contact(name: str, parabola: tuple[float, float], flank: str) -> None:
     """The curve in operation is the upper envelope of all tooth pairs, for convex and concave flanks, with
     edges."""
     scale = 6.0 / float(DESIGNS[name].pinion.tool.normal_module)

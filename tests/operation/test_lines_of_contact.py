@@ -77,8 +77,8 @@ NAMED = {
 
 
 def assert_along_lines(designs: Iterable[Design]) -> int:
-    """Check that lines carry on both flanks of all designs, at the contact ratio of ISO 21771. Return the
-    number of designs with cones."""
+    """Check that both flanks of all designs touch along lines, at the contact ratio of ISO 21771. Return
+    the number of designs with cones."""
     cones = 0
     for design in designs:
         cones += bool(design.pinion.cone_angle)
@@ -180,7 +180,7 @@ def test_tips_in_fillets_come_before_lines(helix_deg: float, addendum: float, ed
     first, held = cycle.at(roll), cycle.at(roll).limit[:, 0] >= 0
     assert held.any()
     assert (first.on_fillet.any(axis=-1) == held).all()
-    assert (np.abs(first.transmission_error[~held]) < 1e-15).all()  # lines carry there
+    assert (np.abs(first.transmission_error[~held]) < 1e-15).all()  # lines are in contact there
     np.testing.assert_allclose(first.gear_roll, first_contact(design, "right", roll).gear_roll, atol=1e-11)
     assert_first(design, "right", roll[::2], (60, 20, 41))
     assert not certify(path_of_contact(design, "right", 7)).holds
@@ -337,8 +337,8 @@ def test_both_ends_of_a_level_valley_are_searched(name: str) -> None:
 
 
 def assert_searches_agree(designs: Iterable[Design], rolls: int) -> None:
-    """Check that single searches and the segments of the mesh cycle agree. The cycle may be NOT_CONVERGED
-    in 1 of 100 pairs: flanks that are modified by nanometres and slightly tilted."""
+    """Check that single searches and the segments of the mesh cycle agree. The mesh cycle may be
+    NOT_CONVERGED for 1 of 100 pairs, if flanks are nearly unmodified."""
     unknown = 0
     for number, design in enumerate(designs):
         flank, rng = FLANKS[number % 2], np.random.default_rng(number)

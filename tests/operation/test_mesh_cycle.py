@@ -42,7 +42,7 @@ def test_unmodified_ratio_is_that_of_eq_16(flank: str, errors: Errors) -> None:
     assert abs(operating_ratio(design, flank) - contact_ratio(design, flank)) < 1e-8
 
 
-def test_unmodified_cycle_is_even() -> None:
+def test_unmodified_cycle_has_no_transmission_error() -> None:
     cycle = mesh_cycle(table1(errors=Errors(0.05, radians(-0.003))), "right")
     assert cycle.peak_to_peak < 1e-13
     assert np.abs(cycle.harmonics).max() < 1e-13
@@ -94,7 +94,7 @@ def test_mean_and_harmonics(parabola: tuple[float, float], flank: str) -> None:
     assert 0.99 * swing < np.ptp(curve) <= (1.0 + 1e-9) * swing
 
 
-def test_changes_are_where_the_carrier_changes() -> None:
+def test_changes_are_where_the_contact_changes() -> None:
     """1e-8 pitches before and after; two pairs touch at once at a hand-over."""
     design = table1((0.001, -0.001))
     cycle = cycle_of((0.001, -0.001))

@@ -66,7 +66,7 @@ def test_the_error_steps_by_the_deviation_of_a_tooth(name: str, flank: str) -> N
     step = 1e-3 * amount / float(base.radius * np.cos(base.helix_angle))
     assert cycle.transmission_error.shape == (count, 24)
     assert cycle.peak_to_peak == pytest.approx(step, abs=1e-9)
-    # The tooth carries alone over the contact ratio of a pair, and edges of its mate before and after.
+    # The tooth alone is in contact over the contact ratio of a pair, and edges of its mate before and after.
     carries = (cycle.pinion_tooth if name == "pinion" else cycle.gear_tooth) == 3
     whole = np.abs(cycle.transmission_error - step) < 1e-9
     assert 1.6 < whole.mean() * count < 1.7

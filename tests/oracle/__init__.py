@@ -1,1 +1,2 @@
-"""Table 1 by hand, a rack swept by numbers, and the reference equations held against one another."""
+"""Table 1 by hand, a numerical sweep of the rack, and comparisons of the reference equations with each
+other."""

@@ -18,7 +18,7 @@ from .bracketed import EPSILON, roots_between
 
 Array = NDArray[np.float64]
 ZOOMS, SHRUNK, FOLLOWED = 40, 0.5, 3
-"""How often a grid is moved or narrowed, to which share; grids for each part."""
+"""Number of times that a grid is moved or narrowed, share to which it is narrowed, grids for each part."""
 CUT_AWAY = 1e-12
 """rad that a point may lie above the material left by the tool and count as part of the tooth."""
 

@@ -13,7 +13,7 @@ from beveloid_geom.validation.pitch_region import hand_of_pair, pitch_guess, pit
 
 @dataclass(frozen=True)
 class MountingMp:
-    """Pitch point of the unmodified pair without errors, and its place on both members."""
+    """Pitch point of the unmodified pair without errors, and its position on both members."""
 
     dw1: Mpf
     dw2: Mpf

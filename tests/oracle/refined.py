@@ -1,5 +1,5 @@
-"""Correction of positions found by any method to the curve of the five equations; the size of the correction
-is the check."""
+"""Positions of any method, corrected to the curve of the five equations. The size of the correction is the
+error."""
 
 from __future__ import annotations
 

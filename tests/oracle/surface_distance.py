@@ -23,8 +23,8 @@ def inside_triangles(
 
 
 def distance_bound(sheet: Sheet, points: FloatArray, p: FloatArray, z: FloatArray) -> FloatArray:
-    """Return an upper bound of the distance (n,) of points from a surface, by damped Newton from parameters
-    nearby."""
+    """Return an upper bound of the distance (n,) of points from a surface, by damped Newton steps from
+    parameters nearby."""
     span = sheet.upper(z) - sheet.lower(z)
     best = np.full(len(points), np.inf)
     for _ in range(25):

@@ -8,7 +8,7 @@ from beveloid_geom import Design, Errors, Member, Pair, Tool
 
 
 def table1(parabola: tuple[float, float] = (0.0, 0.0), errors: Errors | None = None) -> Design:
-    """Table 1 with parabola coefficients (pinion, gear) in 1/mm and assembly errors."""
+    """Return Table 1 with parabola coefficients (pinion, gear) in 1/mm and assembly errors."""
     pinion_tool, gear_tool = (
         Tool(normal_module=6.0, normal_pressure_angle=radians(20.0), parabola=coefficient)
         for coefficient in parabola

@@ -53,7 +53,7 @@ def six(contact: ContactMp) -> Guess:
 
 
 def along_the_path(design: Design, flank: str, count: int) -> tuple[np.ndarray, Guess]:
-    """Pinion rolls from l1 = -4 to 4, and the contact at the first as a guess."""
+    """Return pinion rolls from l1 = -4 to 4, and the contact at the first as a starting value."""
     mounting, guess = table1_distances(), pitch_guess(design, flank)
     first, last = (solve_mp(design, flank, guess, ("l1", l1), mounting) for l1 in (-4.0, 4.0))
     return np.linspace(float(first.phi1), float(last.phi1), count), six(first)

@@ -12,8 +12,8 @@ from beveloid_geom.gear.rack import reference_radius
 
 
 def distance_from_round(member: Member, flank: str, point: FloatArray, roll: FloatArray) -> FloatArray:
-    """Distance (mm) of gear points (..., 3) from the axis of the sliding tool's tip round at rolls
-    that broadcast with (...)."""
+    """Return the distance (mm) of gear points (..., 3) from the axis of the tip round of the sliding tool,
+    at rolls that broadcast with (...)."""
     beta, gamma, radius = float(member.helix_angle), float(member.cone_angle), float(reference_radius(member))
     x = np.cos(roll) * point[..., 0] + np.sin(roll) * point[..., 1] - radius
     y = np.cos(roll) * point[..., 1] - np.sin(roll) * point[..., 0] + radius * roll
@@ -26,8 +26,8 @@ def distance_from_round(member: Member, flank: str, point: FloatArray, roll: Flo
 
 
 def clearance_of_round(member: Member, flank: str, points: FloatArray) -> FloatArray:
-    """How far (n,), mm, points (n, 3) stay clear of the round over all rolls; negative where it
-    cuts them away."""
+    """Return the distance (n,), mm, of points (n, 3) from the round over all rolls; negative where the
+    round removes them."""
     roll, half = np.zeros((len(points), 1)), 1.2
     for _ in range(3):
         rolls = roll + np.linspace(-half, half, 1201)

@@ -20,7 +20,8 @@ Exact: TypeAlias = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArr
 
 
 def exact_places(member: Member, flank: str) -> dict[str, tuple[Exact, Callable[[Any], tuple[Any, Any]]]]:
-    """Flank and fillet of tooth 0, and the ends of their parameters, that of the least radius first."""
+    """Return flank and fillet of tooth 0, and the ends of their parameters, the end with the smallest
+    radius first."""
     rounding = tool_round(member.tool, flank)
 
     def on_flank(l: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -37,7 +38,7 @@ def exact_places(member: Member, flank: str) -> dict[str, tuple[Exact, Callable[
 
 
 def section_area(member: Member, z: float) -> float:
-    """Area of one tooth with its space, down to the axis: half the integral of x dy - y dx."""
+    """Return the area of one tooth with its space, down to the axis: half the integral of x dy - y dx."""
     nodes, weights = leggauss(60)
     area, angles = 0.0, {}
     for flank, sense in (("right", -1.0), ("left", 1.0)):
@@ -57,7 +58,8 @@ def section_area(member: Member, z: float) -> float:
 
 
 def exact_volume(member: Member, teeth: int, bore: float) -> float:
-    """Volume (mm^3) of some teeth with their spaces, by Gauss' points along the face and the section."""
+    """Return the volume (mm^3) of some teeth with their spaces, by Gauss points along the face and the
+    section."""
     nodes, weights = leggauss(12)
     half = 0.5 * float(member.face_width)
     areas = np.array([section_area(member, half * node) for node in nodes])

@@ -60,7 +60,7 @@ by_request = pytest.mark.parametrize("name", REQUESTS)
 
 
 def found(request: Request, most: int = 8) -> list[Design]:
-    """Some of the pairs within the limits."""
+    """Return some of the pairs within the limits."""
     pairs = candidates_of(request)
     values = pairs[:, within(request, pairs)]
     return [design_of(request, values[:, k]) for k in range(0, values.shape[1], 1 + values.shape[1] // most)]
@@ -92,7 +92,7 @@ def test_given_quantities_are_kept() -> None:
 
 
 def as_mounted(request: Request, cone: float, mate_cone: float, mate_helix: float) -> Design:
-    """A pair of the request in its own layout, closed or not."""
+    """Return a pair of the request in its layout, whether or not the lines of action meet."""
     pinion, gear = request.members
     assert request.offset is not None
     assert request.shifts is not None
@@ -136,7 +136,7 @@ def test_lines_of_action_meet_at_60_digits(name: str) -> None:
 
 
 def like_table_1(request: Request) -> list[float]:
-    """Cone angles and the gear's helix angle of the pair found that is nearest to Table 1, deg."""
+    """Return cone angles and helix angle of the gear of the pair that is nearest to Table 1, deg."""
     nearest = min(found(request), key=lambda design: abs(degrees(design.pinion.cone_angle) - 3.0))
     pinion, gear = nearest.members
     return [degrees(angle) for angle in (pinion.cone_angle, gear.cone_angle, gear.helix_angle)]
@@ -272,7 +272,7 @@ def test_number_of_unknowns() -> None:
 
 
 def all_figures(request: Request, values: FloatArray) -> Figures:
-    """Figures of pairs in the layout of the request."""
+    """Return the figures of pairs in the layout of the request."""
     return figures_of(request, values, teeth_of(request, values))
 
 

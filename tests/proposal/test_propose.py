@@ -97,8 +97,8 @@ def test_two_pinions_on_one_gear() -> None:
 
 
 def test_gear_with_a_parabola_is_checked_completely() -> None:
-    """With a concave gear edges touch earlier, which the criteria of unmodified flanks do not show; with a
-    convex gear not."""
+    """With a concave gear, edges touch earlier, which the criteria of unmodified flanks do not show. With
+    a convex gear, they do not."""
     gears = [replace(GEAR, tool=replace(GEAR.tool, parabola=parabola)) for parabola in (0.001, -0.001)]
     assert not works(replace(MARINE, offset=180.0, gear=gears[0]))
     request = replace(MARINE, offset=180.0, gear=gears[1])
@@ -277,7 +277,7 @@ def test_requests_like_a_design_without_contact() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", REQUESTS)
 def test_all_kinds_of_requests(name: str) -> None:
-    if name == "cones at an offset":  # its shifts leave one helix angle, and that warns
+    if name == "cones at an offset":  # its shifts leave one helix angle, which causes a warning
         with pytest.raises(Refused):
             propose(REQUESTS[name])
         return

@@ -71,7 +71,9 @@ def test_nodes_are_on_flank_and_fillet(member: Member, flank: str, part: str) ->
     with np.errstate(invalid="ignore"):
         s = profile_at(surface, radius**2, points[:, 2])
     floor = surface.bottom + 0.1 * (surface.joint - surface.bottom)
-    inner = s > floor  # below, where the fillet runs along the root cone, a radius says little
+    inner = (
+        s > floor
+    )  # below, the fillet is nearly parallel to the root cone, so that a radius does not determine a point
     assert inner.sum() > 0.7 * len(s)
     exact = angle_of(cut_at(surface, s[inner], points[inner, 2]))
     apart = radius[inner] * np.abs(np.remainder(exact - angle[inner] + pi, 2.0 * pi) - pi)

@@ -99,9 +99,9 @@ def pose_at(path: ContactPath, k: int) -> Pose:
 @pytest.mark.parametrize("member", [0, 1])
 @pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.001)])
 def test_agreement_with_angular_clearance(flank: str, member: int, parabola: tuple[float, float]) -> None:
-    """Compare with angular clearance, which is exact without parabola, else to the square of the gap.
-    Compared where that route, too, starts from and meets the flank, not the fillet: the tool's round
-    begins 0.0002 mm inside the active profile."""
+    """Angular clearance is exact without parabola, otherwise up to the square of the gap. Points are
+    compared only if angular clearance also starts and ends on flanks and not on fillets: the round of the
+    tool begins 0.0002 mm inside the active profile."""
     design = table1(parabola)
     path = path_of_contact(design, flank, 5)
     own, other = (surface_of(design.members[j], flank).joint for j in (member, 1 - member))

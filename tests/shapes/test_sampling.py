@@ -68,7 +68,7 @@ def test_undercut_flanks_are_sampled_from_the_fillet_on(tolerance: float) -> Non
     grid = sample_flank(undercut, "right", tolerance)
     assert grid.deviation <= tolerance
     distance = distance_bound(flank_sheet(undercut, "right"), *inside_triangles(grid, grid.l, 25))
-    # Along the edge of the flank triangles may also lie next to it.
+    # Triangles along the edge of the flank may also lie outside it.
     assert distance.max() <= 2.5 * tolerance
     assert np.quantile(distance, 0.98) <= tolerance
     np.testing.assert_allclose(grid.l[0], active_start(undercut, "right", grid.z), atol=1e-12)
@@ -235,7 +235,7 @@ def test_a_tolerance_too_fine_is_refused_with_the_number_of_points(tolerance: fl
     try:
         with pytest.raises(ValueError, match=rf"tolerance {tolerance:g} mm is too fine: it takes .* points"):
             sample_flank(PINION, "right", tolerance)
-        assert tracemalloc.get_traced_memory()[1] < 3e6  # of bytes: refused before the grid is laid out
+        assert tracemalloc.get_traced_memory()[1] < 3e6  # bytes; rejected before the grid is built
     finally:
         tracemalloc.stop()
 

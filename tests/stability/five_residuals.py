@@ -36,7 +36,7 @@ def column(value: Quantity) -> FloatArray:
 
 
 def rack_at(member: Member, flank: str, l: FloatArray) -> Generated:
-    """Eqs. 1-5 at flank parameters `l` (..., positions)."""
+    """Return the rack at flank parameters `l` (..., positions), Eqs. 1-5."""
     tool, sigma = member.tool, FLANK_SIGN[flank]
     m, alpha, apex = map(column, (tool.normal_module, tool.normal_pressure_angle, tool.parabola_apex))
     own = tool.parabola_right if sigma > 0.0 else tool.parabola_left
@@ -61,7 +61,7 @@ def rack_at(member: Member, flank: str, l: FloatArray) -> Generated:
 
 
 def turned(vector: Vector, angle: FloatArray) -> Vector:
-    """The vector turned by `angle` about z."""
+    """Return the vector rotated by `angle` about z."""
     sin, cos = np.sin(angle), np.cos(angle)
     return cos * vector[0] - sin * vector[1], sin * vector[0] + cos * vector[1], vector[2]
 
@@ -69,7 +69,8 @@ def turned(vector: Vector, angle: FloatArray) -> Vector:
 def flank_at(
     member: Member, flank: str, l: FloatArray, u: FloatArray, roll: FloatArray
 ) -> tuple[Vector, Vector]:
-    """Point and outward unit normal of a rolled flank in the member's fixed frame (Eqs. 6, 12)."""
+    """Return point and outward unit normal of a rolled flank in the fixed frame of the member (Eqs. 6,
+    12)."""
     rack = rack_at(member, flank, l)
     x, y, z = (p + u * t for p, t in zip(rack.point, rack.trace, strict=True))
     nx, ny, _ = rack.normal
@@ -79,7 +80,7 @@ def flank_at(
 
 
 def shaft_angle(design: Design) -> FloatArray:
-    """Signed shaft angle with its error."""
+    """Return the signed shaft angle with its error."""
     first = column(design.pinion.helix_angle)
     total = first + column(design.gear.helix_angle)
     hand = np.where(np.where(np.abs(total) < 1e-9, first, total) < 0.0, -1.0, 1.0)
@@ -87,14 +88,14 @@ def shaft_angle(design: Design) -> FloatArray:
 
 
 def gear_to_fixed(design: Design, vector: Vector) -> Vector:
-    """A direction of the gear's fixed frame in S_f: X2 = -x, Y2 = k2 x X2, Z2 = k2."""
+    """Return a direction of the fixed frame of the gear in S_f: X2 = -x, Y2 = k2 x X2, Z2 = k2."""
     sin, cos = np.sin(shaft_angle(design)), np.cos(shaft_angle(design))
     return -vector[0], sin * vector[2] - cos * vector[1], cos * vector[2] + sin * vector[1]
 
 
 def residuals(design: Design, path: ContactPath, distance: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """|R1 - R2| (mm) and |n1 + n2| (rad), (..., positions); `distance` (2, ...) are the
-    mounting distances without errors."""
+    """Return |R1 - R2| (mm) and |n1 + n2| (rad), (..., positions); `distance` (2, ...) are the mounting
+    distances without errors."""
     errors, pair = design.errors, design.pair
     point1, normal1 = flank_at(design.pinion, path.flank, path.l1, path.u1, path.pinion_roll)
     point2, normal2 = flank_at(design.gear, path.flank, path.l2, path.u2, path.gear_roll)
@@ -128,7 +129,7 @@ def own_margins(member: Member, flank: str, l: FloatArray, u: FloatArray) -> Flo
 
 
 def margins(design: Design, path: ContactPath) -> FloatArray:
-    """Margins (8, ..., positions) to the limits, in the order of `Limit`."""
+    """Return the margins (8, ..., positions) to the limits, in the order of `Limit`."""
     pinion = own_margins(design.pinion, path.flank, path.l1, path.u1)
     gear = own_margins(design.gear, path.flank, path.l2, path.u2)
     return np.stack((pinion, gear), axis=1).reshape(8, *path.l1.shape)
@@ -144,7 +145,7 @@ class Lines(NamedTuple):
 
 
 def common_normal(first: Generated, second: Generated, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """n_x squared (negative where there is none) and n_y of the common normal in S_f."""
+    """Return n_x squared (negative where there is none) and n_y of the common normal in S_f."""
     v1, v2 = first.normal[2], second.normal[2]
     n_y = -(v2 + v1 * np.cos(angle)) / np.sin(angle)
     return np.asarray(1.0 - v1 * v1 - n_y * n_y), np.asarray(n_y)
@@ -211,11 +212,11 @@ class Found(NamedTuple):
 
 
 PASSES, PRUNED = 45, 10
-"""Halvings of an interval with a root, and after how many a root far off the flanks is left."""
+"""Number of bisections of an interval, and number after which a root far off the flanks is left out."""
 
 
 def at_height(member: Member, height: Quantity) -> FloatArray:
-    """l at which the tool flank of the batch has x_n = `height` (mm), (..., 1)."""
+    """Return l at which the tool flank of the batch has x_n = `height` (mm), (..., 1)."""
     alpha, a = column(member.tool.normal_pressure_angle), column(member.tool.parabola)
     # x_n = l cos(alpha) + a l^2 sin(alpha): the root that stays finite without parabola.
     root = np.sqrt(np.cos(alpha) ** 2 + 4.0 * a * np.sin(alpha) * column(height))

@@ -15,7 +15,8 @@ from tests.oracle.table1 import table1
 
 @dataclass(frozen=True, eq=False)
 class Named:
-    """A design and the flank looked at; the limits at which a path in pieces ends; a roll (rad)."""
+    """A design and the flank that is examined; the limits at which a path with several segments ends; a
+    roll (rad)."""
 
     design: Design
     flank: Any

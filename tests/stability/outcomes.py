@@ -23,11 +23,11 @@ from .five_residuals import margins, residuals
 
 POINTS = 5
 EXACT, NORMALS = 1e-9, 1e-12
-"""mm and rad by which the five equations may be missed."""
+"""mm and rad: tolerances of the five equations."""
 SAME_ENDS, SAME_RATIO = 1e-6, 1e-6
 """mm of l1, and of the contact ratio, within which two methods found the same path."""
 NEAR, CERTAIN = 0.1, 1e-6
-"""mm: facets are near within the first; a polished contact may doubt itself by the second."""
+"""mm: largest distance of facets that are called near, and largest error estimate of a polished contact."""
 METHODS = ("one equation", "five equations", "facets", "polished", "first contact")
 WRONG = "wrong"
 
@@ -170,7 +170,7 @@ def cells_of(situation: Situation) -> tuple[str, ...]:
 
 
 def message_in(situation: Situation) -> str:
-    """The words of the user for the cases of a situation."""
+    """Return the message to the user for the cases of a situation."""
     return in_a_cell(_message(situation, case.design, case.flank) for case in situation.cases())
 
 
@@ -188,28 +188,28 @@ def _message(situation: Situation, design: Design, flank: str) -> str:
 
 
 OF_ASSEMBLY = ("sensitive to errors", "contact is lost within usual tolerances")
-"""Remarks on how a pair answers other errors than it has, which no method is the cause of."""
+"""Remarks on the effect of further errors, which do not depend on the method."""
 
 
 def on_method(report: ContactReport) -> Iterator[str]:
-    """The remarks of a path but for those on errors of assembly."""
+    """Return the remarks on a path, except those on assembly errors."""
     texts = (remark.text for remark in report.remarks)
     return (text for text in texts if not any(words in text for words in OF_ASSEMBLY))
 
 
 def path_notes(design: Design, flank: str) -> Iterator[str]:
-    """What `tca --no-certify` says besides its numbers, of as many positions: the reason without contact,
-    or notes."""
+    """Return the reason for missing contact, or the notes, that `tca --no-certify` prints for the same
+    positions."""
     report = contact_report("design", design, flank, 101, "one-equation", certified=False)
     yield from (report.reason,) if report.reason else on_method(report)
 
 
 def all_notes(design: Design, flank: str) -> Iterator[str]:
-    """The same with the notes of the certificate."""
+    """Return the same with the notes of the certificate."""
     report = contact_report("design", design, flank, POINTS, "one-equation")
     yield from (report.reason,) if report.reason else on_method(report)
 
 
 def checked(design: Design, flank: str) -> Iterator[str]:
-    """What `check` says of the teeth and the layout."""
+    """Return the remarks of `check` on teeth and layout."""
     yield from (remark.text for remark in remarks_on(design))

@@ -26,7 +26,7 @@ def pair_of(
     cone_deg: float = 0.0,
     pressure_deg: float = 20.0,
 ) -> Design:
-    """Members with opposite helix and cone angles on parallel axes."""
+    """Return members with opposite helix and cone angles on parallel axes."""
     tool = Tool(module, radians(pressure_deg))
     pinion, gear = (
         Member(tool, teeth[k], side * radians(helix_deg), side * radians(cone_deg), shift[k], face[k])
@@ -107,8 +107,8 @@ def nearly_parallel_pairs(number: int, seed: int) -> Iterator[Design]:
 
 
 def total_ratio_of_iso(design: Design) -> float:
-    """eps_alpha + eps_beta of a cylindrical pair with errors of offset and axial position. Flanks reach from
-    the tip down to one addendum below the reference line of the rack."""
+    """Return eps_alpha + eps_beta of a cylindrical pair with errors of offset and axial position. Flanks
+    reach from the tip down to one addendum below the reference line of the rack."""
     module, pressure = (
         float(v) for v in (design.pinion.tool.normal_module, design.pinion.tool.normal_pressure_angle)
     )

@@ -41,7 +41,7 @@ def signed(rng: np.random.Generator, low: float, high: float, size: int, zeros: 
 
 
 def parabola_limits(member: Member) -> FloatArray:
-    """`design.limits.parabola_limit` for arrays."""
+    """Return the limits of `design.limits.parabola_limit` for arrays."""
     tool = member.tool
     alpha, height = tool.normal_pressure_angle, tool.normal_module * np.maximum(tool.addendum, tool.dedendum)
     lowest = np.arctan(np.abs(np.sin(member.helix_angle) * np.tan(member.cone_angle))) + DEG
@@ -53,7 +53,7 @@ def parabola_limits(member: Member) -> FloatArray:
 
 
 def random_members(rng: np.random.Generator, size: int) -> tuple[Member, Member]:
-    """Pinions and gears that share their base pitch, most with the same tool."""
+    """Return pinions and gears that share their base pitch, most with the same tool."""
     module = np.where(rng.random(size) < 0.9, spread(rng, 1.0, 8.0, size), spread(rng, 0.3, 10.0, size))
     alpha = DEG * np.where(rng.random(size) < 0.5, 20.0, rng.uniform(14.5, 30.0, size))
     other = np.where(rng.random(size) < 0.9, alpha, alpha + DEG * rng.uniform(-3.0, 3.0, size))
@@ -88,7 +88,7 @@ def random_members(rng: np.random.Generator, size: int) -> tuple[Member, Member]
 
 
 def narrow_radius(member: Member) -> FloatArray:
-    """Tip radius at the narrow end of the face, mm."""
+    """Return the tip radius at the narrow end of the face, mm."""
     height = 0.5 * member.teeth / np.cos(member.helix_angle) + member.profile_shift + member.tool.addendum
     taper = 0.5 * member.face_width * np.abs(np.tan(member.cone_angle))
     return np.asarray(member.tool.normal_module * height - taper)
@@ -170,8 +170,9 @@ def fitted(
 
 
 def intersecting(rng: np.random.Generator, size: int) -> Design:
-    """Pairs on axes that intersect: with the working pressure angle drawn, the gear's helix angle is that at
-    which both working ones cancel, and the shaft angle the sum of the working cone angles."""
+    """Return pairs on intersecting axes: with a random working pressure angle, the helix angle of the gear
+    is such that both working helix angles cancel, and the shaft angle is the sum of the working cone
+    angles."""
     half = size // 2
     parts = []
     for members, errors in (
@@ -203,12 +204,12 @@ def drawn_pair(**values: FloatArray) -> Pair:
 
 
 def no_errors(size: int) -> Errors:
-    """Assembly errors of a batch, all zero."""
+    """Return the assembly errors of a batch, all zero."""
     return Errors(*(np.zeros(size) for _ in range(4)))
 
 
 def random_errors(rng: np.random.Generator, size: int) -> Errors:
-    """Assembly errors of all sizes, each absent in a third of the cases."""
+    """Return assembly errors of all sizes, each absent in a third of the cases."""
     mm = (signed(rng, 1e-4, 50.0, size, 0.33) for _ in range(3))
     angle = DEG * signed(rng, 1e-4, 5.0, size, 0.33)
     offset, pinion, gear = mm
@@ -216,7 +217,7 @@ def random_errors(rng: np.random.Generator, size: int) -> Errors:
 
 
 def strained(rng: np.random.Generator, size: int) -> Design:
-    """Fitted pairs under random errors; half of them rounded as a drawing would round them."""
+    """Return fitted pairs under random errors; half of them are rounded as on a drawing."""
     design = fitted(rng, size)
     rounded = rng.random(size) < 0.5
     pair = drawn_pair(
@@ -303,7 +304,7 @@ def _joined(*columns: Any) -> Any:
 
 
 def random_designs(kind: Kind, size: int, seed: int, flank: Flank = "right") -> Design:
-    """A batch of `size` valid designs; `flank` is the one on which 'touching' pairs touch."""
+    """Return a batch of `size` valid designs; `flank` is the one on which 'touching' pairs touch."""
     rng, parts, found = np.random.default_rng((seed, KINDS.index(kind))), [], 0
     while found < size:
         with np.errstate(invalid="ignore", divide="ignore"):

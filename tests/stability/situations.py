@@ -1,4 +1,5 @@
-"""The situations of the table: designs and flanks, small and explicit; most are those of the suite."""
+"""The situations of the table: designs and flanks, small and explicit; most are used by other tests as
+well."""
 
 from __future__ import annotations
 
@@ -46,12 +47,12 @@ def of(*designs: Design, flanks: Sequence[str] = ("right",)) -> Callable[[], lis
 
 
 def late(*designs: Callable[[], Design], flank: str = "right") -> Callable[[], list[Case]]:
-    """Designs that take some work, built when they are run."""
+    """Designs that take some time; they are built when they are run."""
     return lambda: [Case(design(), flank) for design in designs]
 
 
 def in_file(old: str, new: str) -> Said:
-    """What reading the built-in design file says after a replacement."""
+    """Return the message of reading the built-in design file after a replacement."""
 
     def texts(design: Design, flank: str) -> Iterable[str]:
         assert old in builtin_text()
@@ -65,7 +66,7 @@ def in_file(old: str, new: str) -> Said:
 
 
 def spur(pinion: float, gear: float) -> Design:
-    """Table 1 with other helix angles, deg."""
+    """Return Table 1 with other helix angles, deg."""
     first, second = (
         changed(m, helix_angle=radians(b)) for m, b in zip((PINION, GEAR), (pinion, gear), strict=True)
     )
@@ -93,9 +94,9 @@ def tilted(design: Design) -> Design:
     return design.with_errors(Errors(shaft_angle=radians(0.01)))
 
 
-def beside_the_fold(*where: float) -> list[Case]:
-    """Poses of the meshes at distances in l1 (mm) from where the roll stands still, towards the side of
-    positive curvature."""
+def near_the_fold(*where: float) -> list[Case]:
+    """Return poses of the meshes at distances in l1 (mm) from the position at which the roll is
+    stationary, on the side of positive curvature."""
     cases = []
     for a in line_contact.FOLDS:
         design, middle = line_contact.concave(a), line_contact.fold(a)
@@ -128,7 +129,7 @@ def ten_metres_away() -> AbstractContextManager[object]:
 
 
 def turned(errors: Errors | MeshErrors) -> Design:
-    """A pair on axes that intersect under errors about the common perpendicular or at the mesh."""
+    """Return a pair on intersecting axes under errors about the common perpendicular or at the mesh."""
     design = builtin_design("awd-transfer").with_parabola(1e-3, -1e-3)
     return design.with_errors(errors if isinstance(errors, Errors) else from_mesh(design, errors))
 
@@ -276,19 +277,19 @@ SITUATIONS = (
     Situation("l1 turns back on the path", of(*TURNING.values()), PATHS, "l1 turns back along the path"),
     Situation(
         "line contact, two contacts at one roll: at the minimum",
-        lambda: beside_the_fold(0.3),
+        lambda: near_the_fold(0.3),
         PATHS,
         "the roll turns back along the path",
     ),
     Situation(
         "the same, at the saddle point",
-        lambda: beside_the_fold(-0.3),
+        lambda: near_the_fold(-0.3),
         PATHS,
         "the roll turns back along the path",
     ),
     Situation(
         "the same, 0.001 mm from the position at which both coincide",
-        lambda: beside_the_fold(1e-3),
+        lambda: near_the_fold(1e-3),
         PATHS,
         "the roll turns back along the path",
     ),

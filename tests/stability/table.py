@@ -24,13 +24,13 @@ class Row(NamedTuple):
 
     @property
     def message(self) -> str:
-        """The words of the user; they take as long as the cells, and are not asked for by all tests."""
+        """Message to the user. It takes as long to compute as the cells, and not all tests need it."""
         return _message(self.situation)
 
 
 @cache
 def row(number: int) -> Row:
-    """A situation, run; once."""
+    """Run a situation, once, and return its row."""
     return Row(SITUATIONS[number], cells_of(SITUATIONS[number]))
 
 
@@ -54,7 +54,7 @@ def markdown() -> Iterator[str]:
 
 
 def line(number: int) -> str:
-    """A row of it."""
+    """Return a row of the table."""
     found = row(number)
     cells = (found.situation.name, *found.cells, trusted(found.situation), found.message)
     return f"| {' | '.join(cells)} |"

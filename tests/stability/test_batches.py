@@ -83,7 +83,7 @@ ANSWERS: dict[str, tuple[Design, Callable[[Design], Any], str, float, float]] = 
 
 
 def alone(design: Design, index: tuple[int, ...]) -> Design:
-    """A case of a batch as a single design."""
+    """Return a case of a batch as a single design."""
 
     def of(value: Any) -> float:
         return float(np.broadcast_to(value, design.batch_shape)[index])
@@ -93,7 +93,7 @@ def alone(design: Design, index: tuple[int, ...]) -> Design:
 
 
 @pytest.mark.parametrize("name", ANSWERS)
-def test_a_batch_is_its_single_designs(name: str) -> None:
+def test_a_batch_equals_its_single_designs(name: str) -> None:
     design, of, names, relative, absolute = ANSWERS[name]
     batch, shape = of(design), design.batch_shape
     cases = list(np.ndindex(shape))

@@ -44,7 +44,7 @@ TINY = [sign * size for size in (1e-3, 1e-6, 1e-9, 1e-12, 1e-14, 1e-16) for sign
 
 
 def with_cones(design: Design, pinion: float, gear: float) -> Design:
-    """The design with cone angles in deg."""
+    """Return the design with cone angles in deg."""
     return replace(
         design,
         pinion=changed(design.pinion, cone_angle=radians(pinion)),
@@ -100,7 +100,7 @@ def test_every_method_holds_without_cones(angle: float) -> None:
     assert certify(path).holds
 
 
-def test_samples_and_solids_do_not_jump_at_zero() -> None:
+def test_samples_and_solids_are_continuous_at_zero() -> None:
     zero = sample_flank(PLAIN.pinion, "right", 0.01)
     solid = gear_solid(PLAIN.pinion, 0.1, teeth=1)
     for angle in (1e-16, -1e-13):

@@ -1,7 +1,8 @@
-"""Few teeth, teeth that wind around their axis, nearly parallel axes, and inputs that leave nothing to solve.
+"""Few teeth, teeth that wind around their axis, nearly parallel axes, and inputs without a solution.
 
-First contacts are compared with dense points of all teeth of the pinion, on both flanks. The rolls at which a
-point lies inside a tooth of the gear are blocked; the ends of the open intervals are first contacts."""
+First contacts are compared with dense points of all teeth of the pinion, on both flanks. The rolls at
+which a point lies inside a tooth of the gear are blocked; the ends of the open intervals are first
+contacts."""
 
 from __future__ import annotations
 
@@ -61,7 +62,7 @@ def pair_of(pinion: Member, gear_helix: float = 5.0) -> Design:
 
 
 def dense_points(tooth: Tooth, rows: int, per_turn: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Radii, angles and z of points of one flank with its fillet."""
+    """Return radii, angles and z of points of one flank with its fillet."""
     member = tooth.member
     turns = (
         float(np.abs(np.tan(member.helix_angle)) * member.face_width / reference_radius(member)) / 2.0 / np.pi
@@ -128,7 +129,7 @@ def assert_first_contacts(design: Design, roll: float, within: float = 0.01) -> 
         late = np.remainder(late + 0.5 * pitch, pitch) - 0.5 * pitch
         assert -1e-9 < lever * late < within
     if np.isfinite(conjugate_phase(design, "right")):
-        # Not pitches off: between both flanks of a tooth there is a pitch less the clearance.
+        # Not wrong by pitches: the flanks of a tooth are a pitch minus the clearance apart.
         between = float(found[1].gear_roll[0] - found[0].gear_roll[0]) - (pitch - right + left)
         assert lever * abs(np.remainder(between + np.pi, 2.0 * np.pi) - np.pi) < 2.0 * within
 
@@ -148,13 +149,13 @@ CASES = [
 
 
 @pytest.mark.parametrize(("teeth", "helix", "face", "shift", "cone", "gear_helix"), CASES)
-def test_few_teeth_touch_where_their_points_do(
+def test_first_contacts_of_few_teeth_agree_with_points(
     teeth: int, helix: float, face: float, shift: float, cone: float, gear_helix: float
 ) -> None:
     design = pair_of(few(teeth, helix, face, shift, cone), gear_helix).with_errors(Errors(offset=0.3))
     roll = float(np.random.default_rng(teeth).uniform(-np.pi, np.pi))
     assert_first_contacts(design, roll)
-    # A turn of the pinion is as many pitches of the gear.
+    # A turn of the pinion equals this number of pitches of the gear.
     turns = first_contact(design, "right", roll + 2.0 * np.pi * np.arange(-1, 2))
     steps = np.diff(turns.gear_roll) * float(design.gear.teeth) / (2.0 * np.pi)
     np.testing.assert_allclose(steps, -teeth, rtol=0.0, atol=1e-9)
@@ -162,7 +163,7 @@ def test_few_teeth_touch_where_their_points_do(
 
 
 @pytest.mark.parametrize(("teeth", "axial"), [(1, 0.0), (2, -20.0), (2, 0.0)])
-def test_the_gear_may_have_the_few_teeth(teeth: int, axial: float) -> None:
+def test_few_teeth_on_the_gear(teeth: int, axial: float) -> None:
     """Clearances of two teeth reach beyond half a turn of the gear."""
     gear = few(teeth, 70.0, 30.0, 0.6, 0.0)
     design = closed(changed(GEAR, helix_angle=radians(5.0), addendum=0.7), gear)
@@ -171,7 +172,7 @@ def test_the_gear_may_have_the_few_teeth(teeth: int, axial: float) -> None:
 
 @pytest.mark.parametrize("face", [5.0, 20.0])
 def test_a_single_thread_is_certified(face: float, flank: str) -> None:
-    """Its other turns touch other teeth of the gear and overlap nothing."""
+    """Other turns of the thread touch other teeth of the gear and do not overlap them."""
     design = closed(few(1, 75.0, face), changed(GEAR, helix_angle=radians(5.0)))
     proof = certify(path_of_contact(design, flank, 5))
     assert proof.holds
@@ -185,7 +186,7 @@ def test_a_single_thread_operates_with_the_ratio_of_eq_16() -> None:
 
 
 def wound(teeth: int, helix: float) -> Design:
-    """A pinion with teeth of full height."""
+    """Return a pinion with teeth of full height."""
     return closed(changed(PINION, teeth=teeth, helix_angle=radians(helix)), GEAR)
 
 
@@ -203,7 +204,8 @@ def counted_ratio(design: Design, flank: str, rolls: int = 400) -> float:
     ("teeth", "helix", "flank"), [(1, 80.0, "right"), (2, 75.0, "left"), (3, 70.0, "right")]
 )
 def test_teeth_that_wind_operate_with_the_ratio_of_eq_16(teeth: int, helix: float, flank: str) -> None:
-    """If a tooth pair has nothing to touch, other turns of its teeth were once counted for it: -2.16."""
+    """If a tooth pair has no contact, other turns of its teeth were once counted instead, which gave
+    -2.16."""
     design = wound(teeth, helix)
     ratio = float(operating_ratio(design, flank))
     assert ratio == pytest.approx(float(contact_ratio(design, flank)), abs=1e-8)
@@ -215,7 +217,7 @@ def test_teeth_that_wind_operate_with_the_ratio_of_eq_16(teeth: int, helix: floa
 
 
 @pytest.mark.parametrize(("teeth", "helix"), [(1, 80.0), (3, 80.0)])
-def test_a_tooth_pair_asked_for_is_that_of_this_turn(teeth: int, helix: float) -> None:
+def test_a_requested_tooth_pair_belongs_to_this_turn(teeth: int, helix: float) -> None:
     design = wound(teeth, helix)
     pitch = 2.0 * np.pi / teeth
     roll = float(middle_roll(design, "right")) + pitch * np.linspace(-4.0, 4.0, 49)
@@ -243,7 +245,7 @@ def test_ratios_within_a_thickness_of_winding_teeth() -> None:
     assert found.ratio[1] > found.ratio[0] + 0.1
 
 
-def test_a_report_says_why_a_ratio_is_not_known() -> None:
+def test_a_report_has_the_reason_for_an_unknown_ratio() -> None:
     design = closed(few(1, 75.0, 20.0), changed(GEAR, helix_angle=radians(5.0)))
     report = operation_report("wound", design, "left", 2, 1, 18.0)
     why = "the film reaches beyond the tooth pairs considered, choose a thinner film"
@@ -256,7 +258,7 @@ def test_a_report_says_why_a_ratio_is_not_known() -> None:
 
 
 def parallel(shaft_angle_deg: float) -> Design:
-    """Cylindrical gears of opposite helix angles with their mid-faces on the common perpendicular."""
+    """Return cylindrical gears with opposite helix angles and their mid-faces on the common perpendicular."""
     pinion = changed(PINION, cone_angle=0.0)
     gear = changed(GEAR, cone_angle=0.0, helix_angle=-float(PINION.helix_angle))
     shifts = float(pinion.tool.normal_module) * (pinion.profile_shift + gear.profile_shift)
@@ -265,7 +267,7 @@ def parallel(shaft_angle_deg: float) -> Design:
 
 
 @pytest.mark.parametrize("shaft_angle", [0.1, 0.01, 1e-7])
-def test_teeth_touch_though_their_pitch_point_is_far_away(shaft_angle: float) -> None:
+def test_teeth_touch_far_from_their_pitch_point(shaft_angle: float) -> None:
     design = parallel(shaft_angle)
     assert np.abs(mounting_of(design).pitch_point).max() > 1e5
     assert_first_contacts(design, 0.03)
@@ -275,9 +277,9 @@ def test_teeth_touch_though_their_pitch_point_is_far_away(shaft_angle: float) ->
     np.testing.assert_allclose(moved, moved[0], rtol=0.0, atol=1e-12)
 
 
-def test_a_single_thread_far_out_of_step_is_right_or_named() -> None:
-    """Displaced along its axis, it is in phase with the gear again and again; in between, no value
-    is given."""
+def test_a_displaced_single_thread_is_correct_or_has_a_status() -> None:
+    """A thread that is displaced along its axis is repeatedly in phase with the gear; between these
+    positions no value is returned."""
     plain = pair_of(few(1, 75.0, 20.0, 0.6, 0.0))
     moved = np.linspace(-30.0, 30.0, 13)
     design = plain.with_errors(Errors(offset=0.3, pinion_axial=moved))
@@ -303,7 +305,7 @@ UNSOLVABLE = {
 
 
 @pytest.mark.parametrize("design", UNSOLVABLE.values(), ids=UNSOLVABLE)
-def test_a_design_that_leaves_nothing_to_solve_says_so(design: Design) -> None:
+def test_a_design_without_a_solution_has_a_reason(design: Design) -> None:
     path = path_of_contact_five_equations(design, "right", 5)
     assert path.ends.status == Status.UNDEFINED
     assert path.l1.size == 0
@@ -344,7 +346,7 @@ def test_two_teeth_make_a_closed_solid(helix: float, face: float) -> None:
 
 
 @pytest.mark.parametrize("teeth", [1, 2, 3])
-def test_the_tip_of_a_winding_tooth_turns_on(teeth: int) -> None:
+def test_the_tip_of_a_winding_tooth_continues_to_rotate(teeth: int) -> None:
     member = few(teeth, 80.0, 60.0, 0.3, 0.0)
     z = np.linspace(-30.0, 30.0, 101)
     right, left = (tip_angle(member, flank, z) for flank in FLANKS)

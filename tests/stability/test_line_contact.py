@@ -22,10 +22,10 @@ from tests.oracle.table1 import table1
 from tests.shapes.test_mesh_contact import pose_at
 
 TURNING = (0.0004, 0.00045, 0.0005, 0.00055)
-"""Those whose curvature changes sign on the path."""
+"""Coefficients for which the curvature changes its sign on the path."""
 COEFFICIENTS = (0.0, 0.0002, 0.0003, 0.00037, *TURNING, 0.00059, 0.0006, 0.0008, 0.001)
 FOLDS = (0.00045, 0.0005)
-"""Those that are looked at closely: the fold on either side of the middle of the face."""
+"""Coefficients with a detailed test: the fold is on either side of the middle of the face."""
 
 
 @lru_cache(maxsize=32)
@@ -70,8 +70,9 @@ def test_no_jump_along_the_path(a: float) -> None:
 
 
 @pytest.mark.parametrize("a", COEFFICIENTS)
-def test_the_path_as_it_is_asked_for(a: float) -> None:
-    """Even in roll where that is monotone, else in l1; from limit to limit; no position lost or NaN."""
+def test_the_path_has_the_requested_positions(a: float) -> None:
+    """Positions are even in roll where it is monotone, else in l1; they run from limit to limit, and none
+    is lost or NaN."""
     path = path_of_contact(concave(a), points=2001)
     turns = a in TURNING
     assert (path.status == Status.SOLVED).all()
@@ -87,8 +88,8 @@ def test_the_path_as_it_is_asked_for(a: float) -> None:
 
 
 def test_continuous_in_the_coefficient() -> None:
-    """The greatest steps of ends and ratio over the range are half as large at half the step of the
-    coefficient; the roll begins and ceases to turn back on the way, and the ends change places."""
+    """The largest steps of ends and ratio over the range are halved with the step of the coefficient.
+    Within the range, the roll begins and ceases to turn back, and the ends are exchanged."""
     widest = []
     for count in (201, 401):
         a = np.linspace(0.0, 0.001, count)
@@ -101,8 +102,9 @@ def test_continuous_in_the_coefficient() -> None:
 
 
 @pytest.mark.parametrize("turn", [(0.00037, 0.0004), (0.00055, 0.0006), (0.00045, 0.0005)])
-def test_the_very_coefficients_at_which_it_changes(turn: tuple[float, float]) -> None:
-    """By halving: where the roll begins to turn back, where it ceases to, and where enter becomes leave."""
+def test_coefficients_at_which_the_path_changes(turn: tuple[float, float]) -> None:
+    """By bisection: the coefficients at which the roll begins to turn back, at which it ceases to, and at
+    which the ends are exchanged."""
 
     def side(a: float) -> tuple[bool, bool]:
         path = path_of_contact(concave.__wrapped__(a), points=201)
@@ -127,7 +129,7 @@ def test_the_very_coefficients_at_which_it_changes(turn: tuple[float, float]) ->
 
 
 @pytest.mark.parametrize("a", TURNING)
-def test_the_roll_stands_still_where_the_curvature_vanishes(a: float) -> None:
+def test_the_roll_is_stationary_where_the_curvature_vanishes(a: float) -> None:
     """The two results are independent: the curvature is computed from the flanks, the roll from the path."""
     path = even_in_l1(a, 2001)
     curvature = smaller_curvature(a, path)
@@ -141,8 +143,9 @@ def test_the_roll_stands_still_where_the_curvature_vanishes(a: float) -> None:
 
 @pytest.mark.parametrize("a", FOLDS)
 def test_two_contacts_at_one_roll(a: float) -> None:
-    """Found on both sides of the fold by halving in l1, both true; the gear's rolls differ by their
-    transmission error; meshes give that of positive curvature or, by name, none."""
+    """They are found on both sides of the fold by bisection in l1, and both satisfy the equations. The
+    gear rolls differ by the transmission errors. Meshes give the contact with positive curvature, or none
+    with a status."""
     design, low, high = concave(a), *np.sort(path_ends(concave(a)).l1)
     middle = fold(a)
     near = 0.4 * min(middle - low, high - middle)
@@ -169,14 +172,14 @@ def test_two_contacts_at_one_roll(a: float) -> None:
     assert abs(proofs[0].first.gear_roll[0] - proofs[1].first.gear_roll[0]) < 1e-14
     for path, kappa, proof in zip((one, two), curvature, proofs, strict=True):
         assert np.sign(proof.curvature[0]) == np.sign(kappa)
-        assert proof.separation[0] < -0.01  # edges touch ahead of either
+        assert proof.separation[0] < -0.01  # edges touch earlier than both
         assert proof.verdict[0] == (Verdict.INTERFERENCE if kappa < 0.0 else Verdict.EDGE_CONTACT)
         found = mesh_contact(design, "right", 0.001, **pose_at(path, 0))
         check_mesh(found, path, kappa)
 
 
 def check_mesh(found: MeshContact, path: ContactPath, curvature: float) -> None:
-    """Either the contact of the path, or another one that lies lower, or none."""
+    """Check that the result is the contact of the path, another one with a smaller separation, or none."""
     if found.status != Status.SOLVED:
         assert found.status in (Status.OFF_FLANK, Status.NOT_CONVERGED)
         assert np.isnan(found.point).all()
@@ -203,8 +206,8 @@ def test_meshes_near_the_fold(a: float) -> None:
 
 @pytest.mark.parametrize("a", COEFFICIENTS)
 def test_certificate_and_first_contact_agree(a: float) -> None:
-    """A verdict at every position, also at the fold; the first contact is ahead of the path or on it.
-    Curvatures of the approach and of the flanks have the same sign."""
+    """There is a verdict at every position, also at the fold; the first contact is earlier than the path
+    or on it. Curvatures of the clearance and of the flanks have the same sign."""
     l1 = even_in_l1(a, 15).l1[1:-1]
     if a in TURNING:
         l1 = np.append(l1, fold(a) + np.array((-1e-6, -1e-12, 0.0, 1e-12, 1e-6)))
@@ -214,7 +217,7 @@ def test_certificate_and_first_contact_agree(a: float) -> None:
     assert (first.status == FirstStatus.SOLVED).all()
     assert (proof.verdict != Verdict.NOT_SOLVED).all()
     assert np.isfinite(proof.separation).all()
-    ahead = path.gear_roll - first.gear_roll  # right flanks: the gear turns back to part
+    ahead = path.gear_roll - first.gear_roll  # right flanks: the gear rotates backwards to separate
     assert (ahead > -1e-13).all()
     np.testing.assert_allclose(proof.separation, -ahead * 127.0, rtol=0.02, atol=1e-11)
     clear = np.abs(kappa) > 1e-10
@@ -230,8 +233,8 @@ def test_certificate_and_first_contact_agree(a: float) -> None:
 
 
 def test_cycles_over_the_range() -> None:
-    """Edges carry, not the tangency: the result is smooth through the change of sign and equals the curve of
-    the first contacts."""
+    """Edges are in contact instead of the tangency: the result is smooth through the change of sign and
+    equals the curve of the first contacts."""
     a = np.array([0.0003, 0.0004, 0.0005, 0.0006])
     cycles = [mesh_cycle(concave(x), "right", 3) for x in a.tolist()]
     swing = np.array([float(cycle.peak_to_peak) for cycle in cycles])

@@ -32,8 +32,8 @@ FLANKS = ("right", "left")
 
 
 def check_both(design: Design, path: ContactPath, k: int, tolerance: float) -> MeshContact:
-    """Check facets within their doubt, and the polished contact against that of the path; return
-    the former."""
+    """Check the facets within their error estimate, and the polished contact against that of the path;
+    return the former."""
     at = pose_at(path, k)
     rough = mesh_contact(design, path.flank, tolerance, **at, polish=False)
     assert np.linalg.norm(rough.point - path.point[k]) <= rough.doubt
@@ -42,8 +42,8 @@ def check_both(design: Design, path: ContactPath, k: int, tolerance: float) -> M
 
 
 def check_polished(found: MeshContact, path: ContactPath, k: int) -> bool:
-    """Check that the result is the contact of the path within its doubt, or missing; return whether it was
-    found."""
+    """Check that the result is the contact of the path within its error estimate, or missing; return
+    whether it was found."""
     if found.status != Status.SOLVED:
         assert np.isnan((*found.point, *found.l, *found.z, found.separation, found.doubt)).all()
         return False
@@ -55,8 +55,8 @@ def check_polished(found: MeshContact, path: ContactPath, k: int) -> bool:
 
 @pytest.mark.parametrize("tolerance", [5.0, 1.0, 0.1])
 def test_far_too_coarse(tolerance: float, flank: str) -> None:
-    """Down to one cell. Facets are off by centimetres and say so by their doubt; with the polish it is the
-    contact of the path."""
+    """Down to a single cell. The error of the facets is centimetres and within their error estimate. The
+    polished contact is that of the path."""
     design = table1((0.001, -0.001), Errors(0.05, 1e-4))
     assert sample_flank(design.pinion, flank, 5.0).l.shape == (2, 2)
     path = path_of_contact(design, flank, 7)
@@ -67,8 +67,8 @@ def test_far_too_coarse(tolerance: float, flank: str) -> None:
         assert abs(rough.separation) <= 2.0 * tolerance
 
 
-def test_doubt_of_facets_covers_the_contact() -> None:
-    """Random pairs, poses and tolerances: the flanks turned apart or into each other."""
+def test_error_estimate_of_facets_includes_the_contact() -> None:
+    """Random pairs, poses and tolerances, with gaps and overlaps of the flanks."""
     random, seen = np.random.default_rng(8), 0
     for _ in range(60):
         parabola = random.choice([0.0, 1e-4, 3e-4, 1e-3, 2e-3], 2) * random.choice([-1, 1], 2)
@@ -90,8 +90,8 @@ def test_doubt_of_facets_covers_the_contact() -> None:
     assert seen > 40
 
 
-def test_nothing_lies_lower_than_a_polished_contact() -> None:
-    """Where edges or a saddle are nearer than the tangency there is none, by name."""
+def test_no_position_is_nearer_than_a_polished_contact() -> None:
+    """If edges or a saddle are nearer than the tangency, there is no contact, with a status."""
     random, seen = np.random.default_rng(5), 0
     for _ in range(40):
         a = float(random.uniform(1e-4, 8e-4))
@@ -107,9 +107,9 @@ def test_nothing_lies_lower_than_a_polished_contact() -> None:
     assert 2 < seen < 38
 
 
-def test_a_corner_of_the_rim_is_the_rim() -> None:
-    """A gear's point 5 mm beyond the pinion's heel once counted as 5 mm of overlap: the nearest triangle
-    had but a corner on the rim."""
+def test_a_corner_on_the_rim_counts_as_the_rim() -> None:
+    """A point of the gear 5 mm beyond the heel of the pinion was once reported as 5 mm of overlap, because
+    only a corner of the nearest triangle was on the rim."""
     design = table1((0.0001, 0.0), Errors(0.4797332580848761, -7.711168777564407e-05))
     path = path_of_contact(design, "right", 9)
     for tolerance in (0.0011826437646076965, 0.0012, 0.002, 0.003, 0.01):
@@ -123,7 +123,7 @@ def test_a_corner_of_the_rim_is_the_rim() -> None:
 
 
 def narrow(width: float) -> tuple[Design, ContactPath]:
-    """A pinion as wide as asked for, moved so that its path passes mid-face."""
+    """Return a pinion of the given width, moved so that its path passes through mid-face."""
     z = float(path_of_contact(table1(), "left", 3).pinion_z[1])
     design = table1(errors=Errors(pinion_axial=z))
     design = replace(design, pinion=replace(design.pinion, face_width=width))
@@ -131,7 +131,7 @@ def narrow(width: float) -> tuple[Design, ContactPath]:
 
 
 def slenderness(mesh: FlankMesh) -> float:
-    """Greatest ratio of a triangle's longest side to its height."""
+    """Return the largest ratio of the longest side of a triangle to its height."""
     corners = mesh.grid.points.reshape(-1, 3)[mesh.faces]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max(axis=1)
     area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=-1)
@@ -140,7 +140,7 @@ def slenderness(mesh: FlankMesh) -> float:
 
 @pytest.mark.parametrize("width", [1e-2, 1e-3, 1e-4])
 def test_slender_triangles(width: float) -> None:
-    """A pinion as thin as a foil: triangles of 1 : 1e4 and more."""
+    """A very thin pinion, with triangles of 1 : 1e4 and more."""
     design, path = narrow(width)
     assert path.status[1] == Status.SOLVED
     assert slenderness(flank_mesh(design.pinion, "left", 1.0)) > 10.0 / width  # 11.6 mm deep
@@ -151,7 +151,7 @@ def test_slender_triangles(width: float) -> None:
 @pytest.mark.parametrize("slender", [1.0, 1e4, 1e6, 1e8])
 @pytest.mark.parametrize("shift", [0.0, 1e4])
 def test_closest_points_on_slender_triangles_far_away(slender: float, shift: float) -> None:
-    """Exact to the rounding of the coordinates, whatever the triangles' shape: 10 m are 2e-12 mm."""
+    """Exact to the rounding of the coordinates for any shape of the triangles: at 10 m this is 2e-12 mm."""
     random = np.random.default_rng(1)
     points = random.normal(size=(90, 3)) * (100.0, 100.0 / slender, 1.0) + shift
     faces = np.arange(90).reshape(30, 3)
@@ -166,8 +166,8 @@ def test_closest_points_on_slender_triangles_far_away(slender: float, shift: flo
 
 
 def test_single_precision_far_away_is_refused_where_triangles_vanish() -> None:
-    """At 10 m vertices are 0.001 mm apart at best: the answer is that of the rounded mesh, to its
-    spacing; triangles smaller than that have no area, and there is an error for them."""
+    """At 10 m vertices are at least 0.001 mm apart. The result is that of the rounded mesh within this
+    distance; smaller triangles have no area and cause an error."""
     mesh = flank_mesh(table1().gear, "right", 0.002)
     points = mesh.grid.points.reshape(-1, 3)
     queries = points[::3] + 0.4
@@ -181,8 +181,8 @@ def test_single_precision_far_away_is_refused_where_triangles_vanish() -> None:
 
 
 def alike(parabola: float, teeth: int = 30) -> Design:
-    """Two equal gears, crossed at 40 deg, without cones: turned half about the common perpendicular each
-    is the other, and the pose of teeth that meet in the middle is its own image."""
+    """Return two equal gears without cones whose axes cross at 40 deg. Half a turn about the common
+    perpendicular exchanges them, and the pose with teeth in contact in the middle is symmetric."""
     member = table1().pinion
     tool = replace(member.tool, parabola=parabola)
     member = replace(
@@ -193,9 +193,10 @@ def alike(parabola: float, teeth: int = 30) -> Design:
 
 
 @pytest.mark.parametrize("tolerance", [1.0, 0.05, 0.002])
-def test_symmetric_poses_tie(tolerance: float, flank: str) -> None:
-    """Both members' vertices are as near, to rounding. The facets give one of them, their doubt covers
-    both and the middle; the polish gives the middle, whichever it began from."""
+def test_symmetric_poses(tolerance: float, flank: str) -> None:
+    """The vertices of both members are equally near, up to rounding. The facets give one of them; their
+    error estimate includes both and the middle. The polished contact is the middle for both starting
+    points."""
     for parabola in (0.0, -0.001):
         design = alike(parabola)
         path = path_of_contact(design, flank, l1=[0.0])
@@ -209,9 +210,10 @@ def test_symmetric_poses_tie(tolerance: float, flank: str) -> None:
         check_both(design, path, 0, tolerance)
 
 
-def test_ties_between_edges_are_no_tangency(flank: str) -> None:
-    """Both concave, turned into each other at the pitch point: the tips of both are as near. Polished:
-    no contact, by name; facets: a place at a tip whose doubt covers that at the other."""
+def test_equally_near_edges_are_no_tangency(flank: str) -> None:
+    """Both flanks are concave and overlap at the pitch point, so that the tips of both are equally near.
+    The polished contact is missing, with a status. The facets give a position at a tip, whose error
+    estimate includes the position at the other tip."""
     design = alike(0.02)
     path = path_of_contact(design, flank, l1=[0.0])
     at = pose_at(path, 0)
@@ -223,14 +225,14 @@ def test_ties_between_edges_are_no_tangency(flank: str) -> None:
 
 
 @pytest.mark.parametrize("parabola", [0.0, -0.001, 0.001])
-def test_teeth_that_are_as_near(parabola: float, flank: str) -> None:
-    """Midway between two pitches two tooth pairs, or two edges, touch together. The roll is that of either
-    alone; which is named does not hang on rounding of the rolls or of the layout."""
+def test_equally_near_teeth(parabola: float, flank: str) -> None:
+    """Midway between two pitches, two tooth pairs or two edges touch at the same time. The roll is that of
+    either of them. Rounding of rolls and layout does not decide which one is reported."""
     design = alike(parabola)
     pitch = 2.0 * np.pi / 30.0
     middle = path_of_contact(design, flank, l1=[0.0])
     roll = float(middle.pinion_roll[0]) + 0.5 * pitch
-    for _ in range(12):  # to the pose that is its own image, one tooth on
+    for _ in range(12):  # to the symmetric pose, one tooth further
         found = first_contact(design, flank, [roll])
         ahead = float(found.gear_roll[0] - middle.gear_roll[0]) + roll - float(middle.pinion_roll[0])
         roll = float(middle.pinion_roll[0]) + 0.5 * (pitch + ahead)

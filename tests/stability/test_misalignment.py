@@ -1,4 +1,4 @@
-"""Misalignment that carries the path off the face: of both members, of one only, and in pieces."""
+"""Misalignment that moves the path off the face: of both members, of one only, and in segments."""
 
 from __future__ import annotations
 
@@ -41,9 +41,9 @@ OFF = (
 
 
 @pytest.mark.parametrize("errors", OFF)
-def test_off_the_face_on_the_right(errors: Errors) -> None:
-    """No path, by name, ratio 0; asked for one by one the contacts are true, and OFF_FLANK, those further
-    off than a flank's depth without a number."""
+def test_off_the_face(errors: Errors) -> None:
+    """There is no path, a status, and the ratio 0. Single contacts satisfy the equations with the status
+    OFF_FLANK; contacts that are further away than the depth of a flank have no values."""
     design = table1(errors=errors)
     path = path_of_contact(design)
     assert path.ends.status == Status.OFF_FLANK
@@ -64,8 +64,8 @@ def test_off_the_face_on_the_right(errors: Errors) -> None:
 
 
 @pytest.mark.parametrize("errors", OFF[1:5])
-def test_what_touches_without_a_path(errors: Errors) -> None:
-    """At every roll the first contact is an edge; meshes report no tangency there, by name."""
+def test_first_contacts_without_a_path(errors: Errors) -> None:
+    """At every roll the first contact is on an edge; meshes report no tangency there, with a status."""
     design = table1(errors=errors)
     pitch = 2.0 * np.pi / 29.0
     roll = float(middle_roll(design, "right")) + pitch * np.arange(8) / 8.0
@@ -92,8 +92,8 @@ def test_the_cycle_without_a_path() -> None:
 @pytest.mark.parametrize("where", ["pinion", "gear"])
 @pytest.mark.parametrize("way", [-1.0, 1.0])
 def test_off_one_member_only(flank: str, way: float, where: str) -> None:
-    """A member moved along its axis: the path stays where it is and leaves that member's face alone, at
-    the end named, then all of it."""
+    """A member is moved along its axis: the path keeps its place and leaves the face of this member only,
+    first at the named end, then completely."""
     amount = {"pinion": {"pinion_axial": 1.0}, "gear": {"gear_axial": 1.0}}[where]
     end = "toe" if way > 0.0 else "heel"
     named = Limit[f"{where}_{end}".upper()]
@@ -114,7 +114,7 @@ def test_off_one_member_only(flank: str, way: float, where: str) -> None:
 
 
 def test_the_ratio_falls_to_zero_without_a_step() -> None:
-    """Over the last 0.04 mm of offset, to the corner of the pinion's heel and tip."""
+    """Over the last 0.04 mm of offset, to the corner of heel and tip of the pinion."""
     offset = np.array([*np.linspace(1.2, 1.239, 40), 1.2399, 1.2402])
     ends = path_ends(table1(errors=Errors(offset=offset)))
     ratio = ends.contact_ratio
@@ -128,7 +128,8 @@ def test_the_ratio_falls_to_zero_without_a_step() -> None:
 
 
 def runs_on_flanks(design: Design, flank: str) -> list[tuple[float, float]]:
-    """The pieces by counting samples: first and last l1 of each, and all of it by solving one by one."""
+    """Return the segments from counted samples: first and last l1 of each, and all positions solved one by
+    one."""
     pairing = pairing_of(design, flank)
     l1 = np.linspace(float(pairing.lowest[0, 0, 0]), float(pairing.highest[0, 0, 0]), 4001)
     path = path_of_contact(design, flank, l1=l1)
@@ -138,8 +139,9 @@ def runs_on_flanks(design: Design, flank: str) -> list[tuple[float, float]]:
 
 
 @pytest.mark.parametrize("case", SPLIT, ids=lambda case: "-".join(str(end) for end in case.ends))
-def test_two_pieces(case: Named) -> None:
-    """As many as samples count, the one that covers most roll is taken, to its exact ends."""
+def test_two_segments(case: Named) -> None:
+    """The number of segments equals that of the samples; the one with the largest range of roll is used,
+    to its exact ends."""
     design = case.design
     ends = path_ends(design, case.flank)
     assert ends.status == Status.SOLVED
@@ -163,9 +165,9 @@ def test_two_pieces(case: Named) -> None:
         assert sampled[0][0] - step < taken[0] < taken[1] < sampled[-1][1] + step
 
 
-def test_the_longest_piece_changes_as_one() -> None:
-    """As the face of the first case narrows, one piece becomes two; the ratio of the longest may step
-    down there, from the whole to the greater part, and nowhere else."""
+def test_the_longest_segment_changes_continuously() -> None:
+    """As the face of the first case becomes narrower, one segment becomes two. The ratio of the longest
+    segment may have a step there, from the complete path to the larger part, and nowhere else."""
     faces = np.linspace(4.36, 4.38, 41)
     design = table1((-0.003, 0.005))
     design = replace(design, pinion=replace(design.pinion, face_width=faces))
@@ -180,7 +182,8 @@ def test_the_longest_piece_changes_as_one() -> None:
 
 
 def test_statuses_in_a_batch() -> None:
-    """On the face, off it and without a common normal, side by side: NaN where there is no answer."""
+    """Cases on the face, off the face and without a common normal in one batch: NaN where there is no
+    result."""
     angle = np.radians([0.0, 0.05, -1.0])
     path = path_of_contact(table1((0.001, -0.001), Errors(shaft_angle=angle)), points=5)
     assert path.ends.status.tolist() == [Status.SOLVED, Status.OFF_FLANK, Status.NO_COMMON_NORMAL]

@@ -45,7 +45,7 @@ def test_is_solved(name: str) -> None:
 def test_agrees_with_60_digits(name: str) -> None:
     path = path_of(name, 7)
     for k in (1, 4):
-        # A path across the face in 0.0001 rad of roll: there l1 fixes a contact, and roll does not.
+        # A path across the face in 0.0001 rad of roll: l1 determines a contact there, but the roll does not.
         true = exact_at(path, k, "l1" if path.ends.contact_ratio < 0.01 else "phi1")
         np.testing.assert_allclose(path.point[k], np.array(true.point, dtype=float), rtol=0.0, atol=1e-9)
         np.testing.assert_allclose(path.normal[k], np.array(true.normal, dtype=float), rtol=0.0, atol=1e-12)
@@ -55,8 +55,8 @@ def test_agrees_with_60_digits(name: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", LOST)
-def test_nothing_is_left_out(name: str) -> None:
-    """A search of other code finds contacts on the flanks, and none that is not on the path."""
+def test_no_contact_is_missing(name: str) -> None:
+    """A search by independent code finds contacts on the flanks, and all of them are on the path."""
     case = LOST[name]
     design = batch_of_one(case.design)
     distance = mounting_of(design).distance
@@ -73,7 +73,7 @@ def test_nothing_is_left_out(name: str) -> None:
 
 @pytest.mark.parametrize("name", SECOND_PATH)
 def test_a_second_path_of_the_other_sign_is_counted(name: str) -> None:
-    """The one that covers most roll is taken, the other is a piece of it."""
+    """The path with the largest range of roll is used, the other one counts as a segment."""
     case = SECOND_PATH[name]
     design = batch_of_one(case.design)
     distance = mounting_of(design).distance
@@ -85,7 +85,7 @@ def test_a_second_path_of_the_other_sign_is_counted(name: str) -> None:
     assert off_path(path, found).max() > 0.01 * float(case.design.pinion.tool.normal_module)
 
 
-def test_without_a_layout_nothing_is_said(flank: str) -> None:
+def test_without_a_layout_there_are_no_values(flank: str) -> None:
     design = OTHER["no layout"].design
     assert_no_path(design, flank, Status.UNDEFINED)
     assert np.isnan(contact_ratio(design, flank))
@@ -93,15 +93,15 @@ def test_without_a_layout_nothing_is_said(flank: str) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "l1"), [("across a narrow face", 2.15928085), ("lost outside", -3.15)])
-def test_a_lost_path_is_not_called_none(name: str, l1: float) -> None:
-    """Positions asked for one by one lie on the flanks: then their path may be lost, but is not none."""
+def test_a_lost_path_is_not_reported_as_missing(name: str, l1: float) -> None:
+    """Single positions lie on the flanks: their path may be lost, but it is not reported as missing."""
     design = OTHER[name].design
     assert path_of_contact(design, "left", l1=[l1]).status[0] == Status.SOLVED
     for pair in (design, exchanged(design)):
         assert path_ends(pair, "left").status in (Status.NOT_CONVERGED, Status.SOLVED)
 
 
-def test_the_other_sign_of_n_x_is_looked_for() -> None:
+def test_the_other_sign_of_n_x_is_searched() -> None:
     design = OTHER["the other sign of n_x"].design
     path = solved_path(design, points=5)
     assert (np.sign(path.normal[:, 0]) == -mounting_of(design).branch[0]).all()

@@ -37,8 +37,8 @@ STRONG = [0.0285, -0.0285, 0.05, -0.05, 0.2, -0.2, 10.0, -10.0, 1e6, 1e200, -1e2
 
 
 @shares
-def test_steps_of_1e_14_do_not_jump(share: tuple[float, float], flank: str) -> None:
-    """Points, contact ratio and transmission error move as at larger coefficients, in proportion."""
+def test_steps_of_1e_14_are_continuous(share: tuple[float, float], flank: str) -> None:
+    """Points, contact ratio and transmission error change in proportion, as at larger coefficients."""
     zero, size = solved_path(table1(), flank), 1e-9
     large = solved_path(table1((share[0] * size, share[1] * size)), flank)
     shift, error = large.point - zero.point, large.transmission_error
@@ -56,7 +56,7 @@ def test_steps_of_1e_14_do_not_jump(share: tuple[float, float], flank: str) -> N
 def test_transmission_error_and_shift_are_proportional_near_zero(
     share: tuple[float, float], flank: str
 ) -> None:
-    """Both per coefficient, from 1e-10 to 1e-6 1/mm and of either sign: the same."""
+    """The ratios to the coefficient are equal from 1e-10 to 1e-6 1/mm and for both signs."""
     zero = solved_path(table1(), flank)
 
     def per_coefficient(a: float) -> tuple[FloatArray, FloatArray]:
@@ -73,8 +73,8 @@ def test_transmission_error_and_shift_are_proportional_near_zero(
         assert np.abs(moved - shift).max() < 3e-3 * np.abs(shift).max() + 1e3 * rounding
 
 
-def test_the_active_flank_is_what_the_tool_can_cut() -> None:
-    """`active_range` against the rack itself: profile and normals sampled between the heights."""
+def test_the_active_flank_is_the_part_that_the_tool_can_cut() -> None:
+    """`active_range` compared with the rack: profile and normals are sampled between the heights."""
     steep = changed(table1().pinion, cone_angle=radians(20.0), helix_angle=radians(40.0))
     for member in (*table1().members, steep):
         for a in np.linspace(-0.12, 0.12, 49):
@@ -91,13 +91,13 @@ def test_the_active_flank_is_what_the_tool_can_cut() -> None:
                 (x[first : last + 1] >= heights[0]) & (x[first : last + 1] <= heights[1])
             ]
             radial = min(float(rack_normal(rack_of(bent, flank), used)[0].min()) for flank in FLANKS)
-            if abs(radial) > 2e-3:  # else a matter of sampling
+            if abs(radial) > 2e-3:  # otherwise the result depends on the sampling
                 assert np.isfinite(active_range(bent, "right")).all() == (reaches and radial > 0.0)
 
 
 @pytest.mark.parametrize("a", STRONG)
 @pytest.mark.parametrize("gear", [0.0, 0.001])
-def test_a_flank_that_cannot_be_cut_gives_no_number(a: float, gear: float) -> None:
+def test_a_flank_that_cannot_be_cut_has_no_values(a: float, gear: float) -> None:
     design = table1((a, gear))
     assert not abs(a) <= parabola_limit(design.pinion)
     for flank in FLANKS:
@@ -109,7 +109,7 @@ def test_a_flank_that_cannot_be_cut_gives_no_number(a: float, gear: float) -> No
 
 
 @pytest.mark.parametrize("a", STRONG)
-def test_a_flank_that_cannot_be_cut_is_refused_by_all_that_builds_on_it(a: float) -> None:
+def test_a_flank_that_cannot_be_cut_is_rejected_by_all_functions(a: float) -> None:
     design, line = table1((a, 0.0)), "cannot be cut: "
     member = design.pinion
     for refused in (
@@ -121,7 +121,7 @@ def test_a_flank_that_cannot_be_cut_is_refused_by_all_that_builds_on_it(a: float
         with pytest.raises(ValueError, match=f"^the flanks {line}parabola must be between .*$"):
             refused()
     assert path_of_contact_five_equations(design, "right", 5).ends.status == Status.UNDEFINED
-    if a == -0.0285:  # the section of the tool is sound, its normal is not once the cone tilts it
+    if a == -0.0285:  # the section of the tool is valid, but not its normal after the tilt by the cone angle
         assert np.isnan(first_contact(design, "right", np.zeros(2)).gear_roll).all()
     else:
         with pytest.raises(ValueError, match=r"leaves no place for the tool's tip round|rounds overlap"):
@@ -134,7 +134,7 @@ def test_a_flank_that_cannot_be_cut_is_refused_by_all_that_builds_on_it(a: float
     assert "parabola must be between -0.0212 and 0.0212 1/mm" in texts[0]
 
 
-def test_strong_coefficients_of_a_batch_spoil_no_other_case() -> None:
+def test_strong_coefficients_in_a_batch_do_not_affect_other_cases() -> None:
     strong = np.array([0.001, *STRONG, -0.001, 0.0])
     design = table1().with_parabola(strong, 0.0)
     batch = path_of_contact(design, points=11)
@@ -148,15 +148,15 @@ def test_strong_coefficients_of_a_batch_spoil_no_other_case() -> None:
 
 
 @pytest.mark.parametrize("a", [0.0211, -0.0211, 0.028, -0.028])
-def test_just_before_the_fold_the_answers_hold(a: float, flank: str) -> None:
-    """Past the limit of design files a flank may still be cut: then it has its contacts."""
+def test_results_just_before_the_fold_are_correct(a: float, flank: str) -> None:
+    """Beyond the limit of design files a flank may still be cut: its contacts are then correct."""
     design = table1((a, 0.0))
     path = checked_path(design, flank)
     assert np.isfinite(active_range(design.pinion, flank)).all()
     assert (path.status == Status.SOLVED).all()
 
 
-def test_a_cone_too_steep_for_the_tool_gives_no_number() -> None:
+def test_a_cone_too_steep_for_the_tool_has_no_values() -> None:
     steep = changed(table1().pinion, cone_angle=radians(40.0), helix_angle=radians(60.0), face_width=10.0)
     design = replace(table1(), pinion=steep)
     for flank in FLANKS:

@@ -31,9 +31,9 @@ LOST: dict[Kind, float] = {
     **dict.fromkeys(KINDS, 0.0025),
     **{"usual": 1e-4, "touching": 0.05, "intersecting": 1e-4},
 }
-"""Share of each kind that may be lost, and say so."""
+"""Share of each kind whose path may be lost, with a status."""
 BLOCK, POSITIONS, SEARCHED = 512, 5, 100
-"""Designs at a time, positions on a path, and "no contact" answers searched of a kind and flank."""
+"""Designs at a time, positions on a path, and "no contact" results of a kind and flank that are searched."""
 FLANKS: tuple[Flank, Flank] = ("right", "left")
 NO_CONTACT = (Status.NO_COMMON_NORMAL, Status.OFF_FLANK)
 UNKNOWN = (Status.NOT_CONVERGED, Status.SEVERAL_CONTACTS)
@@ -45,21 +45,21 @@ def blocks(kind: Kind, flank: Flank) -> list[Design]:
 
 
 def at_ends(path: ContactPath, room: FloatArray) -> FloatArray:
-    """Margin (mm) to the limit that is said to end the path, (cases, 2)."""
+    """Return the margin (mm) to the limit that is reported to end the path, (cases, 2)."""
     row = np.maximum(path.ends.limit, 0)
     case = np.arange(len(row))
     return np.stack((room[row[:, 0], case, 0], room[row[:, 1], case, -1]), axis=-1)
 
 
 def numbers_of(path: ContactPath) -> FloatArray:
-    """All numbers of the paths, one axis behind that of the cases."""
+    """Return all numbers of the paths, with one axis after that of the cases."""
     arrays = [value for value in vars(path).values() if isinstance(value, np.ndarray)]
     ends = [path.ends.l1, path.ends.l2, path.ends.pinion_roll]
     return np.concatenate([part.reshape(len(path.status), -1) for part in (*arrays, *ends)], axis=-1)
 
 
 def check(design: Design, path: ContactPath) -> None:
-    """All that is said of one answer, for a batch."""
+    """Check all values of one result, for a batch."""
     status, ratio = path.ends.status, path.ends.contact_ratio
     assert np.isin(status, [int(code) for code in Status]).all()
     assert (path.status == status[:, None]).all()
@@ -91,7 +91,7 @@ def check(design: Design, path: ContactPath) -> None:
     assert (np.ptp(middle, axis=-1) <= 1e-12 * size).all()
 
 
-def none_is_missed(design: Design, flank: Flank) -> None:
+def assert_none_is_missed(design: Design, flank: Flank) -> None:
     """Check that an independent search finds no contact on the flanks if no contact is reported."""
     distance = mounting_of(design).distance
     for start in range(0, distance.shape[1], 16):
@@ -99,7 +99,7 @@ def none_is_missed(design: Design, flank: Flank) -> None:
         for turned in (False, True):
             found = search(cases_of(design, part), flank, distance[:, part], 24, turned)
             assert found.margin.max(initial=-1.0) <= 1e-9
-    if distance.shape[1]:  # nor do the positions asked for one by one
+    if distance.shape[1]:  # nor do single positions
         low, high = (column(bound(design.pinion, "right")) for bound in (root_parameter, highest_parameter))
         at = path_of_contact(design, flank, l1=low + (high - low) * np.linspace(0.0, 1.0, 17))
         assert (at.status != Status.SOLVED).all()
@@ -115,7 +115,7 @@ def test_random_designs(kind: Kind, flank: Flank) -> None:
             path = path_of_contact(design, flank, POSITIONS)
             check(design, path)
             none = np.flatnonzero(np.isin(path.ends.status, NO_CONTACT))[: SEARCHED - searched]
-            none_is_missed(cases_of(design, none), flank)
+            assert_none_is_missed(cases_of(design, none), flank)
         found.update(Status(code).name for code in path.ends.status)
         searched += len(none)
     print(f"\n{kind:13s}{flank:6s}", dict(found), "searched", searched)
@@ -128,7 +128,8 @@ def test_there_are_70_000() -> None:
 
 
 def test_the_search_finds_contacts(flank: Flank) -> None:
-    """It finds a contact of nearly every pair that was placed at one, so that it can fail."""
+    """The search finds a contact of nearly every pair that was placed at one, so that the comparison can
+    fail."""
     design = random_designs("touching", 100, seed=4, flank=flank)
     distance = mounting_of(design).distance
     found = joined([search(design, flank, distance, turned=turned) for turned in (False, True)])
@@ -136,7 +137,7 @@ def test_the_search_finds_contacts(flank: Flank) -> None:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_batch_is_its_single_designs(kind: Kind) -> None:
+def test_a_batch_equals_its_single_designs(kind: Kind) -> None:
     design = random_designs(kind, 12, seed=3)
     batch = path_of_contact(design, "right", 3)
     for case in range(12):

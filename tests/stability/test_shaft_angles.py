@@ -1,5 +1,5 @@
-"""Shaft angles: down to the fold where the common normal vanishes and past it, to 0, to 90 deg, of the
-other sign; hands equal and opposite."""
+"""Shaft angles: down to the fold at which the common normal vanishes and beyond, to 0, to 90 deg, and of
+the other sign; equal and opposite hands."""
 
 from __future__ import annotations
 
@@ -51,20 +51,21 @@ ABOVE = [0.1, 1e-2, 1e-3, 1e-5, 1e-7, 1e-9, 1e-11, 1e-13]
 
 
 def fold() -> float:
-    """Shaft angle (deg) below which the right flanks of Table 1 have no common normal: it lies in
-    the plane of both axes there, and the angles of the axes to it add up."""
+    """Return the shaft angle (deg) below which the right flanks of Table 1 have no common normal: at this
+    angle the normal lies in the plane of both axes, and its angles to the axes add up."""
     v1, v2 = (float(rack_of(member, "right").normal[2]) for member in (PINION, GEAR))
     return degrees(np.arccos(v1) - np.arccos(-v2))
 
 
 def folding(above: float) -> Design:
-    """Table 1 at a shaft angle `above` (deg) the fold, at the offset that closes there."""
+    """Return Table 1 at a shaft angle that is `above` (deg) the fold, at the offset without a gap of the
+    lines of action."""
     design = at_shaft_angle(table1(), fold() + above)
     return held(replace(design, pair=replace(design.pair, offset=closing_offset(design))))
 
 
-def test_paths_hold_down_to_the_fold() -> None:
-    """Where the lines of action meet they stay on the flanks. n_x falls to 1e-7 and below."""
+def test_paths_down_to_the_fold() -> None:
+    """If the lines of action meet, paths remain on the flanks. n_x decreases to 1e-7 and below."""
     ratios = []
     for above in ABOVE:
         path = solved_path(folding(above))
@@ -79,7 +80,7 @@ def test_the_five_equations_agree_near_the_fold(above: float) -> None:
     design = folding(above)
     ours, reference = path_of_contact(design, points=5), path_of_contact_five_equations(design, points=5)
     normal_x, rounding = np.abs(ours.normal[:, 0]).min(), rounding_error(ours).max()
-    # SciPy stops within 1e-10 of the equations: 1/n_x times more in the point, and both have rounding.
+    # SciPy ends within 1e-10 of the equations. The error of the point is larger by 1/n_x; both have rounding.
     bound = 1e-10 / normal_x + 2.0 * rounding
     np.testing.assert_allclose(ours.point, reference.point, rtol=0.0, atol=bound)
     check(design, reference)
@@ -87,7 +88,7 @@ def test_the_five_equations_agree_near_the_fold(above: float) -> None:
 
 @pytest.mark.parametrize("above", [1e-2, 1e-6])
 def test_sixty_digits_agree_near_the_fold(above: float) -> None:
-    """How far the answer is from the true one: rounding over n_x, as the shift under errors is."""
+    """The error of the result is rounding divided by n_x, as for the shift under errors."""
     ours = path_of_contact(folding(above), points=3)
     true = exact_at(ours, 1, "l1")
     normal_x = abs(float(ours.normal[1, 0]))
@@ -96,7 +97,7 @@ def test_sixty_digits_agree_near_the_fold(above: float) -> None:
     assert abs(float(true.normal[0]) - ours.normal[1, 0]) < 1e-15 / normal_x
 
 
-def test_sensitivity_goes_with_1_over_n_x() -> None:
+def test_sensitivity_is_inverse_to_n_x() -> None:
     """The line of action shifts by d(n_x w)/dE / n_x under an offset error: the product is constant."""
     products = []
     for above in (0.1, 1e-2, 1e-3, 1e-4, 1e-5):
@@ -112,8 +113,8 @@ def test_sensitivity_goes_with_1_over_n_x() -> None:
 
 
 @pytest.mark.parametrize("below", [1e-12, 1e-9, 1e-3, 1.0, 10.0])
-def test_past_the_fold_the_right_flank_has_no_answer_and_says_so(below: float) -> None:
-    """With its mounting and with that of Table 1; the left flank meets as before."""
+def test_beyond_the_fold_the_right_flank_has_a_status(below: float) -> None:
+    """With its mounting and with that of Table 1; the left flank is in contact as before."""
     for design, status in ((table1(), Status.UNDEFINED), (held(table1()), Status.NO_COMMON_NORMAL)):
         past = at_shaft_angle(design, fold() - below)
         assert_no_path(past, "right", status)
@@ -126,7 +127,7 @@ def test_past_the_fold_the_right_flank_has_no_answer_and_says_so(below: float) -
     assert reason in closing_of(at_shaft_angle(table1(), fold() - below)).reasons[0]
 
 
-def test_an_error_of_the_shaft_angle_past_the_fold_is_told_from_one_before() -> None:
+def test_shaft_angle_errors_on_both_sides_of_the_fold_are_distinguished() -> None:
     over = np.array([0.16, 1e-3, 1e-9, -1e-9, -1e-3, -1.0])
     design = table1(errors=Errors(shaft_angle=np.radians(fold() + over - 15.0)))
     path = path_of_contact(design, points=5)
@@ -138,9 +139,9 @@ def test_an_error_of_the_shaft_angle_past_the_fold_is_told_from_one_before() -> 
 
 
 @pytest.mark.parametrize("total", [14.0, 5.0, 1.0, 0.1, 1e-2, 1e-3, 1e-4])
-def test_nearly_parallel_axes_keep_the_five_equations(total: float) -> None:
-    """Crossed helical gears whose helix angles sum up to `total` deg: below the 0.5 deg of design
-    files too. The pitch point loses digits with the square of the angle, the contact none."""
+def test_nearly_parallel_axes_satisfy_the_five_equations(total: float) -> None:
+    """Crossed helical gears whose helix angles have the sum `total` deg, also below the 0.5 deg of design
+    files. The pitch point loses digits with the square of the angle, the contact loses none."""
     gear = changed(PLAIN[1], helix_angle=radians(total) - float(PLAIN[0].helix_angle))
     free = closed(PLAIN[0], gear)
     layout = zero_backlash_layout(free)
@@ -154,7 +155,7 @@ def test_nearly_parallel_axes_keep_the_five_equations(total: float) -> None:
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-300, 1e-17, 1e-12])
-def test_parallel_axes_of_opposite_hands_are_all_one(angle: float) -> None:
+def test_parallel_axes_of_opposite_hands(angle: float) -> None:
     gear = changed(PLAIN[1], helix_angle=-float(PLAIN[0].helix_angle))
     design = Design(PLAIN[0], gear, Pair(249.0, radians(angle)))
     for flank in FLANKS:
@@ -166,7 +167,7 @@ def test_parallel_axes_of_opposite_hands_are_all_one(angle: float) -> None:
 
 @pytest.mark.parametrize("angle", [0.0, 1e-300, 1e-17, 1e-12])
 @pytest.mark.parametrize("total", [1e-3, 14.43])
-def test_parallel_axes_of_other_helix_angles_give_no_number(angle: float, total: float) -> None:
+def test_parallel_axes_of_other_helix_angles_have_no_values(angle: float, total: float) -> None:
     gear = changed(PLAIN[1], helix_angle=radians(total) - float(PLAIN[0].helix_angle))
     for mounting in ((None, None), (0.0, 0.0)):
         design = Design(PLAIN[0], gear, Pair(244.0, radians(angle), *mounting))
@@ -179,8 +180,8 @@ def test_parallel_axes_of_other_helix_angles_give_no_number(angle: float, total:
         assert all(remark.text for remark in remarks_on(design))
 
 
-def test_a_negative_shaft_angle_is_the_axes_leaning_the_other_way() -> None:
-    """No layout closes, no contact is on the flanks, and the mirrored pair has the same result."""
+def test_a_negative_shaft_angle_inclines_the_axes_in_the_other_sense() -> None:
+    """No layout closes and no contact is on the flanks; the mirrored pair has the same result."""
     for design in (at_shaft_angle(table1(), -15.0), at_shaft_angle(mirrored(table1()), -15.0)):
         for flank in FLANKS:
             assert_no_path(design, flank, Status.OFF_FLANK)
@@ -202,7 +203,7 @@ RIGHT_ANGLES = {
 
 
 def right_angled(helix1: float, helix2: float, cone1: float, cone2: float) -> Design:
-    """A pair without backlash whose axes cross at 90 deg: the gear's helix angle gives way."""
+    """Return a pair without backlash whose axes cross at 90 deg; the helix angle of the gear is adjusted."""
     pinion = changed(PINION, helix_angle=radians(helix1), cone_angle=radians(cone1))
 
     def gear_with(helix: float) -> Design:
@@ -240,7 +241,8 @@ def test_crossed_helical_gears_at_a_right_angle_in_closed_form(helix1: float, fl
 @pytest.mark.parametrize("signs", list(product((1.0, -1.0), repeat=2)))
 @pytest.mark.parametrize("helix", [(25.0, 10.57), (20.0, 20.0), (30.0, 12.0)])
 def test_hands_equal_and_opposite(helix: tuple[float, float], signs: tuple[float, float]) -> None:
-    """All four hands of a pair: it meets, its mirror image and its members exchanged are the same."""
+    """All four combinations of hands: the pair is in contact, and so are its mirror image and the pair
+    with exchanged members, with equal results."""
     beta = signs[0] * radians(helix[0]), signs[1] * radians(helix[1])
     pinion, gear = (
         changed(m, helix_angle=b, cone_angle=radians(1.0)) for m, b in zip((PINION, GEAR), beta, strict=True)

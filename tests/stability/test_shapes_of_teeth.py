@@ -1,4 +1,5 @@
-"""Teeth of all shapes and sizes: undercut, pointed, off each other, one, a thousand, very small and large."""
+"""Teeth of all shapes and sizes: undercut, pointed, without contact, one tooth, a thousand teeth, very
+small and large."""
 
 from __future__ import annotations
 
@@ -60,12 +61,12 @@ MANY = {
 
 
 def of_module(module: float) -> Design:
-    """Table 1 without backlash in another size."""
+    """Return Table 1 without backlash in another size."""
     return closed(*scaled(table1(), module / 6.0).members)
 
 
 @pytest.mark.parametrize("design", UNDERCUT.values(), ids=UNDERCUT)
-def test_the_path_of_an_undercut_pair_ends_where_its_flank_does(design: Design, flank: str) -> None:
+def test_the_path_of_an_undercut_pair_ends_at_the_end_of_the_flank(design: Design, flank: str) -> None:
     path = solved_path(design, flank, 5)
     assert_five_equations_agree(path)
     assert Limit.PINION_ROOT in path.ends.limit
@@ -86,7 +87,7 @@ def test_the_path_of_an_undercut_pair_ends_where_its_flank_does(design: Design, 
 
 
 @pytest.mark.parametrize("design", UNDERCUT.values(), ids=UNDERCUT)
-def test_meshes_of_an_undercut_pair_give_the_tangency_or_none(design: Design, flank: str) -> None:
+def test_meshes_of_an_undercut_pair_find_the_tangency_or_nothing(design: Design, flank: str) -> None:
     path = path_of_contact(design, flank, 5)
     for position in range(5):
         rolls = float(path.pinion_roll[position]), float(path.gear_roll[position])
@@ -110,7 +111,7 @@ def test_an_undercut_gear_makes_a_solid(design: Design) -> None:
 
 
 def test_a_tooth_pointed_at_the_heel(flank: str) -> None:
-    """Flanks that cross below the tip cone: the path ends on the cone or before, not on the ridge."""
+    """The flanks intersect below the tip cone: the path ends on the cone or before, not on the ridge."""
     member = POINTED.pinion
     first, last = pointed_part(member)
     assert -20.0 < first < last == 20.0
@@ -140,7 +141,7 @@ APART = {
 
 
 @pytest.mark.parametrize("design", APART.values(), ids=APART)
-def test_flanks_that_never_meet(design: Design, flank: str) -> None:
+def test_flanks_without_contact(design: Design, flank: str) -> None:
     assert_no_path(design, flank, Status.OFF_FLANK)
     path = path_of_contact(design, flank)
     assert path.ends.pieces == 0
@@ -166,8 +167,8 @@ def test_one_tooth(flank: str) -> None:
 
 @pytest.mark.parametrize("helix", [70.0, 80.0, -80.0])
 @pytest.mark.parametrize("face", [10.0, 40.0, 200.0])
-def test_a_long_tooth_has_one_thickness_however_often_it_winds(helix: float, face: float, flank: str) -> None:
-    """Without cone every section is the same: the angle about the axis counts whole turns."""
+def test_a_winding_tooth_has_constant_thickness(helix: float, face: float, flank: str) -> None:
+    """Without cone every section is equal: the angle about the axis includes full turns."""
     member = changed(
         PINION, teeth=1, helix_angle=radians(helix), profile_shift=0.3, cone_angle=0.0, face_width=face
     )
@@ -208,7 +209,7 @@ def test_a_thousand_teeth(design: Design) -> None:
 
 @pytest.mark.parametrize("module", [0.05, 0.5, 50.0])
 def test_very_small_and_very_large(module: float) -> None:
-    """The same numbers as at module 6, in its unit of length; every tolerance with it."""
+    """In units of the module, the numbers equal those at module 6; every tolerance scales with the module."""
     design, usual, factor = of_module(module), of_module(6.0), module / 6.0
     for flank in FLANKS:
         path, known = solved_path(design, flank, 5), solved_path(usual, flank, 5)

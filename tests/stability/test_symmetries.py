@@ -59,7 +59,7 @@ FIRST = {name: table1(parabola, Errors(0.05, 1e-4, 0.1, -0.2)) for name, parabol
 @dataclass(frozen=True)
 class Seen:
     """Another view of a design: its `flank`, the `factor` of lengths, the sign of rolls and of y, and the
-    number of `member` 0."""
+    index of the `member` that corresponds to member 0."""
 
     name: str
     design: Design
@@ -78,7 +78,7 @@ def seen_otherwise(design: Design, flank: str) -> list[Seen]:
 
 
 def nudged(design: Design) -> list[Design]:
-    """The design with one input after the other moved by NUDGE of itself."""
+    """Return the design with one input after the other changed by the share NUDGE."""
     pair, (pinion, gear), more = design.pair, design.members, 1.0 + NUDGE
     return [
         replace(design, pair=replace(pair, offset=pair.offset * more)),
@@ -101,7 +101,7 @@ def lengths(path: ContactPath) -> FloatArray:
 
 
 def angles(path: ContactPath, sign: float = 1.0) -> FloatArray:
-    """Rolls with a sign, and the transmission error, which counts ahead and needs none."""
+    """Return the rolls with a sign, and the transmission error, whose sign does not change."""
     return np.array([sign * path.pinion_roll, sign * path.gear_roll, path.transmission_error])
 
 
@@ -122,7 +122,7 @@ def test_paths_mirrored_and_scaled(
         assert other.ends.pieces == path.ends.pieces
         if path.ends.status != Status.SOLVED:
             continue
-        l1 = path.l1  # the same places in all nudged designs
+        l1 = path.l1  # the same positions in all changed designs
         again = path_of_contact(seen.design, seen.flank, l1=l1 * seen.factor)
 
         def in_mm(moved: Design, l1: FloatArray = l1) -> FloatArray:
@@ -141,7 +141,8 @@ def test_paths_mirrored_and_scaled(
 @settings(max_examples=8)
 @given(parabolas, st.floats(-0.3, 0.3), st.sampled_from(["right", "left"]))
 def test_ends_and_ratios(parabola: tuple[float, float], offset: float, flank: str) -> None:
-    """Mirrored and scaled, and with the members exchanged, whose roll takes the pinion's place."""
+    """Mirrored and scaled pairs, and exchanged members, for which the roll of the other member is
+    compared."""
     design = table1(parabola, Errors(offset=offset))
     ends = path_ends(design, flank)
 
@@ -187,8 +188,8 @@ def cycle_rolls(design: Design, flank: str, count: int = 7) -> FloatArray:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", FIRST)
 def test_first_contacts(name: str, flank: str) -> None:
-    """Which teeth, which edges and fillets, where, and at what roll. Tooth pairs number the other way
-    round with the members exchanged or mirrored."""
+    """Tooth pair, edges and fillets, position, and roll. The numbers of tooth pairs change their sign if
+    the members are exchanged or mirrored."""
     design = FIRST[name]
     first = first_contact(design, flank, cycle_rolls(design, flank))
     assert (first.status == FirstStatus.SOLVED).all()
@@ -214,7 +215,9 @@ def test_first_contacts(name: str, flank: str) -> None:
         assert (np.abs(where - places(design)) <= bound).all(), seen.name
     other = first_contact(exchanged(design), flank, first.gear_roll)
     assert np.abs(other.gear_roll - first.pinion_roll).max() <= turn
-    if name != "unmodified":  # there two pairs touch together, and the one that came last is another
+    if (
+        name != "unmodified"
+    ):  # two pairs touch at the same time there, and the pair that came last is another one
         assert np.array_equal(other.pair, -first.pair)
         assert np.array_equal(np.sort(SWAPPED_LIMIT[other.limit]), np.sort(first.limit))
         where = np.array((other.l2, other.z2, other.l1, other.z1))
@@ -224,11 +227,11 @@ def test_first_contacts(name: str, flank: str) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", DESIGNS)
 def test_certificates(name: str, flank: str) -> None:
-    """Verdicts are the same; separations to rounding of the rolls, but where an edge of one member
-    overlaps: turning the one or the other is the same to first order only."""
+    """Verdicts are equal. Separations are equal to rounding of the rolls, except where an edge of one
+    member overlaps: a rotation of the one or the other member is equal to first order only."""
     design = table1(DESIGNS[name], Errors(0.05, 1e-4, 0.1, -0.2))
     path = path_of_contact(design, flank, 9)
-    inner = path_of_contact(design, flank, l1=path.l1[1:-1])  # at the ends edges are tangencies
+    inner = path_of_contact(design, flank, l1=path.l1[1:-1])  # at the ends, tangencies lie on edges
     proof = certify(inner)
     lever = 0.5 * 6.0 * 45.0
     for seen in seen_otherwise(design, flank):
@@ -267,7 +270,7 @@ def test_mesh_cycles() -> None:
 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_contacts_of_meshes(name: str, flank: str) -> None:
-    """Polished contacts agree within the doubt of either. With facets, the same grids have the same
+    """Polished contacts agree within their error estimates. With facets, equal grids have equal
     separations to rounding, because the grid points are exact."""
     design = table1(DESIGNS[name], Errors(0.05, 1e-4, 0.1, -0.2))
     path = path_of_contact(design, flank, 9)
@@ -344,7 +347,7 @@ def test_contact_patterns(flank: str) -> None:
 
 
 def test_patterns_over_other_rolls(flank: str) -> None:
-    """The least separation does not hang on the rolls at which it is sampled first."""
+    """The smallest separation does not depend on the rolls of the first samples."""
     design, noise = table1(errors=Errors(0.05, 1e-4, 0.1, -0.2)), OPERATIONS * EPS * 300.0
     path = path_of_contact(design, flank, 3)
     phase = float(path.gear_roll[1] + path.pinion_roll[1] * 29.0 / 45.0)

@@ -43,15 +43,15 @@ def test_the_page_has_every_situation() -> None:
         for number, name in enumerate(names)
     ],
 )
-def test_the_page_holds_the_run(number: int) -> None:
+def test_the_page_contains_the_run(number: int) -> None:
     assert TABLE[2 + number] == line(number)
 
 
 @every
-def test_what_is_trusted_is_exact_or_says_that_nothing_is_there(number: int) -> None:
-    """On the page, which holds the run. Where the status is trusted no method but the facets, which know of
-    no tangency, gives a number. No method is wrong: what facets and polish give is within their doubt, no
-    overlap is another tooth's."""
+def test_trusted_methods_are_exact_or_have_a_status(number: int) -> None:
+    """Compared on the page, which contains the results of the run. Where the status is trusted, only the
+    facets, which cannot detect a tangency, give values. No method is wrong: facets and polished contacts
+    are within their error estimates, and no overlap belongs to another tooth."""
     situation, cells = SITUATIONS[number], cells_of_page(number)
     words = {method: cells[method].split(", ") for method in METHODS}
     assert cells["trusted"] == trusted(situation)
@@ -71,8 +71,8 @@ def test_what_is_trusted_is_exact_or_says_that_nothing_is_there(number: int) -> 
 
 @pytest.mark.slow
 @every
-def test_words_do_not_hang_on_rounding(number: int) -> None:
-    """Poses of a path differ by 1e-13 rad from one release of NumPy to the next; so must no word."""
+def test_outcomes_do_not_depend_on_rounding(number: int) -> None:
+    """Poses of a path differ by 1e-13 rad between releases of NumPy; the outcomes must be equal."""
     row = run(number)
     for method, polish in (("facets", False), ("polished", True)):
         for turned in (-ROUNDING, ROUNDING):
@@ -91,8 +91,8 @@ def test_cells_fit_a_table() -> None:
         assert max(map(len, cells)) < 75
 
 
-def test_a_wrong_path_is_called_wrong() -> None:
-    """A micrometre, a microradian, a point off the face; another piece; a lost position."""
+def test_a_wrong_path_is_detected() -> None:
+    """A micrometre, a microradian, a point off the face; another segment; a lost position."""
     design = table1((0.001, -0.001))
     path = path_of_contact(design, points=5)
     assert of_path(design, path) == "exact"
@@ -107,7 +107,7 @@ def test_a_wrong_path_is_called_wrong() -> None:
     assert of_path(design, lost) == "partly lost"
 
 
-def test_meshes_elsewhere_are_called_wrong() -> None:
+def test_displaced_meshes_are_detected() -> None:
     """The pair is displaced by a micrometre, which the expected position ignores."""
     case = Case(table1((0.001, -0.001)), "left")
     assert of_meshes(case, True, (0.0, 0.0, 0.0)) == "exact"

@@ -1,4 +1,4 @@
-"""Comparison of methods: every method at every setting, with the error that the method has."""
+"""Comparison of methods: every method at every setting, with its error."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def test_pairs_with_modifications(kinds: str, flank: str) -> None:
 
 
 def test_a_wrong_answer_has_its_error() -> None:
-    """A point shifted by a 3-4-5 triangle, a gear roll turned, and a missing position."""
+    """A point displaced by a 3-4-5 triangle, a rotated gear, and a missing position."""
 
     def answer_of(point: np.ndarray, roll: np.ndarray) -> Measurement:
         method = Method(

@@ -33,7 +33,8 @@ MODULE, ALPHA = 6.0, radians(20.0)
 
 
 def closed_form(teeth: tuple[int, int], helix: tuple[float, float]) -> tuple[float, float]:
-    """Offset and contact ratio of two cylindrical gears without shift at their reference pitch point."""
+    """Return offset and contact ratio of two cylindrical gears without profile shift at their reference
+    pitch point."""
     pair = Shifted(MODULE, ALPHA, teeth, helix, (0.0, 0.0))
     return pair.layout(ALPHA)[0], pair.contact_ratio(ALPHA)
 
@@ -99,7 +100,7 @@ def involute(angle: float) -> float:
 
 
 def drawn_pair(seed: int) -> Shifted:
-    """Crossed helical gears of either hand, their axes at 5 deg and more, without undercut."""
+    """Return crossed helical gears of either hand without undercut, with axes at 5 deg or more."""
     random = np.random.default_rng(seed)
     while True:
         helix = np.radians(random.uniform(-50.0, 50.0, 2))
@@ -112,7 +113,7 @@ def drawn_pair(seed: int) -> Shifted:
 
 @pytest.mark.parametrize("seed", range(12))
 def test_layout_without_backlash(seed: int) -> None:
-    """From the gears the layout, and from the layout that there is no backlash left."""
+    """The layout follows from the gears, and there is no backlash in this layout."""
     pair = drawn_pair(seed)
     aw = pair.without_backlash()
     offset, shaft_angle = pair.layout(aw)
@@ -184,7 +185,7 @@ def test_axial_errors_do_not_move_the_path_of_cylindrical_gears_in_space() -> No
 
 @pytest.mark.parametrize("seed", range(6))
 def test_backlash_under_an_offset_error(seed: int) -> None:
-    """An offset error of the right size makes a layout with, or without, backlash in closed form."""
+    """An offset error of the right size leads to a layout with or without backlash in closed form."""
     pair = drawn_pair(seed)
     aw = pair.without_backlash()
     for turn in (0.3, -0.02):

@@ -34,13 +34,14 @@ class Crossed:
 
     @property
     def offset(self) -> float:
-        """Distance without backlash by the law, mm."""
+        """Distance without backlash by this formula, mm."""
         sizes = zip(self.teeth, self.helix_deg, strict=True)
         reference = 0.5 * self.module * sum(n / cos(radians(helix)) for n, helix in sizes)
         return reference + sum(self.shift) * self.module
 
     def design(self, more: float, face: float = 200.0) -> Design:
-        """The pair at so much more than that distance, mid-faces on the common perpendicular."""
+        """Return the pair at a distance larger by the given amount, with mid-faces on the common
+        perpendicular."""
         tool = Tool(self.module, ALPHA)
         members = zip(self.teeth, self.helix_deg, self.shift, strict=True)
         pinion, gear = (Member(tool, n, radians(beta), 0.0, x, face) for n, beta, x in members)
@@ -80,7 +81,8 @@ def test_contact_ratios_of_crossed_gears(pair: Crossed, reference: float, ratio:
 
 
 def apart_along_the_axes(design: Design) -> FloatArray:
-    """Distances (2,), mm, along both axes of the points at which the paths, straight lines, are nearest."""
+    """Return the distances (2,), mm, along both axes between the nearest points of the paths, which are
+    straight lines."""
     right, left = (path_of_contact(design, flank, 2).point for flank in ("right", "left"))
     steps = np.stack((right[1] - right[0], left[0] - left[1]), axis=-1)
     along = np.linalg.lstsq(steps, left[0] - right[0], rcond=None)[0]
@@ -90,8 +92,8 @@ def apart_along_the_axes(design: Design) -> FloatArray:
 
 
 @pytest.mark.parametrize("pair", SHIFTED[:2])
-def test_paths_that_lie_apart_are_a_note_and_mesh_exactly(pair: Crossed) -> None:
-    """No warning and no advice; the sizes in the note are those of the paths on the faces."""
+def test_displaced_paths_are_a_note_and_mesh_exactly(pair: Crossed) -> None:
+    """There is no warning and no advice; the sizes in the note are those of the paths on the faces."""
     design = pair.design(0.02, 30.0)
     assert closing_of(design).gap > 5.0
     found = findings_on(design)

@@ -48,7 +48,7 @@ def exact_mounting() -> tuple[Any, Any]:
 
 
 def compare(parabola: tuple[float, float], errors: Errors, flank: str) -> None:
-    """Three positions of the path, ends included, solved anew at 60 digits at the same l1."""
+    """Compare three positions of the path, ends included, with solutions at 60 digits at the same l1."""
     path = path_of_contact(table1(parabola, errors), flank, 3)
     assert flank == "left" or path.l1.size == 3  # no panel of the right flank is empty
     for k in range(path.l1.size):

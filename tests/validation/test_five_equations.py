@@ -1,5 +1,5 @@
-"""The five equations followed by curve length: turning points, n_x = 0, segments; other positions corrected
-to the curve."""
+"""The five equations traced by arc length: turning points, n_x = 0, segments; other positions corrected to
+the curve."""
 
 from __future__ import annotations
 
@@ -90,8 +90,11 @@ def test_members_exchanged_give_the_same_path() -> None:
 
 
 @pytest.mark.parametrize(("parabola", "offset", "shaft_deg", "l1"), FROM_AFAR)
-def test_paths_from_afar(parabola: tuple[float, float], offset: float, shaft_deg: float, l1: float) -> None:
-    """Each has a contact on the flanks at this l1, and starts far off where the one equation has no path."""
+def test_starts_far_from_the_path(
+    parabola: tuple[float, float], offset: float, shaft_deg: float, l1: float
+) -> None:
+    """Each pair has a contact on the flanks at this l1, and starts far away, where the one equation has no
+    path."""
     design = table1(parabola, Errors(offset=offset, shaft_angle=radians(shaft_deg)))
     path = path_of_contact_five_equations(design, points=5)
     assert path.l1.min() < l1 < path.l1.max()
@@ -110,8 +113,8 @@ def test_a_path_that_leaves_and_comes_back_is_in_pieces(parabola: tuple[float, f
     assert path.ends.contact_ratio == pytest.approx(float(other.ends.contact_ratio), abs=1e-9)
 
 
-def test_almost_parallel_axes_with_a_path_in_a_thread_of_l1() -> None:
-    """Shaft angle 0.24 deg: l1 runs over 0.0011 mm while the contact runs over the whole face."""
+def test_nearly_parallel_axes_with_a_path_over_a_tiny_range_of_l1() -> None:
+    """Shaft angle 0.24 deg: l1 changes by 0.0011 mm while the contact moves over the complete face."""
     design = OTHER["almost parallel, its path a thread of l1"].design
     path = path_of_contact_five_equations(design, "left", 3)
     assert (path.status == Status.SOLVED).all()
@@ -168,8 +171,9 @@ def test_the_one_equation_is_on_the_curve(parabola: tuple[float, float], flank: 
     np.testing.assert_allclose(there.normal, path.normal, atol=1e-12)
 
 
-def test_positions_beside_the_curve_are_moved_square_to_it() -> None:
-    """Displaced by a small step perpendicular to the tangent, they return to their position."""
+def test_positions_next_to_the_curve_are_corrected_perpendicular_to_it() -> None:
+    """Positions that are displaced by a small step perpendicular to the tangent return to their original
+    place."""
     path = path_of_contact_five_equations(L1_TURNS, points=5)
     rows = (path.l1, path.u1, path.l2, path.u2, path.gear_roll, path.pinion_roll)
     system, given = five_equations_of(L1_TURNS, "right"), np.stack(rows, axis=-1)

@@ -67,7 +67,7 @@ def read(
     cone: tuple[float, float],
     face: float,
 ) -> Design:
-    """A design file without profile shift, whose working angles are those of reference; deg."""
+    """Return a design file without profile shift, whose working angles are the reference angles; deg."""
     shaft = abs(sum(cone))
     return parse_design(
         FILE.format(module=module, teeth=teeth, helix=helix, cone=cone, face=face, shaft=shaft)
@@ -91,8 +91,8 @@ ERRORS = (
 
 
 def closed_form(design: Design, flank: str) -> float:
-    """Contact ratio of a pair that closes at offset 0 with its reference cones as pitch cones: profile
-    shift, if any, only moves tips and thins teeth."""
+    """Return the contact ratio of a pair that closes at offset 0 with its reference cones as pitch cones:
+    profile shift only moves tips and changes thicknesses."""
     alpha = float(design.pinion.tool.normal_pressure_angle)
     module = float(design.pinion.tool.normal_module)
     side = {"right": 1.0, "left": -1.0}[flank]
@@ -160,7 +160,7 @@ def test_the_layout_without_backlash_is_that_of_the_reference_cones(name: str) -
 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_sixty_digits(name: str, flank: str) -> None:
-    """Along the path, with the errors and parabolas that a pair has, at the library's mounting distances."""
+    """Along the path, with errors and parabolas, at the mounting distances of the library."""
     for design in (
         DESIGNS[name],
         DESIGNS[name].with_parabola(0.0008, -0.0005).with_errors(Errors(-0.05, 5e-5, 0.1, -0.1)),
@@ -192,7 +192,7 @@ def test_unmodified_flanks_transmit_evenly_under_every_error(name: str, flank: s
 
 @pytest.mark.parametrize("errors", [Errors(), *ERRORS])
 def test_straight_teeth_are_their_own_mirror_image(errors: Errors) -> None:
-    """The plane of the axes mirrors right into left flanks, and an offset error into one the other way."""
+    """The plane of the axes mirrors right flanks into left flanks, and reverses an offset error."""
     design = STRAIGHT.with_parabola(0.0006, -0.0004)
     right = path_of_contact(design.with_errors(errors), "right", 9)
     turned = replace(errors, offset=-float(errors.offset))
@@ -212,7 +212,8 @@ def test_straight_teeth_are_their_own_mirror_image(errors: Errors) -> None:
 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_both_senses_of_the_shaft_angle_are_one_pair(name: str, flank: str) -> None:
-    """Turned half a turn about the pinion's axis, which turns the sense of an offset error too."""
+    """The pair is rotated by half a turn about the pinion axis, which also reverses the sense of an offset
+    error."""
     design = DESIGNS[name].with_parabola(0.0006, -0.0004)
     other = replace(design, pair=Pair(0.0, -float(design.pair.shaft_angle)))
     assert float(design.sense) == (-1.0 if name in ("tapered", "opposed") else 1.0)
@@ -228,8 +229,9 @@ def test_both_senses_of_the_shaft_angle_are_one_pair(name: str, flank: str) -> N
 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_mirrored_and_exchanged_pairs(name: str, flank: str) -> None:
-    """The mirror image has the other sense, that of its pinion's helix, and the same errors. With the members
-    exchanged the sense follows the other member: an offset error goes the other way."""
+    """The mirror image has the other sense, that of the helix angle of its pinion, and the same errors. If
+    the members are exchanged, the sense follows the other member, and an offset error has the opposite
+    sign."""
     design = DESIGNS[name].with_parabola(0.0006, -0.0004)
     for errors in (Errors(), *ERRORS):
         path = path_of_contact(design.with_errors(errors), flank, 5)
@@ -246,7 +248,7 @@ def test_mirrored_and_exchanged_pairs(name: str, flank: str) -> None:
 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_crossed_axes_tend_to_intersecting_ones(name: str, flank: str) -> None:
-    """Linearly in the offset: 1e-3 mm of it do a thousand times what 1e-6 mm do."""
+    """The change is linear in the offset: 1e-3 mm has a thousand times the effect of 1e-6 mm."""
     design = DESIGNS[name].with_parabola(0.0006, -0.0004)
     l1 = path_of_contact(design, flank, 5).l1
 
@@ -275,7 +277,8 @@ def test_every_method_agrees_and_nothing_touches_earlier(name: str, flank: str) 
 @pytest.mark.parametrize("shift", [(0.2, 0.1), (-0.1, 0.25), (0.3, -0.2)])
 @pytest.mark.parametrize("helix", [0.0, 15.0, -25.0])
 def test_profile_shift(shift: tuple[float, float], helix: float, flank: str) -> None:
-    """With shift the axes meet where the working helix angles cancel, near those of reference."""
+    """With profile shift the axes intersect if the working helix angles cancel, which are close to the
+    reference helix angles."""
     tool = Tool(5.0, radians(20.0))
     pinion = Member(tool, 27, radians(helix), radians(2.0), shift[0], 40.0)
     gear = Member(tool, 50, 0.0, radians(4.5), shift[1], 40.0)
@@ -306,7 +309,8 @@ def test_profile_shift(shift: tuple[float, float], helix: float, flank: str) -> 
 
 @pytest.mark.parametrize("shaft_angle_deg", [6.0, 7.0, 7.5])
 def test_straight_teeth_close_at_every_shaft_angle(shaft_angle_deg: float) -> None:
-    """By symmetry both lines of action meet in the plane of the axes; what changes is the backlash."""
+    """By symmetry both lines of action meet in the plane of the axes; only the backlash depends on the
+    shaft angle."""
     design = replace(STRAIGHT, pair=Pair(0.0, radians(shaft_angle_deg)))
     closing = closing_of(design)
     assert closing.gap < 1e-12

@@ -31,8 +31,8 @@ def spur_pair(pinion: Modification | None = None, gear: Modification | None = No
 
 
 def test_helix_slope_leaves_a_gap_at_one_end(flank: str) -> None:
-    """A positive slope removes material at +z and leaves it at -z: the edge at -z carries, and the gap at +z
-    is the slope."""
+    """A positive slope removes material at +z and leaves it at -z: the edge at -z is in contact, and the
+    gap at +z is the slope."""
     design = spur_pair(Modification(helix_slope_um=12.0))
     cycle = mesh_cycle(design, flank)
     assert cycle.status == FirstStatus.SOLVED

@@ -1,4 +1,4 @@
-"""Modified flanks on parallel axes: points that run along the face, and lines of conjugate parabolas."""
+"""Modified flanks on parallel axes: points that move along the face, and lines of conjugate parabolas."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ MODIFIED = [name for name in ANGLES if name != "spur"]
 
 @pytest.mark.parametrize("name", MODIFIED)
 @pytest.mark.parametrize("parabola", [CONVEX, (-1e-3, 0.0), (0.0, -1e-3), (2e-3, -1e-3)])
-def test_a_point_runs_along_the_face(name: str, parabola: tuple[float, float], flank: str) -> None:
-    """l1 and l2 stand still with a1 l1 = a2 l2; five equations; the overlap ratio of cylindrical gears."""
+def test_a_point_moves_along_the_face(name: str, parabola: tuple[float, float], flank: str) -> None:
+    """l1 and l2 are constant with a1 l1 = a2 l2; five equations; overlap ratio of cylindrical gears."""
     design = pair(*ANGLES[name], parabola).with_errors(Errors(offset=0.02, gear_axial=0.4))
     path = path_of_contact(design, flank, 5)
     assert path.ends.status == Status.SOLVED
@@ -58,7 +58,7 @@ def test_the_five_equations_give_the_same_point() -> None:
 
 
 def test_conjugate_parabolas_touch_along_lines(flank: str) -> None:
-    """a1 = -a2 on reference cylinders that touch: both racks are one, and every l2 = -l1 a contact."""
+    """a1 = -a2 on reference cylinders that touch: both racks are equal, and every l2 = -l1 is a contact."""
     design = pair(15.0, 3.0, (1e-3, -1e-3), shift=(0.1, -0.1))
     design = replace(design, pair=Pair(1.5 * 56 / cos(radians(15.0)), 0.0))
     path = path_of_contact(design, flank, 7)
@@ -72,7 +72,7 @@ def test_conjugate_parabolas_touch_along_lines(flank: str) -> None:
 
 
 def test_spur_teeth_with_parabolas(flank: str) -> None:
-    """Lines along the axes, whose path is that of the transverse section, by its five equations."""
+    """Lines along the axes, with the path of the transverse section by its five equations."""
     design = pair(0.0, 0.0, CONVEX)
     path = path_of_contact(design, flank, 11)
     apart, turned = residuals(design, path, mounting_of(design).distance)
@@ -87,8 +87,8 @@ def test_spur_teeth_with_parabolas(flank: str) -> None:
 @pytest.mark.parametrize("name", MODIFIED)
 @pytest.mark.parametrize("parabola", [CONVEX, (-1e-3, 0.0)])
 def test_the_limit_of_crossed_axes(name: str, parabola: tuple[float, float], flank: str) -> None:
-    """Point contacts tend to those of parallel axes linearly, from either sense, and meet the five
-    equations."""
+    """Point contacts tend linearly to those of parallel axes, for both senses of the shaft angle, and
+    satisfy the five equations."""
     design = pair(*ANGLES[name], parabola)
     limit = path_of_contact(design, flank, 3)
     rates = []

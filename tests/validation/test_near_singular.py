@@ -34,7 +34,8 @@ def test_contact_begins_at_the_smallest_shaft_angle(design: Design) -> None:
 
 
 def test_errors_grow_towards_the_smallest_shaft_angle() -> None:
-    """Far above it, all but the mesh alone are exact; 1e-6 deg above, only the one equation is right."""
+    """Far above it, all methods are exact except the mesh alone; 1e-6 deg above it, only the one equation
+    is."""
     found = errors_above_smallest_shaft_angle(TABLE, "right", np.radians([1e-6, 0.1]))
     error = dict(zip(NAMES, found.error, strict=True))
     for name in NAMES[1:]:
@@ -52,8 +53,8 @@ def test_layouts_without_contact_have_a_reason() -> None:
     assert all("no contact" in reason for (reason,) in found.reason)
 
 
-def test_both_equations_have_the_same_answers() -> None:
-    """Off the smallest shaft angle; at it, neither has one."""
+def test_both_equations_have_the_same_results() -> None:
+    """At other shaft angles; at the smallest one, neither has a result."""
     smallest = smallest_shaft_angle(TABLE, "right")
     angles, offsets = smallest + np.array((-1e-3, 0.0, 2.8e-3, 4e-3)), np.array((222.0, 229.0, 234.0))
     found = status_map(TABLE, "right", angles, offsets, 2)

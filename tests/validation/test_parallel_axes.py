@@ -49,7 +49,7 @@ from tests.symmetry import OTHER, exchanged, mirrored
 
 ALPHA = radians(20.0)
 BACKLASH = 0.1
-"""mm by which the axes of the pairs stand further apart than without backlash."""
+"""mm by which the distance of the axes exceeds that without backlash."""
 UNMODIFIED, CONVEX = (0.0, 0.0), (-1e-3, -5e-4)
 
 
@@ -61,7 +61,7 @@ def pair(
     shift: tuple[float, float] = (0.1, -0.05),
     face: tuple[float, float] = (30.0, 28.0),
 ) -> Design:
-    """A pair of module 3 on parallel axes, deg, with opposite helix and cone angles."""
+    """Return a pair of module 3 on parallel axes, deg, with opposite helix and cone angles."""
     members = [
         Member(
             Tool(3.0, ALPHA, parabola=parabola[k]),
@@ -88,7 +88,7 @@ CYLINDRICAL = ("spur", "helical", "left hand")
 
 
 def iso_21771(design: Design) -> tuple[float, float, float]:
-    """eps_alpha, eps_beta and j_n of cylindrical gears from their numbers alone."""
+    """Return eps_alpha, eps_beta and j_n of cylindrical gears from their numbers alone."""
     first, second = design.members
     module, beta = 3.0, abs(float(first.helix_angle))
     transverse = atan(tan(ALPHA) / cos(beta))
@@ -149,7 +149,8 @@ def test_zero_backlash_by_the_inverse_involute() -> None:
 
 @pytest.mark.parametrize("name", ANGLES)
 def test_layout_and_closing(name: str) -> None:
-    """The pitch line parts the offset as the teeth; every offset closes; mid-faces stand together."""
+    """The pitch line divides the offset in the ratio of the teeth; every offset closes; the mid-faces are
+    opposite each other."""
     design = pair(*ANGLES[name])
     mounting, closing = mounting_of(design), closing_of(design)
     offset = float(design.pair.offset)
@@ -163,8 +164,8 @@ def test_layout_and_closing(name: str) -> None:
 
 
 def on_line(lines: ContactLines, line: int, share: float) -> SimpleNamespace:
-    """The contact at a share of a line of unmodified flanks, along which l1, l2 and z are linear, as a
-    path of one position."""
+    """Return the contact at a share of a line of unmodified flanks, along which l1, l2 and z are linear,
+    as a path of one position."""
     l1, l2, z1, z2 = (
         np.array([values[line] @ (1.0 - share, share)])
         for values in (lines.l1, lines.l2, lines.pinion_z, lines.gear_z)
@@ -193,7 +194,7 @@ def test_whole_lines_meet_the_five_equations(name: str, flank: str) -> None:
 
 @pytest.mark.parametrize("name", ANGLES)
 def test_lines_end_at_limits(name: str, flank: str) -> None:
-    """Every end meets the limit it is said to end at, and no line passes another."""
+    """Every end is at the limit that is named, and no line exceeds another limit."""
     design = pair(*ANGLES[name])
     lines = contact_lines(path_of_contact(design, flank, 21))
     for j, member in enumerate(design.members):
@@ -213,7 +214,7 @@ def test_lines_end_at_limits(name: str, flank: str) -> None:
 
 @pytest.mark.parametrize("name", ANGLES)
 def test_two_lines_determine_all(name: str, flank: str) -> None:
-    """Against every line solved by itself."""
+    """Compared with every line solved separately."""
     pairing = pairing_of(pair(*ANGLES[name]).with_errors(Errors(offset=0.05, pinion_axial=0.3)), flank)
     l1 = np.linspace(-3.0, 3.0, 13)[None]
     l, met = on_lines(pairing)(l1)
@@ -226,8 +227,9 @@ def test_two_lines_determine_all(name: str, flank: str) -> None:
 
 
 @pytest.mark.parametrize("name", ANGLES)
-def test_lines_that_run_along_an_edge_or_a_root(name: str, flank: str) -> None:
-    """The first and the last of a path end somewhere, whatever limit the offset makes them lie on."""
+def test_lines_along_an_edge_or_a_root(name: str, flank: str) -> None:
+    """The first and the last line of a path have ends for every offset, whichever limit they coincide
+    with."""
     offsets = np.linspace(-0.4, 0.6, 41)
     path = path_of_contact(pair(*ANGLES[name]).with_errors(Errors(offset=offsets)), flank, 5)
     assert (path.ends.status == Status.SOLVED).all()
@@ -240,8 +242,8 @@ def test_lines_that_run_along_an_edge_or_a_root(name: str, flank: str) -> None:
 
 
 def gap_of_flanks(design: Design, flank: str, rolls: tuple[float, float], z: float, l1: float) -> float:
-    """Clearance (mm, at the gear's base circle) of a pinion's flank point in the direction of the gear's
-    turn."""
+    """Return the clearance (mm, at the base circle of the gear) of a flank point of the pinion in the
+    direction of rotation of the gear."""
     sign = FLANK_SIGN[flank]
     pinion, gear = design.members
 
@@ -267,8 +269,8 @@ def gap_of_flanks(design: Design, flank: str, rolls: tuple[float, float], z: flo
 
 
 @pytest.mark.parametrize("name", ["spur", "conical"])
-def test_flanks_part_beside_their_line(name: str, flank: str) -> None:
-    """By brute force: clearance of one sign all over the flank, and none on the line."""
+def test_flanks_separate_next_to_their_line(name: str, flank: str) -> None:
+    """By brute force: the clearance has one sign over the flank and is zero on the line."""
     design = pair(*ANGLES[name], face=(12.0, 12.0))
     lines = contact_lines(path_of_contact(design, flank, 5))
     rolls = float(lines.pinion_roll[2]), float(lines.gear_roll[2])
@@ -298,7 +300,7 @@ def test_no_transmission_error_and_nothing_earlier(name: str, flank: str) -> Non
 
 
 @pytest.mark.parametrize("name", ["spur", pytest.param("conical", marks=pytest.mark.slow)])
-def test_all_lines_carry(name: str, flank: str) -> None:
+def test_all_lines_are_in_contact(name: str, flank: str) -> None:
     design = pair(*ANGLES[name])
     assert float(operating_ratio(design, flank)) == float(contact_ratio(design, flank))
 
@@ -310,7 +312,7 @@ def test_mirrored_and_exchanged(name: str, parabola: tuple[float, float], flank:
     ratio = float(contact_ratio(design, flank))
     assert ratio > 0.0
     assert float(contact_ratio(mirrored(design), OTHER[flank])) == pytest.approx(ratio, abs=1e-12)
-    if parabola == UNMODIFIED or name != "spur":  # whose transmission error makes other pitches of the gear's
+    if parabola == UNMODIFIED or name != "spur":  # whose transmission error changes the pitches of the gear
         assert float(contact_ratio(exchanged(design), flank)) == pytest.approx(ratio, abs=1e-12)
 
 

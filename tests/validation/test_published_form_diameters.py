@@ -55,7 +55,8 @@ STPLUS: dict[str, dict[str, Any]] = {
 
 
 def stplus(name: str, shift: str) -> Design:
-    """The pair with the nominal profile shift ('shift') or the one at which it is cut ('generating')."""
+    """Return the pair with the nominal profile shift ('shift') or with the generating profile shift
+    ('generating')."""
     case = STPLUS[name]
     dedendum, rounded = case["tool"]
     tool = Tool(case["module"], ALPHA, dedendum=dedendum, tip_radius=rounded)
@@ -67,7 +68,8 @@ def stplus(name: str, shift: str) -> Design:
 
 
 def swept(member: Member, z: float = 0.0) -> float:
-    """Diameter at which round and flank of the tool cut equally deep, from the tool's motion alone."""
+    """Return the diameter at which round and flank of the tool cut equally deep, from the motion of the
+    tool."""
     tooth, plane = CutTooth(member, 1.0), np.array([z])
 
     def apart(l: float) -> float:
@@ -81,7 +83,8 @@ def swept(member: Member, z: float = 0.0) -> float:
 
 
 def where_the_round_begins(member: Member) -> float:
-    """Diameter of a sound spur flank cut by the end of the tool's straight flank (ISO 21771)."""
+    """Return the diameter of a sound spur flank that the end of the straight flank of the tool cuts (ISO
+    21771)."""
     tool, radius = member.tool, 0.5 * member.tool.normal_module * member.teeth
     depth = tool.dedendum - tool.tip_radius * (1.0 - sin(ALPHA)) - member.profile_shift
     return float(
@@ -121,7 +124,7 @@ def test_fzg_c_in_operation() -> None:
 
 
 def iso_ratio(module: float, teeth: tuple[int, int], tips: tuple[float, float], offset: float) -> float:
-    """Transverse contact ratio of spur gears whose tips end the path."""
+    """Return the transverse contact ratio of spur gears whose tips end the path."""
     base = [0.5 * module * n * np.cos(ALPHA) for n in teeth]
     working = acos(sum(base) / offset)
     ways = [sqrt(0.25 * tip * tip - r * r) for tip, r in zip(tips, base, strict=True)]
@@ -129,7 +132,7 @@ def iso_ratio(module: float, teeth: tuple[int, int], tips: tuple[float, float], 
 
 
 def test_undercut_ends_the_path_of_twelve_teeth() -> None:
-    """Without undercut the mate's tip would reach down to the base circle and beyond: 1.405."""
+    """Without undercut, the tip of the mate would reach below the base circle: 1.405."""
     design = stplus("12 teeth, undercut", "generating")
     path = path_of_contact(design, "right", 41)
     assert path.ends.enter == Limit.PINION_ROOT
@@ -156,10 +159,11 @@ def test_backlash_of_brauers_pair_over_an_axial_shift() -> None:
 
 @pytest.mark.parametrize(("addenda", "ratio"), [((1.2, 0.8), 1.62106), ((0.8, 1.2), 1.65656)])
 @pytest.mark.parametrize("by", ["tool", "blank"])
-def test_the_flank_reaches_down_to_the_fillet_whatever_the_tip(
+def test_the_flank_reaches_down_to_the_fillet_for_any_tip(
     addenda: tuple[float, float], ratio: float, by: str
 ) -> None:
-    """30/45 teeth, module 3, tool dedendum 1.45: by the addendum of the tool and by the tip alteration."""
+    """30/45 teeth, module 3, tool dedendum 1.45: changed by the addendum of the tool and by the tip
+    alteration."""
     members = []
     for teeth, shift, height in zip((30, 45), (0.2, 0.0), addenda, strict=True):
         tool = Tool(3.0, ALPHA, height if by == "tool" else 1.0, 1.45, 0.2)

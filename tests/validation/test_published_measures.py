@@ -81,7 +81,7 @@ LISTED = {
 
 @pytest.mark.parametrize("name", LISTED)
 def test_thickness_and_balls_of_stplus(name: str) -> None:
-    """Nominal ones, and changes of the dimension over balls at the allowances of the thickness."""
+    """Nominal values, and changes of the dimension over balls for the allowances of the thickness."""
     case = LISTED[name]
     tool = Tool(case.module, ALPHA, case.addendum, 1.39 if case.module == 4.5 else 1.25, 0.25)
     member = Member(tool, case.teeth, radians(case.helix_deg), 0.0, case.shift, 20.0)

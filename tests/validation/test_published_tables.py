@@ -45,7 +45,7 @@ def made(
     tip_diameter: float | None = None,
     alpha: float = ALPHA,
 ) -> Member:
-    """A cylindrical gear; without a tip diameter its addendum is one module."""
+    """Return a cylindrical gear; without a tip diameter its addendum is one module."""
     member = Member(Tool(module, alpha), teeth, helix, 0.0, shift, 200.0)
     if tip_diameter is None:
         return member
@@ -89,8 +89,8 @@ def _leaned(pinion: Member, gear: Member, centre: float, lean: float) -> FloatAr
 
 
 def on_flank(member: Member, value: str, wanted: float) -> tuple[FloatArray, FloatArray]:
-    """Point and normal of the right flank at mid-face where its radius, or the angle of its normal to
-    the tooth's middle, is `wanted`."""
+    """Return point and normal of the right flank at mid-face where its radius, or the angle of its normal
+    to the middle of the tooth, is `wanted`."""
 
     def patch(l: float) -> tuple[FloatArray, FloatArray]:
         found = flank_patch(member, "right", l, z=0.0)
@@ -207,7 +207,7 @@ def test_gear_as_measured() -> None:
     assert 2.0 * float(base_cylinder(gear, "left").radius) == pytest.approx(18.7939, abs=5.1e-5)
     assert 2.0 * float(tip_radius(gear, 0.0)) == pytest.approx(22.0, abs=1e-12)
     assert float(tip_thickness(gear, 0.0)) == pytest.approx(0.6949, abs=5.1e-5)
-    # The middle of two teeth stands half a pitch aside, and the caliper's faces along it.
+    # The middle of two teeth is at half a pitch, and the faces of the caliper are parallel to it.
     point, normal = on_flank(gear, "normal", pi / 2 - pi / 20)
     assert 2.0 * float(point @ normal) == pytest.approx(4.7083, abs=5.1e-5)
     assert 2.0 * float(np.hypot(*point[:2])) == pytest.approx(19.3746, abs=5.1e-5)
@@ -256,7 +256,8 @@ def test_thickness_of_helical_teeth(
     module: float, alpha_deg: float, teeth: int, helix_deg: float, shift: float, thickness: float
 ) -> None:
     """SDP/SI, Elements of Metric Gear Technology, Tables 10-3 and 10-4 (T-82; ro.scribd.com/document/
-    244615472): normal thickness s_n. Their chords are those of the virtual spur gear, no true ones."""
+    244615472): normal thickness s_n. The chords in the tables are those of the virtual spur gear, not true
+    chords."""
     tool = Tool(module, radians(alpha_deg))
     gear = Member(tool, teeth, radians(helix_deg), 0.0, shift, 40.0)
     pitch = float(reference_radius(gear))

@@ -61,13 +61,13 @@ FLANKS = {"right": 1.0, "left": -1.0}
 
 
 def involute(cosine: FloatArray | float) -> FloatArray:
-    """inv(a) of cos(a)."""
+    """Return inv(a) from cos(a)."""
     tangent = np.sqrt(1.0 / np.asarray(cosine) ** 2 - 1.0)
     return np.asarray(tangent - np.arctan(tangent))
 
 
 def angles(member: Member, flank: str) -> tuple[float, float, float]:
-    """tan(a_t), tan(b_f) and the pitch radius."""
+    """Return tan(a_t), tan(b_f) and the pitch radius."""
     alpha, beta = float(member.tool.normal_pressure_angle), float(member.helix_angle)
     gamma, side = float(member.cone_angle), FLANKS[flank]
     transverse = tan(alpha) * cos(gamma) / cos(beta) - side * tan(beta) * sin(gamma)
@@ -76,7 +76,7 @@ def angles(member: Member, flank: str) -> tuple[float, float, float]:
 
 
 def active_points(member: Member, flank: str) -> tuple[FloatArray, FloatArray]:
-    """Flank parameters l and z (13, 7) all over the active flank."""
+    """Return flank parameters l and z (13, 7) over the complete active flank."""
     z = np.linspace(-0.5, 0.5, 7) * member.face_width
     low, high = root_parameter(member, flank), tip_parameter(member, flank, z)
     return low + (high - low) * np.linspace(0.0, 1.0, 13)[:, None], np.broadcast_to(z, (13, 7))
@@ -118,8 +118,8 @@ def test_base_cylinders(name: str, flank: str) -> None:
 
 
 def classical(teeth: tuple[int, int], beta: float, shift: tuple[float, float]) -> tuple[float, float, float]:
-    """Centre distance, transverse working pressure angle and transverse contact ratio of helical gears
-    on parallel axes without backlash, by the usual formulas (ISO 21771)."""
+    """Return centre distance, transverse working pressure angle and transverse contact ratio of helical
+    gears on parallel axes without backlash, by the usual formulas (ISO 21771)."""
     alpha_t = atan(tan(ALPHA) / cos(beta))
     wanted = tan(alpha_t) - alpha_t + 2 * tan(ALPHA) * sum(shift) / sum(teeth)
     working = float(brentq(lambda angle: tan(angle) - angle - wanted, 0.05, 1.2, xtol=1e-15))
@@ -134,8 +134,8 @@ def classical(teeth: tuple[int, int], beta: float, shift: tuple[float, float]) -
 def crossed(
     teeth: tuple[int, int], beta: float, shift: tuple[float, float], leans: tuple[float, float]
 ) -> tuple[float, float, float]:
-    """Offset, normal working pressure angle and contact ratio without backlash, helix angles beta and
-    -beta plus the small ones in `leans`."""
+    """Return offset, normal working pressure angle and contact ratio without backlash; the helix angles
+    are beta and -beta plus the small angles in `leans`."""
     helix = beta + leans[0], -beta + leans[1]
     pinion, gear = (Member(TOOL, n, b, 0.0, x, 200.0) for n, b, x in zip(teeth, helix, shift, strict=True))
     layout = zero_backlash_layout(Design(pinion, gear, Pair(1.0, 1.0)))
@@ -146,7 +146,7 @@ def crossed(
 
 
 def limit_of(rows: FloatArray, order: int) -> FloatArray:
-    """Limits of rows at steps that halve, whose error is a series in step^order."""
+    """Return the limits of rows at steps that are halved, whose error is a series in step^order."""
     for k in range(1, len(rows)):
         factor = 2.0 ** (order * k)
         rows = (factor * rows[1:] - rows[:-1]) / (factor - 1.0)
@@ -171,7 +171,7 @@ def test_parallel_axes(teeth: tuple[int, int], beta: float, shift: tuple[float, 
     base_helix = asin(sin(beta) * cos(ALPHA))
     normal = asin(sin(working) * cos(base_helix))
     exact = np.array([centre, normal, ratio / cos(base_helix) ** 2])
-    order = 2 if beta == 0.0 else 1  # the mirror image of spur gears leans the other way
+    order = 2 if beta == 0.0 else 1  # the mirror image of spur gears is inclined in the other sense
     steps = np.abs(np.diff(rows, axis=0))
     moving = steps[-1] > 1e-9 * exact
     assert moving.any()

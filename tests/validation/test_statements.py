@@ -159,7 +159,7 @@ def test_coefficients_of_the_other_sign() -> None:
 
 def test_r2_says_what_its_first_claim_rests_on() -> None:
     half = float(contact_ratio(table1((-0.0001, -0.0001)), "right"))
-    assert f"by Eq. 16 {half:.4g} at 0.0001 1/mm" in judged("right")["R2"].why
+    assert f"Eq. 16 at 0.0001 1/mm: {half:.4g}" in judged("right")["R2"].why
 
 
 def m4_of_both(other: dict[str, Statement]) -> tuple[Statement, Statement]:

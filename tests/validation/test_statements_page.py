@@ -1,4 +1,4 @@
-"""The page of the package holds the table of statements that a run gives."""
+"""The page of the package contains the table of statements that a run prints."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ HEADING = "## The paper, statement by statement"
 
 
 @pytest.mark.slow
-def test_the_page_holds_the_run() -> None:
+def test_the_page_contains_the_run() -> None:
     _, heading, after = PAGE.partition(f"\n{HEADING}\n")
     assert heading, f"the page has no section {HEADING!r}: run `python -m tests.validation.statements_page`"
     section = [line for line in after.split("\n## ")[0].splitlines() if line.startswith("|")]

@@ -85,7 +85,7 @@ def test_what_is_read_is_what_was_printed(decks: Path) -> None:
         np.testing.assert_allclose(one.centre[np.array(one.share) == 0.0], np.nan)
     rolls = np.array([one.rolls[0] for one in found.results])
     rigid = first_contact(DESIGN, "right", rolls).transmission_error
-    # The load turns the pinion on, so that the gear falls behind.
+    # The load turns the pinion further, so that the gear lags behind.
     np.testing.assert_allclose(found.loaded, rigid - 29.0 / 45.0 * found.turns, rtol=0.0, atol=1e-15)
     at, share = found.shares
     assert (np.diff(at) > 0.0).all()

@@ -84,7 +84,7 @@ def test_the_modification_leaves_a_path_on_the_flanks() -> None:
     assert paths_table.parabolas(paths_table.modified(builtin_design()), "right") == MODIFIED
 
 
-def test_lines_carry_and_not_their_ends() -> None:
+def test_lines_are_in_contact_and_not_their_ends() -> None:
     report = operation_report("", PAIR, "right", 13, 3, 0.00635)
     assert report.cycle.edge_share == 0.0
     graph = motion_graph.motion_graph(report)

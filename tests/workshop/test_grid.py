@@ -302,7 +302,7 @@ def test_a_binary_file_is_no_table(data: bytes, tmp_path: Path) -> None:
         read_deviations(path, GRID)
 
 
-def test_files_have_a_largest_size(tmp_path: Path) -> None:
+def test_the_size_of_files_is_limited(tmp_path: Path) -> None:
     """Endless devices and files of millions of lines are read up to the limit only."""
     path = tmp_path / "m.csv"
     path.write_text("91.9 -2.8 -20.0\n" * 100_000, encoding="utf-8")

@@ -289,7 +289,7 @@ def test_waves_between_the_scanned_points_are_found() -> None:
     engagement, _ = engagement_of(design, "left", np.array([roll]))
     l, z = np.meshgrid(np.linspace(-5.9, 6.6, 81), np.linspace(-25.0, 25.0, 81))
     first = np.zeros(l.size, dtype=int)
-    task = engagement.task(first, first)  # tooth pair 0 carries
+    task = engagement.task(first, first)  # tooth pair 0 is in contact
     with np.errstate(invalid="ignore"):
         margins, _ = limits_at(task, l.ravel(), z.ravel())
         gaps = clearance_at(task, l.ravel(), z.ravel())[0]

@@ -40,7 +40,7 @@ def middle(design: Design, flank: str) -> float:
 
 
 def crowned() -> Design:
-    """Table 1 with crowned flanks of the pinion and tip relief on the gear."""
+    """Return Table 1 with crowned flanks of the pinion and tip relief on the gear."""
     pinion = TABLE.pinion.modified(Modification(helix_crowning_um=8.0, profile_crowning_um=4.0))
     relief = Modification(tip_relief_um=12.0, tip_relief_length_mm=3.0)
     return replace(TABLE, pinion=pinion, gear=TABLE.gear.modified(relief))

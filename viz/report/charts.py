@@ -42,7 +42,7 @@ LEVELS, EDGE = 8, 0.88
 """Largest number of contour lines of an ease-off, and fraction of half the flank beyond which they have no
 label."""
 LEGEND: dict[str, Any] = {"handlelength": 1.5, "columnspacing": 1.0, "handletextpad": 0.5}
-CASES = {GIVEN: "as given", PLAIN: "without parabolas"}
+CASES = {GIVEN: "as designed", PLAIN: "without parabolas"}
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,8 +34,8 @@ X_STEP = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class AmountsOptimum(Optimised):
-    """Result of the optimisation of amounts of modification, um by name such as
-    `pinion.helix_crowning_um`."""
+    """Optimal amounts of modification, um by names such as `pinion.helix_crowning_um`, and the results of
+    `Optimised`."""
 
     amounts: dict[str, float]
 
@@ -171,20 +171,23 @@ class _Search:
         ratio, centre = f"{found.contact_ratio[k]:.3f}", f"{abs(found.centre[k]):.3g} mm"
         swing, shift = f"{found.peak_to_peak[k]:.3g} rad", f"{found.shift[k]:.3g} mm"
         constraints = [
-            (margins[0], f"its contact ratio is {ratio}, required are {aim.contact_ratio:g} or more"),
+            (margins[0], f"the contact ratio is {ratio}, less than {aim.contact_ratio:g}"),
             (
                 margins[1:3].min(),
-                f"its distance from mid-face is {centre}, allowed are {aim.off_centre:g} mm",
+                f"the middle of the path is {centre} from mid-face, more than {aim.off_centre:g} mm",
             ),
-            (margins[3], f"its transmission error is {swing}, allowed are {aim.peak_to_peak:.3g} rad"),
-            (margins[4], f"its shift is {shift}, allowed are {aim.shift:g} mm"),
+            (
+                margins[3],
+                f"the transmission error is {swing}, more than {aim.peak_to_peak:.3g} rad",
+            ),
+            (margins[4], f"the shift is {shift}, more than {aim.shift:g} mm"),
             (
                 margins[5:].min(initial=np.inf),
-                "no other tooth pair is ahead at an end of the path, so that an edge touches",
+                "an edge touches, because no other tooth pair is ahead at an end of the path",
             ),
         ]
         return (
-            f"no amounts were found that meet the constraints; of the nearest ones, {min(constraints)[1]}:"
+            f"no amounts were found that meet the constraints; for the nearest, {min(constraints)[1]}:"
             " relax the constraints, or widen the bounds"
         )
 

@@ -82,8 +82,8 @@ class MemberPattern:
 
 @dataclass(frozen=True, eq=False)
 class ContactPattern:
-    """Contact pattern of one flank pair for a `separation` (mm), over the pinion rolls of `roll_range`
-    (rad)."""
+    """Contact pattern of one flank pair on `pinion` and `gear`, for a `separation` (mm), over the pinion
+    rolls of `roll_range` (rad)."""
 
     __repr__ = short_repr
 

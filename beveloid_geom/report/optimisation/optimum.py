@@ -127,10 +127,10 @@ class OptimumReport(Report, Generic[OptimisedT]):
             names = ", ".join(map(shown, optimum.at_limits))
             text += line("at a bound", f"{names}: wider bounds may give a better optimum")
         if contact.certificate is not None:
-            count = f"{contact.certified_count} of {CERTIFIED_POINTS} positions"
-            text += line("certified", f"{count}: nothing on the driving flanks touches earlier")
+            count = f"at {contact.certified_count} of {CERTIFIED_POINTS} positions"
+            text += line("certified", f"{count} nothing on the driving flanks touches earlier")
         text += line("as mounted", f"backlash {contact.backlash.line}") + remark_lines(contact.remarks)
-        rows = [("", ["optimum", "as given"])]
+        rows = [("", ["optimum", "as designed"])]
         for key, value in results["found"].items():
             rows.append((label(key), [number(key, value), number(key, results["given"][key])]))
         return text + "\n" + labelled_lines(rows, label_width=42, cell_width=14)

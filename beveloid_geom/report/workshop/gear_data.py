@@ -111,7 +111,7 @@ class GearDataReport(Report):
         text = f"Gear data of {self.name}\n"
         for name, data in self.members.items():
             text += f"\n{name.capitalize()}, {getattr(self.design, name).teeth:g} teeth\n"
-            text += line("none", data) if isinstance(data, str) else _table(name, data)
+            text += line("no data", data) if isinstance(data, str) else _table(name, data)
         text += "\n" + head_lines(self.design)
         words = ", ".join(
             f"{value:.6f} mm {self._thickness(limit)}" for limit, value in self.backlash.items()
@@ -127,7 +127,8 @@ class GearDataReport(Report):
         )
         return text + line(
             "over balls",
-            "both centres are in the plane z; at the ends of the face, it is one ball radius inside the face",
+            "both centres are in the plane z; at the ends of the face, this plane is one ball radius inside"
+            " the face",
         )
 
     def _thickness(self, limit: str) -> str:

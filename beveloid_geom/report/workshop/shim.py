@@ -70,9 +70,11 @@ class ShimReport(ResultReport[Shim]):
         if not math.isnan(result.residual):
             text += _lines(result)
         if self.reason:
-            text += line("none", self.reason)
+            text += line("no shims", self.reason)
             if self.least is not None and not math.isnan(self.least.residual):
-                text += line("backlash alone", "the smallest displacements for it:") + _lines(self.least)
+                text += line(
+                    "backlash alone", "smallest displacements without a required position of the path:"
+                ) + _lines(self.least)
         return text + line(
             "displacements", "from the mounting distances of the layout above, positive towards +z"
         )

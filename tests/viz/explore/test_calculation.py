@@ -105,7 +105,7 @@ def test_a_film_of_zero_has_no_pattern(modified: Design) -> None:
     found = calculation(modified, film=0.0)
     pattern = found.pattern()
     assert (pattern["patterns"], pattern["figures"]) == (None, [])
-    assert pattern["view"] == calculation(modified).pattern()["view"]  # the teeth are drawn all the same
+    assert pattern["view"] == calculation(modified).pattern()["view"]  # the teeth are drawn nevertheless
     assert found.remarks()["status"] == "solved"
 
 
@@ -117,7 +117,7 @@ def test_curves_and_areas_fit_the_results(name: str) -> None:
     motion, pattern = found.motion(), found.pattern()
     json.dumps([motion, pattern, found.remarks()], allow_nan=False)
     assert len(motion["graph"]["pitches"]) == len(motion["graph"]["alone"])
-    # In operation the pair with the gear furthest ahead carries: no curve of one pair is above.
+    # In operation the pair with the gear furthest ahead is in contact: no curve of a single pair is above it.
     alone = np.array(motion["graph"]["alone"], dtype=float)
     shift = SAMPLES_PER_PITCH
     pairs = np.stack([alone[k * shift : k * shift + shift + 1] for k in range(2 * motion["graph"]["reach"])])

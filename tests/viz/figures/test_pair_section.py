@@ -41,7 +41,7 @@ def test_one_plane_cuts_both_members_and_they_touch_in_one_place() -> None:
         near = own[np.linalg.norm(own, axis=1) < 20.0]
         assert len(near) > 50
         inside = near[Path(other).contains_points(near)]
-        assert all(depth(point, other) < 0.05 for point in inside)  # what the meshes are exact to
+        assert all(depth(point, other) < 0.05 for point in inside)  # accuracy of the meshes
         assert np.linalg.norm(near, axis=1).min() < 1.0
 
 

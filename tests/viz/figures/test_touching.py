@@ -67,8 +67,8 @@ def test_teeth_touch_on_edges_where_no_path_lies_on_the_flanks() -> None:
 SHORT = builtin_design("anti-backlash").with_parabola(-0.0004, -0.0004)
 
 
-def test_edges_carry_where_a_path_is_shorter_than_a_pitch() -> None:
-    """Edge contact at toe and heel of the gear has the fraction of the cycle that edges carry."""
+def test_edge_contact_where_a_path_is_shorter_than_a_pitch() -> None:
+    """Edge contact at toe and heel of the gear has the share of edge contact of the cycle."""
     path = paths_table.solve(SHORT, "right", touching=True)
     assert path.touching is not None
     assert path.between is not None

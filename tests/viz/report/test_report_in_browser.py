@@ -231,7 +231,7 @@ def test_shortened_numbers_show_all_digits_on_focus(narrow: Seen) -> None:
     number.evaluate("(e) => delete e.dataset.full")
 
 
-def test_saved_numbers_carry_the_name_of_the_design(browser: Browser, report: Path) -> None:
+def test_saved_numbers_contain_the_name_of_the_design(browser: Browser, report: Path) -> None:
     page = browser.new_page()
     page.goto(report.as_uri())
     with page.expect_download() as saved:

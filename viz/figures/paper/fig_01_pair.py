@@ -127,7 +127,7 @@ def draw(data: PairFigure, layout: theme.Layout) -> Drawing:
     camera = camera_of(pair, box.size)
     items, remarks = items_of(pair, MESH_PX * camera.mm_per_px(box.size))
     pose = (
-        f"Roll angles: middle of the path of contact of the {data.flank} flanks. The pinion drives."
+        f"Drawn at the middle of the path of contact of the {data.flank} flanks. The pinion drives."
         " Perspective; the scale bar holds at the contact. "
         if pair.touching
         else f"The {data.flank} flanks have no contact point in this mounting; roll angles are nominal. "

@@ -148,8 +148,9 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
         f"Fig. 4   Meshing model of the {'crossed ' if data.pair.crossed else ''}beveloid gears",
         f"Offset $E$ = {offset:g} mm, shaft angle $\\delta$ = {angle}; reference cones of pinion"
         " (blue) and gear (brown), working pitch circles (orange, dashed)",
-        f"Unmodified pair. {_where_p_is(data)} $S_1$ and $S_2$: at mid-face, roll 0; in the paper $b_c$"
-        " nearer to the toe, at profile shift zero and reference radius $r_P$." + posed.far_words(data.pair),
+        f"Unmodified pair. {_where_p_is(data)} $S_1$ and $S_2$ are at mid-face, at roll 0. In the"
+        " paper they are at the distance $b_c$, where the profile shift is zero and the radius is $r_P$."
+        + posed.far_words(data.pair),
         tall=sum(heights),
     )
     table, detail = theme.inches(page, heights[2]), theme.inches(page, heights[1])

@@ -58,8 +58,9 @@ PANELS = (
     Panel("gear_axial", "\\Delta d_2", "axial error of the gear", 1, "q2", "d2"),
 )
 NOTE = (
-    "View as in Fig. 4, exaggerated. $S_e$: $S_g$ moved from the pinion along the common perpendicular;"
-    " $S_\\delta$: $S_f$ turned about it, shaft angle increased; $S_{d1}$, $S_{d2}$: $S_{q1}$, $S_{q2}$ moved"
+    "View as in Fig. 4, exaggerated. $S_e$: $S_g$ moved away from the pinion along the common"
+    " perpendicular; $S_\\delta$: $S_f$ turned about it, so that the shaft angle increases;"
+    " $S_{d1}$, $S_{d2}$: $S_{q1}$, $S_{q2}$ moved"
     " along their axes towards +z."
 )
 

@@ -37,8 +37,8 @@ GRID_SHAPE, WIRE_SPACING = (29, 41), 2
 NOTE = (
     "Deviation of the pinion flank from the conjugate of the gear flank along the normal, zero at"
     " mid-roll of the path; positive (up) where the flanks separate. Orange: path of contact. Dash-dotted:"
-    " lines of contact of conjugate flanks. Below: second-order surface over face and profile from \u22121 to"
-    " 1, and root mean square of the residual (rest)."
+    " lines of contact of conjugate flanks. Below: coefficients of the second-order surface (slope, crowning:"
+    " face, profile), and root mean square of the residual."
 )
 
 
@@ -231,7 +231,7 @@ def _second_order_words(found: EaseOff) -> str:
     coefficients_um = {name: theme.signed(1e3 * value, 2) for name, value in vars(found.second_order).items()}
     return (
         "mean {mean}, twist {twist}\nslope {face_slope}, {profile_slope}\n"
-        "crowning {face_crowning}, {profile_crowning}\nrest {rest}"
+        "crowning {face_crowning}, {profile_crowning}\nresidual {rest}"
     ).format_map(coefficients_um | {"rest": coefficients_um["rest"].lstrip("+")})
 
 

@@ -25,9 +25,9 @@ RIGID_ROLLS = 201
 """Number of rolls for the rigid pair."""
 NOTE = (
     "(a) Fraction of the pinion torque on one tooth pair during its mesh; a mark for each tooth pair of"
-    " each deck; dashed: start and end of contact of rigid flanks. (b) Positive: gear ahead; each curve"
-    " less its mean. The loaded curve includes N1/N2 times the elastic rotation of the pinion, a lag of"
-    " the gear."
+    " each deck; dashed: start and end of contact of rigid flanks. (b) Positive: gear ahead; the mean"
+    " of each curve is subtracted. The loaded curve includes N1/N2 times the elastic rotation of the"
+    " pinion, a lag of the gear."
 )
 
 

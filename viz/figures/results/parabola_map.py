@@ -46,9 +46,10 @@ degrees. Without such an interval, the colours are cyclic."""
 HOLLOW, LOST, ASTRAY = "//", "xxx", "...."
 """Hatches: flanks hollow against each other, no path, value not known."""
 NOTE = (
-    "Angle: chord of the path in the pinion's side view, to the axial direction. Shift: perpendicular to"
-    " the path at mid-roll, under {errors}, root of the sum of squares. Transmission error, edges: all"
-    " teeth. Axis of the sum: square-root scale. Colours: interpolated between {cells} cells."
+    "Angle: between the chord of the path and the axial direction, in the pinion's side view. Shift:"
+    " perpendicular to the path at mid-roll, root of the sum of squares under {errors}. Transmission error,"
+    " edge contact: all teeth. Axis of the sum: square-root scale. Colours: interpolated between {cells}"
+    " cells."
 )
 
 

@@ -23,7 +23,7 @@ from ...rendering.layout import Cells
 POINTS = 201
 CELLS = Cells(left=1.04, right=0.24, across=1.28, down=0.65, most=2, least=3.6)
 NOTE = (
-    "Speed per unit of the pinion speed: multiply by rad/s for mm/s. Thin lines: components"
+    "Speeds times the pinion speed in rad/s are in mm/s. Thin lines: components"
     " along the tooth trace of the pinion and perpendicular to it, as designed. Dots: minimum."
     " Specific sliding perpendicular to the trace; on parallel axes as in ISO 21771. The path"
     " enters on the left. Dotted: closest to the pitch point."

@@ -46,9 +46,9 @@ CELLS = Cells(left=0.95, right=0.3, across=1.0, down=1.1, most=2, least=1.6)
 PANEL_HEIGHT_IN, STRETCH = 2.6, 4.0
 """Height of a panel in print, inches, and magnification of the flanks across the face."""
 NOTE = (
-    "Flanks from outside, {stretch:g} times larger across: {drawn} mountings of the design {which}; black and"
-    " dots: without errors. (c), (d): cumulative distributions; title: 1 to 99 % of them. Transmission error"
-    " of one tooth pair."
+    "Flanks from outside, {stretch:g} times larger across: {drawn} mountings of the design{which}; black and"
+    " dots: without errors. (c), (d): cumulative distributions; title: range from 1 to 99 %. Transmission"
+    " error of one tooth pair."
 )
 
 
@@ -196,7 +196,7 @@ def _tolerances(data: CloudFigure) -> str:
 def _note(data: CloudFigure) -> str:
     """Return the note with the mountings drawn."""
     shown = data.nominal.design
-    which = "as it is" if shown is data.cases[0].design else f"with {coefficients(shown)}"
+    which = "" if shown is data.cases[0].design else f" with {coefficients(shown)}"
     return NOTE.format(drawn=PATHS_DRAWN, which=which, stretch=STRETCH)
 
 

@@ -30,7 +30,8 @@ OVER = (
 )
 BOUNDS = (
     "Lower and upper limit of the quantity of the {}, 1/mm, mm or rad. If --over names two inputs,"
-    " --pinion-bounds is for the first and --gear-bounds for the second."
+    " --pinion-bounds is for the first and --gear-bounds for the second. Required for inputs without a usual"
+    " range, such as offset."
 )
 OPERATION = (
     "Also compute transmission error and edge contact in operation; this takes 20 to 30 ms more per cell."
