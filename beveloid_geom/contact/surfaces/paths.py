@@ -114,7 +114,12 @@ def _block(problem: Problem, undefined: Mask) -> Segment:
 
 
 def _traced_inside(problem: Problem, curve: Curve) -> dict[int, Segment]:
-    """Return the segments of cases whose curve could be traced from its sample that is farthest inside."""
+    """Return the segments of cases whose curve could be traced from its sample that is farthest inside.
+
+    None on flanks with scatter of measurement: there may be several curves, of which `_searched` finds the
+    longest."""
+    if problem.surfaces.measured:
+        return {}
     room = np.nan_to_num(curve.value[MARGINS].min(axis=0), nan=-np.inf)
     cases = np.flatnonzero(room.max(axis=-1) > 0.0)
     if not cases.size:
@@ -123,8 +128,6 @@ def _traced_inside(problem: Problem, curve: Curve) -> dict[int, Segment]:
     along, complete = traced(part, curve.value[STATE][:, cases, room[cases].argmax(axis=-1)])
     segment, decided = segments_of(part, along)
     decided &= complete & (segment.status == Status.SOLVED)
-    if problem.surfaces.measured:
-        decided &= refined(part, segment)
     return {int(cases[k]): _picked(segment, np.array([k])) for k in np.flatnonzero(decided)}
 
 
