@@ -62,10 +62,9 @@ class Advice:
     def words(self) -> str:
         """Return the change and the new values as text."""
         helix = {_helix_of("pinion"): self.pinion_helix_angle, _helix_of("gear"): self.gear_helix_angle}
-        angles = {self.change: _deg(helix[self.change])} if self.change in helix else {}
-        angles |= {"E": f"{self.offset:.{DIGITS}g} mm", "shaft angle": _deg(self.shaft_angle)}
-        numbers = ", ".join(f"{name} = {value}" for name, value in angles.items())
-        return f"change the {self.change}: {numbers}"
+        angle = f" to {_deg(helix[self.change])}" if self.change in helix else ""
+        layout = f"E = {self.offset:.{DIGITS}g} mm, shaft angle = {_deg(self.shaft_angle)}"
+        return f"change the {self.change}{angle}: {layout}"
 
     def applied_to(self, design: Design) -> Design:
         """Return the design with the change, mounted at its pitch point."""

@@ -15,6 +15,8 @@ from ..status import FirstStatus, Limit
 from .diagnostics import UNKNOWN, Remark
 from .path import WHY_NO_FIRST_CONTACT, first_contact_fault
 
+INTERFERES = "the flanks of one side interfere while those of the other side touch"
+
 
 @dataclass(frozen=True, eq=False)
 class BacklashReport:
@@ -67,10 +69,10 @@ class BacklashReport:
         words = "the pair cannot be assembled"
         if not self.unknown:
             size = f"the normal backlash is {self.normal:#.4g} mm as mounted"
-            return f"{words}: the other flanks interfere, {size}"
+            return f"{words}: {INTERFERES}, {size}"
         reasons = [self.unknown] if self.backlash.status == FirstStatus.MEETS_BOTTOM else []
         if self.by_tangency < 0.0 or not reasons:
-            reasons.append("the other flanks interfere")
+            reasons.append(INTERFERES)
         return f"{words}: {', '.join(reasons)}"
 
     @property

@@ -149,7 +149,7 @@ def _misfit(design: Design, closing: Closing) -> Iterator[str]:
         return
     if offset > reach.touching:
         at = f"at a shaft angle of {given} their tips meet at an offset of {reach.touching:.5g} mm"
-        yield f"the gears do not reach each other, by {offset - reach.touching:.4g} mm: {at}"
+        yield f"the gears are too far apart by {offset - reach.touching:.4g} mm: {at}"
     elif offset < reach.bottoming:
         at = f"at a shaft angle of {given} tips meet bottom lands at an offset of {reach.bottoming:.5g} mm"
         yield f"the gears overlap by {reach.bottoming - offset:.4g} mm: {at}"

@@ -35,7 +35,7 @@ WHY_NO_FIRST_CONTACT = {
     FirstStatus.MEETS_BOTTOM: "a tip reaches the other member's bottom land",
     FirstStatus.UNDERCUT: "undercut removes a complete flank in a part of the face",
     FirstStatus.OUT_OF_STEP: "the roll angles are too far from mesh to distinguish the tooth pairs",
-    FirstStatus.UNDEFINED: "the teeth are not defined by the inputs",
+    FirstStatus.UNDEFINED: "the inputs do not define the teeth or their position",
     FirstStatus.NOT_CONVERGED: "the search did not converge",
     FirstStatus.SOLVED: "the search found only a later contact",
 }

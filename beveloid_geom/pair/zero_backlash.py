@@ -347,9 +347,11 @@ def _kept_closing(design: Design) -> Closing:
         given = f"{math.degrees(design.pair.shaft_angle):.6g} deg"
         lost = math.isnan(_pressure_angle_as_mounted(design))
         why = "the flanks have no common normal" if lost else "the lines of action do not meet"
-        reasons.append(f"{why} at a shaft angle of {given}: no offset closes it")
+        reasons.append(f"{why} at a shaft angle of {given}, whatever the offset")
     if math.isnan(shaft_angle):
-        reasons.append(f"no shaft angle closes it at an offset of {design.pair.offset:.6g} mm")
+        reasons.append(
+            f"the lines of action meet at no shaft angle with an offset of {design.pair.offset:.6g} mm"
+        )
     return Closing(
         gap=abs(float(mounting.gap)),
         normal_backlash=float(mounting.normal_backlash),

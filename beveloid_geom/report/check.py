@@ -196,7 +196,7 @@ def _generator_words(crossing: dict[str, float]) -> str:
     if not any(crossing.values()):
         return "0: the generators of the flanks are parallel without errors, which is line contact"
     angles = (f"{math.degrees(angle):.4f} deg ({flank})" for flank, angle in crossing.items())
-    return f"between the generators of the flanks {', '.join(angles)}; 0 is line contact"
+    return f"between the generators of the flanks: {', '.join(angles)}; 0 is line contact"
 
 
 def _pivot_words(design: Design) -> str:

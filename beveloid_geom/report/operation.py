@@ -32,7 +32,7 @@ SHOWN = ("pinion_roll", "transmission_error", "pair", "z1", "z2")
 DOUBTS = {
     RatioStatus.NO_FIRST_CONTACT: NotComputed("there is no first contact at some rolls"),
     RatioStatus.NOT_CONVERGED: NotComputed("the clearance of a tooth pair did not converge"),
-    RatioStatus.TOO_THICK: "the film reaches beyond the tooth pairs considered, choose a thinner film",
+    RatioStatus.TOO_THICK: "the film reaches beyond the tooth pairs considered: choose a thinner film",
     RatioStatus.UNSTEADY: NotComputed("the rolls at which a tooth pair touches cannot be distinguished"),
 }
 """Reasons for an unknown operating contact ratio."""
@@ -207,11 +207,8 @@ class OperationReport(Report):
             else number("contact_ratio", value)
             for value, doubt in zip((self.operating, self.within_film), self.doubts, strict=True)
         )
-        text += line(
-            "contact ratio",
-            f"{eq16} of one tooth pair (Eq. 16); in operation {operating}, or {near} if clearances up to"
-            f" {1e3 * self.film:g} um count as contact",
-        )
+        near += f" with clearances up to {1e3 * self.film:g} um"
+        text += line("contact ratio", f"{eq16} of one tooth pair (Eq. 16), {operating} in operation, {near}")
         cycle = self.cycle
         text += line(
             "transmission error", f"{number('peak_to_peak', cycle.peak_to_peak)} arcsec peak to peak"

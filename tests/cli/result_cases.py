@@ -297,8 +297,8 @@ CASES = {
         operation,
         {"transmission_error_rad": "positions/transmission_error", "carried_by": "positions/carried_by"},
         (
-            "of one tooth pair (Eq. 16); in operation",
-            "clearances up to 10 um count as contact",
+            "of one tooth pair (Eq. 16), ",
+            "with clearances up to 10 um",
             "pitches into the cycle",
         ),
         ("--gear-axial-error", "400"),

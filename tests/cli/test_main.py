@@ -155,7 +155,7 @@ def test_check_warns_of_a_jam(design_file: Callable[..., Path]) -> None:
     path = design_file("[errors]\noffset = 0.0", "[errors]\noffset = -0.5")
     result = run("check", path)
     assert result.exit_code == 1
-    assert result.stderr.startswith("Jammed: the pair cannot be assembled: the other flanks interfere")
+    assert result.stderr.startswith("Jammed: the pair cannot be assembled: the flanks of one side interfere")
     assert "error the pair cannot be assembled" in " ".join(result.stdout.split())
     assert "cannot be assembled" in strict_json(run("check", path, "--json").stdout)["errors"][0]
     assert "mounted,normal_backlash,mm,-0.3130" in run("check", path, "--csv").stdout

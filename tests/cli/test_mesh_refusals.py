@@ -102,7 +102,7 @@ def test_missing_contact_is_one_line(tmp_path: Path, part: str) -> None:
             "--offset-error 6",
             "Error: no contact: the path of contact does not meet the right flanks: at mid-depth",
         ),
-        ("--offset-error -0.5", "Error: Jammed: the pair cannot be assembled: the other flanks interfere"),
+        ("--offset-error -0.5", "Error: Jammed: the pair cannot be assembled: the flanks of one side"),
     ],
 )
 def test_a_pair_that_cannot_be_in_contact(tmp_path: Path, errors: str, line: str) -> None:

@@ -164,7 +164,7 @@ def test_check_prints_advice_first_and_a_proposal(tmp_path: Path) -> None:
 
 def test_check_prints_the_angle_between_generators() -> None:
     result = run("check")
-    words = "crossing angle between the generators of the flanks 2.2957 deg (right), 9.3266 deg (left)"
+    words = "crossing angle between the generators of the flanks: 2.2957 deg (right), 9.3266 deg (left)"
     assert words in " ".join(result.stdout.split())
     assert "propose" not in result.stdout
     data = strict_json(run("check", "--json").stdout)

@@ -88,7 +88,7 @@ def test_jammed_pair(command: str) -> None:
     words, entries = " ".join(result.stdout.split()), strict_json(data.stdout)
     assert "backlash -0.313020 mm with errors and modifications" in words
     assert "the pair cannot be assembled" in words
-    assert result.stderr.startswith("Jammed: the pair cannot be assembled: the other flanks interfere")
+    assert result.stderr.startswith("Jammed: the pair cannot be assembled: the flanks of one side interfere")
     assert (result.exit_code, table.exit_code, data.exit_code, data.stderr) == (1, 1, 1, "")
     assert entries["jammed"] is True
     assert "certificate" not in entries

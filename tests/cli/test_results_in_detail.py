@@ -292,7 +292,7 @@ def test_figures_of_table_1() -> None:
     assert "24.7209 to 34.9430 mm/rad, smallest at 9.4857 deg of pinion roll" in text
     assert "pinion -0.9495 to 0.4300, gear -0.9408 to 0.5551" in text
     text = run("operation", "--points", "25", *MODIFIED).stdout
-    assert "1.816308 of one tooth pair (Eq. 16); in operation 1.000000, or 2.299395 if" in text
+    assert "1.816308 of one tooth pair (Eq. 16), 1.000000 in operation, 2.299395 with" in text
     assert "1.8107 arcsec peak to peak" in text
     assert "edge contact       during 18.1 % of the mesh cycle" in text
 

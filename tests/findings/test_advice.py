@@ -122,7 +122,7 @@ def test_offsets_out_of_reach() -> None:
     assert reach_of(deep).bottoming == pytest.approx(tips - 13.5, abs=1e-9)  # set by the root of the gear
     far = remarks_on(replace(plain, pair=Pair(tips + 110.0, radians(15.0))))
     assert far[0].text == "there is no contact on the right and left flanks"
-    assert far[1].text.startswith("the gears do not reach each other, by 110 mm")
+    assert far[1].text.startswith("the gears are too far apart by 110 mm")
     near = remarks_on(replace(plain, pair=Pair(tips - 13.5 - 8.0, radians(15.0))))
     assert near[1].text.startswith("the gears overlap by 8 mm")
 
@@ -170,7 +170,7 @@ def test_lines_of_action_that_meet_out_of_reach() -> None:
     assert closing_of(meeting).gap < 1e-9
     assert mounting_of(meeting).normal_backlash > 0.0
     texts = [remark.text for remark in remarks_on(meeting)]
-    assert any(text.startswith("the gears do not reach each other, by 248.") for text in texts), texts
+    assert any(text.startswith("the gears are too far apart by 248.") for text in texts), texts
 
 
 MEETING = parse_design(
@@ -186,7 +186,7 @@ def meeting(
 
 
 NO_CONTACT = {
-    "offset 20 mm": (meeting(offset=20.0), "the gears do not reach each other, by 20 mm"),
+    "offset 20 mm": (meeting(offset=20.0), "the gears are too far apart by 20 mm"),
     "15 deg": (meeting(shaft_angle_deg=15.0), "2 and 5 deg give 7 deg, not 15 deg"),
     "1 deg": (meeting(shaft_angle_deg=1.0), "2 and 5 deg give 7 deg, not 1 deg"),
     "same hand": (meeting(gear_helix_deg=5.0), "helix angles that nearly cancel, +15 and +5 deg do not"),

@@ -160,7 +160,7 @@ def test_no_common_normal_has_a_reason() -> None:
 def test_offset_that_no_shaft_angle_closes_has_a_reason() -> None:
     closing = closing_of(laid_out(TABLE1, 20.0, math.radians(15.0)))
     assert math.isnan(closing.shaft_angle)
-    assert closing.reasons == ("no shaft angle closes it at an offset of 20 mm",)
+    assert closing.reasons == ("the lines of action meet at no shaft angle with an offset of 20 mm",)
 
 
 def test_teeth_too_thin_for_any_layout() -> None:

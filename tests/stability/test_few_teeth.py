@@ -248,9 +248,9 @@ def test_ratios_within_a_thickness_of_winding_teeth() -> None:
 def test_a_report_has_the_reason_for_an_unknown_ratio() -> None:
     design = closed(few(1, 75.0, 20.0), changed(GEAR, helix_angle=radians(5.0)))
     report = operation_report("wound", design, "left", 2, 1, 18.0)
-    why = "the film reaches beyond the tooth pairs considered, choose a thinner film"
+    why = "the film reaches beyond the tooth pairs considered: choose a thinner film"
     lines = " ".join(report.summary().split())
-    assert f"in operation {report.operating:.6f}, not known ({why}) with clearances up to 18000 um" in lines
+    assert f"{report.operating:.6f} in operation, not known ({why}) with clearances up to 18000 um" in lines
     data = strict(report.data())
     assert data["operating_contact_ratio"] == pytest.approx(float(report.eq16), abs=1e-8)
     assert data["operating_contact_ratio_within_film"] is None

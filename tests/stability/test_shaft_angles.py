@@ -188,7 +188,7 @@ def test_a_negative_shaft_angle_inclines_the_axes_in_the_other_sense() -> None:
         closing = closing_of(design)
         assert np.isnan(closing.offset)
         assert closing.reasons == (
-            "the lines of action do not meet at a shaft angle of -15 deg: no offset closes it",
+            "the lines of action do not meet at a shaft angle of -15 deg, whatever the offset",
         )
 
 
