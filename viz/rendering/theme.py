@@ -83,6 +83,7 @@ STYLE = {
     "xtick.color": GREY,
     "xtick.labelcolor": INK,
     "xtick.labelsize": LABEL,
+    "xtick.major.pad": 5.0,
     "ytick.color": GREY,
     "ytick.labelcolor": INK,
     "ytick.labelsize": LABEL,
