@@ -83,7 +83,6 @@ STYLE = {
     "xtick.color": GREY,
     "xtick.labelcolor": INK,
     "xtick.labelsize": LABEL,
-    "xtick.major.pad": 5.0,
     "ytick.color": GREY,
     "ytick.labelcolor": INK,
     "ytick.labelsize": LABEL,
