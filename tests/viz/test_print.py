@@ -13,6 +13,7 @@ import matplotlib
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from PIL import Image
 
@@ -168,6 +169,14 @@ def test_indices_have_six_points() -> None:
     ]
     assert sizes
     assert min(sizes) * 0.7 > 6.0  # 0.7 is Matplotlib's for indices
+
+
+def test_long_entries_of_a_legend_are_broken() -> None:
+    page, _, _ = theme.new_page(in_print(90.0), "title", "", "")
+    page.add_axes((0.1, 0.3, 0.8, 0.4))
+    theme.legend(page, [Line2D([], [], label=12 * "entry " + "end")], 4)
+    typeset.finish_page(page)
+    assert faults(page) == []
 
 
 def test_words_beside_places_are_moved_apart() -> None:

@@ -49,7 +49,7 @@ LOOKS = (
     Look(theme.PLUS, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), (0.6, 0.35)),
 )
 TABLE_ROWS = len(SIGNS) + 1
-ROW_HEIGHT_IN, TABLE_WIDTH_IN, COLUMN_ENDS = 0.21, 2.9, (0.22, 0.53, 0.74, 1.0)
+ROW_HEIGHT_IN, TABLE_WIDTH_IN, COLUMN_ENDS = 0.21, 2.9, (0.265, 0.58, 0.79, 1.0)
 """Line spacing and width of the table of a flank, inches, and fractions of the width at which columns end."""
 INSET_IN, BESIDE_IN, INSET_TIMES, INSET_FACE_FRACTION = (2.3, 1.25), (1.35, 1.25), 5.0, 0.04
 """Width and height of the magnified detail below the table, and next to the flank, inches, its factor, and
@@ -233,7 +233,7 @@ def _table(
         left = (cell.box.left + cell.box.width) / (page.dpi * page.layout.width)
         height = TABLE_ROWS * ROW_HEIGHT_IN + (INSET_IN[1] if data.close else 0.0)
         y += theme.inches(page, 0.5 * (cell.box.height / page.dpi + height))
-    both = ("ratio", "all teeth") if cell.member else ()
+    both = ("ratio", "all") if cell.member else ()
     lines = [(case.unit, "shift mm", *both)]
     lines += [
         _line(case.label(sign).partition("\u00a0")[0], path, paths[1], cell.member)

@@ -68,7 +68,7 @@ def compute(design: Design, flank: str = "right") -> MethodFigure:
     """Compute the middle position of the pair with the paper's modification."""
     pair, scale = modified(design), as_large(design)
     # Tolerances of the meshes at module 6 mm: those of the query, and one for the separation in the detail.
-    coarse_mm, fine_mm = 0.02, 0.00005
+    coarse_mm, fine_mm = 0.02, 0.00001
     tolerance = coarse_mm * scale
     try:
         path = path_of_contact(pair, flank, 3)
