@@ -20,8 +20,6 @@ from PIL import Image
 from beveloid_geom import Design, Member, Pair, builtin_design
 from beveloid_viz.cli import main
 from beveloid_viz.figures import FIGURES, Figure
-from beveloid_viz.figures.paper import fig_11_contact_ratio as fig_ratio
-from beveloid_viz.figures.results import tolerance_cloud as fig_cloud
 from beveloid_viz.rendering import files, theme, typeset
 from beveloid_viz.rendering.layout import SCALE, Cells, Layout, of_size, of_width
 from beveloid_viz.rendering.opengl import require_opengl
@@ -75,9 +73,7 @@ QUICK = ("fig-02", "fig-09", "sensitivity")
 @pytest.fixture(scope="module", autouse=True)
 def _small_studies() -> Iterator[None]:
     require_opengl()
-    with short_measurements(), pytest.MonkeyPatch.context() as patch:
-        patch.setattr(fig_cloud, "CYCLE_MOUNTINGS", 10)
-        patch.setattr(fig_ratio, "CYCLE_POINTS", slice(None, None, 32))
+    with short_measurements():
         yield
 
 

@@ -106,6 +106,8 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
     # Tooth depths below which changes of f are rounding.
     f_noise_depths = 1e-12
     for count in range(max_steps):
+        if not going.size:
+            break
         # The box grows along the profile only where f is convex, that is, off the fillets.
         size = np.array((np.where(here.bend[0] > 0.0, reach, np.minimum(reach, 1.0)), reach)) * box
         lines = np.concatenate((here.rate, BOX_SIDES.repeat(going.size, axis=2)))
@@ -148,8 +150,6 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
         )
         least.limit[:, ended], least.converged[ended] = active[:, done], solved[done]
         least.outside[ended] = np.where(doubled, np.inf, np.maximum(-here.margin.min(axis=0), 0.0))[done]
-        if not stays.size:
-            break
         task, here, going, reach = task.pick(stays), here.pick(stays), going[stays], reach[stays]
         place, box, weight = (rows.take(stays, axis=1) for rows in (place, box, weight))
     limit = np.sort(np.where(least.limit >= len(Limit), -1, least.limit), axis=0)[::-1]
