@@ -335,7 +335,6 @@ def _numbers(drive: str, proposal: Proposal) -> dict[str, Any]:
     for name, both in (("contact_ratio", ratios), ("crossing_angle", angles), ("n_x", normals)):
         values |= {f"{side}_{name}": float(value) for side, value in both.items()}
     margins = [min(float(undercut_margin(m, flank)) for flank in FLANKS) for m in design.members]
-    by_member = {"tip_clearance": tip_clearances(design), "undercut_margin": margins}
-    for name, both in by_member.items():
-        values |= {f"{key}_{name}": float(value) for key, value in zip(members, both, strict=True)}
+    for name, pair in (("tip_clearance", tip_clearances(design)), ("undercut_margin", margins)):
+        values |= {f"{key}_{name}": float(value) for key, value in zip(members, pair, strict=True)}
     return values | {"reserve": float(figures.reserve[0])}

@@ -65,7 +65,7 @@ class GenerationFigure:
         x, y, z = GEAR_VIEW
         far_end_rise = x * z / (y * y + z * z) * float(self.member.face_width)
         rack_top = self.back + far_end_rise + 0.4 * self.module
-        return max(rack_top, CUTTER_AXES * self.pitch_radius + 1.6 * self.module)
+        return float(max(rack_top, CUTTER_AXES * self.pitch_radius + 1.6 * self.module))
 
 
 def compute(design: Design) -> GenerationFigure:
