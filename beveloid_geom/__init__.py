@@ -1,4 +1,4 @@
-"""Tooth contact analysis of beveloid gears with parabolic profile modification.
+"""Tooth contact analysis of beveloid gears with generated, modified or measured flanks.
 
 Functions, results and enumerations are imported when they are first used::
 

@@ -24,7 +24,10 @@ REFERENCE = ("five_equations_math", "five_equations_mp", "pitch_region")
 STARTS = ("beveloid_geom", "beveloid_geom.__main__", "viz", "viz.cli", "viz.commands")
 """Entry points: they belong to no layer, and no layer imports them."""
 OFFSCREEN = {"viz", "beveloid_viz", "pyvista", "vtk", "vtkmodules", "matplotlib"}
-EXCEPTED = {f"beveloid_geom.{name}": {"vtkmodules"} for name in ("shapes.closest_points", "export.vtk_files")}
+EXCEPTED = {
+    f"beveloid_geom.{name}": {"vtkmodules"}
+    for name in ("shapes.proximity.closest_points", "export.vtk_files")
+}
 EXCEPTED["beveloid_geom.shapes.solid"] = {"trimesh"}
 """VTK writes its own formats, and its cell locator was the best by measurement. `test_import_is_light` keeps
 the latter where it is. `Solid.to_trimesh` imports trimesh when it is called."""

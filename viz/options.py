@@ -21,8 +21,6 @@ from beveloid_geom.cli.options import (
 )
 from beveloid_geom.support.process import undoing
 
-SMALLEST_SIDE_PX, LARGEST_SIDE_PX = 200, 8000
-"""Smallest and largest side of a page, pixels."""
 DEFAULT_PROCESSES = 4
 """Largest default number of processes; each takes about 0.4 GB."""
 
@@ -39,9 +37,11 @@ def page_size(value: str) -> tuple[int, int]:
     if not match:
         raise click.BadParameter(f"{value!r} is not a size: write it as 1600x1200")
     width, height = int(match[1]), int(match[2])
-    if not all(SMALLEST_SIDE_PX <= side <= LARGEST_SIDE_PX for side in (width, height)):
+    # Smallest and largest side of a page, pixels.
+    smallest_side_px, largest_side_px = 200, 8000
+    if not all(smallest_side_px <= side <= largest_side_px for side in (width, height)):
         raise click.BadParameter(
-            f"{value!r} is out of range: sides are {SMALLEST_SIDE_PX} to {LARGEST_SIDE_PX} pixels"
+            f"{value!r} is out of range: sides are {smallest_side_px} to {largest_side_px} pixels"
         )
     return width, height
 

@@ -224,7 +224,7 @@ def _profile(member: Member, flank: str) -> tuple[FloatArray, FloatArray]:
     # The highest parameter belongs to the large end; at mid-face the tooth ends lower.
     low, high = map(float, active_range(member, flank))
     l = np.linspace(low, high, EXTENDED_POINTS)
-    point = flank_point(member, flank, l, trace_parameter(member, flank, l, 0.0))
+    point = flank_point(member, flank, l, z=0.0)
     r = np.hypot(point[:, 0], point[:, 1])
     height = float(member.profile_shift + member.tip_height) * float(member.tool.normal_module)
     inside = r <= float(reference_radius(member)) + height

@@ -48,10 +48,6 @@ AT = (0.25, 0.5, 0.75)
 POSITION_TOLERANCE_MM = 1e-6
 LEAST_GAIN = 0.02
 """Smallest relative reduction of the distance for which a Newton iteration is continued."""
-GRID_POINTS, GRID_STARTS = 41, 3
-"""Points of the starting grid in each error, and starting values taken from it."""
-OFF_CENTRE_SHARES = 0.25 * (np.arange(1, 7) / 6.0) ** 2
-"""Trial distances from the centre of the profile, as shares of the profile depth."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,12 +232,14 @@ def _found(search: _Search, wanted: FloatArray) -> tuple[FloatArray, FloatArray,
     that can be assembled, both NaN without a solution, and the status (n)."""
     shares = _newton(search, wanted, np.zeros_like(wanted))
     reached = _reached(search, shares, wanted)
+    # Points of the starting grid in each error, and starting values taken from it.
+    grid_points, grid_starts = 41, 3
     if not reached.all():
-        side = np.linspace(-1.0, 1.0, GRID_POINTS)
+        side = np.linspace(-1.0, 1.0, grid_points)
         grid = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
         places = search.places(grid)
     for k in np.flatnonzero(~reached):
-        start = grid[np.argsort(search.apart(places, wanted[k]), kind="stable")[:GRID_STARTS]]
+        start = grid[np.argsort(search.apart(places, wanted[k]), kind="stable")[:grid_starts]]
         goal = np.broadcast_to(wanted[k], start.shape)
         ends = _newton(search, goal, start)
         if len(ends := ends[_reached(search, ends, goal)]):
@@ -310,7 +308,9 @@ def _off_centre(search: _Search, wanted: FloatArray, exact: FloatArray) -> Float
         good[good] = ~np.asarray(mounted_backlash(search.under(shares[good])).jammed) if good.any() else False
         return shares, good
 
-    trials = np.concatenate((OFF_CENTRE_SHARES, -OFF_CENTRE_SHARES)) * search.unit[1]
+    # Trial distances from the centre of the profile, as shares of the profile depth.
+    off_centre_shares = 0.25 * (np.arange(1, 7) / 6.0) ** 2
+    trials = np.concatenate((off_centre_shares, -off_centre_shares)) * search.unit[1]
     shares, good = solved(trials, exact)
     if not good.any():
         return np.full(2, np.nan)

@@ -51,7 +51,7 @@ class SectionedGroup(OneLineCommand, click.Group):
 )
 @version_option("beveloid-geom")
 def main() -> None:
-    """Tooth contact analysis of beveloid gears with parabolic profile modification.
+    """Tooth contact analysis of beveloid gears with generated, modified or measured flanks.
 
     DESIGN is a design file (TOML) or the name of a built-in design; `design --list` shows the names. The
     default is ni-2017.

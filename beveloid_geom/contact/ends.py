@@ -23,7 +23,6 @@ from .path_polynomial import HEIGHT, MAX_DEGREE, ROLL, PathSeries
 
 SCAN_POSITIONS = np.linspace(-1.0, 1.0, 65)
 SCAN_VALUES = polynomials(SCAN_POSITIONS, MAX_DEGREE)
-FINE_SCAN_WIDTH = 2.0 * (SCAN_POSITIONS[1] - SCAN_POSITIONS[0])
 OUTWARD_STEPS = np.array((-1, 1))
 ROLL_POSITIONS, FINE_POSITIONS = np.linspace(0.0, 1.0, 17), np.linspace(0.0, 1.0, 65)
 HALLEY_MAX_STEPS, LAST_HALLEY_STEP = 30, 1e-6
@@ -248,9 +247,10 @@ def _rough_ends(series: PathSeries) -> tuple[FloatArray, NDArray[np.int_]]:
     if hidden.any():
         hidden &= np.abs(middle) <= np.maximum(np.abs(before), np.abs(after))
     row, place = np.nonzero(hidden)
+    fine_scan_width = 2.0 * (SCAN_POSITIONS[1] - SCAN_POSITIONS[0])
     if row.size:
         fine = evaluate(
-            series.coefficients[HEIGHT:, row], SCAN_POSITIONS[place, None] + FINE_SCAN_WIDTH * FINE_POSITIONS
+            series.coefficients[HEIGHT:, row], SCAN_POSITIONS[place, None] + fine_scan_width * FINE_POSITIONS
         ).min(axis=0)
         away = np.abs(fine).min(axis=-1) > np.abs(np.diff(fine)).max(axis=-1)
         hidden[row[away], place[away]] = False

@@ -28,8 +28,6 @@ YOUNG, POISSON = 206000.0, 0.3
 """Elastic modulus (MPa) and Poisson's ratio of steel."""
 LEAST_AXIS_RATIO = 1e-12
 """Lower limit of b / a; a longer ellipse is longer than any face width."""
-NEWTON_MAX_STEPS, LAST_LOG_STEP = 30, 1e-15
-"""Maximum Newton steps, and the step of log k below which the iteration ends."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,16 +68,18 @@ def slenderness(ratio: ArrayLike) -> FloatArray:
     from scipy.special import elliprd
 
     longest = np.log(LEAST_AXIS_RATIO)
+    # Maximum Newton steps, and the step of log k below which the iteration ends.
+    newton_max_steps, last_log_step = 30, 1e-15
     with np.errstate(invalid="ignore", divide="ignore"):
         wanted = np.maximum(np.log(ratio), 2.0 * longest)
         log_k = np.where(wanted <= 0.0, 0.5 * wanted, np.nan)
-        for _ in range(NEWTON_MAX_STEPS):
+        for _ in range(newton_max_steps):
             square = np.exp(2.0 * log_k)
             shape = elliprd(0.0, square, 1.0) / elliprd(0.0, 1.0, square)  # A / B of this k
             slope = 2.0 - (square / shape - shape) / (1.0 - square)  # 0 / 0 for a circle
             step = (wanted - np.log(shape)) / np.clip(np.nan_to_num(slope), 1.5, 2.0)
             before, log_k = log_k, np.clip(log_k + step, longest, 0.0)
-            if not np.any(np.abs(log_k - before) > LAST_LOG_STEP):
+            if not np.any(np.abs(log_k - before) > last_log_step):
                 break
     return np.exp(log_k)
 

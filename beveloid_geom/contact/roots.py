@@ -44,10 +44,6 @@ LAST_STEP_DEPTHS = 1e-6
 """Step, relative to the flank depth, below which the iteration ends: the error is about its square. The
 callers check F afterwards.
 """
-INTERPOLATION_STEPS, LAST_STEP_REDUCTION = 4, 1e-3
-"""Evaluations of F with slopes from previous points before Newton's method is used; fraction of F that may
-remain after the last step.
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,12 +185,15 @@ def _solved(pairing: FlankPair, pinion: MemberTerms, bracket: Bracket, has: Mask
     last = LAST_STEP_DEPTHS * (pairing.highest[1] - pairing.lowest[1])
     points, differences, l2 = bracket.points, bracket.differences, bracket.start
     slope, expected = differences[1], np.where(has, enough, np.inf)
-    for turn in range(INTERPOLATION_STEPS):
+    # Evaluations of F with slopes from previous points before Newton's method is used; fraction of F that may
+    # remain after the last step.
+    interpolation_steps, last_step_reduction = 4, 1e-3
+    for turn in range(interpolation_steps):
         gear = terms_of_one(pairing, l2, 1)
         met = gap_of(pairing, pinion, gear)
         gap = met.gap
         settled = np.abs(gap) <= expected
-        if turn == INTERPOLATION_STEPS - 1 or settled.all():
+        if turn == interpolation_steps - 1 or settled.all():
             break
         # Divided differences with the new point as the first, and the slope of their polynomial there.
         away, result = [l2 - x for x in points], [gap]
@@ -209,7 +208,7 @@ def _solved(pairing: FlankPair, pinion: MemberTerms, bracket: Bracket, has: Mask
         l2 = l2 - step
         # After a small step F is at rounding level, unless the slope was too steep.
         expected = np.where(
-            np.abs(step) <= last, np.maximum(LAST_STEP_REDUCTION * np.abs(gap), expected), expected
+            np.abs(step) <= last, np.maximum(last_step_reduction * np.abs(gap), expected), expected
         )
     done = settled & has & (l2 >= bracket.low) & (l2 <= bracket.high)
     if done.all():

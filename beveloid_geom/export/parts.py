@@ -18,14 +18,15 @@ from ..contact.parallel.lines import contact_lines, touches_along_lines
 from ..design.member import Member
 from ..design.model import Design
 from ..export import FIELD_FORMATS, MEMBERS
-from ..gear.flank import flank_point, tip_parameter, trace_parameter
+from ..gear.flank import flank_point, tip_parameter
 from ..operation.angular_clearance import angular_clearance
 from ..operation.contact_pattern.mating import mating_of
 from ..operation.contact_pattern.minimum_separation import minimum_separation
 from ..operation.contact_pattern.motion import first_contact_operation
 from ..pair.frames import normals_to_fixed, to_fixed
 from ..shapes.hexahedral_mesh import VolumeMesh
-from ..shapes.sampling import FlankGrid, grid_faces, sample_flank
+from ..shapes.sampling import FlankGrid, sample_flank
+from ..shapes.sheet import grid_faces
 from ..shapes.solid import NAMES, gear_solid, rotated_copies
 from ..shapes.surface_mesh import gear_mesh
 from ..shapes.tooth_boundary import require_tolerance
@@ -216,7 +217,7 @@ def contact_case(
     """
     opposite, gear = {"right": "left", "left": "right"}[pose.flank], design.members[member]
     l = tip_parameter(gear, opposite, 0.0)
-    edge = flank_point(gear, opposite, l, trace_parameter(gear, opposite, l, 0.0))
+    edge = flank_point(gear, opposite, l, z=0.0)
     turn = np.array([2.0 * np.pi / float(gear.teeth) * tooth])
     (rotation, origin), path = pose.frames[member], pose.path
     relative, contact, length = relative_curvature(path), pose.point[member], None

@@ -18,10 +18,10 @@ from ..contact.mesh_position import Frame, MeshingPair
 from ..contact.path import ContactPath, path_of_contact
 from ..design.model import Design
 from ..export import MEMBERS
-from ..gear.flank import flank_patch, trace_parameter
+from ..gear.flank import flank_patch
 from ..operation.certificate import certify
 from ..operation.contact_pattern.pattern import MemberPattern, contact_pattern
-from ..shapes.sampling import grid_faces
+from ..shapes.sheet import grid_faces
 from ..status import Status, Verdict
 from .parts import gear_surface
 from .surfaces import SurfaceMesh, in_fixed
@@ -171,7 +171,7 @@ def _pattern_items(
     least = np.nan_to_num(pattern.least, nan=np.inf)
     margin = np.sqrt(separation) - np.sqrt(np.clip(least, 0.0, 9.0 * separation))
     chart = np.stack((pattern.l, pattern.z, margin), axis=-1)
-    patch = flank_patch(member, flank, pattern.l, trace_parameter(member, flank, pattern.l, pattern.z))
+    patch = flank_patch(member, flank, pattern.l, z=pattern.z)
     faces = grid_faces(pattern.points, patch.normal)
     cut, faces, *_ = cast(Any, intersections).slice_faces_plane(
         chart.reshape(-1, 3), faces, [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]
@@ -179,7 +179,7 @@ def _pattern_items(
     if not len(faces):
         return
     l, z, _ = cut.T
-    patch = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
+    patch = flank_patch(member, flank, l, z=z)
     points = patch.point + PATTERN_HEIGHT_MODULES * float(member.tool.normal_module) * patch.normal
     surface = SurfaceMesh(points, np.asarray(faces), {"normals": patch.normal}, {})
     yield SceneItem(f"pattern on {MEMBERS[number]}", PATTERN_COLOUR, surface, MEMBERS[number])

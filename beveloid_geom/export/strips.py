@@ -25,7 +25,7 @@ from ..gear.flank import tip_radius, turned
 from ..gear.tooth_side import fillet_points
 from ..gear.undercut import require_flanks
 from ..shapes.sampling import flank_sheet
-from ..shapes.solid import bore_of
+from ..shapes.tooth_body import bore_of
 from ..shapes.tooth_boundary import fillet_end_angle
 from .seams import face_breaks, seams_of, section_breaks
 from .spline_fit import DEGREE, Break, fitted_knots, nodes_of, poles_of

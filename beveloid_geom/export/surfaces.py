@@ -20,7 +20,7 @@ from ..arrays import FloatArray
 from ..contact.mesh_position import Frame
 from ..export import MEMBERS, SURFACE_FORMATS, writer_of
 from ..pair.frames import normals_to_fixed, to_fixed
-from ..shapes.sampling import Faces
+from ..shapes.sheet import Faces
 
 Fields: TypeAlias = Mapping[str, NDArray[Any]]
 

@@ -49,12 +49,6 @@ the active profile starts at the depth of one addendum.
 """
 
 
-BELOW_JOINT_MODULES, FOLD_SAMPLES = 0.02, 25
-"""Modules below the start of the active profile, and number of samples along a parabolic profile, in the
-check for folds.
-"""
-
-
 @dataclass(frozen=True, eq=False)
 class BaseCylinder:
     """Base radius (mm) and base helix angle (rad) of one unmodified flank.
@@ -104,7 +98,9 @@ def trace_parameter(member: Member, flank: str, l: ArrayLike, z: ArrayLike) -> F
     return np.asarray((z - z0) / rack.trace[2])
 
 
-def flank_point(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> FloatArray:
+def flank_point(
+    member: Member, flank: str, l: ArrayLike, u: ArrayLike | None = None, *, z: ArrayLike | None = None
+) -> FloatArray:
     """Return points of a flank (Eq. 6).
 
     Parameters
@@ -113,6 +109,8 @@ def flank_point(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> Float
     flank : {'right', 'left'}
     l, u : array_like
         Flank parameters, mm.
+    z : array_like, optional
+        Distance from mid-face, mm, in place of `u`.
 
     Returns
     -------
@@ -121,10 +119,21 @@ def flank_point(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> Float
     """
     rack, modification = rack_of(member, flank), modification_of(member, flank)
     l = np.asarray(l, dtype=float)
-    x, y, z = _moved(rack, rack_point(rack, l), np.asarray(u, dtype=float))
+    x, y, height = _moved(rack, rack_point(rack, l), _trace_or_plane(member, flank, l, u, z))
     nx, ny, _ = rack_normal(rack, l)
     x, y, phi = rolled(rack.pitch_radius, ny / nx, (x, y))
-    return turned(phi if modification is None else phi + modification.turn(l, z), x, y, z)
+    return turned(phi if modification is None else phi + modification.turn(l, height), x, y, height)
+
+
+def _trace_or_plane(
+    member: Member, flank: str, l: ArrayLike, u: ArrayLike | None, z: ArrayLike | None
+) -> FloatArray:
+    """Return `u` (mm) if it is given, otherwise that of the points in the planes `z` (mm)."""
+    if u is not None and z is None:
+        return np.asarray(u, dtype=float)
+    if z is not None and u is None:
+        return trace_parameter(member, flank, l, z)
+    raise TypeError("give either the flank parameter u or the distance z from mid-face")
 
 
 def _moved(rack: Rack, point: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -143,7 +152,9 @@ def generated(
     return turned(phi, x, y, point[2]), turned(phi, *normal)
 
 
-def flank_patch(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> FlankPatch:
+def flank_patch(
+    member: Member, flank: str, l: ArrayLike, u: ArrayLike | None = None, *, z: ArrayLike | None = None
+) -> FlankPatch:
     """Return points, unit normals and tangents of a flank. The tangents are analytic.
 
     Parameters
@@ -152,6 +163,8 @@ def flank_patch(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> Flank
     flank : {'right', 'left'}
     l, u : array_like
         Flank parameters, mm.
+    z : array_like, optional
+        Distance from mid-face, mm, in place of `u`.
 
     Returns
     -------
@@ -159,20 +172,20 @@ def flank_patch(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> Flank
         Arrays (..., 3) in the gear frame S_j, mm.
     """
     rack, modification = rack_of(member, flank), modification_of(member, flank)
-    l, u = np.broadcast_arrays(np.asarray(l, dtype=float), np.asarray(u, dtype=float))
+    l, u = np.broadcast_arrays(np.asarray(l, dtype=float), _trace_or_plane(member, flank, l, u, z))
     section = rack_at(rack, l)
-    z = section[1][2] + u * rack.trace[2]
-    cut = _cut_at(rack, l, section, z)
+    height = section[1][2] + u * rack.trace[2]
+    cut = _cut_at(rack, l, section, height)
     # n . (second x first), which the rotation by phi does not change.
     (x_l, y_l), (x_z, y_z) = cut.by_s, cut.by_z
     regularity = rack.trace[2] * (cut.ny * x_l - cut.nx * y_l + cut.nz * (x_z * y_l - y_z * x_l))
     if modification is not None:
-        cut = rotated_cut(cut, modification.rows(l, z)[:3])
+        cut = rotated_cut(cut, modification.rows(l, height)[:3])
         (x_l, y_l), (x_z, y_z) = cut.by_s, cut.by_z
     # Along l at constant u, z changes with the tangent of the rack.
     z_l, z_u = section[2][2], rack.trace[2]
     return FlankPatch(
-        point=turned(cut.phi, cut.x, cut.y, z),
+        point=turned(cut.phi, cut.x, cut.y, height),
         normal=turned(cut.phi, cut.nx, cut.ny, cut.nz),
         tangent_l=turned(cut.phi, x_l + z_l * x_z, y_l + z_l * y_z, z_l),
         tangent_u=turned(cut.phi, z_u * x_z, z_u * y_z, z_u),
@@ -372,7 +385,10 @@ def may_fold(member: Member, rack: Rack, low: FloatArray, high: FloatArray) -> M
     ndarray of bool
         Shape of the member without its last axis.
     """
-    low = low - BELOW_JOINT_MODULES * np.asarray(member.tool.normal_module)
+    # Modules below the start of the active profile, and number of samples along a parabolic profile, in the
+    # check for folds.
+    below_joint_modules, fold_samples = 0.02, 25
+    low = low - below_joint_modules * np.asarray(member.tool.normal_module)
     z = np.multiply.outer((-0.5, 0.5), member.face_width * np.ones(1))
     if not np.any(rack.parabola):  # the regularity rises with l, so that the joint decides
         return np.asarray(~(_radial_slope(rack, low, z) > 0.0).all(axis=(0, -1)))
@@ -382,7 +398,7 @@ def may_fold(member: Member, rack: Rack, low: FloatArray, high: FloatArray) -> M
     folds = np.asarray(~(slope > bend).all(axis=(0, -1)))
     if folds.any():
         at = (slice(None), np.flatnonzero(folds.any(axis=0))) if folds.ndim else ()
-        l = low[at] + (high - low)[at] * np.linspace(0.0, 1.0, FOLD_SAMPLES)
+        l = low[at] + (high - low)[at] * np.linspace(0.0, 1.0, fold_samples)
         folds[at] = ~(_radial_slope(rack.pick(at), l, z[(slice(None), *at)]) > 0.0).all(axis=(0, -1))
     return folds
 

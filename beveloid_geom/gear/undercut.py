@@ -28,7 +28,6 @@ from .flank import (
     tip_parameter,
     tip_radius,
     tip_thickness,
-    trace_parameter,
 )
 from .tooth_side import Surface, angle_of, cut_at, surface_of
 
@@ -201,7 +200,7 @@ def _profile(member: Member, flank: str, joint: float, z: FloatArray, rows: int)
 
 
 def _regularity(member: Member, flank: str, l: FloatArray, z: FloatArray) -> FloatArray:
-    return flank_patch(member, flank, l, trace_parameter(member, flank, l, z)).regularity
+    return flank_patch(member, flank, l, z=z).regularity
 
 
 def _folded(member: Member, flank: str, joint: float, z: FloatArray) -> Mask:

@@ -28,7 +28,6 @@ from ..gear.flank import (
     flank_point,
     root_parameter,
     tip_parameter,
-    trace_parameter,
     turned,
 )
 from ..gear.rack import rack_of
@@ -116,7 +115,7 @@ def _left(
     (rad): direction of the outward normal.
     """
     l = tip_parameter(member, flank, z)
-    tip = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
+    tip = flank_patch(member, flank, l, z=z)
     vectors = tip.point, tip.normal, np.cross(tip.point, tip.normal)
     point, (nx, ny, nz), (mx, my, mz) = (np.moveaxis(vector, -1, 0) for vector in vectors)
     offset, sin_d, cos_d = layout.offset, layout.sin_angle, layout.cos_angle
@@ -132,7 +131,7 @@ def _left(
     x, z = x - offset, z + position[0]
     along, across = sin_d * y + cos_d * z, cos_d * y - sin_d * z
     root = root_parameter(mate, flank)
-    start = flank_point(mate, flank, root, trace_parameter(mate, flank, root, along - position[1]))
+    start = flank_point(mate, flank, root, z=along - position[1])
     left = np.hypot(x, across) - np.hypot(start[..., 0], start[..., 1])
     left = np.where(np.abs(share) > 1.0, -np.inf, left)
     # Beyond toe or heel of the mate there is no flank.

@@ -32,15 +32,12 @@ VARIABLES = (
 )
 """The seven free quantities of a pair, rad and modules."""
 PINION_CONE, GEAR_CONE, PINION_HELIX, GEAR_HELIX, PINION_SHIFT, GEAR_SHIFT, PRESSURE = range(7)
-DIFFERENCE_STEP = 1e-7
-"""Step of the difference quotients, rad and modules. Near a root, each Newton step then gains six digits."""
 MAX_STEP = np.array([0.12, 0.12, 0.2, 0.2, 0.6, 0.6, 0.06])
 """Largest Newton step of each of VARIABLES."""
 STEP_SCALE = np.array([0.05, 0.05, 0.2, 0.2, 0.4, 0.4, 0.05])
 """Scales of VARIABLES in the length of a step, if more quantities are free than there are equations."""
 MAX_MAGNITUDE = np.radians([70.0, 70.0, 80.0, 80.0, 600.0, 600.0, 60.0])
 """Magnitudes of VARIABLES at which a search is stopped."""
-MAX_ITERATIONS = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -200,17 +197,20 @@ def _newton(
     count = len(columns)
     good, solved = values.copy(), np.zeros(values.shape[1], bool)
     active = np.arange(values.shape[1])
-    for _ in range(MAX_ITERATIONS):
+    # Step of the difference quotients, rad and modules. Near a root, each Newton step then gains six digits.
+    difference_step = 1e-7
+    max_iterations = 16
+    for _ in range(max_iterations):
         if not active.size:
             break
         moved = np.repeat(values[:, None, active], 1 + count, axis=1)
-        moved[columns, np.arange(1, 1 + count)] += DIFFERENCE_STEP
+        moved[columns, np.arange(1, 1 + count)] += difference_step
         results = function(moved, active)
         known = np.isfinite(results).all(axis=(0, 1))
         values[:, active[~known]] = 0.5 * (values[:, active[~known]] + good[:, active[~known]])
         rows, residual = active[known], results[:, 0, known]
         good[:, rows] = values[:, rows]
-        slopes = np.moveaxis((results[:, 1:, known] - residual[:, None]) / DIFFERENCE_STEP, -1, 0)
+        slopes = np.moveaxis((results[:, 1:, known] - residual[:, None]) / difference_step, -1, 0)
         steps = _steps(slopes, residual, columns)
         values[np.array(columns)[:, None], rows] += steps
         done = np.abs(residual).max(axis=0) < residual_tolerance  # the last step is already added

@@ -43,8 +43,6 @@ FIRST_PATHS = 64
 """Number of pairs whose paths are computed first."""
 LEAST_DIFFERENCE = np.array([*np.radians([0.4, 0.4, 2.0, 2.0]), 0.25, 0.25])
 """Differences of cone angles, helix angles (rad) and shifts; two proposals have at least one of them."""
-SUBDIVISIONS, MAX_CHECKED_CHANGES = 3, 3
-"""Number of values tried between two fractions, and number of changes that are checked completely."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -242,13 +240,15 @@ def _nearest(request: Request) -> Request | None:
     # proposal.
     change_shares = (0.03, 0.1, 0.3, 1.0)
     tried = [(change, share) for share in change_shares for change in changes_of(request)]
-    for _ in range(MAX_CHECKED_CHANGES):
+    # Number of values tried between two fractions, and number of changes that are checked completely.
+    subdivisions, max_checked_changes = 3, 3
+    for _ in range(max_checked_changes):
         if (first := _first_promising(request, tried)) is None:
             break
         change, share = tried[first]
         tried = tried[first + 1 :]
         fails = max((each for each in change_shares if each < share), default=0.0)
-        nearer = [(change, float(each)) for each in np.linspace(fails, share, 2 + SUBDIVISIONS)[1:-1]]
+        nearer = [(change, float(each)) for each in np.linspace(fails, share, 2 + subdivisions)[1:-1]]
         least = _first_promising(request, nearer)
         for reached in (share,) if least is None else (nearer[least][1], share):
             for digits in (3, 5):

@@ -20,7 +20,7 @@ from ..findings.diagnostics import NOTE, UNKNOWN, WARNING, Remark, remarks_data
 from ..findings.path import batch_reason
 from ..operation.backlash_by_tangency import Tangency
 from ..status import FirstStatus, Limit, Status
-from .columns import label, labelled_lines, number, scaled
+from .columns import known_number, label, labelled_lines, scaled
 from .result import MEMBERS, ResultReport, Rows, name_in_files, picked, plain, status_name
 from .text import line, mounted_lines, remark_lines, status_words, unit_of
 
@@ -315,5 +315,7 @@ def _quantile_lines(study: ToleranceStudy) -> str:
     nominal |= running
     for name in (*SHOWN, *running):
         values = np.append(nominal[name], spread[name])
-        rows.append((OPERATION_LABELS.get(name) or label(name), [number(name, value) for value in values]))
+        rows.append(
+            (OPERATION_LABELS.get(name) or label(name), [known_number(name, value) for value in values])
+        )
     return labelled_lines(rows, label_width=28, cell_width=12)

@@ -19,14 +19,12 @@ from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
 from ..design.member import Member
-from .sampling import Sheet, SheetGrid, form_of, grid_of, stations
+from .grid_cells import form_of, stations
+from .sheet import Sheet, SheetGrid, grid_of
 from .tooth_boundary import cut_sheets, require_tolerance
 
 GROWTH = 1.4
 """Ratio of successive steps along a flank from the fillet on, and of rows of the body, see `section_of`."""
-FLANK_TO_FILLET, FACE_TO_FILLET = 2.5, 8.0
-"""Largest ratio of the size of elements along the flank and across the tooth, and along the face, to the size
-along the fillet."""
 THICKENING = 1.6
 """Largest ratio of the thicknesses of the tooth at both ends of a step next to a thin tip."""
 
@@ -108,14 +106,17 @@ def _scaled(member: Member, sheets: dict[str, Sheet], measured: Cells, tolerance
     thickness = float(np.linalg.norm(ends[0][0] - ends[1][0], axis=-1).max())
     along = float(max(np.linalg.norm(np.diff(side[1], axis=0), axis=-1).sum() for side in ends))
     face = measured.face * np.sqrt(2.0 * max(both[1] for both in deviation.values()) / tolerance)
-    flank = max(rows["flank"], 1 + _count(longest["flank"] / (FLANK_TO_FILLET * step)))
-    face = max(_count(face), _count(along / (FACE_TO_FILLET * step)))
+    # Largest ratio of the size of elements along the flank and across the tooth, and along the face, to the
+    # size along the fillet.
+    flank_to_fillet, face_to_fillet = 2.5, 8.0
+    flank = max(rows["flank"], 1 + _count(longest["flank"] / (flank_to_fillet * step)))
+    face = max(_count(face), _count(along / (face_to_fillet * step)))
     thin = _thin_tip(sheets)
     return Cells(
         bottom=max(rows["bottom"], _count(longest["bottom"] / (1.5 * step))),
         fillet=fillet,
         flank=flank + _steps_added(longest["flank"] / flank, thin.profile),
-        tip=max(rows["tip"], min_cells, _count(thickness / (FLANK_TO_FILLET * step))),
+        tip=max(rows["tip"], min_cells, _count(thickness / (flank_to_fillet * step))),
         face=face + _steps_added(2.0 * sheets["tip"].half_width / face, thin.face),
     )
 

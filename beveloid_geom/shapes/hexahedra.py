@@ -22,7 +22,8 @@ from ..design.member import Member
 from .element_sizes import GROWTH, Cells, boundary_nodes, cells_of, face_stations
 from .hexahedral_mesh import VolumeMesh, element_shapes, face_nodes, rounded_down
 from .section import SIDES, Section, section_of, section_size
-from .solid import NAMES, bore_of, joined_numbers, rotated_copies, surface_name, teeth_with
+from .solid import NAMES, joined_numbers, rotated_copies, teeth_with
+from .tooth_body import bore_of, surface_name
 from .tooth_boundary import counted, cut_sheets
 
 ELEMENTS = {"C3D20": 20, "C3D20R": 20, "C3D8I": 8, "C3D8": 8}

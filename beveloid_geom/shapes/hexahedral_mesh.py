@@ -29,8 +29,6 @@ NODES = {
     for axes, corners, edges in ((2, CORNERS[:4, :2], EDGES[:4]), (3, CORNERS, EDGES))
 }
 """Isoparametric coordinates of all nodes of a face and of an element, by the number of coordinates."""
-BLOCK = 20_000
-"""Number of elements for which arrays are computed at once."""
 
 ELEMENT_FACES = ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0))
 """Corner nodes of the faces S1 ... S6, clockwise seen from outside."""
@@ -118,8 +116,10 @@ def _jacobians(mesh: VolumeMesh, at: FloatArray) -> Iterator[FloatArray]:
     """Return, for blocks of elements, the derivatives (m, g, 3, 3) of the position (mm; columns) by the
     isoparametric coordinates (rows) at points `at` (g, 3)."""
     _, derivatives = shape_functions(mesh.hexahedra.shape[1], at)
-    for start in range(0, len(mesh.hexahedra), BLOCK):
-        x = mesh.points[mesh.hexahedra[start : start + BLOCK]]
+    # Number of elements for which arrays are computed at once.
+    block = 20_000
+    for start in range(0, len(mesh.hexahedra), block):
+        x = mesh.points[mesh.hexahedra[start : start + block]]
         yield np.asarray(np.einsum("gka,mkc->mgac", derivatives, x, optimize=True))
 
 

@@ -38,7 +38,6 @@ OUTLINE = ("left bottom", "left fillet", "left flank", "tip", "right flank", "ri
 """Curves around one tooth, counter-clockwise seen from +z."""
 SIDES = ("first side", "last side")
 """Cuts between the tooth and its neighbours, in the middle of the tooth spaces."""
-MAX_ITERATIONS = 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -363,7 +362,8 @@ def _winslow(
     shares = (spacing - spacing[0]) / (spacing[-1] - spacing[0])
     # Start from the equation of Laplace.
     values = weights[2] + weights[4]
-    for _ in range(MAX_ITERATIONS):
+    max_iterations = 100
+    for _ in range(max_iterations):
         x[ends] = x[ends[0]] * np.exp(1.0j * shares * pitch)
         before, x[nodes[4]] = x[nodes[4]], _solved(x[:, None], nodes, values)[:, 0]
         shares = np.append(np.unwrap(np.angle(x[above[:-1]] / x[ends[0]])) / pitch, 1.0)

@@ -14,8 +14,9 @@ import numpy as np
 from ..arrays import FloatArray, Indices, Mask
 from ..design.member import Member
 from ..support.array_repr import short_repr
-from .sampling import Faces
-from .solid import NAMES, rotated_copies, teeth_with, tooth_surface
+from .sheet import Faces
+from .solid import NAMES, rotated_copies, teeth_with
+from .tooth_body import tooth_surface
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,22 +22,19 @@ from ..gear.flank import half_thickness_angle, tip_parameter, tip_radius, turned
 from ..gear.tooth_side import fillet_points, surface_of, turn_rows
 from ..gear.undercut import require_flanks
 from ..support.argument import ArgumentError
-from .sampling import (
+from .grid_cells import (
     MAX_POINTS,
     Form,
-    Place,
-    Sheet,
-    SheetGrid,
     cells_for,
     columns_for,
     estimated_deviation,
-    flank_sheet,
     form_of,
-    grid_of,
     measured_deviation,
     stations,
 )
+from .sampling import flank_sheet
 from .section import OUTLINE
+from .sheet import Place, Sheet, SheetGrid, grid_of
 
 ASPECT = 20.0
 """Largest ratio of the sides of a cell. The triangles of the most oblique cells then have angles of 2 deg."""

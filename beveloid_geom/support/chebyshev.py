@@ -22,8 +22,6 @@ NOISE = 2e-14
 """Level, relative to the scale of a quantity, below which the last coefficients of a resolved curve are."""
 NEGLIGIBLE = 3e-15
 """Relative level below which trailing coefficients are not needed."""
-MAX_ITERATIONS = 60
-"""Largest number of steps of an inversion."""
 SMALLEST_STEP = 1e-15
 """Step of the parameter that ends an iteration."""
 
@@ -118,7 +116,9 @@ def inverted(
     left, right = np.broadcast_to(low, values.shape), np.broadcast_to(high, values.shape)
     rising = evaluate(both[:1], right)[0] > evaluate(both[:1], left)[0]
     x = 0.5 * (left + right)
-    for _ in range(MAX_ITERATIONS):
+    # Largest number of steps of an inversion.
+    max_iterations = 60
+    for _ in range(max_iterations):
         value, rate = evaluate(both, x)
         above = (value > values) == rising
         left, right = np.where(above, left, x), np.where(above, x, right)

@@ -29,8 +29,6 @@ from ..arrays import FloatArray, Integers, Mask
 
 MAX_ROUNDS = 12
 """Largest number of improvements of the border."""
-VERTEX_SAMPLES = (np.arange(8) + 0.5) / 8.0
-"""Positions at which a vertex is searched again, in shares of its uncertainty interval."""
 NORMAL_SAMPLES = np.array([-2.0, -0.5, -0.125, -0.03, 0.0, 0.03, 0.125, 0.5, 2.0])
 """Positions at which a vertex is searched on the normal of a chord, in lengths of the chord."""
 Function: TypeAlias = Callable[[FloatArray], FloatArray]
@@ -312,7 +310,9 @@ def _improved(
     rows = np.hstack((rows, np.zeros((6, len(split)))))
     t, low, high, below, above, doubt = rows[:, moved, None]
     first, last = np.maximum(t - doubt, low), np.minimum(t + doubt, high)
-    again = first + (last - first) * VERTEX_SAMPLES
+    # Positions at which a vertex is searched again, in shares of its uncertainty interval.
+    vertex_samples = (np.arange(8) + 0.5) / 8.0
+    again = first + (last - first) * vertex_samples
     across = np.broadcast_to(NORMAL_SAMPLES, (len(split), NORMAL_SAMPLES.size))
     rays = ((moved, again), (added, across))
     asked = [(base[k, None] + t[..., None] * direction[k, None]).reshape(-1, 2) for k, t in rays]

@@ -13,9 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-MATRIX_MULTIPLICATIONS, VECTOR_MULTIPLICATIONS = 200_000, 8_000
-"""Sizes of the blocks, of two matrices, and of a matrix and a vector."""
-
 
 def product(left: NDArray[Any], right: NDArray[Any]) -> NDArray[Any]:
     """Return `left @ right` of arrays (..., rows, inner) or (inner), and (..., inner, columns).
@@ -24,7 +21,9 @@ def product(left: NDArray[Any], right: NDArray[Any]) -> NDArray[Any]:
     if left.ndim == 1:
         return np.asarray(product(left[None], right)[..., 0, :])
     (rows, inner), columns = left.shape[-2:], right.shape[-1]
-    most = MATRIX_MULTIPLICATIONS if rows > 1 and columns > 1 else VECTOR_MULTIPLICATIONS
+    # Sizes of the blocks, of two matrices, and of a matrix and a vector.
+    matrix_multiplications, vector_multiplications = 200_000, 8_000
+    most = matrix_multiplications if rows > 1 and columns > 1 else vector_multiplications
     if rows * inner * columns <= most:
         return np.asarray(left @ right)
     lead = np.broadcast_shapes(left.shape[:-2], right.shape[:-2])

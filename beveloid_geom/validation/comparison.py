@@ -33,11 +33,11 @@ from ..arrays import FloatArray
 from ..contact.path import path_of_contact
 from ..design.file import builtin_design
 from ..design.model import Design
-from ..gear.flank import flank_patch, trace_parameter
+from ..gear.flank import flank_patch
 from ..operation.first_contact import first_contact
 from ..operation.mesh_cycle import mesh_cycle
 from ..pair.mounting import mounting_of
-from ..shapes.mesh_contact import mesh_contact
+from ..shapes.proximity.mesh_contact import mesh_contact
 from ..status import FirstStatus, Status
 from . import five_equations_math, pitch_region
 
@@ -243,8 +243,7 @@ def _turned(
         )
         if found.status != Status.SOLVED:
             raise ArithmeticError(f"the meshes give {found.status.name} at pinion roll {pinion_roll:.4f} rad")
-        u = trace_parameter(design.gear, flank, found.l[1], found.z[1])
-        patch = flank_patch(design.gear, flank, found.l[1], u)
+        patch = flank_patch(design.gear, flank, found.l[1], z=found.z[1])
         lever = float(patch.point[0] * patch.normal[1] - patch.point[1] * patch.normal[0])
         gear_roll += found.separation / lever
         if abs(found.separation) <= limit:

@@ -32,9 +32,6 @@ from .pitch_region import pitch_guess
 
 UNKNOWNS = ("l1", "u1", "l2", "u2", "gear_roll", "pinion_roll")
 FIRST_GUESS = np.array([1e-3, -2e-3, -1e-3, 2e-3, 1e-5, 0.0])
-LARGEST_MOVE, SMALLEST_SHARE = 0.3, 1e-4
-"""Largest change of the scaled unknowns in a step in which coefficients and errors are introduced, and
-smallest share of them in a step."""
 
 
 def path_of_contact_five_equations(design: Design, flank: str = "right", points: int = 101) -> ContactPath:
@@ -139,13 +136,16 @@ def _from_pitch_point(design: Design, flank: str) -> FloatArray | None:
         return None
     known = nearest_contact(system, np.array((*parameters, gear_roll, pinion_roll)) / system.scale)
     done, step = 0.0, 0.25
+    # Largest change of the scaled unknowns in a step in which coefficients and errors are introduced, and
+    # smallest share of them in a step.
+    largest_move, smallest_share = 0.3, 1e-4
     while known is not None and done < 1.0:
         ahead = min(done + step, 1.0)
         system = part(ahead)
         found = nearest_contact(system, known)
-        if found is not None and np.linalg.norm(found - known) <= LARGEST_MOVE:
+        if found is not None and np.linalg.norm(found - known) <= largest_move:
             done, known, step = ahead, found, 2.0 * step
-        elif step < SMALLEST_SHARE:
+        elif step < smallest_share:
             return None
         else:
             step *= 0.5

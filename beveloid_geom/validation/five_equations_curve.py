@@ -38,10 +38,6 @@ RESIDUAL_LIMIT = 1e-9
 rounding noise at this xtol as lack of progress."""
 FIRST_STEP, LARGEST_STEP, LEAST_STEP = 0.05, 0.1, 1e-6
 """Steps along the curve, in scaled unknowns."""
-SMALLEST_TANGENT_COSINE, LARGEST_CORRECTION = 0.98, 0.2
-"""Limits between neighbouring nodes: cosine of the angle between their tangents, and correction relative to
-the step. A step outside these limits may have changed to another branch and is halved."""
-MOST_NODES = 3000
 ROLL, L1 = 5, 0
 
 
@@ -295,7 +291,8 @@ def _trace(system: FiveEquations, start: FloatArray, tangent: FloatArray, reach:
     """Return nodes from `start` to beyond the limits by `reach`, to the end of contact outside them, or back
     to the start."""
     trace, step = _Trace([start], [tangent]), FIRST_STEP
-    for _ in range(MOST_NODES):
+    most_nodes = 3000
+    for _ in range(most_nodes):
         here, along = trace.nodes[-1], trace.tangents[-1]
         margins = system.margins(here)
         if (margins < -reach).any():
@@ -324,10 +321,13 @@ def _ahead(
     """Return the contact one step ahead and its tangent; None if the step is too long."""
     guess = here + step * along
     found = system.correct(guess, along, NODE_XTOL)
-    if found is None or np.linalg.norm(found - guess) > LARGEST_CORRECTION * step:
+    # Limits between neighbouring nodes: cosine of the angle between their tangents, and correction relative
+    # to the step. A step outside these limits may have changed to another branch and is halved.
+    smallest_tangent_cosine, largest_correction = 0.98, 0.2
+    if found is None or np.linalg.norm(found - guess) > largest_correction * step:
         return None
     tangent = system.tangent(found, along)
-    return None if tangent is None or tangent @ along < SMALLEST_TANGENT_COSINE else (found, tangent)
+    return None if tangent is None or tangent @ along < smallest_tangent_cosine else (found, tangent)
 
 
 def _lost(unknowns: FloatArray) -> str:

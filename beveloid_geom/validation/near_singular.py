@@ -21,7 +21,7 @@ from ..design.model import Design
 from ..gear.rack import rack_of
 from ..pair.mounting import mounting_of
 from ..pair.zero_backlash import closing_offset
-from ..shapes.mesh_contact import mesh_contact
+from ..shapes.proximity.mesh_contact import mesh_contact
 from ..status import Status
 from . import five_equations_math
 from .comparison import ReferencePositions, by_five_equations, path_positions

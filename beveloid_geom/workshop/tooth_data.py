@@ -35,7 +35,7 @@ from ..design.arguments import require_member
 from ..design.member import Member
 from ..design.model import Design
 from ..gear.fillet import root_radius
-from ..gear.flank import base_cylinder, flank_point, tip_radius, trace_parameter
+from ..gear.flank import base_cylinder, flank_point, tip_radius
 from ..gear.rack import reference_radius
 from ..gear.tooth_side import Surface, angle_of, cut_at, profile_at, surface_of
 from ..gear.undercut import undercut_of
@@ -43,9 +43,6 @@ from ..support.array_repr import short_repr
 
 PLACES = ("toe", "middle", "heel")
 """Planes in which dimensions are given."""
-MAX_ITERATIONS = 40
-"""Largest number of iterations for the end of a normal line. Each reduces the error by the factor
-sin(beta_y) tan(taper)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,7 +152,7 @@ def tooth_data(member: Member, change: ArrayLike = 0.0) -> ToothData:
 
 def _radius_at(member: Member, flank: str, l: FloatArray, z: FloatArray) -> FloatArray:
     """Return the radii of flank points, mm."""
-    x, y, _ = np.moveaxis(flank_point(member, flank, l, trace_parameter(member, flank, l, z)), -1, 0)
+    x, y, _ = np.moveaxis(flank_point(member, flank, l, z=z), -1, 0)
     return np.asarray(np.hypot(x, y))
 
 
@@ -209,11 +206,14 @@ def _across(
     slope = np.tan(member.helix_angle) * np.cos(member.cone_angle) / reference_radius(member)
     helix, total = np.arctan(radius * slope), np.zeros((change.size, z.size))
     middle = 0.5 * sum(theta(surface, z) for surface in surfaces)
+    # Largest number of iterations for the end of a normal line. Each reduces the error by the factor
+    # sin(beta_y) tan(taper).
+    max_iterations = 40
     for surface in surfaces:
         for row, turn in enumerate(turn_of(member, change)):
             # Iterate the distance of the end of the normal line from the middle, in the plane of the end.
             length = np.zeros(z.size)
-            for _ in range(MAX_ITERATIONS):
+            for _ in range(max_iterations):
                 off = -surface.sigma * length * np.sin(helix)
                 half = turn + surface.sigma * (theta(surface, z + off) - middle - off * slope)
                 step, length = radius * np.cos(helix) * half - length, radius * np.cos(helix) * half

@@ -177,9 +177,7 @@ def test_a_parabola_of_the_gear_changes_it_by_its_normal_deviation(flank: str) -
     a^2."""
     design, left = table1(), []
     pose, found = meshing_pair(design, flank), ease_off(design, flank, (7, 7))
-    patch = flank_patch(
-        design.pinion, flank, found.l, trace_parameter(design.pinion, flank, found.l, found.z)
-    )
+    patch = flank_patch(design.pinion, flank, found.l, z=found.z)
     roll, ratio = found.pinion_roll, -float(design.pinion.teeth) / float(design.gear.teeth)
     pinion, (turn, origin) = frames_at(design, roll, pose.roll[1] + ratio * (roll - pose.roll[0]))
     met = to_fixed(pinion, patch.point + found.deviation[..., None] * patch.normal) - origin

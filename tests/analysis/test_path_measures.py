@@ -23,7 +23,6 @@ from beveloid_geom.gear.flank import (
     half_thickness_angle,
     highest_parameter,
     root_parameter,
-    trace_parameter,
 )
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.pair.misalignment import ERROR_NAMES
@@ -137,7 +136,7 @@ def at_radius(member: Member, flank: str, r: float) -> float:
     """Return the largest flank parameter at which the profile at mid-face has a radius."""
 
     def beyond(l: float) -> float:
-        x, y, _ = flank_point(member, flank, l, trace_parameter(member, flank, l, 0.0))
+        x, y, _ = flank_point(member, flank, l, z=0.0)
         return math.hypot(x, y) - r
 
     high, low = float(highest_parameter(member, "right")), float(root_parameter(member, "right"))

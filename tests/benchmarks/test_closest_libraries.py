@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.shapes.closest_points import closest_on_mesh
-from beveloid_geom.shapes.flank_mesh import flank_mesh
-from beveloid_geom.shapes.sampling import Faces
+from beveloid_geom.shapes.proximity.closest_points import closest_on_mesh
+from beveloid_geom.shapes.proximity.flank_mesh import flank_mesh
+from beveloid_geom.shapes.sheet import Faces
 from tests.benchmarks.timing import best
 from tests.oracle.table1 import table1
 

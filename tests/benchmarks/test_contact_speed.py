@@ -186,6 +186,19 @@ def test_modified_flanks_against_unmodified(relieved: bool) -> None:
         assert times[1] / times[0] < most
 
 
+def test_mountings_with_short_reliefs_are_traced_together() -> None:
+    """Next to short reliefs, no contact is found at given s1, and paths are traced step by step."""
+    short = Modification(
+        tip_relief_um=10.0, tip_relief_length_mm=1.0, root_relief_um=10.0, root_relief_length_mm=1.0
+    )
+    design = replace(table1(), pinion=table1().pinion.modified(short), gear=table1().gear.modified(short))
+    batches = [mounted(design, drawn_errors(USUAL, 0, 0, count)) for count in (1, 100)]
+    works = [partial(path_of_contact, batch, "right", 17) for batch in batches]
+    times = np.min([[best(work, 2, process_time) for work in works] for _ in range(4)], axis=0)
+    print(f"\n100 traced mountings: {times[1] / times[0]:.1f} times one")
+    assert times[1] / times[0] < 20.0
+
+
 def test_undercut_cones_cost_what_sound_ones_cost() -> None:
     """Paths on parallel axes, relative to those of a pair with more teeth and no undercut."""
 

@@ -41,9 +41,9 @@ from beveloid_geom.operation.engagement import middle_roll
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.pair.misalignment import mounted
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.shapes.flank_mesh import flank_mesh
-from beveloid_geom.shapes.mesh_contact import mesh_contact
-from beveloid_geom.shapes.mesh_separation import mesh_separation
+from beveloid_geom.shapes.proximity.flank_mesh import flank_mesh
+from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
+from beveloid_geom.shapes.proximity.mesh_separation import mesh_separation
 from beveloid_geom.validation.five_equations_math import solve_math
 from tests.benchmarks.timing import best, timed
 from tests.operation.test_angular_clearance import foot_distance

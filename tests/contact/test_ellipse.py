@@ -79,7 +79,7 @@ def test_feet_of_offset_points(flank: str, parabola: tuple[float, float]) -> Non
 )
 def test_feet_beyond_the_limits_have_a_status(l: float, z: float, inside: bool) -> None:
     member = table1().pinion
-    patch = flank_patch(member, "right", l, trace_parameter(member, "right", l, z))
+    patch = flank_patch(member, "right", l, z=z)
     found = feet(member, "right", patch.point + 0.3 * patch.normal)
     assert found.status == (Status.SOLVED if inside else Status.OFF_FLANK)
     assert (found.margin > 0.0) == inside

@@ -384,6 +384,20 @@ def test_positions_are_evenly_spaced_in_roll_where_kinks_do_not_turn_it_back() -
     assert np.diff(path.pinion_roll) == pytest.approx(np.ptp(path.pinion_roll) / -100.0, rel=1e-9)
 
 
+def test_traced_paths_of_batches_are_those_of_their_cases() -> None:
+    """Next to short reliefs, no contact is found at given s1: such paths are traced, all cases together."""
+    short = dict.fromkeys(("tip_relief_um", "root_relief_um"), 10.0)
+    short |= dict.fromkeys(("tip_relief_length_mm", "root_relief_length_mm"), 1.0)
+    design, offset = modified(table1((0.0, 0.0)), short, short), np.linspace(-0.05, 0.05, 5)
+    both = path_of_contact(design.with_errors(Errors(offset=offset)), "right", 21)
+    assert (both.status == Status.SOLVED).all()
+    for k, error in enumerate(offset.tolist()):
+        alone = path_of_contact(design.with_errors(Errors(offset=error)), "right", 21)
+        checked(alone.design, alone)
+        np.testing.assert_allclose(both.point[k], alone.point, atol=1e-9)
+        assert both.ends.limit[k].tolist() == alone.ends.limit.tolist()
+
+
 def scattered(seed: int) -> Design:
     """Return Table 1 with lead crowning of 10 um on both members as measured points with scatter of
     0.5 um."""

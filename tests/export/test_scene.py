@@ -12,7 +12,7 @@ from beveloid_geom import Design, Member, certify, contact_pattern, path_of_cont
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.export.scene import METRES_Y_UP, PATTERN_HEIGHT_MODULES, SceneItem, pair_scene, write_glb
-from beveloid_geom.gear.flank import flank_point, trace_parameter
+from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.status import Verdict
 from tests.oracle.table1 import table1
 
@@ -73,7 +73,7 @@ def distances(member: Member, points: FloatArray) -> FloatArray:
 
     def off(place: FloatArray, point: FloatArray, /) -> FloatArray:
         l, z = place
-        return np.asarray(flank_point(member, "left", l, trace_parameter(member, "left", l, z)) - point)
+        return np.asarray(flank_point(member, "left", l, z=z) - point)
 
     found = []
     for point in points[:: max(1, len(points) // 12)]:

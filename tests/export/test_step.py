@@ -18,7 +18,7 @@ from beveloid_geom.arrays import FloatArray, flank_sign
 from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.export.step import write_step, write_step_pair
 from beveloid_geom.gear.fillet import bottom_point, tool_round
-from beveloid_geom.shapes.solid import bore_of
+from beveloid_geom.shapes.tooth_body import bore_of
 from tests.oracle.table1 import table1
 from tests.oracle.tooth_volume import Exact, exact_places, exact_volume
 

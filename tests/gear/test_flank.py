@@ -61,8 +61,8 @@ def test_profile_shift_is_the_papers_axial_shift(member: Member, flank: str) -> 
     turn = shift * tan(member.helix_angle) / (np.cos(member.cone_angle) * reference_radius(member))
     l, z = np.linspace(-6, 6, 5), np.linspace(-25, 25, 5)
     plain = replace(member, profile_shift=0.0)
-    ours = flank_point(member, flank, l, trace_parameter(member, flank, l, z))
-    theirs = flank_point(plain, flank, l, trace_parameter(plain, flank, l, z + shift))
+    ours = flank_point(member, flank, l, z=z)
+    theirs = flank_point(plain, flank, l, z=z + shift)
     turned = (ours[..., 0] + 1j * ours[..., 1]) * np.exp(1j * turn)
     np.testing.assert_allclose(turned.real, theirs[..., 0], atol=1e-12)
     np.testing.assert_allclose(turned.imag, theirs[..., 1], atol=1e-12)
@@ -75,11 +75,22 @@ def test_figure_6_sign_of_the_parabola(flank: str, coefficient: float, metal: fl
     member = PAIR.pinion
     bent = replace(member, tool=replace(member.tool, parabola=coefficient))
     for l in (-5.0, 5.0):
-        u = trace_parameter(member, flank, l, 0.0)
-        patch = flank_patch(member, flank, l, u)
-        moved = flank_point(bent, flank, l, trace_parameter(bent, flank, l, 0.0)) - patch.point
+        patch = flank_patch(member, flank, l, z=0.0)
+        moved = flank_point(bent, flank, l, z=0.0) - patch.point
         assert moved @ patch.normal == pytest.approx(metal * 1e-4 * l * l, rel=0.02)  # a l^2
     assert np.allclose(flank_point(bent, flank, 0.0, 1.0), flank_point(member, flank, 0.0, 1.0))
+
+
+def test_points_are_given_by_the_distance_from_mid_face_or_along_the_trace(flank: str) -> None:
+    member, l, z = PAIR.gear, np.linspace(-5.0, 5.0, 4), np.linspace(-20.0, 20.0, 4)
+    points = flank_point(member, flank, l, z=z)
+    assert np.abs(points[:, 2] - z).max() < 1e-13
+    u = trace_parameter(member, flank, l, z)
+    assert np.array_equal(points, flank_point(member, flank, l, u))
+    assert np.array_equal(points, flank_patch(member, flank, l, z=z).point)
+    for places in ({}, {"u": u, "z": z}):
+        with pytest.raises(TypeError, match="either the flank parameter u or the distance z"):
+            flank_point(member, flank, l, **places)
 
 
 def test_rack_section_has_the_pressure_angle_and_the_papers_space_width() -> None:
@@ -128,6 +139,6 @@ def test_the_tip_is_found_on_the_flank_or_not_at_all() -> None:
             found = np.isfinite(l)
             assert (l[found] >= root_parameter(member, "right")).all()
             assert (l[found] <= highest_parameter(member, "right") * (1.0 + 1e-12)).all()
-            point = flank_point(member, flank, l, trace_parameter(member, flank, l, z))
+            point = flank_point(member, flank, l, z=z)
             radius, tip = np.hypot(point[..., 0], point[..., 1]), tip_radius(member, z)
             np.testing.assert_allclose(radius[found], tip[found], rtol=1e-12, atol=0)

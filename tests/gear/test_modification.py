@@ -21,7 +21,6 @@ from beveloid_geom.gear.flank import (
     half_thickness_angle,
     root_parameter,
     tip_parameter,
-    trace_parameter,
 )
 from beveloid_geom.gear.tooth_side import cut_at, fillet_points, side_points, surface_of
 from beveloid_geom.shapes.sampling import flank_sheet
@@ -48,7 +47,7 @@ ALL = Modification(
 def depth(member: Member, flank: str, l: FloatArray, z: FloatArray) -> FloatArray:
     """Return the depth (mm) along the base tangent from the rotation of the flank points."""
     plain = member.modified(None)
-    points = [flank_point(one, flank, l, trace_parameter(one, flank, l, z)) for one in (plain, member)]
+    points = [flank_point(one, flank, l, z=z) for one in (plain, member)]
     (x0, y0, z0), (x1, y1, z1) = (np.moveaxis(point, -1, 0) for point in points)
     assert np.abs(np.hypot(x0, y0) - np.hypot(x1, y1)).max() < 1e-12
     assert np.abs(z0 - z1).max() < 1e-12
@@ -96,7 +95,7 @@ def test_normals_and_all_representations_agree(parabola: float, flank: str) -> N
     plain = table1((parabola, 0.0)).pinion
     member, rng = plain.modified(ALL), np.random.default_rng(2)
     l, z = rng.uniform(-5.9, 6.0, 200), rng.uniform(-25.0, 25.0, 200)
-    patch = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
+    patch = flank_patch(member, flank, l, z=z)
     surface, step = surface_of(member, flank), 1e-5
     points, normals = side_points(surface, l, z)
     assert np.abs(patch.point - points).max() < 1e-12
@@ -105,10 +104,10 @@ def test_normals_and_all_representations_agree(parabola: float, flank: str) -> N
     for a, b in ((step, 0.0), (0.0, step)):
         tangent = side_points(surface, l + a, z + b)[0] - side_points(surface, l - a, z - b)[0]
         assert np.abs((tangent * normals).sum(axis=-1)).max() < 1e-8 * step * 10.0
-    nominal = flank_patch(plain, flank, l, trace_parameter(plain, flank, l, z))
+    nominal = flank_patch(plain, flank, l, z=z)
     assert ((nominal.normal * patch.normal).sum(axis=-1) > 0.999).all()
     assert np.array_equal(nominal.regularity, patch.regularity)
-    single = flank_patch(member, flank, l[0], trace_parameter(member, flank, l[0], z[0]))
+    single = flank_patch(member, flank, l[0], z=z[0])
     assert np.abs(single.point - patch.point[0]).max() < 1e-13
     assert np.abs(single.normal - patch.normal[0]).max() < 1e-14
     away = rng.uniform(-1.0, 1.0, 200)

@@ -26,7 +26,7 @@ from beveloid_geom.arrays import FLANK_SIGN, Flank
 from beveloid_geom.design.limits import parabola_limit
 from beveloid_geom.gear.closest_point import feet
 from beveloid_geom.gear.fillet import fillet_point, tool_round
-from beveloid_geom.gear.flank import active_range, base_cylinder, flank_patch, trace_parameter
+from beveloid_geom.gear.flank import active_range, base_cylinder, flank_patch
 from beveloid_geom.gear.rack import parameter_at_height, section_point
 from beveloid_geom.gear.tooth_side import cut_at, profile_at, surface_of
 from tests.oracle.sixty_digits import off_by
@@ -129,8 +129,7 @@ def test_flank_surface_and_fillet_have_the_same_points(flank: str, apex: float) 
     low, high = (float(end) for end in active_range(member, flank))
     assert surface.joint == pytest.approx(low, abs=0.06)
     for l in (low + 0.1, 0.5 * (low + high), high - 0.1):
-        u = trace_parameter(member, flank, np.full(3, l), z)
-        patch = flank_patch(member, flank, np.full(3, l), u)
+        patch = flank_patch(member, flank, np.full(3, l), z=z)
         cut = cut_at(surface, np.full(3, l), z)
         np.testing.assert_allclose(np.hypot(*patch.point[:, :2].T) ** 2, cut.square, rtol=1e-13)
         np.testing.assert_allclose(profile_at(surface, cut.square, z), l, atol=1e-9)
@@ -140,7 +139,7 @@ def test_flank_surface_and_fillet_have_the_same_points(flank: str, apex: float) 
     rounding = tool_round(member.tool, flank)
     point, normal = fillet_point(member, flank, rounding.angle, z)
     joint = np.full(3, rounding.joint)
-    patch = flank_patch(member, flank, joint, trace_parameter(member, flank, joint, z))
+    patch = flank_patch(member, flank, joint, z=z)
     np.testing.assert_allclose(point, patch.point, atol=1e-11)
     np.testing.assert_allclose(normal, patch.normal, atol=1e-12)
 

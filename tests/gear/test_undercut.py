@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from beveloid_geom import Member, Tool
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.member import unchecked
-from beveloid_geom.gear.flank import flank_point, root_parameter, trace_parameter
+from beveloid_geom.gear.flank import flank_point, root_parameter
 from beveloid_geom.gear.rack import rack_of
 from beveloid_geom.gear.undercut import (
     pointed_part,
@@ -74,7 +74,7 @@ def test_an_involute_is_regular_from_its_base_cylinder_on(flank: str) -> None:
     on."""
     z = np.array([-10.0, 0.0, 10.0])
     l = regular_start(SPUR, flank, z)
-    points = flank_point(SPUR, flank, l, trace_parameter(SPUR, flank, l, z))
+    points = flank_point(SPUR, flank, l, z=z)
     base = 0.5 * 6.0 * 10.0 * cos(radians(20.0))
     np.testing.assert_allclose(np.hypot(points[:, 0], points[:, 1]), base, atol=1e-6)
     many = unchecked(SPUR, teeth=30)
@@ -84,7 +84,7 @@ def test_an_involute_is_regular_from_its_base_cylinder_on(flank: str) -> None:
 
 
 def on_flank(member: Member, flank: str, l: float, z: float) -> FloatArray:
-    return flank_point(member, flank, l, trace_parameter(member, flank, l, z))
+    return flank_point(member, flank, l, z=z)
 
 
 @undercut_members

@@ -38,7 +38,7 @@ def foot_distance(
     difference is perpendicular to both tangents."""
     own, other = design.members[member], design.members[1 - member]
     (l, z, start_l, start_z), pose = place, frames(design, (rolls[0], rolls[1]))
-    point = pose[member][0] @ flank_point(own, flank, l, trace_parameter(own, flank, l, z)) + pose[member][1]
+    point = pose[member][0] @ flank_point(own, flank, l, z=z) + pose[member][1]
     point = pose[1 - member][0].T @ (point - pose[1 - member][1])
 
     def residual(x: FloatArray) -> list[float]:

@@ -18,7 +18,7 @@ from beveloid_geom import (
     path_of_contact,
 )
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.gear.flank import flank_point, tip_parameter, trace_parameter
+from beveloid_geom.gear.flank import flank_point, tip_parameter
 from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.engagement import middle_roll
 from beveloid_geom.pair.frames import layout_of, member_frame
@@ -64,7 +64,7 @@ def edge_point(design: Design, flank: str, limit: Limit, along: float, roll: flo
     l, z = (float(tip_parameter(own, flank, along)), along) if limit.limit == "tip" else (along, half)
     axial = (design.errors.pinion_axial, design.errors.gear_axial)[member]
     frame = member_frame(layout_of(design), member, roll, mounting_of(design).distance[member] + axial)
-    return np.asarray(frame[0] @ flank_point(own, flank, l, trace_parameter(own, flank, l, z)) + frame[1])
+    return np.asarray(frame[0] @ flank_point(own, flank, l, z=z) + frame[1])
 
 
 EDGES = {

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.shapes.sampling import FlankGrid, Sheet, SheetGrid, grid_faces
+from beveloid_geom.shapes.sampling import FlankGrid
+from beveloid_geom.shapes.sheet import Sheet, SheetGrid, grid_faces
 
 
 def inside_triangles(

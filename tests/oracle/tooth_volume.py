@@ -13,7 +13,7 @@ from numpy.polynomial.legendre import leggauss
 from beveloid_geom import Member
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.fillet import bottom_point, fillet_point, tool_round
-from beveloid_geom.gear.flank import flank_patch, tip_parameter, tip_radius, trace_parameter
+from beveloid_geom.gear.flank import flank_patch, tip_parameter, tip_radius
 
 Exact: TypeAlias = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 """Points and normals of a surface at its parameter and z."""
@@ -25,7 +25,7 @@ def exact_places(member: Member, flank: str) -> dict[str, tuple[Exact, Callable[
     rounding = tool_round(member.tool, flank)
 
     def on_flank(l: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        patch = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
+        patch = flank_patch(member, flank, l, z=z)
         return patch.point, patch.normal
 
     def on_fillet(angle: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:

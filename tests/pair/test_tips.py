@@ -9,7 +9,7 @@ import pytest
 
 from beveloid_geom import Design, Member, Pair, Tool, certify, path_of_contact
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.gear.flank import base_cylinder, flank_point, root_parameter, tip_radius, trace_parameter
+from beveloid_geom.gear.flank import base_cylinder, flank_point, root_parameter, tip_radius
 from beveloid_geom.pair.frames import Layout, layout_at
 from beveloid_geom.pair.generator_angle import closed_normal
 from beveloid_geom.pair.tips import TIP_EDGE_POSITIONS, left_below_tips
@@ -40,7 +40,7 @@ def axes_of(design: Design, closed: ClosedLayout) -> Layout:
 def root_radius_at(member: Member, flank: str, z: float) -> float:
     """Return the radius at which the active flank starts in a plane, mm."""
     root = root_parameter(member, "right")
-    return float(np.hypot(*flank_point(member, flank, root, trace_parameter(member, flank, root, z))[:2]))
+    return float(np.hypot(*flank_point(member, flank, root, z=z)[:2]))
 
 
 @pytest.mark.parametrize("helix_deg", [0.0, 17.0])

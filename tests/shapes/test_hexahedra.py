@@ -27,7 +27,7 @@ from beveloid_geom.shapes.hexahedral_mesh import (
     rounded_down,
     shape_functions,
 )
-from beveloid_geom.shapes.sampling import grid_of
+from beveloid_geom.shapes.sheet import grid_of
 from beveloid_geom.shapes.solid import NAMES
 from beveloid_geom.shapes.tooth_boundary import cut_sheets
 from tests.members import GEAR, MEMBERS, PINION

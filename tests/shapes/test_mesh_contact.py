@@ -14,12 +14,12 @@ from beveloid_geom.contact.flank_pair import pairing_of
 from beveloid_geom.gear.closest_point import feet
 from beveloid_geom.operation.angular_clearance import angular_clearance, surface_of
 from beveloid_geom.pair.frames import layout_of, member_frame
-from beveloid_geom.shapes.closest_points import closest_on_mesh
-from beveloid_geom.shapes.flank_mesh import flank_mesh
-from beveloid_geom.shapes.mesh_contact import mesh_contact
-from beveloid_geom.shapes.mesh_convergence import convergence
-from beveloid_geom.shapes.mesh_separation import mesh_separation
-from beveloid_geom.shapes.sampling import Faces
+from beveloid_geom.shapes.proximity.closest_points import closest_on_mesh
+from beveloid_geom.shapes.proximity.flank_mesh import flank_mesh
+from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
+from beveloid_geom.shapes.proximity.mesh_convergence import convergence
+from beveloid_geom.shapes.proximity.mesh_separation import mesh_separation
+from beveloid_geom.shapes.sheet import Faces
 from tests.oracle.table1 import table1
 
 

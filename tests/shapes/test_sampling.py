@@ -18,17 +18,10 @@ from beveloid_geom.gear.flank import (
     root_parameter,
     tip_parameter,
     tip_radius,
-    trace_parameter,
 )
 from beveloid_geom.gear.undercut import undercut_margin
-from beveloid_geom.shapes.sampling import (
-    Sheet,
-    falling_diagonals,
-    flank_sheet,
-    grid_faces,
-    grid_of,
-    series_of,
-)
+from beveloid_geom.shapes.sampling import flank_sheet
+from beveloid_geom.shapes.sheet import Sheet, falling_diagonals, grid_faces, grid_of, series_of
 from tests.oracle.surface_distance import distance_bound, inside_triangles
 from tests.oracle.table1 import table1
 
@@ -100,12 +93,12 @@ def uniform_deviation(member: Member, flank: str, rows: int, columns: int, falli
         corners = [(1, 0), (1, 1), (0, 0)], [(0, 1), (0, 0), (1, 1)]
     weights = np.array([(a, b, 4 - a - b) for a in range(5) for b in range(5 - a)]) / 4.0
     worst = 0.0
-    points = flank_point(member, flank, l, trace_parameter(member, flank, l, z))
+    points = flank_point(member, flank, l, z=z)
     for triangle in corners:
         at = [(i + di, j + dj) for di, dj in triangle]
         mixed_l, mixed_z = (np.tensordot(weights, np.stack([v[c] for c in at]), 1) for v in (l, z))
         flat = np.tensordot(weights, np.stack([points[c] for c in at]), 1)
-        patch = flank_patch(member, flank, mixed_l, trace_parameter(member, flank, mixed_l, mixed_z))
+        patch = flank_patch(member, flank, mixed_l, z=mixed_z)
         worst = max(worst, float(np.abs(np.einsum("...i,...i", flat - patch.point, patch.normal)).max()))
     return worst
 
@@ -154,7 +147,7 @@ def test_edges_are_exact(member: Member, flank: str) -> None:
 @all_flanks
 def test_points_and_normals_are_those_of_the_flank(member: Member, flank: str) -> None:
     grid = sample_flank(member, flank, 0.02)
-    patch = flank_patch(member, flank, grid.l, trace_parameter(member, flank, grid.l, grid.z))
+    patch = flank_patch(member, flank, grid.l, z=grid.z)
     np.testing.assert_allclose(grid.points, patch.point, rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(grid.normals, patch.normal, rtol=0.0, atol=1e-14)
 
@@ -193,7 +186,7 @@ def test_exact_formula_serves_where_the_series_does_not(tolerance: float) -> Non
     folded = with_parabola(PINION, -0.01)
     assert flank_sheet(folded, "right").series is None
     grid = sample_flank(folded, "right", tolerance)
-    patch = flank_patch(folded, "right", grid.l, trace_parameter(folded, "right", grid.l, grid.z))
+    patch = flank_patch(folded, "right", grid.l, z=grid.z)
     np.testing.assert_allclose(grid.points, patch.point, rtol=0.0, atol=1e-12)
     assert grid.deviation <= tolerance
     np.testing.assert_array_equal(grid.points[:, 0, 2], np.full(grid.l.shape[0], grid.z[0]))

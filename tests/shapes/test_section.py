@@ -13,8 +13,8 @@ import trimesh
 
 from beveloid_geom import Member
 from beveloid_geom.arrays import FloatArray, Indices
-from beveloid_geom.shapes.sampling import grid_of
 from beveloid_geom.shapes.section import OUTLINE, Section, section_of, section_size
+from beveloid_geom.shapes.sheet import grid_of
 from beveloid_geom.shapes.tooth_boundary import cut_sheets
 from tests.members import MEMBERS, PINION, SPUR
 

@@ -12,8 +12,8 @@ from beveloid_geom import Member, gear_solid
 from beveloid_geom.gear.fillet import root_radius, tool_round
 from beveloid_geom.gear.flank import tip_radius
 from beveloid_geom.gear.rack import reference_radius
-from beveloid_geom.shapes.sampling import SheetGrid, grid_of
 from beveloid_geom.shapes.section import SIDES
+from beveloid_geom.shapes.sheet import SheetGrid, grid_of
 from beveloid_geom.shapes.surface_mesh import gear_mesh
 from beveloid_geom.shapes.tooth_boundary import (
     MIN_LAND_MODULES,

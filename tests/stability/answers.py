@@ -16,7 +16,7 @@ from beveloid_geom import ContactPath, Design, Member, Pair, Status, path_of_con
 from beveloid_geom.arrays import Flank
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.shapes.mesh_contact import mesh_contact
+from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
 from beveloid_geom.validation.five_equations import path_of_contact_five_equations
 from tests.shapes.test_mesh_contact import pose_at
 

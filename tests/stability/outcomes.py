@@ -14,7 +14,7 @@ from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.operation.engagement import middle_roll
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.path import ContactReport, contact_report
-from beveloid_geom.shapes.mesh_contact import mesh_contact
+from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
 from beveloid_geom.status import FirstStatus, Verdict
 from beveloid_geom.validation.five_equations import path_of_contact_five_equations
 

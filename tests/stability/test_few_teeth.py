@@ -33,9 +33,9 @@ from beveloid_geom.operation.operating_ratio import operating_ratio, operating_r
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.operation import operation_report
 from beveloid_geom.report.result import strict
-from beveloid_geom.shapes.mesh_contact import mesh_contact
-from beveloid_geom.shapes.sampling import grid_of
+from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
 from beveloid_geom.shapes.section import section_of, section_size
+from beveloid_geom.shapes.sheet import grid_of
 from beveloid_geom.shapes.tooth_boundary import cut_sheets, tip_angle
 from beveloid_geom.status import FirstStatus, RatioStatus
 from beveloid_geom.validation.five_equations import path_of_contact_five_equations

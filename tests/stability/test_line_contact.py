@@ -15,7 +15,7 @@ from beveloid_geom import ContactPath, Design, Status, certify, first_contact, m
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import contact_ellipse, relative_curvature
 from beveloid_geom.contact.path import path_ends
-from beveloid_geom.shapes.mesh_contact import MeshContact, mesh_contact
+from beveloid_geom.shapes.proximity.mesh_contact import MeshContact, mesh_contact
 from beveloid_geom.status import EllipseStatus, FirstStatus, Verdict
 from tests.contact.test_path import five_equation_residual
 from tests.oracle.table1 import table1

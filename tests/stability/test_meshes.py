@@ -19,10 +19,10 @@ from beveloid_geom import (
     sample_flank,
 )
 from beveloid_geom.operation.engagement import conjugate_phase, middle_roll
-from beveloid_geom.shapes.closest_points import closest_on_mesh
-from beveloid_geom.shapes.flank_mesh import FlankMesh, flank_mesh
-from beveloid_geom.shapes.mesh_contact import MeshContact, mesh_contact
-from beveloid_geom.shapes.mesh_separation import mesh_separation
+from beveloid_geom.shapes.proximity.closest_points import closest_on_mesh
+from beveloid_geom.shapes.proximity.flank_mesh import FlankMesh, flank_mesh
+from beveloid_geom.shapes.proximity.mesh_contact import MeshContact, mesh_contact
+from beveloid_geom.shapes.proximity.mesh_separation import mesh_separation
 from beveloid_geom.status import FirstStatus
 from tests.oracle.table1 import table1
 from tests.shapes.test_mesh_contact import Pose, on_triangle, pose_at

@@ -20,7 +20,7 @@ from beveloid_geom import (
 from beveloid_geom.contact.flank_pair import pairing_of
 from beveloid_geom.contact.path import path_ends
 from beveloid_geom.operation.engagement import middle_roll
-from beveloid_geom.shapes.mesh_contact import mesh_contact
+from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
 from beveloid_geom.status import FirstStatus, Limit
 from tests.contact.test_path import five_equation_residual
 from tests.oracle.table1 import table1

@@ -22,7 +22,7 @@ from beveloid_geom.gear.flank import (
 )
 from beveloid_geom.gear.rack import rack_normal, rack_of, section_point
 from beveloid_geom.gear.undercut import undercut_of
-from beveloid_geom.shapes.mesh_contact import mesh_contact
+from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
 from beveloid_geom.validation.five_equations import path_of_contact_five_equations
 from tests.oracle.table1 import table1
 

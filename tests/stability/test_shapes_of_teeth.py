@@ -25,7 +25,7 @@ from beveloid_geom.gear.active_flank import active_start
 from beveloid_geom.gear.flank import tip_radius, tip_thickness
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.gear.undercut import pointed_part, undercut_margin, undercut_of
-from beveloid_geom.shapes.mesh_contact import mesh_contact
+from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
 from beveloid_geom.status import FirstStatus, Limit, Verdict
 from beveloid_geom.validation.five_equations import path_of_contact_five_equations
 from tests.oracle.table1 import table1

@@ -32,8 +32,8 @@ from beveloid_geom.operation.angular_clearance import angular_clearance
 from beveloid_geom.operation.contact_pattern.pattern import MemberPattern
 from beveloid_geom.operation.cycle.segment_fit import END_TOLERANCE_PITCHES
 from beveloid_geom.operation.engagement import middle_roll
-from beveloid_geom.shapes.mesh_contact import mesh_contact
-from beveloid_geom.shapes.mesh_separation import mesh_separation
+from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
+from beveloid_geom.shapes.proximity.mesh_separation import mesh_separation
 from beveloid_geom.status import FirstStatus, PatternStatus
 from tests.operation.test_angular_clearance import PARABOLAS
 from tests.operation.test_first_contact import EDGES

@@ -11,7 +11,7 @@ import pytest
 
 import beveloid_geom as bg
 from beveloid_geom.contact.path import path_ends
-from beveloid_geom.shapes.mesh_separation import mesh_separation
+from beveloid_geom.shapes.proximity.mesh_separation import mesh_separation
 from beveloid_geom.support.array_repr import short_repr
 from tests.oracle.table1 import table1
 

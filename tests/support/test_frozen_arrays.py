@@ -16,7 +16,7 @@ import pytest
 
 from beveloid_geom import Design, Errors, certify, mesh_cycle, mounted_backlash, path_of_contact
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.shapes.flank_mesh import flank_mesh
+from beveloid_geom.shapes.proximity.flank_mesh import flank_mesh
 from tests.oracle.table1 import table1
 
 TABLE = table1()

@@ -26,7 +26,6 @@ from beveloid_geom.gear.flank import (
     tip_parameter,
     tip_radius,
     tip_thickness,
-    trace_parameter,
 )
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.pair.zero_backlash import closed_layout
@@ -94,7 +93,7 @@ def on_flank(member: Member, value: str, wanted: float) -> tuple[FloatArray, Flo
     to the middle of the tooth, is `wanted`."""
 
     def patch(l: float) -> tuple[FloatArray, FloatArray]:
-        found = flank_patch(member, "right", l, trace_parameter(member, "right", l, 0.0))
+        found = flank_patch(member, "right", l, z=0.0)
         return found.point, found.normal
 
     def missing(l: float) -> float:

@@ -19,7 +19,8 @@ from beveloid_viz.figures.methods import (
     speed_accuracy as fig_speed,
     stability as fig_stability,
 )
-from beveloid_viz.figures.results import parabola_map as fig_map
+from beveloid_viz.figures.paper import fig_11_contact_ratio as fig_ratio
+from beveloid_viz.figures.results import parabola_map as fig_map, tolerance_cloud as fig_cloud
 from beveloid_viz.rendering import theme
 from beveloid_viz.rendering.layout import Layout, of_size
 from beveloid_viz.rendering.scene import Size
@@ -57,6 +58,8 @@ def short_measurements() -> Iterator[None]:
         patch.setattr(fig_speed, "RUNS", 1)
         patch.setattr(fig_mesh, "TOLERANCES", np.logspace(-1.0, -2.0, 5))
         patch.setattr(fig_map, "STEPS", 6)
+        patch.setattr(fig_cloud, "CYCLE_MOUNTINGS", 8)
+        patch.setattr(fig_ratio, "CYCLE_POINTS", slice(None, None, 40))
         patch.setattr(fig_stability, "ABOVE_DEG", 10.0 ** np.arange(-8.0, -0.9, 2.0))
         patch.setattr(fig_stability, "COMPARED", 2)
         yield

@@ -13,14 +13,13 @@ import matplotlib
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from PIL import Image
 
 from beveloid_geom import Design, Member, Pair, builtin_design
 from beveloid_viz.cli import main
 from beveloid_viz.figures import FIGURES, Figure
-from beveloid_viz.figures.paper import fig_11_contact_ratio as fig_ratio
-from beveloid_viz.figures.results import tolerance_cloud as fig_cloud
 from beveloid_viz.rendering import files, theme, typeset
 from beveloid_viz.rendering.layout import SCALE, Cells, Layout, of_size, of_width
 from beveloid_viz.rendering.opengl import require_opengl
@@ -74,9 +73,7 @@ QUICK = ("fig-02", "fig-09", "sensitivity")
 @pytest.fixture(scope="module", autouse=True)
 def _small_studies() -> Iterator[None]:
     require_opengl()
-    with short_measurements(), pytest.MonkeyPatch.context() as patch:
-        patch.setattr(fig_cloud, "CYCLE_MOUNTINGS", 10)
-        patch.setattr(fig_ratio, "CYCLE_POINTS", slice(None, None, 32))
+    with short_measurements():
         yield
 
 
@@ -168,6 +165,14 @@ def test_indices_have_six_points() -> None:
     ]
     assert sizes
     assert min(sizes) * 0.7 > 6.0  # 0.7 is Matplotlib's for indices
+
+
+def test_long_entries_of_a_legend_are_broken() -> None:
+    page, _, _ = theme.new_page(in_print(90.0), "title", "", "")
+    page.add_axes((0.1, 0.3, 0.8, 0.4))
+    theme.legend(page, [Line2D([], [], label=12 * "entry " + "end")], 4)
+    typeset.finish_page(page)
+    assert faults(page) == []
 
 
 def test_words_beside_places_are_moved_apart() -> None:

@@ -13,7 +13,7 @@ from matplotlib.text import Annotation
 
 from beveloid_geom import builtin_design
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.gear.flank import flank_patch, tip_parameter, trace_parameter
+from beveloid_geom.gear.flank import flank_patch, tip_parameter
 from beveloid_viz.components import viewpoint
 from beveloid_viz.rendering.opengl import require_opengl
 
@@ -27,7 +27,7 @@ def at_mid_face(number: int, flank: str) -> tuple[FloatArray, FloatArray, FloatA
     member, z = builtin_design().members[number], np.zeros(1)
     tip = float(tip_parameter(member, flank, z)[0])
     l = np.array([[0.0], [tip]])
-    patch = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
+    patch = flank_patch(member, flank, l, z=z)
     return patch.point[0, 0], patch.point[1, 0], patch.normal[0, 0]
 
 

@@ -18,7 +18,6 @@ from beveloid_geom.gear.flank import (
     flank_patch,
     highest_parameter,
     root_parameter,
-    trace_parameter,
 )
 from beveloid_geom.gear.undercut import undercut_of
 from beveloid_geom.status import BallStatus
@@ -74,7 +73,7 @@ def nearest(member: Member, flank: str, turn: float, point: FloatArray) -> float
 
     def square(at: FloatArray) -> FloatArray:
         l, z = at[..., 0], at[..., 1]
-        found = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
+        found = flank_patch(member, flank, l, z=z)
         away = ((found.point - target) ** 2).sum(axis=-1)
         return np.asarray(np.where(found.regularity > 0.0, away, np.inf))  # no sheet that undercut removes
 
@@ -116,7 +115,7 @@ def test_balls_on_steep_cones_agree_with_balls_on_one_flank(seed: int) -> None:
     pitch, z = 2.0 * pi / int(member.teeth), float(draw.uniform(-0.3, 0.1) * width)
     cut = undercut_of(member, "right")
     l = float(np.interp(z, cut.z, cut.start)) + draw.uniform(0.1, 0.4) * MODULE
-    patch = flank_patch(member, "right", l, trace_parameter(member, "right", l, z))
+    patch = flank_patch(member, "right", l, z=z)
 
     def gap(size: float) -> float:
         return nearest(member, "left", pitch, patch.point + size * patch.normal) - size

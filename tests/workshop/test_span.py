@@ -11,7 +11,7 @@ from scipy.optimize import root
 
 from beveloid_geom import Member, Tool
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.gear.flank import flank_patch, trace_parameter
+from beveloid_geom.gear.flank import flank_patch
 from beveloid_geom.status import SpanStatus
 from beveloid_geom.workshop.span import span_over
 from tests.members import MEMBERS
@@ -39,13 +39,13 @@ def test_distance_of_parallel_planes_on_both_flanks(
     """Search the plane on a left flank that is parallel to the plane on the right flank at l = `place`."""
     member = made(teeth, helix_deg, shift)
     found = span_over(member)
-    right = flank_patch(member, "right", place, trace_parameter(member, "right", place, 1.0))
+    right = flank_patch(member, "right", place, z=1.0)
     turn = 2.0 * pi / teeth * (1 - found.teeth)  # the left flank of the last tooth of the span
     cosine, sine = np.cos(turn), np.sin(turn)
     turned = np.array(((cosine, -sine, 0.0), (sine, cosine, 0.0), (0.0, 0.0, 1.0)))
 
     def left(at: FloatArray) -> tuple[FloatArray, FloatArray]:
-        patch = flank_patch(member, "left", at[0], trace_parameter(member, "left", at[0], at[1]))
+        patch = flank_patch(member, "left", at[0], z=at[1])
         return turned @ patch.point, turned @ patch.normal
 
     def missing(at: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ import pytest
 
 from beveloid_geom import Member, Tool, builtin_design
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.gear.flank import flank_point, tip_parameter, trace_parameter
+from beveloid_geom.gear.flank import flank_point, tip_parameter
 from beveloid_geom.operation.backlash import lever_of, mounted_backlash
 from beveloid_geom.operation.first_contact import first_contact
 from beveloid_geom.workshop.tooth_data import backlash_change, tooth_data
@@ -91,7 +91,7 @@ def trace_on(member: Member, flank: str, radius: float, z: float) -> tuple[Float
     low, high = np.full(beside.shape, -9.0), np.full(beside.shape, 9.0)
     for _ in range(60):
         l = 0.5 * (low + high)
-        point = flank_point(member, flank, l, trace_parameter(member, flank, l, beside))
+        point = flank_point(member, flank, l, z=beside)
         above = np.hypot(point[:, 0], point[:, 1]) > radius
         low, high = np.where(above, low, l), np.where(above, l, high)
     return beside, np.arctan2(point[:, 1], point[:, 0])

@@ -25,8 +25,6 @@ UNNAMED = "unnamed"
 CENTRE_LINE: dict[str, Any] = {"linewidth": 1.3, "dashes": (12, 3, 2, 3)}
 GAP, SLASH = 2.0, (2.5, 6.0)
 """Points: half the gap of a break, and extent of its strokes along and across the line."""
-LINE_GAP = 3.0
-"""Distance of the label of a line or an arrow from it, points."""
 
 
 def text(axes: Axes, pixel: ArrayLike, words: str, offset: Offset = (0.0, 0.0), **style: Any) -> None:
@@ -64,7 +62,9 @@ def beside(axes: Axes, start: ArrayLike, end: ArrayLike, side: ArrayLike, words:
     probe = theme.label_point(axes, start, words, (0.0, 0.0), **style)
     half = 36.0 * np.array(probe.get_window_extent().size) / axes.figure.dpi
     probe.remove()
-    right, down = (normal * (np.abs(normal) @ half + LINE_GAP)).tolist()
+    # Distance of the label of a line or an arrow from it, points.
+    line_gap = 3.0
+    right, down = (normal * (np.abs(normal) @ half + line_gap)).tolist()
     return right, -down
 
 

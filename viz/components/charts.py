@@ -29,9 +29,6 @@ SMALLEST = 1e-6
 """Transmission errors below this, arcsec, are counted as zero."""
 LEAST_EASE_OFF = 1e-6
 """Ease-offs below this, um, are counted as zero."""
-LOWEST, HIGHEST = -5.0, 1.0
-"""Limits of specific sliding in a chart. It is infinite at the base circle, and above 1 beyond the base
-circle, on undercut flanks."""
 MIDDLE = 1
 """Index of the mid-point of a path in a `Sensitivity`."""
 COLOURS = {"right": theme.BLUE, "left": theme.RED}
@@ -152,7 +149,10 @@ def specific_sliding(axes: Axes, report: SlidingReport, dashes: str = "-", named
     """Draw the specific sliding of both members over the pinion roll, deg; `named` adds them to the
     legend."""
     roll, specific = np.degrees(report.path.pinion_roll), report.sliding.specific
-    shown = np.where((specific < LOWEST) | (specific > HIGHEST), np.nan, specific)
+    # Limits of specific sliding in a chart. It is infinite at the base circle, and above 1 beyond the base
+    # circle, on undercut flanks.
+    lowest, highest = -5.0, 1.0
+    shown = np.where((specific < lowest) | (specific > highest), np.nan, specific)
     for values, member, colour in zip(shown.T, MEMBERS, COLOURS.values(), strict=True):
         look: dict[str, Any] = {"color": colour, "linewidth": WIDTHS[member]}
         axes.plot(roll, values, dashes, label=member if named else None, **look)

@@ -18,7 +18,7 @@ from beveloid_geom import ContactPath, Member, Status
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.parallel.lines import ContactLines
 from beveloid_geom.gear.active_flank import active_start
-from beveloid_geom.gear.flank import flank_point, tip_parameter, trace_parameter
+from beveloid_geom.gear.flank import flank_point, tip_parameter
 from beveloid_geom.operation.contact_pattern.pattern import MemberPattern
 from beveloid_geom.report.operation import OperationReport
 from beveloid_geom.status import FirstStatus
@@ -55,9 +55,7 @@ class FlatFlank:
 
     def at(self, l: FloatArray, z: FloatArray) -> FloatArray:
         """Return the coordinates (..., 2) of flank parameters l in the planes z, mm."""
-        return self.place(
-            flank_point(self.member, self.flank, l, trace_parameter(self.member, self.flank, l, z))
-        )
+        return self.place(flank_point(self.member, self.flank, l, z=z))
 
     @property
     def span(self) -> FloatArray:

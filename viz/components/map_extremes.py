@@ -13,9 +13,6 @@ from beveloid_geom.arrays import FloatArray
 
 from . import paths_table
 
-GRIDS, SHRINKAGE = 14, 0.4
-"""Number of grids in the search of the largest contact ratio, and ratio of their sizes."""
-
 
 @dataclass(frozen=True, eq=False)
 class Extreme:
@@ -47,11 +44,13 @@ def most_ratio(design: Design, flank: str, largest: float) -> Extreme:
     if not values.any():
         return Extreme()
     best, greatest, reach = points[:, values.argmax()], values.max(), np.array([0.005, 0.2])
-    for _ in range(GRIDS):
+    # Number of grids in the search of the largest contact ratio, and ratio of their sizes.
+    grids, shrinkage = 14, 0.4
+    for _ in range(grids):
         points, values = grid(np.maximum(best - reach, lowest), np.minimum(best + reach, highest), (15, 15))
         if values.max() > greatest:  # on parallel axes, only one point has lines of contact
             best, greatest = points[:, values.argmax()], values.max()
-        reach *= SHRINKAGE
+        reach *= shrinkage
     pinion, gear = coefficients(best)
     return Extreme(float(pinion), float(gear), float(greatest))
 

@@ -17,15 +17,15 @@ from beveloid_geom.arrays import FloatArray, Mask
 from ..rendering import theme
 
 HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.5, foreground="white")]
-MARK_PT = 9.0
-"""Size of a mark with its edge, points."""
 LEVEL = "level"
 """Identifier (gid) of the labels of contour lines."""
 
 
 def thin_out(axes: Axes, marks: Sequence[tuple[float, float]] = ()) -> None:
     """Remove labels of contour lines that overlap other text, or marks at places in data coordinates."""
-    half = 0.5 * MARK_PT * axes.figure.dpi / 72.0
+    # Size of a mark with its edge, points.
+    mark_pt = 9.0
+    half = 0.5 * mark_pt * axes.figure.dpi / 72.0
     taken = [text.get_window_extent() for text in axes.texts if text.get_gid() != LEVEL and text.get_text()]
     taken += [Bbox([at - half, at + half]) for at in axes.transData.transform(marks)] if marks else []
     for label in [text for text in axes.texts if text.get_gid() == LEVEL]:

@@ -19,7 +19,7 @@ from matplotlib.lines import Line2D
 
 from beveloid_geom import Design, sample_flank
 from beveloid_geom.arrays import FloatArray, Mask
-from beveloid_geom.shapes.sampling import grid_faces
+from beveloid_geom.shapes.sheet import grid_faces
 
 from ..rendering import theme
 from ..rendering.polylines import dashed, spaced

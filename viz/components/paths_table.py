@@ -14,7 +14,7 @@ from beveloid_geom.analysis.path_measures import in_side_view
 from beveloid_geom.arrays import FloatArray, Mask
 from beveloid_geom.contact.parallel.lines import contact_lines, touches_along_lines
 from beveloid_geom.design.ends import limit_words
-from beveloid_geom.gear.flank import flank_point, trace_parameter
+from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.pair.frames import layout_of
 from beveloid_geom.report.result import status_name
 from beveloid_geom.status import Verdict
@@ -124,7 +124,7 @@ class SolvedPath:
         )
         edges = [set(name.split(" on ")) - {""} for name in touching.edges]
         (l, z), pair = touching.places(member), touching.first.pair
-        points = flank_point(gear, flank, l, trace_parameter(gear, flank, l, z))
+        points = flank_point(gear, flank, l, z=z)
         goes_on = [bool(a & b) for a, b in pairwise(edges)] & (pair[1:] == pair[:-1])
         cuts = np.flatnonzero(~goes_on) + 1
         lines = [line[np.isfinite(line).all(axis=-1)] for line in np.split(points, cuts)]
@@ -142,7 +142,7 @@ class SolvedPath:
         lines = contact_lines(path_of_contact(design, flank, LINES + 2))
         l, z = ((lines.l1, lines.pinion_z), (lines.l2, lines.gear_z))[member]
         part = design.members[member]
-        return flank_point(part, flank, l, trace_parameter(part, flank, l, z))[1:-1]
+        return flank_point(part, flank, l, z=z)[1:-1]
 
     @property
     def ratio(self) -> float:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from beveloid_geom.shapes.hexahedral_mesh import VolumeMesh
-from beveloid_geom.shapes.sampling import FlankGrid, grid_faces
+from beveloid_geom.shapes.sampling import FlankGrid
+from beveloid_geom.shapes.sheet import grid_faces
 from beveloid_geom.shapes.solid import Solid
 from beveloid_geom.shapes.surface_mesh import Mesh
 

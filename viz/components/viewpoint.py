@@ -14,7 +14,7 @@ from beveloid_geom import Design, Member
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.ends import end_names
 from beveloid_geom.gear.active_flank import active_start
-from beveloid_geom.gear.flank import flank_patch, tip_parameter, trace_parameter
+from beveloid_geom.gear.flank import flank_patch, tip_parameter
 
 from ..rendering import theme
 from ..rendering.theme import Page
@@ -105,7 +105,7 @@ def flank_view(member: Member, flank: str, stretch: float = 1.0, outside: bool =
     share = np.linspace(0.0, 1.0, 9)[:, None]
     root = active_start(member, flank, z)
     l = root + share * (tip - root)
-    patch = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
+    patch = flank_patch(member, flank, l, z=z)
     normal = patch.normal[4, 1]
     up = np.array([0.0, 0.0, 1.0]) - normal[2] * normal
     up /= np.linalg.norm(up)

@@ -11,6 +11,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping
+from functools import cache
 
 VARIABLE = "VTK_DEFAULT_OPENGL_WINDOW"
 OSMESA = "vtkOSOpenGLRenderWindow"
@@ -65,8 +66,9 @@ def window_classes(environment: Mapping[str, str], platform: str = sys.platform)
         yield from (name for name, libraries in LIBRARIES.items() if _loads(libraries))
 
 
+@cache
 def draws(window_class: str) -> bool:
-    """Return True if a child process can draw a picture with this window class."""
+    """Return True if a child process can draw a picture with this window class; tried once per process."""
     probe_seconds = 60.0
     environment = dict(os.environ)
     if window_class:

@@ -26,9 +26,6 @@ ROUND_SIDES, SMOOTH_ANGLE_DEG = 16, 60.0
 """Sides of balls and arrow heads, and largest angle between faces that are shaded as one smooth surface."""
 JOINED = 1e-6
 """Largest distance, mm, of points that are joined."""
-OCCLUSION_RADIUS, OCCLUSION_BIAS = 0.09, 0.01
-"""Reach of ambient occlusion, and depth below which it is ignored, as fractions of half the picture height.
-The depths of VTK have about 11 bits, so that a smaller bias or a more distant camera gives stripes."""
 # Lights: direction in the frame of the camera (right, up, towards the viewer) and intensity.
 PLAIN: dict[str, Any] = {"ambient": 0.55, "diffuse": 0.55, "specular": 0.1, "specular_power": 10.0}
 
@@ -156,13 +153,17 @@ def render(scene: Scene, size_px: Size) -> Picture:
     import pyvista as pv  # takes half a second to import
 
     plotter: Any = pv.Plotter(off_screen=True, window_size=list(size_px), lighting="none")
+    # Reach of ambient occlusion, and depth below which it is ignored, as fractions of half the picture
+    # height. The depths of VTK have about 11 bits, so that a smaller bias or a more distant camera gives
+    # stripes.
+    occlusion_radius, occlusion_bias = 0.09, 0.01
     try:
         plotter.set_background("white")
         triangles = add_items(plotter, scene.items)
         aim(plotter, scene.camera)
         plotter.enable_anti_aliasing("ssaa")
         if scene.camera.perspective:
-            reach, bias = (k * scene.camera.half_height for k in (OCCLUSION_RADIUS, OCCLUSION_BIAS))
+            reach, bias = (k * scene.camera.half_height for k in (occlusion_radius, occlusion_bias))
             plotter.enable_ssao(radius=reach, bias=bias, kernel_size=32)
         plotter.render()
         image = np.array(plotter.screenshot(return_img=True)[..., :3])

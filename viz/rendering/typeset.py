@@ -47,7 +47,7 @@ def finish_page(page: Page) -> Page:
         page.draw_without_rendering()  # creates the tick labels
         for axes in page.axes:
             _break_titles(axes)
-            _fit_legend(axes)
+            _fit_legend(axes.get_legend(), axes.get_window_extent().width)
             for axis in (axes.xaxis, axes.yaxis):
                 _thin_out(axis)
         _surround(page)
@@ -102,9 +102,8 @@ def _break_titles(axes: Axes) -> None:
         label.set_rotation(rotation)
 
 
-def _fit_legend(axes: Axes) -> None:
-    """Break the entries of a legend that is wider than its axes."""
-    legend, width = axes.get_legend(), axes.get_window_extent().width
+def _fit_legend(legend: Legend | None, width: float) -> None:
+    """Break the entries of a legend with one column that is wider than a width, pixels."""
     over = legend.get_window_extent().width - width if legend else 0.0
     if legend and over > 0.0:
         longest = max(text.get_window_extent().width for text in legend.get_texts())
@@ -242,6 +241,7 @@ def _legend(page: Page, entries: theme.Entries, width: float) -> Legend:
         for text in legend.findobj(Text):
             _set_type(text)
         if columns == 1 or legend.get_window_extent().width <= width:
+            _fit_legend(legend, width)
             return legend
         legend.remove()
         columns -= 1

@@ -46,8 +46,6 @@ POSITIONS, CYCLE_POSITIONS, HARMONICS, FILM = 101, 121, 10, MARKING_SEPARATION
 """Defaults of `beveloid-geom tca` and `operation`; thickness of the marking film, mm."""
 EASE_OFF_GRID, DRAWN_GRID = (9, 13), (21, 31)
 """Points along profile and face for the numbers of the ease-off and for its contour lines."""
-CLOUD, CLOUD_POINTS = 240, 9
-"""Number of mountings whose paths are drawn, and positions per path."""
 OVER = ("offset", "shaft_angle")
 """Errors of the matrix of patterns: of its rows and of its columns."""
 USUAL_FORCE = 1000.0
@@ -397,5 +395,7 @@ def failed_mountings(studies: list[ToleranceStudy | None]) -> dict[str, int]:
 
 def _cloud(design: Design, study: ToleranceStudy) -> ContactPath:
     """Return the paths of the first mountings of a study."""
-    errors, names = study.mountings.errors[:CLOUD], study.tolerances.names
-    return path_of_contact(mounted(design, errors, names), study.flank, CLOUD_POINTS)
+    # Number of mountings whose paths are drawn, and positions per path.
+    cloud, cloud_points = 240, 9
+    errors, names = study.mountings.errors[:cloud], study.tolerances.names
+    return path_of_contact(mounted(design, errors, names), study.flank, cloud_points)

@@ -18,8 +18,9 @@ from beveloid_geom.contact.mesh_position import Frame, frames_at
 from beveloid_geom.gear.flank import tip_radius
 from beveloid_geom.operation.engagement import conjugate_phase
 from beveloid_geom.pair.frames import to_fixed
-from beveloid_geom.shapes.sampling import grid_of
-from beveloid_geom.shapes.solid import bore_of, rotated_copies
+from beveloid_geom.shapes.sheet import grid_of
+from beveloid_geom.shapes.solid import rotated_copies
+from beveloid_geom.shapes.tooth_body import bore_of
 from beveloid_geom.shapes.tooth_boundary import cut_sheets
 
 BACK, UP = np.array([0.2, -0.55, -0.8]), np.array([0.0, -1.0, 0.0])

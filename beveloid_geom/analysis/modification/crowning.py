@@ -34,10 +34,6 @@ from .amounts import modified
 ARCSEC = np.degrees(3600.0)
 PATTERN_POINTS = 80
 """Number of grid points of a pattern along the face."""
-RESIDUAL = 1e-3
-"""Largest relative difference of length and transmission error from their given values."""
-MAX_EVALUATIONS = 25
-"""Largest number of mesh cycles and patterns; 8 to 11 are usual."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,16 +123,20 @@ def crowning_for(
         missed = np.array((error / transmission_error - 1.0, (length / max(found, 1e-3)) ** 2 - 1.0))
         return missed[::-1] + np.minimum(x, 0.0)  # crownings below 0 are continued linearly
 
+    # Largest number of mesh cycles and patterns; 8 to 11 are usual.
+    max_evaluations = 25
     try:
         # Powell's hybrid method: one Jacobian by differences of 1 %, then updates by Broyden's formula.
-        limits: Any = {"eps": 1e-4, "maxfev": MAX_EVALUATIONS}
+        limits: Any = {"eps": 1e-4, "maxfev": max_evaluations}
         x = np.maximum(root(residuals, np.ones(2), tol=1e-3, options=limits).x, 0.0)
         error, found, edges = trial.reached(x)
     except UnknownOperationError as unknown:
         raise ValueError(f"the contact is not known for some crownings: {unknown}") from None
     except DesignError as beyond:
         raise ValueError(f"no crownings within their limits give both values: {beyond}") from None
-    if max(abs(error / transmission_error - 1.0), abs(found / length - 1.0)) > RESIDUAL:
+    # Largest relative difference of length and transmission error from their given values.
+    residual = 1e-3
+    if max(abs(error / transmission_error - 1.0), abs(found / length - 1.0)) > residual:
         helix, profile = start * x
         wanted, nearest = (f"{ARCSEC * value:.4g} arcsec" for value in (transmission_error, error))
         crownings = f"{helix:.3g} um of helix and {profile:.3g} um of profile crowning"

@@ -42,8 +42,6 @@ of rounds; half the window of the next round, in distances of the lines.
 """
 NEGLIGIBLE_RATE = 1e-14
 """Relative rate that is dominated by rounding and treated as zero."""
-SCAN_SAMPLES, BISECTIONS = 65, 60
-"""Number of samples between which a single root lies, and of bisection steps."""
 SERIES_BASES = tuple(basis_of(degree) for degree in (20, 40, 100, 200))
 LINE, POINT, NONE = 0, 1, 2
 """Types of contact."""
@@ -175,7 +173,9 @@ def single_contact(pairing: FlankPair) -> tuple[FloatArray, NDArray[np.bool_]]:
         l = on_racks(pairing, s)
         return np.asarray(meet_on_parallel(pairing, l, at_mid_face(pairing, l)).gap)
 
-    s = reach * np.linspace(-1.0, 1.0, SCAN_SAMPLES)
+    # Number of samples between which a single root lies, and of bisection steps.
+    scan_samples, bisections = 65, 60
+    s = reach * np.linspace(-1.0, 1.0, scan_samples)
     values = gap(s)
     conjugate = np.asarray((np.abs(values) <= 8.0 * gap_tolerance(pairing)).all(axis=-1))
     change = np.signbit(values[:, :-1]) != np.signbit(values[:, 1:])
@@ -190,7 +190,7 @@ def single_contact(pairing: FlankPair) -> tuple[FloatArray, NDArray[np.bool_]]:
     low, high, below = (
         x[:, None] for x in (s[case, place], s[case, place + 1], np.signbit(values[case, place]))
     )
-    for _ in range(BISECTIONS):
+    for _ in range(bisections):
         middle = 0.5 * (low + high)
         same = np.signbit(gap(middle)) == below
         low, high = np.where(same, middle, low), np.where(same, high, middle)

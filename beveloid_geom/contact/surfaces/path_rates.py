@@ -19,9 +19,6 @@ from .paths import SurfacePaths
 from .segments import positions_on
 from .tangency import given_row, solve
 
-SAMPLES, SECANT_STEPS = 65, 5
-"""Positions along a path at which extrema of the transmission error are sought; steps to refine one."""
-
 
 def surface_rates(path: SurfacePaths, sense: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the derivatives of the paths of modified flanks.
@@ -73,22 +70,24 @@ def _extreme(
 ) -> FloatArray:
     """Return the largest (`sign` 1) or smallest (-1) phase of each path and its derivatives, (cases, 5)."""
     problem, segment, count = path.problem, path.segment, path.cases.size
-    met, _ = positions_on(problem, segment, np.linspace(0.0, 1.0, SAMPLES))
-    index, state = np.repeat(np.arange(count), SAMPLES), met.state.reshape(4, count, SAMPLES)
-    dense = error_rates(path, index, met.state, sense[index]).value[PHASE].reshape(count, SAMPLES)
+    # Positions along a path at which extrema of the transmission error are sought; steps to refine one.
+    samples, secant_steps = 65, 5
+    met, _ = positions_on(problem, segment, np.linspace(0.0, 1.0, samples))
+    index, state = np.repeat(np.arange(count), samples), met.state.reshape(4, count, samples)
+    dense = error_rates(path, index, met.state, sense[index]).value[PHASE].reshape(count, samples)
     known = np.isfinite(dense)
     place = np.where(known, sign * dense, -np.inf).argmax(axis=-1)
     result = np.empty((count, len(ERROR_NAMES) + 1))
-    for at_end, k in ((place == 0, 0), (place == SAMPLES - 1, 1)):
+    for at_end, k in ((place == 0, 0), (place == samples - 1, 1)):
         result[at_end, 0] = rates[2 * k].value[PHASE, at_end]
         result[at_end, 1:] = ends[k][PHASE][:, at_end].T
-    inside = np.flatnonzero((place > 0) & (place < SAMPLES - 1))
+    inside = np.flatnonzero((place > 0) & (place < samples - 1))
     if inside.size:
         # Secants for the roll at which the phase is stationary along the path.
         last = place[inside]
         rolls = [state[2, inside, last], state[2, inside, last] + 0.3 * _step(state, inside, last)]
         start, slopes = state[:, inside, last], []
-        for k in range(2 + SECANT_STEPS):
+        for k in range(2 + secant_steps):
             start, one = _at_roll(path, inside, start, rolls[k], sense)
             direction = one.tangent / one.tangent[2]
             slopes.append((one.by_state[PHASE] * direction).sum(axis=0))

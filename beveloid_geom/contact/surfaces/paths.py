@@ -27,7 +27,7 @@ from ...status import Status
 from ..ends import Ends, no_ends
 from ..flank_pair import FlankPair
 from ..path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROLL
-from .curve import MARGINS, NODE_COUNT, curve_over_s1, dense
+from .curve import MARGINS, NODE_COUNT, STATE, Curve, curve_over_s1, dense
 from .limits import Problem, margins_at
 from .segments import Segment, empty_segment, positions_on, refined, segments_of
 from .tangency import Contacts, Placement, Surfaces, extended, given_row, meshing_start, solve
@@ -97,21 +97,38 @@ def _blocks(cases: int, positions: int) -> list[Integers]:
 
 
 def _block(problem: Problem, undefined: Mask) -> Segment:
-    segment, decided = segments_of(problem, curve_over_s1(problem))
+    curve = curve_over_s1(problem)
+    segment, decided = segments_of(problem, curve)
     if problem.surfaces.measured:
         decided &= refined(problem, segment)
-    results = {
-        int(case): _searched(problem.cases(np.array([case])))
-        for case in np.flatnonzero(~decided & ~undefined)
-    }
-    if results:
+    doubtful = np.flatnonzero(~decided & ~undefined)
+    results = _traced_inside(problem.cases(doubtful), curve.cases(doubtful)) if doubtful.size else {}
+    if doubtful.size:
         order = np.arange(decided.size)
-        single = [
-            _picked(segment, order[k : k + 1]) if k not in results else results[k] for k in order.tolist()
-        ]
-        segment = _joined(single)
+        parts = [_picked(segment, order[k : k + 1]) for k in order.tolist()]
+        for place, case in enumerate(doubtful.tolist()):
+            parts[case] = results.get(place) or _searched(problem.cases(order[case : case + 1]))
+        segment = _joined(parts)
     segment.status[undefined] = Status.UNDEFINED
     return segment
+
+
+def _traced_inside(problem: Problem, curve: Curve) -> dict[int, Segment]:
+    """Return the segments of cases whose curve could be traced from its sample that is farthest inside.
+
+    None on flanks with scatter of measurement: there may be several curves, of which `_searched` finds the
+    longest."""
+    if problem.surfaces.measured:
+        return {}
+    room = np.nan_to_num(curve.value[MARGINS].min(axis=0), nan=-np.inf)
+    cases = np.flatnonzero(room.max(axis=-1) > 0.0)
+    if not cases.size:
+        return {}
+    part = problem.cases(cases)
+    along, complete = traced(part, curve.value[STATE][:, cases, room[cases].argmax(axis=-1)])
+    segment, decided = segments_of(part, along)
+    decided &= complete & (segment.status == Status.SOLVED)
+    return {int(cases[k]): _picked(segment, np.array([k])) for k in np.flatnonzero(decided)}
 
 
 def _picked(segment: Segment, index: Integers) -> Segment:
@@ -146,14 +163,14 @@ def _searched(problem: Problem) -> Segment:
     best: Segment | None = None
     pieces, doubtful, closed_span = 0, not whole and not seeds.size, 0.0
     while seeds.shape[1]:
-        curve, complete = traced(problem, seeds[:, 0])
-        if curve is None:
+        curve, complete = traced(problem, seeds[:, :1])
+        if np.isnan(curve.value).all():
             doubtful, seeds = True, seeds[:, 1:]
             continue
         segment, decided = segments_of(problem, curve)
         seeds = seeds[:, 1:][:, ~on_curve(curve, problem, seeds[:, 1:])]
         inside = (dense(curve)[1][MARGINS].min(axis=0) >= 0.0).any()
-        if inside and not (decided[0] and complete):
+        if inside and not (decided[0] and complete[0]):
             # A closed curve on the flanks is no path, but one of the segments.
             if (curve.value[MARGINS].min(axis=0) >= 0.0).all():
                 pieces, closed_span = pieces + 1, max(closed_span, float(np.ptp(curve.value[2])))

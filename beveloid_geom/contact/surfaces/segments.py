@@ -12,12 +12,8 @@ from .curve import MARGINS, STATE, Curve, broken, dense
 from .limits import Problem, least_margin
 from .tangency import Condition, Contacts, Placement, solve
 
-END_TOLERANCE_MM = 1e-9
-"""Distance from a limit up to which a position is at this limit."""
 SAME_CURVE = 0.02
 """Distance in the units of `Problem.scale` within which a contact is on the curve of its starting values."""
-ROLL_MISFIT = 1e-2
-"""Step of the roll between samples, relative to the largest, below which its sign is not significant."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +148,9 @@ def _with_ends(
     moved = np.linalg.norm((met.state[:3] - start[:3]) / scale, axis=0)
     good &= moved <= 2.0 * np.linalg.norm(bracket[:3] / scale, axis=0) + 1e-6
     value, _, limit = least_margin(part, met)
-    good = np.asarray((good & (np.abs(value) <= END_TOLERANCE_MM)).reshape(2, -1).all(axis=0))
+    # Distance from a limit up to which a position is at this limit.
+    end_tolerance_mm = 1e-9
+    good = np.asarray((good & (np.abs(value) <= end_tolerance_mm)).reshape(2, -1).all(axis=0))
     limits = limit.astype(np.int8).reshape(2, -1).T
     # Knots from end to end.
     order = np.arange(x.shape[1] + 2)[None] - 1
@@ -193,7 +191,9 @@ def _turns(roll: FloatArray) -> Mask:
     """Return whether the roll of knots (..., m) turns back. Knots are interpolated, so that one next to an
     end may be slightly beyond it."""
     steps = np.diff(roll)
-    least = ROLL_MISFIT * np.abs(steps).max(axis=-1, keepdims=True)
+    # Step of the roll between samples, relative to the largest, below which its sign is not significant.
+    roll_misfit = 1e-2
+    least = roll_misfit * np.abs(steps).max(axis=-1, keepdims=True)
     return np.asarray((steps > least).any(axis=-1) & (steps < -least).any(axis=-1))
 
 

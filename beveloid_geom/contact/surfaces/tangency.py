@@ -32,14 +32,6 @@ import numpy as np
 from ...arrays import FloatArray, Integers, Mask
 from ...gear.tooth_side import Surface, cut_with_bends, profile_at, tangents_of
 
-SMALL_STEP_MM, NEXT_STEP_MM = 1e-6, 1e-12
-"""A step in mm below the first also ends the iteration if the next one, predicted from the last two steps,
-is below the second.
-"""
-ROUNDING_STEP_MM, MAX_SHORT_STEPS = 1e-6, 4
-"""Newton step in mm that may consist of rounding near line contact, and number of such steps that end the
-iteration.
-"""
 LARGEST_STEP = 0.5
 """Largest Newton step, in face widths for z1, flank depths for s1, and pitches for the roll."""
 
@@ -286,6 +278,12 @@ def solve(
     limits = surfaces.largest[:, None]
     lever = surfaces.pinion.pitch_radius
     short, before = np.zeros(state.shape[1], dtype=int), np.full(state.shape[1], np.inf)
+    # A step in mm below the first also ends the iteration if the next one, predicted from the last two steps,
+    # is below the second.
+    small_step_mm, next_step_mm = 1e-6, 1e-12
+    # Newton step in mm that may consist of rounding near line contact, and number of such steps that end the
+    # iteration.
+    rounding_step_mm, max_short_steps = 1e-6, 4
     for _ in range(newton_max_steps):
         if not active.size:
             break
@@ -303,11 +301,11 @@ def solve(
         moved[3] += other
         size = np.maximum(np.abs(step[:2]).max(axis=0), np.maximum(np.abs(other), lever * np.abs(step[2])))
         # Steps that stay small without vanishing are rounding.
-        short[active] += size <= ROUNDING_STEP_MM
+        short[active] += size <= rounding_step_mm
         # The convergence is quadratic: the ratio of two steps is squared from step to step.
         following = size * (size / before[active]) ** 2
-        last = (size <= SMALL_STEP_MM) & (before[active] < np.inf) & (following <= NEXT_STEP_MM)
-        last |= (size <= last_step_mm) | (short[active] > MAX_SHORT_STEPS)
+        last = (size <= small_step_mm) & (before[active] < np.inf) & (following <= next_step_mm)
+        last |= (size <= last_step_mm) | (short[active] > max_short_steps)
         before[active] = size
         known = np.isfinite(moved).all(axis=0)
         state[:, active] = np.where(known, moved, met.state)

@@ -18,12 +18,8 @@ from .tangency import Contacts, contacts_at, given_row, meshing_start, solve
 
 GRID_S, GRID_Z = 17, 13
 """Number of grid lines along profile and face."""
-PROFILE_STEPS, PROFILE_TOLERANCE = 14, 1e-10
-"""Newton steps to tangent profiles, and angle (rad) that counts as tangent."""
 FIRST_STEP, LARGEST_STEP, LEAST_STEP, MAX_STEPS = 0.06, 0.12, 1e-4, 400
 """Steps along a curve in the units of `Problem.scale`, and their number."""
-BEYOND, OUTSIDE = 0.1, 1e-3
-"""Distances from the limits, in depths and face widths, at which a curve ends, and at which it may end."""
 
 
 def grid_function(problem: Problem) -> tuple[FloatArray, FloatArray]:
@@ -35,18 +31,20 @@ def grid_function(problem: Problem) -> tuple[FloatArray, FloatArray]:
     s1, z1 = (values.ravel() for values in np.meshgrid(s, z, indexing="ij"))
     placed = problem.placed.take(np.zeros(s1.size, dtype=int))
     state = meshing_start(problem.surfaces, placed, s1, z1)
-    for _ in range(PROFILE_STEPS):
+    # Newton steps to tangent profiles, and angle (rad) that counts as tangent.
+    profile_steps, profile_tolerance = 14, 1e-10
+    for _ in range(profile_steps):
         met = contacts_at(problem.surfaces, placed, state)
         turn = np.clip(-met.residual[0] / met.gradient[0, 2], -0.3, 0.3)
         state = state.copy()
         state[2] += turn
         state[3] += met.follow[0] + met.follow[3] * turn
-        if not (np.abs(turn) > PROFILE_TOLERANCE).any():
+        if not (np.abs(turn) > profile_tolerance).any():
             break
     met = contacts_at(problem.surfaces, placed, state)
     turn = np.abs(met.residual[0] / met.gradient[0, 2])
     # g as the step of the roll that would make it vanish has no natural scale; its sign suffices.
-    g = np.where((turn <= 1e3 * PROFILE_TOLERANCE) & met.opposed, met.residual[1], np.nan)
+    g = np.where((turn <= 1e3 * profile_tolerance) & met.opposed, met.residual[1], np.nan)
     return state.reshape(4, GRID_S, GRID_Z), g.reshape(GRID_S, GRID_Z)
 
 
@@ -84,68 +82,92 @@ def _room(problem: Problem, met: Contacts) -> FloatArray:
     return np.asarray((values / np.concatenate((depth, depth, face, face))[:, None]).min(axis=0))
 
 
-def traced(problem: Problem, seed: FloatArray) -> tuple[Curve | None, bool]:
-    """Return the curve through a contact (4,) of a single case until it leaves the flanks, and whether it is
-    complete. A closed curve is not complete; no curve if it cannot be followed.
+def traced(problem: Problem, seeds: FloatArray) -> tuple[Curve, Mask]:
+    """Return for every case the curve through a contact, `seeds` (4, cases), until it leaves the flanks, and
+    whether it is complete (cases,). A closed curve is not complete. Curves that cannot be followed are NaN.
     """
-    both: list[list[tuple[FloatArray, FloatArray]]] = []
-    complete = True
-    for sense in (-1.0, 1.0):
-        way, whole = _followed(problem, seed, sense)
-        complete &= whole
-        both.append(way)
-    ways = both[0][:0:-1] + both[1]
-    if len(ways) < 2:
-        return None, False
-    states = np.array([state for state, _ in ways]).T
-    directions = np.array([-direction for _, direction in both[0][:0:-1]] + [d for _, d in both[1]]).T
-    steps = np.linalg.norm(np.diff(states[:3]) / problem.scale[:, None], axis=0)
-    x = np.concatenate(([0.0], np.cumsum(steps)))
-    met = contacts_at(problem.surfaces, problem.placed.take(np.zeros(x.size, dtype=int)), states)
-    return sampled(problem, x[None], met, directions), complete
+    cases = seeds.shape[1]
+    twice = np.tile(np.arange(cases), 2)
+    sense = np.repeat((-1.0, 1.0), cases)
+    trails, left = _followed(problem.cases(twice), seeds[:, twice], sense)
+    # From the end of the first way through the contact to the end of the second one.
+    ways = [
+        np.concatenate((back[:, :0:-1] * np.repeat((1.0, -1.0), (4, 3))[:, None], on), axis=1)
+        for back, on in zip(trails[:cases], trails[cases:], strict=True)
+    ]
+    width = max(way.shape[1] for way in ways)
+    steps = [np.linalg.norm(np.diff(way[:3]) / problem.scale[:, None], axis=0) for way in ways]
+    x = np.stack(
+        [np.cumsum(np.append(np.append(0.0, step), np.ones(width - 1 - step.size))) for step in steps]
+    )
+    filled = np.full((7, cases, width), np.nan)
+    for case, way in enumerate(ways):
+        if way.shape[1] > 1:
+            filled[:, case, : way.shape[1]] = way
+    states, directions = filled.reshape(7, -1)[:4], filled.reshape(7, -1)[4:]
+    met = contacts_at(problem.surfaces, problem.placed.take(np.repeat(np.arange(cases), width)), states)
+    return sampled(problem, x, met, directions), np.asarray(left.reshape(2, cases).all(axis=0))
 
 
-def _followed(
-    problem: Problem, seed: FloatArray, sense: float
-) -> tuple[list[tuple[FloatArray, FloatArray]], bool]:
-    """Return states and directions along the curve from a contact, and whether it ends off the flanks."""
+def _followed(problem: Problem, seeds: FloatArray, sense: FloatArray) -> tuple[list[FloatArray], Mask]:
+    """Return states and directions (7, samples) along the curve from a contact, `seeds` (4, cases), for each
+    case, and whether the curve was followed until it is off the flanks (cases,)."""
     # Angle (rad) by which a curve may turn in one step, and at the beginning of a relief, where the second
     # derivatives of the flank jump.
     max_turn, max_kink = 0.35, 1.4
-    met = contacts_at(problem.surfaces, problem.placed, seed[:, None])
-    state, direction = seed[:, None], _direction(problem, met, None) * sense
-    way, step = [(state[:, 0], direction[:, 0])], FIRST_STEP
+    # Distances from the limits, in depths and face widths, at which a curve ends, and at which it may end.
+    beyond, outside = 0.1, 1e-3
+    met = contacts_at(problem.surfaces, problem.placed, seeds)
+    state, direction, room = seeds.copy(), _direction(problem, met, sense), _room(problem, met)
+    ahead = met.along(direction * problem.scale[:, None])
+    step, count = np.full(sense.size, FIRST_STEP), np.ones(sense.size, dtype=int)
+    left, active = np.zeros(sense.size, dtype=bool), np.arange(sense.size)
+    rounds = [(active, np.concatenate((state, direction)))]
     for _ in range(MAX_STEPS):
-        guess = state + met.along(step * direction * problem.scale[:, None])
-        following, good = solve(problem.surfaces, problem.placed, guess, on_plane(problem, guess, direction))
-        ahead = _direction(problem, following, direction)
-        turn = np.arccos(np.clip((ahead * direction).sum(), -1.0, 1.0))
-        moved = np.linalg.norm((following.state[:3] - state[:3]) / problem.scale[:, None])
-        if not good[0] or turn > max_turn or moved > 1.1 * step:
-            if step > LEAST_STEP:
-                step = max(0.5 * step, LEAST_STEP)
-                continue
-            kink = good[0] and turn < max_kink and moved * np.cos(max_kink) < step
-            if not kink:  # the surface ends here, as at an edge of regression
-                return way, bool(_room(problem, met)[0] < -OUTSIDE)
-        state, met, direction = following.state, following, ahead
-        way.append((state[:, 0], direction[:, 0]))
-        step = min(LARGEST_STEP, 1.5 * step if turn < 0.3 * max_turn else step)
-        if _room(problem, met)[0] < -BEYOND:
-            return way, True
-        home = np.linalg.norm((state[:3, 0] - seed[:3]) / problem.scale)
-        if len(way) > 4 and home < 0.5 * moved:
-            return way, False
-    return way, False
+        if not active.size:
+            break
+        guess, before, size = (
+            state[:, active] + step[active] * ahead[:, active],
+            direction[:, active],
+            step[active],
+        )
+        met, good = solve(
+            problem.surfaces, problem.placed.take(active), guess, on_plane(problem, guess, before)
+        )
+        after = _direction(problem, met, before)
+        turn = np.arccos(np.clip((after * before).sum(axis=0), -1.0, 1.0))
+        moved = np.linalg.norm((met.state - state[:, active])[:3] / problem.scale[:, None], axis=0)
+        failed = ~good | (turn > max_turn) | (moved > 1.1 * size)
+        shorter = failed & (size > LEAST_STEP)
+        # With the shortest step, the curve has a kink, or the surface ends, as at an edge of regression.
+        kink = failed & ~shorter & good & (turn < max_kink) & (moved * np.cos(max_kink) < size)
+        reached = ~failed | kink
+        step[active] = np.where(shorter, np.maximum(0.5 * size, LEAST_STEP), size)
+        there = active[reached]
+        state[:, there], direction[:, there] = met.state[:, reached], after[:, reached]
+        ahead[:, there] = met.along(after * problem.scale[:, None])[:, reached]
+        room[there] = _room(problem, met)[reached]
+        longer = np.where(turn < 0.3 * max_turn, 1.5 * size, size)[reached]
+        step[there], count[there] = np.minimum(LARGEST_STEP, longer), count[there] + 1
+        rounds.append((there, np.concatenate((state, direction))[:, there]))
+        home = np.linalg.norm((state - seeds)[:3, active] / problem.scale[:, None], axis=0)
+        closed = reached & (count[active] > 4) & (home < 0.5 * moved)
+        ended = failed & ~shorter & ~kink
+        gone = np.where(ended, room[active] < -outside, reached & (room[active] < -beyond))
+        left[active] = gone
+        active = active[~(ended | gone | closed)]
+    order = np.argsort(np.concatenate([index for index, _ in rounds]), kind="stable")
+    rows = np.concatenate([row for _, row in rounds], axis=1)[:, order]
+    return np.split(rows, np.cumsum(count)[:-1], axis=1), left
 
 
-def _direction(problem: Problem, met: Contacts, before: FloatArray | None) -> FloatArray:
-    """Return the unit direction (3, 1) of the curve, oriented as `before`."""
+def _direction(problem: Problem, met: Contacts, before: FloatArray) -> FloatArray:
+    """Return the unit direction (3, n) of the curve, oriented as `before` (3, n), or by the sign (n,) on its
+    tangent."""
     tangent = met.tangent / problem.scale[:, None]
     tangent = tangent / np.linalg.norm(tangent, axis=0)
-    if before is not None and (tangent * before).sum() < 0.0:
-        tangent = -tangent
-    return np.asarray(tangent)
+    sign = before if before.ndim == 1 else (tangent * before).sum(axis=0)
+    return np.asarray(np.where(sign < 0.0, -tangent, tangent))
 
 
 def on_curve(curve: Curve, problem: Problem, seeds: FloatArray) -> Mask:

@@ -21,7 +21,7 @@ from ...design.member import Member
 from ...design.model import Design
 from ...export import MEMBERS
 from ...gear.fillet import tool_round
-from ...gear.flank import flank_point, tip_parameter, trace_parameter
+from ...gear.flank import flank_point, tip_parameter
 from ...pair.frames import to_fixed
 from ...shapes.element_sizes import Cells, cells_of, edge_deviation
 from ...shapes.hexahedra import tooth_hexahedra
@@ -239,7 +239,7 @@ def _inclination(member: Member, pose: MeshingPair, number: int) -> float:
     z = float(pose.point[number][2]) + 1e-3 * float(member.tool.normal_module) * np.array((-1.0, 0.0, 1.0))
     low, tip = tool_round(member.tool, pose.flank).joint, tip_parameter(member, pose.flank, z)
     l = low + ((pose.path.l1, pose.path.l2)[number][1] - low) / (tip[1] - low) * (tip - low)
-    points = flank_point(member, pose.flank, l, trace_parameter(member, pose.flank, l, z))
+    points = flank_point(member, pose.flank, l, z=z)
     row = (points[2] - points[0]) / np.linalg.norm(points[2] - points[0])
     ellipse = relative_curvature(pose.path).direction[1][0] @ pose.frames[number][0]
     return float(np.linalg.norm(np.cross(row, ellipse)) / abs(row @ ellipse))
@@ -262,7 +262,7 @@ def _coarse_cells(member: Member, element_length: float, tolerance: float | None
 def _flank_depth(member: Member, flank: str) -> float:
     """Return the length (mm) of a flank from its fillet to its tip at mid-face."""
     l = np.array([tool_round(member.tool, flank).joint, float(tip_parameter(member, flank, 0.0))])
-    ends = flank_point(member, flank, l, trace_parameter(member, flank, l, 0.0))
+    ends = flank_point(member, flank, l, z=0.0)
     return float(np.linalg.norm(np.diff(ends.T)))
 
 

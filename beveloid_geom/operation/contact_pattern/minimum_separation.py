@@ -25,10 +25,6 @@ from ...status import PatternStatus
 from .mating import DISTANCE, MARGIN, Mating
 from .motion import DIFFERENCE_RAD
 
-CLOSER_ROLLS, MAX_ROUNDS = 10, 4
-"""Rolls per round, and rounds, of the search for a foot between samples. A foot that is on the mating flank
-for a hundredth of the step is found."""
-
 
 @dataclass(frozen=True, eq=False)
 class Samples:
@@ -209,8 +205,11 @@ def _between(mating: Mating, points: FloatArray, samples: Samples) -> tuple[Inte
     it is below the line through the middle and the other end. Its maximum is refined while this bound
     allows a positive value."""
     point, three = samples.beside(samples.passing, mating.rolls)
-    results, share = [(point[:0], three[..., :0])], np.linspace(0.0, 1.0, CLOSER_ROLLS)[:, None]
-    for count in range(MAX_ROUNDS + 1):
+    # Rolls per round, and rounds, of the search for a foot between samples. A foot that is on the mating
+    # flank for a hundredth of the step is found.
+    closer_rolls, max_rounds = 10, 4
+    results, share = [(point[:0], three[..., :0])], np.linspace(0.0, 1.0, closer_rolls)[:, None]
+    for count in range(max_rounds + 1):
         margin, length = _known_margin(three, samples.room), np.diff(three[0], axis=0)
         with np.errstate(invalid="ignore", divide="ignore"):
             most = margin[1] + ((margin[1] - margin[::2]) / length)[::-1] * length
@@ -218,18 +217,18 @@ def _between(mating: Mating, points: FloatArray, samples: Samples) -> tuple[Inte
         on, going = margin[1] >= 0.0, (margin[1] < 0.0) & (most.max(axis=0) >= 0.0)
         results.append((point[on], three[..., on]))
         point, three = point[going], three[..., going]
-        if not point.size or count == MAX_ROUNDS:
+        if not point.size or count == max_rounds:
             break
         roll = (three[0, 0] + share * (three[0, 2] - three[0, 0])).ravel()
         gear_roll, _ = mating.operation.motion(roll, roll + DIFFERENCE_RAD)
-        rows = mating.at(np.tile(points[point], (CLOSER_ROLLS, 1)), mating.turned(roll, gear_roll))
-        closer = np.concatenate((roll[None], rows)).reshape(5, CLOSER_ROLLS, point.size)
+        rows = mating.at(np.tile(points[point], (closer_rolls, 1)), mating.turned(roll, gear_roll))
+        closer = np.concatenate((roll[None], rows)).reshape(5, closer_rolls, point.size)
         margin = _known_margin(closer, samples.room)
-        best = np.clip(margin.argmax(axis=0), 1, CLOSER_ROLLS - 2)
+        best = np.clip(margin.argmax(axis=0), 1, closer_rolls - 2)
         away = np.where(
-            margin.max(axis=0) >= 0.0, CLOSER_ROLLS, 1
+            margin.max(axis=0) >= 0.0, closer_rolls, 1
         )  # once on the flank, keep the complete interval
-        three = np.clip(best + away * np.array([[-1], [0], [1]]), 0, CLOSER_ROLLS - 1)
+        three = np.clip(best + away * np.array([[-1], [0], [1]]), 0, closer_rolls - 1)
         three = np.take_along_axis(closer, three[None], axis=1)
     return np.concatenate([part for part, _ in results]), np.concatenate(
         [part for _, part in results], axis=-1

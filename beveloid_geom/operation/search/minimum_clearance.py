@@ -19,14 +19,8 @@ from .local_clearance import local_at
 from .search_task import Task
 
 BOX_SIDES = np.array(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)))[..., None]
-MAX_STEPS, CONSTANT_F_STEPS = 60, 20
-"""Maximum number of steps, and number after which a step without change of f ends the search."""
-LAST_STEP_DEPTHS = 1e-7
-"""Tooth depths below which a step is the last; the remaining error is of the order of its square."""
 ON_LIMIT_DEPTHS = 1e-10
 """Tooth depths by which a result may violate a limit."""
-F_NOISE_DEPTHS = 1e-12
-"""Tooth depths below which changes of f are rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +99,15 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
         task, place, box, here = task.pick(going), place[:, going], box[:, going], here.pick(going)
     weight, reach = np.zeros((len(Limit), going.size)), np.ones(going.size)
     unit = 1e-3 * box.max(axis=1, initial=0.0, keepdims=True)  # places closer than this are equal
-    for count in range(MAX_STEPS):
+    # Maximum number of steps, and number after which a step without change of f ends the search.
+    max_steps, constant_f_steps = 60, 20
+    # Tooth depths below which a step is the last; the remaining error is of the order of its square.
+    last_step_depths = 1e-7
+    # Tooth depths below which changes of f are rounding.
+    f_noise_depths = 1e-12
+    for count in range(max_steps):
+        if not going.size:
+            break
         # The box grows along the profile only where f is convex, that is, off the fillets.
         size = np.array((np.where(here.bend[0] > 0.0, reach, np.minimum(reach, 1.0)), reach)) * box
         lines = np.concatenate((here.rate, BOX_SIDES.repeat(going.size, axis=2)))
@@ -115,17 +117,17 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
             here.slope, bend, lines, margin, size, ON_LIMIT_DEPTHS * depth
         )
         boxed = (active >= len(Limit)).any(axis=0)
-        small = (np.abs(step) <= LAST_STEP_DEPTHS * depth).all(axis=0) & ~boxed
+        small = (np.abs(step) <= last_step_depths * depth).all(axis=0) & ~boxed
         # Accept the step if it decreases the merit function.
         there = local_at(task, *(place + step))
         pull = np.maximum(multiplier[: len(Limit)], 0.0)
-        better = there.merit(pull, depth) <= here.merit(pull, depth) + F_NOISE_DEPTHS * depth
+        better = there.merit(pull, depth) <= here.merit(pull, depth) + f_noise_depths * depth
         # On a fillet f is concave, and the multipliers at the end of a step can hide that f decreases: accept
         # a smaller f within the limits.
         within = np.minimum(here.margin, there.margin).min(axis=0) >= -ON_LIMIT_DEPTHS * depth
-        better |= within & (there.f < here.f - F_NOISE_DEPTHS * depth)
-        if count >= CONSTANT_F_STEPS:  # on a line of constant f, steps need not become small
-            small |= (np.abs(there.f - here.f) <= F_NOISE_DEPTHS * depth) & ~boxed
+        better |= within & (there.f < here.f - f_noise_depths * depth)
+        if count >= constant_f_steps:  # on a line of constant f, steps need not become small
+            small |= (np.abs(there.f - here.f) <= f_noise_depths * depth) & ~boxed
         if better.all():
             place, here, weight = place + step, there, pull
         else:
@@ -139,7 +141,7 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
             doubled[near] = _reached_by_others(
                 least, place[:, near] / unit, unit, active[:, near], owner, going[near]
             )
-        done = solved | doubled | (reach <= 1e-12) | (count == MAX_STEPS - 1)
+        done = solved | doubled | (reach <= 1e-12) | (count == max_steps - 1)
         if not done.any():
             continue
         ended, stays = going[done], np.flatnonzero(~done)
@@ -148,8 +150,6 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
         )
         least.limit[:, ended], least.converged[ended] = active[:, done], solved[done]
         least.outside[ended] = np.where(doubled, np.inf, np.maximum(-here.margin.min(axis=0), 0.0))[done]
-        if not stays.size:
-            break
         task, here, going, reach = task.pick(stays), here.pick(stays), going[stays], reach[stays]
         place, box, weight = (rows.take(stays, axis=1) for rows in (place, box, weight))
     limit = np.sort(np.where(least.limit >= len(Limit), -1, least.limit), axis=0)[::-1]

@@ -16,7 +16,6 @@ from beveloid_geom.gear.flank import (
     flank_point,
     root_parameter,
     tip_parameter,
-    trace_parameter,
 )
 from beveloid_geom.operation.angular_clearance import angular_clearance, surface_of
 from beveloid_geom.operation.contact_pattern.mating import Mating, mating_of
@@ -90,7 +89,7 @@ def test_least_separation_against_a_dense_scan(flank: str, member: int) -> None:
     operation, part = conjugate(design, flank), design.members[member]
     depth, face = np.meshgrid((-5.9, -5.2, -3.0, 0.0, 2.5, 5.5), (-0.5, -0.47, -0.2, 0.1, 0.45, 0.5))
     l, z = depth.ravel(), part.face_width * face.ravel()
-    points = flank_point(part, flank, l, trace_parameter(part, flank, l, z))
+    points = flank_point(part, flank, l, z=z)
     mating = mating_of(design, flank, member, operation)
     found = minimum_separation(mating, points)
     least, roll, status = found.least, found.roll, found.status
@@ -202,7 +201,7 @@ def test_the_slope_over_the_roll_is_that_of_the_separation(flank: str) -> None:
     operation, roll = first_contact_operation(design, flank), np.linspace(-0.3, 0.3, 7)
     for member, part in enumerate(design.members):
         mating = mating_of(design, flank, member, operation)
-        points = flank_point(part, flank, np.zeros(7), trace_parameter(part, flank, np.zeros(7), 3.0))
+        points = flank_point(part, flank, np.zeros(7), z=3.0)
 
         def rows(rolls: FloatArray, mating: Mating = mating, points: FloatArray = points) -> FloatArray:
             return mating.at(points, mating.turned(rolls, mating.operation.gear_roll(rolls)))
@@ -235,8 +234,7 @@ def test_flanks_in_operation_touch_and_do_not_overlap(flank: str, parabola: tupl
         assert -1e-9 < np.nanmin(side.least) < 1e-3
         assert np.array_equal(side.marked, side.least <= found.separation)
         assert np.array_equal(np.isnan(side.least), side.status == PatternStatus.NO_MATE)
-        u = trace_parameter(table1(parabola).members[member], flank, side.l, side.z)
-        patch = flank_patch(table1(parabola).members[member], flank, side.l, u)
+        patch = flank_patch(table1(parabola).members[member], flank, side.l, z=side.z)
         assert np.abs(patch.point - side.points).max() < 1e-12
         known = np.isfinite(side.pinion_roll)
         assert (side.pinion_roll[known] >= found.roll_range[0]).all()
@@ -250,7 +248,7 @@ def whole_area(member: Member, flank: str) -> float:
     z, low = half * node, float(root_parameter(member, "right"))
     high = tip_parameter(member, flank, z)
     l = low + 0.5 * (node[:, None] + 1.0) * (high - low)
-    patch = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
+    patch = flank_patch(member, flank, l, z=z)
     along = patch.tangent_l - patch.tangent_u * (patch.tangent_l[..., 2:] / patch.tangent_u[..., 2:])
     size = np.linalg.norm(np.cross(along, patch.tangent_u / patch.tangent_u[..., 2:]), axis=-1)
     return float((size * weight[:, None] * weight * 0.5 * (high - low) * half).sum())
@@ -274,7 +272,7 @@ def scanned_share(design: Design, flank: str, member: int, separation: float, li
     z = float(part.face_width) * ((np.arange(lines) + 0.5) / lines - 0.5)
     root, tip = root_parameter(part, flank), tip_parameter(part, flank, z)
     l = root + np.linspace(0.0, 1.0, 200)[:, None] * (tip - root)
-    patch = flank_patch(part, flank, l, trace_parameter(part, flank, l, z))
+    patch = flank_patch(part, flank, l, z=z)
     along = patch.tangent_l - patch.tangent_u * (patch.tangent_l[..., 2:] / patch.tangent_u[..., 2:])
     size = np.linalg.norm(np.cross(along, patch.tangent_u / patch.tangent_u[..., 2:]), axis=-1) * (tip - root)
     mating = mating_of(design, flank, member, operation)

@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 
 from beveloid_geom import Modification, contact_pattern
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.gear.flank import flank_point, trace_parameter
+from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.operation.angular_clearance import pose_of, seen_by_other
 from beveloid_geom.operation.contact_pattern.motion import first_contact_operation
 from tests.oracle.table1 import table1
@@ -42,7 +42,7 @@ def test_least_separation_is_the_distance_from_the_modified_mate(flank: str) -> 
 
         def apart(place: FloatArray, point: FloatArray = turned) -> FloatArray:
             l, z = place
-            return flank_point(gear, flank, l, trace_parameter(gear, flank, l, z)) - point
+            return flank_point(gear, flank, l, z=z) - point
 
         start = (-side.l[at], side.z[at])
         best = least_squares(apart, start, xtol=1e-15, ftol=1e-15, gtol=1e-15)

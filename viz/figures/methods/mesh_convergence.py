@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from beveloid_geom import Design
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.shapes.mesh_convergence import Convergence, convergence
+from beveloid_geom.shapes.proximity.mesh_convergence import Convergence, convergence
 
 from ...components import annotate
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked

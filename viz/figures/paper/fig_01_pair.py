@@ -158,11 +158,12 @@ def _ends_words(design: Design) -> str:
 
 
 def _layout_words(pair: PosedPair) -> str:
-    """Return the text on the layout: symbols if offset and shaft angle are drawn, else values."""
+    """Return the text on the layout, with the symbols of offset and shaft angle if they are drawn."""
+    offset = f"offset $E$ = {pair.foot[1, 0]:.4g}\u00a0mm"
     if _parallel(pair):
-        return "offset $E$, parallel axes"
+        return f"{offset}, parallel axes"
     if not pair.remote:
-        return "offset $E$, shaft angle $\\delta$"
+        return f"{offset}, shaft angle $\\delta$ = {_degrees(pair):.4g}\u00b0"
     away = abs(float(pair.position[0]))
     nearest = f"shortest distance {pair.foot[1, 0]:g}\u00a0mm, {away:.0f}\u00a0mm from the members"
     return f"axes at {_degrees(pair):.4g}\u00b0, {nearest}"
@@ -225,13 +226,11 @@ def _degrees(pair: PosedPair) -> float:
 def _annotate_layout(over: Overlay, pair: PosedPair, reach: float) -> None:
     """Draw the offset, and the shaft angle, if it is not zero, at a distance `reach` (mm) from it."""
     feet = _feet(pair)
-    words = f"$E$ = {pair.foot[1, 0]:.4g} mm"
     style: dict[str, Any] = {"color": theme.BLUE, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
-    over.dimension(feet[0], feet[1], words, (-4.0, -6.0), at=0.6, **style)
+    over.dimension(feet[0], feet[1], "$E$", (-4.0, -6.0), at=0.6, **style)
     if _parallel(pair):
         return
-    words = f"$\\delta$ = {_degrees(pair):.4g}\u00b0"
-    over.angle(pair.foot[1], pair.axis[0], pair.axis[1], reach, words, (1.2, 0.75), (-6.0, 2.0))
+    over.angle(pair.foot[1], pair.axis[0], pair.axis[1], reach, "$\\delta$", (1.2, 0.75), (-6.0, 2.0))
 
 
 def _kind(pair: PosedPair, member: int) -> str:

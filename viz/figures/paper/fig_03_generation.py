@@ -25,6 +25,8 @@ RACK_LENGTH_MODULES = 4.6
 """Length of the rack in panel (a), in normal modules."""
 CUTTER_AXES = 0.2
 """Length of the axes of S_c in panel (b), in pitch radii."""
+GEAR_VIEW = np.array([0.22, 0.3, 0.92])
+"""Direction to the viewer of panel (b)."""
 FRAME_COLOURS = {"n": theme.BLACK, "P": theme.BLUE, "c": theme.GREEN, "b": theme.BLACK, "j": theme.RED}
 
 
@@ -60,7 +62,10 @@ class GenerationFigure:
     @property
     def dimension_height(self) -> float:
         """Height of the dimension of the slide above the pitch line, mm, clear of rack and label of x_c."""
-        return max(self.back + 2.2 * self.module, CUTTER_AXES * self.pitch_radius + 1.6 * self.module)
+        x, y, z = GEAR_VIEW
+        far_end_rise = x * z / (y * y + z * z) * float(self.member.face_width)
+        rack_top = self.back + far_end_rise + 0.4 * self.module
+        return float(max(rack_top, CUTTER_AXES * self.pitch_radius + 1.6 * self.module))
 
 
 def compute(design: Design) -> GenerationFigure:
@@ -189,14 +194,13 @@ def _gear_panel(page: theme.Page, box: theme.Box, data: GenerationFigure) -> Pic
     ends = (np.append(plane, -half), np.append(plane, half))
     inner = data.profile[np.abs(data.profile[:, 0]) < 2.0 * np.pi * data.module]
     items: list[Item] = [*cutter.rack_block(inner, data.back, frame, ends, TOOL_COLOUR)]
-    back = np.array([0.22, 0.3, 0.92])
     reach = [np.asarray(item.points) for item in items if isinstance(item, Surface)]
     count = min(teeth_drawn, int(member.teeth))
     side = np.linspace(-1.0, 1.0, 9) * np.pi * count / float(member.teeth)
-    rim = data.pitch_radius * np.stack((np.cos(side), np.sin(side), 0.0 * side), axis=-1)
+    rim = (data.pitch_radius + data.module) * np.stack((np.cos(side), np.sin(side), 0.0 * side), axis=-1)
     above = np.array([[data.pitch_radius + data.dimension_height + data.module, 0.0, half]])
-    shown = np.concatenate((*reach, rim, above, np.zeros((1, 3))))
-    camera = fit_camera(shown, -back, (1.0, 0.0, 0.0), box.size, 0.07)
+    shown = np.concatenate((*reach, rim + half * plane, rim - half * plane, above, np.zeros((1, 3))))
+    camera = fit_camera(shown, -GEAR_VIEW, (1.0, 0.0, 0.0), box.size, 0.07)
     items += _gear_items(data, count, MESH_PX * camera.mm_per_px(box.size))
     over = Overlay.drawn(page, box, items, camera)
     _annotate_gear(over, data)

@@ -16,6 +16,7 @@ from beveloid_geom.pair.mounting import Mounting, mounting_of
 from ...components import panels, paths_table, posed
 from ...components.annotate import Overlay
 from ...components.figure_steps import Drawing, Recipe, Table, quantities, vector
+from ...components.free_space import FreeSpace
 from ...components.posed import PosedPair
 from ...rendering import theme
 from ...rendering.scene import Item, Tube, fit_camera
@@ -183,9 +184,16 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
         style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.TITLE, "fontweight": "bold"}
         beside = (20.0, -4.0) if data.in_line(0) else (12.0, 20.0)
         closer.label(data.mounting.pitch_point, "$P$", beside, **style)
-    corner = 0.03, 0.6 if data.pair.remote else 0.13, 0.24, 0.19
-    _table(page, data, (0.03, low, 0.75, 0.9 * table) if narrow else corner)
+    _table(page, data, (0.03, low, 0.75, 0.9 * table) if narrow else _free_corner(page, over, data))
     return Drawing(page, pictures)
+
+
+def _free_corner(page: theme.Page, over: Overlay, data: MeshingFigure) -> tuple[float, float, float, float]:
+    """Return the place of the table on a wide page: the corner where it hides least of the picture."""
+    room = FreeSpace(over.axes)
+    bottoms = (0.6, 0.13) if data.pair.remote else (0.13, 0.6)
+    corners = [(left, bottom, 0.24, 0.19) for bottom in bottoms for left in (0.03, 0.73)]
+    return min(corners, key=lambda corner: room.hides(theme.place(page, *corner)))
 
 
 def _detail(page: theme.Page, box: theme.Box, data: MeshingFigure) -> Overlay:

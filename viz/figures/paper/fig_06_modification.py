@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from beveloid_geom import Design, Member
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.ends import end_names
-from beveloid_geom.gear.flank import FlankPatch, flank_patch, root_parameter, tip_parameter, trace_parameter
+from beveloid_geom.gear.flank import FlankPatch, flank_patch, root_parameter, tip_parameter
 from beveloid_geom.gear.undercut import regular_start
 
 from ...components import paths_table
@@ -141,7 +141,7 @@ def _patch(member: Member, flank: str, share: FloatArray, z: FloatArray) -> tupl
     """Return l and points (fractions, z) between the start of the flank and its tip."""
     start = regular_start(member, flank, z)
     l = start + share[:, None] * (tip_parameter(member, flank, z) - start)
-    return l, flank_patch(member, flank, l, trace_parameter(member, flank, l, z + 0.0 * l))
+    return l, flank_patch(member, flank, l, z=z + 0.0 * l)
 
 
 def _section(member: Member, involute: Member, flank: str) -> Section:

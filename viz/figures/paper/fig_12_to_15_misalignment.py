@@ -23,8 +23,6 @@ from ...components.paths_table import SolvedPath
 from ...rendering import theme
 from ...rendering.scene import Picture, Surface
 
-PRINT_STRETCH, NARROW_STRETCH = 4.0, 3.0
-"""Magnification across the face in print, where tables are below the flanks, and on a narrow page."""
 SIGNS = (-1.0, 0.0, 1.0)
 
 
@@ -51,10 +49,8 @@ LOOKS = (
     Look(theme.PLUS, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), (0.6, 0.35)),
 )
 TABLE_ROWS = len(SIGNS) + 1
-ROW_HEIGHT_IN, TABLE_WIDTH_IN, COLUMN_ENDS = 0.21, 2.9, (0.22, 0.53, 0.74, 1.0)
+ROW_HEIGHT_IN, TABLE_WIDTH_IN, COLUMN_ENDS = 0.21, 2.9, (0.265, 0.58, 0.79, 1.0)
 """Line spacing and width of the table of a flank, inches, and fractions of the width at which columns end."""
-FLANK_SHARE = 0.6
-"""Width of the widest flank as a fraction of its column if a table is next to it."""
 INSET_IN, BESIDE_IN, INSET_TIMES, INSET_FACE_FRACTION = (2.3, 1.25), (1.35, 1.25), 5.0, 0.04
 """Width and height of the magnified detail below the table, and next to the flank, inches, its factor, and
 the largest shift that needs it, as a fraction of the face width."""
@@ -158,14 +154,18 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
         for word, value in zip(("without", "with"), values, strict=True)
     )
     cases = [(name, paths[1].design, flank) for name, paths in zip(names, data.paths, strict=True)]
-    grid = FlankGrid(cases, (0.0, 0.0), by_case=True, share=FLANK_SHARE)
+    # Width of the widest flank as a fraction of its column if a table is next to it.
+    flank_share = 0.6
+    grid = FlankGrid(cases, (0.0, 0.0), by_case=True, share=flank_share)
+    # Magnification across the face in print, where tables are below the flanks, and on a narrow page.
+    print_stretch, narrow_stretch = 4.0, 3.0
     if layout.printed:  # pinion above gear, so that flanks with a table below are large enough
         lost = max(sum(not path.found for path in paths) for paths in data.paths)
         below = data.close and layout.width < theme.NARROW
         rows = TABLE_ROWS + (INSET_IN[1] / ROW_HEIGHT_IN if below else 0.0)
         text = ROW_HEIGHT_IN * rows, ROW_HEIGHT_IN * (rows + 2 * lost)
         cases = [(f"{name[0].upper()}{name[1:]}", design, flank) for name, design, _ in cases]
-        grid = FlankGrid(cases, text, PRINT_STRETCH if layout.width > theme.NARROW else NARROW_STRETCH)
+        grid = FlankGrid(cases, text, print_stretch if layout.width > theme.NARROW else narrow_stretch)
     page, low, high = theme.new_page(
         layout,
         f"Fig. {case.number}   Paths of contact under {case.name}",
@@ -233,7 +233,7 @@ def _table(
         left = (cell.box.left + cell.box.width) / (page.dpi * page.layout.width)
         height = TABLE_ROWS * ROW_HEIGHT_IN + (INSET_IN[1] if data.close else 0.0)
         y += theme.inches(page, 0.5 * (cell.box.height / page.dpi + height))
-    both = ("ratio", "all teeth") if cell.member else ()
+    both = ("ratio", "all") if cell.member else ()
     lines = [(case.unit, "shift mm", *both)]
     lines += [
         _line(case.label(sign).partition("\u00a0")[0], path, paths[1], cell.member)

@@ -15,10 +15,10 @@ from matplotlib.tri import Triangulation
 
 from beveloid_geom import Design, Status, path_of_contact
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.shapes.flank_mesh import flank_mesh
-from beveloid_geom.shapes.mesh_contact import MeshContact, mesh_contact
-from beveloid_geom.shapes.mesh_separation import MeshSeparation, mesh_separation
-from beveloid_geom.shapes.sampling import Faces
+from beveloid_geom.shapes.proximity.flank_mesh import flank_mesh
+from beveloid_geom.shapes.proximity.mesh_contact import MeshContact, mesh_contact
+from beveloid_geom.shapes.proximity.mesh_separation import MeshSeparation, mesh_separation
+from beveloid_geom.shapes.sheet import Faces
 
 from ...components import annotate
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
@@ -26,8 +26,6 @@ from ...components.paths_table import as_large, coefficients, modified
 from ...rendering import theme
 from ...rendering.layout import Cells
 
-COARSE_MM, FINE_MM = 0.02, 0.00005
-"""Tolerances of the meshes at module 6 mm: those of the query, and one for the separation in the detail."""
 BANDS_UM = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 1e9)
 BLUES = ("#08306b", "#2166ac", "#4393c3", "#92c5de", "#c6dfee", "#e3eef6", "#f7f7f7")
 """Colours of the bands of separation, scaled with the module."""
@@ -69,7 +67,9 @@ class MethodFigure:
 def compute(design: Design, flank: str = "right") -> MethodFigure:
     """Compute the middle position of the pair with the paper's modification."""
     pair, scale = modified(design), as_large(design)
-    tolerance = COARSE_MM * scale
+    # Tolerances of the meshes at module 6 mm: those of the query, and one for the separation in the detail.
+    coarse_mm, fine_mm = 0.02, 0.00001
+    tolerance = coarse_mm * scale
     try:
         path = path_of_contact(pair, flank, 3)
         if not path.l1.size:
@@ -79,7 +79,7 @@ def compute(design: Design, flank: str = "right") -> MethodFigure:
         if any(one.status != Status.SOLVED for one in found):
             raise ValueError(f"the meshes give {found[-1].status.name}")
         query = mesh_separation(pair, flank, 0, tolerance, **pose, polish=False)
-        detail = mesh_separation(pair, flank, 0, FINE_MM * scale, **pose, polish=True)
+        detail = mesh_separation(pair, flank, 0, fine_mm * scale, **pose, polish=True)
     except ValueError as error:
         return MethodFigure(pair, flank, tolerance, reason=str(error))
     faces = [flank_mesh(member, flank, tolerance).faces for member in pair.members]

@@ -26,8 +26,6 @@ from ...components.paths_table import PARABOLAS, as_large, coefficients, modifie
 from ...rendering import theme
 from ...rendering.layout import Cells
 
-HELIX_CROWNING_UM = 10.0
-"""Helix crowning of the pinion in the last case, um."""
 ERROR_LIMITS = 0.05, np.radians(0.01)
 """Largest error of the distance of the axes at the module of Table 1, mm, and of the shaft angle, rad."""
 ERRORS = 9
@@ -96,9 +94,11 @@ def _compared(design: Design) -> tuple[str, list[tuple[str, str, Design]]]:
     if plain != design:
         cases = [unmodified, ("modified", "with modification", design)]
         return "Flanks with and without modification", cases
-    bent, crowning = modified(plain), Modification(helix_crowning_um=HELIX_CROWNING_UM)
+    # Helix crowning of the pinion in the last case, um.
+    helix_crowning_um = 10.0
+    bent, crowning = modified(plain), Modification(helix_crowning_um=helix_crowning_um)
     crowned = replace(plain, pinion=plain.pinion.modified(crowning))
-    words = f"{HELIX_CROWNING_UM:g} \u00b5m of helix crowning"
+    words = f"{helix_crowning_um:g} \u00b5m of helix crowning"
     cases = [unmodified, ("parabolas", coefficients(bent), bent), ("helix_crowning", words, crowned)]
     return "Parabolas of the tool and helix crowning compared", cases
 

@@ -43,8 +43,6 @@ CELLS = Cells(left=1.2, right=1.0, across=1.16, down=0.65, most=3, least=1.0)
 HALF_TURN_DEG, LEAST_GAP_DEG = 180.0, 10.0
 """Period of the angle of a path, and smallest interval without angles at which its colours begin and end,
 degrees. Without such an interval, the colours are cyclic."""
-ROUNDING = 1e-9
-"""Values below this are zero, in the units of the headings."""
 HOLLOW, LOST, ASTRAY = "//", "xxx", "...."
 """Hatches: flanks hollow against each other, no path, value not known."""
 NOTE = (
@@ -214,8 +212,10 @@ def _set_axes(axes: Axes, data: ParabolaMap) -> None:
 def _colours(page: theme.Page, axes: Axes, data: ParabolaMap, name: str) -> None:
     """Draw a quantity with colour bar, contours and hatches, or the reason why nothing is drawn."""
     quantity, values = QUANTITIES[name], QUANTITIES[name].factor * data.quantities[name]
+    # Values below this are zero, in the units of the headings.
+    rounding = 1e-9
     # Rounding errors of zero are set to one value, so that they have no contour lines.
-    values = np.where(np.abs(values) < ROUNDING, ROUNDING, values)
+    values = np.where(np.abs(values) < rounding, rounding, values)
     x, y = 1e3 * data.difference, 1e3 * data.total
     hatch(axes, x, y, ~data.solved, LOST)
     if not np.isfinite(values).any():

@@ -17,7 +17,7 @@ from beveloid_geom.contact.mesh_position import frames_at
 from beveloid_geom.contact.parallel.lines import touches_along_lines
 from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.gear.active_flank import active_start
-from beveloid_geom.gear.flank import flank_patch, tip_parameter, tip_radius, trace_parameter
+from beveloid_geom.gear.flank import flank_patch, tip_parameter, tip_radius
 from beveloid_geom.operation.angular_clearance import angular_clearance
 from beveloid_geom.operation.contact_pattern.pattern import ContactPattern
 from beveloid_geom.report.pattern import pattern_report
@@ -129,7 +129,7 @@ def _pattern_layers(design: Design, flank: str, pattern: ContactPattern) -> tupl
     layers = []
     for number, side in enumerate((pattern.pinion, pattern.gear)):
         member, trace = design.members[number], Trace(path.points[number], width=0.7, first=path.first)
-        normals = flank_patch(member, flank, side.l, trace_parameter(member, flank, side.l, side.z)).normal
+        normals = flank_patch(member, flank, side.l, z=side.z).normal
         digits = max(0, 2 - math.floor(math.log10(side.area))) if side.area > 0.0 else 0
         under = f"{100.0 * side.area_share:.0f}\u00a0% of the flank, {side.area:.{digits}f}\u00a0mm\u00b2"
         rings = _rings(design, path, number)
@@ -233,7 +233,7 @@ def _separation_layer(path: SolvedPath, number: int, pose: tuple[float, float], 
     z = np.linspace(-half, half, separation_grid[1])
     low, high = active_start(member, flank, z), tip_parameter(member, flank, z)
     l = low + np.linspace(0.0, 1.0, separation_grid[0])[:, None] * (high - low)
-    patch = flank_patch(member, flank, l, trace_parameter(member, flank, l, z))
+    patch = flank_patch(member, flank, l, z=z)
     found = angular_clearance(design, flank, number, l, z, *pose, pair=pair)
     gap = 1e3 * np.where(found.inside, found.distance, np.nan)
     mate = design.members[1 - number]

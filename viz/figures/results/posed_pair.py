@@ -12,11 +12,11 @@ import numpy as np
 from beveloid_geom import Design
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
-from beveloid_geom.gear.flank import flank_patch, trace_parameter
+from beveloid_geom.gear.flank import flank_patch
 from beveloid_geom.operation.contact_pattern.pattern import MemberPattern
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.report.pattern import pattern_report
-from beveloid_geom.shapes.sampling import grid_faces
+from beveloid_geom.shapes.sheet import grid_faces
 from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh
 
 from ...components import paths_table, posed
@@ -189,7 +189,7 @@ def _pattern(data: PosedFigure) -> list[Surface]:
     side, member, flank = data.pattern, data.pair.design.pinion, data.path.path.flank
     if side is None:
         return []
-    normals = flank_patch(member, flank, side.l, trace_parameter(member, flank, side.l, side.z)).normal
+    normals = flank_patch(member, flank, side.l, z=side.z).normal
     lift = PATTERN_LIFT_MODULES * float(member.tool.normal_module)
     faces: Any = grid_faces(side.points, normals)
     # Points without a separation are as far above the limit as the limit is above zero.

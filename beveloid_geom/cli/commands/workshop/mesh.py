@@ -247,7 +247,7 @@ def check_numbers(request: MeshRequest, bores: dict[str, float | None]) -> None:
 
 def _check_bores(request: MeshRequest, bores: dict[str, float | None]) -> None:
     """Raise Refusal for a bore of the pair outside its limits, with the name of its option."""
-    from ....shapes.solid import bore_of
+    from ....shapes.tooth_body import bore_of
     from ....support.argument import ArgumentError
 
     for member, name, radius in zip(request.design.members, MEMBERS, request.bore_radii, strict=True):

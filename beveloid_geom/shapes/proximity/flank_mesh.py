@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import FloatArray, Mask
-from ..design.member import Member
-from ..support.frozen_arrays import kept
-from .sampling import Faces, FlankGrid, grid_faces, sample_flank
+from ...arrays import FloatArray, Mask
+from ...design.member import Member
+from ...support.frozen_arrays import kept
+from ..sampling import FlankGrid, sample_flank
+from ..sheet import Faces, grid_faces
 
 
 @dataclass(frozen=True, eq=False)

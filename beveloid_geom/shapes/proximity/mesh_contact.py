@@ -22,13 +22,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import FloatArray
-from ..contact.mesh_position import Frame
-from ..contact.surfaces.second_order import modified_normal_rates
-from ..design.member import Member
-from ..design.model import Design
-from ..gear.closest_point import Feet, feet
-from ..gear.flank import (
+from ...arrays import FloatArray
+from ...contact.mesh_position import Frame
+from ...contact.surfaces.second_order import modified_normal_rates
+from ...design.member import Member
+from ...design.model import Design
+from ...gear.closest_point import Feet, feet
+from ...gear.flank import (
     flank_patch,
     flank_point,
     highest_parameter,
@@ -36,8 +36,8 @@ from ..gear.flank import (
     root_parameter,
     trace_parameter,
 )
-from ..pair.frames import normals_to_fixed, to_fixed
-from ..status import Status
+from ...pair.frames import normals_to_fixed, to_fixed
+from ...status import Status
 from .mesh_separation import MeshSeparation, frames_of, in_frame_of, mesh_separation
 
 SLOPE_ROUNDING = 16.0 * np.finfo(float).eps
@@ -133,8 +133,7 @@ def _facet_contact(design: Design, flank: str, tolerance: float, pose: dict[str,
     side, other = sides[member], 1 - member
     at = np.unravel_index(np.nanargmin(side.separation), side.l.shape)
     l, z = (np.array((own[at], foot[at])) for own, foot in ((side.l, side.foot_l), (side.z, side.foot_z)))
-    u = trace_parameter(design.members[other], flank, l[1], z[1])
-    foot = to_fixed(frames_of(design, **pose)[other], flank_point(design.members[other], flank, l[1], u))
+    foot = to_fixed(frames_of(design, **pose)[other], flank_point(design.members[other], flank, l[1], z=z[1]))
     pinion_first, point = [member, other], 0.5 * (side.points[at] + foot)
     near = [_near_least(each, least[member] + near_tolerances * tolerance) for each in sides]
     doubt = float(np.linalg.norm(np.concatenate(near) - point, axis=-1).max())

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import FloatArray, Indices
-from ..contact.path import path_of_contact
-from ..design.model import Design
-from ..gear.closest_point import feet
-from ..status import Status
+from ...arrays import FloatArray, Indices
+from ...contact.path import path_of_contact
+from ...design.model import Design
+from ...gear.closest_point import feet
+from ...status import Status
 from .flank_mesh import flank_mesh
 from .mesh_contact import mesh_contact
 from .mesh_separation import frames_of, in_frame_of, mesh_separation

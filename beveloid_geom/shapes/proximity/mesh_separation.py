@@ -12,15 +12,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Codes, FloatArray
-from ..contact.mesh_position import Frame, frames_at
-from ..design.member import Member
-from ..design.model import Design
-from ..gear.closest_point import feet
-from ..gear.flank import trace_parameter
-from ..pair.frames import to_fixed
-from ..status import Status
-from ..support.array_repr import short_repr
+from ...arrays import Codes, FloatArray
+from ...contact.mesh_position import Frame, frames_at
+from ...design.member import Member
+from ...design.model import Design
+from ...gear.closest_point import feet
+from ...gear.flank import trace_parameter
+from ...pair.frames import to_fixed
+from ...status import Status
+from ...support.array_repr import short_repr
 from .closest_points import closest_on_mesh
 from .flank_mesh import FlankMesh, flank_mesh
 

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..arrays import FloatArray, Indices
+from ...arrays import FloatArray, Indices
 
 
 def closest_on_mesh(

@@ -1,0 +1,1 @@
+"""Contact by proximity of two flank meshes, polished on the exact flanks."""
