@@ -188,7 +188,8 @@ def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
     label_limit_fraction = 0.9
     values = np.ma.masked_invalid(1e3 * found.deviation)
     if float(np.abs(values).max()) < LEAST_EASE_OFF:
-        theme.message(axes, "zero within rounding", 24, 0.12, backgroundcolor="white")
+        corner: dict[str, Any] = {"ha": "right", "va": "bottom", "transform": axes.transAxes}
+        axes.text(0.98, 0.04, "zero within\nrounding", fontsize=theme.SMALL, **corner)
         values[:] = 0.0
     levels = MaxNLocator(9, steps=[1, 2, 5, 10]).tick_values(float(values.min()), float(values.max()))
     styles: dict[str, Any] = {"colors": theme.BLUE, "linewidths": 1.2, "negative_linestyles": "dashed"}

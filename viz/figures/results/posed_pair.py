@@ -160,8 +160,8 @@ def close(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
     points, normal = np.concatenate(paths), np.nanmean(data.path.path.normal, axis=0)
     camera = posed.mesh_camera(pair.design, pair.frames[0], points, normal, size, half_height_modules)
     radius = tube_share * camera.half_height
-    # A white tube behind each path is its outline.
-    ahead = -1.8 * radius * camera.direction
+    # A white tube behind each path is its outline. It is deeper the more it runs along the line of sight.
+    ahead = -4.0 * radius * camera.direction
     items: list[Item] = [Tube(line + ahead, theme.PATH, radius) for line in paths]
     items += [Tube(line, "white", 1.8 * radius) for line in paths]
     items.append(Tube(pair.contact[None], theme.INK, 3.0 * radius))
