@@ -34,7 +34,7 @@ import numpy as np
 
 from ..arrays import FloatArray, Quantity
 from ..design.member import Member
-from ..design.model import Design, Errors, Pair
+from ..design.model import Design, Pair
 from ..gear.rack import Rack, rack_of
 from ..support.frozen_arrays import kept, restored
 from .frames import CommonNormal, Layout, common_normal, layout_by_case, normal_of_unmodified
@@ -286,7 +286,7 @@ def unmodified_backlash(design: Design) -> FloatArray:
 
 
 def _mounting(design: Design) -> Mounting:
-    design = design.unmodified()
+    """Return the mounting of an unmodified design."""
     members, shape = design.stacked_members(), design.batch_shape
     layout = layout_by_case(design)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
@@ -322,7 +322,11 @@ def _mounting(design: Design) -> Mounting:
 
 @kept(64)
 def _kept_mounting(pinion: Member, gear: Member, pair: Pair) -> Mounting:
-    return _mounting(Design(pinion, gear, pair))
+    # Designs that differ in their modifications share the mounting of the unmodified one.
+    plain = Design(pinion, gear, pair).unmodified()
+    if plain.members == (pinion, gear):
+        return _mounting(plain)
+    return _kept_mounting(*plain.members, pair)
 
 
 def mounting_of(design: Design) -> Mounting:
@@ -337,6 +341,6 @@ def mounting_of(design: Design) -> Mounting:
     -------
     Mounting
     """
-    if design.batch_shape and (bare := design.with_errors(Errors())).batch_shape:
-        return _mounting(bare)
+    if design.batch_shape and (design := design.bare()).batch_shape:
+        return _mounting(design)
     return _kept_mounting(design.pinion, design.gear, design.pair)

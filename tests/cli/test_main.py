@@ -49,18 +49,13 @@ def test_installed_command_prints_a_table() -> None:
 
 def test_commands_do_not_need_docstrings() -> None:
     """With `python -OO`, which removes docstrings, the help has the same titles and all commands."""
-    plain, bare = (
-        [
-            subprocess.run(
-                [sys.executable, *flags, "-m", "beveloid_geom", *arguments],
-                capture_output=True,
-                text=True,
-                check=True,
-            ).stdout
-            for arguments in (["--help"], ["tca", "--points", "5"], ["mesh", "--help"])
-        ]
-        for flags in ([], ["-OO"])
-    )
+    commands = ["--help"], ["tca", "--points", "5"], ["mesh", "--help"]
+    optimised = [sys.executable, "-OO", "-m", "beveloid_geom"]
+    plain = [run(*arguments).stdout for arguments in commands]
+    bare = [
+        subprocess.run([*optimised, *arguments], capture_output=True, text=True, check=True).stdout
+        for arguments in commands
+    ]
     assert plain[1] == bare[1]
     assert [line for line in bare[0].splitlines() if line.endswith(":")] == [
         line for line in plain[0].splitlines() if line.endswith(":")

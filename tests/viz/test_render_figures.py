@@ -76,8 +76,8 @@ def test_a_notebook_and_a_read_only_home_do_not_matter(tmp_path: Path) -> None:
 def test_processes_write_what_one_writes(tmp_path: Path) -> None:
     arguments = ["--only", "fig-02", "--only", "sliding", "--size", "320x240", "--out"]
     for jobs in ("1", "2"):
-        done = run(*arguments, str(tmp_path / jobs), "--jobs", jobs)
-        assert done.returncode == 0, done.stderr
+        done = CliRunner().invoke(main, [*arguments, str(tmp_path / jobs), "--jobs", jobs])
+        assert done.exit_code == 0, done.output
         names = [line.split()[0] for line in done.stdout.splitlines()]
         assert names[:2] == ["fig-02", "sliding"]
     for name in ("fig-02.csv", "fig-02.png", "sliding.csv", "sliding.png"):
@@ -123,8 +123,8 @@ METHODS = ["mesh-convergence", "stability", "speed-accuracy"]
 
 
 def test_list_names_the_figures_and_their_sets() -> None:
-    done = run("--list")
-    assert done.returncode == 0
+    done = CliRunner().invoke(main, ["--list"])
+    assert done.exit_code == 0
     names = [(name, "paper") for name in PAPER]
     names += [(name, "results") for name in RESULTS] + [(name, "methods") for name in METHODS]
     assert [tuple(line.split()[:2]) for line in done.stdout.splitlines()] == names
