@@ -297,7 +297,7 @@ def columns(header: Sequence[str], rows: Iterable[Sequence[object]]) -> list[Flo
     return [np.unique(values)[: np.isfinite(np.unique(values)).sum()] for values in found if values]
 
 
-def stands_in(values: FloatArray, column: FloatArray) -> bool:
+def is_in_a_column(values: FloatArray, column: FloatArray) -> bool:
     """Return whether all values are in a column, within rounding."""
     at = np.clip(np.searchsorted(column, values), 1, max(len(column) - 1, 1))
     near = np.minimum(abs(column[at - 1] - values), abs(column[np.minimum(at, len(column) - 1)] - values))
@@ -311,7 +311,7 @@ def assert_in_table(found: Sequence[FloatArray], drawn: Iterable[Any]) -> int:
     for one in drawn:
         values = np.abs(np.ma.filled(np.ma.asarray(one, dtype=float), np.nan).ravel())
         values = values[np.isfinite(values) & (values > 0.0)]
-        assert any(stands_in(values, column) for column in every), values[:4]
+        assert any(is_in_a_column(values, column) for column in every), values[:4]
         seen += 1
     return seen
 
