@@ -70,7 +70,8 @@ def convergence(
     Raises
     ------
     ValueError
-        If the path has no contact on the flanks, and as `mesh_separation`.
+        If the path has no contact on the flanks, if no vertex is opposite the other flank, and as
+        `mesh_separation`.
     """
     path = path_of_contact(design, flank, 3)
     if not len(path.l1):
@@ -85,6 +86,8 @@ def convergence(
         side = mesh_separation(design, flank, 0, size, **pose, polish=polish)
         exact = feet(design.gear, flank, in_frame_of(frames, 1, side.points))
         error = np.abs(side.separation - exact.distance)[exact.status == Status.SOLVED]
+        if not error.size:
+            raise ValueError(f"no vertex of the mesh within {size:g} mm is opposite the other {flank} flank")
         faces = sum(len(flank_mesh(member, flank, size).faces) for member in design.members)
         rows.append((np.linalg.norm(contact.point - path.point[0]), np.nanmax(error), faces))
     point_error, separation_error, faces = np.array(rows).T

@@ -125,6 +125,8 @@ def title(data: SpeedAccuracy) -> str:
     fastest = min(exact, key=lambda one: one.seconds[1], default=None)
     if fastest is None or fastest.method != "one equation":
         return "Error and time of five methods that find the contact"
+    if not any(one.method == "five equations" for one in exact):
+        return "One equation is exact, and the fastest for many positions"
     return "One equation is as exact as five, and the fastest for many positions"
 
 
