@@ -164,7 +164,7 @@ def close(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
     ahead = -4.0 * radius * camera.direction
     items: list[Item] = [Tube(line + ahead, theme.PATH, radius) for line in paths]
     items += [Tube(line, "white", 1.8 * radius) for line in paths]
-    items.append(Tube(pair.contact[None], theme.INK, 3.0 * radius))
+    items.append(Tube(pair.contact[None] + ahead, theme.INK, 3.0 * radius))
     line = line_of_contact(data)
     if line is not None:
         items.append(Tube(line, theme.INK, radius))
