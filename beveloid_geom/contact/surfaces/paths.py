@@ -102,8 +102,8 @@ def _block(problem: Problem, undefined: Mask) -> Segment:
     if problem.surfaces.measured:
         decided &= refined(problem, segment)
     doubtful = np.flatnonzero(~decided & ~undefined)
-    results = _traced_inside(problem.cases(doubtful), curve.cases(doubtful)) if doubtful.size else {}
     if doubtful.size:
+        results = _traced_inside(problem.cases(doubtful), curve.cases(doubtful))
         order = np.arange(decided.size)
         parts = [_picked(segment, order[k : k + 1]) for k in order.tolist()]
         for place, case in enumerate(doubtful.tolist()):
