@@ -167,13 +167,13 @@ def page_words(tmp_path: Path, *options: str) -> str:
 @pytest.mark.slow
 def test_the_page_says_which_errors_are_meant(tmp_path: Path) -> None:
     words = page_words(tmp_path)
-    assert "times an error of the size given, at the mesh; each error alone" in words
+    assert "the errors are measured at the mesh" in words
     assert "centre distance 0.1 mm in plane 0.01 deg out of plane 0.01 deg pinion axial" in words
     assert "centre distance 0.05 mm, in plane 0.01 °, out of plane 0.01 °, pinion axial 0.1 mm," in words
     assert "pitch point from the common perpendicular mm 1692.34" in words
     assert "errors at the mesh: shaft angle in plane deg 0.005" in words
     given = page_words(tmp_path, "--offset-tolerance", "0.02")
-    assert "offset 0.02 mm, shaft angle 0 °, pinion axial 0 mm, gear axial 0 mm, to either side" in given
+    assert "offset 0.02 mm, shaft angle 0 °, pinion axial 0 mm, gear axial 0 mm, in both directions" in given
 
 
 def test_the_page_refuses_errors_of_both_places(tmp_path: Path) -> None:
