@@ -116,6 +116,11 @@ def flank_point(
     -------
     ndarray, shape (..., 3)
         Points in the gear frame S_j, mm.
+
+    Raises
+    ------
+    TypeError
+        Unless exactly one of `u` and `z` is given.
     """
     rack, modification = rack_of(member, flank), modification_of(member, flank)
     l = np.asarray(l, dtype=float)
@@ -170,6 +175,11 @@ def flank_patch(
     -------
     FlankPatch
         Arrays (..., 3) in the gear frame S_j, mm.
+
+    Raises
+    ------
+    TypeError
+        Unless exactly one of `u` and `z` is given.
     """
     rack, modification = rack_of(member, flank), modification_of(member, flank)
     l, u = np.broadcast_arrays(np.asarray(l, dtype=float), _trace_or_plane(member, flank, l, u, z))

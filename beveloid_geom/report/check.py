@@ -282,8 +282,7 @@ class ProposalReport:
         rows = [("pair", [str(k) for k in range(1, 1 + len(self.proposals))])]
         for name, values in self.rows().items():
             if name != "weakest":
-                words = label(name).replace("n x", "n_x")
-                rows.append((words, [number(name, value) for value in values]))
+                rows.append((label(name), [number(name, value) for value in values]))
         text = f"Proposed pairs\n  {typed(self.command)}\n\n"
         text += labelled_lines(rows, label_width=34, cell_width=12)
         text += "\n" + line("order", self.order) + line("reserve", RESERVE)

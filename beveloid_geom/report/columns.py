@@ -85,7 +85,8 @@ def header_of(name: str, axis: str = "") -> str:
 
 def heading(name: str) -> str:
     """Return the heading of a column in a text."""
-    return column(name).heading or name.replace("_", " ")
+    # The symbol n_x keeps its underscore.
+    return column(name).heading or name.replace("_", " ").replace("n x", "n_x")
 
 
 def unit_shown(name: str) -> str:
