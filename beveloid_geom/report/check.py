@@ -282,7 +282,8 @@ class ProposalReport:
         rows = [("pair", [str(k) for k in range(1, 1 + len(self.proposals))])]
         for name, values in self.rows().items():
             if name != "weakest":
-                rows.append((label(name), [number(name, value) for value in values]))
+                shown = (number(name, value) for value in values)
+                rows.append((label(name), ["negative" if cell == "-inf" else cell for cell in shown]))
         text = f"Proposed pairs\n  {typed(self.command)}\n\n"
         text += labelled_lines(rows, label_width=34, cell_width=12)
         text += "\n" + line("order", self.order) + line("reserve", RESERVE)
@@ -306,9 +307,12 @@ class ProposalReport:
         text = ""
         for k, proposal in enumerate(self.proposals, 1):
             if proposal.figures.links[DEPTH, 0] < 0.0:
-                depth = f"{-float(proposal.figures.depth[0]):.3g} mm below the mate's active flank"
-                where = "(form diameter) away from the path of contact, where they touch nothing"
-                text += line("tips", f"pair {k}: the tips reach {depth} {where}")
+                below = -float(proposal.figures.depth[0])
+                depth = f"reach {below:.3g} mm below the mate's active flank (form diameter)"
+                if math.isinf(below):  # on axes with a large shaft angle
+                    depth = "have points that are nowhere in mesh with the mate"
+                where = "away from the path of contact, where they touch nothing"
+                text += line("tips", f"pair {k}: the tips {depth}, {where}")
         return text
 
 

@@ -126,6 +126,15 @@ def test_file_is_not_replaced_without_overwrite(tmp_path: Path) -> None:
     assert strict_json(again.stdout)["designs"][0]["toml"] == written
 
 
+def test_tips_that_are_nowhere_in_mesh_have_a_negative_reserve() -> None:
+    """At 90 deg, points of the tip edges are in mesh at no roll."""
+    result = run("propose", "--module", "3", "--teeth", "13", "44", "--shaft-angle-deg", "90")
+    text = " ".join(result.stdout.split())
+    assert "pair 1: the tips have points that are nowhere in mesh with the mate" in text
+    assert "reserve negative" in text
+    assert "inf" not in text
+
+
 def test_weakest_criterion(tmp_path: Path) -> None:
     """Tips of an intersecting pair with wide faces reach deep away from the path: a negative reserve."""
     request = (
