@@ -331,9 +331,9 @@ def _result(
     )
     per_pitch = pairing.teeth[0, :, 0, None] / (2.0 * np.pi)
     ratio, swing = scalars[0] * per_pitch, scalars[1]
-    plain = (np.asarray(pairing.rack.parabola) == 0.0).all(axis=0) & (status == Status.SOLVED)[:, None]
-    plain &= not is_modified(design, flank)
-    swing = np.where(plain & ~np.isnan(scalars[1]), 0.0, swing)
+    # Unmodified flanks have no transmission error.
+    unmodified = pairing.straight & (status == Status.SOLVED) & (not is_modified(design, flank))
+    swing = np.where(unmodified[:, None] & ~np.isnan(scalars[1]), 0.0, swing)
 
     def batch(values: FloatArray) -> FloatArray:
         """Return (2, cases, positions, ...) in the axes of the result."""

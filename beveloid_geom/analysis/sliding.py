@@ -217,8 +217,7 @@ def _path_tangents(path: ContactPath, point: FloatArray, normal: FloatArray) -> 
     tangent = np.moveaxis(tangent_of(regular_jacobian(pairing, y)[1], lines), -1, 0)
     met = meet_regular(pairing, y + COMPLEX_STEP * 1j * tangent * units_of_all(pairing))[1]
     found = np.moveaxis(contact_point(met).imag / COMPLEX_STEP, 0, -1)
-    plain = (np.asarray(pairing.rack.parabola) == 0.0).all(axis=0)
-    return np.where((lines & plain)[..., None], normal, found)
+    return np.where((lines & pairing.straight[:, None])[..., None], normal, found)
 
 
 def tooth_traces(path: ContactPath) -> FloatArray:

@@ -118,6 +118,12 @@ class FlankPair:
         return read_only(np.asarray(self.layout.parallel[:, 0]))
 
     @cached_property
+    def straight(self) -> NDArray[np.bool_]:
+        """Whether the racks of both members of each case (cases) have no parabola."""
+        coefficients = np.broadcast_to(self.rack.parabola, (2, *self.branch.shape))
+        return read_only((coefficients == 0.0).all(axis=(0, 2)))
+
+    @cached_property
     def scale(self) -> FloatArray:
         """Size of the terms of F (cases, 1), mm, to which its rounding error is proportional."""
         sizes = self.rack.pitch_radius + np.abs(self.position)

@@ -265,7 +265,7 @@ def series_over_l1(
     status[pairing.undefined] = Status.UNDEFINED
     # Cases without a root at each node, and cases that cannot converge, are not solved.
     tried = samples.change.any(axis=0).all(axis=-1) & ~pairing.undefined
-    if len(l1) > PREDICTION_MIN_CASES and np.any(pairing.rack.parabola):
+    if len(l1) > PREDICTION_MIN_CASES and not pairing.straight.all():
         tried &= ~_hopeless(pairing, np.array((l1, samples.one_way().rough())), basis)
     at, part, subset = np.flatnonzero(tried), pairing, samples
     if at.size < len(l1):

@@ -140,14 +140,13 @@ def kinds_of(pairing: FlankPair) -> tuple[NDArray[np.int_], FloatArray]:
     """Return the type of contact of each case, LINE, POINT or NONE, and s of `on_racks` of a point (cases),
     mm.
     """
-    a = np.broadcast_to(pairing.rack.parabola, (2, *pairing.branch.shape))[..., 0]
-    plain, square = (a == 0.0).all(axis=0), along_axes(pairing)
+    straight, square = pairing.straight, along_axes(pairing)
     terms = terms_of(pairing, np.zeros((2, *pairing.branch.shape)))
     # Rack lines that cross let l2 change along w1: cones cut by racks of different pressure angles.
     matched = (np.abs(terms.normal[2].sum(axis=0)) <= MATCH) & (np.abs(terms.slope.sum(axis=0)) <= MATCH)
     matched = matched[:, 0]
-    kind = np.where((plain & matched) | square, LINE, NONE)
-    racks = np.flatnonzero(~plain & ~square & one_rack(pairing))
+    kind = np.where((straight & matched) | square, LINE, NONE)
+    racks = np.flatnonzero(~straight & ~square & one_rack(pairing))
     s = np.full(kind.size, np.nan)
     if racks.size:
         s[racks], conjugate = single_contact(pairing.cases(racks))
@@ -248,7 +247,7 @@ def on_lines(pairing: FlankPair) -> Lines:
         l = np.array((l1, mate_parameter(pairing, l1, np.zeros(l1.shape))))
         return l, meet_on_parallel(pairing, l, np.zeros(l1.shape))
 
-    if np.any(pairing.rack.parabola):
+    if not pairing.straight.all():
         return solved
     apart = np.broadcast_to(pairing.rack.pitch_radius, (2, *pairing.branch.shape))[0]
     (l, met), (far, other) = solved(0.0 * apart), solved(apart)

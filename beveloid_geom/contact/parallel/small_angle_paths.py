@@ -27,9 +27,8 @@ FACE_LIMIT_ROWS = slice(HEIGHT + Limit.PINION_TOE, HEIGHT + len(Limit))
 
 def nearly_parallel(pairing: FlankPair) -> NDArray[np.bool_]:
     """Return which cases (cases) have nearly parallel axes and flanks with parabolas."""
-    bent = (np.broadcast_to(pairing.rack.parabola, (2, *pairing.branch.shape)) != 0.0).any(axis=(0, 2))
     near = np.asarray(np.abs(pairing.layout.sin_angle) <= NEARLY_PARALLEL_SINE)[:, 0]
-    return np.asarray(bent & near & ~pairing.parallel & ~pairing.undefined)
+    return np.asarray(~pairing.straight & near & ~pairing.parallel & ~pairing.undefined)
 
 
 def series_over_w1(pairing: FlankPair) -> PathSeries:
