@@ -91,7 +91,7 @@ class Closing:
 
 def _only_single(design: Design) -> None:
     if design.batch_shape:
-        raise ValueError(f"design must be a single one, got arrays of shape {design.batch_shape}")
+        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
 
 
 def _pressure_angles(design: Design) -> FloatArray:

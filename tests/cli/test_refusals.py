@@ -105,15 +105,17 @@ MESSAGES = {
     "mesh": "Missing option '--part'. Choose from: pinion, gear, pair,",
     "tca --json --csv": "--json and --csv exclude each other: give one of them (see main tca --help)",
     "nope": "No such command 'nope'. (see main --help)",
-    "tca --offset-error 0,05": "--offset-error must be a number, got '0,05': write a decimal point, 0.05\n",
+    "tca --offset-error 0,05": (
+        "--offset-error must be a number, got '0,05': write it with a decimal point, 0.05\n"
+    ),
     "tca --offset-error 0.002in": (
         "--offset-error must be a number, got '0.002in': give it in mm without a unit, 0.0508\n"
     ),
     "tca --shaft-angle-error-deg 0.01rad": (
         "--shaft-angle-error-deg must be a number, got '0.01rad': give it in deg without"
     ),
-    "tca --force 1,5": "--force must be a number, got '1,5': write a decimal point, 1.5\n",
-    "gear-data --pinion-allowances -0,05 -0.1": "--pinion-allowances must be a number, got '-0,05': write a",
+    "tca --force 1,5": "--force must be a number, got '1,5': write it with a decimal point, 1.5\n",
+    "gear-data --pinion-allowances -0,05 -0.1": "--pinion-allowances must be a number, got '-0,05': write it",
     "tca --offset-error nan": "--offset-error must be a finite number, got nan",
     "tca --shaft-angle-error-deg 90": "--shaft-angle-error-deg must be between -5 and 5 deg, got 90",
     "tca --pinion-axial-error 1e9": "--pinion-axial-error must be",
@@ -125,15 +127,15 @@ MESSAGES = {
     "gear-data --gear-allowances -0.1 -0.05": (
         "--gear-allowances must be the upper and then the lower one, got -0.1 -0.05: swap them\n"
     ),
-    "grid --border 10": "--border must be a share as 10% or a length as 2mm, got '10'\n",
+    "grid --border 10": "--border must be a percentage such as 10% or a length such as 2mm, got '10'\n",
     "grid --measured missing.csv": "cannot read missing.csv (No such file or directory)\n",
-    "tca --offset-error 61": "--offset-error must be between -60 and 60 mm, 10 modules, got 61.0",
+    "tca --offset-error 61": "--offset-error must be between -60 and 60 mm (10 modules), got 61.0",
     "pattern --over offset": "--over must be two different errors of offset (E), shaft-angle (Sigma)",
     "pattern --over E,E": "--over must be two different errors of",
     "pattern --offset-tolerance 1": "--offset-tolerance is for patterns under two errors",
     "place --by E,H": "--by must be two different errors",
     "place --l1 30": "l must be on the pinion's profile",
-    "propose --teeth -25 31": "--teeth must be at least 1, got -25: internal gears are not covered",
+    "propose --teeth -25 31": "--teeth must be at least 1, got -25: internal gears are not supported",
     "propose --module 3 --teeth 25 31": "--shaft-angle-deg is",
     "shim --backlash 0.1 --offset 300": "measured minus nominal value: --offset-error must be between",
     "tca --parabola-pinion 1": "--parabola-pinion must be",
