@@ -96,7 +96,7 @@ def member_faults(name: str, member: Member) -> Iterator[Fault]:
 
     largest = (float(tool.dedendum) - MIN_FLANK_DEPTH) / (1.0 - math.sin(alpha))
     if float(tool.tip_radius) > largest:
-        cure = "a larger tip rounding leaves no flank, the unit is the normal module, not mm"
+        cure = "a larger tip round leaves no flank, the unit is the normal module, not mm"
         yield outside(name, "tip_radius", f"be at most {largest:.4g} at this dedendum", tool.tip_radius, cure)
     if float(member.tip_height) < LEAST_TIP_HEIGHT:
         limit = f"leave the tip at least {LEAST_TIP_HEIGHT:g} modules above the shifted pitch cone"

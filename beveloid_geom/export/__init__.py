@@ -80,7 +80,7 @@ def writer_of(formats: Mapping[str, Format], suffix: str) -> Callable[..., None]
 
     Raises ValueError if the suffix is not one of the `formats`."""
     if suffix not in formats:
-        raise ValueError(f"there is no writer of {suffix!r}: give one of {', '.join(formats)}")
+        raise ValueError(f"{suffix!r} is not a known format: give one of {', '.join(formats)}")
     writer: Callable[..., None] = resolve_name(f"{__name__}.{formats[suffix].writer}")
     return writer
 

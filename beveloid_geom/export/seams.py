@@ -61,8 +61,8 @@ def seams_of(member: Member, flank: str) -> list[Seam]:
     seams = sorted(Seam(l, 0.0, 0) for l in starts if low.min() < l < high.max())
     if np.any(np.diff([low.max(), *(seam.l for seam in seams), high.min()]) <= 0.0):
         raise ValueError(
-            f"the {flank} flank: the line at which a relief begins leaves the flank, or another relief begins"
-            " there: change the length of the relief, or write the gear as triangles"
+            f"the {flank} flank cannot be a B-spline, as the line where a relief begins leaves the flank or"
+            " meets another such line: change the length of the relief, or write triangles"
         )
     for row in rows:
         more = sorted([*seams, Seam(*row, SPLINE_CONTINUOUS)])

@@ -114,7 +114,7 @@ def _kernel_errors() -> Iterator[None]:
 
     A KeyboardInterrupt during the import, which the bindings turn into an ImportError, is raised again."""
     install = "STEP files need Open CASCADE: pip install 'beveloid-geom[step]'"
-    libraries = "on Debian and Ubuntu `sudo apt-get install libgl1` brings it"
+    libraries = "on Debian and Ubuntu, run `sudo apt-get install libgl1`"
     try:
         yield
     except ImportError as error:

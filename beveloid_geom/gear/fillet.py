@@ -51,7 +51,7 @@ def tool_round(tool: Tool, flank: str) -> ToolRound:
     alpha, module = float(tool.normal_pressure_angle), float(tool.normal_module)
     a, apex = float(tool.parabola_of(flank)), float(tool.parabola_apex) * np.cos(alpha)
     depth, radius = float(tool.dedendum) * module, float(tool.tip_radius) * module
-    folds = f"parabola {a:g} 1/mm leaves no place for the tool's tip round: make it smaller"
+    folds = f"parabola {a:g} 1/mm leaves no space for the tool's tip round: reduce its magnitude"
     if not 4.0 * abs(a) * (depth - radius + abs(apex)) * np.sin(alpha) < np.cos(alpha) ** 2:
         raise ValueError(folds)  # the joint is less than a radius above the tip
     depth += apex  # below the apex, from which l is measured
@@ -76,8 +76,8 @@ def tool_round(tool: Tool, flank: str) -> ToolRound:
         [np.sin(angle), sigma * np.cos(angle)]
     )
     if abs(y) > 0.5 * np.pi * module:
-        text = f"tip_radius {float(tool.tip_radius):g} is too large: the tool's rounds overlap"
-        raise ValueError(f"{text} by {2.0 * abs(y) - np.pi * module:.3g} mm")
+        text = f"tip_radius {float(tool.tip_radius):g} is too large: the tool's tip rounds"
+        raise ValueError(f"{text} overlap by {2.0 * abs(y) - np.pi * module:.3g} mm, reduce it")
     return ToolRound(float(l), float(angle), (float(x), float(y)), radius)
 
 

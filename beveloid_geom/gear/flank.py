@@ -138,7 +138,7 @@ def _trace_or_plane(
         return np.asarray(u, dtype=float)
     if z is not None and u is None:
         return trace_parameter(member, flank, l, z)
-    raise TypeError("give either the flank parameter u or the distance z from mid-face")
+    raise TypeError("u or z must be given, not both: the flank parameter u or the distance z from mid-face")
 
 
 def _moved(rack: Rack, point: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

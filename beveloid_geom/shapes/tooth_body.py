@@ -238,7 +238,7 @@ def _piece(curve: str, numbers: Indices, points: FloatArray, normals: FloatArray
     a, b, c = flat[faces.T]
     if not np.all(np.einsum("ni,ni->n", np.cross(b - a, c - a), outward[faces[:, 0]]) > 0.0):
         raise ValueError(
-            f"the surface of the {curve} folds back: take a less deep tool or a larger tip radius"
+            f"the surface of the {curve} folds back: use a smaller dedendum or a larger tip_radius"
         )
     return Piece(surface_name(curve), numbers.ravel(), flat, outward, faces)
 

@@ -50,7 +50,7 @@ BAD = {
     # combinations of keys
     "pinion.parabola = -0.03": "must be between -0.0212 and 0.0212 1/mm, got -0.03: a larger coefficient "
         "folds the rack profile, usual values are 0.0001 to 0.01",
-    "tool.tip_radius = 2.28": "must be at most 1.14 at this dedendum, got 2.28: a larger tip rounding "
+    "tool.tip_radius = 2.28": "must be at most 1.14 at this dedendum, got 2.28: a larger tip round "
         "leaves no flank, the unit is the normal module, not mm",
     "pinion.cone_angle_deg = 40": "must be between -39.1714 and 39.1714 deg at this helix and pressure "
         "angle, got 40.0: the tool cannot generate one of the flanks, take a larger pressure angle",

@@ -169,10 +169,10 @@ def test_files_of_single_teeth(tmp_path: Path) -> None:
     assert read_design(path) == design
     result = run("mesh", path, "--frames")
     assert result.stderr.splitlines() == [
-        "Note: [gear.modification] right flanks are computed with no pitch_deviations_um; operation and the"
-        " page have the transmission error of all teeth",
+        "Note: [gear.modification] right flanks are computed with no pitch_deviations_um; operation and "
+        "render-report compute the transmission error of all teeth",
         "Note: [pinion.modification] left flanks are computed with the mean of 2 measured teeth; operation"
-        " and the page have the transmission error of all teeth",
+        " and render-report compute the transmission error of all teeth",
     ]
     path_of_mean = run("tca", path, "--flank", "left", "--no-certify")
     assert path_of_mean.stderr == result.stderr

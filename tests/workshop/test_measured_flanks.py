@@ -247,7 +247,7 @@ def test_other_amounts_on_measured_flanks_are_not_written(tmp_path: Path) -> Non
     (tmp_path / "points.txt").write_text(run("grid", "ni-2017", "--parabola-pinion", "0.0005").stdout)
     (tmp_path / "pair.toml").write_text(FILE + '[pinion.modification]\ndeviations = "points.txt"\n')
     out = "--out", str(tmp_path / "out.toml")
-    message = "--out: [pinion.modification] has measured points: the points would undo the change"
+    message = "--out: [pinion.modification] has measured deviations, which would undo the change"
     for arguments in (
         ("optimise", "--vary", "pinion.helix_crowning", "0", "9"),
         ("modify", "--transmission-error-arcsec", "2", "--length", "20"),
