@@ -84,8 +84,9 @@ def tool_round(tool: Tool, flank: str) -> ToolRound:
 def _cut(
     member: Member, flank: str, section: tuple[FloatArray, ...], z: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return what points (x_n, y_n) of the normal section of the tool, with unit normals (n_x, n_y), cut in
-    the planes `z`.
+    """Return the points and unit normals (..., 3) that points of the tool cut in the planes `z`, mm.
+
+    `section` has x_n, y_n and the unit normal (n_x, n_y) of the points in the normal section of the tool.
     """
     x, y, nx, ny = section
     rack, (origin, along, across) = rack_of(member, flank), section_frame(member)
@@ -96,7 +97,7 @@ def _cut(
 
 
 def _spanned(lengths: FloatArray, vector: FloatArray) -> FloatArray:
-    """Return the components (3, ...) of a vector (3,) multiplied by each of the lengths (...)."""
+    """Return a vector (3,) multiplied by each of the lengths (...), as components (3, ...)."""
     return np.multiply.outer(vector, lengths)
 
 

@@ -204,7 +204,7 @@ def _regularity(member: Member, flank: str, l: FloatArray, z: FloatArray) -> Flo
 
 
 def _folded(member: Member, flank: str, joint: float, z: FloatArray) -> Mask:
-    """Return in which of the planes (n,) the flank folds back."""
+    """Return whether the flank folds back in each of the planes (n,)."""
     # Number of points along the profile at which the regularity is computed.
     profile_points = 33
     l = _profile(member, flank, joint, z, profile_points)
