@@ -63,7 +63,7 @@ def meshing_pair(design: Design, flank: str = "right") -> MeshingPair:
     Parameters
     ----------
     design : Design
-        A single one.
+        A single design.
     flank : {'right', 'left'}
 
     Returns

@@ -1,7 +1,7 @@
 """Files for other programs: surfaces of triangles, hexahedral meshes, CAD solids, scenes.
 
-Most formats are written by trimesh, meshio, VTK and Open CASCADE. Only .inp and .bdf have writers of their
-own: meshio writes neither surfaces nor loads to .inp and calls the hexahedra C3D8RH, and its .bdf cannot hold
+Most formats are written by trimesh, meshio, VTK and Open CASCADE. Only .inp and .bdf have separate writers:
+meshio writes neither surfaces nor loads to .inp and calls the hexahedra C3D8RH, and its .bdf cannot contain
 negative coordinates of twelve digits, nor elements with 20 nodes under Nastran's name.
 """
 

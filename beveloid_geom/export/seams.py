@@ -1,7 +1,7 @@
 """Seams: lines of a tooth across which derivatives of its surface jump, so that B-splines need knots there.
 
-Reliefs and undercut begin with a jump of the curvature, by which edges of the tooth have kinks. Measured
-deviations are cubic splines, whose third derivatives jump at the rows and columns of the grid."""
+Where a relief or undercut begins, the curvature jumps and edges of the tooth have kinks. Measured deviations
+are cubic splines, whose third derivatives jump at the rows and columns of the grid."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def seams_of(member: Member, flank: str) -> list[Seam]:
     """Return the lines on a flank from its root to its tip at which reliefs of the profile begin, and the
     rows of measured deviations.
 
-    Rows that leave the flank or cross a line are left out: there, B-splines need more spans.
+    Rows that leave the flank or cross a line are omitted: there, B-splines need more spans.
 
     Raises
     ------

@@ -43,7 +43,7 @@ def place_at(
     Parameters
     ----------
     member : Member
-        A single one.
+        A single member.
     flank : {'right', 'left'}
     depth, face : array_like
         Fractions, which broadcast.

@@ -139,7 +139,7 @@ def feet(
     Parameters
     ----------
     member : Member
-        A single one; the flank of its tooth 0 is used.
+        A single member; the flank of its tooth 0 is used.
     flank : {'right', 'left'}
     points : array_like, shape (..., 3)
         Points in the gear frame, mm.

@@ -87,7 +87,7 @@ def pitch_cycle(design: Design, flank: str = "right", points: int = 24) -> Pitch
     Parameters
     ----------
     design : Design
-        A single one, with or without pitch deviations (`Modification.pitch_deviations_um`) and tables of
+        A single design, with or without pitch deviations (`Modification.pitch_deviations_um`) and tables of
         measured deviations of single teeth (`FlankDeviations.teeth`).
     flank : {'right', 'left'}
     points : int

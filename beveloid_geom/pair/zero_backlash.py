@@ -211,7 +211,7 @@ def zero_backlash_layout(design: Design) -> ClosedLayout:
     Parameters
     ----------
     design : Design
-        A single one; parabolas and errors are ignored.
+        A single design; parabolas and errors are ignored.
 
     Returns
     -------

@@ -78,7 +78,7 @@ def explore(
     Returns
     -------
     Exploration
-        In a notebook, its last line in a cell shows the view.
+        A notebook shows the view if this is the last expression of a cell.
 
     Raises
     ------

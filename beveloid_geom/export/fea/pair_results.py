@@ -105,7 +105,7 @@ def _facts(deck: Path) -> dict[str, Any]:
 
 
 def _numbers(text: str, head: str, deck: Path) -> FloatArray:
-    """Return the numbers, without the words between them, of the last section with a heading (a pattern).
+    """Return the numbers in the last section whose heading matches a pattern, without the words between them.
 
     Raises ValueError if this section is not of the end of the last step, time 2."""
     sections = list(re.finditer(rf"{head} +(\S+)\n(.*?)(?=\n [a-z]|\Z)", text, re.DOTALL))

@@ -96,7 +96,7 @@ def given_operation(
     Parameters
     ----------
     design : Design
-        A single one.
+        A single design.
     pinion_roll, gear_roll : array_like, shape (n,), or None
         Poses in the order of the roll, rad.
 
@@ -142,7 +142,7 @@ def first_contact_operation(
     Parameters
     ----------
     design : Design
-        A single one.
+        A single design.
     flank : {'right', 'left'}
     cycle : MeshCycle, optional
         Mesh cycle of the design, or of a batch that contains it, if known.
