@@ -32,6 +32,7 @@ FILES = {
     "explore.css": ("explore", "explore.css", "text/css"),
     "three.js": ("report", "vendor/three.min.js", "text/javascript"),
     "gears.js": ("report", "gears.js", "text/javascript"),
+    "kept_teeth.js": ("report", "kept_teeth.js", "text/javascript"),
     "viewer.js": ("report", "viewer.js", "text/javascript"),
     "panels.js": ("explore", "panels.js", "text/javascript"),
     "scene.js": ("explore", "scene.js", "text/javascript"),

@@ -9,6 +9,7 @@ window.beveloidGears = function (data) {
   const TOUCHING = data.module / 3e4; // mm of clearance that may be the path's, a line from point to point
   const MOST = 8; // tooth pairs shown in contact at a time
   const DOT = 7; // its radius, pixels
+  const OVER = 1; // layer of all that is drawn over the teeth
 
   const vector = (values) => new T.Vector3(...values);
 
@@ -46,6 +47,7 @@ window.beveloidGears = function (data) {
       for (let i = 3; i < line.length; i += 3) ends.push(...line.slice(i - 3, i + 3));
     }
     const made = new T.LineSegments2(new T.LineSegmentsGeometry().setPositions(ends), material);
+    made.layers.set(OVER);
     made.frustumCulled = false; // its box would have to be that of the thick line
     return made;
   }
@@ -67,13 +69,28 @@ window.beveloidGears = function (data) {
     return new T.CylinderGeometry(heel, toe, 2 * member.half_width, 128).rotateX(Math.PI / 2);
   }
 
-  // Sets the frame of a member in S_f from its rotation and origin.
+  // Computes the frame of a member in S_f from its rotation and origin; moveTeeth() moves the teeth there.
   function setFrame(member) {
     const [a, b, c, d, e, f, g, h, i] = member.rotation,
       [x, y, z] = member.origin;
-    member.frame.matrix.set(a, b, c, x, d, e, f, y, g, h, i, z, 0, 0, 0, 1);
-    member.frame.matrixWorldNeedsUpdate = true;
+    member.matrix = new T.Matrix4().set(a, b, c, x, d, e, f, y, g, h, i, z, 0, 0, 0, 1);
     return Object.assign(member, { axis: vector([c, f, i]), centre: vector(member.origin) });
+  }
+
+  // Moves the teeth to their frames and angles, unless no point moves by more than a tolerance in mm.
+  function moveTeeth(tolerance) {
+    const largest = ({ frame, spin, matrix, angle, half_width, tip_radius }) => {
+      const change = matrix.elements.map((value, n) => value - frame.matrix.elements[n]),
+        reach = Math.hypot(half_width, ...tip_radius);
+      const turn = Math.hypot(...change.slice(0, 12)) + Math.abs(angle - spin.rotation.z);
+      return Math.hypot(...change.slice(12)) + turn * reach;
+    };
+    if (Math.max(...members.map(largest)) <= tolerance) return;
+    for (const { frame, spin, matrix, angle } of members) {
+      frame.matrix.copy(matrix);
+      frame.matrixWorldNeedsUpdate = true;
+      spin.rotation.z = angle;
+    }
   }
 
   function gearOf(member, j) {
@@ -163,6 +180,7 @@ window.beveloidGears = function (data) {
     rim.scale.setScalar(1.35);
     cores[1].renderOrder = 20;
     dot.add(rim, ...cores);
+    for (const part of dot.children) part.layers.set(OVER);
     scene.add(dot);
     return { dot, cores, at: new T.Vector3() };
   });
@@ -247,8 +265,8 @@ window.beveloidGears = function (data) {
     const flank = flanks[flankName],
       { phase, edge } = atCycle(flank, roll),
       found = onPath(flank, roll, phase);
-    pinion.spin.rotation.z = roll;
-    gear.spin.rotation.z = phase - (pinion.teeth / gear.teeth) * roll;
+    pinion.angle = roll;
+    gear.angle = phase - (pinion.teeth / gear.teeth) * roll;
     dots.forEach((one, n) =>
       n < MOST ? place(one, found[n], found[n]?.touches ? "touching" : "clear") : place(one, edge, "edge"),
     );
@@ -328,16 +346,16 @@ window.beveloidGears = function (data) {
   function rims(member) {
     const round = Array.from({ length: 24 }, (_, n) => (n * Math.PI) / 12);
     const directions = round.map((angle) =>
-      vector([Math.cos(angle), Math.sin(angle), 0]).transformDirection(member.frame.matrix),
+      vector([Math.cos(angle), Math.sin(angle), 0]).transformDirection(member.matrix),
     );
     return [0, 1].flatMap((end) => directions.map((direction) => onRim(member, end, direction)));
   }
 
   // Of a tooth pair's flank: root and tip at the toe, root and tip at the heel; of a blank nothing.
   function corners(member, flankName, pair) {
-    const turn = member.spin.rotation.z + (member === gear ? -1 : 1) * pair * member.pitch;
+    const turn = member.angle + (member === gear ? -1 : 1) * pair * member.pitch;
     return member.tooth?.corners[flankName].map((point) =>
-      vector(turned(point, turn)).applyMatrix4(member.frame.matrix),
+      vector(turned(point, turn)).applyMatrix4(member.matrix),
     );
   }
 
@@ -353,6 +371,7 @@ window.beveloidGears = function (data) {
     members,
     flanks,
     pose,
+    moveTeeth,
     update,
     show,
     recolour,

@@ -15,6 +15,7 @@ window.beveloidView = function (container, data) {
   };
   const PITCHES = 2; // the slider's reach either way
   const SPEED = 0.3; // pitches a second
+  const VISIBLE = 0.3; // pixels; teeth that are off by less stay where they are
 
   function element(tag, properties, ...children) {
     const made = document.createElement(tag);
@@ -52,6 +53,7 @@ window.beveloidView = function (container, data) {
 
   const renderer = new T.WebGLRenderer({ antialias: true, alpha: true }),
     canvas = renderer.domElement;
+  const kept = window.beveloidKeptTeeth(renderer, gears.scene);
   renderer.localClippingEnabled = true;
   canvas.tabIndex = 0;
   canvas.setAttribute("role", "img");
@@ -312,7 +314,8 @@ window.beveloidView = function (container, data) {
     camera.updateProjectionMatrix();
     camera.updateMatrixWorld();
     gears.sizeDots(camera, height);
-    renderer.render(gears.scene, camera);
+    gears.moveTeeth((VISIBLE * camera.near * 2 * Math.tan((camera.fov * Math.PI) / 360)) / height);
+    kept.render(camera, members, looks, playing || view === "section"); // a section moves with the contact
     placeLabels(width, height);
   }
 
@@ -325,7 +328,9 @@ window.beveloidView = function (container, data) {
     return new T.Color().setRGB(r / 255, g / 255, b / 255, T.SRGBColorSpace);
   }
 
+  let looks = 0; // how often the colours have changed
   function recolour() {
+    looks += 1;
     gears.recolour(colour);
     draw();
   }
@@ -420,6 +425,7 @@ window.beveloidView = function (container, data) {
     window.removeEventListener("themechange", recolour);
     orbit.dispose();
     gears.dispose();
+    kept.dispose();
     renderer.dispose();
     container.replaceChildren();
   }

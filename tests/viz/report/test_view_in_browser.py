@@ -20,6 +20,13 @@ COUNT_FRAMES = """() => new Promise(done => {
   window.requestAnimationFrame = (act) => { count += 1; return real(act); };
   setTimeout(() => { window.requestAnimationFrame = real; done(count); }, 300);
 })"""
+ALL_ANEW = """Object.defineProperty(window, "beveloidKeptTeeth", {
+  get: () => (renderer, scene) => ({
+    render: (camera) => { camera.layers.enable(1); renderer.render(scene, camera); },
+    dispose() {},
+  }),
+  set() {},
+});"""
 NO_WEBGL = """const real = HTMLCanvasElement.prototype.getContext;
 HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
   return kind.startsWith("webgl") ? null : real.call(this, kind, ...rest);
@@ -138,6 +145,7 @@ MISSES = """flank => {
   };
   for (let n = -10; n <= 10; n++) {
     const { found } = gears.pose(data.roll + 0.2 * n * gears.members[0].pitch, flank, false);
+    gears.moveTeeth(0);
     gears.scene.updateMatrixWorld(true);
     found.forEach(({ point }, at) => {
       for (const { meshing } of gears.flanks[flank].drawn) misses.push(missed(meshing[at], point));
@@ -153,6 +161,28 @@ def test_paths_drawn_on_both_gears_run_through_the_dots(seen: Seen, flank: str) 
     misses = seen.page.evaluate(MISSES, flank)
     assert len(misses) >= 2 * 21
     assert max(misses) < 0.25
+
+
+def test_teeth_from_the_buffer_look_as_if_drawn_anew(browser: Browser, report: Path) -> None:
+    """After steps of a hundredth of a pixel and of some pixels, in other views, sizes and colours. The buffer
+    mixes the colours of a pixel at an edge before they are encoded for the screen, so that edges differ."""
+    pictures: list[list[np.ndarray]] = []
+    for script in ("", ALL_ANEW):
+        with opened(browser, report, script=script) as seen:
+            pictures.append([])
+            for name, steps in (("Pair", (1e-6, 0.01, 0.3)), ("Pinion flank", (1e-6, 0.02))):
+                seen.press(name)
+                for step in steps:
+                    seen.page.evaluate("by => pageView.setRoll(pageView.roll() + by)", step)
+                    pictures[-1].append(seen.picture())
+            seen.page.set_viewport_size({"width": 700, "height": 800})
+            seen.page.emulate_media(color_scheme="dark")
+            for _ in range(2):
+                seen.page.evaluate("pageView.setRoll(pageView.roll())")
+                pictures[-1].append(seen.picture())
+    kept, anew = pictures
+    assert max(differing(a, b) for a, b in zip(kept, anew, strict=True)) < 0.004
+    assert differing(kept[0], kept[1]) > 0.01
 
 
 def test_without_webgl_a_sentence_stands_in_its_place(browser: Browser, report: Path) -> None:
