@@ -205,7 +205,7 @@ def _read(table: str, key: str, read: Callable[[], Any], faults: list[Fault], fi
     try:
         return read()
     except OSError as error:
-        reason = f"cannot read {file} ({error.strerror or error})"
+        reason = f"names {file}, which cannot be read ({error.strerror or error})"
         faults.append(Fault(table, key, f"{reason}: paths are relative to the design file"))
     except ValueError as error:
         faults.append(Fault(table, key, f"{file} {error}".strip()))

@@ -128,7 +128,7 @@ MESSAGES = {
         "--gear-allowances must be the upper and then the lower allowance, got -0.1 -0.05: swap them\n"
     ),
     "grid --border 10": "--border must be a percentage such as 10% or a length such as 2mm, got '10'\n",
-    "grid --measured missing.csv": "cannot read missing.csv (No such file or directory)\n",
+    "grid --measured missing.csv": "cannot read missing.csv (No such file or directory): give the path",
     "tca --offset-error 61": "--offset-error must be between -60 and 60 mm (10 modules), got 61.0",
     "pattern --over offset": "--over must be two different errors, separated by a comma, got 'offset': ",
     "pattern --over E,E": "--over must be two different errors, separated by a comma, got 'E,E': ",

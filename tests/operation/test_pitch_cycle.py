@@ -180,7 +180,7 @@ def test_files_of_single_teeth(tmp_path: Path) -> None:
     for value, message in (
         ("[]", "deviations must name a file of measured points, got []: write"),
         ('["0.txt", 3]', "deviations must name a file of measured points, got"),
-        ('["0.txt", "none.txt"]', "deviations cannot read 'none.txt' (No such file or directory): paths are"),
+        ('["0.txt", "none.txt"]', "deviations names 'none.txt', which cannot be read (No such file"),
         (f"{30 * ['0.txt']}", "deviations must name at most 29 files, one for each tooth, got 30: remove"),
     ):
         key = f"{{file = {value}, rows = 2, columns = 2}}" if "[]" not in value else value
@@ -252,7 +252,7 @@ def test_design_files(tmp_path: Path) -> None:
     assert read_design(path) == design
     (tmp_path / "words.txt").write_text("1.0\ntwo\n")
     for value, message in (
-        ('"none.txt"', "pitch_deviations_um cannot read 'none.txt' (No such file or directory): paths are"),
+        ('"none.txt"', "pitch_deviations_um names 'none.txt', which cannot be read (No such"),
         ('"words.txt"', "pitch_deviations_um 'words.txt' line 2 is not a number: write one number in um in"),
         ("[1.0]", "pitch_deviations_um must have one value for each of the 29 teeth, got 1"),
         ("3.0", "pitch_deviations_um must be a list of numbers in um, got 3.0"),

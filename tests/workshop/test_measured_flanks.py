@@ -164,7 +164,7 @@ def test_designs_with_deviations_are_values(tmp_path: Path) -> None:
 
 
 FAULTS = {
-    'deviations = "none.csv"': "deviations cannot read 'none.csv' (No such file or directory): paths are",
+    'deviations = "none.csv"': "deviations names 'none.csv', which cannot be read (No such file",
     "deviations = 3.0": "deviations must name a file of measured points, got 3.0: write",
     "deviations = {rows = 5}": "deviations must name a file of measured points",
     'deviations = {file = "all.txt", row = 5}': "deviations.row is unknown: known are file, rows, columns",
@@ -180,7 +180,7 @@ FAULTS = {
     'deviations = "gear.txt"': "away from its place: is it this design, member, grid and datum?",
     'deviations = "/dev/zero"': "is longer than 1,090,000 bytes: give the table of points",
     'deviation = "all.txt"': "deviation is unknown: did you mean deviations?",
-    'right.deviations = "none.csv"': "[pinion.modification.right] deviations cannot read 'none.csv'",
+    'right.deviations = "none.csv"': "[pinion.modification.right] deviations names 'none.csv', which",
 }
 
 
