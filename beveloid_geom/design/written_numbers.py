@@ -8,8 +8,8 @@ import re
 import numpy as np
 
 IN_RADIANS, IN_DEGREES = "was it given in radians?", "was it given in degrees?"
-NUMBER = "a number", "write it as 1.5, without quotes"
-WHOLE = "a whole number", "write it as 29, without quotes or decimals"
+NUMBER = "a number", "write it without quotes, such as 1.5"
+WHOLE = "a whole number", "write it without quotes and decimals, such as 29"
 """Descriptions of the values required, with the cure."""
 MM_PER_INCH = 25.4
 DEGREE = math.pi / 180.0

@@ -10,7 +10,7 @@ from beveloid_geom.design.file import DesignError, builtin_text, parse_design
 
 from .table1_file import NUMBER, TABLE_1, faults_of, toml
 
-WHOLE = "write it as 29, without quotes or decimals"
+WHOLE = "write it without quotes and decimals, such as 29"
 MODULES = "give it in normal modules, not in mm"
 LENGTH = "give a positive length in mm"
 DISTANCE = "give the distance of the axes in mm, 0 where they intersect"
@@ -261,7 +261,7 @@ def test_decimal_commas_and_units_are_recognised(path: str, quoted: bool) -> Non
 
 def test_other_texts() -> None:
     assert faults_of({"pair.offset": "'wide'"}) == (
-        "[pair] offset must be a number, got 'wide': write it as 1.5, without quotes",
+        "[pair] offset must be a number, got 'wide': write it without quotes, such as 1.5",
     )
     (fault,) = faults_of({"pair.offset": "229 ft"})
     assert fault.startswith("is not valid TOML: ")

@@ -100,8 +100,8 @@ def test_arrays_are_copied_and_read_only(value: Any) -> None:
     assert TABLE.with_errors(errors).batch_shape == (2,)
 
 
-NUMBER = "write it as 1.5, without quotes"
-WHOLE = "write it as 29, without quotes or decimals"
+NUMBER = "write it without quotes, such as 1.5"
+WHOLE = "write it without quotes and decimals, such as 29"
 DEGREES = "was it given in degrees?"
 PLAIN, UNMASK = "must be a number or a plain array", "fill or remove the masked values"
 ROUND = "must be between -3.14159 and 3.14159 rad"

@@ -112,7 +112,10 @@ def request_of(source: str, **given: Any) -> Request:
     module = given["module"] if gear is None else float(gear.tool.normal_module)
     needed = {"--module": module, "--shaft-angle-deg": given["shaft_angle_deg"]}
     if missing := [name for name, value in needed.items() if value is None]:
-        cures = {"--module": "give it in mm, or give --gear", "--shaft-angle-deg": "give 0 for parallel axes"}
+        cures = {
+            "--module": "give it in mm, or give --gear",
+            "--shaft-angle-deg": "give it in deg, 0 for parallel axes",
+        }
         raise Refusal(f"{name} is missing: {cures[name]}" for name in missing)
     if gear is not None and given["module"] not in (None, module):
         given_module = f"got {given['module']:g}"
