@@ -61,10 +61,10 @@ WRONG: dict[type, tuple[object, str]] = {
         "mine.toml",
         r"design must be a Design, got 'mine.toml': read it with read_design\('mine.toml'\)",
     ),
-    bg.Member: (DESIGN, "member must be a Member, got a Design: give design.pinion or design.gear"),
+    bg.Member: (DESIGN, "member must be a Member, got a Design: pass design.pinion or design.gear"),
     bg.ContactPath: (
         None,
-        r"path must be a ContactPath, got None: give the result of path_of_contact\(design\)",
+        r"path must be a ContactPath, got None: pass the result of path_of_contact\(design\)",
     ),
 }
 """Wrong first arguments by the class that a function takes, and the message."""

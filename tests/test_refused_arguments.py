@@ -55,13 +55,13 @@ SINGLE_BORDER = "below 25 mm, half of the face's 50 mm, got 25 mm"
 REFUSED: Cases = [
     *of(
         partial(bg.path_of_contact, TABLE_1),
-        ({"points": 1}, "points must be at least 2, a whole number, got 1"),
+        ({"points": 1}, "points must be a whole number of at least 2, got 1"),
         ({"points": True}, "a whole number"),
         ({"points": 2.0}, "a whole number"),
         ({"points": "7"}, "a whole number"),
         ({"l1": np.zeros((2, 3))}, "l1 must have the shape"),
-        ({"l1": np.array(inf)}, "l1 must contain finite numbers"),
-        ({"l1": np.empty(0)}, "l1 must contain finite numbers"),
+        ({"l1": np.array(inf)}, "l1 must contain at least one number, and finite numbers only"),
+        ({"l1": np.empty(0)}, "l1 must contain at least one number, and finite numbers only"),
     ),
     *of(
         partial(bg.first_contact, TABLE_1, "right"),

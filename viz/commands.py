@@ -32,7 +32,7 @@ def _matplotlib_folder() -> Iterator[None]:
     try:
         folder = tempfile.mkdtemp(prefix="matplotlib-", dir=_temporary())
     except OSError as error:
-        cure = "set TMPDIR to a folder that can be written to"
+        cure = "set the environment variable TMPDIR to a writable folder"
         leave(CANNOT_WRITE, f"no folder for temporary files ({error.strerror}): {cure}")
 
     def remove() -> str:

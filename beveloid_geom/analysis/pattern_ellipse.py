@@ -2,8 +2,8 @@
 
 The ellipse has the centre and the second moments of the marked area in the side view, z along the axis
 against the radius r, which `analysis.path_measures` uses for paths as well. Its major axis is the line of
-least squares through the area. For an elliptic area, the result is this ellipse. Only the marked part counts
-of an area that ends at an edge of the flank."""
+least squares through the area. For an elliptic area, the result is this ellipse. If the area ends at an edge
+of the flank, only its marked part is used."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def marked_ellipse(side: MemberPattern, separation: float) -> MarkedEllipse:
 
 
 def ellipse_of(z: FloatArray, r: FloatArray, amount: FloatArray) -> MarkedEllipse:
-    """Return the ellipse of points z, r (n), mm, each of which represents an area `amount` (n), mm^2."""
+    """Return the ellipse of points z, r (n), mm, that represent areas `amount` (n), mm^2."""
     # Relative difference of the semi-axes below which the ellipse is a circle.
     circle_tolerance = 1e-9
     if not z.size:

@@ -199,8 +199,9 @@ def pattern_matrix(
 def _play_of(
     design: Design, over: tuple[str, str], values: FloatArray, mountings: Design, like: PatternMatrix | None
 ) -> tuple[FloatArray, Mask]:
-    """Return the normal backlash, mm, of a matrix and the cells that jam, (n, n), from a matrix of the same
-    errors if it is given. Raises ValueError if its errors differ."""
+    """Return the normal backlash (n, n), mm, of the cells of a matrix, and which cells jam.
+
+    Both are taken from the matrix `like` if it is given. Raises ValueError if this has other errors."""
     if like is None:
         found = mounted_backlash(mountings)
         return found.normal, found.jammed

@@ -342,8 +342,8 @@ def drawn_errors(tolerances: Tolerances, seed: int, unit: int, cases: int) -> Fl
     """Return random errors (cases, names) of the first mountings of a unit, in the order of
     `Tolerances.names`, mm and rad.
 
-    The random stream is that of the child `unit` of NumPy's SeedSequence of the seed. Each tolerance affects
-    only the draws of its own error."""
+    The random stream is that of the child `unit` of NumPy's SeedSequence of the seed. A tolerance affects
+    only the random values of its error."""
     # SeedSequence(seed).spawn gives its children this key, so that a task needs no other stream.
     stream = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(unit,)))
     shape = (cases, len(tolerances.names))

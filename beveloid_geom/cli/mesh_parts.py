@@ -156,9 +156,9 @@ class MeshRequest:
         low, high = map(math.degrees, rolls_in_mesh(position))
         reach = min(high - middle, middle - low) / pitch
         if 0.5 - 0.5 / self.rolls > reach:  # distance of the last roll from the middle, in pitches
-            text = f"as tooth pair 0 is in mesh over {2.0 * reach:.4g} pitches only, got {self.rolls}"
+            text = f"because tooth pair 0 is in mesh over only {2.0 * reach:.4g} pitches, got {self.rolls}"
             most = int(1.0 / (1.0 - 2.0 * reach))
-            raise Refusal([f"--rolls must be at most {most}, {text}: or give each roll by --roll-deg"])
+            raise Refusal([f"--rolls must be at most {most} {text}: or give each roll with --roll-deg"])
         digits = len(str(self.rolls))
         return [
             replace(

@@ -163,7 +163,7 @@ def renamed(old: str, new: str) -> Option:
     def refuse(_: click.Context, __: click.Parameter, value: str | None) -> None:
         """Raise Refusal if the old name is used."""
         if value is not None:
-            raise Refusal([f"{old} has a new name: write {new}"])
+            raise Refusal([f"{old} has been renamed: use {new}"])
 
     place = "old_" + old.lstrip("-").replace("-", "_")
     return click.option(old, place, hidden=True, expose_value=False, is_eager=True, callback=refuse)
@@ -265,7 +265,7 @@ def worker_processes(number: int, cure: str) -> Iterator[Executor]:
         with workers(number) as pool:
             yield pool
     except BrokenProcessPool:
-        raise Refusal([f"a process ended unexpectedly, memory may be short: {cure}"]) from None
+        raise Refusal([f"a process ended unexpectedly, perhaps for lack of memory: {cure}"]) from None
 
 
 def progress_bar(total: int, unit: str) -> Any:
@@ -297,8 +297,8 @@ def changed_design(design: Design, changes: Mapping[str, Any]) -> Design:
     if design.errors_at == "mesh" and any(vars(design.errors).values()):
         for name, *_ in ERROR_OVERRIDES:
             if changes.get(name) is not None:
-                where = "is about the common perpendicular, the errors of the design are at the mesh"
-                raise Refusal([f"{option_name(name)} {where}: change [errors] of its file"])
+                where = "is about the common perpendicular, but the errors of the design are at the mesh"
+                raise Refusal([f"{option_name(name)} {where}: change [errors] in the design file"])
     try:
         return override(design, **changes)
     except DesignError as error:
@@ -323,7 +323,7 @@ def note_equal_teeth(design: Design) -> None:
             if keys:
                 words = f"[{name}.modification] {flank} flanks are computed with {' and '.join(keys)}"
                 click.echo(
-                    f"Note: {words}; operation and the page have the transmission error of all teeth",
+                    f"Note: {words}; operation and render-report compute the transmission error of all teeth",
                     err=True,
                 )
 

@@ -146,8 +146,8 @@ def check_measured(design: Design, members: Iterable[str], flank: str, out: Path
     for name in members if out is not None else ():
         modification = getattr(design, name).modification(flank)
         if modification is not None and modification.deviations is not None:
-            cure = "the points would undo the change: leave --out out, or remove deviations"
-            raise Refusal([f"--out: [{name}.modification] has measured points: {cure}"])
+            text = "has measured deviations, which would undo the change when the file is read"
+            raise Refusal([f"--out: [{name}.modification] {text}: omit --out, or remove the deviations"])
 
 
 def write_design(text: str, out: Path) -> None:
@@ -166,10 +166,10 @@ def unfinished_file(out: Path) -> AbstractContextManager[Path]:
     from ..support.atomic_file import atomic_file
 
     if out.is_dir():
-        raise Refusal([f"--out: {click.format_filename(out)} is a folder: name a file in it"])
+        raise Refusal([f"--out: {click.format_filename(out)} is a folder: give the name of a file"])
     if not out.parent.is_dir():
         folder = click.format_filename(out.parent)
-        raise Refusal([f"--out: the folder {folder} does not exist: make it first"])
+        raise Refusal([f"--out: the folder {folder} does not exist: create it first"])
     return atomic_file(out)
 
 

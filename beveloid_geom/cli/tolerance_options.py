@@ -62,9 +62,8 @@ def errors_option(name: str, default: str | None, text: str) -> Option:
                 error.replace("_", "-") + (f" ({TRADE[error]})" if error in TRADE else "")
                 for error in ALL_NAMES
             )
-            raise Refusal(
-                [f"{name} must be two different errors of {known}, separated by a comma, got {value!r}"]
-            )
+            text = f"{name} must be two different errors, separated by a comma, got {value!r}"
+            raise Refusal([f"{text}: choose from {known}"])
         try:
             place_of(names)
         except ValueError as error:
@@ -96,8 +95,9 @@ def sizes_of(values: Mapping[str, float], usual_of: Design | None = None) -> dic
             next(option for name, option in options.items() if name not in NAMES[place])
             for place in ("mesh", "perpendicular")
         )
-        cure = "leave one of them out"
-        raise Refusal([f"{first} is about the common perpendicular, {second} at the mesh: {cure}"]) from None
+        cure = "omit one of them"
+        text = f"{first} is about the common perpendicular, but {second} is at the mesh"
+        raise Refusal([f"{text}: {cure}"]) from None
     return {
         argument.removesuffix("_deg"): math.radians(value) if argument.endswith("_deg") else value
         for argument, value in values.items()

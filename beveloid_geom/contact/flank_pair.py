@@ -161,8 +161,8 @@ Each: TypeAlias = tuple[Member | Distinct, Member | Distinct]
 def _flanks(members: Member, flank: str, each: Each | None, undercut: bool = True) -> dict[str, Any]:
     """Return the fields of a `FlankPair` that depend on the stacked members alone.
 
-    `each` contains both members if they are single ones, the same in all cases. Without `undercut` the flanks
-    are not limited by undercut.
+    `each` contains both members if all cases have the same single members. Without `undercut` the flanks are
+    not limited by undercut.
     """
     rack, (lowest, highest) = rack_of(members, flank), active_range(members, flank)
     edges: tuple[Edges | None, ...] = ()
@@ -265,7 +265,7 @@ def generated_pairing(design: Design, flank: str, undercut: bool = True) -> Flan
 
 
 def may_be_undercut(design: Design, flank: str) -> bool:
-    """Return whether a flank of a design may be undercut. If False, all flanks are sound."""
+    """Return whether a flank of a design may be undercut. If False, no flank is undercut."""
     members = design.stacked_members()
     return bool(may_fold(members, rack_of(members, flank), *active_range(members, flank)).any())
 

@@ -63,7 +63,7 @@ def meshing_pair(design: Design, flank: str = "right") -> MeshingPair:
     Parameters
     ----------
     design : Design
-        A single one.
+        A single design.
     flank : {'right', 'left'}
 
     Returns
@@ -76,10 +76,10 @@ def meshing_pair(design: Design, flank: str = "right") -> MeshingPair:
         For a batch, and if the path has no point on the flanks or could not be computed.
     """
     if design.batch_shape:
-        raise ValueError(f"a pose is that of one design, got a batch of the shape {design.batch_shape}")
+        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     path = path_of_contact(design, flank, points=3)
     if not len(path.pinion_roll) or not np.isfinite(path.pinion_roll[1]):
-        raise ValueError(f"the {flank} flanks have no path of contact on which the pair could be posed")
+        raise ValueError(f"the {flank} flanks have no path of contact, so that the gears cannot be placed")
     # The second of three positions is at mid-roll.
     roll = np.array([path.pinion_roll[1], path.gear_roll[1]])
     places = (design.pinion, path.l1[1], path.u1[1]), (design.gear, path.l2[1], path.u2[1])

@@ -74,7 +74,7 @@ class PathEnds:
 
     def _single(self, end: int) -> Limit | None:
         if self.limit.ndim != 1:
-            raise ValueError("enter and leave name the ends of one path; read `limit` for a batch")
+            raise ValueError("enter and leave are defined for a single path: use `limit` for a batch")
         return Limit(self.limit[end]) if self.limit[end] >= 0 else None
 
 
@@ -266,12 +266,12 @@ def _rows_of_groups(
 def require_points(points: object) -> None:
     """Raise ValueError unless `points` is a valid number of positions along a path."""
     if not isinstance(points, int | np.integer) or isinstance(points, bool) or points < 2:
-        raise ValueError(f"points must be at least 2, a whole number, got {points!r}")
+        raise ValueError(f"points must be a whole number of at least 2, got {points!r}")
 
 
 def _solvable(design: Design, flank: str, undercut: bool = True) -> FlankPair:
     if 0 in design.batch_shape:
-        raise ValueError("the design contains an array without elements")
+        raise ValueError("the design contains an array without elements: give at least one value")
     return generated_pairing(design, flank, undercut)
 
 
@@ -282,7 +282,7 @@ def _by_case(l1: ArrayLike, shape: tuple[int, ...]) -> FloatArray:
         batch = f" or {(*shape, 'positions')}" if shape else ""
         raise ValueError(f"l1 must have the shape (positions){batch}, got {given.shape}")
     if given.size == 0 or not np.isfinite(given).all():
-        raise ValueError("l1 must contain finite numbers, at least one")
+        raise ValueError("l1 must contain at least one number, and finite numbers only")
     if not shape:
         return given[None]
     return np.broadcast_to(given, (*shape, given.shape[-1])).reshape(-1, given.shape[-1])

@@ -235,7 +235,8 @@ def fitted_series(
 
 
 def between(known: FloatArray, new: FloatArray) -> FloatArray:
-    """Return values (..., nodes) at the nodes of a degree, from those of half the degree and the others."""
+    """Return values (..., nodes) at all nodes of a degree: the `known` ones at the nodes of half the degree,
+    and the `new` ones at the nodes between."""
     if known.shape[-1] == 0:
         return new
     values = np.empty((*new.shape[:-1], known.shape[-1] + new.shape[-1]))

@@ -32,7 +32,7 @@ def read_amounts(text: str) -> dict[str, Any]:
         key = keys.get(name.replace("lead_", "helix_"), name)
         values = table.setdefault(flank, {}) if dot else table
         if key in values:
-            raise ValueError(f"has {words} twice: leave one of them out")
+            raise ValueError(f"has {words} twice: remove one of them")
         try:
             values[key] = float(amount)
         except ValueError:

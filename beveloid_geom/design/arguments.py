@@ -15,7 +15,7 @@ def require_design(design: object) -> None:
     For the name of a file or of a built-in design, the message contains the call that reads it."""
     if isinstance(design, Design):
         return
-    cure = "make it by Design(...)"
+    cure = "create one with Design(...) or read_design(file)"
     if isinstance(design, str | os.PathLike):
         cure = f"read it with read_design({os.fspath(design)!r})"
     raise TypeError(f"design must be a Design, got {_shown(design)}: {cure}")
@@ -24,14 +24,14 @@ def require_design(design: object) -> None:
 def require_member(member: object) -> None:
     """Raise TypeError if an argument is not a `Member`, with the parts of a design that are."""
     if not isinstance(member, Member):
-        cure = "give design.pinion or design.gear"
+        cure = "pass design.pinion or design.gear"
         raise TypeError(f"member must be a Member, got {_shown(member)}: {cure}")
 
 
 def require_path(path: object) -> None:
     """Raise TypeError if an argument is not a path of contact: it has no `design` and no `l1`."""
     if not hasattr(path, "design") or not hasattr(path, "l1"):
-        cure = "give the result of path_of_contact(design)"
+        cure = "pass the result of path_of_contact(design)"
         raise TypeError(f"path must be a ContactPath, got {_shown(path)}: {cure}")
 
 

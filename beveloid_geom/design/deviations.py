@@ -85,25 +85,25 @@ class FlankDeviations:
                 or min(array.shape) < 2
                 or array.shape != np.shape(self.l)
             ):
-                limit = "must have the shape (2, rows, columns) with at least two rows and columns, as l"
-                raise DesignError([Fault("", name, f"{limit}, got {array.shape}")], "FlankDeviations")
+                limit = "must have the shape of l, (2, rows, columns) with at least 2 rows and 2 columns"
+                text = f"{limit}, got {array.shape}: give one value for each point of the grid"
+                raise DesignError([Fault("", name, text)], "FlankDeviations")
             if not np.isfinite(array).all():
-                raise DesignError(
-                    [Fault("", name, "has missing values: measure them again")], "FlankDeviations"
-                )
+                text = "must contain finite numbers only: measure the missing points again"
+                raise DesignError([Fault("", name, text)], "FlankDeviations")
             array.flags.writeable = False
             values[name] = array
         if self.l[0].size > max_points:
             limit = f"must have at most {max_points} points on a flank, got {self.l[0].size}"
-            raise DesignError([Fault("", "deviation_um", f"{limit}: take a coarser grid")], "FlankDeviations")
+            raise DesignError([Fault("", "deviation_um", f"{limit}: use a coarser grid")], "FlankDeviations")
         if (largest := float(np.abs(self.deviation_um).max())) > max_deviation_um:
-            limit = f"must be within {max_deviation_um:g} um, got {largest:g}: give it in um"
+            limit = f"must be at most {max_deviation_um:g} um in magnitude, got {largest:g}: give it in um"
             raise DesignError([Fault("", "deviation_um", limit)], "FlankDeviations")
         for flank in FLANK_SIGN:
             try:
                 deviation_shape(self, flank)
             except ValueError as error:
-                order = f"{error}: rows run from root to tip, columns towards +z"
+                order = f"{error}: order the rows from root to tip and the columns towards +z"
                 raise DesignError([Fault("", "deviation_um", order)], "FlankDeviations") from None
 
     @property
@@ -181,7 +181,8 @@ def mean_deviations(teeth: Sequence[FlankDeviations]) -> FlankDeviations:
     """
     shapes = {one.l.shape for one in teeth}
     if len(shapes) != 1:
-        text = f"must be tables of one grid, got the shapes {sorted(shapes)}: give at least one table"
+        text = f"must be one or more tables of the same grid, got grids of the shapes {sorted(shapes)}"
+        text += ": measure all teeth on the same grid"
         raise DesignError([Fault("", "teeth", text)], "FlankDeviations")
     l, z, amount = (np.mean([getattr(one, name) for one in teeth], axis=0) for name in _ARRAYS)
     first = teeth[0]
@@ -238,7 +239,7 @@ def deviation_shape(deviations: FlankDeviations, flank: str) -> DeviationShape:
     (start_z, start), (end_z, end) = (np.polyfit(z[row], l[row], 1) for row in (0, -1))
     length, length_z = end - start, end_z - start_z
     if not (length + length_z * z > 0.2 * length).all():
-        raise ValueError("the first and the last row cross each other")
+        raise ValueError("has a first and a last row that cross each other")
     t = (l - start - start_z * z) / (length + length_z * z)
     spline = spline_through(t, z, deviations.deviation_um[side])
     return DeviationShape((float(start), float(start_z), float(length), float(length_z)), spline)

@@ -126,9 +126,9 @@ _OFFSET = ((math.inf, "give the distance of the axes in mm, 0 where they interse
 _MODULES = ((math.inf, "give it in normal modules, not in mm"),)
 _PRESSURE = ((0.0, "the pressure angle is positive"), (math.inf, "usual tools have 14.5 to 30 deg"))
 _TEETH = (
-    (-1.0, "internal gears are not covered"),
+    (-1.0, "internal gears are not supported"),
     (0.0, "a member has at least one tooth"),
-    (math.inf, "a rack is not covered by this model"),
+    (math.inf, "racks are not supported"),
 )
 _HELIX = (
     (math.inf, "measure it from the axis, right hand positive; it is the complement of the lead angle"),
@@ -138,7 +138,7 @@ _SHAFT = (
     (0.0, "give the magnitude, the sense follows from the helix angles"),
     (math.inf, "it is the smaller angle between the axes, give 180 deg minus this angle"),
 )
-_LAYOUT = ((math.inf, "change the shaft angle of the pair if another layout is meant"),)
+_LAYOUT = ((math.inf, "for another layout, change the shaft angle of the pair"),)
 _AXIAL = ((math.inf, "give it in mm, positive towards +z"),)
 _GREATEST = float(np.finfo(float).max)
 _FREE = Limit(-_GREATEST, _GREATEST, "", ())
@@ -278,7 +278,7 @@ def _as_float64(value: object, kind: tuple[str, str]) -> NDArray[np.float64] | s
     """Return a float64 copy, or the message for a value that is neither a number nor an array of numbers."""
     parts = value if isinstance(value, list | tuple) else (value,)
     if any(isinstance(part, np.ma.MaskedArray) for part in parts):
-        return refused("be a number or a plain array", value, "fill it, or take the unmasked cases")
+        return refused("be a number or a plain array", value, "fill or remove the masked values")
     try:
         given = np.asarray(value)
     except ValueError:  # lists of different lengths
@@ -301,7 +301,7 @@ def float64_of(name: str, value: object) -> NDArray[np.float64]:
 def _outside_range(value: float, limit: Limit, place: str) -> str:
     """Return the message for a number that is not finite, not whole, or outside the range."""
     # Kinds of values, each with the cure for a value of another kind.
-    finite = "a finite number", "give the value itself"
+    finite = "a finite number", "give a number such as 1.5"
     if not math.isfinite(value):
         return refused(f"be {finite[0]}", value, finite[1], place)
     if limit.whole and not value.is_integer():
@@ -332,14 +332,15 @@ def base_pitch_fault(
     index = np.argwhere(bad)[0].tolist()
     first, second = (float(np.broadcast_to(pitch, np.shape(bad))[tuple(index)]) for pitch in pitches)
     limit, value = f"equal that of {other}, {first:.12g} mm", float(f"{second:.12g}")
-    text = refused(limit, value, "meshing teeth have the same base pitch", f" at {index}" if index else "")
+    cure = "change module or pressure angle, as meshing teeth need the same base pitch"
+    text = refused(limit, value, cure, f" at {index}" if index else "")
     return Fault(table, f"normal_module cos(normal_pressure_angle{suffix})", text)
 
 
 def require_classes(owner: object, **kinds: type) -> None:
     """Raise DesignError if a field of `owner` is not an object of the class given for it."""
     faults = [
-        f"{name} {refused(f'be of the class {kind.__name__}', value, f'make it by {kind.__name__}(...)')}"
+        f"{name} {refused(f'be of the class {kind.__name__}', value, f'create it with {kind.__name__}(...)')}"
         for name, kind in kinds.items()
         if not isinstance(value := getattr(owner, name), kind)
     ]

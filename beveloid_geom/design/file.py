@@ -90,7 +90,9 @@ def _read_member(
     diameter = values.pop("tip_diameter", None)
     member = from_degrees(Member, tool=from_degrees(Tool, **tool), **values, **modifications)
     if diameter is not None and "tip_alteration" in given:
-        faults.append(Fault(name, "tip_diameter", "is given together with tip_alteration: leave one out"))
+        faults.append(
+            Fault(name, "tip_diameter", "is given together with tip_alteration: remove one of them")
+        )
         return None
     if diameter is not None:
         least, most = (
@@ -119,7 +121,7 @@ def _read_tables(data: Mapping[str, object], faults: list[Fault]) -> dict[str, d
     for name in TABLES:
         value = data.get(name, {})
         if not isinstance(value, dict):
-            faults.append(outside(name, "", "be a table", value, f"write [{name}] above its keys"))
+            faults.append(outside(name, "", "be a table", value, f"write the line [{name}] above its keys"))
         elif name in data or (name in ("tool", "errors") and name not in meant):
             tables[name] = value
         elif name not in meant:
@@ -234,7 +236,7 @@ def _about_perpendicular(
 ) -> Errors:
     """Return the errors about the common perpendicular that are equivalent to errors at the mesh."""
     if from_mesh is None:
-        raise TypeError("parse_design needs from_mesh for errors at the mesh")
+        raise TypeError("parse_design needs the argument from_mesh for errors at the mesh")
     equivalent = from_mesh(design, errors)
     faults += mesh_error_faults(design.pinion, equivalent)
     return equivalent
@@ -259,7 +261,7 @@ def read_design_file(
         raise DesignError([f"{error}: is it a design file?"], source) from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        fault = f"cannot be read ({reason}): name a TOML file, or a built-in design: {_NAMES}"
+        fault = f"cannot be read ({reason}): give a design file, or a built-in design: {_NAMES}"
         raise DesignError([fault], source) from None
     return parse_design(text, source, from_mesh, read_deviations)
 
@@ -267,7 +269,7 @@ def read_design_file(
 def builtin_text(name: str = BUILTIN) -> str:
     """Return the text of a built-in design file. Raises DesignError for an unknown name."""
     if name not in BUILTINS:
-        raise DesignError([f"there is no built-in design {shown_value(name)}: known are {_NAMES}"])
+        raise DesignError([f"there is no built-in design {shown_value(name)}: give one of {_NAMES}"])
     return (resources.files(__package__) / "designs" / f"{name}.toml").read_text(encoding="utf-8")
 
 

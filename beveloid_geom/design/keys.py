@@ -45,7 +45,7 @@ TABLES = {
 """Limits of the keys by table."""
 ERRORS_AT = {"perpendicular": TABLES["errors"], "mesh": keys_of(MeshErrors)}
 """Keys of [errors] for each value of `at`."""
-IS_MISSING = "is missing: the built-in design shows all tables and keys"
+IS_MISSING = "is missing: `beveloid-geom design` prints a complete example"
 
 
 def guess(word: str, known: Iterable[str]) -> str | None:
@@ -60,7 +60,7 @@ def unknown_key(table: str, key: str, value: object, keys: Iterable[str] = ()) -
     if isinstance(value, dict) and not table:
         shown = f"[{shown}]"
     elif table == "errors" and (places := [at for at, keys_at in ERRORS_AT.items() if key in keys_at]):
-        return Fault(table, shown, f'needs at = "{places[0]}": the keys here are {", ".join(known)}')
+        return Fault(table, shown, f'needs at = "{places[0]}": without it, the keys are {", ".join(known)}')
     elif tables := [f"[{name}]" for name, keys in TABLES.items() if key in keys]:
         return Fault(table, shown, f"does not belong here: move it to {' or '.join(tables)}")
     helix = shown.lower().replace("lead_", "helix_", 1)

@@ -85,29 +85,28 @@ def member_faults(name: str, member: Member) -> Iterator[Fault]:
         cure = "the tool cannot generate one of the flanks, take a larger pressure angle"
         yield outside(name, "cone_angle_deg", limit, in_degrees(member.cone_angle), cure)
     elif abs(float(tool.parabola_apex)) > reach:
-        cure = "it is on the flank of the tool, measured along it from the reference line"
+        cure = "measure it along the flank of the tool, from the reference line"
         limit = f"be between -{reach:.4g} and {reach:.4g} mm"
         yield outside(name, "parabola_apex", limit, tool.parabola_apex, cure)
     else:
         for key, parabola in tool.parabolas.items():
             if abs(float(parabola)) > most:
-                cure = "a larger one folds the rack profile, usual values are 0.0001 to 0.01"
+                cure = "a larger coefficient folds the rack profile, usual values are 0.0001 to 0.01"
                 yield outside(name, key, f"be between -{most:.4g} and {most:.4g} 1/mm", parabola, cure)
 
     largest = (float(tool.dedendum) - MIN_FLANK_DEPTH) / (1.0 - math.sin(alpha))
     if float(tool.tip_radius) > largest:
-        cure = "a larger tip round leaves no flank; give it in normal modules, not in mm"
+        cure = "a larger tip round leaves no flank, the unit is the normal module, not mm"
         yield outside(name, "tip_radius", f"be at most {largest:.4g} at this dedendum", tool.tip_radius, cure)
     if float(member.tip_height) < LEAST_TIP_HEIGHT:
-        limit = f"leave a tip at least {LEAST_TIP_HEIGHT:g} modules above the shifted pitch cone"
-        cure = f"the addendum is {float(tool.addendum):g}, take a larger tip diameter"
+        limit = f"leave the tip at least {LEAST_TIP_HEIGHT:g} modules above the shifted pitch cone"
+        cure = f"increase it or the tip diameter, the addendum is {float(tool.addendum):g}"
         yield outside(name, "tip_alteration", limit, float(f"{member.tip_alteration:.6g}"), cure)
     taper = 0.5 * member.face_width * abs(math.tan(member.cone_angle))
     if (radius := tip_radius_at_mid_face(member) - float(taper)) <= 0.0:
-        limit = "leave a tip radius at the narrow end of the face above 0 mm"
-        yield outside(
-            name, "face_width", limit, float(f"{radius:.6g}"), "take a narrower face or a smaller cone"
-        )
+        limit = "leave a tip radius above 0 mm at the small end of the face"
+        cure = "use a narrower face or a smaller cone angle"
+        yield outside(name, "face_width", limit, float(f"{radius:.6g}"), cure)
     yield from modification_faults(name, member)
 
 
@@ -135,7 +134,7 @@ def modification_faults(name: str, member: Member) -> Iterator[Fault]:
                 limit = (
                     f"be at most {longest[direction]:.4g} mm, the length of the flank along the {direction}"
                 )
-                yield outside(table, length_of(key), limit, length, "a longer relief is a crowning")
+                yield outside(table, length_of(key), limit, length, "shorten it, or use a crowning")
 
 
 def mesh_faults(pinion: Member, gear: Member) -> Iterator[Fault]:
@@ -148,13 +147,13 @@ def mesh_faults(pinion: Member, gear: Member) -> Iterator[Fault]:
 
 def offset_error_faults(pinion: Member, errors: Errors) -> Iterator[Fault]:
     """Yield the fault of an offset error that separates the teeth."""
-    yield from _distance_faults("offset", pinion, errors.offset, "it adds to the offset")
+    yield from _distance_faults("offset", pinion, errors.offset, "it is added to the offset")
 
 
 def _distance_faults(key: str, pinion: Member, error: Any, cure: str) -> Iterator[Fault]:
     """Yield the fault of an error of a distance above MOST_OFFSET_ERROR."""
     if abs(float(error)) > (most := MOST_OFFSET_ERROR * float(pinion.tool.normal_module)):
-        limit = f"be between -{most:g} and {most:g} mm, {MOST_OFFSET_ERROR:g} modules"
+        limit = f"be between -{most:g} and {most:g} mm ({MOST_OFFSET_ERROR:g} modules)"
         yield outside("errors", key, limit, error, f"{cure}, it does not replace it")
 
 
@@ -198,11 +197,11 @@ def parallel_faults(pinion: Member, gear: Member, pair: Pair) -> Iterator[Fault]
 
 def given_at_mesh_faults(pinion: Member, pair: Pair, errors: MeshErrors) -> Iterator[Fault]:
     """Yield faults of errors at the mesh that separate the teeth or tilt the axes beyond parallel."""
-    cure = "it adds to the centre distance"
+    cure = "it is added to the centre distance"
     yield from _distance_faults("centre_distance", pinion, errors.centre_distance, cure)
     shaft = float(pair.shaft_angle)
     if shaft > 0.0 and float(errors.in_plane) < -shaft:
-        cure = "beyond parallel axes the common perpendicular changes its direction"
+        cure = "a lower value turns the axes past parallel"
         yield outside(
             "errors",
             "in_plane_deg",
@@ -217,7 +216,7 @@ def mesh_error_faults(pinion: Member, errors: Errors) -> Iterator[Fault]:
     large."""
     given = vars(errors)
     if any(math.isnan(value) for value in given.values()):
-        nowhere = 'cannot be "mesh": the flanks have no common normal, so that the pair has no pitch point'
+        nowhere = 'cannot be "mesh", as flanks without common normal have no pitch point: use "perpendicular"'
         yield Fault("errors", "at", nowhere)
         return
     faults = [*offset_error_faults(pinion, errors)]
@@ -227,7 +226,7 @@ def mesh_error_faults(pinion: Member, errors: Errors) -> Iterator[Fault]:
         if text := limit.fault(value):
             faults.append(Fault("errors", f"{name}_deg" if angle else name, text))
     for fault in faults:
-        key = f'at = "mesh" is equivalent to {fault.key} about the common perpendicular, which'
+        key = f'with at = "mesh", the equivalent {fault.key} about the common perpendicular'
         yield Fault("errors", key, fault.text)
 
 

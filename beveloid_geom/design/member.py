@@ -167,11 +167,12 @@ class Member:
         if deviations is None:
             return None
         if np.ndim(self.teeth) or len(deviations) != self.teeth:
-            return f"must have one value for each tooth, {self.teeth}, got {len(deviations)}"
+            count = f"must have one value for each of the {self.teeth} teeth, got {len(deviations)}"
+            return f"{count}: give 0 for teeth without a deviation"
         # The mates of a tooth with a larger deviation are not those that can touch without it.
         largest, limit = max(map(abs, deviations)), 200.0 * float(np.min(self.tool.normal_module))
         return (
-            refused(f"be within {limit:g} um, a fifth of the module", largest, "give it in um")
+            refused(f"be at most {limit:g} um (a fifth of the module) in magnitude", largest, "give it in um")
             if largest > limit
             else None
         )

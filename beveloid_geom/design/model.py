@@ -189,7 +189,7 @@ class Design:
         require_classes(self, pinion=Member, gear=Member, pair=Pair, errors=Errors)
         if self.errors_at not in (places := get_args(ErrorsAt)):
             limit = f"be {' or '.join(map(repr, places))}"
-            cure = "it says where errors are measured"
+            cure = "it selects where errors are measured"
             raise DesignError([f"errors_at {refused(limit, self.errors_at, cure)}"], "Design")
         pinion, gear = (m.tool.normal_module * np.cos(m.tool.normal_pressure_angle) for m in self.members)
         if fault := base_pitch_fault((pinion, gear), base_pitch_tolerance, "", "", "the pinion"):

@@ -170,7 +170,7 @@ class Modification:
             else:
                 values[name] = result
         if not isinstance(self.deviations, FlankDeviations | None):
-            cure = "give the on_flanks of read_deviations"
+            cure = "pass the attribute on_flanks of the result of read_deviations"
             text = refused("be of the class FlankDeviations", self.deviations, cure)
             faults.append(Fault("", "deviations", text))
         if self.pitch_deviations_um is not None:
@@ -250,11 +250,11 @@ def missing_lengths(modification: type[Modification], given: dict[str, Any]) -> 
     """
     for name, row in kinds_of(modification).items():
         if row.has_length and name in given and length_of(name) not in given:
-            yield Fault("", name, f"needs {length_of(name)}, the length of the relief in mm")
+            yield Fault("", name, f"needs {length_of(name)}: give the length of the relief in mm")
 
 
 def missing_amounts(modification: type[Modification], given: dict[str, Any]) -> Iterator[Fault]:
     """Yield the faults of lengths without the amount to which they belong, as `missing_lengths`."""
     for name, row in kinds_of(modification).items():
         if row.has_length and length_of(name) in given and name not in given:
-            yield Fault("", length_of(name), f"needs {name}, the amount of the relief in um")
+            yield Fault("", length_of(name), f"needs {name}: give the amount of the relief in um")

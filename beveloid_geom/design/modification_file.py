@@ -20,7 +20,7 @@ from .written_numbers import refused
 
 MODIFICATION_KEYS = limits_of(Modification)
 """Limits of the keys of [pinion.modification] and [gear.modification]."""
-_GRID_SIZE = Limit(2, 999, "", ((math.inf, "give the number of the measuring grid"),), whole=True)
+_GRID_SIZE = Limit(2, 999, "", ((math.inf, "give the number in the measuring grid"),), whole=True)
 _DEVIATIONS = "deviations"
 """Key of these tables that names a file of measured points."""
 
@@ -75,13 +75,13 @@ def file_key_faults(tables: Mapping[str, tuple[str, object]]) -> Iterator[Fault]
     for table, values in tables.values():
         for key in (_DEVIATIONS, PITCH):
             if isinstance(values, dict) and key in values:
-                yield Fault(table, key, f"belongs in a design file: write it in [{table}]")
+                yield Fault(table, key, f"can only be given in a design file: write it in [{table}]")
 
 
 def read_modification(table: str, given: object, faults: list[Fault]) -> Modification | None:
     """Read one table of amounts and lengths, without measured deviations; None for an empty one."""
     if not isinstance(given, dict):
-        faults.append(outside(table, "", "be a table", given, f"write [{table}] above its keys"))
+        faults.append(outside(table, "", "be a table", given, f"write the line [{table}] above its keys"))
         return None
     if _DEVIATIONS in given:
         _deviation_files(table, given[_DEVIATIONS], faults)
@@ -110,7 +110,7 @@ def _deviation_files(table: str, given: object, faults: list[Fault]) -> list[Dev
         cure = 'write "points.csv" or {file = "points.csv", rows = 5, columns = 9, border = "10%"}'
         new.append(outside(table, _DEVIATIONS, "name a file of measured points", given, cure))
     elif not isinstance(keys.get("border", ""), str):
-        cure = 'write a share as "10%" or a length as "2mm"'
+        cure = 'write a percentage such as "10%" or a length such as "2mm"'
         new.append(outside(table, f"{_DEVIATIONS}.border", "be a text", keys["border"], cure))
     faults += new
     return [] if new else [DeviationFile(**{**keys, "file": file}) for file in files]
@@ -136,7 +136,7 @@ def _pitch_deviations(member: Member, folder: str, given: object) -> tuple[float
                 numbers.append(float(row))
             except ValueError:
                 cure = "write one number in um in each line, tooth 0 first"
-                raise ValueError(f"line {number} is no number: {cure}") from None
+                raise ValueError(f"line {number} is not a number: {cure}") from None
     if not isinstance(values, list):
         cure = "write [2.1, -0.4, ...] or the name of a file with one number in each line"
         raise ValueError(refused("be a list of numbers in um", given, cure))
@@ -186,8 +186,8 @@ def _measured(
 ) -> FlankDeviations | None:
     """Return the deviations in a file, or the mean of those of single teeth; None after adding faults."""
     if len(sources) > member.teeth:
-        text = f"must name at most one file for each tooth, {member.teeth}, got {len(sources)}"
-        faults.append(Fault(table, _DEVIATIONS, f"{text}: leave out files of other teeth"))
+        text = f"must name at most {member.teeth} files, one for each tooth, got {len(sources)}"
+        faults.append(Fault(table, _DEVIATIONS, f"{text}: remove the others"))
         return None
     placed = [source._replace(file=os.path.join(folder, source.file)) for source in sources]
     found = [
@@ -205,7 +205,7 @@ def _read(table: str, key: str, read: Callable[[], Any], faults: list[Fault], fi
     try:
         return read()
     except OSError as error:
-        reason = f"cannot read {file} ({error.strerror or error})"
+        reason = f"names {file}, which cannot be read ({error.strerror or error})"
         faults.append(Fault(table, key, f"{reason}: paths are relative to the design file"))
     except ValueError as error:
         faults.append(Fault(table, key, f"{file} {error}".strip()))

@@ -46,16 +46,17 @@ def design_text(design: Design, remark: str = "") -> str:
     """
     require_design(design)
     if design.batch_shape:
-        raise ValueError(f"design must be a single one, got arrays of shape {design.batch_shape}")
+        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     for member in design.members:
         for measured in (one.deviations for one in member.modifications if one.deviations):
             if not all(measured.files):
-                cure = "which the design file names: write the points"
-                raise ValueError(f"deviations must come from a file, {cure}")
+                cure = "write the measured points to a file and read it"
+                raise ValueError(f"deviations must come from a file that the design file can name: {cure}")
             # On reading, the points are compared with the flanks of the file.
             if measured.nominal != member.nominal():
-                cure = "remove the deviations, or keep the flanks with which the points were compared"
-                raise ValueError(f"deviations would undo the change of the flanks on reading: {cure}")
+                cure = "remove the deviations, or keep those flanks"
+                text = "deviations belong to the flanks with which the points were compared, not to these"
+                raise ValueError(f"{text}: {cure}")
     tables: dict[str, dict[str, Any]] = {}
     first, second = ({**vars(m.tool), **vars(m)} for m in design.members)
     tool = [key for key in LIMITS["Tool"] if not key.startswith("parabola")]

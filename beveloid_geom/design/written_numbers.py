@@ -8,8 +8,8 @@ import re
 import numpy as np
 
 IN_RADIANS, IN_DEGREES = "was it given in radians?", "was it given in degrees?"
-NUMBER = "a number", "give it like 1.5, without quotes"
-WHOLE = "a whole number", "give it like 29, without quotes or decimals"
+NUMBER = "a number", "write it without quotes, such as 1.5"
+WHOLE = "a whole number", "write it without quotes and decimals, such as 29"
 """Descriptions of the values required, with the cure."""
 MM_PER_INCH = 25.4
 DEGREE = math.pi / 180.0
@@ -61,7 +61,7 @@ def number_cure(text: str, unit: str = "") -> str | None:
     if suffix:
         size = _UNITS.get(unit, {}).get(suffix.lower())
         return None if size is None else f"give it in {unit} without a unit, {number * size:.10g}"
-    return f"write a decimal point, {number:g}" if "," in match[1] else None
+    return f"write it with a decimal point, {number:g}" if "," in match[1] else None
 
 
 def refused(limit: str, value: object, cure: str, place: str = "") -> str:
@@ -74,7 +74,7 @@ def refused(limit: str, value: object, cure: str, place: str = "") -> str:
     value : object
         The rejected value.
     cure : str
-        What the user can do.
+        Advice to the user.
     place : str
         Index in an array, such as ' at [3]'.
     """

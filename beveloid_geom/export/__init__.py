@@ -1,7 +1,7 @@
 """Files for other programs: surfaces of triangles, hexahedral meshes, CAD solids, scenes.
 
-Most formats are written by trimesh, meshio, VTK and Open CASCADE. Only .inp and .bdf have writers of their
-own: meshio writes neither surfaces nor loads to .inp and calls the hexahedra C3D8RH, and its .bdf cannot hold
+Most formats are written by trimesh, meshio, VTK and Open CASCADE. Only .inp and .bdf have separate writers:
+meshio writes neither surfaces nor loads to .inp and calls the hexahedra C3D8RH, and its .bdf cannot contain
 negative coordinates of twelve digits, nor elements with 20 nodes under Nastran's name.
 """
 
@@ -80,7 +80,7 @@ def writer_of(formats: Mapping[str, Format], suffix: str) -> Callable[..., None]
 
     Raises ValueError if the suffix is not one of the `formats`."""
     if suffix not in formats:
-        raise ValueError(f"there is no writer of {suffix!r}: give one of {', '.join(formats)}")
+        raise ValueError(f"{suffix!r} is not a known format: give one of {', '.join(formats)}")
     writer: Callable[..., None] = resolve_name(f"{__name__}.{formats[suffix].writer}")
     return writer
 

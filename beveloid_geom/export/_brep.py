@@ -273,7 +273,7 @@ def write_solids(parts: Sequence[SolidPart], path: Path, name: str) -> None:
     shapes = [solid_of(part.loops) for part in parts]
     for part, (solid, _) in zip(parts, shapes, strict=True):
         if not BRepCheck_Analyzer(solid).IsValid():
-            raise RuntimeError(f"{part.name}: the solid is not valid in the CAD kernel, please report it")
+            raise RuntimeError(f"{part.name}: the CAD kernel rejects the solid: please report this design")
     with quiet_kernel():
         writer = STEPCAFControl_Writer()
         writer.Transfer(_document(parts, shapes, name))
@@ -284,7 +284,7 @@ def write_solids(parts: Sequence[SolidPart], path: Path, name: str) -> None:
         _write_header(writer.ChangeWriter().Model(), name)
         with _path_in_utf8(path) as written:
             if writer.Write(str(written)) != IFSelect_RetDone:
-                raise OSError("the CAD kernel could not write it")
+                raise OSError("the CAD kernel could not write the file")
 
 
 @contextmanager

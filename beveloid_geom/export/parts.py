@@ -151,8 +151,8 @@ def flank_triangles(grid: FlankGrid, fields: Mapping[str, FloatArray] | None = N
 def pattern_field(design: Design, pose: MeshingPair, member: int, grid: FlankGrid) -> FloatArray:
     """Return the smallest separation (nl, nz), mm, of a flank while one tooth pair rolls through the mesh.
 
-    `contact_pattern` defines this separation. Marking compound that is thicker is removed there. NaN where no
-    mating flank comes opposite."""
+    `contact_pattern` defines this separation. Marking compound that is thicker is removed there. NaN where
+    the mating flank is never opposite."""
     mating = mating_of(design, pose.flank, member, first_contact_operation(design, pose.flank))
     return minimum_separation(mating, grid.points.reshape(-1, 3)).least.reshape(grid.l.shape)
 

@@ -1,7 +1,7 @@
 """Seams: lines of a tooth across which derivatives of its surface jump, so that B-splines need knots there.
 
-Reliefs and undercut begin with a jump of the curvature, by which edges of the tooth have kinks. Measured
-deviations are cubic splines, whose third derivatives jump at the rows and columns of the grid."""
+Where a relief or undercut begins, the curvature jumps and edges of the tooth have kinks. Measured deviations
+are cubic splines, whose third derivatives jump at the rows and columns of the grid."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def seams_of(member: Member, flank: str) -> list[Seam]:
     """Return the lines on a flank from its root to its tip at which reliefs of the profile begin, and the
     rows of measured deviations.
 
-    Rows that leave the flank or cross a line are left out: there, B-splines need more spans.
+    Rows that leave the flank or cross a line are omitted: there, B-splines need more spans.
 
     Raises
     ------
@@ -61,8 +61,8 @@ def seams_of(member: Member, flank: str) -> list[Seam]:
     seams = sorted(Seam(l, 0.0, 0) for l in starts if low.min() < l < high.max())
     if np.any(np.diff([low.max(), *(seam.l for seam in seams), high.min()]) <= 0.0):
         raise ValueError(
-            f"the {flank} flank: the line at which a relief begins leaves the flank, or another relief begins"
-            " there: change the length of the relief, or write the gear as triangles"
+            f"the {flank} flank cannot be a B-spline, as the line where a relief begins leaves the flank or"
+            " meets another such line: change the length of the relief, or write triangles"
         )
     for row in rows:
         more = sorted([*seams, Seam(*row, SPLINE_CONTINUOUS)])

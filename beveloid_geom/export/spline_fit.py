@@ -65,5 +65,5 @@ def fitted_knots(
         spline = BSpline(knots, poles_of(knots, values(nodes)), DEGREE)
         if np.abs(spline(between) - values(between)).max() < fit:
             return knots
-    text = f"no B-spline of {SPANS[-1]} spans comes within {fit:g} mm of the tooth"
-    raise ValueError(f"{text}: take a narrower face, a weaker parabola or a smaller helix angle")
+    text = f"B-splines with {SPANS[-1]} spans deviate by more than {fit:g} mm from the tooth"
+    raise ValueError(f"{text}: use a narrower face, a smaller parabola or a smaller helix angle")

@@ -110,11 +110,11 @@ def _kernel() -> Callable[[Sequence[SolidPart], Path, str], None]:
 
 @contextmanager
 def _kernel_errors() -> Iterator[None]:
-    """Add how to install a missing package or system library to an ImportError.
+    """Add the installation command of a missing package or system library to an ImportError.
 
     A KeyboardInterrupt during the import, which the bindings turn into an ImportError, is raised again."""
     install = "STEP files need Open CASCADE: pip install 'beveloid-geom[step]'"
-    libraries = "on Debian and Ubuntu `sudo apt-get install libgl1` brings it"
+    libraries = "on Debian and Ubuntu, run `sudo apt-get install libgl1`"
     try:
         yield
     except ImportError as error:

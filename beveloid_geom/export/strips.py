@@ -155,7 +155,7 @@ def gear_loops(
             text = (
                 f"face_width {float(member.face_width):g} mm: the {strip.name} winds around the complete gear"
             )
-            raise ValueError(f"{text}: take a narrower face or a smaller helix angle")
+            raise ValueError(f"{text}: use a narrower face or a smaller helix angle")
     return loops
 
 
@@ -164,10 +164,8 @@ def _numbers_of(member: Member, given: Sequence[int] | None) -> list[int]:
     total = int(member.teeth)
     numbers = list(range(total)) if given is None else [int(number) for number in given]
     if not 0 < len(numbers) <= total or np.any(np.diff(numbers) != 1):
-        text = (
-            f"tooth_numbers must be 1 to {total} neighbours in increasing order, got {shown_value(numbers)}"
-        )
-        raise ValueError(f"{text}: number them as in 0, 1, 2")
+        text = f"tooth_numbers must be 1 to {total} successive numbers, got {shown_value(numbers)}"
+        raise ValueError(f"{text}: give neighbouring teeth in increasing order, such as 0, 1, 2")
     return numbers
 
 
@@ -257,7 +255,7 @@ def _cut_tooth(member: Member) -> _Tooth:
     starts, ends = ([_trace(knots, place(s, t)) for place in places.values()] for s in (0.0, 1.0))
     left_root, left_tip, right_tip, right_root = starts[0], ends[1], starts[2], ends[3]
     if np.any((right_tip.angle - left_tip.angle) * tip.radius < narrow_land_mm):
-        raise ValueError("the tooth is pointed: reduce the addendum, the profile shift or the face width")
+        raise ValueError("the tooth tip is pointed: reduce addendum, profile shift or face width")
     has_land = bool(np.all((left_root.angle + pitch - right_root.angle) * root.radius > narrow_land_mm))
     if not has_land:
         right_root = _turned(left_root, pitch)

@@ -105,6 +105,6 @@ def _surface(obj: Geometry) -> SurfaceMesh:
     if isinstance(obj, Mesh):
         return SurfaceMesh(obj.points, obj.faces, {"normals": obj.normals}, {"part": obj.part}, NAMES)
     raise TypeError(
-        f"cannot write a {type(obj).__name__}: give a solid, a flank grid, a surface, hexahedra, a member or "
+        f"cannot write a {type(obj).__name__}: pass a solid, a flank grid, a surface, hexahedra, a member or "
         "the items of a scene"
     )

@@ -147,7 +147,7 @@ def advice_on(design: Design) -> tuple[Advice, ...]:
     """
     require_design(design)
     if design.batch_shape:
-        raise ValueError(f"design must be a single one, got arrays of shape {design.batch_shape}")
+        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     plain = design.bare()
     if quiet(layout_remarks(plain)):
         return ()

@@ -43,7 +43,7 @@ def place_at(
     Parameters
     ----------
     member : Member
-        A single one.
+        A single member.
     flank : {'right', 'left'}
     depth, face : array_like
         Fractions, which broadcast.
@@ -61,7 +61,8 @@ def place_at(
     z = float(member.face_width) * (np.asarray(face, dtype=float) - 0.5)
     root, tip = active_start(member, flank, z), tip_parameter(member, flank, z)
     if not np.isfinite(tip).all():
-        raise ValueError(f"the {flank} flank does not reach its tip cone: reduce the addendum or the shift")
+        cure = "reduce the addendum or the profile shift"
+        raise ValueError(f"the {flank} flank does not reach its tip cone: {cure}")
     l = root + np.asarray(depth, dtype=float) * (tip - root)
     z = np.broadcast_to(z, l.shape)
     return l, z, trace_parameter(member, flank, l, z)

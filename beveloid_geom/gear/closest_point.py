@@ -139,7 +139,7 @@ def feet(
     Parameters
     ----------
     member : Member
-        A single one; the flank of its tooth 0 is used.
+        A single member; the flank of its tooth 0 is used.
     flank : {'right', 'left'}
     points : array_like, shape (..., 3)
         Points in the gear frame, mm.
@@ -254,8 +254,9 @@ def _unmodified_turn(rack: Rack, x: FloatArray, y: FloatArray, z: FloatArray) ->
 
 
 def _turned_on(turn: Turn, step: FloatArray) -> Turn:
-    """Return roll angles that are larger by about `step`, rad: by twice the angle whose tangent is half of
-    it, so that cosine and sine are rational.
+    """Return roll angles that are increased by 2 atan(`step` / 2), rad.
+
+    This is `step` to second order, and its cosine and sine are rational functions of `step`.
     """
     (phi, cos, sin), half = turn, 0.5 * step
     square = half * half

@@ -5,9 +5,9 @@ meet at one radius r(z), at the profile coordinate `start` of the flank and `end
 (`tooth_surface`). The three are Chebyshev series over the undercut part of the face and its
 continuation. `crossing` computes them.
 
-Where undercut begins within the face, all three are continued into the sound planes, so that limits
-built on them have a continuous slope: `start` is continued along its tangent, so that it is no limit
-there, `end` and r(z) as constants.
+Where undercut begins within the face, all three are continued into the planes without undercut, so that
+limits based on them have a continuous slope. `start` is continued along its tangent, so that it does not
+limit the flank there; `end` and r(z) are continued as constants.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ def tool_round(tool: Tool, flank: str) -> ToolRound:
     alpha, module = float(tool.normal_pressure_angle), float(tool.normal_module)
     a, apex = float(tool.parabola_of(flank)), float(tool.parabola_apex) * np.cos(alpha)
     depth, radius = float(tool.dedendum) * module, float(tool.tip_radius) * module
-    folds = f"parabola {a:g} 1/mm leaves no place for the tool's tip round: make it smaller"
+    folds = f"parabola {a:g} 1/mm leaves no space for the tool's tip round: reduce its magnitude"
     if not 4.0 * abs(a) * (depth - radius + abs(apex)) * np.sin(alpha) < np.cos(alpha) ** 2:
         raise ValueError(folds)  # the joint is less than a radius above the tip
     depth += apex  # below the apex, from which l is measured
@@ -76,16 +76,17 @@ def tool_round(tool: Tool, flank: str) -> ToolRound:
         [np.sin(angle), sigma * np.cos(angle)]
     )
     if abs(y) > 0.5 * np.pi * module:
-        text = f"tip_radius {float(tool.tip_radius):g} is too large: the tool's rounds overlap"
-        raise ValueError(f"{text} by {2.0 * abs(y) - np.pi * module:.3g} mm")
+        text = f"tip_radius {float(tool.tip_radius):g} is too large: the tool's tip rounds"
+        raise ValueError(f"{text} overlap by {2.0 * abs(y) - np.pi * module:.3g} mm, reduce it")
     return ToolRound(float(l), float(angle), (float(x), float(y)), radius)
 
 
 def _cut(
     member: Member, flank: str, section: tuple[FloatArray, ...], z: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return what points (x_n, y_n) of the normal section of the tool, with unit normals (n_x, n_y), cut in
-    the planes `z`.
+    """Return the points and unit normals (..., 3) that points of the tool cut in the planes `z`, mm.
+
+    `section` has x_n, y_n and the unit normal (n_x, n_y) of the points in the normal section of the tool.
     """
     x, y, nx, ny = section
     rack, (origin, along, across) = rack_of(member, flank), section_frame(member)
@@ -96,7 +97,7 @@ def _cut(
 
 
 def _spanned(lengths: FloatArray, vector: FloatArray) -> FloatArray:
-    """Return the components (3, ...) of a vector (3,) multiplied by each of the lengths (...)."""
+    """Return a vector (3,) multiplied by each of the lengths (...), as components (3, ...)."""
     return np.multiply.outer(vector, lengths)
 
 

@@ -138,7 +138,7 @@ def _trace_or_plane(
         return np.asarray(u, dtype=float)
     if z is not None and u is None:
         return trace_parameter(member, flank, l, z)
-    raise TypeError("give either the flank parameter u or the distance z from mid-face")
+    raise TypeError("u or z must be given, not both: the flank parameter u or the distance z from mid-face")
 
 
 def _moved(rack: Rack, point: FloatArray, u: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -207,7 +207,8 @@ def normal_rates(member: Member, flank: str, l: ArrayLike, u: ArrayLike) -> tupl
     """Return derivatives (..., 3), 1/mm, of the unit normal of a flank by its parameters l and u (mm), in the
     gear frame. They are analytic, as the tangents of `flank_patch`.
 
-    A `Modification` is not included: of such flanks these are approximate derivatives, for Newton steps.
+    A `Modification` is not included. On modified flanks the derivatives are approximate and serve for Newton
+    steps only.
     """
     rack = rack_of(member, flank)
     l, u = np.broadcast_arrays(np.asarray(l, dtype=float), np.asarray(u, dtype=float))
@@ -376,7 +377,7 @@ def tip_thickness(member: Member, z: ArrayLike) -> FloatArray:
 
 
 def may_fold(member: Member, rack: Rack, low: FloatArray, high: FloatArray) -> Mask:
-    """Return whether flanks may fold back at toe or heel. If False, they are sound.
+    """Return whether flanks may fold back at toe or heel. If False, they certainly do not.
 
     For each l the regularity is linear in z, so that toe and heel suffice. Samples begin slightly below the
     start of the active profile, because a parabola moves the joint with the fillet.

@@ -134,8 +134,8 @@ def cut_of_rack(
 
 
 def rotated_cut(cut: Cut, turn: FloatArray, normals: bool = True) -> Cut:
-    """Return points with the rotation `turn` by a modification and its derivatives by s and z, (3, ...).
-    Without `normals`, these are NaN."""
+    """Return points rotated by a modification. `turn` (3, ...) is the rotation (rad) with its derivatives by
+    s and z. Without `normals`, the normals of the result are NaN."""
     phi, phi_s, phi_z = cut.phi + turn[0], cut.phi_s + turn[1], cut.phi_z + turn[2]
     unknown = np.full(1, np.nan)
     moved = replace(cut, phi=phi, phi_s=phi_s, phi_z=phi_z, nx=unknown, ny=unknown, nz=unknown)
@@ -151,7 +151,7 @@ def angle_of(cut: Cut) -> FloatArray:
 
 
 def tangents_of(cut: Cut, bends: Bends | None = None) -> FloatArray:
-    """Return points with derivatives, before the rotation by phi, which the derivatives include.
+    """Return points before the rotation by phi, with derivatives that include this rotation.
 
     Parameters
     ----------

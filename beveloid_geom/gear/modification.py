@@ -50,9 +50,9 @@ class FlankExtent:
 class Term:
     """One kind of modification on a flank.
 
-    `scale` is -sigma times the rotation for the amount 1 times the amount (rad). The coordinates of the
-    `shape` are `rate[0] (l - origin[0])` and `rate[1] (z - origin[1])`. `relief` is the number of the
-    coordinate that is 0 where a relief begins, None for other kinds.
+    The rotation -sigma psi (rad) is `scale` times the value of the `shape`. The coordinates of the shape are
+    `rate[0] (l - origin[0])` and `rate[1] (z - origin[1])`. `relief` is the number of the coordinate that is
+    0 where a relief begins, None for other kinds.
     """
 
     shape: Shape
@@ -64,7 +64,7 @@ class Term:
     def values(self, l: Numbers, z: Numbers, on: Mask | None = None) -> tuple[Any, ...]:
         """Return the values of the shape at flank parameters l in the planes z, mm.
 
-        `on` states where the shape of a relief applies, if not where the relief has begun.
+        `on` states where the shape of a relief applies; by default, where the relief has begun.
         """
         places = (l - self.origin[0]) * self.rate[0], (z - self.origin[1]) * self.rate[1]
         values = self.shape(*places)

@@ -97,7 +97,7 @@ def surface_of(member: Member, flank: str) -> Surface:
         For a member of arrays, and as in `fillet.tool_round`.
     """
     if is_batch(member):
-        raise ValueError("separations need members of single numbers; only pair and errors may be arrays")
+        raise ValueError("members must have single numbers: only pair and errors may contain arrays")
     return _kept_surface(member, flank)
 
 

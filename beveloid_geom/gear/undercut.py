@@ -31,7 +31,7 @@ from .flank import (
 )
 from .tooth_side import Surface, angle_of, cut_at, surface_of
 
-CURE = "take more teeth, more profile shift or a less deep tool"
+CURE = "use more teeth, more profile shift or a smaller dedendum"
 FACE_PLANES = 33
 """Number of planes along the face in which a flank is checked."""
 
@@ -73,7 +73,7 @@ def cut_fault(member: Member) -> str | None:
     """Return the reason why the tool cannot cut the active flanks of a single member, None if it can."""
     if not any(np.isnan(root_parameter(member, flank)) for flank in FLANK_SIGN):
         return None
-    return next(map(str, member_faults("", member)), "a quantity is not a number")
+    return next(map(str, member_faults("", member)), "a value is not a number")
 
 
 def require_cut(member: Member) -> None:
@@ -174,7 +174,7 @@ def undercut_text(undercut: Undercut) -> str:
     if first == undercut.z[0] and last == undercut.z[-1]:
         where = "along the complete face"
     if np.isinf(undercut.lost[worst]):
-        return f"{where}, at {undercut.z[worst]:.4g} mm it is removed completely"
+        return f"{where}, and removed completely at z = {undercut.z[worst]:.4g} mm"
     lost, neck = undercut.lost[worst], undercut.neck.max()
     thickness = f" and {neck:.3g} mm of thickness" if neck > 0.0005 else ""
     return f"{where}, it loses up to {lost:.3g} mm of its height{thickness}"
@@ -204,7 +204,7 @@ def _regularity(member: Member, flank: str, l: FloatArray, z: FloatArray) -> Flo
 
 
 def _folded(member: Member, flank: str, joint: float, z: FloatArray) -> Mask:
-    """Return in which of the planes (n,) the flank folds back."""
+    """Return whether the flank folds back in each of the planes (n,)."""
     # Number of points along the profile at which the regularity is computed.
     profile_points = 33
     l = _profile(member, flank, joint, z, profile_points)

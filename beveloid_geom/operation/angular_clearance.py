@@ -239,7 +239,7 @@ def _separated(
 
 
 def without_turns(angle: FloatArray) -> FloatArray:
-    """Return angles less full turns.
+    """Return angles reduced by full turns.
 
     Parameters
     ----------

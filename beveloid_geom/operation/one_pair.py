@@ -72,7 +72,7 @@ def contacts_of_one_pair(design: Design, flank: str) -> FirstContact:
     Parameters
     ----------
     design : Design
-        A single one.
+        A single design.
     flank : {'right', 'left'}
 
     Returns

@@ -87,7 +87,7 @@ def pitch_cycle(design: Design, flank: str = "right", points: int = 24) -> Pitch
     Parameters
     ----------
     design : Design
-        A single one, with or without pitch deviations (`Modification.pitch_deviations_um`) and tables of
+        A single design, with or without pitch deviations (`Modification.pitch_deviations_um`) and tables of
         measured deviations of single teeth (`FlankDeviations.teeth`).
     flank : {'right', 'left'}
     points : int
@@ -115,7 +115,7 @@ def pitch_cycle(design: Design, flank: str = "right", points: int = 24) -> Pitch
     """
     require_design(design)
     if design.batch_shape:
-        raise ValueError(f"design must be a single one, got arrays of shape {design.batch_shape}")
+        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     if not isinstance(points, int | np.integer) or isinstance(points, bool) or points < 1:
         raise ValueError(f"points must be at least 1, a whole number, got {points!r}")
     teeth = [int(member.teeth) for member in design.members]

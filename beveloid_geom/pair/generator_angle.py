@@ -23,7 +23,7 @@ from .zero_backlash import ClosedLayout
 
 
 def generator_angle_as_mounted(design: Design, flank: str) -> FloatArray:
-    """Return the angle between the generators of the unmodified flanks as laid out, without errors.
+    """Return the angle between the generators of the unmodified flanks in the layout without errors.
 
     Parameters
     ----------
@@ -41,8 +41,8 @@ def generator_angle_as_mounted(design: Design, flank: str) -> FloatArray:
 
 
 def normal_x_as_mounted(design: Design, flank: str) -> tuple[FloatArray, FloatArray]:
-    """Return n_x (batch shape) of the common normal of the unmodified flanks as laid out, without errors, and
-    the axial components (2, ...) of the normals of both members. NaN without a common normal.
+    """Return n_x (batch shape) of the common normal of the unmodified flanks in the layout without errors,
+    and the axial components (2, ...) of the normals of both members. NaN without a common normal.
     """
     plain = design.unmodified()
     layout = layout_of(plain, with_errors=False)

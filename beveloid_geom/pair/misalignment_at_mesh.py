@@ -139,8 +139,8 @@ def _offset_error(nominal: _Nominal, turned: _Turned, moved: Complex) -> Complex
 
 
 def _feet(nominal: _Nominal, turned: _Turned, moved: Complex) -> tuple[Complex, Complex]:
-    """Return the distances along pinion and gear axis from the old feet of the common perpendicular, that of
-    the gear after its displacement, to the new feet.
+    """Return the distances along the pinion and gear axes from the old to the new feet of the common
+    perpendicular. The old foot on the gear axis is the displaced one.
     """
     first, second = turned.y
     across = (nominal.offset + moved[0]) * first + moved[1] * second
@@ -149,7 +149,7 @@ def _feet(nominal: _Nominal, turned: _Turned, moved: Complex) -> tuple[Complex, 
 
 
 def _made(kind: Kind, values: dict[str, Any]) -> Kind:
-    """Return errors with these values, plain numbers for single ones."""
+    """Return errors with these values; values of single designs become plain numbers."""
     arrays = np.broadcast_arrays(*values.values())
     shown = (float(array) if array.ndim == 0 else array.copy() for array in arrays)
     return unchecked(kind, **dict(zip(values, shown, strict=True)))

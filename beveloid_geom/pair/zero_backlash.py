@@ -91,7 +91,7 @@ class Closing:
 
 def _only_single(design: Design) -> None:
     if design.batch_shape:
-        raise ValueError(f"design must be a single one, got arrays of shape {design.batch_shape}")
+        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
 
 
 def _pressure_angles(design: Design) -> FloatArray:
@@ -211,7 +211,7 @@ def zero_backlash_layout(design: Design) -> ClosedLayout:
     Parameters
     ----------
     design : Design
-        A single one; parabolas and errors are ignored.
+        A single design; parabolas and errors are ignored.
 
     Returns
     -------
@@ -272,7 +272,7 @@ def _pressure_angle_as_mounted(design: Design) -> float:
 
 
 def closing_offset(design: Design) -> float:
-    """Return the offset (mm) that closes at the shaft angle of the design, NaN if there is none."""
+    """Return the offset (mm) of the closed layout at the shaft angle of the design, NaN if there is none."""
     # Tolerance in rad of the shaft angle of a layout that was computed from its pressure angle.
     shaft_angle_tolerance_rad = 1e-6
     with np.errstate(invalid="ignore"):
@@ -283,8 +283,8 @@ def closing_offset(design: Design) -> float:
 
 
 def _closing_shaft_angle(design: Design, offset: float) -> float:
-    """Return the shaft angle (rad) that closes at the offset of the design; of several, the one nearest to
-    the design. NaN if there is none.
+    """Return the shaft angle (rad) of the closed layout at the offset of the design, NaN if there is none.
+    If there are several, the one nearest to the design is returned.
 
     `offset` (mm) is the offset that closes at the shaft angle of the design. Straight teeth on intersecting
     axes close at every shaft angle of the family: the nearest of its samples is returned.
@@ -340,7 +340,8 @@ def closing_of(design: Design) -> Closing:
 
 @kept(16)
 def _kept_closing(design: Design) -> Closing:
-    """Return `closing_of` a design without errors and modifications, which those with them share."""
+    """Return `closing_of` for a design without errors and modifications, on which the result does not
+    depend."""
     mounting = mounting_of(design)
     offset = closing_offset(design)
     shaft_angle = _closing_shaft_angle(design, offset)

@@ -1,9 +1,9 @@
 """Candidates for a request: unknown quantities, starts of the search, solutions.
 
-Every equation determines one quantity of the pair. The working pressure angle is always unknown. Then follow,
-if they are free, the helix angle of the gear, the cone angles, the helix angle of the pinion and the shifts.
-Further free quantities keep the rounded values at which the search starts: points spread evenly over the
-limits. If these have no solution, all free quantities are changed by the shortest steps.
+Every equation determines one quantity of the pair. The working pressure angle is always unknown. The next
+unknowns, if they are free, are the helix angle of the gear, the cone angles, the helix angle of the pinion
+and the shifts. Further free quantities keep the rounded values at which the search starts: points spread
+evenly over the limits. If these have no solution, all free quantities are changed by the shortest steps.
 """
 
 from __future__ import annotations

@@ -65,7 +65,8 @@ class Figures:
     links : ndarray
         Reserve of each criterion (LINKS, n), at most 1; -inf if it is unknown, 1 before paths are computed.
     possible : ndarray
-        Whether the pair may have no warning (n,). Tips that reach below the flank may still miss the fillet.
+        Whether `check` may give no warning for the pair (n,). Tips that reach below the flank may still miss
+        the fillet.
     """
 
     contact_ratio: FloatArray

@@ -175,7 +175,7 @@ def _single_faults(request: Request) -> Iterator[Fault]:
 
 def teeth_faults(numbers: tuple[int, int]) -> Iterator[Fault]:
     """Yield faults of numbers of teeth."""
-    internal = "internal gears are not covered"
+    internal = "internal gears are not supported"
     for teeth in numbers:
         if teeth < 0:
             yield Fault("", "teeth", refused("be at least 1", teeth, internal))

@@ -50,7 +50,8 @@ class PatternReport(ResultReport[ContactPattern]):
 
     @cached_property
     def nominal(self) -> PatternReport | None:
-        """The same report without measured deviations; None if no flank has any, or if that is not known."""
+        """Report of the flanks without their measured deviations; None if no flank has such deviations, or if
+        the pattern without them is not known."""
         asked = self.result.separation, self.resolution, self.area_error
         with suppress(ValueError):
             if self.design.measured:

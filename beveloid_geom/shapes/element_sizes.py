@@ -60,7 +60,7 @@ def cells_of(member: Member, tolerance: float) -> Cells:
     Parameters
     ----------
     member : Member
-        A single one.
+        A single member.
     tolerance : float
         Largest distance of faces with 4 nodes from the cut surfaces, mm.
 
@@ -156,7 +156,7 @@ class _ThinTip:
 
 
 def _thin_tip(sheets: dict[str, Sheet]) -> _ThinTip:
-    """Find the thinnest tip, and the two lengths by linear extrapolation of the thickness."""
+    """Return the thinnest tip, with both lengths from a linear extrapolation of the thickness."""
     half = sheets["tip"].half_width
     s, z = np.array([0.9, 1.0]), half * np.array([-1.0, -0.9, 0.9, 1.0])
     left, right = (grid_of(sheets[f"{side} flank"], s, z).points for side in ("left", "right"))

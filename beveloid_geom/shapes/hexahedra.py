@@ -46,7 +46,7 @@ def tooth_hexahedra(
     Parameters
     ----------
     member : Member
-        A single one.
+        A single member.
     teeth : int, optional
         Number of adjacent teeth, as in `gear_solid`; None for all teeth, the complete gear without sides.
     element : {'C3D20', 'C3D20R', 'C3D8I', 'C3D8'}
@@ -196,7 +196,7 @@ def _surfaces(section: Section, layers: int) -> dict[str, Indices]:
 
 
 def _linear(section: Section) -> _Tooth:
-    """Return hexahedra with 8 nodes; every second station is one of mid-side nodes and not used."""
+    """Return hexahedra with 8 nodes; every second station has mid-side nodes and is not used."""
     size, layers = len(section.points), section.points.shape[1] // 2
     hexahedra = _layers(np.concatenate((section.quads, section.quads + size), axis=1), size, layers)
     first, last = (_layers(section.boundary[name][None], size, layers + 1).ravel() for name in SIDES)
@@ -205,7 +205,7 @@ def _linear(section: Section) -> _Tooth:
 
 
 def _quadratic(section: Section, outline: dict[str, FloatArray], bore: float) -> _Tooth:
-    """Return hexahedra with 20 nodes; every second station is one of mid-side nodes."""
+    """Return hexahedra with 20 nodes; every second station has mid-side nodes."""
     quads, size = section.quads, len(section.points)
     (edges, sides), layers = _edges(quads), section.points.shape[1] // 2
     along = _along(section, edges)
@@ -260,7 +260,7 @@ def _joined(teeth: Sequence[_Tooth], count: int) -> VolumeMesh:
 
 
 def _named(teeth: Sequence[_Tooth], closed: bool) -> dict[str, Indices]:
-    """Return the surfaces of all teeth and, of several teeth, also those of each."""
+    """Return the surfaces of all teeth together and, if there are several teeth, also those of each tooth."""
     starts = np.cumsum([0, *(len(one.hexahedra) for one in teeth)])
     surfaces = {}
     for name in NAMES:

@@ -33,7 +33,7 @@ def triangulate_polygon(corners: FloatArray, smallest_angle: float) -> tuple[Flo
     corners : array (n, 2)
         Corners in counter-clockwise order, mm.
     smallest_angle : float
-        Smallest angle of the triangles that is aimed at, rad. Angles between sides of the polygon, and of
+        Target for the smallest angle of the triangles, rad. Angles between sides of the polygon, and of
         triangles between close sides, may be smaller.
 
     Returns

@@ -86,7 +86,7 @@ def sample_flank(member: Member, flank: str, tolerance: float | None = None) -> 
     Parameters
     ----------
     member : Member
-        A single one.
+        A single member.
     flank : {'right', 'left'}
     tolerance : float, optional
         Largest distance of the triangles of `grid_faces` from the flank along its normals, mm. By default

@@ -91,7 +91,7 @@ def gear_solid(
     Parameters
     ----------
     member : Member
-        A single one.
+        A single member.
     tolerance : float, optional
         Largest distance of the triangles from the exact surfaces, mm. By default 1/600 of the normal module,
         as for the command `mesh`.

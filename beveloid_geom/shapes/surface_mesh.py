@@ -70,7 +70,7 @@ def gear_mesh(
     Parameters
     ----------
     member : Member
-        A single one.
+        A single member.
     tolerance : float
         Largest distance of the triangles from the exact surfaces, mm.
     tooth_numbers : sequence of int, optional

@@ -64,7 +64,7 @@ def bore_of(member: Member, bore_radius: float | None) -> float:
     Parameters
     ----------
     member : Member
-        A single one.
+        A single member.
     bore_radius : float or None
         mm; DEFAULT_BORE_RATIO times the smallest root radius if None.
 
@@ -99,14 +99,14 @@ def tooth_surface(
     Parameters
     ----------
     member : Member
-        A single one.
+        A single member.
     tolerance : float
         Largest distance of the triangles from the exact surfaces, mm.
     bore_radius : float, optional
         As in `bore_of`.
     teeth : int
-        Number of teeth that the surface is used for. It limits the number of points, and sides hold the
-        tolerance only if it is less than that of the gear.
+        Number of teeth for which the surface is used. It limits the number of points. The sides are within
+        the tolerance only if this number is less than that of the gear.
 
     Returns
     -------
@@ -238,7 +238,7 @@ def _piece(curve: str, numbers: Indices, points: FloatArray, normals: FloatArray
     a, b, c = flat[faces.T]
     if not np.all(np.einsum("ni,ni->n", np.cross(b - a, c - a), outward[faces[:, 0]]) > 0.0):
         raise ValueError(
-            f"the surface of the {curve} folds back: take a less deep tool or a larger tip radius"
+            f"the surface of the {curve} folds back: use a smaller dedendum or a larger tip_radius"
         )
     return Piece(surface_name(curve), numbers.ravel(), flat, outward, faces)
 

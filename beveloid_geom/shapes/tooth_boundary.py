@@ -186,7 +186,7 @@ def cut_sheets(member: Member) -> dict[str, Sheet]:
     Parameters
     ----------
     member : Member
-        A single one.
+        A single member.
 
     Returns
     -------

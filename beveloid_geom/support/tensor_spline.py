@@ -112,7 +112,7 @@ def spline_through(first: FloatArray, second: FloatArray, values: FloatArray) ->
     Raises
     ------
     ValueError
-        If the coordinates do not rise along the grid, or are too far from a rectangular grid.
+        If has coordinates that do not increase along the grid, or are too far from a rectangular grid.
     """
     fit_iterations = 100
     # Largest difference from the given values, relative to the largest value, at which the fit ends.
@@ -121,7 +121,7 @@ def spline_through(first: FloatArray, second: FloatArray, values: FloatArray) ->
 
     nodes = first.mean(axis=1), second.mean(axis=0)
     if not all((np.diff(line) > 0.0).all() for line in nodes):
-        raise ValueError("the coordinates do not rise along the grid")
+        raise ValueError("has coordinates that do not increase along the grid")
     (breaks, pieces), (other_breaks, other_pieces) = map(_basis, nodes)
 
     def surface(given: FloatArray) -> TensorSpline:
@@ -138,5 +138,5 @@ def spline_through(first: FloatArray, second: FloatArray, values: FloatArray) ->
             return spline
         given = given + missing
     if not np.abs(missing).max() < 1e-9 * np.abs(values).max():
-        raise ValueError("the points are too far from a rectangular grid")
+        raise ValueError("has points that are too far from a rectangular grid")
     return spline

@@ -292,13 +292,13 @@ def _by_one_equation(positions: ReferencePositions, size: float) -> Prepared:
 
 
 def _by_first_contact(positions: ReferencePositions, size: float) -> Prepared:
-    """Find the first contact at single rolls, or at `size` rolls, which begin with those compared."""
+    """Compute the first contact at single rolls, or at `size` rolls, which begin with those compared."""
     low, high = positions.pinion_roll[[0, -1]]
     rolls = np.append(positions.pinion_roll, np.linspace(low, high, max(0, int(size) - POSITIONS)))
     ends = [*range(POSITIONS), POSITIONS] if size < POSITIONS else [0, rolls.size]
 
     def work() -> Answer:
-        """Find the first contacts."""
+        """Compute the first contacts."""
         found = [
             first_contact(positions.design, positions.flank, rolls[begin:end])
             for begin, end in pairwise(ends)

@@ -49,7 +49,7 @@ def read_flank_deviations(member: Member, source: DeviationFile) -> FlankDeviati
     Parameters
     ----------
     member : Member
-        A single one. The grid of the points lies on its flanks, with their parabolas and modifications.
+        A single member. The grid of the points lies on its flanks, with their parabolas and modifications.
     source : DeviationFile
 
     Returns

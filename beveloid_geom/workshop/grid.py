@@ -73,7 +73,7 @@ def border_of(text: str) -> tuple[str, float, float | None]:
     except ValueError:
         size = float("nan")
     if match is None or size != size:
-        raise ValueError(f"border must be a share as 10% or a length as 2mm, got {text!r}")
+        raise ValueError(f"border must be a percentage such as 10% or a length such as 2mm, got {text!r}")
     return f"{size:g} {match[2]}", 0.01 * size, size if match[2] == "mm" else None
 
 

@@ -2,7 +2,7 @@
 
 A line contains one point, in the order of the grid: x, y and z in mm. The number of the point, and flank,
 row and column may precede them. Anything may follow, for example the normal of the nominal file. A line of
-names, as in CSV files, may tell which columns are x, y and z. Titles before the first point, empty lines and
+names, as in CSV files, may state which columns are x, y and z. Titles before the first point, empty lines and
 lines that begin with # are ignored.
 """
 
@@ -95,7 +95,7 @@ def _table(text: str) -> tuple[list[_Row], list[str]]:
 
 
 def _cells(raw: str, mark: str | None) -> list[str]:
-    """Return the cells of a line, which the given mark separates, or else semicolons, tabs, commas or
+    """Return the cells of a line. They are separated by `mark`; without it, by semicolons, tabs, commas or
     blanks. Cells may be quoted."""
     raw = raw.strip(" \r\n")
     bare = re.sub(r'"[^"]*"', '""', raw)
@@ -112,7 +112,7 @@ def _cells(raw: str, mark: str | None) -> list[str]:
 
 
 def _named(cells: list[str], number: int) -> list[str]:
-    """Return the names of columns, those of coordinates without their unit, which must be mm."""
+    """Return the names of columns in lower case. Names of coordinates lose their unit, which must be mm."""
     names = []
     for cell in cells:
         match = _COORDINATE_NAME.fullmatch(cell.lower())
@@ -137,7 +137,8 @@ def _is_title(cells: list[str]) -> bool:
 
 
 def _names_without_header(rows: list[_Row]) -> list[str]:
-    """Return the names of columns by their contents: points may be numbered, and may name their place."""
+    """Return the names of columns from their contents: x, y and z may follow the number of the point, and its
+    flank, row and column."""
     first = rows[0].cells if rows else []
     labels = [row.cells[0] for row in rows]
     # Numbers of points are whole and differ; x of all points is neither.

@@ -92,7 +92,7 @@ def shim(design: Design, backlash: float, at: float | None = None, flank: str = 
     Parameters
     ----------
     design : Design
-        A single one. Its errors contain the measured offset and shaft angle.
+        A single design. Its errors contain the measured offset and shaft angle.
     backlash : float
         Smallest normal backlash over a mesh cycle, mm.
     at : float, optional
@@ -201,7 +201,7 @@ def _root(off: Function, by: Function, start: FloatArray) -> FloatArray:
 def _bracketed_shim(
     design: Design, flank: str, backlash: float, limit: float, conditions: tuple[Function, Function]
 ) -> Shim:
-    """Return axial positions found by bracketing, or those of smallest movement if they are found from
+    """Return axial positions found by bracketing, or those of smallest movement if the search converges from
     there."""
     axial = _bracketed(design, backlash, limit)
     bracketed = _forward(design, flank, backlash, np.nan, limit, axial, ShimStatus.REACHED)

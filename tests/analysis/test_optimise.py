@@ -331,5 +331,5 @@ def test_a_tool_without_fillets_has_no_mesh_cycle() -> None:
     design, aim = OFF_THE_FLANKS["pressure angle 25 deg"], replace(OFFSET, contact_ratio=1.0, off_centre=5.0)
     found = optimise_parabola(design, aim, "left")
     assert np.isnan(found.optimum_operation.edge_share)
-    with pytest.raises(ValueError, match="the tool's rounds overlap"):
+    with pytest.raises(ValueError, match="the tool's tip rounds overlap"):
         optimise_parabola(design, replace(aim, edges=False), "left")

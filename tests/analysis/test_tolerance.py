@@ -107,7 +107,7 @@ def test_a_lost_process_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
         executor.submit(os.abort).result()
 
     monkeypatch.setattr("beveloid_geom.analysis.tolerance.tolerance_study", killed)
-    line = "Error: a process ended unexpectedly, memory may be short: try fewer --jobs\n"
+    line = "Error: a process ended unexpectedly, perhaps for lack of memory: try fewer --jobs\n"
     assert refused("tolerance", "--jobs", "2", "--cases", "10") == line
 
 

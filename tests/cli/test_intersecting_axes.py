@@ -141,7 +141,7 @@ def test_option_for_the_other_kind_of_errors(tmp_path: Path) -> None:
     [
         (
             ("tolerance", *AT_MESH, "--offset-tolerance", "0.1"),
-            "--offset-tolerance is about the common perpendicular, --centre-distance-tolerance at the mesh",
+            "--offset-tolerance is about the common perpendicular, but --centre-distance-tolerance is",
         ),
         (("map", "--shaft-angle-tolerance-deg", "1", *AT_MESH), "--shaft-angle-tolerance-deg is about the"),
         (
@@ -154,7 +154,7 @@ def test_option_for_the_other_kind_of_errors(tmp_path: Path) -> None:
         ),
         (
             ("place", "--by", "E,apex"),
-            "pinion-axial (P), gear-axial (G), centre-distance, in-plane, out-of-plane,",
+            "pinion-axial (P), gear-axial (G), centre-distance, in-plane, out-of-plane",
         ),
         (
             ("tolerance", "--in-plane-tolerance-deg", "4"),

@@ -38,9 +38,11 @@ def test_limits_of_the_bore_of_a_solid(tmp_path: Path) -> None:
 def test_missing_folder_and_folder_for_a_file(tmp_path: Path) -> None:
     missing = tmp_path / "none" / "a.stl"
     line = refused("--part", "pinion", "--out", missing)
-    assert line == f"Error: --out: the folder {missing.parent} does not exist: make it first\n"
+    assert line == f"Error: --out: the folder {missing.parent} does not exist: create it first\n"
     (tmp_path / "b.stl").mkdir()
-    assert "b.stl is a folder: name a file in it" in refused("--part", "pair", "--out", tmp_path / "b.stl")
+    assert "b.stl is a folder: give the name of a file" in refused(
+        "--part", "pair", "--out", tmp_path / "b.stl"
+    )
 
 
 def test_errors_of_the_layout_do_not_change_a_flank_alone(tmp_path: Path) -> None:
@@ -54,7 +56,11 @@ def test_errors_of_the_layout_do_not_change_a_flank_alone(tmp_path: Path) -> Non
     ("old", "new", "line"),
     [
         ("profile_shift = 0.17", "profile_shift = -1.5", "Warning: the right flank is undercut "),
-        ("tip_radius = 0.38", "tip_radius = 0.7", "Warning: tip_radius 0.7 is too large: the tool's rounds"),
+        (
+            "tip_radius = 0.38",
+            "tip_radius = 0.7",
+            "Warning: tip_radius 0.7 is too large: the tool's tip rounds",
+        ),
     ],
 )
 def test_undercut_flanks_cause_a_warning(
@@ -80,7 +86,7 @@ def test_internal_errors_are_not_reported_as_bad_input(
 
 def test_a_design_without_a_tooth_is_rejected(tmp_path: Path, design_file: Callable[..., Path]) -> None:
     design = design_file("profile_shift = 0.17", "profile_shift = -2.0")
-    assert "it is removed completely" in refused(design, "--part", "pinion", "--out", tmp_path / "a.stl")
+    assert "and removed completely" in refused(design, "--part", "pinion", "--out", tmp_path / "a.stl")
     assert "cannot be read" in refused("none.toml", "--part", "pinion", "--out", tmp_path / "a.stl")
     assert list(tmp_path.iterdir()) == [design]
 
@@ -174,9 +180,9 @@ def test_memory_that_runs_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
     monkeypatch.setattr("beveloid_geom.export.parts.gear_surface", much)
     line = refused("--part", "pinion", "--out", tmp_path / "a.stl")
-    assert line == "Error: not enough memory for --tolerance 0.01: take a larger one\n"
+    assert line == "Error: not enough memory for --tolerance 0.01: use a larger value\n"
     monkeypatch.setattr("beveloid_geom.export.fea.pair_mesh.tooth_hexahedra", much)
-    cure = "take a smaller --across or fewer --teeth"
+    cure = "use a smaller --across or fewer --teeth"
     line = refused("--part", "pair", "--out", tmp_path / "a.inp")
     assert line == f"Error: not enough memory for the pair in contact: {cure}\n"
     assert not list(tmp_path.iterdir())

@@ -94,8 +94,11 @@ def test_place_where_the_pair_jams() -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("pattern", "--over", "E,P", "--offset-tolerance", "1"), "give the tolerance of both errors"),
-        (("pattern", "--over", "E,P", *SIZES), "--shaft-angle-tolerance-deg: this error is not in --over"),
+        (("pattern", "--over", "E,P", "--offset-tolerance", "1"), "give the tolerances of both errors"),
+        (
+            ("pattern", "--over", "E,P", *SIZES),
+            "--shaft-angle-tolerance-deg is for an error that is not in --over",
+        ),
     ],
 )
 def test_tolerances_that_do_not_fit_the_matrix(arguments: tuple[str, ...], words: str) -> None:

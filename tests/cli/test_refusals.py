@@ -105,15 +105,17 @@ MESSAGES = {
     "mesh": "Missing option '--part'. Choose from: pinion, gear, pair,",
     "tca --json --csv": "--json and --csv exclude each other: give one of them (see main tca --help)",
     "nope": "No such command 'nope'. (see main --help)",
-    "tca --offset-error 0,05": "--offset-error must be a number, got '0,05': write a decimal point, 0.05\n",
+    "tca --offset-error 0,05": (
+        "--offset-error must be a number, got '0,05': write it with a decimal point, 0.05\n"
+    ),
     "tca --offset-error 0.002in": (
         "--offset-error must be a number, got '0.002in': give it in mm without a unit, 0.0508\n"
     ),
     "tca --shaft-angle-error-deg 0.01rad": (
         "--shaft-angle-error-deg must be a number, got '0.01rad': give it in deg without"
     ),
-    "tca --force 1,5": "--force must be a number, got '1,5': write a decimal point, 1.5\n",
-    "gear-data --pinion-allowances -0,05 -0.1": "--pinion-allowances must be a number, got '-0,05': write a",
+    "tca --force 1,5": "--force must be a number, got '1,5': write it with a decimal point, 1.5\n",
+    "gear-data --pinion-allowances -0,05 -0.1": "--pinion-allowances must be a number, got '-0,05': write it",
     "tca --offset-error nan": "--offset-error must be a finite number, got nan",
     "tca --shaft-angle-error-deg 90": "--shaft-angle-error-deg must be between -5 and 5 deg, got 90",
     "tca --pinion-axial-error 1e9": "--pinion-axial-error must be",
@@ -123,23 +125,23 @@ MESSAGES = {
         "--pinion-allowances must be between -1.8 and 1.8 mm, got -50 -100: were they given in um?\n"
     ),
     "gear-data --gear-allowances -0.1 -0.05": (
-        "--gear-allowances must be the upper and then the lower one, got -0.1 -0.05: swap them\n"
+        "--gear-allowances must be the upper and then the lower allowance, got -0.1 -0.05: swap them\n"
     ),
-    "grid --border 10": "--border must be a share as 10% or a length as 2mm, got '10'\n",
-    "grid --measured missing.csv": "cannot read missing.csv (No such file or directory)\n",
-    "tca --offset-error 61": "--offset-error must be between -60 and 60 mm, 10 modules, got 61.0",
-    "pattern --over offset": "--over must be two different errors of offset (E), shaft-angle (Sigma)",
-    "pattern --over E,E": "--over must be two different errors of",
+    "grid --border 10": "--border must be a percentage such as 10% or a length such as 2mm, got '10'\n",
+    "grid --measured missing.csv": "cannot read missing.csv (No such file or directory): give the path",
+    "tca --offset-error 61": "--offset-error must be between -60 and 60 mm (10 modules), got 61.0",
+    "pattern --over offset": "--over must be two different errors, separated by a comma, got 'offset': ",
+    "pattern --over E,E": "--over must be two different errors, separated by a comma, got 'E,E': ",
     "pattern --offset-tolerance 1": "--offset-tolerance is for patterns under two errors",
     "place --by E,H": "--by must be two different errors",
     "place --l1 30": "l must be on the pinion's profile",
-    "propose --teeth -25 31": "--teeth must be at least 1, got -25: internal gears are not covered",
+    "propose --teeth -25 31": "--teeth must be at least 1, got -25: internal gears are not supported",
     "propose --module 3 --teeth 25 31": "--shaft-angle-deg is",
     "shim --backlash 0.1 --offset 300": "measured minus nominal value: --offset-error must be between",
     "tca --parabola-pinion 1": "--parabola-pinion must be",
     **{
         f"map --steps 2 --parabola-{member} 0.001": (
-            f"--parabola-{member}: the map is over the parabola coefficients: "
+            f"--parabola-{member} cannot be given, as the map is over the parabola coefficients: "
             f"give --{member}-bounds, or another --over\n"
         )
         for member in ("pinion", "gear")
@@ -172,11 +174,11 @@ MESH = {
         "--tolerance 1e-320": "--tolerance must be at least 1e-09 mm, got",
         "--bore-radius 0": "--bore-radius must be a finite number above 0 mm, got 0",
         "--bore-radius 500": f"{BORE}500",
-        "--load 10": "--load is for pinion-tooth and gear-tooth as .inp, not pinion as .stl",
-        "--teeth 2": "--teeth is for pinion-tooth and gear-tooth, and the pair as .inp, not pinion as .stl",
-        "--torque 5": "--torque is for the pair as .inp, not pinion as .stl",
-        "--roll-deg 5": "--roll-deg is for the pair, a part --placed and --frames, not pinion as .stl",
-        "--pinion-bore-radius 5": "--pinion-bore-radius is for the pair, not pinion as .stl",
+        "--load 10": "--load is for pinion-tooth and gear-tooth as .inp, not for pinion as .stl: omit it",
+        "--teeth 2": "and gear-tooth, and the pair as .inp, not for pinion as .stl: omit it",
+        "--torque 5": "--torque is for the pair as .inp, not for pinion as .stl: omit it",
+        "--roll-deg 5": "--roll-deg is for the pair, a part --placed and --frames, not for pinion as .stl",
+        "--pinion-bore-radius 5": "--pinion-bore-radius is for the pair, not for pinion as .stl: omit it",
         "--flank left": "--flank is for flanks, the pair, a part --placed, a flank with --field, and",
         "--element C3D8": "--element is for pinion-tooth and gear-tooth as .inp",
         "--field pattern": "--field is for pinion-flank and gear-flank as .vtk, .vtp, .vtu",
@@ -186,12 +188,14 @@ MESH = {
         "--shaft-angle-error-deg 1": f"--shaft-angle-error-deg {MOUNTED}",
         "--pinion-axial-error 1": f"--pinion-axial-error {MOUNTED}",
     },
-    "gear .step": {"--tolerance 0.1": "--tolerance is for surfaces and hexahedra, not gear as .step\n"},
+    "gear .step": {
+        "--tolerance 0.1": "--tolerance is for surfaces and hexahedra, not for gear as .step: omit it\n"
+    },
     "pair .glb": {"--placed": "--placed is for pinion, gear, pinion-tooth, gear-tooth, pinion-flank"},
     "gear-flank .vtu": {"--gear-axial-error 0.1": f"--gear-axial-error {MOUNTED}"},
     **{
         f"pinion-tooth {suffix}": {
-            "--teeth 30": "Error: --teeth must be between 1 and 29, got 30\n",
+            "--teeth 30": "Error: --teeth must be between 1 and 29, got 30: 29 is the complete gear\n",
             **(
                 {} if suffix == ".step" else {"--bore-radius 88.193": f"{BORE}88", "--bore-radius 1e-9": BORE}
             ),
@@ -208,22 +212,22 @@ MESH = {
     },
     "pair .inp": {
         **{
-            f"--torque {value}": f"--torque must be a finite number above 0 N m, got {value}: it presses"
+            f"--torque {value}": f"--torque must be a finite number above 0 N m, got {value}: give its"
             for value in ("0", "-5", "nan", "inf")
         },
-        "--roll-deg nan": "--roll-deg must be a finite number of deg, got nan",
+        "--roll-deg nan": "--roll-deg must be a finite angle in deg, got nan",
         "--roll-deg 40": "--roll-deg must be between 0.1924 and 20.6876 deg, where tooth pair 0 is",
-        "--offset-error 1 --rolls 7": "--rolls must be at most 6, as tooth pair 0 is in mesh over 0.8484 "
-        "pitches only, got 7: or give each roll by --roll-deg\n",
+        "--offset-error 1 --rolls 7": "--rolls must be at most 6 because tooth pair 0 is in mesh over only "
+        "0.8484 pitches, got 7: or give each roll with --roll-deg\n",
         "--roll-deg 5 --rolls 3": "--roll-deg and --rolls exclude each other",
-        "--roll-deg 5 --teeth 1": "--teeth must be at least 3 for all teeth that touch at this roll, got 1",
+        "--roll-deg 5 --teeth 1": "--teeth must be at least 3 to include all teeth that touch at this roll",
         "--bore-radius 40 --gear-bore-radius 200": "--gear-bore-radius must be between 2.61438",
         "--teeth 4": "--teeth must be an odd number from 1 to 29 for the pair, got 4",
         "--across 0": "--across must be a finite number above 0, got 0",
         "--teeth 31": "--teeth must be between 1 and 29, got 31",
         "--bore-radius 88": f"{BORE}88",
         "--tolerance 0": "--tolerance must be a finite number above 0 mm, got 0",
-        "--load 10": "--load is for pinion-tooth and gear-tooth as .inp, not pair as .inp",
+        "--load 10": "--load is for pinion-tooth and gear-tooth as .inp, not for pair as .inp: omit it",
         "--element C3D8": "--element is for pinion-tooth and gear-tooth as .inp",
         "--placed": "--placed is for pinion, gear,",
     },
@@ -236,7 +240,7 @@ MESH = {
             ("pinion-flank", ".stp"),
         )
     },
-    "gear .inp": {"": "cannot be written as .inp: for all its teeth, give --part gear-tooth --teeth 45\n"},
+    "gear .inp": {"": "for hexahedra of all teeth, give --part gear-tooth --teeth 45\n"},
     "pinion .xyz": {"": "Error: --out: .xyz is not a known format: give one of .inp, .msh"},
     "pair ": {"": "a name without a suffix is not a known format"},
 }
@@ -344,7 +348,7 @@ def test_several_faults_of_a_file(design_file: Callable[..., Path]) -> None:
 @pytest.mark.parametrize("old", RENAMED)
 def test_old_names_of_options(old: str) -> None:
     command, new = RENAMED[old]
-    assert refused(command, old, "0.01") == f"Error: {old} has a new name: write {new}\n"
+    assert refused(command, old, "0.01") == f"Error: {old} has been renamed: use {new}\n"
     shown = run(command, "--help").stdout
     assert f"{old} " not in shown
     assert f"{new} " in shown

@@ -339,7 +339,8 @@ def test_measured_points_are_read_back(tmp_path: Path) -> None:
         f"Error: {path}: line 1 is right, row 1, column 2 where right, row 1, column 1 is due: a point is "
         "missing, or the order is different\n"
     )
-    assert run("grid", "--measured", tmp_path).stderr == f"Error: cannot read {tmp_path} (Is a directory)\n"
+    line = run("grid", "--measured", tmp_path).stderr
+    assert line.startswith(f"Error: cannot read {tmp_path} (Is a directory): give the path")
 
 
 def test_missing_shims_are_reported_with_those_for_the_backlash_alone() -> None:

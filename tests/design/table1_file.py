@@ -9,7 +9,7 @@ from tests.oracle.table1 import table1
 
 DESIGN_1 = table1()
 TABLE_1: dict[str, dict[str, object]] = tomllib.loads(builtin_text())
-NUMBER = "give it like 1.5, without quotes"
+NUMBER = "write it without quotes, such as 1.5"
 
 
 def toml(changes: dict[str, object]) -> str:

@@ -35,7 +35,7 @@ PARALLEL = "anti-backlash"
 def test_every_file_is_listed() -> None:
     folder = Path(file.__file__).parent / "designs"
     assert {path.stem for path in folder.glob("*.toml")} == set(BUILTINS) == {"ni-2017", *NAMES, PARALLEL}
-    with pytest.raises(DesignError, match=f"known are ni-2017, {', '.join((*NAMES, PARALLEL))}$"):
+    with pytest.raises(DesignError, match=f"give one of ni-2017, {', '.join((*NAMES, PARALLEL))}$"):
         builtin_design("marine")
 
 

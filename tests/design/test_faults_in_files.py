@@ -10,17 +10,17 @@ from beveloid_geom.design.file import DesignError, builtin_text, parse_design
 
 from .table1_file import NUMBER, TABLE_1, faults_of, toml
 
-WHOLE = "give it like 29, without quotes or decimals"
+WHOLE = "write it without quotes and decimals, such as 29"
 MODULES = "give it in normal modules, not in mm"
 LENGTH = "give a positive length in mm"
 DISTANCE = "give the distance of the axes in mm, 0 where they intersect"
-EXAMPLE = "is missing: the built-in design shows all tables and keys"
+EXAMPLE = "is missing: `beveloid-geom design` prints a complete example"
 BAD = {
     "pinion.helix_angle_deg = '25'": f"must be a number, got '25': {NUMBER}",
     "pair.offset = [229]": f"must be a number, got [229]: {NUMBER}",
     "pair.offset = 0x1" + 300 * "0": f"must be a number, got an integer of 1201 bits: {NUMBER}",
-    "pair.offset = nan": "must be a finite number, got nan: give the value itself",
-    "gear.teeth = -inf": "must be a finite number, got -inf: give the value itself",
+    "pair.offset = nan": "must be a finite number, got nan: give a number such as 1.5",
+    "gear.teeth = -inf": "must be a finite number, got -inf: give a number such as 1.5",
     "gear.teeth = 44.5": f"must be a whole number, got 44.5: {WHOLE}",
     "gear.teeth = true": f"must be a whole number, got true: {WHOLE}",
     # outside the range
@@ -29,7 +29,7 @@ BAD = {
     "tool.addendum = 6": f"must be between 0.1 and 4, got 6.0: {MODULES}",
     "gear.profile_shift = 3.1": f"must be between -3 and 3, got 3.1: {MODULES}",
     "gear.teeth = 0": "must be between 1 and 2000, got 0: a member has at least one tooth",
-    "gear.teeth = 3000": "must be between 1 and 2000, got 3000: a rack is not covered by this model",
+    "gear.teeth = 3000": "must be between 1 and 2000, got 3000: racks are not supported",
     "gear.helix_angle_deg = -81": "must be between -80 and 80 deg, got -81.0: measure it from the axis, "
         "right hand positive; it is the complement of the lead angle",
     "gear.cone_angle_deg = 46": "must be between -45 and 45 deg, got 46.0: it is half the angle of the "
@@ -38,8 +38,8 @@ BAD = {
         "follows from the helix angles",
     "pair.shaft_angle_deg = 165": "must be between 0 and 90 deg, got 165.0: it is the smaller angle between "
         "the axes, give 180 deg minus this angle",
-    "errors.shaft_angle_deg = 15": "must be between -5 and 5 deg, got 15.0: change the shaft angle of the "
-        "pair if another layout is meant",
+    "errors.shaft_angle_deg = 15": "must be between -5 and 5 deg, got 15.0: for another layout, change "
+        "the shaft angle of the pair",
     "tool.normal_pressure_angle_deg = 0.349": "must be between 5 and 45 deg, got 0.349: was it given in "
         "radians?",
     "tool.normal_module = 0.009": "must be between 0.01 and 100 mm, got 0.009: was it given in inches?",
@@ -48,18 +48,18 @@ BAD = {
     "pinion.helix_angle_deg = 0.436": "must be about 25 deg to fit the other angles, got 0.436: was it "
         "given in radians?",
     # combinations of keys
-    "pinion.parabola = -0.03": "must be between -0.0212 and 0.0212 1/mm, got -0.03: a larger one folds "
-        "the rack profile, usual values are 0.0001 to 0.01",
-    "tool.tip_radius = 2.28": f"must be at most 1.14 at this dedendum, got 2.28: a larger tip round "
-        f"leaves no flank; {MODULES}",
+    "pinion.parabola = -0.03": "must be between -0.0212 and 0.0212 1/mm, got -0.03: a larger coefficient "
+        "folds the rack profile, usual values are 0.0001 to 0.01",
+    "tool.tip_radius = 2.28": "must be at most 1.14 at this dedendum, got 2.28: a larger tip round "
+        "leaves no flank, the unit is the normal module, not mm",
     "pinion.cone_angle_deg = 40": "must be between -39.1714 and 39.1714 deg at this helix and pressure "
         "angle, got 40.0: the tool cannot generate one of the flanks, take a larger pressure angle",
-    "pinion.face_width = 9999": "must leave a tip radius at the narrow end of the face above 0 mm, got "
-        "-158.999: take a narrower face or a smaller cone",
+    "pinion.face_width = 9999": "must leave a tip radius above 0 mm at the small end of the face, got "
+        "-158.999: use a narrower face or a smaller cone angle",
     "gear.normal_module = 5": "cos(normal_pressure_angle_deg) must equal that of [pinion], 5.63815572472 "
-        "mm, got 4.69846310393: meshing teeth have the same base pitch",
-    "errors.offset = 229": "must be between -60 and 60 mm, 10 modules, got 229.0: it adds to the offset, it "
-        "does not replace it",
+        "mm, got 4.69846310393: change module or pressure angle, as meshing teeth need the same base pitch",
+    "errors.offset = 229": "must be between -60 and 60 mm (10 modules), got 229.0: it is added to the "
+        "offset, it does not replace it",
     # missing, misspelt, misplaced
     "gear.teeth": EXAMPLE,
     "pair": EXAMPLE,
@@ -108,7 +108,7 @@ def test_all_faults_are_reported_together() -> None:
         f"[gear] profile_shift must be a number, got '0.2': {NUMBER}",
         "[gear] facewidth is unknown: did you mean face_width?",
         f"[pair] offset must be between 0 and 100000 mm, got -1.0: {DISTANCE}",
-        "[errors] offset must be a finite number, got nan: give the value itself",
+        "[errors] offset must be a finite number, got nan: give a number such as 1.5",
     )
 
 
@@ -158,7 +158,7 @@ def test_cone_angles_of_intersecting_axes_in_radians() -> None:
     [
         ("teeth = 29", "teeth does not belong here: move it to [pinion] or [gear]"),
         ("module = 6", "module is unknown: known are [tool], [pinion], [gear], [pair], [errors]"),
-        ("gear = 3", "[gear] must be a table, got 3: write [gear] above its keys"),
+        ("gear = 3", "[gear] must be a table, got 3: write the line [gear] above its keys"),
     ],
 )
 def test_keys_outside_the_tables(text: str, fault: str) -> None:
@@ -250,7 +250,7 @@ UNITS = {
 def test_decimal_commas_and_units_are_recognised(path: str, quoted: bool) -> None:
     """The message contains the number to give. Without quotes the file is not valid TOML."""
     table, key = path.split(".")
-    texts = [("1,5", "write a decimal point, 1.5")]
+    texts = [("1,5", "write it with a decimal point, 1.5")]
     if path in UNITS:
         written, unit, size = UNITS[path]
         texts.append((written, f"give it in {unit} without a unit, {size:.10g}"))
@@ -261,7 +261,7 @@ def test_decimal_commas_and_units_are_recognised(path: str, quoted: bool) -> Non
 
 def test_other_texts() -> None:
     assert faults_of({"pair.offset": "'wide'"}) == (
-        "[pair] offset must be a number, got 'wide': give it like 1.5, without quotes",
+        "[pair] offset must be a number, got 'wide': write it without quotes, such as 1.5",
     )
     (fault,) = faults_of({"pair.offset": "229 ft"})
     assert fault.startswith("is not valid TOML: ")
@@ -277,12 +277,12 @@ def test_other_texts() -> None:
         ),
         (
             {"pinion.tip_diameter": 206.0, "pinion.tip_alteration": 0.1},
-            "[pinion] tip_diameter is given together with tip_alteration: leave one out",
+            "[pinion] tip_diameter is given together with tip_alteration: remove one of them",
         ),
         (
             {"gear.tip_alteration": -0.95},
-            "[gear] tip_alteration must leave a tip at least 0.1 modules above the shifted pitch cone, got "
-            "-0.95: the addendum is 1, take a larger tip diameter",
+            "[gear] tip_alteration must leave the tip at least 0.1 modules above the shifted pitch cone, got "
+            "-0.95: increase it or the tip diameter, the addendum is 1",
         ),
     ],
 )

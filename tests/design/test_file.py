@@ -41,7 +41,7 @@ def test_keys_of_both_members_may_be_missing_in_the_tool() -> None:
     both: dict[str, object] = {"tool.normal_module": None, "pinion.normal_module": 6, "gear.normal_module": 6}
     assert parse_design(toml(both)) == DESIGN_1
     both.pop("gear.normal_module")
-    missing = "[tool] normal_module is missing: the built-in design shows all tables and keys"
+    missing = "[tool] normal_module is missing: `beveloid-geom design` prints a complete example"
     assert faults_of(both) == (missing,)
 
 
@@ -72,7 +72,7 @@ def test_accepted_designs(changes: dict[str, object]) -> None:
     [
         (
             None,
-            "cannot be read (No such file or directory): name a TOML file, or a built-in design: ni-2017, "
+            "cannot be read (No such file or directory): give a design file, or a built-in design: ni-2017, "
             "awd-transfer, marine-gearbox, anti-backlash",
         ),
         (b"[tool]\nnormal_module = \n", "is not valid TOML: Invalid value (at line 2, column 17)"),
@@ -116,7 +116,7 @@ def test_folder(tmp_path: Path) -> None:
 
 
 def test_unknown_builtin() -> None:
-    with pytest.raises(DesignError, match=r"^there is no built-in design 'x': known are ni-2017, "):
+    with pytest.raises(DesignError, match=r"^there is no built-in design 'x': give one of ni-2017, "):
         builtin_text("x")
 
 
@@ -136,24 +136,24 @@ def test_override() -> None:
         (
             {"offset_error": float("nan"), "parabola_pinion": True},
             (
-                "offset_error must be a finite number, got nan: give the value itself",
+                "offset_error must be a finite number, got nan: give a number such as 1.5",
                 f"parabola_pinion must be a number, got true: {NUMBER}",
             ),
         ),
         (
             {"offset_error": -200, "parabola_gear": 0.03},
             (
-                "parabola_gear must be between -0.02272 and 0.02272 1/mm, got 0.03: a larger one folds the "
-                "rack profile, usual values are 0.0001 to 0.01",
-                "offset_error must be between -60 and 60 mm, 10 modules, got -200.0: it adds to the offset, "
-                "it does not replace it",
+                "parabola_gear must be between -0.02272 and 0.02272 1/mm, got 0.03: a larger coefficient "
+                "folds the rack profile, usual values are 0.0001 to 0.01",
+                "offset_error must be between -60 and 60 mm (10 modules), got -200.0: it is added to the "
+                "offset, it does not replace it",
             ),
         ),
         (
             {"shaft_angle_error_deg": 6, "pinion_axial_error": 2000.0},
             (
-                "shaft_angle_error_deg must be between -5 and 5 deg, got 6.0: change the shaft angle "
-                "of the pair if another layout is meant",
+                "shaft_angle_error_deg must be between -5 and 5 deg, got 6.0: for another layout, "
+                "change the shaft angle of the pair",
                 "pinion_axial_error must be between -1000 and 1000 mm, got 2000.0: give it in mm, positive "
                 "towards +z",
             ),

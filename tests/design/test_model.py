@@ -100,10 +100,10 @@ def test_arrays_are_copied_and_read_only(value: Any) -> None:
     assert TABLE.with_errors(errors).batch_shape == (2,)
 
 
-NUMBER = "give it like 1.5, without quotes"
-WHOLE = "give it like 29, without quotes or decimals"
+NUMBER = "write it without quotes, such as 1.5"
+WHOLE = "write it without quotes and decimals, such as 29"
 DEGREES = "was it given in degrees?"
-PLAIN, UNMASK = "must be a number or a plain array", "fill it, or take the unmasked cases"
+PLAIN, UNMASK = "must be a number or a plain array", "fill or remove the masked values"
 ROUND = "must be between -3.14159 and 3.14159 rad"
 BAD: list[tuple[str, str, object, str]] = [
     # not a number
@@ -115,7 +115,7 @@ BAD: list[tuple[str, str, object, str]] = [
     ("Pair", "offset", ["229"], f"offset must be a number, got ['229']: {NUMBER}"),
     ("Pair", "offset", [[1.0], [1.0, 2.0]], f"offset must be a number, got [[1.0], [1.0, 2.0]]: {NUMBER}"),
     ("Pair", "gear_mounting", "far", f"gear_mounting must be a number, got 'far': {NUMBER}"),
-    ("Tool", "parabola", nan, "parabola must be a finite number, got nan: give the value itself"),
+    ("Tool", "parabola", nan, "parabola must be a finite number, got nan: give a number such as 1.5"),
     ("Errors", "offset", np.ma.array([0.1, 0.2], mask=[False, True]), f"offset {PLAIN}, got a masked array: "
      f"{UNMASK}"),
     ("Errors", "offset", [0.1, np.ma.masked], f"offset {PLAIN}, got [0.1, masked]: {UNMASK}"),
@@ -126,9 +126,10 @@ BAD: list[tuple[str, str, object, str]] = [
     ("Member", "helix_angle", -25, "helix_angle must be between -1.39626 and 1.39626 rad, got -25.0: "
      f"{DEGREES}"),
     ("Errors", "shaft_angle", 15.0, "shaft_angle must be between -0.0872665 and 0.0872665 rad, got 15.0: "
-     "change the shaft angle of the pair if another layout is meant"),
+     "for another layout, change the shaft angle of the pair"),
     # in a batch
-    ("Errors", "offset", [0.0, nan], "offset must be a finite number, got nan at [1]: give the value itself"),
+    ("Errors", "offset", [0.0, nan], "offset must be a finite number, got nan at [1]: give a number such as "
+     "1.5"),
     ("Member", "teeth", np.array([[29, 30], [31.5, 32]]), "teeth must be a whole number, got 31.5 at [1, 0]: "
      f"{WHOLE}"),
     ("Pair", "shaft_angle", [0.2, 0.3, 15.0], f"shaft_angle {ROUND}, got 15.0 at [2]: {DEGREES}"),
@@ -151,20 +152,21 @@ OTHER: dict[str, tuple[Callable[[], object], str]] = {
     "modules": (
         lambda: replace(TABLE, gear=replace(TABLE.gear, tool=replace(TOOL, normal_module=5.0))),
         "Design: gear normal_module cos(normal_pressure_angle) must equal that of the pinion, 5.63815572472 "
-        "mm, got 4.69846310393: meshing teeth have the same base pitch",
+        "mm, got 4.69846310393: change module or pressure angle, as meshing teeth need the same base pitch",
     ),
     "modules in a batch": (
         lambda: replace(TABLE, pinion=replace(PINION, tool=changed(TOOL, "normal_module", [6.0, 5.0]))),
         "Design: gear normal_module cos(normal_pressure_angle) must equal that of the pinion, 4.69846310393 "
-        "mm, got 5.63815572472 at [1]: meshing teeth have the same base pitch",
+        "mm, got 5.63815572472 at [1]: change module or pressure angle, as meshing teeth need the same base "
+        "pitch",
     ),
     "no tool": (
         lambda: replace(PINION, tool=6.0),  # type: ignore[arg-type]
-        "Member: tool must be of the class Tool, got 6.0: make it by Tool(...)",
+        "Member: tool must be of the class Tool, got 6.0: create it with Tool(...)",
     ),
     "no errors": (
         lambda: replace(TABLE, errors=None),  # type: ignore[arg-type]
-        "Design: errors must be of the class Errors, got None: make it by Errors(...)",
+        "Design: errors must be of the class Errors, got None: create it with Errors(...)",
     ),
 }
 

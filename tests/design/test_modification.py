@@ -21,7 +21,7 @@ FAULTS = {
     "twist_um = nan": "[pinion.modification] twist_um must be a finite number, got nan",
     "twist_um = inf": "[pinion.modification] twist_um must be a finite number, got inf",
     "twist_um = '0.01 mm'": "got '0.01 mm': give it in um without a unit, 10",
-    "twist_um = 10,5": "twist_um must be a number, got '10,5': write a decimal point",
+    "twist_um = 10,5": "twist_um must be a number, got '10,5': write it with a decimal point",
     "helix_slope_um = -10000.0": "be between -9425 and 9425 um, the thickness of the tooth, got -10000.0",
     "tip_relief_um = 9.0\ntip_relief_length_mm = 20.0": "must be at most 12.77 mm, the length",
     "toe_relief_um = 9.0\ntoe_relief_length_mm = 51.0": "toe_relief_length_mm must be at most 50 mm",

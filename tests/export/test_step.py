@@ -400,7 +400,7 @@ def test_gmsh_shows_the_product_and_the_colours(folder: Path) -> None:
             {},
             "the right flank is undercut",
         ),
-        (replace(PINION, profile_shift=2.0), {}, "the tooth is pointed"),
+        (replace(PINION, profile_shift=2.0), {}, "the tooth tip is pointed"),
         (replace(PINION, tool=replace(PINION.tool, dedendum=1.6)), {}, "rounds overlap"),
         (
             PINION,
@@ -412,7 +412,7 @@ def test_gmsh_shows_the_product_and_the_colours(folder: Path) -> None:
         (
             PINION,
             {"tooth_numbers": (0, 2)},
-            r"tooth_numbers must be 1 to 29 neighbours in increasing order, got \[0, 2\]",
+            r"tooth_numbers must be 1 to 29 successive numbers, got \[0, 2\]",
         ),
         (PINION, {"tooth_numbers": ()}, "tooth_numbers must be 1 to 29"),
         (PINION, {"tooth_numbers": range(30)}, "tooth_numbers must be 1 to 29"),

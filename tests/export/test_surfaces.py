@@ -210,7 +210,7 @@ def test_pose_puts_both_flanks_at_the_contact(flank: str, name: str) -> None:
 def test_a_position_without_contact_is_rejected() -> None:
     with pytest.raises(ValueError, match="right flanks have no path of contact"):
         meshing_pair(table1((0.0, 0.0), Errors(offset=6.0)))
-    with pytest.raises(ValueError, match="a pose is that of one design"):
+    with pytest.raises(ValueError, match="design must be a single design"):
         meshing_pair(table1((0.0, 0.0), Errors(offset=np.zeros(3))))
 
 
@@ -310,7 +310,7 @@ def test_pattern_and_separation_in_one_file(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("suffix", [".inp", "", ".stlx"])
 def test_unknown_suffix(tmp_path: Path, suffix: str) -> None:
-    with pytest.raises(ValueError, match=re.escape(f"no writer of {suffix!r}: give one of .stl")):
+    with pytest.raises(ValueError, match=re.escape(f"{suffix!r} is not a known format: give one of .stl")):
         write_surface(flank_surface(), tmp_path / f"a{suffix}")
 
 

@@ -75,10 +75,10 @@ def test_members(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("value", "name", "error", "text"),
     [
-        (3.0, "a.stl", TypeError, "cannot write a float: give a solid, a flank grid"),
+        (3.0, "a.stl", TypeError, "cannot write a float: pass a solid, a flank grid"),
         ([], "a.glb", TypeError, "cannot write a list"),
-        ("solid", "a.inp", ValueError, r"no writer of '\.inp': give one of \.stl"),
-        ("solid", "a", ValueError, "no writer of ''"),
+        ("solid", "a.inp", ValueError, r"'\.inp' is not a known format: give one of \.stl"),
+        ("solid", "a", ValueError, "'' is not a known format"),
         ("solid", "none/a.stl", FileNotFoundError, "No such folder: .*none"),
     ],
 )

@@ -89,7 +89,7 @@ def test_points_are_given_by_the_distance_from_mid_face_or_along_the_trace(flank
     assert np.array_equal(points, flank_point(member, flank, l, u))
     assert np.array_equal(points, flank_patch(member, flank, l, z=z).point)
     for places in ({}, {"u": u, "z": z}):
-        with pytest.raises(TypeError, match="either the flank parameter u or the distance z"):
+        with pytest.raises(TypeError, match="the flank parameter u or the distance z"):
             flank_point(member, flank, l, **places)
 
 

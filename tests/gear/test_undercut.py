@@ -131,7 +131,7 @@ def test_table_1_is_sound_and_convex_its_pinion_is_undercut() -> None:
     assert undercut_of(CONVEX, "right").undercut
     require_flanks(CONVEX)
     nothing = replace(FEW, teeth=8, cone_angle=radians(20.0), profile_shift=-0.5, face_width=60.0)
-    with pytest.raises(ValueError, match=r"undercut .* it is removed completely"):
+    with pytest.raises(ValueError, match=r"undercut .* removed completely"):
         require_flanks(nothing)
 
 
@@ -152,7 +152,7 @@ def test_a_flank_can_be_lost_altogether() -> None:
     found = undercut_of(stub, "right", 3)
     assert np.isnan(found.start).all()
     assert np.isinf(found.lost).all()
-    assert undercut_text(found) == "along the complete face, at -10 mm it is removed completely"
+    assert undercut_text(found) == "along the complete face, and removed completely at z = -10 mm"
 
 
 def test_pointed_part_is_where_the_involutes_meet() -> None:

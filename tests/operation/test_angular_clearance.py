@@ -184,7 +184,7 @@ def test_no_point_of_the_mate() -> None:
 
 def test_arrays_of_members_raise() -> None:
     design = table1().with_parabola(pinion=np.array([0.0, 0.001]))
-    with pytest.raises(ValueError, match="members of single numbers"):
+    with pytest.raises(ValueError, match="members must have single numbers"):
         angular_clearance(design, "right", 0, 0.0, 0.0, 0.0, 0.0)
 
 

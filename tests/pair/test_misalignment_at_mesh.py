@@ -241,19 +241,19 @@ def test_design_files(tmp_path: Path) -> None:
 
 
 TO_AXES = (
-    'at = "mesh" is equivalent to offset about the common perpendicular, which must be between -30 and 30 mm'
+    'with at = "mesh", the equivalent offset about the common perpendicular must be between -30 and 30 mm'
 )
 FAULTS = {
     'at = "apex"': 'at must be "perpendicular" or "mesh", got \'apex\': it selects',
     "at = 3": 'at must be "perpendicular" or "mesh", got 3: it selects',
     "at = ['mesh']": 'at must be "perpendicular" or "mesh", got [\'mesh\']: it selects',
-    "centre_distance = 0.1": 'centre_distance needs at = "mesh": the keys here are offset, shaft_angle_deg',
-    "at = 'mesh'\noffset = 0.1": 'offset needs at = "perpendicular": the keys here are centre_distance',
+    "centre_distance = 0.1": 'centre_distance needs at = "mesh": without it, the keys are offset, ',
+    "at = 'mesh'\noffset = 0.1": 'offset needs at = "perpendicular": without it, the keys are centre',
     "at = 'mesh'\nin_plane = 0.1": "in_plane is unknown: did you mean in_plane_deg?",
     "at = 'mesh'\nin_plane_deg = '1'": "in_plane_deg must be a number, got '1'",
     "at = 'mesh'\nin_plane_deg = 6": "in_plane_deg must be between -5 and 5 deg, got 6.0",
-    "at = 'mesh'\ncentre_distance = 31": "centre_distance must be between -30 and 30 mm, 10 modules, got",
-    "at = 'mesh'\nin_plane_deg = -5": "in_plane_deg must be at least -4.0 deg, got -5.0: beyond parallel",
+    "at = 'mesh'\ncentre_distance = 31": "centre_distance must be between -30 and 30 mm (10 modules), got",
+    "at = 'mesh'\nin_plane_deg = -5": "in_plane_deg must be at least -4.0 deg, got -5.0: a lower value",
     "at = 'mesh'\nout_of_plane_deg = 3": TO_AXES,
     "at = 'mesh'\ncentre_distance = nan": "centre_distance must be a finite number, got nan",
 }

@@ -241,9 +241,12 @@ def test_an_overlap_of_20_micrometres_is_detected(flank: str) -> None:
         ({"teeth": 9, "profile_shift": 0.9}, r"the tooth is pointed at z = 25 mm, its flanks cross"),
         (
             {"teeth": 8, "cone_angle": radians(20.0), "profile_shift": -0.5, "face_width": 60.0},
-            r"the right flank is undercut from z = -30 to 22.49 mm, at -30 mm it is removed completely",
+            r"the right flank is undercut from z = -30 to 22.49 mm, and removed completely at z = -30 mm",
         ),
-        ({"tool": replace(PINION.tool, parabola=0.01)}, r"tip_radius 0.38 is too large: the tool's rounds"),
+        (
+            {"tool": replace(PINION.tool, parabola=0.01)},
+            r"tip_radius 0.38 is too large: the tool's tip rounds",
+        ),
     ],
 )
 def test_invalid_teeth_are_rejected(changed: dict[str, object], message: str) -> None:

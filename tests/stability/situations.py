@@ -297,7 +297,7 @@ SITUATIONS = (
         "undercut: few teeth, negative shift",
         of(*UNDERCUT.values()),
         ALL,
-        "take more teeth, more profile shift or a less deep tool",
+        "use more teeth, more profile shift or a smaller dedendum",
         checked,
     ),
     Situation(

@@ -124,7 +124,7 @@ def test_a_flank_that_cannot_be_cut_is_rejected_by_all_functions(a: float) -> No
     if a == -0.0285:  # the section of the tool is valid, but not its normal after the tilt by the cone angle
         assert np.isnan(first_contact(design, "right", np.zeros(2)).gear_roll).all()
     else:
-        with pytest.raises(ValueError, match=r"leaves no place for the tool's tip round|rounds overlap"):
+        with pytest.raises(ValueError, match=r"leaves no space for the tool's tip round|rounds overlap"):
             first_contact(design, "right", np.zeros(1))
     with pytest.raises(ValueError, match="no path of contact"):
         meshing_pair(design)

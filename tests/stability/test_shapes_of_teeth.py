@@ -81,7 +81,7 @@ def test_the_path_of_an_undercut_pair_ends_at_the_end_of_the_flank(design: Desig
     remarks = remarks_on(design)
     texts = [r.text for r in remarks if r.text.startswith(f"the {flank} flank of the pinion is undercut")]
     assert len(texts) == 1
-    assert "take more teeth, more profile shift or a less deep tool" in texts[0]
+    assert "use more teeth, more profile shift or a smaller dedendum" in texts[0]
     ends = f"the path of contact of the {flank} flanks ends at the undercut of the pinion"
     assert [r.level for r in remarks if r.text == ends] == ["note"]
 
@@ -150,7 +150,7 @@ def test_flanks_without_contact(design: Design, flank: str) -> None:
     beyond = path_of_contact(design, flank, l1=np.linspace(-6.0, 6.0, 7))
     assert set(np.unique(beyond.status)) <= {int(Status.OFF_FLANK), int(Status.NO_COMMON_NORMAL)}
     assert not certify(path).holds
-    with pytest.raises(ValueError, match="no path of contact on which the pair could be posed"):
+    with pytest.raises(ValueError, match="no path of contact, so that the gears cannot be placed"):
         meshing_pair(design, flank)
     met = mesh_contact(design, flank, 0.01, pinion_roll=0.0, gear_roll=0.0)
     assert met.status != Status.SOLVED

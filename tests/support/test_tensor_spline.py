@@ -81,5 +81,5 @@ def test_scatter_does_not_grow_beyond_the_grid() -> None:
 @pytest.mark.parametrize("order", [np.flipud, np.fliplr])
 def test_other_orders_are_rejected(order: object) -> None:
     assert callable(order)
-    with pytest.raises(ValueError, match="do not rise"):
+    with pytest.raises(ValueError, match="do not increase"):
         spline_through(order(FIRST), order(SECOND), random_values())

@@ -143,7 +143,7 @@ def test_the_start_does_not_rest_on_the_one_equation(design: Design, monkeypatch
 
 
 def test_points_are_checked() -> None:
-    with pytest.raises(ValueError, match="points must be at least 2, a whole number, got 1"):
+    with pytest.raises(ValueError, match="points must be a whole number of at least 2, got 1"):
         path_of_contact_five_equations(table1(), points=1)
     with pytest.raises(ValueError, match="single designs"):
         path_of_contact_five_equations(table1(errors=Errors(offset=np.zeros(3))))

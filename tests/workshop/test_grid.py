@@ -77,7 +77,7 @@ def test_grids_of_undercut_flanks_begin_above_the_fillet() -> None:
     grid = measuring_grid(member, border=0.0)
     for number, flank in enumerate(("right", "left")):
         np.testing.assert_allclose(grid.l[number, 0], undercut_of(member, flank, 9).start, atol=1e-12)
-    with pytest.raises(ValueError, match="it is removed completely"):
+    with pytest.raises(ValueError, match="and removed completely"):
         measuring_grid(Member(MEMBERS["spur"].tool, 8, 0.0, radians(20.0), -0.5, 60.0))
 
 

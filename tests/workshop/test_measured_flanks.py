@@ -154,7 +154,7 @@ def test_designs_with_deviations_are_values(tmp_path: Path) -> None:
     given = design.pinion.modification_left
     assert given is not None
     changed = design.pinion.modified(replace(given, twist_um=2.0), "left")
-    with pytest.raises(ValueError, match="deviations would undo the change of the flanks"):
+    with pytest.raises(ValueError, match="deviations belong to the flanks with which"):
         design_text(replace(design, pinion=changed))
     assert given.deviations is not None
     # The twist of the design is part of the flank from which deviations are counted.
@@ -164,13 +164,13 @@ def test_designs_with_deviations_are_values(tmp_path: Path) -> None:
 
 
 FAULTS = {
-    'deviations = "none.csv"': "deviations cannot read 'none.csv' (No such file or directory): paths are",
+    'deviations = "none.csv"': "deviations names 'none.csv', which cannot be read (No such file",
     "deviations = 3.0": "deviations must name a file of measured points, got 3.0: write",
     "deviations = {rows = 5}": "deviations must name a file of measured points",
     'deviations = {file = "all.txt", row = 5}': "deviations.row is unknown: known are file, rows, columns",
     'deviations = {file = "all.txt", rows = 1}': "deviations.rows must be between 2 and 999, got 1",
     'deviations = {file = "all.txt", border = 0.1}': "deviations.border must be a text, got 0.1",
-    'deviations = {file = "all.txt", border = "10"}': "border must be a share as 10% or a length as 2mm",
+    'deviations = {file = "all.txt", border = "10"}': "border must be a percentage such as 10%",
     'deviations = {file = "all.txt", border = "60%"}': "border must be at least 0 and below 50 %, got 60 %",
     'deviations = {file = "all.txt", columns = 4}': "row 1, column 5 where right, row 2, column 1 is due",
     'deviations = "hole.txt"': "line 8 is right, row 1, column 2 where right, row 1, column 1 is due",
@@ -180,7 +180,7 @@ FAULTS = {
     'deviations = "gear.txt"': "away from its place: is it this design, member, grid and datum?",
     'deviations = "/dev/zero"': "is longer than 1,090,000 bytes: give the table of points",
     'deviation = "all.txt"': "deviation is unknown: did you mean deviations?",
-    'right.deviations = "none.csv"': "[pinion.modification.right] deviations cannot read 'none.csv'",
+    'right.deviations = "none.csv"': "[pinion.modification.right] deviations names 'none.csv', which",
 }
 
 
@@ -247,7 +247,7 @@ def test_other_amounts_on_measured_flanks_are_not_written(tmp_path: Path) -> Non
     (tmp_path / "points.txt").write_text(run("grid", "ni-2017", "--parabola-pinion", "0.0005").stdout)
     (tmp_path / "pair.toml").write_text(FILE + '[pinion.modification]\ndeviations = "points.txt"\n')
     out = "--out", str(tmp_path / "out.toml")
-    message = "--out: [pinion.modification] has measured points: the points would undo the change"
+    message = "--out: [pinion.modification] has measured deviations, which would undo the change"
     for arguments in (
         ("optimise", "--vary", "pinion.helix_crowning", "0", "9"),
         ("modify", "--transmission-error-arcsec", "2", "--length", "20"),
@@ -261,13 +261,13 @@ def test_values_from_python() -> None:
     z = np.broadcast_to(grid.point[..., 2], grid.l.shape)
     none = np.zeros_like(grid.l)
     for deviation, message in (
-        (np.full_like(none, np.nan), "deviation_um has missing values"),
-        (none + 2e5, "deviation_um must be within 100000 um, got 200000: give it in um"),
-        (none[0], "deviation_um must have the shape .2, rows, columns."),
+        (np.full_like(none, np.nan), "deviation_um must contain finite numbers only"),
+        (none + 2e5, "deviation_um must be at most 100000 um in magnitude, got 200000: give it in um"),
+        (none[0], "deviation_um must have the shape of l, .2, rows, columns."),
     ):
         with pytest.raises(DesignError, match=message):
             FlankDeviations(grid.l, z, deviation)
-    with pytest.raises(DesignError, match="rows run from root to tip, columns towards"):
+    with pytest.raises(DesignError, match="rows from root to tip and the columns towards"):
         FlankDeviations(grid.l[:, ::-1], z, none)
     with pytest.raises(DesignError, match="columns towards"):
         FlankDeviations(grid.l, z[..., ::-1], none)
@@ -328,4 +328,5 @@ def test_parabolas_given_as_deviations() -> None:
 
 def test_options_have_no_files() -> None:
     line = refused("tca", "ni-2017", "--pinion-modification", "right.deviations=points.csv")
-    assert "right.deviations belongs in a design file: write it in [pinion.modification.right]" in line
+    cure = "write it in [pinion.modification.right]"
+    assert f"right.deviations can only be given in a design file: {cure}" in line

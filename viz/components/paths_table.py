@@ -280,8 +280,8 @@ def table(case: Sequence[str], paths: Iterable[tuple[Sequence[object], SolvedPat
         Column headings of the case.
     paths : iterable of tuple
         Values of these columns, and the path. A case without a path has one row per member with its status,
-        or one row per first contact. Rows without index are first contacts beside changes of the contact, and
-        over the remainder of a pitch if the path is shorter than a pitch.
+        or one row per first contact. Rows without index are first contacts on both sides of changes of the
+        contact, and over the remainder of a pitch if the path is shorter than a pitch.
 
     Returns
     -------

@@ -47,7 +47,7 @@ def main(
     install = "pip install 'beveloid-geom[explore]'"
     changed = changed_design(load_design(design), changes)
     if find_spec("aiohttp") is None:
-        raise Refusal([f"explore-pair needs a web server: {install}"])
+        raise Refusal([f"explore-pair needs the package aiohttp: {install}"])
     from .server import HOST, Server
     from .values import Settings, Start
 
@@ -55,11 +55,11 @@ def main(
     try:
         server = Server(Start(changed, name, Settings(flank, film, torque), given), port)
     except OSError as error:
-        cure = "choose another with --port, or leave it out for a free one"
+        cure = "choose another port, or omit --port for a free one"
         raise Refusal([f"--port {port} of {HOST} cannot be used ({error.strerror}): {cure}"]) from None
     write_out(f"{server.url}\nCtrl-C ends the program.\n")
     if browser and not webbrowser.open(server.url):
-        click.echo("No browser was found: open the address above.", err=True)
+        click.echo("No browser was found: open the address above in a browser.", err=True)
     asyncio.run(_serve(server))
 
 

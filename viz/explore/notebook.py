@@ -78,7 +78,7 @@ def explore(
     Returns
     -------
     Exploration
-        In a notebook, its last line in a cell shows the view.
+        A notebook shows the view if this is the last expression of a cell.
 
     Raises
     ------
@@ -89,7 +89,7 @@ def explore(
     """
     require_design(design)
     if design.batch_shape:
-        raise ValueError(f"a view is that of one design, got a batch of the shape {design.batch_shape}")
+        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     start = Start(design, name, Settings(flank, film, torque))
     start.read(start.values)
     return Exploration(Server(start, port))

@@ -150,7 +150,7 @@ class Server:
         loop = asyncio.get_running_loop()
 
         def send(text: str) -> None:
-            """Queue an answer of the worker thread; after the end of the loop nobody waits for it."""
+            """Queue an answer of the worker thread. It is dropped if the event loop has ended."""
             with suppress(RuntimeError):  # the loop is closed
                 loop.call_soon_threadsafe(answers.put_nowait, text)
 

@@ -62,7 +62,8 @@ class Session:
             kind, values = str(message["kind"]), dict(message["values"])
             number = int(message.get("id", 0))  # ValueError and OverflowError for NaN and infinity
         except (ValueError, ArithmeticError, LookupError, TypeError, RecursionError):
-            return json.dumps({"kind": "failed", "reason": "the message of the page cannot be read"})
+            reason = "the message of the page cannot be read: reload the page"
+            return json.dumps({"kind": "failed", "reason": reason})
         if kind in QUEUED:
             with self._changed:
                 self._waiting[kind] = {"kind": kind, "id": number, "values": values}
@@ -89,7 +90,7 @@ class Session:
             return {"line": line, "reason": reason}
         if kind in ("perpendicular", "mesh"):
             return {"values": self._start.at(values, "mesh" if kind == "mesh" else "perpendicular")}
-        raise ValueError("the page asks for something unknown: reload it")
+        raise ValueError("the request of the page is unknown: reload the page")
 
     def _work(self) -> None:
         """Compute the newest values until the window is closed."""

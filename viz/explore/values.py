@@ -154,9 +154,10 @@ class Start:
                     limit = f"be {' or '.join(choices[name])}"
                     faults.append(Fault("", name, refused(limit, value, "choose one of them")))
             elif name not in self.controls:
-                faults.append(Fault("", name, "is not a value of this pair: reload the page"))
+                faults.append(Fault("", name, "is not a control of this pair: reload the page"))
             elif not _finite(value):
-                faults.append(Fault("", name, refused("be a finite number", value, "write it with a point")))
+                cure = "write it with a decimal point"
+                faults.append(Fault("", name, refused("be a finite number", value, cure)))
             elif name in highest and not 0.0 <= value <= highest[name]:
                 unit = self.controls[name].unit
                 limit = f"be between 0 and {highest[name]:g} {unit}"
@@ -177,7 +178,7 @@ class Start:
         changes = self.changes({**self.values, **values})
         if design.errors != self.design.errors:
             if self.design.errors_at == "mesh" and any(vars(self.design.errors).values()):
-                return "", "the errors of the design file are at the mesh: save the design file and use it"
+                return "", "the options are about the common perpendicular: save the design and use its file"
             kept, now = self.design.errors, design.errors
             equivalent = {name: getattr(now, field) for name, (field, _) in ERRORS["perpendicular"].items()}
             for name, value in equivalent.items():

@@ -110,7 +110,7 @@ def prepare(out: Path) -> None:
             folder.mkdir(parents=True, exist_ok=True)
         if not folder.is_dir():
             folder_name = click.format_filename(out.parent)
-            raise Refusal([f"--out: the folder {folder_name} does not exist: make it first"])
+            raise Refusal([f"--out: the folder {folder_name} does not exist: create it first"])
         replaceable_mode(out)
         if out.suffix.lower() not in suffixes:
             cure = "choose such a name; for a PDF, print the page from the browser"

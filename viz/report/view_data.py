@@ -131,7 +131,7 @@ def _corners(points: FloatArray) -> FloatArray:
 def flank_data(design: Design, flank: str, mesh: MeshCycle | None = None, every: int = 1) -> dict[str, Any]:
     """Return the path of contact of tooth pair 0, and one mesh cycle; `mesh` if it is known.
 
-    The lines on the teeth have one of `every` so many points."""
+    The lines on the teeth have one out of `every` points of the path."""
     path_points = 65
     path = path_of_contact(design, flank, path_points)
     solved = path.status == Status.SOLVED

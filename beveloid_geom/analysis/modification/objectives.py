@@ -76,7 +76,7 @@ class Objectives:
     `shift`, mm: root of the sum of the squared shifts under the errors, mean over both signs. `centre`, mm: z
     at mid-roll on the pinion. `peak_to_peak`, rad: transmission error over the path. `leads` (2 n, ...), rad:
     leads of other tooth pairs at the ends of the paths in the n mountings (`edge_contact`); empty if the aim
-    allows edge contact. `goals` (k, ...): the objectives, the largest of which is minimised, mm or rad."""
+    allows edge contact. `goals` (k, ...): the objectives, mm or rad; the largest one is minimised."""
 
     shift: FloatArray
     contact_ratio: FloatArray

@@ -85,7 +85,7 @@ def meet_on_curve(pairing: FlankPair, y: Numbers) -> tuple[Numbers, ContactTerms
 
 
 def term_rates(rack: Rack, position: FloatArray, l: FloatArray, terms: MemberTerms) -> MemberTerms:
-    """Return derivatives of the `terms` of members by their l, mm, of the same shapes."""
+    """Return the derivatives of the `terms` of members by their flank parameters, of the same shapes."""
     # Derivatives of the normal, then of S, xi, B (slope) and A (level) by the product rule.
     tangent = rack_tangent(rack, l)
     normal_by = tangent * turn_rate(rack, l)

@@ -123,8 +123,8 @@ def _crossings(
 ) -> tuple[NDArray[np.int_], NDArray[np.int_], NDArray[np.int_], FloatArray, FloatArray]:
     """Return where sides of the cells `left` of `good` cases are `cut`.
 
-    The results are the case, the numbers of the cells before and behind the side, -1 for one that does not
-    remain, a point near the curve and the side (2, sides), mm.
+    The results are the case, the numbers of the cells before and behind the side (-1 for an excluded cell), a
+    point near the curve and the side (2, sides), mm.
     """
     # Numbers of the remaining cells, -1 for others; sides along l2 first, then along l1.
     number = np.where(left, np.arange(left.shape[1] ** 2).reshape(left.shape[1:]), -1)
@@ -156,8 +156,8 @@ def _margins(pairing: FlankPair, y: FloatArray) -> FloatArray:
 
 
 def _beside(left: Mask, cut: tuple[Mask, Mask]) -> Mask:
-    """Return cells that a curve enters from the remaining cells: where it cuts a corner, bounds may separate
-    it.
+    """Return cells that a curve enters from the remaining cells. Where the curve only cuts the corner of a
+    cell, the bounds may have excluded this cell.
     """
     across, along = cut[0][:, :, 1:-1], cut[1][:, 1:-1]
     neighbours = np.zeros_like(left)

@@ -228,8 +228,9 @@ def _solved_between(
 
 
 def _bisected(part: FlankPair, ends: FloatArray, gap: FloatArray, halvings: int) -> FloatArray:
-    """Return points y (4, points) near the change of sign between `ends` (2, 2, points, 1), of which the
-    first has the sign of `gap`; NaN if neither side has a common normal.
+    """Return points y (4, points) near the change of sign of F between `ends` (2, 2, points, 1).
+
+    `gap` has the sign of F at the first end. NaN if neither side has a common normal.
     """
     near, far = ends
     for _ in range(halvings):
@@ -387,7 +388,8 @@ def near_flanks(pairing: FlankPair, curves: list[TracedCurve]) -> list[CurvePart
 
 
 def _cut(curve: TracedCurve, near: NDArray[np.bool_], margins: FloatArray) -> list[CurvePart]:
-    """Return the parts of one curve, from which of its points are near, and their margins (8, points)."""
+    """Return the parts of one curve around its points that are `near` the flanks, except for parts that are
+    off the flanks by the `margins` (8, points) of the points."""
     points = curve.points
     if curve.closed:  # begin at the point furthest outside
         order = np.roll(np.arange(len(points) - 1), -int(margins[:, :-1].min(axis=0).argmin()))

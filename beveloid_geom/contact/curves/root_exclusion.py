@@ -140,8 +140,8 @@ def _left(pairing: FlankPair, other: bool, least: FloatArray, most: FloatArray) 
     """Return which cells remain for the sign of n_x of the pair, or for the `other`, and in which n is not 0.
 
     Axial coordinates within the faces bound n: (D - face) n <= s R <= (D + face) n for both members, with R
-    the value RISE and D = c - v A. Within these bounds F = A_1 + A_2 + s (P / n - E n) must reach zero, and n
-    F as well.
+    in the rows RISE and D = c - v A. Within these bounds F = A_1 + A_2 + s (P / n - E n) must reach zero, and
+    n F as well.
     """
     # Half face widths within which contacts are near the faces.
     near_half_widths = 1.5

@@ -89,8 +89,8 @@ def _without_zero(
 def _on_curve(
     pairing: FlankPair, l: FloatArray, uphill: FloatArray, w: FloatArray
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return y (5, cases, positions) of `small_angle_equations`, except for F, and where the normal is
-    common.
+    """Return points y (5, cases, positions) that satisfy the `small_angle_equations` other than F = 0, and
+    which of them have a common normal.
 
     The search starts at l (2, cases, positions), mm, in the direction `uphill` (2, cases, 1), at w1 (cases,
     positions), mm.

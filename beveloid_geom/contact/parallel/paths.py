@@ -312,7 +312,7 @@ def parallel_series(pairing: FlankPair) -> PathSeries:
 def _along(
     pairing: FlankPair, guide: FloatArray, l2: FloatArray, cases: NDArray[np.int_], status: NDArray[np.int8]
 ) -> PathSeries:
-    """Return series along straight lines of l1 and w1, those of the `cases`; with l2 where it is known."""
+    """Return the series of the `cases` along straight lines of l1 and w1, with l2 where it is known."""
     # Distance, relative to the size of a pair, by which a path may be beyond limits along which it
     # runs.
     along_face_tolerance = 1e-12

@@ -224,7 +224,8 @@ def by_members(design: Design) -> Iterator[tuple[Design, Integers]]:
     columns: list[FloatArray] = []
 
     def each(part: Any, change: Any) -> Any:
-        """Return a tool, member or modification with its arrays changed; measured deviations have none."""
+        """Return a tool, member or modification with `change` applied to its arrays, except for measured
+        deviations, which are not batches."""
         values = {
             name: each(value, change) if isinstance(value, Tool | Modification) else change(value)
             for name, value in vars(part).items()

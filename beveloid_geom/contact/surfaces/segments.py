@@ -59,7 +59,8 @@ def on_plane(problem: Problem, state: FloatArray, direction: FloatArray) -> Cond
 
 
 def _runs(inside: Mask, known: Mask) -> tuple[Integers, Integers, Mask]:
-    """Return first and last index of all runs inside of one case, and whether both neighbours are known."""
+    """Return the first and last index of each run of samples of one case that are `inside` the limits, and
+    whether the neighbours of the run are `known`."""
     edges = np.flatnonzero(np.diff(np.concatenate(([0], inside, [0])).astype(int)))
     first, last = edges[::2], edges[1::2] - 1
     size = inside.size
@@ -198,8 +199,9 @@ def _turns(roll: FloatArray) -> Mask:
 
 
 def _solved_knots(problem: Problem, knots: FloatArray) -> tuple[FloatArray, Mask]:
-    """Return approximate states (4, cases, m) as exact contacts, in planes across the segment, and whether
-    each of them (cases, m) is at most half an interval, and SAME_CURVE, from its approximation.
+    """Return exact contacts in planes across the segment, near approximate states (4, cases, m).
+
+    The mask (cases, m) states whether each is within half an interval, and SAME_CURVE, of its approximation.
 
     Contacts beyond an end become this end. The ends themselves are not solved."""
     scale, (_, cases, count) = problem.scale[:, None], knots.shape
@@ -222,8 +224,8 @@ def _solved_knots(problem: Problem, knots: FloatArray) -> tuple[FloatArray, Mask
 
 
 def refined(problem: Problem, segment: Segment) -> Mask:
-    """Replace the knots of segments by exact contacts, and return for which cases (cases,) these are next to
-    their interpolation.
+    """Replace the knots of segments by exact contacts, and return for which cases (cases,) these are close to
+    the interpolated ones.
 
     Otherwise the samples may belong to several curves, as on measured flanks with scatter."""
     # Step of the roll (rad) that is rounding.

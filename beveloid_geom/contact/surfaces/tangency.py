@@ -166,7 +166,8 @@ def _in_gear_frame(jet: Jet, z1: FloatArray, roll: FloatArray, placed: Placement
 
 
 def _turned(vectors: FloatArray, turn: tuple[FloatArray, FloatArray]) -> FloatArray:
-    """Return vectors (k, 3, n) rotated about the axis of the gear, cosine and sine given, as (3, k, n)."""
+    """Return vectors (k, 3, n) rotated about the axis of the gear, as (3, k, n). `turn` has the cosine and
+    sine of the angle."""
     cos, sin = turn
     x, y, z = vectors[:, 0], vectors[:, 1], vectors[:, 2]
     return np.array((cos * x - sin * y, sin * x + cos * y, z))

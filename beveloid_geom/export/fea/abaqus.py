@@ -60,7 +60,7 @@ def fixed_nodes(mesh: VolumeMesh, case: LoadCase) -> Indices:
     result."""
     fixed = np.unique(np.concatenate([mesh.node_sets[name] for name in case.fixed]))
     if np.isin(case.load.nodes, fixed).any():
-        raise ValueError("the loaded face touches a held surface: take a smaller bore or a finer mesh")
+        raise ValueError("the load acts on nodes that are held: use a smaller bore or a finer mesh")
     return fixed
 
 

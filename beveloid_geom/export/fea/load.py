@@ -175,7 +175,7 @@ def _gap(view: _View, surface: str, place: ContactPlace) -> float:
         if abs(gap) <= 0.25 * np.linalg.norm(corners[2] - corners[0]):
             return gap
     text = f"the {surface} has no face at the contact point ({', '.join(f'{x:.4f}' for x in place.point)}) mm"
-    raise ValueError(f"{text}: does the mesh hold the tooth in contact?")
+    raise ValueError(f"{text}: does the mesh contain the tooth in contact?")
 
 
 def _pressed(view: _View, place: ContactPlace, force: float) -> tuple[HertzEllipse, _Sample]:
@@ -193,8 +193,8 @@ def _pressed(view: _View, place: ContactPlace, force: float) -> tuple[HertzEllip
         return strip, replace(_sampled(view, strip, grid_per_face, strip=True), cut=False)
     ellipse = hertz_ellipse(curvature, force, modulus)
     if not np.isfinite(ellipse.pressure):
-        text = f"the flanks cut each other next to the contact (relative curvature {curvature[0]:.3g} 1/mm)"
-        raise ValueError(f"{text}: there is no contact to load, take weaker parabolas")
+        text = f"the flanks penetrate next to the contact (relative curvature {curvature[0]:.3g} 1/mm)"
+        raise ValueError(f"{text}: no load can be applied, use smaller parabola coefficients")
     sample = _sampled(view, ellipse, grid_per_face)
     if not sample.cut:
         return ellipse, sample

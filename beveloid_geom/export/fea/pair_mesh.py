@@ -191,7 +191,7 @@ def _require_teeth(design: Design, pose: MeshingPair, roll: float, teeth: int) -
     if not low <= roll <= high:
         limits = f"{np.degrees(low):.4f} and {np.degrees(high):.4f} deg"
         text = f"must be between {limits}, where tooth pair 0 is in mesh, got {np.degrees(roll):.4f}"
-        raise ArgumentError("roll_deg", f"{text}: leave it out for the middle")
+        raise ArgumentError("roll_deg", f"{text}: omit it for the middle of the path")
     largest = min(int(member.teeth) for member in design.members)
     if not (0 < teeth <= largest and teeth % 2):
         raise ArgumentError("teeth", f"must be an odd number from 1 to {largest} for the pair, got {teeth}")
@@ -199,7 +199,7 @@ def _require_teeth(design: Design, pose: MeshingPair, roll: float, teeth: int) -
     touching = np.abs(pairs[_touching(design, pose, roll, pairs)])
     smallest = 2 * int(touching.max()) + 1
     if teeth < smallest:
-        text = f"must be at least {smallest} for all teeth that touch at this roll, got {teeth}"
+        text = f"must be at least {smallest} to include all teeth that touch at this roll, got {teeth}"
         raise ArgumentError("teeth", text)
 
 
@@ -222,7 +222,8 @@ def _contact_size(design: Design, pose: MeshingPair, force: float) -> tuple[floa
     modulus = contact_modulus(YOUNG, POISSON)
     if not largest > 0.0:
         raise ValueError(
-            f"the flanks do not separate next to their contact (relative curvature {largest:.3g} 1/mm)"
+            f"the flanks penetrate next to their contact (relative curvature {largest:.3g} 1/mm)"
+            ": use smaller parabola coefficients"
         )
     face = min(float(member.face_width) for member in design.members)
     strip = face, 2.0 * float(np.sqrt(4.0 * force / (np.pi * modulus * face * largest)))

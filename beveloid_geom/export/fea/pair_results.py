@@ -100,15 +100,16 @@ def _facts(deck: Path) -> dict[str, Any]:
         for line, _ in zip(file, range(40), strict=False):
             if FACTS_MARK in line:
                 return dict(json.loads(line.split(FACTS_MARK, 1)[1]))
-    raise ValueError(f"{deck} is not a deck of a pair in contact: write one with mesh --part pair")
+    cure = "write one with beveloid-geom mesh --part pair --out pair.inp"
+    raise ValueError(f"{deck} is not a deck of a pair in contact: {cure}")
 
 
 def _numbers(text: str, head: str, deck: Path) -> FloatArray:
-    """Return the numbers, without the words between them, of the last section with a heading (a pattern).
+    """Return the numbers in the last section whose heading matches a pattern, without the words between them.
 
     Raises ValueError if this section is not of the end of the last step, time 2."""
     sections = list(re.finditer(rf"{head} +(\S+)\n(.*?)(?=\n [a-z]|\Z)", text, re.DOTALL))
     if not sections or abs(float(sections[-1][1]) - 2.0) > 1e-6:
-        raise ValueError(f"CalculiX has not solved {deck} to its end: look into {deck.with_suffix('.sta')}")
+        raise ValueError(f"CalculiX has not completed {deck}: see {deck.with_suffix('.sta')}")
     numbers = re.findall(r"(?<=\s)(?:nan|[-+.\d][-+.e\d]*)(?=\s|$)", sections[-1][2])
     return np.array([float(word) for word in numbers])

@@ -135,7 +135,7 @@ def _owners(count: int, quads: Sequence[Indices]) -> Indices:
     for tag in sorted(range(1, len(nodes) + 1), key=lambda tag: len(nodes[tag - 1])):
         free = nodes[tag - 1][owner[nodes[tag - 1]] == 0]
         if not len(free):
-            raise ValueError("the mesh is too coarse for .msh: a surface has no node of its own")
+            raise ValueError("the mesh is too coarse for .msh, as a surface has no separate node: refine it")
         owner[free[len(free) // 2]] = tag
     for tag, indices in enumerate(nodes, 1):
         owner[indices[owner[indices] == 0]] = tag

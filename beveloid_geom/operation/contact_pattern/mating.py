@@ -95,7 +95,7 @@ def mating_of(design: Design, flank: str, member: int, operation: Operation) -> 
     Parameters
     ----------
     design : Design
-        A single one.
+        A single design.
     flank : {'right', 'left'}
     member : int
         0 pinion, 1 gear.

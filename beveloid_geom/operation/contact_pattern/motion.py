@@ -28,7 +28,7 @@ class UnknownOperationError(ValueError):
     """The first contact of a pair is not known; `reason` is `NotComputed` if the calculation failed."""
 
     def __init__(self, reason: str, cure: str = "") -> None:
-        """Store the reason, and the cure for users of Python, which the message adds."""
+        """Store the reason and the `cure`, advice for users of Python that is appended to the message."""
         self.reason = reason
         super().__init__(reason, *[cure] * bool(cure))
 
@@ -50,7 +50,7 @@ def unknown_contact(flank: str, code: int, where: str = "") -> str:
     Returns
     -------
     str
-        A subclass that distinguishes failed calculations.
+        Of the class `NotComputed` if the calculation failed.
     """
     status = FirstStatus(code)
     text = status.name.lower().replace("_", " ")
@@ -70,7 +70,7 @@ class Operation:
     kinks : ndarray, shape (n,)
         Known pinion rolls between which the function is smooth, rad.
     exact : callable, optional
-        The same as `motion`, without differences.
+        Function with the same result as `motion`, without finite differences.
     """
 
     span: tuple[float, float]
@@ -96,7 +96,7 @@ def given_operation(
     Parameters
     ----------
     design : Design
-        A single one.
+        A single design.
     pinion_roll, gear_roll : array_like, shape (n,), or None
         Poses in the order of the roll, rad.
 
@@ -142,7 +142,7 @@ def first_contact_operation(
     Parameters
     ----------
     design : Design
-        A single one.
+        A single design.
     flank : {'right', 'left'}
     cycle : MeshCycle, optional
         Mesh cycle of the design, or of a batch that contains it, if known.

@@ -111,7 +111,7 @@ def contact_pattern(
     Parameters
     ----------
     design : Design
-        A single one.
+        A single design.
     flank : {'right', 'left'}
     separation : float
         Thickness of the compound, mm.

@@ -70,7 +70,7 @@ def checked(
     -------
     samples : Samples
         The first contacts, with cuts where the segment is later. A segment may be earlier, within all limits:
-        then the search missed a contact, and its result is left out.
+        then the search missed a contact, and its result is omitted.
     bad : ndarray of int
         Segments that are later or have not converged.
     """
@@ -248,7 +248,7 @@ def beyond_limits(engagement: Engagement, segments: CycleSegments) -> Integers:
 
 
 def _beside(engagement: Engagement, segments: CycleSegments) -> Followed:
-    """Return the contacts of segments before and after these, up to the length of the segment."""
+    """Return the contacts of segments that are continued by their own length before and after their ends."""
     count = 64  # rolls of a pitch
     segment = np.arange(segments.case.size).repeat(count)
     roll = engagement.roll[segments.case[segment]] + engagement.pitch[0] * np.tile(

@@ -144,7 +144,7 @@ def grid_of(member: Member, flank: str, points: tuple[int, int, int]) -> Grid:
     Parameters
     ----------
     member : Member
-        A single one.
+        A single member.
     flank : {'right', 'left'}
     points : tuple of int
         Points along fillet, flank and face. Long fillets get more points, up to the number on the flank, so

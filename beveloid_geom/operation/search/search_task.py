@@ -24,7 +24,7 @@ class Task:
     pinion, gear : Surface
         Tooth surfaces of pinion and gear.
     lever : float
-        g of the module docstring, mm.
+        Clearance along the normal per rad of gear roll, g of `local_clearance`, mm.
     pose : Pose
     roll, start : ndarray, shape (n,)
         Pinion roll, and reference roll T0 of the gear, rad.

@@ -20,7 +20,7 @@ class CrowningReport(ResultReport[Crowning]):
         return {key: value for key, value in asdict(self.result).items() if key not in ("design", "flank")}
 
     def rows(self) -> Rows:
-        """Return one row."""
+        """Return the crownings and the contact as one row."""
         return stacked_rows([self.values()])
 
     def summary(self) -> str:

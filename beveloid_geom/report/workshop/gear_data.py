@@ -132,7 +132,7 @@ class GearDataReport(Report):
         )
 
     def _thickness(self, limit: str) -> str:
-        """Return the thickness to which a backlash belongs."""
+        """Return the name of the tooth thickness for which a backlash is given."""
         return "at the nominal thickness" if limit == LIMITS[0] else f"at the {limit} allowances"
 
 

@@ -87,7 +87,7 @@ def mesh_contact(
     Parameters
     ----------
     design : Design
-        A single one.
+        A single design.
     flank : {'right', 'left'}
     tolerance : float
         Tolerance to which both flanks are sampled, mm.

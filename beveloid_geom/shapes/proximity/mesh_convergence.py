@@ -54,7 +54,7 @@ def convergence(
     Parameters
     ----------
     design : Design
-        A single one.
+        A single design.
     flank : {'right', 'left'}
     tolerances : array (n,)
         Sampling tolerances, mm.

@@ -88,7 +88,7 @@ def mesh_separation(
     Parameters
     ----------
     design : Design
-        A single one.
+        A single design.
     flank : {'right', 'left'}
     member : int
         Member with the grid points: 0 pinion, 1 gear.
@@ -97,7 +97,7 @@ def mesh_separation(
     pinion_roll, gear_roll : float
         rad.
     polish : bool
-        Whether separations and feet are refined on the exact flank, or those of its triangles.
+        Whether separations and feet are refined on the exact flank. Otherwise those of its triangles.
 
     Returns
     -------

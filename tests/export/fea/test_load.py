@@ -123,7 +123,7 @@ def test_a_line_of_known_ends_is_loaded_evenly_between_them() -> None:
         ({"point": np.array([60.0, 20.0, 10.0])}, 1.0, "no face at the contact point"),
         ({"point": np.array([30.0, 20.0, np.nan])}, 1.0, "must be finite"),
         ({}, np.inf, "must be finite"),
-        ({"curvature": np.array([-1e-4, 0.04])}, 1.0, "the flanks cut each other next to the contact"),
+        ({"curvature": np.array([-1e-4, 0.04])}, 1.0, "the flanks penetrate next to the contact"),
     ],
 )
 def test_contacts_without_a_face_are_rejected(change: dict[str, Any], force: float, words: str) -> None:
@@ -133,5 +133,5 @@ def test_contacts_without_a_face_are_rejected(change: dict[str, Any], force: flo
 
 def test_a_load_on_held_nodes_is_rejected() -> None:
     mesh = block(20, (1, 1, 1))
-    with pytest.raises(ValueError, match="touches a held surface"):
+    with pytest.raises(ValueError, match="acts on nodes that are held"):
         fixed_nodes(mesh, case_of(mesh))

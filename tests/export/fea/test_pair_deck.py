@@ -129,7 +129,7 @@ def test_the_deck_is_flat_and_names_what_a_reader_needs(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
         read_pair_result(tmp_path / "a.inp")
     (tmp_path / "a.dat").write_text("")
-    with pytest.raises(ValueError, match=r"has not solved .*a.inp to its end: look into"):
+    with pytest.raises(ValueError, match=r"has not completed .*a.inp: see"):
         read_pair_result(tmp_path / "a.inp")
     (tmp_path / "b.inp").write_text("*NODE\n")
     with pytest.raises(ValueError, match=r"b.inp is not a deck of a pair in contact"):
@@ -182,7 +182,7 @@ def test_members_have_bores_of_their_own() -> None:
         ),
         (None, 2, "teeth must be an odd number from 1 to 29 for the pair, got 2"),
         (None, 31, "teeth must be an odd number from 1 to 29 for the pair, got 31"),
-        (0.26, 1, "teeth must be at least 3 for all teeth that touch at this roll, got 1"),
+        (0.26, 1, "teeth must be at least 3 to include all teeth that touch at this roll, got 1"),
     ],
 )
 def test_invalid_rolls_and_numbers_of_teeth_are_rejected(

@@ -298,5 +298,7 @@ def test_other_numbers_of_nodes_are_rejected(tmp_path: Path, nodes: int, element
 
 
 def test_unknown_suffix(tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=r"no writer of '\.stl': give one of \.inp, \.msh, \.bdf, \.vtu"):
+    with pytest.raises(
+        ValueError, match=r"'\.stl' is not a known format: give one of \.inp, \.msh, \.bdf, \.vtu"
+    ):
         write_volume(block(8), tmp_path / "a.stl", "C3D8")

@@ -105,7 +105,7 @@ def test_the_example_of_the_page_runs(explored: Explored) -> None:
 
 
 def test_a_batch_and_refused_settings(explored: Explored, modified: Design) -> None:
-    with pytest.raises(ValueError, match="one design"):
+    with pytest.raises(ValueError, match="single design"):
         explored(modified.with_parabola(np.array([0.0, 0.001])))
     with pytest.raises(ValueError, match="film must be between"):
         explored(modified, film=-1.0)
@@ -115,7 +115,9 @@ def test_without_the_extra_one_line_names_it(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr("beveloid_viz.explore.cli.find_spec", lambda name: None)
     result = CliRunner().invoke(main, ["--no-browser"])
     assert (result.exit_code, result.stdout) == (2, "")
-    assert result.stderr == ("Error: explore-pair needs a web server: pip install 'beveloid-geom[explore]'\n")
+    assert result.stderr == (
+        "Error: explore-pair needs the package aiohttp: pip install 'beveloid-geom[explore]'\n"
+    )
 
 
 def test_a_busy_port_and_a_bad_design_are_refused(url: str, tmp_path: Path) -> None:

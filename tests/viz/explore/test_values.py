@@ -69,7 +69,7 @@ def test_start_with_modification_can_be_taken_back() -> None:
         ("torque", 1e13, "must be between 0 and 1e+12 Nm"),
         ("flank", "upper", "must be right or left"),
         ("errors_at", None, "must be perpendicular or mesh"),
-        ("cone_angle", 0.0, "is not a value of this pair"),
+        ("cone_angle", 0.0, "is not a control of this pair"),
     ],
 )
 def test_refused_values_name_the_control_and_the_limit(name: str, value: Any, words: str) -> None:
@@ -156,7 +156,7 @@ def test_measured_teeth_have_no_controls() -> None:
     start = Start(replace(plain, pinion=plain.pinion.modified(pitches, "right")))
     assert not [name for name in start.controls if name.startswith("pinion.right")]
     assert "gear.right.parabola" in start.controls
-    with pytest.raises(DesignError, match="is not a value of this pair"):
+    with pytest.raises(DesignError, match="is not a control of this pair"):
         start.read({"pinion.right.parabola": 0.001})
 
 

@@ -1,1 +1,1 @@
-"""Figures of how the methods do."""
+"""Figures that compare the methods."""

@@ -147,7 +147,7 @@ def _errors(axes: Axes, data: MethodErrors) -> list[Line2D]:
 
 
 def wrong(data: MethodErrors, number: int) -> Integers:
-    """Return the indices at which a method gives a wrong point without a bound that says so."""
+    """Return the indices at which a method gives a wrong point whose error exceeds the bound it states."""
     error, stated = data.error[number], data.stated[number]
     return np.flatnonzero((error > WRONG_MM) & ~(stated >= error))
 

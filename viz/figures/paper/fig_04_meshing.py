@@ -53,7 +53,7 @@ class MeshingFigure:
         return bool(layout_of(self.pair.design).parallel)
 
     def together(self, number: int) -> bool:
-        """Whether mid-face of a member is at its foot of the common perpendicular."""
+        """Return whether mid-face of a member is at its foot of the common perpendicular."""
         return bool(abs(self.mounting.distance[number]) < SAME_FRAME_FRACTION * self.pair.apart)
 
     @property
@@ -67,7 +67,7 @@ class MeshingFigure:
         return bool(np.isfinite(self.mounting.pitch_point).all())
 
     def in_line(self, number: int) -> bool:
-        """Whether the pitch point is on the side of the y axis of a member."""
+        """Return whether the pitch point is on the side of the y axis of a member."""
         # Cosine of the angle between two radii above which they hide each other.
         hiding_cosine = 0.9
         _, up, _ = self.pair.frames[number][0].T

@@ -82,11 +82,14 @@ def _sizes(over: tuple[str, str] | None, tolerances: dict[str, float]) -> tuple[
     if not given:
         return None
     if over is None:
-        raise Refusal([f"{next(iter(given.values()))} is for patterns under two errors: give --over"])
+        raise Refusal([f"{next(iter(given.values()))} is for patterns under two errors: add --over"])
     if others := [option for name, option in given.items() if name not in over]:
-        raise Refusal([f"{others[0]}: this error is not in --over: add it to --over, or omit the tolerance"])
+        raise Refusal(
+            [f"{others[0]} is for an error that is not in --over: add the error, or omit the option"]
+        )
     if len(given) < len(over):
-        raise Refusal([f"{next(iter(given.values()))}: give the tolerance of both errors of --over, or none"])
+        cure = "give the tolerances of both errors in --over, or none"
+        raise Refusal([f"{next(iter(given.values()))} is the only tolerance: {cure}"])
     values = sizes_of(tolerances)
     return values[over[0]], values[over[1]]
 

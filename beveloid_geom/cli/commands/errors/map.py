@@ -75,7 +75,8 @@ def map_(
         given = context.get_parameter_source(parameter) is ParameterSource.COMMANDLINE
         if given and not parameter.startswith("parabola_apex"):
             cure = f"give --{parameter.rpartition('_')[2]}-bounds, or another --over"
-            raise Refusal([f"{option_name(parameter)}: the map is over the parabola coefficients: {cure}"])
+            reason = "cannot be given, as the map is over the parabola coefficients"
+            raise Refusal([f"{option_name(parameter)} {reason}: {cure}"])
     from ....analysis.maps import map_of
     from ....report.map import MapReport
 

@@ -73,7 +73,7 @@ def optimise(
     constraints."""
     sizes = sizes_of(tolerances, design)
     if least != LEASTS.choices[0] and not no_edges:
-        raise Refusal([f"--least {least}: it needs teeth without edge contact: add --no-edges"])
+        raise Refusal([f"--least {least} requires teeth without edge contact: add --no-edges"])
     results.check_out(out, overwrite)
     from ....analysis.modification.amounts import optimise_amounts
     from ....analysis.optimise import Aim, optimise_parabola
@@ -96,11 +96,11 @@ def optimise(
     members = {name.partition(".")[0] for name in amounts} & {"pinion", "gear"}
     results.check_measured(design, sorted(members), flank, out)
     if len(amounts) < len(vary):
-        raise Refusal(["--vary has an amount twice: leave one of them out"])
+        raise Refusal(["--vary names an amount twice: remove one of them"])
     source = click.get_current_context().get_parameter_source
     for parameter in ("pinion_bounds", "gear_bounds") if vary else ():
         if source(parameter) is ParameterSource.COMMANDLINE:
-            cure = "the limits of the amounts are given in --vary: leave this option out"
+            cure = "omit it, --vary contains the limits of the amounts"
             raise Refusal([f"{option_name(parameter)} is for parabola coefficients: {cure}"])
     report: AmountsReport | ParabolaReport
     with results.refused_values():

@@ -112,9 +112,14 @@ def request_of(source: str, **given: Any) -> Request:
     module = given["module"] if gear is None else float(gear.tool.normal_module)
     needed = {"--module": module, "--shaft-angle-deg": given["shaft_angle_deg"]}
     if missing := [name for name, value in needed.items() if value is None]:
-        raise Refusal(f"{name} is missing" for name in missing)
+        cures = {
+            "--module": "give it in mm, or give --gear",
+            "--shaft-angle-deg": "give it in deg, 0 for parallel axes",
+        }
+        raise Refusal(f"{name} is missing: {cures[name]}" for name in missing)
     if gear is not None and given["module"] not in (None, module):
-        raise Refusal([f"--module must be {module:g}, the module of the gear: leave it out"])
+        given_module = f"got {given['module']:g}"
+        raise Refusal([f"--module must be {module:g}, the module of --gear, {given_module}: omit it"])
 
     def angles(key: str) -> Any:
         """Return one or two angles in rad."""

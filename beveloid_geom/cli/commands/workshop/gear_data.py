@@ -75,6 +75,5 @@ def _require_allowances(member: str, given: tuple[float, float], most: float) ->
         cure = "were they given in um?"
         raise Refusal([f"{lead} must be between -{most:g} and {most:g} mm, got {upper:g} {lower:g}: {cure}"])
     if upper < lower:
-        raise Refusal(
-            [f"{lead} must be the upper and then the lower one, got {upper:g} {lower:g}: swap them"]
-        )
+        limit = "be the upper and then the lower allowance"
+        raise Refusal([f"{lead} must {limit}, got {upper:g} {lower:g}: swap them"])

@@ -56,7 +56,8 @@ def measured_report(
     except MeasuredError as error:
         raise Refusal([f"{file}: {error}"]) from None
     except OSError as error:
-        raise Refusal([f"cannot read {file} ({error.strerror or error})"]) from None
+        cure = "give the path of a file of measured points"
+        raise Refusal([f"cannot read {file} ({error.strerror or error}): {cure}"]) from None
 
 
 def grid_of(

@@ -177,7 +177,8 @@ def kind_of(part: str, suffix: str, teeth: int) -> str:
     kinds = "; ".join(f"{', '.join(kind.formats)} ({kind.description})" for kind in KINDS.values())
     fault = f"a {part} cannot be written as {suffix}" if known else f"{shown} is not a known format"
     if part in GEARS and suffix in VOLUME_FORMATS:
-        raise Refusal([f"--out: {fault}: for all its teeth, give --part {part}-tooth --teeth {teeth}"])
+        cure = f"for hexahedra of all teeth, give --part {part}-tooth --teeth {teeth}"
+        raise Refusal([f"--out: {fault}: {cure}"])
     raise Refusal([f"--out: {fault}: give one of {kinds}"])
 
 
@@ -208,7 +209,7 @@ def refuse_unused(context: click.Context, request: MeshRequest, frames: bool) ->
         "field": (part in FLANKS and suffix in FIELD_FORMATS, f"{flanks} as {', '.join(FIELD_FORMATS)}"),
     }
     faults = [
-        f"{option_name(name)} is for {only}, not {part} as {suffix}"
+        f"{option_name(name)} is for {only}, not for {part} as {suffix}: omit it"
         for name, (used, only) in uses.items()
         if not used and context.get_parameter_source(name) is ParameterSource.COMMANDLINE
     ]
@@ -219,14 +220,14 @@ def refuse_unused(context: click.Context, request: MeshRequest, frames: bool) ->
 def check_numbers(request: MeshRequest, bores: dict[str, float | None]) -> None:
     """Raise Refusal for invalid lengths, forces and numbers of teeth; `bores` are the bore options."""
     given = (
-        ("--tolerance", request.tolerance, "mm", "usual are 0.001 to 0.1"),
+        ("--tolerance", request.tolerance, "mm", "usual values are 0.001 to 0.1"),
         *(
-            (option_name(name), value, "mm", "leave it out for 0.45 of the root radius")
+            (option_name(name), value, "mm", "omit it for 0.45 of the root radius")
             for name, value in bores.items()
         ),
-        ("--load", request.load, "N", "it pushes on the flank, its sign is that of the inward normal"),
-        ("--across", request.across, "", "4 show pressures"),
-        ("--torque", request.torque, "N m", "it presses the flanks of --flank together, right or left"),
+        ("--load", request.load, "N", "give its magnitude, it pushes on the flank"),
+        ("--across", request.across, "", "use 4 for pressures, 1 for load sharing"),
+        ("--torque", request.torque, "N m", "give its magnitude, --flank selects the flanks in contact"),
     )
     faults = [
         f"{option} must be a finite number above 0{unit and ' '}{unit}, got {value:g}: {cure}"
@@ -234,11 +235,15 @@ def check_numbers(request: MeshRequest, bores: dict[str, float | None]) -> None:
         if value is not None and not (math.isfinite(value) and value > 0.0)
     ]
     if request.roll_deg is not None and not math.isfinite(request.roll_deg):
-        faults.append(f"--roll-deg must be a finite number of deg, got {request.roll_deg:g}")
+        cure = "omit it for the middle of the path"
+        faults.append(f"--roll-deg must be a finite angle in deg, got {request.roll_deg:g}: {cure}")
     if request.rolls is not None and request.roll_deg is not None:
         faults.append("--roll-deg and --rolls exclude each other: give one of them")
     if request.teeth > request.member.teeth:
-        faults.append(f"--teeth must be between 1 and {int(request.member.teeth)}, got {request.teeth}")
+        most = int(request.member.teeth)
+        faults.append(
+            f"--teeth must be between 1 and {most}, got {request.teeth}: {most} is the complete gear"
+        )
     if faults:
         raise Refusal(faults)
     if request.part == "pair":
@@ -276,9 +281,9 @@ def refused_writing(request: MeshRequest) -> Iterator[None]:
         name = click.format_filename(error.filename2 or request.out)  # filename2: the target of a renaming
         raise Refusal([f"cannot write {name} ({reason}): choose another --out"]) from None
     except MemoryError:
-        cure = "the pair in contact: take a smaller --across or fewer --teeth"
+        cure = "the pair in contact: use a smaller --across or fewer --teeth"
         if request.tolerance is not None:
-            cure = f"--tolerance {request.tolerance:g}: take a larger one"
+            cure = f"--tolerance {request.tolerance:g}: use a larger value"
         raise Refusal([f"not enough memory for {cure}"]) from None
     except ArgumentError as error:
         raise Refusal([f"{option_name(error.argument)} {error.text}"]) from None
@@ -386,7 +391,9 @@ def warn_of_undercut(member: Member, flank: str) -> None:
         return
     if undercut.undercut:
         written = (
-            "written as without undercut" if math.isinf(undercut.lost.max()) else "written down to the fillet"
+            "written as if there were no undercut"
+            if math.isinf(undercut.lost.max())
+            else "written down to the fillet"
         )
         click.echo(
             f"Warning: the {flank} flank is undercut {undercut_text(undercut)}; it is {written}", err=True
