@@ -137,7 +137,7 @@ MESSAGES = {
     "place --l1 30": "l must be on the pinion's profile",
     "propose --teeth -25 31": "--teeth must be at least 1, got -25: internal gears are not supported",
     "propose --module 3 --teeth 25 31": "--shaft-angle-deg is",
-    "shim --backlash 0.1 --offset 300": "measured minus nominal value: --offset-error must be between",
+    "shim --backlash 0.1 --offset 300": "--offset minus that of the design must be between",
     "tca --parabola-pinion 1": "--parabola-pinion must be",
     **{
         f"map --steps 2 --parabola-{member} 0.001": (

@@ -61,12 +61,17 @@ def _measured(design: results.Design, offset: float | None, shaft_angle_deg: flo
     """Return the design in a housing with this offset (mm) and shaft angle. Raises Refusal."""
     nominal = {"offset": float(design.pair.offset), "shaft_angle_deg": math.degrees(design.pair.shaft_angle)}
     given = {"offset": offset, "shaft_angle_deg": shaft_angle_deg}
-    changes = {
-        name.replace("_deg", "") + ("_error_deg" if "_deg" in name else "_error"): value - nominal[name]
-        for name, value in given.items()
-        if value is not None
-    }
+    errors = {"offset": "offset_error", "shaft_angle_deg": "shaft_angle_error_deg"}
+    changes = {errors[name]: value - nominal[name] for name, value in given.items() if value is not None}
     try:
         return changed_design(design, changes)
     except Refusal as refusal:
-        raise Refusal(f"measured minus nominal value: {fault}" for fault in refusal.faults) from None
+        # The difference from the design is refused as an error of assembly would be, with another cure.
+        faults = (fault.partition(": ")[0] for fault in refusal.faults)
+        words = {
+            f"--{error}".replace("_", "-"): f"--{name}".replace("_", "-") for name, error in errors.items()
+        }
+        raise Refusal(
+            f"{words[option]} minus that of the design {limit}: check the number, or change the design"
+            for option, _, limit in (fault.partition(" ") for fault in faults)
+        ) from None
