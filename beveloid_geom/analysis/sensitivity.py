@@ -29,7 +29,7 @@ from ..arrays import COMPLEX_STEP, Codes, FloatArray, Integers
 from ..contact.ends import at_shares
 from ..contact.equation import ContactTerms, axial_and_radius, limit_margins, trace_parameters
 from ..contact.flank_pair import FlankPair, generated_pairing, is_modified
-from ..contact.parallel.lines import along_lines
+from ..contact.parallel.paths import along_lines
 from ..contact.parallel.small_angle_equations import (
     UNKNOWN_COUNT,
     meet_regular,
@@ -165,19 +165,20 @@ def path_sensitivity(
     scalars, status = np.full((2, cases, 1 + len(ERROR_NAMES)), np.nan), np.empty(cases, dtype=np.int8)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         modified = is_modified(design, flank)
+        lines = along_lines(pairing) & (not modified)
         if modified:
             sense = np.broadcast_to(pairing.layout.sense, (cases, 1))[:, 0]
             for path in surface_paths(design, flank, pairing):
                 places, scalars[:, path.cases] = surface_rates(path, sense[path.cases])
                 table[:, path.cases] = places.reshape(_WIDTH, *places.shape[2:])
                 limit[path.cases], status[path.cases] = path.segment.limit, path.segment.status
+                lines[path.cases] = path.problem.crowned
         for start in range(0, 0 if modified else cases, CASES_PER_BLOCK):
             block = np.arange(start, min(start + CASES_PER_BLOCK, cases))
             for group in paths_on_flanks(pairing.cases(block)):
                 own = block[group.cases]
                 table[:, own], scalars[:, own] = _of_group(group)
                 limit[own], status[own] = group.ends.limit, group.ends.status
-        lines = along_lines(pairing) & (not modified)
         table.reshape(_MARGINS, -1, cases, len(PLACES))[:, 1:, lines] = np.nan
         scalars[:, lines, 1:] = np.nan
         found = _result(design, flank, pairing, table, scalars, limit, status)

@@ -13,7 +13,8 @@ import numpy as np
 from ..arrays import FloatArray
 from .curves.curve_equations import linearised, units_of
 from .flank_pair import is_modified, pairing_of
-from .parallel.lines import along_lines
+from .parallel.lines import is_line_contact
+from .parallel.paths import along_lines
 from .parallel.small_angle_equations import regular_jacobian
 from .parallel.small_angle_paths import nearly_parallel
 from .path import ContactPath
@@ -39,7 +40,8 @@ def rounding_error(path: ContactPath) -> FloatArray:
         return np.empty(path.l1.shape)
     if is_modified(path.design, path.flank):
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.finfo(float).eps / least_rates(path)
+            moved = np.finfo(float).eps / least_rates(path)
+        return np.asarray(np.where(is_line_contact(path.design, path.flank)[..., None], np.nan, moved))
     pairing = pairing_of(path.design, path.flank)
     units = units_of(pairing)
     shape = path.l1.shape

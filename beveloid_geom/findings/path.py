@@ -11,7 +11,8 @@ from ..analysis.pressure import WHOLE, PathPressure
 from ..analysis.sensitivity import Sensitivity, path_sensitivity
 from ..analysis.tolerance import USUAL_AT
 from ..arrays import FLANK_SIGN, Codes, FloatArray
-from ..contact.parallel.lines import touches_along_lines
+from ..contact.flank_pair import is_modified
+from ..contact.parallel.lines import is_line_contact, touches_along_lines
 from ..contact.path import ContactPath, path_of_contact
 from ..contact.rounding import rounding_error
 from ..design.ends import limit_names, limit_words
@@ -109,6 +110,12 @@ def first_contact_fault(design: Design) -> str | None:
     return None
 
 
+def line_contact_text(design: Design, flank: str) -> str:
+    """Return what line contact means for the path of contact."""
+    modified = is_modified(design, flank)
+    return ALONG_LINES + ("; the path runs through the points nearest to mid-face" if modified else "")
+
+
 def path_remarks(path: ContactPath) -> Iterator[Remark]:
     """Yield remarks on a path on the flanks of a single design: sensitivity, lost contact, edges, failed
     positions.
@@ -116,8 +123,9 @@ def path_remarks(path: ContactPath) -> Iterator[Remark]:
     Without a path on the flanks there is no remark; `reason_of` returns the reason."""
     if path.ends.status != Status.SOLVED:
         return
-    lines = bool(touches_along_lines(path.design, path.flank))
-    found = [(NOTE, ALONG_LINES)] if lines else [*_sensitivity_remarks(path), *_loss_remarks(path)]
+    lines = bool(is_line_contact(path.design, path.flank))
+    line_contact = ((NOTE, line_contact_text(path.design, path.flank)),)
+    found = line_contact if lines else (*_sensitivity_remarks(path), *_loss_remarks(path))
     for level, text in (*found, *_path_remarks(path)):
         yield Remark(level, f"{path.flank} flanks: {text}")
 
@@ -213,7 +221,7 @@ def end_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
     """Yield warnings if a path ends at an end of the face or at the start of an active flank.
 
     Line contact always reaches the ends of the face, which is not reported."""
-    lines, design = bool(touches_along_lines(path.design, path.flank)), path.design
+    lines, design = bool(is_line_contact(path.design, path.flank)), path.design
     for limit, k in ((path.ends.enter, 0), (path.ends.leave, -1)):
         if limit is None:
             continue

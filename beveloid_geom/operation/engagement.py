@@ -11,6 +11,7 @@ from ..contact.flank_pair import is_modified, pairing_of
 from ..contact.parallel.lines import touches_along_lines
 from ..contact.path import path_of_contact
 from ..contact.path_polynomial import PHASE, exact_rows
+from ..contact.surfaces.problems import crowned
 from ..design.model import Design, Pair
 from ..gear.tooth_side import Surface, angle_of, cut_at, surface_of
 from ..pair.mounting import limit_phase, mounting_of
@@ -256,7 +257,7 @@ def engagement_of(
     phase : ndarray, shape (n,)
         Conjugate phase by position, rad; NaN where there is none.
     """
-    pinion, gear = (surface_of(member, flank) for member in design.members)
+    pinion, gear = (surface_of(member, flank) for member in crowned(design, flank).members)
     phase = np.broadcast_to(conjugate_phase(design, flank)[..., None], roll.shape).reshape(-1)
     pose = pose_of(design)
     by_position = [

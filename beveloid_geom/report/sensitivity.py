@@ -11,7 +11,7 @@ import numpy as np
 
 from ..analysis.sensitivity import PLACES, Sensitivity, path_sensitivity
 from ..arrays import FloatArray
-from ..contact.parallel.lines import touches_along_lines
+from ..contact.parallel.lines import is_line_contact
 from ..design.model import Design, ErrorsAt
 from ..findings.backlash import backlash_report
 from ..findings.path import ALONG_LINES, first_contact_fault
@@ -193,7 +193,7 @@ def sensitivity_report(
 
     The errors are those of the design (`errors_at`) by default."""
     at = design.errors_at if errors_at is None else errors_at
-    result, lines = path_sensitivity(design, flank, at), bool(touches_along_lines(design, flank))
+    result, lines = path_sensitivity(design, flank, at), bool(is_line_contact(design, flank))
     if first_contact_fault(design):
         return SensitivityReport(name, design, result, np.full(len(result.errors), np.nan), lines)
     backlash = backlash_by_errors(design)

@@ -169,7 +169,7 @@ def test_no_path_is_empty_with_a_status(design: Design, status: Status) -> None:
 
 def test_a_single_l1_and_the_ends_of_a_batch() -> None:
     assert path_of_contact(table1(), l1=0.0).l1.shape == (1,)
-    with pytest.raises(ValueError, match="one path"):
+    with pytest.raises(ValueError, match="single path"):
         _ = path_ends(table1(errors=Errors(offset=np.zeros(2)))).enter
 
 

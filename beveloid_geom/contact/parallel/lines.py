@@ -29,8 +29,9 @@ from ..equation import axial_and_radius, edge_margins, limit_margins, roll_angle
 from ..flank_pair import FlankPair, generated_pairing, is_modified, pairing_of
 from ..path import ContactPath
 from ..path_polynomial import HEIGHT, POINT, ROWS, rows_of
+from ..surfaces.problems import problems_of
 from .equation import along_axes, meet_on_parallel
-from .paths import LINE, greatest_at, interval, kinds_of, on_lines
+from .paths import along_lines, greatest_at, interval, on_lines
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,15 +89,30 @@ def touches_along_lines(design: Design, flank: str = "right") -> NDArray[np.bool
         return along_lines(pairing).reshape(design.batch_shape)
 
 
-def along_lines(pairing: FlankPair) -> NDArray[np.bool_]:
-    """Return the result of `touches_along_lines` for the cases of a pairing. The caller silences NumPy's
-    warnings.
+def is_line_contact(design: Design, flank: str = "right") -> NDArray[np.bool_]:
+    """Return whether flanks touch along lines, with or without modifications.
+
+    Modified flanks do on parallel axes where the modifications do not vary along the lines. Their path of
+    contact connects the points of these lines that are nearest to mid-face; `contact_lines` does not apply.
+
+    Parameters
+    ----------
+    design : Design
+    flank : {'right', 'left'}
+
+    Returns
+    -------
+    ndarray of bool
+        Of the batch shape.
     """
-    result = pairing.parallel & ~pairing.undefined
-    at = np.flatnonzero(result)
-    if at.size:
-        result[at] = kinds_of(pairing.cases(at))[0] == LINE
-    return result
+    if not is_modified(design, flank):
+        return touches_along_lines(design, flank)
+    pairing = generated_pairing(design, flank)
+    result = np.zeros(len(pairing.branch), dtype=bool)
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        for _, cases, problem in problems_of(design, flank, pairing):
+            result[cases] = problem.crowned
+    return result.reshape(design.batch_shape)
 
 
 def contact_lines(path: ContactPath) -> ContactLines:

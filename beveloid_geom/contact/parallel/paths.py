@@ -154,6 +154,16 @@ def kinds_of(pairing: FlankPair) -> tuple[NDArray[np.int_], FloatArray]:
     return kind, s
 
 
+def along_lines(pairing: FlankPair) -> NDArray[np.bool_]:
+    """Return whether the generated flanks of each case (cases) touch along lines. The caller silences NumPy's
+    warnings."""
+    result = pairing.parallel & ~pairing.undefined
+    at = np.flatnonzero(result)
+    if at.size:
+        result[at] = kinds_of(pairing.cases(at))[0] == LINE
+    return result
+
+
 def on_racks(pairing: FlankPair, s: FloatArray) -> FloatArray:
     """Return l (2, cases, positions), mm, at which both racks have the same normal: a_1 l1 = a_2 l2, with s
     the larger of both.

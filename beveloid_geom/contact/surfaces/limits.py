@@ -19,6 +19,7 @@ class Problem:
 
     `placed` has one entry per case. `lowest`, `highest`, `tip`, `half_width` (2,), mm, and `taper` (2,) are
     the limits as in `FlankPair`; `edges` (2) are the curves on which undercut ends the flanks, or None.
+    `crowned`: whether the flanks touch along lines, so that the pinion has an additional crowning.
     """
 
     surfaces: Surfaces
@@ -29,6 +30,7 @@ class Problem:
     taper: FloatArray
     half_width: FloatArray
     edges: tuple[CrossingCurve | None, ...]
+    crowned: bool = False
 
     @property
     def scale(self) -> FloatArray:

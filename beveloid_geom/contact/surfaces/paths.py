@@ -12,25 +12,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from ...arrays import Codes, FloatArray, Integers, Mask
-from ...design.member import Tool, unchecked
 from ...design.model import Design
-from ...design.modification import Modification
 from ...gear.rack import Rack, rack_of, rack_point
-from ...gear.tooth_side import is_batch, surface_of
-from ...pair.mounting import mounting_of
 from ...status import Status
 from ..ends import Ends, no_ends
 from ..flank_pair import FlankPair
 from ..path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROLL
 from .curve import MARGINS, NODE_COUNT, STATE, Curve, curve_over_s1, dense
 from .limits import Problem, margins_at
+from .problems import problems_of
 from .segments import Segment, empty_segment, positions_on, refined, segments_of
-from .tangency import Contacts, Placement, Surfaces, extended, given_row, meshing_start, solve
+from .tangency import Contacts, given_row, meshing_start, solve
 from .tracing import on_curve, seeds_of, traced
 
 POSITIONS_PER_BLOCK = 8192
@@ -51,37 +47,6 @@ class SurfacePaths:
         for index in _blocks(self.cases.size, positions):
             segment = _picked(self.segment, index)
             yield SurfacePaths(self.cases[index], self.problem.cases(index), segment, self.racks)
-
-
-def problem_of(design: Design, flank: str, pairing: FlankPair, cases: Integers) -> Problem:
-    """Return the problem of cases with the same single members."""
-    pinion, gear = (surface_of(member, flank) for member in design.members)
-    part = pairing.cases(cases)
-    lowest, highest, tip, half_width, taper = (
-        np.asarray(values)[:, 0, 0]
-        for values in (part.lowest, part.highest, part.tip, part.half_width, part.taper)
-    )
-    scale = np.array((highest[0] - lowest[0], 2.0 * half_width[0], 2.0 * np.pi / float(design.pinion.teeth)))
-    edges = (pinion.crossing, gear.crossing) if part.edges else (None, None)
-    count = cases.size
-    layout = part.layout
-    point = np.broadcast_to(mounting_of(design).pitch_point, (*design.batch_shape, 3)).reshape(-1, 3)
-    point = point[cases] if len(point) > 1 else np.repeat(point, count, axis=0)
-    cos, sin, offset = (
-        np.broadcast_to(value, (count, 1))[:, 0]
-        for value in (layout.cos_angle, layout.sin_angle, layout.offset)
-    )
-    position = np.broadcast_to(part.position, (2, count, 1))[..., 0]
-    placed = Placement(
-        cos,
-        sin,
-        offset,
-        position,
-        point.T,
-    )
-    ratio = float(design.pinion.teeth / design.gear.teeth)
-    surfaces = Surfaces(extended(pinion), extended(gear), ratio, scale)
-    return Problem(surfaces, placed, lowest, highest, tip, taper, half_width, edges)
 
 
 def segments_on_flanks(problem: Problem, undefined: Mask) -> Segment:
@@ -206,46 +171,11 @@ def surface_paths(design: Design, flank: str, pairing: FlankPair) -> list[Surfac
         Constants of the pair: layout, positions and limits.
     """
     result = []
-    for single, cases in by_members(design):
-        problem = problem_of(single, flank, pairing, cases)
+    for single, cases, problem in problems_of(design, flank, pairing):
         segment = segments_on_flanks(problem, pairing.undefined[cases])
         racks = rack_of(single.pinion, flank), rack_of(single.gear, flank)
         result.append(SurfacePaths(cases, problem, segment, racks))
     return result
-
-
-def by_members(design: Design) -> Iterator[tuple[Design, Integers]]:
-    """Iterate over the designs with different members, and the cases (batch axes in one) of each."""
-    shape = design.batch_shape
-    count = int(np.prod(shape))
-    if not any(map(is_batch, design.members)):
-        yield design, np.arange(count)
-        return
-    columns: list[FloatArray] = []
-
-    def each(part: Any, change: Any) -> Any:
-        """Return a tool, member or modification with `change` applied to its arrays, except for measured
-        deviations, which are not batches."""
-        values = {
-            name: each(value, change) if isinstance(value, Tool | Modification) else change(value)
-            for name, value in vars(part).items()
-            if isinstance(value, Tool | Modification | np.ndarray)
-        }
-        return unchecked(part, **values)
-
-    def noted(value: FloatArray) -> FloatArray:
-        columns.append(np.broadcast_to(value, shape).reshape(-1))
-        return value
-
-    for member in design.members:
-        each(member, noted)
-    _, first, inverse = np.unique(np.stack(columns, axis=-1), axis=0, return_index=True, return_inverse=True)
-    for k, case in enumerate(first.tolist()):
-        pinion, gear = (
-            each(member, lambda value, case=case: float(np.broadcast_to(value, shape).reshape(-1)[case]))
-            for member in design.members
-        )
-        yield unchecked(design, pinion=pinion, gear=gear), np.flatnonzero(inverse.reshape(-1) == k)
 
 
 def surface_ends(paths: list[SurfacePaths], count: int) -> Ends:

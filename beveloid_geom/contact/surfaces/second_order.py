@@ -12,7 +12,7 @@ from ...gear.tooth_side import surface_of
 from ...pair.frames import layout_by_case, member_frame, normals_to_fixed
 from ..flank_pair import generated_pairing
 from ..path import ContactPath
-from .paths import by_members, problem_of
+from .problems import by_members, problems_of
 from .tangency import Contacts, contacts_at, extended, jet_at, normals_of
 
 
@@ -85,8 +85,7 @@ def contacts_on(path: ContactPath) -> list[tuple[Integers, FloatArray, Contacts]
     cases, pairing = max(1, int(np.prod(path.l1.shape[:-1]))), generated_pairing(design, path.flank)
     rows = (path.l1, path.pinion_z, path.pinion_roll, path.l2)
     result = []
-    for single, index in by_members(design):
-        problem = problem_of(single, path.flank, pairing, index)
+    for _, index, problem in problems_of(design, path.flank, pairing):
         state = np.array([np.reshape(values, (cases, count))[index].ravel() for values in rows])
         placed = problem.placed.take(np.repeat(np.arange(index.size), count))
         met = contacts_at(problem.surfaces, placed, state)

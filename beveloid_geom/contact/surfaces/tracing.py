@@ -24,12 +24,14 @@ MAX_TURN = 0.35
 """Angle (rad) by which a curve may turn in one step."""
 
 
-def grid_function(problem: Problem) -> tuple[FloatArray, FloatArray]:
-    """Return states (4, GRID_S, GRID_Z) with tangent profiles over the flank of the pinion of a single case,
-    and g there, relative to the lengths of the vectors; NaN where the profiles cannot be tangent.
+def grid_function(
+    problem: Problem, lines: tuple[int, int] = (GRID_S, GRID_Z)
+) -> tuple[FloatArray, FloatArray]:
+    """Return states (4, *lines) with tangent profiles over the flank of the pinion of a single case, and g
+    there; NaN where the profiles cannot be tangent. `lines`: number of grid lines along profile and face.
     """
-    s = np.linspace(problem.lowest[0], problem.highest[0], GRID_S)
-    z = problem.half_width[0] * np.linspace(-1.0, 1.0, GRID_Z)
+    s = np.linspace(problem.lowest[0], problem.highest[0], lines[0])
+    z = problem.half_width[0] * np.linspace(-1.0, 1.0, lines[1])
     s1, z1 = (values.ravel() for values in np.meshgrid(s, z, indexing="ij"))
     placed = problem.placed.take(np.zeros(s1.size, dtype=int))
     state = meshing_start(problem.surfaces, placed, s1, z1)
@@ -47,7 +49,7 @@ def grid_function(problem: Problem) -> tuple[FloatArray, FloatArray]:
     turn = np.abs(met.residual[0] / met.gradient[0, 2])
     # g as the step of the roll that would make it vanish has no natural scale; its sign suffices.
     g = np.where((turn <= 1e3 * profile_tolerance) & met.opposed, met.residual[1], np.nan)
-    return state.reshape(4, GRID_S, GRID_Z), g.reshape(GRID_S, GRID_Z)
+    return state.reshape(4, *lines), g.reshape(lines)
 
 
 def seeds_of(problem: Problem) -> tuple[FloatArray, bool]:
@@ -177,7 +179,13 @@ class StepControl:
         self._repeated = np.zeros(cases, dtype=bool)
 
     def following(
-        self, active: Integers, size: FloatArray, turn: FloatArray, failed: Mask, kink: Mask, ahead: FloatArray
+        self,
+        active: Integers,
+        size: FloatArray,
+        turn: FloatArray,
+        failed: Mask,
+        kink: Mask,
+        ahead: FloatArray,
     ) -> FloatArray:
         """Return the next sizes (n,) of the curves `active` (n,).
 
@@ -200,7 +208,9 @@ class StepControl:
         onwards = np.where(approached, np.where(repeated, LEAST_STEP, 10.0 * size), onwards)
         onwards = np.where(kink, FIRST_STEP, np.minimum(onwards, LARGEST_STEP))
         again = failed & ~kink
-        self._bend[active] = np.where(again, np.where(known, turn, 0.0), np.where(approached & ~kink, bend, 0.0))
+        self._bend[active] = np.where(
+            again, np.where(known, turn, 0.0), np.where(approached & ~kink, bend, 0.0)
+        )
         self._repeated[active] = again
         return np.where(again, shorter, onwards)
 

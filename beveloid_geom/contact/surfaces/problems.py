@@ -1,0 +1,160 @@
+"""The equations of tangency of a design, by members and placement, and flanks that touch along lines.
+
+Members are single, the placement (errors, offset, shaft angle, mounting) may be a batch. Batches of members
+are divided into pairs of different members.
+
+On parallel axes, unmodified flanks touch along lines. Modified flanks still do where the modifications do not
+vary along these lines, as on spur gears with tip relief, or where neither flank is relieved. Every point of
+these lines is a contact, so that the equations have no single solution. The pinion then has an additional
+helix crowning of LINE_CROWNING_MODULES: the contact on each line is now the point nearest to mid-face, which
+is the limit for crownings that tend to zero. Searches for a first contact need less: `crowned`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ...arrays import FloatArray, Integers
+from ...design.member import Tool, unchecked
+from ...design.model import Design
+from ...design.modification import Modification
+from ...gear.tooth_side import is_batch, surface_of
+from ...pair.mounting import mounting_of
+from ...support.frozen_arrays import kept
+from ..flank_pair import FlankPair, generated_pairing, is_modified
+from ..parallel.paths import along_lines
+from .limits import Problem
+from .tangency import Placement, Surfaces, contacts_at, extended
+from .tracing import grid_function
+
+LINE_CROWNING_MODULES = 5e-7
+"""Additional crowning, in modules, of flanks that touch along lines, for the equations of tangency. With
+less, fewer paths of helical pairs are found, because their lines end where a relief begins."""
+SEARCH_CROWNING_MODULES = 5e-8
+"""The same for searches for the first contact, of which fewer fail with less."""
+
+
+def problems_of(design: Design, flank: str, pairing: FlankPair) -> Iterator[tuple[Design, Integers, Problem]]:
+    """Yield designs with single members, the numbers of their cases, and their problems.
+
+    Cases with line contact are separate, and their pinion is `crowned`."""
+    lines = along_lines(pairing)
+    for single, cases in by_members(design):
+        for part in (cases[~lines[cases]], cases[lines[cases]]):
+            if not part.size:
+                continue
+            problem = problem_of(single, flank, pairing, part)
+            if lines[part[0]] and _touches_in_areas(problem):
+                problem = problem_of(
+                    _with_crowning(single, flank, LINE_CROWNING_MODULES), flank, pairing, part
+                )
+                problem = replace(problem, crowned=True)
+            yield single, part, problem
+
+
+def crowned(design: Design, flank: str) -> Design:
+    """Return a design of single members with a crowned pinion, for searches for the first contact, if the
+    modified flanks touch along lines in all cases, otherwise the design."""
+    if not is_modified(design, flank):
+        return design
+    return _crowned(design, flank) if design.batch_shape else _kept_crowned(design, flank)
+
+
+def _crowned(design: Design, flank: str) -> Design:
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        pairing = generated_pairing(design, flank)
+        if not along_lines(pairing).all():
+            return design
+        lines = _touches_in_areas(problem_of(design, flank, pairing, np.arange(1)))
+    return _with_crowning(design, flank, SEARCH_CROWNING_MODULES) if lines else design
+
+
+_kept_crowned = kept(16)(_crowned)
+
+
+def _with_crowning(design: Design, flank: str, modules: float) -> Design:
+    """Return the design with an additional crowning of the pinion, in modules."""
+    given = design.pinion.modification(flank) or Modification()
+    amount = 1e3 * modules * float(design.pinion.tool.normal_module)
+    more = replace(given, helix_crowning_um=given.helix_crowning_um + amount)
+    return unchecked(design, pinion=unchecked(design.pinion, **{f"modification_{flank}": more}))
+
+
+def _touches_in_areas(problem: Problem) -> bool:
+    """Return whether the flanks of the first case touch at all corners of a cell of a grid on the pinion."""
+    # Number of grid lines along profile and face, and sine of the angle between flanks that touch.
+    lines, largest_angle = (9, 7), 1e-8
+    one = problem.cases(np.arange(1))
+    state, _ = grid_function(one, lines)
+    met = contacts_at(one.surfaces, one.placed.take(np.zeros(state[0].size, dtype=int)), state.reshape(4, -1))
+    touches = ((met.error <= largest_angle) & met.opposed).reshape(lines)
+    return bool((touches[1:, 1:] & touches[1:, :-1] & touches[:-1, 1:] & touches[:-1, :-1]).any())
+
+
+def problem_of(design: Design, flank: str, pairing: FlankPair, cases: Integers) -> Problem:
+    """Return the problem of cases with the same single members."""
+    pinion, gear = (surface_of(member, flank) for member in design.members)
+    part = pairing.cases(cases)
+    lowest, highest, tip, half_width, taper = (
+        np.asarray(values)[:, 0, 0]
+        for values in (part.lowest, part.highest, part.tip, part.half_width, part.taper)
+    )
+    scale = np.array((highest[0] - lowest[0], 2.0 * half_width[0], 2.0 * np.pi / float(design.pinion.teeth)))
+    edges = (pinion.crossing, gear.crossing) if part.edges else (None, None)
+    count = cases.size
+    layout = part.layout
+    point = np.broadcast_to(mounting_of(design).pitch_point, (*design.batch_shape, 3)).reshape(-1, 3)
+    point = point[cases] if len(point) > 1 else np.repeat(point, count, axis=0)
+    cos, sin, offset = (
+        np.broadcast_to(value, (count, 1))[:, 0]
+        for value in (layout.cos_angle, layout.sin_angle, layout.offset)
+    )
+    position = np.broadcast_to(part.position, (2, count, 1))[..., 0]
+    placed = Placement(
+        cos,
+        sin,
+        offset,
+        position,
+        point.T,
+    )
+    ratio = float(design.pinion.teeth / design.gear.teeth)
+    surfaces = Surfaces(extended(pinion), extended(gear), ratio, scale)
+    return Problem(surfaces, placed, lowest, highest, tip, taper, half_width, edges)
+
+
+def by_members(design: Design) -> Iterator[tuple[Design, Integers]]:
+    """Iterate over the designs with different members, and the cases (batch axes in one) of each."""
+    shape = design.batch_shape
+    count = int(np.prod(shape))
+    if not any(map(is_batch, design.members)):
+        yield design, np.arange(count)
+        return
+    columns: list[FloatArray] = []
+
+    def each(part: Any, change: Any) -> Any:
+        """Return a tool, member or modification with `change` applied to its arrays, except for measured
+        deviations, which are not batches."""
+        values = {
+            name: each(value, change) if isinstance(value, Tool | Modification) else change(value)
+            for name, value in vars(part).items()
+            if isinstance(value, Tool | Modification | np.ndarray)
+        }
+        return unchecked(part, **values)
+
+    def noted(value: FloatArray) -> FloatArray:
+        columns.append(np.broadcast_to(value, shape).reshape(-1))
+        return value
+
+    for member in design.members:
+        each(member, noted)
+    _, first, inverse = np.unique(np.stack(columns, axis=-1), axis=0, return_index=True, return_inverse=True)
+    for k, case in enumerate(first.tolist()):
+        pinion, gear = (
+            each(member, lambda value, case=case: float(np.broadcast_to(value, shape).reshape(-1)[case]))
+            for member in design.members
+        )
+        yield unchecked(design, pinion=pinion, gear=gear), np.flatnonzero(inverse.reshape(-1) == k)

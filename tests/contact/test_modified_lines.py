@@ -1,0 +1,185 @@
+"""Modified flanks that touch along lines: spur and helical pairs on parallel axes with reliefs.
+
+The path of contact connects the points of the lines that are nearest to mid-face."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from beveloid_geom import (
+    Design,
+    Errors,
+    Limit,
+    Modification,
+    Status,
+    contact_ratio,
+    first_contact,
+    mesh_cycle,
+    path_of_contact,
+    path_sensitivity,
+)
+from beveloid_geom.contact.parallel.lines import is_line_contact
+from beveloid_geom.findings.path import path_remarks
+from beveloid_geom.pair.mounting import mounting_of
+from tests.oracle.modified_flank import residuals
+from tests.stability.parallel_pairs import HELICAL, pair_of, parallel_pairs
+
+SPUR = pair_of(2.0, (20, 35), 0.0, 55.1)
+TIP = {"tip_relief_um": 10.0, "tip_relief_length_mm": 1.0}
+HEEL = {"heel_relief_um": 10.0, "heel_relief_length_mm": 4.0}
+
+
+def modified(design: Design, pinion: dict[str, float], gear: dict[str, float] | None = None) -> Design:
+    changed = replace(design, pinion=design.pinion.modified(Modification(**pinion)))
+    return replace(changed, gear=design.gear.modified(Modification(**gear))) if gear else changed
+
+
+@pytest.mark.parametrize(
+    ("pinion", "gear"),
+    [
+        (TIP, None),
+        (TIP, TIP),
+        ({"profile_crowning_um": 5.0}, None),
+        (HEEL, TIP),
+        ({"profile_slope_um": 8.0}, TIP),
+    ],
+)
+def test_spur_pairs_fulfil_the_five_equations(
+    flank: str, pinion: dict[str, float], gear: dict[str, float] | None
+) -> None:
+    """The five equations are those of independent code; contact is at mid-face and ends at both tips."""
+    design = modified(SPUR, pinion, gear)
+    path = path_of_contact(design, flank, 41)
+    assert path.ends.status == Status.SOLVED
+    apart, turned = residuals(design, path, np.asarray(mounting_of(design).distance))
+    assert apart < 1e-10
+    assert turned < 1e-12
+    assert np.abs(path.pinion_z).max() < 1e-6
+    ends = {path.ends.enter, path.ends.leave}
+    assert ends == {Limit.GEAR_TIP, Limit.PINION_TIP}
+    assert is_line_contact(design, flank)
+
+
+def test_unmodified_part_of_a_spur_pair_has_the_unmodified_path(flank: str) -> None:
+    """Below the relief the contacts are those without modification; the relief only removes contacts of other
+    tooth pairs, so that one pair touches longer."""
+    design, plain = modified(SPUR, TIP), path_of_contact(SPUR, flank, 41)
+    low = plain.l1[plain.l1 < plain.l1.max() - 1.05]
+    path = path_of_contact(design, flank, l1=low)
+    for name in ("pinion_roll", "gear_roll", "l2"):
+        np.testing.assert_allclose(
+            getattr(path, name), getattr(plain, name)[: low.size], atol=1e-9, rtol=0.0, err_msg=name
+        )
+    assert contact_ratio(design, flank) > contact_ratio(SPUR, flank)
+
+
+def test_operation_of_a_spur_pair_with_tip_relief(flank: str) -> None:
+    """The unrelieved parts of both flanks still cover one pitch: no transmission error and no edge contact.
+
+    The ends of the mesh are where the relief begins: the pinion rolls of its unmodified contacts."""
+    cycle = mesh_cycle(modified(SPUR, {**TIP, "tip_relief_length_mm": 0.5}), flank)
+    assert not cycle.lost
+    assert cycle.edge_share == 0.0
+    assert cycle.peak_to_peak < 1e-8
+
+
+def test_lines_of_a_helical_pair(flank: str) -> None:
+    """With heel relief, the contacts at mid-face are those of a crowned pair."""
+    design = modified(HELICAL, HEEL)
+    path = path_of_contact(design, flank, 21)
+    crowned = path_of_contact(modified(HELICAL, {"helix_crowning_um": 5.0}), flank, 21)
+    assert is_line_contact(design, flank)
+    assert path.ends.status == Status.SOLVED
+    np.testing.assert_allclose(path.pinion_roll, crowned.pinion_roll, atol=1e-9)
+    np.testing.assert_allclose(path.pinion_z, 0.0, atol=1e-6)
+
+
+def test_relieved_helical_pairs_approach_the_limit_of_small_crownings(flank: str) -> None:
+    """Crownings of 0.1 and 0.01 um, extrapolated, give the contact ratio of line contact."""
+    design = modified(HELICAL, TIP)
+    ratios = [
+        float(contact_ratio(modified(HELICAL, {**TIP, "helix_crowning_um": amount}), flank))
+        for amount in (0.1, 0.05, 0.025)
+    ]
+    steps = np.diff(ratios)
+    limit = ratios[-1] + steps[1] / (steps[0] / steps[1] - 1.0)
+    assert contact_ratio(design, flank) == pytest.approx(limit, abs=2e-3)
+    assert abs(steps[1]) < abs(steps[0])
+
+
+@pytest.mark.parametrize(
+    ("design", "lines"),
+    [
+        (modified(SPUR, {"helix_crowning_um": 5.0}), False),
+        (modified(SPUR, {"twist_um": 5.0}), False),
+        (modified(HELICAL, {"profile_crowning_um": 5.0}), False),
+        (modified(HELICAL, TIP), True),
+        (modified(replace(SPUR, errors=Errors(shaft_angle=1e-4)), TIP), False),
+        (SPUR, True),
+    ],
+)
+def test_which_flanks_touch_along_lines(design: Design, lines: bool) -> None:
+    assert bool(is_line_contact(design)) == lines
+
+
+def test_helix_slope_leaves_contact_at_an_edge_only() -> None:
+    path = path_of_contact(modified(SPUR, {"helix_slope_um": 5.0}))
+    assert path.ends.status == Status.OFF_FLANK
+
+
+def test_cases_of_a_batch_are_those_of_single_designs() -> None:
+    """Some cases are parallel and touch along lines, others have an error of the shaft angle."""
+    relieved = modified(SPUR, {**TIP, **HEEL})
+    errors = Errors(offset=np.array((0.0, 0.02, 0.0, -0.01)), shaft_angle=np.array((0.0, 0.0, 2e-5, 0.0)))
+    batch = replace(relieved, errors=errors)
+    path, lines = path_of_contact(batch, points=9), is_line_contact(batch)
+    assert lines.tolist() == [True, True, False, True]
+    for k, (offset, angle) in enumerate(zip(errors.offset, errors.shaft_angle, strict=True)):
+        single = replace(relieved, errors=Errors(offset=float(offset), shaft_angle=float(angle)))
+        alone = path_of_contact(single, points=9)
+        assert path.ends.status[k] == alone.ends.status
+        np.testing.assert_allclose(path.ends.contact_ratio[k], alone.ends.contact_ratio, atol=1e-9)
+
+
+def test_line_contact_is_reported_and_has_no_derivatives() -> None:
+    design = modified(SPUR, TIP)
+    found = path_sensitivity(design)
+    assert np.isnan(found.face_shift_by).all()
+    texts = [remark.text for remark in path_remarks(path_of_contact(design))]
+    assert any("line contact" in text and "mid-face" in text for text in texts)
+    assert not any("rounding" in text for text in texts)
+
+
+@pytest.mark.slow
+def test_most_relieved_parallel_pairs_have_a_path_and_a_mesh_cycle() -> None:
+    """Random spur and helical pairs with reliefs of both members. All spur pairs are known. Helical pairs
+    whose reliefs leave little of each line may be unknown."""
+    rng, counts = np.random.default_rng(3), {"spur": [0, 0, 0], "helical": [0, 0, 0]}
+    for design in parallel_pairs(24, 21):
+        module, amounts = float(design.pinion.tool.normal_module), []
+        for member in design.members:
+            face, made = float(member.face_width), {}
+            for name, reach in (("tip", 0.5 * module), ("root", 0.3 * module), ("heel", 0.2 * face)):
+                made[f"{name}_relief_um"] = float(rng.uniform(2.0, 20.0))
+                made[f"{name}_relief_length_mm"] = float(reach * rng.uniform(0.2, 1.0))
+            amounts.append(made)
+        try:
+            relieved = modified(design, *amounts)
+        except ValueError:  # a relief is longer than the flank
+            continue
+        count = counts["spur" if design.pinion.helix_angle == 0.0 else "helical"]
+        count[0] += 1
+        count[1] += path_of_contact(relieved, points=5).ends.status == Status.SOLVED
+        count[2] += not mesh_cycle(relieved).lost
+    assert counts["spur"][0] == counts["spur"][1] == counts["spur"][2] > 5
+    number, paths, cycles = counts["helical"]
+    assert paths >= 0.7 * number > 10
+    assert cycles >= 0.9 * number
+
+
+def test_first_contact_of_a_spur_pair_is_at_mid_face() -> None:
+    first = first_contact(modified(SPUR, TIP), pinion_roll=np.linspace(-0.05, 0.05, 5))
+    assert np.abs(first.z1).max() < 0.5
