@@ -151,8 +151,8 @@ def test_no_solution_in_one_line() -> None:
             "^pinion.tip_relief_um can vary only if its length is given: write tip_relief_um = 0.0 and"
             r" tip_relief_length_mm in \[pinion.modification\]$",
         ),
-        ({HELIX: (3.0, 3.0)}, "must be two numbers that increase"),
-        ({HELIX: (0.0, np.inf)}, "must be two numbers that increase"),
+        ({HELIX: (3.0, 3.0)}, "must be two numbers, lower one first"),
+        ({HELIX: (0.0, np.inf)}, "must be two numbers, lower one first"),
     ],
 )
 def test_refused_bounds(bounds: dict[str, tuple[float, float]], message: str) -> None:

@@ -134,7 +134,7 @@ MESSAGES = {
     "pattern --over E,E": "--over must be two different errors, separated by a comma, got 'E,E': ",
     "pattern --offset-tolerance 1": "--offset-tolerance is for patterns under two errors",
     "place --by E,H": "--by must be two different errors",
-    "place --l1 30": "l must be on the pinion's profile",
+    "place --l1 30": "l must be on the pinion profile",
     "propose --teeth -25 31": "--teeth must be at least 1, got -25: internal gears are not supported",
     "propose --module 3 --teeth 25 31": "--shaft-angle-deg is",
     "shim --backlash 0.1 --offset 300": "--offset minus that of the design must be between",
@@ -170,7 +170,7 @@ MESH = {
             f"--tolerance {value}": f"--tolerance must be a finite number above 0 mm, got {value}"
             for value in ("0", "-0.01", "nan", "inf")
         },
-        "--tolerance 1e-9": "tolerance 1e-09 mm is too fine: it takes about",
+        "--tolerance 1e-9": "tolerance 1e-09 mm needs about",
         "--tolerance 1e-320": "--tolerance must be at least 1e-09 mm, got",
         "--bore-radius 0": "--bore-radius must be a finite number above 0 mm, got 0",
         "--bore-radius 500": f"{BORE}500",
@@ -258,8 +258,8 @@ DRAWINGS = {
     "render-animation": {
         "--out mesh.avi": "neither .gif nor .mp4",
         "--out mesh": "neither .gif nor .mp4",
-        "--out mesh.gif --fps 24": "take 20 or 25, or .mp4",
-        "--out mesh.gif --fps 60": "take 50, or .mp4",
+        "--out mesh.gif --fps 24": "choose 20 or 25, or write .mp4",
+        "--out mesh.gif --fps 60": "choose 50, or write .mp4",
         "--out mesh.gif --fps nan": "Invalid value for '--fps': nan is not in the range",
         "--out mesh.gif --seconds nan": "Invalid value for '--seconds': nan is not in the range",
         "--out mesh.mp4 --size 401x300": "both sides of an MP4 must be even",

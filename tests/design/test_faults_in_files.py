@@ -53,7 +53,7 @@ BAD = {
     "tool.tip_radius = 2.28": "must be at most 1.14 at this dedendum, got 2.28: a larger tip round "
         "leaves no flank, the unit is the normal module, not mm",
     "pinion.cone_angle_deg = 40": "must be between -39.1714 and 39.1714 deg at this helix and pressure "
-        "angle, got 40.0: the tool cannot generate one of the flanks, take a larger pressure angle",
+        "angle, got 40.0: the tool cannot generate one of the flanks, increase the pressure angle",
     "pinion.face_width = 9999": "must leave a tip radius above 0 mm at the small end of the face, got "
         "-158.999: use a narrower face or a smaller cone angle",
     "gear.normal_module = 5": "cos(normal_pressure_angle_deg) must equal that of [pinion], 5.63815572472 "

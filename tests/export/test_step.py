@@ -405,7 +405,7 @@ def test_gmsh_shows_the_product_and_the_colours(folder: Path) -> None:
         (
             PINION,
             {"bore_radius": 90.0},
-            r"bore_radius must be between 1.76387 and 87.5934 mm, got 90: from 0.02 of the smallest root",
+            r"bore_radius must be between 1.76387 and 87.5934 mm, got 90: 0.02 times the smallest root",
         ),
         (PINION, {"bore_radius": 1e-9}, "bore_radius must be between 1.7"),
         (PINION, {"bore_radius": float("nan")}, "bore_radius must be between 1.7"),

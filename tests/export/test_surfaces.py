@@ -325,7 +325,7 @@ def test_estimate_of_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(parts, "memory_limit", lambda: 0)
     fine = 2e-5
-    with pytest.raises(ValueError, match="too fine: it takes about") as refusal:
+    with pytest.raises(ValueError, match="needs about") as refusal:
         parts.require_surface_memory(count, fine)
     assert counted == [parts.COUNTING_TOLERANCE_MM]
     match: Any = re.search(r"about ([\d.e+]+) points", str(refusal.value))

@@ -217,7 +217,7 @@ def test_periods_and_limits() -> None:
     )
     with pytest.raises(ValueError, match="within 20000 pitches, got 41989: give the deviations of"):
         pitch_cycle(wide)
-    with pytest.raises(ValueError, match="points must be at least 1, a whole number, got 0"):
+    with pytest.raises(ValueError, match="points must be a whole number of at least 1, got 0"):
         pitch_cycle(design, points=0)
     with pytest.raises(ValueError, match=r"design must be a single design, got arrays of shape \(2,\)"):
         pitch_cycle(design.with_parabola(np.zeros(2)))

@@ -357,10 +357,10 @@ def test_smaller_tolerances_take_more_elements() -> None:
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"teeth": None, "cells": Cells(9, 20, 50, 50, 90)}, "the mesh takes about .* nodes for 29 teeth"),
-        ({"cells": Cells(1, 1, 4, 4, 4)}, "a fillet needs two cells"),
+        ({"teeth": None, "cells": Cells(9, 20, 50, 50, 90)}, "the mesh needs about .* nodes for 29 teeth"),
+        ({"cells": Cells(1, 1, 4, 4, 4)}, "a fillet must have at least 2 cells, got 1"),
         ({"cells": Cells(1, 4, 0, 4, 4)}, "cells must be 1 or more, got flank=0"),
-        ({"teeth": 2, "cells": [FEW]}, "cells must be given for 2 teeth, equal but for the flank, got"),
+        ({"teeth": 2, "cells": [FEW]}, "cells must be given for 2 teeth and may differ only in `flank`, got"),
         ({"teeth": 2, "cells": [FEW, replace(FEW, tip=5)]}, "cells must be given for 2 teeth"),
     ],
 )

@@ -309,7 +309,7 @@ def test_a_design_without_a_solution_has_a_reason(design: Design) -> None:
     path = path_of_contact_five_equations(design, "right", 5)
     assert path.ends.status == Status.UNDEFINED
     assert path.l1.size == 0
-    with pytest.raises(ValueError, match=r"^the pair cannot be posed: .*$"):
+    with pytest.raises(ValueError, match=r"^the pair cannot be positioned: .*$"):
         mesh_contact(design, "right", 0.1, pinion_roll=0.0, gear_roll=0.0)
     first = first_contact(design, "right", [0.0, 0.1])
     assert (first.status == FirstStatus.UNDEFINED).all()
@@ -328,7 +328,7 @@ def test_a_single_tooth_makes_no_solid() -> None:
         outline[name] = points[::-1] if name.startswith("right") else points
     sizes: tuple[Callable[..., object], ...] = (section_size, section_of)
     for size in sizes:
-        with pytest.raises(ValueError, match=r"^an outline must span 180 deg .* at most, got .* one tooth"):
+        with pytest.raises(ValueError, match=r"^an outline must be that of one tooth and span at most"):
             size(outline, 1.0)
 
 

@@ -124,8 +124,8 @@ def test_stored_positions_are_those_at_60_digits(monkeypatch: pytest.MonkeyPatch
 @pytest.mark.parametrize(
     ("errors", "message"),
     [
-        (Errors(offset=20.0), r"right flanks have no contact .*\(OFF_FLANK\)"),
-        (Errors(offset=np.zeros(3)), r"batch of the shape \(3,\)"),
+        (Errors(offset=20.0), r"right flanks have no contact, .*\(OFF_FLANK\)"),
+        (Errors(offset=np.zeros(3)), r"arrays of shape \(3,\)"),
     ],
 )
 def test_designs_without_positions_are_refused(errors: Errors, message: str) -> None:
