@@ -142,7 +142,7 @@ def crowning_for(
         crownings = f"{helix:.3g} um of helix and {profile:.3g} um of profile crowning"
         raise ValueError(
             f"no crownings give a transmission error of {wanted} and a pattern length of {length:g} mm:"
-            f" the nearest result is {nearest} and {found:.4g} mm with {crownings}"
+            f" the nearest result is {nearest} and {found:.4g} mm with {crownings}; change one of both values"
         )
     helix, profile = (start * x).tolist()
     return Crowning(member, flank, helix, profile, trial.crowned(x), error, found, separation, edges)

@@ -139,8 +139,8 @@ PLACED = (
     "several teeth, the middle one is in mesh."
 )
 FRAMES = (
-    "Print the positions of the gears in mesh, as matrices from their frames to S_f. Without --part and --out,"
-    " no file is written."
+    "Print the positions of the gears in mesh, as matrices from their frames to S_f. Without --part and "
+    "--out, no file is written."
 )
 OPTIONS = block(
     click.argument("design", default=BUILTIN_DESIGN),
