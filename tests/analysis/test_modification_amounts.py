@@ -76,7 +76,8 @@ def test_least_transmission_error_within_a_shift() -> None:
 
 @pytest.mark.slow
 def test_reliefs_with_a_given_length() -> None:
-    """No amount of a scan has less transmission error without edge contact, by single mesh cycles."""
+    """No amount of a scan has a smaller transmission error without edge contact. The errors are computed from
+    single mesh cycles."""
     relieved = Modification(helix_crowning_um=15.0, profile_crowning_um=2.0, tip_relief_length_mm=6.0)
     design = replace(table1(), pinion=table1().pinion.modified(relieved))
     aim = replace(AIM, least="transmission_error", contact_ratio=1.2)

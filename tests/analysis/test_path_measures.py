@@ -33,7 +33,7 @@ MODIFIED = (0.001, -0.001)
 
 
 def test_lengths_and_angles_of_a_sweep() -> None:
-    """Compared with single paths; the length is that of a finer polygon."""
+    """Lengths, angles and locations of a sweep equal those of single paths with 1001 positions."""
     found = sweep(table1(), "right", (1, 1), 0.0002)
     for k in (0, 5, 20):
         design = table1((float(found.size[k]),) * 2)

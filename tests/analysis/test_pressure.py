@@ -27,7 +27,8 @@ LOAD = Load(force=1e4, young=210000.0)
 
 @pytest.mark.parametrize(("flank", "pressure"), [("right", 647.0), ("left", 1068.0)])
 def test_table_1_in_the_middle_of_its_path(flank: str, pressure: float) -> None:
-    """10 kN and steel of 210 GPa; with 206 GPa the pressure is lower by the factor (206/210)^(2/3)."""
+    """Pressures under 10 kN with steel of 210 GPa. With 206 GPa they are lower by the factor
+    (206/210)^(2/3)."""
     path = path_of_contact(table1(), flank, 3)
     found = pressure_along(path, LOAD)
     assert found.pressure[1] == pytest.approx(pressure, abs=0.5)

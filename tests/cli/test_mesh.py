@@ -282,7 +282,8 @@ def test_options_change_the_design(tmp_path: Path) -> None:
 def test_a_solid_for_cad(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: list[str], given: tuple[object, ...]
 ) -> None:
-    """Arguments of `write_step`, whose result is tested in tests/export/test_step.py."""
+    """The command passes the right arguments to `write_step`. The files are tested in
+    tests/export/test_step.py."""
     asked = []
 
     def step(
@@ -347,7 +348,8 @@ def test_printed_frames_are_those_of_placed_parts(tmp_path: Path) -> None:
 
 
 def test_placed_teeth_of_pinion_and_gear_are_in_mesh(tmp_path: Path, narrow: Path) -> None:
-    """Both loads act at the contact, and a second tooth of either is on the same side of it."""
+    """Placed teeth of both members are loaded at the contact, and additional teeth are on the same side of
+    the contact on both members."""
     contact, middles = meshing_pair(read_design(narrow)).contact, {}
     for part in TEETH:
         for teeth in (1, 2, 3):

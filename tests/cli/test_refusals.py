@@ -316,7 +316,8 @@ def test_all_commands_are_covered() -> None:
 
 @pytest.mark.parametrize(("program", "arguments"), CONTRACT, ids=" ".join)
 def test_bad_input(program: str, arguments: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Exit status 2, nothing on standard output, one line, no file."""
+    """Bad input has the exit status 2, nothing on standard output, one line on standard error, and leaves no
+    file."""
     monkeypatch.chdir(tmp_path)
     Path("file").touch()
     result = CliRunner().invoke(PROGRAMS[program], arguments.split())
@@ -329,7 +330,8 @@ def test_bad_input(program: str, arguments: str, tmp_path: Path, monkeypatch: py
 
 @pytest.mark.parametrize("command", FILES)
 def test_a_faulty_file_has_one_line(design_file: Callable[..., Path], command: str) -> None:
-    """The messages are tested in `tests/design`."""
+    """A fault in a file gives one line, which begins with the name of the file. The texts are tested in
+    `tests/design`."""
     old, new, named = FILES[command]
     path = design_file(old, new)
     line = refused(command, path)

@@ -140,7 +140,8 @@ def test_shaft_angle_of_a_steep_pair_in_radians() -> None:
 
 
 def test_cone_angles_of_intersecting_axes_in_radians() -> None:
-    """The cone angles of the marine gearbox are 2 and 5 deg, the shaft angle is 7 deg."""
+    """Cone angles in radians are recognised: those of the marine gearbox are 2 and 5 deg, and the shaft angle
+    is 7 deg."""
     text = builtin_text("marine-gearbox")
     for degrees in (2.0, 5.0):
         text = text.replace(f"cone_angle_deg = {degrees}", f"cone_angle_deg = {np.radians(degrees):.4f}")

@@ -33,7 +33,7 @@ LEFT_HAND = replace(PINION, helix_angle=-PINION.helix_angle)
 
 @dataclass(frozen=True, eq=False)
 class ReadBack:
-    """Shape and named faces of a STEP file."""
+    """A STEP file as read back: its shape and its named faces."""
 
     shape: Any
     faces: dict[str, Any]
@@ -41,7 +41,7 @@ class ReadBack:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Folder for solids; skips the test without the kernel."""
+    """Return a folder for solids; tests are skipped if the kernel is not installed."""
     pytest.importorskip("OCP", exc_type=ImportError)
     return tmp_path
 

@@ -123,7 +123,8 @@ def test_remarks_on_mountings_with_contact_at_edges() -> None:
 
 @pytest.mark.parametrize("status", list(FirstStatus))
 def test_failed_calculation_is_not_no_contact(status: FirstStatus) -> None:
-    """Only NO_CONTACT and MEETS_BOTTOM are results on the teeth."""
+    """Only NO_CONTACT and MEETS_BOTTOM are reported as "no contact", with exit status 1. All other statuses
+    are failed calculations, with exit status 4."""
     reason = first_contact_reason("right", status)
     failure = failure_of(reason)
     assert failure is not None
