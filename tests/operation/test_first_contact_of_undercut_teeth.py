@@ -117,8 +117,8 @@ def assert_first(design: Design, flank: str, share: float) -> FirstStatus:
 
 @pytest.mark.parametrize("count", [8, pytest.param(45, marks=pytest.mark.slow)])
 def test_first_contacts_of_undercut_members(count: int) -> None:
-    """First contacts of usual beveloid pairs, a quarter of which are undercut somewhere, agree with
-    independent sampling."""
+    """First contacts of usual beveloid pairs agree with independent sampling. A quarter of the pairs is
+    undercut somewhere."""
     rng, found = np.random.default_rng(1), []
     for design, _ in zip(random_pairs(7, (17, 46), (0.0, 0.4), 0.05), range(count), strict=False):
         found.append(assert_first(design, ("right", "left")[int(rng.integers(2))], rng.uniform(-0.5, 0.5)))

@@ -56,7 +56,8 @@ def test_rigid_modified_flanks_touch_one_at_a_time() -> None:
 
 
 def test_ratio_within_a_thickness() -> None:
-    """More tooth pairs are in contact within the thickness of marking compound."""
+    """The contact ratio within a thickness of 3 um equals the counted share of rolls at which a pair has at
+    most this clearance."""
     design = table1((0.001, -0.001))
     ratio = float(operating_ratio(design, "right", 0.003))
     # Count the samples of one pair within the thickness.

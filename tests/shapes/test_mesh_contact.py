@@ -185,7 +185,7 @@ def test_contact_of_flanks_with_a_gap(flank: str) -> None:
 
 
 def test_contact_of_triangles_is_on_both_flanks(flank: str) -> None:
-    """Results are correct for both members, whichever of them has the nearest vertex."""
+    """The contact point is on both flanks, whichever member has the nearest vertex."""
     design = table1((0.001, -0.001))
     pose = pose_at(path_of_contact(design, flank, 3), 1)
     position = pairing_of(design, flank).position[:, 0, 0]

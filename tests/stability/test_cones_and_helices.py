@@ -127,7 +127,8 @@ def test_one_member_may_be_spur(flank: str) -> None:
 def test_helix_angles_that_cancel_do_not_cross_at_a_distance(
     cones: tuple[float, float], helix: float
 ) -> None:
-    """Two straight members, and equal helix angles of opposite hands: their axes meet or are parallel."""
+    """Members whose helix angles cancel have no contact on axes with a shaft angle and an offset, and the
+    remarks begin with two errors. Without backlash their axes meet or are parallel."""
     pair = with_cones(table1(), *cones)
     pinion, gear = (
         changed(member, helix_angle=side * radians(helix))

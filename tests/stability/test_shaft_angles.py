@@ -114,7 +114,8 @@ def test_sensitivity_is_inverse_to_n_x() -> None:
 
 @pytest.mark.parametrize("below", [1e-12, 1e-9, 1e-3, 1.0, 10.0])
 def test_beyond_the_fold_the_right_flank_has_a_status(below: float) -> None:
-    """With its mounting and with that of Table 1; the left flank is in contact as before."""
+    """Below the smallest shaft angle, the right flanks have a status: with computed mounting distances and
+    with those of Table 1. The left flanks remain in contact."""
     for design, status in ((table1(), Status.UNDEFINED), (held(table1()), Status.NO_COMMON_NORMAL)):
         past = at_shaft_angle(design, fold() - below)
         assert_no_path(past, "right", status)

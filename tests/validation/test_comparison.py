@@ -83,7 +83,8 @@ def test_pairs_with_modifications(kinds: str, flank: str) -> None:
 
 
 def test_a_wrong_answer_has_its_error() -> None:
-    """A point displaced by a 3-4-5 triangle, a rotated gear, and a missing position."""
+    """The comparison reports the error of a point displaced by a 3-4-5 triangle and of a rotated gear, and
+    the number of missing positions."""
 
     def answer_of(point: np.ndarray, roll: np.ndarray) -> Measurement:
         method = Method(

@@ -141,7 +141,7 @@ def test_words_are_apart_whole_and_large_enough(figure: Figure, design: str) -> 
 
 
 def test_faults_are_seen() -> None:
-    """Text that overlaps, is cut or too small is reported."""
+    """The test of pages reports text that overlaps, is cut off or too small."""
     recipe = recipe_of("sliding")
     page = recipe.drawn(recipe.compute(TABLE), in_print(190.0)).page
     assert faults(page) == []

@@ -28,7 +28,8 @@ def test_points_are_where_they_are_drawn(perspective: bool) -> None:
 
 @pytest.mark.parametrize("perspective", [False, True])
 def test_all_points_are_in_the_picture(perspective: bool) -> None:
-    """The points leave the margin free on both sides of one direction, and at least on both of the other."""
+    """The points are centred in the picture. They leave exactly the margin in one direction, and at least the
+    margin in the other."""
     camera = fit_camera(CORNERS, (-0.5, 0.52, 0.7), (0.0, -1.0, 0.0), SIZE, 0.1, perspective)
     half = camera.half_height * np.array([SIZE[0] / SIZE[1], 1.0])
     seen = camera.seen(CORNERS) / half

@@ -94,14 +94,16 @@ def measured(number: int, one: Measurement) -> Measurement:
 
 
 def stepped(found: MethodErrors) -> MethodErrors:
-    """Replace errors, which are rounding errors, by steps; all methods but the last lack the first one."""
+    """Replace the errors, which are rounding errors, by fixed steps. All methods except the first and the
+    last have no value at the first shaft angle."""
     error = 10.0 ** -(np.arange(found.error.shape[1]) + 0.5 * np.arange(found.error.shape[0])[:, None])
     error[1:-1, 0] = np.nan
     return replace(found, error=error, stated=np.where(np.isfinite(found.stated), 30.0 * error, np.nan))
 
 
 def even(found: Convergence, size: float) -> Convergence:
-    """Replace errors of the polished mesh, which are rounding errors."""
+    """Replace the errors of the polished mesh, which are rounding errors, by a smooth function of the
+    tolerance."""
     point, apart = (size * error * found.tolerance**0.1 for error in (1e-10, 1e-13))
     return replace(found, point_error=point, separation_error=apart)
 

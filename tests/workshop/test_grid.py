@@ -28,7 +28,8 @@ GRID = measuring_grid(MEMBERS["pinion"])
 
 @pytest.mark.parametrize("name", ["pinion", "gear", "spur", "concave", "convex", "cone 20"])
 def test_points_are_on_the_exact_flank(name: str) -> None:
-    """Compare with the equations of the paper at 60 digits, without the profile shift of the library."""
+    """Points and normals agree with the equations of the paper at 60 digits, which contain the axial shift of
+    the paper instead of the profile shift of the library."""
     member = MEMBERS[name]
     grid, moved = measuring_grid(member, 3, 4, 0.05), zero_shift(member)
     for side, flank in enumerate(FLANK_SIGN):
@@ -94,7 +95,7 @@ def test_deviations_are_along_the_normal() -> None:
 
 
 def test_a_laterally_displaced_probe_causes_no_error() -> None:
-    """Measure points of a finer grid, off the flank along their normals."""
+    """Points of a finer grid, moved along their normals, have exactly these deviations."""
     fine = measuring_grid(MEMBERS["pinion"], 5, 9, 0.1005)
     wanted = off_flank(GRID)
     found = deviations_of(GRID, fine.point + wanted[..., None] * fine.normal)

@@ -95,7 +95,7 @@ def test_derivatives_within_and_beyond_the_grid(flank: str) -> None:
 
 
 def test_zero_deviations_change_nothing(tmp_path: Path, flank: str) -> None:
-    """The nominal grid as the command prints it, rounded to 1e-9 mm."""
+    """The nominal grid as the command prints it, rounded to 1e-9 mm, gives no deviations."""
     (tmp_path / "points.txt").write_text(run("grid", "ni-2017").stdout)
     (tmp_path / "pair.toml").write_text(FILE + '[pinion.modification]\ndeviations = "points.txt"\n')
     design = read_design(tmp_path / "pair.toml")
@@ -106,7 +106,8 @@ def test_zero_deviations_change_nothing(tmp_path: Path, flank: str) -> None:
 
 
 def test_stacked_members_have_their_own_deviations(flank: str) -> None:
-    """The sliding of a path is computed from stacked members: check their points."""
+    """Points of stacked members, which the calculation of sliding uses, equal those of single members with
+    their deviations."""
     members = [
         with_points(m, *measured(m, 0.003, shape=shape))
         for m, shape in zip(table1().members, ((4, 5), (3, 6)), strict=True)
@@ -227,7 +228,8 @@ def test_commands_name_the_file(folder: Path) -> None:
 
 
 def test_pattern_beside_that_of_nominal_flanks(folder: Path) -> None:
-    """10 um of helix crowning were measured; without them, the pattern is that of the design."""
+    """The pattern of measured flanks is printed with that of the nominal flanks. The measured flanks have 10
+    um of helix crowning; the nominal pattern is that of the design."""
     crowned = run("grid", "ni-2017", "--pinion-modification", "helix_crowning=10").stdout
     (folder / "crowned.txt").write_text(crowned)
     path = folder / "pair.toml"

@@ -36,7 +36,7 @@ class Window:
         return json.loads(answer)
 
     def wait(self, number: int) -> list[dict[str, Any]]:
-        """Return the answers to a message after its last one."""
+        """Return all answers to a message, after the last of them has arrived."""
 
         def ended() -> bool:
             return any(answer["id"] == number and answer["last"] for answer in self.answers)

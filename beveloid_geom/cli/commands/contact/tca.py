@@ -75,9 +75,9 @@ def tca(
     contact ellipse and the largest pressure (Hertz) are computed at each position. If an ellipse extends
     beyond an edge of a flank, this edge is named; the true pressure is then larger. On parallel axes the load
     is distributed evenly over all lines of contact. JSON and CSV contain the status of each position, and
-    JSON also the status of the path: solved, no_common_normal, not_converged, off_flank, several_contacts,
-    endless or undefined. The exit status is 1 if there is no contact on the flanks or the pair cannot be
-    assembled, 4 if the path could not be computed."""
+    JSON also the status of the path: solved, no_common_normal, not_converged, off_flank, endless or
+    undefined; a position can also have the status several_contacts. The exit status is 1 if there is no
+    contact on the flanks or the pair cannot be assembled, 4 if the path could not be computed."""
     from ....report.path import contact_report
     from ....status import NotComputed
 
