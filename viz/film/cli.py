@@ -40,7 +40,7 @@ def check_format(out: Path, size: tuple[int, int], fps: float, frames: int) -> N
     elif out.is_dir():
         fault = f"--out: {click.format_filename(out)} is a folder: name a file in it"
     elif frames < 2:
-        fault = f"--seconds at --fps {fps:g} makes fewer than 2 frames: take more"
+        fault = f"--seconds at --fps {fps:g} makes fewer than 2 frames: increase --seconds or --fps"
     elif suffix == ".gif" and abs(100.0 / fps - max(2, round(100.0 / fps))) > 1e-6:
         delays = sorted({max(2.0, 100.0 // fps + more) for more in (0, 1)}, reverse=True)
         rates = " or ".join(f"{100.0 / delay:.4g}" for delay in delays)
