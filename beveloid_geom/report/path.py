@@ -213,10 +213,8 @@ class ContactReport(Report):
         if self.pressed is not None and not self.reason:
             text += line("largest pressure", self.pressure_words(self.pressed))
             if self.lines is None:
-                angle = (
-                    "its angle is that of the major axis from the tooth trace of the pinion towards the tip"
-                )
-                text += line("ellipse", f"{angle}; it reaches beyond the named edge of a flank")
+                angle = "angle of the major axis from the tooth trace of the pinion towards the tip"
+                text += line("ellipse", f"{angle}; reaches: edge of a flank beyond which the ellipse extends")
         if self.certificate is not None:
             count = f"at {self.certified_count} of {path.status.size} positions"
             text += line("certified", f"{count} nothing on the driving flanks touches earlier")

@@ -55,7 +55,7 @@ def points_of(text: str, grid: MeasuringGrid) -> FloatArray:
         if place is not None and number < len(places) and place != places[number]:
             cause = "a point is missing, or the order is different"
             raise MeasuredError(
-                f"line {row.number} is {words_of(place)}, expected {words_of(places[number])}: {cause}"
+                f"line {row.number} is ({words_of(place)}), expected ({words_of(places[number])}): {cause}"
             )
         points.append(point)
     if len(points) != len(places):

@@ -163,7 +163,7 @@ def test_all_teeth_are_the_complete_gear(tmp_path: Path, narrow: Path, suffix: s
     options = "--teeth", "29", "--tolerance", "0.5", *(["--element", "C3D8"] if suffix == ".inp" else [])
     result = run(narrow, "--part", "pinion-tooth", *options, "--out", path)
     assert (result.exit_code, result.stderr) == (0, "")
-    assert "take --teeth 3" not in result.stdout
+    assert "use --teeth 3" not in result.stdout
     if suffix == ".stl":
         run(narrow, "--part", "pinion", "--tolerance", "0.5", "--out", tmp_path / "b.stl")
         assert path.read_bytes()[80:] == (tmp_path / "b.stl").read_bytes()[80:]
@@ -220,10 +220,10 @@ def test_options_of_a_loaded_tooth(tmp_path: Path, narrow: Path) -> None:
 def test_the_message_of_a_single_tooth_mentions_its_cut_sides(tmp_path: Path, narrow: Path) -> None:
     path = tmp_path / "a b.inp"
     result = run(narrow, "--part", "pinion-tooth", *COARSE, "--out", path)
-    note = "; held at its cut sides: take --teeth 3 for stresses; run: "
+    note = "; held at its cut sides: use --teeth 3 for stresses; run: "
     assert result.stdout.endswith(f"{note}cd {tmp_path} && ccx -i 'a b'\n")
     text = path.read_text(encoding="ascii")
-    assert "** The loaded tooth is held at its cut sides: take --teeth 3 for stresses.\n" in text
+    assert "** The loaded tooth is held at its cut sides: use --teeth 3 for stresses.\n" in text
     assert ", 1 tooth, " in text
     assert "*ELEMENT, TYPE=C3D20, " in text
     assert "use 3 for stresses" in " ".join(run("--help").stdout.split())

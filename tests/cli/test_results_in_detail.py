@@ -339,7 +339,7 @@ def test_measured_points_are_read_back(tmp_path: Path) -> None:
     lost = run(*asked, "--measured", path)
     assert (lost.exit_code, lost.stdout) == (2, "")
     assert lost.stderr == (
-        f"Error: {path}: line 1 is right, row 1, column 2, expected right, row 1, column 1: a point is "
+        f"Error: {path}: line 1 is (right, row 1, column 2), expected (right, row 1, column 1): a point is "
         "missing, or the order is different\n"
     )
     line = run("grid", "--measured", tmp_path).stderr

@@ -141,9 +141,7 @@ def refused(*arguments: str) -> str:
 def test_what_is_no_result_is_refused(decks: Path, tmp_path: Path) -> None:
     given = "--loaded", str(decks), "--out", str(tmp_path / "out")
     assert "leave out --only, --set" in refused(*given, "--only", "fig-09")
-    assert "belong to another design: give this design with --design" in refused(
-        *given, "--design", "marine-gearbox"
-    )
+    assert "belong to another design: name it with --design" in refused(*given, "--design", "marine-gearbox")
     lost = refused("--loaded", str(tmp_path / "none.inp"), "--out", str(tmp_path / "out"))
     assert "none.inp (No such file or directory): write it with beveloid-geom mesh --part pair" in lost
     assert decks_of(decks) == [decks.with_stem(f"p-{k}") for k in (1, 2, 3)]

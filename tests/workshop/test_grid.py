@@ -225,7 +225,7 @@ def without_names(change: Callable[[list[str]], list[str]]) -> str:
 BAD = {
     "a hole": (
         lines(lambda own: own[:14] + own[15:]),
-        "line 15 is right, row 2, column 6, expected right, row 2, column 5: a point is missing",
+        "line 15 is (right, row 2, column 6), expected (right, row 2, column 5): a point is missing",
     ),
     "an empty cell": (
         lines(lambda own: [*own[:3], "right,1,3,,2.0,3.0", *own[4:]]),

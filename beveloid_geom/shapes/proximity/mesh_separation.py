@@ -63,7 +63,7 @@ def frames_of(design: Design, pinion_roll: float, gear_roll: float) -> tuple[Fra
     frames = frames_at(design, pinion_roll, gear_roll)
     if not all(np.isfinite(part).all() for frame in frames for part in frame):
         why = "an input or a roll is NaN, or the flanks define no mounting distances"
-        raise ValueError(f"the pair cannot be positioned: {why}: give mounting distances")
+        raise ValueError(f"the pair cannot be positioned: {why}; give mounting distances")
     return frames
 
 

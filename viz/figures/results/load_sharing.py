@@ -126,12 +126,12 @@ def loaded_pair(design: Design, path: Path) -> Loaded:
     apart, size = np.abs(results[0].origins - origins).max(), np.abs(origins).max()
     if not apart <= deck_tolerance * size:
         raise ValueError(
-            f"the decks of {path} belong to another design: give this design with --design (the mid-faces"
+            f"the decks of {path} belong to another design: name it with --design (the mid-faces"
             f" differ by {apart:.4g} mm)"
         )
     first = first_contact(design, flank, rolls_of_decks[:, 0])
     if not np.abs(first.gear_roll - rolls_of_decks[:, 1]).max() <= deck_tolerance:
-        raise ValueError(f"the decks of {path} belong to another design: give this design with --design")
+        raise ValueError(f"the decks of {path} belong to another design: name it with --design")
     pose = meshing_pair(design, flank)
     half = np.pi / float(design.pinion.teeth)
     middle, low, high = (
