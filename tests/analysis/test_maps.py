@@ -129,7 +129,8 @@ def test_the_papers_numbers() -> None:
 
 
 def test_shift_holds_the_layout_and_changes_the_backlash() -> None:
-    """Without parabolas the path is the same line; a larger shift reduces the backlash."""
+    """Over the profile shift, a map keeps the layout. Without parabolas the path is the same line; a larger
+    shift reduces the backlash."""
     found = small_map(table1(), "shift", flank="left")
     assert np.ptp(found.shift) < 1e-9
     assert (np.diff(found.normal_backlash, axis=0) < 0.0).all()

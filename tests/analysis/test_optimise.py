@@ -166,7 +166,8 @@ def test_the_best_of_several_minima_is_found() -> None:
 
 @pytest.mark.parametrize("edges", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_wider_bounds_do_not_worsen_the_optimum(edges: bool) -> None:
-    """With twice the usual bounds, the best coefficients are between the points of a coarser grid."""
+    """Twice the usual bounds give an optimum that is not worse, although the best coefficients are between
+    the points of the coarser grid."""
     shifts = []
     for bound in (0.002, 0.004):
         bounds = (-bound, bound)
@@ -330,7 +331,7 @@ def test_other_reasons_are_reported_first() -> None:
 
 
 def test_a_tool_without_fillets_has_no_mesh_cycle() -> None:
-    """Its path can be optimised, but the mesh cycle is unknown."""
+    """The path of a tool without fillets can be optimised, but its mesh cycle is unknown."""
     design, aim = OFF_THE_FLANKS["pressure angle 25 deg"], replace(OFFSET, contact_ratio=1.0, off_centre=5.0)
     found = optimise_parabola(design, aim, "left")
     assert np.isnan(found.optimum_operation.edge_share)

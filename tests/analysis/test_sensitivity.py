@@ -200,7 +200,8 @@ def test_all_derivatives_against_differences(flank: str, parabola: tuple[float, 
 
 
 def test_the_shift_perpendicular_to_the_path_is_a_distance_on_the_flank(flank: str) -> None:
-    """It is the smallest distance in space from the middle to the shifted path, on both members."""
+    """The shift perpendicular to the path is the smallest distance in space from the middle to the shifted
+    path, on both members."""
     design, step = table1(MODIFIED), 1e-3
     found, middle = path_sensitivity(design, flank), path_of_contact(design, flank, 3)
     shifted = design.with_errors(Errors(offset=step))

@@ -181,8 +181,8 @@ def test_members_exchanged_and_lengths_scaled(design: Design, flank: str) -> Non
 
 
 def test_pitch_point_beyond_the_ends_of_a_path_has_no_roll() -> None:
-    """Both members are moved along their faces, so that the path ends before the pitch point, at its first
-    or last end."""
+    """If both members are moved along their faces so that the path ends before the pitch point, at its first
+    or last end, the roll of the pitch point is NaN."""
     for axial, beyond in ((25.0, True), (-27.0, True), (15.0, False), (-15.0, False)):
         moved = table1(errors=Errors(pinion_axial=axial, gear_axial=axial))
         report = sliding_report("", moved, "right", 3)

@@ -48,7 +48,7 @@ def test_installed_command_prints_a_table() -> None:
 
 
 def test_commands_do_not_need_docstrings() -> None:
-    """With `python -OO`, which removes docstrings, the help has the same titles and all commands."""
+    """Without docstrings (`python -OO`), the help has the same titles and all commands."""
     commands = ["--help"], ["tca", "--points", "5"], ["mesh", "--help"]
     optimised = [sys.executable, "-OO", "-m", "beveloid_geom"]
     plain = [run(*arguments).stdout for arguments in commands]

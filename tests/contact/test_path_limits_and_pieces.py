@@ -157,7 +157,8 @@ def test_given_parameters_broadcast_against_a_batch_and_its_blocks() -> None:
 
 @pytest.mark.parametrize("inward", [1.0, 0.1, 0.01])
 def test_a_path_that_leaves_the_face_and_returns_has_two_pieces(inward: float) -> None:
-    """Its z on the pinion rises to 2.185374 mm and falls again; half the face width is smaller."""
+    """A path has two segments if its z on the pinion rises to 2.185374 mm and falls again, and half the face
+    width is smaller."""
     design = table1((-0.003, 0.005))
     whole = path_of_contact(design, "left", 2001)
     top = whole.pinion_z.max()
@@ -230,9 +231,8 @@ def test_positions_near_the_pole_are_solved_with_n_x_as_an_unknown() -> None:
 
 
 def test_newton_stays_in_its_bracket() -> None:
-    """Without a bracket, Newton's method converges to the other root and reports two contacts in place of
-    one.
-    """
+    """Newton's method stays in its bracket. Without the bracket it converges to the other root and reports
+    two contacts in place of one."""
     design = table1((0.0089, -0.0091), Errors(offset=-0.4, shaft_angle=radians(-0.07)))
     path = path_of_contact(design, l1=np.linspace(-6.0, 5.9, 61)[:25])
     assert (path.status == Status.SOLVED).all()
@@ -282,9 +282,8 @@ def test_undercut_cones_on_parallel_axes_keep_their_path_at_a_corner(
 
 @pytest.mark.parametrize("shaft_angle_deg", [0.0, 8.0])
 def test_members_in_a_batch_are_limited_by_their_undercut(shaft_angle_deg: float, flank: str) -> None:
-    """A batch of an undercut cone, an undercut cylinder, a sound pinion and a parabola equals each case
-    alone.
-    """
+    """Each case of a batch equals the single design. The batch has an undercut cone, an undercut cylinder, a
+    sound pinion and a parabola."""
     teeth, cone = np.array((12, 13, 30, 12)), np.radians((4.0, 0.0, 3.0, 4.0))
     helix = radians(10.0 if shaft_angle_deg else 0.0)
     tool = Tool(2.0, radians(20.0))

@@ -137,7 +137,7 @@ def test_pointed_teeth() -> None:
 
 
 def test_corners_of_the_ease_off() -> None:
-    """With a negative cone angle of the pinion, the printed heel is the end at -z, whose code is toe."""
+    """If the cone angle of the pinion is negative, the printed heel is the end at -z, whose code is toe."""
     design = exchanged(builtin_design("anti-backlash")).with_parabola(-0.001, -0.0005)
     report = ease_off_report("x", design, (5, 5))
     text = report.summary()

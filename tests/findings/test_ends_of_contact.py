@@ -151,7 +151,8 @@ FILLETED = Design(
 
 
 def test_tangency_near_fillets_is_an_estimate() -> None:
-    """A tip touches a fillet, so that the teeth have less backlash than the tangency of their flanks."""
+    """If a tip touches a fillet, the teeth have less backlash than the tangency of their flanks, which is
+    called an estimate."""
     design = FILLETED
     mounted, tangent = mounted_backlash(design), tangent_backlash(design)
     assert mounted.right.on_fillet.any() or mounted.left.on_fillet.any()

@@ -110,7 +110,8 @@ def test_edge_contact_is_a_warning_of_operation() -> None:
     ids=["not computed", "no path"],
 )
 def test_batches_without_a_path(design: Design, path: Status, status: int) -> None:
-    """A mounting or a cell whose calculation failed may have a path."""
+    """A batch with a failed calculation is not reported as one without a path, because the failed mounting or
+    cell may have a path."""
     found = map_of(builtin_design(), "parabola", steps=2)
     found = replace(found, status=np.array([[Status.OFF_FLANK, path]] * 2, dtype=np.int8))
     study = tolerance_study(design, Tolerances(offset=0.01), cases=20)

@@ -97,8 +97,8 @@ def test_two_pinions_on_one_gear() -> None:
 
 
 def test_gear_with_a_parabola_is_checked_completely() -> None:
-    """With a concave gear, edges touch earlier, which the criteria of unmodified flanks do not show. With
-    a convex gear, they do not."""
+    """Pairs with a gear that has a parabola are checked completely: edges touch earlier with a concave gear,
+    which the criteria of unmodified flanks do not show, and not with a convex one."""
     gears = [replace(GEAR, tool=replace(GEAR.tool, parabola=parabola)) for parabola in (0.001, -0.001)]
     assert not works(replace(MARINE, offset=180.0, gear=gears[0]))
     request = replace(MARINE, offset=180.0, gear=gears[1])

@@ -215,8 +215,8 @@ def test_sizes_do_not_jump_along_the_profile(name: str, flank: str) -> None:
 
 @pytest.mark.parametrize(("member", "least"), [(PINION, "0.72"), (GEAR, "0.80")], ids=["pinion", "gear"])
 def test_scaled_jacobians_of_the_documentation(member: Member, least: str) -> None:
-    """Values of the default mesh, rounded down (0.8083 for the gear). Corners alone would give 0.76 and
-    0.87."""
+    """The smallest scaled Jacobians of the default mesh are those of the documentation, rounded down (0.8083
+    for the gear). Corners alone would give 0.76 and 0.87."""
     quality = float(element_shapes(tooth_hexahedra(member))[0].min())
     assert rounded_down(quality) == least
     assert float(least) <= quality

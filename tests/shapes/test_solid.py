@@ -278,8 +278,8 @@ def test_a_bore_may_be_at_the_limits_that_messages_show() -> None:
 
 
 def test_a_fillet_that_vanishes_at_one_end_is_rejected() -> None:
-    """A cell that fits the toe is a sliver at the heel, where the fillet nearly vanishes. Good cells would
-    take 11 million triangles."""
+    """A fillet that nearly vanishes at the heel is rejected, because cells that fit the toe are slivers at
+    the heel, and good cells would take 11 million triangles."""
     tool = replace(PINION.tool, normal_module=9.36, normal_pressure_angle=radians(30.0), tip_radius=0.0)
     member = Member(tool, 58, radians(33.0), radians(7.1), 0.0, 93.6)
     with pytest.raises(ValueError, match=r"fillet is only 0.178 mm wide at z = 46.8 mm.* increase the tip"):

@@ -320,7 +320,8 @@ def test_a_design_without_a_solution_has_a_reason(design: Design) -> None:
 
 
 def test_a_single_tooth_makes_no_solid() -> None:
-    """Its section surrounds the axis; rows of zero height must not lead to an endless loop."""
+    """A gear with one tooth makes no solid, because its section surrounds the axis. Rows of zero height must
+    not lead to an endless loop."""
     member = few(1, 60.0, 6.0, 0.8, 0.0)
     with pytest.raises(ValueError, match=r"^teeth must be at least 2 for a solid, got 1: the section .*$"):
         gear_solid(member, 0.1)
@@ -337,7 +338,8 @@ def test_a_single_tooth_makes_no_solid() -> None:
 
 @pytest.mark.parametrize(("helix", "face"), [(60.0, 20.0), (80.0, 2.0), (80.0, 60.0), (-80.0, 60.0)])
 def test_two_teeth_make_a_closed_solid(helix: float, face: float) -> None:
-    """They wind by up to a turn and a half along the face; half a turn is a pitch."""
+    """A gear with two teeth makes a closed solid. Its teeth wind by up to a turn and a half along the face;
+    half a turn is a pitch."""
     solid = gear_solid(few(2, helix, face, 0.5, 0.0), 0.1)
     assert_closed(solid, 1)
     x, y, _ = solid.points.T

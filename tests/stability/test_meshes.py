@@ -108,8 +108,8 @@ def test_no_position_is_nearer_than_a_polished_contact() -> None:
 
 
 def test_a_corner_on_the_rim_counts_as_the_rim() -> None:
-    """A point of the gear 5 mm beyond the heel of the pinion was once reported as 5 mm of overlap, because
-    only a corner of the nearest triangle was on the rim."""
+    """A point of the gear 5 mm beyond the heel of the pinion is outside. It was once reported as 5 mm of
+    overlap, because only a corner of the nearest triangle was on the rim."""
     design = table1((0.0001, 0.0), Errors(0.4797332580848761, -7.711168777564407e-05))
     path = path_of_contact(design, "right", 9)
     for tolerance in (0.0011826437646076965, 0.0012, 0.002, 0.003, 0.01):

@@ -182,7 +182,8 @@ def test_parallel_axes_of_other_helix_angles_have_no_values(angle: float, total:
 
 
 def test_a_negative_shaft_angle_inclines_the_axes_in_the_other_sense() -> None:
-    """No layout closes and no contact is on the flanks; the mirrored pair has the same result."""
+    """With a negative shaft angle, the lines of action meet in no layout and no contact is on the flanks. The
+    mirrored pair has the same result."""
     for design in (at_shaft_angle(table1(), -15.0), at_shaft_angle(mirrored(table1()), -15.0)):
         for flank in FLANKS:
             assert_no_path(design, flank, Status.OFF_FLANK)

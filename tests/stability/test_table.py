@@ -49,9 +49,9 @@ def test_the_page_contains_the_run(number: int) -> None:
 
 @every
 def test_trusted_methods_are_exact_or_have_a_status(number: int) -> None:
-    """Compared on the page, which contains the results of the run. Where the status is trusted, only the
-    facets, which cannot detect a tangency, give values. No method is wrong: facets and polished contacts
-    are within their error estimates, and no overlap belongs to another tooth."""
+    """The table on the page is checked. Where the status is trusted, only the facets, which cannot detect a
+    tangency, give values. No method is wrong: facets and polished contacts are within their error estimates,
+    and no overlap belongs to another tooth."""
     situation, cells = SITUATIONS[number], cells_of_page(number)
     words = {method: cells[method].split(", ") for method in METHODS}
     assert cells["trusted"] == trusted(situation)

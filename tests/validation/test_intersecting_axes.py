@@ -321,7 +321,8 @@ def test_straight_teeth_close_at_every_shaft_angle(shaft_angle_deg: float) -> No
 
 
 def test_helix_angles_that_nearly_cancel_close_with_an_offset_of_either_sign() -> None:
-    """A pair with profile shift and its mirror image have opposite signs."""
+    """If helix angles nearly cancel, the offset without backlash may have either sign. A pair with profile
+    shift and its mirror image have opposite signs."""
     gear = replace(LARGE.gear, profile_shift=0.3)
     for extra, sign in ((0.01, 1.0), (0.0, 1.0), (-0.01, -1.0)):
         turned = replace(gear, helix_angle=float(gear.helix_angle) + radians(extra))

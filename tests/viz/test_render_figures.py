@@ -210,7 +210,7 @@ def test_an_interrupted_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest
 
 
 def test_a_window_class_that_crashes_is_not_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A crash of the probe does not stop the program."""
+    """A window class whose probe crashes is not chosen, and the program continues."""
     monkeypatch.setattr(opengl, "PROBE", "import os; os.abort()")
     assert not opengl.draws.__wrapped__("")  # not the cached answer
 

@@ -45,7 +45,7 @@ def test_near_things_are_larger_in_perspective() -> None:
 
 
 def test_a_surface_is_divided_along_a_level_line() -> None:
-    """A square of two triangles, divided along the diagonal x + y = 0.5: areas 1/8 and 7/8."""
+    """A square of two triangles is divided along the diagonal x + y = 0.5 into areas of 1/8 and 7/8."""
     points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
     level = points[:, :2].sum(axis=1) - 0.5
     paint = Paint(points[:, 0], ("black", "white"), (0.0, 1.0))

@@ -163,7 +163,8 @@ def test_balls_without_dimension_have_a_status(ball: float, status: BallStatus) 
 
 
 def test_a_ball_that_touches_beyond_the_face_is_reported() -> None:
-    """With its centre at the toe of a helical member, a ball touches one flank beyond the face."""
+    """A ball with its centre at the toe of a helical member touches one flank beyond the face, which its
+    status states."""
     member = MEMBERS["pinion"]
     toe = -0.5 * float(member.face_width)
     assert balls_at(member, 10.5, toe).status[0, 0] == BallStatus.OFF_FLANK

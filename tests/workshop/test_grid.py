@@ -104,7 +104,8 @@ def test_a_laterally_displaced_probe_causes_no_error() -> None:
 
 
 def test_thickness_and_datum_are_distinguished() -> None:
-    """A tooth is made thinner and rotated, by rotating its flanks."""
+    """The deviations of a tooth that is thinner and rotated give its thickness and its rotation
+    separately."""
     member, thinner, turn = MEMBERS["gear"], -0.03, 2e-5
     grid = measuring_grid(replace(member, tool=replace(member.tool, parabola=0.0)))
     own = thinner / (float(member.tool.normal_module) * float(member.teeth))

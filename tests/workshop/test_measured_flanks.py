@@ -66,7 +66,8 @@ def test_the_flank_passes_through_the_measured_points(parabola: float, shape: tu
 
 
 def test_other_modifications_are_added() -> None:
-    """Points of the flank without crowning undo the crowning of the design."""
+    """Deviations are added to other modifications: measured points of a flank without crowning undo the
+    crowning of the design."""
     plain = table1().pinion
     crowned = plain.modified(
         Modification(helix_crowning_um=10.0, tip_relief_um=8.0, tip_relief_length_mm=5.0)
@@ -245,7 +246,8 @@ def test_pattern_beside_that_of_nominal_flanks(folder: Path) -> None:
 
 
 def test_other_amounts_on_measured_flanks_are_not_written(tmp_path: Path) -> None:
-    """Their points would undo the change when the file is read."""
+    """A design whose amounts changed after its deviations were read is not written, because the points would
+    undo the change when the file is read."""
     (tmp_path / "points.txt").write_text(run("grid", "ni-2017", "--parabola-pinion", "0.0005").stdout)
     (tmp_path / "pair.toml").write_text(FILE + '[pinion.modification]\ndeviations = "points.txt"\n')
     out = "--out", str(tmp_path / "out.toml")

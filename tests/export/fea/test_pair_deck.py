@@ -227,7 +227,8 @@ def test_torques_are_as_the_numbers_of_teeth(tmp_path: Path, flank: str, pitches
 
 @with_ccx
 def test_a_light_load_leaves_the_rigid_contact(tmp_path: Path) -> None:
-    """At 1 % of the load, the pinion has turned by less than 1 um at its pitch circle."""
+    """Under 1 % of the load, the pinion has rotated by less than 1 um at its pitch circle from the rigid
+    contact."""
     pair = meshed()
     light = solved(tmp_path, pair, 0.01 * FORCE)
     assert 0.0 < light.turn * 96.9 < 1e-3

@@ -128,7 +128,8 @@ def test_contents_stay_visible_and_mark_the_section(narrow: Seen) -> None:
 
 
 def test_scrollable_tables_have_a_shadow(narrow: Seen) -> None:
-    """A shadow marks the side with hidden columns, and no end has one."""
+    """A shadow marks the side of a table with hidden columns; a table that is scrolled to its end has none
+    there."""
 
     def levels(which: str) -> tuple[int, int]:
         """Return the grey levels at both sides, away from text and from the fixed first column."""
