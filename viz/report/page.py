@@ -328,65 +328,69 @@ def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any],
         HTML.
     """
     numbers, peaks = _stamped(data, origin), peaks_of(data)
-    return (
-        _environment()
-        .get_template("report.html")
-        .render(
-            name=data.name,
-            data=data,
-            numbers=numbers,
-            number=partial(number_of, numbers),
-            get=partial(looked_up, numbers),
-            known=lambda section: any(section not in results.reasons for results in data.flanks.values()),
-            charts=drawn,
-            cells={
-                flank: [Markup(cell) for cell in cell_pictures(one.matrix)]
-                for flank, one in data.flanks.items()
-                if one.matrix is not None
-            },
-            size_decimals=size_decimals(float(data.design.pinion.tool.normal_module)),
-            modifications=list(modification_words(data.design)),
-            swinging=[flank for flank, one in data.flanks.items() if _swings(one)],
-            flanks=FLANKS,
-            ends={name: end_names(getattr(data.design, name)) for name in MEMBERS},
-            harmonics=HARMONICS,
-            positions=POSITIONS,
-            quantile_places=[SHARES.index(share) for share in SHOWN_SHARES],
-            statements=by_statement(numbers.get("statements", [])),
-            version=numbers["version"],
-            origin=origin,
-            short_name=PurePath(data.name).name,
-            verdict=data.verdict,
-            verdicts=VERDICTS,
-            levels=Counter(remark.level for remark in data.remarks),
-            picture=Markup(picture),
-            shades=range(LEVELS),
-            still=still(data),
-            parted=partial(parted, data.design, numbers, peaks),
-            key_of=partial(key_of, peaks=peaks),
-            unlisted=_unlisted(data),
-            pressure_remarks=dict.fromkeys(
-                remark
-                for one in data.flanks.values()
-                if one.pressed is not None and one.pressed.pressed is not None
-                for remark in pressure_remarks(one.pressed.pressed)
-            ),
-            ease_off_grid=EASE_OFF_GRID,
-            builtin=BUILTINS,
-            clean=quiet(data.remarks),
-            asset=asset,
-            with_code=partial(with_code, design=" ".join((origin.argument, *origin.changes))),
-            script_json=script_json,
-            view=view,
-            deg=1.0 / RAD,
-            arcsec=3600.0 / RAD,
-            place=place_words(data.design),
-            error_names=[
-                (name.replace("_", " "), name, unit_of(name)) for name in (*ERROR_NAMES[:2], *NAMES["mesh"])
-            ],
-            steps=[
-                (f"{step.name} {step.shown:g} {step.unit}", str(number), step.size)
-                for number, step in enumerate(steps_of(NAMES[data.design.errors_at]))
-            ],
-        )
+    template = _environment().get_template("report.html")
+    return template.render(
+        charts=drawn,
+        picture=Markup(picture),
+        view=view,
+        origin=origin,
+        numbers=numbers,
+        number=partial(number_of, numbers),
+        get=partial(looked_up, numbers),
+        version=numbers["version"],
+        statements=by_statement(numbers.get("statements", [])),
+        parted=partial(parted, data.design, numbers, peaks),
+        key_of=partial(key_of, peaks=peaks),
+        with_code=partial(with_code, design=" ".join((origin.argument, *origin.changes))),
+        **_of_data(data),
+        **_of_page(data.design),
     )
+
+
+def _of_data(data: PageData) -> dict[str, Any]:
+    """Return the variables of the template that depend on the results."""
+    flanks = data.flanks
+    matrices = {flank: one.matrix for flank, one in flanks.items() if one.matrix is not None}
+    pressed = [one.pressed.pressed for one in flanks.values() if one.pressed is not None]
+    return {
+        "name": data.name,
+        "short_name": PurePath(data.name).name,
+        "data": data,
+        "known": lambda section: any(section not in results.reasons for results in flanks.values()),
+        "cells": {flank: [Markup(cell) for cell in cell_pictures(one)] for flank, one in matrices.items()},
+        "swinging": [flank for flank, one in flanks.items() if _swings(one)],
+        "verdict": data.verdict,
+        "levels": Counter(remark.level for remark in data.remarks),
+        "clean": quiet(data.remarks),
+        "still": still(data),
+        "unlisted": _unlisted(data),
+        "pressure_remarks": dict.fromkeys(
+            remark for one in pressed if one is not None for remark in pressure_remarks(one)
+        ),
+    }
+
+
+def _of_page(design: Design) -> dict[str, Any]:
+    """Return the variables of the template that depend at most on the design, and its functions."""
+    errors = [(name.replace("_", " "), name, unit_of(name)) for name in (*ERROR_NAMES[:2], *NAMES["mesh"])]
+    steps = enumerate(steps_of(NAMES[design.errors_at]))
+    return {
+        "size_decimals": size_decimals(float(design.pinion.tool.normal_module)),
+        "modifications": list(modification_words(design)),
+        "ends": {name: end_names(getattr(design, name)) for name in MEMBERS},
+        "place": place_words(design),
+        "error_names": errors,
+        "steps": [(f"{one.name} {one.shown:g} {one.unit}", str(number), one.size) for number, one in steps],
+        "flanks": FLANKS,
+        "harmonics": HARMONICS,
+        "positions": POSITIONS,
+        "quantile_places": [SHARES.index(share) for share in SHOWN_SHARES],
+        "verdicts": VERDICTS,
+        "shades": range(LEVELS),
+        "ease_off_grid": EASE_OFF_GRID,
+        "builtin": BUILTINS,
+        "deg": 1.0 / RAD,
+        "arcsec": ARCSEC,
+        "asset": asset,
+        "script_json": script_json,
+    }

@@ -103,7 +103,7 @@ def segments_of(problem: Problem, curve: Curve) -> tuple[Segment, Mask]:
     segment = empty_segment(cases, count)
     segment.status[~decided] = Status.NOT_CONVERGED
     if some.size:
-        good = _with_ends(problem, curve, (x, rows, depth), (first, last), segment, some)
+        good = _with_ends(problem, (x, rows, depth), np.stack((first, last)), segment, some)
         decided[some[~good]] = False
         segment.pieces[some] = pieces[some]
     return segment, decided
@@ -125,44 +125,18 @@ def empty_segment(cases: int, count: int) -> Segment:
 
 def _with_ends(
     problem: Problem,
-    curve: Curve,
     samples: tuple[FloatArray, FloatArray, FloatArray],
-    run: tuple[Integers, Integers],
+    runs: Integers,
     segment: Segment,
     some: Integers,
 ) -> Mask:
-    """Fill a segment for the cases `some`, and return for which of them both ends were found."""
+    """Fill a segment for the cases `some`, and return for which of them both ends were found.
+
+    `runs` (2, cases) are the first and last sample inside the flanks."""
+    part = problem.cases(np.tile(some, 2))  # the first ends of all cases, followed by the last ones
     x, rows, depth = (values[..., some, :] for values in samples)
-    first, last = run[0][some], run[1][some]
-    scale = problem.scale[:, None]
-    # Solve for the first ends of all cases, followed by the last ones.
-    row = np.tile(np.arange(some.size), 2)
-    inner, outer = np.append(first, last), np.append(first - 1, last + 1)
-    within, beyond = depth[row, inner], depth[row, outer]
-    share = within / (within - beyond)
-    bracket = rows[STATE, row, outer] - rows[STATE, row, inner]
-    start = rows[STATE, row, inner] + share * bracket
-    where = x[row, inner] + share * (x[row, outer] - x[row, inner])
-    part = problem.cases(some[row])
-    met, good = solve(part.surfaces, part.placed, start, least_limit(part))
-    # The end lies between the samples that show it.
-    moved = np.linalg.norm((met.state[:3] - start[:3]) / scale, axis=0)
-    good &= moved <= 2.0 * np.linalg.norm(bracket[:3] / scale, axis=0) + 1e-6
-    value, _, limit = least_margin(part, met)
-    # Distance from a limit up to which a position is at this limit.
-    end_tolerance_mm = 1e-9
-    good = np.asarray((good & (np.abs(value) <= end_tolerance_mm)).reshape(2, -1).all(axis=0))
-    limits = limit.astype(np.int8).reshape(2, -1).T
-    # Knots from end to end.
-    order = np.arange(x.shape[1] + 2)[None] - 1
-    before, after = (order < first[:, None]), (order > last[:, None])
-    at = np.clip(order, 0, x.shape[1] - 1)
-    places = np.take_along_axis(x, at, axis=1)
-    knots = np.stack([np.take_along_axis(values, at, axis=1) for values in rows[STATE]])
-    both = zip((before, after), where.reshape(2, -1), met.state.reshape(4, 2, -1).swapaxes(0, 1), strict=True)
-    for which, place, state in both:
-        places = np.where(which, place[:, None], places)
-        knots = np.where(which, state[:, :, None], knots)
+    met, where, limits, good = _ends_of(part, x, rows[STATE], depth, runs[:, some])
+    places, knots = _end_to_end(x, rows[STATE], runs[:, some], where, met.state)
     turning = _turns(knots[2])
     # Interpolated knots next to the beginning of a relief may be off the curve.
     if (doubtful := np.flatnonzero(turning & good)).size:
@@ -170,6 +144,7 @@ def _with_ends(
         turning[doubtful] = _turns(knots[2, doubtful])
     span = np.ptp(np.nan_to_num(knots[2]), axis=-1)
     # Direction of the roll at both ends, along the segment.
+    scale = problem.scale[:, None]
     chord = (knots[:3, :, -1] - knots[:3, :, 0]) / scale
     tangent = (met.tangent / scale).reshape(3, 2, -1)
     tangent = tangent * np.sign((tangent * chord[:, None]).sum(axis=0))
@@ -186,6 +161,66 @@ def _with_ends(
     segment.limit[done], segment.span[done], segment.turning[done] = limits[good], span[good], turning[good]
     segment.x[done], segment.knots[:, done] = places[good], knots[:, good]
     return good
+
+
+def _ends_of(
+    part: Problem, x: FloatArray, states: FloatArray, depth: FloatArray, runs: Integers
+) -> tuple[Contacts, FloatArray, Codes, Mask]:
+    """Solve for both ends of a run of samples inside the flanks.
+
+    Parameters
+    ----------
+    part : Problem
+        Of the first ends (n), followed by the last ends (n).
+    x, states, depth : ndarray, shape (n, m), (4, n, m), (n, m)
+        Places along the curve, states and smallest margins (mm) of the samples.
+    runs : ndarray of int, shape (2, n)
+        First and last sample inside.
+
+    Returns
+    -------
+    met : Contacts
+        Contacts at the ends (2 n).
+    where : ndarray, shape (2, n)
+        Estimated places of the ends.
+    limits : ndarray of int, shape (n, 2)
+        Limits on which they lie.
+    good : ndarray of bool, shape (n)
+        Whether both ends were found.
+    """
+    # Distance from a limit up to which a position is at this limit.
+    end_tolerance_mm = 1e-9
+    row, inner = np.tile(np.arange(runs.shape[1]), 2), runs.ravel()
+    outer = np.concatenate((runs[0] - 1, runs[1] + 1))
+    within, beyond = depth[row, inner], depth[row, outer]
+    share = within / (within - beyond)
+    bracket = states[:, row, outer] - states[:, row, inner]
+    start = states[:, row, inner] + share * bracket
+    where = x[row, inner] + share * (x[row, outer] - x[row, inner])
+    met, good = solve(part.surfaces, part.placed, start, least_limit(part))
+    # The end lies between the samples that show it.
+    scale = part.scale[:, None]
+    moved = np.linalg.norm((met.state[:3] - start[:3]) / scale, axis=0)
+    good &= moved <= 2.0 * np.linalg.norm(bracket[:3] / scale, axis=0) + 1e-6
+    value, _, limit = least_margin(part, met)
+    good = np.asarray((good & (np.abs(value) <= end_tolerance_mm)).reshape(2, -1).all(axis=0))
+    return met, where.reshape(2, -1), limit.astype(np.int8).reshape(2, -1).T, good
+
+
+def _end_to_end(
+    x: FloatArray, states: FloatArray, runs: Integers, where: FloatArray, ends: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return places (n, m + 2) and states (4, n, m + 2) of samples, with those outside of `runs` replaced by
+    the `ends` (4, 2 n) at `where` (2, n)."""
+    order = np.arange(x.shape[1] + 2)[None] - 1
+    at = np.clip(order, 0, x.shape[1] - 1)
+    places = np.take_along_axis(x, at, axis=1)
+    knots = np.stack([np.take_along_axis(values, at, axis=1) for values in states])
+    outside = (order < runs[0][:, None]), (order > runs[1][:, None])
+    for which, place, state in zip(outside, where, ends.reshape(4, 2, -1).swapaxes(0, 1), strict=True):
+        places = np.where(which, place[:, None], places)
+        knots = np.where(which, state[:, :, None], knots)
+    return places, knots
 
 
 def _turns(roll: FloatArray) -> Mask:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...arrays import FloatArray, Mask
+from ...arrays import FloatArray, Integers, Mask
 from .curve import Curve, sampled
 from .limits import Problem, margins_at
 from .segments import on_plane
@@ -20,6 +20,8 @@ GRID_S, GRID_Z = 17, 13
 """Number of grid lines along profile and face."""
 FIRST_STEP, LARGEST_STEP, LEAST_STEP, MAX_STEPS = 0.06, 0.12, 1e-4, 400
 """Steps along a curve in the units of `Problem.scale`, and their number."""
+MAX_TURN = 0.35
+"""Angle (rad) by which a curve may turn in one step."""
 
 
 def grid_function(problem: Problem) -> tuple[FloatArray, FloatArray]:
@@ -95,7 +97,7 @@ def traced(problem: Problem, seeds: FloatArray) -> tuple[Curve, Mask]:
         np.concatenate((back[:, :0:-1] * np.repeat((1.0, -1.0), (4, 3))[:, None], on), axis=1)
         for back, on in zip(trails[:cases], trails[cases:], strict=True)
     ]
-    width = max(way.shape[1] for way in ways)
+    width = max(2, *(way.shape[1] for way in ways))  # 2 also if no curve could be followed
     steps = [np.linalg.norm(np.diff(way[:3]) / problem.scale[:, None], axis=0) for way in ways]
     x = np.stack(
         [np.cumsum(np.append(np.append(0.0, step), np.ones(width - 1 - step.size))) for step in steps]
@@ -112,9 +114,9 @@ def traced(problem: Problem, seeds: FloatArray) -> tuple[Curve, Mask]:
 def _followed(problem: Problem, seeds: FloatArray, sense: FloatArray) -> tuple[list[FloatArray], Mask]:
     """Return states and directions (7, samples) along the curve from a contact, `seeds` (4, cases), for each
     case, and whether the curve was followed until it is off the flanks (cases,)."""
-    # Angle (rad) by which a curve may turn in one step, and at the beginning of a relief, where the second
-    # derivatives of the flank jump.
-    max_turn, max_kink = 0.35, 1.4
+    # Angle (rad) by which a curve may turn at the beginning of a relief, where the second derivatives of the
+    # flank jump.
+    max_kink = 1.4
     # Distances from the limits, in depths and face widths, at which a curve ends, and at which it may end.
     beyond, outside = 0.1, 1e-3
     met = contacts_at(problem.surfaces, problem.placed, seeds)
@@ -122,6 +124,7 @@ def _followed(problem: Problem, seeds: FloatArray, sense: FloatArray) -> tuple[l
     ahead = met.along(direction * problem.scale[:, None])
     step, count = np.full(sense.size, FIRST_STEP), np.ones(sense.size, dtype=int)
     left, active = np.zeros(sense.size, dtype=bool), np.arange(sense.size)
+    control = StepControl(sense.size)
     rounds = [(active, np.concatenate((state, direction)))]
     for _ in range(MAX_STEPS):
         if not active.size:
@@ -136,19 +139,19 @@ def _followed(problem: Problem, seeds: FloatArray, sense: FloatArray) -> tuple[l
         )
         after = _direction(problem, met, before)
         turn = np.arccos(np.clip((after * before).sum(axis=0), -1.0, 1.0))
-        moved = np.linalg.norm((met.state - state[:, active])[:3] / problem.scale[:, None], axis=0)
-        failed = ~good | (turn > max_turn) | (moved > 1.1 * size)
+        chord = (met.state - state[:, active])[:3] / problem.scale[:, None]
+        moved = np.linalg.norm(chord, axis=0)
+        failed = ~good | (turn > MAX_TURN) | (moved > 1.1 * size)
         shorter = failed & (size > LEAST_STEP)
         # With the shortest step, the curve has a kink, or the surface ends, as at an edge of regression.
         kink = failed & ~shorter & good & (turn < max_kink) & (moved * np.cos(max_kink) < size)
         reached = ~failed | kink
-        step[active] = np.where(shorter, np.maximum(0.5 * size, LEAST_STEP), size)
+        step[active] = control.following(active, size, turn, failed, kink, _to_kink(chord, before, after))
         there = active[reached]
         state[:, there], direction[:, there] = met.state[:, reached], after[:, reached]
         ahead[:, there] = met.along(after * problem.scale[:, None])[:, reached]
         room[there] = _room(problem, met)[reached]
-        longer = np.where(turn < 0.3 * max_turn, 1.5 * size, size)[reached]
-        step[there], count[there] = np.minimum(LARGEST_STEP, longer), count[there] + 1
+        count[there] += 1
         rounds.append((there, np.concatenate((state, direction))[:, there]))
         home = np.linalg.norm((state - seeds)[:3, active] / problem.scale[:, None], axis=0)
         closed = reached & (count[active] > 4) & (home < 0.5 * moved)
@@ -159,6 +162,55 @@ def _followed(problem: Problem, seeds: FloatArray, sense: FloatArray) -> tuple[l
     order = np.argsort(np.concatenate([index for index, _ in rounds]), kind="stable")
     rows = np.concatenate([row for _, row in rounds], axis=1)[:, order]
     return np.split(rows, np.cumsum(count)[:-1], axis=1), left
+
+
+class StepControl:
+    """Sizes of the steps along curves that are smooth between kinks.
+
+    A step that turns too far is repeated, shorter. If it went past a kink, the tangents before and after it
+    intersect at the kink: the next step ends just before it, and one of the smallest steps crosses it.
+    """
+
+    def __init__(self, cases: int) -> None:
+        """Begin with curves of which no step has failed."""
+        self._bend = np.zeros(cases)  # angle of the failed step, rad; 0 without a kink ahead
+        self._repeated = np.zeros(cases, dtype=bool)
+
+    def following(
+        self, active: Integers, size: FloatArray, turn: FloatArray, failed: Mask, kink: Mask, ahead: FloatArray
+    ) -> FloatArray:
+        """Return the next sizes (n,) of the curves `active` (n,).
+
+        Parameters
+        ----------
+        active : ndarray of int, shape (n,)
+        size, turn : ndarray, shape (n,)
+            Size of this step, and angle between the tangents at its ends, rad.
+        failed, kink : ndarray of bool, shape (n,)
+            Whether the step turns too far or was not solved, and whether it crosses a kink.
+        ahead : ndarray, shape (n,)
+            Estimated distance of a kink from the beginning of the step.
+        """
+        bend, repeated = self._bend[active], self._repeated[active]
+        known = (ahead > 0.0) & (ahead < size)  # NaN if the step was not solved
+        shorter = np.maximum(np.where(known, ahead - 0.5 * LEAST_STEP, 0.5 * size), LEAST_STEP)
+        # Before a kink the curve is straight in comparison with the failed step.
+        approached = (turn < 0.1 * bend) & (repeated | (size < FIRST_STEP))
+        onwards = np.where(turn < 0.3 * MAX_TURN, 1.5 * size, size)
+        onwards = np.where(approached, np.where(repeated, LEAST_STEP, 10.0 * size), onwards)
+        onwards = np.where(kink, FIRST_STEP, np.minimum(onwards, LARGEST_STEP))
+        again = failed & ~kink
+        self._bend[active] = np.where(again, np.where(known, turn, 0.0), np.where(approached & ~kink, bend, 0.0))
+        self._repeated[active] = again
+        return np.where(again, shorter, onwards)
+
+
+def _to_kink(chord: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
+    """Return the distance (n,) from the beginning of a step to the place where the tangents (3, n) at both
+    ends are closest to each other."""
+    cos = (before * after).sum(axis=0)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray((chord * (before - cos * after)).sum(axis=0) / (1.0 - cos * cos))
 
 
 def _direction(problem: Problem, met: Contacts, before: FloatArray) -> FloatArray:

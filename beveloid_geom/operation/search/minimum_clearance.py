@@ -15,12 +15,14 @@ from ...arrays import Codes, FloatArray, Integers, Mask
 from ...status import Limit
 from ...support.array_records import joined
 from ...support.qp2 import quadratic_step
-from .local_clearance import local_at
+from .local_clearance import Local, local_at
 from .search_task import Task
 
 BOX_SIDES = np.array(((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)))[..., None]
 ON_LIMIT_DEPTHS = 1e-10
 """Tooth depths by which a result may violate a limit."""
+F_NOISE_DEPTHS = 1e-12
+"""Tooth depths below which changes of f are rounding."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,31 +105,16 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
     max_steps, constant_f_steps = 60, 20
     # Tooth depths below which a step is the last; the remaining error is of the order of its square.
     last_step_depths = 1e-7
-    # Tooth depths below which changes of f are rounding.
-    f_noise_depths = 1e-12
     for count in range(max_steps):
         if not going.size:
             break
-        # The box grows along the profile only where f is convex, that is, off the fillets.
-        size = np.array((np.where(here.bend[0] > 0.0, reach, np.minimum(reach, 1.0)), reach)) * box
-        lines = np.concatenate((here.rate, BOX_SIDES.repeat(going.size, axis=2)))
-        margin = np.concatenate((here.margin, size, size))
-        bend = here.bend - (weight[:, None] * here.curve).sum(axis=0)
-        step, active, multiplier = quadratic_step(
-            here.slope, bend, lines, margin, size, ON_LIMIT_DEPTHS * depth
-        )
+        step, active, pull = _newton_steps(here, weight, reach, box, depth)
         boxed = (active >= len(Limit)).any(axis=0)
-        small = (np.abs(step) <= last_step_depths * depth).all(axis=0) & ~boxed
-        # Accept the step if it decreases the merit function.
         there = local_at(task, *(place + step))
-        pull = np.maximum(multiplier[: len(Limit)], 0.0)
-        better = there.merit(pull, depth) <= here.merit(pull, depth) + f_noise_depths * depth
-        # On a fillet f is concave, and the multipliers at the end of a step can hide that f decreases: accept
-        # a smaller f within the limits.
-        within = np.minimum(here.margin, there.margin).min(axis=0) >= -ON_LIMIT_DEPTHS * depth
-        better |= within & (there.f < here.f - f_noise_depths * depth)
+        better = _accepted(here, there, pull, depth)
+        small = (np.abs(step) <= last_step_depths * depth).all(axis=0) & ~boxed
         if count >= constant_f_steps:  # on a line of constant f, steps need not become small
-            small |= (np.abs(there.f - here.f) <= f_noise_depths * depth) & ~boxed
+            small |= (np.abs(there.f - here.f) <= F_NOISE_DEPTHS * depth) & ~boxed
         if better.all():
             place, here, weight = place + step, there, pull
         else:
@@ -154,6 +141,31 @@ def _least(task: Task, place: FloatArray, box: FloatArray, owner: Integers) -> L
         place, box, weight = (rows.take(stays, axis=1) for rows in (place, box, weight))
     limit = np.sort(np.where(least.limit >= len(Limit), -1, least.limit), axis=0)[::-1]
     return replace(least, limit=limit)
+
+
+def _newton_steps(
+    here: Local, weight: FloatArray, reach: FloatArray, box: FloatArray, depth: float
+) -> tuple[FloatArray, Integers, FloatArray]:
+    """Return the steps (2, n) to the minima of quadratic models within limits and trust box, the active
+    limits (2, n), and the multipliers of the limits of the flanks.
+
+    `weight` are the multipliers of the step before, `reach` (n,) the sizes of the boxes in units of `box`."""
+    # The box grows along the profile only where f is convex, that is, off the fillets.
+    size = np.array((np.where(here.bend[0] > 0.0, reach, np.minimum(reach, 1.0)), reach)) * box
+    lines = np.concatenate((here.rate, BOX_SIDES.repeat(reach.size, axis=2)))
+    margin = np.concatenate((here.margin, size, size))
+    bend = here.bend - (weight[:, None] * here.curve).sum(axis=0)
+    step, active, multiplier = quadratic_step(here.slope, bend, lines, margin, size, ON_LIMIT_DEPTHS * depth)
+    return step, active, np.maximum(multiplier[: len(Limit)], 0.0)
+
+
+def _accepted(here: Local, there: Local, pull: FloatArray, depth: float) -> Mask:
+    """Return which steps from `here` to `there` decrease the merit function with the multipliers `pull`."""
+    better = there.merit(pull, depth) <= here.merit(pull, depth) + F_NOISE_DEPTHS * depth
+    # On a fillet f is concave, and the multipliers at the end of a step can hide that f decreases: accept
+    # a smaller f within the limits.
+    within = np.minimum(here.margin, there.margin).min(axis=0) >= -ON_LIMIT_DEPTHS * depth
+    return np.asarray(better | (within & (there.f < here.f - F_NOISE_DEPTHS * depth)))
 
 
 def _reached_by_others(
