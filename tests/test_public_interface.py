@@ -95,7 +95,7 @@ RESULTS = [
 
 @pytest.mark.parametrize("result", RESULTS, ids=lambda result: type(result).__name__)
 def test_results_as_dictionary_and_csv(result: Any) -> None:
-    """Numbers are those of the result; codes are names."""
+    """`to_dict` and `to_csv` contain the numbers of each result, and names in place of codes."""
     data = bg.to_dict(result)
     assert list(data) == [field.name for field in fields(result)]
     for name, value in vars(result).items():

@@ -245,7 +245,7 @@ def map_of(
     flank_sign(flank)
     over = inputs_of(over)
     if design.batch_shape:
-        raise ValueError("a map takes a single design: give its cases one by one")
+        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     bounds = tuple(
         _usual(design, name) if given is None else given
         for name, given in zip(over, (first, second), strict=True)
@@ -332,15 +332,19 @@ def _check(
     design: Design, over: Inputs, bounds: tuple[Bounds, ...], steps: int, errors: Errors | MeshErrors
 ) -> None:
     if not 2 <= steps <= 201 or steps != int(steps):
-        raise ValueError(f"steps must be 2 to 201, an integer, got {steps}")
+        raise ValueError(f"steps must be a whole number from 2 to 201, got {steps}")
     values = [float(value) for value in vars(errors).values()]
     if not any(values):
-        raise ValueError(f"errors of a map must be finite, one of them not 0, got {values}")
+        raise ValueError(f"errors of a map must be finite and not all 0, got {values}")
     for name, most in errors_below(design).items():
         if abs(error := float(getattr(errors, name, 0.0))) >= most:
-            raise ValueError(f"error of {name} must be less than {most:g} on this pair, got {error:g}")
+            raise ValueError(
+                f"error of {name} must be less than {most:g} on this pair, got {error:g}: is the unit right?"
+            )
     for name, (low, high) in zip(over, bounds, strict=True):
         if not (-np.inf < low < high < np.inf and float(high) - float(low) < np.inf):
-            raise ValueError(f"bounds of {name} must be two finite values that increase, got {low}, {high}")
+            raise ValueError(
+                f"bounds of {name} must be two finite values, lower one first, got {low}, {high}"
+            )
     for fault in bound_faults(design, over, bounds):
         raise ValueError(fault)

@@ -165,7 +165,8 @@ def _candidates(design: Design, flank: str, aim: Aim) -> tuple[FloatArray, str]:
     met &= ~jammed(backlash, float(design.pinion.tool.normal_module))
     if not met.any():
         return x[:, :0].T, (
-            f"all coefficients found leave no backlash ({np.nanmax(backlash):.4f} mm at most):"
+            "all coefficients that satisfy the constraints leave no backlash"
+            f" ({np.nanmax(backlash):.4f} mm at most):"
             " reduce the profile shift, or increase the offset of crossed axes"
         )
     order = np.argsort(np.where(met, paths.goals.max(axis=0), np.inf), kind="stable")[: np.count_nonzero(met)]
@@ -186,7 +187,7 @@ def _without_edges(design: Design, flank: str, aim: Aim) -> FloatArray:
     best = others[0].tolist()
     share = cycle_extremes(aim.mounted(design.with_parabola(*best)), flank).edge_share
     carried = (
-        "a mesh cycle is not known"
+        "a mesh cycle could not be computed"
         if np.isnan(share)
         else f"edges touch during {100.0 * share:.3g} % of a cycle"
     )
@@ -257,9 +258,12 @@ def _check_bounds(aim: Aim) -> None:
     for name in ("pinion_parabola", "gear_parabola"):
         low, high = getattr(aim, name)
         if not -np.inf < low < high < np.inf:
-            raise ValueError(f"{name} of the aim must be two finite bounds that increase, got {low}, {high}")
-    if aim.pinion_parabola[0] + aim.gear_parabola[0] >= 0.0:
-        raise ValueError("the bounds allow no negative sum of both coefficients: lower one of them")
+            raise ValueError(
+                f"{name} of the aim must be two finite bounds, lower one first, got {low}, {high}"
+            )
+    if (total := aim.pinion_parabola[0] + aim.gear_parabola[0]) >= 0.0:
+        limit = "the lower bounds of both coefficients must have a negative sum"
+        raise ValueError(f"{limit}, got {total:g} 1/mm: reduce one of them")
 
 
 def _starts(design: Design, flank: str, aim: Aim, limits: FloatArray) -> FloatArray:

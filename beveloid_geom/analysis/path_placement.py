@@ -186,16 +186,18 @@ def place_path(
     flank_sign(flank)
     check_names(by, "by")
     if design.batch_shape:
-        raise ValueError("place takes a single design: give its cases one by one")
+        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     if design.pair.shaft_angle == 0.0:
         raise ValueError(ON_PARALLEL)
     share = np.array(at, dtype=float)
     if share.ndim != 1 or not share.size or not ((share > 0.0) & (share < 1.0)).all():
-        raise ValueError(f"at must be shares of the face above 0 and below 1, at least one, got {at}")
+        raise ValueError(f"at must be one or more shares of the face, above 0 and below 1, got {at}")
     low, high = map(float, active_range(design.pinion, flank))
     wanted_l = centred(design, flank) if l is None else float(l)
     if not low <= wanted_l <= high:
-        raise ValueError(f"l must be on the pinion's profile, {low:.4g} to {high:.4g} mm, got {wanted_l:g}")
+        raise ValueError(
+            f"l must be on the pinion profile, from {low:.4g} to {high:.4g} mm, got {wanted_l:g}"
+        )
     face = float(design.pinion.face_width)
     search = _Search(design, flank, by, limits_of(design, by), np.array((face, high - low)))
     wanted = np.stack((face * (share - 0.5), np.full(share.shape, wanted_l)), axis=-1)

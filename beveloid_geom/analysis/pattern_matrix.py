@@ -155,7 +155,7 @@ def pattern_matrix(
     flank_sign(flank)
     check_names(over, "over")
     if design.batch_shape:
-        raise ValueError("a matrix of patterns takes a single design: give its cases one by one")
+        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     if cells not in CELLS:
         raise ValueError(f"cells must be {' or '.join(map(str, CELLS))}, got {cells}")
     usual = USUAL_AT[place_of(over)]
@@ -207,5 +207,5 @@ def _play_of(
         return found.normal, found.jammed
     alike = like.design is design and like.over == over
     if not alike or not np.array_equal(like.added, values.reshape(-1, 2)):
-        raise ValueError("like must be a matrix of the same design under the same errors")
+        raise ValueError("like must be a matrix of the same design under the same errors: leave it out")
     return like.normal_backlash, like.jammed

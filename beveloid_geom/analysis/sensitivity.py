@@ -158,7 +158,7 @@ def path_sensitivity(
     """
     require_design(design)
     if 0 in design.batch_shape:
-        raise ValueError("the design contains an array without elements")
+        raise ValueError("the design contains an array without elements: give at least one case")
     pairing = generated_pairing(design, flank)
     cases = pairing.branch.shape[0]
     table, limit = np.full((_WIDTH, cases, len(PLACES)), np.nan), np.full((cases, 2), -1, dtype=np.int8)

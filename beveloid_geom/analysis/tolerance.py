@@ -306,7 +306,7 @@ def tolerance_studies(
 def _check(design: Design, tolerances: Tolerances, flank: str, seed: int) -> None:
     flank_sign(flank)
     if design.batch_shape:
-        raise ValueError("a tolerance study takes a single design: give its cases one by one")
+        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     if seed < 0:
         raise ValueError(f"seed must be at least 0, got {seed}")
     if tolerances.distribution not in ("normal", "uniform"):
@@ -317,7 +317,7 @@ def _check(design: Design, tolerances: Tolerances, flank: str, seed: int) -> Non
     for name in (name for place in NAMES.values() for name in place if name not in names):
         if getattr(tolerances, name):
             raise ValueError(
-                f"tolerance of {name} is about the common perpendicular, others are at the mesh: omit it"
+                f"tolerance of {name} is about the common perpendicular, others are at the mesh: leave it out"
             )
     angle = next((name for name in names if name in ANGLES and getattr(tolerances, name) > 0.0), None)
     if angle is not None and bool(touches_along_lines(design, flank)):

@@ -260,7 +260,7 @@ def write_surface_part(request: MeshRequest, path: Path, bar: Any) -> str:
 def write_volume_part(request: MeshRequest, path: Path, bar: Any) -> str:
     """Build and write hexahedra; return the message for the user."""
     not_resolved = "stresses at the contact are not resolved, those of the fillet are"
-    cut_sides_held = "held at its cut sides: take --teeth 3 for stresses"
+    cut_sides_held = "held at its cut sides: use --teeth 3 for stresses"
     from ..export import parts
     from ..export.fea.volumes import write_volume
     from ..shapes.hexahedra import tooth_hexahedra

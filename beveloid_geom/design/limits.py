@@ -82,7 +82,7 @@ def member_faults(name: str, member: Member) -> Iterator[Fault]:
     if most <= 0.0:
         steepest = in_degrees(math.atan(math.tan(alpha - NORMAL_MARGIN) / abs(math.sin(member.helix_angle))))
         limit = f"be between -{steepest} and {steepest} deg at this helix and pressure angle"
-        cure = "the tool cannot generate one of the flanks, take a larger pressure angle"
+        cure = "the tool cannot generate one of the flanks, increase the pressure angle"
         yield outside(name, "cone_angle_deg", limit, in_degrees(member.cone_angle), cure)
     elif abs(float(tool.parabola_apex)) > reach:
         cure = "measure it along the flank of the tool, from the reference line"

@@ -59,7 +59,7 @@ def require_surface_memory(points_at: Callable[[float], int], tolerance: float) 
     size, limit = (count / 2.0**30 for count in (points * bytes_per_point, memory_limit()))
     if size > limit:
         need = f"about {points:.2g} points and {size:,.0f} GB of memory, the limit here is {limit:,.0f} GB"
-        raise ValueError(f"tolerance {tolerance:g} mm is too fine: it takes {need}")
+        raise ValueError(f"tolerance {tolerance:g} mm needs {need}: increase the tolerance")
 
 
 def gear_surface(

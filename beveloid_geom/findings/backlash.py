@@ -73,7 +73,7 @@ class BacklashReport:
         reasons = [self.unknown] if self.backlash.status == FirstStatus.MEETS_BOTTOM else []
         if self.by_tangency < 0.0 or not reasons:
             reasons.append(INTERFERES)
-        return f"{words}: {', '.join(reasons)}"
+        return f"{words}: {', and '.join(reasons)}"
 
     @property
     def line(self) -> str:

@@ -193,7 +193,7 @@ def _sensitivity_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
     width = float(design.members[member].face_width)
     yield (
         level,
-        f"sensitive to errors, close to line contact: {math.degrees(sizes[1]):g} deg of"
+        f"sensitive to errors, because it is close to line contact: {math.degrees(sizes[1]):g} deg of"
         f" {names[1]} shifts the path on the {('pinion', 'gear')[member]} by {angle:.3g} mm {where},"
         f" {sizes[0]:g} mm of {names[0]} by {offset:.3g} mm; the face is {width:g} mm wide",
     )

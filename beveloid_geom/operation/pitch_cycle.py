@@ -117,7 +117,7 @@ def pitch_cycle(design: Design, flank: str = "right", points: int = 24) -> Pitch
     if design.batch_shape:
         raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     if not isinstance(points, int | np.integer) or isinstance(points, bool) or points < 1:
-        raise ValueError(f"points must be at least 1, a whole number, got {points!r}")
+        raise ValueError(f"points must be a whole number of at least 1, got {points!r}")
     teeth = [int(member.teeth) for member in design.members]
     amounts = [_amounts(member, flank) for member in design.members]
     shapes = [_members(member, flank) for member in design.members]
@@ -128,7 +128,7 @@ def pitch_cycle(design: Design, flank: str = "right", points: int = 24) -> Pitch
         raise ValueError(f"{text}: {cure}")
     if (count := len(shapes[0]) * len(shapes[1])) > MAX_TABLE_PAIRS:
         text = f"measured teeth must form at most {MAX_TABLE_PAIRS} pairs, got {count}"
-        raise ValueError(f"{text}: measure fewer teeth of one member")
+        raise ValueError(f"{text}: use fewer measured teeth of one member")
     pitch = 2.0 * np.pi / teeth[0]
     roll = np.asarray(middle_roll(design, flank) + pitch / points * np.arange(points))
     error, pairs = _errors_alone(design, flank, roll, amounts, shapes)

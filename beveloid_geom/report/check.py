@@ -149,7 +149,10 @@ class CheckReport(Report):
         if meshes(self.design):  # without contact there is no pitch point
             radii = "rw1 = {:.6f} mm, rw2 = {:.6f} mm".format(*mounting_of(self.design).working_radius)
             text += line("working radii", radii)
-            text += line("lines of action", f"{closing.gap:z.4f} mm apart (right and left flanks)")
+            text += line(
+                "lines of action",
+                f"{closing.gap:z.4f} mm apart (right and left flanks); 0 if the layout fits the gears",
+            )
             text += line("crossing angle", _generator_words(self.crossing))
             text += line(
                 "normal backlash", f"{closing.normal_backlash:z.4f} mm without errors and modifications"
@@ -293,6 +296,7 @@ class ProposalReport:
         text += line("flanks", f"{self.request.flank} flanks drive, {coast} flanks coast")
         text += line("n_x", "component of the common normal along the common perpendicular of the axes")
         text += line("crossing angle", "between the generators of the flanks; 0 is line contact")
+        text += line("undercut margin", "at most 1; 0 or negative if undercut cuts into the active flank")
         return text + line("warnings", "`check` has none; --out FILE writes pair 1, with --pick another one")
 
     @property

@@ -217,7 +217,8 @@ class OperationReport(Report):
         text += line("amplitudes", f"{amplitudes} arcsec at the mesh frequency and its multiples")
         share = f"during {100.0 * float(cycle.edge_share):.1f} % of the mesh cycle"
         text += line("edge contact", "none before the flanks touch" if self.along_lines else share)
-        text += line("pair", "number of the tooth pair in contact")
+        pair = "number k of the tooth pair in contact: tooth k of the pinion and tooth -k of the gear"
+        text += line("pair", f"{pair}; tooth 0 is on the x axis at roll 0, the others follow from x to y")
         if self.along_lines:
             return text + line("hand-over", "none, because several pairs are in contact at the same time")
         changes = (cycle.changes[cycle.hand_over] - float(cycle.start)) / cycle.pitch

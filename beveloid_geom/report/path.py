@@ -206,10 +206,15 @@ class ContactReport(Report):
         text += line("contact ratio", "not known" if math.isnan(ratio) else number("contact_ratio", ratio))
         if not self.reason:
             text += line("path", end_words(self.design, path.ends))
+            places = "z from mid-face and r from the axis of the member; l1 and l2 along the tool flank"
+            text += line("z, r, l1, l2", f"{places} from the apex of its parabola, positive towards the tip")
         if self.lines is not None:
             text += ratio_lines(self.lines)
         if self.pressed is not None and not self.reason:
             text += line("largest pressure", self.pressure_words(self.pressed))
+            if self.lines is None:
+                angle = "angle of the major axis from the tooth trace of the pinion towards the tip"
+                text += line("ellipse", f"{angle}; reaches: edge of a flank beyond which the ellipse extends")
         if self.certificate is not None:
             count = f"at {self.certified_count} of {path.status.size} positions"
             text += line("certified", f"{count} nothing on the driving flanks touches earlier")

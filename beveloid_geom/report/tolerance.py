@@ -288,7 +288,7 @@ def size_words(tolerances: Tolerances) -> str:
 def _tolerance_words(study: ToleranceStudy) -> str:
     """Return sizes and distribution of the tolerances of a study."""
     tolerances, words = study.tolerances, size_words(study.tolerances)
-    spread = f", {tolerances.sigmas:g} sigma in each tolerance" if tolerances.distribution == "normal" else ""
+    spread = f", each tolerance is {tolerances.sigmas:g} sigma" if tolerances.distribution == "normal" else ""
     return f"{words}; {tolerances.distribution} distribution{spread}"
 
 

@@ -127,7 +127,7 @@ def cells_for(form: Form, tolerance: float) -> tuple[int, int]:
     best = int(np.argmin(points))
     if points[best] > MAX_POINTS:
         count = f"{points[best]:.2g} points, the limit is {MAX_POINTS:.2g}"
-        raise ValueError(f"tolerance {tolerance:g} mm is too fine: it takes {count}")
+        raise ValueError(f"tolerance {tolerance:g} mm needs {count}: increase the tolerance")
     return int(counts[best, 0]), int(across[best])
 
 

@@ -88,7 +88,8 @@ def tooth_hexahedra(
     cells = cells_of(member, tolerance) if cells is None else cells
     each = [cells] * number if isinstance(cells, Cells) else list(cells)
     if len(each) != number or len({replace(one, flank=1) for one in each}) > 1:
-        raise ValueError(f"cells must be given for {counted(number)}, equal but for the flank, got {each}")
+        limit = f"be given for {counted(number)} and may differ only in `flank`"
+        raise ValueError(f"cells must {limit}, got {each}")
     bore, teeth_of = bore_of(member, bore_radius), {}
     for numbers in set(each):
         tooth = _tooth(member, numbers, ELEMENTS[element] == 20, bore, number)
@@ -117,7 +118,7 @@ def _tooth(member: Member, cells: Cells, quadratic: bool, bore: float, teeth: in
 
 def _require_shape(mesh: VolumeMesh) -> None:
     """Raise ValueError for elements that are inverted or too distorted."""
-    shape_cure = "take a smaller tolerance, another bore_radius, or a tool with a larger tip_radius"
+    shape_cure = "reduce the tolerance, change bore_radius, or increase the tip_radius of the tool"
     scaled, ratio = (float(values.min()) for values in element_shapes(mesh))
     if not min(scaled, ratio) >= MIN_SHAPE:
         text = (
@@ -138,8 +139,9 @@ def _require_size(size: tuple[int, int], face: int, quadratic: bool, teeth: int)
     if quadratic:
         nodes += teeth * ((points + quads - 1) * (face + 1) + points * face)
     if nodes > MAX_NODES:
-        text = f"the mesh takes about {nodes:.2g} nodes for {counted(teeth)}, the limit is {MAX_NODES:.2g}"
-        raise ValueError(f"{text}: take a larger tolerance, fewer teeth or elements with 8 nodes")
+        text = f"the mesh needs about {nodes:.2g} nodes for {counted(teeth)}, the limit is {MAX_NODES:.2g}"
+        cure = "increase the tolerance, or choose fewer teeth or elements with 8 nodes"
+        raise ValueError(f"{text}: {cure}")
 
 
 @dataclass(frozen=True, eq=False)

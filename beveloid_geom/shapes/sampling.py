@@ -71,7 +71,9 @@ def flank_sheet(member: Member, flank: str, to_fillet: bool = False) -> Sheet:
     sheet = Sheet(place, start, lambda z: tip_parameter(member, flank, z), half)
     series = series_of(sheet)
     if series is None and not np.all(np.isfinite(sheet.upper(half * CHECK_STATIONS))):
-        raise ValueError(f"the {flank} flank does not reach its tip cone: reduce the addendum or the shift")
+        raise ValueError(
+            f"the {flank} flank does not reach its tip cone: reduce the addendum or profile shift"
+        )
     return replace(sheet, series=series)
 
 
@@ -118,7 +120,7 @@ def sample_flank(member: Member, flank: str, tolerance: float | None = None) -> 
     tolerance = default_tolerance(member) if tolerance is None else tolerance
     sheet = flank_sheet(member, flank)
     form = form_of(sheet, tolerance)
-    refusal = f"the {flank} flank cannot be sampled to {tolerance:g} mm: is it undercut?"
+    refusal = f"the {flank} flank cannot be sampled to {tolerance:g} mm: check it for undercut"
     scale = 1.0
     for attempt in range(max_attempts):
         cells = cells_for(form, tolerance / scale)

@@ -137,7 +137,8 @@ def _flat(outline: dict[str, FloatArray]) -> dict[str, Plane]:
             shapes = f"{len(flat[name])} and {len(flat[partner])}"
             raise ValueError(f"'{name}' and '{partner}' must have equal numbers of points, got {shapes}")
     if len(flat["left fillet"]) < 3:
-        raise ValueError("a fillet needs two cells at least, the lattice has its corners there")
+        cells = len(flat["left fillet"]) - 1
+        raise ValueError(f"a fillet must have at least 2 cells, got {cells}")
     size = float(np.abs(flat["left flank"]).max())
     for name, other in pairwise(OUTLINE):
         gap = float(np.abs(flat[name][-1] - flat[other][0]).max())
@@ -161,7 +162,7 @@ def _refuse_folds(x: Plane, z: FloatArray, quads: Indices) -> None:
     )
     if not bent.max() < 0.0:
         at = z[int(np.argmax(bent.max(axis=(0, 1))))]
-        cure = "does undercut cut through the tooth, or is the fillet too small? take a larger tip radius"
+        cure = "increase the tip_radius of the tool, or check the tooth for undercut"
         raise ValueError(f"the section at z = {at:.4g} mm cannot be filled with cells: {cure}")
 
 
@@ -216,7 +217,8 @@ def _lattice_of(flat: dict[str, Plane], half: int, bore: float, limits: tuple[fl
     at, pitch = len(first) // 2, _swept(flat)
     if not (pitch.min() > 0.0 and pitch.max() < max_pitch):
         turn = f"from {np.degrees(pitch.min()):.4g} to {np.degrees(pitch.max()):.4g} deg"
-        raise ValueError(f"an outline must span 180 deg about the axis at most, got {turn}: one tooth only?")
+        limit = "be that of one tooth and span at most 180 deg about the axis"
+        raise ValueError(f"an outline must {limit}, got {turn}")
     wing, tall = (
         len(flat["left bottom"]) - 1 + half,
         len(flat["left flank"]) + len(flat["left fillet"]) - 2 - half,

@@ -85,8 +85,8 @@ def bore_of(member: Member, bore_radius: float | None) -> float:
     least, most = MIN_BORE_RATIO * root, root - MIN_RIM_MODULES * float(member.tool.normal_module)
     if not least * (1.0 - message_rounding) <= bore <= most * (1.0 + message_rounding):
         limits = f"between {least:.6g} and {most:.6g} mm, got {bore:.6g}"
-        why = f"from {MIN_BORE_RATIO:g} of the smallest root radius, {root:.6g} mm,"
-        why += f" to {MIN_RIM_MODULES:g} modules below this radius"
+        why = f"{MIN_BORE_RATIO:g} times the smallest root radius, {root:.6g} mm,"
+        why += f" and {MIN_RIM_MODULES:g} modules less than this radius"
         raise ArgumentError("bore_radius", f"must be {limits}: {why}")
     return bore
 
@@ -254,7 +254,7 @@ def _end_face(name: str, points: FloatArray, ring: Indices, start: int) -> tuple
     try:
         flat, faces = triangulate_polygon(points[ring, :2], end_face_angle)
     except ValueError:
-        cure = "undercut cuts through the tooth, take more teeth or a larger profile shift"
+        cure = "undercut cuts through the tooth, increase the profile shift or the number of teeth"
         raise ValueError(f"the outline of the tooth intersects itself at z = {z:.4g} mm: {cure}") from None
     at = np.column_stack((flat, np.full(len(flat), z)))
     inside = at[len(ring) :]

@@ -95,7 +95,8 @@ def fillet_end_angle(member: Member, flank: str, z: FloatArray) -> FloatArray:
     surface, angle = surface_of(member, flank), tool_round(member.tool, flank).angle
     end = surface.fillet_end(z)
     if not (end <= surface.joint + 1e-9 * surface.scale).all():
-        raise ValueError(f"the {flank} flank folds back above its fillet: take a weaker parabola")
+        cure = "choose a parabola coefficient nearer to 0"
+        raise ValueError(f"the {flank} flank folds back above its fillet: {cure}")
     return np.asarray(angle + (surface.joint - end) / surface.scale)
 
 
@@ -141,7 +142,7 @@ def _require_land(member: Member, flank: str, width: float) -> None:
     if moved > 0.5 * width:
         raise ValueError(
             f"the modification of the {flank} flank moves its fillet by {moved:.3g} mm, more than half of "
-            f"the bottom land of {width:.3g} mm: take smaller amounts or a smaller tip_radius"
+            f"the bottom land of {width:.3g} mm: reduce the amounts or the tip_radius"
         )
 
 
@@ -257,7 +258,7 @@ def outline_grids(
             return {name: _grid(sheet, common[name], rows[name], nz) for name, sheet in sheets.items()}
         scale = {name: scale[name] * max(1.0, 1.05 * worst[name]) for name in sheets}
     name = max(worst, key=worst.__getitem__)
-    raise ValueError(f"the {name} cannot be sampled to {tolerance:g} mm: is the tooth undercut?")
+    raise ValueError(f"the {name} cannot be sampled to {tolerance:g} mm: check the tooth for undercut")
 
 
 def _require_wide_fillets(sheets: dict[str, Sheet]) -> None:
@@ -270,7 +271,7 @@ def _require_wide_fillets(sheets: dict[str, Sheet]) -> None:
             least = f"{width.min():.3g} mm wide at z = {z[np.argmin(width)]:.4g} mm"
             text = f"the {name} is only {least}, and {width.max():.3g} mm elsewhere"
             raise ValueError(
-                f"{text}: give the tool a larger tip_radius, 0.05 or more, or take a narrower face"
+                f"{text}: increase the tip_radius of the tool to at least 0.05, or choose a narrower face"
             )
 
 
@@ -286,8 +287,8 @@ def require_memory(points: float, tolerance: float, teeth: int) -> None:
     if total > MAX_POINTS:
         size = f"about {total:.2g} points and {total * bytes_per_point / 2.0**30:.2g} GB of memory"
         limit = f"the limit is {MAX_POINTS:.2g} points"
-        text = f"tolerance {tolerance:g} mm is too fine: for {counted(teeth)}"
-        raise ValueError(f"{text} it takes {size}, {limit}")
+        text = f"tolerance {tolerance:g} mm for {counted(teeth)} needs {size}, {limit}"
+        raise ValueError(f"{text}: increase the tolerance")
 
 
 def _rows_for(form: Form, columns: int, tolerance: float) -> float:

@@ -125,7 +125,7 @@ def compare(
         If mpmath is missing; Table 1 with the paper's modification does not need it.
     """
     if design.batch_shape:
-        raise ValueError(f"methods are compared on one design, got a batch of the shape {design.batch_shape}")
+        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     found, positions = [], dict[object, ReferencePositions]()
     for method in methods or METHODS:
         if method.reference not in positions:
@@ -163,7 +163,9 @@ def path_positions(design: Design, flank: str) -> ReferencePositions:
     path = path_of_contact(design, flank, 2 * POSITIONS + 1)
     if not path.l1.size or (path.status != Status.SOLVED).any():
         status = Status(int(path.status.max() if path.l1.size else path.ends.status))
-        raise ValueError(f"the {flank} flanks have no contact to compare methods at ({status.name})")
+        raise ValueError(
+            f"the {flank} flanks have no contact, so that methods cannot be compared ({status.name})"
+        )
     numbers = _stored(design, flank)
     if numbers is None:
         columns = (path.l1, path.u1, path.l2, path.u2, path.pinion_roll, path.gear_roll)
@@ -203,7 +205,7 @@ def cycle_positions(design: Design, flank: str) -> ReferencePositions:
     cycle = mesh_cycle(design, flank)
     if cycle.status != FirstStatus.SOLVED:
         name = FirstStatus(int(cycle.status)).name
-        raise ValueError(f"not every first contact of the {flank} flanks is known ({name})")
+        raise ValueError(f"first contacts of the {flank} flanks could not be computed at all rolls ({name})")
     exact = cycle.at(cycle.start + cycle.pitch * (np.arange(POSITIONS) + 0.5) / POSITIONS)
     return ReferencePositions(design, flank, exact.pinion_roll, exact.gear_roll, exact.l1, exact.point)
 

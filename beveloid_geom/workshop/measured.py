@@ -100,7 +100,7 @@ class Deviations:
             l[side], z[side] = along.reshape(shape), high.reshape(shape)
             amount[side] = 1e3 * sigma * lever * turn.reshape(shape)
         if not np.isfinite(amount).all():
-            raise MeasuredError("has points below the base cylinder: measure the flanks further away from it")
+            raise MeasuredError("has points below the base cylinder: measure the flanks at a larger radius")
         return FlankDeviations(l, z, np.where(np.abs(amount) > rounding_um, amount, 0.0))
 
 
@@ -177,16 +177,17 @@ def _require_places(grid: MeasuringGrid, point: FloatArray) -> None:
     scale = float(np.median(np.linalg.norm(given, axis=-1) / np.linalg.norm(nominal, axis=-1)))
     for factor, unit in UNITS:
         if abs(scale / factor - 1.0) < unit_tolerance:
-            read = f"were they given in {unit}? mm are read"
-            raise MeasuredError(f"has coordinates {scale:.4g} times those of the grid: {read}")
+            cure = f"give them in mm, they are probably in {unit}"
+            raise MeasuredError(f"has coordinates {scale:.4g} times those of the grid: {cure}")
     first = int(swapped[0]) if swapped.size else int(away.argmax())
     nearest = int(np.linalg.norm(nominal - given[first], axis=-1).argmin())
     here = f"the point of {words_of(_place(grid, first))}"
     if nearest != first and np.linalg.norm(nominal[nearest] - given[first]) <= far:
-        there = f"at {words_of(_place(grid, nearest))}"
-        raise MeasuredError(f"has {here} {there}: take the points in the grid's order")
-    cure = "is it this design, member, grid and datum?"
-    raise MeasuredError(f"has {here} {away[first]:.4g} mm away from its place: {cure}")
+        there = f"at the position of {words_of(_place(grid, nearest))}"
+        raise MeasuredError(f"has {here} {there}: write the points in the order of the grid")
+    cure = "do design, member, grid and datum belong to this file?"
+    distance = f"{away[first]:.4g} mm from its nominal position, the limit is {far:g} mm"
+    raise MeasuredError(f"has {here} at {distance}: {cure}")
 
 
 def _swapped(nominal: FloatArray, given: FloatArray) -> Indices:

@@ -55,13 +55,13 @@ def points_of(text: str, grid: MeasuringGrid) -> FloatArray:
         if place is not None and number < len(places) and place != places[number]:
             cause = "a point is missing, or the order is different"
             raise MeasuredError(
-                f"line {row.number} is {words_of(place)} where {words_of(places[number])} is due: {cause}"
+                f"line {row.number} is ({words_of(place)}), expected ({words_of(places[number])}): {cause}"
             )
         points.append(point)
     if len(points) != len(places):
         size = f"{len(places)} of both flanks with {rows} rows and {columns} columns"
-        cure = "a point is missing" if len(points) < len(places) else "were they taken on another grid?"
-        raise MeasuredError(f"has {len(points)} points in place of {size}: {cure}")
+        cure = "a point is missing" if len(points) < len(places) else "were they measured on another grid?"
+        raise MeasuredError(f"has {len(points)} points, must have {size}: {cure}")
     return np.array(points).reshape(2, rows, columns, 3)
 
 
@@ -107,7 +107,7 @@ def _cells(raw: str, mark: str | None) -> list[str]:
     try:
         cells = next(csv.reader([raw], delimiter=mark, skipinitialspace=True), []) if mark else raw.split()
     except csv.Error as error:
-        raise MeasuredError(f"has a line that is no row of a table ({error})") from None
+        raise MeasuredError(f"has a line that cannot be read as a row of a table ({error})") from None
     return [cell.strip().strip('"').strip() for cell in cells]
 
 
@@ -117,10 +117,10 @@ def _named(cells: list[str], number: int) -> list[str]:
     for cell in cells:
         match = _COORDINATE_NAME.fullmatch(cell.lower())
         if match and match[2] not in (None, "mm"):
-            raise MeasuredError(f"line {number}: {cell} must be in mm, as {cell[0]}_mm: convert it")
+            raise MeasuredError(f"line {number}: {cell} must be in mm: convert it and name it {cell[0]}_mm")
         names.append(match[1] if match else cell.lower())
     if missing := [name for name in "xyz" if name not in names]:
-        raise MeasuredError(f"line {number} names no column {missing[0]}: x, y and z are needed, in mm")
+        raise MeasuredError(f"line {number} has no column {missing[0]}: give x, y and z in mm")
     return names
 
 
@@ -165,9 +165,9 @@ def _point(row: _Row, names: list[str]) -> tuple[Place | None, tuple[float, ...]
     halves = len(values) > max(4, len(names) - names.index("x")) and all(
         re.fullmatch(r"[-+]?\d+(?:[eE][-+]?\d+)?", value) for value in values
     )
-    comma = "a decimal comma? write points, or separate the columns by semicolons"
+    comma = "do the numbers have decimal commas? write decimal points, or separate columns by semicolons"
     if halves:
-        raise MeasuredError(f"line {row.number} has whole numbers only: {comma}")
+        raise MeasuredError(f"line {row.number} has only whole numbers: {comma}")
     point, place = tuple(_number(given.get(name, "")) for name in "xyz"), None
     whole = all(map(math.isfinite, point))
     try:
@@ -177,6 +177,6 @@ def _point(row: _Row, names: list[str]) -> tuple[Place | None, tuple[float, ...]
         whole = False
     if not whole:
         commas = any("," in given.get(name, "") for name in "xyz")
-        cure = comma if commas else "is a point of the grid missing? measure it"
+        cure = comma if commas else "measure each point of the grid"
         raise MeasuredError(f"line {row.number} has no point (x, y and z in mm): {cure}")
     return place, point

@@ -123,7 +123,7 @@ def shim(design: Design, backlash: float, at: float | None = None, flank: str = 
     require_design(design)
     flank_sign(flank)
     if design.batch_shape:
-        raise ValueError("shims are computed for a single design: give the designs one by one")
+        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     if not np.isfinite(backlash):
         raise ValueError(f"backlash must be a finite number in mm, got {backlash:g}")
     if at is not None and not 0.0 < at < 1.0:

@@ -95,7 +95,7 @@ def span_over(member: Member, teeth: int | None = None, change: ArrayLike = 0.0)
     change = np.atleast_1d(np.asarray(change, dtype=float))
     total = int(member.teeth)
     if teeth is not None and not 1 <= teeth < total:
-        raise ValueError(f"the teeth in a span must be between 1 and {total - 1}, got {teeth}")
+        raise ValueError(f"the number of teeth in a span must be between 1 and {total - 1}, got {teeth}")
     none = np.full(change.shape, np.nan)
     if (missing := _missing(member)) is not None:
         return Span(0, change, none, none, np.full(change.shape, np.int8(missing)))

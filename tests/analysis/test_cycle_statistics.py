@@ -86,7 +86,8 @@ def test_reports_contain_the_values_of_the_study(study: ToleranceStudy) -> None:
 
 
 def test_text_json_and_csv_agree_on_patterns() -> None:
-    """At eight times the usual tolerances some patterns reach an end of the face."""
+    """Text, JSON and CSV name the same edges of the patterns. At eight times the usual tolerances, some
+    patterns reach an end of the face."""
     offset, angle, pinion, gear = (8.0 * USUAL.values()).tolist()
     wide, count = Tolerances(offset, angle, pinion, gear), PATTERNS + 6
     study = tolerance_study(table1((-0.0005, -0.0005)), wide, "right", count + 5, seed=1, operation=count)
@@ -110,7 +111,8 @@ def test_patterns_are_those_of_the_mountings_that_move_the_path_furthest(study: 
 
 
 def test_a_mounting_without_first_contact_is_named() -> None:
-    """The members are a face width apart along the axis of the pinion."""
+    """A mounting in which the pinion is moved far along its axis has no first contact: its values are NaN,
+    with a status."""
     errors = np.array([[0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 400.0, 0.0]])
     found = cycle_statistics(mounted(MODIFIED, errors), "right")
     assert found.status.tolist()[0] == FirstStatus.SOLVED

@@ -60,7 +60,8 @@ def test_conjugate_flanks_have_no_ease_off(flank: str, helix: float, shifts: tup
 
 
 def test_it_vanishes_along_the_path_of_unmodified_flanks(flank: str) -> None:
-    """In every mounting, because the transmission error is 0."""
+    """The ease-off is 0 along the path in every mounting, because the transmission error of unmodified flanks
+    is 0."""
     for errors in (Errors(), Errors(0.1, 1e-4, 0.3, -0.2)):
         path = path_of_contact(table1(errors=errors), flank, 21)
         assert np.abs(ease_off_at(path.design, flank, path.l1, path.pinion_z)).max() < 1e-12
@@ -113,7 +114,8 @@ def least_along_the_normal(design: Design, flank: str, l: float, z: float) -> fl
 
 @pytest.mark.parametrize("parabola", [(0.0, 0.0), MODIFIED, (-0.002, 0.003)])
 def test_against_brute_force(flank: str, parabola: tuple[float, float]) -> None:
-    """The concave mate of the last pair has no conjugate at root and toe of the right flank."""
+    """The ease-off equals the smallest distance along the normal. The concave gear of the last pair generates
+    no conjugate surface at one point of the right pinion flank, at its root."""
     design = table1(parabola, Errors(offset=0.05))
     found = ease_off(design, flank, (3, 5))
     for i, j in ((0, 0), (0, 4), (1, 1), (2, 0), (2, 4)):
@@ -138,8 +140,9 @@ def test_against_the_least_separation_of_the_pattern(flank: str) -> None:
 
 
 def test_along_the_path_it_is_the_transmission_error(flank: str) -> None:
-    """It equals the transmission error times its lever, to first order: where the gear is ahead, flanks would
-    overlap at the constant ratio. With half the parabolas the residual is a quarter or less."""
+    """Along the path, the ease-off equals the transmission error times its lever, to first order: where the
+    gear is ahead, flanks would overlap at the constant ratio. With half the parabolas the residual is a
+    quarter or less."""
     left = []
     for share in (1.0, 0.5):
         path = path_of_contact(table1((0.001 * share, -0.001 * share)), flank, 11)

@@ -103,7 +103,8 @@ def test_cells_of_crowned_flanks_equal_single_designs(flank: str) -> None:
 
 
 def test_jammed_cells_are_not_sound() -> None:
-    """With an offset error, the layout has backlash but the pair has none."""
+    """Under an offset error, the layout has backlash but the mounted pair has none: its cells are jammed and
+    not sound."""
     found = map_of(table1(errors=Errors(offset=-0.1)), "shift", steps=3, errors=OFFSET)
     assert (found.mounted_backlash < found.normal_backlash).all()
     assert (found.jammed & ~found.interferes).any()
@@ -111,7 +112,8 @@ def test_jammed_cells_are_not_sound() -> None:
 
 
 def test_the_papers_numbers() -> None:
-    """At both ends of Figs. 9 to 11, and at half of them for the modified pair of Figs. 12 to 15."""
+    """Cells of a map have the known contact ratios of Table 1 without and with the modification of Figs. 12
+    to 15. The cells are divided evenly into the four cases of the paper."""
     found = map_of(table1(), "parabola", steps=5, errors=OFFSET)
     np.testing.assert_allclose(found.first, [-0.002, -0.001, 0.0, 0.001, 0.002], atol=1e-18)
     assert found.contact_ratio[2, 2] == pytest.approx(1.651001, abs=5e-7)
@@ -127,7 +129,8 @@ def test_the_papers_numbers() -> None:
 
 
 def test_shift_holds_the_layout_and_changes_the_backlash() -> None:
-    """Without parabolas the path is the same line; a larger shift reduces the backlash."""
+    """Over the profile shift, a map keeps the layout. Without parabolas the path is the same line; a larger
+    shift reduces the backlash."""
     found = small_map(table1(), "shift", flank="left")
     assert np.ptp(found.shift) < 1e-9
     assert (np.diff(found.normal_backlash, axis=0) < 0.0).all()
@@ -269,7 +272,8 @@ def test_the_table_has_the_magnitude_of_the_angle() -> None:
 
 
 def test_a_design_reaches_its_own_ratio() -> None:
-    """The contact ratio of a design differs by rounding if it is solved in a batch."""
+    """The cell with the coefficients of the design counts as one with at least the contact ratio of the
+    design, although the ratio differs by rounding if it is solved in a batch."""
     for coefficients in ((0.001, -0.0015), (0.0004, -0.0004), (0.0002, -0.0003)):
         design, (first, second) = table1(coefficients), coefficients
         found = map_of(

@@ -76,7 +76,8 @@ def test_least_transmission_error_within_a_shift() -> None:
 
 @pytest.mark.slow
 def test_reliefs_with_a_given_length() -> None:
-    """No amount of a scan has less transmission error without edge contact, by single mesh cycles."""
+    """No amount of a scan has a smaller transmission error without edge contact. The errors are computed from
+    single mesh cycles."""
     relieved = Modification(helix_crowning_um=15.0, profile_crowning_um=2.0, tip_relief_length_mm=6.0)
     design = replace(table1(), pinion=table1().pinion.modified(relieved))
     aim = replace(AIM, least="transmission_error", contact_ratio=1.2)
@@ -151,8 +152,8 @@ def test_no_solution_in_one_line() -> None:
             "^pinion.tip_relief_um can vary only if its length is given: write tip_relief_um = 0.0 and"
             r" tip_relief_length_mm in \[pinion.modification\]$",
         ),
-        ({HELIX: (3.0, 3.0)}, "must be two numbers that increase"),
-        ({HELIX: (0.0, np.inf)}, "must be two numbers that increase"),
+        ({HELIX: (3.0, 3.0)}, "must be two numbers, lower one first"),
+        ({HELIX: (0.0, np.inf)}, "must be two numbers, lower one first"),
     ],
 )
 def test_refused_bounds(bounds: dict[str, tuple[float, float]], message: str) -> None:

@@ -124,7 +124,8 @@ def test_concave_relative_curvature_is_excluded() -> None:
 
 
 def test_an_aim_that_a_single_corner_meets() -> None:
-    """All neighbours violate the constraints by less than a hundredth and have a smaller shift."""
+    """Only one corner of the bounds satisfies the constraints. Its neighbours have a smaller shift and
+    violate the constraints by less than a hundredth."""
     bounds = (-0.0005, -0.00049)
     aim = Aim(Errors(offset=0.05), 1.0, 5.0, math.inf, bounds, bounds)
     corner = objectives_of(table1(), "left", aim, np.array(bounds[1]), np.array(bounds[1]))
@@ -165,7 +166,8 @@ def test_the_best_of_several_minima_is_found() -> None:
 
 @pytest.mark.parametrize("edges", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_wider_bounds_do_not_worsen_the_optimum(edges: bool) -> None:
-    """With twice the usual bounds, the best coefficients are between the points of a coarser grid."""
+    """Twice the usual bounds give an optimum that is not worse, although the best coefficients are between
+    the points of the coarser grid."""
     shifts = []
     for bound in (0.002, 0.004):
         bounds = (-bound, bound)
@@ -214,7 +216,8 @@ def test_all_teeth_are_reported_without_the_condition(solved: tuple[Aim, Optimum
 
 
 def agree(design: Any, flank: str, coefficients: Any) -> tuple[int, int]:
-    """Count mountings with and without edge contact; the leads at the ends of the paths predict which."""
+    """Check that the leads at the ends of the paths predict edge contact, and return the numbers of mountings
+    with and without it."""
     counts = np.zeros(2, dtype=int)
     for pair in coefficients:
         mountings = mounted(design.with_parabola(*pair.tolist()), NO_EDGES.mountings())
@@ -233,8 +236,8 @@ def sums_and_differences(size: int) -> Any:
 
 
 def test_leads_predict_edge_contact() -> None:
-    """This also holds for right flanks with a sum below -0.0005 1/mm, where the share of edge contact does
-    not decrease with the sum."""
+    """Leads predict edge contact of right flanks, also for sums of the coefficients below -0.0005 1/mm, where
+    the share of edge contact does not decrease with the sum."""
     edges, others = agree(table1(), "right", sums_and_differences(6))
     assert min(edges, others) > 5
 
@@ -292,7 +295,8 @@ def test_transmission_error_of_all_teeth_follows_from_the_path(flank: str) -> No
 
 @pytest.mark.parametrize("shift", [pytest.param(3.0, marks=pytest.mark.slow), 1.45])
 def test_no_other_coefficients_have_a_smaller_transmission_error(shift: float) -> None:
-    """Compared with the paths of many coefficients, and with the mesh cycles of some."""
+    """No coefficients of a grid, or near the optimum, are better: the four with the smallest transmission
+    error by their paths have edge contact or a larger error in their mesh cycles."""
     aim = replace(NO_EDGES, shift=shift, least="transmission_error")
     found = optimise_parabola(table1(), aim)
     least = found.optimum_operation.greatest_cycle_peak_to_peak
@@ -327,7 +331,7 @@ def test_other_reasons_are_reported_first() -> None:
 
 
 def test_a_tool_without_fillets_has_no_mesh_cycle() -> None:
-    """Its path can be optimised, but the mesh cycle is unknown."""
+    """The path of a tool without fillets can be optimised, but its mesh cycle is unknown."""
     design, aim = OFF_THE_FLANKS["pressure angle 25 deg"], replace(OFFSET, contact_ratio=1.0, off_centre=5.0)
     found = optimise_parabola(design, aim, "left")
     assert np.isnan(found.optimum_operation.edge_share)

@@ -67,8 +67,8 @@ def test_the_result_has_its_middle_at_the_required_position(
 
 @pytest.mark.slow
 def test_a_quarter_and_three_quarters_of_the_face_by_shaft_angle_and_offset() -> None:
-    """The right flanks of Table 1 have approximate line contact and need some thousandths of a degree, the
-    left flanks three tenths."""
+    """Errors place the path at 25 and 75 % of the face. The right flanks of Table 1 have approximate line
+    contact and need some thousandths of a degree of shaft angle, the left flanks three tenths."""
     right, left = (place_path(table1(), (0.25, 0.75), flank=flank) for flank in ("right", "left"))
     for found in (right, left):
         np.testing.assert_allclose(found.z, (-12.5, 12.5), rtol=0.0, atol=1e-6)
@@ -121,15 +121,16 @@ def test_a_jammed_pair_is_placed_as_close_to_the_centre_as_possible(flank: str) 
 
 
 def test_a_second_newton_starts_from_a_grid() -> None:
-    """A grid of 401 x 401 axial positions, refined four times, found 12.199 and 27.201 mm."""
+    """The search that starts from a grid finds the axial positions. A grid of 401 x 401 axial positions,
+    refined four times, gave 12.199 and 27.201 mm."""
     found = place_path(table1(), (0.25,), ("pinion_axial", "gear_axial"))
     assert found.status[0] == PlaceStatus.REACHED
     np.testing.assert_allclose(found.errors[0], (12.1991, 27.2011), atol=1e-3)
 
 
 def test_results_without_convergence_are_nan() -> None:
-    """Grids of 301 x 301 axial positions within the limits, and of 201 x 201 around the best one, do not
-    reach the position either."""
+    """A position that is not reached has the status NOT_CONVERGED, and all its values are NaN. Grids of 301 x
+    301 axial positions within the limits, and of 201 x 201 around the best one, do not reach it either."""
     found = place_path(table1(MODIFIED), (0.25, 0.5), ("pinion_axial", "gear_axial"))
     assert found.status.tolist() == [PlaceStatus.NOT_CONVERGED, PlaceStatus.REACHED]
     for name in ("errors", "exact", "z", "l", "distance", "contact_ratio", "normal_backlash"):
@@ -157,8 +158,8 @@ def test_a_pair_without_contact_has_no_path() -> None:
 
 
 def test_the_position_along_the_face_is_kept_if_the_pair_jams() -> None:
-    """Right flanks as designed: an offset error of -0.255 mm jams the pair; the result has the offset
-    error at which the backlash is zero."""
+    """The offset error of -0.255 mm that centres the path of the right flanks jams the pair. The result keeps
+    the position along the face and has a backlash of nearly zero."""
     found = place_path(table1(), (0.25,))
     assert found.status[0] == PlaceStatus.OFF_CENTRE
     assert found.exact[0, 0] == pytest.approx(-0.2547, abs=1e-3)

@@ -64,8 +64,8 @@ def test_patterns_without_axes() -> None:
 
 
 def test_ellipses_on_real_flanks(flank: str) -> None:
-    """Compared with sums over the points of a grid that is four times finer; the mirror image has the same
-    ellipse."""
+    """Ellipses agree with sums over the points of a grid that is four times finer, and the mirror image has
+    the same ellipse."""
     design = table1((0.001, -0.001))
     coarse, fine = (contact_pattern(design, flank, resolution=size) for size in (0.4, 0.1))
     other = contact_pattern(mirrored(design), {"right": "left", "left": "right"}[flank], resolution=0.4)

@@ -54,7 +54,8 @@ def test_exchanged_and_mirrored_pairs_have_the_same_ends(flank: str) -> None:
 
 
 def test_thick_compound_ends_at_all_tips_and_ends_of_faces() -> None:
-    """Thin compound ends at least where the path ends, at both tips."""
+    """The pattern of 1 mm of compound ends at both tips and at both ends of the pinion face. The pattern of
+    0.1 um ends only where the path ends, at both tips."""
     tips = [Limit.PINION_TIP, Limit.GEAR_TIP]
     assert pattern_ends(table1(), "right", 1.0)[[*tips, Limit.PINION_TOE, Limit.PINION_HEEL]].all()
     assert np.flatnonzero(pattern_ends(table1(), "left", 1e-4)).tolist() == tips

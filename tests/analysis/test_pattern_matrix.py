@@ -56,8 +56,8 @@ def test_a_cell_equals_the_single_design_with_its_errors(pair: Design, flank: st
 
 
 def test_the_known_pair() -> None:
-    """Table 1 with 0.001 / -0.001, right flanks: 1.81 arcsec without errors, and a corner that jams, also by
-    the backlash of the unmodified flanks."""
+    """Table 1 with 0.001 / -0.001, right flanks: 1.81 arcsec without errors, a first cell that jams, and
+    centres that move by more than 5 mm along the face."""
     found = pattern_matrix(table1((0.001, -0.001)), resolution=COARSE)
     assert np.degrees(found.cycle_peak_to_peak[1, 1]) * 3600.0 == pytest.approx(1.81, abs=5e-3)
     assert found.edge_share[1, 1] == pytest.approx(0.181, abs=1e-3)

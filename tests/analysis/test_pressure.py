@@ -27,7 +27,8 @@ LOAD = Load(force=1e4, young=210000.0)
 
 @pytest.mark.parametrize(("flank", "pressure"), [("right", 647.0), ("left", 1068.0)])
 def test_table_1_in_the_middle_of_its_path(flank: str, pressure: float) -> None:
-    """10 kN and steel of 210 GPa; with 206 GPa the pressure is lower by the factor (206/210)^(2/3)."""
+    """Pressures under 10 kN with steel of 210 GPa. With 206 GPa they are lower by the factor
+    (206/210)^(2/3)."""
     path = path_of_contact(table1(), flank, 3)
     found = pressure_along(path, LOAD)
     assert found.pressure[1] == pytest.approx(pressure, abs=0.5)
@@ -212,7 +213,8 @@ def test_line_contact_and_intersecting_flanks_have_no_pressure() -> None:
 
 @pytest.mark.parametrize("parabola", [(0.0, 0.0), (0.001, -0.002)])
 def test_vertices_are_on_the_named_flanks(flank: str, parabola: tuple[float, float]) -> None:
-    """Compared with exact feet of perpendiculars from the vertices on both members."""
+    """An ellipse is reported as complete exactly if its vertices are on both flanks. The exact feet of
+    perpendiculars from the vertices are the reference."""
     design = table1(parabola)
     path = path_of_contact(design, flank, 41)
     found = pressure_along(path, Load(force=3000.0))
@@ -231,8 +233,8 @@ def test_vertices_are_on_the_named_flanks(flank: str, parabola: tuple[float, flo
 
 
 def test_the_angle_is_measured_from_the_tooth_trace(flank: str) -> None:
-    """A step along the major axis has the component cos(angle) along the trace, by differences of the
-    flank."""
+    """A small step along the major axis has the component cos(angle) along the tooth trace, which follows
+    from differences of the flank."""
     design = table1((0.001, -0.001))
     path = path_of_contact(design, flank, 5)
     found = pressure_along(path, LOAD)

@@ -80,7 +80,7 @@ class Exact:
 
 
 def margin_rates(design: Design, limit: int, rates: Any) -> Any:
-    """Return the derivatives (5) of the distance from a limit, from those of the contact."""
+    """Return the derivatives (5) of the distance from a limit, with respect to l1 and the errors."""
     member = design.members[limit % 2]
     l, z, r = (rates[:, 2 * row + limit % 2] for row in (0, 1, 2))
     taper = MP.tan(MP.mpf(member.cone_angle))
@@ -200,7 +200,8 @@ def test_all_derivatives_against_differences(flank: str, parabola: tuple[float, 
 
 
 def test_the_shift_perpendicular_to_the_path_is_a_distance_on_the_flank(flank: str) -> None:
-    """It is the smallest distance in space from the middle to the shifted path, on both members."""
+    """The shift perpendicular to the path is the smallest distance in space from the middle to the shifted
+    path, on both members."""
     design, step = table1(MODIFIED), 1e-3
     found, middle = path_sensitivity(design, flank), path_of_contact(design, flank, 3)
     shifted = design.with_errors(Errors(offset=step))
@@ -253,7 +254,7 @@ def test_a_path_along_which_the_roll_turns_back_has_no_middle() -> None:
 
 @pytest.mark.parametrize("name", ["4.15/2.03 deg", "a -0.0022/-0.0017"])
 def test_traced_paths(name: str) -> None:
-    """Paths across n_x = 0, and paths along which l1 turns back."""
+    """Derivatives equal differences for a path across n_x = 0, and for a path along which l1 turns back."""
     design = LOST[name]
     found = path_sensitivity(design, "right")
     assert found.status == Status.SOLVED

@@ -135,8 +135,8 @@ def test_profile_speed_is_that_of_the_involute(flank: str) -> None:
 
 @pytest.mark.parametrize(("helix_deg", "order", "error"), [(0.0, 2, 1.2e-4), (20.0, 1, 9e-3)])
 def test_parallel_axes_are_the_limit(helix_deg: float, order: int, error: float) -> None:
-    """Limit 1 - (rho_2/rho_1)(N1/N2), and the same for the gear: spur gears to second order in the shaft
-    angle, helical gears to first order."""
+    """Specific sliding tends to 1 - (rho_2/rho_1)(N1/N2), and to the corresponding limit for the gear. The
+    difference is of second order in the shaft angle for spur gears, and of first order for helical gears."""
     missing = []
     for angle in (2.0, 1.0, 0.5):
         design = crossed_helical((25, 40), (radians(helix_deg + angle), -radians(helix_deg)))
@@ -181,8 +181,8 @@ def test_members_exchanged_and_lengths_scaled(design: Design, flank: str) -> Non
 
 
 def test_pitch_point_beyond_the_ends_of_a_path_has_no_roll() -> None:
-    """Both members are moved along their faces, so that the path ends before the pitch point, at its first
-    or last end."""
+    """If both members are moved along their faces so that the path ends before the pitch point, at its first
+    or last end, the roll of the pitch point is NaN."""
     for axial, beyond in ((25.0, True), (-27.0, True), (15.0, False), (-15.0, False)):
         moved = table1(errors=Errors(pinion_axial=axial, gear_axial=axial))
         report = sliding_report("", moved, "right", 3)

@@ -90,7 +90,8 @@ def test_executors_do_not_change_the_result(study: ToleranceStudy, kind: str) ->
 
 @pytest.mark.slow
 def test_a_cluster_does_not_change_the_result(study: ToleranceStudy) -> None:
-    """Two processes of Dask, as on the page of the package."""
+    """Two processes of a Dask cluster give the same result as one process, as stated on the page of the
+    package."""
     distributed = pytest.importorskip("distributed")
     with (
         distributed.LocalCluster(
@@ -248,7 +249,8 @@ def test_progress_counts_every_mounting() -> None:
 
 
 def test_jammed_mountings_are_counted() -> None:
-    """At 0.3 mm of offset, 3 sigma, Table 1 jams below -0.0588 mm: a tail of the normal distribution."""
+    """The share of jammed mountings is that of the normal distribution. With 0.3 mm as 3 sigma of the offset,
+    Table 1 jams at offset errors below -0.0588 mm."""
     study = tolerance_study(table1(), Tolerances(offset=0.3), cases=20_000)
     share = 0.5 * math.erfc(0.0588 / 0.1 / math.sqrt(2.0))
     assert np.mean(study.mountings.jammed) == pytest.approx(share, abs=4.0 * math.sqrt(share / 20_000))
@@ -260,7 +262,8 @@ def test_jammed_mountings_are_counted() -> None:
 
 
 def test_ten_times_the_usual_errors_jam_two_of_five() -> None:
-    """A part of them is certain; the others have a path that leaves the faces."""
+    """Under ten times the usual errors, 40 % of the mountings jam. At least half of these jam with certainty;
+    the others have a path that leaves the faces."""
     given = Tolerances(0.5, math.radians(0.1), 1.0, 1.0)
     study = tolerance_study(table1(), given, cases=8 * UNIT)
     counts = jam_counts(study)

@@ -23,7 +23,7 @@ JAMMED = {"offset = 229.0": "offset = 226.5"}
 
 @pytest.fixture
 def written(tmp_path: Path) -> Callable[[Mapping[str, str]], Path]:
-    """Writes the built-in design with pieces of text replaced."""
+    """Return a function that writes the built-in design with pieces of text replaced."""
 
     def write(changes: Mapping[str, str]) -> Path:
         text, path = builtin_text(), tmp_path / "pair.toml"
@@ -70,7 +70,8 @@ def test_reasons_for_missing_rolls_and_spans(written: Callable[[Mapping[str, str
 
 
 def test_axial_distances() -> None:
-    """Mounting distances of Table 1, 211.594669 and 210.211869 mm, and half face widths."""
+    """Axial distances are the mounting distances of Table 1, 211.594669 and 210.211869 mm, plus or minus half
+    the face width, and the distance of a given datum face."""
     data = strict_json(run("gear-data", "--pinion-datum", "-40", "--json").stdout)
     assert data["pinion"]["axial_distance"] == pytest.approx([186.594669, 211.594669, 236.594669], abs=1e-6)
     assert data["gear"]["axial_distance"] == pytest.approx([180.211869, 210.211869, 240.211869], abs=1e-6)
@@ -83,7 +84,8 @@ def test_axial_distances() -> None:
 
 
 def test_gear_data_without_a_usual_ball(written: Callable[[Mapping[str, str]], Path]) -> None:
-    """Module 0.05: the smallest usual ball, 0.17 mm, is too large."""
+    """At module 0.05 the smallest usual ball, 0.17 mm, is too large: the message asks for a diameter, and
+    other data are printed."""
     path = written(SMALL)
     result = run("gear-data", path)
     assert result.exit_code == 0, result.stderr
@@ -101,7 +103,8 @@ def test_gear_data_without_a_usual_ball(written: Callable[[Mapping[str, str]], P
 
 
 def test_unknown_backlash(written: Callable[[Mapping[str, str]], Path]) -> None:
-    """A tip that reaches the bottom land of the mate: there is no first contact."""
+    """If a tip reaches the bottom land of the mate, there is no first contact, and the backlash is printed as
+    not known."""
     text = " ".join(run("gear-data", written(JAMMED)).stdout.split())
     assert "as mounted not known: " in text
     assert "nan" not in text

@@ -125,7 +125,8 @@ def test_file_with_errors_at_the_mesh(tmp_path: Path) -> None:
 
 
 def test_option_for_the_other_kind_of_errors(tmp_path: Path) -> None:
-    """The option would keep the axial errors that belong to the error at the mesh: 8 mm on this pair."""
+    """A file with an error at the mesh rejects an option for an error about the common perpendicular: the
+    option would keep the axial errors that belong to the error at the mesh, 8 mm on this pair."""
     turned = written(tmp_path, "straight", more='[errors]\nat = "mesh"\nin_plane_deg = 0.02\n')
     for option in ("--shaft-angle-error-deg", "--pinion-axial-error"):
         result = run("tca", turned, option, "0.01")

@@ -48,7 +48,7 @@ def test_installed_command_prints_a_table() -> None:
 
 
 def test_commands_do_not_need_docstrings() -> None:
-    """With `python -OO`, which removes docstrings, the help has the same titles and all commands."""
+    """Without docstrings (`python -OO`), the help has the same titles and all commands."""
     commands = ["--help"], ["tca", "--points", "5"], ["mesh", "--help"]
     optimised = [sys.executable, "-OO", "-m", "beveloid_geom"]
     plain = [run(*arguments).stdout for arguments in commands]
@@ -126,7 +126,7 @@ def test_notes_where_something_touches_earlier(
 
 
 def test_tool_without_a_fitting_tip_round() -> None:
-    """The path is known; first contacts, which need the fillets, are not."""
+    """The path is computed; first contacts, which need the fillets, are not."""
     data = tca("--parabola-pinion", "0.01")
     assert data["contact_ratio"] == pytest.approx(0.637397, abs=5e-7)
     assert "certificate" not in data
@@ -221,7 +221,7 @@ def test_design_without_a_common_normal(design_file: Callable[..., Path]) -> Non
 
 
 def test_unknown_positions() -> None:
-    """NaN is null in JSON, an empty cell in CSV and the name of the status in the text."""
+    """Unknown numbers are null in JSON and empty cells in CSV, and the text shows the name of the status."""
     found = contact_report("pair", builtin_design(), "right", 3)
     missing = np.array([1.0, np.nan, 1.0])
     status = np.array([Status.SOLVED, Status.SEVERAL_CONTACTS, Status.SOLVED], dtype=np.int8)
@@ -289,7 +289,8 @@ def test_check_as_json() -> None:
     ],
 )
 def test_check_warns(design_file: Callable[..., Path], old: str, new: str, warning: str) -> None:
-    """Exit status 0 with warnings only, 1 with an error, 4 with a failed calculation."""
+    """The exit status of `check` is 0 with warnings only, 1 with an error, and 4 with a failed
+    calculation."""
     path = design_file(old, new)
     result = run("check", path)
     assert "No warnings" not in result.stdout

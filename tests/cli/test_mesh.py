@@ -163,7 +163,7 @@ def test_all_teeth_are_the_complete_gear(tmp_path: Path, narrow: Path, suffix: s
     options = "--teeth", "29", "--tolerance", "0.5", *(["--element", "C3D8"] if suffix == ".inp" else [])
     result = run(narrow, "--part", "pinion-tooth", *options, "--out", path)
     assert (result.exit_code, result.stderr) == (0, "")
-    assert "take --teeth 3" not in result.stdout
+    assert "use --teeth 3" not in result.stdout
     if suffix == ".stl":
         run(narrow, "--part", "pinion", "--tolerance", "0.5", "--out", tmp_path / "b.stl")
         assert path.read_bytes()[80:] == (tmp_path / "b.stl").read_bytes()[80:]
@@ -220,10 +220,10 @@ def test_options_of_a_loaded_tooth(tmp_path: Path, narrow: Path) -> None:
 def test_the_message_of_a_single_tooth_mentions_its_cut_sides(tmp_path: Path, narrow: Path) -> None:
     path = tmp_path / "a b.inp"
     result = run(narrow, "--part", "pinion-tooth", *COARSE, "--out", path)
-    note = "; held at its cut sides: take --teeth 3 for stresses; run: "
+    note = "; held at its cut sides: use --teeth 3 for stresses; run: "
     assert result.stdout.endswith(f"{note}cd {tmp_path} && ccx -i 'a b'\n")
     text = path.read_text(encoding="ascii")
-    assert "** The loaded tooth is held at its cut sides: take --teeth 3 for stresses.\n" in text
+    assert "** The loaded tooth is held at its cut sides: use --teeth 3 for stresses.\n" in text
     assert ", 1 tooth, " in text
     assert "*ELEMENT, TYPE=C3D20, " in text
     assert "use 3 for stresses" in " ".join(run("--help").stdout.split())
@@ -282,7 +282,8 @@ def test_options_change_the_design(tmp_path: Path) -> None:
 def test_a_solid_for_cad(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: list[str], given: tuple[object, ...]
 ) -> None:
-    """Arguments of `write_step`, whose result is tested in tests/export/test_step.py."""
+    """The command passes the right arguments to `write_step`. The files are tested in
+    tests/export/test_step.py."""
     asked = []
 
     def step(
@@ -347,7 +348,8 @@ def test_printed_frames_are_those_of_placed_parts(tmp_path: Path) -> None:
 
 
 def test_placed_teeth_of_pinion_and_gear_are_in_mesh(tmp_path: Path, narrow: Path) -> None:
-    """Both loads act at the contact, and a second tooth of either is on the same side of it."""
+    """Placed teeth of both members are loaded at the contact, and additional teeth are on the same side of
+    the contact on both members."""
     contact, middles = meshing_pair(read_design(narrow)).contact, {}
     for part in TEETH:
         for teeth in (1, 2, 3):

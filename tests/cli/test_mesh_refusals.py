@@ -136,7 +136,8 @@ def test_unknown_first_contacts_are_one_line(tmp_path: Path, design_file: Callab
 @pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".stl", ".vtp", ".vtu", ".msh", ".step"])
 def test_a_failed_write_leaves_the_old_file(tmp_path: Path, suffix: str) -> None:
-    """Files are limited to 4 kB, as on a full disk."""
+    """If writing fails, here because files are limited to 4 kB as on a full disk, the old file is left and
+    the message has one line."""
     if suffix == ".step":
         pytest.importorskip("OCP", exc_type=ImportError)
     path = tmp_path / f"old{suffix}"
@@ -189,7 +190,7 @@ def test_memory_that_runs_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
 
 
 def test_the_failed_one_of_several_files_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The failure is in writing, or in renaming; no file is left."""
+    """If writing or renaming one of several files fails, the message names it, and no file is left."""
     given = "--part", "pair", "--across", "0.1", "--rolls", "2", "--out", tmp_path / "a.inp"
     line = "Error: cannot write {} (No space left on device): choose another --out\n"
 

@@ -126,8 +126,8 @@ def test_meshes_are_written(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("part", ["pinion-tooth", "gear-tooth"])
 def test_a_loaded_tooth_is_written(part: str, tmp_path: Path) -> None:
-    """62.5 N at module 1.5 on the line of contact as wide as the gear: 15 mm over the cosine of the base
-    helix angle."""
+    """The nodal forces add up to 62.5 N at module 1.5. The load is a strip as long as the line of contact,
+    about 15 mm."""
     out = tmp_path / "tooth.inp"
     result = run("mesh", NAME, "--part", part, "--out", out, "--tolerance", "0.1")
     assert result.exit_code == 0, result.output

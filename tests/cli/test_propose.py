@@ -92,7 +92,7 @@ def test_given_gear_is_kept(tmp_path: Path) -> None:
 
 
 def test_default_is_least_cones() -> None:
-    """Pairs with steep helix angles do not come first."""
+    """Without given cone angles, the first proposal has the smallest cones, and no steep helix angle."""
     for shaft in ("0", "20", "60"):
         request = ("propose", "--module", "4", "--teeth", "25", "31", "--shaft-angle-deg", shaft)
         data = strict_json(run(*request, "--json").stdout)
@@ -127,7 +127,7 @@ def test_file_is_not_replaced_without_overwrite(tmp_path: Path) -> None:
 
 
 def test_tips_that_are_nowhere_in_mesh_have_a_negative_reserve() -> None:
-    """At 90 deg, points of the tip edges are in mesh at no roll."""
+    """At 90 deg, points of the tip edges are in mesh at no roll: the reserve is negative."""
     result = run("propose", "--module", "3", "--teeth", "13", "44", "--shaft-angle-deg", "90")
     text = " ".join(result.stdout.split())
     assert "pair 1: the tips have points that are nowhere in mesh with the mate" in text
@@ -136,7 +136,8 @@ def test_tips_that_are_nowhere_in_mesh_have_a_negative_reserve() -> None:
 
 
 def test_weakest_criterion(tmp_path: Path) -> None:
-    """Tips of an intersecting pair with wide faces reach deep away from the path: a negative reserve."""
+    """The criterion with the smallest reserve is printed: in an intersecting pair with wide faces, tips reach
+    deep away from the path, and the reserve is negative."""
     request = (
         *("propose", "--module", "8", "--teeth", "24", "27", "--face-widths", "70.3173", "70.3173"),
         *("--shaft-angle-deg", "16.5152", "--offset", "0", "--backlash", "0.229664", "--least-cones"),

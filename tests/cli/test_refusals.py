@@ -134,7 +134,7 @@ MESSAGES = {
     "pattern --over E,E": "--over must be two different errors, separated by a comma, got 'E,E': ",
     "pattern --offset-tolerance 1": "--offset-tolerance is for patterns under two errors",
     "place --by E,H": "--by must be two different errors",
-    "place --l1 30": "l must be on the pinion's profile",
+    "place --l1 30": "l must be on the pinion profile",
     "propose --teeth -25 31": "--teeth must be at least 1, got -25: internal gears are not supported",
     "propose --module 3 --teeth 25 31": "--shaft-angle-deg is",
     "shim --backlash 0.1 --offset 300": "--offset minus that of the design must be between",
@@ -170,7 +170,7 @@ MESH = {
             f"--tolerance {value}": f"--tolerance must be a finite number above 0 mm, got {value}"
             for value in ("0", "-0.01", "nan", "inf")
         },
-        "--tolerance 1e-9": "tolerance 1e-09 mm is too fine: it takes about",
+        "--tolerance 1e-9": "tolerance 1e-09 mm needs about",
         "--tolerance 1e-320": "--tolerance must be at least 1e-09 mm, got",
         "--bore-radius 0": "--bore-radius must be a finite number above 0 mm, got 0",
         "--bore-radius 500": f"{BORE}500",
@@ -258,8 +258,8 @@ DRAWINGS = {
     "render-animation": {
         "--out mesh.avi": "neither .gif nor .mp4",
         "--out mesh": "neither .gif nor .mp4",
-        "--out mesh.gif --fps 24": "take 20 or 25, or .mp4",
-        "--out mesh.gif --fps 60": "take 50, or .mp4",
+        "--out mesh.gif --fps 24": "choose 20 or 25, or write .mp4",
+        "--out mesh.gif --fps 60": "choose 50, or write .mp4",
         "--out mesh.gif --fps nan": "Invalid value for '--fps': nan is not in the range",
         "--out mesh.gif --seconds nan": "Invalid value for '--seconds': nan is not in the range",
         "--out mesh.mp4 --size 401x300": "both sides of an MP4 must be even",
@@ -316,7 +316,8 @@ def test_all_commands_are_covered() -> None:
 
 @pytest.mark.parametrize(("program", "arguments"), CONTRACT, ids=" ".join)
 def test_bad_input(program: str, arguments: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Exit status 2, nothing on standard output, one line, no file."""
+    """Bad input has the exit status 2, nothing on standard output, one line on standard error, and leaves no
+    file."""
     monkeypatch.chdir(tmp_path)
     Path("file").touch()
     result = CliRunner().invoke(PROGRAMS[program], arguments.split())
@@ -329,7 +330,8 @@ def test_bad_input(program: str, arguments: str, tmp_path: Path, monkeypatch: py
 
 @pytest.mark.parametrize("command", FILES)
 def test_a_faulty_file_has_one_line(design_file: Callable[..., Path], command: str) -> None:
-    """The messages are tested in `tests/design`."""
+    """A fault in a file gives one line, which begins with the name of the file. The texts are tested in
+    `tests/design`."""
     old, new, named = FILES[command]
     path = design_file(old, new)
     line = refused(command, path)

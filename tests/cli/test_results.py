@@ -63,7 +63,7 @@ def test_text(command: str) -> None:
 
 @pytest.mark.parametrize("command", [name for name, case in CASES.items() if case.lost])
 def test_missing_result(command: str) -> None:
-    """JSON contains the reason; the other forms print it on standard error."""
+    """JSON contains the reason for a missing result; the other forms print it on standard error."""
     case = CASES[command]
     text, rows, data = (
         run(command, *case.arguments, *case.lost, *form) for form in ((), ("--csv",), ("--json",))
@@ -81,7 +81,8 @@ def test_missing_result(command: str) -> None:
 
 @pytest.mark.parametrize("command", ["tca", "operation", "sensitivity", "pattern"])
 def test_jammed_pair(command: str) -> None:
-    """A mounting error larger than the backlash: no certificate, exit status 1."""
+    """A mounting error larger than the backlash gives a negative backlash, no certificate, and exit status
+    1."""
     few = {"pattern": ("--resolution", "2"), "operation": ("--points", "3")}
     given = ("--offset-error", "-0.5", *few.get(command, ()))
     result, data, table = (run(command, *given, *form) for form in ((), ("--json",), ("--csv",)))

@@ -284,7 +284,8 @@ def test_ranges_of_sliding_do_not_depend_on_the_positions() -> None:
 
 
 def test_figures_of_table_1() -> None:
-    """Unmodified right flanks have approximate line contact: the pattern covers nearly the complete flank."""
+    """The text has the known numbers of pattern, sliding and operation. The pattern of unmodified right
+    flanks covers nearly the complete flank, because they have approximate line contact."""
     text = run("pattern", "--resolution", "0.4").stdout
     assert "621.9 mm^2 marked, 94.6 % of the active flank" in text
     assert "error of the area at most 0.26 %" in text
@@ -300,7 +301,8 @@ def test_figures_of_table_1() -> None:
 def test_gear_data_of_one_member_without_data(
     design_file: Callable[..., Path],
 ) -> None:
-    """A ball belongs to one member; overlapping tip rounds concern both."""
+    """A ball that does not fit the pinion leaves the data of the gear complete; tip rounds that overlap leave
+    no data of either member."""
     result = run("gear-data", "--pinion-ball", "4")
     assert result.exit_code == 0
     assert "no position of a ball between the flanks was found" in result.stdout
@@ -315,7 +317,8 @@ def test_gear_data_of_one_member_without_data(
 
 
 def test_measured_points_are_read_back(tmp_path: Path) -> None:
-    """Points moved along y, in three output forms; a missing point is rejected in one line."""
+    """Deviations of points that were moved along y are printed in three output forms; a file with a missing
+    point is rejected in one line."""
     nominal = run("grid", "--member", "gear", "--rows", "3", "--columns", "4").stdout
     rows = [line.split() for line in nominal.splitlines() if not line.startswith("#")]
     moved = [[*row[:4], str(float(row[4]) + 0.001), *row[5:]] for row in rows]
@@ -336,7 +339,7 @@ def test_measured_points_are_read_back(tmp_path: Path) -> None:
     lost = run(*asked, "--measured", path)
     assert (lost.exit_code, lost.stdout) == (2, "")
     assert lost.stderr == (
-        f"Error: {path}: line 1 is right, row 1, column 2 where right, row 1, column 1 is due: a point is "
+        f"Error: {path}: line 1 is (right, row 1, column 2), expected (right, row 1, column 1): a point is "
         "missing, or the order is different\n"
     )
     line = run("grid", "--measured", tmp_path).stderr

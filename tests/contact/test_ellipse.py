@@ -99,9 +99,8 @@ def test_no_foot_inside_the_base_cylinder() -> None:
 
 @pytest.mark.parametrize("parabola", [*PARABOLAS, (0.02, -0.01)])
 def test_every_foot_is_a_nearest_point(parabola: tuple[float, float]) -> None:
-    """Points around the base cylinder: each foot is on the flank and nearer than the points around it, so
-    that the point is not beyond a centre of curvature.
-    """
+    """For points around the base cylinder, each foot is on the flank and nearer than the flank points around
+    it."""
     member, random = table1(parabola).gear, np.random.default_rng(5)
     radius = float(base_cylinder(member, "right").radius) + random.uniform(-2.0, 4.0, 3000)
     angle, z = random.uniform(-0.3, 0.3, 3000), random.uniform(-40.0, 40.0, 3000)
@@ -191,7 +190,8 @@ def test_ellipse_scales_with_the_root_of_the_separation() -> None:
 
 
 def test_curvatures_without_an_ellipse_have_a_status() -> None:
-    """A line contact, a saddle, two surfaces that overlap all around, and no contact."""
+    """A line contact, a saddle, two surfaces that overlap all around, and a position without contact have
+    their status."""
     curvature = np.array([[0.0, 0.05], [-0.01, 0.05], [-0.05, -0.01], [np.nan, np.nan], [0.01, 0.05]])
     found = curvature_ellipse(RelativeCurvature(curvature, np.zeros((5, 2, 3))), 0.01)
     wanted = [EllipseStatus.LINE_CONTACT, EllipseStatus.INTERFERENCE, EllipseStatus.INTERFERENCE]

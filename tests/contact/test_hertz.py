@@ -87,7 +87,8 @@ def test_by_the_integral_of_the_pressure(ratio: float) -> None:
 
 
 def test_a_very_long_ellipse_is_a_strip() -> None:
-    """In its middle p0 = E* b / (2 R), as for two cylinders; line contact has the ratio LEAST_AXIS_RATIO."""
+    """In the middle of a very long ellipse, p0 = E* b / (2 R), as for two cylinders. Line contact has the
+    ratio LEAST_AXIS_RATIO."""
     for least in (1e-14, 0.0):
         found = hertz_ellipse(np.array([least, 0.04]), 1000.0, STEEL)
         assert found.pressure == pytest.approx(0.5 * STEEL * found.semi_axes[1] * 0.04, rel=1e-4)

@@ -84,7 +84,8 @@ def random_modified(count: int, seed: int) -> Iterator[tuple[Design, str]]:
 
 
 def checked(design: Design, path: ContactPath) -> None:
-    """Check the five equations at all positions, the even rolls, and the limits at the ends."""
+    """Check that all positions satisfy the five equations and are even in roll, and that the ends lie on
+    their limits."""
     apart, turned = residuals(design, path, np.asarray(mounting_of(design).distance))
     assert apart < 1e-10
     assert turned < 1e-12
@@ -147,7 +148,8 @@ def test_surfaces_reproduce_the_one_equation() -> None:
     [(5.0, 0.091, (-5.35, 5.51)), (10.0, 0.129, (-3.82, 3.88)), (20.0, 0.163, (-2.43, 2.44))],
 )
 def test_helix_crowning_of_table_1(crowning: float, error: float, shifts: tuple[float, float]) -> None:
-    """The numbers come from a brute-force search for the first contact."""
+    """Transmission errors and shifts of Table 1 with helix crowning. The expected numbers come from a
+    brute-force search for the first contact."""
     plain = builtin_design("ni-2017")
     design = modified(plain, {"helix_crowning_um": crowning})
     start = path_of_contact(plain, "right", l1=[0.0]).pinion_roll[0]
@@ -369,14 +371,16 @@ def test_a_path_has_a_kink_where_a_relief_begins(amount: float, length: float, f
 
 
 def test_positions_along_a_curve_begin_where_the_path_enters() -> None:
-    """The samples next to the kink do not show that the roll rises throughout."""
+    """The first position is where the path enters the flanks, although the samples next to the kink do not
+    show that the roll rises throughout."""
     path = path_of_contact(relieved(8.2, 0.8), "right", 21)
     assert (path.status == Status.SOLVED).all()
     assert path.pinion_z[0] == pytest.approx(7.361, abs=1e-3)
 
 
 def test_positions_are_evenly_spaced_in_roll_where_kinks_do_not_turn_it_back() -> None:
-    """Next to the ends, the interpolated samples seem to turn back; contacts there do not."""
+    """Positions are evenly spaced in roll. Interpolated samples seem to turn back next to the ends; the
+    contacts there do not."""
     pinion = {"helix_crowning_um": 20.7, "profile_crowning_um": 3.15, "tip_relief_um": 182.9}
     gear = {"helix_crowning_um": 48.0, "profile_crowning_um": 12.7, "heel_relief_um": 120.4}
     pinion["tip_relief_length_mm"], gear["heel_relief_length_mm"] = 4.695, 10.27
@@ -426,7 +430,8 @@ def test_paths_of_flanks_with_scatter_do_not_jump(flank: str) -> None:
 
 
 def test_a_position_far_from_the_knots_starts_from_its_neighbours() -> None:
-    """In both reliefs the path runs to the ends of the face, with few knots."""
+    """All positions of this path are solved. In both reliefs the path runs to the ends of the face, and its
+    samples are far apart."""
     design = builtin_design("awd-transfer")
     relief = Modification(
         tip_relief_um=9.26, tip_relief_length_mm=0.549, root_relief_um=13.78, root_relief_length_mm=1.606

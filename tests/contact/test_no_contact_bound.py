@@ -38,7 +38,8 @@ def misaligned(design: Design, count: int, alike: bool) -> Design:
 @pytest.mark.parametrize("design", [PAIR, HELICAL], ids=["straight on cones", "helical"])
 @pytest.mark.parametrize("alike", [True, False])
 def test_no_traced_curve_is_on_flanks_that_are_clear(design: Design, alike: bool, flank: str) -> None:
-    """The bound also covers a good part of the cases without a path."""
+    """No case that the bound excludes has a path, traced or not. The bound excludes more than 30 % of the
+    cases without a path."""
     cases = misaligned(design, 40, alike)
     pairing = pairing_of(cases, flank)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
@@ -53,7 +54,8 @@ def test_no_traced_curve_is_on_flanks_that_are_clear(design: Design, alike: bool
 
 
 def test_edge_contact_of_conjugate_racks_is_not_traced(flank: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without the shaft-angle error, their flanks touch along lines."""
+    """Flanks of conjugate racks touch along lines; under a shaft-angle error their edges touch, and no curve
+    is traced."""
     monkeypatch.setattr("beveloid_geom.contact.path_search._crossed", None)
     design = replace(PAIR, gear=replace(PAIR.gear, profile_shift=-0.36)).with_parabola(4e-3, -4e-3)
     angle = np.radians([0.0, 1e-4, -1e-3, 0.01, -0.03, 0.1])

@@ -185,7 +185,7 @@ MEASURES: list[tuple[Callable[..., Any], Callable[[Any], FloatArray]]] = [
 def test_a_path_is_measured_by_its_own_design(
     measure: Callable[..., Any], numbers: Callable[[Any], FloatArray]
 ) -> None:
-    """The functions use the design of the path; replacing it changes the result."""
+    """Functions of a path use the design that the path contains: replacing it changes the result."""
     path = path_of_contact(table1(), points=5)
     moved = replace(path, design=table1((0.001, -0.001), Errors(0.03)))
     assert not np.array_equal(numbers(measure(path)), numbers(measure(moved)), equal_nan=True)
@@ -194,9 +194,8 @@ def test_a_path_is_measured_by_its_own_design(
 
 @pytest.mark.parametrize("kind", ["usual", "strained", "touching", "intersecting"])
 def test_a_few_l1_have_the_contacts_of_many(kind: Kind, flank: Flank) -> None:
-    """A few l1 are solved one by one, many along the path. Ends and transmission error are computed when
-    read.
-    """
+    """Contacts at a few given l1, which are solved one by one, equal those of a call with many l1. Ends and
+    transmission error are computed when they are first read."""
     designs, near = random_designs(kind, 12, 5, flank), 0
     for k in range(12):
         one = cases_of(designs, slice(k, k + 1))

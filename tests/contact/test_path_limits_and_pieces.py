@@ -121,7 +121,8 @@ def test_given_gear_mounting_is_used() -> None:
 
 
 def test_two_contacts_on_the_flanks_are_marked() -> None:
-    """One l1 has two l2. Exchanging the members makes l2 the given parameter, which distinguishes them."""
+    """Two contacts with one l1 and different l2 are marked. If the members are exchanged, l2 is the given
+    parameter and distinguishes them."""
     design = wide(table1((-0.002, -0.002), Errors(offset=-6.0, shaft_angle=radians(-0.08))))
     asked = np.linspace(-4.21, -4.16, 9)
     path = path_of_contact(design, "right", l1=asked)
@@ -156,7 +157,8 @@ def test_given_parameters_broadcast_against_a_batch_and_its_blocks() -> None:
 
 @pytest.mark.parametrize("inward", [1.0, 0.1, 0.01])
 def test_a_path_that_leaves_the_face_and_returns_has_two_pieces(inward: float) -> None:
-    """Its z on the pinion rises to 2.185374 mm and falls again; half the face width is smaller."""
+    """A path has two segments if its z on the pinion rises to 2.185374 mm and falls again, and half the face
+    width is smaller."""
     design = table1((-0.003, 0.005))
     whole = path_of_contact(design, "left", 2001)
     top = whole.pinion_z.max()
@@ -179,7 +181,8 @@ def test_limits_count_as_met_within_rounding_and_no_further(flank: str) -> None:
 
 
 def test_status_distinguishes_no_normal_from_off_flank() -> None:
-    """At 14.8 deg there is no common normal anywhere; margins that are NaN must not change the status."""
+    """At 14.8 deg there is no common normal anywhere. The status states this, although the margins to the
+    limits are NaN."""
     design = table1((-0.002, -0.002), Errors(offset=-6.0, shaft_angle=radians(-0.08)))
     path = path_of_contact(design, l1=[-6.0, -5.0, -4.3, -4.0, -3.0])
     assert path.status.tolist() == [Status.NO_COMMON_NORMAL] * 3 + [Status.OFF_FLANK] * 2
@@ -194,7 +197,8 @@ def test_transmission_error_without_a_path_is_relative_to_the_middle_of_the_give
 
 
 def test_path_beyond_the_coarse_window_is_the_same_at_given_l1() -> None:
-    """At l1 that the coarse window does not resolve, the result still satisfies the equations."""
+    """With strong parabolas, a path and the contacts at its l1 are equal and satisfy the five equations, also
+    at l1 that the coarse window does not resolve."""
     tried = twice = 0
     for a in (0.003, 0.005, 0.01, 0.02):
         for flank in ("right", "left"):
@@ -217,7 +221,8 @@ def test_path_beyond_the_coarse_window_is_the_same_at_given_l1() -> None:
 
 
 def test_positions_near_the_pole_are_solved_with_n_x_as_an_unknown() -> None:
-    """Closed at 14.84 deg, n_x falls to 0.002: rounding of l2 alone would move the contact too far."""
+    """In the layout without backlash at 14.84 deg, n_x falls to 0.002. Rounding of l2 alone would move the
+    contact too far, so that n_x is an unknown."""
     design = replace(table1((0.0001, 0.0001)), pair=Pair(218.9033, radians(14.84)))
     path = path_of_contact(design, l1=np.linspace(-5.0, 5.0, 401))
     assert np.isin(path.status, (Status.SOLVED, Status.OFF_FLANK)).all()
@@ -226,9 +231,8 @@ def test_positions_near_the_pole_are_solved_with_n_x_as_an_unknown() -> None:
 
 
 def test_newton_stays_in_its_bracket() -> None:
-    """Without a bracket, Newton's method converges to the other root and reports two contacts in place of
-    one.
-    """
+    """Newton's method stays in its bracket. Without the bracket it converges to the other root and reports
+    two contacts in place of one."""
     design = table1((0.0089, -0.0091), Errors(offset=-0.4, shaft_angle=radians(-0.07)))
     path = path_of_contact(design, l1=np.linspace(-6.0, 5.9, 61)[:25])
     assert (path.status == Status.SOLVED).all()
@@ -278,9 +282,8 @@ def test_undercut_cones_on_parallel_axes_keep_their_path_at_a_corner(
 
 @pytest.mark.parametrize("shaft_angle_deg", [0.0, 8.0])
 def test_members_in_a_batch_are_limited_by_their_undercut(shaft_angle_deg: float, flank: str) -> None:
-    """A batch of an undercut cone, an undercut cylinder, a sound pinion and a parabola equals each case
-    alone.
-    """
+    """Each case of a batch equals the single design. The batch has an undercut cone, an undercut cylinder, a
+    sound pinion and a parabola."""
     teeth, cone = np.array((12, 13, 30, 12)), np.radians((4.0, 0.0, 3.0, 4.0))
     helix = radians(10.0 if shaft_angle_deg else 0.0)
     tool = Tool(2.0, radians(20.0))

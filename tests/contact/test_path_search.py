@@ -231,9 +231,8 @@ def test_contact_on_the_flanks_is_never_lost(
 
 
 def test_two_roots_between_two_samples_are_not_a_missing_normal() -> None:
-    """n_x is 0.14 and 0.10 at the two contacts of l1 = -1.0417, which are also found with the members
-    exchanged.
-    """
+    """Both contacts of l1 = -1.0417, with n_x of 0.14 and 0.10, are found, although both roots lie between
+    two samples. They are also found with the members exchanged."""
     design = table1((0.0089, -0.0091), Errors(offset=-0.4, shaft_angle=radians(-0.07)))
     l2 = np.array([0.4338, 0.2431, -1.4578, -2.3864])
     other = path_of_contact(exchanged(design), l1=l2)

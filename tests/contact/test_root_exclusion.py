@@ -122,9 +122,9 @@ def test_few_are_traced(name: str, flank: str, monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_few_with_parabolas_need_more_than_series_over_l1(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A narrower window resolves paths that the entire flank does not, and a few cells exclude other
-    contacts. Otherwise each case would cost as much as five.
-    """
+    """Few mountings with parabolas need a search of all curves: a narrower window resolves paths that the
+    entire flank does not, and a few cells exclude other contacts. A search takes as long as five ordinary
+    cases."""
     near_faces, sought = follow._near_faces, []
 
     def counted(
@@ -164,7 +164,8 @@ def _chain_points(pairing: FlankPair, box: Box) -> list[int]:
 
 
 def test_one_curve_is_distinguished_from_several() -> None:
-    """Cells in one strip contain one curve; not if signs split it, or if it may end inside."""
+    """The cells of one connected strip count as one curve. They do not if signs split the strip, if the curve
+    may end inside, or if a part of the strip is missing."""
     pairing = pairing_of(table1((0.001, -0.001)), "right")
     with np.errstate(invalid="ignore", divide="ignore"):
         box = box_of(pairing, *window_of(pairing), both=False)
@@ -198,6 +199,7 @@ def test_cells_contain_the_path(flank: str) -> None:
 
 
 def test_a_contact_where_n_x_vanishes_is_not_excluded() -> None:
-    """P and n_x^2 vanish next to each other: n F has the other sign on a strip of l1 between the corners."""
+    """The contact of this pair is found. P and n_x^2 vanish next to each other, so that n F has the other
+    sign only on a strip of l1 between the corners of a cell."""
     design = cases_of(random_designs("touching", 400, seed=2017), slice(211, 212))
     assert path_ends(design).status.tolist() == [Status.SOLVED]

@@ -1,4 +1,4 @@
-"""The estimated effect of rounding, against 60 digits."""
+"""The estimated effect of rounding on a contact, compared with solutions at 60 digits."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ def test_built_in_designs_have_notes_only(name: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_numbers_in_the_comments(name: str) -> None:
-    """Radii, mounting distances and backlash in closed form."""
+    """The radii, mounting distances and backlash in the comments of the files agree with closed forms."""
     design, text = builtin_design(name), builtin_text(name)
     mounting, closing = mounting_of(design), closing_of(design)
     pinion = design.pinion
@@ -93,8 +93,8 @@ def test_contact_ratios_in_closed_form(name: str, flank: str) -> None:
 
 @pytest.mark.parametrize("name", NAMES)
 def test_sixty_digits(name: str, flank: str) -> None:
-    """Ends of the path by the five equations in 60 digits; the contact ratio follows from their roll
-    angles."""
+    """Three positions of the path, ends included, agree with the five equations at 60 digits. The contact
+    ratio from their roll angles equals the closed form."""
     design = builtin_design(name)
     path = path_of_contact(design, flank, 3)
     assert path.ends.status == Status.SOLVED
@@ -140,8 +140,8 @@ def test_numbers_in_the_comments_of_the_anti_backlash_pair() -> None:
 
 
 def test_lines_of_contact_of_the_anti_backlash_pair(flank: str) -> None:
-    """Both flanks are mirror images. A line is as long as the common face over the cosine of the base helix
-    angle."""
+    """Right and left flanks are mirror images and have the same ratios. A line is as long as the common face
+    divided by the cosine of the base helix angle."""
     design = builtin_design(PARALLEL)
     path = path_of_contact(design, flank, 9)
     lines, other = contact_lines(path), path_of_contact(design, {"right": "left", "left": "right"}[flank], 3)

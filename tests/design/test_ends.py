@@ -91,8 +91,8 @@ def test_printed_names_and_codes_of_limits(name: str) -> None:
 
 
 def test_edges_in_contact() -> None:
-    """Convex flanks with a shaft-angle error: the ends of a gear with a negative cone angle are in
-    contact."""
+    """Edges in contact have the printed names of the ends of the face, and the codes of these ends. The pair
+    has convex flanks, a shaft-angle error, and a gear with a negative cone angle."""
     design = builtin_design("anti-backlash").with_parabola(-0.0005, -0.0005)
     exchanged_names = False
     for angle in (-0.003, 0.003):
@@ -116,7 +116,7 @@ def test_printed_ends_of_lines_of_contact() -> None:
 
 
 def test_edges_that_limit_the_backlash() -> None:
-    """Convex flanks with a shaft-angle error on a gear with a negative cone angle."""
+    """The printed edges that limit the backlash are named by size, on a gear with a negative cone angle."""
     design = builtin_design("anti-backlash").with_parabola(-0.0005, -0.0005)
     design = design.with_errors(Errors(shaft_angle=0.002))
     backlash = backlash_data(design)["mounted_backlash"]
@@ -137,7 +137,7 @@ def test_pointed_teeth() -> None:
 
 
 def test_corners_of_the_ease_off() -> None:
-    """With a negative cone angle of the pinion, the printed heel is the end at -z, whose code is toe."""
+    """If the cone angle of the pinion is negative, the printed heel is the end at -z, whose code is toe."""
     design = exchanged(builtin_design("anti-backlash")).with_parabola(-0.001, -0.0005)
     report = ease_off_report("x", design, (5, 5))
     text = report.summary()

@@ -53,7 +53,7 @@ BAD = {
     "tool.tip_radius = 2.28": "must be at most 1.14 at this dedendum, got 2.28: a larger tip round "
         "leaves no flank, the unit is the normal module, not mm",
     "pinion.cone_angle_deg = 40": "must be between -39.1714 and 39.1714 deg at this helix and pressure "
-        "angle, got 40.0: the tool cannot generate one of the flanks, take a larger pressure angle",
+        "angle, got 40.0: the tool cannot generate one of the flanks, increase the pressure angle",
     "pinion.face_width = 9999": "must leave a tip radius above 0 mm at the small end of the face, got "
         "-158.999: use a narrower face or a smaller cone angle",
     "gear.normal_module = 5": "cos(normal_pressure_angle_deg) must equal that of [pinion], 5.63815572472 "
@@ -140,7 +140,8 @@ def test_shaft_angle_of_a_steep_pair_in_radians() -> None:
 
 
 def test_cone_angles_of_intersecting_axes_in_radians() -> None:
-    """The cone angles of the marine gearbox are 2 and 5 deg, the shaft angle is 7 deg."""
+    """Cone angles in radians are recognised: those of the marine gearbox are 2 and 5 deg, and the shaft angle
+    is 7 deg."""
     text = builtin_text("marine-gearbox")
     for degrees in (2.0, 5.0):
         text = text.replace(f"cone_angle_deg = {degrees}", f"cone_angle_deg = {np.radians(degrees):.4f}")

@@ -97,7 +97,7 @@ def test_unreadable_files(tmp_path: Path, content: bytes | None, reason: str) ->
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be"])
 def test_encodings(tmp_path: Path, encoding: str) -> None:
-    """UTF-8 and UTF-16 with CR LF; PowerShell writes UTF-16."""
+    """Design files in UTF-8 and UTF-16 with CR LF are read; PowerShell writes UTF-16."""
     mark = {"utf-16-le": "\ufeff", "utf-16-be": "\ufeff"}.get(encoding, "")
     path = tmp_path / "mine.toml"
     path.write_bytes((mark + builtin_text().replace("\n", "\r\n")).encode(encoding))

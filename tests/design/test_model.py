@@ -180,7 +180,7 @@ def test_objects_that_do_not_fit_each_other(make: Callable[[], object], message:
 
 @pytest.mark.parametrize(("kind", "name"), [(kind, name) for kind in LIMITS for name in LIMITS[kind]])
 def test_python_accepts_the_limits_of_files(kind: str, name: str) -> None:
-    """Both ends of each range, angles in rad."""
+    """Python accepts both ends of the range of each quantity of a design file, with angles in rad."""
     limit = LIMITS[kind][name]
     for end in (limit.low, limit.high):
         value = radians(end) if limit.unit == "deg" else end
@@ -188,7 +188,8 @@ def test_python_accepts_the_limits_of_files(kind: str, name: str) -> None:
 
 
 def test_inputs_with_a_named_status_are_accepted() -> None:
-    """Parallel axes, shaft angles out of range, folding parabolas, steep cones, large offsets."""
+    """Python accepts inputs for which results have a status: parallel axes, shaft angles out of range,
+    folding parabolas, steep cones, large offsets."""
     for pair in (Pair(229.0, 0.0), Pair(229.0, -0.26), Pair(229.0, 1.7), Pair(9e4, 0.26)):
         assert replace(TABLE, pair=pair).batch_shape == ()
     assert TABLE.with_parabola(-0.5, 10.0).with_errors(Errors(offset=500.0)).batch_shape == ()
@@ -245,7 +246,7 @@ def test_equal_designs() -> None:
 
 
 def test_degrees_can_be_given() -> None:
-    """Numbers and arrays, as in a design file."""
+    """Angles can be given in degrees as numbers and arrays, as in a design file."""
     turned = from_degrees(Pair, offset=200.0, shaft_angle_deg=[10.0, 20.0])
     np.testing.assert_allclose(turned.shaft_angle, np.radians([10.0, 20.0]), rtol=1e-15)
     assert not np.asarray(turned.shaft_angle).flags.writeable

@@ -1,4 +1,4 @@
-"""Text of a design file, read again."""
+"""The text of a design file gives the same design when it is read again."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ def surface(part: str, suffix: str) -> SurfaceMesh:
 
 @pytest.mark.parametrize("part", ["pair", "teeth"])
 def test_lib3mf_in_strict_mode(tmp_path: Path, part: str) -> None:
-    """The reference implementation of 3MF."""
+    """lib3mf, the reference implementation of 3MF, reads the file in strict mode."""
     lib3mf = pytest.importorskip("lib3mf", reason="pip install lib3mf")
     write_surface(surface(part, ".3mf"), tmp_path / "a.3mf", title="tooth")
     model = lib3mf.get_wrapper().CreateModel()
@@ -90,7 +90,7 @@ def test_admesh_finds_nothing_to_repair(tmp_path: Path, part: str) -> None:
 
 
 def test_gltf_validator_has_no_error_and_no_warning(tmp_path: Path) -> None:
-    """The validator of Khronos, who maintain glTF."""
+    """The validator of Khronos, the maintainer of glTF, reports no error and no warning."""
     if (
         NODE is None
         or subprocess.run([NODE, "-e", "require('gltf-validator')"], capture_output=True).returncode

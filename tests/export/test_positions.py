@@ -50,7 +50,8 @@ def test_frames_at_a_roll_are_those_of_the_first_contact(roll: float) -> None:
 
 @pytest.mark.parametrize("suffix", [".stl", ".glb", ".step", ".vtp"])
 def test_mesh_writes_the_pair_at_a_roll(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str) -> None:
-    """The axis of a part does not change; the same --roll-deg moves a part with --placed in the same way."""
+    """`mesh --part pair` writes different files for different values of --roll-deg; in .step files the pinion
+    turns by their difference."""
     asked = []
 
     def step(

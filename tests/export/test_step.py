@@ -33,7 +33,7 @@ LEFT_HAND = replace(PINION, helix_angle=-PINION.helix_angle)
 
 @dataclass(frozen=True, eq=False)
 class ReadBack:
-    """Shape and named faces of a STEP file."""
+    """A STEP file as read back: its shape and its named faces."""
 
     shape: Any
     faces: dict[str, Any]
@@ -41,7 +41,7 @@ class ReadBack:
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Folder for solids; skips the test without the kernel."""
+    """Return a folder for solids; tests are skipped if the kernel is not installed."""
     pytest.importorskip("OCP", exc_type=ImportError)
     return tmp_path
 
@@ -405,7 +405,7 @@ def test_gmsh_shows_the_product_and_the_colours(folder: Path) -> None:
         (
             PINION,
             {"bore_radius": 90.0},
-            r"bore_radius must be between 1.76387 and 87.5934 mm, got 90: from 0.02 of the smallest root",
+            r"bore_radius must be between 1.76387 and 87.5934 mm, got 90: 0.02 times the smallest root",
         ),
         (PINION, {"bore_radius": 1e-9}, "bore_radius must be between 1.7"),
         (PINION, {"bore_radius": float("nan")}, "bore_radius must be between 1.7"),

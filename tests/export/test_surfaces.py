@@ -70,7 +70,7 @@ def test_meshio_reads_surfaces(tmp_path: Path, suffix: str) -> None:
 
 @pytest.mark.parametrize("suffix", FIELD_FORMATS)
 def test_vtk_reads_the_fields(tmp_path: Path, suffix: str) -> None:
-    """Coordinates and fields are exact."""
+    """VTK reads the exact coordinates and fields."""
     surface, path = flank_surface(), tmp_path / f"flank{suffix}"
     write_surface(surface, path)
     read = pv.read(path)
@@ -291,7 +291,8 @@ def test_pattern_field_is_that_of_the_contact_pattern() -> None:
 
 
 def test_pattern_and_separation_in_one_file(tmp_path: Path) -> None:
-    """Without transmission error, the smallest separation does not exceed that in the middle."""
+    """A file can have both fields. Without transmission error, the smallest separation does not exceed that
+    in the middle of the path."""
     design = table1()
     surface = parts.flank_part(
         design, 0, "left", 1e-3, meshing_pair(design, "left"), ["pattern", "separation"]
@@ -325,7 +326,7 @@ def test_estimate_of_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(parts, "memory_limit", lambda: 0)
     fine = 2e-5
-    with pytest.raises(ValueError, match="too fine: it takes about") as refusal:
+    with pytest.raises(ValueError, match="needs about") as refusal:
         parts.require_surface_memory(count, fine)
     assert counted == [parts.COUNTING_TOLERANCE_MM]
     match: Any = re.search(r"about ([\d.e+]+) points", str(refusal.value))

@@ -123,7 +123,8 @@ def test_remarks_on_mountings_with_contact_at_edges() -> None:
 
 @pytest.mark.parametrize("status", list(FirstStatus))
 def test_failed_calculation_is_not_no_contact(status: FirstStatus) -> None:
-    """Only NO_CONTACT and MEETS_BOTTOM are results on the teeth."""
+    """Only NO_CONTACT and MEETS_BOTTOM are reported as "no contact", with exit status 1. All other statuses
+    are failed calculations, with exit status 4."""
     reason = first_contact_reason("right", status)
     failure = failure_of(reason)
     assert failure is not None
@@ -150,7 +151,8 @@ FILLETED = Design(
 
 
 def test_tangency_near_fillets_is_an_estimate() -> None:
-    """A tip touches a fillet, so that the teeth have less backlash than the tangency of their flanks."""
+    """If a tip touches a fillet, the teeth have less backlash than the tangency of their flanks, which is
+    called an estimate."""
     design = FILLETED
     mounted, tangent = mounted_backlash(design), tangent_backlash(design)
     assert mounted.right.on_fillet.any() or mounted.left.on_fillet.any()

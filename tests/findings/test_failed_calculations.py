@@ -23,8 +23,8 @@ UNSOLVED = "the first contact of the right teeth could not be computed: the sear
 
 
 def failing(monkeypatch: pytest.MonkeyPatch, **changes: Any) -> None:
-    """Replace statuses of the mesh cycle of `operation`, or of its contact ratios, as if searches had not
-    converged."""
+    """Replace statuses of the mesh cycle of `operation`, or of its contact ratios, by those of searches that
+    have not converged."""
 
     def changed(*given: Any) -> OperatingRatios:
         ratios = operating_ratios(*given)
@@ -52,7 +52,8 @@ def test_failed_cycle(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_failed_contact_ratio(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The other results are printed; a film that is too thick is not a failed calculation."""
+    """If a contact ratio could not be computed, the other results are printed. A film that is too thick is
+    not a failed calculation."""
     for status, expected in ((RatioStatus.UNSTEADY, 4), (RatioStatus.TOO_THICK, 0)):
         ratios = {"ratio": np.full(2, np.nan), "status": np.full(2, status, dtype=np.int8)}
         failing(monkeypatch, ratios=ratios)
@@ -69,7 +70,8 @@ def test_no_contact_has_status_1() -> None:
 
 
 def test_keys_of_the_peak_to_peak_transmission_error() -> None:
-    """One key for all teeth in operation, one for a tooth pair along its path, and the old key."""
+    """`cycle_peak_to_peak` is the error of all teeth in operation, `path_peak_to_peak` that of one tooth pair
+    along its path. Both are equal to the older key `peak_to_peak` of their command."""
     given = ("--parabola-pinion", "0.001", "--parabola-gear", "-0.001", "--json")
     teeth = strict_json(run("operation", "--points", "3", *given).stdout)
     one_pair = strict_json(run("sensitivity", *given).stdout)
@@ -108,7 +110,8 @@ def test_edge_contact_is_a_warning_of_operation() -> None:
     ids=["not computed", "no path"],
 )
 def test_batches_without_a_path(design: Design, path: Status, status: int) -> None:
-    """A mounting or a cell whose calculation failed may have a path."""
+    """A batch with a failed calculation is not reported as one without a path, because the failed mounting or
+    cell may have a path."""
     found = map_of(builtin_design(), "parabola", steps=2)
     found = replace(found, status=np.array([[Status.OFF_FLANK, path]] * 2, dtype=np.int8))
     study = tolerance_study(design, Tolerances(offset=0.01), cases=20)

@@ -19,7 +19,8 @@ MP.dps = 50
 
 
 def drawn(count: int) -> list[Member]:
-    """Return members with few teeth: spur, helical, cylindrical, conical, with and without parabola."""
+    """Return random members with few teeth: spur and helical, cylindrical and conical, with and without
+    parabola."""
     rng, members = np.random.default_rng(28), []
     for k in range(count):
         module = float(rng.choice([1.0, 2.0, 5.0]))
@@ -33,7 +34,7 @@ def drawn(count: int) -> list[Member]:
 
 def exact(member: Member, flank: str, z: float, start: float, end: float) -> tuple[float, float]:
     """Return l and radius (mm) at which flank and fillet have the same radius and angle in the plane `z`,
-    from the estimates `start` and `end` (mm): Eqs. 1 to 6 with 50 digits."""
+    with 50 digits from Eqs. 1 to 6. The search starts at the estimates `start` and `end` (mm)."""
     tool, sigma, rounding = member.tool, flank_sign(flank), tool_round(member.tool, flank)
     alpha, beta, gamma = map(MP.mpf, (tool.normal_pressure_angle, member.helix_angle, member.cone_angle))
     module, a, rho = MP.mpf(tool.normal_module), MP.mpf(tool.parabola), MP.mpf(rounding.radius)
@@ -53,7 +54,8 @@ def exact(member: Member, flank: str, z: float, start: float, end: float) -> tup
         return (pitch + x_c) ** 2 + y**2, (y_c - y) / pitch + MP.atan2(y, pitch + x_c)
 
     def of_section(p: Mpf, q: Mpf, tau: Mpf) -> tuple[Mpf, Mpf]:
-        """Return the same for coordinates along the straight flank and its normal."""
+        """Return r^2 and angle of the generated point for coordinates along the straight flank and its
+        normal."""
         x = p * MP.cos(alpha) + q * MP.sin(alpha)
         y = sigma * (q * MP.cos(alpha) - p * MP.sin(alpha) + MP.pi * module / 4)
         return met(x, y, MP.sin(alpha - tau), sigma * MP.cos(alpha - tau))

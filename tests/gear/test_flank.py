@@ -56,7 +56,8 @@ def test_normal_is_perpendicular_to_exact_tangents(
 
 @pytest.mark.parametrize("member", PAIR.members)
 def test_profile_shift_is_the_papers_axial_shift(member: Member, flank: str) -> None:
-    """Eq. 6 without shift, at b_c further along the axis, rotated by b_c tan(beta)/(cos(gamma) r_P)."""
+    """The flank with profile shift equals Eq. 6 without shift, at b_c further along the axis, rotated by b_c
+    tan(beta)/(cos(gamma) r_P)."""
     shift = member.profile_shift * member.tool.normal_module / tan(member.cone_angle)
     turn = shift * tan(member.helix_angle) / (np.cos(member.cone_angle) * reference_radius(member))
     l, z = np.linspace(-6, 6, 5), np.linspace(-25, 25, 5)
@@ -125,7 +126,8 @@ def test_spur_undercut_begins_below_18_teeth(flank: str) -> None:
 
 
 def test_the_tip_is_found_on_the_flank_or_not_at_all() -> None:
-    """Steep cones and strong parabolas, for which Newton's method alone converges far off the tooth."""
+    """For steep cones and strong parabolas, the tip is found on the flank or is NaN. Newton's method alone
+    converges far away from the tooth."""
     rng = np.random.default_rng(1)
     for _ in range(300):
         module, alpha = rng.uniform(0.5, 10.0), np.radians(rng.uniform(14.0, 28.0))

@@ -57,7 +57,7 @@ def depth(member: Member, flank: str, l: FloatArray, z: FloatArray) -> FloatArra
 
 @pytest.mark.parametrize("number", [0, 1])
 def test_depths_at_the_corners(number: int, flank: str) -> None:
-    """Definitions of ISO 21771, at the corners and in the middle of the flank."""
+    """Depths at the corners and in the middle of the flank follow the definitions of ISO 21771."""
     member = table1().members[number]
     half = 0.5 * float(member.face_width)
     low, high = float(root_parameter(member, flank)), float(tip_parameter(member, flank, 0.0))
@@ -91,7 +91,8 @@ def test_depths_at_the_corners(number: int, flank: str) -> None:
 
 @pytest.mark.parametrize("parabola", [0.0, 0.001])
 def test_normals_and_all_representations_agree(parabola: float, flank: str) -> None:
-    """Normals from central differences; points of `flank`, `tooth_surface`, sheets and closest points."""
+    """Normals agree with central differences. `flank_patch`, `tooth_surface`, sheets and closest points give
+    the same modified flank."""
     plain = table1((parabola, 0.0)).pinion
     member, rng = plain.modified(ALL), np.random.default_rng(2)
     l, z = rng.uniform(-5.9, 6.0, 200), rng.uniform(-25.0, 25.0, 200)
@@ -118,7 +119,8 @@ def test_normals_and_all_representations_agree(parabola: float, flank: str) -> N
 
 
 def test_flank_and_fillet_meet(flank: str) -> None:
-    """At the joint of a sound tooth, and where undercut lets both intersect."""
+    """Modified flank and fillet meet at the joint of a sound tooth, and at the intersection of an undercut
+    one."""
     few = Member(Tool(6.0, np.radians(20.0)), 14, 0.1, np.radians(3.0), 0.0, 30.0)
     for member in (table1().pinion.modified(ALL), few.modified(ALL)):
         surface, z = surface_of(member, flank), np.linspace(-14.0, 14.0, 9)
@@ -157,7 +159,7 @@ def _bias(lam: Any, zeta: Any) -> tuple[Any, ...]:
 
 @dataclass(frozen=True)
 class Biased(Modification):
-    """A further kind: one function and one row."""
+    """A modification with a further kind of amount, which needs one function and one field."""
 
     bias_um: Quantity = field(default=0.0, metadata=kind(_bias))
 

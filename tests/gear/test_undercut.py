@@ -102,7 +102,8 @@ def test_the_flank_starts_where_the_round_ceases_to_cut_it(member: Member, flank
 
 @pytest.mark.parametrize("name", ["spur", "almost sharp tool", "beveloid"])
 def test_the_neck_is_tangent_to_the_tool_round(name: str) -> None:
-    """Lines behind the radial line through the start of the flank: the round just reaches them."""
+    """A line at the distance `neck` behind the radial line through the start of the flank is just touched by
+    the tool round: a line 0.003 mm nearer is cut, one 0.003 mm further away is not."""
     member = UNDERCUT[name]
     found = undercut_of(member, "right", 5)
     x, y, z = on_flank(member, "right", float(found.start[0]), float(found.z[0]))
@@ -156,7 +157,8 @@ def test_a_flank_can_be_lost_altogether() -> None:
 
 
 def test_pointed_part_is_where_the_involutes_meet() -> None:
-    """Spur beveloid: shift and tip increase along the face; thickness from the involute function."""
+    """The pointed part of a spur beveloid begins where the involutes of both flanks meet. Shift and tip
+    increase along the face; the thickness follows from the involute function."""
     gamma, alpha, module, teeth, shift = radians(8.0), radians(20.0), 3.0, 14, 0.5
     member = Member(Tool(module, alpha), teeth, 0.0, gamma, shift, 30.0)
     transverse, pitch = np.arctan(tan(alpha) * cos(gamma)), 0.5 * module * teeth

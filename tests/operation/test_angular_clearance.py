@@ -111,7 +111,8 @@ def test_distance_with_parabola_is_right_to_first_order(member: int) -> None:
 def turned_to_touch(
     design: Design, flank: str, met: AngularClearance, rolls: tuple[float, float]
 ) -> AngularClearance:
-    """Return the clearance of the touched points of the gear after the gear has rotated until they touch."""
+    """Return the clearance, from the pinion, of the touched points of the gear after the gear has rotated
+    until they touch."""
     gear_roll = rolls[1] + surface_of(design.gear, flank).sigma * met.angle
     return angular_clearance(design, flank, 1, met.other_l, met.other_z, rolls[0], gear_roll)
 
@@ -156,7 +157,8 @@ def test_arrays_of_errors() -> None:
 
 
 def test_inside_ends_at_the_limits() -> None:
-    """Points of the gear just inside and outside its limits."""
+    """Points of the gear that are just inside its limits are recognised as inside, and points just outside as
+    outside."""
     design, flank = table1(), "right"
     path = path_of_contact(design, flank, 3)
     gear, rolls = surface_of(design.gear, flank), (float(path.pinion_roll[1]), float(path.gear_roll[1]))
@@ -174,7 +176,7 @@ def test_inside_ends_at_the_limits() -> None:
 
 
 def test_no_point_of_the_mate() -> None:
-    """Below the root of the gear, there is no point to touch."""
+    """A point of the pinion below the root of the gear has no point to touch: the clearance is NaN."""
     design = table1(errors=Errors(-8.0))
     surface = surface_of(design.pinion, "right")
     met = angular_clearance(design, "right", 0, surface.highest, 0.0, 0.18, -0.11)

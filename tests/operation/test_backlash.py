@@ -55,7 +55,8 @@ def sampled(design: Design, roll: FloatArray) -> FloatArray:
 
 
 def test_table_1_is_jammed_by_half_a_millimetre() -> None:
-    """Zero backlash lies between offset errors of -0.058 and -0.060 mm."""
+    """An offset error of -0.5 mm jams Table 1. The backlash is zero between offset errors of -0.058 and
+    -0.060 mm."""
     found = mounted_backlash(table1(errors=Errors(offset=-0.5)))
     assert float(found.normal) == pytest.approx(-0.3130, abs=5e-5)
     assert found.jammed
@@ -95,8 +96,8 @@ def at_roll(roll: FloatArray) -> FloatArray:
 def test_helix_slope_of_straight_teeth_takes_half_of_it(
     flank: str | None, amount: float, change: float
 ) -> None:
-    """On parallel axes the tooth is thicker by C / 2 at one end of each flank; both ends together meet the
-    space of the mate there."""
+    """A helix slope C reduces the backlash by C / 2 on parallel axes, because the tooth is thicker by C / 2
+    at one end of the flank. With slopes on both flanks the reductions add up."""
     tool = Tool(normal_module=3.0, normal_pressure_angle=radians(20.0))
     pinion, gear = (Member(tool, teeth, 0.0, 0.0, 0.0, 30.0) for teeth in (25, 40))
     plain = Design(pinion, gear, Pair(97.6, 0.0))
@@ -106,7 +107,8 @@ def test_helix_slope_of_straight_teeth_takes_half_of_it(
 
 
 def test_play_above_half_a_pitch() -> None:
-    """Half a normal pitch is 8.86 mm; the offset error makes the play larger."""
+    """A play that is larger than half a normal pitch, 8.86 mm, is computed correctly and increases
+    continuously with the offset error."""
     roll = at_roll(middle_roll(table1(errors=Errors(offset=12.0)), "right"))
     (near, far), status = zip(
         *(play_at(table1(errors=Errors(offset=e)), roll) for e in (11.9, 12.0)), strict=True
@@ -142,8 +144,8 @@ def test_status_of_unknown_backlash() -> None:
 
 @pytest.mark.parametrize("degrees", [1e-2, 3e-3])
 def test_edges_alone_stop_flanks_that_share_no_normal(degrees: float) -> None:
-    """The backlash on nearly parallel axes is that of parallel axes at the distance of the axes at the
-    mesh."""
+    """If only edges touch, on nearly parallel axes, the backlash is close to that of parallel axes at the
+    distance that the axes have at the mesh."""
     tool = Tool(3.0, radians(20.0))
     pinion = Member(tool, 25, radians(15.0), radians(3.0), 0.0, 28.0)
     gear = Member(tool, 31, radians(-15.0), radians(-3.0), 0.0, 28.0)
@@ -219,7 +221,8 @@ def test_derivative_of_the_minimum() -> None:
 
 @pytest.mark.slow
 def test_by_tangency_without_parabolas() -> None:
-    """Exact where flanks touch; a lower bound where edges touch."""
+    """Without parabolas, the backlash by tangency is exact where flanks touch, and a lower bound where edges
+    touch."""
     cases = mounted(table1(), drawn_errors(WIDE, 3, 0, 24))
     found, exact = tangent_backlash(cases), mounted_backlash(cases).normal
     touches = found.status == Tangency.TOUCHES
@@ -293,7 +296,8 @@ def test_known_ends_of_paths() -> None:
 
 @pytest.mark.parametrize("shaft_angle_deg", [1.0, -2.0])
 def test_without_a_path_the_backlash_of_tangency_is_unknown(shaft_angle_deg: float) -> None:
-    """For single designs and batches."""
+    """A design without a path has the backlash NaN and a status, alone and in a batch; the other case of the
+    batch keeps its value."""
     angles = np.radians([shaft_angle_deg, 0.0])
     designs = [table1((0.001, -0.001)).with_errors(Errors(shaft_angle=a)) for a in (*angles, angles)]
     lost, usual, both = (tangent_backlash(design) for design in designs)
@@ -307,8 +311,8 @@ PARALLEL = builtin_design("anti-backlash")
 
 
 def test_tangency_on_parallel_axes() -> None:
-    """Exact for lines of contact; unknown for axes tilted by an error; a lower bound for convex flanks; an
-    estimate for concave flanks."""
+    """On parallel axes, the backlash by tangency is exact for lines of contact, unknown for axes tilted by an
+    error, a lower bound for convex flanks, and an estimate for concave flanks."""
     level, tilted = np.array([0.0, 0.02, -0.02, 0.01]), np.radians([0.0, 0.0, 0.01, -0.005])
     cases = PARALLEL.with_errors(Errors(offset=level, shaft_angle=tilted, gear_axial=0.1))
     exact, found = mounted_backlash(cases).normal, tangent_backlash(cases)

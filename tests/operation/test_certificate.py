@@ -25,7 +25,8 @@ def test_unmodified_paths_are_certified(flank: str, errors: Errors) -> None:
 
 
 def test_both_slightly_concave_edges_touch() -> None:
-    """With 0.0002 1/mm, tips touch the right flanks nearly everywhere, ten micrometres earlier."""
+    """With 0.0002 1/mm on both members, edges at the tips touch earlier at 97 % of the positions of the right
+    flanks, by up to ten micrometres."""
     design = table1((0.0002, 0.0002))
     proof = certify(path_of_contact(design, "right", 101))
     edges = proof.verdict == Verdict.EDGE_CONTACT
@@ -37,7 +38,8 @@ def test_both_slightly_concave_edges_touch() -> None:
 
 @pytest.mark.parametrize("coefficient", [0.0006, 0.001])
 def test_both_concave_flanks_interpenetrate(coefficient: float) -> None:
-    """The path of the right flanks consists of saddle points and is passed in the reverse sense."""
+    """Flanks that are concave by 0.0006 1/mm and more interfere at every position: the path of the right
+    flanks consists of saddle points, and l1 decreases along it."""
     design = table1((coefficient, coefficient))
     path = path_of_contact(design, "right", 21)
     proof = certify(path)
@@ -61,7 +63,8 @@ def test_a_saddle_overlaps_close_by() -> None:
 
 
 def test_convex_flanks_hand_over(flank: str) -> None:
-    """Contact in the middle of the path; at its ends, the flanks of the next pair touch earlier."""
+    """Convex flanks touch first in the middle of their path. At its ends, the flanks of the next pair touch
+    earlier."""
     design = table1((-0.0005, -0.0005))
     proof = certify(path_of_contact(design, flank, 41))
     assert set(proof.verdict) == {Verdict.FIRST_CONTACT, Verdict.NEXT_PAIR}

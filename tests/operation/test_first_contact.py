@@ -98,7 +98,8 @@ def test_edge_contacts_lie_on_the_reported_edge(name: str, flank: str) -> None:
 
 
 def test_expected_edges() -> None:
-    """Edges of Table 1: tips where both flanks are concave, ends under misalignment."""
+    """The expected edges of Table 1 touch: tips if both flanks are concave, ends of the face under
+    misalignment."""
     limits = {
         name: {int(x) for x in first_contact(design, "right", cycle(design, "right", 8)).limit.ravel()}
         for name, design in EDGES.items()

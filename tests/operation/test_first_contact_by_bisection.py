@@ -274,7 +274,7 @@ def test_contacts_between_coarse_scan_points(case: Named) -> None:
 
 
 def test_deep_teeth_touch_on_fillets() -> None:
-    """Fillets touch before the tangency of the flanks."""
+    """Deep teeth touch on fillets before their flanks are tangent, at every position of the path."""
     design = deep_design()
     path = path_of_contact(design, "right", 7)
     proof = certify(path)
@@ -284,7 +284,7 @@ def test_deep_teeth_touch_on_fillets() -> None:
 
 
 def test_slight_overlap_is_not_certified() -> None:
-    """Nearly unmodified flanks, for which the next pair is hardly earlier."""
+    """Nearly unmodified flanks are not certified where the next pair is earlier by less than a micrometre."""
     design = table1((-1e-5, -1e-5))
     proof = certify(path_of_contact(design, "left", 31))
     slight = (proof.separation < -TOLERANCE_MODULES) & (proof.separation > -6e-4)
@@ -293,7 +293,8 @@ def test_slight_overlap_is_not_certified() -> None:
 
 
 def test_undercut_at_the_toe_only() -> None:
-    """Sixteen teeth with sufficient profile shift at mid-face and heel, but not at the toe."""
+    """Sixteen teeth whose profile shift is sufficient at mid-face and heel, but not at the toe, are
+    recognised as undercut."""
     member = Member(Tool(6.0, radians(20.0)), 16, 0.0, radians(5.0), 0.15, 40.0)
     assert surface_of(member, "right").crossing is not None
     assert surface_of(replace(member, face_width=4.0), "right").crossing is None
@@ -314,7 +315,8 @@ def test_last_entering_pair_is_reported(flank: str) -> None:
 
 
 def test_derivatives_of_approach_and_margins() -> None:
-    """Central differences on flank and fillet."""
+    """First and second derivatives of the clearance and of the margins equal central differences, on flank
+    and fillet."""
     design = table1((0.001, -0.0005), Errors(0.2, radians(0.01), 0.3, -0.4))
     roll = np.full(1, float(middle_roll(design, "right")))
     mesh, _ = engagement_of(design, "right", roll)

@@ -116,8 +116,8 @@ def test_table_1_with_random_modifications(number: int, flank: str) -> None:
 
 
 def test_mesh_cycle_agrees_with_single_first_contacts(flank: str) -> None:
-    """Between the samples of the cycle, also where contacts pass the beginning of a relief: segments end
-    there, so that their polynomials are exact."""
+    """The mesh cycle agrees with single first contacts between its samples, also where contacts pass the
+    beginning of a relief. Segments end there, so that their polynomials are exact."""
     rng = np.random.default_rng(8)
     cycle = mesh_cycle(modified(rng, table1((0.0, 0.0), Errors(0.05))), flank)
     roll = cycle.start + cycle.pitch * rng.uniform(0.0, 1.0, 9)
@@ -138,7 +138,8 @@ def with_scatter(seed: int, amount: float) -> Design:
 
 @pytest.mark.parametrize(("seed", "amount"), [(2, 0.5), pytest.param(0, 3.0, marks=pytest.mark.slow)])
 def test_mesh_cycles_of_measured_flanks_with_scatter(seed: int, amount: float) -> None:
-    """Waves: one tooth pair touches at several places, and the first of them changes between samples."""
+    """Mesh cycles of flanks with waves agree with single first contacts. One tooth pair touches at several
+    places, and the first of them changes between samples."""
     design = with_scatter(seed, amount)
     cycle = mesh_cycle(design, "right")
     assert cycle.status == FirstStatus.SOLVED
@@ -158,7 +159,8 @@ def test_mesh_cycles_of_measured_flanks_with_scatter(seed: int, amount: float) -
 @pytest.mark.slow
 @pytest.mark.parametrize("amount", [0.5, 1.0])
 def test_first_contacts_of_measured_flanks_with_scatter(amount: float, flank: str) -> None:
-    """Narrowed grids with formulas of the tests; only the spline of the deviations is shared."""
+    """First contacts agree with narrowed grids and with formulas of the tests. Only the spline of the
+    deviations is shared code."""
     design = with_scatter(1, amount)
     roll = middle_roll(design, flank) + 2.0 * np.pi / 29.0 * np.random.default_rng(3).uniform(0.0, 1.0)
     assert_earliest(design, flank, float(roll), (49, 61))
@@ -187,7 +189,8 @@ def test_table_1_with_helix_crowning() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(4))
 def test_random_pairs(part: int) -> None:
-    """Random usual pairs without undercut, whose teeth the tests do not cut at the intersection."""
+    """First contacts of random usual pairs with modifications. Pairs are without undercut, because the teeth
+    of the tests are not cut at the intersection of flank and fillet."""
     designs, solved = random_designs("usual", 240, seed=31), 0
     for number in range(part, 240, 4):
         rng, flank = np.random.default_rng(number), BOTH[number % 2]
@@ -220,7 +223,8 @@ def test_tangent_flanks_that_face_the_same_way_are_no_contact() -> None:
 
 
 def test_derivatives_of_clearance_and_limits() -> None:
-    """Central differences on flank and fillet, on both sides of the beginning of reliefs."""
+    """Derivatives equal central differences on flank and fillet, on both sides of the beginning of
+    reliefs."""
     rng = np.random.default_rng(4)
     design = modified(rng, table1((0.001, -0.0005), Errors(0.2, radians(0.01), 0.3, -0.4)))
     amounts: dict[str, Any] = {

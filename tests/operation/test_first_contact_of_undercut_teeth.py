@@ -43,7 +43,8 @@ FACES = {
 
 @pytest.mark.parametrize("member", FACES.values(), ids=FACES)
 def test_contours_of_undercut_teeth(member: Member, flank: str) -> None:
-    """At radii from root to tip in planes along the face, and densely around the edge."""
+    """Contours of undercut teeth agree with the simulated tool, at radii from root to tip in planes along the
+    face, and close to the edge of undercut."""
     surface, tooth = surface_of(member, flank), CutTooth(member, flank_sign(flank))
     assert surface.crossing is not None
     z = surface.half_width * np.linspace(-1.0, 1.0, 9)
@@ -116,7 +117,8 @@ def assert_first(design: Design, flank: str, share: float) -> FirstStatus:
 
 @pytest.mark.parametrize("count", [8, pytest.param(45, marks=pytest.mark.slow)])
 def test_first_contacts_of_undercut_members(count: int) -> None:
-    """Usual beveloids; a quarter of them are undercut somewhere."""
+    """First contacts of usual beveloid pairs agree with independent sampling. A quarter of the pairs is
+    undercut somewhere."""
     rng, found = np.random.default_rng(1), []
     for design, _ in zip(random_pairs(7, (17, 46), (0.0, 0.4), 0.05), range(count), strict=False):
         found.append(assert_first(design, ("right", "left")[int(rng.integers(2))], rng.uniform(-0.5, 0.5)))

@@ -54,8 +54,8 @@ def test_positive_error_moves_the_gear_away_from_the_pinion(name: str, flank: st
 
 @pytest.mark.parametrize("name", ["crossed", "intersecting", "crossed, marine", "parallel, spur"])
 def test_the_curve_of_a_crowned_pair_has_a_maximum_on_both_flanks(name: str, flank: str) -> None:
-    """From the rolls: the gear rotates in the opposite sense and lags at the ends of the path. Helical
-    teeth on parallel axes touch at one l1 with a constant ratio."""
+    """The transmission error, computed from the rolls, has one maximum along the path: the gear lags at both
+    ends. Helical teeth on parallel axes are left out, because they touch at one l1 with a constant ratio."""
     path = path_of_contact(crowned(name), flank, 51)
     ratio = float(path.design.pinion.teeth) / float(path.design.gear.teeth)
     sense = -np.sign(path.pinion_roll[-1] - path.pinion_roll[0])

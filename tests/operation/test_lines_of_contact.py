@@ -105,7 +105,8 @@ def test_named_pairs_run_along_lines(name: str) -> None:
 
 
 def test_published_ratios() -> None:
-    """A pair from a gear catalogue, and the first example by an independent program."""
+    """Contact ratios in operation equal the published ratio of a pair from a gear catalogue, and the ratio of
+    a helical pair by an independent program."""
     for name, ratio in (("published", 2.886210), ("helical", 2.38712243947)):
         found = operating_ratios(NAMED[name], "right", (0.0,)).ratio[0]
         assert float(found) == pytest.approx(ratio, abs=5e-7 if name == "published" else 1e-10)
@@ -121,8 +122,8 @@ def test_many_parallel_pairs() -> None:
 
 
 def test_first_contacts_are_points_of_the_path(flank: str) -> None:
-    """First contacts are those of the pair that came into mesh last, in searches and mesh cycle; nothing
-    touches earlier."""
+    """First contacts are the points of the path of the pair that came into mesh last, by searches and in the
+    mesh cycle. Nothing touches earlier."""
     path = path_of_contact(HELICAL, flank, 41)
     roll = path.pinion_roll[1:11]  # within 0.6 pitches after the pair comes into mesh
     first, cycle = first_contact(HELICAL, flank, roll), mesh_cycle(HELICAL, flank)
@@ -170,7 +171,8 @@ def test_pattern_reaches_common_ends_of_the_face(name: str, flank: str) -> None:
     ("helix_deg", "addendum", "edges"), [(10.0, 1.2, 1.0), (10.0, 1.18, 0.547), (0.0, 1.2, 0.596)]
 )
 def test_tips_in_fillets_come_before_lines(helix_deg: float, addendum: float, edges: float) -> None:
-    """Over the complete cycle or a part of it, as in brute force over both surfaces."""
+    """Tips that reach into fillets touch before the lines, over the complete cycle or a part of it, as a
+    brute-force search over both surfaces finds."""
     design = deep_pair(helix_deg, addendum)
     cycle = mesh_cycle(design, "right")
     assert cycle.status == FirstStatus.SOLVED
@@ -201,7 +203,7 @@ def test_small_tilts_continue_the_lines(flank: str) -> None:
 
 
 def test_other_errors_leave_lines() -> None:
-    """Involutes stay conjugate; only the constant part of the transmission error changes, by the play."""
+    """Errors of offset and axial position leave line contact, because involutes stay conjugate."""
     for errors in (Errors(offset=0.3), Errors(offset=1e-7), Errors(pinion_axial=0.5, gear_axial=-0.2)):
         for design in (HELICAL, NAMED["helical, cones"]):
             assert_along_lines([design.with_errors(errors)])
@@ -225,7 +227,8 @@ CONVEX = HELICAL.with_parabola(-0.0005, -0.0005)
 
 @pytest.mark.parametrize("degrees", [0.0, 1e-10, 1e-7, 1e-5, 1e-3, 1.0, 4.0])
 def test_a_tilted_layout_has_a_transmission_error(degrees: float, flank: str) -> None:
-    """Unmodified flanks without a common normal near the face: the error is relative to the parallel pair."""
+    """The transmission error of unmodified flanks without a common normal near the face is relative to the
+    pair on parallel axes."""
     cycle = mesh_cycle(replace(CONVEX, pair=replace(CONVEX.pair, shaft_angle=radians(degrees))), flank)
     level = mesh_cycle(CONVEX, flank)
     assert cycle.status == FirstStatus.SOLVED
@@ -239,7 +242,8 @@ def test_a_tilted_layout_has_a_transmission_error(degrees: float, flank: str) ->
 
 
 def test_the_transmission_error_is_continuous_where_the_common_normal_is_lost() -> None:
-    """The right flanks of Table 1 lose their common normal at a shaft angle between 14.83 and 14.85 deg."""
+    """The transmission error of the right flanks of Table 1 is continuous where they lose their common
+    normal, at a shaft angle between 14.83 and 14.85 deg."""
     table = table1((-0.001, -0.001))
 
     def laid_out(degrees: float) -> Design:

@@ -51,12 +51,13 @@ def test_unmodified_cycle_has_no_transmission_error() -> None:
 
 
 def test_rigid_modified_flanks_touch_one_at_a_time() -> None:
-    """Over a pitch of roll, each tooth is in contact once."""
+    """The contact ratio in operation is 1: each tooth pair is in contact over one pitch of roll."""
     assert operating_ratio(table1((0.0002, 0.0002)), "left") == pytest.approx(1.0, abs=1e-8)
 
 
 def test_ratio_within_a_thickness() -> None:
-    """Within the thickness of marking compound, more pairs are in contact."""
+    """The contact ratio within a thickness of 3 um equals the counted share of rolls at which a pair has at
+    most this clearance."""
     design = table1((0.001, -0.001))
     ratio = float(operating_ratio(design, "right", 0.003))
     # Count the samples of one pair within the thickness.
@@ -76,7 +77,7 @@ def test_ratio_within_a_thickness() -> None:
     [((0.001, -0.001), "right"), ((0.0002, 0.0002), "left"), ((-0.0005, -0.0005), "right")],
 )
 def test_mean_and_harmonics(parabola: tuple[float, float], flank: str) -> None:
-    """Compared with dense Gauss quadrature between the changes."""
+    """Mean and harmonics equal dense Gauss quadrature between the changes of the contact."""
     design, cycle = table1(parabola), cycle_of(parabola, flank)
     swing = float(cycle.peak_to_peak)
     ends = float(cycle.start) + np.concatenate(([0.0], cycle.changes - cycle.start, [cycle.pitch]))
@@ -95,7 +96,8 @@ def test_mean_and_harmonics(parabola: tuple[float, float], flank: str) -> None:
 
 
 def test_changes_are_where_the_contact_changes() -> None:
-    """1e-8 pitches before and after; two pairs touch at once at a hand-over."""
+    """The pair or the edge in contact differs between 1e-8 pitches before and after each change. At a
+    hand-over two pairs touch at the same time."""
     design = table1((0.001, -0.001))
     cycle = cycle_of((0.001, -0.001))
     step = 1e-8 * cycle.pitch
@@ -131,8 +133,8 @@ def random_rolls(start: float, count: int = 1000) -> FloatArray:
 @pytest.mark.slow
 @pytest.mark.parametrize("errors", [Errors(), Errors(0.03, 1e-4, 0.1, -0.05)])
 def test_first_contacts_at_any_roll(flank: str, errors: Errors) -> None:
-    """Compared with searches at 1,000 rolls: transmission error, gear roll, contact and points of both
-    members."""
+    """Transmission error, gear roll, contact and points of both members equal those of searches at 1,000
+    rolls."""
     design = table1((0.001, -0.001), errors)
     cycle = mesh_cycle(design, flank)
     roll = random_rolls(float(cycle.start))
@@ -151,8 +153,8 @@ def test_first_contacts_at_any_roll(flank: str, errors: Errors) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["usual", "fitted"])
 def test_random_pairs_at_any_roll(kind: Kind) -> None:
-    """15 random designs of each kind: the cycle is known if every roll has a first contact, and agrees
-    with it."""
+    """For 15 random designs of each kind, the cycle is known if every roll has a first contact, and it agrees
+    with these."""
     rng, solved, designs = np.random.default_rng(21), 0, random_designs(kind, 15, 21)
     for k in range(15):
         design: Design = cases_of(designs, k)
@@ -172,7 +174,8 @@ def test_random_pairs_at_any_roll(kind: Kind) -> None:
 
 
 def test_segment_between_two_samples() -> None:
-    """Flanks are in contact over 0.4 % of the cycle, at a hand-over from edge to edge."""
+    """A segment between two samples is found: flanks are in contact over 0.4 % of the cycle, at a hand-over
+    from edge to edge."""
     cycle = cycle_of((0.0002, 0.0002))
     flanks = cycle.segments.limit[0] < 0
     assert flanks.sum() == 1
@@ -202,7 +205,8 @@ def test_refusals() -> None:
 
 
 def test_missed_contact_is_found_by_denser_samples() -> None:
-    """With few samples a pitch, the segments do not meet; more samples resolve this."""
+    """With the usual number of samples, the segments of this pair do not meet; with more samples, the cycle
+    agrees with single first contacts."""
     design = cases_of(random_designs("usual", 210, seed=1313), 159)
     cycle = mesh_cycle(design)
     assert cycle.status == FirstStatus.SOLVED
@@ -221,20 +225,22 @@ def assert_first(design: Design) -> None:
 
 
 def test_later_contacts_at_samples_are_followed() -> None:
-    """Flanks touch between two edge contacts for less than the distance of two samples, and are not the
-    first at the samples."""
+    """Flanks that touch between two edge contacts for less than the distance of two samples are found,
+    although they are not the first contact at any sample."""
     design = builtin_design("marine-gearbox").with_parabola(6.78106451408372e-05, 0.0003270561767875328)
     assert_first(design.with_errors(Errors(offset=-0.1471690267892778, gear_axial=0.042074846841796174)))
 
 
 @pytest.mark.parametrize("case", [1, 2])
 def test_contacts_leave_a_limit_between_samples(case: int) -> None:
-    """An edge contact becomes a tangency, or a corner an edge contact and then a contact on another limit."""
+    """Changes between samples are found: an edge contact becomes a tangency, or the contact of a corner
+    becomes one of an edge and then of another edge."""
     assert_first(cases_of(random_designs("touching", 10, seed=5), case))
 
 
 def test_a_pair_that_is_first_only_between_samples() -> None:
-    """An edge of another tooth pair is ahead over 2 % of the cycle, by 4 nm, and not at the samples."""
+    """An edge of another tooth pair that is ahead over 2 % of the cycle, by 4 nm, and at no sample, is
+    found."""
     members = [
         Member(Tool(3.0, radians(20.0), parabola=parabola), teeth, radians(helix), radians(cone), shift, face)
         for parabola, teeth, helix, cone, shift, face in (
@@ -253,7 +259,8 @@ def test_a_pair_that_is_first_only_between_samples() -> None:
 
 
 def test_long_segments_are_divided_until_their_polynomials_converge() -> None:
-    """On this pair an edge contact lasts over two thirds of a pitch: one polynomial places it 5e-7 mm off."""
+    """An edge contact that lasts over two thirds of a pitch is divided into several polynomials. A single
+    polynomial has an error of 5e-7 mm."""
     cycle = mesh_cycle(builtin_design("marine-gearbox").with_parabola(0.002, 0.002))
     roll = cycle.start + cycle.pitch * np.array((0.2, 0.3, 0.55, 0.6))
     single, places = first_contact(cycle.design, "right", roll), cycle.at(roll)
@@ -262,7 +269,8 @@ def test_long_segments_are_divided_until_their_polynomials_converge() -> None:
 
 
 def test_start_of_the_cycle_does_not_depend_on_rounding(flank: str) -> None:
-    """On intersecting axes, rounding decides on the sign of x of the pitch point."""
+    """Similar pairs on intersecting axes have equal starts of the cycle, although rounding determines the
+    sign of x of their pitch points."""
     design = builtin_design("marine-gearbox").with_errors(Errors(offset=0.1))
     starts = [float(middle_roll(scaled(design, factor), flank)) for factor in (1.0, 3.0, 7.0)]
     assert starts == pytest.approx([starts[0]] * 3, abs=1e-12)

@@ -17,7 +17,8 @@ from tests.oracle.table1 import table1
 
 
 def test_late_segments_are_not_converged(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All segments of the first of two mountings are shifted by 10 nm: the checks detect this."""
+    """Segments that are 10 nm later than the first contact are detected. All segments of the first of two
+    mountings are shifted, so that its status is NOT_CONVERGED."""
     design = table1((0.001, -0.001), Errors(offset=np.array([0.0, 0.02])))
     sound = mesh_cycle(design)
 

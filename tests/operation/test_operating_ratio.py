@@ -60,7 +60,8 @@ def test_ratios_from_segments_and_from_searches(
 
 
 def test_ratio_of_a_jammed_pair(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A tip slides through a fillet over half a pitch, which two polynomials resolve but one does not."""
+    """The contact ratio of a jammed pair follows from segments, without a search. A tip slides through a
+    fillet over half a pitch, for which two polynomials are needed."""
     members = [
         Member(Tool(3.0, radians(20.0)), teeth, radians(helix), radians(cone), shift, face)
         for teeth, helix, cone, shift, face in (

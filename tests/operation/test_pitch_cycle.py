@@ -86,7 +86,8 @@ def test_without_deviations_it_is_the_mesh_cycle(flank: str) -> None:
 
 @pytest.mark.parametrize(("pitch", "flank"), [(0, "right"), (700, "left")])
 def test_the_mating_teeth_are_displaced_flanks(pitch: int, flank: str) -> None:
-    """Compare with first contacts of single tooth pairs of designs whose flanks have the deviations."""
+    """The error of each tooth pair equals the first contact of single tooth pairs of designs whose flanks
+    have the deviations."""
     plain, rng = table1((0.001, -0.001)), np.random.default_rng(pitch)
     amounts = rng.uniform(-9.0, 9.0, 29), rng.uniform(-9.0, 9.0, 45)
     cycle = pitch_cycle(with_pitch(plain, *amounts), flank, 1)
@@ -105,7 +106,8 @@ def test_the_mating_teeth_are_displaced_flanks(pitch: int, flank: str) -> None:
 
 
 def test_equal_displacements_of_measured_teeth_are_pitch_deviations(flank: str) -> None:
-    """Tables of single teeth with one value each, at fewer teeth than the member has."""
+    """Tables of three measured teeth with one value each give the same cycle as pitch deviations with these
+    values."""
     design, amounts = table1((0.001, -0.001)), np.array([4.0, -3.0, 0.0])
     tables = [table_of(displaced(design.gear, amount)) for amount in amounts]
     gear = design.gear.modified(Modification(deviations=mean_deviations(tables)))
@@ -119,7 +121,8 @@ def test_equal_displacements_of_measured_teeth_are_pitch_deviations(flank: str) 
 
 
 def test_each_tooth_has_its_table() -> None:
-    """Compare with first contacts of designs with the tables of the mating teeth."""
+    """Each tooth pair has the first contact of a design with the tables of its two teeth, and the pair that
+    is furthest ahead is in contact."""
     plain, rng = table1((0.001, -0.001)), np.random.default_rng(4)
     tables = [
         [
@@ -151,7 +154,8 @@ def test_each_tooth_has_its_table() -> None:
 
 
 def test_files_of_single_teeth(tmp_path: Path) -> None:
-    """A list of files in the design file, and commands that compute the mean tooth."""
+    """A design file may list the files of several teeth. Commands that compute the mean tooth print a note,
+    and faulty lists are rejected."""
     grid, text = measuring_grid(builtin_design().pinion, 2, 2), design_text(builtin_design())
     for k in range(2):
         points = (grid.point + 0.002 * k * grid.normal).reshape(-1, 3).tolist()
@@ -217,7 +221,7 @@ def test_periods_and_limits() -> None:
     )
     with pytest.raises(ValueError, match="within 20000 pitches, got 41989: give the deviations of"):
         pitch_cycle(wide)
-    with pytest.raises(ValueError, match="points must be at least 1, a whole number, got 0"):
+    with pytest.raises(ValueError, match="points must be a whole number of at least 1, got 0"):
         pitch_cycle(design, points=0)
     with pytest.raises(ValueError, match=r"design must be a single design, got arrays of shape \(2,\)"):
         pitch_cycle(design.with_parabola(np.zeros(2)))
@@ -238,7 +242,8 @@ def test_periods_and_limits() -> None:
 
 
 def test_design_files(tmp_path: Path) -> None:
-    """A list, and a file in the folder of the design."""
+    """Pitch deviations are given as a list or as a file in the folder of the design; faulty ones are
+    rejected."""
     amounts = [round(0.1 * k - 1.0, 3) for k in range(29)]
     lines = "\n".join(f"{value} # tooth {k}" for k, value in enumerate(amounts))
     (tmp_path / "pitch.txt").write_text(f"# um, right flanks\n\n{lines}\n")

@@ -79,7 +79,8 @@ def test_n_x_is_that_of_the_path() -> None:
 
 @pytest.mark.parametrize("name", ["ni-2017", "awd-transfer", "marine-gearbox"])
 def test_mirrored_and_exchanged_pairs(name: str) -> None:
-    """On intersecting axes its sign depends on the sense of the shaft angle."""
+    """The magnitude of the angle is equal for exchanged and scaled pairs, and with right and left flanks
+    exchanged for the mirror image. On intersecting axes its sign depends on the sense of the shaft angle."""
     design = builtin_design(name)
     right, left = (abs(float(generator_angle_as_mounted(design, flank))) for flank in FLANKS)
     for other in (exchanged(design), scaled(design, 0.25)):
@@ -90,7 +91,8 @@ def test_mirrored_and_exchanged_pairs(name: str) -> None:
 
 
 def test_crossed_helical_gears_in_closed_form() -> None:
-    """n_x is sin(a_w) on both flanks, the axial components of their normals cos(a_w) sin(b_w)."""
+    """n_x is sin(a_w) on both flanks. The sine of the angle follows from n_x and the axial components of the
+    normals, cos(a_w) sin(b_w)."""
     layout, design = without_backlash(DESIGNS["cylindrical"])
     for flank in FLANKS:
         normal_x, angle = closed_normal(layout, flank, design.sense)

@@ -36,10 +36,9 @@ SIZES = np.array((0.3, 2e-3, 2e-3, 0.5, 0.5))
 
 
 def random_designs(cases: int, crossing_deg: float, seed: int) -> Design:
-    """Return random pairs without profile shift whose axes fit their teeth, in closed form.
+    """Return random pairs without profile shift whose layout is the closed form of the pair without backlash.
 
-    They are of either hand, with a sum of the helix angles of at most `crossing_deg`.
-    """
+    They are of either hand, with a sum of the helix angles of at most `crossing_deg`."""
     rng = np.random.default_rng(seed)
     cones = np.radians(rng.uniform(1.0, 8.0, (2, cases)))
     helix = np.radians(rng.uniform(5.0, 30.0, (2, cases))) * rng.choice((-1.0, 1.0), cases)
@@ -297,7 +296,8 @@ def test_errors_without_an_equivalent_are_nan() -> None:
 )
 @pytest.mark.parametrize("mounting", [None, 40.0])
 def test_parallel_axes_both_ways(errors: MeshErrors, mounting: float | None) -> None:
-    """The pitch point is at mid-face; without a tilt the axes keep their line of centres."""
+    """Errors at the mesh of parallel axes are converted to errors about the common perpendicular and back.
+    The pitch point is at mid-face; without a tilt the axes keep their line of centres."""
     tool = Tool(3.0, radians(20.0))
     pinion, gear = (Member(tool, 30, side * 0.2, side * 0.05, 0.0, 20.0) for side in (1.0, -1.0))
     design = Design(pinion, gear, Pair(92.0, 0.0, mounting, mounting))

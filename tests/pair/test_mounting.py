@@ -65,7 +65,7 @@ def test_exchange_mirror_and_scale() -> None:
 
 
 def test_no_common_normal_gives_nan() -> None:
-    """At 14.8 deg the right flanks of Table 1 have no common normal."""
+    """At 14.8 deg the right flanks of Table 1 have no common normal, and the mounting is NaN."""
     mounting = mounting_of(replace(table1(), pair=Pair(229.0, np.radians(14.8))))
     assert np.isnan(mounting.distance).all()
     assert np.isnan(mounting.normal_backlash)

@@ -33,7 +33,7 @@ def depth_below_tips(
 
 
 def axes_of(design: Design, closed: ClosedLayout) -> Layout:
-    """Return the axes of pairs in their closed layouts."""
+    """Return the layouts of pairs without backlash."""
     return layout_at(closed.offset, design.sense * closed.shaft_angle, design.sense)
 
 
@@ -68,7 +68,8 @@ def test_start_of_active_profile_of_cylindrical_gears(helix_deg: float, flank: s
 
 @pytest.mark.parametrize("name", REQUESTS)
 def test_depth_at_the_end_of_a_path_limited_by_a_tip(name: str) -> None:
-    """The tip of the mate is in contact there: the same point of the flank, computed by the path."""
+    """Where a tip ends a path, the depth below the tip equals the height of the end of the path above the
+    start of the active flank."""
     request, checked = REQUESTS[name], 0
     pairs = candidates_of(request)
     values = pairs[:, within(request, pairs)][:, :4]
@@ -92,7 +93,8 @@ def test_depth_at_the_end_of_a_path_limited_by_a_tip(name: str) -> None:
 
 @pytest.mark.parametrize("number", [17, 44, 71, 86])
 def test_overlapping_tips_reach_deeper_than_the_flank(number: int) -> None:
-    """Some closed pairs of these requests have tips that overlap with fillets."""
+    """If a pair interferes or has edge contact, its tips reach below the active flank of the mate. Some pairs
+    of these requests do."""
     request = list(random_requests(number + 1, seed=1))[number]
     pairs = candidates_of(request)
     values = pairs[:, within(request, pairs)]

@@ -87,7 +87,8 @@ def test_a_closed_design_has_no_residuals(name: str) -> None:
 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_layouts_with_backlash_close_too(name: str) -> None:
-    """Other members of the family: at 0.5 deg more working pressure angle, the teeth have clearance."""
+    """The lines of action also meet in layouts with backlash: with 0.5 deg more working pressure angle, the
+    teeth have clearance."""
     base = zero_backlash_layout(DESIGNS[name])
     wider = closed_layout(DESIGNS[name], base.pressure_angle + math.radians(0.5))
     mounting = mounting_of(laid_out(DESIGNS[name], float(wider.offset), float(wider.shaft_angle)))
@@ -127,7 +128,8 @@ def test_table_1_nearly_closes() -> None:
 
 @pytest.mark.parametrize("shaft_angle_deg", [14.9, 14.95, 15.0, 15.2])
 def test_closing_is_where_the_gap_changes_sign(shaft_angle_deg: float) -> None:
-    """The signed gap of the two lines of action is bracketed; it is linear in the offset."""
+    """The offset and the shaft angle at which the lines meet are roots of the signed gap of the two lines of
+    action, which is linear in the offset."""
 
     def gap(offset: float, shaft_angle: Quantity) -> float:
         return float(mounting_of(laid_out(TABLE1, offset, shaft_angle)).gap)
@@ -242,7 +244,8 @@ def test_undercut_that_ends_a_path_has_its_note(
 
 
 def test_tip_clearance_of_cylindrical_gears() -> None:
-    """On crossed cylinders it is the rest of the offset on the common perpendicular."""
+    """On crossed cylindrical gears, the tip clearance is the part of the offset that tip radius and root
+    radius leave on the common perpendicular."""
     _, design = without_backlash(DESIGNS["cylindrical"])
     radii = [6.0 * m.teeth / (2.0 * math.cos(m.helix_angle)) + 6.0 * m.profile_shift for m in design.members]
     expected = float(design.pair.offset) - sum(radii) - 6.0 + 7.5
@@ -252,7 +255,8 @@ def test_tip_clearance_of_cylindrical_gears() -> None:
 
 @pytest.mark.parametrize("first", [0, 1])
 def test_tip_clearance_is_the_distance_of_two_cones(first: int) -> None:
-    """Least distance of a point of one cone from the other, by a general minimiser."""
+    """The tip clearance equals the smallest distance of a point of one cone from the other, by a general
+    minimiser."""
     layout, stands = layout_of(TABLE1), mounting_of(TABLE1).distance
     frames = [member_frame(layout, j, 0.0, stands[j]) for j in (0, 1)]
     radius_of = (tip_radius, root_radius) if first == 0 else (root_radius, tip_radius)

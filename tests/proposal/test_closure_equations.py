@@ -106,8 +106,8 @@ def as_mounted(request: Request, cone: float, mate_cone: float, mate_helix: floa
 
 @pytest.mark.parametrize("name", ["crossing", "left drive"])
 def test_root_of_the_mounted_pair(name: str) -> None:
-    """SciPy solves for the gap of the lines of action, backlash and n_x of the mounted pair, from 0.3 deg
-    away."""
+    """Solutions equal those by SciPy, which solves for the gap of the lines of action, backlash and n_x of
+    the mounted pair, starting 0.3 deg away."""
     request = REQUESTS[name]
     assert request.crossing is not None
     for design in found(request):
@@ -225,7 +225,7 @@ def test_criteria_of_parallel_axes() -> None:
 
 @by_request
 def test_mirrored_request(name: str) -> None:
-    """Both hands and the flanks are exchanged: each pair has its mirror image."""
+    """If both hands and the flanks of a request are exchanged, each pair is replaced by its mirror image."""
     request = REQUESTS[name]
     other = replace(
         request,

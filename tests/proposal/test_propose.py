@@ -97,8 +97,8 @@ def test_two_pinions_on_one_gear() -> None:
 
 
 def test_gear_with_a_parabola_is_checked_completely() -> None:
-    """With a concave gear, edges touch earlier, which the criteria of unmodified flanks do not show. With
-    a convex gear, they do not."""
+    """Pairs with a gear that has a parabola are checked completely: edges touch earlier with a concave gear,
+    which the criteria of unmodified flanks do not show, and not with a convex one."""
     gears = [replace(GEAR, tool=replace(GEAR.tool, parabola=parabola)) for parabola in (0.001, -0.001)]
     assert not works(replace(MARINE, offset=180.0, gear=gears[0]))
     request = replace(MARINE, offset=180.0, gear=gears[1])
@@ -206,7 +206,8 @@ def test_pairs_on_parallel_axes(request_: Request) -> None:
 
 
 def test_pairs_on_parallel_axes_need_no_certificate(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Tips of these pairs are clear of the fillets; certificates close to line contact take long."""
+    """No certificate is computed for pairs on parallel axes, and all proposals satisfy it. Their tips are
+    clear of the fillets; certificates close to line contact take long."""
     request = Request(
         module=2.0,
         teeth=(39, 63),
@@ -232,7 +233,8 @@ def test_pairs_on_parallel_axes_need_no_certificate(monkeypatch: pytest.MonkeyPa
 
 
 def test_smallest_helix_angle_is_first_among_equal_pairs() -> None:
-    """Many pairs on parallel axes have line contact and ample reserves."""
+    """Among pairs with equal reserves, the pair with the smallest helix angle comes first. Many pairs on
+    parallel axes have line contact and the largest reserve."""
     proposals = propose(replace(PARALLEL, cone_angles=None, least_cones=True))
     assert [round(float(one.figures.reserve[0]), 2) for one in proposals] == [1.0] * DEFAULT_COUNT
     helices = [abs(float(one.design.pinion.helix_angle)) for one in proposals]

@@ -64,7 +64,7 @@ def polar(points: FloatArray) -> tuple[FloatArray, FloatArray]:
 @some_members
 @pytest.mark.parametrize("part", ["flank", "fillet"])
 def test_nodes_are_on_flank_and_fillet(member: Member, flank: str, part: str) -> None:
-    """Compare with the angle of the surface at the radius and in the plane of each node."""
+    """The angle of each node equals the angle of the surface at its radius and in its plane."""
     mesh, surface = few(member, "C3D20"), surface_of(member, flank)
     points = mesh.points[mesh.node_sets[f"{flank} {part}"]]
     radius, angle = polar(points)
@@ -190,7 +190,8 @@ UNDERCUT = {
 
 @pytest.mark.parametrize("values", UNDERCUT.values(), ids=UNDERCUT)
 def test_undercut_members_are_meshed(values: tuple[int, float, float, float, float]) -> None:
-    """Elements taper to a thin tip, and the flank starts at its base circle where undercut begins."""
+    """Undercut members are meshed with good shapes and the exact volume. Elements taper to a thin tip, and
+    the flank starts at its base circle where undercut begins."""
     teeth, helix, cone, shift, width = values
     member = Member(PINION.tool, teeth, radians(helix), radians(cone), shift, 6.0 * width)
     assert any(undercut_of(member, flank).undercut for flank in FLANK_SIGN)
@@ -214,8 +215,8 @@ def test_sizes_do_not_jump_along_the_profile(name: str, flank: str) -> None:
 
 @pytest.mark.parametrize(("member", "least"), [(PINION, "0.72"), (GEAR, "0.80")], ids=["pinion", "gear"])
 def test_scaled_jacobians_of_the_documentation(member: Member, least: str) -> None:
-    """Values of the default mesh, rounded down (0.8083 for the gear). Corners alone would give 0.76 and
-    0.87."""
+    """The smallest scaled Jacobians of the default mesh are those of the documentation, rounded down (0.8083
+    for the gear). Corners alone would give 0.76 and 0.87."""
     quality = float(element_shapes(tooth_hexahedra(member))[0].min())
     assert rounded_down(quality) == least
     assert float(least) <= quality
@@ -339,7 +340,8 @@ def test_elements_with_8_nodes_stay_near_the_flank(member: Member, tolerance: fl
 
 
 def test_fine_elements_of_a_bent_flank_stay_near_it() -> None:
-    """Near the base cylinder, deviations fall more slowly at first than with the square of the number."""
+    """Fine elements keep the tolerance near the base cylinder, where deviations decrease more slowly at first
+    than with the square of the number of elements."""
     member = replace(MEMBERS["12 teeth"], face_width=70.0, helix_angle=-0.33)
     cells = replace(cells_of(member, 0.0006), tip=6)
     mesh = tooth_hexahedra(member, 1, "C3D8", cells=cells, bore_radius=1.2 * bore_of(member))
@@ -357,10 +359,10 @@ def test_smaller_tolerances_take_more_elements() -> None:
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"teeth": None, "cells": Cells(9, 20, 50, 50, 90)}, "the mesh takes about .* nodes for 29 teeth"),
-        ({"cells": Cells(1, 1, 4, 4, 4)}, "a fillet needs two cells"),
+        ({"teeth": None, "cells": Cells(9, 20, 50, 50, 90)}, "the mesh needs about .* nodes for 29 teeth"),
+        ({"cells": Cells(1, 1, 4, 4, 4)}, "a fillet must have at least 2 cells, got 1"),
         ({"cells": Cells(1, 4, 0, 4, 4)}, "cells must be 1 or more, got flank=0"),
-        ({"teeth": 2, "cells": [FEW]}, "cells must be given for 2 teeth, equal but for the flank, got"),
+        ({"teeth": 2, "cells": [FEW]}, "cells must be given for 2 teeth and may differ only in `flank`, got"),
         ({"teeth": 2, "cells": [FEW, replace(FEW, tip=5)]}, "cells must be given for 2 teeth"),
     ],
 )

@@ -43,8 +43,8 @@ NODES = {
 
 @pytest.mark.parametrize("nodes", NODES.values(), ids=NODES)
 def test_shape_functions_are_one_at_their_node_and_reproduce_polynomials(nodes: FloatArray) -> None:
-    """Reproduce polynomials up to x y z, with mid-side nodes up to x^2 y z; derivatives equal complex
-    steps."""
+    """Shape functions are 1 at their node. They reproduce polynomials up to x y z, with mid-side nodes up to
+    x^2 y z; derivatives equal complex steps."""
     size, axes = nodes.shape
     np.testing.assert_allclose(shape_functions(size, nodes)[0], np.eye(size), rtol=0, atol=1e-15)
     at = np.random.default_rng(2).uniform(-1.0, 1.0, (60, axes))
@@ -109,7 +109,8 @@ def test_mid_side_nodes_are_over_the_middle_of_their_edges() -> None:
 
 
 def test_distorted_elements_are_rejected() -> None:
-    """A tooth that is undercut by 1.7 modules."""
+    """The mesh of a tooth that is undercut by 1.7 modules is rejected, because its elements are too
+    distorted."""
     tool = Tool(1.5, radians(20.0), tip_radius=0.25)
     member = Member(tool, 8, radians(10.35), radians(4.49), -0.2455, 11.94)
     with pytest.raises(ValueError, match=r"too distorted \(scaled Jacobian 0\.1\d, "):

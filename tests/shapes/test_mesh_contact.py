@@ -185,7 +185,7 @@ def test_contact_of_flanks_with_a_gap(flank: str) -> None:
 
 
 def test_contact_of_triangles_is_on_both_flanks(flank: str) -> None:
-    """Results are correct for both members, whichever of them has the nearest vertex."""
+    """The contact point is on both flanks, whichever member has the nearest vertex."""
     design = table1((0.001, -0.001))
     pose = pose_at(path_of_contact(design, flank, 3), 1)
     position = pairing_of(design, flank).position[:, 0, 0]
@@ -219,7 +219,7 @@ def test_convergence(flank: str) -> None:
 
 def test_batches_are_rejected() -> None:
     design: Design = table1((0.0, 0.0), Errors(offset=np.zeros(2)))
-    with pytest.raises(ValueError, match="batch"):
+    with pytest.raises(ValueError, match="design must be a single design, got arrays of shape"):
         mesh_contact(design, "right", pinion_roll=0.0, gear_roll=0.0)
-    with pytest.raises(ValueError, match="no contact with which to compare"):
+    with pytest.raises(ValueError, match="no contact: the contact of meshes cannot be compared"):
         convergence(table1((0.0, 0.0), Errors(offset=30.0)), "right", [0.01])

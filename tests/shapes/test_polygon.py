@@ -21,7 +21,7 @@ def circle(count: int, radius: float = 1.0) -> FloatArray:
 
 
 def stripe() -> FloatArray:
-    """A rectangle of 50 x 10 mm; one long side is divided by 0.2 mm, the other one by 10 mm."""
+    """Return a rectangle of 50 x 10 mm. One long side is divided by 0.2 mm, the other one by 10 mm."""
     fine = np.stack((np.linspace(50.0, 0.0, 251), np.full(251, 10.0)), axis=-1)
     coarse = np.stack((np.linspace(0.0, 50.0, 6), np.zeros(6)), axis=-1)
     ends = [np.column_stack((np.full(3, x), (1.0, 3.0, 6.0))) for x in (0.0, 50.0)]

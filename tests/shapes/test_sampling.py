@@ -233,7 +233,9 @@ def test_a_tolerance_must_be_positive(tolerance: float) -> None:
 def test_a_tolerance_too_fine_is_refused_with_the_number_of_points(tolerance: float) -> None:
     tracemalloc.start()
     try:
-        with pytest.raises(ValueError, match=rf"tolerance {tolerance:g} mm is too fine: it takes .* points"):
+        with pytest.raises(
+            ValueError, match=rf"tolerance {tolerance:g} mm needs .* points, the limit is .*: increase"
+        ):
             sample_flank(PINION, "right", tolerance)
         assert tracemalloc.get_traced_memory()[1] < 3e6  # bytes; rejected before the grid is built
     finally:

@@ -37,8 +37,8 @@ def smallest_angle_deg(solid: Solid) -> float:
 
 
 def assert_closed(solid: Solid, holes: int) -> None:
-    """Check that each edge is in two faces, once in each direction, all points are used, and the number of
-    holes."""
+    """Check that each edge is in two faces, once in each direction, that all points are used, and that the
+    solid has the given number of holes."""
     mesh = solid.to_trimesh()
     assert mesh.is_watertight
     assert mesh.is_winding_consistent
@@ -111,7 +111,7 @@ def test_triangles_stay_within_the_tolerance(member: Member) -> None:
 
 
 def test_the_grids_are_those_of_the_solid() -> None:
-    """Corners of the cut surfaces are points of the grids, which are on the exact surfaces."""
+    """The corners of flanks and fillets of a solid are the points of their grids."""
     solid, grids = gear_solid(GEAR, 0.01, 1), outline_grids(cut_sheets(GEAR), 0.01)
     for name in ("left flank", "right flank", "left fillet", "right fillet"):
         corners = solid.points[np.unique(solid.faces[solid.part == NAMES.index(name)])]
@@ -169,7 +169,8 @@ def test_the_bore_is_round_to_the_tolerance() -> None:
 @pytest.mark.parametrize("name", ["pinion", "gear", "steep helix", "few teeth"])
 @pytest.mark.parametrize("tolerance", [0.1, 0.01, 0.001])
 def test_cut_sides_hold_the_tolerance(name: str, tolerance: float) -> None:
-    """Distance of points on the triangles from the radial line through the middle of the tooth space."""
+    """Points on the triangles of a cut side are within the tolerance of the radial line through the middle of
+    the tooth space."""
     solid, bottom = gear_solid(MEMBERS[name], tolerance, 1), cut_sheets(MEMBERS[name])["left bottom"]
     faces = solid.faces[solid.part == NAMES.index(SIDES[0])]
     weights = np.array([(i, j, 4 - i - j) for i in range(5) for j in range(5 - i)]) / 4.0
@@ -181,7 +182,8 @@ def test_cut_sides_hold_the_tolerance(name: str, tolerance: float) -> None:
 
 @pytest.mark.parametrize("name", ["pinion", "gear", "spur", "convex", "steep helix", "few teeth"])
 def test_volume_is_that_of_the_exact_surfaces(name: str) -> None:
-    """Volume of one tooth. Complete gears are multiples of it, as tested above."""
+    """The volume of one tooth tends to that of the exact surfaces. Complete gears are multiples of it, as
+    tested above."""
     member, errors = MEMBERS[name], []
     exact = exact_volume(member, 1, 20.0)
     for tolerance in (0.01, 0.001):
@@ -276,18 +278,18 @@ def test_a_bore_may_be_at_the_limits_that_messages_show() -> None:
 
 
 def test_a_fillet_that_vanishes_at_one_end_is_rejected() -> None:
-    """A cell that fits the toe is a sliver at the heel, where the fillet nearly vanishes. Good cells would
-    take 11 million triangles."""
+    """A fillet that nearly vanishes at the heel is rejected, because cells that fit the toe are slivers at
+    the heel, and good cells would take 11 million triangles."""
     tool = replace(PINION.tool, normal_module=9.36, normal_pressure_angle=radians(30.0), tip_radius=0.0)
     member = Member(tool, 58, radians(33.0), radians(7.1), 0.0, 93.6)
-    with pytest.raises(ValueError, match=r"fillet is only 0.178 mm wide at z = 46.8 mm.* larger tip_radius"):
+    with pytest.raises(ValueError, match=r"fillet is only 0.178 mm wide at z = 46.8 mm.* increase the tip"):
         gear_solid(member, 0.0187)
     round_ = replace(member, tool=replace(tool, tip_radius=0.05))
     assert len(gear_solid(round_, 0.0187, 1).faces) < 25_000
 
 
 BORES = (0.0, -1.0, 1e-9, 1.7638, 87.6, 88.19, 88.193, 88.6, float("nan"))
-TOO_FINE = r"tolerance 4e-06 mm is too fine: for 29 teeth it takes about 2.\de\+07 points and \d(\.\d)? GB of"
+TOO_FINE = r"tolerance 4e-06 mm for 29 teeth needs about 2.\de\+07 points and \d(\.\d)? GB of"
 
 
 @pytest.mark.parametrize(

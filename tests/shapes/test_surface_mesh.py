@@ -110,7 +110,7 @@ def test_pictures_show_the_solid(name: str, teeth: range | None) -> None:
 
 @all_members
 def test_normals_are_those_of_the_surfaces(member: Member) -> None:
-    """Triangles face along the normals, on cones, planes and cylinders exactly."""
+    """Triangles face along the normals of the surfaces, which are exact on cones, planes and cylinders."""
     mesh, gamma = gear_mesh(member, 0.05, range(-1, 1)), float(member.cone_angle)
     np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-12)
     a, b, c = mesh.points[mesh.faces.T]

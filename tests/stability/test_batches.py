@@ -1,5 +1,5 @@
-"""Arrays of designs: each case of a batch has the result of the single design; a case without a result is NaN
-and affects no other."""
+"""Batches of designs: each case has the result of the single design; a case without a result is NaN and
+affects no other case."""
 
 from __future__ import annotations
 

@@ -82,8 +82,8 @@ def test_without_cones_the_closed_form_of_crossed_helical_gears_holds(flank: str
 
 
 def test_mounting_distances_vanish_with_the_cone_angles() -> None:
-    """They are proportional, with the relative accuracy of the helix angles: no term divides by a
-    cone angle."""
+    """Mounting distances are proportional to the cone angles, with the relative accuracy of the helix angles:
+    no term divides by a cone angle."""
     per_degree = mounting_of(closed(*with_cones(PLAIN, 1e-4, 1e-4).members)).distance / 1e-4
     for angle in TINY:
         pair = replace(PLAIN.pair, pinion_mounting=None, gear_mounting=None)
@@ -127,7 +127,8 @@ def test_one_member_may_be_spur(flank: str) -> None:
 def test_helix_angles_that_cancel_do_not_cross_at_a_distance(
     cones: tuple[float, float], helix: float
 ) -> None:
-    """Two straight members, and equal helix angles of opposite hands: their axes meet or are parallel."""
+    """Members whose helix angles cancel have no contact on axes with a shaft angle and an offset, and the
+    remarks begin with two errors. Without backlash their axes meet or are parallel."""
     pair = with_cones(table1(), *cones)
     pinion, gear = (
         changed(member, helix_angle=side * radians(helix))
@@ -146,7 +147,8 @@ def test_helix_angles_that_cancel_do_not_cross_at_a_distance(
 @pytest.mark.parametrize("rounding", [0.0, 0.01, 1.0, 5.0])
 @pytest.mark.parametrize("cones", [(0.0, 1.0), (1.0, 0.0), (1.0, -1.0)])
 def test_small_cones_do_not_take_the_false_pitch_point(rounding: float, cones: tuple[float, float]) -> None:
-    """Lines of action with opposite n_x are then nearly parallel and pass each other closely."""
+    """The correct pitch point is used for small cones, although lines of action with opposite n_x are then
+    nearly parallel and pass each other closely."""
     offset = float(PLAIN.pair.offset) + rounding
     free = replace(PLAIN, pair=Pair(offset, PLAIN.pair.shaft_angle))
     for size in (1e-14, 1e-13, 1e-9, 1e-5, 1e-4, 5e-3, 0.02, 0.1):

@@ -52,7 +52,7 @@ SIGNS = (1.0, -1.0)
 def few(
     teeth: int, helix: float, face: float, shift: float = 0.3, cone: float = 0.5, **more: float
 ) -> Member:
-    """Return a pinion with a low addendum; angles in deg."""
+    """Return a pinion with few teeth and a low addendum; angles in deg."""
     angles = {"helix_angle": radians(helix), "cone_angle": radians(cone)}
     return changed(PINION, teeth=teeth, face_width=face, profile_shift=shift, addendum=0.7, **angles, **more)
 
@@ -164,7 +164,8 @@ def test_first_contacts_of_few_teeth_agree_with_points(
 
 @pytest.mark.parametrize(("teeth", "axial"), [(1, 0.0), (2, -20.0), (2, 0.0)])
 def test_few_teeth_on_the_gear(teeth: int, axial: float) -> None:
-    """Clearances of two teeth reach beyond half a turn of the gear."""
+    """First contacts agree with points for a gear of one or two teeth, whose clearances reach beyond half a
+    turn of the gear."""
     gear = few(teeth, 70.0, 30.0, 0.6, 0.0)
     design = closed(changed(GEAR, helix_angle=radians(5.0), addendum=0.7), gear)
     assert_first_contacts(design.with_errors(Errors(offset=0.3, gear_axial=axial)), 0.03, 0.03)
@@ -172,7 +173,8 @@ def test_few_teeth_on_the_gear(teeth: int, axial: float) -> None:
 
 @pytest.mark.parametrize("face", [5.0, 20.0])
 def test_a_single_thread_is_certified(face: float, flank: str) -> None:
-    """Other turns of the thread touch other teeth of the gear and do not overlap them."""
+    """The path of a pinion with one tooth is certified: its other turns touch other teeth of the gear and do
+    not overlap them."""
     design = closed(few(1, 75.0, face), changed(GEAR, helix_angle=radians(5.0)))
     proof = certify(path_of_contact(design, flank, 5))
     assert proof.holds
@@ -180,7 +182,8 @@ def test_a_single_thread_is_certified(face: float, flank: str) -> None:
 
 
 def test_a_single_thread_operates_with_the_ratio_of_eq_16() -> None:
-    """For pair 0, only the turn that meets tooth 0 of the gear counts."""
+    """The contact ratio in operation of a pinion with one tooth is that of Eq. 16: for pair 0, only the turn
+    that meets tooth 0 of the gear counts."""
     design = closed(few(1, 75.0, 20.0), changed(GEAR, helix_angle=radians(5.0)))
     assert operating_ratio(design, "left") == pytest.approx(float(contact_ratio(design, "left")), abs=1e-8)
 
@@ -204,8 +207,8 @@ def counted_ratio(design: Design, flank: str, rolls: int = 400) -> float:
     ("teeth", "helix", "flank"), [(1, 80.0, "right"), (2, 75.0, "left"), (3, 70.0, "right")]
 )
 def test_teeth_that_wind_operate_with_the_ratio_of_eq_16(teeth: int, helix: float, flank: str) -> None:
-    """If a tooth pair has no contact, other turns of its teeth were once counted instead, which gave
-    -2.16."""
+    """The contact ratio in operation of teeth that wind around their axis is that of Eq. 16. Earlier, other
+    turns of the teeth were counted if a tooth pair had no contact, which gave -2.16."""
     design = wound(teeth, helix)
     ratio = float(operating_ratio(design, flank))
     assert ratio == pytest.approx(float(contact_ratio(design, flank)), abs=1e-8)
@@ -229,8 +232,8 @@ def test_a_requested_tooth_pair_belongs_to_this_turn(teeth: int, helix: float) -
 
 
 def test_ratios_within_a_thickness_of_winding_teeth() -> None:
-    """Counted over even rolls. A film as thick as the distance to the next turn has no ratio, and the status
-    states it."""
+    """Ratios within a film agree with counts over even rolls. For a film as thick as the distance to the next
+    turn there is no ratio, and the status states this."""
     design, pitch, film = wound(1, 80.0), 2.0 * np.pi, 0.05
     # The gear's base pitch is the way to the next turn; a quarter of it may be overlap.
     turn = np.pi * float(GEAR.tool.normal_module) * np.cos(float(GEAR.tool.normal_pressure_angle))
@@ -278,8 +281,8 @@ def test_teeth_touch_far_from_their_pitch_point(shaft_angle: float) -> None:
 
 
 def test_a_displaced_single_thread_is_correct_or_has_a_status() -> None:
-    """A thread that is displaced along its axis is repeatedly in phase with the gear; between these
-    positions no value is returned."""
+    """First contacts of a thread that is displaced along its axis are correct where the thread is in phase
+    with the gear; between these positions they are NaN, with a status."""
     plain = pair_of(few(1, 75.0, 20.0, 0.6, 0.0))
     moved = np.linspace(-30.0, 30.0, 13)
     design = plain.with_errors(Errors(offset=0.3, pinion_axial=moved))
@@ -309,7 +312,7 @@ def test_a_design_without_a_solution_has_a_reason(design: Design) -> None:
     path = path_of_contact_five_equations(design, "right", 5)
     assert path.ends.status == Status.UNDEFINED
     assert path.l1.size == 0
-    with pytest.raises(ValueError, match=r"^the pair cannot be posed: .*$"):
+    with pytest.raises(ValueError, match=r"^the pair cannot be positioned: .*$"):
         mesh_contact(design, "right", 0.1, pinion_roll=0.0, gear_roll=0.0)
     first = first_contact(design, "right", [0.0, 0.1])
     assert (first.status == FirstStatus.UNDEFINED).all()
@@ -317,7 +320,8 @@ def test_a_design_without_a_solution_has_a_reason(design: Design) -> None:
 
 
 def test_a_single_tooth_makes_no_solid() -> None:
-    """Its section surrounds the axis; rows of zero height must not lead to an endless loop."""
+    """A gear with one tooth makes no solid, because its section surrounds the axis. Rows of zero height must
+    not lead to an endless loop."""
     member = few(1, 60.0, 6.0, 0.8, 0.0)
     with pytest.raises(ValueError, match=r"^teeth must be at least 2 for a solid, got 1: the section .*$"):
         gear_solid(member, 0.1)
@@ -328,13 +332,14 @@ def test_a_single_tooth_makes_no_solid() -> None:
         outline[name] = points[::-1] if name.startswith("right") else points
     sizes: tuple[Callable[..., object], ...] = (section_size, section_of)
     for size in sizes:
-        with pytest.raises(ValueError, match=r"^an outline must span 180 deg .* at most, got .* one tooth"):
+        with pytest.raises(ValueError, match=r"^an outline must be that of one tooth and span at most"):
             size(outline, 1.0)
 
 
 @pytest.mark.parametrize(("helix", "face"), [(60.0, 20.0), (80.0, 2.0), (80.0, 60.0), (-80.0, 60.0)])
 def test_two_teeth_make_a_closed_solid(helix: float, face: float) -> None:
-    """They wind by up to a turn and a half along the face; half a turn is a pitch."""
+    """A gear with two teeth makes a closed solid. Its teeth wind by up to a turn and a half along the face;
+    half a turn is a pitch."""
     solid = gear_solid(few(2, helix, face, 0.5, 0.0), 0.1)
     assert_closed(solid, 1)
     x, y, _ = solid.points.T

@@ -103,8 +103,9 @@ def test_continuous_in_the_coefficient() -> None:
 
 @pytest.mark.parametrize("turn", [(0.00037, 0.0004), (0.00055, 0.0006), (0.00045, 0.0005)])
 def test_coefficients_at_which_the_path_changes(turn: tuple[float, float]) -> None:
-    """By bisection: the coefficients at which the roll begins to turn back, at which it ceases to, and at
-    which the ends are exchanged."""
+    """Paths just below and just above a coefficient at which the path changes have equal ends and contact
+    ratios. At these coefficients, found by bisection, the roll begins or ceases to turn back, or the ends are
+    exchanged."""
 
     def side(a: float) -> tuple[bool, bool]:
         path = path_of_contact(concave.__wrapped__(a), points=201)
@@ -143,9 +144,9 @@ def test_the_roll_is_stationary_where_the_curvature_vanishes(a: float) -> None:
 
 @pytest.mark.parametrize("a", FOLDS)
 def test_two_contacts_at_one_roll(a: float) -> None:
-    """They are found on both sides of the fold by bisection in l1, and both satisfy the equations. The
-    gear rolls differ by the transmission errors. Meshes give the contact with positive curvature, or none
-    with a status."""
+    """Two contacts at one roll, found on both sides of the fold by bisection in l1, satisfy the equations,
+    and their gear rolls differ by the transmission errors. Meshes give the contact with positive curvature,
+    or none with a status."""
     design, low, high = concave(a), *np.sort(path_ends(concave(a)).l1)
     middle = fold(a)
     near = 0.4 * min(middle - low, high - middle)

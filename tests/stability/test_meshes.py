@@ -32,8 +32,8 @@ FLANKS = ("right", "left")
 
 
 def check_both(design: Design, path: ContactPath, k: int, tolerance: float) -> MeshContact:
-    """Check the facets within their error estimate, and the polished contact against that of the path;
-    return the former."""
+    """Check the contact of the facets within their error estimate, and the polished contact against the path;
+    return the contact of the facets."""
     at = pose_at(path, k)
     rough = mesh_contact(design, path.flank, tolerance, **at, polish=False)
     assert np.linalg.norm(rough.point - path.point[k]) <= rough.doubt
@@ -42,8 +42,8 @@ def check_both(design: Design, path: ContactPath, k: int, tolerance: float) -> M
 
 
 def check_polished(found: MeshContact, path: ContactPath, k: int) -> bool:
-    """Check that the result is the contact of the path within its error estimate, or missing; return
-    whether it was found."""
+    """Check that the result is the contact of the path within its error estimate, or missing; return whether
+    a contact was found."""
     if found.status != Status.SOLVED:
         assert np.isnan((*found.point, *found.l, *found.z, found.separation, found.doubt)).all()
         return False
@@ -55,8 +55,8 @@ def check_polished(found: MeshContact, path: ContactPath, k: int) -> bool:
 
 @pytest.mark.parametrize("tolerance", [5.0, 1.0, 0.1])
 def test_far_too_coarse(tolerance: float, flank: str) -> None:
-    """Down to a single cell. The error of the facets is centimetres and within their error estimate. The
-    polished contact is that of the path."""
+    """Meshes of down to a single cell: the error of the facets can be centimetres and is within their error
+    estimate, and the polished contact is that of the path."""
     design = table1((0.001, -0.001), Errors(0.05, 1e-4))
     assert sample_flank(design.pinion, flank, 5.0).l.shape == (2, 2)
     path = path_of_contact(design, flank, 7)
@@ -108,8 +108,8 @@ def test_no_position_is_nearer_than_a_polished_contact() -> None:
 
 
 def test_a_corner_on_the_rim_counts_as_the_rim() -> None:
-    """A point of the gear 5 mm beyond the heel of the pinion was once reported as 5 mm of overlap, because
-    only a corner of the nearest triangle was on the rim."""
+    """A point of the gear 5 mm beyond the heel of the pinion is outside. It was once reported as 5 mm of
+    overlap, because only a corner of the nearest triangle was on the rim."""
     design = table1((0.0001, 0.0), Errors(0.4797332580848761, -7.711168777564407e-05))
     path = path_of_contact(design, "right", 9)
     for tolerance in (0.0011826437646076965, 0.0012, 0.002, 0.003, 0.01):
@@ -140,7 +140,7 @@ def slenderness(mesh: FlankMesh) -> float:
 
 @pytest.mark.parametrize("width", [1e-2, 1e-3, 1e-4])
 def test_slender_triangles(width: float) -> None:
-    """A very thin pinion, with triangles of 1 : 1e4 and more."""
+    """Facets and polished contact are correct for a very thin pinion, with triangles of 1 : 1e4 and more."""
     design, path = narrow(width)
     assert path.status[1] == Status.SOLVED
     assert slenderness(flank_mesh(design.pinion, "left", 1.0)) > 10.0 / width  # 11.6 mm deep
@@ -151,7 +151,8 @@ def test_slender_triangles(width: float) -> None:
 @pytest.mark.parametrize("slender", [1.0, 1e4, 1e6, 1e8])
 @pytest.mark.parametrize("shift", [0.0, 1e4])
 def test_closest_points_on_slender_triangles_far_away(slender: float, shift: float) -> None:
-    """Exact to the rounding of the coordinates for any shape of the triangles: at 10 m this is 2e-12 mm."""
+    """Distances are exact to the rounding of the coordinates for any shape of the triangles. At 10 m the
+    rounding is 2e-12 mm."""
     random = np.random.default_rng(1)
     points = random.normal(size=(90, 3)) * (100.0, 100.0 / slender, 1.0) + shift
     faces = np.arange(90).reshape(30, 3)

@@ -42,8 +42,9 @@ OFF = (
 
 @pytest.mark.parametrize("errors", OFF)
 def test_off_the_face(errors: Errors) -> None:
-    """There is no path, a status, and the ratio 0. Single contacts satisfy the equations with the status
-    OFF_FLANK; contacts that are further away than the depth of a flank have no values."""
+    """There is no path, the status is OFF_FLANK, and the contact ratio is 0. Single contacts satisfy the
+    equations and have the same status; contacts that are further away than the depth of a flank have no
+    values."""
     design = table1(errors=errors)
     path = path_of_contact(design)
     assert path.ends.status == Status.OFF_FLANK
@@ -114,7 +115,8 @@ def test_off_one_member_only(flank: str, way: float, where: str) -> None:
 
 
 def test_the_ratio_falls_to_zero_without_a_step() -> None:
-    """Over the last 0.04 mm of offset, to the corner of heel and tip of the pinion."""
+    """The contact ratio decreases to zero without a step over the last 0.04 mm of offset, until the path
+    reaches the corner of heel and tip of the pinion."""
     offset = np.array([*np.linspace(1.2, 1.239, 40), 1.2399, 1.2402])
     ends = path_ends(table1(errors=Errors(offset=offset)))
     ratio = ends.contact_ratio
@@ -182,8 +184,8 @@ def test_the_longest_segment_changes_continuously() -> None:
 
 
 def test_statuses_in_a_batch() -> None:
-    """Cases on the face, off the face and without a common normal in one batch: NaN where there is no
-    result."""
+    """A batch with cases on the face, off the face and without a common normal has the status of each, and
+    NaN where there is no result."""
     angle = np.radians([0.0, 0.05, -1.0])
     path = path_of_contact(table1((0.001, -0.001), Errors(shaft_angle=angle)), points=5)
     assert path.ends.status.tolist() == [Status.SOLVED, Status.OFF_FLANK, Status.NO_COMMON_NORMAL]

@@ -114,7 +114,8 @@ def test_sensitivity_is_inverse_to_n_x() -> None:
 
 @pytest.mark.parametrize("below", [1e-12, 1e-9, 1e-3, 1.0, 10.0])
 def test_beyond_the_fold_the_right_flank_has_a_status(below: float) -> None:
-    """With its mounting and with that of Table 1; the left flank is in contact as before."""
+    """Below the smallest shaft angle, the right flanks have a status: with computed mounting distances and
+    with those of Table 1. The left flanks remain in contact."""
     for design, status in ((table1(), Status.UNDEFINED), (held(table1()), Status.NO_COMMON_NORMAL)):
         past = at_shaft_angle(design, fold() - below)
         assert_no_path(past, "right", status)
@@ -181,7 +182,8 @@ def test_parallel_axes_of_other_helix_angles_have_no_values(angle: float, total:
 
 
 def test_a_negative_shaft_angle_inclines_the_axes_in_the_other_sense() -> None:
-    """No layout closes and no contact is on the flanks; the mirrored pair has the same result."""
+    """With a negative shaft angle, the lines of action meet in no layout and no contact is on the flanks. The
+    mirrored pair has the same result."""
     for design in (at_shaft_angle(table1(), -15.0), at_shaft_angle(mirrored(table1()), -15.0)):
         for flank in FLANKS:
             assert_no_path(design, flank, Status.OFF_FLANK)

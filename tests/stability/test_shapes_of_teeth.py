@@ -168,7 +168,8 @@ def test_one_tooth(flank: str) -> None:
 @pytest.mark.parametrize("helix", [70.0, 80.0, -80.0])
 @pytest.mark.parametrize("face", [10.0, 40.0, 200.0])
 def test_a_winding_tooth_has_constant_thickness(helix: float, face: float, flank: str) -> None:
-    """Without cone every section is equal: the angle about the axis includes full turns."""
+    """Without a cone, a tooth has the same thickness in every section; the angle about the axis includes full
+    turns."""
     member = changed(
         PINION, teeth=1, helix_angle=radians(helix), profile_shift=0.3, cone_angle=0.0, face_width=face
     )

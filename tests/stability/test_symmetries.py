@@ -328,7 +328,8 @@ def marked(pattern: MemberPattern) -> NDArray[np.bool_]:
 
 @pytest.mark.slow
 def test_contact_patterns(flank: str) -> None:
-    """For an unmodified pair, whose operation is not interpolated; the marking compound is scaled as well."""
+    """Patterns of equivalent pairs are equal. The pair is unmodified, so that its motion is not interpolated;
+    the marking compound is scaled with the pair."""
     design, noise = table1(errors=Errors(0.05, 1e-4, 0.1, -0.2)), OPERATIONS * EPS * 300.0
     pattern = contact_pattern(design, flank, 0.00635, resolution=5.0)
     swapped = Seen("exchanged", exchanged(design), flank, first=1)

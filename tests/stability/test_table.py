@@ -49,9 +49,9 @@ def test_the_page_contains_the_run(number: int) -> None:
 
 @every
 def test_trusted_methods_are_exact_or_have_a_status(number: int) -> None:
-    """Compared on the page, which contains the results of the run. Where the status is trusted, only the
-    facets, which cannot detect a tangency, give values. No method is wrong: facets and polished contacts
-    are within their error estimates, and no overlap belongs to another tooth."""
+    """The table on the page is checked. Where the status is trusted, only the facets, which cannot detect a
+    tangency, give values. No method is wrong: facets and polished contacts are within their error estimates,
+    and no overlap belongs to another tooth."""
     situation, cells = SITUATIONS[number], cells_of_page(number)
     words = {method: cells[method].split(", ") for method in METHODS}
     assert cells["trusted"] == trusted(situation)
@@ -92,7 +92,8 @@ def test_cells_fit_a_table() -> None:
 
 
 def test_a_wrong_path_is_detected() -> None:
-    """A micrometre, a microradian, a point off the face; another segment; a lost position."""
+    """Wrong results are detected: positions displaced by a micrometre or a microradian, positions off the
+    face, another segment, and a lost position."""
     design = table1((0.001, -0.001))
     path = path_of_contact(design, points=5)
     assert of_path(design, path) == "exact"
@@ -108,7 +109,8 @@ def test_a_wrong_path_is_detected() -> None:
 
 
 def test_displaced_meshes_are_detected() -> None:
-    """The pair is displaced by a micrometre, which the expected position ignores."""
+    """A displacement of the pair by a micrometre, which the expected position does not contain, is
+    detected."""
     case = Case(table1((0.001, -0.001)), "left")
     assert of_meshes(case, True, (0.0, 0.0, 0.0)) == "exact"
     assert of_meshes(case, True, (0.0, 1e-3, 0.0)) == WRONG

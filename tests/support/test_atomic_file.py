@@ -69,7 +69,7 @@ def test_a_report_without_a_name_is_refused_at_once(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("mode", [0o444, 0o400])
 def test_a_write_protected_file_is_refused(tmp_path: Path, mode: int) -> None:
-    """For root as well, who may write to any file."""
+    """A write-protected file is not replaced, also if the user is root, who may write to any file."""
     path = tmp_path / "a.stl"
     path.write_text("old")
     path.chmod(mode)
@@ -91,7 +91,8 @@ def test_a_replaced_file_keeps_its_mode(tmp_path: Path, mode: int) -> None:
 
 
 def test_the_umask_is_kept_and_not_touched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Another thread that writes a file would get the changed umask."""
+    """The mode follows the umask, which is never changed: another thread that writes a file would get the
+    changed one."""
     before = os.umask(0o027)
     monkeypatch.setattr(os, "umask", lambda _: pytest.fail("other threads would see it"))
     try:

@@ -31,18 +31,19 @@ def diagonal(x: FloatArray, y: FloatArray) -> FloatArray:
 
 
 def steep_beyond_a_kink(x: FloatArray, y: FloatArray) -> FloatArray:
-    """Flat within 0.5 of a line and thirty times as steep beyond, as at the edge of a mating flank."""
+    """Return a function that is flat within 0.5 of a line and thirty times as steep beyond, as at the edge of
+    a mating flank."""
     away = np.abs(x - 6.1) + 0.0 * y
     return np.where(away < 0.5, 0.6 * away - 0.4, 18.0 * (away - 0.5) - 0.1)
 
 
 def without_values(x: FloatArray, y: FloatArray) -> FloatArray:
-    """No value beyond an inclined line, as without a mating flank."""
+    """Return a function without values beyond an inclined line, as where there is no mating flank."""
     return np.where((x > 4.1) & (x - 0.1 * y < 7.3), -0.5, np.inf)
 
 
 def gap(x: FloatArray, y: FloatArray) -> FloatArray:
-    """Two strips with a narrow gap between them."""
+    """Return a function that is negative on two strips with a narrow gap between them."""
     return np.asarray(np.maximum(0.1 - np.abs(x - 5.03), np.abs(x - 5.03) - 0.6) + 0.0 * y)
 
 

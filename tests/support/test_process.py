@@ -33,7 +33,8 @@ COMMANDS = ("beveloid-geom", "render-figures", "render-animation", "render-repor
 
 
 def restore_ctrl_c() -> None:
-    """Undo that a shell makes processes in the background ignore Ctrl-C, which children inherit."""
+    """Restore the usual effect of Ctrl-C, because a shell makes processes in the background ignore it, which
+    their children inherit."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
@@ -63,7 +64,8 @@ def _catches(state: str, number: int) -> bool:
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM], ids=["ctrl-c", "sigterm"])
 @pytest.mark.parametrize("command", LONG)
 def test_an_interrupt_at_any_time(command: str, number: signal.Signals, tmp_path: Path) -> None:
-    """The moments, from the first import to the middle of the calculation, are random in every run."""
+    """An interrupt at random moments, from the first import to the middle of the calculation, ends the
+    command properly. The moments differ in every run."""
     for longest in (0.0, 1.0) if number == signal.SIGINT else (0.3, 3.0):
         delay = random.uniform(0.5, 1.0) * longest
         with started(LONG[command], tmp_path) as process:
@@ -117,7 +119,8 @@ def test_an_interrupt_while_workers_start() -> None:
 
 @POSIX
 def test_an_interrupt_during_a_message() -> None:
-    """Python does not write to a stream that is being written."""
+    """An interrupt while standard error is being written prints its message after the output and ends the
+    process with status 143."""
     code = (
         "import os, signal, sys, beveloid_geom.support.process as process\n"
         "process.import_module = lambda _: type('Talker', (), {'main': staticmethod(talk)})\n"
@@ -236,7 +239,8 @@ def test_every_command_has_its_version(command: str) -> None:
 
 
 def test_the_version_is_known_without_metadata() -> None:
-    """Frozen programs and zip files have none."""
+    """The version is printed without metadata of the package, which frozen programs and zip files do not
+    have."""
     code = (
         "import importlib.metadata as metadata\n"
         "def missing(name):\n    raise metadata.PackageNotFoundError(name)\n"

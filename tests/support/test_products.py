@@ -61,7 +61,8 @@ for name, work in works.items():
 
 
 def test_calculations_use_one_thread() -> None:
-    """With NumPy's default settings, the processor time of the process is that of the calling thread."""
+    """Calculations use a single thread with NumPy's default settings: the processor time of the process is
+    that of the calling thread."""
     default = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
     run = subprocess.run([sys.executable, "-c", THREADS], env=default, capture_output=True, text=True)
     assert run.returncode == 0, run.stderr

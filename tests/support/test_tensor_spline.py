@@ -17,7 +17,8 @@ def random_values() -> FloatArray:
 
 
 def test_polynomials_are_exact() -> None:
-    """Cubics inside the grid, and parabolas everywhere; with two values straight lines."""
+    """Cubics are exact inside the grid, and parabolas everywhere; with two values per line, straight lines
+    are exact."""
     rng = np.random.default_rng(1)
     x, y = rng.uniform(-1.0, 1.0, 50), rng.uniform(0.0, 3.0, 50)
     cubic = spline_through(FIRST, SECOND, FIRST**3 * SECOND**2 - SECOND**3)
@@ -46,7 +47,8 @@ def test_values_next_to_the_nodes_are_met() -> None:
 
 
 def test_second_derivatives_are_continuous() -> None:
-    """On both sides of each node and of the places where the continuation becomes a parabola."""
+    """Second derivatives are equal on both sides of each node and of the places where the continuation
+    becomes a parabola."""
     spline, step = spline_through(FIRST, SECOND, random_values()), 1e-9
     x, y = np.meshgrid((-1.0 - 1.0 / 6.0, *ROWS, 1.0 + 1.0 / 6.0), (-0.3, 1.3, 3.3))
     np.testing.assert_allclose(spline.rows(x - step, y), spline.rows(x + step, y), atol=1e-5)
@@ -60,7 +62,8 @@ def test_second_derivatives_are_continuous() -> None:
 
 
 def test_scatter_does_not_grow_beyond_the_grid() -> None:
-    """Without the parabola of least squares along each line, constants remain outside."""
+    """Scattered values without their least-squares parabola along each line are continued by constants, which
+    are at most 3 times as large as the values, 9 times at corners."""
     values = random_values()
     for axis, nodes in enumerate((ROWS, COLUMNS)):
         lines = np.moveaxis(values, axis, 0)

@@ -83,7 +83,8 @@ def test_pairs_with_modifications(kinds: str, flank: str) -> None:
 
 
 def test_a_wrong_answer_has_its_error() -> None:
-    """A point displaced by a 3-4-5 triangle, a rotated gear, and a missing position."""
+    """The comparison reports the error of a point displaced by a 3-4-5 triangle and of a rotated gear, and
+    the number of missing positions."""
 
     def answer_of(point: np.ndarray, roll: np.ndarray) -> Measurement:
         method = Method(
@@ -124,8 +125,8 @@ def test_stored_positions_are_those_at_60_digits(monkeypatch: pytest.MonkeyPatch
 @pytest.mark.parametrize(
     ("errors", "message"),
     [
-        (Errors(offset=20.0), r"right flanks have no contact .*\(OFF_FLANK\)"),
-        (Errors(offset=np.zeros(3)), r"batch of the shape \(3,\)"),
+        (Errors(offset=20.0), r"right flanks have no contact, .*\(OFF_FLANK\)"),
+        (Errors(offset=np.zeros(3)), r"arrays of shape \(3,\)"),
     ],
 )
 def test_designs_without_positions_are_refused(errors: Errors, message: str) -> None:

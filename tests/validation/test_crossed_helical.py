@@ -185,7 +185,8 @@ def test_axial_errors_do_not_move_the_path_of_cylindrical_gears_in_space() -> No
 
 @pytest.mark.parametrize("seed", range(6))
 def test_backlash_under_an_offset_error(seed: int) -> None:
-    """An offset error of the right size leads to a layout with or without backlash in closed form."""
+    """Under an offset error that leads to another layout in closed form, the backlash is that of the closed
+    form."""
     pair = drawn_pair(seed)
     aw = pair.without_backlash()
     for turn in (0.3, -0.02):

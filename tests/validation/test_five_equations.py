@@ -93,8 +93,8 @@ def test_members_exchanged_give_the_same_path() -> None:
 def test_starts_far_from_the_path(
     parabola: tuple[float, float], offset: float, shaft_deg: float, l1: float
 ) -> None:
-    """Each pair has a contact on the flanks at this l1, and starts far away, where the one equation has no
-    path."""
+    """The five equations find a path that contains the known contact at this l1, although they start far
+    away, where the one equation has no path."""
     design = table1(parabola, Errors(offset=offset, shaft_angle=radians(shaft_deg)))
     path = path_of_contact_five_equations(design, points=5)
     assert path.l1.min() < l1 < path.l1.max()

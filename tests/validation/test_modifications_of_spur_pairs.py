@@ -50,7 +50,7 @@ def test_helix_slope_leaves_a_gap_at_one_end(flank: str) -> None:
 
 @pytest.mark.parametrize("crowning", [5.0, 20.0])
 def test_length_of_the_pattern_of_a_crowned_gear(crowning: float, flank: str) -> None:
-    """A film s marks the length b sqrt(s / C)."""
+    """A film s marks the length b sqrt(s / C) of a flank with the crowning C."""
     film = 0.002
     design = spur_pair(gear=Modification(helix_crowning_um=crowning))
     cycle = mesh_cycle(design, flank)

@@ -34,8 +34,8 @@ def test_contact_begins_at_the_smallest_shaft_angle(design: Design) -> None:
 
 
 def test_errors_grow_towards_the_smallest_shaft_angle() -> None:
-    """Far above it, all methods are exact except the mesh alone; 1e-6 deg above it, only the one equation
-    is."""
+    """0.1 deg above the smallest shaft angle, all methods are exact except the mesh without polishing. 1e-6
+    deg above it, polished mesh and five equations have no result and a reason."""
     found = errors_above_smallest_shaft_angle(TABLE, "right", np.radians([1e-6, 0.1]))
     error = dict(zip(NAMES, found.error, strict=True))
     for name in NAMES[1:]:
@@ -54,7 +54,8 @@ def test_layouts_without_contact_have_a_reason() -> None:
 
 
 def test_both_equations_have_the_same_results() -> None:
-    """At other shaft angles; at the smallest one, neither has a result."""
+    """Both methods have the same status at shaft angles below and above the smallest one. At the smallest
+    one, neither has a result."""
     smallest = smallest_shaft_angle(TABLE, "right")
     angles, offsets = smallest + np.array((-1e-3, 0.0, 2.8e-3, 4e-3)), np.array((222.0, 229.0, 234.0))
     found = status_map(TABLE, "right", angles, offsets, 2)

@@ -194,7 +194,7 @@ def test_whole_lines_meet_the_five_equations(name: str, flank: str) -> None:
 
 @pytest.mark.parametrize("name", ANGLES)
 def test_lines_end_at_limits(name: str, flank: str) -> None:
-    """Every end is at the limit that is named, and no line exceeds another limit."""
+    """Every end of a line is at the limit that is named, and no line exceeds another limit."""
     design = pair(*ANGLES[name])
     lines = contact_lines(path_of_contact(design, flank, 21))
     for j, member in enumerate(design.members):
@@ -214,7 +214,7 @@ def test_lines_end_at_limits(name: str, flank: str) -> None:
 
 @pytest.mark.parametrize("name", ANGLES)
 def test_two_lines_determine_all(name: str, flank: str) -> None:
-    """Compared with every line solved separately."""
+    """Contacts that are interpolated between two lines equal those of every line solved separately."""
     pairing = pairing_of(pair(*ANGLES[name]).with_errors(Errors(offset=0.05, pinion_axial=0.3)), flank)
     l1 = np.linspace(-3.0, 3.0, 13)[None]
     l, met = on_lines(pairing)(l1)
@@ -228,8 +228,8 @@ def test_two_lines_determine_all(name: str, flank: str) -> None:
 
 @pytest.mark.parametrize("name", ANGLES)
 def test_lines_along_an_edge_or_a_root(name: str, flank: str) -> None:
-    """The first and the last line of a path have ends for every offset, whichever limit they coincide
-    with."""
+    """Every line of a path has two ends at every offset, also if the first or the last line coincides with a
+    limit of the flank."""
     offsets = np.linspace(-0.4, 0.6, 41)
     path = path_of_contact(pair(*ANGLES[name]).with_errors(Errors(offset=offsets)), flank, 5)
     assert (path.ends.status == Status.SOLVED).all()
@@ -270,7 +270,7 @@ def gap_of_flanks(design: Design, flank: str, rolls: tuple[float, float], z: flo
 
 @pytest.mark.parametrize("name", ["spur", "conical"])
 def test_flanks_separate_next_to_their_line(name: str, flank: str) -> None:
-    """By brute force: the clearance has one sign over the flank and is zero on the line."""
+    """A brute-force search finds a clearance of one sign over the flank, which is zero on the line."""
     design = pair(*ANGLES[name], face=(12.0, 12.0))
     lines = contact_lines(path_of_contact(design, flank, 5))
     rolls = float(lines.pinion_roll[2]), float(lines.gear_roll[2])

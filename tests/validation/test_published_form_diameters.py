@@ -94,8 +94,9 @@ def where_the_round_begins(member: Member) -> float:
 
 @pytest.mark.parametrize("name", STPLUS)
 def test_stplus(name: str, flank: str) -> None:
-    """Form diameters, starts of active profiles and contact ratios. STplus searches for form diameters; they
-    are within 7 um of the tool's motion (undercut pinions) and of a closed form (sound gears)."""
+    """Form diameters, starts of active profiles and contact ratios agree with the listings of STplus. STplus
+    searches for form diameters; they are within 7 um of the tool's motion (undercut pinions) and of a closed
+    form (sound gears)."""
     case, design = STPLUS[name], stplus(name, "generating")
     exact = swept(design.pinion), where_the_round_begins(design.gear)
     for member, form, tip, by_hand in zip(design.members, case["form"], case["tip"], exact, strict=True):
@@ -132,7 +133,8 @@ def iso_ratio(module: float, teeth: tuple[int, int], tips: tuple[float, float], 
 
 
 def test_undercut_ends_the_path_of_twelve_teeth() -> None:
-    """Without undercut, the tip of the mate would reach below the base circle: 1.405."""
+    """The contact ratio is that of a path which undercut ends. Without undercut, the tip of the mate would
+    reach below the base circle, and the ratio would be 1.405."""
     design = stplus("12 teeth, undercut", "generating")
     path = path_of_contact(design, "right", 41)
     assert path.ends.enter == Limit.PINION_ROOT

@@ -25,8 +25,9 @@ ALPHA = radians(20.0)
 class Case(NamedTuple):
     """One gear of a listing: its inputs and the values printed to `digits`; mm.
 
-    The contact diameter of the balls is that at the generating profile shift. Addenda give the listed tip
-    diameters, but for the last gear: there the ball stands out of the teeth only by a shorter one."""
+    The contact diameter of the balls is that at the generating profile shift. The addendum gives the listed
+    tip diameter, except for the last gear: its addendum is shorter, because otherwise the ball would not
+    stand out of the teeth."""
 
     module: float
     helix_deg: float

@@ -54,11 +54,12 @@ def made(
 
 
 def parallel(pinion: Member, gear: Member, centre: float) -> dict[str, FloatArray]:
-    """Values of helical gears at a centre distance, in the limit of parallel axes.
+    """Return results for helical gears at a centre distance, in the limit of parallel axes.
 
-    `transverse` working pressure angle (rad), `backlash` along the normal (mm), pitch `diameter` (2) in
-    operation (mm), `active` (2): diameters at which the other's tip ends the path (mm), transverse contact
-    `ratio`: a point moves along the normal, so that it is reached 1/cos^2(b_b) times."""
+    The results are the `transverse` working pressure angle (rad), the `backlash` along the normal (mm), the
+    working pitch `diameter` (2) (mm), the diameters (2) `active` at which the tips of the mates end the path
+    (mm), and the transverse contact `ratio`. The contact ratio of points is larger than the transverse one by
+    1/cos^2(b_b), because the point moves along the normal."""
     rows = np.array([_leaned(pinion, gear, centre, 0.5 * radians(step)) for step in STEPS_DEG])
     limit = limit_of(rows, 1)
     ratio = limit[6] * cos(float(base_cylinder(pinion, "right").helix_angle)) ** 2
@@ -89,8 +90,8 @@ def _leaned(pinion: Member, gear: Member, centre: float, lean: float) -> FloatAr
 
 
 def on_flank(member: Member, value: str, wanted: float) -> tuple[FloatArray, FloatArray]:
-    """Return point and normal of the right flank at mid-face where its radius, or the angle of its normal
-    to the middle of the tooth, is `wanted`."""
+    """Return the point of the right flank at mid-face that has the radius `wanted`, or whose normal has the
+    angle `wanted` to the middle of the tooth, and its normal."""
 
     def patch(l: float) -> tuple[FloatArray, FloatArray]:
         found = flank_patch(member, "right", l, z=0.0)

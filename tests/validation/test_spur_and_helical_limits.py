@@ -165,7 +165,8 @@ STEPS_DEG = (4.0, 2.0, 1.0, 0.5)
 @pytest.mark.parametrize(("teeth", "beta", "shift"), CASES)
 @pytest.mark.parametrize("share", [0.5, 0.0])
 def test_parallel_axes(teeth: tuple[int, int], beta: float, shift: tuple[float, float], share: float) -> None:
-    """At shaft angles down to the smallest allowed value, 0.5 deg; `share` is that of the pinion."""
+    """Layout and contact ratio tend to those of parallel axes, at shaft angles down to the smallest allowed
+    value, 0.5 deg. `share` is the share of the pinion in this angle."""
     rows = np.array([crossed(teeth, beta, shift, _leans(step, share)) for step in STEPS_DEG])
     centre, working, ratio = classical(teeth, beta, shift)
     base_helix = asin(sin(beta) * cos(ALPHA))

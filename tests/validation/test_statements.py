@@ -90,7 +90,7 @@ def test_the_designs_own_modification_and_errors_are_set_aside() -> None:
 
 
 def test_another_design_has_other_verdicts() -> None:
-    """On a narrow face toe and heel end the paths."""
+    """On a narrow face, where toe and heel end the paths, C3, D1 and R3 have other verdicts."""
     narrow = replace(table1(), pinion=replace(table1().pinion, face_width=24.0))
     other = {one.id: one for one in paper_statements(narrow, "right")}
     changed = {name for name in IDS if other[name].verdict != judged("right")[name].verdict}
@@ -140,7 +140,8 @@ def test_tests_of_rows() -> None:
 
 
 def test_coefficients_of_the_other_sign() -> None:
-    """A statement on positive coefficients is then measured with negative coefficients."""
+    """With the sign reversed, a statement on positive coefficients is measured with negative coefficients,
+    and has the numbers of the opposite case."""
     other = {one.id: one for one in paper_statements(table1(), "right", sign=-1)}
     length = "the path gets longer: pinion, on the tooth"
     np.testing.assert_array_equal(numbers(other["C1"])[length], numbers(judged("right")["C2"])[length])

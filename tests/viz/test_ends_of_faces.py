@@ -40,7 +40,8 @@ def test_the_larger_end_of_a_drawn_flank_is_its_heel(design: Design) -> None:
 
 
 def test_words_of_a_figure_of_a_pinion_that_narrows() -> None:
-    """The path of convex flanks runs from the small end at +z to the large end."""
+    """The figure names the ends by size: the path of convex flanks runs from the small end at +z to the large
+    end. The CSV file contains the codes."""
     require_opengl()
     page, rows = drawn("fig-08", PINION_NARROWS, (1000, 750))
     assert "pinion toe \u2192 pinion heel" in words(page)

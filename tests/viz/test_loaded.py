@@ -141,9 +141,7 @@ def refused(*arguments: str) -> str:
 def test_what_is_no_result_is_refused(decks: Path, tmp_path: Path) -> None:
     given = "--loaded", str(decks), "--out", str(tmp_path / "out")
     assert "leave out --only, --set" in refused(*given, "--only", "fig-09")
-    assert "are not of this design: give theirs with --design" in refused(
-        *given, "--design", "marine-gearbox"
-    )
+    assert "belong to another design: name it with --design" in refused(*given, "--design", "marine-gearbox")
     lost = refused("--loaded", str(tmp_path / "none.inp"), "--out", str(tmp_path / "out"))
     assert "none.inp (No such file or directory): write it with beveloid-geom mesh --part pair" in lost
     assert decks_of(decks) == [decks.with_stem(f"p-{k}") for k in (1, 2, 3)]
@@ -174,10 +172,10 @@ def test_decks_of_other_rolls_are_not_mixed(decks: Path, tmp_path: Path) -> None
     """Incomplete sets, old decks, and a single deck next to those of `--rolls` are refused."""
     path = copied(decks, tmp_path, "p-1", "p-2")
     given = "--loaded", str(path), "--out", str(tmp_path / "out")
-    assert f"there are 2 decks of {path}, written by --rolls 3: remove all and write" in refused(*given)
+    assert f"there are 2 decks of {path}, written by --rolls 3: remove them all and write" in refused(*given)
     new = copied(decks, tmp_path, "p-1", "p-2", "p-3").with_stem("p-3")
     new.write_text(new.read_text().replace('"decks": 3', '"decks": 2'))
-    assert f"there are 3 decks of {path}, written by --rolls 2 and 3: remove all" in refused(*given)
+    assert f"there are 3 decks of {path}, written by --rolls 2 and 3: remove them all" in refused(*given)
     copied(decks, tmp_path, "p")
     assert f"there are both {path} and {path.with_stem('p-1')}: remove the unwanted files" in refused(*given)
 

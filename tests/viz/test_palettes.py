@@ -70,7 +70,7 @@ def test_bars_and_marks_differ_without_colours() -> None:
 
 
 def test_working_pitch_circles_are_dashed() -> None:
-    """Reference circles are solid lines."""
+    """Working pitch circles are drawn as dashes, reference circles as one line each."""
     tubes = [
         item
         for item in fig_04_meshing._items(fig_04_meshing.compute(builtin_design()), 1.0)
@@ -85,7 +85,7 @@ def test_working_pitch_circles_are_dashed() -> None:
 
 
 def test_the_radius_of_the_round_ends_on_it() -> None:
-    """The tip of the arrow is on the profile of the straight tool."""
+    """The arrow of the tip radius begins at the centre of the round and ends on the profile of the tool."""
     data = fig_02_rack.compute(builtin_design())
     with theme.style():
         page = fig_02_rack.draw(data, of_size((1600, 1200))).page

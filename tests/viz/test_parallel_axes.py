@@ -38,7 +38,7 @@ def test_what_figures_say_of_lines(name: str) -> None:
 
 @pytest.mark.parametrize("member", [0, 1])
 def test_the_path_crosses_the_lines_drawn(member: int, flank: str) -> None:
-    """Each line contains a point of the path, and its length is that of the library."""
+    """Each drawn line contains a point of the path and has the length that the library computes."""
     lines = paths_table.solve(PAIR, flank).contact_lines(member)
     path = path_of_contact(PAIR, flank, paths_table.LINES + 2)
     points = paths_table.points_on(path, member)[1:-1]
@@ -62,7 +62,7 @@ def test_the_posed_pair_touches_along_a_line() -> None:
 
 
 def test_lines_of_contact_are_lines_of_the_page() -> None:
-    """Both members have the same number of lines, from end to end."""
+    """The lines of contact are drawn as straight lines on the flanks of both members."""
     require_opengl()
     page, _ = drawn("fig-08", PAIR)
     black = [line for axes in page.axes for line in axes.lines if line.get_solid_capstyle() == "butt"]
@@ -100,7 +100,8 @@ def test_sensitivities_say_what_is_missing() -> None:
 
 
 def test_clouds_are_of_convex_flanks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Under shaft-angle errors, line contact has no path."""
+    """The cloud shows convex flanks, because line contact has no path under shaft-angle errors; the caption
+    states this."""
     monkeypatch.setattr(tolerance_cloud, "MOUNTINGS", 8)
     monkeypatch.setattr(tolerance_cloud, "CYCLE_MOUNTINGS", 1)
     side = tolerance_cloud.compute(PAIR)

@@ -36,7 +36,7 @@ def test_a_straight_line_needs_two_points() -> None:
 
 
 def test_a_tube_has_few_triangles() -> None:
-    """A quarter of a circle of 10 mm with a tube of 0.5 mm: 17 rings, not 101."""
+    """A tube of 0.5 mm along a quarter of a circle of 10 mm has 17 rings instead of 101."""
     mesh = next(tube_meshes([CIRCLE[:101]], 0.5)).triangulate()
     caps = 2 * (TUBE_SIDES - 2)
     assert mesh.n_cells - caps == 2 * TUBE_SIDES * 16
@@ -46,7 +46,7 @@ def test_a_tube_has_few_triangles() -> None:
 
 
 def test_lines_of_a_colour_are_one_actor() -> None:
-    """Tubes, balls and arrows keep their triangles."""
+    """Tubes, balls and arrows of one colour are drawn as one actor and keep their triangles."""
     items: list[Item] = [
         Tube(CIRCLE[:101], "red", 0.5),
         Tube(CIRCLE[101:] + 1.0, "red", 0.5),
@@ -70,7 +70,8 @@ def test_dashes_have_the_lengths_of_the_pattern() -> None:
 
 
 def test_no_item_replaces_another() -> None:
-    """Items have names of their own: with those that PyVista 0.45 gives, 22 of 300 balls disappear."""
+    """Each item has its own name in the plotter. With the names that PyVista 0.45 gives, 22 of 300 balls
+    disappear."""
     plotter = pv.Plotter(off_screen=True)
     add_items(plotter, [Tube(np.array([[float(k), 0.0, 0.0]]), f"#{k:06x}", 0.4) for k in range(30)])
     assert set(plotter.renderer.actors) == {f"item {k}" for k in range(30)}

@@ -141,7 +141,7 @@ def test_words_are_apart_whole_and_large_enough(figure: Figure, design: str) -> 
 
 
 def test_faults_are_seen() -> None:
-    """Text that overlaps, is cut or too small is reported."""
+    """The test of pages reports text that overlaps, is cut off or too small."""
     recipe = recipe_of("sliding")
     page = recipe.drawn(recipe.compute(TABLE), in_print(190.0)).page
     assert faults(page) == []
@@ -269,6 +269,7 @@ def test_formulas_are_spelled_in_a_file_of_words() -> None:
         == "a1 = 0.001 mm\u207b\u00b9, \u03b4 = 15 deg"
     )
     assert theme.spelled("$y_a = a_j l_j^2$") == "ya = aj lj\u00b2"
+    assert theme.spelled("5\u00b7$10^{\u221212}$ mm") == "5\u00b710\u207b\u00b9\u00b2 mm"
 
 
 @pytest.mark.parametrize(

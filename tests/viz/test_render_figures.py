@@ -53,7 +53,8 @@ def test_figures_are_written_with_their_numbers(tmp_path: Path) -> None:
 
 
 def test_a_notebook_and_a_read_only_home_do_not_matter(tmp_path: Path) -> None:
-    """A notebook exports its backend, and the folders of Matplotlib may not be writable."""
+    """Figures are drawn although a notebook exports its backend and the folders of Matplotlib are not
+    writable."""
     temporary = tmp_path / "temporary"
     temporary.mkdir()
     unusual = {
@@ -147,8 +148,8 @@ def test_figures_are_chosen_by_name_and_set(
 
 
 def test_both_flanks_are_drawn(tmp_path: Path) -> None:
-    """Left flanks of a pair are the right flanks of its mirror image; figures of both flanks are drawn
-    once."""
+    """Figures of both flanks are drawn once, others for each flank. Left flanks of a pair have the numbers of
+    the right flanks of its mirror image."""
     mirror = tmp_path / "mirror.toml"
     text = builtin_text().replace("helix_angle_deg = 25.0", "helix_angle_deg = -25.0")
     mirror.write_text(text.replace("helix_angle_deg = -10.57", "helix_angle_deg = 10.57"))
@@ -209,7 +210,7 @@ def test_an_interrupted_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest
 
 
 def test_a_window_class_that_crashes_is_not_chosen(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A crash of the probe does not stop the program."""
+    """A window class whose probe crashes is not chosen, and the program continues."""
     monkeypatch.setattr(opengl, "PROBE", "import os; os.abort()")
     assert not opengl.draws.__wrapped__("")  # not the cached answer
 

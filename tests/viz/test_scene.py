@@ -28,7 +28,8 @@ def test_points_are_where_they_are_drawn(perspective: bool) -> None:
 
 @pytest.mark.parametrize("perspective", [False, True])
 def test_all_points_are_in_the_picture(perspective: bool) -> None:
-    """The points leave the margin free on both sides of one direction, and at least on both of the other."""
+    """The points are centred in the picture. They leave exactly the margin in one direction, and at least the
+    margin in the other."""
     camera = fit_camera(CORNERS, (-0.5, 0.52, 0.7), (0.0, -1.0, 0.0), SIZE, 0.1, perspective)
     half = camera.half_height * np.array([SIZE[0] / SIZE[1], 1.0])
     seen = camera.seen(CORNERS) / half
@@ -44,7 +45,7 @@ def test_near_things_are_larger_in_perspective() -> None:
 
 
 def test_a_surface_is_divided_along_a_level_line() -> None:
-    """A square of two triangles, divided along the diagonal x + y = 0.5: areas 1/8 and 7/8."""
+    """A square of two triangles is divided along the diagonal x + y = 0.5 into areas of 1/8 and 7/8."""
     points = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
     level = points[:, :2].sum(axis=1) - 0.5
     paint = Paint(points[:, 0], ("black", "white"), (0.0, 1.0))

@@ -94,14 +94,16 @@ def measured(number: int, one: Measurement) -> Measurement:
 
 
 def stepped(found: MethodErrors) -> MethodErrors:
-    """Replace errors, which are rounding errors, by steps; all methods but the last lack the first one."""
+    """Replace the errors, which are rounding errors, by fixed steps. All methods except the first and the
+    last have no value at the first shaft angle."""
     error = 10.0 ** -(np.arange(found.error.shape[1]) + 0.5 * np.arange(found.error.shape[0])[:, None])
     error[1:-1, 0] = np.nan
     return replace(found, error=error, stated=np.where(np.isfinite(found.stated), 30.0 * error, np.nan))
 
 
 def even(found: Convergence, size: float) -> Convergence:
-    """Replace errors of the polished mesh, which are rounding errors."""
+    """Replace the errors of the polished mesh, which are rounding errors, by a smooth function of the
+    tolerance."""
     point, apart = (size * error * found.tolerance**0.1 for error in (1e-10, 1e-13))
     return replace(found, point_error=point, separation_error=apart)
 
@@ -183,7 +185,7 @@ def test_snapshot_of_the_page(name: str, request: pytest.FixtureRequest, tmp_pat
 
 @pytest.mark.parametrize("name", CHARTS)
 def test_a_moved_curve_fails(name: str) -> None:
-    """Every long line of a chart that is moved by one pixel fails the comparison."""
+    """The comparison fails if any long line of a chart is moved by one pixel."""
     page, seen = bare_page(name), 0
     before = pixels(page)
     for line in (line for axes in page.axes for line in axes.lines):
@@ -200,7 +202,7 @@ def test_a_moved_curve_fails(name: str) -> None:
 
 
 def test_a_moved_contact_line_fails() -> None:
-    """A path that is moved by 0.5 mm fails in every picture of the figure."""
+    """The comparison fails in every picture of the figure if a path is moved by 0.5 mm."""
     data: PathFigure = data_of("fig-09")
     other = drawn("fig-09", replace(data, paths=moved(data.paths, 0.5)))
     for key, picture in drawing("fig-09").pictures.items():
@@ -213,7 +215,7 @@ def test_a_moved_contact_line_fails() -> None:
 
 
 def test_another_pattern_fails() -> None:
-    """A pattern with a separation larger by half a micrometre fails."""
+    """The comparison fails if the separation of a pattern is larger by half a micrometre."""
     data: BandFigure = data_of("pattern")
     columns = []
     for column in data.columns:

@@ -34,7 +34,7 @@ def involute(angle: float) -> float:
 
 
 def standard(teeth: int, beta: float, x: float, ball: float, thinner: float = 0.0) -> float:
-    """DIN 21773 Eqs. (30), (31), (35), (36)."""
+    """Return the dimension over balls by DIN 21773 Eqs. (30), (31), (35), (36)."""
     alpha_t = atan(tan(ALPHA) / cos(beta))
     half = (pi - 4 * x * tan(ALPHA)) / (2 * teeth) - thinner / (MODULE * teeth)
     wanted = ball / (teeth * MODULE * cos(ALPHA)) - half + involute(alpha_t)
@@ -44,7 +44,7 @@ def standard(teeth: int, beta: float, x: float, ball: float, thinner: float = 0.
 
 
 def ideal(teeth: int, beta: float, x: float) -> float:
-    """DIN 21773 Eqs. (26), (27): the ball that touches on the V-cylinder."""
+    """Return the diameter of the ball that touches on the V-cylinder, by DIN 21773 Eqs. (26), (27)."""
     alpha_t, base_helix = atan(tan(ALPHA) / cos(beta)), np.arcsin(sin(beta) * cos(ALPHA))
     d = MODULE * teeth / cos(beta)
     alpha_v = np.arccos(d * cos(alpha_t) / (d + 2 * x * MODULE))
@@ -85,7 +85,8 @@ def nearest(member: Member, flank: str, turn: float, point: FloatArray) -> float
 
 @pytest.mark.parametrize("name", ["pinion", "gear", "concave", "convex", "cone 20"])
 def test_beveloids_agree_with_a_search_on_the_flanks(name: str) -> None:
-    """Find radius and angle at which both distances, by search, equal the ball radius to 1e-6 mm."""
+    """Radius and angle of the centre agree with a search for the centre at which both flanks are at the
+    distance of the ball radius, to 1e-6 mm."""
     member = MEMBERS[name]
     ball = recommended_ball(member)
     found, pitch = balls_at(member, ball, ball_planes(member, ball)), 2.0 * pi / float(member.teeth)
@@ -105,9 +106,9 @@ def test_beveloids_agree_with_a_search_on_the_flanks(name: str) -> None:
 
 @pytest.mark.parametrize("seed", [0, 1, 4, 5, 6, 7, 9, 10, 13, 14])
 def test_balls_on_steep_cones_agree_with_balls_on_one_flank(seed: int) -> None:
-    """Place a ball on a point of the right flank; its size follows from a search on the left flank. For the
-    seeds left out, the centre is inside a base cylinder, and no perpendicular to the flank passes through
-    it."""
+    """A ball is placed on a point of the right flank, and its size follows from a search on the left flank.
+    Seeds at which the centre is inside a base cylinder are left out, because no perpendicular to the flank
+    passes through it."""
     draw = np.random.default_rng(seed)
     helix, cone, x = radians(draw.uniform(-20, 20)), radians(draw.uniform(30, 43)), draw.uniform(-0.2, 0.3)
     width = float(draw.uniform(3, 6) * MODULE)
@@ -131,7 +132,8 @@ def test_balls_on_steep_cones_agree_with_balls_on_one_flank(seed: int) -> None:
 
 
 def test_a_ball_on_a_cone_of_31_deg() -> None:
-    """67 teeth, helix -26.5 deg, x -0.16, a ball of two modules: brute force found 37.6428 modules."""
+    """67 teeth, helix -26.5 deg, x -0.16, a ball of two modules: the centre is at the radius that brute force
+    gave, 37.6428 modules."""
     member = Member(Tool(3.0, ALPHA), 67, radians(-26.5), radians(31.1), -0.16, 16.0)
     found = balls_at(member, 6.0, -0.16 * 16.0)
     assert found.status[0, 0] == BallStatus.MEASURED
@@ -161,7 +163,8 @@ def test_balls_without_dimension_have_a_status(ball: float, status: BallStatus) 
 
 
 def test_a_ball_that_touches_beyond_the_face_is_reported() -> None:
-    """With its centre at the toe of a helical member, a ball touches one flank beyond the face."""
+    """A ball with its centre at the toe of a helical member touches one flank beyond the face, which its
+    status states."""
     member = MEMBERS["pinion"]
     toe = -0.5 * float(member.face_width)
     assert balls_at(member, 10.5, toe).status[0, 0] == BallStatus.OFF_FLANK

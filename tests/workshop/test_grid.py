@@ -28,7 +28,8 @@ GRID = measuring_grid(MEMBERS["pinion"])
 
 @pytest.mark.parametrize("name", ["pinion", "gear", "spur", "concave", "convex", "cone 20"])
 def test_points_are_on_the_exact_flank(name: str) -> None:
-    """Compare with the equations of the paper at 60 digits, without the profile shift of the library."""
+    """Points and normals agree with the equations of the paper at 60 digits, which contain the axial shift of
+    the paper instead of the profile shift of the library."""
     member = MEMBERS[name]
     grid, moved = measuring_grid(member, 3, 4, 0.05), zero_shift(member)
     for side, flank in enumerate(FLANK_SIGN):
@@ -94,7 +95,7 @@ def test_deviations_are_along_the_normal() -> None:
 
 
 def test_a_laterally_displaced_probe_causes_no_error() -> None:
-    """Measure points of a finer grid, off the flank along their normals."""
+    """Points of a finer grid, moved along their normals, have exactly these deviations."""
     fine = measuring_grid(MEMBERS["pinion"], 5, 9, 0.1005)
     wanted = off_flank(GRID)
     found = deviations_of(GRID, fine.point + wanted[..., None] * fine.normal)
@@ -103,7 +104,8 @@ def test_a_laterally_displaced_probe_causes_no_error() -> None:
 
 
 def test_thickness_and_datum_are_distinguished() -> None:
-    """A tooth is made thinner and rotated, by rotating its flanks."""
+    """The deviations of a tooth that is thinner and rotated give its thickness and its rotation
+    separately."""
     member, thinner, turn = MEMBERS["gear"], -0.03, 2e-5
     grid = measuring_grid(replace(member, tool=replace(member.tool, parabola=0.0)))
     own = thinner / (float(member.tool.normal_module) * float(member.teeth))
@@ -224,59 +226,62 @@ def without_names(change: Callable[[list[str]], list[str]]) -> str:
 BAD = {
     "a hole": (
         lines(lambda own: own[:14] + own[15:]),
-        "line 15 is right, row 2, column 6 where right, row 2, column 5 is due: a point is missing",
+        "line 15 is (right, row 2, column 6), expected (right, row 2, column 5): a point is missing",
     ),
     "an empty cell": (
         lines(lambda own: [*own[:3], "right,1,3,,2.0,3.0", *own[4:]]),
-        "line 4 has no point (x, y and z in mm): is a point of the grid missing",
+        "line 4 has no point (x, y and z in mm): measure each point of the grid",
     ),
     "not a number": (lines(lambda own: [*own[:3], "right,1,3,nan,2.0,3.0", *own[4:]]), "line 4 has no point"),
-    "too few": (without_names(lambda own: own[:-1]), "has 89 points in place of 90 of both flanks"),
-    "too many": (without_names(lambda own: [*own, own[-1]]), "has 91 points in place of 90"),
+    "too few": (without_names(lambda own: own[:-1]), "has 89 points, must have 90 of both flanks"),
+    "too many": (without_names(lambda own: [*own, own[-1]]), "has 91 points, must have 90"),
     "another order": (
         without_names(lambda own: [*own[:45:-1], *own[:46]]),
-        "has the point of right, row 1, column 1 at left, row 5, column 9: take the points in the grid's",
+        "has the point of right, row 1, column 1 at the position of left, row 5, column 9: write",
     ),
     "two swapped": (
         without_names(lambda own: [own[1], own[0], *own[2:]]),
-        "has the point of right, row 1, column 1 at right, row 1, column 2",
+        "has the point of right, row 1, column 1 at the position of right, row 1",
     ),
     "um": (
         without_names(lambda own: [" ".join(str(1e3 * float(v)) for v in one.split()) for one in own]),
-        "has coordinates 1000 times those of the grid: were they given in um? mm are read",
+        "has coordinates 1000 times those of the grid: give them in mm, they are probably in um",
     ),
     "inches": (
         without_names(lambda own: [" ".join(str(float(v) / 25.4) for v in one.split()) for one in own]),
-        "were they given in inches",
+        "give them in mm, they are probably in inches",
     ),
-    "um by name": (csv_of(GRID).replace("x_mm", "x_um"), "line 1: x_um must be in mm, as x_mm: convert it"),
-    "no z": (csv_of(GRID).replace("z_mm", "height"), "line 1 names no column z"),
+    "um by name": (
+        csv_of(GRID).replace("x_mm", "x_um"),
+        "line 1: x_um must be in mm: convert it and name it x_mm",
+    ),
+    "no z": (csv_of(GRID).replace("z_mm", "height"), "line 1 has no column z"),
     "another gear": (
         csv_of(measuring_grid(MEMBERS["gear"])),
-        "mm away from its place: is it this design, member, grid and datum",
+        "mm from its nominal position, the limit is 3 mm: do design, member, grid and datum",
     ),
     "decimal commas between commas": (
         "\n".join(",".join(with_comma(cell) for cell in point) for point in xyz(GRID)),
-        "line 1 has whole numbers only: a decimal comma? write points, or separate the columns by semicolons",
+        "line 1 has only whole numbers: do the numbers have decimal commas? write decimal points",
     ),
     "the same with names and places": (
         rewritten(with_comma)(GRID),
-        "line 2 has whole numbers only: a decimal comma?",
+        "line 2 has only whole numbers: do the numbers have decimal commas?",
     ),
     "thousands": (
         unnamed(";")(GRID).replace("92.", "1.092,"),
-        "line 2 has no point (x, y and z in mm): a decimal",
+        "line 2 has no point (x, y and z in mm): do the numbers have decimal commas",
     ),
-    "um in brackets": (unnamed(",", "x(um),y(um),z(um)\n")(GRID), "line 1: x_um must be in mm, as x_mm"),
+    "um in brackets": (unnamed(",", "x(um),y(um),z(um)\n")(GRID), "line 1: x_um must be in mm: convert"),
     "a hole in numbered points": (
         "\n".join(f"{i} {' '.join(p[: 3 - (i == 4)])}" for i, p in enumerate(xyz(GRID))),
-        "line 5 has no point (x, y and z in mm): is a point of the grid missing",
+        "line 5 has no point (x, y and z in mm): measure each point of the grid",
     ),
     "a hole in the first point": (
         "right,1,1,,2.0,3.0\n",
-        "line 1 has no point (x, y and z in mm): is a point",
+        "line 1 has no point (x, y and z in mm): measure each point",
     ),
-    "nothing": ("", "has 0 points in place of 90"),
+    "nothing": ("", "has 0 points, must have 90"),
     "words": ("a b c\n", "line 1 has no point (x, y and z in mm)"),
 }
 

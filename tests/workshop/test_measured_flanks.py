@@ -66,7 +66,8 @@ def test_the_flank_passes_through_the_measured_points(parabola: float, shape: tu
 
 
 def test_other_modifications_are_added() -> None:
-    """Points of the flank without crowning undo the crowning of the design."""
+    """Deviations are added to other modifications: measured points of a flank without crowning undo the
+    crowning of the design."""
     plain = table1().pinion
     crowned = plain.modified(
         Modification(helix_crowning_um=10.0, tip_relief_um=8.0, tip_relief_length_mm=5.0)
@@ -95,7 +96,7 @@ def test_derivatives_within_and_beyond_the_grid(flank: str) -> None:
 
 
 def test_zero_deviations_change_nothing(tmp_path: Path, flank: str) -> None:
-    """The nominal grid as the command prints it, rounded to 1e-9 mm."""
+    """The nominal grid as the command prints it, rounded to 1e-9 mm, gives no deviations."""
     (tmp_path / "points.txt").write_text(run("grid", "ni-2017").stdout)
     (tmp_path / "pair.toml").write_text(FILE + '[pinion.modification]\ndeviations = "points.txt"\n')
     design = read_design(tmp_path / "pair.toml")
@@ -106,7 +107,8 @@ def test_zero_deviations_change_nothing(tmp_path: Path, flank: str) -> None:
 
 
 def test_stacked_members_have_their_own_deviations(flank: str) -> None:
-    """The sliding of a path is computed from stacked members: check their points."""
+    """Points of stacked members, which the calculation of sliding uses, equal those of single members with
+    their deviations."""
     members = [
         with_points(m, *measured(m, 0.003, shape=shape))
         for m, shape in zip(table1().members, ((4, 5), (3, 6)), strict=True)
@@ -172,12 +174,12 @@ FAULTS = {
     'deviations = {file = "all.txt", border = 0.1}': "deviations.border must be a text, got 0.1",
     'deviations = {file = "all.txt", border = "10"}': "border must be a percentage such as 10%",
     'deviations = {file = "all.txt", border = "60%"}': "border must be at least 0 and below 50 %, got 60 %",
-    'deviations = {file = "all.txt", columns = 4}': "row 1, column 5 where right, row 2, column 1 is due",
-    'deviations = "hole.txt"': "line 8 is right, row 1, column 2 where right, row 1, column 1 is due",
-    'deviations = "order.txt"': "line 8 is right, row 1, column 2 where right, row 1, column 1 is due",
-    'deviations = "um.txt"': "coordinates 1000 times those of the grid: were they given in um? mm are read",
-    'deviations = "thick.txt"': "4 mm away from its place: is it this design, member, grid and datum?",
-    'deviations = "gear.txt"': "away from its place: is it this design, member, grid and datum?",
+    'deviations = {file = "all.txt", columns = 4}': "row 1, column 5), expected (right, row 2, column 1)",
+    'deviations = "hole.txt"': "line 8 is (right, row 1, column 2), expected (right, row 1, column 1)",
+    'deviations = "order.txt"': "line 8 is (right, row 1, column 2), expected (right, row 1, column 1)",
+    'deviations = "um.txt"': "1000 times those of the grid: give them in mm, they are probably in um",
+    'deviations = "thick.txt"': "4 mm from its nominal position, the limit is 3 mm: do design, member, grid",
+    'deviations = "gear.txt"': "from its nominal position, the limit is 3 mm: do design, member, grid",
     'deviations = "/dev/zero"': "is longer than 1,090,000 bytes: give the table of points",
     'deviation = "all.txt"': "deviation is unknown: did you mean deviations?",
     'right.deviations = "none.csv"': "[pinion.modification.right] deviations names 'none.csv', which",
@@ -227,7 +229,8 @@ def test_commands_name_the_file(folder: Path) -> None:
 
 
 def test_pattern_beside_that_of_nominal_flanks(folder: Path) -> None:
-    """10 um of helix crowning were measured; without them, the pattern is that of the design."""
+    """The pattern of measured flanks is printed with that of the nominal flanks. The measured flanks have 10
+    um of helix crowning; the nominal pattern is that of the design."""
     crowned = run("grid", "ni-2017", "--pinion-modification", "helix_crowning=10").stdout
     (folder / "crowned.txt").write_text(crowned)
     path = folder / "pair.toml"
@@ -243,7 +246,8 @@ def test_pattern_beside_that_of_nominal_flanks(folder: Path) -> None:
 
 
 def test_other_amounts_on_measured_flanks_are_not_written(tmp_path: Path) -> None:
-    """Their points would undo the change when the file is read."""
+    """A design whose amounts changed after its deviations were read is not written, because the points would
+    undo the change when the file is read."""
     (tmp_path / "points.txt").write_text(run("grid", "ni-2017", "--parabola-pinion", "0.0005").stdout)
     (tmp_path / "pair.toml").write_text(FILE + '[pinion.modification]\ndeviations = "points.txt"\n')
     out = "--out", str(tmp_path / "out.toml")

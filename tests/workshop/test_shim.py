@@ -79,7 +79,8 @@ def test_the_smallest_movement_is_that_of_the_closed_form() -> None:
 
 @pytest.mark.slow
 def test_with_parabolas_no_movement_is_smaller() -> None:
-    """Movements are along the gradient of the backlash, by its differences and exactly."""
+    """The movement is along the gradient of the backlash, by differences and by exact derivatives, so that no
+    smaller movement gives this backlash."""
     design = TABLE.with_parabola(0.001, -0.001).with_errors(HOUSING)
     found, step = shim(design, 0.1), 1.0
     pinion, gear = found.axial[:, None] + step * np.array([[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]])
@@ -94,7 +95,8 @@ def test_with_parabolas_no_movement_is_smaller() -> None:
 
 @pytest.mark.parametrize(("number", "backlash"), [(0, 0.2633), (1, 0.04146)])
 def test_positions_at_which_an_edge_stops_an_edge_are_found(number: int, backlash: float) -> None:
-    """Movements of the same length in other directions do not reach the backlash."""
+    """Positions are found for a backlash that the contact of two edges limits. Movements of the same length
+    in other directions give less backlash."""
     design = edge_pair(number)
     found = shim(design, backlash)
     assert found.status == ShimStatus.REACHED
@@ -133,7 +135,7 @@ def test_mirrored_pairs_have_the_same_shims() -> None:
 
 
 def test_a_path_is_searched_if_the_start_has_none() -> None:
-    """Without first contact at the start, the result is the same as from the design."""
+    """The result is the same as from the design if the start has no first contact."""
     off = TABLE.with_errors(Errors(pinion_axial=48.0))
     assert path_of_contact(off, "right").ends.contact_ratio == 0.0
     found, near = shim(off, 0.12, 0.5), shim(TABLE, 0.12, 0.5)

@@ -49,7 +49,8 @@ def test_distance_of_parallel_planes_on_both_flanks(
         return turned @ patch.point, turned @ patch.normal
 
     def missing(at: FloatArray) -> FloatArray:
-        """Return the deviations of the contact from the common normal."""
+        """Return the components in which the second contact deviates from the common normal of the first
+        one."""
         point, normal = left(at)
         return np.cross(point - right.point, right.normal)[:2] + (normal + right.normal)[:2]
 

@@ -129,7 +129,8 @@ def test_mirrored_members_have_the_same_dimensions() -> None:
 
 
 def test_thickness_changes_the_backlash() -> None:
-    """Compare with first contacts of rotated flanks: exact without parabolas, approximate with them."""
+    """The change of the backlash by an allowance equals that of first contacts of rotated flanks: exactly
+    without parabolas, approximately with them."""
     thinner = np.array([-0.06, -0.09])
     for parabola, close in ((0.0, 1e-11), (0.001, 2e-5)):
         design = builtin_design().with_parabola(parabola, -parabola)

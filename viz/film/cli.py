@@ -40,16 +40,16 @@ def check_format(out: Path, size: tuple[int, int], fps: float, frames: int) -> N
     elif out.is_dir():
         fault = f"--out: {click.format_filename(out)} is a folder: name a file in it"
     elif frames < 2:
-        fault = f"--seconds at --fps {fps:g} makes fewer than 2 frames: take more"
+        fault = f"--seconds at --fps {fps:g} makes fewer than 2 frames: increase --seconds or --fps"
     elif suffix == ".gif" and abs(100.0 / fps - max(2, round(100.0 / fps))) > 1e-6:
         delays = sorted({max(2.0, 100.0 // fps + more) for more in (0, 1)}, reverse=True)
         rates = " or ".join(f"{100.0 / delay:.4g}" for delay in delays)
         delay_limits = "the delays of a GIF are whole hundredths of a second, at least 2"
-        fault = f"--fps {fps:g}: {delay_limits}: take {rates}, or .mp4"
+        fault = f"--fps {fps:g}: {delay_limits}: choose {rates}, or write .mp4"
     elif suffix == ".mp4" and any(side % 2 for side in size):
         fault = f"--size {size[0]}x{size[1]}: both sides of an MP4 must be even"
     elif suffix == ".mp4" and find_spec("imageio_ffmpeg") is None:
-        fault = "MP4 files need an encoder: pip install 'beveloid-geom[film]', or take .gif"
+        fault = "MP4 files need an encoder: pip install 'beveloid-geom[film]', or write .gif"
     if fault:
         raise Refusal([fault])
 

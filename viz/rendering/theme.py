@@ -55,7 +55,9 @@ SMALL = 11.5
 
 GREEK = {"alpha": "\u03b1", "beta": "\u03b2", "gamma": "\u03b3", "delta": "\u03b4"}
 GREEK |= {"varphi": "\u03c6", "pi": "\u03c0"}
-RAISED = str.maketrans("\u2212123", "\u207b\u00b9\u00b2\u00b3")
+RAISED = str.maketrans(
+    "\u22120123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"
+)
 """Superscripts for formulas in plain text."""
 MARGIN, WORDS = 0.4, 0.85  # inches: margin of a page, and height of title and subtitle
 AROUND = 1.0
@@ -311,7 +313,7 @@ def legend(
 def spelled(words: str) -> str:
     """Return text with TeX formulas in plain characters: $a_1$ becomes a1."""
     words = re.sub(r"\\([a-z]+)", lambda matched: GREEK.get(matched[1], matched[1]), words)
-    words = re.sub(r"\^\{?(\u2212?\d)\}?", lambda matched: matched[1].translate(RAISED), words)
+    words = re.sub(r"\^(\{\u2212?\d+\}|\d)", lambda matched: matched[1].strip("{}").translate(RAISED), words)
     return re.sub(r"[$_{}]", "", words)
 
 

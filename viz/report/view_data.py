@@ -56,7 +56,7 @@ def view_data(design: Design, tolerance: float | None = None) -> dict[str, Any]:
         For a batch of designs.
     """
     if design.batch_shape:
-        raise ValueError(f"a view is that of one design, got a batch of the shape {design.batch_shape}")
+        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     frames = frames_at(design, 0.0, 0.0)
     members = [
         _member(name, member, tolerance) | place

@@ -148,7 +148,8 @@ class _Search:
             if self.aim.edges or operation_of(design, self.flank, self.aim).edge_share == 0.0:
                 return amounts
         reason = "leave no backlash" if self.aim.edges else "leave no backlash or cause edge contact"
-        raise ValueError(f"all amounts found {reason}: reduce the errors, or widen the bounds")
+        found_amounts = "all amounts that satisfy the constraints"
+        raise ValueError(f"{found_amounts} {reason}: reduce the errors, or widen the bounds")
 
     def _violation(self, found: Objectives) -> FloatArray:
         """Return the largest violation (...) of the constraints, relative to their bounds."""
@@ -252,5 +253,5 @@ def _check_amounts(design: Design, flank: str, bounds: Mapping[str, Bounds]) -> 
             cure = f"write {amount} = 0.0 and {length_of(amount)} in [{member}.modification]"
             raise ValueError(f"{name} can vary only if its length is given: {cure}")
         if not -MAX_AMOUNT_UM <= low < high <= MAX_AMOUNT_UM:
-            limit = f"be two numbers that increase, between -{MAX_AMOUNT_UM:g} and {MAX_AMOUNT_UM:g} um"
+            limit = f"be two numbers, lower one first, between -{MAX_AMOUNT_UM:g} and {MAX_AMOUNT_UM:g} um"
             raise ValueError(f"bounds of {name} must {limit}, got {low:g}, {high:g}")

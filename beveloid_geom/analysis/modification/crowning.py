@@ -131,7 +131,7 @@ def crowning_for(
         x = np.maximum(root(residuals, np.ones(2), tol=1e-3, options=limits).x, 0.0)
         error, found, edges = trial.reached(x)
     except UnknownOperationError as unknown:
-        raise ValueError(f"the contact is not known for some crownings: {unknown}") from None
+        raise ValueError(f"the contact could not be computed for some crownings: {unknown}") from None
     except DesignError as beyond:
         raise ValueError(f"no crownings within their limits give both values: {beyond}") from None
     # Largest relative difference of length and transmission error from their given values.
@@ -141,8 +141,8 @@ def crowning_for(
         wanted, nearest = (f"{ARCSEC * value:.4g} arcsec" for value in (transmission_error, error))
         crownings = f"{helix:.3g} um of helix and {profile:.3g} um of profile crowning"
         raise ValueError(
-            f"no crownings give a transmission error of {wanted} and a pattern of {length:g} mm:"
-            f" the nearest are {crownings}, with {nearest} and {found:.4g} mm"
+            f"no crownings give a transmission error of {wanted} and a pattern length of {length:g} mm:"
+            f" the nearest result is {nearest} and {found:.4g} mm with {crownings}; change one of both values"
         )
     helix, profile = (start * x).tolist()
     return Crowning(member, flank, helix, profile, trial.crowned(x), error, found, separation, edges)
@@ -207,7 +207,7 @@ def pattern_length(side: MemberPattern, separation: float) -> float:
 def _check(design: Design, transmission_error: float, length: float, member: str, separation: float) -> None:
     """Raise ValueError for a batch and for values outside their limits."""
     if design.batch_shape:
-        raise ValueError("crownings are computed for a single design: give its cases one by one")
+        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     if member not in ("pinion", "gear"):
         raise ValueError(f"member must be pinion or gear, got {member!r}")
     given = {"transmission_error": transmission_error, "length": length, "separation": separation}

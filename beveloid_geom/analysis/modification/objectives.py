@@ -131,16 +131,14 @@ def check_aim(design: Design, aim: Aim, flank: str) -> None:
     coefficients."""
     flank_sign(flank)
     if design.batch_shape:
-        raise ValueError("the optimiser takes a single design: give its cases one by one")
+        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     errors = list(vars(aim.errors).values())
     if not any(errors):
-        raise ValueError(f"errors of the aim must be finite, one of them not 0, got {errors}")
+        raise ValueError(f"errors of the aim must be finite and not all 0, got {errors}")
     if aim.least not in ("shift", "transmission_error"):
         raise ValueError(f"least of the aim must be shift or transmission_error, got {aim.least!r}")
     if aim.least == "transmission_error" and aim.edges:
-        raise ValueError(
-            "the smallest transmission error is defined for teeth without edge contact: set edges=False"
-        )
+        raise ValueError("least='transmission_error' requires teeth without edge contact: set edges=False")
     for name in ("contact_ratio", "off_centre", "peak_to_peak", "shift"):
         value = getattr(aim, name)
         if not value > 0.0 or (value == np.inf and name not in ("peak_to_peak", "shift")):

@@ -116,11 +116,10 @@ def given_operation(
         raise ValueError("poses need the rolls of both members: give pinion_roll and gear_roll")
     roll, other = float64_of("pinion_roll", pinion_roll), float64_of("gear_roll", gear_roll)
     if roll.ndim != 1 or roll.shape != other.shape or roll.size < 2:
-        raise ValueError(
-            f"rolls must be two arrays (n,) of two poses or more, got {roll.shape}, {other.shape}"
-        )
+        limit = "have the same shape (n,) with n >= 2"
+        raise ValueError(f"pinion_roll and gear_roll must {limit}, got {roll.shape}, {other.shape}")
     if not np.isfinite(roll + other).all():
-        raise ValueError("rolls must be finite: leave out poses without a result")
+        raise ValueError("pinion_roll and gear_roll must be finite: leave out poses without a result")
     if roll[0] > roll[-1]:
         roll, other = roll[::-1], other[::-1]
     if not (np.diff(roll) > 0.0).all():

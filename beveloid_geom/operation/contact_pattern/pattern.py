@@ -172,7 +172,7 @@ def _check(
     # Smallest relative error of areas that can be requested.
     min_area_error = 1e-3
     if design.batch_shape:
-        raise ValueError(f"a pattern is that of one design, got a batch of the shape {design.batch_shape}")
+        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     if resolution is not None and tolerance is not None:
         raise ValueError("give resolution or tolerance, not both")
     lengths = {"separation": separation, "resolution": resolution, "tolerance": tolerance}
@@ -180,7 +180,7 @@ def _check(
         if length is not None and not 0.0 < length < np.inf:
             raise ValueError(f"{name} must be a positive length in mm, got {length:g}")
     if not min_area_error <= area_error < 1.0:
-        raise ValueError(f"area_error must be from {min_area_error:g} to under 1, got {area_error:g}")
+        raise ValueError(f"area_error must be at least {min_area_error:g} and below 1, got {area_error:g}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,9 +250,7 @@ def _cells_of_size(member: Member, resolution: float) -> tuple[int, int]:
     depth = 2.0 * float(member.tip_height * np.asarray(member.tool.normal_module))
     cells = rounded_up(depth / resolution), rounded_up(float(member.face_width) / resolution)
     if (cells[0] + 1) * (cells[1] + 1) > max_points:
-        raise ValueError(
-            f"resolution {resolution:g} mm is too fine: it takes more than {max_points:,} points"
-        )
+        raise ValueError(f"resolution {resolution:g} mm needs more than {max_points:,} points: increase it")
     return cells
 
 

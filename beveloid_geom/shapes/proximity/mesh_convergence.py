@@ -75,7 +75,7 @@ def convergence(
     """
     path = path_of_contact(design, flank, 3)
     if not len(path.l1):
-        raise ValueError(f"the {flank} flanks have no contact with which to compare that of the meshes")
+        raise ValueError(f"the {flank} flanks have no contact: the contact of meshes cannot be compared")
     l1 = path.ends.l1[0] + share * (path.ends.l1[1] - path.ends.l1[0])
     path = path_of_contact(design, flank, l1=[l1])
     pose = {"pinion_roll": float(path.pinion_roll[0]), "gear_roll": float(path.gear_roll[0])}
@@ -87,7 +87,8 @@ def convergence(
         exact = feet(design.gear, flank, in_frame_of(frames, 1, side.points))
         error = np.abs(side.separation - exact.distance)[exact.status == Status.SOLVED]
         if not error.size:
-            raise ValueError(f"no vertex of the mesh within {size:g} mm is opposite the other {flank} flank")
+            opposite = f"no vertex of the mesh is opposite the other {flank} flank"
+            raise ValueError(f"{opposite} at a tolerance of {size:g} mm: reduce the tolerance")
         faces = sum(len(flank_mesh(member, flank, size).faces) for member in design.members)
         rows.append((np.linalg.norm(contact.point - path.point[0]), np.nanmax(error), faces))
     point_error, separation_error, faces = np.array(rows).T

@@ -59,11 +59,11 @@ def frames_of(design: Design, pinion_roll: float, gear_roll: float) -> tuple[Fra
     """Return the frames of both members of a single design at a pose. Raises ValueError for a batch, and for
     a design without mounting distances."""
     if design.batch_shape:
-        raise ValueError(f"meshes are those of one design, got a batch of the shape {design.batch_shape}")
+        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     frames = frames_at(design, pinion_roll, gear_roll)
     if not all(np.isfinite(part).all() for frame in frames for part in frame):
-        why = "a quantity is not a number, or no mounting distances follow from the flanks"
-        raise ValueError(f"the pair cannot be posed: {why}")
+        why = "an input or a roll is NaN, or the flanks define no mounting distances"
+        raise ValueError(f"the pair cannot be positioned: {why}; give mounting distances")
     return frames
 
 

@@ -128,7 +128,7 @@ def test_displacement_of_an_unloaded_point_converges(tmp_path: Path, element: st
 
 
 def field(results: Path, name: str) -> FloatArray:
-    """Return the last field of a name (n, 6) in the result file, in the order of the node numbers."""
+    """Return the last values (n, 6) of a named field in the result file, in the order of the node numbers."""
     found: dict[int, list[float]] = {}
     wanted = False
     for line in results.read_text().splitlines():
@@ -165,7 +165,7 @@ def test_fillet_stress_and_balance_converge(tmp_path: Path, flank: str) -> None:
 
 
 def test_a_small_contact_causes_more_fillet_stress(tmp_path: Path) -> None:
-    """A force of 1 N acts almost at a point and causes 1.28 times the stress per newton of 1000 N.
+    """The stress per newton under 1 N, which acts almost at a point, is 1.28 times that under 1000 N.
 
     The larger force acts on the long ellipse of the right flanks."""
     forces = SMALL, FORCE
@@ -183,9 +183,10 @@ def test_a_complete_gear_is_held_only_in_its_bore(tmp_path: Path) -> None:
 
 
 def stress_at_the_ends(folder: Path, element: str) -> dict[str, float]:
-    """Return the largest stress at toe and heel of a tooth loaded near mid-face, over that of the fillet.
+    """Return the largest stresses at toe and heel, divided by that of the fillet, of a tooth loaded near
+    mid-face.
 
-    The force is small, so that its ellipse is smaller than a face."""
+    The force is small, so that its ellipse is smaller than a face of an element."""
     found = solved(folder, table1(), FINE, element, force=SMALL)
     assert abs(found.case.load.point[2]) < 2.0
     fillet = found.stress("right fillet")
@@ -194,7 +195,8 @@ def stress_at_the_ends(folder: Path, element: str) -> dict[str, float]:
 
 
 def test_stress_decreases_away_from_the_load(tmp_path: Path) -> None:
-    """Default element. At the toe, where the tooth is smaller, 11 % remain, also for finer meshes."""
+    """With the default element, the stress at toe and heel is small. At the toe, where the tooth is smaller,
+    11 % of the fillet stress remain, also for finer meshes."""
     ends = stress_at_the_ends(tmp_path, "C3D20")
     assert ends["toe"] < 0.15
     assert ends["heel"] < 0.1

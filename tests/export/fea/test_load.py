@@ -87,7 +87,8 @@ def test_the_pressure_is_that_of_hertz() -> None:
 
 
 def test_a_line_contact_is_the_strip_on_the_flank() -> None:
-    """Two cylinders along z on a face 20 mm wide: b^2 = 4 F R / (pi L E*), with the complete strip loaded."""
+    """The half-width is that of two cylinders along z on a face 20 mm wide, b^2 = 4 F R / (pi L E*), and the
+    complete strip is loaded."""
     flat = block(20, (3, 8, 6), shape=np.array)
     contact = on_plane((21.0, 10.0), (0.0, 0.02), np.eye(3)[[2, 1]])
     load = contact_load(flat, "right flank", contact, 3000.0)
@@ -100,7 +101,8 @@ def test_a_line_contact_is_the_strip_on_the_flank() -> None:
 
 
 def test_a_line_of_known_ends_is_loaded_evenly_between_them() -> None:
-    """12 mm of a face 20 mm wide: q = F / 12 mm. The curvature along the line is below 0 by rounding."""
+    """12 mm of a face 20 mm wide carry q = F / 12 mm. Rounding makes the curvature along the line
+    negative."""
     flat = block(20, (3, 8, 20), shape=np.array)
     contact = replace(on_plane((21.0, 9.0), (-5e-21, 0.02), np.eye(3)[[2, 1]]), length=12.0)
     load = contact_load(flat, "right flank", contact, 3000.0)

@@ -52,7 +52,7 @@ def scaled(module: float) -> Design:
 
 
 def meshed(flank: str = "right", pitches: float = 0.0) -> PairMesh:
-    """Return the narrow pair at a distance from the middle of its path."""
+    """Return the narrow pair at a roll that is `pitches` away from the middle of its path."""
     design = narrow()
     pose = meshing_pair(design, flank)
     return pair_mesh(design, pose, float(pose.roll[0]) + pitches * PITCH, **SMALL)  # type: ignore[arg-type]
@@ -70,7 +70,8 @@ def solved(folder: Path, pair: PairMesh, force: float = FORCE, design: Design | 
 
 
 def test_the_mesh_of_both_members() -> None:
-    """No duplicate nodes, reference nodes on the axes, each tooth near its mate, the middle ones nearest."""
+    """The mesh has no duplicate nodes, and the reference nodes are on the axes. Each tooth is near its mate;
+    the middle teeth are nearest."""
     pair = meshed(pitches=0.2)
     mesh = pair.mesh
     assert len(np.unique(np.round(mesh.points, 6), axis=0)) == len(mesh.points)
@@ -105,7 +106,7 @@ def test_the_contact_lies_on_both_meshes(flank: str) -> None:
 
 
 def test_flanks_that_touch_are_finer() -> None:
-    """Half a pitch from the middle, two tooth pairs touch."""
+    """Half a pitch from the middle of the path, two tooth pairs touch, and both have fine elements."""
     for pitches, fine in (
         (0.0, [False, True, False]),
         (0.5, [True, True, False]),
@@ -138,7 +139,8 @@ def test_the_deck_is_flat_and_names_what_a_reader_needs(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("flank", ["right", "left"])
 def test_similar_pairs_have_similar_decks(flank: str) -> None:
-    """The same elements for all modules, and a contact stiffness that is inverse to the module."""
+    """Pairs of all modules have the same elements, and a contact stiffness that is inversely proportional to
+    the module."""
     decks = []
     for module in (6.0, 0.3, 20.0):
         design, scale = scaled(module), module / 6.0
@@ -208,10 +210,9 @@ def test_an_unknown_first_contact_is_named() -> None:
     [("right", 0.0), ("left", 0.3), pytest.param("right", -0.4, marks=pytest.mark.slow)],
 )
 def test_torques_are_as_the_numbers_of_teeth(tmp_path: Path, flank: str, pitches: float) -> None:
-    """The flanks are conjugate and have no friction.
-
-    The moments about both axes are as N2 to N1, and the forces along the common normal add up to torque over
-    lever. Away from the middle, two tooth pairs share them."""
+    """The moments about both axes have the ratio N2 / N1, because the flanks are conjugate and have no
+    friction. The forces along the common normal add up to torque over lever. Away from the middle, two tooth
+    pairs share them."""
     design, pair = narrow(), meshed(flank, pitches)
     result = solved(tmp_path, pair)
     pinion, gear = result.moment.sum(axis=0)
@@ -226,7 +227,8 @@ def test_torques_are_as_the_numbers_of_teeth(tmp_path: Path, flank: str, pitches
 
 @with_ccx
 def test_a_light_load_leaves_the_rigid_contact(tmp_path: Path) -> None:
-    """At 1 % of the load, the pinion has turned by less than 1 um at its pitch circle."""
+    """Under 1 % of the load, the pinion has rotated by less than 1 um at its pitch circle from the rigid
+    contact."""
     pair = meshed()
     light = solved(tmp_path, pair, 0.01 * FORCE)
     assert 0.0 < light.turn * 96.9 < 1e-3
@@ -235,8 +237,9 @@ def test_a_light_load_leaves_the_rigid_contact(tmp_path: Path) -> None:
 @with_ccx
 @pytest.mark.slow
 def test_fillet_stress_converges(tmp_path: Path) -> None:
-    """Largest von Mises stress at mid-face of the loaded fillets for two meshes, refined everywhere, against
-    a third one: Cells(4, 7, 7, 7, 2) has 186.7 MPa on the pinion and 165.6 MPa on the gear."""
+    """The largest von Mises stresses of the loaded fillets at mid-face converge. Two meshes, refined
+    everywhere, are compared with the stored result of a third one, Cells(4, 7, 7, 7, 2): 186.7 MPa on the
+    pinion and 165.6 MPa on the gear."""
     design, stresses = narrow(), []
     pose, fine = meshing_pair(design), np.array((186.7, 165.6))
     for cells in (Cells(2, 3, 3, 3, 2), Cells(3, 5, 5, 5, 2)):

@@ -43,9 +43,8 @@ def contact_area(printed: Path) -> float:
 
 
 def test_pressure_and_area_are_those_of_hertz(tmp_path: Path) -> None:
-    """Table 1, left flanks: 1.01 of Hertz's pressure and 0.97 of his area.
-
-    The centre of the force is near the certified contact."""
+    """Table 1, left flanks: the largest pressure is 1.01 times Hertz's, the area 0.97 times. The centre of
+    the force is near the certified contact."""
     _, pressure, area, distance = loaded(tmp_path, 6.0, Cells(1, 2, 3, 4, 6), 3.0)
     path = meshing_pair(scaled(6.0), "left").path
     assert certify(path).verdict[1] == Verdict.FIRST_CONTACT
@@ -56,7 +55,8 @@ def test_pressure_and_area_are_those_of_hertz(tmp_path: Path) -> None:
 
 
 def test_similar_pairs_have_the_same_pressure_and_rotation(tmp_path: Path) -> None:
-    """Modules 0.3 to 20 mm, with torques as the cube of the module and the same coarse mesh."""
+    """Modules 0.3 to 20 mm, with torques proportional to the cube of the module and the same coarse mesh,
+    give the same pressure and rotation."""
     results = [loaded(tmp_path, module, Cells(1, 2, 3, 2, 2), 1.0) for module in (6.0, 0.3, 20.0)]
     for one in results[1:]:
         np.testing.assert_allclose(one, results[0], rtol=1e-3)

@@ -167,7 +167,8 @@ def surfaces_in(path: Path) -> dict[str, list[list[int]]]:
 
 
 def test_inp_has_valid_lines(tmp_path: Path) -> None:
-    """Unique numbers in sets, 12 digits, 16 entries per line, units and frame."""
+    """Numbers in sets are unique, coordinates have 12 digits, lines have at most 16 entries; units and frame
+    are stated."""
     path = written(block(20), tmp_path, ".inp", "C3D20")
     text = path.read_text(encoding="ascii")
     assert "Units: N, mm, MPa, tonne" in text
@@ -236,7 +237,7 @@ def physical_names(path: Path) -> dict[str, int]:
 def test_msh_holds_the_surfaces_as_physical_groups(
     tmp_path: Path, element: str, counts: tuple[int, int, int]
 ) -> None:
-    """Also for a single element, where every node is on three surfaces."""
+    """Surfaces are physical groups, also for a single element, where every node is on three surfaces."""
     mesh, path = block(ELEMENTS[element], counts), tmp_path / "a.msh"
     write_volume(mesh, path, element)
     read, tags = meshio.read(path), physical_names(path)
@@ -285,7 +286,7 @@ def test_bdf_holds_the_sets(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("scale", "precision"), [(-1e3, 6e-10), (1e3, 6e-11), (-1e6, 6e-7)])
 def test_bdf_uses_all_characters_of_its_fields(tmp_path: Path, scale: float, precision: float) -> None:
-    """Coordinates up to 40 m and 40 km with as many decimals as 16 characters hold."""
+    """Coordinates up to 40 m and 40 km have as many decimals as 16 characters can hold."""
     mesh = block(8, shape=lambda points: scale * points + np.sign(scale) / 3.0)
     write_volume(mesh, tmp_path / "a.bdf", "C3D8")
     np.testing.assert_allclose(meshio.read(tmp_path / "a.bdf").points, mesh.points, rtol=0, atol=precision)

@@ -33,7 +33,8 @@ SEPARATION = 0.00635
 
 
 def conjugate(design: Design, flank: str) -> Operation:
-    """Return the motion without transmission error, over the path and half a pitch on either side."""
+    """Return the motion of a pair without transmission error, from half a pitch before to half a pitch after
+    its path of contact."""
     path, pitch = path_of_contact(design, flank, 3), 2.0 * np.pi / 29.0
     span = float(path.pinion_roll.min() - 0.5 * pitch), float(path.pinion_roll.max() + 0.5 * pitch)
     return Operation(span, lambda roll: path.gear_roll[0] + 29.0 / 45.0 * (path.pinion_roll[0] - roll))
@@ -134,7 +135,8 @@ BETWEEN_SAMPLES = {
 
 @pytest.mark.parametrize("name", BETWEEN_SAMPLES)
 def test_feet_between_samples(name: str) -> None:
-    """Compared with many rolls, for points whose foot is on the mate only between samples."""
+    """Points whose foot is on the mate only between sampled rolls have the separation that a calculation at
+    many rolls gives."""
     design, member, depth, face = BETWEEN_SAMPLES[name]
     operation, points = first_contact_operation(design, "right"), places(design, "right", member, depth, face)
     mating = mating_of(design, "right", member, operation)
@@ -149,7 +151,7 @@ def test_feet_between_samples(name: str) -> None:
 
 
 def test_feet_next_to_the_ends_of_the_roll() -> None:
-    """The roll begins or ends with the sample next to a foot between samples."""
+    """Feet between samples are also found between the first two or the last two sampled rolls."""
     design, member, depth, face = BETWEEN_SAMPLES["at a corner of the mate"]
     operation, points = first_contact_operation(design, "right"), places(design, "right", member, depth, face)
     mating = mating_of(design, "right", member, operation)
@@ -189,7 +191,8 @@ def test_samples_selected_from_coarse_grids(flank: str, parabola: tuple[float, f
 
 
 def test_accuracy_of_feet(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A pair on which omitted steps of 1e-3 modules change distances by 5e-7 mm."""
+    """Distances are accurate to 1e-9 mm on a pair for which the omission of the last steps, up to 1e-3
+    modules, would change them by 5e-7 mm."""
     design = cases_of(random_designs("usual", 180, seed=77), 2)
     found = contact_pattern(design, "right").gear.least
     monkeypatch.setattr("beveloid_geom.operation.contact_pattern.mating.LAST_STEP_MODULES", 2e-8)
@@ -255,7 +258,7 @@ def whole_area(member: Member, flank: str) -> float:
 
 
 def test_areas_follow_the_separation() -> None:
-    """At 0.2 mm, the complete flank of the pinion is marked; fractions increase with the separation."""
+    """Marked fractions increase with the separation. At 0.2 mm the complete flank of the pinion is marked."""
     design = table1()
     sides = [conjugate_pattern("right", s).pinion for s in (1e-4, 0.00635, 0.2)]
     shares = [side.area_share for side in sides]
@@ -299,7 +302,8 @@ AREAS = {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", AREAS)
 def test_areas_are_within_their_bound(name: str) -> None:
-    """Compared with brute force, accurate to 0.3 %, for the default grid and a coarse one."""
+    """Areas of the default grid and of a coarse grid differ from brute force, which is accurate to 0.3 %, by
+    less than their bound."""
     design, flank, member, separation, lines = AREAS[name]
     wanted = scanned_share(design, flank, member, separation, lines)
     for resolution in (None, 10.0):

@@ -1,4 +1,5 @@
-"""Separation of modified flanks in a contact pattern, against a minimum of the distance."""
+"""The separation of modified flanks in a contact pattern equals the minimum of the distance, computed
+independently."""
 
 from __future__ import annotations
 

@@ -94,7 +94,8 @@ def test_a_pair_without_picture_has_status_and_reason(
 
 
 def test_jamming_is_found_even_if_the_backlash_seems_large(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The first stage checks small backlashes only, the last stage checks all."""
+    """The last stage finds that a pair jams, although the first stage, which checks small backlashes only,
+    did not check it."""
     monkeypatch.setattr("beveloid_viz.explore.calculation.SMALL_BACKLASH_MM", -1.0)
     found = calculation(builtin_design(), offset_error=-0.2)
     assert found.motion()["status"] == "solved"
@@ -135,7 +136,7 @@ def test_curves_and_areas_fit_the_results(name: str) -> None:
 
 
 def polygons_area(rings: list[Any]) -> float:
-    """Return the area of polygons with holes, which run the other way round."""
+    """Return the area of polygons with holes; the points of holes are in the opposite order."""
     total = 0.0
     for ring in rings:
         x, y = np.array(ring).T

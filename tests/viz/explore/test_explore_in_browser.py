@@ -147,7 +147,8 @@ def test_drag_undo_reset_compare_save_and_reload(
 
 
 def test_the_start_has_the_settings_of_the_window(browser: Browser, url: str, modified: Design) -> None:
-    """Also after undo and reset, and if the flanks change before the start is computed."""
+    """The curves of the start have the flanks and the film of the window, also after undo and reset, and if
+    the flanks change before the start is computed."""
     with window(browser, url) as page:
         choice = page.get_by_label("Driving flanks").first
         film = page.get_by_label("Film thickness", exact=True)

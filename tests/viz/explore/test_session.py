@@ -36,7 +36,7 @@ class Window:
         return json.loads(answer)
 
     def wait(self, number: int) -> list[dict[str, Any]]:
-        """Return the answers to a message after its last one."""
+        """Return all answers to a message, after the last of them has arrived."""
 
         def ended() -> bool:
             return any(answer["id"] == number and answer["last"] for answer in self.answers)
@@ -82,7 +82,7 @@ def test_stages_come_in_order_and_refusals_do_not_end_the_window(
     ],
 )
 def test_unreadable_messages_are_answered(opened: Callable[[Design], Window], text: str) -> None:
-    """They do not end the window."""
+    """Unreadable messages get an answer and do not end the window."""
     window = opened(builtin_design())
     answer = window.session.receive(text)
     assert answer is not None

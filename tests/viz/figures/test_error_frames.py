@@ -59,7 +59,8 @@ def test_each_error_lies_between_its_two_frames() -> None:
 
 
 def test_all_panels_have_one_direction_and_one_scale() -> None:
-    """Each panel shows both members completely, and the largest picture is filled."""
+    """All panels have the same direction of view and scale. Each shows both members completely, and the
+    largest picture fills its panel."""
     require_opengl()
     drawing = recipe_of("fig-05").drawn(fig.compute(builtin_design()), of_size((400, 300)))
     pictures = list(drawing.pictures.values())

@@ -62,8 +62,8 @@ def test_the_layout_is_drawn(name: str) -> None:
 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_a_remote_perpendicular_is_drawn_nearer(name: str) -> None:
-    """The common perpendicular is drawn on the pinion axis at the stated distance; breaks are between it and
-    the toes."""
+    """The common perpendicular is drawn on the pinion axis at the stated distance, and each axis is broken
+    between it and the face."""
     data = fig_04_meshing.compute(DESIGNS[name])
     pair, half = data.pair, np.array([0.5 * float(m.face_width) for m in DESIGNS[name].members])
     away = float(np.linalg.norm(data.feet[0] - pair.frames[0][1]))
@@ -81,7 +81,8 @@ def test_a_remote_perpendicular_is_drawn_nearer(name: str) -> None:
 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_errors_are_as_large_as_said_where_frames_are_drawn_nearer(name: str) -> None:
-    """Members without error and the table keep their positions."""
+    """Displacements and rotations have the stated size, although the frames are drawn nearer. Members without
+    error and the table keep their positions."""
     data = fig_05_errors.compute(DESIGNS[name])
     nominal = data.seen(data.nominal)
     for own in ("q1", "d1", "q2", "d2"):
@@ -186,6 +187,6 @@ def test_the_page_refuses_errors_of_both_places(tmp_path: Path) -> None:
 
 
 def test_what_holds_for_the_papers_pair_is_not_said_of_others() -> None:
-    """The note on the shaft-angle error is for Table 1 only."""
+    """The note on the shaft-angle error is printed for Table 1 only."""
     for name, said in (("ni-2017", True), ("awd-transfer", False)):
         assert bool(CASES[1].at(builtin_design(name)).note) is said

@@ -34,7 +34,8 @@ def report(size: float = 0.01) -> DeviationReport:
 
 @pytest.mark.parametrize("size", [1e-5, 0.01, 0.3])
 def test_sticks_are_as_long_as_the_deviations(size: float) -> None:
-    """Both panels have one scale, missing metal is red, and each number is next to its point."""
+    """The length of each stick is proportional to the deviation, with one scale for both panels. Sticks of
+    missing metal are red, and each number is printed."""
     found = report(size)
     page = page_of(deviations.draw, found, (1600, 1200))
     scales = set()

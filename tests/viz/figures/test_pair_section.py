@@ -48,7 +48,7 @@ def test_one_plane_cuts_both_members_and_they_touch_in_one_place() -> None:
 @pytest.mark.parametrize("layout", [of_size((800, 600)), in_print(90.0)], ids=["page", "90 mm"])
 @pytest.mark.parametrize("name", ["ni-2017", "awd-transfer", "marine-gearbox", "anti-backlash"])
 def test_words_and_section_hide_no_gear(name: str, layout: Layout) -> None:
-    """Labels and section are on a white background, each label once for each member."""
+    """Labels and section are on a white background, and each end of a face is labelled once."""
     drawing = fig_pair.RECIPES["fig-01"].drawn(fig_pair.compute(builtin_design(name)), layout)
     image = drawing.pictures["pair"].image[::-1]
     _, over, section = drawing.page.axes

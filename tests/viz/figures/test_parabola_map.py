@@ -39,7 +39,8 @@ def test_cells_are_those_of_single_designs() -> None:
 
 
 def test_extremes_are_better_than_fine_sweeps() -> None:
-    """Fig. 11(b) has 2.2255 along a1 = a2, above every cell; the least shift is below that of every cell."""
+    """The largest contact ratio is at least that of a fine sweep along a1 = a2, 2.2255 as in Fig. 11(b). The
+    smallest shift is below that of every cell."""
     data = small_map()
     equal = np.linspace(-0.0003, 0.0, 301)
     along = np.asarray(contact_ratio(TABLE.with_parabola(equal, equal)))
@@ -63,7 +64,8 @@ def test_the_finding_and_the_errors_are_on_the_page() -> None:
 
 
 def test_an_extreme_outside_the_map_is_not_drawn() -> None:
-    """Subtitle and legend agree with the marks."""
+    """An extreme outside the map has no mark and no entry in the legend, and the subtitle states that it is
+    outside."""
     data = small_map()
     outside = replace(data, least_shift=replace(data.least_shift, pinion=-0.002, gear=-0.002))
     assert data.shows(data.least_shift)

@@ -131,7 +131,8 @@ def test_clouds_and_counts_are_the_librarys(flank: str) -> None:
 
 
 def test_the_title_of_the_cloud_is_the_range_of_the_middle() -> None:
-    """1 to 99 % of the positions of `tolerance`, over the face width."""
+    """The title contains the range from 1 to 99 % of the positions that `tolerance` computes, divided by the
+    face width."""
     found = [float(row["pinion_z_middle_mm"]) for row in rows_of(run(*CLOUD.split(), "--csv"))]
     low, high = np.quantile(found, (0.01, 0.99))
     title = f"move the path over {high - low:.1f} mm, {100.0 * (high - low) / 50.0:.0f} % of the face"
@@ -218,7 +219,8 @@ def test_the_posed_pair_is_as_fine_at_any_module(module: float) -> None:
 
 
 def test_a_posed_pair_without_contact_says_why() -> None:
-    """The pair is drawn, but not the teeth in mesh; nothing is drawn of members without a surface."""
+    """A pair without contact is drawn with the reason, but not its teeth in mesh. Members without a surface
+    are not drawn."""
     design = builtin_design().with_errors(Errors(offset=50.0))
     data = fig_posed.compute(design)
     page = page_of(fig_posed.draw, data, (400, 300))
@@ -273,7 +275,8 @@ def report() -> OperationReport:
 
 
 def test_a_tooth_pair_has_one_text_on_both_members() -> None:
-    """On a grid, the smallest distance from the other flank differs between pinion and gear."""
+    """Pinion and gear have the same text on a tooth pair, although the smallest distance on a grid differs
+    between them."""
     data = fig_pattern.compute_separation(builtin_design("marine-gearbox"))
     for column in data.columns:
         assert column.layers
@@ -283,7 +286,8 @@ def test_a_tooth_pair_has_one_text_on_both_members() -> None:
 
 
 def test_the_figure_of_the_pattern_has_the_commands_points() -> None:
-    """The points agree for other modules than that of Table 1."""
+    """The figure of the pattern has the points of the command, also for a module other than that of Table
+    1."""
     small = scaled(MODIFIED, 0.5 / 6.0)
     found = pattern_report("", small, "left", MARKING_SEPARATION).result
     layers = fig_pattern.compute_pattern(small).columns[2].layers
@@ -308,7 +312,8 @@ def test_the_error_repeats_and_its_dots_are_hand_overs(report: OperationReport) 
 
 @pytest.mark.parametrize("flank", ["right", "left"])
 def test_what_runs_is_the_first_of_the_tooth_pairs_alone(flank: str) -> None:
-    """The mesh cycle is the upper envelope of the curves of all tooth pairs, displaced by whole pitches."""
+    """The curve in operation is the upper envelope of the curves of all tooth pairs, which are displaced by
+    whole pitches."""
     graph = motion_graph.motion_graph(operation_report("", MODIFIED, flank, 65, 3, MARKING_SEPARATION))
     steps = motion_graph.STEPS
     pairs = np.stack([graph.alone[k * steps : (k + 1) * steps + 1] for k in range(2 * motion_graph.REACH)])
@@ -322,7 +327,8 @@ def test_what_runs_is_the_first_of_the_tooth_pairs_alone(flank: str) -> None:
 
 @pytest.mark.parametrize("design", [MODIFIED, builtin_design("anti-backlash")], ids=["modified", "parallel"])
 def test_contacts_of_the_mesh_cycle_give_the_curve_of_one_pair(design: Design, flank: str) -> None:
-    """They are left out only below the chart."""
+    """The curve of one pair from contacts of the mesh cycle equals that of separate searches. Parts that it
+    lacks are below the chart."""
     report = operation_report("", design, flank, 65, 3, MARKING_SEPARATION)
     graph, whole = motion_graph.motion_graph(report, None), motion_graph.motion_graph(report, 24)
     known = np.isfinite(graph.alone)
@@ -341,7 +347,8 @@ def test_amplitudes_are_the_cycles(report: OperationReport) -> None:
 
 
 def test_the_spread_is_that_of_the_study() -> None:
-    """Half of the mountings are below the median."""
+    """The curve of the distribution reaches 50 % at the median of the mountings; the line marks the
+    design."""
     study = tolerance_study(MODIFIED, USUAL, cases=101)
     axes = Figure().add_subplot()
     charts.distribution(axes, study, "contact_ratio", 1.0, "k")
@@ -384,8 +391,7 @@ def test_patterns_under_errors_are_the_librarys() -> None:
 
 @pytest.mark.parametrize("name", ["ni-2017", "anti-backlash"])
 def test_words_stand_on_the_surfaces_that_they_name(name: str) -> None:
-    """The face nearest to the viewer at a label belongs to the named surface; visible surfaces have a label
-    in one picture."""
+    """The face nearest to the viewer at a label belongs to the named surface. Every surface has one label."""
     data = fig_meshed.compute(builtin_design(name))
     assert data.mesh
     drawing = fig_meshed.draw(data, of_size((1600, 1200)))

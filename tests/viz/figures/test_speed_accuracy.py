@@ -47,7 +47,7 @@ def overprinted(axes: Axes) -> list[str]:
 
 @pytest.mark.parametrize("width_mm", [90.0, 140.0, 190.0])
 def test_page_does_not_depend_on_the_times(width_mm: float) -> None:
-    """Runs whose times vary by a factor of 1e9 give one height of the page."""
+    """Runs whose times vary by a factor of 1e9 give a page of the same height."""
     random, recipe = np.random.default_rng(2), recipe_of("speed-accuracy")
     runs = [data_with(lambda: float(10.0 ** random.uniform(-6.0, 3.0))) for _ in range(3)]
     assert len({fig_speed.title(data) for data in runs}) == 2

@@ -68,7 +68,8 @@ SHORT = builtin_design("anti-backlash").with_parabola(-0.0004, -0.0004)
 
 
 def test_edge_contact_where_a_path_is_shorter_than_a_pitch() -> None:
-    """Edge contact at toe and heel of the gear has the share of edge contact of the cycle."""
+    """If a path is shorter than a pitch, edges of toe and heel of the gear are in contact during the
+    remainder, which is the share of edge contact of the mesh cycle."""
     path = paths_table.solve(SHORT, "right", touching=True)
     assert path.touching is not None
     assert path.between is not None

@@ -48,7 +48,8 @@ def painted(svg: str) -> NDArray[np.int8]:
 
 
 def seen(design: Design) -> NDArray[np.int8]:
-    """Return the same from points on the true surfaces; the nearest point counts."""
+    """Return the member (1, 2) at each pixel, 0 for none, from points on the true surfaces; the nearest point
+    counts."""
     phase = float(np.nan_to_num(conjugate_phase(design, "right")))
     share = np.array([(i, j, FINE - i - j) for i in range(FINE + 1) for j in range(FINE + 1 - i)]) / FINE
     clouds, corners = [], []
@@ -73,7 +74,7 @@ def seen(design: Design) -> NDArray[np.int8]:
 
 @pytest.mark.parametrize("design", [TABLE, STEEP], ids=["table 1", "right angle"])
 def test_picture_agrees_with_a_depth_buffer(design: Design) -> None:
-    """Differences are allowed at outlines, and in a small part where the teeth mesh."""
+    """The picture agrees with a depth buffer, except at outlines and in a small part where the teeth mesh."""
     found, true = painted(pair_picture(design)), seen(design)
     rows = min(len(found), len(true))
     assert abs(len(found) - len(true)) <= 1

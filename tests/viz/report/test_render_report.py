@@ -46,7 +46,7 @@ UNITS = UNITS_PER_MODULE / 6.0
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The modified pair of the paper under the name NAME."""
+    """Return a folder that contains the modified pair of the paper as NAME."""
     folder = tmp_path_factory.mktemp("report")
     source = folder / NAME
     source.parent.mkdir()
@@ -57,7 +57,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def text(folder: Path) -> str:
-    """The page; VTK must not be imported for it."""
+    """Return the page, written by a process that cannot import VTK."""
     run = subprocess.run(
         [*WITHOUT_VTK, str(NAME), "--out", "page.html", *TOLERANCES],
         cwd=folder,
@@ -77,7 +77,8 @@ def page(text: str) -> ReportPage:
 
 
 def test_patterns_under_errors_do_not_depend_on_the_module() -> None:
-    """Also their frame and the dot in the middle of the ellipse."""
+    """The drawn patterns under errors, their frame and the centre of the ellipse are equal for similar
+    pairs."""
     drawn = []
     for factor in (1.0, 0.05):
         design = scaled(builtin_design().with_parabola(0.001, -0.001), factor)
@@ -122,8 +123,8 @@ def test_page_names_file_dates_and_version(page: ReportPage, folder: Path) -> No
 
 
 def test_verdict_lists_errors_and_warnings_first(page: ReportPage) -> None:
-    """Remarks of `check` and `tca` and failing mountings: severe ones before the contents, notes in the
-    summary."""
+    """Errors and warnings of `check`, `tca` and `tolerance`, and the share of failing mountings, come before
+    the contents; notes come after it."""
     data, words = page.json("data"), " ".join(page.words.split())
     contents = words.index("Summary Paths")
     assert words.index("Works with restrictions") < contents
@@ -144,7 +145,8 @@ def test_verdict_lists_errors_and_warnings_first(page: ReportPage) -> None:
     ],
 )
 def test_verdicts(options: tuple[str, ...], verdict: str, level: str, tmp_path: Path) -> None:
-    """Without modification, results that are zero have one line instead of charts and rows."""
+    """The verdict has the level and the numbers of the remarks. Results of unmodified flanks that are zero
+    have one line instead of charts and rows."""
     run = CliRunner().invoke(main, [*options, "--cases", "40", "--out", str(tmp_path / "page.html")])
     assert run.exit_code == 0, run.stderr
     page = ReportPage((tmp_path / "page.html").read_text(encoding="utf-8"))
@@ -280,8 +282,8 @@ def test_every_chart_has_a_title_and_the_pages_colours(page: ReportPage, text: s
 
 
 def test_patterns_under_errors_agree_with_the_numbers(page: ReportPage, text: str) -> None:
-    """The centre of the shaded area is the centre of the ellipse with the printed semi-axes; cells that
-    cannot be assembled say so."""
+    """The centre of the shaded area is the centre of the ellipse, which has the printed semi-axes. Cells that
+    cannot be assembled are marked as jammed."""
     cells = re.findall(r'<td>(?:<svg class="cell".*?</svg>|<span class="none">jammed<)', text, flags=re.S)
     known = [cell for flank in ("right", "left") for cell in page.json("data")["matrix"][flank]["cells"]]
     assert len(cells) == len(known) == 18
@@ -365,7 +367,8 @@ def test_measured_flanks_beside_nominal_ones(page: ReportPage, tmp_path: Path) -
 
 @pytest.mark.slow
 def test_failed_section_and_reproducible_page(tmp_path: Path) -> None:
-    """The rounds of the tool overlap: there are paths of contact, but no fillets for first contacts."""
+    """If the rounds of the tool overlap, the page has paths of contact and the reason for missing first
+    contacts. Two runs write the same page."""
     options = ["--parabola-pinion", "0.01", "--cases", "20", "--out"]
     runs = [
         subprocess.Popen(

@@ -40,7 +40,8 @@ def test_the_time_of_a_copied_file_is_not_later_than_the_source(
 
 
 def test_failing_mountings_are_counted_once() -> None:
-    """Mountings of a pair close to all three failures, counted one by one; each counts once."""
+    """The counts of three kinds of failures equal those of a loop over all mountings; a mounting with several
+    failures counts once."""
     design = builtin_design().with_errors(Errors(offset=-0.11))
     wide = Tolerances(0.1, math.radians(0.5), 0.1, 0.1)
     studies = [tolerance_study(design, wide, flank, 300) for flank in ("right", "left")]

@@ -128,7 +128,8 @@ def test_contents_stay_visible_and_mark_the_section(narrow: Seen) -> None:
 
 
 def test_scrollable_tables_have_a_shadow(narrow: Seen) -> None:
-    """A shadow marks the side with hidden columns, and no end has one."""
+    """A shadow marks the side of a table with hidden columns; a table that is scrolled to its end has none
+    there."""
 
     def levels(which: str) -> tuple[int, int]:
         """Return the grey levels at both sides, away from text and from the fixed first column."""
@@ -187,7 +188,7 @@ CELLS = """() => [...document.querySelectorAll("table.cells")].map((table) => [
 
 @pytest.mark.parametrize("width", [390, 1280, 1920])
 def test_patterns_are_below_their_errors(browser: Browser, report: Path, width: int) -> None:
-    """Text is legible and stays within its cell."""
+    """Each pattern is below the text of its errors, which is legible and stays within its cell."""
     with opened(browser, report, width) as seen:
         tables = np.array(seen.page.evaluate(CELLS))
         assert tables.shape == (2, 4, 3, 4)  # a heading and three rows
@@ -258,7 +259,8 @@ def test_without_javascript_all_but_the_view_is_there(browser: Browser, report: 
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_on_paper(browser: Browser, report: Path, scheme: str) -> None:
-    """White for any screen setting, within the margins of A4 (190 mm), without buttons."""
+    """A printed page is white for any setting of the screen, fits into the margins of A4 (190 mm), and has no
+    buttons."""
     with opened(browser, report, 718, color_scheme=scheme) as seen:
         seen.page.emulate_media(media="print")
         assert seen.page.evaluate("document.scrollingElement.scrollWidth") <= 718

@@ -166,7 +166,7 @@ def clearance(view: dict[str, Any], name: str, roll: float, gear: float) -> floa
 
 @pytest.mark.parametrize("name", ["table 1", "modified", "left hand"])
 def test_teeth_touch_without_overlap(name: str, flank: str) -> None:
-    """A rotation by 0.1 mm in the wrong sense, or of the other flank, makes the teeth overlap."""
+    """The teeth do not overlap. If the gear is rotated by 0.1 mm towards the pinion, they do."""
     view, lever = view_of(name), view_of(name)["flanks"][flank]["lever"]
     roll, phase = cycle_at(view, flank)
     push = (1.0 if flank == "right" else -1.0) * 0.1 / lever
@@ -178,7 +178,8 @@ def test_teeth_touch_without_overlap(name: str, flank: str) -> None:
 
 @every_design
 def test_gear_position_follows_first_contact(name: str, flank: str) -> None:
-    """The position by the path alone, without edges, differs by at most the advance of edge contact."""
+    """The position of the gear is that of the first contact. It differs from the position by the path only in
+    segments with edge contact."""
     view, design = view_of(name), DESIGNS[name]
     roll, phase = cycle_at(view, flank)
     cycle = view["flanks"][flank]["cycle"]
@@ -198,7 +199,8 @@ def test_gear_position_follows_first_contact(name: str, flank: str) -> None:
 
 
 def test_edges_and_their_coordinates() -> None:
-    """Compared at twenty rolls in every segment with edge contact."""
+    """The stored points of edge contacts equal the first contacts at twenty rolls in every segment with edge
+    contact."""
     cycle = view_of("modified")["flanks"]["right"]["cycle"]
     edges = [(k, edge) for k, edge in enumerate(cycle["edges"]) if edge]
     assert {edge["edge"] for _, edge in edges} == {"gear tip"}
@@ -235,7 +237,8 @@ def test_odd_designs_are_shown_with_words(design: Design) -> None:
 
 
 def test_an_unmodified_pair_has_the_lever_of_its_base_helix() -> None:
-    """Base radius times cosine of the base helix angle: m_n N cos(alpha)/2 on both flanks."""
+    """The lever is the base radius times the cosine of the base helix angle, m_n N cos(alpha)/2 on both
+    flanks."""
     for name in ("table 1", "left hand"):
         for flank in view_of(name)["flanks"].values():
             assert flank["lever"] == pytest.approx(0.5 * 6.0 * 45.0 * cos(radians(20.0)), rel=1e-12)
@@ -253,7 +256,8 @@ def test_corners_are_root_and_tip_at_the_toe_then_at_the_heel(number: int) -> No
 
 
 def test_initial_position_of_the_view() -> None:
-    """The middle of the path of the right flanks, or of the left flanks if only these have a path."""
+    """The view begins in the middle of the path of the right flanks. Its centre is the pitch point, or a
+    point within the pinion if the pitch point is far away."""
     view, none = view_of("table 1"), view_data(ODD["no normal"])
     assert view["roll"] == view["flanks"]["right"]["middle"]
     assert none["roll"] == none["flanks"]["right"]["middle"]
@@ -263,7 +267,7 @@ def test_initial_position_of_the_view() -> None:
 
 
 def test_gear_position_without_first_contact(monkeypatch: pytest.MonkeyPatch) -> None:
-    """In this case no edges are named."""
+    """If first contacts are not known, the position follows from the path, and no edges are named."""
 
     def unknown(*arguments: Any) -> MeshCycle:
         return replace(mesh_cycle(*arguments), status=np.array(FirstStatus.NOT_CONVERGED))

@@ -156,8 +156,8 @@ MISSES = """flank => {
 
 
 def test_paths_drawn_on_both_gears_run_through_the_dots(seen: Seen, flank: str) -> None:
-    """Distance of the dots from the nearest point of both polylines, 64 points on about 20 mm, as placed by
-    the page."""
+    """The dots lie on the drawn polylines of both gears, which have 64 points on about 20 mm. All points are
+    placed as by the page."""
     misses = seen.page.evaluate(MISSES, flank)
     assert len(misses) >= 2 * 21
     assert max(misses) < 0.25

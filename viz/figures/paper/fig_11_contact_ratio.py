@@ -117,7 +117,7 @@ def finding(data: RatioFigure) -> str:
         return "Contact ratio against the parabola coefficient"
     low, high = np.nanmin(running), np.nanmax(running)
     teeth = f"{low:.2f}" if high - low < 0.005 else f"{low:.2f} to {high:.2f}"
-    return f"Modified flanks: Eq. 16 predicts up to {np.nanmax(path):.2f}, all teeth run at {teeth}"
+    return f"Modified flanks: contact ratio up to {np.nanmax(path):.2f} by Eq. 16, {teeth} in operation"
 
 
 def _limits(values: FloatArray) -> tuple[float, float]:

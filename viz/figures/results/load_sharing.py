@@ -115,10 +115,10 @@ def loaded_pair(design: Design, path: Path) -> Loaded:
     counts = sorted({one.decks for one in results})
     if decks != [path] and counts != [len(decks)]:
         several = f"{len(decks)} decks of {path}, written by --rolls {' and '.join(map(str, counts))}"
-        raise ValueError(f"there are {several}: remove all and write them anew")
+        raise ValueError(f"there are {several}: remove them all and write them again")
     if len({(one.flank, one.torque, len(one.force)) for one in results}) > 1:
         raise ValueError(
-            f"the decks of {path} differ in flank, torque or teeth: write them anew with --rolls"
+            f"the decks of {path} differ in flank, torque or teeth: write them again with --rolls"
         )
     flank, rolls_of_decks = results[0].flank, np.array([one.rolls for one in results])
     # Rolls do not depend on the size of the gears, so the positions of the members are compared as well.
@@ -126,12 +126,12 @@ def loaded_pair(design: Design, path: Path) -> Loaded:
     apart, size = np.abs(results[0].origins - origins).max(), np.abs(origins).max()
     if not apart <= deck_tolerance * size:
         raise ValueError(
-            f"the decks of {path} are not of this design: give theirs with --design (the mid-faces differ by"
-            f" {apart:.4g} mm)"
+            f"the decks of {path} belong to another design: name it with --design (the mid-faces"
+            f" differ by {apart:.4g} mm)"
         )
     first = first_contact(design, flank, rolls_of_decks[:, 0])
     if not np.abs(first.gear_roll - rolls_of_decks[:, 1]).max() <= deck_tolerance:
-        raise ValueError(f"the decks of {path} are not of this design: give theirs with --design")
+        raise ValueError(f"the decks of {path} belong to another design: name it with --design")
     pose = meshing_pair(design, flank)
     half = np.pi / float(design.pinion.teeth)
     middle, low, high = (

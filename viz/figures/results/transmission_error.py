@@ -31,8 +31,8 @@ CELLS = Cells(left=1.05, right=1.0, across=2.1, down=1.45, most=2, least=3.3)
 NOTE = (
     "Rigid teeth without load. Grey: single tooth pair, dotted on an edge. Thick: pair in"
     " contact, with the gear furthest ahead. Positive: gear ahead of the unmodified pair"
-    " without errors, less the mean. Above: peak to peak, fraction of edge contact, contact"
-    " ratio by Eq. 16, and in operation."
+    " without errors; the mean is subtracted. Above: peak to peak, fraction of edge contact,"
+    " contact ratio by Eq. 16, and in operation."
 )
 
 

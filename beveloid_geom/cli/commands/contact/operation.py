@@ -13,7 +13,7 @@ FILM = "Film thickness of a second contact ratio: tooth pairs within this cleara
 @results.result_command(
     flank_option,
     points_option(121, "over the cycle"),
-    option("--harmonics", click.IntRange(1, 200), 10, "Number of multiples of the mesh frequency."),
+    option("--harmonics", click.IntRange(1, 200), 10, "Number of harmonics of the mesh frequency."),
     option("--film", NumberRange(0.0, 10.0), 0.00635, FILM, "MM"),
     override_options,
     csv="one position per row",

@@ -69,15 +69,15 @@ def tca(
 ) -> results.Result:
     """Compute the path of contact of a pair of flanks.
 
-    Roll angles are 0 where the generating rack of each member is centred. z is measured from mid-face, l1
-    and l2 along the tool flank from the apex of its parabola towards the tip of the member. The
-    transmission error is positive where the gear is ahead. With --force or --torque, the contact ellipse and
-    the largest pressure (Hertz) are computed at each position. If an ellipse extends beyond an edge of a
-    flank, this edge is named; the true pressure is then larger. On parallel axes the load is distributed
-    evenly over all lines of contact. JSON and CSV contain the status of each position, and JSON also the
-    status of the path: solved, no_common_normal, not_converged, off_flank, several_contacts, endless or
-    undefined. The exit status is 1 if there is no contact on the flanks or the pair cannot be assembled, 4 if
-    the path could not be computed."""
+    The roll angle of a member is 0 where its generating rack is in the middle (phi = 0 in Eq. 6). z is
+    measured from mid-face, l1 and l2 along the tool flank from the apex of its parabola towards the tip of
+    the member. The transmission error is positive where the gear is ahead. With --force or --torque, the
+    contact ellipse and the largest pressure (Hertz) are computed at each position. If an ellipse extends
+    beyond an edge of a flank, this edge is named; the true pressure is then larger. On parallel axes the load
+    is distributed evenly over all lines of contact. JSON and CSV contain the status of each position, and
+    JSON also the status of the path: solved, no_common_normal, not_converged, off_flank, endless or
+    undefined; a position can also have the status several_contacts. The exit status is 1 if there is no
+    contact on the flanks or the pair cannot be assembled, 4 if the path could not be computed."""
     from ....report.path import contact_report
     from ....status import NotComputed
 

@@ -26,7 +26,7 @@ SPREADS = click.Choice(["normal", "uniform"])
         "--sigmas",
         NumberRange(0.0, 100.0, min_open=True),
         3.0,
-        "Standard deviations in a tolerance, for the normal distribution.",
+        "Number of standard deviations that equal a tolerance, for the normal distribution.",
     ),
     option("--cases", click.IntRange(1, MAX_CASES), 100_000, "Number of random mountings."),
     option("--operation", click.IntRange(0, MAX_CASES), 0, OPERATION),

@@ -24,7 +24,7 @@ OFFSET = "Shortest distance of the axes; 0 for intersecting axes. If omitted, it
 BACKLASH = "Normal backlash.  [default: 0.04 modules]"
 CONES = "Cone angles of pinion and gear."
 HELIX = "Helix angle of the pinion, right hand positive; the helix angle of the gear is computed."
-CROSSING = "Angle between the generators of the drive flanks, with --helix-deg; 0 is line contact."
+CROSSING = "Angle between the straight generators of the drive flanks, with --helix-deg; 0 is line contact."
 GEAR = "Design whose gear and tool are given; the pinion is computed."
 SHIFTS = "Profile shifts of pinion and gear. If omitted, common values are tried."
 LEAST = (
@@ -71,7 +71,7 @@ def propose(
     as_csv: bool,
     **given: Any,
 ) -> None:
-    """Propose pairs for teeth, module and layout, the best first; each has contact and no warning of check.
+    """Propose pairs for teeth, module and layout, the best first; each has contact and no warning of `check`.
 
     Give one of --cones-deg, --crossing-deg with --helix-deg, --least-cones and --gear; for intersecting axes,
     --helix-deg alone is sufficient. Without any of them the cone angles are minimised. All other quantities

@@ -112,7 +112,7 @@ FORCE = (
 )
 TORQUE = (
     "Torque on the pinion of the pair as .inp; the gear is held.  "
-    "[default: that of 20 kN * (module / 6 mm)^2 between the teeth]"
+    "[default: the torque of a force of 20 kN * (module / 6 mm)^2 between the teeth]"
 )
 ROLL = (
     "Roll of the pinion; the gear is turned until the first tooth touches. For the pair, for a part with "
@@ -139,9 +139,8 @@ PLACED = (
     "several teeth, the middle one is in mesh."
 )
 FRAMES = (
-    "Print the positions of the gears in mesh, as matrices from their frames to S_f. Without --out, no file"
-    " is "
-    "written."
+    "Print the positions of the gears in mesh, as matrices from their frames to S_f. Without --part and "
+    "--out, no file is written."
 )
 OPTIONS = block(
     click.argument("design", default=BUILTIN_DESIGN),
