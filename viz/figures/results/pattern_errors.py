@@ -140,6 +140,7 @@ def _matrix(page: theme.Page, found: PatternMatrix, bottom: float, half: float, 
     """Draw the cells of one flank in the height `half` above `bottom`, with the headings of the columns."""
     count, status = found.first.size, status_of(found)
     lines, height = theme.split_rows(bottom, bottom + half, count)
+    limits = _face_limits(found)
     under, width = theme.inches(page, _under(page.layout)), _width(page.layout, count) / page.layout.width
     for k, (cell, added) in enumerate(zip(found.cells, added_of(found), strict=True)):
         row, column = divmod(k, count)
@@ -157,7 +158,7 @@ def _matrix(page: theme.Page, found: PatternMatrix, bottom: float, half: float, 
         if cell is None:
             theme.message(axes, status[k].replace("_", " "))
             continue
-        _cell(axes, cell, found.separation)
+        _cell(axes, cell, found.separation, limits)
         at = left + 0.5 * cell_width, lines[row] + 0.95 * under
         text = page.text(*at, "", ha="center", va="top", fontsize=theme.SMALL, linespacing=1.2)
         theme.wrap_text(
@@ -167,8 +168,21 @@ def _matrix(page: theme.Page, found: PatternMatrix, bottom: float, half: float, 
         )
 
 
-def _cell(axes: Axes, cell: PatternCell, separation: float) -> None:
-    """Draw pattern and ellipse over the pinion flank, z and r."""
+def _face_limits(found: PatternMatrix) -> tuple[float, float]:
+    """Return the smallest and largest z, mm, of all flanks and ellipses of a matrix, with a margin."""
+    ends: list[float] = []
+    for cell in found.cells:
+        if cell is not None:
+            one, z = cell.ellipses[0], _drawn(cell)[0]
+            reach = float(np.hypot(one.major * np.cos(one.angle), one.minor * np.sin(one.angle)))
+            ends += [float(z.min()), float(z.max()), *np.add(one.z, (-reach, reach)).tolist()]
+    low, high = min(ends, default=0.0), max(ends, default=1.0)
+    margin = 0.02 * (high - low)
+    return low - margin, high + margin
+
+
+def _cell(axes: Axes, cell: PatternCell, separation: float, limits: tuple[float, float]) -> None:
+    """Draw pattern and ellipse over the pinion flank, z between limits and r."""
     one, (z, r, least) = cell.ellipses[0], _drawn(cell)
     boundary = side_view(axes, z, r, least, separation)
     shape = (one.z, one.r), 2.0 * one.major, 2.0 * one.minor
@@ -181,7 +195,7 @@ def _cell(axes: Axes, cell: PatternCell, separation: float) -> None:
     axes.plot(one.z, one.r, "+", color=theme.RED, markersize=9.0, markeredgewidth=1.6)
     axes.set_aspect("equal")
     margin = 0.03 * np.ptp(z)
-    axes.set(xlim=(z.min() - margin, z.max() + margin), ylim=(r.min() - margin, r.max() + margin))
+    axes.set(xlim=limits, ylim=(r.min() - margin, r.max() + margin))
 
 
 def _drawn(cell: PatternCell) -> tuple[FloatArray, FloatArray, FloatArray]:
