@@ -181,7 +181,7 @@ def _map(axes: Axes, data: Stability, answers: StatusMap) -> list[Patch]:
         axes.plot(*place, marker, color=theme.INK, mfc="none", ms=5.0, mew=1.2)
     here = float(np.degrees(float(data.design.pair.shaft_angle))), float(data.design.pair.offset)
     axes.plot(*here, "s", color=theme.RED, ms=7.0, mec="white")
-    shifts = ((14.0, -16.0, "left"), (-14.0, 8.0, "right"), (14.0, 8.0, "left"), (-14.0, -16.0, "right"))
+    shifts = ((-14.0, 8.0, "right"), (14.0, -16.0, "left"), (14.0, 8.0, "left"), (-14.0, -16.0, "right"))
     if not Labels(axes).put("the design", here, shifts, theme.RED, path_effects=HALO, zorder=5.0):
         annotate.text(axes, here, "the design", (44.0, -12.0), fontsize=theme.SMALL, color=theme.RED)
     axes.set(xlabel="shaft angle (deg)", ylabel="offset (mm)")

@@ -88,19 +88,19 @@ def _running(design: Design, flank: str, case: SignCase, size: FloatArray) -> Fl
 def draw(data: RatioFigure, layout: theme.Layout) -> Drawing:
     """Draw four panels, as in the paper."""
     along_lines = " Unmodified flanks touch along lines."
-    labelled = any(_kinks(ends).size for ends in data.ends["right"])
+    labelled = np.concatenate([ends.contact_ratio[_kinks(ends)] for ends in data.ends["right"]])
     page, low, high = theme.new_page(
         layout,
         f"Fig. 11   {finding(data)}",
         "Contact ratio against the parabola coefficients $a_1$ of the pinion, $a_2$ of the gear",
-        NOTE + (KINKS_NOTE if labelled else "") + (along_lines if data.lines else ""),
+        NOTE + (KINKS_NOTE if labelled.size else "") + (along_lines if data.lines else ""),
         below=0.55,
         above=0.55,
         tall=CELLS.tall(layout, len(CASES), 0.6 * CELLS.width(layout, len(CASES))),
     )
     paths = [ends.contact_ratio for flank in FLANKS for ends in data.ends[flank]]
     values = np.concatenate([*paths, *(data.ratio[flank].ravel() for flank in FLANKS)])
-    limits = _limits(values[np.isfinite(values)], labelled and layout.width < theme.NARROW)
+    limits = _limits(values[np.isfinite(values)], labelled[:0] if layout.width > theme.NARROW else labelled)
     for index, (case, axes) in enumerate(
         zip(CASES, theme.panels(page, CELLS, len(CASES), low, high), strict=True)
     ):
@@ -121,12 +121,13 @@ def finding(data: RatioFigure) -> str:
     return f"Modified flanks: Eq. 16 predicts up to {np.nanmax(path):.2f}, all teeth run at {teeth}"
 
 
-def _limits(values: FloatArray, labelled: bool) -> tuple[float, float]:
-    """Return the limits of the contact ratio, in low panels with space above the values for labels."""
+def _limits(values: FloatArray, labelled: FloatArray) -> tuple[float, float]:
+    """Return the limits of the contact ratio, with space above the values if a label is close to the
+    largest."""
     if not values.size:
         return 0.0, 1.0
     room = max(float(np.ptp(values)), 0.5)
-    above = 0.4 if labelled else 0.12
+    above = 0.35 if np.any(labelled > values.max() - 0.25 * room) else 0.12
     return float(values.min()) - 0.06 * room, float(values.max()) + above * room
 
 
@@ -203,7 +204,8 @@ def _mark_kinks(axes: Axes, edge_axes: Axes, a: FloatArray, design: Design, ends
             if along > 1.0 - label_margin_fraction
             else "center"
         )
-        shifts = [(0.0, up, side) for up in label_heights_pt]
+        aside = {"left": 24.0, "right": -24.0, "center": 0.0}[side]
+        shifts = [(across, up, side) for across in (0.0, aside) for up in label_heights_pt]
         if not labels.put(text, place, shifts, theme.INK):
             theme.label_point(axes, place, text, (0, 8), ha=side, fontsize=theme.SMALL)
 

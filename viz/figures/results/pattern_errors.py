@@ -193,7 +193,7 @@ def _cell(axes: Axes, cell: PatternCell, separation: float, limits: tuple[float,
         if within:
             ring.set_clip_path(Polygon(boundary, transform=axes.transData))
     axes.plot(one.z, one.r, "+", color=theme.RED, markersize=9.0, markeredgewidth=1.6)
-    axes.set_aspect("equal")
+    axes.set_aspect("equal", anchor="N")
     margin = 0.03 * np.ptp(z)
     axes.set(xlim=limits, ylim=(r.min() - margin, r.max() + margin))
 
