@@ -171,7 +171,7 @@ def _section(member: Member, involute: Member, flank: str) -> Section:
 
 
 def _involute(member: Member, flank: str) -> tuple[FloatArray, FloatArray]:
-    """Return points and normals (2, n) of the involute at mid-face, from its base circle to beyond its tip."""
+    """Return points and normals (2, n) of the involute at mid-face, from its base circle beyond its tip."""
     share = np.concatenate([np.linspace(-1.0, -0.1, POINTS, endpoint=False), np.linspace(-0.1, 1.1, POINTS)])
     _, patch = _patch(member, flank, share, np.zeros(1))
     point, normal = patch.point[:, 0, :2].T, patch.normal[:, 0, :2].T

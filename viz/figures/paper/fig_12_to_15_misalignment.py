@@ -302,8 +302,8 @@ def _inset(
 
 
 def _free_corner(image: NDArray[np.uint8], dpi: float) -> tuple[bool, bool]:
-    """Return the corner of a picture, right and down, for a label: the upper left one if it shows no paths, else
-    the one with the most even colour."""
+    """Return the corner of a picture, right and down, for a label: the upper left one if it shows no paths,
+    else the one with the most even colour."""
     # Size of the label, inches, and standard deviation of the shading of metal, of 255 levels.
     width, height = (round(inches * dpi) for inches in (0.5, 0.3))
     shading = 6.0

@@ -33,7 +33,15 @@ from beveloid_geom.status import Status
 from ...components import paths_table
 from ...components.figure_steps import Drawing, Recipe, Table
 from ...components.map_extremes import Extreme, least_shift, most_ratio
-from ...components.map_panel import HALO, between_cells, contours, hatch, next_to_unknown, thin_out, widest_gap
+from ...components.map_panel import (
+    HALO,
+    between_cells,
+    contours,
+    hatch,
+    next_to_unknown,
+    thin_out,
+    widest_gap,
+)
 from ...rendering import theme
 from ...rendering.layout import Cells
 

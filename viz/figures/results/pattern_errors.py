@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
 from typing import Any
@@ -110,6 +111,7 @@ def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
         tall=len(data) * (count * row + 0.1),
     )
     halves, half = theme.split_rows(low, high, len(data), theme.inches(page, 0.1))
+    limits = _face_limits([block.found for block in data if block.found])
     for block, bottom in zip(data, halves, strict=True):
         page.text(
             *(0.012, bottom + 0.5 * half),
@@ -122,7 +124,7 @@ def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
             box = theme.place(page, 0.05, bottom, 0.9, half)
             theme.message(theme.overlay(page, box), f"no pattern: {block.reason}", 60)
             continue
-        _matrix(page, block.found, bottom, half, high)
+        _matrix(page, block.found, limits, bottom, half, high)
     return Drawing(page, {})
 
 
@@ -136,11 +138,18 @@ def _under(layout: theme.Layout) -> float:
     return 0.44 if layout.width > theme.NARROW else 0.52
 
 
-def _matrix(page: theme.Page, found: PatternMatrix, bottom: float, half: float, high: float) -> None:
-    """Draw the cells of one flank in the height `half` above `bottom`, with the headings of the columns."""
+def _matrix(
+    page: theme.Page,
+    found: PatternMatrix,
+    limits: tuple[float, float],
+    bottom: float,
+    half: float,
+    high: float,
+) -> None:
+    """Draw the cells of one flank, z between limits, in the height `half` above `bottom`, with the headings
+    of the columns."""
     count, status = found.first.size, status_of(found)
     lines, height = theme.split_rows(bottom, bottom + half, count)
-    limits = _face_limits(found)
     under, width = theme.inches(page, _under(page.layout)), _width(page.layout, count) / page.layout.width
     for k, (cell, added) in enumerate(zip(found.cells, added_of(found), strict=True)):
         row, column = divmod(k, count)
@@ -168,10 +177,10 @@ def _matrix(page: theme.Page, found: PatternMatrix, bottom: float, half: float, 
         )
 
 
-def _face_limits(found: PatternMatrix) -> tuple[float, float]:
-    """Return the smallest and largest z, mm, of all flanks and ellipses of a matrix, with a margin."""
+def _face_limits(matrices: Sequence[PatternMatrix]) -> tuple[float, float]:
+    """Return the smallest and largest z, mm, of the flanks and ellipses of all matrices, with a margin."""
     ends: list[float] = []
-    for cell in found.cells:
+    for cell in chain.from_iterable(found.cells for found in matrices):
         if cell is not None:
             one, z = cell.ellipses[0], _drawn(cell)[0]
             reach = float(np.hypot(one.major * np.cos(one.angle), one.minor * np.sin(one.angle)))
