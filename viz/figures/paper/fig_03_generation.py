@@ -179,7 +179,7 @@ def _annotate_rack(over: Overlay, data: GenerationFigure) -> None:
     over.label(label, "rack\ncutter")
     corner = _plane_corners(data, RACK_LENGTH_MODULES * module)[3]
     over.note(corner, "pitch plane of the rack", (30.0, -28.0))
-    wide = over.axes.get_window_extent().width > 5.0 * over.axes.figure.dpi
+    wide = over.axes.get_window_extent().width > 6.5 * over.axes.figure.dpi
     for first, second, radius, words, colour in (
         (slope, frame.axes[2], 3.4, "$\\beta$", theme.BLUE),
         ((0.0, 0.0, 1.0), slope, 4.6, "$\\gamma$", theme.GREEN),
