@@ -286,14 +286,14 @@ def changes_under_errors(
     narrow = axes.get_window_extent().width < NARROW * axes.figure.dpi
     if not rows[np.isfinite(rows)].any():
         axes.set_xlim(-1.0, 1.0)
-        axes.set_xticks([0.0])
+        axes.set_xticks([0.0], ["0"], fontsize=theme.SMALL)
         known = np.isfinite(rows).any()
         words = "0 under every error" if known else "unknown"
         theme.message(axes, words, 12 if narrow else 36, backgroundcolor="white")
         return
     low, high = (1.15, 2.6) if narrow else (1.9, 1.9)  # space for values at both ends, or on the right
     axes.set_xlim(-low * greatest, high * greatest)
-    tick = theme.round_length(greatest)
+    tick = _tick(greatest) if narrow else theme.round_length(greatest)
     texts = [f"{mark:g}".replace("-", "\u2212") for mark in (-tick, 0.0, tick)]
     axes.set_xticks([-tick, 0.0, tick], texts, fontsize=theme.SMALL)
     axes.minorticks_off()
@@ -303,6 +303,14 @@ def changes_under_errors(
         look: dict[str, Any] = {"color": COLOURS[flank], "ls": DASHES if dashed else "-", "marker": marker}
         at = blocks + 2.0 * flanks.index(flank) + line
         _stems(axes, np.where(np.abs(row) > ZERO * greatest, row, 0.0 * row), at, look, narrow)
+
+
+def _tick(greatest: float) -> float:
+    """Return the tick of a narrow axis: the largest short number up to 1.15 times the greatest value, so that
+    the labels of 0 and of the ticks on both sides are apart."""
+    steps = (1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0)
+    decade = 10.0 ** float(np.floor(np.log10(1.15 * greatest)))
+    return float(f"{max(step for step in steps if step * decade <= 1.15 * greatest) * decade:.2g}")
 
 
 def _stems(axes: Axes, values: FloatArray, lines: FloatArray, look: dict[str, Any], apart: bool) -> None:

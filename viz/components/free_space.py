@@ -108,23 +108,35 @@ class Labels:
         self.axes = axes
         self.taken: list[Bbox] = []
         curves = [line for one in (axes, *others) for line in one.lines]
-        self.lines = [line.get_transform().transform_path(line.get_path()) for line in curves]
-        drawn = zip(self.lines, curves, strict=True)
+        drawn = [(line.get_transform().transform_path(line.get_path()), line) for line in curves]
+        self.lines = [path for path, line in drawn if line.get_linestyle() != "None"]
         marked = [path.vertices for path, line in drawn if line.get_marker() != "None"]
         self.marks = np.concatenate([np.empty((0, 2)), *marked])
 
-    def put(self, text: str, at: tuple[float, float], shifts: Sequence[Shift], colour: str) -> bool:
+    def put(
+        self, text: str, at: tuple[float, float], shifts: Sequence[Shift], colour: str, **style: Any
+    ) -> bool:
         """Write a label at the first offset that is free. Returns False, and writes nothing, if none is
         free."""
         for x, y, side in shifts:
-            style = {"ha": side, "fontsize": theme.SMALL, "color": colour}
-            label = theme.label_point(self.axes, at, text, (x, y), **style)
+            look = {"ha": side, "fontsize": theme.SMALL, "color": colour, **style}
+            label = theme.label_point(self.axes, at, text, (x, y), **look)
             box = label.get_window_extent()
             if self._free(box):
                 self.taken.append(box)
                 return True
             label.remove()
         return False
+
+    def block(self, text: str, corners: Sequence[tuple[float, float]], **style: Any) -> None:
+        """Write a block of text with its upper left corner at the first free one of the places `corners`,
+        fractions of the axes, or at the first place if none is free."""
+        block = self.axes.text(*corners[0], text, transform=self.axes.transAxes, va="top", **style)
+        for corner in (*corners, corners[0]):
+            block.set_position(corner)
+            if self._free(block.get_window_extent()):
+                break
+        self.taken.append(block.get_window_extent())
 
     def _free(self, box: Bbox) -> bool:
         """Return True if a box, pixels, is within the axes and clear of all labels, markers and curves."""

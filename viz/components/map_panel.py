@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.contour import ContourSet
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 from matplotlib.transforms import Bbox
-from scipy.ndimage import map_coordinates
+from scipy.ndimage import binary_dilation, map_coordinates
 
 from beveloid_geom.arrays import FloatArray, Mask
 
@@ -64,8 +64,9 @@ def contours(
         label.set_path_effects(HALO)
         label.set_gid(LEVEL)
         box = label.get_window_extent()
-        if box.x0 < axes.bbox.x0 or box.x1 > axes.bbox.x1:
-            label.remove()  # it would cover numbers of the axis
+        inside = box.x0 >= axes.bbox.x0 and box.x1 <= axes.bbox.x1
+        if not (inside and box.y0 >= axes.bbox.y0 and box.y1 <= axes.bbox.y1):
+            label.remove()  # it would be cut or cover numbers of the axis
 
 
 def between_cells(values: FloatArray, period: float = np.inf) -> FloatArray:
@@ -84,6 +85,14 @@ def between_cells(values: FloatArray, period: float = np.inf) -> FloatArray:
     else:
         found = map_coordinates(values, places, order=1, mode="nearest")
     return np.asarray(np.where(np.isnan(found), nearest, found))
+
+
+def next_to_unknown(values: FloatArray, cells: int) -> Mask:
+    """Return the cells (m, n) that are NaN or at most a number of `cells` from a cell that is NaN."""
+    unknown = np.isnan(values)
+    if not unknown.any():
+        return unknown
+    return np.asarray(binary_dilation(unknown, np.ones((3, 3), dtype=bool), iterations=cells))
 
 
 def widest_gap(values: FloatArray, period: float) -> tuple[float, float]:

@@ -68,7 +68,7 @@ def draw(data: ConvergenceFigure, layout: theme.Layout) -> Drawing:
         layout,
         "Error of the mesh method against the mesh tolerance",
         finding(data),
-        NOTE.format(poses=len(PATH_FRACTIONS)),
+        NOTE.format(poses=len(PATH_FRACTIONS)) if data.found else "",
         below=0.75,
         above=0.5,
         tall=CELLS.tall(layout, len(FLANKS), 3.2),
@@ -77,6 +77,7 @@ def draw(data: ConvergenceFigure, layout: theme.Layout) -> Drawing:
     for column, (flank, axes) in enumerate(found):
         axes.set_title(f"({'ab'[column]})  {flank} flanks", loc="left", pad=10.0)
         if flank in data.reasons:
+            axes.set_axis_off()
             theme.message(axes, data.reasons[flank], 40)
         else:
             lines = _panel(axes, data, flank)

@@ -30,7 +30,7 @@ LOOKS = {
 LABELS = (
     ("mesh alone", 0.1, "0.1 mm", ((0, 11, "center"), (-11, -4, "right"))),
     ("mesh alone", 0.0003, "0.0003 mm", ((6, 11, "center"), (0, -22, "center"))),
-    ("five equations", 0.1, "xtol 0.1", ((0, 11, "center"), (-11, -4, "right"))),
+    ("five equations", 0.1, "xtol 0.1", ((0, 11, "center"), (-11, -4, "right"), (11, -4, "left"))),
     ("five equations", 1e-14, "10$^{\u221214}$", ((4, -22, "left"), (8, 9, "left"))),
     ("one equation", 1, "1 position", ((0, -22, "left"), (0, 11, "left"))),
     ("one equation", 101, "101", ((0, -22, "center"), (0, 11, "center"))),
@@ -40,6 +40,8 @@ LABELS = (
 )
 """Settings written next to their marks: method, value, text and places in points, best first."""
 EXACT_MM = 1e-9
+FINDING_CORNERS = ((0.03, 0.93), (0.03, 0.6), (0.6, 0.75), (0.6, 0.45))
+"""Places of the comparison of times that are tried: upper left corner, as fractions of the axes."""
 NOTE = (
     "Median and range of {runs} runs, largest error of five positions; sampling of meshes and constants of"
     " the pair excluded. Along each curve: mesh tolerance, xtol of the five equations, positions per call."
@@ -73,11 +75,13 @@ def compute(design: Design, flank: str = "right") -> SpeedAccuracy:
 
 def draw(data: SpeedAccuracy, layout: theme.Layout) -> Drawing:
     """Draw error against time. No text outside the axes depends on a measured time."""
+    solved = {method: look for method, look in LOOKS.items() if data.of(method)}
+    lost = [look.label for method, look in LOOKS.items() if method not in solved]
     page, low, high = theme.new_page(
         layout,
         title(data),
         f"{data.flank.capitalize()} flanks, {coefficients(data.design)}. Left is faster, down is more exact.",
-        NOTE.format(runs=RUNS),
+        NOTE.format(runs=RUNS) + (f" Without an answer: {', '.join(lost)}." if solved and lost else ""),
         below=0.75,
         above=0.6,
         tall=CELLS.tall(layout, 1, 5.2),
@@ -88,19 +92,20 @@ def draw(data: SpeedAccuracy, layout: theme.Layout) -> Drawing:
     if data.reason:
         theme.message(axes, data.reason)
         return Drawing(page, {})
-    for order, (method, look) in enumerate(LOOKS.items()):
+    for order, (method, look) in enumerate(solved.items()):
         curve(axes, look, [(one.seconds[1], one.error_mm) for one in data.of(method)], order)
         for one in data.of(method):
             axes.hlines(one.error_mm, one.seconds[0], one.seconds[2], look.colour, linewidth=1.2)
     _set_limits(axes, data)
-    labels = Labels(axes)
+    labels, lines = Labels(axes), finding(data)
+    if layout.width < theme.NARROW:  # the block is placed to the left of the five equations
+        lines = [line.replace(" times ", " \u00d7 ").replace(" against", "\nagainst") for line in lines]
+    labels.block("\n".join(lines), FINDING_CORNERS, linespacing=1.4, fontsize=theme.SMALL)
     marks = {(one.method, one.value): one for one in data.measurements if one.status == "solved"}
     for method, value, label, places in LABELS:
         if mark := marks.get((method, value)):
             labels.put(label, (mark.seconds[1], mark.error_mm), places, LOOKS[method].colour)
-    text = axes.text(0.03, 0.93, "\n".join(finding(data)), transform=axes.transAxes, linespacing=1.4)
-    text.set(va="top", fontsize=theme.SMALL)
-    theme.legend(page, [look.line() for look in LOOKS.values()], 5, left=0.02, below=1.35)
+    theme.legend(page, [look.line() for look in solved.values()], 5, left=0.02, below=1.35)
     return Drawing(page, {})
 
 

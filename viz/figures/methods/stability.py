@@ -23,8 +23,10 @@ from beveloid_geom.validation.near_singular import (
     status_map,
 )
 
-from ...components import annotate
+from ...components import annotate, paths_table
 from ...components.figure_steps import Drawing, Recipe, Table
+from ...components.free_space import Labels
+from ...components.map_panel import HALO
 from ...rendering import theme
 from ...rendering.layout import Cells
 from .curves import curve, log_axes
@@ -39,7 +41,7 @@ SHARES = np.array((-0.25, 0.05, 1.0, 3.0))
 """Shaft angles of the map: its ends, and those whose offsets without backlash it shows, as fractions of the
 distance of the design's shaft angle from the smallest one."""
 WRONG_MM = 1e-2
-"""Error of a point without a stated error bound that counts as wrong."""
+"""Error of a point without a stated error bound that counts as wrong, at the module of Table 1."""
 ANSWERS = {
     Status.SOLVED: ("contact on the flanks", theme.GREEN),
     Status.OFF_FLANK: ("contact misses the flanks", theme.PALE),
@@ -98,27 +100,27 @@ def draw(data: Stability, layout: theme.Layout) -> Drawing:
         finding(data),
         f"{data.flank.capitalize()} flanks, unmodified. Smallest shaft angle with a common normal:"
         f" {np.degrees(data.smallest):.4f} deg",
-        NOTE,
+        NOTE if data.errors else "",
         below=0.75,
         above=1.15,
-        tall=CELLS.tall(layout, 2, 4.0),
+        tall=CELLS.tall(layout, 2, 4.0) if data.errors else 2.0,
     )
+    if data.errors is None or data.answers is None:
+        axes = page.add_axes((0.05, low, 0.9, high - low))
+        axes.set_axis_off()
+        theme.message(axes, data.reason)
+        return Drawing(page, {})
     first, second = theme.panels(page, CELLS, 2, low, high)
     first.set_title("(a)  Error of four methods", loc="left", pad=10.0)
     second.set_title("(b)  Answer of the one equation", loc="left", pad=10.0)
-    if data.errors is None or data.answers is None:
-        for axes in (first, second):
-            axes.set_axis_off()
-            theme.message(axes, data.reason)
-        return Drawing(page, {})
-    lines = _errors(first, data.errors)
+    lines = _errors(first, data.errors, wrong_mm(data.design))
     patches = _map(second, data, data.answers)
     theme.legend(page, [*lines, *patches], 4, left=0.02, below=1.35)
     return Drawing(page, {})
 
 
-def _errors(axes: Axes, data: MethodErrors) -> list[Line2D]:
-    """Draw error against distance; return the entries of the legend."""
+def _errors(axes: Axes, data: MethodErrors, limit: float) -> list[Line2D]:
+    """Draw error against distance; return the entries of the legend. Errors above `limit`, mm, are wrong."""
     no_answer_mm = 1e3
     log_axes(axes)
     above, rows = np.degrees(data.above), iter(range(len(METHODS)))
@@ -138,18 +140,27 @@ def _errors(axes: Axes, data: MethodErrors) -> list[Line2D]:
             axes.plot(above[lost], np.full(lost.sum(), height), "x", color=look.colour, ms=7.0, mew=1.8)
             style = {"fontsize": theme.SMALL, "color": look.colour, "ha": "left", "va": "center"}
             theme.label_point(axes, (above[lost].max(), height), "no answer", (10.0, 0.0), **style)
-        for x, y in zip(above[wrong(data, number)], error[wrong(data, number)], strict=True):
+        if (at := wrong(data, number, limit)).size:
+            worst = at[np.argmax(error[at])]
+            up_to = "up to " if at.size > 1 else ""
             leader = {"arrowstyle": "-", "color": look.colour, "linewidth": 1.0}
             style = {"fontsize": theme.SMALL, "color": look.colour, "arrowprops": leader}
-            theme.label_point(axes, (x, y), f"wrong by {y:.2g} mm", (62.0, -48.0), **style)
+            words, place = f"wrong by {up_to}{error[worst]:.2g} mm", (above[worst], error[worst])
+            theme.label_point(axes, place, words, (62.0, -48.0), **style)
         lines.append(look.line())
     return lines
 
 
-def wrong(data: MethodErrors, number: int) -> Integers:
-    """Return the indices at which a method gives a wrong point whose error exceeds the bound it states."""
+def wrong_mm(design: Design) -> float:
+    """Return the error (mm) of a point that counts as wrong, in proportion to the module."""
+    return WRONG_MM * paths_table.as_large(design)
+
+
+def wrong(data: MethodErrors, number: int, limit: float) -> Integers:
+    """Return the indices at which a method gives a wrong point: its error exceeds `limit`, mm, and the bound
+    that the method states."""
     error, stated = data.error[number], data.stated[number]
-    return np.flatnonzero((error > WRONG_MM) & ~(stated >= error))
+    return np.flatnonzero((error > limit) & ~(stated >= error))
 
 
 def _map(axes: Axes, data: Stability, answers: StatusMap) -> list[Patch]:
@@ -170,7 +181,9 @@ def _map(axes: Axes, data: Stability, answers: StatusMap) -> list[Patch]:
         axes.plot(*place, marker, color=theme.INK, mfc="none", ms=5.0, mew=1.2)
     here = float(np.degrees(float(data.design.pair.shaft_angle))), float(data.design.pair.offset)
     axes.plot(*here, "s", color=theme.RED, ms=7.0, mec="white")
-    annotate.text(axes, here, "the design", (44.0, -12.0), fontsize=theme.SMALL, color=theme.RED)
+    shifts = ((-14.0, 8.0, "right"), (14.0, -16.0, "left"), (14.0, 8.0, "left"), (-14.0, -16.0, "right"))
+    if not Labels(axes).put("the design", here, shifts, theme.RED, path_effects=HALO, zorder=5.0):
+        annotate.text(axes, here, "the design", (44.0, -12.0), fontsize=theme.SMALL, color=theme.RED)
     axes.set(xlabel="shaft angle (deg)", ylabel="offset (mm)")
     shown = [number for number in range(len(codes)) if (index == number).any()]
     return [
@@ -183,8 +196,9 @@ def finding(data: Stability) -> str:
     """Return the title: the finding if the one equation alone is right down to the smallest distance."""
     if data.errors is not None:
         *others, last = range(len(METHODS))
-        right = [np.delete(data.errors.error[k], wrong(data.errors, k)) for k in (*others, last)]
-        *counts, most = (int((one < WRONG_MM).sum()) for one in right)
+        limit = wrong_mm(data.design)
+        right = [np.delete(data.errors.error[k], wrong(data.errors, k, limit)) for k in (*others, last)]
+        *counts, most = (int((one < limit).sum()) for one in right)
         if most > max(counts):
             return "Close to the smallest shaft angle, the one equation alone finds the contact"
     return "Error of four methods near the smallest shaft angle"

@@ -137,7 +137,9 @@ def _rack_panel(page: theme.Page, box: theme.Box, data: GenerationFigure) -> Pic
     items.append(Surface(corners, np.array([[0, 1, 2, 3]]), None, theme.SKY, opacity=0.45))
     back = np.array([0.5, -0.3, 0.81])
     reach = np.concatenate([np.asarray(item.points) for item in items if isinstance(item, Surface)])
-    reach = np.concatenate((reach, frame.axes * 4.8 * module, np.eye(3) * 6.6 * module))
+    # Labels take more of a narrow page, that of y_c most.
+    axes = np.diag((6.6, 6.6 if page.layout.width > theme.NARROW else 7.8, 6.6))
+    reach = np.concatenate((reach, frame.axes * 4.8 * module, axes * module))
     over = Overlay.drawn(page, box, items, fit_camera(reach, -back, (1.0, 0.0, 0.0), box.size, 0.09))
     _annotate_rack(over, data)
     return over.picture
@@ -165,14 +167,19 @@ def _annotate_rack(over: Overlay, data: GenerationFigure) -> None:
     frames = (
         ("c", np.eye(3), 6.3, (x_c, "y_c = y_P", z_c)),
         ("P", tilted, 5.2, ("", "", z_p)),
-        ("n", frame.axes, 4.4, (x_n, "y_n", "" if straight else "z_n")),
+        ("n", frame.axes, 4.4, (x_n and annotate.UNNAMED, "y_n", "" if straight else "z_n")),
     )
     for name, vectors, length, names in frames:
         over.triad(np.zeros(3), vectors, length * module, names, FRAME_COLOURS[name])
+    if x_n:  # its label is on the side of the arrow away from x_c
+        tips = np.stack((frame.axes[0], np.eye(3)[0])) * 4.4 * module
+        away = float(np.sign(np.subtract(*over.picture.project(tips))[0])) or 1.0
+        over.label(tips[0], f"${x_n}$", (7.0 * away, 4.0), ha="left" if away > 0.0 else "right")
     label = frame.origin + module * (0.2 * frame.axes[0] - 1.57 * frame.axes[1])
     over.label(label, "rack\ncutter")
     corner = _plane_corners(data, RACK_LENGTH_MODULES * module)[3]
     over.note(corner, "pitch plane of the rack", (30.0, -28.0))
+    wide = over.axes.get_window_extent().width > 6.5 * over.axes.figure.dpi
     for first, second, radius, words, colour in (
         (slope, frame.axes[2], 3.4, "$\\beta$", theme.BLUE),
         ((0.0, 0.0, 1.0), slope, 4.6, "$\\gamma$", theme.GREEN),
@@ -180,7 +187,7 @@ def _annotate_rack(over: Overlay, data: GenerationFigure) -> None:
         curve = annotate.arc(np.zeros(3), first, second, radius * module)
         if np.linalg.norm(curve[-1] - curve[0]) > 0.05 * module:
             over.arrow_along(curve, colour)
-            outward = 0.6 * module * curve[16] / np.linalg.norm(curve[16])
+            outward = (0.6 if wide else 0.9) * module * curve[16] / np.linalg.norm(curve[16])
             over.label(curve[16] + outward, words, color=colour, fontsize=theme.HEADING)
 
 

@@ -266,8 +266,11 @@ def _annotate(
     # Both frames share the axis of rotation, or are parallel.
     names = "xyz", ("", "y", "z") if tilted else 3 * (annotate.UNNAMED,)
     looks = (before, theme.INK, panel.before), (after, MOVED_LINE_COLOUR, panel.after)
+    # The displaced frame would be below the label of an axis in its direction.
+    covered = None if tilted else after[1] - before[1]
     for (frame, colour, name), letters in zip(looks, names, strict=True):
-        over.triad(frame[1], frame[0].T, length, letters, colour, f"S_{{{name}}}", label_offsets_pt[name])
+        title, offset = f"S_{{{name}}}", label_offsets_pt[name]
+        over.triad(frame[1], frame[0].T, length, letters, colour, title, offset, covered)
     style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.HEADING, "fontweight": "bold"}
     words = f"${panel.symbol}$"
     if tilted:

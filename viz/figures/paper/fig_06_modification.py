@@ -145,20 +145,20 @@ def _patch(member: Member, flank: str, share: FloatArray, z: FloatArray) -> tupl
 
 
 def _section(member: Member, involute: Member, flank: str) -> Section:
-    """Compute the profile at mid-face and its deviation from the involute."""
+    """Compute the profile at mid-face and its deviation from the involute; NaN inside the base circle."""
     share, middle = np.linspace(0.0, 1.0, POINTS), np.zeros(1)
     l, patch = _patch(member, flank, share, middle)
-    _, base = _patch(involute, flank, np.linspace(-0.1, 1.1, POINTS), middle)
+    base_point, base_normal = _involute(involute, flank)
     x, y = patch.point[:, 0, 0], patch.point[:, 0, 1]
     radius, angle = np.hypot(x, y), np.arctan2(y, x)
-    base_x, base_y, _ = base.point[:, 0].T
+    base_x, base_y = base_point
     base_radius, base_angle = np.hypot(base_x, base_y), np.arctan2(base_y, base_x)
-    base_at_radius = np.interp(radius, base_radius, base_angle)
+    base_at_radius = np.interp(radius, base_radius, base_angle, left=np.nan)
     # r (theta . n) is the moment of the normal about the axis: constant along an involute.
-    moment = base_x * base.normal[:, 0, 1] - base_y * base.normal[:, 0, 0]
+    moment = base_x * base_normal[1] - base_y * base_normal[0]
     deviation = (angle - base_at_radius) * np.interp(radius, base_radius, moment)
-    middle_angle = base_angle[POINTS // 2]
-    normal = np.stack([np.interp(radius, base_radius, base.normal[:, 0, k]) for k in (0, 1)])
+    middle_angle = base_angle[-1 - POINTS // 2]
+    normal = np.stack([np.interp(radius, base_radius, values) for values in base_normal])
     # A displacement s in the section along the projection of the normal n is s |n_xy| along n.
     per_mm = normal / (normal**2).sum(axis=0)
     side = side_of(flank)
@@ -168,6 +168,15 @@ def _section(member: Member, involute: Member, flank: str) -> Section:
     cos, sin = np.cos(middle_angle), np.sin(middle_angle)
     per_mm = np.array([[side * sin, -side * cos], [cos, sin]]) @ per_mm
     return Section(l[:, 0], radius, deviation, across, up, foot, per_mm)
+
+
+def _involute(member: Member, flank: str) -> tuple[FloatArray, FloatArray]:
+    """Return points and normals (2, n) of the involute at mid-face, from its base circle beyond its tip."""
+    share = np.concatenate([np.linspace(-1.0, -0.1, POINTS, endpoint=False), np.linspace(-0.1, 1.1, POINTS)])
+    _, patch = _patch(member, flank, share, np.zeros(1))
+    point, normal = patch.point[:, 0, :2].T, patch.normal[:, 0, :2].T
+    start = int(np.hypot(*point).argmin())  # the involute turns back at its base circle
+    return point[:, start:], normal[:, start:]
 
 
 def _upright(radius: FloatArray, angle: FloatArray) -> FloatArray:
@@ -250,7 +259,8 @@ def _stations(member: Member, flank: str, tolerance: float) -> tuple[int, int]:
 def _terraces(
     data: ModificationFigure, tolerance: float, radius: float, viewer: FloatArray
 ) -> tuple[list[Item], dict[int, FloatArray]]:
-    """Return each flank on a third of the face with the steps between them, and the points for labels.
+    """Return each flank on a third of the face with the steps between them, and its points at the tip (n, 3),
+    from the viewer.
 
     `viewer` (3,) is the direction to the viewer. Flanks touch in the middle of their depth, so that their
     lines are moved towards the viewer, each by more than the one before; their place in the picture does not
@@ -278,7 +288,7 @@ def _terraces(
             under = _patch(data.members[below], flank, share, z[:1])[1].point[:, 0]
             items.append(grid_surface(np.stack((under, front)), None, look.line))
             lines(below, under)
-        labels[sign] = patch.point[-1, patch.point.shape[1] // 3]
+        labels[sign] = patch.point[-1]
         below = sign
     near = {
         sign: _patch(one, flank, share, np.array([half]))[1].point[:, 0] for sign, one in data.members.items()
@@ -300,19 +310,28 @@ def coefficient_name(a: float, name: str) -> str:
 def _label_overlay(
     over: Overlay, points: FloatArray, labels: dict[int, FloatArray], data: ModificationFigure
 ) -> None:
-    """Label the flanks at the points `labels` (3,), mm, and the sides of the flank with points (9, 9, 3)."""
+    """Label the flanks at their points `labels` (n, 3), mm, along the tip, and the sides of the flank with
+    points (9, 9, 3)."""
     axes, picture = over.axes, over.picture
-    places = {sign: picture.project(point) for sign, point in labels.items()}
-    steps = np.abs(np.diff(list(places.values()), axis=0)) * 72.0 / axes.figure.dpi
+    tips = [picture.project(points) for points in labels.values()]
+    steps = np.abs(np.diff([tip[len(tip) // 3] for tip in tips], axis=0)) * 72.0 / axes.figure.dpi
     crowded = bool(np.any((steps[:, 0] < 200.0) & (steps[:, 1] < 22.0)))
-    for rank, (sign, place) in enumerate(places.items()):
+    before = np.inf  # left end of the label before, pixels
+    for rank, (sign, tip) in enumerate(zip(labels, tips, strict=True)):
+        place = tip[len(tip) // 3]
+        if axes.transData.transform(place)[0] > before:  # the leader would cross this label
+            place = tip[2 * len(tip) // 3]
         colour, words = LOOKS[sign].line, coefficient_name(sign * data.coefficient, LOOKS[sign].name)
         style: dict[str, Any] = {"color": colour, "fontsize": theme.HEADING, "ha": "left"}
         lead = {"arrowstyle": "-", "color": colour, "linewidth": 1.2, "relpos": (0.1, 0.0)}
         offset = -24, 28 + 21 * rank if crowded else 40
         label = theme.label_point(axes, place, words, offset, arrowprops=lead, **style)
-        beyond = label.get_window_extent().x1 - axes.get_window_extent().x1
-        label.set_position((offset[0] - max(beyond, 0.0) * 72.0 / axes.figure.dpi, offset[1]))
+        beyond = max(label.get_window_extent().x1 - axes.get_window_extent().x1, 0.0)
+        # The label is moved along the tip, which rises to the left.
+        rise = max(float((tip[0] - tip[-1])[1] / (tip[0] - tip[-1])[0]), 0.0)
+        back = beyond * 72.0 / axes.figure.dpi
+        label.set_position((offset[0] - back, offset[1] + rise * back))
+        before = label.get_window_extent().x0
     for text, point, offset in (
         (data.ends[0], points[4, 0], (-26, 0)),
         (data.ends[1], points[4, -1], (30, 0)),
@@ -327,7 +346,9 @@ def _draw_section(axes: Axes, data: ModificationFigure) -> None:
     """Draw the profiles in true proportions and, thick, with magnified deviations."""
     for a, section in reversed(data.sections.items()):
         look, seen = LOOKS[a], section.magnified(data.factor)
-        axes.fill(*np.concatenate((section.base, seen[:, ::-1]), axis=1), color=look.line, alpha=0.12, lw=0.0)
+        around = np.concatenate((section.base, seen[:, ::-1]), axis=1)
+        around = around[:, np.isfinite(around).all(axis=0)]
+        axes.fill(*around, color=look.line, alpha=0.12, lw=0.0)
         axes.plot(*seen, color=look.line, linewidth=2.4)
         axes.plot(section.across, section.up, color=look.line, linewidth=0.9)
         if a:

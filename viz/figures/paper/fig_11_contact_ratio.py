@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from beveloid_geom import Design
-from beveloid_geom.arrays import FloatArray
+from beveloid_geom.arrays import FloatArray, Integers
 from beveloid_geom.contact.parallel.lines import touches_along_lines
 from beveloid_geom.contact.path import PathEnds, path_ends
 from beveloid_geom.design.ends import limit_words
@@ -33,9 +33,9 @@ CELLS = Cells(left=0.96, right=0.96, across=1.76, down=1.35, most=2, least=3.4)
 NOTE = (
     "Lines: Eq. 16, the contact ratio of one tooth pair. Circles: contact ratio of all"
     " teeth in operation, without load, edges included. Triangles: fraction of the mesh cycle"
-    " with edge contact (right scale). Labelled dots: other limits begin to end the path of"
-    " the right flank."
+    " with edge contact (right scale)."
 )
+KINKS_NOTE = " Labelled dots: other limits begin to end the path of the right flank."
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,18 +88,19 @@ def _running(design: Design, flank: str, case: SignCase, size: FloatArray) -> Fl
 def draw(data: RatioFigure, layout: theme.Layout) -> Drawing:
     """Draw four panels, as in the paper."""
     along_lines = " Unmodified flanks touch along lines."
+    labelled = np.concatenate([ends.contact_ratio[_kinks(ends)] for ends in data.ends["right"]])
     page, low, high = theme.new_page(
         layout,
         f"Fig. 11   {finding(data)}",
         "Contact ratio against the parabola coefficients $a_1$ of the pinion, $a_2$ of the gear",
-        NOTE + (along_lines if data.lines else ""),
+        NOTE + (KINKS_NOTE if labelled.size else "") + (along_lines if data.lines else ""),
         below=0.55,
         above=0.55,
         tall=CELLS.tall(layout, len(CASES), 0.6 * CELLS.width(layout, len(CASES))),
     )
     paths = [ends.contact_ratio for flank in FLANKS for ends in data.ends[flank]]
     values = np.concatenate([*paths, *(data.ratio[flank].ravel() for flank in FLANKS)])
-    limits = _limits(values[np.isfinite(values)])
+    limits = _limits(values[np.isfinite(values)], labelled[:0] if layout.width > theme.NARROW else labelled)
     for index, (case, axes) in enumerate(
         zip(CASES, theme.panels(page, CELLS, len(CASES), low, high), strict=True)
     ):
@@ -120,11 +121,14 @@ def finding(data: RatioFigure) -> str:
     return f"Modified flanks: contact ratio up to {np.nanmax(path):.2f} by Eq. 16, {teeth} in operation"
 
 
-def _limits(values: FloatArray) -> tuple[float, float]:
+def _limits(values: FloatArray, labelled: FloatArray) -> tuple[float, float]:
+    """Return the limits of the contact ratio, with space above the values if a label is close to the
+    largest."""
     if not values.size:
         return 0.0, 1.0
     room = max(float(np.ptp(values)), 0.5)
-    return float(values.min()) - 0.06 * room, float(values.max()) + 0.12 * room
+    above = 0.35 if np.any(labelled > values.max() - 0.25 * room) else 0.12
+    return float(values.min()) - 0.06 * room, float(values.max()) + above * room
 
 
 def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> list[Line2D]:
@@ -171,16 +175,21 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> list[Li
     return lines
 
 
+def _kinks(ends: PathEnds) -> Integers:
+    """Return the indices at which the limits of a path change; of changes close together only the last."""
+    changed = np.any(ends.limit[1:] != ends.limit[:-1], axis=-1) & (ends.limit[1:] >= 0).all(axis=-1)
+    kinks = np.nonzero(changed)[0] + 1
+    return kinks[np.diff(kinks, append=2 * POINTS) > POINTS // 10]
+
+
 def _mark_kinks(axes: Axes, edge_axes: Axes, a: FloatArray, design: Design, ends: PathEnds) -> None:
-    """Mark and label changes of the limits of the path on the right flank; of changes close together only the
-    last. Labels are where they cover no curve, if possible."""
+    """Mark and label the changes of the limits of the path on the right flank. Labels are where they cover no
+    curve, if possible."""
     # Labels of points closer than this fraction to an end of the axis are aligned inwards.
     label_margin_fraction = 0.25
     # Heights of labels above their points that are tried, in this order.
     label_heights_pt = (8.0, -18.0, 22.0, -32.0, 36.0, -46.0, 50.0, 64.0)
-    changed = np.any(ends.limit[1:] != ends.limit[:-1], axis=-1) & (ends.limit[1:] >= 0).all(axis=-1)
-    kinks = np.nonzero(changed)[0] + 1
-    kinks = kinks[np.diff(kinks, append=2 * POINTS) > POINTS // 10]
+    kinks = _kinks(ends)
     places = [(float(a[at]), float(ends.contact_ratio[at])) for at in kinks]
     for place in places:
         axes.plot(*place, "o", color=theme.BLUE, markersize=7.0)
@@ -195,7 +204,8 @@ def _mark_kinks(axes: Axes, edge_axes: Axes, a: FloatArray, design: Design, ends
             if along > 1.0 - label_margin_fraction
             else "center"
         )
-        shifts = [(0.0, up, side) for up in label_heights_pt]
+        aside = {"left": 24.0, "right": -24.0, "center": 0.0}[side]
+        shifts = [(across, up, side) for across in (0.0, aside) for up in label_heights_pt]
         if not labels.put(text, place, shifts, theme.INK):
             theme.label_point(axes, place, text, (0, 8), ha=side, fontsize=theme.SMALL)
 

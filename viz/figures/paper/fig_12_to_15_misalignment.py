@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
+from numpy.typing import NDArray
 
 from beveloid_geom import Design
 from beveloid_geom.pair.misalignment import mounted
@@ -291,9 +292,28 @@ def _inset(
     ):
         style: dict[str, Any] = {"fill": False, "edgecolor": theme.GREY, "linewidth": 1.0, "zorder": 4}
         axes.add_patch(Rectangle(tuple(centre - 0.5 * size), *size.tolist(), **style))
-    corner: dict[str, Any] = {"ha": "left", "va": "top", "fontsize": theme.SMALL}
-    annotate.text(detail.axes, (0.0, 0.0), f"\u00d7 {INSET_TIMES:g}", (4.0, -3.0), **corner)
+    right, down = _free_corner(detail.picture.image, page.dpi)
+    corner: dict[str, Any] = {"ha": "right" if right else "left", "va": "bottom" if down else "top"}
+    offset = (-4.0 if right else 4.0, 3.0 if down else -3.0)
+    place = (right * box.width, down * box.height)
+    words = f"\u00d7 {INSET_TIMES:g}"
+    annotate.text(detail.axes, place, words, offset, fontsize=theme.SMALL, **corner)
     return detail.picture
+
+
+def _free_corner(image: NDArray[np.uint8], dpi: float) -> tuple[bool, bool]:
+    """Return the corner of a picture, right and down, for a label: the upper left one if it shows no paths,
+    else the one with the most even colour."""
+    # Size of the label, inches, and standard deviation of the shading of metal, of 255 levels.
+    width, height = (round(inches * dpi) for inches in (0.5, 0.3))
+    shading = 6.0
+    corners = [(False, False), (True, False), (False, True), (True, True)]
+    parts = (
+        image[slice(-height, None) if down else slice(height), slice(-width, None) if right else slice(width)]
+        for right, down in corners
+    )
+    uneven = [float(part.reshape(-1, part.shape[-1]).std(axis=0).max()) for part in parts]
+    return corners[0 if uneven[0] < shading else int(np.argmin(uneven))]
 
 
 def _line(error: str, path: SolvedPath, zero: SolvedPath, member: int) -> tuple[str, ...]:

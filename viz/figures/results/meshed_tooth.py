@@ -78,7 +78,7 @@ CELLS = Cells(left=0.32, right=0.32, across=0.32, down=0.6, most=2, least=4.0)
 UP = np.array([1.0, 0.0, 0.0])
 NOTE = (
     "Lines: edges of the elements, straight between corner nodes. The tooth includes its sector of the"
-    " body from the bore to the middle of the adjacent tooth spaces; (a) shows its upper part. Sets toe"
+    " body from the bore to the middle of the adjacent tooth spaces; (b) shows it completely. Sets toe"
     " and heel: ends at \u2212z and +z."
 )
 

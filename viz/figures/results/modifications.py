@@ -149,7 +149,8 @@ def draw(comparison: Comparison, layout: theme.Layout) -> Drawing:
         layout,
         comparison.title,
         f"{first.flank.capitalize()} flanks, the pinion drives",
-        NOTE.format(ends=end_names(first.design.pinion), film=1e3 * MARKING_SEPARATION),
+        NOTE.format(ends=end_names(first.design.pinion), film=1e3 * MARKING_SEPARATION)
+        + _unknown_shifts(data),
         below=0.65,
         above=1.35,
         tall=cells.tall(layout, count, 2.0),
@@ -160,7 +161,8 @@ def draw(comparison: Comparison, layout: theme.Layout) -> Drawing:
         letter = next(letters)
         words = f"({letter})  {case.label}"
         if case.pattern is not None:
-            words += f"{', ' if single else new_line}{100.0 * case.pattern.pinion.area_share:.0f} % marked"
+            share = f"{100.0 * case.pattern.pinion.area_share:.0f}\u00a0%\u00a0marked"
+            words += f"{', ' if single else new_line}{share}"
         axes.set_title(words, loc="left", pad=8.0, fontsize=theme.LABEL)
         _pattern(axes, case)
         if single and case is not data[-1]:
@@ -171,6 +173,21 @@ def draw(comparison: Comparison, layout: theme.Layout) -> Drawing:
         _shifted(axes, data, next(letters), k)
     theme.legend(page, _entries(data), len(data), 1.15, handlelength=3.0)
     return Drawing(page, {})
+
+
+def _unknown_shifts(data: tuple[Case, ...]) -> str:
+    """Return the text on cases without a path under any error of one kind."""
+    words = ""
+    for k in (1, 0):
+        lost = [case.label for case in data if np.isnan(case.shifts[k][case.sizes[k] != 0.0]).all()]
+        if lost:
+            words += f" No path under the {_error_name(data[0].design, k)}: {', '.join(lost)}."
+    return words
+
+
+def _error_name(design: Design, k: int) -> str:
+    """Return the printed name of error `k` (0 distance, 1 angle)."""
+    return _errors(design)[k].replace("shaft_angle", "shaft-angle").replace("_", " ") + " error"
 
 
 def _pattern(axes: Axes, case: Case) -> None:
@@ -207,12 +224,12 @@ def _errors_of_all_teeth(axes: Axes, data: tuple[Case, ...], letter: str) -> Non
 
 def _shifted(axes: Axes, data: tuple[Case, ...], letter: str, k: int) -> None:
     """Draw the shift of all cases under error `k` (0 distance, 1 angle)."""
-    words = _errors(data[0].design)[k].replace("shaft_angle", "shaft-angle").replace("_", " ") + " error"
+    words = _error_name(data[0].design, k)
     axes.set_title(f"({letter})  shift under the {words}", loc="left", pad=8.0, fontsize=theme.LABEL)
     for case, (colour, dashes, marker) in zip(data, STYLES, strict=False):
         x = np.degrees(case.sizes[k]) if k else case.sizes[k]
         look: dict[str, Any] = {"color": colour, "marker": marker, "markersize": 5.0, "linewidth": 1.8}
-        axes.plot(x, case.shifts[k], dashes, **look)
+        axes.plot(x, case.shifts[k], dashes, clip_on=False, **look)
     axes.set(xlabel=f"{words} ({'deg' if k else 'mm'})", ylabel="mm")
     axes.grid(True, axis="y")
 

@@ -33,7 +33,15 @@ from beveloid_geom.status import Status
 from ...components import paths_table
 from ...components.figure_steps import Drawing, Recipe, Table
 from ...components.map_extremes import Extreme, least_shift, most_ratio
-from ...components.map_panel import HALO, between_cells, contours, hatch, thin_out, widest_gap
+from ...components.map_panel import (
+    HALO,
+    between_cells,
+    contours,
+    hatch,
+    next_to_unknown,
+    thin_out,
+    widest_gap,
+)
 from ...rendering import theme
 from ...rendering.layout import Cells
 
@@ -43,6 +51,8 @@ CELLS = Cells(left=1.2, right=1.0, across=1.16, down=0.65, most=3, least=1.0)
 HALF_TURN_DEG, LEAST_GAP_DEG = 180.0, 10.0
 """Period of the angle of a path, and smallest interval without angles at which its colours begin and end,
 degrees. Without such an interval, the colours are cyclic."""
+BORDER_CELLS = 2
+"""Width of the border without contour lines around cells without a value."""
 HOLLOW, LOST, ASTRAY = "//", "xxx", "...."
 """Hatches: flanks hollow against each other, no path, value not known."""
 NOTE = (
@@ -227,8 +237,11 @@ def _colours(page: theme.Page, axes: Axes, data: ParabolaMap, name: str) -> None
         return
     cyclic = quantity.scale == "cyclic"
     fine_x, fine_y, fine = _finer(x, y, values, HALF_TURN_DEG if cyclic else math.inf)
+    # Values change suddenly next to cells without a value: the colours do not cover the range of these cells,
+    # and there are no contour lines.
+    border = next_to_unknown(values, BORDER_CELLS)
     # The colours cover the range of the cells that a pair can use.
-    usable = values[:, y <= 0.0]
+    usable = values[~border & (y <= 0.0)] if (~border & (y <= 0.0)).any() else values[:, y <= 0.0]
     usable = usable[np.isfinite(usable)] if np.isfinite(usable).any() else values[np.isfinite(values)]
     colours = quantity.colours
     if cyclic:
@@ -247,6 +260,7 @@ def _colours(page: theme.Page, axes: Axes, data: ParabolaMap, name: str) -> None
     scale.ax.minorticks_off()
     words = _angle if quantity.scale == "cyclic" else _plain
     scale.ax.set_yticklabels([words(level) for level in levels], fontsize=theme.SMALL)
+    fine = np.where(between_cells((border | ~data.solved).astype(float)) > 0.5, np.nan, fine)
     if cyclic:
         for level in levels[:-1]:
             turns = 2.0 * np.pi * (fine - level) / HALF_TURN_DEG

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import chain
 from typing import Any
@@ -110,6 +111,7 @@ def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
         tall=len(data) * (count * row + 0.1),
     )
     halves, half = theme.split_rows(low, high, len(data), theme.inches(page, 0.1))
+    limits = _face_limits([block.found for block in data if block.found])
     for block, bottom in zip(data, halves, strict=True):
         page.text(
             *(0.012, bottom + 0.5 * half),
@@ -122,7 +124,7 @@ def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
             box = theme.place(page, 0.05, bottom, 0.9, half)
             theme.message(theme.overlay(page, box), f"no pattern: {block.reason}", 60)
             continue
-        _matrix(page, block.found, bottom, half, high)
+        _matrix(page, block.found, limits, bottom, half, high)
     return Drawing(page, {})
 
 
@@ -136,8 +138,16 @@ def _under(layout: theme.Layout) -> float:
     return 0.44 if layout.width > theme.NARROW else 0.52
 
 
-def _matrix(page: theme.Page, found: PatternMatrix, bottom: float, half: float, high: float) -> None:
-    """Draw the cells of one flank in the height `half` above `bottom`, with the headings of the columns."""
+def _matrix(
+    page: theme.Page,
+    found: PatternMatrix,
+    limits: tuple[float, float],
+    bottom: float,
+    half: float,
+    high: float,
+) -> None:
+    """Draw the cells of one flank, z between limits, in the height `half` above `bottom`, with the headings
+    of the columns."""
     count, status = found.first.size, status_of(found)
     lines, height = theme.split_rows(bottom, bottom + half, count)
     under, width = theme.inches(page, _under(page.layout)), _width(page.layout, count) / page.layout.width
@@ -157,7 +167,7 @@ def _matrix(page: theme.Page, found: PatternMatrix, bottom: float, half: float, 
         if cell is None:
             theme.message(axes, status[k].replace("_", " "))
             continue
-        _cell(axes, cell, found.separation)
+        _cell(axes, cell, found.separation, limits)
         at = left + 0.5 * cell_width, lines[row] + 0.95 * under
         text = page.text(*at, "", ha="center", va="top", fontsize=theme.SMALL, linespacing=1.2)
         theme.wrap_text(
@@ -167,8 +177,21 @@ def _matrix(page: theme.Page, found: PatternMatrix, bottom: float, half: float, 
         )
 
 
-def _cell(axes: Axes, cell: PatternCell, separation: float) -> None:
-    """Draw pattern and ellipse over the pinion flank, z and r."""
+def _face_limits(matrices: Sequence[PatternMatrix]) -> tuple[float, float]:
+    """Return the smallest and largest z, mm, of the flanks and ellipses of all matrices, with a margin."""
+    ends: list[float] = []
+    for cell in chain.from_iterable(found.cells for found in matrices):
+        if cell is not None:
+            one, z = cell.ellipses[0], _drawn(cell)[0]
+            reach = float(np.hypot(one.major * np.cos(one.angle), one.minor * np.sin(one.angle)))
+            ends += [float(z.min()), float(z.max()), *np.add(one.z, (-reach, reach)).tolist()]
+    low, high = min(ends, default=0.0), max(ends, default=1.0)
+    margin = 0.02 * (high - low)
+    return low - margin, high + margin
+
+
+def _cell(axes: Axes, cell: PatternCell, separation: float, limits: tuple[float, float]) -> None:
+    """Draw pattern and ellipse over the pinion flank, z between limits and r."""
     one, (z, r, least) = cell.ellipses[0], _drawn(cell)
     boundary = side_view(axes, z, r, least, separation)
     shape = (one.z, one.r), 2.0 * one.major, 2.0 * one.minor
@@ -179,9 +202,9 @@ def _cell(axes: Axes, cell: PatternCell, separation: float) -> None:
         if within:
             ring.set_clip_path(Polygon(boundary, transform=axes.transData))
     axes.plot(one.z, one.r, "+", color=theme.RED, markersize=9.0, markeredgewidth=1.6)
-    axes.set_aspect("equal")
+    axes.set_aspect("equal", anchor="N")
     margin = 0.03 * np.ptp(z)
-    axes.set(xlim=(z.min() - margin, z.max() + margin), ylim=(r.min() - margin, r.max() + margin))
+    axes.set(xlim=limits, ylim=(r.min() - margin, r.max() + margin))
 
 
 def _drawn(cell: PatternCell) -> tuple[FloatArray, FloatArray, FloatArray]:
