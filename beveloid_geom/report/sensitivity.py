@@ -140,8 +140,8 @@ class SensitivityReport(ResultReport[Sensitivity]):
         text += line(
             "contact ratio", f"{number('contact_ratio', result.contact_ratio)} of one tooth pair (Eq. 16)"
         )
-        amplitude = number("peak_to_peak", result.peak_to_peak)
-        text += line("transmission error", f"{amplitude} arcsec peak to peak over the path")
+        amplitude = f"{number('peak_to_peak', result.peak_to_peak)} arcsec peak to peak over the path"
+        text += line("transmission error", "not known" if np.isnan(result.peak_to_peak) else amplitude)
         text += line(
             "movements",
             "the middle of the path moves along the face (towards +z at constant l), and on the flank"

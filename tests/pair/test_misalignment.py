@@ -186,7 +186,7 @@ def test_limits_of_offset_errors_on_intersecting_axes(design: Design) -> None:
             lambda: map_of(EQUAL, "shift", errors=MeshErrors(in_plane=0.08)),
             "less than 0.0698132 on this pair",
         ),
-        (lambda: map_of(EQUAL, "shift", errors=MeshErrors()), "errors of a map must be finite, one of them"),
+        (lambda: map_of(EQUAL, "shift", errors=MeshErrors()), "errors of a map must be finite and not all 0"),
         (
             lambda: Design(*EQUAL.members, EQUAL.pair, EQUAL.errors, _ANY),
             "errors_at must be 'perpendicular' or 'mesh', got 'apex'",

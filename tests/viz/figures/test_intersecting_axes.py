@@ -182,7 +182,9 @@ def test_the_page_refuses_errors_of_both_places(tmp_path: Path) -> None:
     options = "--offset-tolerance", "0.1", "--in-plane-tolerance-deg", "0.1"
     result = CliRunner().invoke(render_report, ["--out", str(out), *options])
     assert result.exit_code == 2
-    assert result.stderr.startswith("Error: --offset-tolerance is about the common perpendicular, --in-plane")
+    assert result.stderr.startswith(
+        "Error: --offset-tolerance is about the common perpendicular, but --in-plane"
+    )
     assert not out.exists()
 
 

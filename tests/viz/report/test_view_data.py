@@ -288,5 +288,5 @@ def test_without_fillets_the_path_poses_the_gear() -> None:
 def test_the_view_stays_small_and_takes_single_designs() -> None:
     assert len(json.dumps(view_of("table 1"))) < 200_000
     assert len(json.dumps(view_data(TABLE, 0.1))) < 110_000
-    with pytest.raises(ValueError, match="one design"):
+    with pytest.raises(ValueError, match="a single design"):
         view_data(TABLE.with_errors(Errors(offset=np.zeros(3))))
