@@ -27,7 +27,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from ..arrays import FloatArray, Integers, flank_sign
-from ..contact.parallel.lines import touches_along_lines
+from ..contact.parallel.lines import is_line_contact
 from ..design.arguments import require_design
 from ..design.model import Design, ErrorsAt
 from ..pair.misalignment import ANGLES, ERROR_NAMES, MESH_ERROR_NAMES, NAMES, errors_below, mounted
@@ -320,10 +320,10 @@ def _check(design: Design, tolerances: Tolerances, flank: str, seed: int) -> Non
                 f"tolerance of {name} is about the common perpendicular, others are at the mesh: leave it out"
             )
     angle = next((name for name in names if name in ANGLES and getattr(tolerances, name) > 0.0), None)
-    if angle is not None and bool(touches_along_lines(design, flank)):
+    if angle is not None and bool(is_line_contact(design, flank)):
         raise ValueError(
             f"tolerance of {angle} must be 0 if the flanks touch along lines: any such error moves the"
-            " contact to an edge; with parabolas the contact stays on the flanks"
+            " contact to an edge; with parabolas or helix crowning the contact stays on the flanks"
         )
     for name in names:
         value, unit = getattr(tolerances, name), "rad" if name in ANGLES else "mm"

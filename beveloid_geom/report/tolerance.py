@@ -13,7 +13,7 @@ from ..analysis.mountings import PLACES
 from ..analysis.tolerance import SHARES, Tolerances, ToleranceStudy
 from ..arrays import Mask
 from ..contact.ellipse import MARKING_SEPARATION
-from ..contact.parallel.lines import touches_along_lines
+from ..contact.parallel.lines import is_line_contact
 from ..design.ends import limit_words
 from ..design.model import Design
 from ..findings.diagnostics import NOTE, UNKNOWN, WARNING, Remark, remarks_data
@@ -231,7 +231,7 @@ def tolerance_remarks(design: Design, study: ToleranceStudy) -> tuple[Remark, ..
         (f"{lead} of mountings could not be computed", failed, UNKNOWN),
         (jammed, mountings.jammed, WARNING),  # does not depend on the driving flanks
     ]
-    if not touches_along_lines(design, study.flank):  # lines of contact always reach the ends of the face
+    if not is_line_contact(design, study.flank):  # lines of contact always reach the ends of the face
         reach = "of mountings have contact that reaches an end of a face"
         counts.append((f"{lead} {reach}", faces & mountings.solved, WARNING))
     if (running := study.running) is not None:
