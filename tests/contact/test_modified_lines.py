@@ -161,7 +161,7 @@ def test_most_relieved_parallel_pairs_have_a_path_and_a_mesh_cycle() -> None:
     """Random spur and helical pairs with reliefs of both members. All spur pairs are known. Helical pairs
     whose reliefs leave little of each line may be unknown."""
     rng, counts = np.random.default_rng(3), {"spur": [0, 0, 0], "helical": [0, 0, 0]}
-    for design in parallel_pairs(24, 21):
+    for design in parallel_pairs(40, 21):
         module, amounts = float(design.pinion.tool.normal_module), []
         for member in design.members:
             face, made = float(member.face_width), dict[str, Any]()
