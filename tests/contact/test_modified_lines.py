@@ -65,8 +65,8 @@ def test_spur_pairs_fulfil_the_five_equations(
 
 
 def test_unmodified_part_of_a_spur_pair_has_the_unmodified_path(flank: str) -> None:
-    """Below the relief the contacts are those without modification; the relief only removes contacts of other
-    tooth pairs, so that one pair touches longer."""
+    """Where neither flank is relieved, the contacts are those of the unmodified pair. With relief the contact
+    reaches the tip of the pinion later, so that the contact ratio is larger."""
     design, plain = modified(SPUR, TIP), path_of_contact(SPUR, flank, 41)
     low = plain.l1[plain.l1 < plain.l1.max() - 1.05]
     path = path_of_contact(design, flank, l1=low)
@@ -78,9 +78,7 @@ def test_unmodified_part_of_a_spur_pair_has_the_unmodified_path(flank: str) -> N
 
 
 def test_operation_of_a_spur_pair_with_tip_relief(flank: str) -> None:
-    """The unrelieved parts of both flanks still cover one pitch: no transmission error and no edge contact.
-
-    The ends of the mesh are where the relief begins: the pinion rolls of its unmodified contacts."""
+    """The unrelieved parts of both flanks still cover one pitch: no transmission error and no edge contact."""
     cycle = mesh_cycle(modified(SPUR, {**TIP, "tip_relief_length_mm": 0.5}), flank)
     assert not cycle.lost
     assert cycle.edge_share == 0.0

@@ -78,7 +78,7 @@ window.beveloidPattern = function (gears) {
         for (let k = 0; k < member.teeth; k++) mesh.setMatrixAt(k, turn.makeRotationZ(k * member.pitch));
         mesh.frustumCulled = false;
         mesh.renderOrder = 12; // after both gears
-        mesh.layers.set(1); // that of what is drawn over the teeth
+        mesh.layers.set(gears.over);
         member.spin.add(mesh);
         shown[j] = mesh;
       });

@@ -368,6 +368,7 @@ window.beveloidGears = function (data) {
 
   return {
     scene,
+    over: OVER,
     members,
     flanks,
     pose,

@@ -1,13 +1,14 @@
 // Draws the scene, and the teeth anew only when they or the view have changed:
-// window.beveloidKeptTeeth(renderer, scene).
+// window.beveloidKeptTeeth(renderer, gears), with the gears of gears.js.
 //
 // Without a graphics card, the teeth take most of the time of a picture. While a value is changed they move
 // less than a pixel, and only paths, points and patterns on them change. Colours and depths of the teeth
-// (layer 0) are then taken from a buffer, and only the other objects (layer 1) are drawn.
+// (layer 0) are then taken from a buffer, and only the other objects (layer `gears.over`) are drawn.
 "use strict";
 
-window.beveloidKeptTeeth = function (renderer, scene) {
-  const T = window.THREE;
+window.beveloidKeptTeeth = function (renderer, gears) {
+  const T = window.THREE,
+    { scene, members, over } = gears;
   const SAMPLES = 4; // per pixel, against jagged edges, as the canvas has them
   const buffer = new T.WebGLRenderTarget(1, 1, { samples: SAMPLES, type: T.HalfFloatType });
   buffer.depthTexture = new T.DepthTexture(1, 1);
@@ -31,7 +32,7 @@ window.beveloidKeptTeeth = function (renderer, scene) {
     blending: T.NoBlending,
   });
   const rectangle = new T.Mesh(new T.PlaneGeometry(2, 2), material);
-  rectangle.layers.set(1);
+  rectangle.layers.set(over);
   rectangle.renderOrder = -1;
   rectangle.frustumCulled = false;
   rectangle.visible = false;
@@ -50,7 +51,7 @@ window.beveloidKeptTeeth = function (renderer, scene) {
 
   // `look` is a number that changes with the colours of the teeth. While teeth or camera move from picture to
   // picture (`moving`), a buffer would only cost time.
-  function render(camera, members, look, moving) {
+  function render(camera, look, moving) {
     const { width, height } = renderer.domElement;
     scene.updateMatrixWorld();
     const view = [width, height, ...camera.matrixWorld.elements, ...camera.projectionMatrix.elements].join();
@@ -64,7 +65,7 @@ window.beveloidKeptTeeth = function (renderer, scene) {
       kept = shows;
     }
     rectangle.visible = keeps;
-    camera.layers.set(1);
+    camera.layers.set(over);
     if (!keeps) camera.layers.enable(0);
     renderer.render(scene, camera);
   }

@@ -53,7 +53,7 @@ window.beveloidView = function (container, data) {
 
   const renderer = new T.WebGLRenderer({ antialias: true, alpha: true }),
     canvas = renderer.domElement;
-  const kept = window.beveloidKeptTeeth(renderer, gears.scene);
+  const kept = window.beveloidKeptTeeth(renderer, gears);
   renderer.localClippingEnabled = true;
   canvas.tabIndex = 0;
   canvas.setAttribute("role", "img");
@@ -315,7 +315,7 @@ window.beveloidView = function (container, data) {
     camera.updateMatrixWorld();
     gears.sizeDots(camera, height);
     gears.moveTeeth((VISIBLE * camera.near * 2 * Math.tan((camera.fov * Math.PI) / 360)) / height);
-    kept.render(camera, members, looks, playing || view === "section"); // a section moves with the contact
+    kept.render(camera, looks, playing || view === "section"); // a section moves with the contact
     placeLabels(width, height);
   }
 

@@ -204,6 +204,7 @@ class StepControl:
         shorter = np.maximum(np.where(known, ahead - 0.5 * LEAST_STEP, 0.5 * size), LEAST_STEP)
         # Before a kink the curve is straight in comparison with the failed step.
         approached = (turn < 0.1 * bend) & (repeated | (size < FIRST_STEP))
+        # Then the smallest step, in which the kink is expected, and if it is not there, ten times as much.
         onwards = np.where(turn < 0.3 * MAX_TURN, 1.5 * size, size)
         onwards = np.where(approached, np.where(repeated, LEAST_STEP, 10.0 * size), onwards)
         onwards = np.where(kink, FIRST_STEP, np.minimum(onwards, LARGEST_STEP))

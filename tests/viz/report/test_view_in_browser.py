@@ -21,8 +21,8 @@ COUNT_FRAMES = """() => new Promise(done => {
   setTimeout(() => { window.requestAnimationFrame = real; done(count); }, 300);
 })"""
 ALL_ANEW = """Object.defineProperty(window, "beveloidKeptTeeth", {
-  get: () => (renderer, scene) => ({
-    render: (camera) => { camera.layers.enable(1); renderer.render(scene, camera); },
+  get: () => (renderer, { scene, over }) => ({
+    render: (camera) => { camera.layers.enable(over); renderer.render(scene, camera); },
     dispose() {},
   }),
   set() {},
