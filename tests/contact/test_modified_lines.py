@@ -78,7 +78,7 @@ def test_unmodified_part_of_a_spur_pair_has_the_unmodified_path(flank: str) -> N
 
 
 def test_operation_of_a_spur_pair_with_tip_relief(flank: str) -> None:
-    """The unrelieved parts of both flanks still cover one pitch: no transmission error and no edge contact."""
+    """The unrelieved parts of both flanks cover one pitch: no transmission error and no edge contact."""
     cycle = mesh_cycle(modified(SPUR, {**TIP, "tip_relief_length_mm": 0.5}), flank)
     assert not cycle.lost
     assert cycle.edge_share == 0.0
