@@ -25,6 +25,7 @@ from beveloid_geom import (
 from beveloid_geom.contact.parallel.lines import is_line_contact
 from beveloid_geom.findings.path import path_remarks
 from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.report.sensitivity import sensitivity_report
 from tests.oracle.modified_flank import residuals
 from tests.stability.parallel_pairs import HELICAL, pair_of, parallel_pairs
 
@@ -184,3 +185,15 @@ def test_most_relieved_parallel_pairs_have_a_path_and_a_mesh_cycle() -> None:
 def test_first_contact_of_a_spur_pair_is_at_mid_face() -> None:
     first = first_contact(modified(SPUR, TIP), pinion_roll=np.linspace(-0.05, 0.05, 5))
     assert np.abs(first.z1).max() < 0.5
+
+
+def test_an_unknown_transmission_error_of_a_sensitivity_is_printed_in_words() -> None:
+    """On these cones with twist and reliefs, the roll turns back along the path."""
+    design = pair_of(1.0, (12, 56), 0.0, 34.794, (0.5, 0.3), (10.0, 10.0), cone_deg=-1.87)
+    pinion = {"profile_crowning_um": -8.35, "twist_um": -10.67, **TIP, "tip_relief_length_mm": 0.394}
+    pinion |= {"tip_relief_um": 14.9, "heel_relief_um": 22.0, "heel_relief_length_mm": 0.328}
+    tool = design.pinion.tool.with_parabola(0.001166)
+    bent = replace(design, pinion=replace(design.pinion, tool=tool))
+    text = sensitivity_report("x", modified(bent, pinion, {"helix_slope_um": -10.11}), "right").summary()
+    assert "transmission error not known" in text
+    assert "nan" not in text
