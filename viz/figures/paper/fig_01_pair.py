@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib.path import Path as Outline
 
 from beveloid_geom import Design, path_of_contact
 from beveloid_geom.arrays import FloatArray
@@ -210,13 +211,26 @@ def _name(over: Overlay, room: FreeSpace, pair: PosedPair, narrow: bool) -> None
         back, front = to_fixed(pair.frames[number], posed.rings(member))
         names = end_names(member)
         kind = _kind(pair, number).replace(", ", "\n" if narrow else ", ")
-        for ring, words, direction, offset in (
-            (back, names[0], 0.3 * up - right, (-24.0, 6.0)),
-            (front, names[1], up, (-4.0, 22.0)),
-            (front, kind, right + up, (26.0, 30.0)),
+        for ring, points, words, direction, offset in (
+            (back, _visible(over, back, front), names[0], 0.3 * up - right, (-24.0, 6.0)),
+            (front, _visible(over, front, back), names[1], up, (-4.0, 22.0)),
+            (front, front, kind, right + up, (26.0, 30.0)),
         ):
-            near = ring[np.argsort(-(ring @ direction))]
+            near = points[np.argsort(-(points @ direction))]
             room.note(over.picture.project(near), over.picture.project(ring[:-1].mean(axis=0)), words, offset)
+
+
+def _visible(over: Overlay, ring: FloatArray, other: FloatArray) -> FloatArray:
+    """Return the points of the tip circle at one end of a gear that are clear of the other end in the
+    picture; all points of the end that is closer to the viewer."""
+    # Smallest distance from the outline of the other end, as a fraction of the largest one.
+    clear_share = 0.25
+    if (ring.mean(axis=0) - other.mean(axis=0)) @ over.picture.camera.direction <= 0.0:
+        return ring
+    points, outline = over.picture.project(ring), over.picture.project(other)
+    distance = np.linalg.norm(points[:, None] - outline, axis=-1).min(axis=1)
+    distance[Outline(outline).contains_points(points)] = 0.0
+    return ring[distance >= clear_share * distance.max()]
 
 
 def _degrees(pair: PosedPair) -> float:
