@@ -52,10 +52,8 @@ LINES_DRAWN = " Black: some lines of contact."
 DASHED = (5.0, 3.0)
 DOTTED = (1.6, 2.4)
 """Lengths of dash and gap in widths of the path."""
-WHAT_TOUCHES = (
-    "Not first: another tooth pair or an edge touches earlier. Contact ratios: of one tooth"
-    " pair (Eq.\u00a016), and of all teeth in operation, without load."
-)
+NOT_FIRST = "Not first: another tooth pair or an edge touches earlier. "
+RATIOS = "Contact ratios: of one tooth pair (Eq.\u00a016), and of all teeth in operation, without load."
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,9 +113,13 @@ def trace_items(trace: Trace, view: FlankView, radius: float) -> list[Item]:
     items: list[Item] = []
     cuts = np.flatnonzero(np.diff(first[: len(body)])) + 1
     for start, end in pairwise((0, *cuts.tolist(), len(body))):
-        thick = radius if first[start] else THIN * radius
+        part, thick = body[start : end + 1], radius if first[start] else THIN * radius
         pattern = [length * 2.0 * thick for length in trace.dashes or (SOLID if first[start] else DASHED)]
-        items += [Tube(piece, trace.colour, thick) for piece in dashed(body[start : end + 1], pattern)]
+        if pattern and not first[start]:  # at least two dashes on a short part
+            length = float(np.linalg.norm(np.diff(part, axis=0), axis=1).sum())
+            scale = min(1.0, length / (2.0 * pattern[0] + pattern[1]))
+            pattern = [scale * piece for piece in pattern]
+        items += [Tube(piece, trace.colour, thick) for piece in dashed(part, pattern)]
     items.append(Tube(points[:1], trace.colour, 1.8 * enters * radius))
     arrow = vector * min(head, float(left[0]) or head) / size
     items.append(Arrow(points[-1] - arrow, arrow, trace.colour, head / 7.0))
@@ -140,7 +142,7 @@ def touching_legend(
     looks = ("first contact", wide, SOLID), ("not first", THIN * wide, DASHED), ("edge contact", wide, SOLID)
     drawn = (
         any(path.found for path in paths),
-        any(path.found and path.first is not None and not path.first.all() for path in paths),
+        _any_not_first(paths),
         any(path.edge_lines(0) for path in paths),
     )
     return [
@@ -148,6 +150,16 @@ def touching_legend(
         for (words, width, dashes), colour, occurs in zip(looks, colours, drawn, strict=True)
         if occurs
     ]
+
+
+def _any_not_first(paths: Iterable[SolvedPath]) -> bool:
+    """Return True if parts of some paths are not first contact."""
+    return any(path.found and path.first is not None and not path.first.all() for path in paths)
+
+
+def what_touches(paths: Iterable[SolvedPath]) -> str:
+    """Return the sentences of a caption on first contacts and contact ratios."""
+    return (NOT_FIRST if _any_not_first(paths) else "") + RATIOS
 
 
 def lines_drawn(paths: Iterable[SolvedPath]) -> str:

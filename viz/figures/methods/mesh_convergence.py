@@ -118,7 +118,7 @@ def finding(data: ConvergenceFigure) -> str:
         alone, polished = (errors_of(data.found[flank, polish], "point") for polish in (False, True))
         parts.append(
             f"{flank} flanks {np.nanmax(alone[:, near]):.2g}\u00a0mm off,"
-            f" polished {annotate.power_of_ten(float(np.nanmax(polished)))}\u00a0mm"
+            f" polished {annotate.power_of_ten(float(np.nanmax(polished[:, near])))}\u00a0mm"
         )
     return f"Contact point at a tolerance of {TOLERANCES[near]:.3g} mm: {'; '.join(parts)}" if parts else ""
 

@@ -40,7 +40,7 @@ LABELS = (
 )
 """Settings written next to their marks: method, value, text and places in points, best first."""
 EXACT_MM = 1e-9
-FINDING_CORNERS = ((0.03, 0.93), (0.03, 0.6), (0.6, 0.75), (0.6, 0.45))
+FINDING_CORNERS = ((0.03, 0.93), (0.03, 0.6), (0.6, 0.75), (0.6, 0.45), (0.52, 0.75), (0.52, 0.6))
 """Places of the comparison of times that are tried: upper left corner, as fractions of the axes."""
 NOTE = (
     "Median and range of {runs} runs, largest error of five positions; sampling of meshes and constants of"
@@ -98,7 +98,7 @@ def draw(data: SpeedAccuracy, layout: theme.Layout) -> Drawing:
             axes.hlines(one.error_mm, one.seconds[0], one.seconds[2], look.colour, linewidth=1.2)
     _set_limits(axes, data)
     labels, lines = Labels(axes), finding(data)
-    if layout.width < theme.NARROW:  # the block is placed to the left of the five equations
+    if layout.width < theme.NARROW:  # so that the block fits next to the five equations
         lines = [line.replace(" times ", " \u00d7 ").replace(" against", "\nagainst") for line in lines]
     labels.block("\n".join(lines), FINDING_CORNERS, linespacing=1.4, fontsize=theme.SMALL)
     marks = {(one.method, one.value): one for one in data.measurements if one.status == "solved"}

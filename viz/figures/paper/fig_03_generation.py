@@ -99,14 +99,14 @@ def draw(data: GenerationFigure, layout: theme.Layout) -> Drawing:
         "(b): pinion in true proportions. $S_b$ is fixed, $S_c$ moves with the rack and $S_j$ turns with the"
         " gear, by $-\\varphi$ about $z_b$; their origins are at mid-face and drawn at the end at +z."
     )
-    if np.any(angles[0] != angles[1]):
-        drawn, true = (
-            [f"{angle:.4g}\u00b0".replace("-", "\u2212") for angle in both] for both in reversed(angles)
-        )
-        text += (
-            f" (a) has $\\beta$ = {drawn[0]} and $\\gamma$ = {drawn[1]} instead of {true[0]} and {true[1]}"
-            " for clarity."
-        )
+    changed = [
+        (symbol, *(f"{angle:.4g}\u00b0".replace("-", "\u2212") for angle in (drawn, true)))
+        for symbol, true, drawn in zip(("$\\beta$", "$\\gamma$"), *angles, strict=True)
+        if drawn != true
+    ]
+    if changed:
+        has = " and ".join(f"{symbol} = {drawn}" for symbol, drawn, _ in changed)
+        text += f" (a) has {has} instead of {' and '.join(true for *_, true in changed)} for clarity."
     page, low, high = theme.new_page(
         layout,
         "Fig. 3   Frames of the generation by a rack cutter",

@@ -16,10 +16,7 @@ from ...rendering import theme
 from ...rendering.scene import Picture
 
 COLUMNS = 5
-NOTE = (
-    "Below: length, angle to the axial direction in the side view; limits at the ends, if changed."
-    f" {panels.WHAT_TOUCHES}"
-)
+NOTE = "Below: length, angle to the axial direction in the side view; limits at the ends, if changed. "
 
 
 def coefficient_text(value: float) -> str:
@@ -90,7 +87,10 @@ def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
         f"Fig. {case.number}   {case.title}",
         f"{flank.capitalize()} flanks of pinion (top) and gear (bottom), the pinion drives;"
         f" $a_2$ = {sign}$a_1$, mm$^{{\u22121}}$",
-        f"{panels.how_drawn(flank, grid.stretch)}{NOTE}{panels.lines_drawn(data.paths)}",
+        panels.how_drawn(flank, grid.stretch)
+        + NOTE
+        + panels.what_touches(data.paths)
+        + panels.lines_drawn(data.paths),
         columns=viewpoint.COLUMNS,
         tall=grid.tall(layout),
     )
@@ -115,7 +115,7 @@ def _under(path: SolvedPath, row: int, zero: SolvedPath) -> str:
     """Return the text below a flank: length and angle of the path; for the gear also the ratios of the pair,
     and the ends if they differ from those of the path without modification."""
     if not path.found:
-        return f"no path on the flanks:\n{path.reason}" if row else "no path"
+        return path.reason if row else "no path"
     digits = paths_table.digits_mm(path.design)
     words = f"{path.length(row):.{digits}f} mm, {theme.signed(path.angle(row), 1)}\u00b0"
     if row:

@@ -36,6 +36,7 @@ NOTE = (
     " with edge contact (right scale)."
 )
 KINKS_NOTE = " Labelled dots: other limits begin to end the path of the right flank."
+UNKNOWN_NOTE = " Without circle: contact ratio of all teeth unknown."
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,11 +90,13 @@ def draw(data: RatioFigure, layout: theme.Layout) -> Drawing:
     """Draw four panels, as in the paper."""
     along_lines = " Unmodified flanks touch along lines."
     labelled = np.concatenate([ends.contact_ratio[_kinks(ends)] for ends in data.ends["right"]])
+    missing = any(np.isnan(ratio).any() for ratio in data.ratio.values())
+    notes = (NOTE, True), (KINKS_NOTE, labelled.size), (along_lines, data.lines), (UNKNOWN_NOTE, missing)
     page, low, high = theme.new_page(
         layout,
         f"Fig. 11   {finding(data)}",
         "Contact ratio against the parabola coefficients $a_1$ of the pinion, $a_2$ of the gear",
-        NOTE + (KINKS_NOTE if labelled.size else "") + (along_lines if data.lines else ""),
+        "".join(text for text, said in notes if said),
         below=0.55,
         above=0.55,
         tall=CELLS.tall(layout, len(CASES), 0.6 * CELLS.width(layout, len(CASES))),

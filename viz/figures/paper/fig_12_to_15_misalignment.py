@@ -55,7 +55,7 @@ ROW_HEIGHT_IN, TABLE_WIDTH_IN, COLUMN_ENDS = 0.21, 2.9, (0.265, 0.58, 0.79, 1.0)
 INSET_IN, BESIDE_IN, INSET_TIMES, INSET_FACE_FRACTION = (2.3, 1.25), (1.35, 1.25), 5.0, 0.04
 """Width and height of the magnified detail below the table, and next to the flank, inches, its factor, and
 the largest shift that needs it, as a fraction of the face width."""
-NOTE = f"Shift: along the face at mid-roll, positive towards +z. {panels.WHAT_TOUCHES}"
+NOTE = "Shift: along the face at mid-roll, positive towards +z. "
 ANGLE_ERROR_NOTE = " Shaft-angle error: assumed, so that paths fill the face."
 
 
@@ -84,10 +84,14 @@ class ErrorCase:
         note = self.note if is_table1(design) else ""
         return replace(self, size=size, field=field, name=name, note=note)
 
+    @property
+    def digits(self) -> int:
+        """Number of decimals of the size in the unit."""
+        return len(f"{self.shown:g}".partition(".")[2])
+
     def label(self, sign: float) -> str:
         """Return the error with sign and unit as text."""
-        digits = f"{self.shown:g}".partition(".")[2]
-        return f"{theme.signed(sign * self.shown, len(digits)) if sign else '0'}\u00a0{self.unit}"
+        return f"{theme.signed(sign * self.shown, self.digits) if sign else '0'}\u00a0{self.unit}"
 
 
 CASES = (
@@ -171,7 +175,11 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
         layout,
         f"Fig. {case.number}   Paths of contact under {case.name}",
         f"{flank.capitalize()} flanks, the pinion drives",
-        panels.how_drawn(flank, grid.stretch) + NOTE + case.note + panels.lines_drawn(data.without_error),
+        panels.how_drawn(flank, grid.stretch)
+        + NOTE
+        + panels.what_touches([path for paths in data.paths for path in paths])
+        + case.note
+        + panels.lines_drawn(data.without_error),
         above=0.3,
         columns=viewpoint.COLUMNS,
         tall=grid.tall(layout),
@@ -236,10 +244,7 @@ def _table(
         y += theme.inches(page, 0.5 * (cell.box.height / page.dpi + height))
     both = ("ratio", "all") if cell.member else ()
     lines = [(case.unit, "shift mm", *both)]
-    lines += [
-        _line(case.label(sign).partition("\u00a0")[0], path, paths[1], cell.member)
-        for sign, path in zip(SIGNS, paths, strict=True)
-    ]
+    lines += [_line(case, sign, path, paths[1], cell.member) for sign, path in zip(SIGNS, paths, strict=True)]
     colours = theme.GREY, *(look.colour for look in LOOKS)
     for number, (line, colour) in enumerate(zip(lines, colours, strict=True)):
         for at, word in zip(COLUMN_ENDS, line, strict=False):
@@ -316,12 +321,14 @@ def _free_corner(image: NDArray[np.uint8], dpi: float) -> tuple[bool, bool]:
     return corners[0 if uneven[0] < shading else int(np.argmin(uneven))]
 
 
-def _line(error: str, path: SolvedPath, zero: SolvedPath, member: int) -> tuple[str, ...]:
-    """Return the line of a path in the table of pinion (0) or gear (1)."""
+def _line(case: ErrorCase, sign: float, path: SolvedPath, zero: SolvedPath, member: int) -> tuple[str, ...]:
+    """Return the line of a path in the table of pinion (0) or gear (1). Shifts have at least as many decimals
+    as an error in mm."""
+    error = case.label(sign).partition("\u00a0")[0]
     if not path.found:
         return error, "", "no path"
     shift = _shift(path, zero, member)
-    digits = paths_table.digits_mm(path.design)
+    digits = max(paths_table.digits_mm(path.design), case.digits if case.unit == "mm" else 0)
     shift_text = "" if path is zero else theme.signed(shift, digits) if np.isfinite(shift) else "unknown"
     return error, shift_text, *(panels.ratios(path) if member else ())
 

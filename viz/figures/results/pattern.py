@@ -108,13 +108,16 @@ def compute_pattern(design: Design) -> BandFigure:
             columns.append(Column(heading, changed, flank, None, str(getattr(error, "reason", error))))
             continue
         columns.append(Column(heading, changed, flank, _pattern_layers(changed, flank, pattern)))
-    lines = bool(touches_along_lines(design))
+    along_lines = [bool(touches_along_lines(column.design, column.flank)) for column in columns]
+    drawn = "contact ellipses of this pair"
+    if any(along_lines):
+        drawn = "some lines of contact" + ("" if all(along_lines) else f", or {drawn} (with parabolas)")
     return BandFigure(
         "Contact pattern under marking compound",
         f"Separation below {pattern_bands[-1]} \u00b5m during the mesh of a tooth pair; pinion (top), gear"
         " (bottom)",
         "The gear is at the first contact of all teeth, edges included. Thin, dashed: other teeth touch"
-        f" earlier. Black: {'some lines of contact' if lines else 'contact ellipses of this pair'}.",
+        f" earlier. Black: {drawn}.",
         "smallest separation over the cycle (\u00b5m)",
         pattern_bands,
         BLUES,

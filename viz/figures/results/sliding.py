@@ -26,7 +26,7 @@ NOTE = (
     "Speeds times the pinion speed in rad/s are in mm/s. Thin lines: components"
     " along the tooth trace of the pinion and perpendicular to it, as designed. Dots: minimum."
     " Specific sliding perpendicular to the trace; on parallel axes as in ISO 21771. The path"
-    " enters on the left. Dotted: closest to the pitch point."
+    " enters on the left. Dotted: closest to the "
 )
 
 
@@ -63,7 +63,7 @@ def draw(data: dict[str, tuple[Curve, ...]], layout: theme.Layout) -> Drawing:
         layout,
         "Sliding along the path of contact",
         "Sliding speed of the flanks, and specific sliding of pinion and gear; the pinion drives",
-        NOTE,
+        f"{NOTE}{charts.pitch_mark(data[FLANKS[0]][0].report)[1]}.",
         below=0.6,
         above=0.75,
         tall=cells.tall(layout, 4, 3.1),
