@@ -2,27 +2,37 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from matplotlib.patches import Ellipse
+from matplotlib.path import Path as Outline
 
 from beveloid_geom import Design, builtin_design
+from beveloid_geom.pair.frames import to_fixed
+from beveloid_geom.shapes.proximity.mesh_convergence import Convergence
 from beveloid_geom.validation.near_singular import METHODS, MethodErrors
+from beveloid_viz.components import panels, posed, viewpoint
+from beveloid_viz.components.annotate import Overlay
 from beveloid_viz.components.charts import _tick
 from beveloid_viz.components.map_panel import next_to_unknown
-from beveloid_viz.figures.methods import stability
+from beveloid_viz.components.panels import Trace
+from beveloid_viz.figures.methods import mesh_convergence, stability
 from beveloid_viz.figures.methods.speed_accuracy import SpeedAccuracy, draw as draw_speed
-from beveloid_viz.figures.paper import fig_06_modification
+from beveloid_viz.figures.paper import fig_01_pair, fig_06_modification
 from beveloid_viz.figures.paper.fig_12_to_15_misalignment import _free_corner
 from beveloid_viz.rendering import theme
 from beveloid_viz.rendering.layout import of_width
+from beveloid_viz.rendering.scene import Picture, Tube
 
 from ...symmetry import scaled
-from ..pages import page_of, recipe_of, short_measurements
+from ..pages import drawn, page_of, recipe_of, short_measurements, texts
 from ..test_print import both_right
 from .test_speed_accuracy import data_with
 
 TABLE = builtin_design()
+PARALLEL = builtin_design("anti-backlash")
 
 
 def errors_of_methods(error: float) -> MethodErrors:
@@ -116,3 +126,85 @@ def test_deviations_in_fig_6_continue_to_the_base_circle() -> None:
     section = fig_06_modification.compute(both_right()).sections[1]
     assert np.isnan(section.deviation).sum() == 2
     assert np.isnan(section.deviation[:2]).all()
+
+
+def test_names_of_face_ends_in_fig_1_point_at_visible_points() -> None:
+    pair, size = posed.pose(both_right(), "right"), (1600, 1200)
+    page, _, _ = theme.new_page(of_width(90.0), "", "", "")
+    picture = Picture(np.zeros((*size[::-1], 3), dtype=np.uint8), fig_01_pair.camera_of(pair, size), 0)
+    over = Overlay(page.add_axes((0.0, 0.0, 1.0, 1.0)), picture)
+    for number, member in enumerate(pair.design.members):
+        near, far = to_fixed(pair.frames[number], posed.rings(member))
+        assert fig_01_pair._visible(over, near, far) is near
+        shown = fig_01_pair._visible(over, far, near)
+        assert 0 < len(shown) < len(far)
+        assert not Outline(picture.project(near)).contains_points(picture.project(shown)).any()
+
+
+def test_the_note_of_fig_3_names_only_changed_angles() -> None:
+    recipe = recipe_of("fig-03")
+    note = page_of(recipe.draw, recipe.compute(PARALLEL)).note
+    assert "(a) has $\\gamma$ = 15\u00b0 instead of 3\u00b0 for clarity." in note
+
+
+def test_short_parts_that_are_not_first_contact_have_two_dashes() -> None:
+    view = viewpoint.flank_view(TABLE.pinion, "right")
+    assert view is not None
+    points = view.middle + np.linspace(-20.0, 20.0, 101)[:, None] * np.array([0.0, 0.0, 1.0])
+    first = np.ones(101, dtype=bool)
+    first[40:46] = False
+    items = panels.trace_items(Trace(points, first=first), view, 1.0)
+    assert sum(isinstance(item, Tube) and item.radius == panels.THIN for item in items) == 2
+
+
+def test_shifts_have_the_decimals_of_the_error() -> None:
+    page, _ = drawn("fig-14", builtin_design("awd-transfer"))
+    assert texts(page).count("+0.25") == texts(page).count("\u22120.25") > 2
+
+
+def test_the_note_on_first_contacts_names_only_what_is_drawn() -> None:
+    for name, said in (("fig-08", False), ("fig-12", True)):
+        recipe = recipe_of(name)
+        note = page_of(recipe.draw, recipe.compute(PARALLEL)).note
+        assert (panels.NOT_FIRST in note) == said
+        assert panels.RATIOS in note
+
+
+@pytest.mark.parametrize(("missing", "said"), [(False, False), (True, True)])
+def test_fig_11_says_why_a_circle_is_missing(missing: bool, said: bool) -> None:
+    recipe = recipe_of("fig-11")
+    with short_measurements():
+        data = recipe.compute(TABLE)
+        if missing:
+            data = replace(data, ratio={side: np.full_like(data.ratio[side], np.nan) for side in data.ratio})
+        assert ("Without circle" in page_of(recipe.draw, data).note) == said
+
+
+@pytest.mark.parametrize(
+    ("design", "drawn_in_black"), [(TABLE, "contact ellipses"), (PARALLEL, "some lines")]
+)
+def test_the_note_of_the_pattern_names_ellipses_and_lines(design: Design, drawn_in_black: str) -> None:
+    note = recipe_of("pattern").compute(design).note.partition("Black: ")[2]
+    assert note.startswith(drawn_in_black)
+    assert "contact ellipses of this pair" in note
+
+
+def test_on_parallel_axes_sliding_is_zero_at_the_pitch_line() -> None:
+    page, rows = drawn("sliding", PARALLEL)
+    assert texts(page).count("pitch line") == 2
+    assert page.note.endswith("closest to the pitch line.")
+    marks = [line for line in page.axes[0].lines if line.get_linestyle() == ":"]
+    one = [row for row in rows if row["flank"] == "right" and row["parabola_pinion_per_mm"] == 0.0]
+    roll, specific = (np.array([row[key] for row in one]) for key in ("pinion_roll_rad", "pinion_specific"))
+    at = float(np.degrees(np.interp(0.0, specific, roll)))
+    assert marks[0].get_xdata()[0] == pytest.approx(at, abs=0.01)
+
+
+def test_the_error_of_the_polish_is_that_at_the_stated_tolerance() -> None:
+    count = len(mesh_convergence.TOLERANCES)
+    error = np.where(np.abs(mesh_convergence.TOLERANCES - 1e-3) < 1e-9, 1e-12, 1e-9)
+    one = Convergence(mesh_convergence.TOLERANCES, error, error, np.ones(count, dtype=int))
+    data = mesh_convergence.ConvergenceFigure(
+        {("right", False): (one,), ("right", True): (one,)}, {"left": ""}
+    )
+    assert mesh_convergence.finding(data).endswith("polished 1\u00b710$^{\u221212}$\u00a0mm")
