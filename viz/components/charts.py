@@ -356,14 +356,18 @@ def _three_digits(value: float) -> str:
     return theme.signed(value, min(digits, 6))
 
 
-def marks_of_changes(flanks: Sequence[str]) -> list[Line2D]:
-    """Return legend entries for `changes_under_errors`: flanks, if there are several, and members."""
+def marks_of_changes(flanks: Sequence[str], quantities: Sequence[Quantity] = QUANTITIES) -> list[Line2D]:
+    """Return legend entries for `changes_under_errors`: flanks, if there are several, and the members or the
+    pair to which the quantities belong."""
+    by_member = {one.members for one in quantities}
     several = flanks if len(flanks) > 1 else ()
     entries = [
         Line2D([], [], color=COLOURS[flank], ls=DASHES if flank != flanks[0] else "-", label=f"{flank} flank")
         for flank in several
     ]
     for member, (marker, _) in MARKERS.items():
+        if bool(member) not in by_member:
+            continue
         face, label = "white" if marker == "D" else theme.INK, member or "pair"
         look: dict[str, Any] = {"marker": marker, "ms": 6.5, "mfc": face}
         entries.append(Line2D([], [], color=theme.INK, lw=2.0, label=label, **look))

@@ -197,7 +197,7 @@ def test_on_parallel_axes_sliding_is_zero_at_the_pitch_line() -> None:
     one = [row for row in rows if row["flank"] == "right" and row["parabola_pinion_per_mm"] == 0.0]
     roll, specific = (np.array([row[key] for row in one]) for key in ("pinion_roll_rad", "pinion_specific"))
     at = float(np.degrees(np.interp(0.0, specific, roll)))
-    assert marks[0].get_xdata()[0] == pytest.approx(at, abs=0.01)
+    assert np.asarray(marks[0].get_xdata())[0] == pytest.approx(at, abs=0.01)
 
 
 def test_the_error_of_the_polish_is_that_at_the_stated_tolerance() -> None:

@@ -230,7 +230,7 @@ def _visible(over: Overlay, ring: FloatArray, other: FloatArray) -> FloatArray:
     points, outline = over.picture.project(ring), over.picture.project(other)
     distance = np.linalg.norm(points[:, None] - outline, axis=-1).min(axis=1)
     distance[Outline(outline).contains_points(points)] = 0.0
-    return ring[distance >= clear_share * distance.max()]
+    return np.asarray(ring[distance >= clear_share * distance.max()])
 
 
 def _degrees(pair: PosedPair) -> float:

@@ -326,7 +326,7 @@ def _line(case: ErrorCase, sign: float, path: SolvedPath, zero: SolvedPath, memb
     as an error in mm."""
     error = case.label(sign).partition("\u00a0")[0]
     if not path.found:
-        return error, "", "no path"
+        return (error, "", "no path", panels.ratios(path)[1]) if member else (error, "no path")
     shift = _shift(path, zero, member)
     digits = max(paths_table.digits_mm(path.design), case.digits if case.unit == "mm" else 0)
     shift_text = "" if path is zero else theme.signed(shift, digits) if np.isfinite(shift) else "unknown"

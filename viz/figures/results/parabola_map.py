@@ -321,8 +321,10 @@ def _marks(axes: Axes, data: ParabolaMap, named: bool) -> list[tuple[float, floa
     places = []
     for place, marker in marks:
         if data.shows(place):
-            places.append((1e3 * (place.pinion - place.gear), 1e3 * (place.pinion + place.gear)))
-            axes.plot(*places[-1], **_mark(marker), zorder=6.0, clip_on=False)
+            at = 1e3 * (place.pinion - place.gear), 1e3 * (place.pinion + place.gear)
+            look = _mark(marker) | ({"ms": 4.5} if at in places else {})  # inside the mark at the same place
+            places.append(at)
+            axes.plot(*at, **look, zorder=6.0, clip_on=False)
     return places
 
 

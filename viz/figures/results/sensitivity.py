@@ -127,7 +127,7 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
             changes = changes_under_steps(case.found, quantity)
             charts.changes_under_errors(axes, quantity, changes, greatest, steps)
             axes.tick_params(labelleft=number == 0 if narrow else column == 0)
-    theme.legend(page, charts.marks_of_changes(FLANKS), 5)
+    theme.legend(page, charts.marks_of_changes(FLANKS, quantities), 5)
     return Drawing(page, {})
 
 
