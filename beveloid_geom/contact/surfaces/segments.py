@@ -254,7 +254,11 @@ def _solved_knots(problem: Problem, knots: FloatArray) -> tuple[FloatArray, Mask
     near[case, inner] = good & (away <= np.minimum(0.25 * length, SAME_CURVE))
     beyond = good & (least_margin(problem, met)[0] < 0.0)
     case, inner = case[beyond], inner[beyond]
-    result[:, case, inner] = np.where(inner < 0.5 * count, knots[:, case, 0], knots[:, case, -1])
+    first, last = knots[:, case, 0], knots[:, case, -1]
+    to_first, to_last = (
+        np.linalg.norm((start[:, beyond] - end)[:3] / scale, axis=0) for end in (first, last)
+    )
+    result[:, case, inner] = np.where(to_first < to_last, first, last)
     return result, near
 
 
