@@ -242,7 +242,8 @@ def test_an_unknown_transmission_error_of_a_sensitivity_is_printed_in_words() ->
 
 
 def test_mesh_cycle_in_which_no_tooth_pair_is_later_than_the_first() -> None:
-    design = pair_of(6.66, (35, 108), 17.98, 501.4, (-0.0677, 0.153), (33.74, 26.11))
+    *_, design = parallel_pairs(4, 21)
     pinion = {"tip_relief_um": 17.7, "tip_relief_length_mm": 2.8, "heel_relief_um": 13.0}
     pinion |= {"heel_relief_length_mm": 3.62, "toe_relief_um": 15.4, "toe_relief_length_mm": 8.12}
-    assert not mesh_cycle(modified(design, pinion, {"root_relief_um": 17.3, "root_relief_length_mm": 1.34})).lost
+    gear = {"root_relief_um": 17.3, "root_relief_length_mm": 1.34}
+    assert not mesh_cycle(modified(design, pinion, gear), "left").lost
