@@ -304,8 +304,8 @@ def solve(
         # Steps are limited, and the state follows them; s2 by the equation of equal radius.
         scaled = step / limits
         share = np.minimum(1.0, farthest[active] / np.abs(scaled).max(axis=0))
-        # Where the second derivatives jump, as at a relief, steps may go forth and back without end. Each step
-        # that takes back at least half of the one before is shorter than the last such step.
+        # Where the second derivatives jump, as at a relief, steps may go forth and back without end: a step
+        # that takes back at least half of the one before is halved, once more each time.
         scaled *= share
         back = (scaled * previous[:, active]).sum(axis=0) < -0.5 * (previous[:, active] ** 2).sum(axis=0)
         halvings[active] += back

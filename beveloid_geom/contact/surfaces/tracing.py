@@ -99,8 +99,9 @@ def traced(problem: Problem, seeds: FloatArray) -> tuple[Curve, Mask]:
         others, left[again] = _followed(
             problem.cases(twice[again]), seeds[:, twice[again]], sense[again], not problem.crowned
         )
-        for way in np.flatnonzero(left[again]).tolist():
-            trails[again[way]] = others[way]
+        for place, trail in zip(again.tolist(), others, strict=True):
+            if left[place]:
+                trails[place] = trail
     # From the end of the first way through the contact to the end of the second one.
     ways = [
         np.concatenate((back[:, :0:-1] * np.repeat((1.0, -1.0), (4, 3))[:, None], on), axis=1)
