@@ -89,7 +89,8 @@ def pattern_panels(design: Design, flank: str, pattern: ContactPattern) -> list[
     """Return the pattern on pinion and gear: areas on the flattened flank, and a patch for the 3D view.
 
     `bands` are areas of growing separation, each a list of closed polygons. The patch has points (mm, in the
-    frame of the member) and the level, which is negative inside the pattern.
+    frame of the member), the level, which is negative inside the pattern, and the tolerance of its triangles
+    in mm.
     """
     panels = []
     for member, side in zip(design.members, (pattern.pinion, pattern.gear), strict=True):
@@ -139,4 +140,5 @@ def _patch(side: MemberPattern, separation: float, module: float) -> dict[str, A
         "size": list(points.shape[:2]),
         "points": rows((points + LIFT * module * outwards * normal).ravel()),
         "levels": rows(np.nan_to_num(level, nan=edge).ravel(), 5),
+        "tolerance": 0.5 * LIFT * module,
     }

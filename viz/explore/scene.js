@@ -15,11 +15,11 @@ window.beveloidPattern = function (gears) {
   });
   const shown = [null, null];
 
-  // The part of a triangle in which the level, linear between the corners, is negative.
+  // The part of a polygon in which the level, linear along its sides, is negative.
   function clipped(corners) {
     const kept = [];
     corners.forEach((a, n) => {
-      const b = corners[(n + 1) % 3];
+      const b = corners[(n + 1) % corners.length];
       if (a.level < 0) kept.push(a.point);
       if (a.level < 0 !== b.level < 0) {
         const share = a.level / (a.level - b.level);
@@ -29,26 +29,48 @@ window.beveloidPattern = function (gears) {
     return kept;
   }
 
-  function triangles({ size, points, levels }) {
+  // Triangles of the part of a grid in which the level is negative. Cells that lie inside are joined along
+  // their row as far as the flank is straight there within a tolerance in mm: every tooth has these triangles.
+  function triangles({ size, points, levels, tolerance }) {
     const [rows, columns] = size,
-      out = [];
+      positions = [],
+      faces = [];
     const corner = (i, j) => {
       const n = i * columns + j;
       return { point: points.slice(3 * n, 3 * n + 3), level: levels[n] };
     };
+    const inside = (i, j) => levels[i * columns + j] < 0 && levels[(i + 1) * columns + j] < 0;
+
+    // Distance in mm between a row of points and the line between its ends, in the middle.
+    function bend(i) {
+      const middle = columns >> 1,
+        share = middle / (columns - 1);
+      const [a, b, c] = [0, middle, columns - 1].map((j) => corner(i, j).point);
+      return Math.hypot(...b.map((value, k) => value - a[k] - share * (c[k] - a[k])));
+    }
+
+    function cell(i, first, last) {
+      const corners = [corner(i, first), corner(i + 1, first), corner(i + 1, last), corner(i, last)];
+      const kept = clipped(corners),
+        before = positions.length / 3;
+      positions.push(...kept.flat());
+      for (let k = 2; k < kept.length; k++) faces.push(before, before + k - 1, before + k);
+    }
+
+    // Joined cells end at the same columns in all rows, so that no gaps open between full rows. The distance
+    // between arc and chord is proportional to the square of the length.
+    const parts = Math.ceil(Math.sqrt(Math.max(bend(0), bend(rows - 1)) / tolerance)),
+      length = Math.max(1, Math.floor((columns - 1) / Math.max(1, parts)));
     for (let i = 0; i + 1 < rows; i++) {
-      for (let j = 0; j + 1 < columns; j++) {
-        const [a, b, c, d] = [corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)];
-        for (const three of [
-          [a, b, c],
-          [a, c, d],
-        ]) {
-          const kept = clipped(three);
-          for (let k = 2; k < kept.length; k++) out.push(...kept[0], ...kept[k - 1], ...kept[k]);
-        }
+      for (let j = 0, last; j + 1 < columns; j = last) {
+        last = j + 1;
+        while (inside(i, j) && inside(i, last) && last % length && last + 1 < columns && inside(i, last + 1)) last += 1;
+        cell(i, j, last);
       }
     }
-    return new Float32Array(out);
+    const geometry = new T.BufferGeometry();
+    geometry.setAttribute("position", new T.BufferAttribute(new Float32Array(positions), 3));
+    return geometry.setIndex(faces);
   }
 
   function remove(j) {
@@ -71,10 +93,8 @@ window.beveloidPattern = function (gears) {
       gears.members.forEach((member, j) => {
         remove(j);
         if (!patterns) return;
-        const geometry = new T.BufferGeometry(),
-          turn = new T.Matrix4();
-        geometry.setAttribute("position", new T.BufferAttribute(triangles(patterns[j].patch), 3));
-        const mesh = new T.InstancedMesh(geometry, material, member.teeth);
+        const turn = new T.Matrix4(),
+          mesh = new T.InstancedMesh(triangles(patterns[j].patch), material, member.teeth);
         for (let k = 0; k < member.teeth; k++) mesh.setMatrixAt(k, turn.makeRotationZ(k * member.pitch));
         mesh.frustumCulled = false;
         mesh.renderOrder = 12; // after both gears

@@ -19,7 +19,9 @@ class Problem:
 
     `placed` has one entry per case. `lowest`, `highest`, `tip`, `half_width` (2,), mm, and `taper` (2,) are
     the limits as in `FlankPair`; `edges` (2) are the curves on which undercut ends the flanks, or None.
-    `crowned`: whether the flanks touch along lines, so that the pinion has an additional crowning.
+    `conjugate`: whether the flanks would touch along lines without their modifications; the roll then seldom
+    turns back along a path. `crowned`: whether they do with them, so that the pinion has an additional
+    crowning.
     """
 
     surfaces: Surfaces
@@ -31,6 +33,7 @@ class Problem:
     half_width: FloatArray
     edges: tuple[CrossingCurve | None, ...]
     crowned: bool = False
+    conjugate: bool = False
 
     @property
     def scale(self) -> FloatArray:

@@ -64,7 +64,7 @@ def _blocks(cases: int, positions: int) -> list[Integers]:
 def _block(problem: Problem, undefined: Mask) -> Segment:
     curve = curve_over_s1(problem)
     segment, decided = segments_of(problem, curve)
-    if problem.surfaces.measured:
+    if problem.surfaces.measured or problem.conjugate:
         decided &= refined(problem, segment)
     doubtful = np.flatnonzero(~decided & ~undefined)
     if doubtful.size:

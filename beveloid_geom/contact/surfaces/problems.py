@@ -31,7 +31,7 @@ from .limits import Problem
 from .tangency import Placement, Surfaces, contacts_at, extended
 from .tracing import grid_function
 
-LINE_CROWNING_MODULES = 5e-7
+LINE_CROWNING_MODULES = 1e-8
 """Additional crowning, in modules, of flanks that touch along lines, for the equations of tangency. With
 less, fewer paths of helical pairs are found, because their lines end where a relief begins."""
 SEARCH_CROWNING_MODULES = 5e-8
@@ -53,6 +53,7 @@ def problems_of(design: Design, flank: str, pairing: FlankPair) -> Iterator[tupl
                     _with_crowning(single, flank, LINE_CROWNING_MODULES), flank, pairing, part
                 )
                 problem = replace(problem, crowned=True)
+            problem = replace(problem, conjugate=bool(lines[part[0]]))
             yield single, part, problem
 
 
@@ -87,7 +88,7 @@ def _with_crowning(design: Design, flank: str, modules: float) -> Design:
 def _touches_in_areas(problem: Problem) -> bool:
     """Return whether the flanks of the first case touch at all corners of a cell of a grid on the pinion."""
     # Number of grid lines along profile and face, and sine of the angle between flanks that touch.
-    lines, largest_angle = (9, 7), 1e-8
+    lines, largest_angle = (33, 25), 1e-8
     one = problem.cases(np.arange(1))
     state, _ = grid_function(one, lines)
     met = contacts_at(one.surfaces, one.placed.take(np.zeros(state[0].size, dtype=int)), state.reshape(4, -1))

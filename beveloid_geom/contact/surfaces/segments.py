@@ -254,7 +254,11 @@ def _solved_knots(problem: Problem, knots: FloatArray) -> tuple[FloatArray, Mask
     near[case, inner] = good & (away <= np.minimum(0.25 * length, SAME_CURVE))
     beyond = good & (least_margin(problem, met)[0] < 0.0)
     case, inner = case[beyond], inner[beyond]
-    result[:, case, inner] = np.where(inner < 0.5 * count, knots[:, case, 0], knots[:, case, -1])
+    first, last = knots[:, case, 0], knots[:, case, -1]
+    to_first, to_last = (
+        np.linalg.norm((start[:, beyond] - end)[:3] / scale, axis=0) for end in (first, last)
+    )
+    result[:, case, inner] = np.where(to_first < to_last, first, last)
     return result, near
 
 
@@ -344,6 +348,9 @@ def positions_on(problem: Problem, segment: Segment, share: FloatArray) -> tuple
     placed = problem.placed.take(np.repeat(np.arange(cases), count))
     condition = on_plane(problem, start, across)
     met, good = _solved_near(problem, placed, start, condition, reach)
+    if not good.all():  # next to a kink, where the flanks nearly touch along a line, Newton's steps are long
+        start = np.where(good, met.state, start)
+        met, good = _solved_near(problem, placed, start, condition, reach, short_steps=True)
     if not good.all():  # next to a kink, the knots may be far from the curve
         again = _from_solved(met.state.reshape(4, cases, count), good.reshape(cases, count), share)
         met, good = _solved_near(problem, placed, again.reshape(4, -1), condition, reach)
@@ -351,13 +358,20 @@ def positions_on(problem: Problem, segment: Segment, share: FloatArray) -> tuple
 
 
 def _solved_near(
-    problem: Problem, placed: Placement, start: FloatArray, condition: Condition, reach: FloatArray
+    problem: Problem,
+    placed: Placement,
+    start: FloatArray,
+    condition: Condition,
+    reach: FloatArray,
+    short_steps: bool = False,
 ) -> tuple[Contacts, Mask]:
     """Return the result of `solve`. Contacts farther from their starting values than `reach` (n,), in the
-    units of `Problem.scale`, are not solved: they are on another curve than the segment."""
-    met, good = solve(problem.surfaces, placed, start, condition)
+    units of `Problem.scale`, are not solved: they are on another curve than the segment. With `short_steps`,
+    no step of Newton's method is longer either."""
+    reach = np.maximum(reach, SAME_CURVE)
+    met, good = solve(problem.surfaces, placed, start, condition, reach if short_steps else None)
     moved = (met.state - start)[:3] / problem.scale[:, None]
-    good &= np.linalg.norm(moved, axis=0) <= np.maximum(reach, SAME_CURVE)
+    good &= np.linalg.norm(moved, axis=0) <= reach
     met.state[:, ~good] = np.nan
     return met, good
 

@@ -249,7 +249,11 @@ def given_row(row: int, values: FloatArray) -> Condition:
 
 
 def solve(
-    surfaces: Surfaces, placed: Placement, state: FloatArray, condition: Condition
+    surfaces: Surfaces,
+    placed: Placement,
+    state: FloatArray,
+    condition: Condition,
+    reach: FloatArray | None = None,
 ) -> tuple[Contacts, Mask]:
     """Solve for contacts that satisfy a condition.
 
@@ -260,6 +264,9 @@ def solve(
     state : ndarray, shape (4, n)
         Starting values of s1, z1 (mm), roll (rad) and s2 (mm).
     condition : Condition
+    reach : ndarray, shape (n,), optional
+        Largest step of Newton's method, in units of `Surfaces.largest`, for starting values that are close to
+        the contact.
 
     Returns
     -------
@@ -276,9 +283,10 @@ def solve(
     residual_tolerance = 1e-12
     state, final = state.copy(), np.zeros(state.shape[1], dtype=bool)
     active = np.flatnonzero(np.isfinite(state).all(axis=0))
-    limits = surfaces.largest[:, None]
+    limits, farthest = surfaces.largest[:, None], np.ones(final.size) if reach is None else reach
     lever = surfaces.pinion.pitch_radius
     short, before = np.zeros(state.shape[1], dtype=int), np.full(state.shape[1], np.inf)
+    previous, halvings = np.zeros((3, state.shape[1])), np.zeros(state.shape[1], dtype=int)
     # A step in mm below the first also ends the iteration if the next one, predicted from the last two steps,
     # is below the second.
     small_step_mm, next_step_mm = 1e-6, 1e-12
@@ -294,8 +302,16 @@ def solve(
         across = cross(h2, normal)
         step = -(q1 * across + q2 * cross(normal, h1) + value * cross(h1, h2)) / (h1 * across).sum(axis=0)
         # Steps are limited, and the state follows them; s2 by the equation of equal radius.
-        share = np.minimum(1.0, 1.0 / (np.abs(step) / limits).max(axis=0))
+        scaled = step / limits
+        share = np.minimum(1.0, farthest[active] / np.abs(scaled).max(axis=0))
+        # Where the second derivatives jump, as at a relief, steps may go forth and back without end: a step
+        # that takes back at least half of the one before is halved, once more each time.
+        scaled *= share
+        back = (scaled * previous[:, active]).sum(axis=0) < -0.5 * (previous[:, active] ** 2).sum(axis=0)
+        halvings[active] += back
+        share *= np.where(back, 0.5 ** halvings[active], 1.0)
         step *= share
+        previous[:, active] = step / limits
         moved = met.state.copy()
         moved[:3] += step
         other = met.follow[0] + (met.follow[1:] * step).sum(axis=0)

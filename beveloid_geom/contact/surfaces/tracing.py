@@ -93,7 +93,15 @@ def traced(problem: Problem, seeds: FloatArray) -> tuple[Curve, Mask]:
     cases = seeds.shape[1]
     twice = np.tile(np.arange(cases), 2)
     sense = np.repeat((-1.0, 1.0), cases)
-    trails, left = _followed(problem.cases(twice), seeds[:, twice], sense)
+    trails, left = _followed(problem.cases(twice), seeds[:, twice], sense, problem.crowned)
+    if problem.conjugate and not left.all():
+        again = np.flatnonzero(~left)
+        others, left[again] = _followed(
+            problem.cases(twice[again]), seeds[:, twice[again]], sense[again], not problem.crowned
+        )
+        for place, trail in zip(again.tolist(), others, strict=True):
+            if left[place]:
+                trails[place] = trail
     # From the end of the first way through the contact to the end of the second one.
     ways = [
         np.concatenate((back[:, :0:-1] * np.repeat((1.0, -1.0), (4, 3))[:, None], on), axis=1)
@@ -113,12 +121,18 @@ def traced(problem: Problem, seeds: FloatArray) -> tuple[Curve, Mask]:
     return sampled(problem, x, met, directions), np.asarray(left.reshape(2, cases).all(axis=0))
 
 
-def _followed(problem: Problem, seeds: FloatArray, sense: FloatArray) -> tuple[list[FloatArray], Mask]:
+def _followed(
+    problem: Problem, seeds: FloatArray, sense: FloatArray, by_roll: bool
+) -> tuple[list[FloatArray], Mask]:
     """Return states and directions (7, samples) along the curve from a contact, `seeds` (4, cases), for each
-    case, and whether the curve was followed until it is off the flanks (cases,)."""
+    case, and whether the curve was followed until it is off the flanks (cases,).
+
+    Each step ends in the plane across its direction or, with `by_roll`, at a given roll: then the curve may
+    turn by any angle, if the roll never turns back."""
     # Angle (rad) by which a curve may turn at the beginning of a relief, where the second derivatives of the
-    # flank jump.
-    max_kink = 1.4
+    # flank jump, and largest length of the smallest step there, relative to its size.
+    max_kink, longest_kink = (np.pi, 50.0) if by_roll else (1.4, 1.0 / np.cos(1.4))
+    roll_axis = np.eye(3)[:, 2:]
     # Distances from the limits, in depths and face widths, at which a curve ends, and at which it may end.
     beyond, outside = 0.1, 1e-3
     met = contacts_at(problem.surfaces, problem.placed, seeds)
@@ -136,17 +150,18 @@ def _followed(problem: Problem, seeds: FloatArray, sense: FloatArray) -> tuple[l
             direction[:, active],
             step[active],
         )
+        onwards = roll_axis * np.sign(before[2]) if by_roll else before
         met, good = solve(
-            problem.surfaces, problem.placed.take(active), guess, on_plane(problem, guess, before)
+            problem.surfaces, problem.placed.take(active), guess, on_plane(problem, guess, onwards)
         )
-        after = _direction(problem, met, before)
+        after = _direction(problem, met, onwards)
         turn = np.arccos(np.clip((after * before).sum(axis=0), -1.0, 1.0))
         chord = (met.state - state[:, active])[:3] / problem.scale[:, None]
         moved = np.linalg.norm(chord, axis=0)
         failed = ~good | (turn > MAX_TURN) | (moved > 1.1 * size)
         shorter = failed & (size > LEAST_STEP)
         # With the shortest step, the curve has a kink, or the surface ends, as at an edge of regression.
-        kink = failed & ~shorter & good & (turn < max_kink) & (moved * np.cos(max_kink) < size)
+        kink = failed & ~shorter & good & (turn < max_kink) & (moved < longest_kink * size)
         reached = ~failed | kink
         step[active] = control.following(active, size, turn, failed, kink, _to_kink(chord, before, after))
         there = active[reached]

@@ -197,7 +197,7 @@ def earlier(engagement: Engagement, segments: CycleSegments, near: Samples) -> S
     more = _joined(
         (
             _at_lowest(engagement, later, table),
-            _at_limits(engagement, later, table, margin.reshape(-1, *shape)),
+            _at_limits(engagement, later, table, margin.reshape(len(margin), *shape)),
         )
     )
     return contacts.and_also(_ahead(engagement, segments, more)[2]) if more[0].size else contacts

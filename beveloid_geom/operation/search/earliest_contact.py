@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...arrays import Codes, FloatArray, Integers, Mask
+from ...contact.surfaces.problems import crowned
 from ...design.model import Design
 from ...status import FirstStatus, Limit
 from ...support.array_records import joined
@@ -84,8 +85,9 @@ def grids_of(engagement: Engagement, design: Design, flank: str) -> Grids:
         (*points[:2], max(points[2], int(np.ceil(each * engagement.turns))))
         for points, each in (MEASURED_GRID_POINTS if design.measured else GRID_POINTS)
     ]
+    pinion = crowned(design, flank).pinion  # that of the engagement
     with np.errstate(invalid="ignore", divide="ignore"):
-        coarse, fine = (grid_of(design.pinion, flank, count) for count in points)
+        coarse, fine = (grid_of(pinion, flank, count) for count in points)
         return coarse, fine, chart_of(engagement.gear, 0.5 * coarse.cell[0], 0.5 * coarse.cell[1])
 
 
