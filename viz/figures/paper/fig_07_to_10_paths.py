@@ -94,7 +94,7 @@ def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
         columns=viewpoint.COLUMNS,
         tall=grid.tall(layout),
     )
-    theme.legend(page, panels.touching_legend(data.paths), 3, 0.8, handlelength=3.5)
+    theme.legend(page, panels.touching_legend(page, data.paths), 3, 0.8, handlelength=3.5)
 
     def panel(cell: Cell) -> Picture | None:
         """Draw one flank with its text."""
