@@ -151,9 +151,14 @@ def _window(data: MethodFigure) -> FloatArray:
     return np.stack((middle - half, middle + half), axis=-1)
 
 
+def _limits_um(scale: float) -> list[float]:
+    """Return the limits of the bands of separation at a module, um, with two digits."""
+    return [two_digits(scale * band) for band in BANDS_UM]
+
+
 def _separation(axes: Axes, side: MeshSeparation, scale: float, faces: Faces | None = None) -> None:
     """Draw the separation in bands over z and l, and the edges of given triangles."""
-    colours, bands = ListedColormap(list(BLUES)), _limits(scale)
+    colours, bands = ListedColormap(list(BLUES)), _limits_um(scale)
     known = np.isfinite(side.separation)
     values = np.where(known, 1e3 * np.maximum(side.separation, 0.0), bands[-2] + scale)
     mesh = Triangulation(side.z.ravel(), side.l.ravel(), faces)
@@ -185,14 +190,9 @@ def _distance(axes: Axes, data: MethodFigure) -> None:
     annotate.text(axes, (z0, l0), f"polished: {annotate.power_of_ten(off[1])} mm", over, ha=ha, va=va)
 
 
-def _limits(scale: float) -> FloatArray:
-    """Return the limits of the bands, um, rounded to two digits."""
-    return np.array([two_digits(scale * band) for band in BANDS_UM])
-
-
 def _bands(scale: float) -> list[Patch]:
     """Return the entries of the legend for the bands of separation."""
-    bands = [f"{band:.3g}" for band in _limits(scale)[:-1]]
+    bands = [f"{band:g}" for band in _limits_um(scale)[:-1]]
     texts = [f"{one} to {other} \u00b5m" for one, other in pairwise(bands)]
     return [
         Patch(facecolor=colour, edgecolor=theme.GREY, linewidth=0.5, label=text)
