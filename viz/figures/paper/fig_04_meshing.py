@@ -190,7 +190,7 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
             over.label(middle, "$S_1$", (-10.0, 10.0), color=LINE_COLOURS[0], fontsize=theme.HEADING)
         _annotate_member(closer, data, 0, named=0 not in unnamed)
         style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.TITLE, "fontweight": "bold"}
-        beside = (20.0, -4.0) if data.in_line(0) else (12.0, 20.0)
+        beside = (20.0, -4.0) if data.in_line(0) else (14.0, -18.0) if data.together(0) else (12.0, 20.0)
         closer.label(data.mounting.pitch_point, "$P$", beside, **style)
     _table(page, data, (0.03, low, 0.75, 0.9 * table) if narrow else _free_corner(page, over, data))
     return Drawing(page, pictures)
