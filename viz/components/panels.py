@@ -29,8 +29,8 @@ from . import annotate
 from .paths_table import SolvedPath, both_ratios
 from .viewpoint import FlankView, greatest_span, looks_of, scale_bars
 
-LINE_POINTS = 2.6
-"""Half the width of a path, points."""
+LINE_POINTS, NARROW_LINE_POINTS = 2.6, 1.5
+"""Half the width of a path, points, and on a narrow page, where flanks are smaller."""
 OUTLINE_PX = 0.03
 """Largest deviation of the triangles of a flank, pixels. Root and tip curve more within the flank than the
 flank curves out of its plane."""
@@ -131,12 +131,17 @@ def edge_traces(path: SolvedPath, member: int, look: Trace | None = None) -> lis
     return [replace(look, points=line, bare=True) for line in path.edge_lines(member)]
 
 
+def line_points(page: Page) -> float:
+    """Return half the width of a path on a page, points."""
+    return LINE_POINTS if page.layout.width > theme.NARROW else NARROW_LINE_POINTS
+
+
 def touching_legend(
-    paths: Sequence[SolvedPath], colours: tuple[str, str, str] = (theme.PATH, theme.PATH, EDGE)
+    page: Page, paths: Sequence[SolvedPath], colours: tuple[str, str, str] = (theme.PATH, theme.PATH, EDGE)
 ) -> list[Line2D]:
     """Return the legend of the parts that some of the paths have: first contact, not first, and edge
     contact."""
-    wide = 2.0 * LINE_POINTS
+    wide = 2.0 * line_points(page)
     looks = ("first contact", wide, SOLID), ("not first", THIN * wide, DASHED), ("edge contact", wide, SOLID)
     drawn = (
         any(path.found for path in paths),
@@ -230,13 +235,13 @@ def draw_lines(panel: Panel, path: SolvedPath, member: int) -> None:
     """Draw the lines of contact on pinion (0) or gear (1) over the picture. As tubes in the picture, such
     thin and nearly vertical lines would have steps."""
     for line in path.contact_lines(member):
-        look: dict[str, Any] = {"color": theme.INK, "linewidth": LINE * 2.0 * LINE_POINTS}
+        look: dict[str, Any] = {"color": theme.INK, "linewidth": LINE * 2.0 * line_points(panel.page)}
         panel.axes.plot(*panel.place(line).T, solid_capstyle="butt", **look)
 
 
 def path_items(page: Page, traces: Iterable[Trace], view: FlankView, px_per_mm: float) -> list[Item]:
-    """Return the paths on a flank with the usual line width."""
-    radius = LINE_POINTS * page.dpi / 72.0 / px_per_mm
+    """Return the paths on a flank with the line width of the page."""
+    radius = line_points(page) * page.dpi / 72.0 / px_per_mm
     return [item for trace in traces for item in trace_items(trace, view, radius)]
 
 

@@ -7,15 +7,19 @@ import pytest
 from matplotlib.patches import Ellipse
 
 from beveloid_geom import Design, builtin_design
+from beveloid_geom.shapes.proximity.mesh_convergence import Convergence
 from beveloid_geom.validation.near_singular import METHODS, MethodErrors
+from beveloid_viz.components import panels
 from beveloid_viz.components.charts import _tick
 from beveloid_viz.components.map_panel import next_to_unknown
-from beveloid_viz.figures.methods import stability
+from beveloid_viz.figures.methods import mesh_convergence, stability
 from beveloid_viz.figures.methods.speed_accuracy import SpeedAccuracy, draw as draw_speed
 from beveloid_viz.figures.paper import fig_06_modification
+from beveloid_viz.figures.paper.fig_07_to_10_paths import coefficient_texts
 from beveloid_viz.figures.paper.fig_12_to_15_misalignment import _free_corner
+from beveloid_viz.figures.results import tolerance_cloud
 from beveloid_viz.rendering import theme
-from beveloid_viz.rendering.layout import of_width
+from beveloid_viz.rendering.layout import of_size, of_width
 
 from ...symmetry import scaled
 from ..pages import page_of, recipe_of, short_measurements
@@ -116,3 +120,41 @@ def test_deviations_in_fig_6_continue_to_the_base_circle() -> None:
     section = fig_06_modification.compute(both_right()).sections[1]
     assert np.isnan(section.deviation).sum() == 2
     assert np.isnan(section.deviation[:2]).all()
+
+
+def test_coefficients_with_many_decimals_have_a_common_power_of_ten() -> None:
+    assert coefficient_texts([0.0, -0.00005, -0.0001]) == ["0", "\u22120.00005", "\u22120.0001"]
+    ten = "\u00b710$^{\u22125}$"
+    assert coefficient_texts([0.0, 0.000015, 0.00006]) == ["0", f"+1.5{ten}", f"+6{ten}"]
+    assert coefficient_texts([0.0, -7.5e-6, -3e-5]) == ["0", f"\u22120.75{ten}", f"\u22123{ten}"]
+
+
+def test_errors_in_the_sentence_on_meshes_are_those_at_its_tolerance() -> None:
+    """Another tolerance has a larger error of the polished contact, which the sentence does not contain."""
+    sizes = mesh_convergence.TOLERANCES
+    faces, ones = np.full(len(sizes), 8), np.ones(len(sizes))
+    polished = np.where(np.isclose(sizes, 0.001), 2e-13, 4e-12)
+    found: dict[tuple[str, bool], tuple[Convergence, ...]] = {
+        ("right", polish): (Convergence(sizes, error, error, faces),)
+        for polish, error in ((False, ones), (True, polished))
+    }
+    data = mesh_convergence.ConvergenceFigure(found, {"left": "no contact"})
+    assert "right flanks 1\u00a0mm off, polished 2\u00b710$^{\u221213}$" in mesh_convergence.finding(data)
+
+
+def test_jammed_mountings_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(tolerance_cloud, "MOUNTINGS", 64)
+    monkeypatch.setattr(tolerance_cloud, "CYCLE_MOUNTINGS", 1)
+    for design, some in ((TABLE, False), (scaled(TABLE, 0.05), True)):
+        case = tolerance_cloud.case_study("right", "as designed", design, theme.BLUE, 1.0)
+        assert case.study is not None
+        jammed = np.count_nonzero(case.study.mountings.jammed)
+        assert bool(jammed) == some
+        assert tolerance_cloud.counts(case).endswith(f", {jammed} jammed" if some else "with a path")
+
+
+def test_paths_are_thinner_on_narrow_pages() -> None:
+    wide, narrow = (
+        theme.new_page(layout, "title", "", "")[0] for layout in (of_size((800, 600)), of_width(90.0))
+    )
+    assert panels.line_points(narrow) < panels.line_points(wide) == panels.LINE_POINTS

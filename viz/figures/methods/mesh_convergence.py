@@ -115,10 +115,12 @@ def finding(data: ConvergenceFigure) -> str:
     for flank in FLANKS:
         if flank in data.reasons:
             continue
-        alone, polished = (errors_of(data.found[flank, polish], "point") for polish in (False, True))
+        alone, polished = (
+            float(np.nanmax(errors_of(data.found[flank, polish], "point")[:, near]))
+            for polish in (False, True)
+        )
         parts.append(
-            f"{flank} flanks {np.nanmax(alone[:, near]):.2g}\u00a0mm off,"
-            f" polished {annotate.power_of_ten(float(np.nanmax(polished)))}\u00a0mm"
+            f"{flank} flanks {alone:.2g}\u00a0mm off, polished {annotate.power_of_ten(polished)}\u00a0mm"
         )
     return f"Contact point at a tolerance of {TOLERANCES[near]:.3g} mm: {'; '.join(parts)}" if parts else ""
 

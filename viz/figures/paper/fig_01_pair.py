@@ -128,7 +128,7 @@ def draw(data: PairFigure, layout: theme.Layout) -> Drawing:
     items, remarks = items_of(pair, MESH_PX * camera.mm_per_px(box.size))
     pose = (
         f"Drawn at the middle of the path of contact of the {data.flank} flanks. The pinion drives."
-        " Perspective; the scale bar holds at the contact. "
+        " Perspective; the scale bar holds at the contact. Arrow in the section: normal of the pinion flank. "
         if pair.touching
         else f"The {data.flank} flanks have no contact point in this mounting; roll angles are nominal. "
     )
@@ -276,7 +276,7 @@ def _draw_section(page: theme.Page, box: theme.Box, data: PairFigure) -> None:
     axes.set_title("Section through the common normal", fontsize=theme.SMALL)
     annotate.text(axes, (-0.75 * half, 0.1 * high), "pinion")
     annotate.text(axes, (0.75 * half, -0.1 * high), "gear")
-    annotate.text(axes, (0.0, 0.0), "contact", (0.0, 18.0), color=theme.RED, fontsize=theme.SMALL)
+    annotate.text(axes, (0.0, 0.0), "contact", (0.0, 18.0), fontsize=theme.SMALL)
     length = theme.round_length(0.6 * half)
     axes.plot([0.9 * half - length, 0.9 * half], 2 * [-0.9 * high], color=theme.INK, linewidth=3.0)
     middle = 0.9 * half - 0.5 * length, -0.9 * high

@@ -112,8 +112,9 @@ def _draw_tool(axes: Axes, data: RackFigure, wide: float) -> None:
         *axes.plot(*straight.T, color=theme.RED, linewidth=2.0, dashes=(5, 3), zorder=3),
     ):
         drawn.set_clip_path(window)
+    height = 0.75 if wide == HALF_WIDTH_MODULES else 1.28  # on a narrow page above the angle alpha_n
     for side in (-1.0, 1.0):
-        place = side * (wide - 0.46) * data.module, 0.75 * data.module
+        place = side * (wide - 0.46) * data.module, height * data.module
         annotate.text(axes, place, "tool", fontsize=theme.HEADING)
     low = -float(data.tools[0].dedendum) * data.module
     if wide == HALF_WIDTH_MODULES:

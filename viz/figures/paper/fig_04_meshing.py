@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,7 +15,7 @@ from beveloid_geom.pair.frames import layout_of, to_fixed
 from beveloid_geom.pair.mounting import Mounting, mounting_of
 
 from ...components import panels, paths_table, posed
-from ...components.annotate import Overlay
+from ...components.annotate import UNNAMED, Overlay
 from ...components.figure_steps import Drawing, Recipe, Table, quantities, vector
 from ...components.free_space import FreeSpace
 from ...components.posed import PosedPair
@@ -55,6 +56,10 @@ class MeshingFigure:
     def together(self, number: int) -> bool:
         """Return whether mid-face of a member is at its foot of the common perpendicular."""
         return bool(abs(self.mounting.distance[number]) < SAME_FRAME_FRACTION * self.pair.apart)
+
+    def parallel_frame(self, number: int) -> bool:
+        """Return whether the fixed frame with the axes of the frame of a member is drawn as well."""
+        return not self.together(number) and not (number == 1 and self.pair.remote)
 
     @property
     def small_pinion(self) -> bool:
@@ -142,6 +147,8 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
     narrow = layout.width < theme.NARROW
     detailed = narrow and data.small_pinion and data.found
     heights = DETAILED_HEIGHTS_IN if detailed else HEIGHTS_IN if narrow else (7.2, 0.0, 0.0)
+    # A narrow page has no room for the names of axes that are parallel to those of a fixed frame.
+    unnamed = [n for n in (0, 1) if narrow and data.parallel_frame(n) and not (detailed and n == 0)]
     pair = layout_of(data.pair.design)
     offset, angle = float(pair.offset), f"{np.degrees(abs(float(pair.shaft_angle))):g}\u00b0"
     page, low, high = theme.new_page(
@@ -151,6 +158,7 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
         " (blue) and gear (brown), working pitch circles (orange, dashed)",
         f"Unmodified pair. {_where_p_is(data)} $S_1$ and $S_2$ are at mid-face, at roll 0. In the"
         " paper they are at the distance $b_c$, where the profile shift is zero and the radius is $r_P$."
+        + _axes_words(unnamed)
         + posed.far_words(data.pair),
         tall=sum(heights),
     )
@@ -172,7 +180,7 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
     if data.found:
         for number in (0, 1):
             _annotate_distance(over, data, number)
-        _annotate_member(over, data, 1)
+        _annotate_member(over, data, 1, named=1 not in unnamed)
         closer = over
         if detailed:
             place = theme.place(page, 0.02, low + table, 0.96, detail - theme.inches(page, 0.1))
@@ -180,7 +188,7 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
             pictures["pinion"] = closer.picture
             middle = data.pair.foot[0] + data.mounting.distance[0] * data.pair.axis[0]
             over.label(middle, "$S_1$", (-10.0, 10.0), color=LINE_COLOURS[0], fontsize=theme.HEADING)
-        _annotate_member(closer, data, 0)
+        _annotate_member(closer, data, 0, named=0 not in unnamed)
         style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.TITLE, "fontweight": "bold"}
         beside = (20.0, -4.0) if data.in_line(0) else (12.0, 20.0)
         closer.label(data.mounting.pitch_point, "$P$", beside, **style)
@@ -219,6 +227,12 @@ def _where_p_is(data: MeshingFigure) -> str:
     gap = abs(float(data.mounting.gap))
     passing = f" ({gap:.3g} mm apart here, $P$ midway)" if gap > meeting_distance_mm else ""
     return f"$P$: intersection of the lines of action of right and left flanks{passing}."
+
+
+def _axes_words(unnamed: Sequence[int]) -> str:
+    """Return the sentence on the axes of the members that have no names; empty if all have names."""
+    pairs = [f"$S_{'12'[number]}$ to $S_{'fg'[number]}$" for number in unnamed]
+    return f" Axes without names are parallel: {', '.join(pairs)}." if pairs else ""
 
 
 def _items(data: MeshingFigure, radius: float) -> list[Item]:
@@ -302,8 +316,8 @@ def _annotate_distance(over: Overlay, data: MeshingFigure, number: int) -> None:
             over.broken(0.4 * start + 0.6 * pitch + out, pitch + out, colour)
 
 
-def _annotate_member(over: Overlay, data: MeshingFigure, number: int) -> None:
-    """Draw b_c, radii and frame of one member."""
+def _annotate_member(over: Overlay, data: MeshingFigure, number: int, named: bool) -> None:
+    """Draw b_c, radii and frame of one member, the axes of the frame with names if `named`."""
     foot, axis = data.pair.foot[number], data.pair.axis[number]
     colour, index = LINE_COLOURS[number], number + 1
     mounting = data.mounting
@@ -329,7 +343,7 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int) -> None:
     over.arrow(zero, rim, colour, 1.4)
     over.label(zero + 0.6 * (rim - zero), f"$r_{{P{index}}}$", (16.0, 0.0), **style)
     also = f" = {{}}_{'fg'[number]}" if data.together(number) else ""
-    names = tuple(f"{letter}_{index}{also.format(letter)}" for letter in "xyz")
+    names = tuple(f"{letter}_{index}{also.format(letter)}" if named else UNNAMED for letter in "xyz")
     length = 0.17 * data.pair.apart
     over.triad(
         middle,

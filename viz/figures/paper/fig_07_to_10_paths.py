@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -22,9 +23,15 @@ NOTE = (
 )
 
 
-def coefficient_text(value: float) -> str:
-    """Return a coefficient without exponent, as in the paper."""
-    return theme.signed(value, 6).rstrip("0").rstrip(".") if value else "0"
+def coefficient_texts(values: Sequence[float]) -> list[str]:
+    """Return coefficients without exponent, as in the paper; all with the same power of ten if one of them
+    has more than 5 decimals."""
+    power = 0
+    if any(abs(value - round(value, 5)) > 1e-9 * abs(value) for value in values):
+        power = int(f"{max(map(abs, values)):.1e}".partition("e")[2])
+    ten = f"\u00b710$^{{{power}}}$".replace("-", "\u2212") if power else ""
+    texts = (theme.signed(value / 10.0**power, 5).rstrip("0").rstrip(".") for value in values)
+    return [f"{text}{ten}" if value else "0" for text, value in zip(texts, values, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -49,7 +56,7 @@ class SignCase:
 
     def heading(self, column: int) -> str:
         """Return the heading of a column: the coefficient of the pinion."""
-        return f"$a_1$ = {coefficient_text(self.coefficients[column][0])}"
+        return f"$a_1$ = {coefficient_texts([pinion for pinion, _ in self.coefficients])[column]}"
 
 
 CASES = (
@@ -94,7 +101,7 @@ def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
         columns=viewpoint.COLUMNS,
         tall=grid.tall(layout),
     )
-    theme.legend(page, panels.touching_legend(data.paths), 3, 0.8, handlelength=3.5)
+    theme.legend(page, panels.touching_legend(page, data.paths), 3, 0.8, handlelength=3.5)
 
     def panel(cell: Cell) -> Picture | None:
         """Draw one flank with its text."""

@@ -23,7 +23,7 @@ from ...components.paths_table import FLANKS
 from ...components.touching import limit_code
 from ...rendering import theme
 from ...rendering.layout import Cells
-from .fig_07_to_10_paths import CASES, SignCase, coefficient_text
+from .fig_07_to_10_paths import CASES, SignCase, coefficient_texts
 
 POINTS, CYCLE_POINTS = 161, slice(None, None, 16)
 """Number of coefficients for Eq. 16, and those of them for which the mesh cycle is computed."""
@@ -168,7 +168,7 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> list[Li
     if case.pinion < 0.0:
         axes.invert_xaxis()
     ticks = case.pinion * np.linspace(0.0, data.size[index, -1], 5) + 0.0
-    axes.set_xticks(ticks, [coefficient_text(tick) for tick in ticks])
+    axes.set_xticks(ticks, coefficient_texts(ticks.tolist()))
     axes.grid(True)
     axes.axhline(1.0, color=theme.GREY, linewidth=1.0)
     _mark_kinks(axes, edge_axes, a, data.design, data.ends["right"][index])

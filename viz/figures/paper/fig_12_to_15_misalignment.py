@@ -210,12 +210,13 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
 
 def _legend(page: theme.Page, data: MisalignmentFigure) -> None:
     """Draw the legend of the errors and of the parts of the paths."""
+    width = 4.0 * panels.line_points(page) / panels.LINE_POINTS
     handles = [
-        Line2D([], [], label=data.case.label(sign), color=look.colour, dashes=look.legend, linewidth=4.0)
+        Line2D([], [], label=data.case.label(sign), color=look.colour, dashes=look.legend, linewidth=width)
         for look, sign in zip(LOOKS, SIGNS, strict=True)
     ]
     paths = [path for of_design in data.paths for path in of_design]
-    parts = panels.touching_legend(paths, (theme.GREY, theme.GREY, theme.GREY))
+    parts = panels.touching_legend(page, paths, (theme.GREY, theme.GREY, theme.GREY))
     handles += [part for part in parts if part.get_label() != "first contact"]
     theme.legend(page, handles, 5, 0.8, handlelength=2.8)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from itertools import chain
 from typing import Any, cast
@@ -19,6 +20,7 @@ from beveloid_geom.findings.path import reason_of
 from beveloid_geom.gear.active_flank import active_start
 from beveloid_geom.gear.flank import tip_parameter
 
+from ...components import annotate
 from ...components.charts import LEAST_EASE_OFF
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...components.map_panel import HALO, LEVEL, thin_out
@@ -220,16 +222,21 @@ def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
 def _path(axes: Axes, points: FloatArray) -> None:
     """Draw a path (n, 2) from its dot to its arrow head."""
     points = points[np.isfinite(points).all(axis=1)]
-    axes.plot(*points.T, color=theme.RED, linewidth=2.2, zorder=3.0)
+    axes.plot(*points.T, color=theme.RED, linewidth=2.2, zorder=3.0, path_effects=annotate.rim(2.2))
     axes.plot(*points[:1].T, "o", color=theme.RED, markersize=6.0, zorder=3.0)
     arrow = {"arrowstyle": "-|>,head_width=0.3,head_length=0.6", "color": theme.RED, "linewidth": 2.2}
+    arrow["path_effects"] = annotate.rim(2.2)
     last_points = tuple(points[-1]), tuple(points[-3])
     axes.annotate("", *last_points, arrowprops={**arrow, "shrinkA": 0.0, "shrinkB": 0.0}, zorder=3.0)
 
 
 def _second_order_words(found: EaseOff) -> str:
     """Return the coefficients of the second-order surface, um, in lines that fit below a panel."""
-    coefficients_um = {name: theme.signed(1e3 * value, 2) for name, value in vars(found.second_order).items()}
+    values = {name: 1e3 * value for name, value in vars(found.second_order).items()}
+    # Two decimals; more if the largest coefficient has fewer than three digits with them.
+    largest = max(map(abs, values.values()))
+    digits = max(2, 2 - math.floor(math.log10(largest))) if largest > LEAST_EASE_OFF else 2
+    coefficients_um = {name: theme.signed(value, digits) for name, value in values.items()}
     return (
         "mean {mean}, twist {twist}\nslope {face_slope}, {profile_slope}\n"
         "crowning {face_crowning}, {profile_crowning}\nresidual {rest}"

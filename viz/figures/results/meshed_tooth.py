@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -109,8 +109,12 @@ def surface_of(mesh: VolumeMesh, name: str, lines: bool = True) -> Surface:
     return Surface(mesh.points, faces, None, COLOURS[name], edges=lines, mesh_lines=lines)
 
 
-def places(mesh: VolumeMesh, camera: Camera, size: Size) -> Iterator[tuple[str, FloatArray]]:
-    """Yield for each visible named surface the pixel (2,) in the middle of its visible part."""
+def places(
+    mesh: VolumeMesh, camera: Camera, size: Size, names: Collection[str]
+) -> Iterator[tuple[str, FloatArray]]:
+    """Yield for each visible surface of `names` the pixel (2,) in the middle of its visible part.
+
+    Surfaces that are too narrow for a pixel of their own are searched in a finer picture."""
     turn = np.linspace(0.0, 2.0 * np.pi, len(COLOURS), endpoint=False)
     circle = np.stack((np.cos(turn), np.sin(turn), np.full_like(turn, -1.0)), axis=-1)
     marks = dict(
@@ -121,11 +125,16 @@ def places(mesh: VolumeMesh, camera: Camera, size: Size) -> Iterator[tuple[str, 
         replace(surface_of(mesh, name, lines=False), paint=Paint(flat, (to_hex(mark / 255.0),), (-1.0, 1.0)))
         for name, mark in marks.items()
     ]
-    image = render(Scene(items, camera), size).image
-    for name, mark in marks.items():
-        seen = np.argwhere((image == mark).all(axis=-1))[:, ::-1]
-        if seen.size:
-            yield name, seen[np.linalg.norm(seen - seen.mean(axis=0), axis=1).argmin()].astype(float)
+    missing = [name for name in marks if name in names]
+    for finer in (1, 2):
+        image = render(Scene(items, camera), (finer * size[0], finer * size[1])).image
+        for name in tuple(missing):
+            seen = np.argwhere((image == marks[name]).all(axis=-1))[:, ::-1] / finer
+            if seen.size:
+                missing.remove(name)
+                yield name, seen[np.linalg.norm(seen - seen.mean(axis=0), axis=1).argmin()]
+        if not missing:
+            return
 
 
 def draw(data: MeshedFigure, layout: theme.Layout) -> Drawing:
@@ -155,9 +164,8 @@ def draw(data: MeshedFigure, layout: theme.Layout) -> Drawing:
         shown = mesh.points[radius > radius.max() - view.below * depth]
         camera = fit_camera(shown, view.direction, UP, box.size, 0.03)
         over = Overlay.drawn(page, box, items, camera)
-        for name, pixel in places(mesh, camera, box.size):
-            if name in view.words:
-                annotate.note(over.axes, pixel, name, view.words[name])
+        for name, pixel in places(mesh, camera, box.size, view.words):
+            annotate.note(over.axes, pixel, name, view.words[name])
         pictures[view.name] = over.picture
         left, bottom, _, height = place
         x, y = left + 0.08 / layout.width, bottom + height + theme.inches(page, 0.15)

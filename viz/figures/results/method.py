@@ -22,7 +22,7 @@ from beveloid_geom.shapes.sheet import Faces
 
 from ...components import annotate
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
-from ...components.paths_table import as_large, coefficients, modified
+from ...components.paths_table import as_large, coefficients, modified, two_digits
 from ...rendering import theme
 from ...rendering.layout import Cells
 
@@ -151,9 +151,14 @@ def _window(data: MethodFigure) -> FloatArray:
     return np.stack((middle - half, middle + half), axis=-1)
 
 
+def _limits_um(scale: float) -> list[float]:
+    """Return the limits of the bands of separation at a module, um, with two digits."""
+    return [two_digits(scale * band) for band in BANDS_UM]
+
+
 def _separation(axes: Axes, side: MeshSeparation, scale: float, faces: Faces | None = None) -> None:
     """Draw the separation in bands over z and l, and the edges of given triangles."""
-    colours, bands = ListedColormap(list(BLUES)), scale * np.array(BANDS_UM)
+    colours, bands = ListedColormap(list(BLUES)), _limits_um(scale)
     known = np.isfinite(side.separation)
     values = np.where(known, 1e3 * np.maximum(side.separation, 0.0), bands[-2] + scale)
     mesh = Triangulation(side.z.ravel(), side.l.ravel(), faces)
@@ -187,7 +192,7 @@ def _distance(axes: Axes, data: MethodFigure) -> None:
 
 def _bands(scale: float) -> list[Patch]:
     """Return the entries of the legend for the bands of separation."""
-    bands = [f"{scale * band:.3g}" for band in BANDS_UM[:-1]]
+    bands = [f"{band:g}" for band in _limits_um(scale)[:-1]]
     texts = [f"{one} to {other} \u00b5m" for one, other in pairwise(bands)]
     return [
         Patch(facecolor=colour, edgecolor=theme.GREY, linewidth=0.5, label=text)

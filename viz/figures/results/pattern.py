@@ -128,7 +128,7 @@ def _pattern_layers(design: Design, flank: str, pattern: ContactPattern) -> tupl
     path = paths_table.solve(design, flank, touching=True)
     layers = []
     for number, side in enumerate((pattern.pinion, pattern.gear)):
-        member, trace = design.members[number], Trace(path.points[number], width=0.7, first=path.first)
+        member, trace = design.members[number], Trace(path.points[number], first=path.first)
         normals = flank_patch(member, flank, side.l, z=side.z).normal
         digits = max(0, 2 - math.floor(math.log10(side.area))) if side.area > 0.0 else 0
         under = f"{100.0 * side.area_share:.0f}\u00a0% of the flank, {side.area:.{digits}f}\u00a0mm\u00b2"
@@ -240,7 +240,7 @@ def _separation_layer(path: SolvedPath, number: int, pose: tuple[float, float], 
     to_tip = tip_radius(mate, found.other_z) - found.other_r
     inside = np.minimum(0.5 * float(mate.face_width) - np.abs(found.other_z), to_tip)
     border = np.stack((1e3 * found.distance, inside))
-    trace = Trace(path.points[number], width=0.7)
+    trace = Trace(path.points[number])
     return Layer(l, np.broadcast_to(z, l.shape), patch.point, patch.normal, gap, trace, (), "", pose, border)
 
 
@@ -248,6 +248,8 @@ def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
     """Draw pinion flanks above gear flanks, one column for each case."""
     flanks = " and ".join(sorted({column.flank for column in data.columns}, reverse=True))
     stretch = STRETCH if layout.width > theme.NARROW else NARROW_STRETCH
+    # Width of paths relative to those of other figures, so that they hide less of the bands.
+    path_width = 0.7 if layout.width > theme.NARROW else 1.0
     note = panels.how_drawn(flanks, stretch, outside=True) + data.note
     cases = [(column.heading, column.design, column.flank) for column in data.columns]
     grid = FlankGrid(cases, text_heights(layout, len(cases), TEXT_HEIGHTS_IN), stretch, outside=True)
@@ -264,7 +266,8 @@ def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
             return None
         layer = column.layers[cell.member]
         items = _painted(data, layer, cell.view, BARE[cell.member])
-        items += panels.path_items(page, [layer.trace], cell.view, cell.px_per_mm)
+        trace = replace(layer.trace, width=path_width)
+        items += panels.path_items(page, [trace], cell.view, cell.px_per_mm)
         drawn = panels.show_items(page, cell.box, cell.view, items, cell.px_per_mm, cell.limits)
         rim = drawn.place(flattened_flank.rim(layer.points))
         drawn.axes.plot(*rim.T, color=theme.GREY, linewidth=1.0)

@@ -228,13 +228,15 @@ def _cloud(drawn: Panel, data: CloudFigure, number: int) -> None:
 
 
 def counts(case: CaseStudy) -> str:
-    """Return the name of a case and its number of mountings with a path."""
+    """Return the name of a case, its number of mountings with a path, and that of jammed ones if not zero."""
     line_contact_note = ", shaft-angle errors leave edges"
     if case.study is None:
         lines = touches_along_lines(case.design).all()
         return f"{case.name}: not studied{line_contact_note if lines else ''}"
     solved = np.count_nonzero(case.study.mountings.solved)
-    return f"{case.name}: {solved} of {case.study.cases} with a path"
+    jammed = np.count_nonzero(case.study.mountings.jammed)
+    jams = f", {jammed} jammed" if jammed else ""
+    return f"{case.name}: {solved} of {case.study.cases} with a path{jams}"
 
 
 def _legend(page: theme.Page, data: CloudFigure) -> None:
