@@ -32,8 +32,8 @@ from .tangency import Placement, Surfaces, contacts_at, extended
 from .tracing import grid_function
 
 LINE_CROWNING_MODULES = 1e-8
-"""Additional crowning, in modules, of flanks that touch along lines. With less, fewer paths of helical pairs are
-found, because their lines end where a relief begins."""
+"""Additional crowning, in modules, of flanks that touch along lines. With less, fewer paths of helical pairs
+are found, because their lines end where a relief begins."""
 
 
 def problems_of(design: Design, flank: str, pairing: FlankPair) -> Iterator[tuple[Design, Integers, Problem]]:
@@ -54,8 +54,9 @@ def problems_of(design: Design, flank: str, pairing: FlankPair) -> Iterator[tupl
 
 
 def crowned(design: Design, flank: str) -> tuple[Design, bool]:
-    """Return a design of single members for searches for the first contact, and whether its pinion is crowned:
-    if the modified flanks touch along lines in all cases. Otherwise it is the given design."""
+    """Return the design for searches for the first contact, and whether its pinion is crowned.
+
+    It is if the modified flanks touch along lines in all cases. `design` has single members."""
     if not is_modified(design, flank):
         return design, False
     lines = _are_lines(design, flank) if design.batch_shape else _kept_are_lines(design, flank)
