@@ -30,10 +30,10 @@ from .cycle_segments import (
     SAMPLES_PER_PITCH,
     CycleSegments,
     Samples,
+    converged,
     holding,
     order_of,
     samples_of,
-    tails_of,
 )
 from .segment_fit import held_to
 
@@ -44,8 +44,6 @@ pair."""
 TAIL_TOLERANCES = np.array((1e-14, 1e-11, 1e-11, 1e-11, 1e-11))
 """Convergence limits for the trailing Chebyshev coefficients of f (relative to the lever) and of the
 positions (relative to the tooth depth)."""
-LINE_TOLERANCE = 1e-3
-"""The limit of the positions for flanks that touch along lines."""
 LATE_RAD = 3e-11
 """Gear roll by which a segment may be later than a first contact."""
 BETWEEN_SAMPLES = np.linspace(-0.5, 0.5, 5)
@@ -86,11 +84,7 @@ def checked(
             engagement, checks.case[row], checks.roll[row], values[1:3, row], *carriers
         )
         earlier[row] = within & (np.abs(values[0, row] - there[0]) <= bound)
-    sizes = np.array((engagement.lever, *[engagement.pinion.tip - engagement.pinion.root] * (QUANTITIES - 1)))
-    tolerance = TAIL_TOLERANCES * sizes if strict else np.full(QUANTITIES, np.inf)
-    if engagement.crowned:
-        tolerance[1:] = np.maximum(tolerance[1:], LINE_TOLERANCE * sizes[1:])
-    bad = np.asarray((~(tails_of(segments) <= tolerance[:, None])).any(axis=0))
+    bad = ~converged(engagement, segments, TAIL_TOLERANCES if strict else np.full(QUANTITIES, np.inf))
     bad[segment[~good & ~earlier]] = True
     checks = replace(checks, cut=checks.cut | ~good)
     return checks.pick(~earlier), np.flatnonzero(bad)
