@@ -53,6 +53,9 @@ class Engagement:
         For unmodified flanks that touch along lines: conjugate phase, pinion roll (rad), s1 and z1 (mm) of
         the first and last contact of tooth pair 0 on the path of contact, which crosses the lines at a
         constant rate. NaN for point contact; None if no position has lines.
+    crowned : bool
+        Whether modified flanks touch along lines, so that the pinion is `crowned`. Positions along the lines
+        are then uncertain, because the clearance is constant there up to rounding.
     """
 
     pinion: Surface
@@ -70,6 +73,7 @@ class Engagement:
     defined: Mask
     span: float = 1.0
     lines: FloatArray | None = None
+    crowned: bool = False
 
     @property
     def turns(self) -> float:
@@ -257,7 +261,8 @@ def engagement_of(
     phase : ndarray, shape (n,)
         Conjugate phase by position, rad; NaN where there is none.
     """
-    pinion, gear = (surface_of(member, flank) for member in crowned(design, flank).members)
+    searched, along_lines = crowned(design, flank)
+    pinion, gear = (surface_of(member, flank) for member in searched.members)
     phase = np.broadcast_to(conjugate_phase(design, flank)[..., None], roll.shape).reshape(-1)
     pose = pose_of(design)
     by_position = [
@@ -284,6 +289,7 @@ def engagement_of(
         again=teeth[0] if teeth[0] < teeth[1] else 0,
         defined=np.isfinite(sum(by_position) + pinion.highest + gear.highest),
         lines=_lines_of(design, flank, roll.shape),
+        crowned=along_lines,
     )
     return engagement, phase
 

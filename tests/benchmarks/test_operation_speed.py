@@ -50,6 +50,7 @@ from tests.operation.test_angular_clearance import foot_distance
 from tests.oracle.sixty_digits import numbers_of
 from tests.oracle.table1 import table1
 from tests.shapes.test_mesh_contact import pose_at
+from tests.stability.parallel_pairs import HELICAL
 
 pytestmark = pytest.mark.benchmark
 
@@ -129,12 +130,21 @@ def test_operation_against_positions_by_five_equations() -> None:
         assert ratio < most, name
 
 
-def test_mesh_cycle_with_reliefs_against_unmodified_flanks() -> None:
-    """Reliefs of all four edges and crowning on both members of Table 1; new errors in each run."""
-    design, drawn = table1(), iter(range(1, 10_000))
-    edges: dict[str, Any] = {f"{name}_relief_um": 15.0 for name in ("tip", "root", "heel", "toe")}
-    lengths: dict[str, Any] = {f"{name}_relief_length_mm": 3.0 for name in ("tip", "root", "heel", "toe")}
-    given = Modification(helix_crowning_um=10.0, profile_crowning_um=8.0, **edges, **lengths)
+EDGES: dict[str, Any] = {f"{name}_relief_um": 15.0 for name in ("tip", "root", "heel", "toe")}
+LENGTHS: dict[str, Any] = {f"{name}_relief_length_mm": 3.0 for name in ("tip", "root", "heel", "toe")}
+
+
+@pytest.mark.parametrize(
+    ("design", "given"),
+    [
+        (table1(), Modification(helix_crowning_um=10.0, profile_crowning_um=8.0, **EDGES, **LENGTHS)),
+        (HELICAL, Modification(tip_relief_um=10.0, tip_relief_length_mm=1.0)),
+    ],
+    ids=("Table 1, crowning and reliefs of all edges", "helical gears on parallel axes, tip relief"),
+)
+def test_mesh_cycle_with_reliefs_against_unmodified_flanks(design: Design, given: Modification) -> None:
+    """Modifications of both members; new errors in each run."""
+    drawn = iter(range(1, 10_000))
     modified = replace(design, pinion=design.pinion.modified(given), gear=design.gear.modified(given))
 
     def cycle(of: Design) -> object:

@@ -7,7 +7,7 @@ On parallel axes, unmodified flanks touch along lines. Modified flanks still do 
 vary along these lines, as on spur gears with tip relief, or where neither flank is relieved. Every point of
 these lines is a contact, so that the equations have no single solution. The pinion then has an additional
 helix crowning of LINE_CROWNING_MODULES: the contact on each line is now the point nearest to mid-face, which
-is the limit for crownings that tend to zero. Searches for a first contact need less: `crowned`.
+is the limit for crownings that tend to zero. Searches for a first contact use it as well: `crowned`.
 """
 
 from __future__ import annotations
@@ -32,10 +32,8 @@ from .tangency import Placement, Surfaces, contacts_at, extended
 from .tracing import grid_function
 
 LINE_CROWNING_MODULES = 1e-8
-"""Additional crowning, in modules, of flanks that touch along lines, for the equations of tangency. With
-less, fewer paths of helical pairs are found, because their lines end where a relief begins."""
-SEARCH_CROWNING_MODULES = 5e-8
-"""The same for searches for the first contact, of which fewer fail with less."""
+"""Additional crowning, in modules, of flanks that touch along lines. With less, fewer paths of helical pairs
+are found, because their lines end where a relief begins."""
 
 
 def problems_of(design: Design, flank: str, pairing: FlankPair) -> Iterator[tuple[Design, Integers, Problem]]:
@@ -49,38 +47,37 @@ def problems_of(design: Design, flank: str, pairing: FlankPair) -> Iterator[tupl
                 continue
             problem = problem_of(single, flank, pairing, part)
             if lines[part[0]] and _touches_in_areas(problem):
-                problem = problem_of(
-                    _with_crowning(single, flank, LINE_CROWNING_MODULES), flank, pairing, part
-                )
+                problem = problem_of(_with_crowning(single, flank), flank, pairing, part)
                 problem = replace(problem, crowned=True)
             problem = replace(problem, conjugate=bool(lines[part[0]]))
             yield single, part, problem
 
 
-def crowned(design: Design, flank: str) -> Design:
-    """Return a design of single members with a crowned pinion, for searches for the first contact, if the
-    modified flanks touch along lines in all cases, otherwise the design."""
+def crowned(design: Design, flank: str) -> tuple[Design, bool]:
+    """Return the design for searches for the first contact, and whether its pinion is crowned.
+
+    It is if the modified flanks touch along lines in all cases. `design` has single members."""
     if not is_modified(design, flank):
-        return design
-    return _crowned(design, flank) if design.batch_shape else _kept_crowned(design, flank)
+        return design, False
+    lines = _are_lines(design, flank) if design.batch_shape else _kept_are_lines(design, flank)
+    return _with_crowning(design, flank) if lines else design, lines
 
 
-def _crowned(design: Design, flank: str) -> Design:
+def _are_lines(design: Design, flank: str) -> bool:
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         pairing = generated_pairing(design, flank)
         if not along_lines(pairing).all():
-            return design
-        lines = _touches_in_areas(problem_of(design, flank, pairing, np.arange(1)))
-    return _with_crowning(design, flank, SEARCH_CROWNING_MODULES) if lines else design
+            return False
+        return _touches_in_areas(problem_of(design, flank, pairing, np.arange(1)))
 
 
-_kept_crowned = kept(16)(_crowned)
+_kept_are_lines = kept(16)(_are_lines)
 
 
-def _with_crowning(design: Design, flank: str, modules: float) -> Design:
-    """Return the design with an additional crowning of the pinion, in modules."""
+def _with_crowning(design: Design, flank: str) -> Design:
+    """Return the design with the additional crowning of the pinion."""
     given = design.pinion.modification(flank) or Modification()
-    amount = 1e3 * modules * float(design.pinion.tool.normal_module)
+    amount = 1e3 * LINE_CROWNING_MODULES * float(design.pinion.tool.normal_module)
     more = replace(given, helix_crowning_um=given.helix_crowning_um + amount)
     return unchecked(design, pinion=unchecked(design.pinion, **{f"modification_{flank}": more}))
 

@@ -265,3 +265,24 @@ def changes_of(segments: CycleSegments, cases: int) -> tuple[FloatArray, Mask]:
     changes[case, column] = segments.high[inner]
     hand_over[case, column] = segments.pair[inner] != segments.pair[inner + 1]
     return changes, hand_over
+
+
+def converged(engagement: Engagement, segments: CycleSegments, tolerances: FloatArray) -> Mask:
+    """Return which polynomials have converged.
+
+    Parameters
+    ----------
+    engagement : Engagement
+    segments : CycleSegments
+    tolerances : ndarray, shape (QUANTITIES,)
+        Largest trailing coefficients: of f relative to the lever, of the positions relative to the tooth
+        depth. Along lines of contact the positions are uncertain, and the limit is at least 1e-3.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+    """
+    most = np.maximum(tolerances, np.array((0.0, *[1e-3] * (QUANTITIES - 1))) * engagement.crowned)
+    depth = engagement.pinion.tip - engagement.pinion.root
+    sizes = np.array((engagement.lever, *[depth] * (QUANTITIES - 1)))
+    return np.asarray((tails_of(segments) <= (most * sizes)[:, None]).all(axis=0))

@@ -30,10 +30,10 @@ from .cycle_segments import (
     SAMPLES_PER_PITCH,
     CycleSegments,
     Samples,
+    converged,
     holding,
     order_of,
     samples_of,
-    tails_of,
 )
 from .segment_fit import held_to
 
@@ -84,9 +84,7 @@ def checked(
             engagement, checks.case[row], checks.roll[row], values[1:3, row], *carriers
         )
         earlier[row] = within & (np.abs(values[0, row] - there[0]) <= bound)
-    sizes = np.array((engagement.lever, *[engagement.pinion.tip - engagement.pinion.root] * (QUANTITIES - 1)))
-    tolerance = TAIL_TOLERANCES * sizes if strict else np.full(QUANTITIES, np.inf)
-    bad = np.asarray((~(tails_of(segments) <= tolerance[:, None])).any(axis=0))
+    bad = ~converged(engagement, segments, TAIL_TOLERANCES if strict else np.full(QUANTITIES, np.inf))
     bad[segment[~good & ~earlier]] = True
     checks = replace(checks, cut=checks.cut | ~good)
     return checks.pick(~earlier), np.flatnonzero(bad)

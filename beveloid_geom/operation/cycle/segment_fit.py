@@ -33,6 +33,7 @@ from .cycle_segments import (
     CycleSegments,
     Samples,
     concatenated,
+    converged,
     holding,
     order_of,
     rolls_between,
@@ -157,13 +158,11 @@ def _resolved(engagement: Engagement, segments: CycleSegments) -> Mask:
     """Return whether all polynomials of a segment are exact to rounding on their range: the contact does
     not cross a joint of flank and fillet, where it is not smooth, and the trailing coefficients are
     rounding."""
-    depth = engagement.pinion.tip - engagement.pinion.root
     s = evaluate(segments.coefficients[[1, 3]], np.linspace(-1.0, 1.0, DEGREE + 1))
     z = evaluate(segments.coefficients[[2, 4]], np.linspace(-1.0, 1.0, DEGREE + 1))
     below = engagement.on_fillets((s[0], z[0]), (s[1], z[1]))
     smooth = (below == segments.on_fillet[..., None]).all(axis=(0, 2))
-    most = RESOLVED * np.array((engagement.lever, *[depth] * (QUANTITIES - 1)))
-    return np.asarray(smooth & (tails_of(segments) <= most[:, None]).all(axis=0))
+    return np.asarray(smooth & converged(engagement, segments, RESOLVED))
 
 
 def _without_short(engagement: Engagement, segments: CycleSegments, samples: Samples) -> CycleSegments:

@@ -85,7 +85,7 @@ def grids_of(engagement: Engagement, design: Design, flank: str) -> Grids:
         (*points[:2], max(points[2], int(np.ceil(each * engagement.turns))))
         for points, each in (MEASURED_GRID_POINTS if design.measured else GRID_POINTS)
     ]
-    pinion = crowned(design, flank).pinion  # that of the engagement
+    pinion = crowned(design, flank)[0].pinion  # that of the engagement
     with np.errstate(invalid="ignore", divide="ignore"):
         coarse, fine = (grid_of(pinion, flank, count) for count in points)
         return coarse, fine, chart_of(engagement.gear, 0.5 * coarse.cell[0], 0.5 * coarse.cell[1])
