@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from beveloid_geom import Design, read_design
+from beveloid_geom import Design, contact_pattern, read_design
 from beveloid_viz.explore.calculation import Calculation
 from beveloid_viz.explore.values import Start
 
@@ -252,3 +252,29 @@ def test_narrow_and_wide_dark_and_light(browser: Browser, url: str, width: int, 
         assert page.evaluate(NAMELESS) == 0
         faint = [(text, ratio) for text, ratio in page.evaluate(CONTRAST) if ratio < 4.5]
         assert faint == []
+
+
+PATTERN = """() => exploreView.gears.members.map(({ spin }) => {
+  const { geometry } = spin.children.find((each) => each.renderOrder === 12);
+  const at = geometry.attributes.position.array, corners = geometry.index.array;
+  let area = 0.0;
+  for (let n = 0; n < corners.length; n += 3) {
+    const [a, b, c] = [0, 1, 2].map((k) => at.slice(3 * corners[n + k], 3 * corners[n + k] + 3));
+    const [p, q] = [b, c].map((each) => each.map((value, k) => value - a[k]));
+    area += 0.5 * Math.hypot(p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]);
+  }
+  return [area, corners.length / 3];
+})"""
+
+
+def test_pattern_on_the_teeth_has_few_triangles_and_the_area_of_the_pattern(
+    browser: Browser, url: str, modified: Design
+) -> None:
+    film = 0.003
+    with window(browser, url) as page:
+        drag(page, "film", film)
+        shown = page.evaluate(PATTERN)
+    pattern = contact_pattern(modified, "right", film)
+    for side, (area, triangles) in zip((pattern.pinion, pattern.gear), shown, strict=True):
+        assert area == pytest.approx(side.area, rel=0.05)  # the grid of the view has 13 rows
+        assert triangles < 400
