@@ -16,7 +16,7 @@ from .error_rates import (
     limit_rates,
 )
 from .paths import SurfacePaths
-from .segments import positions_on
+from .positions import positions_on
 from .tangency import given_row, solve
 
 

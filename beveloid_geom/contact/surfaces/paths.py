@@ -24,8 +24,9 @@ from ..flank_pair import FlankPair
 from ..path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROLL
 from .curve import MARGINS, NODE_COUNT, STATE, Curve, curve_over_s1, dense
 from .limits import Problem, margins_at
+from .positions import positions_on
 from .problems import problems_of
-from .segments import Segment, empty_segment, positions_on, refined, segments_of
+from .segments import Segment, empty_segment, refined, segments_of
 from .tangency import Contacts, given_row, meshing_start, solve
 from .tracing import on_curve, seeds_of, traced
 
