@@ -94,8 +94,8 @@ def traced(problem: Problem, seeds: FloatArray) -> tuple[Curve, Mask]:
     twice = np.tile(np.arange(cases), 2)
     sense = np.repeat((-1.0, 1.0), cases)
     trails, left = _followed(problem.cases(twice), seeds[:, twice], sense, problem.crowned)
-    # On parallel axes, curves that are lost are followed again with the other kind of steps: the roll may turn
-    # back, as on hollow flanks, or the curve may turn by more than a right angle.
+    # On parallel axes, curves that are lost are followed again with the other kind of steps: the roll may
+    # turn back, as on hollow flanks, or the curve may turn by more than a right angle.
     if problem.conjugate and not left.all():
         again = np.flatnonzero(~left)
         others, left[again] = _followed(
