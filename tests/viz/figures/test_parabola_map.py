@@ -55,7 +55,7 @@ def test_extremes_are_better_than_fine_sweeps() -> None:
 def test_the_finding_and_the_errors_are_on_the_page() -> None:
     page = page_of(parabola_map.draw, small_map(), (800, 600))
     text = words(page)
-    assert "contact ratio up to 2.23, smallest shift at a ratio of 1.65 or more: 1.15 mm" in text
+    assert "contact ratio up to 2.23 in the map, smallest shift at a ratio of 1.65 or more: 1.15 mm" in text
     assert "under offset \u00b10.05 mm, shaft angle \u00b10.01 deg" in text
     (legend,) = page.legends
     names = [text.get_text() for text in legend.get_texts()]

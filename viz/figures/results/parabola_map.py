@@ -196,7 +196,7 @@ def draw(data: ParabolaMap, layout: theme.Layout) -> Drawing:
 def finding(data: ParabolaMap) -> tuple[str, str]:
     """Return title and subtitle with the extremes."""
     most, least = data.most_ratio.value, data.least_shift.value
-    words = [] if math.isnan(most) else [f"contact ratio up to {most:.2f}"]
+    words = [] if math.isnan(most) else [f"contact ratio up to {most:.2f} in the map"]
     if not math.isnan(least):
         at = "" if data.shows(data.least_shift) else ", outside the map"
         words.append(f"smallest shift at a ratio of {data.ratio:.2f} or more: {least:.3g} mm{at}")

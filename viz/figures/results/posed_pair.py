@@ -115,7 +115,8 @@ def _marks(data: PosedFigure) -> str:
         f" tooth pair. Ball: point of contact{along}."
     )
     if data.pattern is not None:
-        words += f" Blue: contact pattern, separation below {1e3 * MARKING_SEPARATION:g} \u00b5m."
+        band = f"separation below {1e3 * MARKING_SEPARATION:g} \u00b5m"
+        words += f" Blue, darker in front of the gear: contact pattern, {band}."
     return words
 
 

@@ -88,7 +88,7 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     """Draw a row for each case and a column for each quantity; on a narrow page columns for cases and fewer
     quantities."""
     perpendicular_note = ", or perpendicular to the path"
-    narrow_note = " (perpendicular to the path: see table)"
+    narrow_note = " (perpendicular to the path: see the CSV file)"
     steps = steps_of(data[0].found[0].errors)
     left_out = [f" Unknown {case.name} ({case.remarks})." for case in data if not case.known]
     data = tuple(case for case in data if case.known) if len(left_out) < len(data) else data
