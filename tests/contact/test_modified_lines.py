@@ -123,7 +123,7 @@ RELIEVED = {
         | {"toe_relief_um": 19.6, "toe_relief_length_mm": 4.95},
     ),
 }
-"""Helical pairs by what is difficult about them, with modifications of pinion and gear."""
+"""Helical pairs by their difficulty, with modifications of pinion and gear."""
 
 
 @pytest.mark.parametrize(("pair", "pinion", "gear"), RELIEVED.values(), ids=RELIEVED.keys())

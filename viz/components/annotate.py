@@ -179,6 +179,13 @@ class Overlay:
         first, second, third = self.picture.project(np.stack([tail, head, np.add(tail, side)]))
         return beside(self.axes, first, second, third - first, words, **style)
 
+    def apart(self, point: ArrayLike, other: ArrayLike, along: ArrayLike) -> float:
+        """Return the distance (points) in the picture of the lines through two points along a vector (3,)."""
+        first, second, ahead = self.picture.project(np.stack([point, other, np.add(point, along)]))
+        way, step = ahead - first, second - first
+        across = abs(way[0] * step[1] - way[1] * step[0]) / np.linalg.norm(way)
+        return float(72.0 * across / self.axes.figure.dpi)
+
     def dimension(self, start: ArrayLike, end: ArrayLike, words: str, offset: Offset, **style: Any) -> None:
         """Draw a dimension line between two points; see `dimension`."""
         dimension(self.axes, self.picture.project(start), self.picture.project(end), words, offset, **style)

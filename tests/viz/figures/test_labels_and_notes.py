@@ -66,6 +66,18 @@ def test_a_method_without_an_answer_is_in_the_note_and_not_in_the_legend() -> No
         assert page.note.endswith("Without an answer: five equations.") == bool(lost)
 
 
+def test_a_setting_without_an_answer_is_in_the_note() -> None:
+    data: SpeedAccuracy = data_with(lambda: 1.0, "five equations")
+    changed = [
+        replace(one, status="5 of 5 positions not solved")
+        if (one.method, one.value) == ("one equation", 1)
+        else one
+        for one in data.measurements
+    ]
+    note = page_of(draw_speed, replace(data, measurements=tuple(changed))).note
+    assert note.endswith("Without an answer: five equations; one equation, 1 position.")
+
+
 @pytest.mark.parametrize("greatest", [0.0172, 0.99, 1.31, 3.46, 4.86, 7.3, 10.4, 486.0, 870.0])
 def test_ticks_of_narrow_axes_are_short_and_far_from_zero(greatest: float) -> None:
     tick = _tick(greatest)

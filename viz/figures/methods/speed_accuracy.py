@@ -76,12 +76,12 @@ def compute(design: Design, flank: str = "right") -> SpeedAccuracy:
 def draw(data: SpeedAccuracy, layout: theme.Layout) -> Drawing:
     """Draw error against time. No text outside the axes depends on a measured time."""
     solved = {method: look for method, look in LOOKS.items() if data.of(method)}
-    lost = [look.label for method, look in LOOKS.items() if method not in solved]
+    lost = unanswered(data)
     page, low, high = theme.new_page(
         layout,
         title(data),
         f"{data.flank.capitalize()} flanks, {coefficients(data.design)}. Left is faster, down is more exact.",
-        NOTE.format(runs=RUNS) + (f" Without an answer: {', '.join(lost)}." if solved and lost else ""),
+        NOTE.format(runs=RUNS) + (f" Without an answer: {'; '.join(lost)}." if solved and lost else ""),
         below=0.75,
         above=0.6,
         tall=CELLS.tall(layout, 1, 5.2),
@@ -107,6 +107,20 @@ def draw(data: SpeedAccuracy, layout: theme.Layout) -> Drawing:
             labels.put(label, (mark.seconds[1], mark.error_mm), places, LOOKS[method].colour)
     theme.legend(page, [look.line() for look in solved.values()], 5, left=0.02, below=1.35)
     return Drawing(page, {})
+
+
+def unanswered(data: SpeedAccuracy) -> list[str]:
+    """Return the methods without an answer, with the settings if other settings have one."""
+    names = {(method, value): text for method, value, text, _ in LABELS}
+    lost = []
+    for method, look in LOOKS.items():
+        failed = [one for one in data.measurements if one.method == method and one.status != "solved"]
+        if not data.of(method):
+            lost.append(look.label)
+        elif failed:
+            values = (names.get((method, one.value), f"{one.value:g}") for one in failed)
+            lost.append(f"{look.label}, {', '.join(values)}")
+    return lost
 
 
 def _set_limits(axes: Axes, data: SpeedAccuracy) -> None:

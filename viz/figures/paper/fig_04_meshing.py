@@ -337,7 +337,10 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int, named: boo
     offset = over.beside(pitch, mounting.pitch_point, (-axis, axis)[number], name, fontsize=theme.HEADING)
     over.label(pitch + 0.66 * to_pitch, name, offset, color=theme.RED, fontsize=theme.HEADING)
     turn = data.pair.frames[number][0] @ np.array([0.0, 1.0, 0.0])
-    if data.in_line(number):  # the working radius is drawn in this direction
+    # Another direction if the working radius has this one, or if the y axis of the frame is so close that
+    # their labels could be exchanged.
+    least_distance_pt = 16.0
+    if data.in_line(number) or (shift and over.apart(zero, middle, turn) < least_distance_pt):
         turn = data.pair.frames[number][0] @ -np.sqrt([0.5, 0.5, 0.0])
     rim = zero + _radius(data, number, -shift) * turn
     over.arrow(zero, rim, colour, 1.4)

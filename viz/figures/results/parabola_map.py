@@ -59,7 +59,7 @@ NOTE = (
     "Angle: between the chord of the path and the axial direction, in the pinion's side view. Shift:"
     " perpendicular to the path at mid-roll, root of the sum of squares under {errors}. Transmission error,"
     " edge contact: all teeth. Axis of the sum: square-root scale. Colours: interpolated between {cells}"
-    " cells."
+    " cells; values beyond a pointed end of the bar have its colour."
 )
 
 
@@ -250,13 +250,18 @@ def _colours(page: theme.Page, axes: Axes, data: ParabolaMap, name: str) -> None
         colours = colours if cyclic else "viridis"
         start = -0.5 * HALF_TURN_DEG if cyclic else start - HALF_TURN_DEG
         usable, fine = (start + (angles - start) % HALF_TURN_DEG for angles in (usable, fine))
+    if quantity.scale == "cyclic" and not cyclic:  # hollow pairs may have any angle
+        fine = np.where(fine_y <= 1e-9, fine, np.nan)
     norm, levels = _scale(quantity, usable, cyclic)
     mesh = axes.pcolormesh(
         fine_x, fine_y, fine.T, cmap=colours, norm=norm, shading="nearest", rasterized=True, zorder=0.0
     )
     box, width = axes.get_position(), page.layout.width
     bar = page.add_axes((box.x1 + 0.096 / width, box.y0, 0.144 / width, box.height))
-    scale = page.colorbar(mesh, cax=bar, ticks=levels)
+    least, most = mesh.get_clim()
+    below, above = int(np.nanmin(fine) < least), int(np.nanmax(fine) > most)
+    extend = ("neither", "max", "min", "both")[2 * below + above]
+    scale = page.colorbar(mesh, cax=bar, ticks=levels, extend=extend)
     scale.ax.minorticks_off()
     words = _angle if quantity.scale == "cyclic" else _plain
     scale.ax.set_yticklabels([words(level) for level in levels], fontsize=theme.SMALL)

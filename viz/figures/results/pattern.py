@@ -37,7 +37,6 @@ STRETCH, NARROW_STRETCH = 4.0, 3.0
 SEPARATION_BANDS = (0.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
 BLUES = ("#08306b", "#1f5fa6", "#4a98c9", "#8bbfdf", "#c3dbee")
 HUES = ("#081d58", "#253d95", "#225ea8", "#1d91c0", "#41b6c4", "#7fcdbb", "#c7e9b4")
-HALO: list[AbstractPathEffect] = [withStroke(linewidth=2.6, foreground="white")]
 BARE = ("#eceff3", "#f3eee4")
 """Colours of pinion and gear beyond the last band: lighter than all bands, without lighting."""
 PAIRS = (-1, 0, 1)
@@ -251,8 +250,10 @@ def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
     """Draw pinion flanks above gear flanks, one column for each case."""
     flanks = " and ".join(sorted({column.flank for column in data.columns}, reverse=True))
     stretch = STRETCH if layout.width > theme.NARROW else NARROW_STRETCH
-    # Width of paths relative to those of other figures, so that they hide less of the bands.
-    path_width = 0.7 if layout.width > theme.NARROW else 1.0
+    # Width of paths relative to those of other figures, so that they hide less of the bands, and line width
+    # of ellipses and lines of contact, points.
+    path_width, ring_pt = (0.7, 1.3) if layout.width > theme.NARROW else (1.0, 0.7)
+    halo: list[AbstractPathEffect] = [withStroke(linewidth=2.0 * ring_pt, foreground="white")]
     note = panels.how_drawn(flanks, stretch, outside=True) + data.note
     cases = [(column.heading, column.design, column.flank) for column in data.columns]
     grid = FlankGrid(cases, text_heights(layout, len(cases), TEXT_HEIGHTS_IN), stretch, outside=True)
@@ -277,7 +278,7 @@ def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
         for ring in layer.rings:
             seen = drawn.place(ring)
             seen = np.where(Outline(rim).contains_points(seen)[:, None], seen, np.nan)
-            drawn.axes.plot(*seen.T, color=theme.INK, linewidth=1.3, path_effects=HALO)
+            drawn.axes.plot(*seen.T, color=theme.INK, linewidth=ring_pt, path_effects=halo)
         cell.say(page, layer.under)
         return drawn.picture
 
