@@ -56,10 +56,9 @@ BORDER_CELLS = 2
 HOLLOW, LOST, ASTRAY = "//", "xxx", "...."
 """Hatches: flanks hollow against each other, no path, value not known."""
 NOTE = (
-    "Angle: between the chord of the path and the axial direction, in the pinion's side view. Shift:"
-    " perpendicular to the path at mid-roll, root of the sum of squares under {errors}. Transmission error,"
-    " edge contact: all teeth. Axis of the sum: square-root scale. Colours: interpolated between {cells}"
-    " cells; values beyond a pointed end of the bar have its colour."
+    "Angle: of the chord to the axial direction, in the pinion's side view. Shift: perpendicular to the path"
+    " at mid-roll, root of the sum of squares under {errors}. Transmission error, edge contact: all teeth."
+    " Sum: square-root scale. Interpolated between {cells} cells; pointed ends of bars: also beyond."
 )
 
 
