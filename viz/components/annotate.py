@@ -179,6 +179,30 @@ class Overlay:
         first, second, third = self.picture.project(np.stack([tail, head, np.add(tail, side)]))
         return beside(self.axes, first, second, third - first, words, **style)
 
+    def label_clear_of(
+        self,
+        line: tuple[ArrayLike, ArrayLike],
+        words: str,
+        places: Sequence[tuple[ArrayLike, Offset]],
+        **style: Any,
+    ) -> None:
+        """Write a label at the first of several places, points (3,) with offsets (points), that is clear of a
+        line between two points; if there is none, at the first."""
+        # Least distance of the middle of the label from the line, points.
+        least_pt = 12.0
+        scale = 72.0 / self.axes.figure.dpi
+        start, end = scale * self.picture.project(np.stack(line))
+
+        def away(place: tuple[ArrayLike, Offset]) -> float:
+            """Return the distance (points) of the label at a place from the line."""
+            point, (right, up) = place
+            at = scale * self.picture.project(point) + (right, -up)
+            share = np.clip((at - start) @ (end - start) / ((end - start) @ (end - start)), 0.0, 1.0)
+            return float(np.linalg.norm(at - start - share * (end - start)))
+
+        point, offset = next((place for place in places if away(place) >= least_pt), places[0])
+        self.label(point, words, offset, **style)
+
     def apart(self, point: ArrayLike, other: ArrayLike, along: ArrayLike) -> float:
         """Return the distance (points) in the picture of the lines through two points along a vector (3,)."""
         first, second, ahead = self.picture.project(np.stack([point, other, np.add(point, along)]))

@@ -28,7 +28,7 @@ LOOKS = {
     "first contact": Look("first contact of all teeth", theme.BLACK, "^", size=8.0),
 }
 LABELS = (
-    ("mesh alone", 0.1, "0.1 mm", ((0, 11, "center"), (-11, -4, "right"))),
+    ("mesh alone", 0.1, "0.1 mm", ((0, 11, "center"), (11, -4, "left"), (-11, -4, "right"))),
     ("mesh alone", 0.0003, "0.0003 mm", ((6, 11, "center"), (0, -22, "center"))),
     ("five equations", 0.1, "xtol 0.1", ((0, 11, "center"), (-11, -4, "right"), (11, -4, "left"))),
     ("five equations", 1e-14, "10$^{\u221214}$", ((4, -22, "left"), (8, 9, "left"))),

@@ -334,8 +334,6 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int, named: boo
         over.dimension(zero + near, middle + near, name, offset, **style)
     to_pitch, name = mounting.pitch_point - pitch, f"$r_{{w{index}}}$"
     over.arrow(pitch, mounting.pitch_point, theme.RED, 1.4)
-    offset = over.beside(pitch, mounting.pitch_point, (-axis, axis)[number], name, fontsize=theme.HEADING)
-    over.label(pitch + 0.66 * to_pitch, name, offset, color=theme.RED, fontsize=theme.HEADING)
     turn = data.pair.frames[number][0] @ np.array([0.0, 1.0, 0.0])
     # Another direction if the working radius has this one, or if the y axis of the frame is so close that
     # their labels could be exchanged.
@@ -344,7 +342,15 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int, named: boo
         turn = data.pair.frames[number][0] @ -np.sqrt([0.5, 0.5, 0.0])
     rim = zero + _radius(data, number, -shift) * turn
     over.arrow(zero, rim, colour, 1.4)
-    over.label(zero + 0.6 * (rim - zero), f"$r_{{P{index}}}$", (16.0, 0.0), **style)
+    # Each label is at the first place that is clear of the other radius.
+    sides = [
+        over.beside(pitch, mounting.pitch_point, way, name, fontsize=theme.HEADING)
+        for way in ((-axis, axis) if number == 0 else (axis, -axis))
+    ]
+    places = [(pitch + share * to_pitch, offset) for offset in sides for share in (0.66, 0.85, 0.3)]
+    over.label_clear_of((zero, rim), name, places, color=theme.RED, fontsize=theme.HEADING)
+    places = [(zero + share * (rim - zero), (right, 0.0)) for share in (0.6, 0.3) for right in (16.0, -16.0)]
+    over.label_clear_of((pitch, mounting.pitch_point), f"$r_{{P{index}}}$", places, **style)
     also = f" = {{}}_{'fg'[number]}" if data.together(number) else ""
     names = tuple(f"{letter}_{index}{also.format(letter)}" if named else UNNAMED for letter in "xyz")
     length = 0.17 * data.pair.apart
