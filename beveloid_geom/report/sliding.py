@@ -13,6 +13,7 @@ from ..arrays import FloatArray
 from ..contact.path import ContactPath, path_of_contact
 from ..design.model import Design
 from ..findings.path import reason_of
+from ..pair.frames import layout_of
 from ..pair.mounting import mounting_of
 from .columns import number, table_lines
 from .result import MEMBERS, Report, Rows, by_member, ends_data, picked
@@ -38,7 +39,8 @@ class SlidingReport(Report):
     least_roll, least_speed : float
         Pinion roll angle (rad) and speed (mm/rad) of the smallest sliding.
     pitch_roll : float
-        Pinion roll angle at which the path is nearest to the pitch point, rad; NaN at an end of the path.
+        Pinion roll angle at which the path is nearest to the pitch point or, on parallel axes, crosses the
+        pitch line, rad; NaN at an end of the path.
     ranges : dict
         Least and largest values of the quantities RANGED along the complete path.
     reason : str or None
@@ -59,6 +61,11 @@ class SlidingReport(Report):
     def flank(self) -> str:
         """Driving flanks."""
         return self.path.flank
+
+    @property
+    def pitch_name(self) -> str:
+        """Name of the place at `pitch_roll`."""
+        return "pitch line" if layout_of(self.design).parallel else "pitch point"
 
     @property
     def columns(self) -> dict[str, FloatArray]:
@@ -104,7 +111,7 @@ class SlidingReport(Report):
             text += line(label, f"{', '.join(spans)}; {definition}")
         if not math.isnan(self.pitch_roll):
             roll = number("pinion_roll", self.pitch_roll)
-            text += line("pitch point", f"nearest to the path at {roll} deg of pinion roll")
+            text += line(self.pitch_name, f"nearest to the path at {roll} deg of pinion roll")
         return text + line("path", end_words(self.design, self.path.ends))
 
 
@@ -130,6 +137,8 @@ def sliding_report(name: str, design: Design, flank: str, points: int) -> Slidin
     dense = sliding_of(dense_path)
     roll, speed = least_sliding(dense)
     squared_distance = ((dense_path.point - mounting_of(design).pitch_point) ** 2).sum(axis=-1)
+    if layout_of(design).parallel:  # the flanks roll without sliding at all points of the pitch line
+        squared_distance = dense.speed**2
     nearest = float(least_along(dense_path.pinion_roll, squared_distance)[0])
     ends = dense_path.pinion_roll[[0, -1]] if squared_distance.size else np.array([nearest])
     at_end = np.isclose(nearest, ends, rtol=0.0, atol=1e-12).any() or not squared_distance.size

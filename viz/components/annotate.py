@@ -189,7 +189,7 @@ class Overlay:
         """Write a label at the first of several places, points (3,) with offsets (points), that is clear of a
         line between two points; if there is none, at the first."""
         # Least distance of the middle of the label from the line, points.
-        least_pt = 12.0
+        least_pt = 18.0
         scale = 72.0 / self.axes.figure.dpi
         start, end = scale * self.picture.project(np.stack(line))
 

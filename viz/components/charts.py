@@ -17,7 +17,6 @@ from matplotlib.lines import Line2D
 from beveloid_geom.analysis.sensitivity import Sensitivity
 from beveloid_geom.analysis.tolerance import ToleranceStudy
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.pair.frames import layout_of
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.operation import OperationReport
 from beveloid_geom.report.result import MEMBERS
@@ -161,30 +160,16 @@ def specific_sliding(axes: Axes, report: SlidingReport, dashes: str = "-", named
     axes.axhline(0.0, color=theme.GREY, linewidth=0.8, zorder=1.8)
     axes.set_ylabel("specific sliding")
     _over_rolls(axes, report, named)
-    mark, name = pitch_mark(report)
-    if named and np.isfinite(mark):
-        at, across = (float(np.degrees(mark)), 0.0), axes.get_xaxis_transform()
+    if named and np.isfinite(report.pitch_roll):
+        at, across = (float(np.degrees(report.pitch_roll)), 0.0), axes.get_xaxis_transform()
         style: dict[str, Any] = {"color": theme.GREY, "fontsize": "small", "annotation_clip": None}
-        theme.label_point(axes, at, name, (4.0, 4.0), xycoords=across, **style)
-
-
-def pitch_mark(report: SlidingReport) -> tuple[float, str]:
-    """Return the pinion roll (rad) at which the path is closest to the pitch point, and its name.
-
-    On parallel axes, this is the pitch line, where the flanks do not slide. The roll is NaN at an end of the
-    path."""
-    if not layout_of(report.design).parallel:
-        return report.pitch_roll, "pitch point"
-    ends = report.path.pinion_roll[[0, -1]] if report.path.pinion_roll.size else np.array([np.nan])
-    at_end = np.isclose(report.least_roll, ends, rtol=0.0, atol=1e-12).any()
-    return float("nan") if at_end else report.least_roll, "pitch line"
+        theme.label_point(axes, at, report.pitch_name, (4.0, 4.0), xycoords=across, **style)
 
 
 def _over_rolls(axes: Axes, report: SlidingReport, marked: bool) -> None:
-    """Set the axis of pinion roll in the sense of rotation, with a dotted line at the pitch point."""
-    mark, _ = pitch_mark(report)
-    if marked and np.isfinite(mark):
-        axes.axvline(float(np.degrees(mark)), color=theme.GREY, linewidth=1.0, ls=":")
+    """Set the axis of pinion roll in the sense of rotation, with a dotted line at the `pitch_roll`."""
+    if marked and np.isfinite(report.pitch_roll):
+        axes.axvline(float(np.degrees(report.pitch_roll)), color=theme.GREY, linewidth=1.0, ls=":")
     axes.grid(True)
     axes.margins(x=0.02)
     if report.path.flank == "left" and not axes.xaxis_inverted():

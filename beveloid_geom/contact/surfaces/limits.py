@@ -20,8 +20,8 @@ class Problem:
     `placed` has one entry per case. `lowest`, `highest`, `tip`, `half_width` (2,), mm, and `taper` (2,) are
     the limits as in `FlankPair`; `edges` (2) are the curves on which undercut ends the flanks, or None.
     `conjugate`: whether the flanks would touch along lines without their modifications; the roll then seldom
-    turns back along a path. `crowned`: whether they do with them, so that the pinion has an additional
-    crowning.
+    turns back along a path. `crowned`: whether they also do so with their modifications, so that the pinion
+    has an additional crowning.
     """
 
     surfaces: Surfaces

@@ -302,16 +302,9 @@ def solve(
         across = cross(h2, normal)
         step = -(q1 * across + q2 * cross(normal, h1) + value * cross(h1, h2)) / (h1 * across).sum(axis=0)
         # Steps are limited, and the state follows them; s2 by the equation of equal radius.
-        scaled = step / limits
-        share = np.minimum(1.0, farthest[active] / np.abs(scaled).max(axis=0))
-        # Where the second derivatives jump, as at a relief, steps may go forth and back without end: a step
-        # that takes back at least half of the one before is halved, once more each time.
-        scaled *= share
-        back = (scaled * previous[:, active]).sum(axis=0) < -0.5 * (previous[:, active] ** 2).sum(axis=0)
-        halvings[active] += back
-        share *= np.where(back, 0.5 ** halvings[active], 1.0)
-        step *= share
-        previous[:, active] = step / limits
+        step, back = _limited(step / limits, farthest[active], previous[:, active], halvings[active])
+        previous[:, active], halvings[active] = step, halvings[active] + back
+        step = step * limits
         moved = met.state.copy()
         moved[:3] += step
         other = met.follow[0] + (met.follow[1:] * step).sum(axis=0)
@@ -334,6 +327,19 @@ def solve(
     good = final & (met.error <= residual_tolerance) & met.opposed & np.isfinite(value)
     state[:, ~good] = np.nan
     return met, good
+
+
+def _limited(
+    step: FloatArray, farthest: FloatArray, previous: FloatArray, halvings: Integers
+) -> tuple[FloatArray, Mask]:
+    """Return a step (3, n) that is not longer than `farthest` (n,), and whether it was halved.
+
+    Where the second derivatives jump, as at a relief, steps may go forth and back without end: a step that
+    takes back at least half of the `previous` one (3, n) is halved, once more each time. `halvings` (n,)
+    counts the times before."""
+    step = step * np.minimum(1.0, farthest / np.abs(step).max(axis=0))
+    back = (step * previous).sum(axis=0) < -0.5 * (previous**2).sum(axis=0)
+    return step * np.where(back, 0.5 ** (halvings + 1), 1.0), back
 
 
 def meshing_start(surfaces: Surfaces, placed: Placement, s1: FloatArray, z1: FloatArray) -> FloatArray:

@@ -282,7 +282,10 @@ def converged(engagement: Engagement, segments: CycleSegments, tolerances: Float
     -------
     ndarray of bool, shape (n,)
     """
-    most = np.maximum(tolerances, np.array((0.0, *[1e-3] * (QUANTITIES - 1))) * engagement.crowned)
+    line_tolerance = 1e-3
+    most = tolerances.copy()
+    if engagement.crowned:
+        most[1:] = np.maximum(most[1:], line_tolerance)
     depth = engagement.pinion.tip - engagement.pinion.root
     sizes = np.array((engagement.lever, *[depth] * (QUANTITIES - 1)))
     return np.asarray((tails_of(segments) <= (most * sizes)[:, None]).all(axis=0))

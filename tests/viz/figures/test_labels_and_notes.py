@@ -6,10 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 from matplotlib.patches import Ellipse
 from matplotlib.path import Path as Outline
+from matplotlib.text import Annotation
 
 from beveloid_geom import Design, builtin_design
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.proximity.mesh_convergence import Convergence
 from beveloid_geom.validation.near_singular import METHODS, MethodErrors
@@ -25,10 +28,10 @@ from beveloid_viz.figures.paper.fig_07_to_10_paths import coefficient_texts
 from beveloid_viz.figures.paper.fig_12_to_15_misalignment import _free_corner
 from beveloid_viz.figures.results import tolerance_cloud
 from beveloid_viz.rendering import theme
-from beveloid_viz.rendering.layout import of_size, of_width
+from beveloid_viz.rendering.layout import Layout, of_size, of_width
 from beveloid_viz.rendering.scene import Picture, Tube
 
-from ...symmetry import scaled
+from ...symmetry import mirrored, scaled
 from ..pages import drawn, page_of, recipe_of, short_measurements, texts
 from ..test_print import both_right
 from .test_speed_accuracy import data_with
@@ -250,3 +253,43 @@ def test_paths_are_thinner_on_narrow_pages() -> None:
         theme.new_page(layout, "title", "", "")[0] for layout in (of_size((800, 600)), of_width(90.0))
     )
     assert panels.line_points(narrow) < panels.line_points(wide) == panels.LINE_POINTS
+
+
+@pytest.mark.parametrize(
+    "design", [scaled(mirrored(TABLE), 1.0 / 3.0), both_right()], ids=("mirrored", "25/61")
+)
+@pytest.mark.parametrize("layout", [of_size((1600, 1200)), of_width(90.0)], ids=("wide", "narrow"))
+def test_labels_of_radii_are_next_to_their_arrows(design: Design, layout: Layout) -> None:
+    """In Fig. 4, the name of a radius is nearer to its arrow than to other radii and other arrows of its
+    colour."""
+    radius_pt = 1.4  # width of the arrows of radii
+    recipe = recipe_of("fig-04")
+    with theme.style():
+        page = recipe.draw(recipe.compute(design), layout).page
+    page.draw_without_rendering()
+    names = {f"$r_{{{letter}{number}}}$" for letter in "wP" for number in (1, 2)}
+    seen = set()
+    for axes in page.axes:
+        patches = []
+        for each in axes.texts:
+            if isinstance(each, Annotation) and (patch := each.arrow_patch) and not each.get_text():
+                ends = axes.transData.transform([each.xyann, each.xy])
+                patches.append((ends, patch.get_linewidth(), to_hex(patch.get_edgecolor())))
+        for label in axes.texts:
+            if label.get_text() not in names:
+                continue
+            box = label.get_window_extent()
+            middle = np.array((box.x0 + box.x1, box.y0 + box.y1)) / 2.0
+            colour = to_hex(label.get_color())
+            near = [one for one in patches if one[2] == colour or one[1] == radius_pt]
+            nearest = min(near, key=lambda one: away(one[0], middle))
+            assert nearest[1:] == (radius_pt, colour)
+            seen.add(label.get_text())
+    assert seen == names
+
+
+def away(arrow: FloatArray, point: FloatArray) -> float:
+    """Return the distance of a point (2,) from an arrow, (2, 2), pixels."""
+    start, way = arrow[0], arrow[1] - arrow[0]
+    share = np.clip((point - start) @ way / (way @ way), 0.0, 1.0)
+    return float(np.linalg.norm(point - start - share * way))

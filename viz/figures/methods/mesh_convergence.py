@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 
 from beveloid_geom import Design
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.parallel.lines import touches_along_lines
+from beveloid_geom.contact.parallel.lines import is_line_contact
 from beveloid_geom.shapes.proximity.mesh_convergence import Convergence, convergence
 
 from ...components import annotate
@@ -48,7 +48,7 @@ def compute(design: Design) -> ConvergenceFigure:
     """Compute the errors for all tolerances and positions on both flanks."""
     found, reasons = {}, {}
     for flank in FLANKS:
-        if touches_along_lines(design, flank):
+        if is_line_contact(design, flank):
             reasons[flank] = "the flanks touch along lines: meshes cannot find one contact point"
             continue
         try:

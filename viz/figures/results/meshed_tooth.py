@@ -114,7 +114,7 @@ def places(
 ) -> Iterator[tuple[str, FloatArray]]:
     """Yield for each visible surface of `names` the pixel (2,) in the middle of its visible part.
 
-    Surfaces that are too narrow for a pixel of their own are searched in a finer picture."""
+    Surfaces that are narrower than a pixel are searched in a finer picture."""
     turn = np.linspace(0.0, 2.0 * np.pi, len(COLOURS), endpoint=False)
     circle = np.stack((np.cos(turn), np.sin(turn), np.full_like(turn, -1.0)), axis=-1)
     marks = dict(

@@ -63,7 +63,7 @@ def draw(data: dict[str, tuple[Curve, ...]], layout: theme.Layout) -> Drawing:
         layout,
         "Sliding along the path of contact",
         "Sliding speed of the flanks, and specific sliding of pinion and gear; the pinion drives",
-        f"{NOTE}{charts.pitch_mark(data[FLANKS[0]][0].report)[1]}.",
+        f"{NOTE}{data[FLANKS[0]][0].report.pitch_name}.",
         below=0.6,
         above=0.75,
         tall=cells.tall(layout, 4, 3.1),

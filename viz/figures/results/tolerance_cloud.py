@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from beveloid_geom import Design, path_of_contact, tolerance_study
 from beveloid_geom.analysis.tolerance import USUAL_AT, ToleranceStudy, drawn_errors
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.parallel.lines import touches_along_lines
+from beveloid_geom.contact.parallel.lines import is_line_contact
 from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.pair.misalignment import errors_below, mounted
 from beveloid_geom.report.columns import ARCSEC
@@ -101,7 +101,7 @@ class CloudFigure:
 def compute(design: Design, flank: str = "right") -> CloudFigure:
     """Compute paths and studies, as designed and with the paper's modification."""
     bent = modified(design)
-    shown = bent if touches_along_lines(design).any() else design
+    shown = bent if is_line_contact(design).any() else design
     cases = ("as designed", design, theme.BLUE, 3.2), (coefficients(bent), bent, theme.RED, 1.6)
     return CloudFigure(
         flank,
@@ -229,9 +229,9 @@ def _cloud(drawn: Panel, data: CloudFigure, number: int) -> None:
 
 def counts(case: CaseStudy) -> str:
     """Return the name of a case, its number of mountings with a path, and that of jammed ones if not zero."""
-    line_contact_note = ", shaft-angle errors leave edges"
+    line_contact_note = ", shaft-angle errors leave contact on edges only"
     if case.study is None:
-        lines = touches_along_lines(case.design).all()
+        lines = is_line_contact(case.design).all()
         return f"{case.name}: not studied{line_contact_note if lines else ''}"
     solved = np.count_nonzero(case.study.mountings.solved)
     jammed = np.count_nonzero(case.study.mountings.jammed)
