@@ -70,8 +70,8 @@ class Term:
         values = self.shape(*places)
         if self.relief is None:
             return values
-        on = places[self.relief] > 0.0 if on is None else on
-        return tuple(value if is_zero(value) else on * value for value in values)
+        begun = np.asarray(places[self.relief] > 0.0 if on is None else on, dtype=float)
+        return tuple(value if is_zero(value) else begun * value for value in values)
 
     @cached_property
     def factors(self) -> tuple[Quantity, ...]:
@@ -117,12 +117,16 @@ class FlankModification:
         relief and that without it continue smoothly.
         """
         shape = np.broadcast_shapes(self.batch_shape, np.shape(l), np.shape(z))
-        total, each = np.zeros((6, *shape), dtype=np.result_type(l, z, float)), iter(() if on is None else on)
+        rows: list[Any] = [0.0] * 6
+        each = iter(() if on is None else on)
         for term in self.terms:
             values = term.values(l, z, None if term.relief is None else next(each, None))
             for k, (factor, value) in enumerate(zip(term.factors, values, strict=True)):
                 if not is_zero(value):
-                    total[k] += factor * value
+                    rows[k] = rows[k] + factor * value
+        total = np.empty((6, *shape), dtype=np.result_type(l, z, float))
+        for k, row in enumerate(rows):
+            total[k] = row
         return total
 
     @cached_property

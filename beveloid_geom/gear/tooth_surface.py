@@ -186,14 +186,14 @@ def cut_with_bends(
 
 
 def generated_bends(surface: Surface, s: FloatArray, z: FloatArray) -> tuple[Cut, Bends]:
-    """Return the result of `cut_with_bends` for the surface without its modification."""
-    section = _section(surface, s)
-    cut, (_, _, sin, cos, turn_s, p_s, q_s) = _cut(surface, section, z), section
+    """Return the result of `cut_with_bends` for the surface without its modification. Derivatives that do not
+    depend on the point, and then also the normal, are numbers."""
     low = s < surface.joint
     any_low = low.any()
     if surface.parabola == 0.0 and not any_low:  # points are linear in s and z
-        none = np.zeros(1)
-        return cut, Bends(none, none, none, none, none)
+        return _cut(surface, (s, 0.0, 0.0, 1.0, 0.0, 1.0, 0.0), z), Bends(0.0, 0.0, 0.0, 0.0, 0.0)
+    section = _section(surface, s)
+    cut, (_, _, sin, cos, turn_s, p_s, q_s) = _cut(surface, section, z), section
     # On the flank q' = 2 a l and tau' = 2 a cos^2(tau); on the fillet tau' is constant.
     p_ss, q_ss, turn_ss = np.zeros(1), np.full(1, 2.0 * surface.parabola), -2.0 * q_s * turn_s * turn_s
     if any_low:

@@ -162,13 +162,14 @@ def test_default_threads_take_as_long_as_one_thread(busy: bool) -> None:
             assert wall[0] < 1.2 * wall[1], name
 
 
-@pytest.mark.parametrize("relieved", [False, True])
-def test_modified_flanks_against_unmodified(relieved: bool) -> None:
-    """Time for Table 1 with crowning of the pinion, or with crowning and reliefs of all edges of both
-    members, relative to unmodified flanks: a path of 101 positions, and contact ratios of 1,000 mountings.
-    With eight reliefs, a single path takes more than ten times as long, so that the goal is not met."""
+@pytest.mark.parametrize(("crowned", "relieved"), [(True, False), (True, True), (False, True)])
+def test_modified_flanks_against_unmodified(crowned: bool, relieved: bool) -> None:
+    """Time for Table 1 with crowning of the pinion, with crowning and reliefs of all edges of both members, or
+    with these reliefs only, relative to unmodified flanks: a path of 101 positions, and contact ratios of
+    1,000 mountings. With eight reliefs, a single path takes more than ten times as long, so that the goal is
+    not met."""
     plain = table1()
-    amounts: dict[str, Any] = {"helix_crowning_um": 10.0, "profile_crowning_um": 8.0}
+    amounts: dict[str, Any] = {"helix_crowning_um": 10.0, "profile_crowning_um": 8.0} if crowned else {}
     if relieved:
         for edge in ("tip", "root", "heel", "toe"):
             amounts |= {f"{edge}_relief_um": 15.0, f"{edge}_relief_length_mm": 3.0}
@@ -177,7 +178,7 @@ def test_modified_flanks_against_unmodified(relieved: bool) -> None:
     modified = replace(plain, pinion=plain.pinion.modified(given), gear=gear)
     errors = drawn_errors(USUAL, 0, 0, 1_000)
     for name, work, repeat, most in (
-        ("path of 101", partial(path_of_contact, flank="right", points=101), 10, 15.0 if relieved else 10.0),
+        ("path of 101", partial(path_of_contact, flank="right", points=101), 10, 20.0 if relieved else 10.0),
         ("contact ratio of 1,000", lambda design: contact_ratio(mounted(design, errors), "right"), 2, 3.0),
     ):
         works = [partial(work, design) for design in (plain, modified)]
@@ -186,9 +187,9 @@ def test_modified_flanks_against_unmodified(relieved: bool) -> None:
         assert times[1] / times[0] < most
 
 
-def test_mountings_with_short_reliefs_are_traced_together() -> None:
-    """Next to short reliefs, no contact is found at given s1, and paths are traced step by step. 100
-    mountings, traced together, take less than 20 times as long as one."""
+def test_mountings_with_short_reliefs_are_solved_together() -> None:
+    """Next to short reliefs, no contact is found at given s1, so that more samples are needed. 100 mountings,
+    solved together, take less than 20 times as long as one."""
     short = Modification(
         tip_relief_um=10.0, tip_relief_length_mm=1.0, root_relief_um=10.0, root_relief_length_mm=1.0
     )
@@ -196,7 +197,7 @@ def test_mountings_with_short_reliefs_are_traced_together() -> None:
     batches = [mounted(design, drawn_errors(USUAL, 0, 0, count)) for count in (1, 100)]
     works = [partial(path_of_contact, batch, "right", 17) for batch in batches]
     times = np.min([[best(work, 2, process_time) for work in works] for _ in range(4)], axis=0)
-    print(f"\n100 traced mountings: {times[1] / times[0]:.1f} times one")
+    print(f"\n100 mountings with short reliefs: {times[1] / times[0]:.1f} times one")
     assert times[1] / times[0] < 20.0
 
 

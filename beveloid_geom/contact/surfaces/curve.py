@@ -12,13 +12,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...arrays import FloatArray, Integers, Mask
-from .limits import Problem, margins_at, on_plane
+from .limits import Problem, margins_at
 from .tangency import Contacts, contacts_at, given_row, meshing_start, solve
 
 NODE_COUNT, WINDOW_MARGIN = 11, 0.02
 """Number of positions in s1 at which a curve is solved first, and fraction of the flank depth by which they
 reach beyond root and tip of the pinion.
 """
+NEAR_STEPS = 10
+"""Largest number of Newton steps from starting values on a tangent of the curve."""
 PARTS = 4
 """Number of interpolated values per interval between two samples."""
 STATE, MARGINS, WIDTH = slice(0, 4), slice(4, 12), 12
@@ -71,6 +73,8 @@ def curve_over_s1(problem: Problem) -> Curve:
     """
     # Number of times that unsolved positions are started again from their solved neighbours.
     sweeps = 6
+    # Number of Newton steps from the middle of the face. Positions that take longer are started again.
+    max_steps = 16
     low, high = problem.lowest[0], problem.highest[0]
     spare = WINDOW_MARGIN * (high - low)
     nodes, cases = np.linspace(low - spare, high + spare, NODE_COUNT), problem.placed.offset.size
@@ -82,6 +86,7 @@ def curve_over_s1(problem: Problem) -> Curve:
         placed,
         meshing_start(problem.surfaces, placed, s1, np.zeros(s1.size)),
         given_row(0, s1),
+        max_steps=max_steps,
     )
     curve = sampled(problem, s1.reshape(cases, -1), met, None)
     for _ in range(sweeps):
@@ -89,9 +94,8 @@ def curve_over_s1(problem: Problem) -> Curve:
         again = np.flatnonzero(np.isfinite(start).all(axis=0).ravel())
         if not again.size:
             break
-        met, good = solve(
-            problem.surfaces, placed.take(again), start.reshape(4, -1)[:, again], given_row(0, s1[again])
-        )
+        starts, there = start.reshape(4, -1)[:, again], given_row(0, s1[again])
+        met, good = solve(problem.surfaces, placed.take(again), starts, there, max_steps=NEAR_STEPS)
         if not good.any():
             break
         state = curve.value[STATE].reshape(4, -1).copy()
@@ -115,48 +119,18 @@ def _from_neighbours(problem: Problem, curve: Curve) -> FloatArray:
     return start
 
 
-def closer(problem: Problem, curve: Curve) -> Curve:
-    """Return a curve over s1 with a contact in the middle of each interval that is not smooth, as next to the
-    beginning of a relief, and of each interval in which the curve leaves the flanks.
-
-    The middle is that of the chord, in the plane across it, or of s1 if an end of the interval is unknown."""
-    inside = curve.value[MARGINS].min(axis=0) >= 0.0
-    after = np.flatnonzero((broken(problem, curve) | (inside[:, 1:] != inside[:, :-1])).any(axis=0))
-    scale = problem.scale[:, None, None]
-    ends = [curve.value[STATE][..., after + k] for k in (0, 1)]
-    chord = (ends[1] - ends[0])[:3] / scale
-    known = np.isfinite(chord).all(axis=0)
-    across = np.where(known, chord / np.linalg.norm(chord, axis=0), np.eye(3)[0][:, None, None])
-    x = 0.5 * (curve.x[:, after] + curve.x[:, after + 1])
-    middle = np.where(known, 0.5 * (ends[0] + ends[1]), x)  # only s1 matters if an end is unknown
-    placed = problem.placed.take(np.repeat(np.arange(len(x)), after.size))
-    # The tangent at one of the ends leads to the middle, unless there are several kinks.
-    starts = []
-    for k, end in enumerate(ends):
-        rate = curve.rate[STATE][..., after + k]
-        step = ((middle - end)[:3] / scale * across).sum(axis=0) / (rate[:3] / scale * across).sum(axis=0)
-        starts.append(contacts_at(problem.surfaces, placed, (end + step * rate).reshape(4, -1)))
-    error = [np.nan_to_num(start.error, nan=np.inf) for start in starts]
-    state = np.where(error[0] < error[1], starts[0].state, starts[1].state)
-    plane = on_plane(problem, middle.reshape(4, -1), across.reshape(3, -1))
-    met, _ = solve(problem.surfaces, placed, state, plane)
-    s1 = met.state[0].reshape(x.shape)
-    between = (curve.x[:, after] < s1) & (s1 < curve.x[:, after + 1])
-    met.state[:, ~between.ravel()] = np.nan
-    added = sampled(problem, np.where(between, s1, x), met, None)
-    pairs = (curve.x, added.x), (curve.value, added.value), (curve.rate, added.rate)
-    return Curve(*(np.insert(old, after + 1, new, axis=-1) for old, new in pairs), by_s1=True)
-
-
-def dense(curve: Curve) -> tuple[FloatArray, FloatArray]:
+def dense(problem: Problem, curve: Curve) -> tuple[FloatArray, FloatArray]:
     """Return x (cases, m) and rows (WIDTH, cases, m) of a curve and of PARTS - 1 interpolated places in each
-    interval; NaN next to samples that are not solved.
+    interval; NaN next to samples that are not solved. The interpolation is linear next to kinks.
     """
     t = np.arange(PARTS) / PARTS
     step = np.diff(curve.x)[..., None]
     low, high = curve.value[..., :-1, None], curve.value[..., 1:, None]
     first, last = curve.rate[..., :-1, None] * step, curve.rate[..., 1:, None] * step
     change = high - low
+    misfit, size = _misfit(problem, curve)
+    kinked = (misfit > 0.5 * size)[..., None]
+    first, last = np.where(kinked, change, first), np.where(kinked, change, last)
     between = low + t * (
         first + t * ((3.0 * change - 2.0 * first - last) + t * (first + last - 2.0 * change))
     )
@@ -167,15 +141,28 @@ def dense(curve: Curve) -> tuple[FloatArray, FloatArray]:
     return x, rows
 
 
+def _misfit(problem: Problem, curve: Curve) -> tuple[FloatArray, FloatArray]:
+    """Return the difference (cases, samples - 1) between the chord and the mean of the tangents at its ends,
+    and the length of the chord, in the units of `Problem.scale`."""
+    scale = problem.scale[:, None, None]
+    step, change = np.diff(curve.x), np.diff(curve.value[:3]) / scale
+    mean = 0.5 * (curve.rate[:3, :, 1:] + curve.rate[:3, :, :-1]) * step / scale
+    return np.abs(change - mean).max(axis=0), np.abs(change).max(axis=0)
+
+
 def broken(problem: Problem, curve: Curve) -> Mask:
-    """Return between which samples (cases, samples - 1) the curve is not smooth: they may belong to different
-    curves.
-    """
-    # Difference between a chord and the mean of the tangents at its ends, relative to the size of the
-    # flank, above which two samples may belong to different curves.
-    max_angle_misfit = 0.15
-    step = np.diff(curve.x)
-    change = np.diff(curve.value[:3]) / problem.scale[:, None, None]
-    mean = 0.5 * (curve.rate[:3, :, 1:] + curve.rate[:3, :, :-1]) * step / problem.scale[:, None, None]
-    misfit = np.abs(change - mean).max(axis=0)
-    return np.asarray(misfit > max_angle_misfit + 0.5 * np.abs(change).max(axis=0))
+    """Return between which samples (cases, samples - 1) the curve has a kink that is not next to one of them:
+    they may belong to different curves."""
+    # Misfit above which samples may belong to different curves, and distance of one end from the tangent at
+    # the other one up to which both are on the same curve.
+    max_misfit, max_distance = 0.15, 0.01
+    misfit, size = _misfit(problem, curve)
+    results = np.asarray(misfit > max_misfit + 0.5 * size)
+    if results.any():
+        scale = problem.scale[:, None, None]
+        change = np.diff(curve.value[:3]) / scale
+        for rate in (curve.rate[:3, :, :-1] / scale, curve.rate[:3, :, 1:] / scale):
+            along = (change * rate).sum(axis=0) / (rate * rate).sum(axis=0)
+            away = np.linalg.norm(change - along * rate, axis=0)
+            results &= ~((along > 0.0) & (away <= max_distance))
+    return results

@@ -22,10 +22,11 @@ from ...status import Status
 from ..ends import Ends, no_ends
 from ..flank_pair import FlankPair
 from ..path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROLL
-from .curve import MARGINS, NODE_COUNT, STATE, Curve, closer, curve_over_s1, dense
+from .curve import MARGINS, NODE_COUNT, STATE, Curve, curve_over_s1, dense
 from .limits import Problem, margins_at
 from .positions import positions_on
 from .problems import problems_of
+from .refinement import closer
 from .segments import Segment, empty_segment, refined, segments_of
 from .tangency import Contacts, given_row, meshing_start, solve
 from .tracing import on_curve, seeds_of, traced
@@ -64,7 +65,9 @@ def _blocks(cases: int, positions: int) -> list[Integers]:
 
 def _block(problem: Problem, undefined: Mask) -> Segment:
     curve = curve_over_s1(problem)
-    segment, decided = _decided(problem, curve)
+    segment, decided = segments_of(problem, curve)
+    if problem.surfaces.measured or problem.conjugate:
+        decided &= refined(problem, segment)
     doubtful = np.flatnonzero(~decided & ~undefined)
     if doubtful.size:
         results = _sampled_closer(problem.cases(doubtful), curve.cases(doubtful))
@@ -81,27 +84,22 @@ def _block(problem: Problem, undefined: Mask) -> Segment:
     return segment
 
 
-def _decided(problem: Problem, curve: Curve) -> tuple[Segment, Mask]:
-    """Return the segments of curves over s1, and which cases (cases,) they decide."""
-    segment, decided = segments_of(problem, curve)
-    if problem.surfaces.measured or problem.conjugate:
-        decided &= refined(problem, segment)
-    return segment, decided
-
-
 def _sampled_closer(problem: Problem, curve: Curve) -> dict[int, Segment]:
     """Return the segments of cases that are decided by more samples of their curves.
 
-    None on flanks with scatter of measurement, as in `_traced_inside`."""
-    # Number of times that intervals are halved.
+    None on flanks with scatter of measurement, as in `_traced_inside`, and none of line contact, where
+    contacts at given s1 are seldom found."""
+    if problem.surfaces.measured or problem.conjugate:
+        return {}
+    # Number of times that intervals are divided.
     rounds = 4
     found: dict[int, Segment] = {}
-    left = np.arange(0 if problem.surfaces.measured else len(curve.x))
+    left = np.arange(len(curve.x))
     for _ in range(rounds):
         if not left.size:
             break
         curve = closer(problem.cases(left), curve)
-        segment, decided = _decided(problem.cases(left), curve)
+        segment, decided = segments_of(problem.cases(left), curve)
         # Where the roll turns back, positions are given by the length of the curve, which tracing follows.
         decided &= (segment.status == Status.SOLVED) & ~segment.turning
         found |= {int(left[k]): _picked(segment, np.array([k])) for k in np.flatnonzero(decided)}
@@ -165,7 +163,7 @@ def _searched(problem: Problem) -> Segment:
             continue
         segment, decided = segments_of(problem, curve)
         seeds = seeds[:, 1:][:, ~on_curve(curve, problem, seeds[:, 1:])]
-        inside = (dense(curve)[1][MARGINS].min(axis=0) >= 0.0).any()
+        inside = (dense(problem, curve)[1][MARGINS].min(axis=0) >= 0.0).any()
         if inside and not (decided[0] and complete[0]):
             # A closed curve on the flanks is no path, but one of the segments.
             if (curve.value[MARGINS].min(axis=0) >= 0.0).all():

@@ -52,7 +52,7 @@ def segments_of(problem: Problem, curve: Curve) -> tuple[Segment, Mask]:
     A case is not decided if a sample next to the segment is missing, if the curve is not smooth, or if an end
     was not found where the samples show it.
     """
-    x, rows = dense(curve)
+    x, rows = dense(problem, curve)
     cases, count = x.shape
     depth = rows[MARGINS].min(axis=0)
     known, inside = np.isfinite(depth), depth >= 0.0

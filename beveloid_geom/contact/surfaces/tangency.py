@@ -32,6 +32,7 @@ import numpy as np
 from ...arrays import FloatArray, Integers, Mask
 from ...gear.tooth_side import Surface, cut_with_bends, profile_at, tangents_of
 
+NEWTON_MAX_STEPS = 40
 LARGEST_STEP = 0.5
 """Largest Newton step, in face widths for z1, flank depths for s1, and pitches for the roll."""
 
@@ -254,6 +255,7 @@ def solve(
     state: FloatArray,
     condition: Condition,
     reach: FloatArray | None = None,
+    max_steps: int = NEWTON_MAX_STEPS,
 ) -> tuple[Contacts, Mask]:
     """Solve for contacts that satisfy a condition.
 
@@ -267,6 +269,8 @@ def solve(
     reach : ndarray, shape (n,), optional
         Largest step of Newton's method, in units of `Surfaces.largest`, for starting values that are close to
         the contact.
+    max_steps : int
+        Largest number of steps; a few suffice from starting values on a tangent of the curve.
 
     Returns
     -------
@@ -274,7 +278,6 @@ def solve(
         Its state is NaN where not solved.
     good : ndarray of bool, shape (n,)
     """
-    newton_max_steps = 40
     # Newton step in mm after which the iteration ends: the error is its square over a length of the
     # pair.
     last_step_mm = 1e-9
@@ -293,7 +296,7 @@ def solve(
     # Newton step in mm that may consist of rounding near line contact, and number of such steps that end the
     # iteration.
     rounding_step_mm, max_short_steps = 1e-6, 4
-    for _ in range(newton_max_steps):
+    for _ in range(max_steps):
         if not active.size:
             break
         met = contacts_at(surfaces, placed.take(active), state[:, active])

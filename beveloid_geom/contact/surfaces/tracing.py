@@ -13,6 +13,7 @@ import numpy as np
 from ...arrays import FloatArray, Integers, Mask
 from .curve import Curve, sampled
 from .limits import Problem, margins_at, on_plane
+from .refinement import kink_distance
 from .tangency import Contacts, contacts_at, given_row, meshing_start, solve
 
 GRID_S, GRID_Z = 17, 13
@@ -164,7 +165,9 @@ def _followed(
         # With the shortest step, the curve has a kink, or the surface ends, as at an edge of regression.
         kink = failed & ~shorter & good & (turn < max_kink) & (moved < longest_kink * size)
         reached = ~failed | kink
-        step[active] = control.following(active, size, turn, failed, kink, _to_kink(chord, before, after))
+        step[active] = control.following(
+            active, size, turn, failed, kink, kink_distance(chord, before, after)
+        )
         there = active[reached]
         state[:, there], direction[:, there] = met.state[:, reached], after[:, reached]
         ahead[:, there] = met.along(after * problem.scale[:, None])[:, reached]
@@ -230,14 +233,6 @@ class StepControl:
         )
         self._repeated[active] = again
         return np.where(again, shorter, onwards)
-
-
-def _to_kink(chord: FloatArray, before: FloatArray, after: FloatArray) -> FloatArray:
-    """Return the distance (n,) from the beginning of a step to the place where the tangents (3, n) at both
-    ends are closest to each other."""
-    cos = (before * after).sum(axis=0)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray((chord * (before - cos * after)).sum(axis=0) / (1.0 - cos * cos))
 
 
 def _direction(problem: Problem, met: Contacts, before: FloatArray) -> FloatArray:
