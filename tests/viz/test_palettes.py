@@ -152,7 +152,7 @@ def test_pixels_of_a_band_are_the_legends(compute: Callable[[Design], BandFigure
     for k, column in enumerate(data.columns):
         for number, layer in enumerate(column.layers or ()):
             picture = drawing.pictures[f"{('pinion', 'gear')[number]}-{k}"]
-            view = flank_views(column.design, column.flank, fig_pattern.STRETCH, outside=True)[number]
+            view = flank_views(column.design, column.flank, 4.0, outside=True)[number]
             assert view is not None
             counted = np.interp(layer.values, data.bands, np.arange(len(data.bands)))
             inside = (np.abs(counted % 1.0 - 0.5) < 0.25) & (counted < len(colours))

@@ -28,13 +28,8 @@ from ...components.flattened_flank import side_view
 from ...components.paths_table import FLANKS, coefficients, modified, parabolas
 from ...rendering import theme
 
-LEFT_MARGIN_IN, RIGHT_MARGIN_IN = 1.44, 0.1
-"""Margins on the left and right of a matrix, inches."""
-NOTE = (
-    "Pinion flank in the side view, {face:.4g} mm from {ends[0]} (left) to {ends[1]}. Shaded: separation"
-    " below a quarter, half and all of {film:g} \u00b5m. Orange: ellipse with centre and second moments of"
-    " the pattern. {meant} TE: transmission error of all teeth"
-)
+LEFT_MARGIN_IN = 1.44
+"""Margin on the left of a matrix."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +80,11 @@ def _errors(design: Design) -> tuple[tuple[str, str], tuple[float, float]]:
 
 def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
     """Draw a row for each distance error and a column for each angle error, right flanks first."""
+    note = (
+        "Pinion flank in the side view, {face:.4g} mm from {ends[0]} (left) to {ends[1]}. Shaded: separation"
+        " below a quarter, half and all of {film:g} \u00b5m. Orange: ellipse with centre and second moments"
+        " of the pattern. {meant} TE: transmission error of all teeth"
+    )
     # Part of the note that is left out on narrow pages.
     ellipse_note = "; below: centre and semi-axes (mm), angle to the axial direction"
     errors_note = {
@@ -98,7 +98,7 @@ def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
         layout,
         "Contact pattern under two errors",
         f"Right (top) and left flanks (bottom) of the pinion, {coefficients(data[0].design)}",
-        NOTE.format(
+        note.format(
             film=film,
             face=float(data[0].design.pinion.face_width),
             ends=end_names(data[0].design.pinion),
@@ -130,7 +130,8 @@ def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
 
 def _width(layout: theme.Layout, count: int) -> float:
     """Return the width of a column of a matrix, inches."""
-    return (layout.width - LEFT_MARGIN_IN - RIGHT_MARGIN_IN) / count
+    right_margin_in = 0.1
+    return (layout.width - LEFT_MARGIN_IN - right_margin_in) / count
 
 
 def _under(layout: theme.Layout) -> float:
