@@ -66,7 +66,7 @@ def test_a_cloud_is_darker_than_metal_and_a_wider_one_lighter() -> None:
 
 def test_bars_and_marks_differ_without_colours() -> None:
     assert len(set(transmission_error.HATCHES)) == len(transmission_error.COLOURS)
-    assert len(set(fig_11_contact_ratio.EDGE_MARKERS.values())) == 2
+    assert len({marker for *_, marker in fig_11_contact_ratio.LOOKS.values()}) == 2
 
 
 def test_working_pitch_circles_are_dashed() -> None:

@@ -28,7 +28,7 @@ HALF_TIP, HALF_ROOT, DEPTH, RIM = 0.13, 0.27, 0.56, 0.14
 """Inches: half width of the sketched tooth at tip and root, its depth, and the rim below."""
 EYE, EYE_AT = 0.15, 0.86
 """Inches: half width of the sketched eye, and its distance from the middle of the tooth."""
-MIDDLE = 0.5 * (HALF_TIP + HALF_ROOT)
+MIDDLE = 0.2
 
 
 @dataclass(frozen=True, eq=False)

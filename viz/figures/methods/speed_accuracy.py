@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator
 
 from beveloid_geom import Design
-from beveloid_geom.validation.comparison import METHODS as ALL_METHODS, Measurement, compare
+from beveloid_geom.validation.comparison import METHODS, Measurement, compare
 
 from ...components.figure_steps import Drawing, Recipe, Table
 from ...components.free_space import Labels
@@ -18,8 +18,7 @@ from ...rendering import theme
 from ...rendering.layout import Cells
 from .curves import Look, curve, log_axes
 
-METHODS, RUNS = ALL_METHODS, 5
-CELLS = Cells(left=1.25, right=0.4, across=0.0, down=0.0, most=1, least=4.0)
+RUNS = 5
 LOOKS = {
     "mesh alone": Look("mesh alone", theme.RED, "o", True, 7.0),
     "mesh, polished": Look("mesh, polished", theme.RED, "o", size=7.0),
@@ -40,14 +39,6 @@ LABELS = (
 )
 """Settings written next to their marks: method, value, text and places in points, best first."""
 EXACT_MM = 1e-9
-FINDING_CORNERS = ((0.03, 0.93), (0.03, 0.6), (0.6, 0.75), (0.6, 0.45), (0.52, 0.75), (0.52, 0.6))
-"""Places of the comparison of times that are tried: upper left corner, as fractions of the axes."""
-NOTE = (
-    "Median and range of {runs} runs, largest error of five positions; sampling of meshes and constants of"
-    " the pair excluded. Along each curve: mesh tolerance, xtol of the five equations, positions per call."
-    " Reference: five equations at 60 digits; first contact: segments of the mesh cycle. Mesh methods find"
-    " tangencies only, no contact on edges."
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,18 +66,27 @@ def compute(design: Design, flank: str = "right") -> SpeedAccuracy:
 
 def draw(data: SpeedAccuracy, layout: theme.Layout) -> Drawing:
     """Draw error against time. No text outside the axes depends on a measured time."""
+    note = (
+        "Median and range of {runs} runs, largest error of five positions; sampling of meshes and constants"
+        " of the pair excluded. Along each curve: mesh tolerance, xtol of the five equations, positions per"
+        " call. Reference: five equations at 60 digits; first contact: segments of the mesh cycle. Mesh"
+        " methods find tangencies only, no contact on edges."
+    )
+    cells = Cells(left=1.25, right=0.4, across=0.0, down=0.0, most=1, least=4.0)
+    # Places of the comparison of times that are tried: upper left corner, as fractions of the axes.
+    corners = ((0.03, 0.93), (0.03, 0.6), (0.6, 0.75), (0.6, 0.45), (0.52, 0.75), (0.52, 0.6))
     solved = {method: look for method, look in LOOKS.items() if data.of(method)}
     lost = unanswered(data)
     page, low, high = theme.new_page(
         layout,
         title(data),
         f"{data.flank.capitalize()} flanks, {coefficients(data.design)}. Left is faster, down is more exact.",
-        NOTE.format(runs=RUNS) + (f" Without an answer: {'; '.join(lost)}." if solved and lost else ""),
+        note.format(runs=RUNS) + (f" Without an answer: {'; '.join(lost)}." if solved and lost else ""),
         below=0.75,
         above=0.6,
-        tall=CELLS.tall(layout, 1, 5.2),
+        tall=cells.tall(layout, 1, 5.2),
     )
-    (axes,) = theme.panels(page, CELLS, 1, low, high)
+    (axes,) = theme.panels(page, cells, 1, low, high)
     log_axes(axes)
     axes.set(xlabel="processor time per position (s)", ylabel="error of the contact point (mm)")
     if data.reason:
@@ -100,7 +100,7 @@ def draw(data: SpeedAccuracy, layout: theme.Layout) -> Drawing:
     labels, lines = Labels(axes), finding(data)
     if layout.width < theme.NARROW:  # so that the block fits next to the five equations
         lines = [line.replace(" times ", " \u00d7 ").replace(" against", "\nagainst") for line in lines]
-    labels.block("\n".join(lines), FINDING_CORNERS, linespacing=1.4, fontsize=theme.SMALL)
+    labels.block("\n".join(lines), corners, linespacing=1.4, fontsize=theme.SMALL)
     marks = {(one.method, one.value): one for one in data.measurements if one.status == "solved"}
     for method, value, label, places in LABELS:
         if mark := marks.get((method, value)):

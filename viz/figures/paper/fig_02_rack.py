@@ -19,8 +19,6 @@ from ...rendering import theme
 
 BACK_MODULES = 0.4
 """Thickness of the back of the tool, in normal modules."""
-HALF_WIDTH_MODULES, NARROW_HALF_WIDTH_MODULES = 2.08, 1.75
-"""Half the width of the tool drawn, in normal modules: usual, and on a narrow page with less text."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +65,8 @@ def draw(data: RackFigure, layout: theme.Layout) -> Drawing:
     text_width_in = 0.9
     module, coefficient = data.module, float(data.tools[1].parabola)
     narrow = layout.printed and layout.width < theme.NARROW
-    wide = NARROW_HALF_WIDTH_MODULES if narrow else HALF_WIDTH_MODULES
+    # Half the width of the tool drawn, in normal modules; on a narrow page with less text.
+    wide = 1.75 if narrow else 2.08
     space, angle = f" = $\\pi m_n/2$ = {data.space:.5g} mm", f" = {np.degrees(data.alpha):g}\u00b0"
     page, low, high = theme.new_page(
         layout,
@@ -92,14 +91,14 @@ def draw(data: RackFigure, layout: theme.Layout) -> Drawing:
     )
     high_half = half * box.height / box.width
     axes.set(xlim=(-half, half), ylim=(ends.mean() - high_half, ends.mean() + high_half))
-    _draw_tool(axes, data, wide)
+    _draw_tool(axes, data, wide, narrow)
     _draw_lines(axes, data, wide, "" if narrow else space)
     _draw_frames(axes, data)
     _draw_parameters(axes, data, "" if narrow else angle)
     return Drawing(page, {})
 
 
-def _draw_tool(axes: Axes, data: RackFigure, wide: float) -> None:
+def _draw_tool(axes: Axes, data: RackFigure, wide: float, narrow: bool) -> None:
     """Draw the tool, and the straight profile on top."""
     tool_colour = "#e3e9ee"
     straight, parabolic = (cutter.profile(half, data.module, 3) for half in data.profiles)
@@ -112,12 +111,12 @@ def _draw_tool(axes: Axes, data: RackFigure, wide: float) -> None:
         *axes.plot(*straight.T, color=theme.RED, linewidth=2.0, dashes=(5, 3), zorder=3),
     ):
         drawn.set_clip_path(window)
-    height = 0.75 if wide == HALF_WIDTH_MODULES else 1.28  # on a narrow page above the angle alpha_n
+    height = 1.28 if narrow else 0.75  # on a narrow page above the angle alpha_n
     for side in (-1.0, 1.0):
         place = side * (wide - 0.46) * data.module, height * data.module
         annotate.text(axes, place, "tool", fontsize=theme.HEADING)
     low = -float(data.tools[0].dedendum) * data.module
-    if wide == HALF_WIDTH_MODULES:
+    if not narrow:
         annotate.text(
             axes, (0.0, 0.86 * low), "tooth space of the tool\n= tooth of the gear", color=theme.GREY
         )

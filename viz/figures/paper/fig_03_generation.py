@@ -19,11 +19,9 @@ from ...rendering import theme
 from ...rendering.scene import MESH_PX, Item, Picture, Surface, fit_camera
 
 TOOL_COLOUR = "#f2cf99"
-SMALLEST_ANGLES_RAD = np.radians((18.0, 15.0))
-"""Smallest helix and cone angle in panel (a), rad, so that its frames can be distinguished."""
 RACK_LENGTH_MODULES = 4.6
 """Length of the rack in panel (a), in normal modules."""
-CUTTER_AXES = 0.2
+CUTTER_AXES_PITCH_RADII = 0.2
 """Length of the axes of S_c in panel (b), in pitch radii."""
 GEAR_VIEW = np.array([0.22, 0.3, 0.92])
 """Direction to the viewer of panel (b)."""
@@ -65,11 +63,13 @@ class GenerationFigure:
         x, y, z = GEAR_VIEW
         far_end_rise = x * z / (y * y + z * z) * float(self.member.face_width)
         rack_top = self.back + far_end_rise + 0.4 * self.module
-        return float(max(rack_top, CUTTER_AXES * self.pitch_radius + 1.6 * self.module))
+        return float(max(rack_top, CUTTER_AXES_PITCH_RADII * self.pitch_radius + 1.6 * self.module))
 
 
 def compute(design: Design) -> GenerationFigure:
     """Compute the frames of the generation of the pinion."""
+    # Smallest helix and cone angle in panel (a), rad, so that its frames can be distinguished.
+    smallest_rad = np.radians((18.0, 15.0))
     # Roll in panel (b), in pitches of the gear.
     roll_pitches = 0.9
     member = design.pinion
@@ -78,7 +78,7 @@ def compute(design: Design) -> GenerationFigure:
     angles = [
         np.copysign(max(abs(angle), least), angle) if angle else 0.0
         for angle, least in zip(
-            (float(member.helix_angle), float(member.cone_angle)), SMALLEST_ANGLES_RAD, strict=True
+            (float(member.helix_angle), float(member.cone_angle)), smallest_rad, strict=True
         )
     ]
     drawn = replace(member, helix_angle=angles[0], cone_angle=angles[1], profile_shift=0.0)
@@ -247,7 +247,9 @@ def _annotate_gear(over: Overlay, data: GenerationFigure) -> None:
     over.triad(place, np.eye(3), length, ("x_b", "y_b", "z_b = z_j"), FRAME_COLOURS["b"], "S_b")
     over.triad(place, turned, length, ("x_j", "y_j", ""), FRAME_COLOURS["j"], "S_j", (18.0, 20.0))
     names = ("x_c", "y_c", "z_c")
-    over.triad(slid, np.eye(3), CUTTER_AXES * radius, names, FRAME_COLOURS["c"], "S_c", (20.0, 12.0))
+    over.triad(
+        slid, np.eye(3), CUTTER_AXES_PITCH_RADII * radius, names, FRAME_COLOURS["c"], "S_c", (20.0, 12.0)
+    )
     above = data.dimension_height * x
     for end in (pitch, slid):
         over.line(end, end + 1.05 * above, color=theme.BLUE, linewidth=1.0)

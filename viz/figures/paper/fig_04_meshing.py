@@ -26,8 +26,6 @@ LINE_COLOURS = (theme.BLUE, "#8a5a00")
 """Line colours of pinion and gear."""
 
 
-HEIGHTS_IN, DETAILED_HEIGHTS_IN = (4.6, 0.0, 2.0), (4.3, 3.0, 1.9)
-"""Heights of picture, detail of a small pinion and table on a narrow page, inches."""
 SAME_FRAME_FRACTION = 0.01
 """Frames closer than this fraction of the distance of the members are drawn as one."""
 
@@ -146,7 +144,8 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
     """Draw reference cones, axes and circles with their dimensions."""
     narrow = layout.width < theme.NARROW
     detailed = narrow and data.small_pinion and data.found
-    heights = DETAILED_HEIGHTS_IN if detailed else HEIGHTS_IN if narrow else (7.2, 0.0, 0.0)
+    # Heights of the picture and, on a narrow page, of the detail of a small pinion and the table, inches.
+    heights = (4.3, 3.0, 1.9) if detailed else (4.6, 0.0, 2.0) if narrow else (7.2, 0.0, 0.0)
     # A narrow page has no room for the names of axes that are parallel to those of a fixed frame.
     unnamed = [n for n in (0, 1) if narrow and data.parallel_frame(n) and not (detailed and n == 0)]
     pair = layout_of(data.pair.design)

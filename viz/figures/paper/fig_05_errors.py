@@ -22,19 +22,10 @@ from ...rendering import theme
 from ...rendering.layout import Cells
 from ...rendering.scene import Camera, Item, Picture, Tube, fit_camera
 
-MOVED_COLOUR, MOVED_LINE_COLOUR = "#7fb3d9", theme.BLUE
-"""Colours of displaced members and of their lines."""
-DISPLACEMENT_FRACTION, FRAME_FRACTION, PRINT_FRAME_FRACTION = 0.46, 0.26, 0.36
-"""Displacements drawn and length of the axes of frames, also in one column of print, as fractions of the
-distance of the members."""
-DISPLACEMENT_RAD = np.radians(18.0)
-TYPICAL_ERRORS = {
-    "offset": OFFSET_ERROR,
-    "shaft_angle": ANGLE_ERROR,
-    "pinion_axial": AXIAL_ERROR,
-    "gear_axial": AXIAL_ERROR,
-}
-"""Errors of Figs. 12 to 15 (mm at the module of Table 1, rad) for comparison with those drawn."""
+MOVED_LINE_COLOUR = theme.BLUE
+"""Colour of the lines of displaced members."""
+PRINT_FRAME_FRACTION = 0.36
+"""Length of the axes of frames in one column of print, as a fraction of the distance of the members."""
 
 
 @dataclass(frozen=True)
@@ -50,18 +41,11 @@ class Panel:
     after: str
 
 
-CELLS = Cells(left=0.28, right=0.16, across=0.0, down=0.45, most=2, least=4.0)
 PANELS = (
     Panel("offset", "\\Delta e", "offset error", 1, "g", "e"),
     Panel("shaft_angle", "\\Delta\\delta", "shaft-angle error", 0, "f", "\\delta"),
     Panel("pinion_axial", "\\Delta d_1", "axial error of the pinion", 0, "q1", "d1"),
     Panel("gear_axial", "\\Delta d_2", "axial error of the gear", 1, "q2", "d2"),
-)
-NOTE = (
-    "View as in Fig. 4, exaggerated. $S_e$: $S_g$ moved away from the pinion along the common"
-    " perpendicular; $S_\\delta$: $S_f$ turned about it, so that the shaft angle increases;"
-    " $S_{d1}$, $S_{d2}$: $S_{q1}$, $S_{q2}$ moved"
-    " along their axes towards +z."
 )
 
 
@@ -123,10 +107,12 @@ def _along(frame: Frame, length: float) -> Frame:
 
 def compute(design: Design) -> ErrorFigure:
     """Compute the frames without and with each error, mounted as without errors."""
+    # Displacements drawn: fraction of the distance of the members, and angle.
+    fraction, angle_rad = 0.46, np.radians(18.0)
     plain = replace(design, errors=Errors())
     pair = posed.placed(plain, np.zeros(2))
-    distance, length = pair.position, DISPLACEMENT_FRACTION * _scale(pair)
-    drawn = [DISPLACEMENT_RAD if panel.key == "shaft_angle" else length for panel in PANELS]
+    distance, length = pair.position, fraction * _scale(pair)
+    drawn = [angle_rad if panel.key == "shaft_angle" else length for panel in PANELS]
     errors = [unchecked(Errors(), **{panel.key: float(x)}) for panel, x in zip(PANELS, drawn, strict=True)]
     frames = tuple(frames_of(plain.with_errors(error), distance) for error in errors)
     return ErrorFigure(pair, frames_of(plain, distance), tuple(drawn), frames)
@@ -141,14 +127,22 @@ def _scale(pair: PosedPair) -> float:
 
 def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
     """Draw a panel for each error, all with one direction of view and one scale."""
+    cells = Cells(left=0.28, right=0.16, across=0.0, down=0.45, most=2, least=4.0)
     print_text_fraction = 0.34
-    one_column = CELLS.columns(layout, len(PANELS)) == 1
-    cells = replace(CELLS, down=0.1) if one_column else CELLS
+    one_column = cells.columns(layout, len(PANELS)) == 1
+    if one_column:
+        cells = replace(cells, down=0.1)
     page, low, high = theme.new_page(
         layout,
         "Fig. 5   The four assembly errors, in their positive directions",
         "Black and grey: frame and members without error; blue, dashed: displaced by the error (orange)",
-        NOTE + posed.far_words(data.pair),
+        (
+            "View as in Fig. 4, exaggerated. $S_e$: $S_g$ moved away from the pinion along the common"
+            " perpendicular; $S_\\delta$: $S_f$ turned about it, so that the shaft angle increases;"
+            " $S_{d1}$, $S_{d2}$: $S_{q1}$, $S_{q2}$ moved"
+            " along their axes towards +z."
+        )
+        + posed.far_words(data.pair),
         tall=cells.tall(layout, len(PANELS), 5.2),
     )
     pictures = {}
@@ -170,7 +164,7 @@ def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
         left, bottom, width, height = place
         corner = left + 0.12 / layout.width, bottom + height - theme.inches(page, 0.05)
         _heading(page, corner, (aside or 0.95) * width, data, index)
-        frame_fraction = PRINT_FRAME_FRACTION if one_column else FRAME_FRACTION
+        frame_fraction = PRINT_FRAME_FRACTION if one_column else 0.26
         pictures[panel.key] = _panel(page, box, data, index, camera, frame_fraction * _scale(data.pair))
     return Drawing(page, pictures)
 
@@ -196,8 +190,10 @@ def _heading(
     """Write letter, name, frames and size of an error below the upper left corner of its panel.
 
     Lines are at most `width` wide, a fraction of the page."""
+    # Errors of Figs. 12 to 15 (mm at the module of Table 1, rad) for comparison with those drawn.
+    errors = {"offset": OFFSET_ERROR, "shaft_angle": ANGLE_ERROR}
     panel, drawn = PANELS[index], data.drawn[index]
-    typical = TYPICAL_ERRORS[panel.key]
+    typical = errors.get(panel.key, AXIAL_ERROR)
     if panel.key == "shaft_angle":
         size, usual = f"{np.degrees(drawn):.3g}\u00b0", f"{np.degrees(typical):g}\u00b0"
     else:
@@ -223,7 +219,7 @@ def _panel(
     nominal, moved = data.seen(data.nominal), data.seen(data.displaced[index])
     places = [(0, nominal["d1"], theme.STEEL), (1, nominal["d2"], theme.STEEL)]
     number = PANELS[index].member
-    places.append((number, moved[f"d{number + 1}"], MOVED_COLOUR))
+    places.append((number, moved[f"d{number + 1}"], "#7fb3d9"))
     items: list[Item] = []
     for which, frame, colour in places:
         member = data.design.members[which]

@@ -38,18 +38,11 @@ LOOKS = {
     1: Look("concave", "#8fc3e8", theme.BLUE, (-0.3, -1.0)),
 }
 """Styles by sign of the coefficient, in the order of the flanks from the metal outwards."""
-COEFFICIENT = 0.01
-"""Size of the coefficients at the module of Table 1, 1/mm."""
-CHARTS, CHARTS_HEIGHT_IN = Cells(left=0.85, right=0.25, across=0.85, down=1.0, most=2, least=2.5), 6.6
-"""Charts below the flanks on a narrow page, and their height in inches."""
+COEFFICIENT_PER_MM = 0.01
+"""Size of the coefficients at the module of Table 1."""
+CHARTS_HEIGHT_IN = 6.6
+"""Height of the charts below the flanks on a narrow page."""
 POINTS = 241
-NOTE = (
-    "Flanks overlaid in true proportions, from outside and from the {end}. Section at mid-face,"
-    " perpendicular to the axis: thin lines in true proportions, thick lines with {factor:g} times their"
-    " deviation from the involute, which is measured at equal radius along the normal of the involute"
-    " flank."
-)
-UNDERCUT = " The {name} flank starts where the tool undercuts it."
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +112,7 @@ def side_of(flank: str) -> int:
 
 def compute(design: Design, flank: str = "right") -> ModificationFigure:
     """Compute the sections at mid-face, without coefficients for which the flank ends below its tip."""
-    size = paths_table.two_digits(COEFFICIENT / paths_table.as_large(design))
+    size = paths_table.two_digits(COEFFICIENT_PER_MM / paths_table.as_large(design))
     members = {sign: design.with_parabola(sign * size).pinion for sign in LOOKS}
     members = {sign: member for sign, member in members.items() if _reaches_tip(member, flank)}
     if 0 not in members:
@@ -186,15 +179,22 @@ def _upright(radius: FloatArray, angle: FloatArray) -> FloatArray:
 
 def draw(data: ModificationFigure, layout: theme.Layout) -> Drawing:
     """Draw three flanks in one picture, and the section with its deviations."""
+    note = (
+        "Flanks overlaid in true proportions, from outside and from the {end}. Section at mid-face,"
+        " perpendicular to the axis: thin lines in true proportions, thick lines with {factor:g} times their"
+        " deviation from the involute, which is measured at equal radius along the normal of the involute"
+        " flank."
+    )
+    undercut = " The {name} flank starts where the tool undercuts it."
     missing = " The {name} flank ends below the tip and is not drawn."
-    remarks = [UNDERCUT.format(name=LOOKS[sign].name) for sign, short in data.undercut.items() if short]
+    remarks = [undercut.format(name=LOOKS[sign].name) for sign, short in data.undercut.items() if short]
     remarks += [missing.format(name=look.name) for sign, look in LOOKS.items() if sign not in data.members]
     page, low, high = theme.new_page(
         layout,
         "Fig. 6   A positive parabola coefficient makes the flank concave, a negative one convex",
         f"{data.flank.capitalize()} flank of the pinion for $a$ = 0 and \u00b1{data.coefficient:g}"
         " mm$^{\u22121}$",
-        NOTE.format(factor=data.factor, end=data.ends[1]) + "".join(remarks),
+        note.format(factor=data.factor, end=data.ends[1]) + "".join(remarks),
         above=0.3,
         tall=6.4 if layout.width > theme.NARROW else 4.6 + CHARTS_HEIGHT_IN,
     )
@@ -210,6 +210,7 @@ def draw(data: ModificationFigure, layout: theme.Layout) -> Drawing:
 
 def _places(page: theme.Page, low: float, high: float) -> list[tuple[float, float, float, float]]:
     """Return the boxes (fractions of the page) of the flanks and of both charts next to or below them."""
+    cells = Cells(left=0.85, right=0.25, across=0.85, down=1.0, most=2, least=2.5)
     gap, width = theme.inches(page, 0.95), page.layout.width
     if width > theme.NARROW:
         over, height = theme.inches(page, 0.3), (high - low - 1.6 * gap) / 2.0
@@ -217,7 +218,7 @@ def _places(page: theme.Page, low: float, high: float) -> list[tuple[float, floa
         flanks = 0.01, low, 0.625, high + over - low
         return [flanks, (0.69, upper, 0.285, height), (0.69, low + 0.6 * gap, 0.285, height)]
     top = low + theme.inches(page, CHARTS_HEIGHT_IN)
-    charts = CHARTS.boxes(page.layout, 2, page.get_figheight(), low + 0.6 * gap, top - gap)
+    charts = cells.boxes(page.layout, 2, page.get_figheight(), low + 0.6 * gap, top - gap)
     return [(0.01, top, 0.98, high - top), *charts]
 
 

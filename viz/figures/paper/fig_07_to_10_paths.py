@@ -17,7 +17,6 @@ from ...rendering import theme
 from ...rendering.scene import Picture
 
 COLUMNS = 5
-NOTE = "Below: length, angle to the axial direction in the side view; limits at the ends, if changed. "
 
 
 def coefficient_texts(values: Sequence[float]) -> list[str]:
@@ -95,7 +94,7 @@ def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
         f"{flank.capitalize()} flanks of pinion (top) and gear (bottom), the pinion drives;"
         f" $a_2$ = {sign}$a_1$, mm$^{{\u22121}}$",
         panels.how_drawn(flank, grid.stretch)
-        + NOTE
+        + "Below: length, angle to the axial direction in the side view; limits at the ends, if changed. "
         + panels.what_touches(data.paths)
         + panels.lines_drawn(data.paths),
         columns=viewpoint.COLUMNS,
