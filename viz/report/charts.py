@@ -178,7 +178,7 @@ def ease_off_chart(results: FlankResults, report: EaseOffReport) -> Figure | Non
 def _levels(axes: Axes, ease_off: EaseOff) -> None:
     """Draw contour lines, um, over the flank."""
     values = np.ma.masked_invalid(1e3 * ease_off.deviation)
-    if float(np.abs(values).max()) < charts.LEAST_EASE_OFF:
+    if float(np.abs(values).max()) < charts.ZERO_EASE_OFF_UM:
         values[:] = 0.0
         theme.message(axes, "zero within rounding", backgroundcolor="white")
     levels = MaxNLocator(LEVELS, steps=[1, 2, 5, 10]).tick_values(float(values.min()), float(values.max()))

@@ -33,7 +33,7 @@ from beveloid_geom.report.text import modification_words, place_words, unit_of
 from beveloid_geom.report.tolerance import SHOWN_SHARES
 from beveloid_geom.status import Limit
 
-from ..components.charts import SMALLEST, Quantity
+from ..components.charts import ZERO_ERROR_ARCSEC, Quantity
 from ..components.paths_table import FLANKS, MEMBERS
 from . import charts
 from .cells import cell_pictures, size_decimals
@@ -171,7 +171,8 @@ def still(data: PageData) -> list[str]:
     return [
         flank
         for flank, results in data.flanks.items()
-        if results.operation is not None and ARCSEC * float(results.operation.cycle.peak_to_peak) < SMALLEST
+        if results.operation is not None
+        and ARCSEC * float(results.operation.cycle.peak_to_peak) < ZERO_ERROR_ARCSEC
     ]
 
 
@@ -220,7 +221,9 @@ def parted(
         values = [looked_up(numbers, key) for key, _ in cells]
         if all(value is None for value in values):
             left["Not known"].append(label)
-        elif all(isinstance(value, (int, float)) and abs(value * scale) < SMALLEST for value in values):
+        elif all(
+            isinstance(value, (int, float)) and abs(value * scale) < ZERO_ERROR_ARCSEC for value in values
+        ):
             left["Zero"].append(label)
         elif digits is None:
             shown.append((label, unit, [_limit_words(design, value) for value in values]))
@@ -276,7 +279,7 @@ def _swings(results: FlankResults) -> bool:
     """Return True if the transmission error under any of the two errors is large enough to be shown."""
     if results.matrix is None:
         return False
-    return bool(ARCSEC * np.nan_to_num(results.matrix.cycle_peak_to_peak).max() >= SMALLEST)
+    return bool(ARCSEC * np.nan_to_num(results.matrix.cycle_peak_to_peak).max() >= ZERO_ERROR_ARCSEC)
 
 
 def _unlisted(data: PageData) -> list[str]:

@@ -237,7 +237,7 @@ def test_marks_of_the_posed_pair_are_on_its_teeth(flank: str) -> None:
     items, camera = fig_posed.close(data, (400, 300))
     pinion, frame = data.pair.design.pinion, data.pair.frames[0]
     lines = [item for item in items if isinstance(item, Tube) and len(item.points) > 1]
-    paths, outlines = ([line for line in lines if line.colour == colour] for colour in (theme.PATH, "white"))
+    paths, outlines = ([line for line in lines if line.colour == colour] for colour in (theme.RED, "white"))
     assert len(paths) == len(outlines) == 3
     for path, outline, tooth in zip(paths, outlines, (-1, 0, 1), strict=True):
         own = (outline.points - frame[1]) @ frame[0]
@@ -315,7 +315,7 @@ def test_what_runs_is_the_first_of_the_tooth_pairs_alone(flank: str) -> None:
     """The curve in operation is the upper envelope of the curves of all tooth pairs, which are displaced by
     whole pitches."""
     graph = motion_graph.motion_graph(operation_report("", MODIFIED, flank, 65, 3, MARKING_SEPARATION))
-    steps = motion_graph.STEPS
+    steps = 64
     pairs = np.stack([graph.alone[k * steps : (k + 1) * steps + 1] for k in range(2 * motion_graph.REACH)])
     first = np.fmax.reduce(pairs)
     np.testing.assert_allclose(first, graph.report.first.transmission_error, atol=1e-12)

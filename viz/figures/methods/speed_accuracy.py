@@ -24,7 +24,7 @@ LOOKS = {
     "mesh, polished": Look("mesh, polished", theme.RED, "o", size=7.0),
     "five equations": Look("five equations", theme.BLUE, "s", size=7.0),
     "one equation": Look("one equation", theme.GREEN, "D", size=7.0),
-    "first contact": Look("first contact of all teeth", theme.BLACK, "^", size=8.0),
+    "first contact": Look("first contact of all teeth", theme.INK, "^", size=8.0),
 }
 LABELS = (
     ("mesh alone", 0.1, "0.1 mm", ((0, 11, "center"), (11, -4, "left"), (-11, -4, "right"))),

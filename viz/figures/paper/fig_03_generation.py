@@ -25,7 +25,7 @@ CUTTER_AXES_PITCH_RADII = 0.2
 """Length of the axes of S_c in panel (b), in pitch radii."""
 GEAR_VIEW = np.array([0.22, 0.3, 0.92])
 """Direction to the viewer of panel (b)."""
-FRAME_COLOURS = {"n": theme.BLACK, "P": theme.BLUE, "c": theme.GREEN, "b": theme.BLACK, "j": theme.RED}
+FRAME_COLOURS = {"n": theme.INK, "P": theme.BLUE, "c": theme.GREEN, "b": theme.INK, "j": theme.RED}
 
 
 @dataclass(frozen=True, eq=False)

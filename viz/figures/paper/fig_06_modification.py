@@ -34,7 +34,7 @@ class Look(NamedTuple):
 
 LOOKS = {
     -1: Look("convex", "#f0b98a", theme.RED, (1.0, 0.36)),
-    0: Look("involute", "#c4ccd4", theme.BLACK, (0.36, -0.3)),
+    0: Look("involute", "#c4ccd4", theme.INK, (0.36, -0.3)),
     1: Look("concave", "#8fc3e8", theme.BLUE, (-0.3, -1.0)),
 }
 """Styles by sign of the coefficient, in the order of the flanks from the metal outwards."""

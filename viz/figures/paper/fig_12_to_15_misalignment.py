@@ -45,9 +45,9 @@ class Look(NamedTuple):
 
 
 LOOKS = (
-    Look(theme.MINUS, panels.DASHED, 0.85, 0.5, (2.5, 1.5), (0.65, 0.65)),
-    Look(theme.ZERO, panels.SOLID, 1.0, 0.0, (1.0, 0.0), (1.1, 1.1)),
-    Look(theme.PLUS, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), (0.6, 0.35)),
+    Look(theme.BLUE, panels.DASHED, 0.85, 0.5, (2.5, 1.5), (0.65, 0.65)),
+    Look(theme.INK, panels.SOLID, 1.0, 0.0, (1.0, 0.0), (1.1, 1.1)),
+    Look(theme.RED, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), (0.6, 0.35)),
 )
 ROW_HEIGHT_IN, TABLE_WIDTH_IN = 0.21, 2.9
 """Line spacing and width of the table of a flank."""

@@ -21,7 +21,7 @@ from beveloid_geom.gear.active_flank import active_start
 from beveloid_geom.gear.flank import tip_parameter
 
 from ...components import annotate
-from ...components.charts import LEAST_EASE_OFF
+from ...components.charts import ZERO_EASE_OFF_UM
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...components.map_panel import HALO, LEVEL, thin_out
 from ...components.paths_table import FLANKS, coefficients, modified, parabolas
@@ -138,7 +138,7 @@ def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, printed: 
     # Position of the scale bar, to the right and up, between the labels at +z, in half face widths.
     bar_position = 1.8, -0.05
     lowest, greatest = min(float(span[0]), 0.0), max(float(span[1]), 0.0)
-    scale = surface_height / (greatest - lowest) if greatest - lowest > LEAST_EASE_OFF else 0.0
+    scale = surface_height / (greatest - lowest) if greatest - lowest > ZERO_EASE_OFF_UM else 0.0
 
     def seen(face: FloatArray, profile: FloatArray, height: FloatArray) -> FloatArray:
         return np.stack((face + tip_shift * profile, tip_height * profile + scale * height), axis=-1)
@@ -168,10 +168,10 @@ def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, printed: 
             )
             text.set_path_effects(HALO)
     length, floor = (
-        theme.round_length(max(0.5 * (greatest - lowest), LEAST_EASE_OFF)),
+        theme.round_length(max(0.5 * (greatest - lowest), ZERO_EASE_OFF_UM)),
         scale * lowest - tip_height - 0.4,
     )
-    if greatest - lowest > LEAST_EASE_OFF:
+    if greatest - lowest > ZERO_EASE_OFF_UM:
         right, foot = bar_position
         axes.plot([right, right], [foot, foot + scale * length], color=theme.INK, linewidth=3.0)
         unit, style = f"{length:g} \u00b5m", {"fontsize": theme.SMALL}
@@ -187,7 +187,7 @@ def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
     # Contour lines have no label beyond this fraction of half the axes.
     label_limit_fraction = 0.9
     values = np.ma.masked_invalid(1e3 * found.deviation)
-    if float(np.abs(values).max()) < LEAST_EASE_OFF:
+    if float(np.abs(values).max()) < ZERO_EASE_OFF_UM:
         corner: dict[str, Any] = {"ha": "right", "va": "bottom", "transform": axes.transAxes}
         axes.text(0.98, 0.04, "zero within\nrounding", fontsize=theme.SMALL, **corner)
         values[:] = 0.0
@@ -233,7 +233,7 @@ def _second_order_words(found: EaseOff) -> str:
     values = {name: 1e3 * value for name, value in vars(found.second_order).items()}
     # Two decimals; more if the largest coefficient has fewer than three digits with them.
     largest = max(map(abs, values.values()))
-    digits = max(2, 2 - math.floor(math.log10(largest))) if largest > LEAST_EASE_OFF else 2
+    digits = max(2, 2 - math.floor(math.log10(largest))) if largest > ZERO_EASE_OFF_UM else 2
     coefficients_um = {name: theme.signed(value, digits) for name, value in values.items()}
     return (
         "mean {mean}, twist {twist}\nslope {face_slope}, {profile_slope}\n"

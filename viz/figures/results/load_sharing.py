@@ -15,7 +15,7 @@ from beveloid_geom.export.fea.pair_results import PairResult, read_pair_result
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.columns import ARCSEC
 
-from ...components.charts import SMALLEST
+from ...components.charts import ZERO_ERROR_ARCSEC
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...rendering import theme
 from ...rendering.layout import Cells
@@ -203,7 +203,7 @@ def _errors(axes: Axes, found: Loaded) -> None:
 def _swing(error: FloatArray) -> str:
     """Return the peak-to-peak value of an error, arcsec, as text."""
     swing = float(np.nanmax(error) - np.nanmin(error))
-    return f"peak to peak {swing:.3g} arcsec" if swing > SMALLEST else "zero within rounding"
+    return f"peak to peak {swing:.3g} arcsec" if swing > ZERO_ERROR_ARCSEC else "zero within rounding"
 
 
 def rows(found: Loaded) -> Table:

@@ -31,7 +31,7 @@ BAND_COLOURS = ("#08306b", "#2166ac", "#4393c3", "#92c5de", "#c6dfee", "#e3eef6"
 MARKS = {
     "nearest vertices of the meshes": ("o", "white", theme.RED, 11.0),
     "polished": ("o", theme.RED, "white", 13.0),
-    "path of contact": ("x", theme.BLACK, theme.BLACK, 7.0),
+    "path of contact": ("x", theme.INK, theme.INK, 7.0),
 }
 
 

@@ -158,7 +158,7 @@ def close(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
     radius = tube_share * camera.half_height
     # A white tube behind each path is its outline. It is deeper the more it runs along the line of sight.
     ahead = -4.0 * radius * camera.direction
-    items: list[Item] = [Tube(line + ahead, theme.PATH, radius) for line in paths]
+    items: list[Item] = [Tube(line + ahead, theme.RED, radius) for line in paths]
     items += [Tube(line, "white", 1.8 * radius) for line in paths]
     items.append(Tube(pair.contact[None] + ahead, theme.INK, 3.0 * radius))
     line = line_of_contact(data)

@@ -14,7 +14,7 @@ from beveloid_geom.contact.parallel.lines import touches_along_lines
 from beveloid_geom.report.sensitivity import steps_of
 
 from ...components import charts
-from ...components.charts import MIDDLE, QUANTITIES, Quantity, changes_under_steps
+from ...components.charts import MIDDLE_INDEX, QUANTITIES, Quantity, changes_under_steps
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...components.paths_table import (
     FLANKS,
@@ -50,7 +50,7 @@ class Case:
                 words.append(f"{rates.flank} flanks: no path of contact, {reason}")
             elif bool(touches_along_lines(self.design, rates.flank)):
                 words.append("both flanks: line contact")
-            elif np.isnan(rates.face_shift_by[MIDDLE]).any():
+            elif np.isnan(rates.face_shift_by[MIDDLE_INDEX]).any():
                 still = np.ptp(rates.l[:, 0]) < profile_movement_mm
                 turned = f"{rates.flank} flanks: no middle, the roll turns back along the path"
                 words.append("both flanks: path along the face" if still else turned)

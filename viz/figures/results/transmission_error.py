@@ -69,7 +69,7 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     page, low, high = theme.new_page(
         layout,
         "Motion graph: transmission error of every tooth pair, and of the pair in contact",
-        f"{data[0].flank.capitalize()} flanks, the pinion drives; {motion_graph.SHOWN} mesh cycles",
+        f"{data[0].flank.capitalize()} flanks, the pinion drives; {motion_graph.SHOWN_PITCHES} mesh cycles",
         (
             "Rigid teeth without load. Grey: single tooth pair, dotted on an edge. Thick: pair in"
             " contact, with the gear furthest ahead. Positive: gear ahead of the unmodified pair"
