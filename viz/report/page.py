@@ -40,23 +40,14 @@ from .cells import cell_pictures, size_decimals
 from .charts import Flats
 from .data import EASE_OFF_GRID, HARMONICS, POSITIONS, FlankResults, PageData
 from .origin import Origin
-from .picture import LEVELS
+from .picture import SHADES
 from .svg import style, svg_of
 
 NOT_KNOWN = "\u2013"
-MINUS = "\u2212"
-RAD = math.radians(1.0)
 Charts = dict[str, dict[str, Markup]]
 Drawn = dict[str, tuple[str, Figure]]
 Row = tuple[Any, ...]
 Column = tuple[Any, str, float]
-VERDICTS = {
-    ERROR: "Does not work in this form",
-    UNKNOWN: "Not assessed: a calculation failed",
-    WARNING: "Works with restrictions",
-    NOTE: "No objections found",
-}
-"""Verdict by the level of the most severe remark."""
 
 
 def looked_up(numbers: Mapping[str, Any], key: str) -> Any:
@@ -74,7 +65,7 @@ def looked_up(numbers: Mapping[str, Any], key: str) -> Any:
 def number_text(value: float, digits: int, general: bool = False) -> str:
     """Return a number with `digits` decimals, or with `general` that many significant digits, a typographic
     minus, and no negative zero."""
-    return f"{value:z.{digits}{'g' if general else 'f'}}".replace("-", MINUS)
+    return f"{value:z.{digits}{'g' if general else 'f'}}".replace("-", "\u2212")
 
 
 def short_text(value: float) -> str:
@@ -388,11 +379,16 @@ def _of_page(design: Design) -> dict[str, Any]:
         "harmonics": HARMONICS,
         "positions": POSITIONS,
         "quantile_places": [SHARES.index(share) for share in SHOWN_SHARES],
-        "verdicts": VERDICTS,
-        "shades": range(LEVELS),
+        "verdicts": {  # by the level of the most severe remark
+            ERROR: "Does not work in this form",
+            UNKNOWN: "Not assessed: a calculation failed",
+            WARNING: "Works with restrictions",
+            NOTE: "No objections found",
+        },
+        "shades": range(SHADES),
         "ease_off_grid": EASE_OFF_GRID,
         "builtin": BUILTINS,
-        "deg": 1.0 / RAD,
+        "deg": 1.0 / math.radians(1.0),
         "arcsec": ARCSEC,
         "asset": asset,
         "script_json": script_json,
