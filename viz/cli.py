@@ -71,7 +71,7 @@ class Made:
 class Job:
     """A figure to be drawn for a design, measured points or loaded teeth.
 
-    `flank` is used if the figure shows one flank; `form` is one of `files.FORMATS`."""
+    `flank` is used if the figure shows one flank; `form` is png, pdf or svg."""
 
     figure: Figure
     design: Design | DeviationReport | Loaded
@@ -186,13 +186,7 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     show_default=" and ".join(UNASKED),
     help="Draw the figures of this set. Can be repeated.",
 )
-@option(
-    "--out",
-    click.Path(path_type=Path),
-    Path("outputs/figures"),
-    "Folder for pictures and CSV files.",
-    metavar="DIR",
-)
+@option("--out", click.Path(path_type=Path), "outputs/figures", "Folder for pictures and CSV files.", "DIR")
 @size_option("1600x1200")
 @click.option(
     "--width-mm",

@@ -65,7 +65,7 @@ def test_a_cloud_is_darker_than_metal_and_a_wider_one_lighter() -> None:
 
 
 def test_bars_and_marks_differ_without_colours() -> None:
-    assert len(set(transmission_error.HATCHES)) == len(transmission_error.COLOURS)
+    assert len({hatch for _, hatch in transmission_error.LOOKS}) == len(transmission_error.LOOKS)
     assert len({marker for *_, marker in fig_11_contact_ratio.LOOKS.values()}) == 2
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import chain
-from typing import Any
+from typing import Any, ClassVar
 
 from beveloid_geom import Design
 
@@ -19,8 +19,6 @@ from .viewpoint import FlankView, flank_views, greatest_span, looks_of, scale_ba
 
 LEFT = 0.045  # fractions of the page width
 CELLS = Cells(left=0.72, right=0.16, across=0.0, down=0.0, most=5, least=0.95)
-HEADING_IN = 0.4
-"""Inches above a row of flanks with headings."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,6 +85,7 @@ class FlankGrid:
     outside: bool = False
     by_case: bool = False
     share: float = 0.88
+    heading_in: ClassVar[float] = 0.4  # above a row of flanks with headings
 
     @property
     def columns(self) -> int:
@@ -96,7 +95,7 @@ class FlankGrid:
     def tall(self, layout: theme.Layout) -> float:
         """Return the height in print, inches."""
         rows = len(self.text)
-        words = (rows if self.by_case else 1) * HEADING_IN + sum(self.text) + 2.0 * rows * LABEL_IN
+        words = (rows if self.by_case else 1) * self.heading_in + sum(self.text) + 2.0 * rows * LABEL_IN
         flank = min(3.0 * CELLS.width(layout, self.columns) / self.stretch, 3.6)
         return CELLS.tall(layout, self.columns, words + rows * flank)
 
@@ -105,14 +104,14 @@ class FlankGrid:
         if self.by_case:
             both = range(len(MEMBERS))
             return [
-                ([(case, member) for member in both], HEADING_IN, under)
+                ([(case, member) for member in both], self.heading_in, under)
                 for case, under in enumerate(self.text)
             ]
         count, per_row = len(self.cases), CELLS.columns(layout, self.columns)
         return [
             ([(case, member) for case in range(first, min(first + per_row, count))], *heights)
             for first in range(0, count, per_row)
-            for member, heights in enumerate(zip((HEADING_IN, 0.0), self.text, strict=True))
+            for member, heights in enumerate(zip((self.heading_in, 0.0), self.text, strict=True))
         ]
 
     def heading(self, case: int, member: int) -> str:

@@ -39,9 +39,8 @@ STRETCH = 2.0
 """Factor across the face for flanks that are drawn side by side."""
 LABEL_IN = 0.27
 """Inches above and below a flank for labels."""
-THIN, EDGE_COLOUR = 0.45, theme.BLUE
-"""Width of the parts of a path that are not first contact, relative to other paths, and colour of edge
-contact."""
+THIN = 0.45
+"""Width of the parts of a path that are not first contact, relative to other paths."""
 DASHED = (5.0, 3.0)
 DOTTED = (1.6, 2.4)
 """Lengths of dash and gap in widths of the path."""
@@ -122,7 +121,7 @@ def trace_items(trace: Trace, view: FlankView, radius: float) -> list[Item]:
 def edge_traces(path: SolvedPath, member: int, look: Trace | None = None) -> list[Trace]:
     """Return the lines of edge contact on pinion (0) or gear (1), with width, height and colour of `look` if
     given."""
-    look = look or Trace(path.points[member], EDGE_COLOUR, lift=1.5)
+    look = look or Trace(path.points[member], theme.BLUE, lift=1.5)
     return [replace(look, points=line, bare=True) for line in path.edge_lines(member)]
 
 
@@ -134,7 +133,7 @@ def line_points(page: Page) -> float:
 def touching_legend(
     page: Page,
     paths: Sequence[SolvedPath],
-    colours: tuple[str, str, str] = (theme.RED, theme.RED, EDGE_COLOUR),
+    colours: tuple[str, str, str] = (theme.RED, theme.RED, theme.BLUE),
 ) -> list[Line2D]:
     """Return the legend of the parts that some of the paths have: first contact, not first, and edge
     contact."""

@@ -16,7 +16,7 @@ from beveloid_geom.contact.parallel.lines import contact_lines, touches_along_li
 from beveloid_geom.design.ends import limit_words
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.pair.frames import layout_of
-from beveloid_geom.report.result import status_name
+from beveloid_geom.report.result import MEMBERS as MEMBERS, status_name
 from beveloid_geom.status import Verdict
 from beveloid_geom.validation.claims import MODIFIED
 
@@ -24,7 +24,6 @@ from .figure_steps import Table
 from .touching import Touching, in_order, limit_code, touching_along
 
 FLANKS = ("right", "left")
-MEMBERS = ("pinion", "gear")
 LINES = 5
 """Number of lines of contact drawn."""
 PARABOLAS = ("parabola_pinion_per_mm", "parabola_gear_per_mm")

@@ -132,7 +132,7 @@ def placed(design: Design, roll: FloatArray) -> PosedPair:
 
 
 def rings(member: Member) -> FloatArray:
-    """Return points (2, RING, 3) of the tip circles at both ends of the face, in the frame of the member,
+    """Return points (2, n, 3) of the tip circles at both ends of the face, in the frame of the member,
     mm."""
     half = 0.5 * float(member.face_width)
     return np.stack([circle(float(tip_radius(member, z)), z, 49) for z in (-half, half)])

@@ -62,11 +62,7 @@ def _removed(folder: str) -> str:
 @click.argument("design", default=BUILTIN_DESIGN)
 @flank_option
 @option(
-    "--out",
-    click.Path(path_type=Path),
-    Path("outputs/mesh.gif"),
-    "File to write, .gif or .mp4.",
-    metavar="FILE",
+    "--out", click.Path(path_type=Path), "outputs/mesh.gif", "File to write, .gif or .mp4.", metavar="FILE"
 )
 @option("--pitches", click.IntRange(1, 100), 1, "Number of pitches of the pinion.")
 @option("--seconds", NumberRange(0.1, 60.0), 3.0, "Duration of a pitch.", metavar="S")

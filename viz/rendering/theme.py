@@ -29,18 +29,14 @@ from .scene import Picture, Size
 # Palette of Okabe and Ito: can be distinguished by colour-blind readers and by lightness in print.
 INK = "#1a1a1a"
 ORANGE = "#e69f00"
-SKY = "#56b4e9"
 GREEN = "#009e73"
 BLUE = "#0072b2"
 RED = "#d55e00"
 GREY = "#6b6b6b"
 PALE = "#d9d9d9"
 
-STEEL = "#b9c4cf"
-"""Metal of the pinion."""
-BRONZE = "#d3c3a6"
-"""Metal of the gear."""
-METALS = (STEEL, BRONZE)
+METALS = ("#b9c4cf", "#d3c3a6")
+"""Colours of pinion and gear."""
 
 # Text sizes, points, on a page 16 inches wide.
 TITLE = 22.0

@@ -24,8 +24,6 @@ from .theme import Page
 
 FloatArray: TypeAlias = NDArray[np.float64]
 BoolArray: TypeAlias = NDArray[np.bool_]
-EDGE_IN = 0.12
-"""Margin of a page."""
 
 
 def finish_page(page: Page) -> Page:
@@ -185,33 +183,38 @@ def _pushes(boxes: FloatArray, free: BoolArray, room: float) -> FloatArray:
 
 def _surround(page: Page) -> None:
     """Place title, subtitle and legends above the figure and the note below it, and set the page height."""
-    space_in = 0.16  # between title, legends, figure and note
+    # Margin of the page, and space between title, legends, figure and note.
+    margin_in, space_in = 0.12, 0.16
     body = _body(page)
-    width, dpi = page.layout.width - 2.0 * EDGE_IN, page.dpi
+    dpi = page.dpi
+    width = (page.layout.width - 2.0 * margin_in) * dpi
     over: list[Text | Legend] = []
     under: list[Text] = []
     if not page.layout.plain:
         bold: dict[str, Any] = {"fontsize": theme.TITLE, "fontweight": "bold"}
         quiet: dict[str, Any] = {"color": theme.GREY, "linespacing": 1.3}
-        over = [_line(page, page.title, bold), _line(page, page.subtitle, {"fontsize": theme.LABEL, **quiet})]
-        under = [_line(page, page.note, {"fontsize": theme.SMALL, **quiet})] if page.note else []
+        over = [
+            _line(page, page.title, width, bold),
+            _line(page, page.subtitle, width, {"fontsize": theme.LABEL, **quiet}),
+        ]
+        under = [_line(page, page.note, width, {"fontsize": theme.SMALL, **quiet})] if page.note else []
     for entries in page.legend_entries:
-        over.append(_legend(page, entries, width * dpi))
+        over.append(_legend(page, entries, width))
     heights = (
         [artist.get_window_extent().height for artist in over],
         [a.get_window_extent().height for a in under],
     )
-    gap, edge = space_in * dpi, EDGE_IN * dpi
+    gap, edge = space_in * dpi, margin_in * dpi
     bottom = round(edge + sum(height + gap for height in heights[1]))
     top = bottom + (body.y1 - body.y0) + sum(height + gap for height in heights[0]) + edge
     _resize(page, round(bottom - body.y0), float(np.ceil(top)))
     y = page.get_figheight() * dpi - edge
     for artist, height in zip(over, heights[0], strict=True):
-        _stand(page, artist, EDGE_IN / page.layout.width, y)
+        _stand(page, artist, margin_in / page.layout.width, y)
         y -= height + gap
     y = bottom - gap
     for artist, height in zip(under, heights[1], strict=True):
-        _stand(page, artist, EDGE_IN / page.layout.width, y)
+        _stand(page, artist, margin_in / page.layout.width, y)
         y -= height + gap
 
 
@@ -222,11 +225,11 @@ def _body(page: Page) -> Bbox:
     return Bbox.union([box for box in boxes if box is not None and np.isfinite(box.extents).all()])
 
 
-def _line(page: Page, words: str, style: dict[str, Any]) -> Text:
-    """Write text over the page width, at the top of the page; it is moved later."""
+def _line(page: Page, words: str, width: float, style: dict[str, Any]) -> Text:
+    """Write text over a width, pixels, at the top of the page; it is moved later."""
     text = page.text(0.0, 1.0, words, va="top", ha="left", **style)
     _set_type(text)
-    theme.wrap_text(text, words, (page.layout.width - 2.0 * EDGE_IN) * page.dpi)
+    theme.wrap_text(text, words, width)
     return text
 
 

@@ -36,8 +36,8 @@ from ..rendering import theme
 from .data import FlankResults
 from .svg import WIDTH_PX, new_chart
 
-SIDE_PX, LARGEST_HEIGHT_PX = 44.0, 130.0
-"""Space at the sides of a flank, and largest height of a flank."""
+SIDE_PX = 44.0
+"""Space at the sides of a flank."""
 LEGEND: dict[str, Any] = {"handlelength": 1.5, "columnspacing": 1.0, "handletextpad": 0.5}
 
 
@@ -67,11 +67,12 @@ def flats_of(design: Design) -> Flats:
         for flank in FLANKS
     }
     known = [one for both in flanks.values() for one in both if one is not None]
-    scales = _scales(known) if known else {}
+    largest_height_px = 130.0
+    scales = _scales(known, largest_height_px) if known else {}
     sizes = [
         [scales[one] * one.span[1] for one in both if one] for both in zip(*flanks.values(), strict=True)
     ]
-    return Flats(flanks, scales, tuple(float(max(size, default=LARGEST_HEIGHT_PX / 4.0)) for size in sizes))
+    return Flats(flanks, scales, tuple(float(max(size, default=largest_height_px / 4.0)) for size in sizes))
 
 
 def flank_chart(results: FlankResults, flats: Flats, cloud: bool = False) -> Figure | None:
@@ -124,11 +125,11 @@ def flank_chart(results: FlankResults, flats: Flats, cloud: bool = False) -> Fig
     return chart
 
 
-def _scales(flats: list[FlatFlank]) -> dict[FlatFlank, float]:
+def _scales(flats: list[FlatFlank], largest_height_px: float) -> dict[FlatFlank, float]:
     """Return pixels per mm of each flank: equal, unless one flank would be too small."""
     # Ratio of sizes above which a flank has a separate scale.
     small_by = 2.0
-    room = np.array([WIDTH_PX - 2.0 * SIDE_PX, LARGEST_HEIGHT_PX])
+    room = np.array([WIDTH_PX - 2.0 * SIDE_PX, largest_height_px])
     fitting = np.array([(room / one.span).min() for one in flats])
     return dict(
         zip(flats, np.where(fitting > small_by * fitting.min(), fitting, fitting.min()).tolist(), strict=True)

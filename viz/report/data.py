@@ -46,8 +46,6 @@ POSITIONS, HARMONICS = 101, 10
 """Defaults of `beveloid-geom tca` and `operation`."""
 EASE_OFF_GRID = (9, 13)
 """Points along profile and face for the numbers of the ease-off."""
-OVER = ("offset", "shaft_angle")
-"""Errors of the matrix of patterns: of its rows and of its columns."""
 Progress: TypeAlias = Callable[[str], object]
 Section: TypeAlias = tuple[Any, str, str | None]
 """Result, its JSON, and the reason if there is no result, otherwise None."""
@@ -89,7 +87,7 @@ class Settings:
     def sizes(self) -> tuple[float, float] | None:
         """Largest errors of the matrix of patterns, mm and rad: the given tolerances; None for the usual ones
         if not both are given."""
-        given = getattr(self.tolerances, OVER[0]), getattr(self.tolerances, OVER[1])
+        given = self.tolerances.offset, self.tolerances.shaft_angle
         return given if self.given and all(given) else None
 
 
@@ -328,6 +326,7 @@ def _studied(name: str, design: Design, study: ToleranceStudy) -> Section:
 def _matrices(name: str, design: Design, settings: Settings, progress: Progress) -> dict[str, Section]:
     """Compute the patterns of both flanks under two errors."""
     progress("matrix")
+    over = ("offset", "shaft_angle")  # errors of rows and columns
     results: dict[str, Section] = {}
     last: PatternMatrix | None = None
     for flank in FLANKS:
@@ -335,7 +334,7 @@ def _matrices(name: str, design: Design, settings: Settings, progress: Progress)
             if fault := first_contact_fault(design):
                 raise UnknownOperationError(fault)
             last = pattern_matrix(
-                design, OVER, flank, sizes=settings.sizes, separation=MARKING_SEPARATION, like=last
+                design, over, flank, sizes=settings.sizes, separation=MARKING_SEPARATION, like=last
             )
         except ValueError as error:
             results[flank] = _missing(name, flank, getattr(error, "reason", str(error)))

@@ -69,8 +69,8 @@ def svg_of(chart: Figure, name: str, title: str) -> str:
         theme.PALE: "line",
         theme.BLUE: "accent",
         theme.RED: "path",
-        theme.STEEL: "pinion",
-        theme.BRONZE: "gear",
+        theme.METALS[0]: "pinion",
+        theme.METALS[1]: "gear",
     }
     file = io.StringIO()
     nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))

@@ -38,7 +38,7 @@ def view_data(design: Design, tolerance: float | None = None) -> dict[str, Any]:
     design : Design
         A single design.
     tolerance : float, optional
-        Largest deviation of the triangles, mm; TOLERANCE times the module by default.
+        Largest deviation of the triangles, mm; by default in proportion to the module.
 
     Returns
     -------

@@ -38,7 +38,6 @@ LABELS = (
     ("first contact", 1_001, "1,001", ((0, 11, "center"), (0, -22, "center"))),
 )
 """Settings written next to their marks: method, value, text and places in points, best first."""
-EXACT_MM = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,9 +137,14 @@ def _set_limits(axes: Axes, data: SpeedAccuracy) -> None:
     axes.minorticks_off()
 
 
+def is_exact(one: Measurement) -> bool:
+    """Return whether the error consists of rounding only."""
+    return one.error_mm < 1e-9
+
+
 def title(data: SpeedAccuracy) -> str:
     """Return the finding if the one equation is exact and the fastest exact method, else the subject."""
-    exact = [one for one in data.measurements if one.error_mm < EXACT_MM]
+    exact = [one for one in data.measurements if is_exact(one)]
     fastest = min(exact, key=lambda one: one.seconds[1], default=None)
     if fastest is None or fastest.method != "one equation":
         return "Error and time of five methods that find the contact"
@@ -151,10 +155,10 @@ def title(data: SpeedAccuracy) -> str:
 
 def finding(data: SpeedAccuracy) -> list[str]:
     """Return lines that compare the times of the one equation and of the five equations."""
-    exact = [one.seconds[1] for one in data.of("five equations") if one.error_mm < EXACT_MM]
+    exact = [one.seconds[1] for one in data.of("five equations") if is_exact(one)]
     lines = []
     for one in data.of("one equation") if exact else ():
-        if one.value in (1, 11, 101, 100_001) and one.error_mm < EXACT_MM:
+        if one.value in (1, 11, 101, 100_001) and is_exact(one):
             factor = min(exact) / one.seconds[1]
             rounded = float(f"{max(factor, 1.0 / factor):.2g}")
             lines.append(f"{one.value:,.0f}: {rounded:,g} times {'faster' if factor > 1.0 else 'slower'}")

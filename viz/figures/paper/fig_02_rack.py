@@ -17,9 +17,6 @@ from ...components import annotate, cutter
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...rendering import theme
 
-BACK_MODULES = 0.4
-"""Thickness of the back of the tool, in normal modules."""
-
 
 @dataclass(frozen=True, eq=False)
 class RackFigure:
@@ -82,7 +79,8 @@ def draw(data: RackFigure, layout: theme.Layout) -> Drawing:
     box = theme.place(page, 0.02, low, 0.96, high - low)
     axes = theme.overlay(page, box)
     tool = data.tools[0]
-    ends = module * np.array([-float(tool.dedendum) - 0.35, cutter.TOP * float(tool.addendum) + BACK_MODULES])
+    back_modules = 0.4  # thickness of the back of the tool
+    ends = module * np.array([-float(tool.dedendum) - 0.35, cutter.TOP * float(tool.addendum) + back_modules])
     room = 1.0 - 2.0 * text_width_in * page.dpi / box.width
     half = max(
         (wide + 0.62) * module,
@@ -91,18 +89,17 @@ def draw(data: RackFigure, layout: theme.Layout) -> Drawing:
     )
     high_half = half * box.height / box.width
     axes.set(xlim=(-half, half), ylim=(ends.mean() - high_half, ends.mean() + high_half))
-    _draw_tool(axes, data, wide, narrow)
+    _draw_tool(axes, data, wide, ends[1], narrow)
     _draw_lines(axes, data, wide, "" if narrow else space)
     _draw_frames(axes, data)
     _draw_parameters(axes, data, "" if narrow else angle)
     return Drawing(page, {})
 
 
-def _draw_tool(axes: Axes, data: RackFigure, wide: float, narrow: bool) -> None:
-    """Draw the tool, and the straight profile on top."""
+def _draw_tool(axes: Axes, data: RackFigure, wide: float, back: float, narrow: bool) -> None:
+    """Draw the tool up to its back, and the straight profile on top."""
     tool_colour = "#e3e9ee"
     straight, parabolic = (cutter.profile(half, data.module, 3) for half in data.profiles)
-    back = parabolic[:, 1].max() + BACK_MODULES * data.module
     outline = np.concatenate(([[parabolic[0, 0], back]], parabolic, [[parabolic[-1, 0], back]]))
     window = Rectangle((-wide * data.module, -1e3), 2.0 * wide * data.module, 2e3, transform=axes.transData)
     for drawn in (

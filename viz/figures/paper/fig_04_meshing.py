@@ -26,10 +26,6 @@ LINE_COLOURS = (theme.BLUE, "#8a5a00")
 """Line colours of pinion and gear."""
 
 
-SAME_FRAME_FRACTION = 0.01
-"""Frames closer than this fraction of the distance of the members are drawn as one."""
-
-
 @dataclass(frozen=True, eq=False)
 class MeshingFigure:
     """The unmodified pair without errors at roll 0.
@@ -53,7 +49,11 @@ class MeshingFigure:
 
     def together(self, number: int) -> bool:
         """Return whether mid-face of a member is at its foot of the common perpendicular."""
-        return bool(abs(self.mounting.distance[number]) < SAME_FRAME_FRACTION * self.pair.apart)
+        return self.is_short(float(self.mounting.distance[number]))
+
+    def is_short(self, length: float) -> bool:
+        """Return whether frames at a distance (mm) are drawn as one."""
+        return bool(abs(length) < 0.01 * self.pair.apart)
 
     def parallel_frame(self, number: int) -> bool:
         """Return whether the fixed frame with the axes of the frame of a member is drawn as well."""
@@ -305,7 +305,7 @@ def _annotate_distance(over: Overlay, data: MeshingFigure, number: int) -> None:
     start, out, colour = data.feet[number], _out(data)[number], LINE_COLOURS[number]
     pitch = data.pair.foot[number] + data.mounting.pitch_distance[number] * data.pair.axis[number]
     style: dict[str, Any] = {"color": colour, "fontsize": theme.HEADING}
-    if float(abs(data.mounting.pitch_distance[number])) > SAME_FRAME_FRACTION * data.pair.apart:
+    if not data.is_short(float(data.mounting.pitch_distance[number])):
         for end in (start, pitch):
             over.line(end, end + 1.03 * out, color=colour, linewidth=0.9)
         name = f"$d_{{w{number + 1}}}$"

@@ -49,6 +49,7 @@ LOOKS = (
     Look(theme.INK, panels.SOLID, 1.0, 0.0, (1.0, 0.0), (1.1, 1.1)),
     Look(theme.RED, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), (0.6, 0.35)),
 )
+"""Styles of a negative error, no error, and a positive error."""
 ROW_HEIGHT_IN, TABLE_WIDTH_IN = 0.21, 2.9
 """Line spacing and width of the table of a flank."""
 INSET_IN, BESIDE_IN = (2.3, 1.25), (1.35, 1.25)

@@ -41,8 +41,8 @@ class Case:
 
     `name` is that of the CSV file, `label` that of the picture.
 
-    `shifts` (2, ERRORS), mm: displacement of the middle of the path along the face of the pinion under each
-    error of the `sizes` (2, ERRORS), mm and rad; NaN without a path."""
+    `shifts` (2, n), mm: displacement of the middle of the path along the face of the pinion under each
+    error of the `sizes` (2, n), mm and rad; NaN without a path."""
 
     name: str
     label: str

@@ -238,8 +238,8 @@ def _colours(page: theme.Page, axes: Axes, data: ParabolaMap, name: str) -> None
         return
     cyclic = quantity.scale == "cyclic"
     fine_x, fine_y, fine = _finer(x, y, values, HALF_TURN_DEG if cyclic else math.inf)
-    # Values change suddenly next to cells without a value: the colours do not cover the range of these two
-    # cells, and there are no contour lines.
+    # Values change suddenly within two cells of a cell without a value: the colours do not cover the range
+    # of these cells, and there are no contour lines.
     border = next_to_unknown(values, 2)
     # The colours cover the range of the cells that a pair can use.
     usable = values[~border & (y <= 0.0)] if (~border & (y <= 0.0)).any() else values[:, y <= 0.0]

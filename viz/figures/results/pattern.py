@@ -31,7 +31,6 @@ from ...components.viewpoint import FlankView
 from ...rendering import theme
 from ...rendering.scene import Item, Paint, Picture, divided
 
-SEPARATION_BANDS_UM = (0.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
 BLUES = ("#08306b", "#1f5fa6", "#4a98c9", "#8bbfdf", "#c3dbee")
 HUES = ("#081d58", "#253d95", "#225ea8", "#1d91c0", "#41b6c4", "#7fcdbb", "#c7e9b4")
 BARE = ("#eceff3", "#f3eee4")
@@ -164,6 +163,7 @@ def _rings(design: Design, path: SolvedPath, number: int) -> tuple[FloatArray, .
 
 def compute_separation(design: Design, flank: str = "right") -> BandFigure:
     """Compute the separation of three neighbouring tooth pairs at one position of a flank."""
+    bands_um = (0.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
     # Tooth pairs of a separation that are drawn if some separations are within the bands.
     pairs = (-1, 0, 1)
     # Position of the separation as a fraction of the path in roll, where two tooth pairs touch.
@@ -180,7 +180,11 @@ def compute_separation(design: Design, flank: str = "right") -> BandFigure:
         layers = [_separation_layers(path, pose, pair) for pair in pairs]
         rolls = (theme.signed(np.degrees(angle), 3) for angle in pose)
         under = ", pinion roll {}\u00b0, gear roll {}\u00b0".format(*rolls)
-    near = [pair for pair, both in zip(pairs, layers, strict=True) if both and any(map(_in_bands, both))]
+    near = [
+        pair
+        for pair, both in zip(pairs, layers, strict=True)
+        if both and any(_in_bands(layer, bands_um[-1]) for layer in both)
+    ]
     shown = [(pair, both) for pair, both in zip(pairs, layers, strict=True) if pair in (near or pairs)]
     return BandFigure(
         "Separation of the flanks at one position",
@@ -188,7 +192,7 @@ def compute_separation(design: Design, flank: str = "right") -> BandFigure:
         "Tooth pairs with separations in these bands, along the normal of the other flank. Bare metal: larger"
         " than the last band, or outside the other flank. Orange: path of contact.",
         "separation (\u00b5m)",
-        SEPARATION_BANDS_UM,
+        bands_um,
         HUES,
         ("pinion_roll_rad", "gear_roll_rad"),
         tuple(
@@ -201,10 +205,10 @@ def compute_separation(design: Design, flank: str = "right") -> BandFigure:
     )
 
 
-def _in_bands(layer: Layer) -> bool:
-    """Return True if the bands cover a part of the flank that can be seen."""
+def _in_bands(layer: Layer, largest_um: float) -> bool:
+    """Return True if the bands up to a separation cover a part of the flank that can be seen."""
     smallest_share = 0.01
-    return bool(np.mean(layer.values < SEPARATION_BANDS_UM[-1]) > smallest_share)
+    return bool(np.mean(layer.values < largest_um) > smallest_share)
 
 
 def _separation_layers(path: SolvedPath, pose: tuple[float, float], pair: int) -> tuple[Layer, Layer]:

@@ -28,9 +28,6 @@ from ...components.flattened_flank import side_view
 from ...components.paths_table import FLANKS, coefficients, modified, parabolas
 from ...rendering import theme
 
-LEFT_MARGIN_IN = 1.44
-"""Margin on the left of a matrix."""
-
 
 @dataclass(frozen=True, eq=False)
 class Block:
@@ -93,7 +90,7 @@ def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
     }
     film = next((1e3 * block.found.separation for block in data if block.found), np.nan)
     count = max((block.found.first.size for block in data if block.found), default=1)
-    row = 0.3 * _width(layout, count) + _under(layout)
+    row = 0.3 * _columns(layout, count)[1] + _under(layout)
     page, low, high = theme.new_page(
         layout,
         "Contact pattern under two errors",
@@ -128,10 +125,10 @@ def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
     return Drawing(page, {})
 
 
-def _width(layout: theme.Layout, count: int) -> float:
-    """Return the width of a column of a matrix, inches."""
-    right_margin_in = 0.1
-    return (layout.width - LEFT_MARGIN_IN - right_margin_in) / count
+def _columns(layout: theme.Layout, count: int) -> tuple[float, float]:
+    """Return the left end and the width of the columns of a matrix, inches."""
+    left, right_margin = 1.44, 0.1
+    return left, (layout.width - left - right_margin) / count
 
 
 def _under(layout: theme.Layout) -> float:
@@ -151,10 +148,11 @@ def _matrix(
     of the columns."""
     count, status = found.first.size, status_of(found)
     lines, height = theme.split_rows(bottom, bottom + half, count)
-    under, width = theme.inches(page, _under(page.layout)), _width(page.layout, count) / page.layout.width
+    under = theme.inches(page, _under(page.layout))
+    start, width = (part / page.layout.width for part in _columns(page.layout, count))
     for k, (cell, added) in enumerate(zip(found.cells, added_of(found), strict=True)):
         row, column = divmod(k, count)
-        left = LEFT_MARGIN_IN / page.layout.width + width * column
+        left = start + width * column
         cell_width = 0.96 * width
         axes = page.add_axes((left, lines[row] + under, cell_width, height - 1.05 * under))
         axes.set_axis_off()

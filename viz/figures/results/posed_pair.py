@@ -179,7 +179,7 @@ def close(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
 
 
 def _pattern(data: PosedFigure) -> list[Surface]:
-    """Return the contact pattern on each of the TEETH, slightly above the flank, cut at its border."""
+    """Return the contact pattern on each of the teeth, slightly above the flank, cut at its border."""
     import pyvista as pv  # takes half a second to import
 
     side, member, flank = data.pattern, data.pair.design.pinion, data.path.path.flank

@@ -32,8 +32,6 @@ MOUNTINGS, CYCLE_MOUNTINGS, PATHS_DRAWN, SEED = 1024, 64, 300, 0
 """Number of mountings of a study, numbers of them with operation and of those drawn, and seed."""
 CLOUDS = ((5.0, "white", 0.4), (1.0, theme.BLUE, 0.12))
 """Multiples of the tolerances, colour and opacity of the paths drawn, the lowest first."""
-STRETCH = 4.0
-"""Magnification of the flanks across the face."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,6 +121,7 @@ def _cloud_of(design: Design, flank: str, factor: float) -> tuple[FloatArray, Fl
 def draw(data: CloudFigure, layout: theme.Layout) -> Drawing:
     """Draw the clouds on pinion and gear above the distributions of position and transmission error."""
     cells = Cells(left=0.95, right=0.3, across=1.0, down=1.1, most=2, least=1.6)
+    stretch = 4.0  # magnification of the flanks across the face
     # Name, factor, heading and label of the axis.
     quantities = (
         ("pinion_z_middle", 1.0, "middle of the path", "pinion z (mm)"),
@@ -132,14 +131,14 @@ def draw(data: CloudFigure, layout: theme.Layout) -> Drawing:
         layout,
         _title(data),
         _tolerances(data),
-        _note(data) + _in_operation(data),
+        _note(data, stretch) + _in_operation(data),
         below=0.9,
         above=0.7,
         columns=viewpoint.COLUMNS,
         tall=cells.tall(layout, 4, 2.6) + 0.6,
     )
     boxes = cells.boxes(layout, 4, page.get_figheight(), low, high)
-    views = viewpoint.flank_views(data.nominal.design, data.flank, STRETCH, outside=True)
+    views = viewpoint.flank_views(data.nominal.design, data.flank, stretch, outside=True)
     px_per_mm = panels.shared_scale(page, [views], boxes[0][2], boxes[0][3])
     pictures: dict[str, Picture] = {}
     over = theme.inches(page, 0.12)
@@ -184,7 +183,7 @@ def _tolerances(data: CloudFigure) -> str:
     return f"{data.flank.capitalize()} flanks; {sizes} ({spread})"
 
 
-def _note(data: CloudFigure) -> str:
+def _note(data: CloudFigure, stretch: float) -> str:
     """Return the note with the mountings drawn."""
     note = (
         "Flanks from outside, {stretch:g} times larger across: {drawn} mountings of the design{which}; black"
@@ -193,7 +192,7 @@ def _note(data: CloudFigure) -> str:
     )
     shown = data.nominal.design
     which = "" if shown is data.cases[0].design else f" with {coefficients(shown)}"
-    return note.format(drawn=PATHS_DRAWN, which=which, stretch=STRETCH)
+    return note.format(drawn=PATHS_DRAWN, which=which, stretch=stretch)
 
 
 def _in_operation(data: CloudFigure) -> str:

@@ -21,8 +21,7 @@ from ...components.paths_table import PARABOLAS, as_large, coefficients, modifie
 from ...rendering import theme
 from ...rendering.layout import Cells
 
-COLOURS = (theme.GREEN, theme.BLUE, theme.ORANGE)
-HATCHES = ("...", "", "///")
+LOOKS = ((theme.GREEN, "..."), (theme.BLUE, ""), (theme.ORANGE, "///"))
 """Colours and hatches of the cases."""
 HARMONICS = 10
 
@@ -48,7 +47,7 @@ def compute(design: Design, flank: str = "right") -> tuple[Case, ...]:
     changes = modified(design), design.with_parabola(hollow, hollow)
     named = ("as designed", design), *((coefficients(changed), changed) for changed in changes)
     cases, rolls = [], 361
-    for (name, changed), colour in zip(named, COLOURS, strict=True):
+    for (name, changed), (colour, _) in zip(named, LOOKS, strict=True):
         graph, reason = None, first_contact_fault(changed)
         if not reason:
             report = operation_report("", changed, flank, rolls, HARMONICS, MARKING_SEPARATION)
@@ -109,7 +108,7 @@ def _amplitudes(axes: Axes, data: tuple[Case, ...]) -> None:
         at = orders + (place - 0.5 * (len(known) - 1)) * width
         name = f"({'abc'[data.index(case)]})"
         look: dict[str, Any] = {"color": case.colour, "edgecolor": "white", "linewidth": 0.0}
-        axes.bar(at, values, 0.9 * width, hatch=HATCHES[data.index(case)], label=name, **look)
+        axes.bar(at, values, 0.9 * width, hatch=LOOKS[data.index(case)][1], label=name, **look)
     axes.set_xticks(orders)
     axes.set_xlim(0.4, HARMONICS + 0.6)
     axes.set_ylim(0.0, max(axes.get_ylim()[1], 1e-6))
