@@ -25,19 +25,21 @@ if TYPE_CHECKING:
         render as render,
     )
 
-_SCENE = (
-    "Arrow",
-    "Camera",
-    "Paint",
-    "Picture",
-    "Scene",
-    "Surface",
-    "Tube",
-    "fit_camera",
-    "grid_surface",
-    "render",
+_MODULES = dict.fromkeys(
+    (
+        "Arrow",
+        "Camera",
+        "Paint",
+        "Picture",
+        "Scene",
+        "Surface",
+        "Tube",
+        "fit_camera",
+        "grid_surface",
+        "render",
+    ),
+    "rendering.scene",
 )
-_MODULES = dict.fromkeys(_SCENE, "rendering.scene")
 _MODULES |= {"require_opengl": "rendering.opengl", "to_pyvista": "components.to_pyvista"}
 __all__ = sorted(_MODULES)
 

@@ -46,17 +46,6 @@ if TYPE_CHECKING:
     from .figures.results.load_sharing import Loaded
     from .rendering.theme import Page
 
-DEFAULT_OUT = Path("outputs/figures")
-WIDTHS_MM = 80, 260
-"""Smallest and largest width of a page in print, mm."""
-MEASURED_HELP = (
-    "Draw only the deviations of measured points. FILE has the points of the grid of the command `grid`."
-)
-LOADED_HELP = (
-    "Draw only load sharing and transmission error, from the decks that `mesh --part pair --rolls` wrote"
-    " to this --out and CalculiX has solved."
-)
-
 
 def chosen_figures(names: Sequence[str], sets: Sequence[str] = ()) -> list[Figure]:
     """Return the figures with these names and those of the sets; the default sets without either."""
@@ -82,7 +71,7 @@ class Made:
 class Job:
     """A figure to be drawn for a design, measured points or loaded teeth.
 
-    `flank` is used if the figure shows one flank; `form` is one of `files.FORMATS`."""
+    `flank` is used if the figure shows one flank; `form` is png, pdf or svg."""
 
     figure: Figure
     design: Design | DeviationReport | Loaded
@@ -197,11 +186,11 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     show_default=" and ".join(UNASKED),
     help="Draw the figures of this set. Can be repeated.",
 )
-@option("--out", click.Path(path_type=Path), DEFAULT_OUT, "Folder for pictures and CSV files.", metavar="DIR")
+@option("--out", click.Path(path_type=Path), "outputs/figures", "Folder for pictures and CSV files.", "DIR")
 @size_option("1600x1200")
 @click.option(
     "--width-mm",
-    type=click.FloatRange(*WIDTHS_MM),
+    type=click.FloatRange(80, 260),
     metavar="MM",
     help="Width of a page in print, such as 90, 140 or 190, instead of --size. The text has 7 to 9 points."
     " The height follows from the figure; there are 300 pixels per inch.",
@@ -229,8 +218,21 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     show_default=True,
     help="Flanks of figures that show one flank; file names of left flanks end in -left.",
 )
-@option("--measured", click.Path(path_type=Path), None, MEASURED_HELP, "FILE")
-@option("--loaded", click.Path(path_type=Path), None, LOADED_HELP, "FILE")
+@option(
+    "--measured",
+    click.Path(path_type=Path),
+    None,
+    "Draw only the deviations of measured points. FILE has the points of the grid of the command `grid`.",
+    "FILE",
+)
+@option(
+    "--loaded",
+    click.Path(path_type=Path),
+    None,
+    "Draw only load sharing and transmission error, from the decks that `mesh --part pair --rolls` wrote"
+    " to this --out and CalculiX has solved.",
+    "FILE",
+)
 @block(*grid_options)
 @click.option(
     "--jobs",

@@ -120,7 +120,7 @@ def test_the_command_draws_the_decks(decks: Path, tmp_path: Path) -> None:
     loaded = [row for row in table if row["kind"] == "loaded"]
     np.testing.assert_allclose([float(row["share"]) for row in loaded], np.ravel(SHARES), atol=1e-7)
     assert [row["tooth_pair"] for row in loaded[:3]] == ["-1", "0", "1"]
-    assert len(table) == 9 + load_sharing.RIGID_ROLLS + 2
+    assert len(table) == 9 + 201 + 2
     found = loaded_pair(DESIGN, decks)
     shares = sorted((float(row["tooth_pair_pitches"]), float(row["share"])) for row in loaded)
     np.testing.assert_allclose(shares, np.transpose(found.shares), rtol=1e-12)

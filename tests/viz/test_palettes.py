@@ -65,8 +65,8 @@ def test_a_cloud_is_darker_than_metal_and_a_wider_one_lighter() -> None:
 
 
 def test_bars_and_marks_differ_without_colours() -> None:
-    assert len(set(transmission_error.HATCHES)) == len(transmission_error.COLOURS)
-    assert len(set(fig_11_contact_ratio.EDGE_MARKERS.values())) == 2
+    assert len({hatch for _, hatch in transmission_error.LOOKS}) == len(transmission_error.LOOKS)
+    assert len({marker for *_, marker in fig_11_contact_ratio.LOOKS.values()}) == 2
 
 
 def test_working_pitch_circles_are_dashed() -> None:
@@ -152,7 +152,7 @@ def test_pixels_of_a_band_are_the_legends(compute: Callable[[Design], BandFigure
     for k, column in enumerate(data.columns):
         for number, layer in enumerate(column.layers or ()):
             picture = drawing.pictures[f"{('pinion', 'gear')[number]}-{k}"]
-            view = flank_views(column.design, column.flank, fig_pattern.STRETCH, outside=True)[number]
+            view = flank_views(column.design, column.flank, 4.0, outside=True)[number]
             assert view is not None
             counted = np.interp(layer.values, data.bands, np.arange(len(data.bands)))
             inside = (np.abs(counted % 1.0 - 0.5) < 0.25) & (counted < len(colours))

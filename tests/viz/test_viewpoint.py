@@ -81,7 +81,7 @@ def test_the_sketch_has_an_eye_where_one_looks_from(
         side = 1.0 if flank == "right" else -1.0
         assert eye * tail > 0.0
         assert side * head > 0.0
-        metal = 100.0 * viewpoint.MIDDLE
+        metal = 100.0 * 0.2  # half the width of the tooth at half its depth
         assert (side * head > metal) == outside
 
 

@@ -18,19 +18,15 @@ from ..rendering.scene import Camera, Item, Picture, Scene, render
 
 Offset = tuple[float, float]
 """Offset to the right and upwards, points."""
-HALO, RIM = 3.0, 1.0
-"""Points: width of the white outline of text (both sides together), and of lines on each side."""
 UNNAMED = "unnamed"
 """Name of an axis of a frame that has no label."""
 CENTRE_LINE: dict[str, Any] = {"linewidth": 1.3, "dashes": (12, 3, 2, 3)}
-GAP, SLASH = 2.0, (2.5, 6.0)
-"""Points: half the gap of a break, and extent of its strokes along and across the line."""
 
 
 def text(axes: Axes, pixel: ArrayLike, words: str, offset: Offset = (0.0, 0.0), **style: Any) -> None:
     """Write text at a pixel, with a white outline so that it is legible on metal."""
     settings = {"fontsize": theme.LABEL, "ha": "center", "va": "center", "color": theme.INK, **style}
-    halo = [withStroke(linewidth=HALO, foreground="white")]
+    halo = [withStroke(linewidth=3.0, foreground="white")]
     theme.label_point(axes, pixel, words, offset, path_effects=halo, zorder=5, **settings)
 
 
@@ -43,7 +39,7 @@ def power_of_ten(value: float) -> str:
 def rim(width: float) -> list[withStroke]:
     """Return the path effect of a white outline for a line of `width` points: visible on metal without
     colours."""
-    return [withStroke(linewidth=width + 2.0 * RIM, foreground="white")]
+    return [withStroke(linewidth=width + 2.0, foreground="white")]
 
 
 def note(axes: Axes, pixel: ArrayLike, words: str, offset: Offset, **style: Any) -> None:
@@ -160,12 +156,14 @@ class Overlay:
     def broken(self, point: ArrayLike, towards: ArrayLike, colour: str) -> None:
         """Draw the symbol of a break at a point of the line towards another point: two strokes across a
         gap."""
+        # Half the gap, and extent of the strokes along and across the line.
+        gap_pt, stroke_pt = 2.0, (2.5, 6.0)
         middle, other = self.picture.project(np.stack([np.asarray(point), np.asarray(towards)]))
         along = (other - middle) / np.linalg.norm(other - middle) * self.axes.figure.dpi / 72.0
         across = along[::-1] * (1.0, -1.0)
-        gap = middle + np.array([[-GAP], [GAP]]) * along
-        self.axes.plot(*gap.T, color="white", linewidth=2.0 * SLASH[1], solid_capstyle="butt", zorder=4)
-        stroke = np.array([[-1.0], [1.0]]) * (SLASH[0] * along + SLASH[1] * across)
+        gap = middle + np.array([[-gap_pt], [gap_pt]]) * along
+        self.axes.plot(*gap.T, color="white", linewidth=2.0 * stroke_pt[1], solid_capstyle="butt", zorder=4)
+        stroke = np.array([[-1.0], [1.0]]) * (stroke_pt[0] * along + stroke_pt[1] * across)
         for end in gap:
             self.axes.plot(*(end + stroke).T, color=colour, linewidth=1.2, zorder=4)
 

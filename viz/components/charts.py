@@ -25,23 +25,17 @@ from beveloid_geom.report.sliding import SlidingReport
 
 from ..rendering import theme
 
-SMALLEST = 1e-6
+ZERO_ERROR_ARCSEC = 1e-6
 """Transmission errors below this, arcsec, are counted as zero."""
-LEAST_EASE_OFF = 1e-6
+ZERO_EASE_OFF_UM = 1e-6
 """Ease-offs below this, um, are counted as zero."""
-MIDDLE = 1
+MIDDLE_INDEX = 1
 """Index of the mid-point of a path in a `Sensitivity`."""
-COLOURS = {"right": theme.BLUE, "left": theme.RED}
-DASHES = (0.0, (2.0, 1.0))
+FLANK_COLOURS = {"right": theme.BLUE, "left": theme.RED}
+LEFT_DASHES = (0.0, (2.0, 1.0))
 """Dash pattern of the stems of the left flanks."""
-MARKERS = {"pinion": ("o", 0.0), "gear": ("D", 1.0), "": ("s", 0.5)}
+MEMBER_MARKERS = {"pinion": ("o", 0.0), "gear": ("D", 1.0), "": ("s", 0.5)}
 """Markers of changes on the flank of a member and of changes of the pair, and the offset of their stems."""
-NARROW = 2.9
-"""Axes narrower than this, inches, have the values in a column on the right."""
-ZERO = 1e-9
-"""Changes below this fraction of the largest are counted as zero."""
-WIDTHS = {"pinion": 3.0, "gear": 1.5}
-"""Line widths of the members, points."""
 Changes: TypeAlias = Mapping[tuple[str, str], FloatArray]
 """Changes (errors,) by flank and member; the member is "" for changes of the pair."""
 
@@ -89,9 +83,11 @@ def error_over_rolls(axes: Axes, report: OperationReport, pitches: int) -> None:
     at = np.concatenate([(changes - float(cycle.start)) / cycle.pitch + pitch for pitch in range(pitches)])
     axes.plot(at, there, "o", color=theme.INK, ms=5.5, label="hand-over")
     swing = ARCSEC * float(cycle.peak_to_peak)
-    if swing < SMALLEST:
+    if swing < ZERO_ERROR_ARCSEC:
         axes.set_ylim(-1.0, 1.0)
-        theme.message(axes, f"peak to peak under {SMALLEST:.6f} arcsec: zero within rounding", 34, 0.25)
+        theme.message(
+            axes, f"peak to peak under {ZERO_ERROR_ARCSEC:.6f} arcsec: zero within rounding", 34, 0.25
+        )
     else:
         axes.set_ylim(float(error.min()) - 0.12 * swing, float(error.max()) + 0.12 * swing)
     axes.set_xlim(0.0, pitches)
@@ -103,7 +99,7 @@ def amplitudes(axes: Axes, report: OperationReport) -> None:
     """Draw the amplitudes of the transmission error, arcsec, at multiples of the mesh frequency."""
     values = ARCSEC * np.abs(report.cycle.harmonics)
     orders = np.arange(1, values.size + 1)
-    if values.max(initial=0.0) < SMALLEST:
+    if values.max(initial=0.0) < ZERO_ERROR_ARCSEC:
         axes.set_ylim(0.0, 1.0)
         theme.message(axes, "zero within rounding")
     else:
@@ -149,13 +145,14 @@ def sliding_speed(
 def specific_sliding(axes: Axes, report: SlidingReport, dashes: str = "-", named: bool = True) -> None:
     """Draw the specific sliding of both members over the pinion roll, deg; `named` adds them to the
     legend."""
+    widths = {"pinion": 3.0, "gear": 1.5}
     roll, specific = np.degrees(report.path.pinion_roll), report.sliding.specific
     # Limits of specific sliding in a chart. It is infinite at the base circle, and above 1 beyond the base
     # circle, on undercut flanks.
     lowest, highest = -5.0, 1.0
     shown = np.where((specific < lowest) | (specific > highest), np.nan, specific)
-    for values, member, colour in zip(shown.T, MEMBERS, COLOURS.values(), strict=True):
-        look: dict[str, Any] = {"color": colour, "linewidth": WIDTHS[member]}
+    for values, member, colour in zip(shown.T, MEMBERS, FLANK_COLOURS.values(), strict=True):
+        look: dict[str, Any] = {"color": colour, "linewidth": widths[member]}
         axes.plot(roll, values, dashes, label=member if named else None, **look)
     axes.axhline(0.0, color=theme.GREY, linewidth=0.8, zorder=1.8)
     axes.set_ylabel("specific sliding")
@@ -201,7 +198,7 @@ def distribution(
         scale * result.quantities()[name][result.solved] for result in (study.mountings, study.nominal)
     )
     if name == "peak_to_peak":
-        mountings, nominal = (np.where(v < SMALLEST, 0.0, v) for v in (mountings, nominal))
+        mountings, nominal = (np.where(v < ZERO_ERROR_ARCSEC, 0.0, v) for v in (mountings, nominal))
     axes.plot(np.sort(mountings), np.linspace(0.0, 100.0, mountings.size), color=colour, lw=width)
     for value in nominal.tolist():
         share = 50.0 if np.ptp(mountings) == 0.0 else 100.0 * float(np.mean(mountings <= value))
@@ -240,7 +237,7 @@ def changes_under_steps(sensitivities: Iterable[Sensitivity], quantity: Quantity
         sizes = np.array([step.size for step in steps_of(rates.errors)])
         by = quantity.scale * getattr(rates, f"{quantity.name}_by") * sizes
         if quantity.members:
-            changes |= {(rates.flank, member): by[MIDDLE, j] for j, member in enumerate(MEMBERS)}
+            changes |= {(rates.flank, member): by[MIDDLE_INDEX, j] for j, member in enumerate(MEMBERS)}
         else:
             changes[rates.flank, ""] = by
     return changes
@@ -270,6 +267,9 @@ def changes_under_errors(
     steps : sequence of Step
         Errors and their sizes.
     """
+    zero = 1e-9  # changes below this fraction of the largest are counted as zero
+    # Axes narrower than this have the values in a column on the right.
+    narrow_in = 2.9
     axes.set_title(quantity.title, fontsize=theme.LABEL, pad=6.0)
     flanks = list(dict.fromkeys(flank for flank, _ in changes))
     lines = 2.0 * len(flanks) + 1.0  # lines per error; the last is empty
@@ -284,7 +284,7 @@ def changes_under_errors(
         axes.axhspan(low, low + lines, color=theme.PALE, alpha=0.35, lw=0.0)
     axes.axvline(0.0, color=theme.GREY, linewidth=1.0)
     rows = np.array(list(changes.values()))
-    narrow = axes.get_window_extent().width < NARROW * axes.figure.dpi
+    narrow = axes.get_window_extent().width < narrow_in * axes.figure.dpi
     if not rows[np.isfinite(rows)].any():
         axes.set_xlim(-1.0, 1.0)
         axes.set_xticks([0.0], ["0"], fontsize=theme.SMALL)
@@ -299,11 +299,12 @@ def changes_under_errors(
     axes.set_xticks([-tick, 0.0, tick], texts, fontsize=theme.SMALL)
     axes.minorticks_off()
     for (flank, member), row in changes.items():
-        marker, line = MARKERS[member]
+        marker, line = MEMBER_MARKERS[member]
         dashed = flank != flanks[0]
-        look: dict[str, Any] = {"color": COLOURS[flank], "ls": DASHES if dashed else "-", "marker": marker}
+        look: dict[str, Any] = {"color": FLANK_COLOURS[flank], "ls": LEFT_DASHES if dashed else "-"}
+        look["marker"] = marker
         at = blocks + 2.0 * flanks.index(flank) + line
-        _stems(axes, np.where(np.abs(row) > ZERO * greatest, row, 0.0 * row), at, look, narrow)
+        _stems(axes, np.where(np.abs(row) > zero * greatest, row, 0.0 * row), at, look, narrow)
 
 
 def _tick(greatest: float) -> float:
@@ -347,10 +348,16 @@ def marks_of_changes(flanks: Sequence[str], quantities: Sequence[Quantity] = QUA
     by_member = {one.members for one in quantities}
     several = flanks if len(flanks) > 1 else ()
     entries = [
-        Line2D([], [], color=COLOURS[flank], ls=DASHES if flank != flanks[0] else "-", label=f"{flank} flank")
+        Line2D(
+            [],
+            [],
+            color=FLANK_COLOURS[flank],
+            ls=LEFT_DASHES if flank != flanks[0] else "-",
+            label=f"{flank} flank",
+        )
         for flank in several
     ]
-    for member, (marker, _) in MARKERS.items():
+    for member, (marker, _) in MEMBER_MARKERS.items():
         if bool(member) not in by_member:
             continue
         face, label = "white" if marker == "D" else theme.INK, member or "pair"

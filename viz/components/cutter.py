@@ -83,7 +83,7 @@ def section_frame(member: Member) -> SectionFrame:
 
 
 def rack_block(
-    outline: FloatArray, back: float, frame: SectionFrame, ends: tuple[FloatArray, FloatArray], colour: str
+    outline: FloatArray, back: float, frame: SectionFrame, ends: tuple[FloatArray, FloatArray]
 ) -> list[Surface]:
     """Return a solid block of the rack.
 
@@ -97,8 +97,6 @@ def rack_block(
         Frame of the profile.
     ends : tuple of ndarray
         Two planes (nx, ny, nz, distance) in S_c that limit the block along z_n.
-    colour : str
-        Colour.
     """
     top = np.stack((outline[:, 0], np.full(len(outline), back)), axis=-1)
     rows = np.stack((outline, top))
@@ -106,4 +104,4 @@ def rack_block(
     lengths = [(plane[3] - section @ plane[:3]) / (frame.axes[2] @ plane[:3]) for plane in ends]
     solid = np.stack([section + u[..., None] * frame.axes[2] for u in lengths])  # (ends, heights, n, 3)
     sides = solid[:, 0], solid[:, 1], solid[:, :, 0], solid[:, :, -1], solid[0], solid[1]
-    return [grid_surface(side, None, colour) for side in sides]
+    return [grid_surface(side, None, "#f2cf99") for side in sides]

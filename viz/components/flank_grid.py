@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import chain
-from typing import Any
+from typing import Any, ClassVar
 
 from beveloid_geom import Design
 
@@ -13,16 +13,12 @@ from ..rendering import theme
 from ..rendering.layout import Cells
 from ..rendering.scene import Picture
 from ..rendering.theme import Box, Page
-from .panels import LABEL, STRETCH
+from .panels import LABEL_IN, STRETCH
 from .paths_table import MEMBERS
 from .viewpoint import FlankView, flank_views, greatest_span, looks_of, scale_bars
 
-LEFT, RIGHT = 0.045, 0.99  # fractions of the page width
+LEFT = 0.045  # fractions of the page width
 CELLS = Cells(left=0.72, right=0.16, across=0.0, down=0.0, most=5, least=0.95)
-HEADING = 0.4
-"""Inches above a row of flanks with headings."""
-FLANK_SHARE = 0.88
-"""Width of the widest flank as a fraction of its column."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +84,8 @@ class FlankGrid:
     stretch: float = STRETCH
     outside: bool = False
     by_case: bool = False
-    share: float = FLANK_SHARE
+    share: float = 0.88
+    heading_in: ClassVar[float] = 0.4  # above a row of flanks with headings
 
     @property
     def columns(self) -> int:
@@ -98,7 +95,7 @@ class FlankGrid:
     def tall(self, layout: theme.Layout) -> float:
         """Return the height in print, inches."""
         rows = len(self.text)
-        words = (rows if self.by_case else 1) * HEADING + sum(self.text) + 2.0 * rows * LABEL
+        words = (rows if self.by_case else 1) * self.heading_in + sum(self.text) + 2.0 * rows * LABEL_IN
         flank = min(3.0 * CELLS.width(layout, self.columns) / self.stretch, 3.6)
         return CELLS.tall(layout, self.columns, words + rows * flank)
 
@@ -107,13 +104,14 @@ class FlankGrid:
         if self.by_case:
             both = range(len(MEMBERS))
             return [
-                ([(case, member) for member in both], HEADING, under) for case, under in enumerate(self.text)
+                ([(case, member) for member in both], self.heading_in, under)
+                for case, under in enumerate(self.text)
             ]
         count, per_row = len(self.cases), CELLS.columns(layout, self.columns)
         return [
             ([(case, member) for case in range(first, min(first + per_row, count))], *heights)
             for first in range(0, count, per_row)
-            for member, heights in enumerate(zip((HEADING, 0.0), self.text, strict=True))
+            for member, heights in enumerate(zip((self.heading_in, 0.0), self.text, strict=True))
         ]
 
     def heading(self, case: int, member: int) -> str:
@@ -154,9 +152,9 @@ def draw_grid(
     views = [flank_views(design, flank, grid.stretch, grid.outside) for _, design, flank in grid.cases]
     rows = grid.rows(page.layout)
     spans = [greatest_span(views[case][member] for case, member in cells) for cells, _, _ in rows]
-    around = sum(heading + under + 2.0 * LABEL for _, heading, under in rows)
+    around = sum(heading + under + 2.0 * LABEL_IN for _, heading, under in rows)
     page_width, page_height = page.canvas.get_width_height()
-    width = (RIGHT - LEFT) / CELLS.columns(page.layout, grid.columns)
+    width = (0.99 - LEFT) / CELLS.columns(page.layout, grid.columns)
     room, flanks = (high - low - theme.inches(page, around)) * page_height, sum(span[1] for span in spans)
     widest = greatest_span(chain(*views))[0]
     px_per_mm = float(min(room / flanks, grid.share * width * page_width / widest))
@@ -166,7 +164,7 @@ def draw_grid(
     top = high
     for (cells, heading, under), span in zip(rows, spans, strict=True):
         head, foot = theme.inches(page, heading), theme.inches(page, under)
-        height = float(spare + theme.inches(page, 2.0 * LABEL) + px_per_mm * span[1] / page_height)
+        height = float(spare + theme.inches(page, 2.0 * LABEL_IN) + px_per_mm * span[1] / page_height)
         y, labelled = top - head - height, set()
         for place, (case, member) in enumerate(cells):
             x = LEFT + place * width

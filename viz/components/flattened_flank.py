@@ -28,8 +28,6 @@ from ..rendering import theme
 from .paths_table import LINES, points_on
 from .viewpoint import FlankView, flank_view
 
-FACE, DEPTH = 25, 9
-"""Number of points along the sides of an outline."""
 BANDS = (0.25, 0.5, 1.0)
 """Fractions of the separation of a pattern at which its shading changes."""
 EVERY = 8
@@ -70,7 +68,7 @@ def flat_flank(member: Member, flank: str) -> FlatFlank | None:
     if view is None:
         return None
     half = 0.5 * float(member.face_width)
-    along, up = half * np.linspace(-1.0, 1.0, FACE), np.linspace(0.0, 1.0, DEPTH)
+    along, up = half * np.linspace(-1.0, 1.0, 25), np.linspace(0.0, 1.0, 9)
     root, tip = active_start(member, flank, along), tip_parameter(member, flank, along)
     ends = [root[k] + up * (tip[k] - root[k]) for k in (-1, 0)]
     l = [root, ends[0], tip[::-1], ends[1][::-1]]

@@ -15,14 +15,8 @@ from beveloid_geom.arrays import FloatArray, Mask
 from ..rendering import theme
 from .annotate import Offset, note
 
-CLEAR, NEAR = 3.0, 9.0
-"""Points: free space around a label, and part of its leader at the point that is not checked for overlap."""
-CURVE_GAP, MARKER_GAP = 1.5, 3.0
-"""Smallest distance of a label from a curve and from a marker, points."""
 Shift: TypeAlias = tuple[float, float, str]
 """Offset to the right and upwards in points, and horizontal alignment."""
-REACHES, TURNS = (1.0, 1.5, 2.2), (0.0, 0.6, -0.6)
-"""Distances of a label that are tried, relative to the usual one, and rotations about its point, rad."""
 
 
 class FreeSpace:
@@ -45,11 +39,15 @@ class FreeSpace:
         The candidate that covers the fewest pixels is used, preferably near the first pixel. There, the label
         has the given offset; at other pixels the offset is rotated with the pixel about `middle`.
         """
+        # Distances that are tried, relative to the usual one, and rotations about the point, rad.
+        reaches, turns = (1.0, 1.5, 2.2), (0.0, 0.6, -0.6)
+        # Free space around a label.
+        space_pt = 3.0
         away = (pixels - np.asarray(middle)) * (1.0, -1.0)
         direction = away[:, 0] + 1j * away[:, 1]
         usual = complex(*offset) * direction / np.abs(direction) * abs(direction[0]) / direction[0]
         number, reach, turn = (
-            grid.ravel() for grid in np.meshgrid(np.arange(len(pixels)), REACHES, TURNS, indexing="ij")
+            grid.ravel() for grid in np.meshgrid(np.arange(len(pixels)), reaches, turns, indexing="ij")
         )
         shifts = (usual[number] * reach * np.exp(1j * turn))[:, None].view(float)
         probe = theme.label_point(self.axes, pixels[0], words, (0.0, 0.0), fontsize=theme.LABEL)
@@ -57,7 +55,7 @@ class FreeSpace:
         probe.remove()
         shifts += half * shifts / np.linalg.norm(shifts, axis=1, keepdims=True)
         ends = self.axes.transData.transform(pixels)[number]
-        middles, half = ends + self.point * shifts, self.point * (half + CLEAR)
+        middles, half = ends + self.point * shifts, self.point * (half + space_pt)
         hidden = [
             self.hides(_box(at, half)) + int((~self.free[self._line(end, at)]).sum())
             for end, at in zip(ends, middles, strict=True)
@@ -86,8 +84,10 @@ class FreeSpace:
 
     def _line(self, end: FloatArray, start: FloatArray) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
         """Return rows and columns of the pixels of a line, without the part close to its end."""
+        # Part of the leader at the point that is not checked for overlap.
+        near_pt = 9.0
         length = float(np.linalg.norm(end - start))
-        share = np.arange(self.point * NEAR, length, 1.0)[:, None] / length
+        share = np.arange(self.point * near_pt, length, 1.0)[:, None] / length
         column, row = np.rint(end + share * (start - end)).astype(int).T
         height, width = self.free.shape
         return np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)
@@ -140,13 +140,14 @@ class Labels:
 
     def _free(self, box: Bbox) -> bool:
         """Return True if a box, pixels, is within the axes and clear of all labels, markers and curves."""
+        curve_gap_pt, marker_gap_pt = 1.5, 3.0
         room, point = self.axes.get_window_extent(), self.axes.figure.dpi / 72.0
         if box.x0 < room.x0 or box.x1 > room.x1 or box.y0 < room.y0 or box.y1 > room.y1:
             return False
         if any(box.overlaps(other) for other in self.taken):
             return False
-        low, high = box.padded(MARKER_GAP * point).get_points()
+        low, high = box.padded(marker_gap_pt * point).get_points()
         if ((low < self.marks) & (self.marks < high)).all(axis=-1).any():
             return False
-        near = box.padded(CURVE_GAP * point)
+        near = box.padded(curve_gap_pt * point)
         return not any(line.intersects_bbox(near, filled=False) for line in self.lines)

@@ -24,14 +24,14 @@ from beveloid_geom.report.operation import OperationReport
 from beveloid_geom.status import FirstStatus
 
 from ..rendering import theme
-from .charts import SMALLEST
+from .charts import ZERO_ERROR_ARCSEC
 from .paths_table import as_large, ratio_words
 
-REACH, STEPS = 3, 64
-"""Number of pitches to either side over which a tooth pair is followed, and of rolls per pitch."""
-SHOWN = 2
+REACH = 3
+"""Number of pitches to either side over which a tooth pair is followed."""
+SHOWN_PITCHES = 2
 """Number of pitches drawn."""
-WIDE = 4.5
+EDGE_LINE_PT = 4.5
 """Line width of edge contact, points; visible without colours."""
 
 
@@ -81,7 +81,7 @@ class MotionGraph:
         return low - deep, high + 0.12 * deep
 
 
-def motion_graph(report: OperationReport, steps: int | None = STEPS) -> MotionGraph:
+def motion_graph(report: OperationReport, steps: int | None = 64) -> MotionGraph:
     """Compute the curve of one tooth pair of a design with a known mesh cycle, at `steps` rolls per pitch.
 
     If `steps` is None, the rolls are those from which the mesh cycle was computed. This takes no time."""
@@ -98,12 +98,12 @@ def motion_graph(report: OperationReport, steps: int | None = STEPS) -> MotionGr
     alone[place[known]] = contact.transmission_error[known]
     edge[place[known]] = contact.limit[known, 0] >= 0
     if report.along_lines:  # the ends of lines of contact are not edge contact
-        edge &= ~(np.abs(alone - float(cycle.mean)) < SMALLEST / ARCSEC)
+        edge &= ~(np.abs(alone - float(cycle.mean)) < ZERO_ERROR_ARCSEC / ARCSEC)
     return MotionGraph(report, share, alone, edge)
 
 
 def draw_graph(axes: Axes, graph: MotionGraph) -> None:
-    """Draw all tooth pairs over SHOWN pitches (edges dotted), and in front the pair in contact with edges in
+    """Draw all tooth pairs over some pitches (edges dotted), and in front the pair in contact with edges in
     red and the points of hand-over. The left axis is in arcsec, the right in um at the pitch circle of the
     gear."""
     report, mean = graph.report, graph.mean
@@ -112,7 +112,7 @@ def draw_graph(axes: Axes, graph: MotionGraph) -> None:
     )  # up to the first roll without edge contact, so that the lines meet
     for mask, style in ((~graph.edge, "-"), (edges, ":")):
         shown = ARCSEC * np.where(mask, graph.alone - mean, np.nan)
-        for pair in range(-REACH, REACH + SHOWN + 1):
+        for pair in range(-REACH, REACH + SHOWN_PITCHES + 1):
             axes.plot(graph.pitches + pair, shown, style, color=theme.GREY, linewidth=1.2, zorder=2.0)
     first, cycle = report.first, report.cycle
     runs, edge = ARCSEC * (first.transmission_error - mean), first.limit[:, 0] >= 0
@@ -120,12 +120,14 @@ def draw_graph(axes: Axes, graph: MotionGraph) -> None:
     share = np.linspace(0.0, 1.0, runs.size)
     changes = cycle.changes[cycle.hand_over]
     at, there = (changes - float(cycle.start)) / cycle.pitch, cycle.at(changes).transmission_error - mean
-    for pitch in range(SHOWN):
+    for pitch in range(SHOWN_PITCHES):
         axes.plot(share + pitch, runs, color=theme.BLUE, zorder=3.0)
-        axes.plot(share + pitch, np.where(edge, runs, np.nan), color=theme.RED, linewidth=WIDE, zorder=3.1)
+        axes.plot(
+            share + pitch, np.where(edge, runs, np.nan), color=theme.RED, linewidth=EDGE_LINE_PT, zorder=3.1
+        )
         axes.plot(at + pitch, ARCSEC * there, "o", color=theme.INK, ms=5.5, zorder=3.2)
     low, high = (ARCSEC * limit for limit in graph.limits)
-    axes.set(xlim=(0.0, SHOWN), ylim=(low, high))
+    axes.set(xlim=(0.0, SHOWN_PITCHES), ylim=(low, high))
     axes.set(xlabel="pinion roll from the pitch point (pitches)", ylabel="ahead (arcsec)")
     axes.grid(True)
     at_pitch_circle, per = axes.twinx(), 1e3 * graph.pitch_radius / ARCSEC  # um per arcsec
@@ -137,7 +139,7 @@ def legend_entries() -> list[Line2D]:
     grey: dict[str, Any] = {"color": theme.GREY, "linewidth": 1.2}
     return [
         Line2D([], [], color=theme.BLUE, label="in operation, flank contact"),
-        Line2D([], [], color=theme.RED, lw=WIDE, label="in operation, edge contact"),
+        Line2D([], [], color=theme.RED, lw=EDGE_LINE_PT, label="in operation, edge contact"),
         Line2D([], [], color=theme.INK, ls="", marker="o", ms=5.5, label="hand-over"),
         Line2D([], [], **grey, label="one tooth pair alone"),
         Line2D([], [], ls=":", **grey, label="one pair, edge contact"),
@@ -147,7 +149,7 @@ def legend_entries() -> list[Line2D]:
 def graph_text(graph: MotionGraph) -> str:
     """Return peak to peak value, share of edge contact, and contact ratios as text."""
     report, swing = graph.report, float(graph.report.cycle.peak_to_peak)
-    if ARCSEC * swing < SMALLEST:
+    if ARCSEC * swing < ZERO_ERROR_ARCSEC:
         text = "peak to peak zero within rounding"
     else:
         text = f"peak to peak {ARCSEC * swing:.3g} arcsec = {1e3 * swing * graph.pitch_radius:.3g} \u00b5m"

@@ -29,31 +29,21 @@ from . import annotate
 from .paths_table import SolvedPath, both_ratios
 from .viewpoint import FlankView, greatest_span, looks_of, scale_bars
 
-LINE_POINTS, NARROW_LINE_POINTS = 2.6, 1.5
-"""Half the width of a path, points, and on a narrow page, where flanks are smaller."""
+LINE_POINTS = 2.6
+"""Half the width of a path on a wide page."""
 OUTLINE_PX = 0.03
 """Largest deviation of the triangles of a flank, pixels. Root and tip curve more within the flank than the
 flank curves out of its plane."""
-INTO_PAGE, UP = np.array([0.0, 0.0, -1.0]), np.array([0.0, 1.0, 0.0])
 SOLID: tuple[float, ...] = ()
 STRETCH = 2.0
 """Factor across the face for flanks that are drawn side by side."""
-LABEL = 0.27
+LABEL_IN = 0.27
 """Inches above and below a flank for labels."""
-THIN, SMALL, EDGE = 0.45, 0.65, theme.BLUE
-"""Parts of a path that are not first contact: width and size of the ends, relative to other paths, and colour
-of edge contact."""
-HEAD = 8.0
-"""Length of an arrow head in half widths of a path; used at full size only if the complete path is in
-contact."""
-LINE = 0.4
-"""Width of a line of contact relative to a path."""
-LINES_DRAWN = " Black: some lines of contact."
+THIN = 0.45
+"""Width of the parts of a path that are not first contact, relative to other paths."""
 DASHED = (5.0, 3.0)
 DOTTED = (1.6, 2.4)
 """Lengths of dash and gap in widths of the path."""
-NOT_FIRST = "Not first: another tooth pair or an edge touches earlier. "
-RATIOS = "Contact ratios: of one tooth pair (Eq.\u00a016), and of all teeth in operation, without load."
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +61,7 @@ class Trace:
     """
 
     points: FloatArray
-    colour: str = theme.PATH
+    colour: str = theme.RED
     dashes: tuple[float, ...] = SOLID
     width: float = 1.0
     lift: float = 0.0
@@ -94,6 +84,8 @@ def dashed_circle(points: FloatArray, radius: float) -> Iterable[FloatArray]:
 
 def trace_items(trace: Trace, view: FlankView, radius: float) -> list[Item]:
     """Return a tube with a ball at its start and an arrow head at its end, in front of the flank."""
+    # Length of an arrow head in half widths of a path, and factor of the ends that are not first contact.
+    head_length, smaller = 8.0, 0.65
     if len(trace.points) < 2 and not trace.bare:
         return []
     radius *= trace.width
@@ -102,8 +94,8 @@ def trace_items(trace: Trace, view: FlankView, radius: float) -> list[Item]:
         return [Tube(spaced(points, radius), trace.colour, radius)]
     first = np.ones(len(points), dtype=bool) if trace.first is None else trace.first
     left = np.linalg.norm(points - points[-1], axis=1)
-    enters, leaves = (1.0 if all(end) else SMALL for end in (first[:1], first[left < HEAD * radius]))
-    head = HEAD * leaves * radius
+    enters, leaves = (1.0 if all(end) else smaller for end in (first[:1], first[left < head_length * radius]))
+    head = head_length * leaves * radius
     neck = int(np.argmax(left < 0.9 * head))
     vector = points[-1] - points[max(neck - 1, 0)]
     size = float(np.linalg.norm(vector))
@@ -129,17 +121,19 @@ def trace_items(trace: Trace, view: FlankView, radius: float) -> list[Item]:
 def edge_traces(path: SolvedPath, member: int, look: Trace | None = None) -> list[Trace]:
     """Return the lines of edge contact on pinion (0) or gear (1), with width, height and colour of `look` if
     given."""
-    look = look or Trace(path.points[member], EDGE, lift=1.5)
+    look = look or Trace(path.points[member], theme.BLUE, lift=1.5)
     return [replace(look, points=line, bare=True) for line in path.edge_lines(member)]
 
 
 def line_points(page: Page) -> float:
     """Return half the width of a path on a page, points."""
-    return LINE_POINTS if page.layout.width > theme.NARROW else NARROW_LINE_POINTS
+    return LINE_POINTS if page.layout.width > theme.NARROW else 1.5  # smaller flanks
 
 
 def touching_legend(
-    page: Page, paths: Sequence[SolvedPath], colours: tuple[str, str, str] = (theme.PATH, theme.PATH, EDGE)
+    page: Page,
+    paths: Sequence[SolvedPath],
+    colours: tuple[str, str, str] = (theme.RED, theme.RED, theme.BLUE),
 ) -> list[Line2D]:
     """Return the legend of the parts that some of the paths have: first contact, not first, and edge
     contact."""
@@ -164,12 +158,14 @@ def _any_not_first(paths: Iterable[SolvedPath]) -> bool:
 
 def what_touches(paths: Iterable[SolvedPath]) -> str:
     """Return the sentences of a caption on first contacts and contact ratios."""
-    return (NOT_FIRST if _any_not_first(paths) else "") + RATIOS
+    not_first = "Not first: another tooth pair or an edge touches earlier. "
+    ratios = "Contact ratios: of one tooth pair (Eq.\u00a016), and of all teeth in operation, without load."
+    return (not_first if _any_not_first(paths) else "") + ratios
 
 
 def lines_drawn(paths: Iterable[SolvedPath]) -> str:
     """Return the sentence of a caption that explains lines of contact, if there are any."""
-    return LINES_DRAWN if any(len(path.contact_lines(0)) for path in paths) else ""
+    return " Black: some lines of contact." if any(len(path.contact_lines(0)) for path in paths) else ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -247,7 +243,7 @@ def draw_lines(panel: Panel, path: SolvedPath, member: int) -> None:
     """Draw the lines of contact on pinion (0) or gear (1) over the picture. As tubes in the picture, such
     thin and nearly vertical lines would have steps."""
     for line in path.contact_lines(member):
-        look: dict[str, Any] = {"color": theme.INK, "linewidth": LINE * 2.0 * line_points(panel.page)}
+        look: dict[str, Any] = {"color": theme.INK, "linewidth": 0.4 * 2.0 * line_points(panel.page)}
         panel.axes.plot(*panel.place(line).T, solid_capstyle="butt", **look)
 
 
@@ -259,7 +255,12 @@ def path_items(page: Page, traces: Iterable[Trace], view: FlankView, px_per_mm: 
 
 def flank_camera(view: FlankView, half_height: float) -> Camera:
     """Return the camera for a flank at the centre of the picture; half of the picture height in mm."""
-    return Camera(INTO_PAGE, UP, np.append(view.bounds.mean(axis=0), 0.0), half_height)
+    return Camera(
+        np.array([0.0, 0.0, -1.0]),
+        np.array([0.0, 1.0, 0.0]),
+        np.append(view.bounds.mean(axis=0), 0.0),
+        half_height,
+    )
 
 
 def show_items(
@@ -290,7 +291,7 @@ def shared_scale(
 ) -> float:
     """Return the scale, pixels per mm, at which every flank and its text fit into a box of width and height,
     as fractions of the page; also draw the scale bars."""
-    room = theme.place(page, 0.0, 0.0, width, height - theme.inches(page, 2.0 * LABEL))
+    room = theme.place(page, 0.0, 0.0, width, height - theme.inches(page, 2.0 * LABEL_IN))
     px_per_mm = float(min(room.size / greatest_span(chain(*views))))
     stretch = next((view.stretch for view in chain(*views) if view), STRETCH)
     scale_bars(page, px_per_mm, stretch, looks_of(chain(*views)))

@@ -16,7 +16,7 @@ from beveloid_geom.contact.parallel.lines import contact_lines, touches_along_li
 from beveloid_geom.design.ends import limit_words
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.pair.frames import layout_of
-from beveloid_geom.report.result import status_name
+from beveloid_geom.report.result import MEMBERS as MEMBERS, status_name
 from beveloid_geom.status import Verdict
 from beveloid_geom.validation.claims import MODIFIED
 
@@ -24,31 +24,10 @@ from .figure_steps import Table
 from .touching import Touching, in_order, limit_code, touching_along
 
 FLANKS = ("right", "left")
-MEMBERS = ("pinion", "gear")
 LINES = 5
 """Number of lines of contact drawn."""
 PARABOLAS = ("parabola_pinion_per_mm", "parabola_gear_per_mm")
 """Columns that distinguish the cases of a table."""
-COLUMNS = (
-    "status",
-    "index",
-    "pinion_roll_rad",
-    "transmission_error_rad",
-    "z_mm",
-    "r_mm",
-    "l_mm",
-    "u_mm",
-    "x_f_mm",
-    "y_f_mm",
-    "z_f_mm",
-    "length_mm",
-    "angle_deg",
-    "contact_ratio",
-    "enters_at",
-    "leaves_at",
-)
-TOUCHING = ("operating_contact_ratio", "verdict", "edge_that_touches", "edge_z_mm", "edge_l_mm")
-"""Columns of the first contact at the roll of a position."""
 REASONS = {
     Status.NO_COMMON_NORMAL: "the flanks have no common normal",
     Status.NOT_CONVERGED: "the path could not be followed",
@@ -288,8 +267,13 @@ def table(case: Sequence[str], paths: Iterable[tuple[Sequence[object], SolvedPat
     Table
         Headings and rows.
     """
+    touching = ("operating_contact_ratio", "verdict", "edge_that_touches", "edge_z_mm", "edge_l_mm")
+    columns = (
+        *("status", "index", "pinion_roll_rad", "transmission_error_rad", "z_mm", "r_mm", "l_mm", "u_mm"),
+        *("x_f_mm", "y_f_mm", "z_f_mm", "length_mm", "angle_deg", "contact_ratio", "enters_at", "leaves_at"),
+    )
     listed = list(paths)
-    header = (*case, "member", *COLUMNS, *(TOUCHING if any(path.touching for _, path in listed) else ()))
+    header = (*case, "member", *columns, *(touching if any(path.touching for _, path in listed) else ()))
     return header, (row for values, path in listed for row in _rows(values, path))
 
 
@@ -323,7 +307,7 @@ def _rows(case: Sequence[object], solved: SolvedPath) -> Iterator[list[object]]:
 
 
 def _first_columns(touching: Touching | None, member: int) -> list[tuple[object, ...]]:
-    """Return the columns TOUCHING at each position; nothing if the first contact was not computed."""
+    """Return the columns of the first contact at each position; nothing if it was not computed."""
     if touching is None:
         return []
     l, z = touching.places(member)

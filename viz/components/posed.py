@@ -20,17 +20,6 @@ from ..rendering.scene import Camera, Size, Surface, fit_camera, grid_surface
 
 VIEW, UP = np.array([-0.5, 0.52, 0.7]), np.array([0.0, -1.0, 0.0])
 """Viewing direction for a complete pair, and upward direction, in S_f."""
-SHAFT = "#9aa1a8"
-RING, LATHE = 49, 121
-"""Number of points on a tip circle, and on a surface of revolution."""
-
-
-REMOTE = 4.0
-"""If a mounting distance exceeds this multiple of the distance of the members, the common perpendicular is
-left out of pictures or drawn closer to the members."""
-NEARER, BREAK = 2.5, 0.55
-"""Distance of such a perpendicular from the end of the face, and position of the breaks of the axes, as
-fractions of the distance of the members."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,21 +76,22 @@ class PosedPair:
 
     @property
     def remote(self) -> bool:
-        """True if the common perpendicular is too far from the members to be drawn with them."""
-        return float(np.abs(self.position).max()) > REMOTE * self.apart
+        """True if the common perpendicular is too far from the members to be drawn with them: a mounting
+        distance exceeds four times the distance of the members."""
+        return float(np.abs(self.position).max()) > 4.0 * self.apart
 
     @property
     def nearer(self) -> float:
         """Distance, mm, by which a remote common perpendicular is drawn closer along the pinion axis,
         otherwise 0. The pinion axis stays straight; the gear axis bends at its break."""
-        drawn = self._toes.max() + NEARER * self.apart
+        drawn = self._toes.max() + 2.5 * self.apart
         away = float(self.position[0])
         return float(np.copysign(max(abs(away) - drawn, 0.0), away)) if self.remote else 0.0
 
     @property
     def breaks(self) -> FloatArray:
         """Distances (2,) of the break symbols from mid-face along the axes, mm."""
-        return np.copysign(self._toes + BREAK * self.apart, -self.position)
+        return np.copysign(self._toes + 0.55 * self.apart, -self.position)
 
     @property
     def _toes(self) -> FloatArray:
@@ -142,10 +132,10 @@ def placed(design: Design, roll: FloatArray) -> PosedPair:
 
 
 def rings(member: Member) -> FloatArray:
-    """Return points (2, RING, 3) of the tip circles at both ends of the face, in the frame of the member,
+    """Return points (2, n, 3) of the tip circles at both ends of the face, in the frame of the member,
     mm."""
     half = 0.5 * float(member.face_width)
-    return np.stack([circle(float(tip_radius(member, z)), z, RING) for z in (-half, half)])
+    return np.stack([circle(float(tip_radius(member, z)), z, 49) for z in (-half, half)])
 
 
 def circle(radius: float, z: float, count: int = 97) -> FloatArray:
@@ -280,13 +270,16 @@ def gear_items(
 def lathe(profile: FloatArray, frame: Frame, colour: str, opacity: float = 1.0) -> list[Surface]:
     """Return surfaces of revolution about the z axis of a member, one for each segment of the profile (n, 2)
     of radius and z, mm. The material is to the left of the profile."""
-    turn = np.linspace(0.0, 2.0 * np.pi, LATHE)
+    points_around = 121
+    turn = np.linspace(0.0, 2.0 * np.pi, points_around)
     pieces = []
     for (r0, z0), (r1, z1) in pairwise(profile):
-        points = np.stack((circle(r0, z0, LATHE), circle(r1, z1, LATHE)))
+        points = np.stack((circle(r0, z0, points_around), circle(r1, z1, points_around)))
         size = np.hypot(r1 - r0, z1 - z0)
         radial, axial = (z1 - z0) / size, (r0 - r1) / size
-        normals = np.stack((radial * np.cos(turn), radial * np.sin(turn), np.full(LATHE, axial)), axis=-1)
+        normals = np.stack(
+            (radial * np.cos(turn), radial * np.sin(turn), np.full(points_around, axial)), axis=-1
+        )
         placed = to_fixed(frame, points), normals_to_fixed(frame, np.stack((normals, normals)))
         pieces.append(grid_surface(*placed, colour, opacity))
     return pieces
@@ -304,7 +297,7 @@ def blank(
 
 def shaft(frame: Frame, radius: float, low: float, high: float) -> list[Surface]:
     """Return a cylindrical shaft along the axis of a member from `low` to `high`, mm."""
-    return lathe(np.array([[1e-6, low], [radius, low], [radius, high], [1e-6, high]]), frame, SHAFT)
+    return lathe(np.array([[1e-6, low], [radius, low], [radius, high], [1e-6, high]]), frame, "#9aa1a8")
 
 
 def on_tooth(points: FloatArray, member: Member, tooth: int) -> FloatArray:

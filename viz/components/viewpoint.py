@@ -24,11 +24,6 @@ Look = tuple[str, bool]
 
 COLUMNS = 120
 """Characters per line of the note, with space for scale bars and sketch on its right."""
-HALF_TIP, HALF_ROOT, DEPTH, RIM = 0.13, 0.27, 0.56, 0.14
-"""Inches: half width of the sketched tooth at tip and root, its depth, and the rim below."""
-EYE, EYE_AT = 0.15, 0.86
-"""Inches: half width of the sketched eye, and its distance from the middle of the tooth."""
-MIDDLE = 0.5 * (HALF_TIP + HALF_ROOT)
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,6 +169,11 @@ def sketch(axes: Axes, looks: Sequence[Look], inch: float) -> None:
     inch : float
         Pixels per inch.
     """
+    # Inches: half width of the tooth at tip and root, its depth, and the rim below.
+    half_tip, half_root, depth, rim = 0.13, 0.27, 0.56, 0.14
+    half_middle = 0.5 * (half_tip + half_root)
+    # Inches: half width of the eye, and its distance from the middle of the tooth.
+    eye_half, eye_at = 0.15, 0.86
     middle = np.array([0.5 * abs(float(np.subtract(*axes.get_xlim()))), 0.68 * inch])
 
     def at(points: FloatArray) -> FloatArray:
@@ -181,8 +181,8 @@ def sketch(axes: Axes, looks: Sequence[Look], inch: float) -> None:
         root."""
         return np.asarray(middle + inch * points * (1.0, -1.0))
 
-    right = np.array([[HALF_TIP, DEPTH], [MIDDLE, 0.5 * DEPTH], [HALF_ROOT, 0.0]])
-    below = np.array([[2.0 * HALF_ROOT, 0.0], [2.0 * HALF_ROOT, -RIM]])
+    right = np.array([[half_tip, depth], [half_middle, 0.5 * depth], [half_root, 0.0]])
+    below = np.array([[2.0 * half_root, 0.0], [2.0 * half_root, -rim]])
     outline = np.concatenate((right, below))
     outline = np.concatenate((outline, outline[::-1] * (-1.0, 1.0)))
     axes.add_patch(Polygon(at(outline), facecolor=theme.PALE, edgecolor="none", clip_on=False))
@@ -192,14 +192,14 @@ def sketch(axes: Axes, looks: Sequence[Look], inch: float) -> None:
         side = 1.0 if flank == "right" else -1.0
         axes.plot(*at(right * (side, 1.0)).T, color=theme.INK, linewidth=3.2, clip_on=False)
         eye = side if outside else -side
-        start = np.array([eye * (EYE_AT - 1.3 * EYE), 0.5 * DEPTH])
-        end = np.array([side * (MIDDLE + (0.04 if outside else -0.04)), 0.5 * DEPTH])
-        _eye(axes, at(np.array([[eye * EYE_AT, 0.5 * DEPTH]]))[0], EYE * inch)
+        start = np.array([eye * (eye_at - 1.3 * eye_half), 0.5 * depth])
+        end = np.array([side * (half_middle + (0.04 if outside else -0.04)), 0.5 * depth])
+        _eye(axes, at(np.array([[eye * eye_at, 0.5 * depth]]))[0], eye_half * inch)
         line: dict[str, Any] = {"arrowstyle": "-|>", "color": theme.INK, "linewidth": 1.4}
         line |= {"shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": 12.0}
         ends = at(np.stack((end, start)))
         axes.annotate("", tuple(ends[0]), tuple(ends[1]), annotation_clip=False, arrowprops=line)
-    foot = at(np.array([[0.0, -RIM]]))[0]
+    foot = at(np.array([[0.0, -rim]]))[0]
     theme.label_point(axes, foot, _words(looks), (0, -3), ha="center", va="top", fontsize=theme.SMALL)
 
 

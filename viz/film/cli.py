@@ -28,8 +28,6 @@ from beveloid_geom.cli.options import (
 
 from ..options import command, option, prepare_folder, require_drawing, size_option, writing
 
-DEFAULT_OUT = Path("outputs/mesh.gif")
-
 
 def check_format(out: Path, size: tuple[int, int], fps: float, frames: int) -> None:
     """Raise Refusal for a film that cannot be written in the format of the file name."""
@@ -63,7 +61,9 @@ def _removed(folder: str) -> str:
 @command("render-animation")
 @click.argument("design", default=BUILTIN_DESIGN)
 @flank_option
-@option("--out", click.Path(path_type=Path), DEFAULT_OUT, "File to write, .gif or .mp4.", metavar="FILE")
+@option(
+    "--out", click.Path(path_type=Path), "outputs/mesh.gif", "File to write, .gif or .mp4.", metavar="FILE"
+)
 @option("--pitches", click.IntRange(1, 100), 1, "Number of pitches of the pinion.")
 @option("--seconds", NumberRange(0.1, 60.0), 3.0, "Duration of a pitch.", metavar="S")
 @option("--fps", NumberRange(1.0, 60.0), 20.0, "Frames per second; for a GIF 100/n, up to 50.", metavar="N")

@@ -172,7 +172,7 @@ def teeth_near(film: Film, number: int, camera: Camera) -> range | None:
 def _path(film: Film, number: int, camera: Camera, tooth: int) -> Tube:
     """Return the path of contact on a tooth of pinion (0) or gear (1), in the frame of the member."""
     points = posed.on_tooth(film.path.points[number], film.path.design.members[number], tooth)
-    return Tube(points, theme.PATH, 0.012 * camera.half_height)
+    return Tube(points, theme.RED, 0.012 * camera.half_height)
 
 
 def _move(plotter: Any, film: Film, views: Sequence[FilmView], step: int) -> None:

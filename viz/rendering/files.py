@@ -14,8 +14,6 @@ from PIL import Image
 
 from .theme import Page
 
-FORMATS = ("png", "pdf", "svg")
-
 
 def file_of(page: Page, form: str) -> bytes:
     """Return a page as the content of a file.
@@ -25,7 +23,7 @@ def file_of(page: Page, form: str) -> bytes:
     page : Page
         Page to write.
     form : {'png', 'pdf', 'svg'}
-        File format, one of FORMATS.
+        File format.
 
     Returns
     -------

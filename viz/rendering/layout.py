@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
 SCALE = 8.0 / 13.0
 """Inches of paper per inch of the layout in print."""
-USUAL = (16.0, 12.0)
 ROOM = 9.28
 """Largest height of a figure in print, inches, so that the page with title and note fits on a journal
 page."""
@@ -53,7 +52,7 @@ class Layout:
         return SCALE if self.printed else 1.0
 
 
-def of_size(size_px: Size, plain: bool = False, inches: tuple[float, float] = USUAL) -> Layout:
+def of_size(size_px: Size, plain: bool = False, inches: tuple[float, float] = (16.0, 12.0)) -> Layout:
     """Return the layout for a page of width and height in pixels. Text scales with the page."""
     width, height = size_px
     dpi = min(width / inches[0], height / inches[1])

@@ -14,12 +14,6 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 
 VARIABLE = "VTK_DEFAULT_OPENGL_WINDOW"
-OSMESA = "vtkOSOpenGLRenderWindow"
-EGL = "vtkEGLRenderWindow"
-LIBRARIES = {
-    OSMESA: ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"),
-    EGL: ("libEGL.so.1", "libEGL.so"),
-}
 PROBE = """
 import vtkmodules.vtkRenderingOpenGL2
 from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow, vtkWindowToImageFilter
@@ -57,13 +51,17 @@ def window_classes(environment: Mapping[str, str], platform: str = sys.platform)
     A class that the user has set is the only candidate. Without a display, the software renderers of Mesa
     come first.
     """
+    libraries_of = {
+        "vtkOSOpenGLRenderWindow": ("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"),
+        "vtkEGLRenderWindow": ("libEGL.so.1", "libEGL.so"),
+    }
     if environment.get(VARIABLE):
         yield environment[VARIABLE]
         return
     if not platform.startswith("linux") or environment.get("DISPLAY"):
         yield ""
     if platform.startswith("linux"):
-        yield from (name for name, libraries in LIBRARIES.items() if _loads(libraries))
+        yield from (name for name, libraries in libraries_of.items() if _loads(libraries))
 
 
 @cache

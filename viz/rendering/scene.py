@@ -19,15 +19,13 @@ from .polylines import FloatArray, simplified
 MESH_PX = 0.2
 """Largest deviation of the triangles of gears from the surface, pixels; smaller values make no visible
 difference (`test_picture_density`)."""
-TUBE_SIDES, TUBE_TOLERANCE = 8, 0.05
-"""Sides of tubes and shafts of arrows, and largest deviation of a tube from its line as a fraction of its
-radius: less than 0.3 pixels for the paths of figures."""
-ROUND_SIDES, SMOOTH_ANGLE_DEG = 16, 60.0
-"""Sides of balls and arrow heads, and largest angle between faces that are shaded as one smooth surface."""
-JOINED = 1e-6
-"""Largest distance, mm, of points that are joined."""
+TUBE_SIDES = 8
+"""Sides of tubes and shafts of arrows."""
+ROUND_SIDES = 16
+"""Sides of balls and arrow heads."""
+JOINED_MM = 1e-6
+"""Largest distance of points that are joined."""
 # Lights: direction in the frame of the camera (right, up, towards the viewer) and intensity.
-PLAIN: dict[str, Any] = {"ambient": 0.55, "diffuse": 0.55, "specular": 0.1, "specular_power": 10.0}
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,11 +209,13 @@ def add_items(plotter: Any, items: Sequence[Item]) -> int:
 
 def _add_lines(plotter: Any, meshes: list[Any], colour: str) -> int:
     """Add tubes, balls and arrows as one actor; return their number of triangles."""
+    plain = {"ambient": 0.55, "diffuse": 0.55, "specular": 0.1, "specular_power": 10.0}
     import pyvista as pv
 
     mesh = pv.merge([mesh.triangulate() for mesh in meshes], merge_points=False)
-    smooth = {"smooth_shading": True, "split_sharp_edges": True, "feature_angle": SMOOTH_ANGLE_DEG}
-    plotter.add_mesh(mesh, name=_unused_name(plotter), color=colour, **smooth, **PLAIN)
+    # Faces at smaller angles than the feature angle, degrees, are shaded as one smooth surface.
+    smooth = {"smooth_shading": True, "split_sharp_edges": True, "feature_angle": 60.0}
+    plotter.add_mesh(mesh, name=_unused_name(plotter), color=colour, **smooth, **plain)
     return int(mesh.n_cells)
 
 
@@ -248,7 +248,7 @@ def _add_surface(plotter: Any, surface: Surface) -> int:
     actor = plotter.add_mesh(mesh, name=_unused_name(plotter), **look)
     actor.SetVisibility(surface.opacity > 0.0)
     if surface.edges:
-        joined = mesh.clean(tolerance=JOINED, absolute=True)  # points with two normals are given twice
+        joined = mesh.clean(tolerance=JOINED_MM, absolute=True)  # points with two normals are given twice
         lines = joined.extract_feature_edges(edge_angle_deg, manifold_edges=False, non_manifold_edges=False)
         if lines.n_cells:
             actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()  # edges in front of their faces
@@ -264,7 +264,7 @@ def cut(surface: Surface, point: FloatArray, normal: FloatArray) -> list[FloatAr
 
     faces = np.column_stack((np.full(len(surface.faces), surface.faces.shape[1]), surface.faces))
     lines: Any = pv.PolyData(surface.points, faces.ravel()).slice(normal=normal, origin=point)
-    lines = lines.clean(tolerance=JOINED, absolute=True).strip(join=True, max_length=lines.n_cells)
+    lines = lines.clean(tolerance=JOINED_MM, absolute=True).strip(join=True, max_length=lines.n_cells)
     return [np.asarray(lines.get_cell(k).points) for k in range(lines.n_cells)]
 
 
@@ -315,7 +315,8 @@ def tube_meshes(lines: Sequence[FloatArray], radius: float) -> Iterator[Any]:
     for ball in (line[0] for line in lines if len(line) == 1):
         sides: dict[str, Any] = {"theta_resolution": ROUND_SIDES, "phi_resolution": ROUND_SIDES // 2 + 1}
         yield pv.Sphere(radius=radius, center=ball, **sides)
-    if long := [simplified(line, TUBE_TOLERANCE * radius) for line in lines if len(line) > 1]:
+    # Tubes deviate from their lines by less than 0.3 pixels in the paths of figures.
+    if long := [simplified(line, 0.05 * radius) for line in lines if len(line) > 1]:
         cells = np.split(np.arange(sum(map(len, long))), np.cumsum([len(line) for line in long])[:-1])
         index = np.concatenate([np.r_[len(cell), cell] for cell in cells])
         centres = pv.PolyData(np.concatenate(long), lines=index)

@@ -27,75 +27,60 @@ from .layout import ROOM, Cells as Cells, Layout as Layout
 from .scene import Picture, Size
 
 # Palette of Okabe and Ito: can be distinguished by colour-blind readers and by lightness in print.
-BLACK = "#1a1a1a"
+INK = "#1a1a1a"
 ORANGE = "#e69f00"
-SKY = "#56b4e9"
 GREEN = "#009e73"
 BLUE = "#0072b2"
 RED = "#d55e00"
 GREY = "#6b6b6b"
 PALE = "#d9d9d9"
 
-STEEL = "#b9c4cf"
-"""Metal of the pinion."""
-BRONZE = "#d3c3a6"
-"""Metal of the gear."""
-METALS = (STEEL, BRONZE)
-INK = BLACK
-PATH = RED
-MINUS, ZERO, PLUS = BLUE, BLACK, RED
-"""Colours of a negative error, no error, and a positive error."""
+METALS = ("#b9c4cf", "#d3c3a6")
+"""Colours of pinion and gear."""
 
 # Text sizes, points, on a page 16 inches wide.
 TITLE = 22.0
-SUBTITLE = 15.0
 HEADING = 15.0
 LABEL = 13.0
 SMALL = 11.5
 
-GREEK = {"alpha": "\u03b1", "beta": "\u03b2", "gamma": "\u03b3", "delta": "\u03b4"}
-GREEK |= {"varphi": "\u03c6", "pi": "\u03c0"}
-RAISED = str.maketrans(
-    "\u22120123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"
-)
-"""Superscripts for formulas in plain text."""
 MARGIN, WORDS = 0.4, 0.85  # inches: margin of a page, and height of title and subtitle
 AROUND = 1.0
 """Inches above and below a page of unknown height; the unused part is cut off."""
 FONT = "DejaVu Sans"
 """Font of all pages; supplied with Matplotlib."""
-STYLE = {
-    "axes.edgecolor": GREY,
-    "axes.labelcolor": INK,
-    "axes.labelsize": LABEL,
-    "axes.spines.right": False,
-    "axes.spines.top": False,
-    "axes.titlesize": HEADING,
-    "font.family": FONT,
-    "font.size": LABEL,
-    "grid.color": PALE,
-    "grid.linewidth": 0.8,
-    "legend.fontsize": LABEL,
-    "legend.frameon": False,
-    "lines.linewidth": 2.5,
-    "mathtext.default": "regular",
-    "mathtext.fontset": "dejavusans",
-    "pdf.fonttype": 42,  # TrueType, because journals reject Type 3 fonts
-    "text.color": INK,
-    "xtick.color": GREY,
-    "xtick.labelcolor": INK,
-    "xtick.labelsize": LABEL,
-    "ytick.color": GREY,
-    "ytick.labelcolor": INK,
-    "ytick.labelsize": LABEL,
-}
 
 
 def style() -> AbstractContextManager[None]:
     """Return a context in which Matplotlib has our settings, independent of those of the user."""
     settings: dict[str, Any] = {str(name): value for name, value in mpl.rcParamsDefault.items()}
     del settings["backend"]
-    return mpl.rc_context(cast("Any", {**settings, **STYLE}))
+    settings |= {
+        "axes.edgecolor": GREY,
+        "axes.labelcolor": INK,
+        "axes.labelsize": LABEL,
+        "axes.spines.right": False,
+        "axes.spines.top": False,
+        "axes.titlesize": HEADING,
+        "font.family": FONT,
+        "font.size": LABEL,
+        "grid.color": PALE,
+        "grid.linewidth": 0.8,
+        "legend.fontsize": LABEL,
+        "legend.frameon": False,
+        "lines.linewidth": 2.5,
+        "mathtext.default": "regular",
+        "mathtext.fontset": "dejavusans",
+        "pdf.fonttype": 42,  # TrueType, because journals reject Type 3 fonts
+        "text.color": INK,
+        "xtick.color": GREY,
+        "xtick.labelcolor": INK,
+        "xtick.labelsize": LABEL,
+        "ytick.color": GREY,
+        "ytick.labelcolor": INK,
+        "ytick.labelsize": LABEL,
+    }
+    return mpl.rc_context(cast("Any", settings))
 
 
 @dataclass(frozen=True)
@@ -175,7 +160,7 @@ def new_page(
         width = layout.width * layout.dpi
         heading.set_fontsize(TITLE * min(1.0, (1.0 - 2.0 * x) * width / heading.get_window_extent().width))
         y -= 0.42 / page.get_figheight()
-        page.text(x, y, subtitle, fontsize=SUBTITLE, color=GREY, va="top", ha="left", linespacing=1.35)
+        page.text(x, y, subtitle, fontsize=15.0, color=GREY, va="top", ha="left", linespacing=1.35)
     low = caption(page, note, columns) + inches(page, below)
     return page, low, top(page) - inches(page, above)
 
@@ -312,8 +297,13 @@ def legend(
 
 def spelled(words: str) -> str:
     """Return text with TeX formulas in plain characters: $a_1$ becomes a1."""
-    words = re.sub(r"\\([a-z]+)", lambda matched: GREEK.get(matched[1], matched[1]), words)
-    words = re.sub(r"\^(\{\u2212?\d+\}|\d)", lambda matched: matched[1].strip("{}").translate(RAISED), words)
+    raised = str.maketrans(
+        "\u22120123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079"
+    )
+    greek = {"alpha": "\u03b1", "beta": "\u03b2", "gamma": "\u03b3", "delta": "\u03b4"}
+    greek |= {"varphi": "\u03c6", "pi": "\u03c0"}
+    words = re.sub(r"\\([a-z]+)", lambda matched: greek.get(matched[1], matched[1]), words)
+    words = re.sub(r"\^(\{\u2212?\d+\}|\d)", lambda matched: matched[1].strip("{}").translate(raised), words)
     return re.sub(r"[$_{}]", "", words)
 
 

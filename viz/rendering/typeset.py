@@ -24,15 +24,6 @@ from .theme import Page
 
 FloatArray: TypeAlias = NDArray[np.float64]
 BoolArray: TypeAlias = NDArray[np.bool_]
-SMALLEST, LARGEST, WITH_INDEX = 7.0, 9.0, 8.6
-"""Smallest and largest text size in print, points, and the smallest for text with an index, which is 0.7
-times as large."""
-EDGE, GAP = 0.12, 0.16
-"""Inches: margin of a page, and vertical space between title, legends, figure and note."""
-APART, FARTHEST, STEPS = 2.0, 60.0, 80
-"""Points: space between labels, largest displacement of a label; and number of iterations."""
-CLEAR = 3.0
-"""Smallest space between tick labels, points."""
 
 
 def finish_page(page: Page) -> Page:
@@ -81,10 +72,12 @@ def _hidden(axes: Axes) -> list[Text]:
 
 
 def _set_type(text: Any) -> None:
-    """Set the text size so that in print it is between SMALLEST and LARGEST."""
+    """Set the text size so that the text is legible in print."""
+    # Points; an index is 0.7 times as large as the text.
+    smallest, largest, with_index = 7.0, 9.0, 8.6
     words = text.get_text()
-    least = WITH_INDEX if "$" in words and ("_" in words or "^" in words) else SMALLEST
-    text.set_fontsize(float(np.clip(text.get_fontsize() * SCALE, least, LARGEST)) / SCALE)
+    least = with_index if "$" in words and ("_" in words or "^" in words) else smallest
+    text.set_fontsize(float(np.clip(text.get_fontsize() * SCALE, least, largest)) / SCALE)
 
 
 def _break_titles(axes: Axes) -> None:
@@ -112,7 +105,7 @@ def _fit_legend(legend: Legend | None, width: float) -> None:
 
 
 def _thin_out(axis: Axis) -> None:
-    """Remove every second tick label while two labels are closer than CLEAR."""
+    """Remove every second tick label while two labels are closer than 3 points."""
     along = 0 if isinstance(axis, XAxis) else 1
     for _ in range(4):
         low, high = sorted(axis.get_view_interval())
@@ -123,7 +116,7 @@ def _thin_out(axis: Axis) -> None:
         if len(boxes) < 3:
             return
         ends = np.sort(np.array([(box.min[along], box.max[along]) for box in boxes]), axis=0)
-        if np.all(ends[1:, 0] - ends[:-1, 1] > CLEAR * axis.axes.figure.dpi / 72.0):
+        if np.all(ends[1:, 0] - ends[:-1, 1] > 3.0 * axis.axes.figure.dpi / 72.0):
             return
         view = tuple(axis.get_view_interval())
         names = [tick.label1.get_text() or tick.label2.get_text() for tick in ticks]
@@ -132,7 +125,9 @@ def _thin_out(axis: Axis) -> None:
 
 
 def _part(page: Page) -> None:
-    """Move labels of points away from all other text and onto the page, by at most FARTHEST."""
+    """Move labels of points away from all other text and onto the page."""
+    # Space between labels, and largest displacement of a label.
+    apart_pt, farthest_pt, steps = 2.0, 60.0, 80
     labels = visible_text(page)
     boxes = np.array([box.get_points().ravel() for _, box in labels])
     free = np.array([_is_free(text) for text, _ in labels])
@@ -140,13 +135,13 @@ def _part(page: Page) -> None:
         return
     point, size = page.dpi / 72.0, np.array(page.canvas.get_width_height(), dtype=float)
     home = boxes.copy()
-    for _ in range(STEPS):
-        move = _pushes(boxes, free, 0.5 * APART * point)
+    for _ in range(steps):
+        move = _pushes(boxes, free, 0.5 * apart_pt * point)
         beyond = np.maximum(-boxes[:, :2], 0.0) - np.maximum(boxes[:, 2:] - size, 0.0)
         move = np.where(free[:, None], move + beyond, 0.0)
         if not move.any():
             break
-        away = np.clip(boxes[:, :2] + move - home[:, :2], -FARTHEST * point, FARTHEST * point)
+        away = np.clip(boxes[:, :2] + move - home[:, :2], -farthest_pt * point, farthest_pt * point)
         boxes = home + np.tile(away, 2)
     for (text, _), moved in zip(labels, (boxes - home)[:, :2] / point, strict=True):
         if moved.any():
@@ -188,32 +183,38 @@ def _pushes(boxes: FloatArray, free: BoolArray, room: float) -> FloatArray:
 
 def _surround(page: Page) -> None:
     """Place title, subtitle and legends above the figure and the note below it, and set the page height."""
+    # Margin of the page, and space between title, legends, figure and note.
+    margin_in, space_in = 0.12, 0.16
     body = _body(page)
-    width, dpi = page.layout.width - 2.0 * EDGE, page.dpi
+    dpi = page.dpi
+    width = (page.layout.width - 2.0 * margin_in) * dpi
     over: list[Text | Legend] = []
     under: list[Text] = []
     if not page.layout.plain:
         bold: dict[str, Any] = {"fontsize": theme.TITLE, "fontweight": "bold"}
         quiet: dict[str, Any] = {"color": theme.GREY, "linespacing": 1.3}
-        over = [_line(page, page.title, bold), _line(page, page.subtitle, {"fontsize": theme.LABEL, **quiet})]
-        under = [_line(page, page.note, {"fontsize": theme.SMALL, **quiet})] if page.note else []
+        over = [
+            _line(page, page.title, width, bold),
+            _line(page, page.subtitle, width, {"fontsize": theme.LABEL, **quiet}),
+        ]
+        under = [_line(page, page.note, width, {"fontsize": theme.SMALL, **quiet})] if page.note else []
     for entries in page.legend_entries:
-        over.append(_legend(page, entries, width * dpi))
+        over.append(_legend(page, entries, width))
     heights = (
         [artist.get_window_extent().height for artist in over],
         [a.get_window_extent().height for a in under],
     )
-    gap, edge = GAP * dpi, EDGE * dpi
+    gap, edge = space_in * dpi, margin_in * dpi
     bottom = round(edge + sum(height + gap for height in heights[1]))
     top = bottom + (body.y1 - body.y0) + sum(height + gap for height in heights[0]) + edge
     _resize(page, round(bottom - body.y0), float(np.ceil(top)))
     y = page.get_figheight() * dpi - edge
     for artist, height in zip(over, heights[0], strict=True):
-        _stand(page, artist, EDGE / page.layout.width, y)
+        _stand(page, artist, margin_in / page.layout.width, y)
         y -= height + gap
     y = bottom - gap
     for artist, height in zip(under, heights[1], strict=True):
-        _stand(page, artist, EDGE / page.layout.width, y)
+        _stand(page, artist, margin_in / page.layout.width, y)
         y -= height + gap
 
 
@@ -224,11 +225,11 @@ def _body(page: Page) -> Bbox:
     return Bbox.union([box for box in boxes if box is not None and np.isfinite(box.extents).all()])
 
 
-def _line(page: Page, words: str, style: dict[str, Any]) -> Text:
-    """Write text over the page width, at the top of the page; it is moved later."""
+def _line(page: Page, words: str, width: float, style: dict[str, Any]) -> Text:
+    """Write text over a width, pixels, at the top of the page; it is moved later."""
     text = page.text(0.0, 1.0, words, va="top", ha="left", **style)
     _set_type(text)
-    theme.wrap_text(text, words, (page.layout.width - 2.0 * EDGE) * page.dpi)
+    theme.wrap_text(text, words, width)
     return text
 
 

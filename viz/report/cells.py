@@ -15,17 +15,16 @@ from beveloid_geom.arrays import FloatArray
 from ..components.flattened_flank import BANDS, rim
 from .picture import polygon
 
-UNITS_PER_MODULE = 240.0
-"""Units of a picture per module; coordinates are rounded to whole units."""
-
 
 def cell_pictures(matrix: PatternMatrix) -> list[str]:
     """Return each cell as an SVG element of class `cell`, '' without a pattern. To scale; the end at -z is
     left, the tip is above. All cells show the same region, which contains the flank and the ellipses."""
+    # Coordinates are rounded to whole units.
+    units_per_module = 240.0
     # Margin around the flank in modules.
     margin_modules = 0.13
     module = float(matrix.design.pinion.tool.normal_module)
-    margin, scale = margin_modules * module, UNITS_PER_MODULE / module
+    margin, scale = margin_modules * module, units_per_module / module
     known = [cell for cell in matrix.cells if cell]
     if not known:
         return [""] * len(matrix.cells)

@@ -34,15 +34,11 @@ from ..components.motion_graph import MotionGraph
 from ..components.paths_table import FLANKS, points_on
 from ..rendering import theme
 from .data import FlankResults
-from .svg import WIDTH, new_chart
+from .svg import WIDTH_PX, new_chart
 
-SIDE, ABOVE, BELOW, GREATEST = 44.0, 40.0, 40.0, 130.0
-"""Pixels: space at the sides, above and below a flank, and largest height of a flank."""
-LEVELS, EDGE = 8, 0.88
-"""Largest number of contour lines of an ease-off, and fraction of half the flank beyond which they have no
-label."""
+SIDE_PX = 44.0
+"""Space at the sides of a flank."""
 LEGEND: dict[str, Any] = {"handlelength": 1.5, "columnspacing": 1.0, "handletextpad": 0.5}
-CASES = {GIVEN: "as designed", PLAIN: "without parabolas"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,11 +67,12 @@ def flats_of(design: Design) -> Flats:
         for flank in FLANKS
     }
     known = [one for both in flanks.values() for one in both if one is not None]
-    scales = _scales(known) if known else {}
+    largest_height_px = 130.0
+    scales = _scales(known, largest_height_px) if known else {}
     sizes = [
         [scales[one] * one.span[1] for one in both if one] for both in zip(*flanks.values(), strict=True)
     ]
-    return Flats(flanks, scales, tuple(float(max(size, default=GREATEST / 4.0)) for size in sizes))
+    return Flats(flanks, scales, tuple(float(max(size, default=largest_height_px / 4.0)) for size in sizes))
 
 
 def flank_chart(results: FlankResults, flats: Flats, cloud: bool = False) -> Figure | None:
@@ -95,23 +92,25 @@ def flank_chart(results: FlankResults, flats: Flats, cloud: bool = False) -> Fig
     Figure or None
         None without flanks.
     """
+    # Space above and below a flank.
+    above_px, below_px = 40.0, 40.0
     both = flats.flanks[results.flank]
     if not any(both):
         return None
-    heights = [ABOVE + BELOW + height for height in flats.heights]
-    chart = Figure(figsize=(WIDTH / 72.0, sum(heights) / 72.0), dpi=72.0)
+    heights = [above_px + below_px + height for height in flats.heights]
+    chart = Figure(figsize=(WIDTH_PX / 72.0, sum(heights) / 72.0), dpi=72.0)
     top = 1.0
     for number, (one, height) in enumerate(zip(both, heights, strict=True)):
         share = height / sum(heights)
-        box = (0.0, top - share + BELOW / sum(heights), 1.0, share - (ABOVE + BELOW) / sum(heights))
+        box = (0.0, top - share + below_px / sum(heights), 1.0, share - (above_px + below_px) / sum(heights))
         axes = chart.add_axes(box)
         top -= share
         axes.set_title(MEMBERS[number].capitalize(), x=0.0, pad=22.0)
         if one is None:
             axes.set_axis_off()
-            axes.text(SIDE / WIDTH, 0.5, "no flank: it ends short of its tip", transform=axes.transAxes)
+            axes.text(SIDE_PX / WIDTH_PX, 0.5, "no flank: it ends short of its tip", transform=axes.transAxes)
             continue
-        flattened_flank.outline(axes, one, flats.scales[one], theme.METALS[number], WIDTH)
+        flattened_flank.outline(axes, one, flats.scales[one], theme.METALS[number], WIDTH_PX)
         if cloud and results.cloud is not None:
             charts.cloud(axes, one.place, points_on(results.cloud, number), theme.BLUE, 0.28)
         if not cloud and results.pattern is not None:
@@ -126,11 +125,11 @@ def flank_chart(results: FlankResults, flats: Flats, cloud: bool = False) -> Fig
     return chart
 
 
-def _scales(flats: list[FlatFlank]) -> dict[FlatFlank, float]:
+def _scales(flats: list[FlatFlank], largest_height_px: float) -> dict[FlatFlank, float]:
     """Return pixels per mm of each flank: equal, unless one flank would be too small."""
     # Ratio of sizes above which a flank has a separate scale.
     small_by = 2.0
-    room = np.array([WIDTH - 2.0 * SIDE, GREATEST])
+    room = np.array([WIDTH_PX - 2.0 * SIDE_PX, largest_height_px])
     fitting = np.array([(room / one.span).min() for one in flats])
     return dict(
         zip(flats, np.where(fitting > small_by * fitting.min(), fitting, fitting.min()).tolist(), strict=True)
@@ -152,8 +151,9 @@ def same_heights(drawn: Sequence[Figure]) -> None:
 def ease_off_chart(results: FlankResults, report: EaseOffReport) -> Figure | None:
     """Draw contour lines of the ease-off of the pinion with the path of contact, as designed and without
     parabolas. Returns None without an ease-off."""
+    names = {GIVEN: "as designed", PLAIN: "without parabolas"}
     bent = report.design.has_parabola
-    cases = {case: report.known.get((results.flank, case)) for case in CASES if bent or case == GIVEN}
+    cases = {case: report.known.get((results.flank, case)) for case in names if bent or case == GIVEN}
     given = cases[GIVEN]
     if given is None or not np.isfinite(given.deviation).any():
         return None
@@ -161,7 +161,7 @@ def ease_off_chart(results: FlankResults, report: EaseOffReport) -> Figure | Non
     for axes, (case, one) in zip(
         chart.subplots(len(cases), 1, squeeze=False)[:, 0], cases.items(), strict=True
     ):
-        axes.set_title(CASES[case].capitalize() if bent else "")
+        axes.set_title(names[case].capitalize() if bent else "")
         if one is None or not np.isfinite(one.deviation).any():
             axes.set_axis_off()
             theme.message(axes, "no path of contact")
@@ -178,10 +178,10 @@ def ease_off_chart(results: FlankResults, report: EaseOffReport) -> Figure | Non
 def _levels(axes: Axes, ease_off: EaseOff) -> None:
     """Draw contour lines, um, over the flank."""
     values = np.ma.masked_invalid(1e3 * ease_off.deviation)
-    if float(np.abs(values).max()) < charts.LEAST_EASE_OFF:
+    if float(np.abs(values).max()) < charts.ZERO_EASE_OFF_UM:
         values[:] = 0.0
         theme.message(axes, "zero within rounding", backgroundcolor="white")
-    levels = MaxNLocator(LEVELS, steps=[1, 2, 5, 10]).tick_values(float(values.min()), float(values.max()))
+    levels = MaxNLocator(8, steps=[1, 2, 5, 10]).tick_values(float(values.min()), float(values.max()))
     styles: dict[str, Any] = {
         "colors": [theme.BLUE if level else theme.INK for level in levels],
         "linewidths": [1.2 if level else 1.8 for level in levels],
@@ -192,7 +192,7 @@ def _levels(axes: Axes, ease_off: EaseOff) -> None:
     half = np.array((np.ptp(ease_off.z), np.ptp(ease_off.l))) / 2.0
     middle = np.array((ease_off.z.min(), ease_off.l.min())) + half
     for label in axes.clabel(lines, fontsize=theme.SMALL, fmt=names, colors=theme.INK):
-        if np.abs((label.get_position() - middle) / half).max() > EDGE:
+        if np.abs((label.get_position() - middle) / half).max() > 0.88:
             label.remove()  # outside the axes
     rim = [np.concatenate((g[0], g[1:, -1], g[-1, -2::-1], g[-2::-1, 0])) for g in (ease_off.z, ease_off.l)]
     axes.plot(*rim, color=theme.GREY, linewidth=1.2)

@@ -42,16 +42,10 @@ from beveloid_geom.validation.statements import is_table1, paper_statements
 from ..components.motion_graph import MotionGraph, motion_graph
 from ..components.paths_table import FLANKS
 
-POSITIONS, CYCLE_POSITIONS, HARMONICS, FILM = 101, 121, 10, MARKING_SEPARATION
-"""Defaults of `beveloid-geom tca` and `operation`; thickness of the marking film, mm."""
-EASE_OFF_GRID, DRAWN_GRID = (9, 13), (21, 31)
-"""Points along profile and face for the numbers of the ease-off and for its contour lines."""
-OVER = ("offset", "shaft_angle")
-"""Errors of the matrix of patterns: of its rows and of its columns."""
-USUAL_FORCE = 1000.0
-"""Force along the common normal, N, if no load is given."""
-STAGES = 5 + 6 * len(FLANKS)
-"""Number of stages of `compute`, without the blocks of mountings."""
+POSITIONS, HARMONICS = 101, 10
+"""Defaults of `beveloid-geom tca` and `operation`."""
+EASE_OFF_GRID = (9, 13)
+"""Points along profile and face for the numbers of the ease-off."""
 Progress: TypeAlias = Callable[[str], object]
 Section: TypeAlias = tuple[Any, str, str | None]
 """Result, its JSON, and the reason if there is no result, otherwise None."""
@@ -81,19 +75,19 @@ class Settings:
     given: bool = False
     cases: int = 20_000
     seed: int = 0
-    load: Load = field(default_factory=lambda: Load(force=USUAL_FORCE))
+    load: Load = field(default_factory=lambda: Load(force=1000.0))
     loaded: bool = False
 
     @property
     def steps(self) -> int:
         """Number of calls of `progress` in `compute`: stages and blocks of mountings."""
-        return STAGES + -(-self.cases // UNIT)
+        return 5 + 6 * len(FLANKS) + -(-self.cases // UNIT)
 
     @property
     def sizes(self) -> tuple[float, float] | None:
         """Largest errors of the matrix of patterns, mm and rad: the given tolerances; None for the usual ones
         if not both are given."""
-        given = getattr(self.tolerances, OVER[0]), getattr(self.tolerances, OVER[1])
+        given = self.tolerances.offset, self.tolerances.shaft_angle
         return given if self.given and all(given) else None
 
 
@@ -224,7 +218,7 @@ def compute(
         sections = {flank: _sections(name, design, flank, settings, progress) for flank in FLANKS}
         matrices = _matrices(name, design, settings, progress)
         progress("ease-off")
-        eased = ease_off_report(name, design, DRAWN_GRID)
+        eased = ease_off_report(name, design, (21, 31))
         numbers["ease_off"] = json.loads(json_text(ease_off_report(name, design, EASE_OFF_GRID).data()))
         progress("statements")
         if is_table1(design):
@@ -294,9 +288,10 @@ def _reported(report: ContactReport | OperationReport | SlidingReport | Sensitiv
 
 
 def _operation(name: str, design: Design, flank: str, *_: object) -> Section:
+    rolls = 121
     if fault := first_contact_fault(design):
         return _missing(name, flank, fault)
-    return _reported(operation_report(name, design, flank, CYCLE_POSITIONS, HARMONICS, FILM))
+    return _reported(operation_report(name, design, flank, rolls, HARMONICS, MARKING_SEPARATION))
 
 
 def _tolerances(
@@ -331,13 +326,16 @@ def _studied(name: str, design: Design, study: ToleranceStudy) -> Section:
 def _matrices(name: str, design: Design, settings: Settings, progress: Progress) -> dict[str, Section]:
     """Compute the patterns of both flanks under two errors."""
     progress("matrix")
+    over = ("offset", "shaft_angle")  # errors of rows and columns
     results: dict[str, Section] = {}
     last: PatternMatrix | None = None
     for flank in FLANKS:
         try:
             if fault := first_contact_fault(design):
                 raise UnknownOperationError(fault)
-            last = pattern_matrix(design, OVER, flank, sizes=settings.sizes, separation=FILM, like=last)
+            last = pattern_matrix(
+                design, over, flank, sizes=settings.sizes, separation=MARKING_SEPARATION, like=last
+            )
         except ValueError as error:
             results[flank] = _missing(name, flank, getattr(error, "reason", str(error)))
             continue
@@ -355,7 +353,7 @@ def _hertz(name: str, design: Design, flank: str, settings: Settings, *_: object
 
 def _pattern(name: str, design: Design, flank: str, *_: object) -> Section:
     try:
-        report = pattern_report(name, design, flank, FILM)
+        report = pattern_report(name, design, flank, MARKING_SEPARATION)
     except ValueError as error:
         return _missing(name, flank, getattr(error, "reason", str(error)))
     return report, json_text(report.data()), None

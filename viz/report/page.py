@@ -33,30 +33,21 @@ from beveloid_geom.report.text import modification_words, place_words, unit_of
 from beveloid_geom.report.tolerance import SHOWN_SHARES
 from beveloid_geom.status import Limit
 
-from ..components.charts import SMALLEST, Quantity
+from ..components.charts import ZERO_ERROR_ARCSEC, Quantity
 from ..components.paths_table import FLANKS, MEMBERS
 from . import charts
 from .cells import cell_pictures, size_decimals
 from .charts import Flats
 from .data import EASE_OFF_GRID, HARMONICS, POSITIONS, FlankResults, PageData
 from .origin import Origin
-from .picture import LEVELS
+from .picture import SHADES
 from .svg import style, svg_of
 
 NOT_KNOWN = "\u2013"
-MINUS = "\u2212"
-RAD = math.radians(1.0)
 Charts = dict[str, dict[str, Markup]]
 Drawn = dict[str, tuple[str, Figure]]
 Row = tuple[Any, ...]
 Column = tuple[Any, str, float]
-VERDICTS = {
-    ERROR: "Does not work in this form",
-    UNKNOWN: "Not assessed: a calculation failed",
-    WARNING: "Works with restrictions",
-    NOTE: "No objections found",
-}
-"""Verdict by the level of the most severe remark."""
 
 
 def looked_up(numbers: Mapping[str, Any], key: str) -> Any:
@@ -74,7 +65,7 @@ def looked_up(numbers: Mapping[str, Any], key: str) -> Any:
 def number_text(value: float, digits: int, general: bool = False) -> str:
     """Return a number with `digits` decimals, or with `general` that many significant digits, a typographic
     minus, and no negative zero."""
-    return f"{value:z.{digits}{'g' if general else 'f'}}".replace("-", MINUS)
+    return f"{value:z.{digits}{'g' if general else 'f'}}".replace("-", "\u2212")
 
 
 def short_text(value: float) -> str:
@@ -171,7 +162,8 @@ def still(data: PageData) -> list[str]:
     return [
         flank
         for flank, results in data.flanks.items()
-        if results.operation is not None and ARCSEC * float(results.operation.cycle.peak_to_peak) < SMALLEST
+        if results.operation is not None
+        and ARCSEC * float(results.operation.cycle.peak_to_peak) < ZERO_ERROR_ARCSEC
     ]
 
 
@@ -220,7 +212,9 @@ def parted(
         values = [looked_up(numbers, key) for key, _ in cells]
         if all(value is None for value in values):
             left["Not known"].append(label)
-        elif all(isinstance(value, (int, float)) and abs(value * scale) < SMALLEST for value in values):
+        elif all(
+            isinstance(value, (int, float)) and abs(value * scale) < ZERO_ERROR_ARCSEC for value in values
+        ):
             left["Zero"].append(label)
         elif digits is None:
             shown.append((label, unit, [_limit_words(design, value) for value in values]))
@@ -276,7 +270,7 @@ def _swings(results: FlankResults) -> bool:
     """Return True if the transmission error under any of the two errors is large enough to be shown."""
     if results.matrix is None:
         return False
-    return bool(ARCSEC * np.nan_to_num(results.matrix.cycle_peak_to_peak).max() >= SMALLEST)
+    return bool(ARCSEC * np.nan_to_num(results.matrix.cycle_peak_to_peak).max() >= ZERO_ERROR_ARCSEC)
 
 
 def _unlisted(data: PageData) -> list[str]:
@@ -385,11 +379,16 @@ def _of_page(design: Design) -> dict[str, Any]:
         "harmonics": HARMONICS,
         "positions": POSITIONS,
         "quantile_places": [SHARES.index(share) for share in SHOWN_SHARES],
-        "verdicts": VERDICTS,
-        "shades": range(LEVELS),
+        "verdicts": {  # by the level of the most severe remark
+            ERROR: "Does not work in this form",
+            UNKNOWN: "Not assessed: a calculation failed",
+            WARNING: "Works with restrictions",
+            NOTE: "No objections found",
+        },
+        "shades": range(SHADES),
         "ease_off_grid": EASE_OFF_GRID,
         "builtin": BUILTINS,
-        "deg": 1.0 / RAD,
+        "deg": 1.0 / math.radians(1.0),
         "arcsec": ARCSEC,
         "asset": asset,
         "script_json": script_json,

@@ -23,16 +23,8 @@ from beveloid_geom.shapes.solid import rotated_copies
 from beveloid_geom.shapes.tooth_body import bore_of
 from beveloid_geom.shapes.tooth_boundary import cut_sheets
 
-BACK, UP = np.array([0.2, -0.55, -0.8]), np.array([0.0, -1.0, 0.0])
-"""Direction towards the viewer and upward direction, in S_f: pinion on the left, gear on the right."""
-LIGHT = np.array([-0.62, 0.72, 0.31])
-"""Direction towards the light, from the upper left of the viewer."""
-STATIONS = np.linspace(-1.0, 1.0, 5)
-"""Sections along the face, in half face widths."""
-LEVELS = 8
+SHADES = 8
 """Number of shades of a metal, darkest first: classes p0 ... of the pinion, g0 ... of the gear."""
-WIDTH = 3000
-"""Width of the picture in units; coordinates are rounded to whole units."""
 
 
 def pair_picture(design: Design) -> str:
@@ -40,6 +32,8 @@ def pair_picture(design: Design) -> str:
 
     Returns '' if the layout is unknown. A member whose teeth have no surface is drawn as a blank.
     """
+    # Width of the picture in units; coordinates are rounded to whole units.
+    width = 3000
     phase, eye = float(np.nan_to_num(conjugate_phase(design, "right"))), _eye()
     frames = frames_at(design, 0.0, phase)
     pieces: list[tuple[float, str, FloatArray]] = []
@@ -53,20 +47,22 @@ def pair_picture(design: Design) -> str:
     pieces.sort(key=lambda piece: piece[0])
     corners = np.concatenate([points for _, _, points in pieces])
     low, high = corners.min(axis=0), corners.max(axis=0)
-    scale = WIDTH / (high - low)[0]
+    scale = width / (high - low)[0]
     corner = float(low[0]), float(high[1])
     paths = "\n".join(
         f'<path class="{name}" d="{"".join(polygon(points, corner, scale) for *_, points in same)}"/>'
         for name, same in groupby(pieces, lambda piece: piece[1])
     )
-    box, title = f"0 0 {WIDTH} {round(scale * (high - low)[1])}", "Pinion, on the left, and gear in mesh"
+    box, title = f"0 0 {width} {round(scale * (high - low)[1])}", "Pinion, on the left, and gear in mesh"
     return f'<svg class="pair-picture" viewBox="{box}" role="img" aria-label="{title}">\n{paths}\n</svg>'
 
 
 def _eye() -> FloatArray:
     """Return the unit vectors right, up and towards the viewer, (3, 3)."""
-    back = BACK / np.linalg.norm(BACK)
-    right = np.cross(UP, back)
+    # Directions in S_f for which the pinion is on the left and the gear on the right.
+    back, up = np.array([0.2, -0.55, -0.8]), np.array([0.0, -1.0, 0.0])
+    back /= np.linalg.norm(back)
+    right = np.cross(up, back)
     right /= np.linalg.norm(right)
     return np.stack((right, np.cross(back, right), back))
 
@@ -89,6 +85,8 @@ def _surfaces(member: Member, frame: Frame, eye: FloatArray) -> Iterator[tuple[F
     tuple of ndarray
         Polygons (m, corners, 3), counterclockwise seen from outside, and depths (m,).
     """
+    # Sections along the face, in half face widths.
+    stations = np.linspace(-1.0, 1.0, 5)
     # Number of teeth to either side that an end face may cover.
     beside = 2
 
@@ -96,9 +94,9 @@ def _surfaces(member: Member, frame: Frame, eye: FloatArray) -> Iterator[tuple[F
         return np.asarray(to_fixed(frame, points) @ eye.T)
 
     teeth = int(member.teeth)
-    tooth = _outline(member, 0.5 * float(member.face_width) * STATIONS)
+    tooth = _outline(member, 0.5 * float(member.face_width) * stations)
     angles = np.asarray(2.0 * np.pi / teeth * np.arange(teeth), dtype=float)
-    copies = [rotated_copies(tooth[:, j], angles) for j in range(len(STATIONS))]
+    copies = [rotated_copies(tooth[:, j], angles) for j in range(len(stations))]
     ring = np.stack(copies, axis=2)  # (teeth, n, nz, 3)
     around = np.concatenate((ring, np.roll(ring, -1, axis=0)[:, :1]), axis=1)
     rim = around[:, (0, -1)][:, :, (0, -1)]  # first and last point of a tooth at both ends of the face
@@ -154,9 +152,11 @@ def _area(points: FloatArray) -> FloatArray:
 
 def _shades(points: FloatArray) -> Codes:
     """Return the shades (m,) of polygons (m, n, 3)."""
+    # Direction towards the light, from the upper left of the viewer.
+    light = np.array([-0.62, 0.72, 0.31])
     normal = np.cross(points, np.roll(points, -1, axis=1)).sum(axis=1)
-    share = normal @ LIGHT / np.linalg.norm(normal, axis=1)
-    return np.asarray(np.round((LEVELS - 1) * np.clip(0.35 + 0.65 * share, 0.0, 1.0)).astype(np.int8))
+    share = normal @ light / np.linalg.norm(normal, axis=1)
+    return np.asarray(np.round((SHADES - 1) * np.clip(0.35 + 0.65 * share, 0.0, 1.0)).astype(np.int8))
 
 
 def polygon(points: FloatArray, corner: tuple[float, float], scale: float) -> str:

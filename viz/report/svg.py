@@ -15,49 +15,36 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from ..rendering import theme
 
-WIDTH = 352
+WIDTH_PX = 352
 """Width of a chart, pixels; one pixel is one point of Matplotlib. A page of 390 pixels less margins has this
 width, so that text is not reduced."""
-VARIABLES = {
-    "#ffffff": "paper",
-    theme.INK: "ink",
-    theme.GREY: "muted",
-    theme.PALE: "line",
-    theme.BLUE: "accent",
-    theme.RED: "path",
-    theme.STEEL: "pinion",
-    theme.BRONZE: "gear",
-}
-"""Colours of charts and the CSS variables of the page that replace them."""
-TEXT, SMALL = 12.0, 11.0
-LARGE = 13.2
-"""Font size to which Matplotlib's "small" corresponds."""
-STYLE: Any = {
-    "axes.labelsize": TEXT,
-    "axes.labelcolor": theme.GREY,
-    "axes.linewidth": 0.8,
-    "axes.titlelocation": "left",
-    "axes.titlesize": TEXT,
-    "axes.axisbelow": True,
-    "font.size": LARGE,
-    "grid.linewidth": 0.6,
-    "legend.fontsize": SMALL,
-    "lines.linewidth": 1.8,
-    "path.simplify_threshold": 0.1,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "page",
-    "text.parse_math": False,
-    "xtick.labelsize": SMALL,
-    "xtick.labelcolor": theme.GREY,
-    "ytick.labelsize": SMALL,
-    "ytick.labelcolor": theme.GREY,
-}
 
 
 @contextmanager
 def style() -> Iterator[None]:
     """Set our Matplotlib settings for charts, independent of those of the user."""
-    with theme.style(), mpl.rc_context(STYLE):
+    text_px, small_px = 12.0, 11.0
+    settings: Any = {
+        "axes.labelsize": text_px,
+        "axes.labelcolor": theme.GREY,
+        "axes.linewidth": 0.8,
+        "axes.titlelocation": "left",
+        "axes.titlesize": text_px,
+        "axes.axisbelow": True,
+        "font.size": 13.2,  # corresponds to "small" of Matplotlib
+        "grid.linewidth": 0.6,
+        "legend.fontsize": small_px,
+        "lines.linewidth": 1.8,
+        "path.simplify_threshold": 0.1,
+        "svg.fonttype": "none",
+        "svg.hashsalt": "page",
+        "text.parse_math": False,
+        "xtick.labelsize": small_px,
+        "xtick.labelcolor": theme.GREY,
+        "ytick.labelsize": small_px,
+        "ytick.labelcolor": theme.GREY,
+    }
+    with theme.style(), mpl.rc_context(settings):
         yield
 
 
@@ -65,13 +52,26 @@ def new_chart(height: float) -> Figure:
     """Return an empty chart of a height in pixels, with constrained layout."""
     pad = 4.0 / 72.0
     return Figure(
-        figsize=(WIDTH / 72.0, height / 72.0), dpi=72.0, layout=ConstrainedLayoutEngine(h_pad=pad, w_pad=pad)
+        figsize=(WIDTH_PX / 72.0, height / 72.0),
+        dpi=72.0,
+        layout=ConstrainedLayoutEngine(h_pad=pad, w_pad=pad),
     )
 
 
 def svg_of(chart: Figure, name: str, title: str) -> str:
     """Return a chart as an SVG element. `name` makes its ids unique, `title` is its text for screen
     readers."""
+    # CSS variables of the page that replace the colours of charts.
+    variables = {
+        "#ffffff": "paper",
+        theme.INK: "ink",
+        theme.GREY: "muted",
+        theme.PALE: "line",
+        theme.BLUE: "accent",
+        theme.RED: "path",
+        theme.METALS[0]: "pinion",
+        theme.METALS[1]: "gear",
+    }
     file = io.StringIO()
     nothing = dict.fromkeys(("Date", "Creator", "Format", "Type"))
     chart.savefig(file, format="svg", transparent=True, metadata=nothing)
@@ -83,7 +83,7 @@ def svg_of(chart: Figure, name: str, title: str) -> str:
     body = re.sub(r"; font-family: [^;\"]*", "", body).replace("xlink:href", "href")
     body = re.sub(r'\bid="', f'id="{name}-', body)
     body = re.sub(r'href="#|url\(#', lambda match: f"{match[0]}{name}-", body)
-    for colour, variable in VARIABLES.items():
+    for colour, variable in variables.items():
         body = body.replace(colour, f"var(--{variable})")
     body = re.sub(r"font: ((?:\w+ )*)([\d.]+px) [^;\"]*", _font, body)
     body = re.sub(r'="[^"]*"', lambda match: re.sub(r"-?\d+\.\d{3,}", _short, match[0]), body)

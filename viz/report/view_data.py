@@ -29,10 +29,6 @@ from beveloid_geom.status import FirstStatus
 
 from ..components.paths_table import FLANKS, MEMBERS, points_on
 
-TOLERANCE = 1.0 / 500.0
-"""Default deviation of the triangles in normal modules: a fifth of a pixel at the closest view, ten modules
-on a thousand pixels."""
-
 
 def view_data(design: Design, tolerance: float | None = None) -> dict[str, Any]:
     """Return the data of the view for a single design, ready for `json.dumps`, in mm and rad, without NaN.
@@ -42,7 +38,7 @@ def view_data(design: Design, tolerance: float | None = None) -> dict[str, Any]:
     design : Design
         A single design.
     tolerance : float, optional
-        Largest deviation of the triangles, mm; TOLERANCE times the module by default.
+        Largest deviation of the triangles, mm; by default in proportion to the module.
 
     Returns
     -------
@@ -86,10 +82,12 @@ def member_frames(design: Design) -> list[dict[str, Any]]:
 
 def _member(name: str, member: Member, tolerance: float | None) -> dict[str, Any]:
     """Return sizes and tooth of a member."""
+    # A fifth of a pixel at the closest view, ten modules on a thousand pixels.
+    tolerance_modules = 1.0 / 500.0
     half, module = 0.5 * float(member.face_width), float(member.tool.normal_module)
     tooth, note = None, ""
     try:
-        mesh = gear_mesh(member, TOLERANCE * module if tolerance is None else tolerance, (0,))
+        mesh = gear_mesh(member, tolerance_modules * module if tolerance is None else tolerance, (0,))
         tooth = _tooth(mesh.where(~mesh.is_of(*SIDES)))
     except ValueError as error:
         note = f"The {name} is drawn without teeth: {error}."

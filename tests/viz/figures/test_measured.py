@@ -43,7 +43,7 @@ def test_sticks_are_as_long_as_the_deviations(size: float) -> None:
         sticks = [line for line in axes.lines if line.get_linewidth() == 2.4]
         heights = np.array([np.ptp(line.get_ydata()) for line in sticks])
         np.testing.assert_allclose(
-            heights * np.abs(found.result.deviation).max() / deviations.DEVIATION_HEIGHT,
+            heights * np.abs(found.result.deviation).max() / 0.45,
             np.abs(values).ravel(),
             rtol=1e-9,
             atol=1e-15,

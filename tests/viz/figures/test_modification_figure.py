@@ -75,7 +75,7 @@ def test_a_left_flank_is_drawn_as_the_right_flank_of_the_mirrored_pair() -> None
 
 def test_a_flank_that_ends_below_the_tip_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     require_opengl()
-    monkeypatch.setattr(fig, "COEFFICIENT", 0.03)
+    monkeypatch.setattr(fig, "COEFFICIENT_PER_MM", 0.03)
     data = fig.compute(builtin_design())
     missing = sorted(set(fig.LOOKS) - set(data.members))
     assert missing

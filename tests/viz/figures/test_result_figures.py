@@ -124,7 +124,7 @@ def test_clouds_and_counts_are_the_librarys(flank: str) -> None:
     np.testing.assert_array_equal(drawn.mountings.pinion_z, study.mountings.pinion_z)
     for factor, cloud in zip((5.0, 1.0), data.clouds, strict=True):
         errors = Errors(*(factor * drawn.mountings.errors[3]))
-        path = path_of_contact(design.with_errors(errors), flank, fig_cloud.POINTS)
+        path = path_of_contact(design.with_errors(errors), flank, 33)
         places = zip(cloud, design.members, (path.l1, path.l2), (path.u1, path.u2), strict=True)
         for points, member, l, u in places:
             np.testing.assert_allclose(points[3], flank_point(member, flank, l, u), rtol=0.0, atol=1e-9)
@@ -213,7 +213,7 @@ def test_an_ease_off_that_is_not_there_says_why() -> None:
 def test_the_posed_pair_is_as_fine_at_any_module(module: float) -> None:
     usual, other = builtin_design(), scaled(builtin_design(), module / 6.0)
     assert fig_posed.tolerance_of(other) == pytest.approx(fig_posed.tolerance_of(usual) * module / 6.0)
-    assert fig_posed.tolerance_of(usual) == pytest.approx(fig_posed.EXPORT_TOLERANCE_MM)
+    assert fig_posed.tolerance_of(usual) == pytest.approx(0.01)
     assert fig_posed._export_note(usual) == ""
     assert f"--tolerance {module / 600.0:.3g}" in fig_posed._export_note(other)
 
@@ -237,7 +237,7 @@ def test_marks_of_the_posed_pair_are_on_its_teeth(flank: str) -> None:
     items, camera = fig_posed.close(data, (400, 300))
     pinion, frame = data.pair.design.pinion, data.pair.frames[0]
     lines = [item for item in items if isinstance(item, Tube) and len(item.points) > 1]
-    paths, outlines = ([line for line in lines if line.colour == colour] for colour in (theme.PATH, "white"))
+    paths, outlines = ([line for line in lines if line.colour == colour] for colour in (theme.RED, "white"))
     assert len(paths) == len(outlines) == 3
     for path, outline, tooth in zip(paths, outlines, (-1, 0, 1), strict=True):
         own = (outline.points - frame[1]) @ frame[0]
@@ -250,13 +250,13 @@ def test_marks_of_the_posed_pair_are_on_its_teeth(flank: str) -> None:
         assert outline.radius > path.radius
     ball = next(item for item in items if isinstance(item, Tube) and len(item.points) == 1)
     np.testing.assert_allclose(camera.seen(ball.points)[0], 0.0, atol=camera.half_height)
-    patterns = [item for item in items if isinstance(item, Surface) and item.colour == fig_posed.PATTERN]
+    patterns = [item for item in items if isinstance(item, Surface) and item.colour == "#2f78b7"]
     assert len(patterns) == 3
     assert data.pattern is not None
     # The pattern consists of the marked points and of points on the border between them and the others.
     own = (patterns[1].points - frame[1]) @ frame[0]
     away, _ = cKDTree(data.pattern.points.reshape(-1, 3)).query(own)
-    marked = np.isclose(away, fig_posed.PATTERN_LIFT_MODULES * 6.0, rtol=1e-9, atol=0.0)
+    marked = np.isclose(away, 0.004 * 6.0, rtol=1e-9, atol=0.0)
     assert np.count_nonzero(marked) == np.count_nonzero(data.pattern.marked)
     cell = np.linalg.norm(np.diff(data.pattern.points, axis=1), axis=-1).max()
     assert (away < cell).all()
@@ -315,7 +315,7 @@ def test_what_runs_is_the_first_of_the_tooth_pairs_alone(flank: str) -> None:
     """The curve in operation is the upper envelope of the curves of all tooth pairs, which are displaced by
     whole pitches."""
     graph = motion_graph.motion_graph(operation_report("", MODIFIED, flank, 65, 3, MARKING_SEPARATION))
-    steps = motion_graph.STEPS
+    steps = 64
     pairs = np.stack([graph.alone[k * steps : (k + 1) * steps + 1] for k in range(2 * motion_graph.REACH)])
     first = np.fmax.reduce(pairs)
     np.testing.assert_allclose(first, graph.report.first.transmission_error, atol=1e-12)

@@ -120,11 +120,11 @@ def test_a_head_is_large_only_where_all_of_it_is_contact() -> None:
     view = viewpoint.flank_view(MODIFIED.pinion, "right")
     assert view is not None
     points = view.middle + np.linspace(-20.0, 20.0, 101)[:, None] * np.array([0.0, 0.0, 1.0])
-    for last, size in ((101, 1.0), (40, 1.0), (1, panels.SMALL), (0, panels.SMALL)):
+    for last, size in ((101, 1.0), (40, 1.0), (1, 0.65), (0, 0.65)):
         first = np.arange(101) >= 101 - last
         head = panels.trace_items(Trace(points, first=first), view, 1.0)[-1]
         assert isinstance(head, Arrow)
-        assert np.linalg.norm(head.vector) == pytest.approx(size * panels.HEAD, rel=0.05)
+        assert np.linalg.norm(head.vector) == pytest.approx(size * 8.0, rel=0.05)
 
 
 def test_a_ratio_that_is_not_known_is_said_in_words() -> None:

@@ -17,7 +17,7 @@ from beveloid_geom.contact.mesh_position import frames_at
 from beveloid_geom.operation.engagement import conjugate_phase
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.surface_mesh import gear_mesh
-from beveloid_viz.report.picture import LEVELS, WIDTH, _eye, pair_picture
+from beveloid_viz.report.picture import SHADES, _eye, pair_picture
 
 PIXELS = 240
 """Width of the compared pictures."""
@@ -36,13 +36,13 @@ STEEP = replace(
 def painted(svg: str) -> NDArray[np.int8]:
     """Return the member (1, 2) at each pixel, 0 for none, with later polygons in front."""
     width, height = (int(size) for size in re.findall(r'viewBox="0 0 (\d+) (\d+)"', svg)[0])
-    assert width == WIDTH
+    assert width == 3000
     board = Image.new("L", (PIXELS, round(PIXELS * height / width)))
     pen = ImageDraw.Draw(board)
     for letter, way in re.findall(r'<path class="([pg])\d" d="([^"]*)"/>', svg):
         for polygon in way.split("z")[:-1]:
             steps = np.array([int(number) for number in re.findall(r"-?\d+", polygon)]).reshape(-1, 2)
-            corners = np.cumsum(steps, axis=0) * PIXELS / WIDTH
+            corners = np.cumsum(steps, axis=0) * PIXELS / width
             pen.polygon([tuple(corner) for corner in corners.tolist()], fill=1 + "pg".index(letter))
     return np.asarray(board).astype(np.int8)
 
@@ -91,5 +91,5 @@ def test_a_member_without_teeth_is_a_blank_and_no_layout_no_picture() -> None:
     pointed = replace(TABLE.pinion, profile_shift=1.5, tool=replace(TABLE.pinion.tool, addendum=1.6))
     blank, whole = (pair_picture(design) for design in (replace(TABLE, pinion=pointed), TABLE))
     assert 20_000 < len(blank) < len(whole)
-    assert {shade for _, shade in re.findall('class="([pg])(.)"', whole)} <= {str(n) for n in range(LEVELS)}
+    assert {shade for _, shade in re.findall('class="([pg])(.)"', whole)} <= {str(n) for n in range(SHADES)}
     assert pair_picture(replace(TABLE, pair=Pair(229.0, radians(1.0)))) == ""

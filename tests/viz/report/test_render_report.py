@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from beveloid_geom import builtin_design, pattern_matrix
 from beveloid_geom.cli.main import main as beveloid_geom
 from beveloid_geom.design.file import builtin_text
-from beveloid_viz.report.cells import UNITS_PER_MODULE, cell_pictures, size_decimals
+from beveloid_viz.report.cells import cell_pictures, size_decimals
 from beveloid_viz.report.cli import main
 from beveloid_viz.report.page import looked_up
 from tests.symmetry import scaled
@@ -40,7 +40,7 @@ NAME = Path("x<", "script><img src=x onerror=alert(1)> & \"'.toml")
 """A file name that tries to close a script element and to open others."""
 TOLERANCES = ("--offset-tolerance", "0.04", "--gear-axial-tolerance", "0.2", "--seed", "7", "--cases", "100")
 MOST_BYTES = 4_000_000
-UNITS = UNITS_PER_MODULE / 6.0
+UNITS = 240.0 / 6.0
 """Units of the patterns of this pair per mm."""
 
 

@@ -24,16 +24,6 @@ from .curves import log_axes
 TOLERANCES = np.logspace(-1.0, -4.0, 13)
 PATH_FRACTIONS = (0.3, 0.4, 0.5, 0.6, 0.7)
 """Positions as fractions of the path in pinion roll."""
-LOOKS = {
-    "point": ("contact point", theme.RED, "o"),
-    "separation": ("separation", theme.BLUE, "s"),
-}
-CELLS = Cells(left=1.2, right=0.64, across=1.36, down=1.4, most=2, least=3.4)
-NOTE = (
-    "Flanks are sampled to the tolerance; the contact is the point with the smallest distance to the other"
-    " mesh. The polish solves for the contact on the exact flanks from there. Lines: largest error of {poses}"
-    " positions, dots: single positions."
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,16 +58,22 @@ def errors_of(results: tuple[Convergence, ...], kind: str) -> FloatArray:
 
 def draw(data: ConvergenceFigure, layout: theme.Layout) -> Drawing:
     """Draw a chart for each flank."""
+    note = (
+        "Flanks are sampled to the tolerance; the contact is the point with the smallest distance to the"
+        " other mesh. The polish solves for the contact on the exact flanks from there. Lines: largest error"
+        " of {poses} positions, dots: single positions."
+    )
+    cells = Cells(left=1.2, right=0.64, across=1.36, down=1.4, most=2, least=3.4)
     page, low, high = theme.new_page(
         layout,
         "Error of the mesh method against the mesh tolerance",
         finding(data),
-        NOTE.format(poses=len(PATH_FRACTIONS)) if data.found else "",
+        note.format(poses=len(PATH_FRACTIONS)) if data.found else "",
         below=0.75,
         above=0.5,
-        tall=CELLS.tall(layout, len(FLANKS), 3.2),
+        tall=cells.tall(layout, len(FLANKS), 3.2),
     )
-    found = zip(FLANKS, theme.panels(page, CELLS, len(FLANKS), low, high), strict=True)
+    found = zip(FLANKS, theme.panels(page, cells, len(FLANKS), low, high), strict=True)
     for column, (flank, axes) in enumerate(found):
         axes.set_title(f"({'ab'[column]})  {flank} flanks", loc="left", pad=10.0)
         if flank in data.reasons:
@@ -94,10 +90,14 @@ def draw(data: ConvergenceFigure, layout: theme.Layout) -> Drawing:
 
 def _panel(axes: Axes, data: ConvergenceFigure, flank: str) -> list[Line2D]:
     """Draw the errors (mm) of one flank at every position and their maximum; return the lines of a legend."""
+    looks = {
+        "point": ("contact point", theme.RED, "o"),
+        "separation": ("separation", theme.BLUE, "s"),
+    }
     smallest_error_mm = 1e-16
     lines = []
     for polish in (False, True):
-        for kind, (name, colour, marker) in LOOKS.items():
+        for kind, (name, colour, marker) in looks.items():
             errors = np.maximum(errors_of(data.found[flank, polish], kind), smallest_error_mm)
             label = f"{name}, {'polished' if polish else 'mesh alone'}"
             face = colour if polish else "none"

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import FixedLocator
 
 from beveloid_geom import Design
-from beveloid_geom.validation.comparison import METHODS as ALL_METHODS, Measurement, compare
+from beveloid_geom.validation.comparison import METHODS, Measurement, compare
 
 from ...components.figure_steps import Drawing, Recipe, Table
 from ...components.free_space import Labels
@@ -18,14 +18,13 @@ from ...rendering import theme
 from ...rendering.layout import Cells
 from .curves import Look, curve, log_axes
 
-METHODS, RUNS = ALL_METHODS, 5
-CELLS = Cells(left=1.25, right=0.4, across=0.0, down=0.0, most=1, least=4.0)
+RUNS = 5
 LOOKS = {
     "mesh alone": Look("mesh alone", theme.RED, "o", True, 7.0),
     "mesh, polished": Look("mesh, polished", theme.RED, "o", size=7.0),
     "five equations": Look("five equations", theme.BLUE, "s", size=7.0),
     "one equation": Look("one equation", theme.GREEN, "D", size=7.0),
-    "first contact": Look("first contact of all teeth", theme.BLACK, "^", size=8.0),
+    "first contact": Look("first contact of all teeth", theme.INK, "^", size=8.0),
 }
 LABELS = (
     ("mesh alone", 0.1, "0.1 mm", ((0, 11, "center"), (11, -4, "left"), (-11, -4, "right"))),
@@ -39,15 +38,6 @@ LABELS = (
     ("first contact", 1_001, "1,001", ((0, 11, "center"), (0, -22, "center"))),
 )
 """Settings written next to their marks: method, value, text and places in points, best first."""
-EXACT_MM = 1e-9
-FINDING_CORNERS = ((0.03, 0.93), (0.03, 0.6), (0.6, 0.75), (0.6, 0.45), (0.52, 0.75), (0.52, 0.6))
-"""Places of the comparison of times that are tried: upper left corner, as fractions of the axes."""
-NOTE = (
-    "Median and range of {runs} runs, largest error of five positions; sampling of meshes and constants of"
-    " the pair excluded. Along each curve: mesh tolerance, xtol of the five equations, positions per call."
-    " Reference: five equations at 60 digits; first contact: segments of the mesh cycle. Mesh methods find"
-    " tangencies only, no contact on edges."
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,18 +65,27 @@ def compute(design: Design, flank: str = "right") -> SpeedAccuracy:
 
 def draw(data: SpeedAccuracy, layout: theme.Layout) -> Drawing:
     """Draw error against time. No text outside the axes depends on a measured time."""
+    note = (
+        "Median and range of {runs} runs, largest error of five positions; sampling of meshes and constants"
+        " of the pair excluded. Along each curve: mesh tolerance, xtol of the five equations, positions per"
+        " call. Reference: five equations at 60 digits; first contact: segments of the mesh cycle. Mesh"
+        " methods find tangencies only, no contact on edges."
+    )
+    cells = Cells(left=1.25, right=0.4, across=0.0, down=0.0, most=1, least=4.0)
+    # Places of the comparison of times that are tried: upper left corner, as fractions of the axes.
+    corners = ((0.03, 0.93), (0.03, 0.6), (0.6, 0.75), (0.6, 0.45), (0.52, 0.75), (0.52, 0.6))
     solved = {method: look for method, look in LOOKS.items() if data.of(method)}
     lost = unanswered(data)
     page, low, high = theme.new_page(
         layout,
         title(data),
         f"{data.flank.capitalize()} flanks, {coefficients(data.design)}. Left is faster, down is more exact.",
-        NOTE.format(runs=RUNS) + (f" Without an answer: {'; '.join(lost)}." if solved and lost else ""),
+        note.format(runs=RUNS) + (f" Without an answer: {'; '.join(lost)}." if solved and lost else ""),
         below=0.75,
         above=0.6,
-        tall=CELLS.tall(layout, 1, 5.2),
+        tall=cells.tall(layout, 1, 5.2),
     )
-    (axes,) = theme.panels(page, CELLS, 1, low, high)
+    (axes,) = theme.panels(page, cells, 1, low, high)
     log_axes(axes)
     axes.set(xlabel="processor time per position (s)", ylabel="error of the contact point (mm)")
     if data.reason:
@@ -100,7 +99,7 @@ def draw(data: SpeedAccuracy, layout: theme.Layout) -> Drawing:
     labels, lines = Labels(axes), finding(data)
     if layout.width < theme.NARROW:  # so that the block fits next to the five equations
         lines = [line.replace(" times ", " \u00d7 ").replace(" against", "\nagainst") for line in lines]
-    labels.block("\n".join(lines), FINDING_CORNERS, linespacing=1.4, fontsize=theme.SMALL)
+    labels.block("\n".join(lines), corners, linespacing=1.4, fontsize=theme.SMALL)
     marks = {(one.method, one.value): one for one in data.measurements if one.status == "solved"}
     for method, value, label, places in LABELS:
         if mark := marks.get((method, value)):
@@ -138,9 +137,14 @@ def _set_limits(axes: Axes, data: SpeedAccuracy) -> None:
     axes.minorticks_off()
 
 
+def is_exact(one: Measurement) -> bool:
+    """Return whether the error consists of rounding only."""
+    return one.error_mm < 1e-9
+
+
 def title(data: SpeedAccuracy) -> str:
     """Return the finding if the one equation is exact and the fastest exact method, else the subject."""
-    exact = [one for one in data.measurements if one.error_mm < EXACT_MM]
+    exact = [one for one in data.measurements if is_exact(one)]
     fastest = min(exact, key=lambda one: one.seconds[1], default=None)
     if fastest is None or fastest.method != "one equation":
         return "Error and time of five methods that find the contact"
@@ -151,10 +155,10 @@ def title(data: SpeedAccuracy) -> str:
 
 def finding(data: SpeedAccuracy) -> list[str]:
     """Return lines that compare the times of the one equation and of the five equations."""
-    exact = [one.seconds[1] for one in data.of("five equations") if one.error_mm < EXACT_MM]
+    exact = [one.seconds[1] for one in data.of("five equations") if is_exact(one)]
     lines = []
     for one in data.of("one equation") if exact else ():
-        if one.value in (1, 11, 101, 100_001) and one.error_mm < EXACT_MM:
+        if one.value in (1, 11, 101, 100_001) and is_exact(one):
             factor = min(exact) / one.seconds[1]
             rounded = float(f"{max(factor, 1.0 / factor):.2g}")
             lines.append(f"{one.value:,.0f}: {rounded:,g} times {'faster' if factor > 1.0 else 'slower'}")

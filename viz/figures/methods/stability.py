@@ -34,26 +34,8 @@ from .speed_accuracy import LOOKS
 
 ABOVE_DEG = 10.0 ** np.arange(-10.0, 0.1, 1.0)
 """Distances from the smallest shaft angle."""
-MAP_CELLS, COMPARED = 131, 12
-"""Cells of the map along each axis (a column has the smallest shaft angle), and cells of each status at which
-the five equations are solved."""
-SHARES = np.array((-0.25, 0.05, 1.0, 3.0))
-"""Shaft angles of the map: its ends, and those whose offsets without backlash it shows, as fractions of the
-distance of the design's shaft angle from the smallest one."""
-WRONG_MM = 1e-2
-"""Error of a point without a stated error bound that counts as wrong, at the module of Table 1."""
-ANSWERS = {
-    Status.SOLVED: ("contact on the flanks", theme.GREEN),
-    Status.OFF_FLANK: ("contact misses the flanks", theme.PALE),
-    Status.NO_COMMON_NORMAL: ("no common normal", "white"),
-    Status.NOT_CONVERGED: ("not known", theme.ORANGE),
-}
-CELLS = Cells(left=1.25, right=0.5, across=1.5, down=1.5, most=2, least=3.6)
-NOTE = (
-    "(a) Largest error of five positions against 60 digits; meshes sampled to 0.01 mm. Crosses: no answer."
-    " Dotted: error bound that the mesh methods state. (b) Members at fixed axial positions. Rings: the five"
-    " equations agree. Crosses: they have no answer."
-)
+COMPARED = 12
+"""Number of cells of each status at which the five equations are solved."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +52,10 @@ class Stability:
 
 def compute(design: Design, flank: str = "right") -> Stability:
     """Compute the errors of the methods, and the map about the offsets without backlash."""
+    # Shaft angles of the map: its ends, and those whose offsets without backlash it shows, as fractions
+    # of the distance of the design's shaft angle from the smallest one.
+    shares = np.array((-0.25, 0.05, 1.0, 3.0))
+    map_cells = 131  # along each axis, so that a column has the smallest shaft angle
     smallest = smallest_shaft_angle(design, flank)
     above = float(design.pair.shaft_angle) - smallest
     try:
@@ -78,7 +64,7 @@ def compute(design: Design, flank: str = "right") -> Stability:
         errors = errors_above_smallest_shaft_angle(design, flank, np.radians(ABOVE_DEG))
         if np.isnan(errors.error).all():
             raise ValueError("without backlash, these flanks do not touch near the smallest shaft angle")
-        angles = smallest + above * SHARES[1:]
+        angles = smallest + above * shares[1:]
         offsets = [float(at_shaft_angle(design, angle).pair.offset) for angle in angles.tolist()]
     except (ValueError, ImportError) as error:
         return Stability(design, flank, smallest, reason=str(error))
@@ -86,8 +72,8 @@ def compute(design: Design, flank: str = "right") -> Stability:
     answers = status_map(
         design,
         flank,
-        smallest + above * np.linspace(SHARES[0], SHARES[-1], MAP_CELLS),
-        np.linspace(min(offsets) - margin, max(offsets) + margin, MAP_CELLS),
+        smallest + above * np.linspace(shares[0], shares[-1], map_cells),
+        np.linspace(min(offsets) - margin, max(offsets) + margin, map_cells),
         COMPARED,
     )
     return Stability(design, flank, smallest, errors, answers)
@@ -95,22 +81,29 @@ def compute(design: Design, flank: str = "right") -> Stability:
 
 def draw(data: Stability, layout: theme.Layout) -> Drawing:
     """Draw the errors and the map."""
+    cells = Cells(left=1.25, right=0.5, across=1.5, down=1.5, most=2, least=3.6)
     page, low, high = theme.new_page(
         layout,
         finding(data),
         f"{data.flank.capitalize()} flanks, unmodified. Smallest shaft angle with a common normal:"
         f" {np.degrees(data.smallest):.4f} deg",
-        NOTE if data.errors else "",
+        (
+            "(a) Largest error of five positions against 60 digits; meshes sampled to 0.01 mm. Crosses: no"
+            " answer. Dotted: error bound that the mesh methods state. (b) Members at fixed axial positions."
+            " Rings: the five equations agree. Crosses: they have no answer."
+        )
+        if data.errors
+        else "",
         below=0.75,
         above=1.15,
-        tall=CELLS.tall(layout, 2, 4.0) if data.errors else 2.0,
+        tall=cells.tall(layout, 2, 4.0) if data.errors else 2.0,
     )
     if data.errors is None or data.answers is None:
         axes = page.add_axes((0.05, low, 0.9, high - low))
         axes.set_axis_off()
         theme.message(axes, data.reason)
         return Drawing(page, {})
-    first, second = theme.panels(page, CELLS, 2, low, high)
+    first, second = theme.panels(page, cells, 2, low, high)
     first.set_title("(a)  Error of four methods", loc="left", pad=10.0)
     second.set_title("(b)  Answer of the one equation", loc="left", pad=10.0)
     lines = _errors(first, data.errors, wrong_mm(data.design))
@@ -152,8 +145,9 @@ def _errors(axes: Axes, data: MethodErrors, limit: float) -> list[Line2D]:
 
 
 def wrong_mm(design: Design) -> float:
-    """Return the error (mm) of a point that counts as wrong, in proportion to the module."""
-    return WRONG_MM * paths_table.as_large(design)
+    """Return the error (mm) of a point without a stated error bound that counts as wrong, in proportion to
+    the module."""
+    return 1e-2 * paths_table.as_large(design)
 
 
 def wrong(data: MethodErrors, number: int, limit: float) -> Integers:
@@ -165,7 +159,13 @@ def wrong(data: MethodErrors, number: int, limit: float) -> Integers:
 
 def _map(axes: Axes, data: Stability, answers: StatusMap) -> list[Patch]:
     """Draw the status over shaft angle and offset; return the entries of the legend."""
-    codes, colour = list(ANSWERS), [hue for _, hue in ANSWERS.values()]
+    looks = {
+        Status.SOLVED: ("contact on the flanks", theme.GREEN),
+        Status.OFF_FLANK: ("contact misses the flanks", theme.PALE),
+        Status.NO_COMMON_NORMAL: ("no common normal", "white"),
+        Status.NOT_CONVERGED: ("not known", theme.ORANGE),
+    }
+    codes, colour = list(looks), [hue for _, hue in looks.values()]
     other = ~np.isin(answers.status, codes)
     index = np.where(other, codes.index(Status.NOT_CONVERGED), 0)
     for number, code in enumerate(codes):
@@ -187,7 +187,7 @@ def _map(axes: Axes, data: Stability, answers: StatusMap) -> list[Patch]:
     axes.set(xlabel="shaft angle (deg)", ylabel="offset (mm)")
     shown = [number for number in range(len(codes)) if (index == number).any()]
     return [
-        Patch(facecolor=colour[k], edgecolor=theme.GREY, linewidth=0.8, label=ANSWERS[codes[k]][0])
+        Patch(facecolor=colour[k], edgecolor=theme.GREY, linewidth=0.8, label=looks[codes[k]][0])
         for k in shown
     ]
 

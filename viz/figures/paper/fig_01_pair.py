@@ -23,9 +23,6 @@ from ...rendering import theme
 from ...rendering.polylines import dashed
 from ...rendering.scene import MESH_PX, Camera, Item, Size, Tube, cut, fit_camera
 
-VIEW = np.array([-0.62, 0.46, 0.6])
-"""Viewing direction in S_f, for which the common perpendicular of Table 1 ends next to the gear."""
-
 
 @dataclass(frozen=True, eq=False)
 class PairFigure:
@@ -77,13 +74,15 @@ def camera_of(pair: PosedPair, size: Size) -> Camera:
 
     If the common perpendicular is far away and not drawn, the pair may be turned, so that it is shown
     larger."""
+    # Viewing direction in S_f, for which the common perpendicular of Table 1 ends next to the gear.
+    view = np.array([-0.62, 0.46, 0.6])
     reach, turn = posed.reach(pair, feet=False), posed.turn_about_axis(0.5 * np.pi)
     if not pair.remote:
         reach = np.concatenate((reach, _feet(pair)))
-    usual = fit_camera(reach, VIEW, posed.UP, size, 0.06, perspective=True)
+    usual = fit_camera(reach, view, posed.UP, size, 0.06, perspective=True)
     if not pair.remote:
         return usual
-    turned = fit_camera(reach, turn @ VIEW, turn @ posed.UP, size, 0.06, perspective=True)
+    turned = fit_camera(reach, turn @ view, turn @ posed.UP, size, 0.06, perspective=True)
     return min(usual, turned, key=lambda camera: camera.half_height)
 
 

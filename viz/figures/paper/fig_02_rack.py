@@ -17,11 +17,6 @@ from ...components import annotate, cutter
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...rendering import theme
 
-BACK_MODULES = 0.4
-"""Thickness of the back of the tool, in normal modules."""
-HALF_WIDTH_MODULES, NARROW_HALF_WIDTH_MODULES = 2.08, 1.75
-"""Half the width of the tool drawn, in normal modules: usual, and on a narrow page with less text."""
-
 
 @dataclass(frozen=True, eq=False)
 class RackFigure:
@@ -67,7 +62,8 @@ def draw(data: RackFigure, layout: theme.Layout) -> Drawing:
     text_width_in = 0.9
     module, coefficient = data.module, float(data.tools[1].parabola)
     narrow = layout.printed and layout.width < theme.NARROW
-    wide = NARROW_HALF_WIDTH_MODULES if narrow else HALF_WIDTH_MODULES
+    # Half the width of the tool drawn, in normal modules; on a narrow page with less text.
+    wide = 1.75 if narrow else 2.08
     space, angle = f" = $\\pi m_n/2$ = {data.space:.5g} mm", f" = {np.degrees(data.alpha):g}\u00b0"
     page, low, high = theme.new_page(
         layout,
@@ -83,7 +79,8 @@ def draw(data: RackFigure, layout: theme.Layout) -> Drawing:
     box = theme.place(page, 0.02, low, 0.96, high - low)
     axes = theme.overlay(page, box)
     tool = data.tools[0]
-    ends = module * np.array([-float(tool.dedendum) - 0.35, cutter.TOP * float(tool.addendum) + BACK_MODULES])
+    back_modules = 0.4  # thickness of the back of the tool
+    ends = module * np.array([-float(tool.dedendum) - 0.35, cutter.TOP * float(tool.addendum) + back_modules])
     room = 1.0 - 2.0 * text_width_in * page.dpi / box.width
     half = max(
         (wide + 0.62) * module,
@@ -92,18 +89,17 @@ def draw(data: RackFigure, layout: theme.Layout) -> Drawing:
     )
     high_half = half * box.height / box.width
     axes.set(xlim=(-half, half), ylim=(ends.mean() - high_half, ends.mean() + high_half))
-    _draw_tool(axes, data, wide)
+    _draw_tool(axes, data, wide, ends[1], narrow)
     _draw_lines(axes, data, wide, "" if narrow else space)
     _draw_frames(axes, data)
     _draw_parameters(axes, data, "" if narrow else angle)
     return Drawing(page, {})
 
 
-def _draw_tool(axes: Axes, data: RackFigure, wide: float) -> None:
-    """Draw the tool, and the straight profile on top."""
+def _draw_tool(axes: Axes, data: RackFigure, wide: float, back: float, narrow: bool) -> None:
+    """Draw the tool up to its back, and the straight profile on top."""
     tool_colour = "#e3e9ee"
     straight, parabolic = (cutter.profile(half, data.module, 3) for half in data.profiles)
-    back = parabolic[:, 1].max() + BACK_MODULES * data.module
     outline = np.concatenate(([[parabolic[0, 0], back]], parabolic, [[parabolic[-1, 0], back]]))
     window = Rectangle((-wide * data.module, -1e3), 2.0 * wide * data.module, 2e3, transform=axes.transData)
     for drawn in (
@@ -112,12 +108,12 @@ def _draw_tool(axes: Axes, data: RackFigure, wide: float) -> None:
         *axes.plot(*straight.T, color=theme.RED, linewidth=2.0, dashes=(5, 3), zorder=3),
     ):
         drawn.set_clip_path(window)
-    height = 0.75 if wide == HALF_WIDTH_MODULES else 1.28  # on a narrow page above the angle alpha_n
+    height = 1.28 if narrow else 0.75  # on a narrow page above the angle alpha_n
     for side in (-1.0, 1.0):
         place = side * (wide - 0.46) * data.module, height * data.module
         annotate.text(axes, place, "tool", fontsize=theme.HEADING)
     low = -float(data.tools[0].dedendum) * data.module
-    if wide == HALF_WIDTH_MODULES:
+    if not narrow:
         annotate.text(
             axes, (0.0, 0.86 * low), "tooth space of the tool\n= tooth of the gear", color=theme.GREY
         )

@@ -18,16 +18,11 @@ from ...components.figure_steps import Drawing, Recipe, Table, quantities, vecto
 from ...rendering import theme
 from ...rendering.scene import MESH_PX, Item, Picture, Surface, fit_camera
 
-TOOL_COLOUR = "#f2cf99"
-SMALLEST_ANGLES_RAD = np.radians((18.0, 15.0))
-"""Smallest helix and cone angle in panel (a), rad, so that its frames can be distinguished."""
-RACK_LENGTH_MODULES = 4.6
-"""Length of the rack in panel (a), in normal modules."""
-CUTTER_AXES = 0.2
+CUTTER_AXES_PITCH_RADII = 0.2
 """Length of the axes of S_c in panel (b), in pitch radii."""
 GEAR_VIEW = np.array([0.22, 0.3, 0.92])
 """Direction to the viewer of panel (b)."""
-FRAME_COLOURS = {"n": theme.BLACK, "P": theme.BLUE, "c": theme.GREEN, "b": theme.BLACK, "j": theme.RED}
+FRAME_COLOURS = {"n": theme.INK, "P": theme.BLUE, "c": theme.GREEN, "b": theme.INK, "j": theme.RED}
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,11 +60,13 @@ class GenerationFigure:
         x, y, z = GEAR_VIEW
         far_end_rise = x * z / (y * y + z * z) * float(self.member.face_width)
         rack_top = self.back + far_end_rise + 0.4 * self.module
-        return float(max(rack_top, CUTTER_AXES * self.pitch_radius + 1.6 * self.module))
+        return float(max(rack_top, CUTTER_AXES_PITCH_RADII * self.pitch_radius + 1.6 * self.module))
 
 
 def compute(design: Design) -> GenerationFigure:
     """Compute the frames of the generation of the pinion."""
+    # Smallest helix and cone angle in panel (a), rad, so that its frames can be distinguished.
+    smallest_rad = np.radians((18.0, 15.0))
     # Roll in panel (b), in pitches of the gear.
     roll_pitches = 0.9
     member = design.pinion
@@ -78,7 +75,7 @@ def compute(design: Design) -> GenerationFigure:
     angles = [
         np.copysign(max(abs(angle), least), angle) if angle else 0.0
         for angle, least in zip(
-            (float(member.helix_angle), float(member.cone_angle)), SMALLEST_ANGLES_RAD, strict=True
+            (float(member.helix_angle), float(member.cone_angle)), smallest_rad, strict=True
         )
     ]
     drawn = replace(member, helix_angle=angles[0], cone_angle=angles[1], profile_shift=0.0)
@@ -128,20 +125,20 @@ def draw(data: GenerationFigure, layout: theme.Layout) -> Drawing:
 def _rack_panel(page: theme.Page, box: theme.Box, data: GenerationFigure) -> Picture:
     """Draw the rack with its normal section in front, its pitch plane, and S_n, S_P, S_c."""
     frame, module = data.frames[0], data.module
-    length = RACK_LENGTH_MODULES * module
+    length = 4.6 * module
     start = frame.axes[2]
     ends = (np.append(start, -length), np.append(start, 0.0))
     inner = data.profile[np.abs(data.profile[:, 0]) < 1.01 * np.pi * module]
-    items: list[Item] = [*cutter.rack_block(inner, data.back, frame, ends, TOOL_COLOUR)]
+    items: list[Item] = [*cutter.rack_block(inner, data.back, frame, ends)]
     corners = _plane_corners(data, length)
-    items.append(Surface(corners, np.array([[0, 1, 2, 3]]), None, theme.SKY, opacity=0.45))
+    items.append(Surface(corners, np.array([[0, 1, 2, 3]]), None, "#56b4e9", opacity=0.45))
     back = np.array([0.5, -0.3, 0.81])
     reach = np.concatenate([np.asarray(item.points) for item in items if isinstance(item, Surface)])
     # Labels take more of a narrow page, that of y_c most.
     axes = np.diag((6.6, 6.6 if page.layout.width > theme.NARROW else 7.8, 6.6))
     reach = np.concatenate((reach, frame.axes * 4.8 * module, axes * module))
     over = Overlay.drawn(page, box, items, fit_camera(reach, -back, (1.0, 0.0, 0.0), box.size, 0.09))
-    _annotate_rack(over, data)
+    _annotate_rack(over, data, corners[3])
     return over.picture
 
 
@@ -152,8 +149,8 @@ def _plane_corners(data: GenerationFigure, length: float) -> FloatArray:
     return np.stack((-across - deep, across - deep, across + deep, -across + deep))
 
 
-def _annotate_rack(over: Overlay, data: GenerationFigure) -> None:
-    """Draw S_n, S_P and S_c, and the angles between them."""
+def _annotate_rack(over: Overlay, data: GenerationFigure, corner: FloatArray) -> None:
+    """Draw S_n, S_P and S_c, the angles between them, and the name of the pitch plane at its corner."""
     frame, module = data.frames[0], data.module
     sin, cos = np.sin(float(data.drawn.cone_angle)), np.cos(float(data.drawn.cone_angle))
     tilted = np.array([[cos, 0.0, -sin], [0.0, 1.0, 0.0], [sin, 0.0, cos]])
@@ -177,7 +174,6 @@ def _annotate_rack(over: Overlay, data: GenerationFigure) -> None:
         over.label(tips[0], f"${x_n}$", (7.0 * away, 4.0), ha="left" if away > 0.0 else "right")
     label = frame.origin + module * (0.2 * frame.axes[0] - 1.57 * frame.axes[1])
     over.label(label, "rack\ncutter")
-    corner = _plane_corners(data, RACK_LENGTH_MODULES * module)[3]
     over.note(corner, "pitch plane of the rack", (30.0, -28.0))
     wide = over.axes.get_window_extent().width > 6.5 * over.axes.figure.dpi
     for first, second, radius, words, colour in (
@@ -200,7 +196,7 @@ def _gear_panel(page: theme.Page, box: theme.Box, data: GenerationFigure) -> Pic
     plane = np.array([0.0, 0.0, 1.0])
     ends = (np.append(plane, -half), np.append(plane, half))
     inner = data.profile[np.abs(data.profile[:, 0]) < 2.0 * np.pi * data.module]
-    items: list[Item] = [*cutter.rack_block(inner, data.back, frame, ends, TOOL_COLOUR)]
+    items: list[Item] = [*cutter.rack_block(inner, data.back, frame, ends)]
     reach = [np.asarray(item.points) for item in items if isinstance(item, Surface)]
     count = min(teeth_drawn, int(member.teeth))
     side = np.linspace(-1.0, 1.0, 9) * np.pi * count / float(member.teeth)
@@ -221,7 +217,7 @@ def _gear_items(data: GenerationFigure, count: int, tolerance: float) -> list[It
     first = round(data.roll * float(data.member.teeth) / (2.0 * np.pi)) - count // 2
     bore = 0.1 * data.pitch_radius
     teeth = range(first, first + count)
-    return [*posed.gear_items(data.member, frame, tolerance, (theme.STEEL, face_colour), bore, teeth)[0]]
+    return [*posed.gear_items(data.member, frame, tolerance, (theme.METALS[0], face_colour), bore, teeth)[0]]
 
 
 def _annotate_gear(over: Overlay, data: GenerationFigure) -> None:
@@ -247,7 +243,9 @@ def _annotate_gear(over: Overlay, data: GenerationFigure) -> None:
     over.triad(place, np.eye(3), length, ("x_b", "y_b", "z_b = z_j"), FRAME_COLOURS["b"], "S_b")
     over.triad(place, turned, length, ("x_j", "y_j", ""), FRAME_COLOURS["j"], "S_j", (18.0, 20.0))
     names = ("x_c", "y_c", "z_c")
-    over.triad(slid, np.eye(3), CUTTER_AXES * radius, names, FRAME_COLOURS["c"], "S_c", (20.0, 12.0))
+    over.triad(
+        slid, np.eye(3), CUTTER_AXES_PITCH_RADII * radius, names, FRAME_COLOURS["c"], "S_c", (20.0, 12.0)
+    )
     above = data.dimension_height * x
     for end in (pitch, slid):
         over.line(end, end + 1.05 * above, color=theme.BLUE, linewidth=1.0)

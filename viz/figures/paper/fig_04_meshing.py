@@ -26,12 +26,6 @@ LINE_COLOURS = (theme.BLUE, "#8a5a00")
 """Line colours of pinion and gear."""
 
 
-HEIGHTS_IN, DETAILED_HEIGHTS_IN = (4.6, 0.0, 2.0), (4.3, 3.0, 1.9)
-"""Heights of picture, detail of a small pinion and table on a narrow page, inches."""
-SAME_FRAME_FRACTION = 0.01
-"""Frames closer than this fraction of the distance of the members are drawn as one."""
-
-
 @dataclass(frozen=True, eq=False)
 class MeshingFigure:
     """The unmodified pair without errors at roll 0.
@@ -55,7 +49,11 @@ class MeshingFigure:
 
     def together(self, number: int) -> bool:
         """Return whether mid-face of a member is at its foot of the common perpendicular."""
-        return bool(abs(self.mounting.distance[number]) < SAME_FRAME_FRACTION * self.pair.apart)
+        return self.is_short(float(self.mounting.distance[number]))
+
+    def is_short(self, length: float) -> bool:
+        """Return whether frames at a distance (mm) are drawn as one."""
+        return bool(abs(length) < 0.01 * self.pair.apart)
 
     def parallel_frame(self, number: int) -> bool:
         """Return whether the fixed frame with the axes of the frame of a member is drawn as well."""
@@ -146,7 +144,8 @@ def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
     """Draw reference cones, axes and circles with their dimensions."""
     narrow = layout.width < theme.NARROW
     detailed = narrow and data.small_pinion and data.found
-    heights = DETAILED_HEIGHTS_IN if detailed else HEIGHTS_IN if narrow else (7.2, 0.0, 0.0)
+    # Heights of the picture and, on a narrow page, of the detail of a small pinion and the table, inches.
+    heights = (4.3, 3.0, 1.9) if detailed else (4.6, 0.0, 2.0) if narrow else (7.2, 0.0, 0.0)
     # A narrow page has no room for the names of axes that are parallel to those of a fixed frame.
     unnamed = [n for n in (0, 1) if narrow and data.parallel_frame(n) and not (detailed and n == 0)]
     pair = layout_of(data.pair.design)
@@ -306,7 +305,7 @@ def _annotate_distance(over: Overlay, data: MeshingFigure, number: int) -> None:
     start, out, colour = data.feet[number], _out(data)[number], LINE_COLOURS[number]
     pitch = data.pair.foot[number] + data.mounting.pitch_distance[number] * data.pair.axis[number]
     style: dict[str, Any] = {"color": colour, "fontsize": theme.HEADING}
-    if float(abs(data.mounting.pitch_distance[number])) > SAME_FRAME_FRACTION * data.pair.apart:
+    if not data.is_short(float(data.mounting.pitch_distance[number])):
         for end in (start, pitch):
             over.line(end, end + 1.03 * out, color=colour, linewidth=0.9)
         name = f"$d_{{w{number + 1}}}$"

@@ -22,20 +22,6 @@ from ...rendering import theme
 from ...rendering.layout import Cells
 from ...rendering.scene import Camera, Item, Picture, Tube, fit_camera
 
-MOVED_COLOUR, MOVED_LINE_COLOUR = "#7fb3d9", theme.BLUE
-"""Colours of displaced members and of their lines."""
-DISPLACEMENT_FRACTION, FRAME_FRACTION, PRINT_FRAME_FRACTION = 0.46, 0.26, 0.36
-"""Displacements drawn and length of the axes of frames, also in one column of print, as fractions of the
-distance of the members."""
-DISPLACEMENT_RAD = np.radians(18.0)
-TYPICAL_ERRORS = {
-    "offset": OFFSET_ERROR,
-    "shaft_angle": ANGLE_ERROR,
-    "pinion_axial": AXIAL_ERROR,
-    "gear_axial": AXIAL_ERROR,
-}
-"""Errors of Figs. 12 to 15 (mm at the module of Table 1, rad) for comparison with those drawn."""
-
 
 @dataclass(frozen=True)
 class Panel:
@@ -50,18 +36,11 @@ class Panel:
     after: str
 
 
-CELLS = Cells(left=0.28, right=0.16, across=0.0, down=0.45, most=2, least=4.0)
 PANELS = (
     Panel("offset", "\\Delta e", "offset error", 1, "g", "e"),
     Panel("shaft_angle", "\\Delta\\delta", "shaft-angle error", 0, "f", "\\delta"),
     Panel("pinion_axial", "\\Delta d_1", "axial error of the pinion", 0, "q1", "d1"),
     Panel("gear_axial", "\\Delta d_2", "axial error of the gear", 1, "q2", "d2"),
-)
-NOTE = (
-    "View as in Fig. 4, exaggerated. $S_e$: $S_g$ moved away from the pinion along the common"
-    " perpendicular; $S_\\delta$: $S_f$ turned about it, so that the shaft angle increases;"
-    " $S_{d1}$, $S_{d2}$: $S_{q1}$, $S_{q2}$ moved"
-    " along their axes towards +z."
 )
 
 
@@ -123,10 +102,12 @@ def _along(frame: Frame, length: float) -> Frame:
 
 def compute(design: Design) -> ErrorFigure:
     """Compute the frames without and with each error, mounted as without errors."""
+    # Displacements drawn: fraction of the distance of the members, and angle.
+    fraction, angle_rad = 0.46, np.radians(18.0)
     plain = replace(design, errors=Errors())
     pair = posed.placed(plain, np.zeros(2))
-    distance, length = pair.position, DISPLACEMENT_FRACTION * _scale(pair)
-    drawn = [DISPLACEMENT_RAD if panel.key == "shaft_angle" else length for panel in PANELS]
+    distance, length = pair.position, fraction * _scale(pair)
+    drawn = [angle_rad if panel.key == "shaft_angle" else length for panel in PANELS]
     errors = [unchecked(Errors(), **{panel.key: float(x)}) for panel, x in zip(PANELS, drawn, strict=True)]
     frames = tuple(frames_of(plain.with_errors(error), distance) for error in errors)
     return ErrorFigure(pair, frames_of(plain, distance), tuple(drawn), frames)
@@ -141,14 +122,24 @@ def _scale(pair: PosedPair) -> float:
 
 def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
     """Draw a panel for each error, all with one direction of view and one scale."""
+    cells = Cells(left=0.28, right=0.16, across=0.0, down=0.45, most=2, least=4.0)
+    # Lengths of the axes of frames, also in one column of print, as fractions of the distance of the members.
+    usual_fraction, largest_fraction = 0.26, 0.36
     print_text_fraction = 0.34
-    one_column = CELLS.columns(layout, len(PANELS)) == 1
-    cells = replace(CELLS, down=0.1) if one_column else CELLS
+    one_column = cells.columns(layout, len(PANELS)) == 1
+    if one_column:
+        cells = replace(cells, down=0.1)
     page, low, high = theme.new_page(
         layout,
         "Fig. 5   The four assembly errors, in their positive directions",
         "Black and grey: frame and members without error; blue, dashed: displaced by the error (orange)",
-        NOTE + posed.far_words(data.pair),
+        (
+            "View as in Fig. 4, exaggerated. $S_e$: $S_g$ moved away from the pinion along the common"
+            " perpendicular; $S_\\delta$: $S_f$ turned about it, so that the shaft angle increases;"
+            " $S_{d1}$, $S_{d2}$: $S_{q1}$, $S_{q2}$ moved"
+            " along their axes towards +z."
+        )
+        + posed.far_words(data.pair),
         tall=cells.tall(layout, len(PANELS), 5.2),
     )
     pictures = {}
@@ -161,7 +152,7 @@ def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
         for left, bottom, width, height in places
     ]
     fitted = [
-        fit_camera(_reach(data, frames), posed.VIEW, posed.UP, boxes[0].size, 0.04)
+        fit_camera(_reach(data, frames, largest_fraction), posed.VIEW, posed.UP, boxes[0].size, 0.04)
         for frames in data.displaced
     ]
     half_height = max(camera.half_height for camera in fitted)
@@ -170,12 +161,12 @@ def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
         left, bottom, width, height = place
         corner = left + 0.12 / layout.width, bottom + height - theme.inches(page, 0.05)
         _heading(page, corner, (aside or 0.95) * width, data, index)
-        frame_fraction = PRINT_FRAME_FRACTION if one_column else FRAME_FRACTION
+        frame_fraction = largest_fraction if one_column else usual_fraction
         pictures[panel.key] = _panel(page, box, data, index, camera, frame_fraction * _scale(data.pair))
     return Drawing(page, pictures)
 
 
-def _reach(data: ErrorFigure, displaced: dict[str, Frame]) -> FloatArray:
+def _reach(data: ErrorFigure, displaced: dict[str, Frame], frame_fraction: float) -> FloatArray:
     """Return points (n, 3) in S_f that a panel must show, mm: origins, space for their labels, and tip
     circles."""
     frames = [data.seen(frames) for frames in (data.nominal, displaced)]
@@ -183,7 +174,7 @@ def _reach(data: ErrorFigure, displaced: dict[str, Frame]) -> FloatArray:
         (member, placed[f"d{j + 1}"]) for placed in frames for j, member in enumerate(data.design.members)
     ]
     rings = [to_fixed(frame, posed.rings(member)).reshape(-1, 3) for member, frame in members]
-    room = 1.6 * PRINT_FRAME_FRACTION * _scale(data.pair)
+    room = 1.6 * frame_fraction * _scale(data.pair)
     origins = [origin for placed in frames for _, origin in placed.values()]
     return np.concatenate(
         (*rings, origins, [data.seen(data.nominal)["g"][1] + room * data.nominal["g"][0][:, 0]])
@@ -196,8 +187,10 @@ def _heading(
     """Write letter, name, frames and size of an error below the upper left corner of its panel.
 
     Lines are at most `width` wide, a fraction of the page."""
+    # Errors of Figs. 12 to 15 (mm at the module of Table 1, rad) for comparison with those drawn.
+    errors = {"offset": OFFSET_ERROR, "shaft_angle": ANGLE_ERROR}
     panel, drawn = PANELS[index], data.drawn[index]
-    typical = TYPICAL_ERRORS[panel.key]
+    typical = errors.get(panel.key, AXIAL_ERROR)
     if panel.key == "shaft_angle":
         size, usual = f"{np.degrees(drawn):.3g}\u00b0", f"{np.degrees(typical):g}\u00b0"
     else:
@@ -221,19 +214,19 @@ def _panel(
     bore_shaft_radii = 1e-3
     radius = 0.7 * camera.mm_per_px(box.size) * page.dpi / 72.0
     nominal, moved = data.seen(data.nominal), data.seen(data.displaced[index])
-    places = [(0, nominal["d1"], theme.STEEL), (1, nominal["d2"], theme.STEEL)]
+    places = [(0, nominal["d1"], theme.METALS[0]), (1, nominal["d2"], theme.METALS[0])]
     number = PANELS[index].member
-    places.append((number, moved[f"d{number + 1}"], MOVED_COLOUR))
+    places.append((number, moved[f"d{number + 1}"], "#7fb3d9"))
     items: list[Item] = []
     for which, frame, colour in places:
         member = data.design.members[which]
         items += posed.blank(member, frame, colour, bore_shaft_radii * posed.shaft_radius(member), 0.3)
         rings = [to_fixed(frame, ring) for ring in posed.rings(member)]
-        if colour == theme.STEEL:
+        if colour == theme.METALS[0]:
             items += [Tube(ring, theme.GREY, radius) for ring in rings]
         else:
             pieces = (piece for ring in rings for piece in panels.dashed_circle(ring, radius))
-            items += [Tube(piece, MOVED_LINE_COLOUR, radius) for piece in pieces]
+            items += [Tube(piece, theme.BLUE, radius) for piece in pieces]
     over = Overlay.drawn(page, box, items, camera)
     _annotate(over, data, index, nominal, moved, length)
     return over.picture
@@ -260,12 +253,12 @@ def _annotate(
     for number in (0, 1):
         _axis(over, data, nominal, number, theme.GREY)
     if panel.before in ("g", "f"):
-        _axis(over, data, moved, panel.member, MOVED_LINE_COLOUR)
+        _axis(over, data, moved, panel.member, theme.BLUE)
     before, after = nominal[panel.before], moved[panel.after]
     tilted = panel.key == "shaft_angle"
     # Both frames share the axis of rotation, or are parallel.
     names = "xyz", ("", "y", "z") if tilted else 3 * (annotate.UNNAMED,)
-    looks = (before, theme.INK, panel.before), (after, MOVED_LINE_COLOUR, panel.after)
+    looks = (before, theme.INK, panel.before), (after, theme.BLUE, panel.after)
     # The displaced frame would be below the label of an axis in its direction.
     covered = None if tilted else after[1] - before[1]
     for (frame, colour, name), letters in zip(looks, names, strict=True):

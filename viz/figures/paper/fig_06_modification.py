@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from beveloid_geom import Design, Member
-from beveloid_geom.arrays import FloatArray
+from beveloid_geom.arrays import FloatArray, flank_sign
 from beveloid_geom.design.ends import end_names
 from beveloid_geom.gear.flank import FlankPatch, flank_patch, root_parameter, tip_parameter
 from beveloid_geom.gear.undercut import regular_start
@@ -34,22 +34,12 @@ class Look(NamedTuple):
 
 LOOKS = {
     -1: Look("convex", "#f0b98a", theme.RED, (1.0, 0.36)),
-    0: Look("involute", "#c4ccd4", theme.BLACK, (0.36, -0.3)),
+    0: Look("involute", "#c4ccd4", theme.INK, (0.36, -0.3)),
     1: Look("concave", "#8fc3e8", theme.BLUE, (-0.3, -1.0)),
 }
 """Styles by sign of the coefficient, in the order of the flanks from the metal outwards."""
-COEFFICIENT = 0.01
-"""Size of the coefficients at the module of Table 1, 1/mm."""
-CHARTS, CHARTS_HEIGHT_IN = Cells(left=0.85, right=0.25, across=0.85, down=1.0, most=2, least=2.5), 6.6
-"""Charts below the flanks on a narrow page, and their height in inches."""
-POINTS = 241
-NOTE = (
-    "Flanks overlaid in true proportions, from outside and from the {end}. Section at mid-face,"
-    " perpendicular to the axis: thin lines in true proportions, thick lines with {factor:g} times their"
-    " deviation from the involute, which is measured at equal radius along the normal of the involute"
-    " flank."
-)
-UNDERCUT = " The {name} flank starts where the tool undercuts it."
+COEFFICIENT_PER_MM = 0.01
+"""Size of the coefficients at the module of Table 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +79,7 @@ class ModificationFigure:
         """Distance of the end of the face that is nearer to the viewer from mid-face along z, mm.
 
         Right flanks are seen from +z and left flanks from -z, so that all face to the left, to the light."""
-        return float(0.5 * side_of(self.flank) * float(self.members[0].face_width))
+        return float(0.5 * flank_sign(self.flank) * float(self.members[0].face_width))
 
     @property
     def ends(self) -> tuple[str, str]:
@@ -112,14 +102,9 @@ class ModificationFigure:
         )
 
 
-def side_of(flank: str) -> int:
-    """Return 1 for right and -1 for left flanks."""
-    return 1 if flank == "right" else -1
-
-
 def compute(design: Design, flank: str = "right") -> ModificationFigure:
     """Compute the sections at mid-face, without coefficients for which the flank ends below its tip."""
-    size = paths_table.two_digits(COEFFICIENT / paths_table.as_large(design))
+    size = paths_table.two_digits(COEFFICIENT_PER_MM / paths_table.as_large(design))
     members = {sign: design.with_parabola(sign * size).pinion for sign in LOOKS}
     members = {sign: member for sign, member in members.items() if _reaches_tip(member, flank)}
     if 0 not in members:
@@ -146,9 +131,10 @@ def _patch(member: Member, flank: str, share: FloatArray, z: FloatArray) -> tupl
 
 def _section(member: Member, involute: Member, flank: str) -> Section:
     """Compute the profile at mid-face and its deviation from the involute; NaN inside the base circle."""
-    share, middle = np.linspace(0.0, 1.0, POINTS), np.zeros(1)
+    points = 241
+    share, middle = np.linspace(0.0, 1.0, points), np.zeros(1)
     l, patch = _patch(member, flank, share, middle)
-    base_point, base_normal = _involute(involute, flank)
+    base_point, base_normal = _involute(involute, flank, points)
     x, y = patch.point[:, 0, 0], patch.point[:, 0, 1]
     radius, angle = np.hypot(x, y), np.arctan2(y, x)
     base_x, base_y = base_point
@@ -157,11 +143,11 @@ def _section(member: Member, involute: Member, flank: str) -> Section:
     # r (theta . n) is the moment of the normal about the axis: constant along an involute.
     moment = base_x * base_normal[1] - base_y * base_normal[0]
     deviation = (angle - base_at_radius) * np.interp(radius, base_radius, moment)
-    middle_angle = base_angle[-1 - POINTS // 2]
+    middle_angle = base_angle[-1 - points // 2]
     normal = np.stack([np.interp(radius, base_radius, values) for values in base_normal])
     # A displacement s in the section along the projection of the normal n is s |n_xy| along n.
     per_mm = normal / (normal**2).sum(axis=0)
-    side = side_of(flank)
+    side = flank_sign(flank)
     (across, up), foot = (
         _upright(radius, side * (polar - middle_angle)) for polar in (angle, base_at_radius)
     )
@@ -170,9 +156,9 @@ def _section(member: Member, involute: Member, flank: str) -> Section:
     return Section(l[:, 0], radius, deviation, across, up, foot, per_mm)
 
 
-def _involute(member: Member, flank: str) -> tuple[FloatArray, FloatArray]:
+def _involute(member: Member, flank: str, points: int) -> tuple[FloatArray, FloatArray]:
     """Return points and normals (2, n) of the involute at mid-face, from its base circle beyond its tip."""
-    share = np.concatenate([np.linspace(-1.0, -0.1, POINTS, endpoint=False), np.linspace(-0.1, 1.1, POINTS)])
+    share = np.concatenate([np.linspace(-1.0, -0.1, points, endpoint=False), np.linspace(-0.1, 1.1, points)])
     _, patch = _patch(member, flank, share, np.zeros(1))
     point, normal = patch.point[:, 0, :2].T, patch.normal[:, 0, :2].T
     start = int(np.hypot(*point).argmin())  # the involute turns back at its base circle
@@ -186,38 +172,49 @@ def _upright(radius: FloatArray, angle: FloatArray) -> FloatArray:
 
 def draw(data: ModificationFigure, layout: theme.Layout) -> Drawing:
     """Draw three flanks in one picture, and the section with its deviations."""
+    note = (
+        "Flanks overlaid in true proportions, from outside and from the {end}. Section at mid-face,"
+        " perpendicular to the axis: thin lines in true proportions, thick lines with {factor:g} times their"
+        " deviation from the involute, which is measured at equal radius along the normal of the involute"
+        " flank."
+    )
+    charts_height_in = 6.6  # on a narrow page
+    undercut = " The {name} flank starts where the tool undercuts it."
     missing = " The {name} flank ends below the tip and is not drawn."
-    remarks = [UNDERCUT.format(name=LOOKS[sign].name) for sign, short in data.undercut.items() if short]
+    remarks = [undercut.format(name=LOOKS[sign].name) for sign, short in data.undercut.items() if short]
     remarks += [missing.format(name=look.name) for sign, look in LOOKS.items() if sign not in data.members]
     page, low, high = theme.new_page(
         layout,
         "Fig. 6   A positive parabola coefficient makes the flank concave, a negative one convex",
         f"{data.flank.capitalize()} flank of the pinion for $a$ = 0 and \u00b1{data.coefficient:g}"
         " mm$^{\u22121}$",
-        NOTE.format(factor=data.factor, end=data.ends[1]) + "".join(remarks),
+        note.format(factor=data.factor, end=data.ends[1]) + "".join(remarks),
         above=0.3,
-        tall=6.4 if layout.width > theme.NARROW else 4.6 + CHARTS_HEIGHT_IN,
+        tall=6.4 if layout.width > theme.NARROW else 4.6 + charts_height_in,
     )
     if not data.members:
         page.text(0.5, 0.5, "the pinion's flank ends short of its tip: there is nothing to draw", ha="center")
         return Drawing(page, {})
-    overlay, section, deviation = _places(page, low, high)
+    overlay, section, deviation = _places(page, low, high, charts_height_in)
     picture = _overlay(page, data, theme.place(page, *overlay))
     _draw_section(page.add_axes(section), data)
     _draw_deviation(page.add_axes(deviation), data)
     return Drawing(page, {"overlay": picture})
 
 
-def _places(page: theme.Page, low: float, high: float) -> list[tuple[float, float, float, float]]:
+def _places(
+    page: theme.Page, low: float, high: float, charts_height_in: float
+) -> list[tuple[float, float, float, float]]:
     """Return the boxes (fractions of the page) of the flanks and of both charts next to or below them."""
+    cells = Cells(left=0.85, right=0.25, across=0.85, down=1.0, most=2, least=2.5)
     gap, width = theme.inches(page, 0.95), page.layout.width
     if width > theme.NARROW:
         over, height = theme.inches(page, 0.3), (high - low - 1.6 * gap) / 2.0
         upper = low + height + 1.6 * gap
         flanks = 0.01, low, 0.625, high + over - low
         return [flanks, (0.69, upper, 0.285, height), (0.69, low + 0.6 * gap, 0.285, height)]
-    top = low + theme.inches(page, CHARTS_HEIGHT_IN)
-    charts = CHARTS.boxes(page.layout, 2, page.get_figheight(), low + 0.6 * gap, top - gap)
+    top = low + theme.inches(page, charts_height_in)
+    charts = cells.boxes(page.layout, 2, page.get_figheight(), low + 0.6 * gap, top - gap)
     return [(0.01, top, 0.98, high - top), *charts]
 
 

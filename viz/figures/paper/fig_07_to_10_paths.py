@@ -16,9 +16,6 @@ from ...components.paths_table import SolvedPath
 from ...rendering import theme
 from ...rendering.scene import Picture
 
-COLUMNS = 5
-NOTE = "Below: length, angle to the axial direction in the side view; limits at the ends, if changed. "
-
 
 def coefficient_texts(values: Sequence[float]) -> list[str]:
     """Return coefficients without exponent, as in the paper; all with the same power of ten if one of them
@@ -44,7 +41,8 @@ class SignCase:
     @property
     def coefficients(self) -> list[tuple[float, float]]:
         """Pairs of coefficients a1, a2 (1/mm), one for each column."""
-        sizes = [self.greatest * column / (COLUMNS - 1) for column in range(COLUMNS)]
+        columns = 5
+        sizes = [self.greatest * column / (columns - 1) for column in range(columns)]
         return [(self.pinion * size + 0.0, self.gear * size + 0.0) for size in sizes]
 
     def at(self, design: Design) -> SignCase:
@@ -88,14 +86,14 @@ def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
     case, flank = data.case, data.flank
     sign = "" if case.pinion == case.gear else "\u2212"
     cases = [(case.heading(k), path.design, flank) for k, path in enumerate(data.paths)]
-    grid = FlankGrid(cases, text_heights(layout, COLUMNS, text_heights_in))
+    grid = FlankGrid(cases, text_heights(layout, len(cases), text_heights_in))
     page, low, high = theme.new_page(
         layout,
         f"Fig. {case.number}   {case.title}",
         f"{flank.capitalize()} flanks of pinion (top) and gear (bottom), the pinion drives;"
         f" $a_2$ = {sign}$a_1$, mm$^{{\u22121}}$",
         panels.how_drawn(flank, grid.stretch)
-        + NOTE
+        + "Below: length, angle to the axial direction in the side view; limits at the ends, if changed. "
         + panels.what_touches(data.paths)
         + panels.lines_drawn(data.paths),
         columns=viewpoint.COLUMNS,

@@ -25,18 +25,10 @@ from ...rendering import theme
 from ...rendering.layout import Cells
 from .fig_07_to_10_paths import CASES, SignCase, coefficient_texts
 
-POINTS, CYCLE_POINTS = 161, slice(None, None, 16)
-"""Number of coefficients for Eq. 16, and those of them for which the mesh cycle is computed."""
-EDGE_MARKERS = {"right": "^", "left": "v"}
-LOOKS = {"right": (theme.BLUE, 3.5, "-"), "left": (theme.ORANGE, 1.6, "--")}
-CELLS = Cells(left=0.96, right=0.96, across=1.76, down=1.35, most=2, least=3.4)
-NOTE = (
-    "Lines: Eq. 16, the contact ratio of one tooth pair. Circles: contact ratio of all"
-    " teeth in operation, without load, edges included. Triangles: fraction of the mesh cycle"
-    " with edge contact (right scale)."
-)
-KINKS_NOTE = " Labelled dots: other limits begin to end the path of the right flank."
-UNKNOWN_NOTE = " Without circle: contact ratio of all teeth unknown."
+CYCLE_POINTS = slice(None, None, 16)
+"""Coefficients for which the mesh cycle is computed."""
+LOOKS = {"right": (theme.BLUE, 3.5, "-", "^"), "left": (theme.ORANGE, 1.6, "--", "v")}
+"""Colour, line width and dashes by flank, and marker of edge contact."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +49,7 @@ class RatioFigure:
 
 def compute(design: Design) -> RatioFigure:
     """Compute the ends of all paths, one call for each flank and sign case, and the mesh cycles."""
-    size = np.stack([np.linspace(0.0, case.at(design).greatest, POINTS) for case in CASES])
+    size = np.stack([np.linspace(0.0, case.at(design).greatest, 161) for case in CASES])
     ends = {
         flank: tuple(
             path_ends(design.with_parabola(case.pinion * a + 0.0, case.gear * a + 0.0), flank)
@@ -88,10 +80,18 @@ def _running(design: Design, flank: str, case: SignCase, size: FloatArray) -> Fl
 
 def draw(data: RatioFigure, layout: theme.Layout) -> Drawing:
     """Draw four panels, as in the paper."""
+    note = (
+        "Lines: Eq. 16, the contact ratio of one tooth pair. Circles: contact ratio of all"
+        " teeth in operation, without load, edges included. Triangles: fraction of the mesh cycle"
+        " with edge contact (right scale)."
+    )
+    cells = Cells(left=0.96, right=0.96, across=1.76, down=1.35, most=2, least=3.4)
+    kinks_note = " Labelled dots: other limits begin to end the path of the right flank."
+    unknown_note = " Without circle: contact ratio of all teeth unknown."
     along_lines = " Unmodified flanks touch along lines."
     labelled = np.concatenate([ends.contact_ratio[_kinks(ends)] for ends in data.ends["right"]])
     missing = any(np.isnan(ratio).any() for ratio in data.ratio.values())
-    notes = (NOTE, True), (KINKS_NOTE, labelled.size), (along_lines, data.lines), (UNKNOWN_NOTE, missing)
+    notes = (note, True), (kinks_note, labelled.size), (along_lines, data.lines), (unknown_note, missing)
     page, low, high = theme.new_page(
         layout,
         f"Fig. 11   {finding(data)}",
@@ -99,13 +99,13 @@ def draw(data: RatioFigure, layout: theme.Layout) -> Drawing:
         "".join(text for text, said in notes if said),
         below=0.55,
         above=0.55,
-        tall=CELLS.tall(layout, len(CASES), 0.6 * CELLS.width(layout, len(CASES))),
+        tall=cells.tall(layout, len(CASES), 0.6 * cells.width(layout, len(CASES))),
     )
     paths = [ends.contact_ratio for flank in FLANKS for ends in data.ends[flank]]
     values = np.concatenate([*paths, *(data.ratio[flank].ravel() for flank in FLANKS)])
     limits = _limits(values[np.isfinite(values)], labelled[:0] if layout.width > theme.NARROW else labelled)
     for index, (case, axes) in enumerate(
-        zip(CASES, theme.panels(page, CELLS, len(CASES), low, high), strict=True)
+        zip(CASES, theme.panels(page, cells, len(CASES), low, high), strict=True)
     ):
         axes.set_ylim(*limits)
         lines = _panel(axes, data, index, case)
@@ -140,7 +140,7 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> list[Li
     a = case.pinion * data.size[index]
     lines = []
     for flank in reversed(FLANKS):
-        colour, width, style = LOOKS[flank]
+        colour, width, style, _ = LOOKS[flank]
         ratio = data.ends[flank][index].contact_ratio
         look: dict[str, Any] = {"color": colour, "linewidth": width, "zorder": 2.5 - 0.1 * width}
         lines += axes.plot(a, ratio, style, label=f"{flank} flanks, Eq. 16", **look)
@@ -149,7 +149,7 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> list[Li
     edge_axes = axes.twinx()
     edge_axes.set(ylim=(-5.0, 105.0), ylabel="edges (%)")
     for flank in reversed(FLANKS):
-        colour, width, every = *LOOKS[flank][:2], a[CYCLE_POINTS]
+        (colour, width, _, edge_marker), every = LOOKS[flank], a[CYCLE_POINTS]
         running: dict[str, Any] = {"color": colour, "linestyle": "", "clip_on": False}
         running["markersize"] = 4.5 if width > 2.0 else 8.5
         lines += axes.plot(
@@ -159,7 +159,7 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> list[Li
         lines += edge_axes.plot(
             every,
             100.0 * data.edges[flank][index],
-            marker=EDGE_MARKERS[flank],
+            marker=edge_marker,
             label=f"{flank}, edges",
             **running,
         )
@@ -182,7 +182,8 @@ def _kinks(ends: PathEnds) -> Integers:
     """Return the indices at which the limits of a path change; of changes close together only the last."""
     changed = np.any(ends.limit[1:] != ends.limit[:-1], axis=-1) & (ends.limit[1:] >= 0).all(axis=-1)
     kinks = np.nonzero(changed)[0] + 1
-    return kinks[np.diff(kinks, append=2 * POINTS) > POINTS // 10]
+    points = len(ends.limit)
+    return kinks[np.diff(kinks, append=2 * points) > points // 10]
 
 
 def _mark_kinks(axes: Axes, edge_axes: Axes, a: FloatArray, design: Design, ends: PathEnds) -> None:
@@ -229,7 +230,7 @@ def rows(data: RatioFigure) -> Table:
         for (index, case), flank in product(enumerate(CASES), FLANKS):
             ends, a = data.ends[flank][index], data.size[index]
             names = [[limit_code(code) for code in codes] for codes in ends.limit.T.tolist()]
-            running = np.full((2, POINTS), np.nan)
+            running = np.full((2, a.size), np.nan)
             running[:, CYCLE_POINTS] = data.ratio[flank][index], data.edges[flank][index]
             yield case.pinion * a + 0.0, case.gear * a + 0.0, flank, ends.contact_ratio, *names, *running
 

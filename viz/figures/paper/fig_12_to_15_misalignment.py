@@ -45,18 +45,15 @@ class Look(NamedTuple):
 
 
 LOOKS = (
-    Look(theme.MINUS, panels.DASHED, 0.85, 0.5, (2.5, 1.5), (0.65, 0.65)),
-    Look(theme.ZERO, panels.SOLID, 1.0, 0.0, (1.0, 0.0), (1.1, 1.1)),
-    Look(theme.PLUS, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), (0.6, 0.35)),
+    Look(theme.BLUE, panels.DASHED, 0.85, 0.5, (2.5, 1.5), (0.65, 0.65)),
+    Look(theme.INK, panels.SOLID, 1.0, 0.0, (1.0, 0.0), (1.1, 1.1)),
+    Look(theme.RED, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), (0.6, 0.35)),
 )
-TABLE_ROWS = len(SIGNS) + 1
-ROW_HEIGHT_IN, TABLE_WIDTH_IN, COLUMN_ENDS = 0.21, 2.9, (0.265, 0.58, 0.79, 1.0)
-"""Line spacing and width of the table of a flank, inches, and fractions of the width at which columns end."""
-INSET_IN, BESIDE_IN, INSET_TIMES, INSET_FACE_FRACTION = (2.3, 1.25), (1.35, 1.25), 5.0, 0.04
-"""Width and height of the magnified detail below the table, and next to the flank, inches, its factor, and
-the largest shift that needs it, as a fraction of the face width."""
-NOTE = "Shift: along the face at mid-roll, positive towards +z. "
-ANGLE_ERROR_NOTE = " Shaft-angle error: assumed, so that paths fill the face."
+"""Styles of a negative error, no error, and a positive error."""
+ROW_HEIGHT_IN, TABLE_WIDTH_IN = 0.21, 2.9
+"""Line spacing and width of the table of a flank."""
+INSET_IN, BESIDE_IN = (2.3, 1.25), (1.35, 1.25)
+"""Width and height of the magnified detail below the table, and next to the flank."""
 
 
 @dataclass(frozen=True)
@@ -77,10 +74,15 @@ class ErrorCase:
 
     def at(self, design: Design) -> ErrorCase:
         """Return the error at the module of a design; for errors at the mesh, the corresponding one there."""
+        # Fields and names of errors at the mesh; axial errors are the same.
+        at_mesh = {
+            "offset": ("centre_distance", "centre-distance error at the mesh"),
+            "shaft_angle": ("in_plane", "shaft-angle error at the mesh"),
+        }
         times = paths_table.as_large(design) if self.unit == "mm" else 1.0
         size = paths_table.two_digits(self.size * times) if times != 1.0 else self.size
         as_given = self.field, self.name
-        field, name = AT_MESH.get(self.field, as_given) if design.errors_at == "mesh" else as_given
+        field, name = at_mesh.get(self.field, as_given) if design.errors_at == "mesh" else as_given
         note = self.note if is_table1(design) else ""
         return replace(self, size=size, field=field, name=name, note=note)
 
@@ -96,17 +98,17 @@ class ErrorCase:
 
 CASES = (
     ErrorCase(12, "offset", OFFSET_ERROR, "mm", "offset error"),
-    ErrorCase(13, "shaft_angle", ANGLE_ERROR, "deg", "shaft-angle error", ANGLE_ERROR_NOTE),
+    ErrorCase(
+        13,
+        "shaft_angle",
+        ANGLE_ERROR,
+        "deg",
+        "shaft-angle error",
+        " Shaft-angle error: assumed, so that paths fill the face.",
+    ),
     ErrorCase(14, "pinion_axial", AXIAL_ERROR, "mm", "axial position error of the pinion"),
     ErrorCase(15, "gear_axial", AXIAL_ERROR, "mm", "axial position error of the gear"),
 )
-
-
-AT_MESH = {
-    "offset": ("centre_distance", "centre-distance error at the mesh"),
-    "shaft_angle": ("in_plane", "shaft-angle error at the mesh"),
-}
-"""Fields and names of errors at the mesh; axial errors are the same."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,13 +122,15 @@ class MisalignmentFigure:
     @property
     def close(self) -> bool:
         """True if the paths of a case are so close together that a magnified detail is drawn."""
+        # Largest shift that needs a detail, as a fraction of the face width.
+        face_fraction = 0.04
         shifts = [
             _shift(path, paths[1], member) / float(path.design.members[member].face_width)
             for paths in self.paths
             for path in paths
             for member in (0, 1)
         ]
-        return bool((np.abs(shifts) < INSET_FACE_FRACTION).all())
+        return bool((np.abs(shifts) < face_fraction).all())
 
     @property
     def without_error(self) -> list[SolvedPath]:
@@ -167,7 +171,7 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
     if layout.printed:  # pinion above gear, so that flanks with a table below are large enough
         lost = max(sum(not path.found for path in paths) for paths in data.paths)
         below = data.close and layout.width < theme.NARROW
-        rows = TABLE_ROWS + (INSET_IN[1] / ROW_HEIGHT_IN if below else 0.0)
+        rows = len(SIGNS) + 1 + (INSET_IN[1] / ROW_HEIGHT_IN if below else 0.0)
         text = ROW_HEIGHT_IN * rows, ROW_HEIGHT_IN * (rows + 2 * lost)
         cases = [(f"{name[0].upper()}{name[1:]}", design, flank) for name, design, _ in cases]
         grid = FlankGrid(cases, text, print_stretch if layout.width > theme.NARROW else narrow_stretch)
@@ -176,7 +180,7 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
         f"Fig. {case.number}   Paths of contact under {case.name}",
         f"{flank.capitalize()} flanks, the pinion drives",
         panels.how_drawn(flank, grid.stretch)
-        + NOTE
+        + "Shift: along the face at mid-roll, positive towards +z. "
         + panels.what_touches([path for paths in data.paths for path in paths])
         + case.note
         + panels.lines_drawn(data.without_error),
@@ -236,19 +240,23 @@ def _table(
 
     The reason is written for cases without a path. Returns the middle of the lower edge as fractions of the
     page."""
+    both = ("ratio", "all") if cell.member else ()
+    lines = [(data.case.unit, "shift mm", *both)]
+    lines += [
+        _line(data.case, sign, path, paths[1], cell.member) for sign, path in zip(SIGNS, paths, strict=True)
+    ]
+    # Fractions of the width at which columns end.
+    column_ends = (0.265, 0.58, 0.79, 1.0)
     (middle, y), width, case = cell.under, min(cell.width / page.dpi, TABLE_WIDTH_IN), data.case
     width /= page.layout.width
-    left = middle - (0.5 if cell.member else 0.55 * COLUMN_ENDS[1]) * width
+    left = middle - (0.5 if cell.member else 0.55 * column_ends[1]) * width
     if not page.layout.printed:
         left = (cell.box.left + cell.box.width) / (page.dpi * page.layout.width)
-        height = TABLE_ROWS * ROW_HEIGHT_IN + (INSET_IN[1] if data.close else 0.0)
+        height = len(lines) * ROW_HEIGHT_IN + (INSET_IN[1] if data.close else 0.0)
         y += theme.inches(page, 0.5 * (cell.box.height / page.dpi + height))
-    both = ("ratio", "all") if cell.member else ()
-    lines = [(case.unit, "shift mm", *both)]
-    lines += [_line(case, sign, path, paths[1], cell.member) for sign, path in zip(SIGNS, paths, strict=True)]
     colours = theme.GREY, *(look.colour for look in LOOKS)
     for number, (line, colour) in enumerate(zip(lines, colours, strict=True)):
-        for at, word in zip(COLUMN_ENDS, line, strict=False):
+        for at, word in zip(column_ends, line, strict=False):
             place = left + at * width, y - theme.inches(page, ROW_HEIGHT_IN * (number + 0.7))
             page.text(*place, word, color=colour, ha="right", va="baseline", fontsize=theme.SMALL)
     reasons = [
@@ -274,6 +282,7 @@ def _inset(
 
     The place is the middle of the upper edge, as fractions of the page, or the box of the flank, for a detail
     at its right edge."""
+    times = 5.0  # magnification
     page, scale = panel.page, panel.picture.px_per_mm
     if isinstance(place, theme.Box):
         (wide, high), (across, up) = BESIDE_IN, (place.left + place.width, place.bottom + 0.5 * place.height)
@@ -286,11 +295,11 @@ def _inset(
         page, left / page.layout.width, low, wide / page.layout.width, theme.inches(page, high - 0.15)
     )
     middle = panel.view.place(path.middle(member))[:2]
-    half = 0.5 * np.array(box.size) / (INSET_TIMES * scale)
+    half = 0.5 * np.array(box.size) / (times * scale)
     view = replace(panel.view, bounds=np.stack((middle - half, middle + half)))
     surface = next(item for item in panel.items if isinstance(item, Surface))
-    items = [surface, *panels.path_items(page, traces, view, INSET_TIMES * scale)]
-    detail = panels.show_items(page, box, view, items, INSET_TIMES * scale, None)
+    items = [surface, *panels.path_items(page, traces, view, times * scale)]
+    detail = panels.show_items(page, box, view, items, times * scale, None)
     frame = panel.picture.project(np.append(middle, 0.0))
     for axes, centre, size in (
         (panel.axes, frame, 2.0 * half * scale),
@@ -302,7 +311,7 @@ def _inset(
     corner: dict[str, Any] = {"ha": "right" if right else "left", "va": "bottom" if down else "top"}
     offset = (-4.0 if right else 4.0, 3.0 if down else -3.0)
     place = (right * box.width, down * box.height)
-    words = f"\u00d7 {INSET_TIMES:g}"
+    words = f"\u00d7 {times:g}"
     annotate.text(detail.axes, place, words, offset, fontsize=theme.SMALL, **corner)
     return detail.picture
 

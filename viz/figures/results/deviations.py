@@ -17,17 +17,6 @@ from ...components.map_panel import HALO
 from ...rendering import theme
 from ...rendering.layout import Cells
 
-CELLS = Cells(left=0.5, right=0.5, across=0.4, down=1.3, most=2, least=5.5)
-TIP_SHIFT, TIP_HEIGHT, DEVIATION_HEIGHT = 0.35, 1.0, 0.45
-"""Lengths in half face widths: displacement of the tip to the right of the root and above it, and height of
-the largest deviation of both flanks."""
-NOTE = (
-    "Grey: nominal grid, tip at the back, \u2212z on the left. Deviation along the normal, drawn"
-    " upwards: blue for excess, orange for missing metal, \u00b5m. One scale for both flanks. Below:"
-    " fitted surface of second order over face and profile from \u22121 to 1, and the root mean"
-    " square of the residual."
-)
-
 
 def compute(report: DeviationReport) -> DeviationReport:
     """Return the report, which is computed when the file is read."""
@@ -36,19 +25,25 @@ def compute(report: DeviationReport) -> DeviationReport:
 
 def draw(report: DeviationReport, layout: theme.Layout) -> Drawing:
     """Draw a panel for each flank."""
+    cells = Cells(left=0.5, right=0.5, across=0.4, down=1.3, most=2, least=5.5)
     found, named = report.result, report.named
     thickness, teeth = theme.signed(1e3 * found.thickness, 1), int(found.grid.member.teeth)
     page, low, high = theme.new_page(
         layout,
         "Deviations of measured points from the flanks",
         f"{named.member.capitalize()}, {teeth} teeth; normal thickness {thickness} \u00b5m off in the mean",
-        NOTE,
+        (
+            "Grey: nominal grid, tip at the back, \u2212z on the left. Deviation along the normal, drawn"
+            " upwards: blue for excess, orange for missing metal, \u00b5m. One scale for both flanks. Below:"
+            " fitted surface of second order over face and profile from \u22121 to 1, and the root mean"
+            " square of the residual."
+        ),
         below=1.15,
         above=0.4,
-        tall=CELLS.tall(layout, len(FLANK_SIGN), 4.6),
+        tall=cells.tall(layout, len(FLANK_SIGN), 4.6),
     )
     greatest = max(1e3 * float(np.abs(found.deviation).max()), 1e-3)
-    panels = theme.panels(page, CELLS, len(FLANK_SIGN), low, high)
+    panels = theme.panels(page, cells, len(FLANK_SIGN), low, high)
     for letter, axes, flank, values in zip("ab", panels, FLANK_SIGN, found.deviation, strict=True):
         axes.set_axis_off()
         axes.set_title(f"({letter})  {flank.capitalize()} flank", loc="left")
@@ -71,12 +66,15 @@ def draw(report: DeviationReport, layout: theme.Layout) -> Drawing:
 def _grid(axes: Axes, values: FloatArray, ends: tuple[str, str], greatest: float, every: bool) -> None:
     """Draw deviations (rows, columns), um, over the nominal plane, and label the `ends` of the face.
 
-    `greatest` corresponds to DEVIATION_HEIGHT half face widths. With `every`, all points are labelled if
-    there are few."""
+    `greatest` is the largest deviation of both flanks. With `every`, all points are labelled if there are
+    few."""
+    # Lengths in half face widths: displacement of the tip to the right of the root and above it, and
+    # height of the largest deviation of both flanks.
+    tip_shift, tip_height, largest_height = 0.35, 1.0, 0.45
     rows, columns = values.shape
     face, profile = np.meshgrid(np.linspace(-1.0, 1.0, columns), np.linspace(-1.0, 1.0, rows))
-    plane = np.stack((face + TIP_SHIFT * profile, TIP_HEIGHT * profile), axis=-1)
-    found = plane + np.stack((np.zeros_like(values), DEVIATION_HEIGHT / greatest * values), axis=-1)
+    plane = np.stack((face + tip_shift * profile, tip_height * profile), axis=-1)
+    found = plane + np.stack((np.zeros_like(values), largest_height / greatest * values), axis=-1)
     for points, colour, width in ((plane, theme.GREY, 0.8), (found, theme.BLUE, 1.6)):
         for line in (*points, *np.moveaxis(points, 1, 0)):
             axes.plot(*line.T, color=colour, linewidth=width, zorder=2.0 if points is found else 1.0)
@@ -84,21 +82,21 @@ def _grid(axes: Axes, values: FloatArray, ends: tuple[str, str], greatest: float
         colour = theme.BLUE if value > 0.0 else theme.RED
         axes.plot(*np.array((foot, top)).T, color=colour, linewidth=2.4, zorder=3.0, solid_capstyle="butt")
     _numbers(axes, values, found, every)
-    length, right = theme.round_length(greatest), 1.0 + TIP_SHIFT + 0.25
-    low, high = min(float(found[..., 1].min()), -TIP_HEIGHT), max(float(found[..., 1].max()), TIP_HEIGHT)
+    length, right = theme.round_length(greatest), 1.0 + tip_shift + 0.25
+    low, high = min(float(found[..., 1].min()), -tip_height), max(float(found[..., 1].max()), tip_height)
     axes.plot(
         [right, right],
-        [-TIP_HEIGHT, -TIP_HEIGHT + DEVIATION_HEIGHT * length / greatest],
+        [-tip_height, -tip_height + largest_height * length / greatest],
         color=theme.INK,
         linewidth=3.0,
     )
     style: dict[str, Any] = {"ha": "center", "fontsize": theme.SMALL}
-    theme.label_point(axes, (right, -TIP_HEIGHT), f"{length:g} \u00b5m", (0.0, -4.0), va="top", **style)
+    theme.label_point(axes, (right, -tip_height), f"{length:g} \u00b5m", (0.0, -4.0), va="top", **style)
     sides = (
         (ends[0], (-1.3, 0.0)),
         (ends[1], (1.32, 0.0)),
-        ("root", (-TIP_SHIFT, low - 0.3)),
-        ("tip", (TIP_SHIFT, high + 0.3)),
+        ("root", (-tip_shift, low - 0.3)),
+        ("tip", (tip_shift, high + 0.3)),
     )
     for word, at in sides:
         axes.text(*at, word, va="center", color=theme.GREY, **style)

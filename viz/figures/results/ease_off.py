@@ -21,27 +21,12 @@ from beveloid_geom.gear.active_flank import active_start
 from beveloid_geom.gear.flank import tip_parameter
 
 from ...components import annotate
-from ...components.charts import LEAST_EASE_OFF
+from ...components.charts import ZERO_EASE_OFF_UM
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...components.map_panel import HALO, LEVEL, thin_out
 from ...components.paths_table import FLANKS, coefficients, modified, parabolas
 from ...rendering import theme
 from ...rendering.layout import Cells
-
-CELLS = Cells(left=0.72, right=0.464, across=0.672, down=2.3, most=4, least=1.6)
-POINTS = 41
-"""Positions of a path."""
-TIP_SHIFT, TIP_HEIGHT, EASE_OFF_HEIGHT = 0.42, 0.46, 1.25
-"""Lengths in half face widths: displacement of the tip to the right of the root and above it, and height of
-the largest ease-off of a flank."""
-GRID_SHAPE, WIRE_SPACING = (29, 41), 2
-"""Numbers of points along profile and face, and spacing of the wires in points."""
-NOTE = (
-    "Deviation of the pinion flank from the conjugate of the gear flank along the normal, zero at"
-    " mid-roll of the path; positive (up) where the flanks separate. Orange: path of contact. Dash-dotted:"
-    " lines of contact of conjugate flanks. Below: coefficients of the second-order surface (slope, crowning:"
-    " face, profile), and root mean square of the residual."
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,24 +60,32 @@ def compute(design: Design) -> tuple[Panel, ...]:
 
 
 def _panel(flank: str, case: str, design: Design) -> Panel:
-    path = path_of_contact(design, flank, POINTS)
+    path_points, grid_shape = 41, (29, 41)  # points along profile and face
+    path = path_of_contact(design, flank, path_points)
     try:
         if reason := reason_of(path):
             raise ValueError(reason)
         along = ease_off_at(design, flank, path.l1, path.pinion_z)
-        return Panel(flank, case, ease_off(design, flank, GRID_SHAPE), path, along)
+        return Panel(flank, case, ease_off(design, flank, grid_shape), path, along)
     except ValueError as error:
         return Panel(flank, case, None, path, np.zeros(0), str(error))
 
 
 def draw(data: tuple[Panel, ...], layout: theme.Layout) -> Drawing:
     """Draw a column for each flank and case: wire surface above, contour lines below."""
-    cells = replace(CELLS, left=0.85, across=0.85) if layout.printed else CELLS
+    cells = Cells(left=0.72, right=0.464, across=0.672, down=2.3, most=4, least=1.6)
+    if layout.printed:
+        cells = replace(cells, left=0.85, across=0.85)
     page, low, high = theme.new_page(
         layout,
         "Ease-off of the pinion",
         "Right (drive) and left (coast) flanks: distance from flanks conjugate to the gear, \u00b5m",
-        NOTE,
+        (
+            "Deviation of the pinion flank from the conjugate of the gear flank along the normal, zero at"
+            " mid-roll of the path; positive (up) where the flanks separate. Orange: path of contact."
+            " Dash-dotted: lines of contact of conjugate flanks. Below: coefficients of the second-order"
+            " surface (slope, crowning: face, profile), and root mean square of the residual."
+        ),
         below=1.75,
         above=0.6,
         tall=cells.tall(layout, len(data), 4.6),
@@ -135,18 +128,23 @@ def _axes(box: Axes) -> tuple[Axes, Axes]:
 def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, printed: bool) -> None:
     """Draw the surface as wires over the plane of zero, tip behind, without hidden lines.
 
-    The range from zero or the minimum to the maximum of the `span` (2,), um, has a height of EASE_OFF_HEIGHT
-    half face widths."""
+    The height of the surface corresponds to the range from zero or the minimum to the maximum of the `span`
+    (2,), um."""
+    # Lengths in half face widths: displacement of the tip to the right of the root and above it, and
+    # height of the surface.
+    tip_shift, tip_height, surface_height = 0.42, 0.46, 1.25
+    # Spacing of the wires in points of the grid.
+    wire_spacing = 2
     # Position of the scale bar, to the right and up, between the labels at +z, in half face widths.
     bar_position = 1.8, -0.05
     lowest, greatest = min(float(span[0]), 0.0), max(float(span[1]), 0.0)
-    scale = EASE_OFF_HEIGHT / (greatest - lowest) if greatest - lowest > LEAST_EASE_OFF else 0.0
+    scale = surface_height / (greatest - lowest) if greatest - lowest > ZERO_EASE_OFF_UM else 0.0
 
     def seen(face: FloatArray, profile: FloatArray, height: FloatArray) -> FloatArray:
-        return np.stack((face + TIP_SHIFT * profile, TIP_HEIGHT * profile + scale * height), axis=-1)
+        return np.stack((face + tip_shift * profile, tip_height * profile + scale * height), axis=-1)
 
-    face, profile = np.meshgrid(found.face[::WIRE_SPACING], found.profile[::WIRE_SPACING])
-    grid = seen(face, profile, 1e3 * found.deviation[::WIRE_SPACING, ::WIRE_SPACING])
+    face, profile = np.meshgrid(found.face[::wire_spacing], found.profile[::wire_spacing])
+    grid = seen(face, profile, 1e3 * found.deviation[::wire_spacing, ::wire_spacing])
     plane = seen(np.array([-1.0, 1.0, 1.0, -1.0, -1.0]), np.array([-1.0, -1.0, 1.0, 1.0, -1.0]), np.zeros(5))
     axes.plot(*plane.T, color=theme.GREY, linewidth=1.2, zorder=0.5)
     quads = np.stack((grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]), axis=2)[::-1]
@@ -170,16 +168,16 @@ def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, printed: 
             )
             text.set_path_effects(HALO)
     length, floor = (
-        theme.round_length(max(0.5 * (greatest - lowest), LEAST_EASE_OFF)),
-        scale * lowest - TIP_HEIGHT - 0.4,
+        theme.round_length(max(0.5 * (greatest - lowest), ZERO_EASE_OFF_UM)),
+        scale * lowest - tip_height - 0.4,
     )
-    if greatest - lowest > LEAST_EASE_OFF:
+    if greatest - lowest > ZERO_EASE_OFF_UM:
         right, foot = bar_position
         axes.plot([right, right], [foot, foot + scale * length], color=theme.INK, linewidth=3.0)
         unit, style = f"{length:g} \u00b5m", {"fontsize": theme.SMALL}
         theme.label_point(axes, (right, foot), unit, (0.0, -4.0), ha="center", va="top", **style)
     across, over = ((-2.35, 2.55), 1.4) if printed else ((-2.1, 2.15), 0.9)  # space for labels
-    axes.set(xlim=across, ylim=(floor - 0.25, floor + 2.0 * TIP_HEIGHT + EASE_OFF_HEIGHT + over))
+    axes.set(xlim=across, ylim=(floor - 0.25, floor + 2.0 * tip_height + surface_height + over))
 
 
 def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
@@ -189,7 +187,7 @@ def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
     # Contour lines have no label beyond this fraction of half the axes.
     label_limit_fraction = 0.9
     values = np.ma.masked_invalid(1e3 * found.deviation)
-    if float(np.abs(values).max()) < LEAST_EASE_OFF:
+    if float(np.abs(values).max()) < ZERO_EASE_OFF_UM:
         corner: dict[str, Any] = {"ha": "right", "va": "bottom", "transform": axes.transAxes}
         axes.text(0.98, 0.04, "zero within\nrounding", fontsize=theme.SMALL, **corner)
         values[:] = 0.0
@@ -235,7 +233,7 @@ def _second_order_words(found: EaseOff) -> str:
     values = {name: 1e3 * value for name, value in vars(found.second_order).items()}
     # Two decimals; more if the largest coefficient has fewer than three digits with them.
     largest = max(map(abs, values.values()))
-    digits = max(2, 2 - math.floor(math.log10(largest))) if largest > LEAST_EASE_OFF else 2
+    digits = max(2, 2 - math.floor(math.log10(largest))) if largest > ZERO_EASE_OFF_UM else 2
     coefficients_um = {name: theme.signed(value, digits) for name, value in values.items()}
     return (
         "mean {mean}, twist {twist}\nslope {face_slope}, {profile_slope}\n"

@@ -15,27 +15,17 @@ from beveloid_geom.export.fea.pair_results import PairResult, read_pair_result
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.columns import ARCSEC
 
-from ...components.charts import SMALLEST
+from ...components.charts import ZERO_ERROR_ARCSEC
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...rendering import theme
 from ...rendering.layout import Cells
-
-CELLS = Cells(left=0.85, right=0.85, across=1.75, down=1.35, most=2, least=5.0)
-RIGID_ROLLS = 201
-"""Number of rolls for the rigid pair."""
-NOTE = (
-    "(a) Fraction of the pinion torque on one tooth pair during its mesh; a mark for each tooth pair of"
-    " each deck; dashed: start and end of contact of rigid flanks. (b) Positive: gear ahead; the mean"
-    " of each curve is subtracted. The loaded curve includes N1/N2 times the elastic rotation of the"
-    " pinion, a lag of the gear."
-)
 
 
 @dataclass(frozen=True, eq=False)
 class Loaded:
     """Results by roll (n,) of a design under one torque.
 
-    `middle`, `ends` (2,): pinion rolls of the path, rad. `rigid` (RIGID_ROLLS,): transmission error of rigid
+    `middle`, `ends` (2,): pinion rolls of the path, rad. `rigid` (m,): transmission error of rigid
     teeth, rad, at `rolls` of the pinion; `unloaded` (n,): at the rolls of the decks."""
 
     design: Design
@@ -139,7 +129,7 @@ def loaded_pair(design: Design, path: Path) -> Loaded:
         float(rolls_of_decks[:, 0].min()),
         float(rolls_of_decks[:, 0].max()),
     )
-    rolls = np.linspace(min(low, middle - half), max(high, middle + half), RIGID_ROLLS)
+    rolls = np.linspace(min(low, middle - half), max(high, middle + half), 201)
     rigid = first_contact(design, flank, rolls).transmission_error
     ends = np.sort(pose.path.pinion_roll[[0, -1]])
     return Loaded(design, tuple(results), middle, ends, rolls, rigid, first.transmission_error)
@@ -152,18 +142,24 @@ def compute(found: Loaded) -> Loaded:
 
 def draw(found: Loaded, layout: theme.Layout) -> Drawing:
     """Draw load sharing and transmission error."""
+    cells = Cells(left=0.85, right=0.85, across=1.75, down=1.35, most=2, least=5.0)
     one, count = found.results[0], len(found.results)
     rolls = "one roll" if count == 1 else f"{count} rolls"
     page, low, high = theme.new_page(
         layout,
         "Load sharing and transmission error under load",
         f"{one.torque / 1e3:.4g} N m on the pinion, {one.flank} flanks; {rolls}, solved by CalculiX",
-        NOTE,
+        (
+            "(a) Fraction of the pinion torque on one tooth pair during its mesh; a mark for each tooth pair"
+            " of each deck; dashed: start and end of contact of rigid flanks. (b) Positive: gear ahead; the"
+            " mean of each curve is subtracted. The loaded curve includes N1/N2 times the elastic rotation of"
+            " the pinion, a lag of the gear."
+        ),
         below=0.75,
         above=0.75,
-        tall=CELLS.tall(layout, 2, 4.6),
+        tall=cells.tall(layout, 2, 4.6),
     )
-    shares, errors = theme.panels(page, CELLS, 2, low, high)
+    shares, errors = theme.panels(page, cells, 2, low, high)
     _shares(shares, found)
     _errors(errors, found)
     return Drawing(page, {})
@@ -207,7 +203,7 @@ def _errors(axes: Axes, found: Loaded) -> None:
 def _swing(error: FloatArray) -> str:
     """Return the peak-to-peak value of an error, arcsec, as text."""
     swing = float(np.nanmax(error) - np.nanmin(error))
-    return f"peak to peak {swing:.3g} arcsec" if swing > SMALLEST else "zero within rounding"
+    return f"peak to peak {swing:.3g} arcsec" if swing > ZERO_ERROR_ARCSEC else "zero within rounding"
 
 
 def rows(found: Loaded) -> Table:

@@ -46,41 +46,20 @@ class View:
     words: dict[str, Offset]
 
 
-ON = (0.0, 0.0)
-VIEWS = (
-    View(
-        "right flank, fillet and heel",
-        np.array([-0.5, -0.7, -0.5]),
-        1.6,
-        {
-            "tip": (46.0, 34.0),
-            "right flank": ON,
-            "right fillet": ON,
-            "bottom": (24.0, -36.0),
-            "heel": ON,
-            "last side": ON,
-        },
-    ),
-    View(
-        "left flank, toe, cut side and bore",
-        np.array([0.3, 0.65, 0.7]),
-        np.inf,
-        {
-            "left flank": ON,
-            "left fillet": (-12.0, -40.0),
-            "toe": ON,
-            "first side": ON,
-            "bore": ON,
-        },
-    ),
-)
-CELLS = Cells(left=0.32, right=0.32, across=0.32, down=0.6, most=2, least=4.0)
-UP = np.array([1.0, 0.0, 0.0])
-NOTE = (
-    "Lines: edges of the elements, straight between corner nodes. The tooth includes its sector of the"
-    " body from the bore to the middle of the adjacent tooth spaces; (b) shows it completely. Sets toe"
-    " and heel: ends at \u2212z and +z."
-)
+def _views() -> tuple[View, View]:
+    """Return the two pictures of the tooth."""
+    on = (0.0, 0.0)  # label on the surface
+    first = {"tip": (46.0, 34.0), "right flank": on, "right fillet": on, "bottom": (24.0, -36.0)}
+    second = {"left flank": on, "left fillet": (-12.0, -40.0), "toe": on, "first side": on, "bore": on}
+    return (
+        View(
+            "right flank, fillet and heel",
+            np.array([-0.5, -0.7, -0.5]),
+            1.6,
+            first | {"heel": on, "last side": on},
+        ),
+        View("left flank, toe, cut side and bore", np.array([0.3, 0.65, 0.7]), np.inf, second),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +118,13 @@ def places(
 
 def draw(data: MeshedFigure, layout: theme.Layout) -> Drawing:
     """Draw the tooth from both sides."""
-    mesh = data.mesh
+    cells = Cells(left=0.32, right=0.32, across=0.32, down=0.6, most=2, least=4.0)
+    note = (
+        "Lines: edges of the elements, straight between corner nodes. The tooth includes its sector of the"
+        " body from the bore to the middle of the adjacent tooth spaces; (b) shows it completely. Sets toe"
+        " and heel: ends at \u2212z and +z."
+    )
+    mesh, views = data.mesh, _views()
     page, low, high = theme.new_page(
         layout,
         "A tooth of the pinion meshed for finite elements",
@@ -147,9 +132,9 @@ def draw(data: MeshedFigure, layout: theme.Layout) -> Drawing:
         ""
         if mesh is None
         else f"{len(mesh.hexahedra):,} elements, {len(mesh.points):,} nodes; scaled Jacobian of the elements"
-        f" {rounded_down(data.quality.min())} to {data.quality.max():.2f}. {NOTE}",
+        f" {rounded_down(data.quality.min())} to {data.quality.max():.2f}. {note}",
         above=0.35,
-        tall=CELLS.tall(layout, len(VIEWS), min(CELLS.width(layout, len(VIEWS)), 5.2)),
+        tall=cells.tall(layout, len(views), min(cells.width(layout, len(views)), 5.2)),
     )
     if mesh is None:
         page.text(0.5, 0.5, textwrap.fill(f"no mesh: {data.reason}", 60), ha="center", va="center")
@@ -158,11 +143,11 @@ def draw(data: MeshedFigure, layout: theme.Layout) -> Drawing:
     items = [surface_of(mesh, name) for name in COLOURS]
     radius = np.hypot(*mesh.points[:, :2].T)
     depth = 2.25 * float(data.member.tool.normal_module)
-    boxes = CELLS.boxes(layout, len(VIEWS), page.get_figheight(), low, high)
-    for letter, view, place in zip("ab", VIEWS, boxes, strict=True):
+    boxes = cells.boxes(layout, len(views), page.get_figheight(), low, high)
+    for letter, view, place in zip("ab", views, boxes, strict=True):
         box = theme.place(page, *place)
         shown = mesh.points[radius > radius.max() - view.below * depth]
-        camera = fit_camera(shown, view.direction, UP, box.size, 0.03)
+        camera = fit_camera(shown, view.direction, (1.0, 0.0, 0.0), box.size, 0.03)
         over = Overlay.drawn(page, box, items, camera)
         for name, pixel in places(mesh, camera, box.size, view.words):
             annotate.note(over.axes, pixel, name, view.words[name])

@@ -26,20 +26,13 @@ from ...components.paths_table import as_large, coefficients, modified, two_digi
 from ...rendering import theme
 from ...rendering.layout import Cells
 
-BANDS_UM = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 1e9)
-BLUES = ("#08306b", "#2166ac", "#4393c3", "#92c5de", "#c6dfee", "#e3eef6", "#f7f7f7")
+BAND_COLOURS = ("#08306b", "#2166ac", "#4393c3", "#92c5de", "#c6dfee", "#e3eef6", "#f7f7f7")
 """Colours of the bands of separation, scaled with the module."""
 MARKS = {
     "nearest vertices of the meshes": ("o", "white", theme.RED, 11.0),
     "polished": ("o", theme.RED, "white", 13.0),
-    "path of contact": ("x", theme.BLACK, theme.BLACK, 7.0),
+    "path of contact": ("x", theme.INK, theme.INK, 7.0),
 }
-CELLS = Cells(left=1.2, right=0.4, across=1.4, down=1.5, most=2, least=3.6)
-NOTE = (
-    "(a) Pinion flank; colours: distance of its vertices from the mesh of the gear. (b) Separation of the"
-    " exact flanks. Newton's method starts at the nearest vertices. A proximity query finds tangent flanks"
-    " only; contact on an edge is found by the first contact of all teeth."
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,17 +83,22 @@ def compute(design: Design, flank: str = "right") -> MethodFigure:
 
 def draw(data: MethodFigure, layout: theme.Layout) -> Drawing:
     """Draw the flank with the query, and the detail with the distances."""
+    cells = Cells(left=1.2, right=0.4, across=1.4, down=1.5, most=2, least=3.6)
     page, low, high = theme.new_page(
         layout,
         finding(data),
         f"{data.flank.capitalize()} flanks, {coefficients(data.design)}, one position."
         f" Meshes within {data.tolerance:.2g} mm: {' + '.join(map(str, data.triangles))} triangles",
-        NOTE,
+        (
+            "(a) Pinion flank; colours: distance of its vertices from the mesh of the gear. (b) Separation of"
+            " the exact flanks. Newton's method starts at the nearest vertices. A proximity query finds"
+            " tangent flanks only; contact on an edge is found by the first contact of all teeth."
+        ),
         below=0.75,
         above=1.15,
-        tall=CELLS.tall(layout, 2, 3.4),
+        tall=cells.tall(layout, 2, 3.4),
     )
-    first, second = theme.panels(page, CELLS, 2, low, high)
+    first, second = theme.panels(page, cells, 2, low, high)
     first.set_title("(a)  Proximity query", loc="left", pad=10.0)
     second.set_title("(b)  Detail: the polished contact", loc="left", pad=10.0)
     for axes in (first, second):
@@ -153,12 +151,13 @@ def _window(data: MethodFigure) -> FloatArray:
 
 def _limits_um(scale: float) -> list[float]:
     """Return the limits of the bands of separation at a module, um, with two digits."""
-    return [two_digits(scale * band) for band in BANDS_UM]
+    bands_um = (0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 1e9)
+    return [two_digits(scale * band) for band in bands_um]
 
 
 def _separation(axes: Axes, side: MeshSeparation, scale: float, faces: Faces | None = None) -> None:
     """Draw the separation in bands over z and l, and the edges of given triangles."""
-    colours, bands = ListedColormap(list(BLUES)), _limits_um(scale)
+    colours, bands = ListedColormap(list(BAND_COLOURS)), _limits_um(scale)
     known = np.isfinite(side.separation)
     values = np.where(known, 1e3 * np.maximum(side.separation, 0.0), bands[-2] + scale)
     mesh = Triangulation(side.z.ravel(), side.l.ravel(), faces)
@@ -196,7 +195,7 @@ def _bands(scale: float) -> list[Patch]:
     texts = [f"{one} to {other} \u00b5m" for one, other in pairwise(bands)]
     return [
         Patch(facecolor=colour, edgecolor=theme.GREY, linewidth=0.5, label=text)
-        for colour, text in zip(BLUES, [*texts, f"above {bands[-1]} \u00b5m"], strict=True)
+        for colour, text in zip(BAND_COLOURS, [*texts, f"above {bands[-1]} \u00b5m"], strict=True)
     ]
 
 

@@ -26,24 +26,12 @@ from ...components.paths_table import PARABOLAS, as_large, coefficients, modifie
 from ...rendering import theme
 from ...rendering.layout import Cells
 
-ERROR_LIMITS = 0.05, np.radians(0.01)
-"""Largest error of the distance of the axes at the module of Table 1, mm, and of the shaft angle, rad."""
-ERRORS = 9
-"""Number of values of each error."""
-POINTS, HARMONICS = 181, 1
 STYLES: tuple[tuple[str, Any, str], ...] = (
     (theme.INK, "-", "o"),
     (theme.RED, "--", "s"),
     (theme.BLUE, "-.", "D"),
 )
 """Colour, dashes and marker of the cases."""
-CELLS = Cells(left=1.05, right=0.3, across=1.05, down=1.55, most=3, least=1.9)
-NOTE = (
-    "Above: pinion flank in the side view, from {ends[0]} (left) to {ends[1]}, tip above; shaded: separation"
-    " below a quarter, half and all of {film:g} \u00b5m; line: path of one tooth pair. TE: transmission error"
-    " of all teeth, rigid, without load; positive: gear ahead. Shift: that of the middle of the path along"
-    " the face."
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +41,8 @@ class Case:
 
     `name` is that of the CSV file, `label` that of the picture.
 
-    `shifts` (2, ERRORS), mm: displacement of the middle of the path along the face of the pinion under each
-    error of the `sizes` (2, ERRORS), mm and rad; NaN without a path."""
+    `shifts` (2, n), mm: displacement of the middle of the path along the face of the pinion under each
+    error of the `sizes` (2, n), mm and rad; NaN without a path."""
 
     name: str
     label: str
@@ -104,14 +92,17 @@ def _compared(design: Design) -> tuple[str, list[tuple[str, str, Design]]]:
 
 
 def _case(name: str, label: str, design: Design, flank: str) -> Case:
+    # Largest error of the distance of the axes at the module of Table 1, and of the shaft angle.
+    distance_mm, angle_rad = 0.05, np.radians(0.01)
     path = path_of_contact(design, flank)
-    distance = two_digits(ERROR_LIMITS[0] * as_large(design))
-    sizes = np.array((distance, ERROR_LIMITS[1]))[:, None] * np.linspace(-1.0, 1.0, ERRORS)
+    distance = two_digits(distance_mm * as_large(design))
+    sizes = np.array((distance, angle_rad))[:, None] * np.linspace(-1.0, 1.0, 9)
     shifts = np.array(
         [_shifts(design, flank, size, error) for size, error in zip(sizes, _errors(design), strict=True)]
     )
+    rolls, harmonics = 181, 1
     try:
-        operation = operation_report("", design, flank, POINTS, HARMONICS, MARKING_SEPARATION)
+        operation = operation_report("", design, flank, rolls, harmonics, MARKING_SEPARATION)
         if operation.reason:
             raise ValueError(operation.reason)
         pattern = pattern_report("", design, flank, MARKING_SEPARATION).result
@@ -139,17 +130,25 @@ def _shifts(design: Design, flank: str, sizes: FloatArray, error: str) -> FloatA
 
 def draw(comparison: Comparison, layout: theme.Layout) -> Drawing:
     """Draw a pattern for each case, then transmission error and shifts of all cases."""
+    note = (
+        "Above: pinion flank in the side view, from {ends[0]} (left) to {ends[1]}, tip above; shaded:"
+        " separation below a quarter, half and all of {film:g} \u00b5m; line: path of one tooth pair. TE:"
+        " transmission error of all teeth, rigid, without load; positive: gear ahead. Shift: that of the"
+        " middle of the path along the face."
+    )
+    cells = Cells(left=1.05, right=0.3, across=1.05, down=1.55, most=3, least=1.9)
     data = comparison.cases
     # Indents a second line of a title below the first word of the first.
     new_line = "\n       "
     count, first = len(data) + 3, data[0]
-    single = CELLS.columns(layout, count) == 1
-    cells = replace(CELLS, left=1.2, down=0.85) if single else CELLS
+    single = cells.columns(layout, count) == 1
+    if single:
+        cells = replace(cells, left=1.2, down=0.85)
     page, low, high = theme.new_page(
         layout,
         comparison.title,
         f"{first.flank.capitalize()} flanks, the pinion drives",
-        NOTE.format(ends=end_names(first.design.pinion), film=1e3 * MARKING_SEPARATION)
+        note.format(ends=end_names(first.design.pinion), film=1e3 * MARKING_SEPARATION)
         + _unknown_shifts(data),
         below=0.65,
         above=1.35,
@@ -263,7 +262,7 @@ def rows(comparison: Comparison) -> Table:
                 r = np.hypot(side.points[..., 0], side.points[..., 1])
                 yield *who, "pattern", side.z.ravel(), r.ravel(), side.least.ravel(), *[""] * 7
                 error = case.operation.first.transmission_error - float(case.operation.cycle.mean)
-                yield *who, "cycle", *[""] * 3, np.linspace(0.0, 1.0, POINTS), error, *[""] * 5
+                yield *who, "cycle", *[""] * 3, np.linspace(0.0, 1.0, error.size), error, *[""] * 5
             for name, unit, size, shift in zip(
                 _errors(case.design), ("mm", "rad"), case.sizes, case.shifts, strict=True
             ):

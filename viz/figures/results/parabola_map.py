@@ -47,19 +47,10 @@ from ...rendering.layout import Cells
 
 STEPS = 20
 """Intervals of the difference; the sum has as many."""
-CELLS = Cells(left=1.2, right=1.0, across=1.16, down=0.65, most=3, least=1.0)
-HALF_TURN_DEG, LEAST_GAP_DEG = 180.0, 10.0
-"""Period of the angle of a path, and smallest interval without angles at which its colours begin and end,
-degrees. Without such an interval, the colours are cyclic."""
-BORDER_CELLS = 2
-"""Width of the border without contour lines around cells without a value."""
-HOLLOW, LOST, ASTRAY = "//", "xxx", "...."
-"""Hatches: flanks hollow against each other, no path, value not known."""
-NOTE = (
-    "Angle: of the chord to the axial direction, in the pinion's side view. Shift: perpendicular to the path"
-    " at mid-roll, root of the sum of squares under {errors}. Transmission error, edge contact: all teeth."
-    " Sum: square-root scale. Interpolated between {cells} cells; pointed ends of bars: also beyond."
-)
+HALF_TURN_DEG = 180.0
+"""Period of the angle of a path."""
+HATCHES = {"hollow": "//", "no path": "xxx", "not known": "...."}
+"""Hatches of cells: flanks hollow against each other, no path, value not known."""
 
 
 @dataclass(frozen=True)
@@ -168,13 +159,21 @@ def _in_operation(design: Design, flank: str, pinion: float, gear: float) -> tup
 
 def draw(data: ParabolaMap, layout: theme.Layout) -> Drawing:
     """Draw six maps of one design."""
+    note = (
+        "Angle: of the chord to the axial direction, in the pinion's side view. Shift: perpendicular to the"
+        " path at mid-roll, root of the sum of squares under {errors}. Transmission error, edge contact: all"
+        " teeth. Sum: square-root scale. Interpolated between {cells} cells; pointed ends of bars: also"
+        " beyond."
+    )
+    cells = Cells(left=1.2, right=1.0, across=1.16, down=0.65, most=3, least=1.0)
     errors = error_words(data.errors).replace("+", "\u00b1") + paths_table.at_the_mesh(data.design)
-    count, columns = len(QUANTITIES), CELLS.columns(layout, len(QUANTITIES))
-    cells = replace(CELLS, down=0.8) if layout.printed else CELLS
+    count, columns = len(QUANTITIES), cells.columns(layout, len(QUANTITIES))
+    if layout.printed:
+        cells = replace(cells, down=0.8)
     tall = cells.tall(layout, count, min(1.15 * cells.width(layout, count), 2.3))
     cells_of = f"{data.difference.size} \u00d7 {data.total.size}"
     page, low, high = theme.new_page(
-        layout, *finding(data), NOTE.format(errors=errors, cells=cells_of), below=1.25, above=0.4, tall=tall
+        layout, *finding(data), note.format(errors=errors, cells=cells_of), below=1.25, above=0.4, tall=tall
     )
     panels = zip(QUANTITIES.items(), theme.panels(page, cells, count, low, high), strict=True)
     for index, ((name, quantity), axes) in enumerate(panels):
@@ -220,13 +219,16 @@ def _set_axes(axes: Axes, data: ParabolaMap) -> None:
 
 def _colours(page: theme.Page, axes: Axes, data: ParabolaMap, name: str) -> None:
     """Draw a quantity with colour bar, contours and hatches, or the reason why nothing is drawn."""
+    # Smallest interval without angles at which the colours begin and end. Without such an interval, the
+    # colours are cyclic.
+    least_gap_deg = 10.0
     quantity, values = QUANTITIES[name], QUANTITIES[name].factor * data.quantities[name]
     # Values below this are zero, in the units of the headings.
     rounding = 1e-9
     # Rounding errors of zero are set to one value, so that they have no contour lines.
     values = np.where(np.abs(values) < rounding, rounding, values)
     x, y = 1e3 * data.difference, 1e3 * data.total
-    hatch(axes, x, y, ~data.solved, LOST)
+    hatch(axes, x, y, ~data.solved, HATCHES["no path"])
     if not np.isfinite(values).any():
         codes = np.unique(data.status[~data.solved]).tolist()
         reasons = ", ".join(status_words(code) for code in codes)
@@ -236,16 +238,16 @@ def _colours(page: theme.Page, axes: Axes, data: ParabolaMap, name: str) -> None
         return
     cyclic = quantity.scale == "cyclic"
     fine_x, fine_y, fine = _finer(x, y, values, HALF_TURN_DEG if cyclic else math.inf)
-    # Values change suddenly next to cells without a value: the colours do not cover the range of these cells,
-    # and there are no contour lines.
-    border = next_to_unknown(values, BORDER_CELLS)
+    # Values change suddenly within two cells of a cell without a value: the colours do not cover the range
+    # of these cells, and there are no contour lines.
+    border = next_to_unknown(values, 2)
     # The colours cover the range of the cells that a pair can use.
     usable = values[~border & (y <= 0.0)] if (~border & (y <= 0.0)).any() else values[:, y <= 0.0]
     usable = usable[np.isfinite(usable)] if np.isfinite(usable).any() else values[np.isfinite(values)]
     colours = quantity.colours
     if cyclic:
         start, gap = widest_gap(usable, HALF_TURN_DEG)
-        cyclic = gap < LEAST_GAP_DEG
+        cyclic = gap < least_gap_deg
         colours = colours if cyclic else "viridis"
         start = -0.5 * HALF_TURN_DEG if cyclic else start - HALF_TURN_DEG
         usable, fine = (start + (angles - start) % HALF_TURN_DEG for angles in (usable, fine))
@@ -273,8 +275,8 @@ def _colours(page: theme.Page, axes: Axes, data: ParabolaMap, name: str) -> None
     elif quantity.scale != "share":
         shown = np.where(fine_y <= 1e-9, fine, np.nan)
         contours(axes, fine_x, fine_y, shown, levels, [words(level) for level in levels])
-    hatch(axes, x, y, np.broadcast_to(y > 1e-9, values.shape), HOLLOW)
-    hatch(axes, x, y, np.isnan(values) & data.solved, ASTRAY)
+    hatch(axes, x, y, np.broadcast_to(y > 1e-9, values.shape), HATCHES["hollow"])
+    hatch(axes, x, y, np.isnan(values) & data.solved, HATCHES["not known"])
 
 
 def _finer(
@@ -347,12 +349,13 @@ def _legend(page: theme.Page, data: ParabolaMap, height: float) -> None:
     entries.append(Line2D([], [], color=theme.INK, linewidth=1.0, label="C1 to C4 of Figs. 7 to 10"))
     unknown = np.logical_or.reduce([np.isnan(values) for values in data.quantities.values()]) & data.solved
     hatches = [
-        (np.array(True), HOLLOW, "negative relative curvature (sum above 0)"),
-        (~data.solved, LOST, "no path"),
+        (np.array(True), "hollow", "negative relative curvature (sum above 0)"),
+        (~data.solved, "no path", "no path"),
+        (unknown, "not known", "not known"),
     ]
-    for cells, pattern, text in [*hatches, (unknown, ASTRAY, "not known")]:
+    for cells, kind, text in hatches:
         if cells.any():
-            look: dict[str, Any] = {"facecolor": "white", "edgecolor": theme.GREY, "hatch": pattern}
+            look: dict[str, Any] = {"facecolor": "white", "edgecolor": theme.GREY, "hatch": HATCHES[kind]}
             entries.append(Patch(**look, linewidth=0.5, label=text))
     style: dict[str, Any] = {"fontsize": theme.SMALL, "handlelength": 2.4, "columnspacing": 1.8}
     theme.legend(page, entries, len(entries), loc="center", bbox_to_anchor=(0.5, height), **style)

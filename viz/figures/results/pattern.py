@@ -31,16 +31,10 @@ from ...components.viewpoint import FlankView
 from ...rendering import theme
 from ...rendering.scene import Item, Paint, Picture, divided
 
-TEXT_HEIGHTS_IN, BAR_HEIGHT_IN = (0.4, 0.4), 0.9  # below flanks, and of the colour bar
-STRETCH, NARROW_STRETCH = 4.0, 3.0
-"""Magnification across the face, and on a narrow page."""
-SEPARATION_BANDS = (0.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
 BLUES = ("#08306b", "#1f5fa6", "#4a98c9", "#8bbfdf", "#c3dbee")
 HUES = ("#081d58", "#253d95", "#225ea8", "#1d91c0", "#41b6c4", "#7fcdbb", "#c7e9b4")
 BARE = ("#eceff3", "#f3eee4")
 """Colours of pinion and gear beyond the last band: lighter than all bands, without lighting."""
-PAIRS = (-1, 0, 1)
-"""Tooth pairs of a separation that are drawn if some separations are within the bands."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,29 +163,36 @@ def _rings(design: Design, path: SolvedPath, number: int) -> tuple[FloatArray, .
 
 def compute_separation(design: Design, flank: str = "right") -> BandFigure:
     """Compute the separation of three neighbouring tooth pairs at one position of a flank."""
+    bands_um = (0.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
+    # Tooth pairs of a separation that are drawn if some separations are within the bands.
+    pairs = (-1, 0, 1)
     # Position of the separation as a fraction of the path in roll, where two tooth pairs touch.
     position_fraction = 0.3
     path, under = paths_table.solve(design, flank), ""
     reason = first_contact_fault(design) or ("" if path.found else path.reason)
-    layers: list[tuple[Layer, Layer] | None] = [None for _ in PAIRS]
+    layers: list[tuple[Layer, Layer] | None] = [None for _ in pairs]
     if not reason:
         roll = path.path.pinion_roll
         order = np.argsort(roll)
         l1 = np.interp(roll[0] + position_fraction * (roll[-1] - roll[0]), roll[order], path.path.l1[order])
         at = path_of_contact(design, flank, l1=[l1])
         pose = float(at.pinion_roll[0]), float(at.gear_roll[0])
-        layers = [_separation_layers(path, pose, pair) for pair in PAIRS]
+        layers = [_separation_layers(path, pose, pair) for pair in pairs]
         rolls = (theme.signed(np.degrees(angle), 3) for angle in pose)
         under = ", pinion roll {}\u00b0, gear roll {}\u00b0".format(*rolls)
-    near = [pair for pair, both in zip(PAIRS, layers, strict=True) if both and any(map(_in_bands, both))]
-    shown = [(pair, both) for pair, both in zip(PAIRS, layers, strict=True) if pair in (near or PAIRS)]
+    near = [
+        pair
+        for pair, both in zip(pairs, layers, strict=True)
+        if both and any(_in_bands(layer, bands_um[-1]) for layer in both)
+    ]
+    shown = [(pair, both) for pair, both in zip(pairs, layers, strict=True) if pair in (near or pairs)]
     return BandFigure(
         "Separation of the flanks at one position",
         f"{flank.capitalize()} flanks{under}; pinion (top) and gear (bottom)",
         "Tooth pairs with separations in these bands, along the normal of the other flank. Bare metal: larger"
         " than the last band, or outside the other flank. Orange: path of contact.",
         "separation (\u00b5m)",
-        SEPARATION_BANDS,
+        bands_um,
         HUES,
         ("pinion_roll_rad", "gear_roll_rad"),
         tuple(
@@ -204,10 +205,10 @@ def compute_separation(design: Design, flank: str = "right") -> BandFigure:
     )
 
 
-def _in_bands(layer: Layer) -> bool:
-    """Return True if the bands cover a part of the flank that can be seen."""
+def _in_bands(layer: Layer, largest_um: float) -> bool:
+    """Return True if the bands up to a separation cover a part of the flank that can be seen."""
     smallest_share = 0.01
-    return bool(np.mean(layer.values < SEPARATION_BANDS[-1]) > smallest_share)
+    return bool(np.mean(layer.values < largest_um) > smallest_share)
 
 
 def _separation_layers(path: SolvedPath, pose: tuple[float, float], pair: int) -> tuple[Layer, Layer]:
@@ -248,16 +249,17 @@ def _separation_layer(path: SolvedPath, number: int, pose: tuple[float, float], 
 
 def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
     """Draw pinion flanks above gear flanks, one column for each case."""
+    text_heights_in, bar_height_in = (0.4, 0.4), 0.9  # of pinion and gear flanks
     flanks = " and ".join(sorted({column.flank for column in data.columns}, reverse=True))
-    stretch = STRETCH if layout.width > theme.NARROW else NARROW_STRETCH
+    stretch = 4.0 if layout.width > theme.NARROW else 3.0  # magnification across the face
     # Width of paths relative to those of other figures, so that they hide less of the bands, and line width
     # of ellipses and lines of contact, points.
     path_width, ring_pt = (0.7, 1.3) if layout.width > theme.NARROW else (1.0, 0.7)
     halo: list[AbstractPathEffect] = [withStroke(linewidth=2.0 * ring_pt, foreground="white")]
     note = panels.how_drawn(flanks, stretch, outside=True) + data.note
     cases = [(column.heading, column.design, column.flank) for column in data.columns]
-    grid = FlankGrid(cases, text_heights(layout, len(cases), TEXT_HEIGHTS_IN), stretch, outside=True)
-    tall = grid.tall(layout) + BAR_HEIGHT_IN
+    grid = FlankGrid(cases, text_heights(layout, len(cases), text_heights_in), stretch, outside=True)
+    tall = grid.tall(layout) + bar_height_in
     title = data.title, data.subtitle, note
     page, low, high = theme.new_page(layout, *title, columns=viewpoint.COLUMNS, tall=tall)
     _colour_bar(page, data, low)
@@ -282,7 +284,7 @@ def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
         cell.say(page, layer.under)
         return drawn.picture
 
-    return Drawing(page, draw_grid(page, grid, low + theme.inches(page, BAR_HEIGHT_IN), high, panel))
+    return Drawing(page, draw_grid(page, grid, low + theme.inches(page, bar_height_in), high, panel))
 
 
 def _painted(data: BandFigure, layer: Layer, view: FlankView, metal: str) -> list[Item]:

@@ -28,14 +28,6 @@ from ...components.flattened_flank import side_view
 from ...components.paths_table import FLANKS, coefficients, modified, parabolas
 from ...rendering import theme
 
-LEFT_MARGIN_IN, RIGHT_MARGIN_IN = 1.44, 0.1
-"""Margins on the left and right of a matrix, inches."""
-NOTE = (
-    "Pinion flank in the side view, {face:.4g} mm from {ends[0]} (left) to {ends[1]}. Shaded: separation"
-    " below a quarter, half and all of {film:g} \u00b5m. Orange: ellipse with centre and second moments of"
-    " the pattern. {meant} TE: transmission error of all teeth"
-)
-
 
 @dataclass(frozen=True, eq=False)
 class Block:
@@ -85,6 +77,11 @@ def _errors(design: Design) -> tuple[tuple[str, str], tuple[float, float]]:
 
 def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
     """Draw a row for each distance error and a column for each angle error, right flanks first."""
+    note = (
+        "Pinion flank in the side view, {face:.4g} mm from {ends[0]} (left) to {ends[1]}. Shaded: separation"
+        " below a quarter, half and all of {film:g} \u00b5m. Orange: ellipse with centre and second moments"
+        " of the pattern. {meant} TE: transmission error of all teeth"
+    )
     # Part of the note that is left out on narrow pages.
     ellipse_note = "; below: centre and semi-axes (mm), angle to the axial direction"
     errors_note = {
@@ -93,12 +90,12 @@ def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
     }
     film = next((1e3 * block.found.separation for block in data if block.found), np.nan)
     count = max((block.found.first.size for block in data if block.found), default=1)
-    row = 0.3 * _width(layout, count) + _under(layout)
+    row = 0.3 * _columns(layout, count)[1] + _under(layout)
     page, low, high = theme.new_page(
         layout,
         "Contact pattern under two errors",
         f"Right (top) and left flanks (bottom) of the pinion, {coefficients(data[0].design)}",
-        NOTE.format(
+        note.format(
             film=film,
             face=float(data[0].design.pinion.face_width),
             ends=end_names(data[0].design.pinion),
@@ -128,9 +125,10 @@ def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
     return Drawing(page, {})
 
 
-def _width(layout: theme.Layout, count: int) -> float:
-    """Return the width of a column of a matrix, inches."""
-    return (layout.width - LEFT_MARGIN_IN - RIGHT_MARGIN_IN) / count
+def _columns(layout: theme.Layout, count: int) -> tuple[float, float]:
+    """Return the left end and the width of the columns of a matrix, inches."""
+    left, right_margin = 1.44, 0.1
+    return left, (layout.width - left - right_margin) / count
 
 
 def _under(layout: theme.Layout) -> float:
@@ -150,10 +148,11 @@ def _matrix(
     of the columns."""
     count, status = found.first.size, status_of(found)
     lines, height = theme.split_rows(bottom, bottom + half, count)
-    under, width = theme.inches(page, _under(page.layout)), _width(page.layout, count) / page.layout.width
+    under = theme.inches(page, _under(page.layout))
+    start, width = (part / page.layout.width for part in _columns(page.layout, count))
     for k, (cell, added) in enumerate(zip(found.cells, added_of(found), strict=True)):
         row, column = divmod(k, count)
-        left = LEFT_MARGIN_IN / page.layout.width + width * column
+        left = start + width * column
         cell_width = 0.96 * width
         axes = page.add_axes((left, lines[row] + under, cell_width, height - 1.05 * under))
         axes.set_axis_off()

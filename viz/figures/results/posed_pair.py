@@ -27,15 +27,6 @@ from ...components.posed import PosedPair
 from ...rendering import theme
 from ...rendering.scene import Camera, Item, Picture, Size, Surface, Tube, fit_camera
 
-TOLERANCE_MODULES = 1.0 / 600.0
-"""Mesh tolerance in normal modules: a tenth of a pixel of the close picture on a page of 1000 x 750."""
-EXPORT_TOLERANCE_MM = 0.01
-"""Default tolerance of `beveloid-geom mesh`, mm."""
-PATTERN, PATTERN_LIFT_MODULES = "#2f78b7", 0.004
-"""Colour of the contact pattern, and its height above the flank in normal modules."""
-TEETH = (-1, 0, 1)
-"""Teeth of the pinion with paths."""
-
 
 @dataclass(frozen=True, eq=False)
 class PosedFigure:
@@ -50,7 +41,9 @@ class PosedFigure:
 
 def tolerance_of(design: Design) -> float:
     """Return the tolerance of the meshes, mm."""
-    return TOLERANCE_MODULES * float(design.pinion.tool.normal_module)
+    # A tenth of a pixel of the close picture on a page of 1000 x 750.
+    tolerance_modules = 1.0 / 600.0
+    return tolerance_modules * float(design.pinion.tool.normal_module)
 
 
 def compute(design: Design, flank: str = "right") -> PosedFigure:
@@ -122,8 +115,10 @@ def _marks(data: PosedFigure) -> str:
 
 def _export_note(design: Design) -> str:
     """Return the sentence with the option --tolerance if it differs from the default."""
+    # Default of `beveloid-geom mesh`.
+    export_tolerance_mm = 0.01
     tolerance = tolerance_of(design)
-    usual = abs(tolerance - EXPORT_TOLERANCE_MM) < 1e-9 * EXPORT_TOLERANCE_MM
+    usual = abs(tolerance - export_tolerance_mm) < 1e-9 * export_tolerance_mm
     return "" if usual else f" The command mesh exports this with --tolerance {tolerance:.3g}."
 
 
@@ -163,7 +158,7 @@ def close(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
     radius = tube_share * camera.half_height
     # A white tube behind each path is its outline. It is deeper the more it runs along the line of sight.
     ahead = -4.0 * radius * camera.direction
-    items: list[Item] = [Tube(line + ahead, theme.PATH, radius) for line in paths]
+    items: list[Item] = [Tube(line + ahead, theme.RED, radius) for line in paths]
     items += [Tube(line, "white", 1.8 * radius) for line in paths]
     items.append(Tube(pair.contact[None] + ahead, theme.INK, 3.0 * radius))
     line = line_of_contact(data)
@@ -184,14 +179,14 @@ def close(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
 
 
 def _pattern(data: PosedFigure) -> list[Surface]:
-    """Return the contact pattern on each of the TEETH, slightly above the flank, cut at its border."""
+    """Return the contact pattern on each of the teeth, slightly above the flank, cut at its border."""
     import pyvista as pv  # takes half a second to import
 
     side, member, flank = data.pattern, data.pair.design.pinion, data.path.path.flank
     if side is None:
         return []
     normals = flank_patch(member, flank, side.l, z=side.z).normal
-    lift = PATTERN_LIFT_MODULES * float(member.tool.normal_module)
+    lift = 0.004 * float(member.tool.normal_module)
     faces: Any = grid_faces(side.points, normals)
     # Points without a separation are as far above the limit as the limit is above zero.
     above = np.where(
@@ -204,15 +199,15 @@ def _pattern(data: PosedFigure) -> list[Surface]:
     if not marked.n_cells:
         return []
     return [
-        Surface(points, marked.regular_faces, None, PATTERN)
+        Surface(points, marked.regular_faces, None, "#2f78b7")
         for points in on_teeth(data, np.asarray(marked.points, dtype=float))
     ]
 
 
 def on_teeth(data: PosedFigure, points: FloatArray) -> list[FloatArray]:
-    """Return points (n, 3) of tooth 0 of the pinion on the TEETH in S_f, mm."""
+    """Return points (n, 3) of tooth 0 of the pinion on teeth -1, 0 and 1 in S_f, mm."""
     member, frame = data.pair.design.pinion, data.pair.frames[0]
-    return [to_fixed(frame, posed.on_tooth(points, member, tooth)) for tooth in TEETH]
+    return [to_fixed(frame, posed.on_tooth(points, member, tooth)) for tooth in (-1, 0, 1)]
 
 
 def line_of_contact(data: PosedFigure) -> FloatArray | None:

@@ -14,7 +14,7 @@ from beveloid_geom.contact.parallel.lines import touches_along_lines
 from beveloid_geom.report.sensitivity import steps_of
 
 from ...components import charts
-from ...components.charts import MIDDLE, QUANTITIES, Quantity, changes_under_steps
+from ...components.charts import MIDDLE_INDEX, QUANTITIES, Quantity, changes_under_steps
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...components.paths_table import (
     FLANKS,
@@ -27,13 +27,6 @@ from ...components.paths_table import (
 )
 from ...rendering import theme
 from ...rendering.layout import Cells
-
-CELLS = Cells(left=1.6, right=0.438, across=0.358, down=1.1, most=4, least=1.4)
-NOTE = (
-    "Derivatives at the errors of the design, times the errors named{place}. Shift: middle of the path along"
-    " the face, at equal flank parameter l{square}, positive towards +z. Contact ratio: Eq. 16. Transmission"
-    " error: one tooth pair, peak to peak."
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +50,7 @@ class Case:
                 words.append(f"{rates.flank} flanks: no path of contact, {reason}")
             elif bool(touches_along_lines(self.design, rates.flank)):
                 words.append("both flanks: line contact")
-            elif np.isnan(rates.face_shift_by[MIDDLE]).any():
+            elif np.isnan(rates.face_shift_by[MIDDLE_INDEX]).any():
                 still = np.ptp(rates.l[:, 0]) < profile_movement_mm
                 turned = f"{rates.flank} flanks: no middle, the roll turns back along the path"
                 words.append("both flanks: path along the face" if still else turned)
@@ -87,31 +80,37 @@ def compute(design: Design) -> tuple[Case, ...]:
 def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     """Draw a row for each case and a column for each quantity; on a narrow page columns for cases and fewer
     quantities."""
+    note = (
+        "Derivatives at the errors of the design, times the errors named{place}. Shift: middle of the path"
+        " along the face, at equal flank parameter l{square}, positive towards +z. Contact ratio: Eq. 16."
+        " Transmission error: one tooth pair, peak to peak."
+    )
+    cells = Cells(left=1.6, right=0.438, across=0.358, down=1.1, most=4, least=1.4)
     perpendicular_note = ", or perpendicular to the path"
     narrow_note = " (perpendicular to the path: see the CSV file)"
     steps = steps_of(data[0].found[0].errors)
     left_out = [f" Unknown {case.name} ({case.remarks})." for case in data if not case.known]
     data = tuple(case for case in data if case.known) if len(left_out) < len(data) else data
-    narrow = layout.printed and CELLS.columns(layout, len(QUANTITIES)) < len(QUANTITIES)
+    narrow = layout.printed and cells.columns(layout, len(QUANTITIES)) < len(QUANTITIES)
     quantities = [one for one in QUANTITIES if not narrow or one.name != "square_shift"]
     known = [one for one in quantities if any(case.knows(one) for case in data)] or quantities
     left_out += [f" Unknown: {one.title.partition(' (')[0]}." for one in quantities if one not in known]
     quantities, scales = known, " Scales: linear, common to (a) and (b)." if len(data) > 1 else ""
     weights = [1.7 if one.members else 1.0 for one in quantities] if narrow else [1.0 for _ in data]
-    down = CELLS.down if not layout.printed else 1.05 if narrow else 1.5
+    down = cells.down if not layout.printed else 1.05 if narrow else 1.5
     page, low, high = theme.new_page(
         layout,
         "Sensitivity of the path of contact to assembly errors",
         "Changes under one error each, from exact derivatives",
-        NOTE.format(place=at_the_mesh(data[0].design), square=narrow_note if narrow else perpendicular_note)
+        note.format(place=at_the_mesh(data[0].design), square=narrow_note if narrow else perpendicular_note)
         + scales
         + "".join(left_out),
         below=0.45,
         above=0.75,
-        tall=replace(CELLS, down=down).tall(layout, len(weights) * CELLS.most, 2.6 if narrow else 3.3),
+        tall=replace(cells, down=down).tall(layout, len(weights) * cells.most, 2.6 if narrow else 3.3),
     )
     across = len(data if narrow else quantities)
-    panels = _panels(page, weights, across, down, low, high)
+    panels = _panels(page, cells, weights, across, down, low, high)
     for number, case in enumerate(data):
         case_axes = [row[number] for row in panels] if narrow else panels[number]
         box, y = case_axes[0].get_position(), 0.7 if layout.printed else 0.42
@@ -132,14 +131,14 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
 
 
 def _panels(
-    page: theme.Page, weights: list[float], across: int, down: float, low: float, high: float
+    page: theme.Page, cells: Cells, weights: list[float], across: int, down: float, low: float, high: float
 ) -> list[list[Axes]]:
     """Return rows of `across` panels with heights proportional to their weights, `down` inches apart."""
     gap = theme.inches(page, down)
     unit = (high - low - gap * (len(weights) - 1)) / sum(weights)
     found = []
     for weight in weights:
-        found.append(theme.panels(page, CELLS, across, high - weight * unit, high))
+        found.append(theme.panels(page, cells, across, high - weight * unit, high))
         high -= weight * unit + gap
     return found
 

@@ -20,15 +20,6 @@ from ...components.paths_table import FLANKS, PARABOLAS, REASONS, coefficients, 
 from ...rendering import theme
 from ...rendering.layout import Cells
 
-POINTS = 201
-CELLS = Cells(left=1.04, right=0.24, across=1.28, down=0.65, most=2, least=3.6)
-NOTE = (
-    "Speeds times the pinion speed in rad/s are in mm/s. Thin lines: components"
-    " along the tooth trace of the pinion and perpendicular to it, as designed. Dots: minimum."
-    " Specific sliding perpendicular to the trace; on parallel axes as in ISO 21771. The path"
-    " enters on the left. Dotted: closest to the "
-)
-
 
 @dataclass(frozen=True, eq=False)
 class Curve:
@@ -51,19 +42,27 @@ def compute(design: Design) -> dict[str, tuple[Curve, ...]]:
     bent = modified(design)
     changed = list(zip(("as designed", coefficients(bent)), line_styles, (design, bent), strict=True))
     return {
-        side: tuple(Curve(name, style, sliding_report("", one, side, POINTS)) for name, style, one in changed)
+        side: tuple(Curve(name, style, sliding_report("", one, side, 201)) for name, style, one in changed)
         for side in FLANKS
     }
 
 
 def draw(data: dict[str, tuple[Curve, ...]], layout: theme.Layout) -> Drawing:
     """Draw a column for each flank: speed above, specific sliding below."""
-    cells = replace(CELLS, down=1.0) if layout.printed else CELLS
+    note = (
+        "Speeds times the pinion speed in rad/s are in mm/s. Thin lines: components"
+        " along the tooth trace of the pinion and perpendicular to it, as designed. Dots: minimum."
+        " Specific sliding perpendicular to the trace; on parallel axes as in ISO 21771. The path"
+        " enters on the left. Dotted: closest to the"
+    )
+    cells = Cells(left=1.04, right=0.24, across=1.28, down=0.65, most=2, least=3.6)
+    if layout.printed:
+        cells = replace(cells, down=1.0)
     page, low, high = theme.new_page(
         layout,
         "Sliding along the path of contact",
         "Sliding speed of the flanks, and specific sliding of pinion and gear; the pinion drives",
-        f"{NOTE}{data[FLANKS[0]][0].report.pitch_name}.",
+        f"{note} {data[FLANKS[0]][0].report.pitch_name}.",
         below=0.6,
         above=0.75,
         tall=cells.tall(layout, 4, 3.1),

@@ -28,28 +28,10 @@ from ...rendering import theme
 from ...rendering.layout import Cells
 from ...rendering.scene import Picture
 
-MOUNTINGS, PATHS_DRAWN, SEED = 1024, 300, 0
-"""Number of mountings of a study, number of them drawn, and seed."""
-CYCLE_MOUNTINGS = 64
-"""Number of mountings for which the operation is computed."""
-POINTS = 33
-PERCENTILES = (1.0, 99.0)
-"""Limits of the range of positions in the title."""
-QUANTITIES = (
-    ("pinion_z_middle", 1.0, "middle of the path", "pinion z (mm)"),
-    ("peak_to_peak", ARCSEC, "transmission error", "peak to peak (arcsec)"),
-)
-"""Name, factor, heading and label of the axis of the quantities of a study that are shown."""
+MOUNTINGS, CYCLE_MOUNTINGS, PATHS_DRAWN, SEED = 1024, 64, 300, 0
+"""Number of mountings of a study, numbers of them with operation and of those drawn, and seed."""
 CLOUDS = ((5.0, "white", 0.4), (1.0, theme.BLUE, 0.12))
 """Multiples of the tolerances, colour and opacity of the paths drawn, the lowest first."""
-CELLS = Cells(left=0.95, right=0.3, across=1.0, down=1.1, most=2, least=1.6)
-PANEL_HEIGHT_IN, STRETCH = 2.6, 4.0
-"""Height of a panel in print, inches, and magnification of the flanks across the face."""
-NOTE = (
-    "Flanks from outside, {stretch:g} times larger across: {drawn} mountings of the design{which}; black and"
-    " dots: without errors. (c), (d): cumulative distributions; title: range from 1 to 99 %. Transmission"
-    " error of one tooth pair."
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +55,7 @@ class CaseStudy:
 class CloudFigure:
     """Nominal path, paths under errors and studies of one flank.
 
-    `clouds`: points (mountings, POINTS, 3) on pinion and gear in their frames, one pair for each of
+    `clouds`: points (mountings, n, 3) on pinion and gear in their frames, one pair for each of
     CLOUDS."""
 
     flank: str
@@ -89,13 +71,13 @@ class CloudFigure:
 
     @property
     def moved(self) -> float:
-        """Range of the middle of the path along the pinion face within PERCENTILES, mm, of the design as
+        """Range of the middle of the path along the pinion face between 1 and 99 %, mm, of the design as
         drawn; NaN if unknown."""
         study = next((case.solved for case in self.cases if case.design is self.nominal.design), None)
         if study is None:
             return float("nan")
         middle = study.mountings.quantities()["pinion_z_middle"][study.mountings.solved]
-        return float(np.ptp(np.percentile(middle, PERCENTILES)))
+        return float(np.ptp(np.percentile(middle, (1.0, 99.0))))
 
 
 def compute(design: Design, flank: str = "right") -> CloudFigure:
@@ -126,29 +108,37 @@ def _cloud_of(design: Design, flank: str, factor: float) -> tuple[FloatArray, Fl
     """Return points of the paths on pinion and gear; NaN without a path.
 
     The arrays are empty if the errors are too large for the layout."""
+    points = 33
     usual = USUAL_AT[design.errors_at]
     if any(factor * getattr(usual, name) >= most for name, most in errors_below(design).items()):
-        return np.empty((0, POINTS, 3)), np.empty((0, POINTS, 3))
+        return np.empty((0, points, 3)), np.empty((0, points, 3))
     errors = factor * drawn_errors(usual, SEED, 0, PATHS_DRAWN)
     with np.errstate(invalid="ignore"):
-        path = path_of_contact(mounted(design, errors, usual.names), flank, POINTS)
+        path = path_of_contact(mounted(design, errors, usual.names), flank, points)
         return paths_table.points_on(path, 0), paths_table.points_on(path, 1)
 
 
 def draw(data: CloudFigure, layout: theme.Layout) -> Drawing:
     """Draw the clouds on pinion and gear above the distributions of position and transmission error."""
+    cells = Cells(left=0.95, right=0.3, across=1.0, down=1.1, most=2, least=1.6)
+    stretch = 4.0  # magnification of the flanks across the face
+    # Name, factor, heading and label of the axis.
+    quantities = (
+        ("pinion_z_middle", 1.0, "middle of the path", "pinion z (mm)"),
+        ("peak_to_peak", ARCSEC, "transmission error", "peak to peak (arcsec)"),
+    )
     page, low, high = theme.new_page(
         layout,
         _title(data),
         _tolerances(data),
-        _note(data) + _in_operation(data),
+        _note(data, stretch) + _in_operation(data),
         below=0.9,
         above=0.7,
         columns=viewpoint.COLUMNS,
-        tall=CELLS.tall(layout, 4, PANEL_HEIGHT_IN) + 0.6,
+        tall=cells.tall(layout, 4, 2.6) + 0.6,
     )
-    boxes = CELLS.boxes(layout, 4, page.get_figheight(), low, high)
-    views = viewpoint.flank_views(data.nominal.design, data.flank, STRETCH, outside=True)
+    boxes = cells.boxes(layout, 4, page.get_figheight(), low, high)
+    views = viewpoint.flank_views(data.nominal.design, data.flank, stretch, outside=True)
     px_per_mm = panels.shared_scale(page, [views], boxes[0][2], boxes[0][3])
     pictures: dict[str, Picture] = {}
     over = theme.inches(page, 0.12)
@@ -161,7 +151,7 @@ def draw(data: CloudFigure, layout: theme.Layout) -> Drawing:
         if drawn is not None:
             _cloud(drawn, data, number)
             pictures[member] = drawn.picture
-    for letter, box, (name, scale, heading, label) in zip("cd", boxes[2:], QUANTITIES, strict=True):
+    for letter, box, (name, scale, heading, label) in zip("cd", boxes[2:], quantities, strict=True):
         axes = page.add_axes(box)
         axes.set_title(f"({letter})  {heading}", loc="left", fontsize=theme.HEADING)
         axes.set(xlabel=label, ylabel="mountings below (%)")
@@ -193,11 +183,16 @@ def _tolerances(data: CloudFigure) -> str:
     return f"{data.flank.capitalize()} flanks; {sizes} ({spread})"
 
 
-def _note(data: CloudFigure) -> str:
+def _note(data: CloudFigure, stretch: float) -> str:
     """Return the note with the mountings drawn."""
+    note = (
+        "Flanks from outside, {stretch:g} times larger across: {drawn} mountings of the design{which}; black"
+        " and dots: without errors. (c), (d): cumulative distributions; title: range from 1 to 99 %."
+        " Transmission error of one tooth pair."
+    )
     shown = data.nominal.design
     which = "" if shown is data.cases[0].design else f" with {coefficients(shown)}"
-    return NOTE.format(drawn=PATHS_DRAWN, which=which, stretch=STRETCH)
+    return note.format(drawn=PATHS_DRAWN, which=which, stretch=stretch)
 
 
 def _in_operation(data: CloudFigure) -> str:

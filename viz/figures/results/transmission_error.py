@@ -21,19 +21,9 @@ from ...components.paths_table import PARABOLAS, as_large, coefficients, modifie
 from ...rendering import theme
 from ...rendering.layout import Cells
 
-COLOURS = (theme.GREEN, theme.BLUE, theme.ORANGE)
-HATCHES = ("...", "", "///")
+LOOKS = ((theme.GREEN, "..."), (theme.BLUE, ""), (theme.ORANGE, "///"))
 """Colours and hatches of the cases."""
-POINTS = 361
-"""Number of rolls of one mesh cycle."""
 HARMONICS = 10
-CELLS = Cells(left=1.05, right=1.0, across=2.1, down=1.45, most=2, least=3.3)
-NOTE = (
-    "Rigid teeth without load. Grey: single tooth pair, dotted on an edge. Thick: pair in"
-    " contact, with the gear furthest ahead. Positive: gear ahead of the unmodified pair"
-    " without errors; the mean is subtracted. Above: peak to peak, fraction of edge contact,"
-    " contact ratio by Eq. 16, and in operation."
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,11 +46,11 @@ def compute(design: Design, flank: str = "right") -> tuple[Case, ...]:
     hollow = two_digits(hollow_per_mm / as_large(design))
     changes = modified(design), design.with_parabola(hollow, hollow)
     named = ("as designed", design), *((coefficients(changed), changed) for changed in changes)
-    cases = []
-    for (name, changed), colour in zip(named, COLOURS, strict=True):
+    cases, rolls = [], 361
+    for (name, changed), (colour, _) in zip(named, LOOKS, strict=True):
         graph, reason = None, first_contact_fault(changed)
         if not reason:
-            report = operation_report("", changed, flank, POINTS, HARMONICS, MARKING_SEPARATION)
+            report = operation_report("", changed, flank, rolls, HARMONICS, MARKING_SEPARATION)
             reason = report.reason
             graph = None if reason else motion_graph.motion_graph(report)
         cases.append(Case(name, colour, flank, changed, graph, reason or ""))
@@ -69,6 +59,7 @@ def compute(design: Design, flank: str = "right") -> tuple[Case, ...]:
 
 def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     """Draw a panel for each case and a panel of all amplitudes."""
+    cells = Cells(left=1.05, right=1.0, across=2.1, down=1.45, most=2, least=3.3)
     # Factor of the scale of amplitudes in print, which leaves space for the legend.
     print_scale_factor = 1.4
     # Height of the text above a panel, points.
@@ -77,20 +68,25 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     page, low, high = theme.new_page(
         layout,
         "Motion graph: transmission error of every tooth pair, and of the pair in contact",
-        f"{data[0].flank.capitalize()} flanks, the pinion drives; {motion_graph.SHOWN} mesh cycles",
-        NOTE,
+        f"{data[0].flank.capitalize()} flanks, the pinion drives; {motion_graph.SHOWN_PITCHES} mesh cycles",
+        (
+            "Rigid teeth without load. Grey: single tooth pair, dotted on an edge. Thick: pair in"
+            " contact, with the gear furthest ahead. Positive: gear ahead of the unmodified pair"
+            " without errors; the mean is subtracted. Above: peak to peak, fraction of edge contact,"
+            " contact ratio by Eq. 16, and in operation."
+        ),
         below=0.65,
         above=1.45,
-        tall=CELLS.tall(layout, count, 2.9),
+        tall=cells.tall(layout, count, 2.9),
     )
-    *graphs, bars = theme.panels(page, CELLS, count, low, high)
+    *graphs, bars = theme.panels(page, cells, count, low, high)
     for index, (case, axes) in enumerate(zip(data, graphs, strict=True)):
         axes.set_title(f"({'abc'[index]})  {case.name}", loc="left", pad=text_height_pt, fontsize=theme.LABEL)
         if case.graph is None:
             theme.message(axes, case.reason, 36)
             continue
         motion_graph.draw_graph(axes, case.graph)
-        if index + CELLS.columns(layout, count) < len(graphs):
+        if index + cells.columns(layout, count) < len(graphs):
             axes.set_xlabel("")  # the panel below has the label
         style: dict[str, Any] = {"xycoords": "axes fraction", "va": "bottom", "fontsize": theme.SMALL}
         theme.label_point(axes, (0.0, 1.0), motion_graph.graph_text(case.graph), (0.0, 6.0), **style)
@@ -112,7 +108,7 @@ def _amplitudes(axes: Axes, data: tuple[Case, ...]) -> None:
         at = orders + (place - 0.5 * (len(known) - 1)) * width
         name = f"({'abc'[data.index(case)]})"
         look: dict[str, Any] = {"color": case.colour, "edgecolor": "white", "linewidth": 0.0}
-        axes.bar(at, values, 0.9 * width, hatch=HATCHES[data.index(case)], label=name, **look)
+        axes.bar(at, values, 0.9 * width, hatch=LOOKS[data.index(case)][1], label=name, **look)
     axes.set_xticks(orders)
     axes.set_xlim(0.4, HARMONICS + 0.6)
     axes.set_ylim(0.0, max(axes.get_ylim()[1], 1e-6))
@@ -136,10 +132,11 @@ def rows(data: tuple[Case, ...]) -> Table:
             if graph is None:
                 yield *who, case.reason, *[""] * (len(header) - len(PARABOLAS) - 1)
                 continue
-            report, share, radius = graph.report, np.linspace(0.0, 1.0, POINTS), graph.pitch_radius
+            report, radius = graph.report, graph.pitch_radius
             cycle, first = report.cycle, report.first
             of_case = float(cycle.peak_to_peak), float(cycle.edge_share), report.eq16, report.operating
             runs = first.transmission_error - graph.mean
+            share = np.linspace(0.0, 1.0, runs.size)
             yield *who, "runs", share, "", runs, "", radius, report.carriers, first.pair, *of_case
             edges = ["edge" if edge else "flanks" for edge in graph.edge.tolist()]
             yield *who, "alone", graph.pitches, "", graph.alone - graph.mean, "", radius, edges, 0, *of_case
