@@ -164,8 +164,8 @@ def test_default_threads_take_as_long_as_one_thread(busy: bool) -> None:
 
 @pytest.mark.parametrize(("crowned", "relieved"), [(True, False), (True, True), (False, True)])
 def test_modified_flanks_against_unmodified(crowned: bool, relieved: bool) -> None:
-    """Time for Table 1 with crowning of the pinion, with crowning and reliefs of all edges of both members, or
-    with these reliefs only, relative to unmodified flanks: a path of 101 positions, and contact ratios of
+    """Time for Table 1 with crowning of the pinion, with crowning and reliefs of all edges of both members,
+    or with these reliefs only, relative to unmodified flanks: a path of 101 positions, and contact ratios of
     1,000 mountings. With eight reliefs, a single path takes more than ten times as long, so that the goal is
     not met."""
     plain = table1()
