@@ -18,6 +18,8 @@ Flank: TypeAlias = Literal["right", "left"]
 
 COMPLEX_STEP = 1e-30
 """Imaginary step of an exact derivative; its square is lost in rounding."""
+MEMBERS = ("pinion", "gear")
+FLANKS = ("right", "left")
 FLANK_SIGN: dict[str, float] = {"right": 1.0, "left": -1.0}
 
 

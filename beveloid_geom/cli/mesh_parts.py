@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..arrays import MEMBERS
 from ..export import (
     ASSEMBLY_FORMATS,
     CAD_FORMATS,
@@ -18,7 +19,6 @@ from ..export import (
     FIELD_FORMATS,
     FIXED_FRAME,
     GEAR_FRAME,
-    MEMBERS,
     SCENE_FORMATS,
     UNITS,
     writer_of,

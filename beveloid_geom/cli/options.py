@@ -189,13 +189,15 @@ PARABOLAS = (
     ),
     ("parabola_apex_gear", "MM", "Apex of the gear's parabolas, from the reference line towards the tip."),
 )
-MODIFICATION = (
-    "Modification of the {0}, in place of [{0}.modification]: amounts in um and lengths in mm, such as"
-    ' "helix_crowning=10, tip_relief=15, tip_relief_length=2.5", with right. or left. before a name for one'
-    " flank; none for no modification."
-)
 MODIFIED = tuple(
-    (f"{member}_modification", "AMOUNTS", MODIFICATION.format(member)) for member in ("pinion", "gear")
+    (
+        f"{member}_modification",
+        "AMOUNTS",
+        f"Modification of the {member}, in place of [{member}.modification]: amounts in um and lengths in mm,"
+        ' such as "helix_crowning=10, tip_relief=15, tip_relief_length=2.5", with right. or left. before a'
+        " name for one flank; none for no modification.",
+    )
+    for member in ("pinion", "gear")
 )
 OVERRIDES = ERROR_OVERRIDES + PARABOLAS + MODIFIED
 """Arguments of `design.file.override` with an option: name, metavar and help."""

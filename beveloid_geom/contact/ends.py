@@ -28,10 +28,6 @@ ROLL_POSITIONS, FINE_POSITIONS = np.linspace(0.0, 1.0, 17), np.linspace(0.0, 1.0
 HALLEY_MAX_STEPS, LAST_HALLEY_STEP = 30, 1e-6
 """Maximum steps of Halley's method on the polynomials, and the step that ends it: its cube is below rounding.
 """
-NEAR_MARGIN, L2_MARGIN = 0.25, 0.1
-"""Distance from the limits, in flank depths or face widths, within which approximate positions may be on the
-flanks; fraction of the range of l2 that is added at both ends.
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -297,15 +293,18 @@ def rough_window(pairing: FlankPair, l: FloatArray) -> tuple[FloatArray, FloatAr
     flanks or less than NEAR_MARGIN outside are inside the bounds, with a margin L2_MARGIN in l2; NaN if there
     are none.
     """
+    # Distance from the limits, in flank depths or face widths, within which approximate positions may be on
+    # the flanks; fraction of the range of l2 that is added at both ends.
+    near_margin, l2_margin = 0.25, 0.1
     room = np.nan_to_num(
-        relative_margins(pairing, l, meet(pairing, l)).min(axis=0) + NEAR_MARGIN, nan=-NEAR_MARGIN
+        relative_margins(pairing, l, meet(pairing, l)).min(axis=0) + near_margin, nan=-near_margin
     )
     near = room > 0.0
     edge = np.stack((near.argmax(axis=-1), near.shape[-1] - 1 - near[:, ::-1].argmax(axis=-1)), axis=-1)
     ends = np.moveaxis(np.array([_crossing(x, room, edge) for x in l]), -1, 0)
     ends[..., ~near.any(axis=-1)] = np.nan
     low, high = np.sort(ends, axis=0)[..., None]
-    spare = L2_MARGIN * (high[1] - low[1])
+    spare = l2_margin * (high[1] - low[1])
     low[1], high[1] = low[1] - spare, high[1] + spare
     return low, high
 

@@ -36,15 +36,9 @@ from .path_polynomial import (
 )
 from .root_samples import RootSamples
 
-CASES_PER_BLOCK, PARALLEL_CASES_PER_BLOCK = 1024, 128
-"""Block sizes for which the arrays stay in the cache; the second is for parallel and nearly parallel axes."""
 WINDOW_MARGINS = np.array((0.02, 0.3)).reshape(2, 1, 1)
 """Fractions of the flank depths by which series over l1 reach beyond root and tip, and in which l2 is
 searched there.
-"""
-FIRST_GRID_LINES, GRID_LINES_BY_ROUND = 5, (9, 9, 17, 33)
-"""Number of grid lines of each member: if a series over l1 is known, and in successive rounds over the cells
-that remain.
 """
 
 
@@ -91,8 +85,10 @@ def paths_on_flanks(pairing: FlankPair) -> list[Group]:
     clear = clear_of_flanks(pairing.cases(near)) if near.size else np.zeros(0, dtype=bool)
     off = np.full(np.count_nonzero(clear), np.int8(Status.OFF_FLANK))
     groups = [_without_path(pairing, near[clear], off)]
+    # Block size for which the arrays stay in the cache, for parallel and nearly parallel axes.
+    parallel_cases_per_block = 128
     for cases, series_of_all in ((np.flatnonzero(parallel), parallel_series), (near[~clear], series_over_w1)):
-        for index in _blocks(cases, PARALLEL_CASES_PER_BLOCK):
+        for index in _blocks(cases, parallel_cases_per_block):
             part = pairing.cases(index)
             full = _with_ends(index, part, series_of_all(part))
             # On nearly parallel axes a path can exist that w1 does not describe.
@@ -145,7 +141,8 @@ def _crossed(pairing: FlankPair) -> list[Group]:
     return groups
 
 
-def _blocks(cases: NDArray[np.int_], size: int = CASES_PER_BLOCK) -> list[NDArray[np.int_]]:
+def _blocks(cases: NDArray[np.int_], size: int = 1024) -> list[NDArray[np.int_]]:
+    """Return the cases in blocks whose arrays stay in the cache."""
     return [cases[start : start + size] for start in range(0, cases.size, size)]
 
 
@@ -169,7 +166,9 @@ def _over_l1(pairing: FlankPair) -> tuple[list[Group], list[Group], NDArray[np.i
     decided, certain, void = _is_decided(full), ~lost, np.zeros(len(lost), dtype=bool)
     at = np.flatnonzero(lost)
     part = pairing.cases(at)
-    box = box_of(part, *window_of(part), nodes=FIRST_GRID_LINES)
+    # Grid lines of each member if a series over l1 is known.
+    first_grid_lines = 5
+    box = box_of(part, *window_of(part), nodes=first_grid_lines)
     defined = ~(part.undefined | vanishing(part))
     certain[at], void[at] = (box.none | box.one) & defined, box.none & ~box.missing & defined & ~decided[at]
     partial = _over_some_of_l1(full, samples, np.flatnonzero(lost & ~decided & ~void))
@@ -216,8 +215,9 @@ def _near_faces(pairing: FlankPair, known: NDArray[np.bool_]) -> tuple[list[Grou
     owner, fits = np.flatnonzero(~undefined & ~void), []
     sheets, (low, high) = pairing.cases(owner), (bound[:, owner] for bound in window_of(pairing))
     done, empty = np.zeros(owner.size, dtype=bool), np.zeros(owner.size, dtype=bool)
-    # Refine the grid from round to round.
-    for turn, nodes in enumerate(GRID_LINES_BY_ROUND):
+    # Refine the grid from round to round: grid lines of each member over the cells that remain.
+    grid_lines_by_round = (9, 9, 17, 33)
+    for turn, nodes in enumerate(grid_lines_by_round):
         at = np.flatnonzero(~done)
         if at.size == 0:
             break

@@ -11,13 +11,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import MEMBERS, FloatArray
 from ..contact.ellipse import relative_curvature
 from ..contact.mesh_position import Frame, MeshingPair
 from ..contact.parallel.lines import contact_lines, touches_along_lines
 from ..design.member import Member
 from ..design.model import Design
-from ..export import FIELD_FORMATS, MEMBERS
+from ..export import FIELD_FORMATS
 from ..gear.flank import flank_point, tip_parameter
 from ..operation.angular_clearance import angular_clearance
 from ..operation.contact_pattern.mating import mating_of

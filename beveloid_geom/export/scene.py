@@ -13,11 +13,10 @@ from typing import Any, cast
 
 import numpy as np
 
-from ..arrays import FloatArray, Mask
+from ..arrays import MEMBERS, FloatArray, Mask
 from ..contact.mesh_position import Frame, MeshingPair
 from ..contact.path import ContactPath, path_of_contact
 from ..design.model import Design
-from ..export import MEMBERS
 from ..gear.flank import flank_patch
 from ..operation.certificate import certify
 from ..operation.contact_pattern.pattern import MemberPattern, contact_pattern

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..arrays import FLANKS
 from ..contact.path import path_of_contact
 from ..design.arguments import require_design
 from ..design.model import Design, Pair
@@ -19,13 +20,7 @@ from ..operation.certificate import certify
 from ..pair.zero_backlash import Closing, closing_of
 from ..status import Status
 from .diagnostics import Remark, in_order, quiet, tooth_remarks
-from .layout import (
-    FLANKS,
-    HELIX_TOLERANCE,
-    ideal_layout,
-    layout_remarks,
-    remarks_on,
-)
+from .layout import HELIX_TOLERANCE, ideal_layout, layout_remarks, remarks_on
 from .path import certificate_remarks, first_contact_fault, path_remarks
 from .reach import rolling_generator_angle
 from .units import unit_remarks

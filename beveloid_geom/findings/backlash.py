@@ -6,9 +6,10 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from ..arrays import FLANKS
 from ..design.ends import limit_names
 from ..design.model import Design
-from ..operation.backlash import FLANKS, Backlash, mounted_backlash
+from ..operation.backlash import Backlash, mounted_backlash
 from ..operation.first_contact import FirstContact
 from ..pair.mounting import unmodified_backlash
 from ..status import FirstStatus, Limit

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from ..arrays import FLANK_SIGN
+from ..arrays import FLANKS
 from ..contact.path import ContactPath, path_of_contact
 from ..design.ends import limit_words
 from ..design.model import Design
@@ -30,7 +30,6 @@ from .path import reason_of
 from .reach import reach_of, rolling_generator_angle
 from .units import unit_remarks
 
-FLANKS = tuple(FLANK_SIGN)
 SHAFT_ANGLE_TOLERANCE = math.radians(0.01)
 """Difference of the shaft angle from that of the layout in which the lines of action meet, rad."""
 INTERFERENCE_TOLERANCE = 1.0 / 6000.0

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.sensitivity import path_sensitivity
-from ..arrays import FLANK_SIGN, FloatArray, Mask
+from ..arrays import FLANKS, FloatArray, Mask
 from ..contact.path import path_of_contact
 from ..design.member import Member
 from ..design.model import Design, Pair
@@ -40,7 +40,6 @@ from ..pair.zero_backlash import ClosedLayout
 from .closure_equations import pair_at
 from .request import Request
 
-FLANKS = tuple(FLANK_SIGN)
 LINKS = ("tip thickness", "tip clearance", "undercut", "depth of tips", "contact ratio", "shift by errors")
 """Criteria of the reserve. The last two need the paths of contact."""
 DEPTH = LINKS.index("depth of tips")

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import FLANKS, FloatArray
 from ..design.field_limits import DesignError
 from ..design.model import Design
 from ..findings.advice import iter_findings
@@ -28,7 +28,7 @@ from .candidates import (
     unknown_of,
     within,
 )
-from .merit import FLANKS, Figures, design_of, figures_of, teeth_of
+from .merit import Figures, design_of, figures_of, teeth_of
 from .relaxation import Change, changes_of, others_of, rounded
 from .request import Request, faults_of, usual_tool
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...arrays import FloatArray
+from ...arrays import MEMBERS, FloatArray
 from ...design.arguments import require_design
 from ...design.member import MODIFICATIONS
 from ...design.model import Design
@@ -27,7 +27,6 @@ from ...pair.named_inputs import Bounds
 from ..optimise import CONSTRAINT_TOLERANCE, Optimised, Vector, at_limits, operation_of
 from .objectives import Aim, Objectives, check_aim, objectives_of_designs
 
-MEMBERS = ("pinion", "gear")
 POINTS_PER_VARIABLE, STARTS = 16, 3
 X_STEP = 1e-3
 

@@ -46,14 +46,14 @@ from .curve_tracing import LONGEST_STEP, CurvePart
 from .root_exclusion import Box
 
 Mask = NDArray[np.bool_]
-CELL_NEWTON_STEPS, LAST_CELL_STEP = 4, 1e-3
-"""Newton steps to points between cells; largest last step, in sides of a cell."""
+CELL_NEWTON_STEPS = 4
+"""Newton steps to points between cells."""
 NESTED_BASES = tuple(basis_of(degree) for degree in (10, 20, 40, 80))
 OFF_FLANK_MARGIN = 0.1
 """Distance beyond a limit, in flank depths or face widths, from which a point is off the flanks."""
 
-GUIDE_DEGREE, GUIDE_NEWTON_STEPS = 12, 8
-"""Highest degree of a guide; Newton steps to the planes perpendicular to it."""
+GUIDE_DEGREE = 12
+"""Highest degree of a guide."""
 GUIDE_BASES = tuple(basis_of(degree) for degree in (40, 100, 200, MAX_DEGREE))
 
 
@@ -173,16 +173,18 @@ def _between_cells(pairing: FlankPair, l: FloatArray, side: FloatArray) -> tuple
     found.
     """
     l = l[..., None].copy()
+    # Largest last Newton step, in sides of a cell.
+    last_cell_step = 1e-3
     for _ in range(CELL_NEWTON_STEPS):
         # Newton step along the side, limited to half of it.
         gap = meet(pairing, l + COMPLEX_STEP * 1j * side[..., None]).gap
         move = np.clip(-gap.real * COMPLEX_STEP / gap.imag, -0.5, 0.5)
         l += move * side[..., None]
-        if not (np.abs(move) > LAST_CELL_STEP).any():
+        if not (np.abs(move) > last_cell_step).any():
             break
     met = meet(pairing, l)
     y = np.array((*l, met.normal_x, met.across[0]))[..., 0]
-    return y, (np.abs(move[:, 0]) <= LAST_CELL_STEP) & np.isfinite(y).all(axis=0)
+    return y, (np.abs(move[:, 0]) <= last_cell_step) & np.isfinite(y).all(axis=0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -367,6 +369,8 @@ def _on_guides(
     traced = np.array([_between(line, nodes) for line in lines])
     off = np.einsum("...i,...i", point - traced, normal)
     start = traced + off[..., None] * normal
-    z, solved = onto_curve(pairing, start, normal, units, GUIDE_NEWTON_STEPS)
+    # Newton steps to the planes perpendicular to a guide.
+    guide_newton_steps = 8
+    z, solved = onto_curve(pairing, start, normal, units, guide_newton_steps)
     near = np.linalg.norm(z - start, axis=-1) < LONGEST_STEP
     return z, (solved & near).all(axis=-1)

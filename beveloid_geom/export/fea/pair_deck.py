@@ -19,9 +19,9 @@ import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ...arrays import flank_sign
+from ...arrays import MEMBERS, flank_sign
 from ...design.model import Design
-from ...export import MEMBERS, identifier
+from ...export import identifier
 from .abaqus import STEEL, write_model
 from .pair_mesh import ELEMENT, PairMesh, force_lever
 

@@ -13,13 +13,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...arrays import FloatArray, Indices, Mask
+from ...arrays import MEMBERS, FloatArray, Indices, Mask
 from ...contact.ellipse import relative_curvature
 from ...contact.hertz import contact_modulus, hertz_ellipse
 from ...contact.mesh_position import Frame, MeshingPair, frames_at
 from ...design.member import Member
 from ...design.model import Design
-from ...export import MEMBERS
 from ...gear.fillet import tool_round
 from ...gear.flank import flank_point, tip_parameter
 from ...pair.frames import to_fixed

@@ -14,15 +14,6 @@ from ...support.frozen_arrays import read_only
 from ..angular_clearance import Pose, pose_of, seen_by_other
 from .motion import Operation
 
-POSES_PER_PITCH = 10
-"""Poses per pitch at which the separation is sampled."""
-
-
-LAST_STEP_MODULES = 1e-4
-"""Step towards a foot below which it is the last. The remaining error of the foot is the square of this over
-a radius. The distance is minimal at the foot, so that its error is the square of that: 1e-9 mm."""
-
-
 DISTANCE, MARGIN, BY_MEMBER, BY_MATE = range(4)
 """Rows of the state of a point at a pose: distance from the mating flank and margin of the foot within it,
 mm; derivatives of the distance by the rolls of the member and of the mate, mm/rad."""
@@ -78,7 +69,11 @@ class Mating:
         (x, y, z), (u, v, w) = (
             (mate_cos * a + mate_sin * b, mate_cos * b - mate_sin * a, c) for a, b, c in (seen, moves)
         )
-        foot = foot_on(self.sheet, (x, y, z), last_step=LAST_STEP_MODULES)
+        # Step towards a foot below which it is the last. The remaining error of the foot is the square of
+        # this over a radius. The distance is minimal at the foot, so that its error is the square of that:
+        # 1e-9 mm.
+        last_step_modules = 1e-4
+        foot = foot_on(self.sheet, (x, y, z), last_step=last_step_modules)
         margin = foot.margin + edge_tolerance_modules * np.asarray(self.sheet.module)
         nx, ny, nz = foot.normal
         return foot.distance, margin, u * nx + v * ny + w * nz, -foot.moment
@@ -123,7 +118,9 @@ def sampled_rolls(design: Design, operation: Operation) -> FloatArray:
         rad; evenly spaced over the motion, and its kinks.
     """
     pitches = (operation.span[1] - operation.span[0]) * float(design.pinion.teeth) / (2.0 * np.pi)
-    even = np.linspace(*operation.span, max(rounded_up(POSES_PER_PITCH * pitches) + 1, 3))
+    # Poses per pitch at which the separation is sampled.
+    poses_per_pitch = 10
+    even = np.linspace(*operation.span, max(rounded_up(poses_per_pitch * pitches) + 1, 3))
     return np.union1d(even, operation.kinks)
 
 

@@ -40,7 +40,6 @@ from .cycle_segments import (
     tails_of,
 )
 
-MAX_NEWTON_STEPS = 12
 END_TOLERANCE_PITCHES = 1e-12
 """Movement of the ends of segments at which the fits end."""
 RESOLVED = np.array((1e-15, 1e-11, 1e-11, 1e-11, 1e-11))
@@ -243,7 +242,7 @@ def _bits(numbers: Integers, count: int) -> Mask:
     return np.asarray((numbers >> np.arange(count)[:, None]) & 1 == 1)
 
 
-def held_to(task: Task, place: FloatArray, limit: Codes, most: int = MAX_NEWTON_STEPS) -> FloatArray:
+def held_to(task: Task, place: FloatArray, limit: Codes, most: int = 12) -> FloatArray:
     """Compute contacts with given active limits by Newton's method.
 
     Parameters

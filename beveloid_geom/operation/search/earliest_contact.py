@@ -33,8 +33,6 @@ Numbered: TypeAlias = tuple[Integers, "Found"]
 GRID_POINTS = ((1, 5, 5), 36), ((4, 25, 19), 72)
 """Scan points, coarse and fine: on the fillet, on the flank, along the face, and along the face for each turn
 of a tooth round its axis, if this gives more."""
-MEASURED_GRID_POINTS = GRID_POINTS[0], ((4, 49, 37), 72)
-"""The same for pairs with measured flanks, which may have waves."""
 TOGETHER_RAD = 1.6e-14
 """Difference of the gear roll within which tooth pairs touch at the same time."""
 
@@ -81,9 +79,11 @@ def grids_of(engagement: Engagement, design: Design, flank: str) -> Grids:
     -------
     Grids
     """
+    # Measured flanks may have waves.
+    measured_grid_points = GRID_POINTS[0], ((4, 49, 37), 72)
     points = [
         (*points[:2], max(points[2], int(np.ceil(each * engagement.turns))))
-        for points, each in (MEASURED_GRID_POINTS if design.measured else GRID_POINTS)
+        for points, each in (measured_grid_points if design.measured else GRID_POINTS)
     ]
     pinion = crowned(design, flank)[0].pinion  # that of the engagement
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 from ...analysis.edge_contact import CycleExtremes
 from ...analysis.modification.amounts import AmountsOptimum
 from ...analysis.optimise import Aim, Objectives, Optimised, Optimum
+from ...arrays import MEMBERS
 from ...design.model import Design
 from ...design.modification import AMOUNT_SUFFIX
 from ...findings.backlash import backlash_data
@@ -17,7 +18,7 @@ from ...findings.diagnostics import remarks_data
 from ...pair.named_inputs import Bounds
 from ..columns import ARCSEC, label, labelled_lines, number
 from ..path import ContactReport, contact_report
-from ..result import MEMBERS, Report, Rows, stacked_rows
+from ..result import Report, Rows, stacked_rows
 from ..text import both_signs_words, head_lines, line, remark_lines
 
 OptimisedT = TypeVar("OptimisedT", bound=Optimised)
