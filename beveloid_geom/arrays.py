@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ Integers: TypeAlias = NDArray[np.int_]
 Indices: TypeAlias = NDArray[np.int64]
 Quantity: TypeAlias = float | FloatArray
 Flank: TypeAlias = Literal["right", "left"]
+T = TypeVar("T")
 
 COMPLEX_STEP = 1e-30
 """Imaginary step of an exact derivative; its square is lost in rounding."""

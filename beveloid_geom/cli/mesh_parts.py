@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..arrays import MEMBERS
 from ..export import (
     ASSEMBLY_FORMATS,
     CAD_FORMATS,
@@ -24,7 +23,7 @@ from ..export import (
     writer_of,
 )
 from ..status import NotComputed
-from .options import Refusal, no_result
+from .options import MEMBERS, Refusal, no_result
 
 if TYPE_CHECKING:
     from ..arrays import FloatArray

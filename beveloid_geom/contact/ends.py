@@ -23,8 +23,7 @@ from .path_polynomial import HEIGHT, MAX_DEGREE, ROLL, PathSeries
 
 SCAN_POSITIONS = np.linspace(-1.0, 1.0, 65)
 SCAN_VALUES = polynomials(SCAN_POSITIONS, MAX_DEGREE)
-OUTWARD_STEPS = np.array((-1, 1))
-ROLL_POSITIONS, FINE_POSITIONS = np.linspace(0.0, 1.0, 17), np.linspace(0.0, 1.0, 65)
+FINE_POSITIONS = np.linspace(0.0, 1.0, 65)
 HALLEY_MAX_STEPS, LAST_HALLEY_STEP = 30, 1e-6
 """Maximum steps of Halley's method on the polynomials, and the step that ends it: its cube is below rounding.
 """
@@ -280,7 +279,7 @@ def _crossing(x: FloatArray, depth: FloatArray, edge: NDArray[np.int_]) -> Float
     samples `edge` (cases, 2), by linear interpolation.
     """
     case = np.arange(len(edge))[:, None]
-    beyond = np.minimum(np.maximum(edge + OUTWARD_STEPS, 0), x.shape[-1] - 1)
+    beyond = np.minimum(np.maximum(edge + np.array((-1, 1)), 0), x.shape[-1] - 1)
     inside, outside, start = depth[case, edge], depth[case, beyond], x[case, edge]
     share = np.where(outside < inside, inside / (inside - outside), 0.0)
     return np.asarray(start + share * (x[case, beyond] - start))
@@ -315,7 +314,7 @@ def _roll_span(series: PathSeries, x: FloatArray, roll: FloatArray) -> tuple[Flo
     """
     span = np.abs(roll[:, 1] - roll[:, 0])
     both = with_derivative(series.coefficients[ROLL : ROLL + 1])
-    share = x[:, :1] + (x[:, 1:] - x[:, :1]) * ROLL_POSITIONS
+    share = x[:, :1] + (x[:, 1:] - x[:, :1]) * FINE_POSITIONS[::4]
     # The roll may turn back if its rate varies strongly or changes sign.
     rate = evaluate(both[1:], share)[0]
     low, high = rate.min(axis=-1), rate.max(axis=-1)

@@ -11,6 +11,7 @@ by the eight limit margins in the order of `Limit`.
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,10 +21,9 @@ from ..arrays import FloatArray, Quantity
 from ..gear.rack import rack_normal
 from ..pair.frames import common_normal
 from ..status import Limit, Status
-from ..support.chebyshev import NOISE, Basis, basis_of, resolved, resolved_degree
+from ..support.chebyshev import NOISE, Basis, resolved, resolved_degree
 from .curves.curve_equations import meet_on_curve, onto_curve, units_of
 from .equation import (
-    EPSILON,
     ContactTerms,
     axial_and_radius,
     contact_normal,
@@ -57,13 +57,8 @@ ROLL, PHASE, HEIGHT = 11, 13, 17
 WIDTH = HEIGHT + len(Limit)
 """Number of rows with the margins."""
 
-COARSE_BASIS, FINE_BASIS = basis_of(16), basis_of(20)
 MAX_DEGREE = 400
 """Highest degree of a series."""
-LOOSENED_ROUNDING_FACTOR = 16.0
-"""Factor on the rounding tolerance if no basis reaches it: the curve has a sharp bend, or a member has a very
-small base circle.
-"""
 MAX_ROUNDING_DEPTHS = 1.6e-11
 """Upper bound of the loosened rounding, relative to the flank depth: 2e-10 mm on Table 1."""
 SMALL_NORMAL_X = 0.05
@@ -123,7 +118,7 @@ def exact_rows(
     good = np.abs(met.gap) <= 8.0 * tolerance
     if not good.all():
         # n_x^2 is a difference of terms near 1. For small n_x its rounding error enters F through B w.
-        rounding = EPSILON * np.abs(met.slope * met.across).sum(axis=0) / met.normal_x**2
+        rounding = sys.float_info.epsilon * np.abs(met.slope * met.across).sum(axis=0) / met.normal_x**2
         good = np.abs(met.gap) <= 8.0 * (tolerance + rounding)
     rows = _rows_and_settled(pairing, l, met, good)
     status = roots.status.copy()

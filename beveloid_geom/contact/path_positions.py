@@ -24,11 +24,6 @@ from .path_polynomial import HEIGHT, PHASE, PathSeries, exact_rows, rounding_sca
 from .path_search import Group
 from .roots import sole_roots
 
-ROLL_BASIS = basis_of(40)
-"""Basis of the expansion in roll."""
-MAX_SINGLE_SOLVES = 16
-"""Number of given l1 up to which they are solved one by one, if each has one contact."""
-
 
 @dataclass(frozen=True, eq=False)
 class PathByRoll:
@@ -57,8 +52,9 @@ def expanded_in_roll(group: Group) -> PathByRoll:
     """Return the paths, expanded in roll if this resolves them."""
     series, ends, rows = group.series, group.ends, group.series.coefficients[:HEIGHT]
     # Evaluate at Chebyshev points of the roll and fit again.
-    values = evaluate(rows, at_shares(series, ends, ROLL_BASIS.nodes))
-    middle, by_roll = values[PHASE, :, ROLL_BASIS.nodes.size // 2, None], ROLL_BASIS.coefficients(values)
+    basis = basis_of(40)
+    values = evaluate(rows, at_shares(series, ends, basis.nodes))
+    middle, by_roll = values[PHASE, :, basis.nodes.size // 2, None], basis.coefficients(values)
     solved = ends.status == Status.SOLVED
     degree = resolved_degree(by_roll[:, solved], rounding_scale(group.pairing)[:HEIGHT, solved])
     if degree is None:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..status import Status
+from ..support.chebyshev import basis_of
 from .curves.curve_series import chain_series, chains_of, missed, series_along
 from .curves.curve_tracing import CurvePart, Window, curves_of, near_flanks
 from .curves.root_exclusion import Box, box_of, vanishing, window_of
@@ -25,8 +26,6 @@ from .parallel.no_contact_bound import clear_of_flanks
 from .parallel.paths import parallel_series
 from .parallel.small_angle_paths import NEARLY_PARALLEL_SINE, nearly_parallel, series_over_w1
 from .path_polynomial import (
-    COARSE_BASIS,
-    FINE_BASIS,
     NORMAL,
     SMALL_NORMAL_X,
     WIDTH,
@@ -35,11 +34,6 @@ from .path_polynomial import (
     series_over_l1,
 )
 from .root_samples import RootSamples
-
-WINDOW_MARGINS = np.array((0.02, 0.3)).reshape(2, 1, 1)
-"""Fractions of the flank depths by which series over l1 reach beyond root and tip, and in which l2 is
-searched there.
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,8 +148,10 @@ def _over_l1(pairing: FlankPair) -> tuple[list[Group], list[Group], NDArray[np.i
     the region outside its window. If n_x is nearly zero, if nothing is found on the flanks, or if l1
     describes only a part of the curve, a few cells usually show that no other curve is near the faces.
     """
-    spare = WINDOW_MARGINS * (pairing.highest - pairing.lowest)
-    series, samples = series_over_l1(pairing, pairing.lowest - spare, pairing.highest + spare, COARSE_BASIS)
+    # Fractions of the flank depths by which series over l1 reach beyond root and tip, and in which l2 is
+    # searched there.
+    spare = np.array([[[0.02]], [[0.3]]]) * (pairing.highest - pairing.lowest)
+    series, samples = series_over_l1(pairing, pairing.lowest - spare, pairing.highest + spare, basis_of(16))
     full = _with_ends(np.arange(len(series.status)), pairing, series)
     n_x = series.coefficients[NORMAL.start]
     # Small n_x within the window: another curve may be near.
@@ -192,12 +188,12 @@ def _over_some_of_l1(full: Group, samples: RootSamples, cases: NDArray[np.int_])
     """
     pairing, l1 = (
         full.pairing.cases(cases),
-        (full.series.middle + full.series.half * COARSE_BASIS.nodes)[cases],
+        (full.series.middle + full.series.half * basis_of(16).nodes)[cases],
     )
     low, high = rough_window(pairing, np.array((l1, samples.cases(cases).one_way().rough())))
     seen = np.flatnonzero(high[0, :, 0] > low[0, :, 0])
     part, low, high = pairing.cases(seen), low[:, seen], high[:, seen]
-    series, _ = series_over_l1(part, low, high, FINE_BASIS, one_curve=True)
+    series, _ = series_over_l1(part, low, high, basis_of(20), one_curve=True)
     result = _with_ends(cases[seen], part, series)
     return result.part(np.flatnonzero(result.ends.status == Status.SOLVED))
 

@@ -32,10 +32,6 @@ from .equation import (
 from .flank_pair import FlankPair, MemberTerms, terms_of_one
 from .root_samples import Bracket, RootSamples, sampled, with_extremum
 
-FAR_POSITIONS = np.linspace(-1.0, 2.0, 25)[:, None, None]
-"""Samples of F in l2, in flank depths of the gear from its root, if nothing was found near the active
-flank.
-"""
 NEWTON_MAX_STEPS = 60
 """Maximum number of Newton steps, most of which only bisect."""
 LAST_STEP_DEPTHS = 1e-6
@@ -132,7 +128,9 @@ def solve_gear_parameter(pairing: FlankPair, l1: FloatArray) -> Roots:
     # Positions without a root near the flank are searched over three flank depths.
     lost = np.flatnonzero((roots.status != Status.SOLVED).any(axis=-1))
     if lost.size:
-        part, far = pairing.cases(lost), (low + FAR_POSITIONS * (high - low))[:, lost]
+        # Samples of F in l2, in flank depths of the gear from its root.
+        far_positions = np.linspace(-1.0, 2.0, 25)[:, None, None]
+        part, far = pairing.cases(lost), (low + far_positions * (high - low))[:, lost]
         pinion = MemberTerms(*(value[..., lost, :] for value in vars(pinion).values()))
         far = roots_in(part, l1[lost], with_extremum(part, sampled(part, pinion, far)))
         near = Roots(roots.l2[lost], roots.slope[lost], roots.status[lost])

@@ -35,7 +35,7 @@ from ..support.frozen_arrays import kept
 from .backlash import JAM_MODULES, lever_of
 from .engagement import conjugate_phase
 
-POINTS = 17
+PATH_POINTS = 17
 """Positions of a path at which the play is computed."""
 
 
@@ -215,7 +215,7 @@ def _tangencies(design: Design, flank: str) -> ContactPath:
     )
     # Beyond the ends of the real faces, undercut has no meaning.
     undercut = may_be_undercut(design, flank)
-    return path_of_contact(replace(design, pinion=pinion, gear=gear), flank, POINTS, undercut=undercut)
+    return path_of_contact(replace(design, pinion=pinion, gear=gear), flank, PATH_POINTS, undercut=undercut)
 
 
 def _curve(design: Design, flank: str) -> _Curve:
@@ -224,7 +224,7 @@ def _curve(design: Design, flank: str) -> _Curve:
     face_ends = (Limit.PINION_TOE, Limit.PINION_HEEL, Limit.GEAR_TOE, Limit.GEAR_HEEL)
     path, hollow = _tangencies(design, flank), np.zeros(int(np.prod(design.batch_shape)), dtype=bool)
     if not path.pinion_roll.size:  # single designs without a path have no positions
-        none = np.full((POINTS, hollow.size), np.nan)
+        none = np.full((PATH_POINTS, hollow.size), np.nan)
         return _Curve(none[0], none[0], none, none, hollow)
     if is_modified(design, flank):
         curvature = relative_curvature(path).curvature[..., 0]

@@ -13,6 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..analysis.mountings import PLACES
+
 
 class Column(NamedTuple):
     """Column of a table.
@@ -28,7 +30,6 @@ class Column(NamedTuple):
 
 ARCSEC = math.degrees(3600.0)
 """Seconds of arc in a radian."""
-PLACES = ("enter", "middle", "leave")
 COLUMNS = {
     name: column
     for column, names in (

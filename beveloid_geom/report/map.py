@@ -19,9 +19,6 @@ from .columns import column, label, scaled
 from .result import ResultReport, Rows, flattened, picked
 from .text import LINE_WIDTH, both_signs_words, head_lines, line, status_words
 
-MASKS = ("hollow", "interferes", "jammed")
-"""Properties of a cell."""
-
 
 @dataclass(frozen=True, eq=False)
 class MapReport(ResultReport[DesignMap]):
@@ -40,7 +37,7 @@ class MapReport(ResultReport[DesignMap]):
             "errors": result.errors,
             "pinion": result.first,
             "gear": result.second,
-            "map": picked(result, "status", *MASKS, *figures_of(result)),
+            "map": cells_of(result),
         }
 
     def rows(self) -> Rows:
@@ -93,7 +90,12 @@ def map_rows(result: DesignMap) -> Rows:
     """Return the cells of a map as columns."""
     sides = np.meshgrid(result.first, result.second, indexing="ij")
     inputs = dict(zip(result.over, sides, strict=True))
-    return flattened(inputs | picked(result, "status", *MASKS, *figures_of(result)))
+    return flattened(inputs | cells_of(result))
+
+
+def cells_of(result: DesignMap) -> dict[str, Any]:
+    """Return status, properties and results of the cells by name."""
+    return picked(result, "status", "hollow", "interferes", "jammed", *figures_of(result))
 
 
 def figures_of(result: DesignMap) -> tuple[str, ...]:

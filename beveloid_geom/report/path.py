@@ -27,7 +27,6 @@ from .text import advice_lines, end_words, head_lines, line, remark_lines
 
 LINE_END_FIELDS = ("l1", "l2", "pinion_z", "pinion_r", "gear_z", "gear_r", "point")
 """Quantities of both ends of a line of contact."""
-LINE_RATIOS = ("transverse_ratio", "overlap_ratio", "total_ratio")
 LINE_ENDS = ("first", "last")
 
 
@@ -282,7 +281,8 @@ def contact_report(
 
 def lines_data(lines: ContactLines) -> dict[str, Any]:
     """Return contact ratios, and roll angles, length, both ends and limits of each line; mm and rad."""
-    return picked(lines, *LINE_RATIOS, "pinion_roll", "gear_roll", "length", *LINE_END_FIELDS, "limit")
+    ratios = ("transverse_ratio", "overlap_ratio", "total_ratio")
+    return picked(lines, *ratios, "pinion_roll", "gear_roll", "length", *LINE_END_FIELDS, "limit")
 
 
 def lines_rows(lines: ContactLines) -> dict[str, Any]:
@@ -311,6 +311,7 @@ def lines_table(design: Design, lines: ContactLines) -> str:
 
 def ratio_lines(lines: ContactLines) -> str:
     """Return the line with the contact ratios of ISO 21771."""
-    transverse, overlap, total = (number("contact_ratio", getattr(lines, name)) for name in LINE_RATIOS)
+    ratios = lines.transverse_ratio, lines.overlap_ratio, lines.total_ratio
+    transverse, overlap, total = (number("contact_ratio", ratio) for ratio in ratios)
     text = f"transverse {transverse} at mid-face, overlap {overlap}, total {total}"
     return line("line contact", f"on parallel axes; contact ratios: {text}")

@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..analysis.sensitivity import PLACES, Sensitivity, path_sensitivity
+from ..analysis.mountings import PLACES
+from ..analysis.sensitivity import Sensitivity, path_sensitivity
 from ..arrays import MEMBERS, FloatArray
 from ..contact.parallel.lines import is_line_contact
 from ..design.model import Design, ErrorsAt

@@ -35,6 +35,8 @@ parallel or the parabolas strong, l1 and l2 hardly change along the curve, and i
 only there.
 """
 NEWTON_STEPS = 5
+OFF_FLANK_MARGIN = 0.1
+"""Distance beyond a limit, in flank depths or face widths, from which a point is off the flanks."""
 LONGEST_STEP = 0.08
 """Longest step along the curve near the faces, in units of z."""
 
@@ -394,13 +396,10 @@ def _cut(curve: TracedCurve, near: NDArray[np.bool_], margins: FloatArray) -> li
     # Runs of near points, with two more points at both ends; drop runs clearly beyond one limit.
     edges = np.flatnonzero(np.diff(np.concatenate(([0], near, [0]))))
     parts = []
-    # Distance beyond a limit along the entire part, in flank depths or face widths, from which the part is
-    # off the flanks.
-    off_flank_margin = 0.1
     for first, last in edges.reshape(-1, 2):
         run = slice(max(first - 2, 0), last + 2)
         if (curve.lost or len(points[run]) > 1) and (
-            margins[:, first:last].max(axis=1) > -off_flank_margin
+            margins[:, first:last].max(axis=1) > -OFF_FLANK_MARGIN
         ).all():
             parts.append(CurvePart(curve.case, points[run], False))
     return parts

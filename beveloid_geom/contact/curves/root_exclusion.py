@@ -17,6 +17,7 @@ smooth there and its sign is not used.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,8 +32,6 @@ GRID_LINES = 9
 """Default number of grid lines of each member."""
 
 Mask = NDArray[np.bool_]
-CASE_AXES = {"low": 1, "high": 1, "lines": 1}
-"""Axes of cases in a `Box` that are not the first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,9 +60,12 @@ class Box:
     gap: FloatArray
     lines: FloatArray
 
+    CASE_AXES: ClassVar = {"low": 1, "high": 1, "lines": 1}
+    """Axes of cases that are not the first."""
+
     def cases(self, index: NDArray[np.int_]) -> Box:
         """Return the results of the cases `index`."""
-        return Box(**{name: x.take(index, CASE_AXES.get(name, 0)) for name, x in vars(self).items()})
+        return Box(**{name: x.take(index, Box.CASE_AXES.get(name, 0)) for name, x in vars(self).items()})
 
 
 def window_of(pairing: FlankPair) -> tuple[FloatArray, FloatArray]:
@@ -104,7 +106,7 @@ def box_of(
     parts = [slice(start, start + size) for start in range(0, max(1, low.shape[1]), size)]
     result = [_box(pairing.cases(part), low[:, part], high[:, part], both, nodes) for part in parts]
     columns = {name: [getattr(box, name) for box in result] for name in vars(result[0])}
-    return Box(**{name: np.concatenate(x, axis=CASE_AXES.get(name, 0)) for name, x in columns.items()})
+    return Box(**{name: np.concatenate(x, axis=Box.CASE_AXES.get(name, 0)) for name, x in columns.items()})
 
 
 def _box(pairing: FlankPair, low: FloatArray, high: FloatArray, both: bool, nodes: int) -> Box:

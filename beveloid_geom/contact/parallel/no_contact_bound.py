@@ -24,8 +24,6 @@ from .small_angle_paths import window_over_faces
 
 CURVE_POINTS = 17
 """Number of points along a curve."""
-FACE_POSITIONS = np.array((0.0, 0.5, 1.0))
-"""Relative positions on the common face at which F is evaluated."""
 
 
 def clear_of_flanks(pairing: FlankPair) -> NDArray[np.bool_]:
@@ -60,7 +58,7 @@ def _without_zero(
     y, _ = _on_curve(pairing, level, uphill, np.zeros(level.shape[1:]))
     first, last = window_over_faces(pairing, y)
     gap, places, normals = [], [], []
-    for share in FACE_POSITIONS:
+    for share in (0.0, 0.5, 1.0):
         y, settled = _on_curve(pairing, y[:2], uphill, first + share * (last - first))
         gap.append(meet_regular(pairing, y)[1].gap)
         places.append(y[:2])

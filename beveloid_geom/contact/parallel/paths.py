@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import FloatArray, Quantity
-from ...design.model import MATCH
+from ...design.model import NORMAL_MATCH_TOLERANCE
 from ...status import Status
 from ...support.chebyshev import basis_of
 from ..equation import ContactTerms, gap_tolerance, roll_angles
@@ -137,7 +137,9 @@ def kinds_of(pairing: FlankPair) -> tuple[NDArray[np.bool_], NDArray[np.bool_], 
     straight, square = pairing.straight, along_axes(pairing)
     terms = terms_of(pairing, np.zeros((2, *pairing.branch.shape)))
     # Rack lines that cross let l2 change along w1: cones cut by racks of different pressure angles.
-    matched = (np.abs(terms.normal[2].sum(axis=0)) <= MATCH) & (np.abs(terms.slope.sum(axis=0)) <= MATCH)
+    matched = (np.abs(terms.normal[2].sum(axis=0)) <= NORMAL_MATCH_TOLERANCE) & (
+        np.abs(terms.slope.sum(axis=0)) <= NORMAL_MATCH_TOLERANCE
+    )
     matched = matched[:, 0]
     lines = (straight & matched) | square
     racks = np.flatnonzero(~straight & ~square & one_rack(pairing))

@@ -14,9 +14,14 @@ from ...support.frozen_arrays import read_only
 from ..angular_clearance import Pose, pose_of, seen_by_other
 from .motion import Operation
 
-DISTANCE, MARGIN, BY_MEMBER, BY_MATE = range(4)
+POSES_PER_PITCH = 10
+"""Poses per pitch at which the separation is sampled."""
+LAST_STEP_MODULES = 1e-4
+"""Step towards a foot below which it is the last. The remaining error of the foot is the square of this over
+a radius. The distance is minimal at the foot, so that its error is the square of that: 1e-9 mm."""
+DISTANCE, MARGIN = 0, 1
 """Rows of the state of a point at a pose: distance from the mating flank and margin of the foot within it,
-mm; derivatives of the distance by the rolls of the member and of the mate, mm/rad."""
+mm. Rows 2 and 3 are the derivatives of the distance by the rolls of the member and of the mate, mm/rad."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,11 +74,7 @@ class Mating:
         (x, y, z), (u, v, w) = (
             (mate_cos * a + mate_sin * b, mate_cos * b - mate_sin * a, c) for a, b, c in (seen, moves)
         )
-        # Step towards a foot below which it is the last. The remaining error of the foot is the square of
-        # this over a radius. The distance is minimal at the foot, so that its error is the square of that:
-        # 1e-9 mm.
-        last_step_modules = 1e-4
-        foot = foot_on(self.sheet, (x, y, z), last_step=last_step_modules)
+        foot = foot_on(self.sheet, (x, y, z), last_step=LAST_STEP_MODULES)
         margin = foot.margin + edge_tolerance_modules * np.asarray(self.sheet.module)
         nx, ny, nz = foot.normal
         return foot.distance, margin, u * nx + v * ny + w * nz, -foot.moment
@@ -81,7 +82,7 @@ class Mating:
     def slope(self, rows: FloatArray, gear_rate: FloatArray) -> FloatArray:
         """Return df/droll (n,), mm per rad of pinion roll, from rows (4, n) and the rate of the gear."""
         moving, mate = (1.0, gear_rate) if self.member == 0 else (gear_rate, 1.0)
-        return np.asarray(moving * rows[BY_MEMBER] + mate * rows[BY_MATE])
+        return np.asarray(moving * rows[2] + mate * rows[3])
 
 
 def mating_of(design: Design, flank: str, member: int, operation: Operation) -> Mating:
@@ -118,9 +119,7 @@ def sampled_rolls(design: Design, operation: Operation) -> FloatArray:
         rad; evenly spaced over the motion, and its kinks.
     """
     pitches = (operation.span[1] - operation.span[0]) * float(design.pinion.teeth) / (2.0 * np.pi)
-    # Poses per pitch at which the separation is sampled.
-    poses_per_pitch = 10
-    even = np.linspace(*operation.span, max(rounded_up(poses_per_pitch * pitches) + 1, 3))
+    even = np.linspace(*operation.span, max(rounded_up(POSES_PER_PITCH * pitches) + 1, 3))
     return np.union1d(even, operation.kinks)
 
 

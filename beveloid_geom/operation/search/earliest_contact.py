@@ -22,7 +22,7 @@ from .clearance_scan import Chart, Grid, Scan, chart_of, grid_of, scan_of
 from .local_clearance import local_at
 from .minimum_clearance import ON_LIMIT_DEPTHS, LocalMinima, minimum_clearances, repeated
 from .search_starts import TIP_START_MODULES, beside_fillets, near_fillets, starts_of
-from .search_task import OVERLAP, Task
+from .search_task import OVERLAP_PERIODS, Task
 from .undercut_edges import across_edges
 
 Grids: TypeAlias = tuple[Grid, Grid, Chart]
@@ -321,7 +321,9 @@ def _chosen(
     # The root limit below the joint is the bottom land; above, it is the undercut edge.
     rooted = (limit == Limit.PINION_ROOT).any(axis=0) & (place[0] < engagement.pinion.joint)
     rooted |= (limit == Limit.GEAR_ROOT).any(axis=0) & (meeting[0] < engagement.gear.joint)
-    most = 0.8 * OVERLAP * engagement.period * engagement.lever  # beyond, the next turn may be counted
+    most = (
+        0.8 * OVERLAP_PERIODS * engagement.period * engagement.lever
+    )  # beyond, the next turn may be counted
     cases = (
         (~engagement.defined[positions], FirstStatus.UNDEFINED),
         (np.full(f.shape, engagement.pinion.lost or engagement.gear.lost), FirstStatus.UNDERCUT),

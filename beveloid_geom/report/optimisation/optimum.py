@@ -22,15 +22,6 @@ from ..result import Report, Rows, stacked_rows
 from ..text import both_signs_words, head_lines, line, remark_lines
 
 OptimisedT = TypeVar("OptimisedT", bound=Optimised)
-CERTIFIED_POINTS = 21
-"""Positions of the path in the certificate."""
-FIGURES = {
-    "shift": "shift",
-    "contact_ratio": "contact_ratio",
-    "centre": "pinion_z_middle",
-    "peak_to_peak": "peak_to_peak",
-}
-"""Results of a path and their columns."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,7 +61,7 @@ class OptimumReport(Report, Generic[OptimisedT]):
     @property
     def contact(self) -> ContactReport:
         """Path of contact of the optimum."""
-        return contact_report(self.name, self.optimum.design, self.flank, CERTIFIED_POINTS)
+        return contact_report(self.name, self.optimum.design, self.flank, 21)
 
     @property
     def _results(self) -> dict[str, dict[str, float]]:
@@ -93,7 +84,7 @@ class OptimumReport(Report, Generic[OptimisedT]):
             **remarks_data(contact.remarks),
         }
         if contact.certificate is not None:
-            certified = {"first_contact": contact.certified_count, "positions": CERTIFIED_POINTS}
+            certified = {"first_contact": contact.certified_count, "positions": contact.path.status.size}
             values["certified"] = certified
         return values
 
@@ -104,7 +95,7 @@ class OptimumReport(Report, Generic[OptimisedT]):
             [
                 {"design": which}
                 | self.columns(designs[which])
-                | {FIGURES.get(key, key): value for key, value in results.items()}
+                | {"pinion_z_middle" if key == "centre" else key: value for key, value in results.items()}
                 for which, results in self._results.items()
             ]
         )
@@ -128,7 +119,7 @@ class OptimumReport(Report, Generic[OptimisedT]):
             names = ", ".join(map(shown, optimum.at_limits))
             text += line("at a bound", f"{names}: wider bounds may give a better optimum")
         if contact.certificate is not None:
-            count = f"at {contact.certified_count} of {CERTIFIED_POINTS} positions"
+            count = f"at {contact.certified_count} of {contact.path.status.size} positions"
             text += line("certified", f"{count} nothing on the driving flanks touches earlier")
         text += line("as mounted", f"backlash {contact.backlash.line}") + remark_lines(contact.remarks)
         rows = [("", ["optimum", "as designed"])]
@@ -207,7 +198,8 @@ def shown(name: str) -> str:
 
 def _figures(paths: Objectives, operation: CycleExtremes) -> dict[str, float]:
     """Return the results of a path and of the operation by name."""
-    return {key: float(getattr(paths, key)) for key in FIGURES} | asdict(operation)
+    names = ("shift", "contact_ratio", "centre", "peak_to_peak")
+    return {name: float(getattr(paths, name)) for name in names} | asdict(operation)
 
 
 def _aim_words(aim: Aim) -> str:

@@ -137,7 +137,7 @@ def propose(
 
 def request_of(source: str, **given: Any) -> Request:
     """Return the request of the options, angles in rad. Raises Refusal for missing options."""
-    from ....proposal.request import BACKLASH, FACE, Bounds, Request, teeth_faults
+    from ....proposal.request import DEFAULT_BACKLASH_MODULES, Bounds, Request, teeth_faults
 
     if faults := tuple(teeth_faults(given["teeth"])):
         raise refused(faults)
@@ -161,13 +161,13 @@ def request_of(source: str, **given: Any) -> Request:
 
     chosen = gear is not None or not (given["cones_deg"] is None and given["crossing_deg"] is None)
     helix_alone = given["offset"] == 0.0 and given["helix_deg"] is not None
-    faces = given["face_widths"] or (FACE * module,) * 2
+    faces = given["face_widths"] or (10.0 * module,) * 2
     return Request(
         module=module,
         teeth=given["teeth"],
         face_widths=faces if gear is None else (faces[0], float(gear.face_width)),
         shaft_angle=angles("shaft_angle_deg"),
-        backlash=BACKLASH * module if given["backlash"] is None else given["backlash"],
+        backlash=DEFAULT_BACKLASH_MODULES * module if given["backlash"] is None else given["backlash"],
         offset=given["offset"],
         flank=given["flank"],
         cone_angles=angles("cones_deg"),

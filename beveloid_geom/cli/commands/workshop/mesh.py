@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from ....arrays import MEMBERS
 from ....export import (
     CAD_FORMATS,
     CONTACT_FORMATS,
@@ -26,6 +25,7 @@ from ....shapes import SURFACE_STEPS
 from ...mesh_options import PARTS, mesh_options
 from ...mesh_parts import FLANKS, GEARS, TEETH, WRITERS, MeshRequest, frames_text
 from ...options import (
+    MEMBERS,
     MODIFIED,
     OVERRIDES,
     PARABOLAS,
