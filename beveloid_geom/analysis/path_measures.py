@@ -129,8 +129,7 @@ def _tooth_points(path: ContactPath) -> FloatArray:
 def sweep(design: Design, flank: str, signs: tuple[int, int], largest: float) -> Sweep:
     """Return the paths of a design under coefficients from 0 to `largest` times the signs, 1/mm."""
     # Number of coefficients of a sweep.
-    sweep_steps = 21
-    size = np.linspace(0.0, largest, sweep_steps)
+    size = np.linspace(0.0, largest, 21)
     return Sweep(signs, size, measures_of(design.with_parabola(signs[0] * size, signs[1] * size), flank))
 
 

@@ -260,8 +260,7 @@ def series_over_l1(
     # Cases without a root at each node, and cases that cannot converge, are not solved.
     tried = samples.change.any(axis=0).all(axis=-1) & ~pairing.undefined
     # Number of cases up to which polishing is cheaper than the prediction.
-    prediction_min_cases = 4
-    if len(l1) > prediction_min_cases and not pairing.straight.all():
+    if len(l1) > 4 and not pairing.straight.all():
         tried &= ~_hopeless(pairing, np.array((l1, samples.one_way().rough())), basis)
     at, part, subset = np.flatnonzero(tried), pairing, samples
     if at.size < len(l1):

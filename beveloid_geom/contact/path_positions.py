@@ -72,8 +72,7 @@ def rows_on_path(group: Group, points: int) -> tuple[FloatArray, NDArray[np.int8
     """Return rows and status at positions evenly spaced from enter to leave."""
     share, series, ends = _shares(points), group.series, group.ends
     # Number of positions from which the expansion in roll is used.
-    expansion_min_positions = 256
-    if points < expansion_min_positions:
+    if points < 256:
         values = evaluate(series.coefficients[:HEIGHT], at_shares(series, ends, share))
         values, middle = values[..., :-1], values[PHASE, :, -1:].copy()
         values[PHASE] -= middle

@@ -80,9 +80,8 @@ def paths_on_flanks(pairing: FlankPair) -> list[Group]:
     off = np.full(np.count_nonzero(clear), np.int8(Status.OFF_FLANK))
     groups = [_without_path(pairing, near[clear], off)]
     # Block size for which the arrays stay in the cache, for parallel and nearly parallel axes.
-    parallel_cases_per_block = 128
     for cases, series_of_all in ((np.flatnonzero(parallel), parallel_series), (near[~clear], series_over_w1)):
-        for index in _blocks(cases, parallel_cases_per_block):
+        for index in _blocks(cases, 128):
             part = pairing.cases(index)
             full = _with_ends(index, part, series_of_all(part))
             # On nearly parallel axes a path can exist that w1 does not describe.
@@ -163,8 +162,7 @@ def _over_l1(pairing: FlankPair) -> tuple[list[Group], list[Group], NDArray[np.i
     at = np.flatnonzero(lost)
     part = pairing.cases(at)
     # Grid lines of each member if a series over l1 is known.
-    first_grid_lines = 5
-    box = box_of(part, *window_of(part), nodes=first_grid_lines)
+    box = box_of(part, *window_of(part), nodes=5)
     defined = ~(part.undefined | vanishing(part))
     certain[at], void[at] = (box.none | box.one) & defined, box.none & ~box.missing & defined & ~decided[at]
     partial = _over_some_of_l1(full, samples, np.flatnonzero(lost & ~decided & ~void))
@@ -212,8 +210,7 @@ def _near_faces(pairing: FlankPair, known: NDArray[np.bool_]) -> tuple[list[Grou
     sheets, (low, high) = pairing.cases(owner), (bound[:, owner] for bound in window_of(pairing))
     done, empty = np.zeros(owner.size, dtype=bool), np.zeros(owner.size, dtype=bool)
     # Refine the grid from round to round: grid lines of each member over the cells that remain.
-    grid_lines_by_round = (9, 9, 17, 33)
-    for turn, nodes in enumerate(grid_lines_by_round):
+    for turn, nodes in enumerate((9, 9, 17, 33)):
         at = np.flatnonzero(~done)
         if at.size == 0:
             break

@@ -79,14 +79,15 @@ class DesignError(ValueError):
 class Limit(NamedTuple):
     """Closed range of one quantity in a design file; angles in deg.
 
-    `cures` are pairs of a bound and a text. The cure of a rejected value is the first whose bound is not
-    below the value. `least` and `most` replace the range for inputs from Python. `whole` quantities are whole
-    numbers; `optional` ones may be None."""
+    `cure` is the advice for a rejected value. `cures` are pairs of a bound and a text that replaces it for
+    values up to the bound, in rising order. `least` and `most` replace the range for inputs from Python.
+    `whole` quantities are whole numbers; `optional` ones may be None."""
 
     low: float
     high: float
     unit: str
-    cures: tuple[tuple[float, str], ...]
+    cure: str
+    cures: tuple[tuple[float, str], ...] = ()
     least: float | None = None
     most: float | None = None
     whole: bool = False
@@ -97,7 +98,7 @@ class Limit(NamedTuple):
         if self.low <= value <= self.high:
             return None
         unit = f" {self.unit}" if self.unit else ""
-        cure = next(text for bound, text in self.cures if value <= bound)
+        cure = next((text for bound, text in self.cures if value <= bound), self.cure)
         # A value that lies inside the range in another unit was probably given in that unit.
         other = {
             "deg": (1.0 / DEGREE, IN_RADIANS),
@@ -126,21 +127,18 @@ class Limit(NamedTuple):
         return self._replace(low=math.radians(low), high=math.radians(high), unit="rad", cures=cures)
 
 
-_POSITIVE = ((math.inf, "give a positive length in mm"),)
-_MODULES = ((math.inf, "give it in normal modules, not in mm"),)
-_LAYOUT = ((math.inf, "for another layout, change the shaft angle of the pair"),)
-_AXIAL = ((math.inf, "give it in mm, positive towards +z"),)
-_FREE = Limit(-sys.float_info.max, sys.float_info.max, "", ())
+_POSITIVE = "give a positive length in mm"
+_MODULES = "give it in normal modules, not in mm"
+_LAYOUT = "for another layout, change the shaft angle of the pair"
+_AXIAL = "give it in mm, positive towards +z"
+_FREE = Limit(-sys.float_info.max, sys.float_info.max, "", "")
 _FREE_LENGTH = _FREE._replace(unit="mm")
 
 LIMITS: dict[str, dict[str, Limit]] = {
     "Tool": {
         "normal_module": Limit(0.01, 100, "mm", _POSITIVE, least=1e-6, most=1e6),
         "normal_pressure_angle": Limit(
-            5,
-            45,
-            "deg",
-            ((0.0, "the pressure angle is positive"), (math.inf, "usual tools have 14.5 to 30 deg")),
+            5, 45, "deg", "usual tools have 14.5 to 30 deg", ((0.0, "the pressure angle is positive"),)
         ),
         "addendum": Limit(0.1, 4, "", _MODULES, least=0, most=10),
         "dedendum": Limit(MIN_FLANK_DEPTH_MODULES, 4, "", _MODULES, least=0, most=10),
@@ -155,29 +153,21 @@ LIMITS: dict[str, dict[str, Limit]] = {
             1,
             2000,
             "",
-            (
-                (-1.0, "internal gears are not supported"),
-                (0.0, "a member has at least one tooth"),
-                (math.inf, "racks are not supported"),
-            ),
+            "racks are not supported",
+            ((-1.0, "internal gears are not supported"), (0.0, "a member has at least one tooth")),
             whole=True,
         ),
         "helix_angle": Limit(
             -80,
             80,
             "deg",
-            (
-                (
-                    math.inf,
-                    "measure it from the axis, right hand positive; it is the complement of the lead angle",
-                ),
-            ),
+            "measure it from the axis, right hand positive; it is the complement of the lead angle",
         ),
         "cone_angle": Limit(
             -45,
             45,
             "deg",
-            ((math.inf, "it is half the angle of the pitch cone, positive if the tooth grows towards +z"),),
+            "it is half the angle of the pitch cone, positive if the tooth grows towards +z",
         ),
         "profile_shift": Limit(-3, 3, "", _MODULES, least=-10, most=10),
         "face_width": Limit(0.01, 1e4, "mm", _POSITIVE, least=1e-9, most=1e9),
@@ -185,20 +175,14 @@ LIMITS: dict[str, dict[str, Limit]] = {
     },
     "Pair": {
         "offset": Limit(
-            0,
-            1e5,
-            "mm",
-            ((math.inf, "give the distance of the axes in mm, 0 where they intersect"),),
-            most=1e9,
+            0, 1e5, "mm", "give the distance of the axes in mm, 0 where they intersect", most=1e9
         ),
         "shaft_angle": Limit(
             0,
             90,
             "deg",
-            (
-                (0.0, "give the magnitude, the sense follows from the helix angles"),
-                (math.inf, "it is the smaller angle between the axes, give 180 deg minus this angle"),
-            ),
+            "it is the smaller angle between the axes, give 180 deg minus this angle",
+            ((0.0, "give the magnitude, the sense follows from the helix angles"),),
             least=-180,
             most=180,
         ),

@@ -5,7 +5,6 @@ The numbers of each table become keyword arguments of `model.from_degrees`."""
 from __future__ import annotations
 
 import difflib
-import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, fields
@@ -37,7 +36,7 @@ TABLES = {
     **{
         name: {
             **keys_of(Tool, Member),
-            "tip_diameter": Limit(0.001, 1e6, "mm", ((math.inf, "give the tip diameter at mid-face in mm"),)),
+            "tip_diameter": Limit(0.001, 1e6, "mm", "give the tip diameter at mid-face in mm"),
         }
         for name in ("pinion", "gear")
     },

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
@@ -100,7 +99,7 @@ def _deviation_files(table: str, given: object, faults: list[Fault]) -> list[Dev
         for key in keys
         if key not in DeviationFile._fields
     ]
-    grid_size = Limit(2, 999, "", ((math.inf, "give the number in the measuring grid"),), whole=True)
+    grid_size = Limit(2, 999, "", "give the number in the measuring grid", whole=True)
     for key, value in keys.items():
         if key in ("rows", "columns") and (text := number_fault(value, grid_size)):
             new.append(Fault(table, f"{_DEVIATIONS}.{key}", text))

@@ -147,15 +147,13 @@ def advice_on(design: Design) -> tuple[Advice, ...]:
     known = {remark for name in ("pinion", "gear") for remark in tooth_remarks(name, getattr(plain, name))}
     known |= set(unit_remarks(plain))
     advice: list[Advice] = []
-    # Largest number of changes for one design.
-    max_advice = 3
     for change, candidate in _candidates(plain):
         rounded = _rounded(change, candidate)
         tried = rounded.applied_to(plain)
         known_layout = tried in [other.applied_to(plain) for other in advice]
         if not known_layout and quiet(r for r in iter_findings(tried) if r not in known):
             advice.append(rounded)
-        if len(advice) == max_advice:
+        if len(advice) == 3:  # enough for one design
             break
     return tuple(advice)
 

@@ -83,11 +83,10 @@ def _root(
     quadratic interpolation inside a bracket, or bisection where this is not safe. NaN where the signs do not
     differ.
     """
-    max_steps = 60
     with np.errstate(invalid="ignore", divide="ignore"):
         x, far, f, f_far = one, other, function(one), function(other)
         x, share = np.where((f > 0.0) != (f_far > 0.0), x, np.nan), f / (f - f_far)
-        for _ in range(max_steps):
+        for _ in range(60):
             following = x + share * (far - x)
             value = function(following)
             # Keep the end with the other sign. The third point is the end that is dropped.
@@ -261,8 +260,7 @@ def _newton(
     # left.
     rounding_error = 4e-16
     good, enough = np.isnan(bounds).any(axis=(0, 1)), last_newton_step * lens
-    max_steps = 12
-    for _ in range(max_steps):
+    for _ in range(12):
         cut = cut_at(surface, place, z)
         square, rise = cut.square, 0.5 * cut.square_s
         turn = cut.phi_s + (cut.x * cut.y_s - cut.y * cut.x_s) / square
@@ -290,8 +288,7 @@ def fillet_profile(surface: Surface, square: FloatArray, z: FloatArray, top: Flo
     share = (square - floor) / (most - floor)
     slack = 1e-12
     s = surface.bottom + (top - surface.bottom) * np.sqrt(np.clip(share, 0.0, 1.0))
-    max_steps = 80
-    for _ in range(max_steps):
+    for _ in range(80):
         cut = cut_at(surface, s, z)
         excess = cut.square - square
         above = excess > 0.0

@@ -206,9 +206,8 @@ def _tangencies(design: Design, flank: str) -> ContactPath:
     A `Modification` is defined on the face: its path ends at toe and heel as well."""
     # Face widths to which flanks are extended.
     extended_face_widths = 20.0
-    modification_points = 33
     if is_modified(design, flank):
-        return path_of_contact(design, flank, modification_points)
+        return path_of_contact(design, flank, 33)
     pinion, gear = (
         replace(member, face_width=extended_face_widths * np.asarray(member.face_width))
         for member in design.members

@@ -117,10 +117,10 @@ def _single_faults(request: Request) -> Iterator[Fault]:
     if text := number_fault(request.module, tool["normal_module"]):  # limits of other lengths depend on it
         yield Fault("", "module", text)
         return
-    pressure = Limit(5.0, 32.0, "deg", ((math.inf, "the usual basic rack is pointed, usual are 14.5 to 25"),))
+    pressure = Limit(5.0, 32.0, "deg", "the usual basic rack is pointed, usual are 14.5 to 25")
     smaller = "it is the smaller angle between the axes, give 180 deg minus this angle"
-    shaft = Limit(0.0, 90.0, "deg", ((0.0, "give its magnitude, 0 is parallel axes"), (math.inf, smaller)))
-    crossing = Limit(0.0, 90.0, "deg", ((math.inf, "give its magnitude, 0 is line contact"),))
+    shaft = Limit(0.0, 90.0, "deg", smaller, ((0.0, "give its magnitude, 0 is parallel axes"),))
+    crossing = Limit(0.0, 90.0, "deg", "give its magnitude, 0 is line contact")
     usual = "it is the normal backlash, usual values are 0.02 to 0.1"
     checks: list[tuple[str, tuple[float | None, ...], Limit]] = [
         ("pressure_angle_deg", (request.pressure_angle,) if request.gear is None else (), pressure),
@@ -141,7 +141,7 @@ def _single_faults(request: Request) -> Iterator[Fault]:
             given = value if value is None or limit.unit != "deg" else in_degrees(value)
             if given is not None and (text := number_fault(given, limit)):
                 yield Fault("", key, text)
-    backlash = Limit(0.0, 1.0, "modules", ((math.inf, usual),))
+    backlash = Limit(0.0, 1.0, "modules", usual)
     if text := number_fault(request.backlash / request.module, backlash):
         yield Fault("", "backlash", text)
     for key, (low, high) in (

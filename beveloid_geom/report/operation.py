@@ -226,8 +226,8 @@ class OperationReport(Report):
         first, size = self.first, self.first.pinion_roll.size
         picked = np.unique(np.linspace(0, size - 1, 13).round().astype(int))
         columns = {"pitches": (first.pinion_roll - float(self.cycle.start)) / self.cycle.pitch}
-        shown_columns = ("pinion_roll", "transmission_error", "pair", "z1", "z2")
-        columns |= {name: getattr(first, name) for name in shown_columns}
+        columns |= {name: getattr(first, name) for name in ("pinion_roll", "transmission_error", "pair")}
+        columns |= {"z1": first.z1, "z2": first.z2}
         carriers, status = self.carriers_in_print, self.status
         return table_lines(
             {name: values[picked] for name, values in columns.items()},

@@ -162,7 +162,6 @@ def _inside_cells(stations: FloatArray) -> tuple[int, FloatArray]:
     """Return the number of cells that are measured along one direction, and all stations in them."""
     count = stations.size - 1
     # Largest number of cells along each direction in which the deviation is measured.
-    measured_cells = 12
-    cells = np.unique(np.linspace(0, count - 1, min(count, measured_cells)).round().astype(np.int64))
+    cells = np.unique(np.linspace(0, count - 1, min(count, 12)).round().astype(np.int64))
     start, step = stations[cells, None], (stations[cells + 1] - stations[cells])[:, None]
     return cells.size, (start + step * (np.arange(CELL_STEPS + 1) / CELL_STEPS)).ravel()

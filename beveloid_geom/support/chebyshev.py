@@ -193,6 +193,5 @@ def resolved_degree(coefficients: FloatArray, scale: FloatArray) -> int | None:
         return None
     size = (np.abs(coefficients) / scale.reshape(len(scale), -1, 1)).max(axis=(0, 1), initial=0.0)
     # Relative level below which trailing coefficients are not needed.
-    negligible = 3e-15
-    needed = np.flatnonzero(size > negligible)
+    needed = np.flatnonzero(size > 3e-15)
     return max(1, int(needed[-1])) if needed.size else 1

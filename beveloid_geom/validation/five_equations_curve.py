@@ -302,8 +302,7 @@ class _Trace:
 def _trace(system: FiveEquations, start: FloatArray, tangent: FloatArray, reach: FloatArray) -> _Trace:
     """Return nodes from `start` to beyond the limits by `reach`, to the end of contact outside them, or back
     to the start."""
-    first_step = 0.05
-    trace, step = _Trace([start], [tangent]), first_step
+    trace, step = _Trace([start], [tangent]), 0.05
     most_nodes = 3000
     least_step = 1e-6
     for _ in range(most_nodes):

@@ -173,8 +173,7 @@ def _require_places(grid: MeasuringGrid, point: FloatArray) -> None:
         return
     scale = float(np.median(np.linalg.norm(given, axis=-1) / np.linalg.norm(nominal, axis=-1)))
     # Ratio of coordinates in other units to those in mm, and the units.
-    other_units = ((1000.0, "um"), (1.0 / 25.4, "inches"), (0.1, "cm"), (0.001, "m"))
-    for factor, unit in other_units:
+    for factor, unit in ((1000.0, "um"), (1.0 / 25.4, "inches"), (0.1, "cm"), (0.001, "m")):
         if abs(scale / factor - 1.0) < unit_tolerance:
             cure = f"give them in mm, they are probably in {unit}"
             raise MeasuredError(f"has coordinates {scale:.4g} times those of the grid: {cure}")

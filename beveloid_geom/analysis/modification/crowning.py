@@ -175,8 +175,7 @@ class _Trial:
         changed = self.crowned(x)
         cycle = mesh_cycle(changed, self.flank, 1)
         # Number of grid points of a pattern along the face.
-        pattern_points = 80
-        resolution = float(getattr(self.design, self.member).face_width) / pattern_points
+        resolution = float(getattr(self.design, self.member).face_width) / 80
         pattern = contact_pattern(changed, self.flank, self.separation, resolution=resolution)
         found = pattern_length(getattr(pattern, self.member), self.separation)
         return float(cycle.peak_to_peak), found, float(cycle.edge_share)

@@ -370,7 +370,6 @@ def _on_guides(
     off = np.einsum("...i,...i", point - traced, normal)
     start = traced + off[..., None] * normal
     # Newton steps to the planes perpendicular to a guide.
-    guide_newton_steps = 8
-    z, solved = onto_curve(pairing, start, normal, units, guide_newton_steps)
+    z, solved = onto_curve(pairing, start, normal, units, 8)
     near = np.linalg.norm(z - start, axis=-1) < LONGEST_STEP
     return z, (solved & near).all(axis=-1)

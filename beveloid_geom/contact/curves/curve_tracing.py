@@ -90,9 +90,8 @@ def curves_of(pairing: FlankPair, near: Window | None = None) -> tuple[list[Trac
     case, z, solved, missing = _points_on_curves(pairing, units, window, farthest)
     untouched = np.ones(case.size, dtype=bool)
     curves: list[TracedCurve] = []
-    most_traces = 40
     # Trace from one untouched point per case, and mark the points that lie on the traced curve.
-    for _ in range(most_traces):
+    for _ in range(40):
         left = np.flatnonzero(untouched & solved)
         cases, first = np.unique(case[left], return_index=True)
         if cases.size == 0:

@@ -76,8 +76,7 @@ def meeting_at(
 def mate_parameter(pairing: FlankPair, l1: FloatArray, w: FloatArray) -> FloatArray:
     """Return l2 (cases, positions), mm, with F = 0 at l1 and w1; explicit for unmodified flanks."""
     l2 = np.zeros(np.broadcast_shapes(l1.shape, w.shape))
-    newton_steps = 12
-    steps = 2 if pairing.straight.all() else newton_steps
+    steps = 2 if pairing.straight.all() else 12
     # Newton's method with a complex step; F is linear without parabolas.
     for _ in range(steps):
         l = np.array(np.broadcast_arrays(l1 + 0j, l2 + COMPLEX_STEP * 1j))

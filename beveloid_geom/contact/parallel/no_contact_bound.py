@@ -95,8 +95,7 @@ def _on_curve(
     positions), mm.
     """
     n_x = 0.0 * w
-    iterations = 8
-    for _ in range(iterations):
+    for _ in range(8):
         moved = l + COMPLEX_STEP * 1j * uphill
         terms = terms_of(pairing, moved)
         n_y = normal_y_at(pairing, terms, n_x, w)

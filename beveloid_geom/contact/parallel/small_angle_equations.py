@@ -104,8 +104,7 @@ def onto_held(pairing: FlankPair, y: FloatArray) -> tuple[FloatArray, NDArray[np
     positions) are solved.
     """
     units, y, last = units_of_all(pairing)[:4], y.copy(), np.full(y.shape[1:], np.inf)
-    newton_max_steps = 30
-    for _ in range(newton_max_steps):
+    for _ in range(30):
         residual, jacobian = regular_jacobian(pairing, y)
         # Positions that are singular or NaN get the unit matrix and end as NaN.
         system = jacobian[..., :4]

@@ -29,10 +29,8 @@ if TYPE_CHECKING:
         "--over",
         str,
         "parabola",
-        (
-            "parabola (coefficients), mounting (changes of the distances), shift (profile shift"
-            " coefficients), or two inputs such as offset,shaft_angle; an unknown name lists all inputs."
-        ),
+        "parabola (coefficients), mounting (changes of the distances), shift (profile shift"
+        " coefficients), or two inputs such as offset,shaft_angle; an unknown name lists all inputs.",
         "INPUTS",
     ),
     flank_option,
@@ -46,10 +44,8 @@ if TYPE_CHECKING:
     click.option(
         "--operation",
         is_flag=True,
-        help=(
-            "Also compute transmission error and edge contact in operation; this takes 20 to 30 ms more per"
-            " cell."
-        ),
+        help="Also compute transmission error and edge contact in operation; this takes 20 to 30 ms more per"
+        " cell.",
     ),
     override_options,
     csv="one cell per row",

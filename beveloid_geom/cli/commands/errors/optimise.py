@@ -54,11 +54,9 @@ if TYPE_CHECKING:
         type=(str, Number(), Number()),
         multiple=True,
         metavar="AMOUNT LOW HIGH",
-        help=(
-            "Optimise this amount of modification between limits in um, such as --vary pinion.helix_crowning"
-            " 0 20, in place of the parabola coefficients. A relief needs its length in the design. Can be"
-            " repeated."
-        ),
+        help="Optimise this amount of modification between limits in um, such as --vary pinion.helix_crowning"
+        " 0 20, in place of the parabola coefficients. A relief needs its length in the design. Can be"
+        " repeated.",
     ),
     results.out_options,
     csv="one row for the optimum and one for the design",

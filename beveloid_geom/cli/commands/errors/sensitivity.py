@@ -19,10 +19,8 @@ if TYPE_CHECKING:
         "--errors-at",
         click.Choice(["perpendicular", "mesh"]),
         None,
-        (
-            "Errors about the common perpendicular, or at the mesh (about the pitch point). Default: as in"
-            " the design."
-        ),
+        "Errors about the common perpendicular, or at the mesh (about the pitch point). Default: as in"
+        " the design.",
     ),
     override_options,
     csv="one quantity per row",

@@ -13,10 +13,8 @@ from ...options import option
         "--flank",
         click.Choice(["right", "left", "both"]),
         "right",
-        (
-            "Flanks of the design. The paper does not say which flanks its figures show: we infer right"
-            " flanks; left flanks are for comparison only."
-        ),
+        "Flanks of the design. The paper does not say which flanks its figures show: we infer right"
+        " flanks; left flanks are for comparison only.",
     ),
     csv="one number per row",
     units="mm, deg and rad as given by each measure",

@@ -29,10 +29,8 @@ MAX_CASES = 1_000_000
         "--operation",
         click.IntRange(0, MAX_CASES),
         0,
-        (
-            "Number of mountings for which the mesh cycle is computed as well. Patterns are computed for 24"
-            " of them."
-        ),
+        "Number of mountings for which the mesh cycle is computed as well. Patterns are computed for 24"
+        " of them.",
     ),
     option("--seed", click.IntRange(0), 0, "Seed of the random numbers."),
     option("--jobs", click.IntRange(1, 1024), 1, "Number of processes; the result does not depend on it."),

@@ -50,10 +50,8 @@ propose_options = block(
     click.option(
         "--least-cones",
         is_flag=True,
-        help=(
-            "Minimise the larger of the two cone angles. This is the default without --cones-deg,"
-            " --crossing-deg and --gear."
-        ),
+        help="Minimise the larger of the two cone angles. This is the default without --cones-deg,"
+        " --crossing-deg and --gear.",
     ),
     option("--gear", str, None, "Design whose gear and tool are given; the pinion is computed.", "DESIGN"),
     option(

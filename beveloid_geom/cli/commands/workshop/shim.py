@@ -36,10 +36,8 @@ from ...options import NumberRange, Refusal, changed_design, flank_option, no_re
         "--at",
         NumberRange(0.0, 100.0, min_open=True, max_open=True),
         None,
-        (
-            "Position of the middle of the path on the pinion face, from the end at -z. If omitted, the"
-            " displacements are as small as possible."
-        ),
+        "Position of the middle of the path on the pinion face, from the end at -z. If omitted, the"
+        " displacements are as small as possible.",
         "PERCENT",
     ),
     flank_option,
