@@ -18,7 +18,7 @@ from ..design.model import Design
 from ..gear.active_flank import place_at
 from ..gear.flank import flank_point
 from ..operation.contact_pattern.mating import mating_of
-from ..operation.contact_pattern.minimum_separation import minimum_separation
+from ..operation.contact_pattern.minimum_separation import minimum_separation, sampled
 from ..operation.contact_pattern.motion import first_contact_operation
 from ..operation.mesh_cycle import MeshCycle
 from ..operation.operating_ratio import operating_ratios
@@ -129,6 +129,12 @@ def pattern_ends(
     for k, member in enumerate(design.members):
         l, _, u = place_at(member, flank, depth, face)
         points = flank_point(member, flank, l, u)
-        found = minimum_separation(mating_of(design, flank, k, operation), points).least
-        least[:, k] = np.nan_to_num(found, nan=np.inf).reshape(-1, edge_points).min(axis=1)
+        mating = mating_of(design, flank, k, operation)
+        # An edge with a point within the compound at a sample needs no search between the samples.
+        sampled_least = sampled(mating, points).table.min(axis=0).reshape(-1, edge_points).min(axis=1)
+        unknown = np.flatnonzero(sampled_least > separation)
+        searched = points.reshape(-1, edge_points, 3)[unknown].reshape(-1, 3)
+        found = minimum_separation(mating, searched).least
+        least[:, k] = sampled_least
+        least[unknown, k] = np.nan_to_num(found, nan=np.inf).reshape(-1, edge_points).min(axis=1)
     return np.asarray(least.reshape(-1) <= separation)

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from typing import TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -29,6 +29,16 @@ from ..arrays import FloatArray, Integers, Mask
 
 Function: TypeAlias = Callable[[FloatArray], FloatArray]
 """Function values (n,) at points (n, 2) of the unit square; inf where there are none."""
+
+
+class MarkedArea(NamedTuple):
+    """Area of a region (mm^2), its relative error, the total area of the surface (mm^2), and the border of
+    the region: closed polygons (n, 2) in the unit square with the region on their left."""
+
+    area: float
+    error: float
+    total: float
+    border: tuple[FloatArray, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,10 +60,8 @@ class _Border:
     following: Integers
 
 
-def marked_area(
-    function: Function, table: FloatArray, points: FloatArray, bound: float
-) -> tuple[float, float, float]:
-    """Return the area where a function is negative on a surface, its relative error, and the total area.
+def marked_area(function: Function, table: FloatArray, points: FloatArray, bound: float) -> MarkedArea:
+    """Return the area where a function is negative on a surface, with its error and border.
 
     Parameters
     ----------
@@ -68,9 +76,9 @@ def marked_area(
 
     Returns
     -------
-    area, error, total : float
-        mm^2; the relative error; mm^2. The error exceeds the bound if 12 improvements are not
-        sufficient or make it worse. The result is the best of them.
+    MarkedArea
+        The error exceeds the bound if 12 improvements are not sufficient or make it worse. The result
+        is the best of them.
     """
     size = np.array([_length(points), _length(np.swapaxes(points, 0, 1))])
     amount = _amount(points)
@@ -85,7 +93,7 @@ def marked_area(
         return values
 
     border = _marched(placed, *_resolved(placed, table, size, bound))
-    density, best = total / size.prod(), (np.inf, 0.0)
+    density, least = total / size.prod(), np.inf
     # Largest number of improvements of the border.
     max_rounds = 12
     for count in range(max_rounds + 1):
@@ -93,14 +101,28 @@ def marked_area(
         area = _area_inside(places / size, border.following, amount)
         spread, cut = density * _spread(border, places), density * _cut_off(border, places, size)
         error, allowed = float(spread.sum() + cut.sum()), bound * max(area, 0.0)
-        best = min(best, (error, area))
-        diverges = error > 4.0 * best[0]  # the border is not a line at this scale
+        if error < least:
+            least, best = error, (area, places / size, border.following)
+        diverges = error > 4.0 * least  # the border is not a line at this scale
         if error <= allowed or diverges or count == max_rounds or len(places) > 20_000:
             break
         moved, split = _worst(spread, allowed / 4.0), _worst(cut, allowed / 4.0)
         border = _improved(placed, border, places, moved, split[_settled(border, places)[split]])
-    error, area = best
-    return area, error / area if error > 0.0 else 0.0, total
+    area, share, following = best
+    return MarkedArea(area, least / area if least > 0.0 else 0.0, total, _polygons(share, following))
+
+
+def _polygons(vertices: FloatArray, following: Integers) -> tuple[FloatArray, ...]:
+    """Return the closed polygons (n, 2) of vertices (m, 2), each of which has a following one."""
+    polygons, remaining = [], set(range(len(vertices)))
+    while remaining:
+        ring, vertex = [], min(remaining)
+        while vertex in remaining:
+            remaining.remove(vertex)
+            ring.append(vertex)
+            vertex = int(following[vertex])
+        polygons.append(vertices[ring])
+    return tuple(polygons)
 
 
 def _length(points: FloatArray) -> float:

@@ -32,7 +32,7 @@ def flat_pattern(one: MarkedEllipse, cells: tuple[int, int]) -> MemberPattern:
     points = np.stack((0.6 * r, 0.8 * r, z), axis=-1)
     none = np.zeros(least.shape)
     return MemberPattern(
-        none, z, points, least, none, least <= SEPARATION, none.astype(np.int8), 0.0, 0.0, 0.0
+        none, z, points, least, none, least <= SEPARATION, none.astype(np.int8), 0.0, 0.0, 0.0, ()
     )
 
 

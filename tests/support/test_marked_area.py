@@ -71,9 +71,16 @@ def measured(field: Field, shape: tuple[int, int], bound: float) -> tuple[float,
     """Return area and error from a grid on a plane."""
     x, y = np.meshgrid(np.linspace(0.0, DEPTH, shape[0]), np.linspace(0.0, FACE, shape[1]), indexing="ij")
     points = np.stack((x, y, 0.0 * x), axis=-1)
-    area, error, total = marked_area(lambda at: field(*(at * (DEPTH, FACE)).T), field(x, y), points, bound)
-    assert total == pytest.approx(600.0, rel=1e-12)
-    return area, error
+    found = marked_area(lambda at: field(*(at * (DEPTH, FACE)).T), field(x, y), points, bound)
+    assert found.total == pytest.approx(600.0, rel=1e-12)
+    assert sum(map(enclosed, found.border)) == pytest.approx(found.area, abs=1e-9)
+    return found.area, found.error
+
+
+def enclosed(polygon: FloatArray) -> float:
+    """Return the area inside a polygon of the unit square on the plane; negative for a hole."""
+    (x, y), (after_x, after_y) = polygon.T * 600.0**0.5, np.roll(polygon, -1, axis=0).T * 600.0**0.5
+    return float(0.5 * (x @ after_y - y @ after_x))
 
 
 @pytest.mark.parametrize("bound", [0.01, 0.001])
@@ -97,7 +104,7 @@ def test_a_curved_surface() -> None:
     points = 10.0 * np.stack(
         (np.cos(grid[0]) * np.cos(grid[1]), np.cos(grid[0]) * np.sin(grid[1]), np.sin(grid[0])), axis=-1
     )
-    area, error, total = marked_area(lambda at: at[:, 1] - 0.5, grid[1] / 1.5 - 0.5, points, 0.001)
+    area, error, total, _ = marked_area(lambda at: at[:, 1] - 0.5, grid[1] / 1.5 - 0.5, points, 0.001)
     assert total == pytest.approx(150.0 * (np.sin(1.0) - np.sin(0.2)), rel=1e-3)
     assert area == pytest.approx(0.5 * total, rel=1e-4)
     assert error <= 0.001

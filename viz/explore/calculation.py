@@ -24,7 +24,6 @@ from beveloid_geom.operation.contact_pattern.motion import first_contact_operati
 from beveloid_geom.pair.mounting import unmodified_backlash
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.operation import OperationReport, operation_report
-from beveloid_geom.report.pattern import FINE
 from beveloid_geom.status import NotComputed
 
 from ..report.view_data import flank_data, member_frames
@@ -105,8 +104,7 @@ class Calculation:
         if film <= 0.0:
             return {"patterns": None, "figures": [], **teeth}
         motion = first_contact_operation(design, flank, self.operation.cycle)
-        resolution = float(design.pinion.tool.normal_module) / FINE
-        found = contact_pattern(design, flank, film, resolution=resolution, operation=motion)
+        found = contact_pattern(design, flank, film, operation=motion)
         sides = {"pinion": found.pinion, "gear": found.gear}
         figures = [
             Figure(f"{name}_pattern", f"Pattern on the {name}", f"{100.0 * side.area_share:.1f}", "%")

@@ -179,7 +179,8 @@
 
   const waiting = {};
   let socket = null,
-    queued = false;
+    queued = false, // whether a message was sent in this frame, and whether the values have changed since
+    again = false;
 
   function connect() {
     socket = new WebSocket(`${location.origin.replace("http", "ws")}${location.pathname}socket`);
@@ -191,18 +192,20 @@
     });
   }
 
-  // At most one message for each frame of the screen.
+  // At most one message for each frame of the screen; the first is sent at once.
   function send() {
     remember();
-    if (queued) return;
+    if (queued) return void (again = true);
+    if (socket.readyState !== WebSocket.OPEN) return;
     queued = true;
+    sent += 1;
+    socket.send(JSON.stringify({ kind: "values", id: sent, values }));
+    askStart();
     requestAnimationFrame(() => {
       queued = false;
-      if (socket.readyState !== WebSocket.OPEN) return;
-      sent += 1;
-      socket.send(JSON.stringify({ kind: "values", id: sent, values }));
-      askStart();
+      if (again) send();
     });
+    again = false;
   }
 
   function ask(kind, act) {
@@ -231,6 +234,7 @@
       // Until all remarks are here, those of the previous values remain, so that the window does not jump.
       if (!before || !judged) judge(answer.remarks);
       drawFlanks();
+      drawGraph();
     } else if (answer.id === shown && answer.stage === "pattern") {
       now = { ...now, patterns: answer.patterns, figures: figuresOf(now, answer) };
       drawFlanks();
@@ -302,17 +306,23 @@
 
   function draw() {
     drawFlanks();
+    drawGraph();
     drawFigures();
   }
 
+  const panelWidth = () => Math.max(260, Math.floor(find("panels").clientWidth));
+
   function drawFlanks() {
     if (!now?.flanks) return;
-    const width = Math.max(260, Math.floor(find("panels").clientWidth));
     const [old, oldPatterns] = comparing ? [start?.flanks, start?.patterns] : [];
-    panels.flanks([find("pinion"), find("gear")], width, now.flanks, now.patterns, old, oldPatterns);
-    panels.graph(find("graph"), width, now.graph, comparing ? start?.graph : null);
+    panels.flanks([find("pinion"), find("gear")], panelWidth(), now.flanks, now.patterns, old, oldPatterns);
     find("side").textContent = values.flank === "right" ? "Right flanks, seen from outside." : "Left flanks, seen through the tooth.";
     panels.key(find("flank-key"), ["path", "flank", "edge", "pattern", ...(comparing ? ["start"] : [])]);
+  }
+
+  function drawGraph() {
+    if (!now?.graph) return;
+    panels.graph(find("graph"), panelWidth(), now.graph, comparing ? start?.graph : null);
     panels.key(find("graph-key"), ["operation", "operationEdge", "change", "alone", "aloneEdge", ...(comparing ? ["start"] : [])]);
   }
 

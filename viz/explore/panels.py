@@ -88,9 +88,9 @@ def graph_panel(report: OperationReport) -> dict[str, Any]:
 def pattern_panels(design: Design, flank: str, pattern: ContactPattern) -> list[dict[str, Any]]:
     """Return the pattern on pinion and gear: areas on the flattened flank, and a patch for the 3D view.
 
-    `bands` are areas of growing separation, each a list of closed polygons. The patch has points (mm, in the
-    frame of the member), the level, which is negative inside the pattern, and the tolerance of its triangles
-    in mm.
+    `bands` are areas of growing separation, each a list of closed polygons; the last is the pattern. The
+    patch has points (mm, in the frame of the member), the level, which is negative inside the pattern, and
+    the tolerance of its triangles in mm.
     """
     panels = []
     for member, side in zip(design.members, (pattern.pinion, pattern.gear), strict=True):
@@ -102,12 +102,13 @@ def pattern_panels(design: Design, flank: str, pattern: ContactPattern) -> list[
 
 def _bands(flat: FlatFlank, side: MemberPattern, separation: float) -> list[list[Any]]:
     """Return the polygons within fractions of the separation. Between points, the square root of the
-    separation is interpolated, which is nearly linear next to the path."""
+    separation is interpolated, which is nearly linear next to the path. The last polygons are the border of
+    the pattern, which is more accurate than the grid where the pattern ends beside the mating flank."""
     x, y = np.moveaxis(flat.place(side.points), -1, 0)
     level = np.ma.masked_invalid(np.sqrt(np.maximum(side.least, 0.0)))
     areas: Any = contour_generator(x, y, level, fill_type=FillType.OuterOffset)
     bands = []
-    for share in BANDS:
+    for share in BANDS[:-1]:
         points, offsets = areas.filled(-1.0, float(np.sqrt(share * separation)))
         rings = [
             rows(each[low:high], 2)
@@ -115,7 +116,7 @@ def _bands(flat: FlatFlank, side: MemberPattern, separation: float) -> list[list
             for low, high in pairwise(ends)
         ]
         bands.append(rings)
-    return bands
+    return [*bands, [rows(flat.place(polygon), 2) for polygon in side.border]]
 
 
 def _patch(side: MemberPattern, separation: float, module: float) -> dict[str, Any]:

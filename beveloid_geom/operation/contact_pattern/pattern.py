@@ -64,6 +64,9 @@ class MemberPattern:
         Marked area, mm^2, and its fraction of the active flank.
     area_error : float
         Bound on the relative error of both, independent of the grid.
+    border : tuple of ndarray, shape (n, 3)
+        Closed polygons around the marked area, in the gear-fixed frame, mm. They are refined until the area
+        has the requested error.
     """
 
     __repr__ = short_repr
@@ -78,6 +81,7 @@ class MemberPattern:
     area: float
     area_share: float
     area_error: float
+    border: tuple[FloatArray, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,15 +157,14 @@ def contact_pattern(
     patterns = []
     for number, member in enumerate(design.members):
         side = _side_of(member, flank, mating_of(design, flank, number, operation))
+        found = _found_on(side, CELLS[0])
         if resolution is not None:
-            grid = _found_on(side, _cells_of_size(member, resolution))
-            # A grid below the minimum size is used for output only, not for the area.
-            coarse = any(n - 1 < least for n, least in zip(grid.least.shape, CELLS[0], strict=True))
-            found = _found_on(side, CELLS[0]) if coarse else grid
+            cells = _cells_of_size(member, resolution)
         else:
-            grid = found = _within(
-                side, separation / 20.0 if tolerance is None else tolerance, 4.0 * separation
-            )
+            error = separation / 20.0 if tolerance is None else tolerance
+            cells = _cells_within(found, error, 4.0 * separation)
+        # The area is always found from the smallest grid: it does not depend on the points of the output.
+        grid = found if cells == CELLS[0] else _found_on(side, cells)
         patterns.append(_member_pattern(side, grid, found, separation, area_error))
     return ContactPattern(flank, separation, operation.span, *patterns)
 
@@ -254,11 +257,11 @@ def _cells_of_size(member: Member, resolution: float) -> tuple[int, int]:
     return cells
 
 
-def _within(side: _Side, tolerance: float, highest: float) -> _Grid:
-    """Return a grid on which the interpolated minimum separation has an error of about `tolerance`, half
-    of it from each direction, estimated from second differences where the minimum is stationary and at
-    most `highest`."""
-    grid, counts = _found_on(side, CELLS[0]), []
+def _cells_within(grid: _Grid, tolerance: float, highest: float) -> tuple[int, int]:
+    """Return the cells of a grid on which the interpolated minimum separation has an error of about
+    `tolerance`, half of it from each direction, estimated from second differences of the smallest grid where
+    the minimum is stationary and at most `highest`."""
+    counts = []
     table = np.where((grid.status == PatternStatus.STANDSTILL) & (grid.least <= highest), grid.least, np.nan)
     for axis in (0, 1):
         values = np.moveaxis(table, axis, 0)
@@ -266,8 +269,7 @@ def _within(side: _Side, tolerance: float, highest: float) -> _Grid:
         bend = bend[np.isfinite(bend)]
         count = CELLS[0][axis] * np.sqrt(bend.max(initial=0.0) / (8.0 * 0.5 * tolerance))
         counts.append(int(np.clip(np.ceil(count), CELLS[0][axis], CELLS[1][axis])))
-    cells = counts[0], counts[1]
-    return grid if cells == CELLS[0] else _found_on(side, cells)
+    return counts[0], counts[1]
 
 
 def _member_pattern(
@@ -284,11 +286,12 @@ def _member_pattern(
         *_, points = side.at(*share.T)
         return excess(side.least(points, share).least)
 
-    area, error, total = marked_area(excess_at, excess(found.least), found.points, area_error)
+    marked = marked_area(excess_at, excess(found.least), found.points, area_error)
     return MemberPattern(
         **vars(grid),
         marked=grid.least <= separation,
-        area=area,
-        area_share=area / total,
-        area_error=error,
+        area=marked.area,
+        area_share=marked.area / marked.total,
+        area_error=marked.error,
+        border=tuple(side.at(*polygon.T)[2] for polygon in marked.border),
     )

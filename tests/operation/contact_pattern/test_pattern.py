@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.path import Path as Outline
 
 from beveloid_geom import Design, Errors, Member, builtin_design, contact_pattern, path_of_contact
 from beveloid_geom.arrays import FloatArray
@@ -311,6 +312,32 @@ def test_areas_are_within_their_bound(name: str) -> None:
         side = (found.pinion, found.gear)[member]
         assert side.area_error <= 0.01
         assert abs(side.area_share / wanted - 1.0) <= side.area_error + 0.003
+
+
+@pytest.mark.parametrize("separation", [SEPARATION, 5e-4])
+def test_area_and_border_do_not_depend_on_the_grid(flank: str, separation: float) -> None:
+    """The border of the default grid separates the marked points of a fine grid from the others. Points
+    nearer to it than 0.2 mm are not compared: the area has an error of 1 %."""
+    design = table1((0.001, -0.001))
+    coarse, fine = (contact_pattern(design, flank, separation, resolution=r) for r in (None, 0.4))
+    for one, other in ((coarse.pinion, fine.pinion), (coarse.gear, fine.gear)):
+        assert (one.area, one.area_share) == (other.area, other.area_share)
+        points, border = side_view(other.points).reshape(-1, 2), [side_view(each) for each in one.border]
+        inside = np.sum([Outline(ring).contains_points(points) for ring in border], axis=0) % 2 == 1
+        near = np.linalg.norm(points[:, None] - along_sides(border), axis=-1).min(axis=1) < 0.2
+        assert np.array_equal(inside[~near], other.marked.ravel()[~near])
+        assert near.mean() < 0.3
+
+
+def side_view(points: FloatArray) -> FloatArray:
+    """Return z and radius (..., 2) of points (..., 3), mm."""
+    return np.stack((points[..., 2], np.hypot(points[..., 0], points[..., 1])), axis=-1)
+
+
+def along_sides(polygons: list[FloatArray]) -> FloatArray:
+    """Return points (n, 2) on the sides of polygons."""
+    ends = [(ring, np.roll(ring, -1, axis=0)) for ring in polygons]
+    return np.concatenate([a + share * (b - a) for a, b in ends for share in np.linspace(0.0, 1.0, 20)])
 
 
 def test_smaller_area_error() -> None:
