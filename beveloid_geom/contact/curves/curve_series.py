@@ -45,6 +45,8 @@ from .curve_tracing import LONGEST_STEP, OFF_FLANK_MARGIN, CurvePart
 from .root_exclusion import Box
 
 Mask = NDArray[np.bool_]
+GUIDE_BASES = tuple(basis_of(degree) for degree in (40, 100, 200, MAX_DEGREE))
+"""Bases of series along guides, in the order in which they are tried."""
 CELL_NEWTON_STEPS = 4
 """Newton steps to points between cells."""
 LOOSENED_ROUNDING_FACTOR = 16.0
@@ -305,8 +307,7 @@ def series_along(pairing: FlankPair, parts: list[CurvePart]) -> Iterator[tuple[N
     guides = np.stack([_guide(part.points) for part in parts])
     pending = np.arange(len(parts))
     # Increase the degree, then the rounding tolerance.
-    bases = map(basis_of, (40, 100, 200, MAX_DEGREE))
-    for loosened, basis in product((1.0, LOOSENED_ROUNDING_FACTOR), bases):
+    for loosened, basis in product((1.0, LOOSENED_ROUNDING_FACTOR), GUIDE_BASES):
         subset, lines = pairing.cases(pending), [parts[k].points for k in pending]
         z, good = _on_guides(subset, units[pending], guides[pending], lines, basis.nodes)
         y = np.ascontiguousarray(np.moveaxis(z * units[pending], -1, 0))
