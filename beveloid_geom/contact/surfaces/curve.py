@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...arrays import FloatArray, Integers, Mask
-from .limits import Problem, margins_at
+from .limits import Problem, margins_at, on_plane
 from .tangency import Contacts, contacts_at, given_row, meshing_start, solve
 
 NODE_COUNT, WINDOW_MARGIN = 11, 0.02
@@ -113,6 +113,39 @@ def _from_neighbours(problem: Problem, curve: Curve) -> FloatArray:
         wanted = np.isnan(state[0][:, new]) & near[:, old]
         start[..., new] = np.where(wanted, guess, start[..., new])
     return start
+
+
+def closer(problem: Problem, curve: Curve) -> Curve:
+    """Return a curve over s1 with a contact in the middle of each interval that is not smooth, as next to the
+    beginning of a relief, and of each interval in which the curve leaves the flanks.
+
+    The middle is that of the chord, in the plane across it, or of s1 if an end of the interval is unknown."""
+    inside = curve.value[MARGINS].min(axis=0) >= 0.0
+    after = np.flatnonzero((broken(problem, curve) | (inside[:, 1:] != inside[:, :-1])).any(axis=0))
+    scale = problem.scale[:, None, None]
+    ends = [curve.value[STATE][..., after + k] for k in (0, 1)]
+    chord = (ends[1] - ends[0])[:3] / scale
+    known = np.isfinite(chord).all(axis=0)
+    across = np.where(known, chord / np.linalg.norm(chord, axis=0), np.eye(3)[0][:, None, None])
+    x = 0.5 * (curve.x[:, after] + curve.x[:, after + 1])
+    middle = np.where(known, 0.5 * (ends[0] + ends[1]), x)  # only s1 matters if an end is unknown
+    placed = problem.placed.take(np.repeat(np.arange(len(x)), after.size))
+    # The tangent at one of the ends leads to the middle, unless there are several kinks.
+    starts = []
+    for k, end in enumerate(ends):
+        rate = curve.rate[STATE][..., after + k]
+        step = ((middle - end)[:3] / scale * across).sum(axis=0) / (rate[:3] / scale * across).sum(axis=0)
+        starts.append(contacts_at(problem.surfaces, placed, (end + step * rate).reshape(4, -1)))
+    error = [np.nan_to_num(start.error, nan=np.inf) for start in starts]
+    state = np.where(error[0] < error[1], starts[0].state, starts[1].state)
+    plane = on_plane(problem, middle.reshape(4, -1), across.reshape(3, -1))
+    met, _ = solve(problem.surfaces, placed, state, plane)
+    s1 = met.state[0].reshape(x.shape)
+    between = (curve.x[:, after] < s1) & (s1 < curve.x[:, after + 1])
+    met.state[:, ~between.ravel()] = np.nan
+    added = sampled(problem, np.where(between, s1, x), met, None)
+    pairs = (curve.x, added.x), (curve.value, added.value), (curve.rate, added.rate)
+    return Curve(*(np.insert(old, after + 1, new, axis=-1) for old, new in pairs), by_s1=True)
 
 
 def dense(curve: Curve) -> tuple[FloatArray, FloatArray]:

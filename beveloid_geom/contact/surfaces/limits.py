@@ -1,4 +1,5 @@
-"""Limits of both flanks at contacts of `tangency`, with derivatives, and the pair as `tangency` needs it."""
+"""Limits of both flanks at contacts of `tangency`, with derivatives, the pair as `tangency` needs it, and
+conditions that select a point of a curve of contact."""
 
 from __future__ import annotations
 
@@ -10,7 +11,7 @@ import numpy as np
 from ...arrays import FloatArray, Integers
 from ...gear.crossing_curve import START, CrossingCurve
 from ...status import Limit
-from .tangency import Contacts, Placement, Surfaces
+from .tangency import Condition, Contacts, Placement, Surfaces
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,3 +81,26 @@ def least_margin(problem: Problem, met: Contacts) -> tuple[FloatArray, FloatArra
     values, rates = margins_at(problem, met)
     limit, index = values.argmin(axis=0), np.arange(values.shape[1])
     return values[limit, index], rates[limit, :, index].T, limit
+
+
+def least_limit(problem: Problem) -> Condition:
+    """Return the condition that the least margin vanishes."""
+
+    def condition(met: Contacts, index: Integers) -> tuple[FloatArray, FloatArray]:
+        value, rate, _ = least_margin(problem, met)
+        return value, rate
+
+    return condition
+
+
+def on_plane(problem: Problem, state: FloatArray, direction: FloatArray) -> Condition:
+    """Return the condition that contacts are in planes through states (4, n), perpendicular to directions
+    (3, n) in the units of `Problem.scale`.
+    """
+    normal = direction / problem.scale[:, None]
+
+    def condition(met: Contacts, index: Integers) -> tuple[FloatArray, FloatArray]:
+        away = (met.state[:3] - state[:3, index]) / problem.scale[:, None]
+        return (away * direction[:, index]).sum(axis=0), normal[:, index]
+
+    return condition

@@ -22,7 +22,7 @@ from ...status import Status
 from ..ends import Ends, no_ends
 from ..flank_pair import FlankPair
 from ..path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROLL
-from .curve import MARGINS, NODE_COUNT, STATE, Curve, curve_over_s1, dense
+from .curve import MARGINS, NODE_COUNT, STATE, Curve, closer, curve_over_s1, dense
 from .limits import Problem, margins_at
 from .positions import positions_on
 from .problems import problems_of
@@ -64,12 +64,14 @@ def _blocks(cases: int, positions: int) -> list[Integers]:
 
 def _block(problem: Problem, undefined: Mask) -> Segment:
     curve = curve_over_s1(problem)
-    segment, decided = segments_of(problem, curve)
-    if problem.surfaces.measured or problem.conjugate:
-        decided &= refined(problem, segment)
+    segment, decided = _decided(problem, curve)
     doubtful = np.flatnonzero(~decided & ~undefined)
     if doubtful.size:
-        results = _traced_inside(problem.cases(doubtful), curve.cases(doubtful))
+        results = _sampled_closer(problem.cases(doubtful), curve.cases(doubtful))
+        left = np.array([place for place in range(doubtful.size) if place not in results], dtype=int)
+        if left.size:
+            found = _traced_inside(problem.cases(doubtful[left]), curve.cases(doubtful[left]))
+            results |= {int(left[place]): one for place, one in found.items()}
         order = np.arange(decided.size)
         parts = [_picked(segment, order[k : k + 1]) for k in order.tolist()]
         for place, case in enumerate(doubtful.tolist()):
@@ -77,6 +79,34 @@ def _block(problem: Problem, undefined: Mask) -> Segment:
         segment = _joined(parts)
     segment.status[undefined] = Status.UNDEFINED
     return segment
+
+
+def _decided(problem: Problem, curve: Curve) -> tuple[Segment, Mask]:
+    """Return the segments of curves over s1, and which cases (cases,) they decide."""
+    segment, decided = segments_of(problem, curve)
+    if problem.surfaces.measured or problem.conjugate:
+        decided &= refined(problem, segment)
+    return segment, decided
+
+
+def _sampled_closer(problem: Problem, curve: Curve) -> dict[int, Segment]:
+    """Return the segments of cases that are decided by more samples of their curves.
+
+    None on flanks with scatter of measurement, as in `_traced_inside`."""
+    # Number of times that intervals are halved.
+    rounds = 4
+    found: dict[int, Segment] = {}
+    left = np.arange(0 if problem.surfaces.measured else len(curve.x))
+    for _ in range(rounds):
+        if not left.size:
+            break
+        curve = closer(problem.cases(left), curve)
+        segment, decided = _decided(problem.cases(left), curve)
+        # Where the roll turns back, positions are given by the length of the curve, which tracing follows.
+        decided &= (segment.status == Status.SOLVED) & ~segment.turning
+        found |= {int(left[k]): _picked(segment, np.array([k])) for k in np.flatnonzero(decided)}
+        left, curve = left[~decided], curve.cases(np.flatnonzero(~decided))
+    return found
 
 
 def _traced_inside(problem: Problem, curve: Curve) -> dict[int, Segment]:

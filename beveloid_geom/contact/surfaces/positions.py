@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ...arrays import FloatArray, Mask
-from .limits import Problem
-from .segments import SAME_CURVE, Segment, on_plane
+from .limits import Problem, on_plane
+from .segments import SAME_CURVE, Segment
 from .tangency import Condition, Contacts, Placement, solve
 
 

@@ -9,8 +9,8 @@ import numpy as np
 from ...arrays import Codes, FloatArray, Integers, Mask
 from ...status import Status
 from .curve import MARGINS, STATE, Curve, broken, dense
-from .limits import Problem, least_margin
-from .tangency import Condition, Contacts, solve
+from .limits import Problem, least_limit, least_margin, on_plane
+from .tangency import Contacts, solve
 
 SAME_CURVE = 0.02
 """Distance in the units of `Problem.scale` within which a contact is on the curve of its starting values."""
@@ -33,29 +33,6 @@ class Segment:
     status: Codes
     x: FloatArray
     knots: FloatArray
-
-
-def least_limit(problem: Problem) -> Condition:
-    """Return the condition that the least margin vanishes."""
-
-    def condition(met: Contacts, index: Integers) -> tuple[FloatArray, FloatArray]:
-        value, rate, _ = least_margin(problem, met)
-        return value, rate
-
-    return condition
-
-
-def on_plane(problem: Problem, state: FloatArray, direction: FloatArray) -> Condition:
-    """Return the condition that contacts are in planes through states (4, n), perpendicular to directions
-    (3, n) in the units of `Problem.scale`.
-    """
-    normal = direction / problem.scale[:, None]
-
-    def condition(met: Contacts, index: Integers) -> tuple[FloatArray, FloatArray]:
-        away = (met.state[:3] - state[:3, index]) / problem.scale[:, None]
-        return (away * direction[:, index]).sum(axis=0), normal[:, index]
-
-    return condition
 
 
 def _runs(inside: Mask, known: Mask) -> tuple[Integers, Integers, Mask]:

@@ -12,8 +12,7 @@ import numpy as np
 
 from ...arrays import FloatArray, Integers, Mask
 from .curve import Curve, sampled
-from .limits import Problem, margins_at
-from .segments import on_plane
+from .limits import Problem, margins_at, on_plane
 from .tangency import Contacts, contacts_at, given_row, meshing_start, solve
 
 GRID_S, GRID_Z = 17, 13
