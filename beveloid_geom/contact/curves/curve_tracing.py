@@ -104,10 +104,8 @@ def curves_of(pairing: FlankPair, near: Window | None = None) -> tuple[list[Trac
         untouched[start] = False
     # Points that no trace explains are lost curves.
     lost = np.unique(case[untouched])
-    return [
-        *curves,
-        *(TracedCurve(k, z[untouched & (case == k)], False, True) for k in lost.tolist()),
-    ], missing
+    curves += [TracedCurve(k, z[untouched & (case == k)], False, True) for k in lost.tolist()]
+    return curves, missing
 
 
 def _points_on_curves(
@@ -166,10 +164,8 @@ def _lines(pairing: FlankPair, member: int, window: Window) -> FloatArray:
         -v * layout.cos_angle + sign * np.sqrt(1.0 - v * v) * np.abs(layout.sin_angle) for sign in (-1.0, 1.0)
     )
     turns = [np.arccos(edge / np.hypot(normal, direction)) for edge in edges]
-    psi, bend = (
-        np.arctan2(direction, normal),
-        2.0 * np.broadcast_to(rack.parabola, (2, *v.shape[:1], 1))[member],
-    )
+    psi = np.arctan2(direction, normal)
+    bend = 2.0 * np.broadcast_to(rack.parabola, (2, *v.shape[:1], 1))[member]
     cuts = [np.tan(sign * turn - psi) / bend for turn in turns for sign in (-1.0, 1.0)]
     least, most = low[member], high[member]
     cuts = [np.where(np.isnan(cut), least, np.clip(cut, least, most)) for cut in cuts]
@@ -397,8 +393,7 @@ def _cut(curve: TracedCurve, near: NDArray[np.bool_], margins: FloatArray) -> li
     parts = []
     for first, last in edges.reshape(-1, 2):
         run = slice(max(first - 2, 0), last + 2)
-        if (curve.lost or len(points[run]) > 1) and (
-            margins[:, first:last].max(axis=1) > -OFF_FLANK_MARGIN
-        ).all():
+        near_limits = (margins[:, first:last].max(axis=1) > -OFF_FLANK_MARGIN).all()
+        if near_limits and (curve.lost or len(points[run]) > 1):
             parts.append(CurvePart(curve.case, points[run], False))
     return parts
