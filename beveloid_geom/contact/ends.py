@@ -289,7 +289,7 @@ def rough_window(pairing: FlankPair, l: FloatArray) -> tuple[FloatArray, FloatAr
     """Return bounds of l1 and l2 (2, cases, 1), mm, of contacts near the flanks.
 
     The contacts are known approximately at l (2, cases, positions), along which l1 increases. Those on the
-    flanks or less than NEAR_MARGIN outside are inside the bounds, with a margin L2_MARGIN in l2; NaN if there
+    flanks or less than `near_margin` outside are inside the bounds, with a margin in l2; NaN if there
     are none.
     """
     # Distance from the limits, in flank depths or face widths, within which approximate positions may be on
