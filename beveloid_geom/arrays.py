@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +15,12 @@ Integers: TypeAlias = NDArray[np.int_]
 Indices: TypeAlias = NDArray[np.int64]
 Quantity: TypeAlias = float | FloatArray
 Flank: TypeAlias = Literal["right", "left"]
+T = TypeVar("T")
 
 COMPLEX_STEP = 1e-30
 """Imaginary step of an exact derivative; its square is lost in rounding."""
+MEMBERS = ("pinion", "gear")
+FLANKS = ("right", "left")
 FLANK_SIGN: dict[str, float] = {"right": 1.0, "left": -1.0}
 
 

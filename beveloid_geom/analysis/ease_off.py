@@ -38,11 +38,7 @@ from ..pair.frames import layout_of, normals_to_fixed, to_fixed
 from ..status import Status
 from ..support.array_repr import short_repr
 
-LEAST_FACING_COSINE = float(np.cos(np.radians(30.0)))
-"""Beyond this angle between the normals, or a module apart, the untrimmed flanks intersect without being in
-mesh."""
 PINION_AXIS = np.array((0.0, 0.0, 1.0))
-COEFFICIENTS = ("mean", "face_slope", "profile_slope", "face_crowning", "profile_crowning", "twist")
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +158,7 @@ def second_order_of(profile: FloatArray, face: FloatArray, deviation: FloatArray
     """
     y, x = np.meshgrid(profile, face, indexing="ij")
     known = np.isfinite(deviation)
-    if np.count_nonzero(known) < len(COEFFICIENTS):
+    if np.count_nonzero(known) < 6:  # terms
         return SecondOrder(*[np.nan] * 7)
     terms = np.stack((np.ones_like(x), x, y, x * x - 1.0 / 3.0, y * y - 1.0 / 3.0, x * y), axis=-1)[known]
     share = np.sqrt(np.multiply.outer(_widths(profile), _widths(face))[known])
@@ -327,7 +323,10 @@ def _newton_step(
     most = np.pi / float(mate.design.pinion.teeth)
     step = np.clip(step, -most, most)
     moved = off + step[..., None] * over
-    nearest = (bend > 0.0) & (facing < -LEAST_FACING_COSINE) & (patch.regularity > 0.0)
+    # Beyond this angle between the normals, or a module apart, the untrimmed flanks intersect without being
+    # in mesh.
+    least_facing_cosine = float(np.cos(np.radians(30.0)))
+    nearest = (bend > 0.0) & (facing < -least_facing_cosine) & (patch.regularity > 0.0)
     return gap, np.stack((step, _dot(along, moved), _dot(across, moved))), nearest
 
 

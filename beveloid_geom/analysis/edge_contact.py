@@ -21,9 +21,6 @@ from ..design.model import Design
 from ..operation.mesh_cycle import mesh_cycle
 from .sliding import least_along
 
-NEIGHBOURS = 6
-"""Number of positions used for interpolation; with 17 positions of a path the error is 1e-13 rad."""
-
 
 @dataclass(frozen=True)
 class CycleExtremes:
@@ -97,13 +94,15 @@ def swing_of_all(path: ContactPath) -> FloatArray:
 
 def _at(values: FloatArray, share: FloatArray) -> FloatArray:
     """Return values (...) at shares (...) of a path with values (..., positions) at even steps, by Lagrange
-    polynomials through NEIGHBOURS positions."""
+    polynomials through six positions."""
     steps = values.shape[-1] - 1
     place = np.nan_to_num(share) * steps
-    first = np.clip(np.floor(place).astype(int) - (NEIGHBOURS // 2 - 1), 0, steps + 1 - NEIGHBOURS)
+    # Number of positions used for interpolation; with 17 positions of a path the error is 1e-13 rad.
+    neighbours = 6
+    first = np.clip(np.floor(place).astype(int) - (neighbours // 2 - 1), 0, steps + 1 - neighbours)
     found: FloatArray = np.zeros(np.shape(place))
-    for j in range(NEIGHBOURS):
-        others = [k for k in range(NEIGHBOURS) if k != j]
+    for j in range(neighbours):
+        others = [k for k in range(neighbours) if k != j]
         weight = np.prod([(place - first - k) / (j - k) for k in others], axis=0)
         found += weight * np.take_along_axis(values, (first + j)[..., None], axis=-1)[..., 0]
     return found

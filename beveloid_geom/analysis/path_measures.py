@@ -37,8 +37,8 @@ from ..gear.flank import (
 from ..gear.rack import reference_radius
 from .sensitivity import path_sensitivity
 
-SWEEP_STEPS, PATH_POINTS, EXTENDED_POINTS = 21, 201, 2001
-"""Number of coefficients of a sweep, of positions of a path, and of positions of an extended path."""
+PATH_POINTS, EXTENDED_POINTS = 201, 2001
+"""Number of positions of a path, and of an extended path."""
 SHIFTS = (
     "along the face, equal l",
     "along the face, equal r",
@@ -128,7 +128,8 @@ def _tooth_points(path: ContactPath) -> FloatArray:
 
 def sweep(design: Design, flank: str, signs: tuple[int, int], largest: float) -> Sweep:
     """Return the paths of a design under coefficients from 0 to `largest` times the signs, 1/mm."""
-    size = np.linspace(0.0, largest, SWEEP_STEPS)
+    # Number of coefficients of a sweep.
+    size = np.linspace(0.0, largest, 21)
     return Sweep(signs, size, measures_of(design.with_parabola(signs[0] * size, signs[1] * size), flank))
 
 

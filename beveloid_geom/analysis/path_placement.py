@@ -37,17 +37,7 @@ from ..support.array_repr import short_repr
 from .pattern_matrix import check_names
 from .sensitivity import path_sensitivity
 
-ON_PARALLEL = (
-    "on parallel axes a path runs along the complete face, also with parabolas, so that its middle cannot be"
-    " moved: give the pair a shaft angle (`beveloid-geom propose`), or compute the effect of errors by"
-    " `beveloid-geom pattern --over offset,shaft-angle`"
-)
-
-AT = (0.25, 0.5, 0.75)
-"""Default shares of the face width for the middle of the path."""
 POSITION_TOLERANCE_MM = 1e-6
-LEAST_GAIN = 0.02
-"""Smallest relative reduction of the distance for which a Newton iteration is continued."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +134,7 @@ class _Search:
 
 def place_path(
     design: Design,
-    at: Sequence[float] = AT,
+    at: Sequence[float] = (0.25, 0.5, 0.75),
     by: tuple[str, str] = ("offset", "shaft_angle"),
     flank: str = "right",
     l: float | None = None,
@@ -188,16 +178,17 @@ def place_path(
     if design.batch_shape:
         raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     if design.pair.shaft_angle == 0.0:
-        raise ValueError(ON_PARALLEL)
+        text = "on parallel axes a path runs along the complete face, also with parabolas, so that its middle"
+        cure = "give the pair a shaft angle (`beveloid-geom propose`), or compute the effect of errors by"
+        raise ValueError(f"{text} cannot be moved: {cure} `beveloid-geom pattern --over offset,shaft-angle`")
     share = np.array(at, dtype=float)
     if share.ndim != 1 or not share.size or not ((share > 0.0) & (share < 1.0)).all():
         raise ValueError(f"at must be one or more shares of the face, above 0 and below 1, got {at}")
     low, high = map(float, active_range(design.pinion, flank))
     wanted_l = centred(design, flank) if l is None else float(l)
     if not low <= wanted_l <= high:
-        raise ValueError(
-            f"l must be on the pinion profile, from {low:.4g} to {high:.4g} mm, got {wanted_l:g}"
-        )
+        limits = f"from {low:.4g} to {high:.4g} mm"
+        raise ValueError(f"l must be on the pinion profile, {limits}, got {wanted_l:g}")
     face = float(design.pinion.face_width)
     search = _Search(design, flank, by, limits_of(design, by), np.array((face, high - low)))
     wanted = np.stack((face * (share - 0.5), np.full(share.shape, wanted_l)), axis=-1)
@@ -266,13 +257,15 @@ def _reached(search: _Search, shares: FloatArray, wanted: FloatArray) -> Mask:
 def _newton(search: _Search, wanted: FloatArray, start: FloatArray) -> FloatArray:
     """Return shares (n, 2) of the limits after Newton steps towards the required positions (n, 2).
 
-    Only rows that have not arrived are continued. Rows whose step gains less than LEAST_GAIN are stopped:
+    Only rows that have not arrived are continued. Rows whose step gains less than `least_gain` are stopped:
     they approach a local minimum of the distance, not the required position."""
     newton_max_iterations = 40
     # Longest Newton step, as a share of the limits.
     longest_step = 0.1
     shares, (place, by) = start.copy(), search.rates(start)
     lengths, going = 0.5 ** np.arange(8), np.arange(len(start))
+    # Smallest relative reduction of the distance for which a Newton iteration is continued.
+    least_gain = 0.02
     for _ in range(newton_max_iterations):
         left = np.abs(place[going] - wanted[going]).max(axis=-1)
         going = going[np.isfinite(by[going]).all(axis=(1, 2)) & (left > 1e-3 * POSITION_TOLERANCE_MM)]
@@ -290,7 +283,7 @@ def _newton(search: _Search, wanted: FloatArray, start: FloatArray) -> FloatArra
         row = np.flatnonzero(far.min(axis=1) < off)
         pick, moved = (row, best[row]), going[row]
         shares[moved], place[moved], by[moved] = tried[pick], places[pick], rates[pick]
-        going = moved[far[pick] <= (1.0 - LEAST_GAIN) * off[row]]
+        going = moved[far[pick] <= (1.0 - least_gain) * off[row]]
     return shares
 
 

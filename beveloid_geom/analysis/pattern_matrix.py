@@ -25,9 +25,6 @@ from ..support.array_repr import short_repr
 from .pattern_ellipse import MarkedEllipse, marked_ellipse
 from .tolerance import USUAL_AT
 
-CELLS = (3, 5)
-"""Allowed numbers of cells along a side."""
-
 
 @dataclass(frozen=True, eq=False)
 class PatternCell:
@@ -107,7 +104,7 @@ def pattern_matrix(
     *,
     like: PatternMatrix | None = None,
     sizes: tuple[float, float] | None = None,
-    cells: int = CELLS[0],
+    cells: int = 3,
     separation: float = MARKING_SEPARATION,
     resolution: float | None = None,
     area_error: float = AREA_ERROR,
@@ -156,8 +153,8 @@ def pattern_matrix(
     check_names(over, "over")
     if design.batch_shape:
         raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
-    if cells not in CELLS:
-        raise ValueError(f"cells must be {' or '.join(map(str, CELLS))}, got {cells}")
+    if cells not in (3, 5):
+        raise ValueError(f"cells must be 3 or 5, got {cells}")
     usual = USUAL_AT[place_of(over)]
     sizes = (getattr(usual, over[0]), getattr(usual, over[1])) if sizes is None else sizes
     for name, size in zip(over, sizes, strict=True):

@@ -28,7 +28,7 @@ from ..arrays import Codes, FloatArray, Mask, flank_sign
 from ..contact.ellipse import curvature_ellipse, relative_curvature, steps_and_turns
 from ..contact.equation import edge_margins, limit_margins
 from ..contact.flank_pair import generated_pairing
-from ..contact.hertz import POISSON, YOUNG, contact_modulus, hertz_ellipse, hertz_strip
+from ..contact.hertz import POISSON_RATIO, YOUNG_MPA, contact_modulus, hertz_ellipse, hertz_strip
 from ..contact.parallel.lines import ContactLines, carrying_length, contact_lines, touches_along_lines
 from ..contact.path import ContactPath
 from ..design.arguments import require_path
@@ -64,8 +64,8 @@ class Load:
 
     force: float | None = None
     torque_nm: float | None = None
-    young: float = YOUNG
-    poisson: float = POISSON
+    young: float = YOUNG_MPA
+    poisson: float = POISSON_RATIO
 
     def __post_init__(self) -> None:
         """Check the values. Raises ValueError."""

@@ -51,13 +51,10 @@ from ..pair.misalignment_at_mesh import by_mesh_errors
 from ..status import Status
 from ..support.array_repr import short_repr
 from ..support.chebyshev import evaluate, greatest
+from .mountings import PLACES
 
-PLACES = ("enter", "middle", "leave")
-CASES_PER_BLOCK = 256
-# Rows of `_quantities`.
-_L, _U, _Z, _R, _ROLLS = (slice(2 * k, 2 * k + 2) for k in range(5))
-_ROLL, _PHASE, _MARGINS = 8, 10, 11
-_NO_ROW = -1
+# Rows of `_quantities`: pinion roll, and the first margin. The transmission error is the row before it.
+_ROLL, _MARGINS = 8, 11
 _WIDTH = _MARGINS * (len(ERROR_NAMES) + 2)
 
 
@@ -173,8 +170,9 @@ def path_sensitivity(
                 table[:, path.cases] = places.reshape(_WIDTH, *places.shape[2:])
                 limit[path.cases], status[path.cases] = path.segment.limit, path.segment.status
                 lines[path.cases] = path.problem.crowned
-        for start in range(0, 0 if modified else cases, CASES_PER_BLOCK):
-            block = np.arange(start, min(start + CASES_PER_BLOCK, cases))
+        cases_per_block = 256
+        for start in range(0, 0 if modified else cases, cases_per_block):
+            block = np.arange(start, min(start + cases_per_block, cases))
             for group in paths_on_flanks(pairing.cases(block)):
                 own = block[group.cases]
                 table[:, own], scalars[:, own] = _of_group(group)
@@ -209,7 +207,7 @@ def _of_group(group: Group) -> tuple[FloatArray, FloatArray]:
     tangent = tangent_of(rates.r_y)
     at = np.stack([np.abs(x - end) <= at_end for end in (enter, leave)])
     met = np.where(at[0], ends.limit[:, :1], ends.limit[:, 1:])
-    row = np.where(at.any(axis=0), _MARGINS + met, _NO_ROW)
+    row = np.where(at.any(axis=0), _MARGINS + met, -1)
     by = _by_errors(rates, row, tangent)
     # The roll of the middle is the mean of the rolls of the ends: correct the middle along the path.
     goal = 0.5 * (by[_ROLL, :, 0] + by[_ROLL, :, 2])
@@ -223,7 +221,7 @@ def _of_group(group: Group) -> tuple[FloatArray, FloatArray]:
         np.concatenate(
             (rates.q[row, :, k, None] - rates.q[row, :, k + 1, None], by[row, :, k] - by[row, :, k + 1]), -1
         )
-        for row, k in ((_ROLL, 3), (_PHASE, 5))
+        for row, k in ((_ROLL, 3), (_MARGINS - 1, 5))
     ]
     return np.moveaxis(places, -1, 1).reshape(_WIDTH, *x.shape[:1], 3), np.stack(swing)
 
@@ -280,9 +278,9 @@ def _rolls(pairing: FlankPair, met: ContactTerms) -> Numbers:
 
 def _by_errors(rates: _Rates, row: Integers, tangent: FloatArray) -> FloatArray:
     """Return derivatives of all quantities (rows, cases, positions, errors). Each position is fixed by the
-    zero of the quantity in `row`, or, if there is none, by the plane perpendicular to the path."""
+    zero of the quantity in `row`, or, if this is -1, by the plane perpendicular to the path."""
     cases, places = np.indices(row.shape)
-    held = row == _NO_ROW
+    held = row < 0
     last_y = np.where(held[..., None], tangent, rates.q_y[row, cases, places])
     last_e = np.where(held[..., None], 0.0, rates.q_e[row, cases, places])
     system = np.concatenate((rates.r_y, last_y[..., None, :]), axis=-2)
@@ -322,13 +320,15 @@ def _result(
     # A path whose l changes by less than this share of its change of z runs along the face.
     constant_l = 1e-9
     shape, count = design.batch_shape, len(ERROR_NAMES)
+    # Rows of both members.
+    l, u, z, r = (slice(k, k + 2) for k in range(0, 8, 2))
     rows = table.reshape(_MARGINS, count + 2, *table.shape[1:])
     value, by, along = rows[:, 0], np.moveaxis(rows[:, 1:-1], 1, -1), rows[:, -1]
-    face = by[_Z] - (along[_Z] / along[_L])[..., None] * by[_L]
+    face = by[z] - (along[z] / along[l])[..., None] * by[l]
     # A path that runs along the face has no shift along the face.
-    face = np.where((np.abs(along[_L]) > constant_l * np.abs(along[_Z]))[..., None], face, np.nan)
+    face = np.where((np.abs(along[l]) > constant_l * np.abs(along[z]))[..., None], face, np.nan)
     square = _shifts(
-        design, flank, value[_L], value[_U], np.stack((by[_L], by[_U])), np.stack((along[_L], along[_U]))
+        design, flank, value[l], value[u], np.stack((by[l], by[u])), np.stack((along[l], along[u]))
     )
     per_pitch = pairing.teeth[0, :, 0, None] / (2.0 * np.pi)
     ratio, swing = scalars[0] * per_pitch, scalars[1]
@@ -343,13 +343,13 @@ def _result(
     return Sensitivity(
         flank=flank,
         errors=ERROR_NAMES,
-        l=batch(value[_L]),
-        z=batch(value[_Z]),
-        r=batch(value[_R]),
+        l=batch(value[l]),
+        z=batch(value[z]),
+        r=batch(value[r]),
         pinion_roll=value[_ROLL].reshape(*shape, len(PLACES)),
-        l_by=batch(by[_L]),
-        z_by=batch(by[_Z]),
-        r_by=batch(by[_R]),
+        l_by=batch(by[l]),
+        z_by=batch(by[z]),
+        r_by=batch(by[r]),
         pinion_roll_by=by[_ROLL].reshape(*shape, len(PLACES), count),
         face_shift_by=batch(face),
         square_shift_by=batch(square),

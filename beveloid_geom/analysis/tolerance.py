@@ -30,7 +30,7 @@ from ..arrays import FloatArray, Integers, flank_sign
 from ..contact.parallel.lines import is_line_contact
 from ..design.arguments import require_design
 from ..design.model import Design, ErrorsAt
-from ..pair.misalignment import ANGLES, ERROR_NAMES, MESH_ERROR_NAMES, NAMES, errors_below, mounted
+from ..pair.misalignment import ANGLES, ERROR_NAMES, NAMES, errors_below, mounted
 from ..status import Limit, Status
 from ..support.array_records import joined
 from ..support.array_repr import short_repr
@@ -42,8 +42,6 @@ UNIT = 1024
 """Number of mountings that are drawn from one random stream and solved in one call."""
 CYCLE_COST = 48
 """Cost of a mounting in operation relative to that of its path, for the progress."""
-PATTERNS = 24
-"""Number of mountings whose contact patterns are computed."""
 SHARES = (0.0, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 1.0)
 """Quantiles of a report."""
 
@@ -80,8 +78,8 @@ class Tolerances:
     def names(self) -> tuple[str, ...]:
         """Names of the errors that are drawn: those at the mesh if an error that exists only there has a
         tolerance."""
-        at_mesh = any(getattr(self, name) for name in MESH_ERROR_NAMES if name not in ERROR_NAMES)
-        return MESH_ERROR_NAMES if at_mesh else ERROR_NAMES
+        at_mesh = any(getattr(self, name) for name in NAMES["mesh"] if name not in ERROR_NAMES)
+        return NAMES["mesh"] if at_mesh else ERROR_NAMES
 
     def values(self) -> FloatArray:
         """Return the tolerances in the order of `names`, mm and rad."""
@@ -259,11 +257,11 @@ def tolerance_study(
 
 
 def _furthest(study: ToleranceStudy, running: CycleStatistics) -> Integers:
-    """Return the numbers of the mountings in operation whose paths move furthest along the face: at most
-    PATTERNS, those without a path on the flanks first."""
+    """Return the numbers of the mountings in operation whose paths move furthest along the face, those
+    without a path on the flanks first. Their contact patterns are computed."""
     moved = np.abs(study.mountings.pinion_z[:, 1] - study.nominal.pinion_z[0, 1])[: running.status.size]
     order = np.argsort(-np.nan_to_num(moved, nan=np.inf), kind="stable")
-    return np.asarray(order[running.solved[order]][:PATTERNS])
+    return np.asarray(order[running.solved[order]][:24])
 
 
 def tolerance_studies(

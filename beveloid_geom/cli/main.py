@@ -17,19 +17,24 @@ import click
 from .commands import contact, errors, pair, workshop
 from .options import OneLineCommand, version_option
 
-SECTIONS = (pair, contact, errors, workshop)
-"""Packages of commands, in the order of the help."""
 
-
-def _commands_of(section: ModuleType) -> Iterator[click.Command]:
+def _commands_of(package: ModuleType) -> Iterator[click.Command]:
     """Yield the command of each module of a package, sorted by name."""
-    for module in iter_modules(section.__path__):
-        values = vars(import_module(f"{section.__name__}.{module.name}")).values()
+    for module in iter_modules(package.__path__):
+        values = vars(import_module(f"{package.__name__}.{module.name}")).values()
         yield next(value for value in values if isinstance(value, click.Command))
 
 
-COMMANDS = {str(section.TITLE): {str(c.name): c for c in _commands_of(section)} for section in SECTIONS}
-"""Commands by title of their package and by name."""
+COMMANDS = {
+    title: {str(command.name): command for command in _commands_of(package)}
+    for title, package in {
+        "Design files, proposals, checks": pair,
+        "Contact of a pair with given errors": contact,
+        "Influence of errors and design parameters on the contact": errors,
+        "Drawings, measurement, assembly, files for other programs": workshop,
+    }.items()
+}
+"""Commands by the title of their section in the help and by name, in the order of the help."""
 
 
 class SectionedGroup(OneLineCommand, click.Group):

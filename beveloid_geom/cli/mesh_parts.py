@@ -18,13 +18,12 @@ from ..export import (
     FIELD_FORMATS,
     FIXED_FRAME,
     GEAR_FRAME,
-    MEMBERS,
     SCENE_FORMATS,
     UNITS,
     writer_of,
 )
 from ..status import NotComputed
-from .options import Refusal, no_result
+from .options import MEMBERS, Refusal, no_result
 
 if TYPE_CHECKING:
     from ..arrays import FloatArray

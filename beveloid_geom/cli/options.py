@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from ..design.model import Design
 
 BUILTIN_DESIGN = "ni-2017"
+MEMBERS = ("pinion", "gear")
+"""As `arrays.MEMBERS`, without the import of NumPy."""
 Option: TypeAlias = Callable[[Callable[..., Any]], Callable[..., Any]]
 """Decorator that adds one or several options to a command."""
 
@@ -189,13 +191,15 @@ PARABOLAS = (
     ),
     ("parabola_apex_gear", "MM", "Apex of the gear's parabolas, from the reference line towards the tip."),
 )
-MODIFICATION = (
-    "Modification of the {0}, in place of [{0}.modification]: amounts in um and lengths in mm, such as"
-    ' "helix_crowning=10, tip_relief=15, tip_relief_length=2.5", with right. or left. before a name for one'
-    " flank; none for no modification."
-)
 MODIFIED = tuple(
-    (f"{member}_modification", "AMOUNTS", MODIFICATION.format(member)) for member in ("pinion", "gear")
+    (
+        f"{member}_modification",
+        "AMOUNTS",
+        f"Modification of the {member}, in place of [{member}.modification]: amounts in um and lengths in mm,"
+        ' such as "helix_crowning=10, tip_relief=15, tip_relief_length=2.5", with right. or left. before a'
+        " name for one flank; none for no modification.",
+    )
+    for member in MEMBERS
 )
 OVERRIDES = ERROR_OVERRIDES + PARABOLAS + MODIFIED
 """Arguments of `design.file.override` with an option: name, metavar and help."""
@@ -249,7 +253,7 @@ def bounds_options(text: str, default: tuple[float, float] | None = None) -> Opt
     return block(
         *(
             option(f"--{member}-bounds", (float, float), default, text.format(member), "LOW HIGH")
-            for member in ("pinion", "gear")
+            for member in MEMBERS
         )
     )
 
@@ -314,7 +318,7 @@ def note_equal_teeth(design: Design) -> None:
     from ..arrays import FLANK_SIGN
 
     for flank in FLANK_SIGN:
-        for name, member in zip(("pinion", "gear"), design.members, strict=True):
+        for name, member in zip(MEMBERS, design.members, strict=True):
             keys = []
             if member.pitch_deviations(flank) is not None:
                 keys.append("no pitch_deviations_um")

@@ -23,14 +23,9 @@ from .path_polynomial import HEIGHT, MAX_DEGREE, ROLL, PathSeries
 
 SCAN_POSITIONS = np.linspace(-1.0, 1.0, 65)
 SCAN_VALUES = polynomials(SCAN_POSITIONS, MAX_DEGREE)
-OUTWARD_STEPS = np.array((-1, 1))
-ROLL_POSITIONS, FINE_POSITIONS = np.linspace(0.0, 1.0, 17), np.linspace(0.0, 1.0, 65)
+FINE_POSITIONS = np.linspace(0.0, 1.0, 65)
 HALLEY_MAX_STEPS, LAST_HALLEY_STEP = 30, 1e-6
 """Maximum steps of Halley's method on the polynomials, and the step that ends it: its cube is below rounding.
-"""
-NEAR_MARGIN, L2_MARGIN = 0.25, 0.1
-"""Distance from the limits, in flank depths or face widths, within which approximate positions may be on the
-flanks; fraction of the range of l2 that is added at both ends.
 """
 
 
@@ -284,7 +279,7 @@ def _crossing(x: FloatArray, depth: FloatArray, edge: NDArray[np.int_]) -> Float
     samples `edge` (cases, 2), by linear interpolation.
     """
     case = np.arange(len(edge))[:, None]
-    beyond = np.minimum(np.maximum(edge + OUTWARD_STEPS, 0), x.shape[-1] - 1)
+    beyond = np.minimum(np.maximum(edge + np.array((-1, 1)), 0), x.shape[-1] - 1)
     inside, outside, start = depth[case, edge], depth[case, beyond], x[case, edge]
     share = np.where(outside < inside, inside / (inside - outside), 0.0)
     return np.asarray(start + share * (x[case, beyond] - start))
@@ -294,18 +289,21 @@ def rough_window(pairing: FlankPair, l: FloatArray) -> tuple[FloatArray, FloatAr
     """Return bounds of l1 and l2 (2, cases, 1), mm, of contacts near the flanks.
 
     The contacts are known approximately at l (2, cases, positions), along which l1 increases. Those on the
-    flanks or less than NEAR_MARGIN outside are inside the bounds, with a margin L2_MARGIN in l2; NaN if there
+    flanks or less than `near_margin` outside are inside the bounds, with a margin in l2; NaN if there
     are none.
     """
+    # Distance from the limits, in flank depths or face widths, within which approximate positions may be on
+    # the flanks; fraction of the range of l2 that is added at both ends.
+    near_margin, l2_margin = 0.25, 0.1
     room = np.nan_to_num(
-        relative_margins(pairing, l, meet(pairing, l)).min(axis=0) + NEAR_MARGIN, nan=-NEAR_MARGIN
+        relative_margins(pairing, l, meet(pairing, l)).min(axis=0) + near_margin, nan=-near_margin
     )
     near = room > 0.0
     edge = np.stack((near.argmax(axis=-1), near.shape[-1] - 1 - near[:, ::-1].argmax(axis=-1)), axis=-1)
     ends = np.moveaxis(np.array([_crossing(x, room, edge) for x in l]), -1, 0)
     ends[..., ~near.any(axis=-1)] = np.nan
     low, high = np.sort(ends, axis=0)[..., None]
-    spare = L2_MARGIN * (high[1] - low[1])
+    spare = l2_margin * (high[1] - low[1])
     low[1], high[1] = low[1] - spare, high[1] + spare
     return low, high
 
@@ -316,7 +314,7 @@ def _roll_span(series: PathSeries, x: FloatArray, roll: FloatArray) -> tuple[Flo
     """
     span = np.abs(roll[:, 1] - roll[:, 0])
     both = with_derivative(series.coefficients[ROLL : ROLL + 1])
-    share = x[:, :1] + (x[:, 1:] - x[:, :1]) * ROLL_POSITIONS
+    share = x[:, :1] + (x[:, 1:] - x[:, :1]) * FINE_POSITIONS[::4]
     # The roll may turn back if its rate varies strongly or changes sign.
     rate = evaluate(both[1:], share)[0]
     low, high = rate.min(axis=-1), rate.max(axis=-1)

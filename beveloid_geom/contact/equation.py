@@ -34,6 +34,7 @@ derivatives are computed by complex steps, exact to rounding.
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from typing import Any
 
@@ -45,12 +46,10 @@ from ..pair.frames import common_normal
 from ..pair.mounting import across_action
 from .flank_pair import FlankPair, MemberTerms, terms_of, terms_of_one
 
-EPSILON = float(np.finfo(float).eps)
-
 
 def gap_tolerance(pairing: FlankPair) -> FloatArray:
     """Return |F| (mm) below which only rounding is left, shape (..., 1)."""
-    return 4.0 * EPSILON * pairing.scale
+    return 4.0 * sys.float_info.epsilon * pairing.scale
 
 
 @dataclass(frozen=True, eq=False)

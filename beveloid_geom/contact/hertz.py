@@ -24,10 +24,8 @@ from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
 
-YOUNG, POISSON = 206000.0, 0.3
+YOUNG_MPA, POISSON_RATIO = 206000.0, 0.3
 """Elastic modulus (MPa) and Poisson's ratio of steel."""
-LEAST_AXIS_RATIO = 1e-12
-"""Lower limit of b / a; a longer ellipse is longer than any face width."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +57,7 @@ def slenderness(ratio: ArrayLike) -> FloatArray:
     Returns
     -------
     ndarray
-        At least LEAST_AXIS_RATIO; NaN for ratios outside 0 to 1.
+        At least 1e-12; NaN for ratios outside 0 to 1.
 
     Notes
     -----
@@ -67,7 +65,7 @@ def slenderness(ratio: ArrayLike) -> FloatArray:
     """
     from scipy.special import elliprd
 
-    longest = np.log(LEAST_AXIS_RATIO)
+    longest = np.log(1e-12)  # a longer ellipse is longer than any face width
     # Maximum Newton steps, and the step of log k below which the iteration ends.
     newton_max_steps, last_log_step = 30, 1e-15
     with np.errstate(invalid="ignore", divide="ignore"):

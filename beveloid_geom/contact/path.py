@@ -31,7 +31,6 @@ from .ends import Ends, no_ends
 from .flank_pair import FlankPair, generated_pairing, is_modified, pairing_of
 from .path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROWS
 from .path_positions import (
-    MAX_SINGLE_SOLVES,
     middles_of,
     rows_alone,
     rows_at_given,
@@ -205,11 +204,8 @@ def path_of_contact(
     if is_modified(design, flank):
         return _on_surfaces(design, flank, pairing, points, given)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        if (
-            given is not None
-            and given.shape[-1] <= MAX_SINGLE_SOLVES
-            and (alone := rows_alone(pairing, given))
-        ):
+        # Up to 16 given l1 are solved one by one, if each has one contact.
+        if given is not None and given.shape[-1] <= 16 and (alone := rows_alone(pairing, given)):
             return _result(design, flank, *alone)
         groups = paths_on_flanks(pairing)
         table, status = _rows_of_groups(groups, points, given, cases)

@@ -11,6 +11,7 @@ by the eight limit margins in the order of `Limit`.
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,10 +21,9 @@ from ..arrays import FloatArray, Quantity
 from ..gear.rack import rack_normal
 from ..pair.frames import common_normal
 from ..status import Limit, Status
-from ..support.chebyshev import NOISE, Basis, basis_of, resolved, resolved_degree
+from ..support.chebyshev import NOISE, Basis, resolved, resolved_degree
 from .curves.curve_equations import meet_on_curve, onto_curve, units_of
 from .equation import (
-    EPSILON,
     ContactTerms,
     axial_and_radius,
     contact_normal,
@@ -52,28 +52,19 @@ ROWS = {
     "gear_roll": 12,
     "transmission_error": 13,
 }
-POINT, NORMAL, LENGTHS = slice(8, 11), slice(14, 17), slice(0, 11)
+POINT, NORMAL = slice(8, 11), slice(14, 17)
 ROLL, PHASE, HEIGHT = 11, 13, 17
 WIDTH = HEIGHT + len(Limit)
 """Number of rows with the margins."""
 
-COARSE_BASIS, FINE_BASIS = basis_of(16), basis_of(20)
 MAX_DEGREE = 400
 """Highest degree of a series."""
-PREDICTED_COEFFICIENT_LIMIT, PREDICTION_MIN_CASES = 1e-12, 4
-"""Predicted last coefficient, relative to the first, above which roots are not polished; number of cases up
-to which polishing is cheaper than the prediction.
-"""
-LOOSENED_ROUNDING_FACTOR = 16.0
-"""Factor on the rounding tolerance if no basis reaches it: the curve has a sharp bend, or a member has a very
-small base circle.
-"""
 MAX_ROUNDING_DEPTHS = 1.6e-11
 """Upper bound of the loosened rounding, relative to the flank depth: 2e-10 mm on Table 1."""
-SMALL_NORMAL_X, MAX_CORRECTION, POLISHING_STEPS = 0.05, 1e-4, 5
-"""|n_x| below which a position is solved again with n_x as an unknown; largest change in this step, in units
-of z; Newton steps.
-"""
+SMALL_NORMAL_X = 0.05
+"""|n_x| below which a position is solved again with n_x as an unknown."""
+POLISHING_STEPS = 5
+"""Newton steps."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +118,7 @@ def exact_rows(
     good = np.abs(met.gap) <= 8.0 * tolerance
     if not good.all():
         # n_x^2 is a difference of terms near 1. For small n_x its rounding error enters F through B w.
-        rounding = EPSILON * np.abs(met.slope * met.across).sum(axis=0) / met.normal_x**2
+        rounding = sys.float_info.epsilon * np.abs(met.slope * met.across).sum(axis=0) / met.normal_x**2
         good = np.abs(met.gap) <= 8.0 * (tolerance + rounding)
     rows = _rows_and_settled(pairing, l, met, good)
     status = roots.status.copy()
@@ -175,7 +166,9 @@ def _rows_and_settled(
     units, y = units_of(part), np.array((*l, met.normal_x, met.across[0]))[:, cases]
     start = np.moveaxis(y, 0, -1) / units
     z, solved = onto_curve(part, start, np.broadcast_to(np.eye(4)[0], start.shape), units, POLISHING_STEPS)
-    solved &= weak & (np.abs(z - start).max(axis=-1) < MAX_CORRECTION)
+    # Largest change in this step, in units of z.
+    max_correction = 1e-4
+    solved &= weak & (np.abs(z - start).max(axis=-1) < max_correction)
     y[1:] = np.where(solved, np.moveaxis(z * units, -1, 0)[1:], y[1:])
     good[cases] = np.where(weak, solved, good[cases])
     rows = rows_of(part, y[:2], meet_on_curve(part, y)[1])
@@ -215,7 +208,7 @@ def rounding_scale(
             1.0, size / np.asarray(pairing.rack.pitch_radius).min(axis=0)[:, 0]
         )
         scale[NORMAL] = loosened
-    scale[LENGTHS] = scale[HEIGHT:] = size
+    scale[:ROLL] = scale[HEIGHT:] = size  # lengths
     return scale
 
 
@@ -266,7 +259,8 @@ def series_over_l1(
     status[pairing.undefined] = Status.UNDEFINED
     # Cases without a root at each node, and cases that cannot converge, are not solved.
     tried = samples.change.any(axis=0).all(axis=-1) & ~pairing.undefined
-    if len(l1) > PREDICTION_MIN_CASES and not pairing.straight.all():
+    # Number of cases up to which polishing is cheaper than the prediction.
+    if len(l1) > 4 and not pairing.straight.all():
         tried &= ~_hopeless(pairing, np.array((l1, samples.one_way().rough())), basis)
     at, part, subset = np.flatnonzero(tried), pairing, samples
     if at.size < len(l1):
@@ -292,4 +286,6 @@ def _hopeless(pairing: FlankPair, l: FloatArray, basis: Basis) -> NDArray[np.boo
     share = np.maximum(x_squared.min(axis=-1) / x_squared.max(axis=-1), 0.0)
     zero = (1.0 + share) / (1.0 - share)
     rate = zero + np.sqrt(zero * zero - 1.0)
-    return np.asarray(rate ** (1.0 - basis.nodes.size) > PREDICTED_COEFFICIENT_LIMIT)
+    # Predicted last coefficient, relative to the first, above which roots are not polished.
+    predicted_limit = 1e-12
+    return np.asarray(rate ** (1.0 - basis.nodes.size) > predicted_limit)

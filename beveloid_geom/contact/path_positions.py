@@ -24,15 +24,6 @@ from .path_polynomial import HEIGHT, PHASE, PathSeries, exact_rows, rounding_sca
 from .path_search import Group
 from .roots import sole_roots
 
-ROLL_BASIS, EXPANSION_MIN_POSITIONS, MAX_SINGLE_SOLVES = basis_of(40), 256, 16
-"""Basis of the expansion in roll; number of positions from which it is used; number of given l1 up to which
-they are solved one by one, if each has one contact.
-"""
-POSITIONS_PER_BLOCK, SAFEGUARDED_PER_BLOCK = 8192, 2048
-"""Block sizes for which the arrays stay in the cache. A safeguarded solve needs many samples per position."""
-Z_ROWS = slice(4, 6)
-"""Rows of a series with z of a contact on both members, mm."""
-
 
 @dataclass(frozen=True, eq=False)
 class PathByRoll:
@@ -61,8 +52,9 @@ def expanded_in_roll(group: Group) -> PathByRoll:
     """Return the paths, expanded in roll if this resolves them."""
     series, ends, rows = group.series, group.ends, group.series.coefficients[:HEIGHT]
     # Evaluate at Chebyshev points of the roll and fit again.
-    values = evaluate(rows, at_shares(series, ends, ROLL_BASIS.nodes))
-    middle, by_roll = values[PHASE, :, ROLL_BASIS.nodes.size // 2, None], ROLL_BASIS.coefficients(values)
+    basis = basis_of(40)
+    values = evaluate(rows, at_shares(series, ends, basis.nodes))
+    middle, by_roll = values[PHASE, :, basis.nodes.size // 2, None], basis.coefficients(values)
     solved = ends.status == Status.SOLVED
     degree = resolved_degree(by_roll[:, solved], rounding_scale(group.pairing)[:HEIGHT, solved])
     if degree is None:
@@ -79,7 +71,8 @@ def _shares(points: int) -> FloatArray:
 def rows_on_path(group: Group, points: int) -> tuple[FloatArray, NDArray[np.int8]]:
     """Return rows and status at positions evenly spaced from enter to leave."""
     share, series, ends = _shares(points), group.series, group.ends
-    if points < EXPANSION_MIN_POSITIONS:
+    # Number of positions from which the expansion in roll is used.
+    if points < 256:
         values = evaluate(series.coefficients[:HEIGHT], at_shares(series, ends, share))
         values, middle = values[..., :-1], values[PHASE, :, -1:].copy()
         values[PHASE] -= middle
@@ -97,7 +90,9 @@ def rows_at_given(group: Group, l1: FloatArray) -> tuple[FloatArray, NDArray[np.
     # Outside the window of the series, or without a series, each l1 is solved separately.
     beyond = ~((np.abs(x) <= 1.0) & (series.status == Status.SOLVED)[:, None] | several)
     result = np.flatnonzero(beyond.any(axis=0))
-    size = max(1, SAFEGUARDED_PER_BLOCK // len(l1))
+    # Block size for which the arrays stay in the cache. A safeguarded solve needs many samples per position.
+    safeguarded_per_block = 2048
+    size = max(1, safeguarded_per_block // len(l1))
     for part in (result[start : start + size] for start in range(0, result.size, size)):
         rows, known = exact_rows(pairing, l1[:, part])
         values[..., part] = np.where(beyond[:, part], rows, values[..., part])
@@ -113,8 +108,10 @@ def _limited(
     limit_tolerance = 64.0
     values[0] = l1
     room = values[HEIGHT:].min(axis=0)
+    # Rows of a series with z of a contact on both members, mm.
+    z_rows = slice(4, 6)
     if pairing.edges:
-        room = np.minimum(room, edge_margins(pairing, values[:2], values[Z_ROWS]).min(axis=0))
+        room = np.minimum(room, edge_margins(pairing, values[:2], values[z_rows]).min(axis=0))
     off = room < -limit_tolerance * gap_tolerance(pairing)
     if off.any():
         status[off & (status == Status.SOLVED)] = Status.OFF_FLANK
@@ -152,7 +149,9 @@ def middles_of(groups: list[Group], l1: FloatArray) -> FloatArray:
 def _by_blocks(coefficients: FloatArray, parameter: FloatArray) -> FloatArray:
     """Return values (rows, cases, positions), computed in blocks of positions that stay in the cache."""
     cases, positions = coefficients.shape[1], parameter.shape[-1]
-    size = max(1, POSITIONS_PER_BLOCK // cases)
+    # Block size for which the arrays stay in the cache.
+    positions_per_block = 8192
+    size = max(1, positions_per_block // cases)
     values = np.empty((len(coefficients), cases, positions))
     for start in range(0, positions, size):
         block = slice(start, start + size)

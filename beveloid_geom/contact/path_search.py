@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..status import Status
+from ..support.chebyshev import basis_of
 from .curves.curve_series import chain_series, chains_of, missed, series_along
 from .curves.curve_tracing import CurvePart, Window, curves_of, near_flanks
 from .curves.root_exclusion import Box, box_of, vanishing, window_of
@@ -25,8 +26,6 @@ from .parallel.no_contact_bound import clear_of_flanks
 from .parallel.paths import parallel_series
 from .parallel.small_angle_paths import NEARLY_PARALLEL_SINE, nearly_parallel, series_over_w1
 from .path_polynomial import (
-    COARSE_BASIS,
-    FINE_BASIS,
     NORMAL,
     SMALL_NORMAL_X,
     WIDTH,
@@ -35,17 +34,6 @@ from .path_polynomial import (
     series_over_l1,
 )
 from .root_samples import RootSamples
-
-CASES_PER_BLOCK, PARALLEL_CASES_PER_BLOCK = 1024, 128
-"""Block sizes for which the arrays stay in the cache; the second is for parallel and nearly parallel axes."""
-WINDOW_MARGINS = np.array((0.02, 0.3)).reshape(2, 1, 1)
-"""Fractions of the flank depths by which series over l1 reach beyond root and tip, and in which l2 is
-searched there.
-"""
-FIRST_GRID_LINES, GRID_LINES_BY_ROUND = 5, (9, 9, 17, 33)
-"""Number of grid lines of each member: if a series over l1 is known, and in successive rounds over the cells
-that remain.
-"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,8 +79,9 @@ def paths_on_flanks(pairing: FlankPair) -> list[Group]:
     clear = clear_of_flanks(pairing.cases(near)) if near.size else np.zeros(0, dtype=bool)
     off = np.full(np.count_nonzero(clear), np.int8(Status.OFF_FLANK))
     groups = [_without_path(pairing, near[clear], off)]
+    # Block size for which the arrays stay in the cache, for parallel and nearly parallel axes.
     for cases, series_of_all in ((np.flatnonzero(parallel), parallel_series), (near[~clear], series_over_w1)):
-        for index in _blocks(cases, PARALLEL_CASES_PER_BLOCK):
+        for index in _blocks(cases, 128):
             part = pairing.cases(index)
             full = _with_ends(index, part, series_of_all(part))
             # On nearly parallel axes a path can exist that w1 does not describe.
@@ -145,7 +134,8 @@ def _crossed(pairing: FlankPair) -> list[Group]:
     return groups
 
 
-def _blocks(cases: NDArray[np.int_], size: int = CASES_PER_BLOCK) -> list[NDArray[np.int_]]:
+def _blocks(cases: NDArray[np.int_], size: int = 1024) -> list[NDArray[np.int_]]:
+    """Return the cases in blocks whose arrays stay in the cache."""
     return [cases[start : start + size] for start in range(0, cases.size, size)]
 
 
@@ -157,8 +147,10 @@ def _over_l1(pairing: FlankPair) -> tuple[list[Group], list[Group], NDArray[np.i
     the region outside its window. If n_x is nearly zero, if nothing is found on the flanks, or if l1
     describes only a part of the curve, a few cells usually show that no other curve is near the faces.
     """
-    spare = WINDOW_MARGINS * (pairing.highest - pairing.lowest)
-    series, samples = series_over_l1(pairing, pairing.lowest - spare, pairing.highest + spare, COARSE_BASIS)
+    # Fractions of the flank depths by which series over l1 reach beyond root and tip, and in which l2 is
+    # searched there.
+    spare = np.array([[[0.02]], [[0.3]]]) * (pairing.highest - pairing.lowest)
+    series, samples = series_over_l1(pairing, pairing.lowest - spare, pairing.highest + spare, basis_of(16))
     full = _with_ends(np.arange(len(series.status)), pairing, series)
     n_x = series.coefficients[NORMAL.start]
     # Small n_x within the window: another curve may be near.
@@ -169,7 +161,8 @@ def _over_l1(pairing: FlankPair) -> tuple[list[Group], list[Group], NDArray[np.i
     decided, certain, void = _is_decided(full), ~lost, np.zeros(len(lost), dtype=bool)
     at = np.flatnonzero(lost)
     part = pairing.cases(at)
-    box = box_of(part, *window_of(part), nodes=FIRST_GRID_LINES)
+    # Grid lines of each member if a series over l1 is known.
+    box = box_of(part, *window_of(part), nodes=5)
     defined = ~(part.undefined | vanishing(part))
     certain[at], void[at] = (box.none | box.one) & defined, box.none & ~box.missing & defined & ~decided[at]
     partial = _over_some_of_l1(full, samples, np.flatnonzero(lost & ~decided & ~void))
@@ -193,12 +186,12 @@ def _over_some_of_l1(full: Group, samples: RootSamples, cases: NDArray[np.int_])
     """
     pairing, l1 = (
         full.pairing.cases(cases),
-        (full.series.middle + full.series.half * COARSE_BASIS.nodes)[cases],
+        (full.series.middle + full.series.half * basis_of(16).nodes)[cases],
     )
     low, high = rough_window(pairing, np.array((l1, samples.cases(cases).one_way().rough())))
     seen = np.flatnonzero(high[0, :, 0] > low[0, :, 0])
     part, low, high = pairing.cases(seen), low[:, seen], high[:, seen]
-    series, _ = series_over_l1(part, low, high, FINE_BASIS, one_curve=True)
+    series, _ = series_over_l1(part, low, high, basis_of(20), one_curve=True)
     result = _with_ends(cases[seen], part, series)
     return result.part(np.flatnonzero(result.ends.status == Status.SOLVED))
 
@@ -216,8 +209,8 @@ def _near_faces(pairing: FlankPair, known: NDArray[np.bool_]) -> tuple[list[Grou
     owner, fits = np.flatnonzero(~undefined & ~void), []
     sheets, (low, high) = pairing.cases(owner), (bound[:, owner] for bound in window_of(pairing))
     done, empty = np.zeros(owner.size, dtype=bool), np.zeros(owner.size, dtype=bool)
-    # Refine the grid from round to round.
-    for turn, nodes in enumerate(GRID_LINES_BY_ROUND):
+    # Refine the grid from round to round: grid lines of each member over the cells that remain.
+    for turn, nodes in enumerate((9, 9, 17, 33)):
         at = np.flatnonzero(~done)
         if at.size == 0:
             break

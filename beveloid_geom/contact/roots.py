@@ -32,14 +32,8 @@ from .equation import (
 from .flank_pair import FlankPair, MemberTerms, terms_of_one
 from .root_samples import Bracket, RootSamples, sampled, with_extremum
 
-FAR_POSITIONS = np.linspace(-1.0, 2.0, 25)[:, None, None]
-"""Samples of F in l2, in flank depths of the gear from its root, if nothing was found near the active
-flank.
-"""
 NEWTON_MAX_STEPS = 60
 """Maximum number of Newton steps, most of which only bisect."""
-STEPS_TOGETHER = 2
-"""Newton steps after which the remaining positions, if they are fewer than half, are iterated separately."""
 LAST_STEP_DEPTHS = 1e-6
 """Step, relative to the flank depth, below which the iteration ends: the error is about its square. The
 callers check F afterwards.
@@ -81,16 +75,18 @@ class _Search:
 
 
 def _newton(pairing: FlankPair, pinion: MemberTerms, search: _Search, passes: int) -> _Search:
-    """Return the roots after Newton steps inside the brackets. After STEPS_TOGETHER steps the remaining
-    positions are solved separately.
+    """Return the roots after Newton steps inside the brackets. Once fewer than half of the positions
+    remain, they are solved separately.
     """
     low, high, l2, slope, done = search.low, search.high, search.l2, search.slope, search.done
     tolerance, enough = gap_tolerance(pairing), LAST_STEP_DEPTHS * (pairing.highest[1] - pairing.lowest[1])
+    # Steps between two checks whether fewer than half of the positions remain.
+    steps_together = 2
     for turn in range(passes):
         left = np.count_nonzero(~done)
         if left == 0:
             break
-        if turn % STEPS_TOGETHER == 0 and 2 * left < done.size:
+        if turn % steps_together == 0 and 2 * left < done.size:
             now = replace(search, low=low, high=high, l2=l2, slope=slope, done=done)
             return _newton_of_some(pairing, pinion, now, passes - turn)
         # Evaluate, shrink the bracket, and step; bisect if the step leaves the bracket.
@@ -132,7 +128,9 @@ def solve_gear_parameter(pairing: FlankPair, l1: FloatArray) -> Roots:
     # Positions without a root near the flank are searched over three flank depths.
     lost = np.flatnonzero((roots.status != Status.SOLVED).any(axis=-1))
     if lost.size:
-        part, far = pairing.cases(lost), (low + FAR_POSITIONS * (high - low))[:, lost]
+        # Samples of F in l2, in flank depths of the gear from its root.
+        far_positions = np.linspace(-1.0, 2.0, 25)[:, None, None]
+        part, far = pairing.cases(lost), (low + far_positions * (high - low))[:, lost]
         pinion = MemberTerms(*(value[..., lost, :] for value in vars(pinion).values()))
         far = roots_in(part, l1[lost], with_extremum(part, sampled(part, pinion, far)))
         near = Roots(roots.l2[lost], roots.slope[lost], roots.status[lost])

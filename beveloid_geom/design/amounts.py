@@ -7,14 +7,9 @@ from typing import Any
 
 from .modification import limits_of
 
-EXAMPLE = "helix_crowning=10, tip_relief=15, tip_relief_length=2.5"
-"""Amounts in um and lengths in mm; their names may end in the unit, as in a design file."""
-NONE = "none"
-"""Text of an empty modification."""
-
 
 def read_amounts(text: str) -> dict[str, Any]:
-    """Return the table of a design file for a line such as EXAMPLE.
+    """Return the table of a design file for a line such as "helix_crowning=10".
 
     Names with `right.` or `left.` in front are those of a table for one flank. Values that are not numbers
     are kept, so that they are reported with their key.
@@ -22,11 +17,13 @@ def read_amounts(text: str) -> dict[str, Any]:
     Raises ValueError for another form of the text, and for a name that is given twice."""
     keys = {key.removesuffix(unit): key for key in limits_of() for unit in ("_um", "_mm")}
     table: dict[str, Any] = {}
-    for entry in [] if text.strip() == NONE else text.split(","):
+    # Amounts in um and lengths in mm; their names may end in the unit, as in a design file.
+    example = "helix_crowning=10, tip_relief=15, tip_relief_length=2.5"
+    for entry in [] if text.strip() == "none" else text.split(","):
         words, _, amount = (part.strip() for part in entry.partition("="))
         flank, dot, name = words.rpartition(".")
         if not name or not amount:
-            cure = f'write amounts such as "{EXAMPLE}", or {NONE}'
+            cure = f'write amounts such as "{example}", or none'
             raise ValueError(f"cannot be read at {entry.strip()!r}: {cure}")
         # Lead is another word for helix.
         key = keys.get(name.replace("lead_", "helix_"), name)
@@ -49,4 +46,4 @@ def amounts_text(table: Mapping[str, Any]) -> str:
         entries += [
             f"{flank}{key.removesuffix('_um').removesuffix('_mm')}={amount}" for key, amount in within.items()
         ]
-    return ", ".join(entries) or NONE
+    return ", ".join(entries) or "none"

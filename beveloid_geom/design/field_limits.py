@@ -15,6 +15,7 @@ Python accepts more than a file where the solver has a named status, so that suc
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
@@ -23,16 +24,13 @@ from numpy.typing import NDArray
 
 from .written_numbers import (
     DEGREE,
-    IN_DEGREES,
     IN_RADIANS,
     MM_PER_INCH,
-    NUMBER,
-    WHOLE,
     number_cure,
     refused as refused,
 )
 
-MIN_FLANK_DEPTH = 0.5
+MIN_FLANK_DEPTH_MODULES = 0.5
 """Least depth of the flank below the reference line, in modules: the profile shift moves the pitch point by
 about this depth."""
 
@@ -81,14 +79,15 @@ class DesignError(ValueError):
 class Limit(NamedTuple):
     """Closed range of one quantity in a design file; angles in deg.
 
-    `cures` are pairs of a bound and a text. The cure of a rejected value is the first whose bound is not
-    below the value. `least` and `most` replace the range for inputs from Python. `whole` quantities are whole
-    numbers; `optional` ones may be None."""
+    `cure` is the advice for a rejected value. `cures` are pairs of a bound and a text that replaces it for
+    values up to the bound, in rising order. `least` and `most` replace the range for inputs from Python.
+    `whole` quantities are whole numbers; `optional` ones may be None."""
 
     low: float
     high: float
     unit: str
-    cures: tuple[tuple[float, str], ...]
+    cure: str
+    cures: tuple[tuple[float, str], ...] = ()
     least: float | None = None
     most: float | None = None
     whole: bool = False
@@ -99,16 +98,23 @@ class Limit(NamedTuple):
         if self.low <= value <= self.high:
             return None
         unit = f" {self.unit}" if self.unit else ""
-        cure = next(text for bound, text in self.cures if value <= bound)
+        cure = next((text for bound, text in self.cures if value <= bound), self.cure)
         # A value that lies inside the range in another unit was probably given in that unit.
         other = {
             "deg": (1.0 / DEGREE, IN_RADIANS),
-            "rad": (DEGREE, IN_DEGREES),
+            "rad": (DEGREE, "was it given in degrees?"),
             "mm": (MM_PER_INCH, "was it given in inches?"),
         }.get(self.unit)
         if other and value * other[0] != 0.0 and self.low <= value * other[0] <= self.high:
             cure = other[1]
         return refused(f"be between {self.low:g} and {self.high:g}{unit}", value, cure, place)
+
+    @property
+    def kind(self) -> tuple[str, str]:
+        """Description of the required value, and the cure for another one."""
+        if self.whole:
+            return "a whole number", "write it without quotes and decimals, such as 29"
+        return "a number", "write it without quotes, such as 1.5"
 
     @property
     def from_python(self) -> Limit:
@@ -121,35 +127,21 @@ class Limit(NamedTuple):
         return self._replace(low=math.radians(low), high=math.radians(high), unit="rad", cures=cures)
 
 
-_POSITIVE = ((math.inf, "give a positive length in mm"),)
-_OFFSET = ((math.inf, "give the distance of the axes in mm, 0 where they intersect"),)
-_MODULES = ((math.inf, "give it in normal modules, not in mm"),)
-_PRESSURE = ((0.0, "the pressure angle is positive"), (math.inf, "usual tools have 14.5 to 30 deg"))
-_TEETH = (
-    (-1.0, "internal gears are not supported"),
-    (0.0, "a member has at least one tooth"),
-    (math.inf, "racks are not supported"),
-)
-_HELIX = (
-    (math.inf, "measure it from the axis, right hand positive; it is the complement of the lead angle"),
-)
-_CONE = ((math.inf, "it is half the angle of the pitch cone, positive if the tooth grows towards +z"),)
-_SHAFT = (
-    (0.0, "give the magnitude, the sense follows from the helix angles"),
-    (math.inf, "it is the smaller angle between the axes, give 180 deg minus this angle"),
-)
-_LAYOUT = ((math.inf, "for another layout, change the shaft angle of the pair"),)
-_AXIAL = ((math.inf, "give it in mm, positive towards +z"),)
-_GREATEST = float(np.finfo(float).max)
-_FREE = Limit(-_GREATEST, _GREATEST, "", ())
+_POSITIVE = "give a positive length in mm"
+_MODULES = "give it in normal modules, not in mm"
+_LAYOUT = "for another layout, change the shaft angle of the pair"
+_AXIAL = "give it in mm, positive towards +z"
+_FREE = Limit(-sys.float_info.max, sys.float_info.max, "", "")
 _FREE_LENGTH = _FREE._replace(unit="mm")
 
 LIMITS: dict[str, dict[str, Limit]] = {
     "Tool": {
         "normal_module": Limit(0.01, 100, "mm", _POSITIVE, least=1e-6, most=1e6),
-        "normal_pressure_angle": Limit(5, 45, "deg", _PRESSURE),
+        "normal_pressure_angle": Limit(
+            5, 45, "deg", "usual tools have 14.5 to 30 deg", ((0.0, "the pressure angle is positive"),)
+        ),
         "addendum": Limit(0.1, 4, "", _MODULES, least=0, most=10),
-        "dedendum": Limit(MIN_FLANK_DEPTH, 4, "", _MODULES, least=0, most=10),
+        "dedendum": Limit(MIN_FLANK_DEPTH_MODULES, 4, "", _MODULES, least=0, most=10),
         "tip_radius": Limit(0, 4, "", _MODULES, most=10),
         "parabola": _FREE,
         "parabola_right": _FREE._replace(optional=True),
@@ -157,16 +149,43 @@ LIMITS: dict[str, dict[str, Limit]] = {
         "parabola_apex": _FREE_LENGTH,
     },
     "Member": {
-        "teeth": Limit(1, 2000, "", _TEETH, whole=True),
-        "helix_angle": Limit(-80, 80, "deg", _HELIX),
-        "cone_angle": Limit(-45, 45, "deg", _CONE),
+        "teeth": Limit(
+            1,
+            2000,
+            "",
+            "racks are not supported",
+            ((-1.0, "internal gears are not supported"), (0.0, "a member has at least one tooth")),
+            whole=True,
+        ),
+        "helix_angle": Limit(
+            -80,
+            80,
+            "deg",
+            "measure it from the axis, right hand positive; it is the complement of the lead angle",
+        ),
+        "cone_angle": Limit(
+            -45,
+            45,
+            "deg",
+            "it is half the angle of the pitch cone, positive if the tooth grows towards +z",
+        ),
         "profile_shift": Limit(-3, 3, "", _MODULES, least=-10, most=10),
         "face_width": Limit(0.01, 1e4, "mm", _POSITIVE, least=1e-9, most=1e9),
         "tip_alteration": Limit(-3, 3, "", _MODULES, least=-10, most=10),
     },
     "Pair": {
-        "offset": Limit(0, 1e5, "mm", _OFFSET, most=1e9),
-        "shaft_angle": Limit(0, 90, "deg", _SHAFT, least=-180, most=180),
+        "offset": Limit(
+            0, 1e5, "mm", "give the distance of the axes in mm, 0 where they intersect", most=1e9
+        ),
+        "shaft_angle": Limit(
+            0,
+            90,
+            "deg",
+            "it is the smaller angle between the axes, give 180 deg minus this angle",
+            ((0.0, "give the magnitude, the sense follows from the helix angles"),),
+            least=-180,
+            most=180,
+        ),
         "pinion_mounting": Limit(-1e5, 1e5, "mm", _AXIAL, least=-1e9, most=1e9, optional=True),
         "gear_mounting": Limit(-1e5, 1e5, "mm", _AXIAL, least=-1e9, most=1e9, optional=True),
     },
@@ -247,7 +266,7 @@ def checked(value: object, limit: Limit) -> float | NDArray[np.float64] | str:
     """Return a value for the calculation: a float, an int, or a read-only float64 copy of an array.
 
     If the value is not a number or outside its limit, return the message instead."""
-    kind = WHOLE if limit.whole else NUMBER
+    kind = limit.kind
     if isinstance(value, str) and (cure := number_cure(value, limit.unit)):
         kind = kind[0], cure
     given = _as_float64(value, kind)
@@ -268,7 +287,7 @@ def checked(value: object, limit: Limit) -> float | NDArray[np.float64] | str:
 def number_fault(value: object, limit: Limit) -> str | None:
     """Return the message for a value of a design file or an option, None for a number within its limit."""
     if isinstance(value, list):  # files have no arrays
-        kind, cure = WHOLE if limit.whole else NUMBER
+        kind, cure = limit.kind
         return refused(f"be {kind}", value, cure)
     result = checked(value, limit)
     return result if isinstance(result, str) else None
@@ -292,7 +311,7 @@ def float64_of(name: str, value: object) -> NDArray[np.float64]:
     """Return the argument `name` of a function as float64.
 
     Raises ValueError for a value that is neither a real number nor an array of real numbers."""
-    array = _as_float64(value, NUMBER)
+    array = _as_float64(value, _FREE.kind)
     if isinstance(array, str):
         raise ValueError(f"{name} {array}")
     return array
@@ -305,7 +324,7 @@ def _outside_range(value: float, limit: Limit, place: str) -> str:
     if not math.isfinite(value):
         return refused(f"be {finite[0]}", value, finite[1], place)
     if limit.whole and not value.is_integer():
-        return refused(f"be {WHOLE[0]}", value, WHOLE[1], place)
+        return refused(f"be {limit.kind[0]}", value, limit.kind[1], place)
     return limit.fault(int(value) if limit.whole else value, place) or ""
 
 

@@ -21,9 +21,7 @@ from .field_limits import LIMITS, DesignError as DesignError, Fault, in_radians
 from .keys import (
     ERRORS_AT,
     IS_MISSING,
-    MEMBER_KEYS,
     TABLES,
-    TOOL_KEYS,
     checked_table,
     guess,
     keys_of,
@@ -31,7 +29,7 @@ from .keys import (
     unknown_key,
 )
 from .limits import (
-    LEAST_TIP_HEIGHT,
+    MIN_TIP_HEIGHT_MODULES,
     given_at_mesh_faults,
     member_faults,
     mesh_error_faults,
@@ -80,11 +78,11 @@ def _read_member(
     given, shared = dict(tables[name]), tables.get("tool", {})
     tables_by_flank = modification_tables_of(f"{name}.modification", given.pop("modification", {}), faults)
     modifications = read_modifications(tables_by_flank, faults)
-    inherited = {key: shared[key] for key in TOOL_KEYS if key in shared and key not in given}
+    inherited = {key: shared[key] for key in TABLES["tool"] if key in shared and key not in given}
     new: list[Fault] = []
-    values = checked_table(MEMBER_KEYS, name, inherited | given, new, required_keys(Tool, Member))
+    values = checked_table(TABLES[name], name, inherited | given, new, required_keys(Tool, Member))
     if values is None:
-        faults += [fault for fault in new if fault.key in given or fault.key not in TOOL_KEYS]
+        faults += [fault for fault in new if fault.key in given or fault.key not in TABLES["tool"]]
         return None
     tool = {key: values.pop(key) for key in keys_of(Tool) if key in values}
     diameter = values.pop("tip_diameter", None)
@@ -97,7 +95,7 @@ def _read_member(
     if diameter is not None:
         least, most = (
             float(f"{2.0 * float(tip_radius_at_mid_face(replace(member, tip_alteration=k))):.6g}")
-            for k in (LEAST_TIP_HEIGHT - member.tool.addendum, LIMITS["Member"]["tip_alteration"].high)
+            for k in (MIN_TIP_HEIGHT_MODULES - member.tool.addendum, LIMITS["Member"]["tip_alteration"].high)
         )
         if not least <= diameter <= most:
             cure = "it is twice the tip radius at mid-face and includes the profile shift"
@@ -199,8 +197,8 @@ def parse_design(
     if "tool" in tables:
         # Keys that both members give may be missing in [tool].
         members = [tables[name] for name in ("pinion", "gear") if name in tables]
-        supplied = {key for key in TOOL_KEYS if members and all(key in member for member in members)}
-        checked_table(TOOL_KEYS, "tool", tables["tool"], faults, required_keys(Tool) - supplied)
+        supplied = {key for key in TABLES["tool"] if members and all(key in member for member in members)}
+        checked_table(TABLES["tool"], "tool", tables["tool"], faults, required_keys(Tool) - supplied)
     folder = os.path.dirname(source)
     pinion, gear = (
         _read_member(name, tables, faults, folder, read_deviations) if name in tables else None

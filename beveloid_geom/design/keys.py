@@ -5,7 +5,6 @@ The numbers of each table become keyword arguments of `model.from_degrees`."""
 from __future__ import annotations
 
 import difflib
-import math
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, fields
@@ -32,13 +31,15 @@ def required_keys(*inputs: type) -> set[str]:
     return {key for key in keys_of(*inputs) if key.removesuffix("_deg") in names}
 
 
-_DIAMETER = Limit(0.001, 1e6, "mm", ((math.inf, "give the tip diameter at mid-face in mm"),))
-TOOL_KEYS = {key: limit for key, limit in keys_of(Tool).items() if not key.startswith("parabola")}
-MEMBER_KEYS = {**keys_of(Tool, Member), "tip_diameter": _DIAMETER}
 TABLES = {
-    "tool": TOOL_KEYS,
-    "pinion": MEMBER_KEYS,
-    "gear": MEMBER_KEYS,
+    "tool": {key: limit for key, limit in keys_of(Tool).items() if not key.startswith("parabola")},
+    **{
+        name: {
+            **keys_of(Tool, Member),
+            "tip_diameter": Limit(0.001, 1e6, "mm", "give the tip diameter at mid-face in mm"),
+        }
+        for name in ("pinion", "gear")
+    },
     "pair": keys_of(Pair),
     "errors": keys_of(Errors),
 }

@@ -15,17 +15,17 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from .field_limits import LIMITS, MIN_FLANK_DEPTH, Fault, base_pitch_fault
+from .field_limits import LIMITS, MIN_FLANK_DEPTH_MODULES, Fault, base_pitch_fault
 from .member import MODIFICATIONS, Member
-from .model import MATCH, PARALLEL, Errors, MeshErrors, Pair
+from .model import NORMAL_MATCH_TOLERANCE, PARALLEL_AXES_SINE, Errors, MeshErrors, Pair
 from .modification import kinds_of, length_of
 from .written_numbers import IN_RADIANS, refused
 
-MOST_OFFSET_ERROR = 10.0
+MAX_OFFSET_ERROR_MODULES = 10.0
 """Largest offset error in a file, in modules; this is several times the tooth depth."""
-LEAST_TIP_HEIGHT = 0.1
+MIN_TIP_HEIGHT_MODULES = 0.1
 """Least tip height (addendum plus tip alteration) of a member in a file, in modules."""
-NORMAL_MARGIN = math.radians(1.0)
+NORMAL_MARGIN_RAD = math.radians(1.0)
 """Least difference of the local pressure angle from the angle at which the radial normal vanishes, rad."""
 
 
@@ -56,7 +56,7 @@ def parabola_limit(member: Member) -> float:
     tool = member.tool
     alpha = float(tool.normal_pressure_angle)
     height = _tool_height(member) + abs(float(tool.parabola_apex)) * math.cos(alpha)
-    lowest = math.atan(abs(math.sin(member.helix_angle) * math.tan(member.cone_angle))) + NORMAL_MARGIN
+    lowest = math.atan(abs(math.sin(member.helix_angle) * math.tan(member.cone_angle))) + NORMAL_MARGIN_RAD
     low, high = (
         bend * (math.cos(alpha) + 0.5 * bend * math.sin(alpha)) / (2.0 * height)
         for bend in (math.tan(alpha - lowest), math.tan(alpha - max_local_pressure_angle))
@@ -80,7 +80,9 @@ def member_faults(name: str, member: Member) -> Iterator[Fault]:
     tool, alpha = member.tool, float(member.tool.normal_pressure_angle)
     most, reach = parabola_limit(member), _tool_height(member) / math.cos(alpha)
     if most <= 0.0:
-        steepest = in_degrees(math.atan(math.tan(alpha - NORMAL_MARGIN) / abs(math.sin(member.helix_angle))))
+        steepest = in_degrees(
+            math.atan(math.tan(alpha - NORMAL_MARGIN_RAD) / abs(math.sin(member.helix_angle)))
+        )
         limit = f"be between -{steepest} and {steepest} deg at this helix and pressure angle"
         cure = "the tool cannot generate one of the flanks, increase the pressure angle"
         yield outside(name, "cone_angle_deg", limit, in_degrees(member.cone_angle), cure)
@@ -94,12 +96,12 @@ def member_faults(name: str, member: Member) -> Iterator[Fault]:
                 cure = "a larger coefficient folds the rack profile, usual values are 0.0001 to 0.01"
                 yield outside(name, key, f"be between -{most:.4g} and {most:.4g} 1/mm", parabola, cure)
 
-    largest = (float(tool.dedendum) - MIN_FLANK_DEPTH) / (1.0 - math.sin(alpha))
+    largest = (float(tool.dedendum) - MIN_FLANK_DEPTH_MODULES) / (1.0 - math.sin(alpha))
     if float(tool.tip_radius) > largest:
         cure = "a larger tip round leaves no flank, the unit is the normal module, not mm"
         yield outside(name, "tip_radius", f"be at most {largest:.4g} at this dedendum", tool.tip_radius, cure)
-    if float(member.tip_height) < LEAST_TIP_HEIGHT:
-        limit = f"leave the tip at least {LEAST_TIP_HEIGHT:g} modules above the shifted pitch cone"
+    if float(member.tip_height) < MIN_TIP_HEIGHT_MODULES:
+        limit = f"leave the tip at least {MIN_TIP_HEIGHT_MODULES:g} modules above the shifted pitch cone"
         cure = f"increase it or the tip diameter, the addendum is {float(tool.addendum):g}"
         yield outside(name, "tip_alteration", limit, float(f"{member.tip_alteration:.6g}"), cure)
     taper = 0.5 * member.face_width * abs(math.tan(member.cone_angle))
@@ -151,9 +153,9 @@ def offset_error_faults(pinion: Member, errors: Errors) -> Iterator[Fault]:
 
 
 def _distance_faults(key: str, pinion: Member, error: Any, cure: str) -> Iterator[Fault]:
-    """Yield the fault of an error of a distance above MOST_OFFSET_ERROR."""
-    if abs(float(error)) > (most := MOST_OFFSET_ERROR * float(pinion.tool.normal_module)):
-        limit = f"be between -{most:g} and {most:g} mm ({MOST_OFFSET_ERROR:g} modules)"
+    """Yield the fault of an error of a distance above MAX_OFFSET_ERROR_MODULES."""
+    if abs(float(error)) > (most := MAX_OFFSET_ERROR_MODULES * float(pinion.tool.normal_module)):
+        limit = f"be between -{most:g} and {most:g} mm ({MAX_OFFSET_ERROR_MODULES:g} modules)"
         yield outside("errors", key, limit, error, f"{cure}, it does not replace it")
 
 
@@ -164,7 +166,7 @@ def parallel_faults(pinion: Member, gear: Member, pair: Pair) -> Iterator[Fault]
     on right and on left flanks. Therefore sin(alpha) sin(gamma) and cos(alpha) sin(beta) cos(gamma) of both
     members must cancel. If the pressure angles differ, only unmodified cylindrical gears have line
     contact."""
-    if abs(math.sin(pair.shaft_angle)) > PARALLEL:
+    if abs(math.sin(pair.shaft_angle)) > PARALLEL_AXES_SINE:
         return
     alphas, cones, helices = (
         tuple(float(getattr(part, name)) for part in parts)
@@ -175,7 +177,7 @@ def parallel_faults(pinion: Member, gear: Member, pair: Pair) -> Iterator[Fault]
         )
     )
     modified = any(member.tool.has_parabola for member in (pinion, gear)) and any(helices)
-    if abs(alphas[0] - alphas[1]) > MATCH and (any(cones) or modified):
+    if abs(alphas[0] - alphas[1]) > NORMAL_MATCH_TOLERANCE and (any(cones) or modified):
         cure = "on parallel axes conical gears and modified helical gears need equal pressure angles"
         limit = f"equal that of [pinion], {in_degrees(alphas[0])} deg"
         yield outside("gear", "normal_pressure_angle_deg", limit, in_degrees(alphas[1]), cure)
@@ -188,7 +190,7 @@ def parallel_faults(pinion: Member, gear: Member, pair: Pair) -> Iterator[Fault]
         ("cone_angle_deg", cone, cones[1], "on parallel axes the cone angles must be opposite"),
     )
     for key, required, given, cure in requirements:
-        if abs(required - given) > MATCH:
+        if abs(required - given) > NORMAL_MATCH_TOLERANCE:
             limit = f"be {in_degrees(required)} deg, opposite to that of [pinion]"
             if key == "helix_angle_deg" and required * given < 0.0:
                 cure = "on parallel axes the members must have opposite hands"

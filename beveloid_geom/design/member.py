@@ -8,18 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
-from ..arrays import FloatArray, Quantity, flank_sign
+from ..arrays import FloatArray, Quantity, T, flank_sign
 from ..support.frozen_arrays import equal, restored
 from .deviations import FlankDeviations, StackedDeviations
 from .field_limits import DesignError, require_classes, take
 from .modification import PITCH, Modification, limits_of
 from .written_numbers import refused
 
-T = TypeVar("T")
 MODIFICATIONS = {"right": "modification_right", "left": "modification_left"}
 """Fields of a `Member` by flank."""
 BY_FLANK = {"parabola_right": "right", "parabola_left": "left"}

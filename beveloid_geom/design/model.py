@@ -14,24 +14,23 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal, TypeAlias, TypeVar, get_args
+from typing import Any, Literal, TypeAlias, get_args
 
 import numpy as np
 
-from ..arrays import FloatArray, Quantity
+from ..arrays import FloatArray, Quantity, T
 from ..support.array_repr import html_table
 from ..support.frozen_arrays import equal, restored
 from .field_limits import DesignError, base_pitch_fault, in_radians, require_classes, take
 from .member import Member, stacked
 from .written_numbers import refused
 
-T = TypeVar("T")
 ErrorsAt: TypeAlias = Literal["perpendicular", "mesh"]
 """Where assembly errors are measured: about the common perpendicular of the axes, or at the mesh."""
 
-PARALLEL = 1e-9
+PARALLEL_AXES_SINE = 1e-9
 """Sine of the shaft angle up to which the axes count as parallel."""
-MATCH = 1e-9
+NORMAL_MATCH_TOLERANCE = 1e-9
 """Sum of the axial components of the normals of two flanks up to which they count as opposite. Flanks on
 parallel axes with opposite components have a common normal."""
 

@@ -31,9 +31,7 @@ from .written_numbers import refused
 
 AMOUNT_SUFFIX, LENGTH_SUFFIX = "_um", "_length_mm"
 PITCH = "pitch_deviations_um"
-MAX_AMOUNT_UM, MAX_LENGTH_MM = 1e5, 1e4
-AMOUNT = Limit(-MAX_AMOUNT_UM, MAX_AMOUNT_UM, "um", ((np.inf, "give it in um"),))
-LENGTH = Limit(1e-6, MAX_LENGTH_MM, "mm", ((np.inf, "give the length of the relief in mm"),), optional=True)
+AMOUNT = Limit(-1e5, 1e5, "um", "give it in um")
 
 
 class Kind(NamedTuple):
@@ -232,8 +230,9 @@ def kinds_of(modification: type[Modification] = Modification) -> dict[str, Kind]
 
 def limits_of(modification: type[Modification] = Modification) -> dict[str, Limit]:
     """Return the limits of a class of modifications by field."""
+    length = Limit(1e-6, 1e4, "mm", "give the length of the relief in mm", optional=True)
     return {
-        row.name: AMOUNT if "kind" in row.metadata else LENGTH
+        row.name: AMOUNT if "kind" in row.metadata else length
         for row in fields(modification)
         if row.name not in ("deviations", PITCH)
     }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
@@ -20,7 +19,6 @@ from .written_numbers import refused
 
 MODIFICATION_KEYS = limits_of(Modification)
 """Limits of the keys of [pinion.modification] and [gear.modification]."""
-_GRID_SIZE = Limit(2, 999, "", ((math.inf, "give the number in the measuring grid"),), whole=True)
 _DEVIATIONS = "deviations"
 """Key of these tables that names a file of measured points."""
 
@@ -101,8 +99,9 @@ def _deviation_files(table: str, given: object, faults: list[Fault]) -> list[Dev
         for key in keys
         if key not in DeviationFile._fields
     ]
+    grid_size = Limit(2, 999, "", "give the number in the measuring grid", whole=True)
     for key, value in keys.items():
-        if key in ("rows", "columns") and (text := number_fault(value, _GRID_SIZE)):
+        if key in ("rows", "columns") and (text := number_fault(value, grid_size)):
             new.append(Fault(table, f"{_DEVIATIONS}.{key}", text))
     files = keys.get("file")
     files = files if isinstance(files, list) else [files]

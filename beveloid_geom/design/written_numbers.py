@@ -7,24 +7,9 @@ import re
 
 import numpy as np
 
-IN_RADIANS, IN_DEGREES = "was it given in radians?", "was it given in degrees?"
-NUMBER = "a number", "write it without quotes, such as 1.5"
-WHOLE = "a whole number", "write it without quotes and decimals, such as 29"
-"""Descriptions of the values required, with the cure."""
+IN_RADIANS = "was it given in radians?"
 MM_PER_INCH = 25.4
 DEGREE = math.pi / 180.0
-_LENGTHS_MM = {"mm": 1.0, "um": 1e-3, "µm": 1e-3, "cm": 10.0, "m": 1e3}
-_LENGTHS_MM |= dict.fromkeys(("in", "inch", "inches", '"', "″"), MM_PER_INCH)
-_ANGLES_RAD = {"rad": 1.0} | dict.fromkeys(("deg", "°", "degree", "degrees"), DEGREE)
-_ANGLES_RAD |= {"arcmin": DEGREE / 60.0, "arcsec": DEGREE / 3600.0}
-_UNITS = {
-    "mm": _LENGTHS_MM,
-    "um": {name: size / 1e-3 for name, size in _LENGTHS_MM.items()},
-    "rad": _ANGLES_RAD,
-    "deg": {name: size / DEGREE for name, size in _ANGLES_RAD.items()},
-}
-"""Conversion factors by the unit in which a quantity is expected and the unit in which it was written."""
-_WRITTEN_NUMBER = re.compile(r"\s*([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\d\s.,;]*)\s*")
 
 
 def shown_value(value: object) -> str:
@@ -54,14 +39,29 @@ def number_cure(text: str, unit: str = "") -> str | None:
     str or None
         Sentence with the number to give; None for any other text.
     """
-    match = _WRITTEN_NUMBER.fullmatch(text)
+    written_number = re.compile(r"\s*([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\d\s.,;]*)\s*")
+    match = written_number.fullmatch(text)
     if match is None:
         return None
     number, suffix = float(match[1].replace(",", ".")), match[2]
     if suffix:
-        size = _UNITS.get(unit, {}).get(suffix.lower())
+        size = _conversions(unit).get(suffix.lower())
         return None if size is None else f"give it in {unit} without a unit, {number * size:.10g}"
     return f"write it with a decimal point, {number:g}" if "," in match[1] else None
+
+
+def _conversions(unit: str) -> dict[str, float]:
+    """Return the factors to a unit by the unit in which a quantity was written."""
+    lengths_mm = {"mm": 1.0, "um": 1e-3, "µm": 1e-3, "cm": 10.0, "m": 1e3}
+    lengths_mm |= dict.fromkeys(("in", "inch", "inches", '"', "″"), MM_PER_INCH)
+    angles_rad = {"rad": 1.0} | dict.fromkeys(("deg", "°", "degree", "degrees"), DEGREE)
+    angles_rad |= {"arcmin": DEGREE / 60.0, "arcsec": DEGREE / 3600.0}
+    return {
+        "mm": lengths_mm,
+        "um": {name: size / 1e-3 for name, size in lengths_mm.items()},
+        "rad": angles_rad,
+        "deg": {name: size / DEGREE for name, size in angles_rad.items()},
+    }.get(unit, {})
 
 
 def refused(limit: str, value: object, cure: str, place: str = "") -> str:

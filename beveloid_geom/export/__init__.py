@@ -61,7 +61,6 @@ SCENE_FORMATS = {".glb": Format("scene:write_glb", "viewers, web pages")}
 """Formats of scenes: writers take a sequence of `SceneItem` and the path."""
 FIELD_FORMATS = tuple(suffix for suffix, one in SURFACE_FORMATS.items() if one.fields)
 """Surface formats that hold fields."""
-MEMBERS = ("pinion", "gear")
 UNITS = "Units: N, mm, MPa, tonne, s."
 GEAR_FRAME = "Own frame of the gear: z along its axis from mid-face, x through the first tooth."
 FIXED_FRAME = (

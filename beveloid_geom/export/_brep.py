@@ -58,8 +58,7 @@ COLOURS = {
     "right fillet": (0.40, 0.80, 0.93),
     "left fillet": (0.93, 0.73, 0.40),
 }
-"""Red, green and blue of faces. All other faces are GREY."""
-GREY = (0.75, 0.75, 0.75)
+"""Red, green and blue of faces. All other faces are grey."""
 
 
 NamedSolid: TypeAlias = tuple[TopoDS_Solid, list[tuple[str, TopoDS_Face]]]
@@ -308,12 +307,13 @@ def _document(parts: Sequence[SolidPart], shapes: Sequence[NamedSolid], name: st
     products, colours = (
         tool(document.Main()) for tool in (XCAFDoc_DocumentTool.ShapeTool_s, XCAFDoc_DocumentTool.ColorTool_s)
     )
+    grey = (0.75, 0.75, 0.75)
     placed = []
     for part, (solid, faces) in zip(parts, shapes, strict=True):
         product = products.AddShape(solid, False)
         _set_name(product, part.name)
         for label, face in faces:
-            colour = Quantity_Color(*COLOURS.get(label.rstrip(" 0123456789"), GREY), Quantity_TOC_sRGB)
+            colour = Quantity_Color(*COLOURS.get(label.rstrip(" 0123456789"), grey), Quantity_TOC_sRGB)
             colours.SetColor(products.AddSubShape(product, face), colour, XCAFDoc_ColorSurf)
         if part.frame is not None:
             placed.append((part.name, product, _location(part.frame)))

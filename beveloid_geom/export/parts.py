@@ -11,13 +11,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import MEMBERS, FloatArray
 from ..contact.ellipse import relative_curvature
 from ..contact.mesh_position import Frame, MeshingPair
 from ..contact.parallel.lines import contact_lines, touches_along_lines
 from ..design.member import Member
 from ..design.model import Design
-from ..export import FIELD_FORMATS, MEMBERS
+from ..export import FIELD_FORMATS
 from ..gear.flank import flank_point, tip_parameter
 from ..operation.angular_clearance import angular_clearance
 from ..operation.contact_pattern.mating import mating_of
@@ -165,22 +165,22 @@ def separation_field(design: Design, pose: MeshingPair, member: int, grid: Flank
     return np.where(gaps.inside, gaps.distance, np.nan)
 
 
-FIELDS: dict[str, Callable[[Design, MeshingPair, int, FlankGrid], FloatArray]] = {
-    "separation": separation_field,
-    "pattern": pattern_field,
-}
-"""Fields of a flank by name: functions of design, pose, member number and grid."""
-
-
 def flank_part(
     design: Design, member: int, flank: str, tolerance: float, pose: MeshingPair | None, names: Sequence[str]
 ) -> SurfaceMesh:
-    """Return the active flank of tooth 0 of member 0 or 1 as triangles, with the named FIELDS.
+    """Return the active flank of tooth 0 of member 0 or 1 as triangles, with the named fields.
 
     Fields need the `pose`. Raises ValueError as `sample_flank`, and if the memory is not sufficient."""
     require_surface_memory(lambda trial: sample_flank(design.members[member], flank, trial).l.size, tolerance)
     grid = sample_flank(design.members[member], flank, tolerance)
-    fields = {} if pose is None else {name: FIELDS[name](design, pose, member, grid) for name in names}
+    # Functions of design, pose, member number and grid.
+    field_functions: dict[str, Callable[[Design, MeshingPair, int, FlankGrid], FloatArray]] = {
+        "separation": separation_field,
+        "pattern": pattern_field,
+    }
+    fields = (
+        {} if pose is None else {name: field_functions[name](design, pose, member, grid) for name in names}
+    )
     return flank_triangles(grid, fields)
 
 

@@ -13,11 +13,10 @@ from typing import Any, cast
 
 import numpy as np
 
-from ..arrays import FloatArray, Mask
+from ..arrays import MEMBERS, FloatArray, Mask
 from ..contact.mesh_position import Frame, MeshingPair
 from ..contact.path import ContactPath, path_of_contact
 from ..design.model import Design
-from ..export import MEMBERS
 from ..gear.flank import flank_patch
 from ..operation.certificate import certify
 from ..operation.contact_pattern.pattern import MemberPattern, contact_pattern
@@ -28,9 +27,6 @@ from .surfaces import SurfaceMesh, in_fixed
 
 METRES_Y_UP = 1e-3 * np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 """From mm in S_f to the axes of a scene."""
-FIRST_CONTACT_COLOUR, NOT_FIRST_COLOUR, PATTERN_COLOUR = "#d55e00", "#1a1a1a", "#0072b2"
-PATTERN_HEIGHT_MODULES = 1.0 / 300.0
-"""Height of the pattern over the flank."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,13 +130,8 @@ def _path_items(path: ContactPath, first: Mask, number: int) -> Iterator[SceneIt
     both_first = first[:-1] & first[1:]
     name = f"path of contact on {MEMBERS[number]}"
     for chosen, label, colour, size in (
-        (steps & both_first, name, FIRST_CONTACT_COLOUR, radius),
-        (
-            steps & ~both_first,
-            f"{name}, not the first contact",
-            NOT_FIRST_COLOUR,
-            0.4 * radius,
-        ),
+        (steps & both_first, name, "#d55e00", radius),
+        (steps & ~both_first, f"{name}, not the first contact", "#1a1a1a", 0.4 * radius),
     ):
         if chosen.any():
             yield SceneItem(label, colour, _tube(points, chosen, size), MEMBERS[number])
@@ -180,6 +171,7 @@ def _pattern_items(
         return
     l, z, _ = cut.T
     patch = flank_patch(member, flank, l, z=z)
-    points = patch.point + PATTERN_HEIGHT_MODULES * float(member.tool.normal_module) * patch.normal
+    height = float(member.tool.normal_module) / 300.0  # of the pattern over the flank
+    points = patch.point + height * patch.normal
     surface = SurfaceMesh(points, np.asarray(faces), {"normals": patch.normal}, {})
-    yield SceneItem(f"pattern on {MEMBERS[number]}", PATTERN_COLOUR, surface, MEMBERS[number])
+    yield SceneItem(f"pattern on {MEMBERS[number]}", "#0072b2", surface, MEMBERS[number])

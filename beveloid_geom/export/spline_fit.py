@@ -11,7 +11,6 @@ import numpy as np
 from ..arrays import FloatArray
 
 DEGREE = 7
-SPANS = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)
 
 
 class Break(NamedTuple):
@@ -58,12 +57,13 @@ def fitted_knots(
     """
     from scipy.interpolate import BSpline
 
-    for spans in SPANS:
+    span_counts = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64)
+    for spans in span_counts:
         knots = knots_with(spans, breaks)
         nodes = nodes_of(knots)
         between = (nodes[:-1] + np.diff(nodes) * np.array([[0.25], [0.5], [0.75]])).ravel()
         spline = BSpline(knots, poles_of(knots, values(nodes)), DEGREE)
         if np.abs(spline(between) - values(between)).max() < fit:
             return knots
-    text = f"B-splines with {SPANS[-1]} spans deviate by more than {fit:g} mm from the tooth"
+    text = f"B-splines with {span_counts[-1]} spans deviate by more than {fit:g} mm from the tooth"
     raise ValueError(f"{text}: use a narrower face, a smaller parabola or a smaller helix angle")

@@ -14,10 +14,10 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from ..arrays import MEMBERS
 from ..contact.mesh_position import Frame
 from ..design.member import Member
 from ..design.model import Design
-from ..export import MEMBERS
 from ..support.atomic_file import atomic_file
 from .strips import SolidPart, gear_loops
 

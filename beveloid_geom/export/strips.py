@@ -2,7 +2,7 @@
 
 A solid is bounded by its end planes and by strips from toe to heel, which follow each other around closed
 loops. Flanks and fillets are B-spline surfaces of degree 7 through exact points. Their distance from the
-exact surfaces is measured, and knots are added until it is within FIT_MM. Tip lands, bottom lands and bore
+exact surfaces is measured, and knots are added until it is within 1e-6 mm. Tip lands, bottom lands and bore
 are surfaces of revolution. Along the face all B-splines have the same knots and the parameter z, so that a
 strip and its neighbour have the same line, a `StripEdge`, as their common edge."""
 
@@ -34,8 +34,6 @@ Place: TypeAlias = Callable[[Any, FloatArray], FloatArray]
 """Points (..., 3), mm, of a surface at the parameters s along the section and t along the face, both 0 ...
 1."""
 
-FIT_MM = 1e-6
-"""Largest distance of flanks and fillets from the exact surfaces along the section."""
 PROBES = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
 """Parameters across the direction of the knots at which the distance is measured."""
 STRAIGHT = np.array([0.0, 0.0, 1.0, 1.0])
@@ -231,7 +229,10 @@ def _net(place: Place, first: StripEdge, last: StripEdge, breaks: Sequence[Break
     """Return the surface between two traces; its outer rows of poles are those of the traces.
 
     Derivatives may jump at the `breaks` across the section."""
-    across, t = fitted_knots(lambda s: place(s[:, None], PROBES), FIT_MM, breaks), nodes_of(first.knots)
+    # Largest distance of flanks and fillets from the exact surfaces along the section.
+    fit_tolerance_mm = 1e-6
+    across = fitted_knots(lambda s: place(s[:, None], PROBES), fit_tolerance_mm, breaks)
+    t = nodes_of(first.knots)
     poles = poles_of(first.knots, poles_of(across, place(nodes_of(across)[:, None], t)), axis=1)
     poles[0], poles[-1] = first.points, last.points
     poles[..., 2] = first.points[:, 2]

@@ -16,9 +16,9 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import MEMBERS, FloatArray
 from ..contact.mesh_position import Frame
-from ..export import MEMBERS, SURFACE_FORMATS, writer_of
+from ..export import SURFACE_FORMATS, writer_of
 from ..pair.frames import normals_to_fixed, to_fixed
 from ..shapes.sheet import Faces
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..arrays import FLANKS
 from ..contact.path import path_of_contact
 from ..design.arguments import require_design
 from ..design.model import Design, Pair
@@ -19,13 +20,7 @@ from ..operation.certificate import certify
 from ..pair.zero_backlash import Closing, closing_of
 from ..status import Status
 from .diagnostics import Remark, in_order, quiet, tooth_remarks
-from .layout import (
-    FLANKS,
-    HELIX_TOLERANCE,
-    ideal_layout,
-    layout_remarks,
-    remarks_on,
-)
+from .layout import HELIX_TOLERANCE_RAD, ideal_layout, layout_remarks, remarks_on
 from .path import certificate_remarks, first_contact_fault, path_remarks
 from .reach import rolling_generator_angle
 from .units import unit_remarks
@@ -33,8 +28,6 @@ from .units import unit_remarks
 DIGITS = 7
 """Significant digits of advice; their rounding is a hundredth of the layout tolerances for pairs of usual
 size."""
-MAX_ADVICE = 3
-"""Largest number of changes for one design."""
 
 
 def _deg(angle: float) -> str:
@@ -160,7 +153,7 @@ def advice_on(design: Design) -> tuple[Advice, ...]:
         known_layout = tried in [other.applied_to(plain) for other in advice]
         if not known_layout and quiet(r for r in iter_findings(tried) if r not in known):
             advice.append(rounded)
-        if len(advice) == MAX_ADVICE:
+        if len(advice) == 3:  # enough for one design
             break
     return tuple(advice)
 
@@ -174,7 +167,7 @@ def _candidates(design: Design) -> Iterator[tuple[str, Design]]:
     if ideal is None:
         return
     required = float(design.pair.shaft_angle)
-    helix_misfit = abs(float(ideal.shaft_angle) - required) > HELIX_TOLERANCE
+    helix_misfit = abs(float(ideal.shaft_angle) - required) > HELIX_TOLERANCE_RAD
     if design.pair.offset == 0.0 != ideal.offset:
         yield from _with_helix(design, (0.0,))
     if helix_misfit:

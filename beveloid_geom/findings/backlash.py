@@ -6,16 +6,15 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from ..arrays import FLANKS
 from ..design.ends import limit_names
 from ..design.model import Design
-from ..operation.backlash import FLANKS, Backlash, mounted_backlash
+from ..operation.backlash import Backlash, mounted_backlash
 from ..operation.first_contact import FirstContact
 from ..pair.mounting import unmodified_backlash
 from ..status import FirstStatus, Limit
 from .diagnostics import UNKNOWN, Remark
 from .path import WHY_NO_FIRST_CONTACT, first_contact_fault
-
-INTERFERES = "the flanks of one side interfere while those of the other side touch"
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,12 +66,13 @@ class BacklashReport:
         if self.backlash is None or not self.backlash.jammed:
             return None
         words = "the pair cannot be assembled"
+        interfere = "the flanks of one side interfere while those of the other side touch"
         if not self.unknown:
             size = f"the normal backlash is {self.normal:#.4g} mm as mounted"
-            return f"{words}: {INTERFERES}, {size}"
+            return f"{words}: {interfere}, {size}"
         reasons = [self.unknown] if self.backlash.status == FirstStatus.MEETS_BOTTOM else []
         if self.by_tangency < 0.0 or not reasons:
-            reasons.append(INTERFERES)
+            reasons.append(interfere)
         return f"{words}: {', and '.join(reasons)}"
 
     @property

@@ -30,7 +30,7 @@ ERROR, UNKNOWN, WARNING, NOTE = "error", "unknown", "warning", "note"
 LEVELS = (ERROR, UNKNOWN, WARNING, NOTE)
 """Levels of remarks, the most important first. An error: the pair does not work. Unknown: a calculation
 failed, so that the pair cannot be judged. A warning: the pair may fail in use. A note: information."""
-LEAST_TIP = 0.1
+LEAST_TIP_MODULES = 0.1
 """Tip thickness below which a tip may chip, modules: a warning."""
 
 
@@ -173,5 +173,5 @@ def tooth_remarks(name: str, member: Member) -> Iterator[Remark]:
             yield Remark(WARNING, f"{text}: reduce the profile shift or the addendum")
         elif thickness < thin_tip * module:
             at = f"{thickness:.3g} mm, {thickness / module:.2g} modules, at the {end}"
-            level = NOTE if thickness >= LEAST_TIP * module else WARNING
+            level = NOTE if thickness >= LEAST_TIP_MODULES * module else WARNING
             yield Remark(level, f"the tooth tip of the {name} is thin: {at}")

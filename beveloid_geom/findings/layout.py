@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from ..arrays import FLANK_SIGN
+from ..arrays import FLANKS
 from ..contact.path import ContactPath, path_of_contact
 from ..design.ends import limit_words
 from ..design.model import Design
@@ -30,12 +30,9 @@ from .path import reason_of
 from .reach import reach_of, rolling_generator_angle
 from .units import unit_remarks
 
-FLANKS = tuple(FLANK_SIGN)
-SHAFT_ANGLE_TOLERANCE = math.radians(0.01)
-"""Difference of the shaft angle from that of the layout in which the lines of action meet, rad."""
-INTERFERENCE_TOLERANCE = 1.0 / 6000.0
+INTERFERENCE_TOLERANCE_MODULES = 1.0 / 6000.0
 """Overlap that is attributed to rounded input, modules of the pinion."""
-HELIX_TOLERANCE = math.radians(0.05)
+HELIX_TOLERANCE_RAD = math.radians(0.05)
 """Difference of the shaft angle from that of the layout without backlash, rad, above which the helix angles
 are reported as the cause. A backlash of some tenths of a module changes the shaft angle by less."""
 
@@ -53,10 +50,12 @@ def meshes(design: Design) -> bool:
 def closes(design: Design, closing: Closing) -> bool:
     """Return whether both lines of action meet within the tolerances."""
     # Difference of the offset from that of the layout in which the lines of action meet, modules of the
-    # pinion. The distance of the lines is reported above this value or above SHAFT_ANGLE_TOLERANCE.
+    # pinion. The distance of the lines is reported above this value or above the tolerance of the angle.
     offset_tolerance = 1.0 / 60.0
     tolerance = offset_tolerance * float(design.pinion.tool.normal_module)
-    angle_fits = abs(closing.shaft_angle_difference) <= SHAFT_ANGLE_TOLERANCE
+    # Difference of the shaft angle from that of the layout in which the lines of action meet, rad.
+    shaft_angle_tolerance_rad = math.radians(0.01)
+    angle_fits = abs(closing.shaft_angle_difference) <= shaft_angle_tolerance_rad
     return angle_fits and abs(closing.offset_difference) <= tolerance
 
 
@@ -105,7 +104,7 @@ def layout_remarks(
     backlash = closing.normal_backlash
     if jam:
         yield Remark(ERROR, jam)
-    elif backlash < -INTERFERENCE_TOLERANCE * float(design.pinion.tool.normal_module):
+    elif backlash < -INTERFERENCE_TOLERANCE_MODULES * float(design.pinion.tool.normal_module):
         yield Remark(ERROR, f"the teeth interfere by {-backlash:.4f} mm along the normal")
     if meshing and not closes(design, closing):
         yield _displacement_remark(design.bare(), closing.gap)
@@ -157,7 +156,7 @@ def _misfit(design: Design, closing: Closing) -> Iterator[str]:
         angles = " and ".join(f"{math.degrees(member.cone_angle):.4g}" for member in design.members)
         yield f"cones of {angles} deg do not roll on each other at a shaft angle of {given}"
     ideal = ideal_layout(design)
-    if ideal is not None and abs(float(ideal.shaft_angle - design.pair.shaft_angle)) > HELIX_TOLERANCE:
+    if ideal is not None and abs(float(ideal.shaft_angle - design.pair.shaft_angle)) > HELIX_TOLERANCE_RAD:
         yield _helix_words(design, ideal)
     yield from closing.reasons
 
@@ -210,9 +209,9 @@ def remarks_on(design: Design, closing: Closing | None = None, jam: str | None =
     Errors: no contact on a flank, with the reason; teeth that interfere. Unknown: a path that could not be
     computed. Warnings: lengths that are probably in inches, displaced paths of right and left flanks that
     leave the face, tips that run into bottom lands, overlapping tip rounds of the tool, undercut, pointed
-    teeth, tips thinner than LEAST_TIP, on parallel axes tips below the mate's active flank. Notes: whether
-    undercut ends a path of contact, displaced paths that stay on the face, on other axes tips below the
-    mate's active flank, thin tips, a small tip clearance. Raises ValueError for arrays."""
+    teeth, tips thinner than LEAST_TIP_MODULES, on parallel axes tips below the mate's active flank. Notes:
+    whether undercut ends a path of contact, displaced paths that stay on the face, on other axes tips below
+    the mate's active flank, thin tips, a small tip clearance. Raises ValueError for arrays."""
     closing = closing_of(design) if closing is None else closing
     meshing = meshes(design)
     remarks = [*layout_remarks(design, closing, jam=jam, meshing=meshing), *unit_remarks(design)]

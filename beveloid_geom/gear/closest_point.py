@@ -47,12 +47,7 @@ Turn: TypeAlias = tuple[FloatArray, FloatArray, FloatArray]
 """Generating roll angles phi, rad, their cosines and sines."""
 Values: TypeAlias = tuple[FloatArray, ...]
 
-NEWTON_MAX_STEPS, SEPARATE_POINTS = 30, 8
-"""Maximum Newton steps; number of points below which unsolved points are iterated separately."""
-LAST_STEP_MODULES = 2e-8
-"""Newton step below which the iteration ends, in modules along l and in rad times pitch radius: the error
-is its square over the radius of curvature.
-"""
+NEWTON_MAX_STEPS = 30
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,12 +165,13 @@ def foot_on(
     sheet: FlankSheet,
     point: Vector,
     near: tuple[FloatArray, FloatArray] | None = None,
-    last_step: float = LAST_STEP_MODULES,
+    last_step: float = 2e-8,
 ) -> Foot:
     """Return the feet of perpendiculars from points, given by components, on a flank.
 
-    `near` is l and phi of the starting point, by default the foot on the unmodified flank; `last_step` as
-    LAST_STEP_MODULES. The caller silences NumPy's warnings.
+    `near` is l and phi of the starting point, by default the foot on the unmodified flank. `last_step` is
+    the Newton step below which the iteration ends, in modules along l and in rad times pitch radius: the
+    error is its square over the radius of curvature. The caller silences NumPy's warnings.
     """
     rack, last, remaining = sheet.rack, last_step * np.asarray(sheet.module), _rest(sheet.rack, point[2])
     if near is None:
@@ -204,6 +200,8 @@ def _settled(
     there and at most `most` steps. l is NaN where there is no foot. The few points that take longer are
     iterated separately.
     """
+    # Number of points below which unsolved points are iterated separately.
+    separate_points = 8
     # Newton's method; the last few points are iterated separately.
     for count in range(most):
         if count:
@@ -215,7 +213,7 @@ def _settled(
         number = np.count_nonzero(going)
         if not number:
             break
-        if SEPARATE_POINTS * number < going.size and count + 1 < most:
+        if separate_points * number < going.size and count + 1 < most:
             few = point[0][going], point[1][going], point[2][going]
             terms, turned = (
                 tuple(row[going] for row in remaining),

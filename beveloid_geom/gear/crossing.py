@@ -23,8 +23,6 @@ from .tooth_surface import Surface, cut_at
 
 SCAN_POINTS = 65
 """Number of points of a branch at which a sign is evaluated."""
-ROOT_MAX_STEPS, NEWTON_MAX_STEPS, FILLET_MAX_STEPS = 60, 12, 80
-"""Maximum steps for a root in a bracket, for an intersection, and for a point on a fillet."""
 ROUNDING_OF_PLACES = 1e-15
 """Width of the bracket of a root, relative to the pitch radius, at which the iteration ends."""
 
@@ -88,7 +86,7 @@ def _root(
     with np.errstate(invalid="ignore", divide="ignore"):
         x, far, f, f_far = one, other, function(one), function(other)
         x, share = np.where((f > 0.0) != (f_far > 0.0), x, np.nan), f / (f - f_far)
-        for _ in range(ROOT_MAX_STEPS):
+        for _ in range(60):
             following = x + share * (far - x)
             value = function(following)
             # Keep the end with the other sign. The third point is the end that is dropped.
@@ -262,7 +260,7 @@ def _newton(
     # left.
     rounding_error = 4e-16
     good, enough = np.isnan(bounds).any(axis=(0, 1)), last_newton_step * lens
-    for _ in range(NEWTON_MAX_STEPS):
+    for _ in range(12):
         cut = cut_at(surface, place, z)
         square, rise = cut.square, 0.5 * cut.square_s
         turn = cut.phi_s + (cut.x * cut.y_s - cut.y * cut.x_s) / square
@@ -290,7 +288,7 @@ def fillet_profile(surface: Surface, square: FloatArray, z: FloatArray, top: Flo
     share = (square - floor) / (most - floor)
     slack = 1e-12
     s = surface.bottom + (top - surface.bottom) * np.sqrt(np.clip(share, 0.0, 1.0))
-    for _ in range(FILLET_MAX_STEPS):
+    for _ in range(80):
         cut = cut_at(surface, s, z)
         excess = cut.square - square
         above = excess > 0.0

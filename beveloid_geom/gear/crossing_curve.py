@@ -21,8 +21,6 @@ from ..support.chebyshev import polynomials, with_derivative
 
 START, END, RADIUS = 0, 1, 2
 """Rows of a curve."""
-CHORD_COUNT, NEWTON_MAX_STEPS = 64, 60
-"""Number of chords from which the search for a plane starts, and maximum steps of this search."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,14 +90,16 @@ class CrossingCurve:
         # Newton step, relative to half the face width, below which the iteration ends: the error is
         # its square.
         last_plane_step = 1e-9
-        z = half * np.linspace(-1.0, 1.0, CHORD_COUNT + 1)
+        # Number of chords from which the search for a plane starts, and maximum steps of this search.
+        chord_count, newton_max_steps = 64, 60
+        z = half * np.linspace(-1.0, 1.0, chord_count + 1)
         values = self.start(z)
         rising = bool(values[-1] > values[0])
         # Start from the chords, then Newton's method with a bracket.
         order = slice(None, None, 1 if rising else -1)
         result = np.interp(start, np.maximum.accumulate(values[order]), z[order])
         low, high = np.full_like(start, -half), np.full_like(start, half)
-        for _ in range(NEWTON_MAX_STEPS):
+        for _ in range(newton_max_steps):
             value, rate = self.rows(result)[START, :2]
             higher = (value < start) == rising
             low, high = np.where(higher, result, low), np.where(higher, high, result)

@@ -42,12 +42,6 @@ from .rack import (
     turn_rate,
 )
 
-ROUND_SNAP_MODULES = 1e-4
-"""Modules. The usual tip radius 0.38 is the rounded value of 0.37995, so that the round meets
-the flank 0.00003 modules above the depth of one addendum. If the distance is below ROUND_SNAP_MODULES,
-the active profile starts at the depth of one addendum.
-"""
-
 
 @dataclass(frozen=True, eq=False)
 class BaseCylinder:
@@ -301,7 +295,10 @@ def active_range(member: Member, flank: str) -> tuple[FloatArray, FloatArray]:
     """
     tool = member.tool
     joint = tool.dedendum - tool.tip_radius * (1.0 - np.sin(tool.normal_pressure_angle))
-    start = np.where(np.abs(joint - tool.addendum) < ROUND_SNAP_MODULES, tool.addendum, joint)
+    # The usual tip radius 0.38 is the rounded value of 0.37995, so that the round meets the flank 0.00003
+    # modules above the depth of one addendum. If the distance is small, the active profile starts there.
+    round_snap_modules = 1e-4
+    start = np.where(np.abs(joint - tool.addendum) < round_snap_modules, tool.addendum, joint)
     with np.errstate(invalid="ignore", over="ignore"):
         low = parameter_at_height(tool, flank, -start * tool.normal_module)
         tip = member.tip_height * tool.normal_module * np.cos(member.cone_angle)

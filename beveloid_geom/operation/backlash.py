@@ -20,7 +20,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Codes, FloatArray, Mask
+from ..arrays import FLANKS, Codes, FloatArray, Mask
 from ..design.arguments import require_design
 from ..design.model import Design
 from ..pair.frames import layout_of
@@ -37,7 +37,6 @@ from .mesh_cycle import MeshCycle, mesh_cycle
 JAM_MODULES = 2e-5
 """Overlap, modules, up to which a pair is not reported as jammed: layouts without backlash whose offset and
 shaft angle are rounded to four digits of mm and deg can have this overlap."""
-FLANKS = ("right", "left")
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from ..arrays import Codes, FloatArray, Mask, flank_sign
+from ..arrays import FLANKS, Codes, FloatArray, Mask, flank_sign
 from ..contact.ellipse import relative_curvature
 from ..contact.flank_pair import is_modified, may_be_undercut
 from ..contact.parallel.small_angle_paths import NEARLY_PARALLEL_SINE
@@ -32,14 +32,11 @@ from ..pair.mounting import half_pitch, mounting_of, unmodified_backlash
 from ..pair.tips import CLEAR_DEPTH_MODULES, left_as_mounted
 from ..status import Limit, Status
 from ..support.frozen_arrays import kept
-from .backlash import FLANKS, JAM_MODULES, lever_of
+from .backlash import JAM_MODULES, lever_of
 from .engagement import conjugate_phase
 
-POINTS, SAMPLES = 17, 32
-"""Positions of a path, and rolls of a mesh cycle at which the play is computed."""
-MODIFICATION_POINTS, MODIFICATION_SAMPLES = 33, 128
-"""The same for flanks with a `Modification`: the clearance has steps in its second derivative where reliefs
-begin, so that its minimum is taken from the samples alone."""
+PATH_POINTS = 17
+"""Positions of a path at which the play is computed."""
 
 
 class Tangency(IntEnum):
@@ -170,7 +167,9 @@ def _modified(design: Design) -> TangentBacklash:
     concave |= curves[0].hollow | curves[1].hollow
     # Start from the middle of either path, so that the mirrored pair is evaluated at the mirrored rolls.
     with_modification = any(is_modified(design, flank) for flank in FLANKS)
-    samples = MODIFICATION_SAMPLES if with_modification else SAMPLES
+    # Rolls of a mesh cycle at which the play is computed. With a `Modification`, the clearance has steps in
+    # its second derivative where reliefs begin, so that its minimum is taken from the samples alone.
+    samples = 128 if with_modification else 32
     steps = concave | with_modification
     parts = [_lowest_from(curve, curves, layout_play, pitch, steps, samples) for curve in curves]
     lowest, past_face = (np.concatenate(rows) for rows in zip(*parts, strict=True))
@@ -208,14 +207,14 @@ def _tangencies(design: Design, flank: str) -> ContactPath:
     # Face widths to which flanks are extended.
     extended_face_widths = 20.0
     if is_modified(design, flank):
-        return path_of_contact(design, flank, MODIFICATION_POINTS)
+        return path_of_contact(design, flank, 33)
     pinion, gear = (
         replace(member, face_width=extended_face_widths * np.asarray(member.face_width))
         for member in design.members
     )
     # Beyond the ends of the real faces, undercut has no meaning.
     undercut = may_be_undercut(design, flank)
-    return path_of_contact(replace(design, pinion=pinion, gear=gear), flank, POINTS, undercut=undercut)
+    return path_of_contact(replace(design, pinion=pinion, gear=gear), flank, PATH_POINTS, undercut=undercut)
 
 
 def _curve(design: Design, flank: str) -> _Curve:
@@ -224,7 +223,7 @@ def _curve(design: Design, flank: str) -> _Curve:
     face_ends = (Limit.PINION_TOE, Limit.PINION_HEEL, Limit.GEAR_TOE, Limit.GEAR_HEEL)
     path, hollow = _tangencies(design, flank), np.zeros(int(np.prod(design.batch_shape)), dtype=bool)
     if not path.pinion_roll.size:  # single designs without a path have no positions
-        none = np.full((POINTS, hollow.size), np.nan)
+        none = np.full((PATH_POINTS, hollow.size), np.nan)
         return _Curve(none[0], none[0], none, none, hollow)
     if is_modified(design, flank):
         curvature = relative_curvature(path).curvature[..., 0]

@@ -22,10 +22,6 @@ from .first_contact import FirstContact, result_of
 from .mesh_cycle import MeshCycle, cycle_and_pairs
 from .search.earliest_contact import TOGETHER_RAD, Found, Grids, found_at
 
-SEARCH_PLACES, CUT_PLACE = np.array((0.1, 0.3, 0.45, 0.6, 0.8, 0.95)), 0.45
-"""Places between two samples, or along a segment, at which a single tooth pair is searched where its segments
-do not meet or do not agree with the samples; and the place at which such a segment is cut."""
-
 
 @dataclass(frozen=True, eq=False)
 class Curve:
@@ -158,10 +154,13 @@ def _in_doubt(
     same = samples.case == run[:, None]
     low = np.where(same & (samples.roll <= at), samples.roll, -np.inf).max(axis=1, initial=-np.inf)
     high = np.where(same & (samples.roll >= at), samples.roll, np.inf).min(axis=1, initial=np.inf)
-    about = low[:, None] + (high - low)[:, None] * SEARCH_PLACES
-    more = np.append(about, segments.rolls(2.0 * SEARCH_PLACES - 1.0)[late])
-    cut = np.append(np.zeros(about.shape, dtype=bool), np.tile(SEARCH_PLACES == CUT_PLACE, (late.size, 1)))
-    return np.append(run, segments.case[late]).repeat(SEARCH_PLACES.size), more, cut
+    # Places between two samples, or along a segment, at which a single tooth pair is searched where its
+    # segments do not meet or do not agree with the samples. At 0.45, such a segment is cut.
+    search_places = np.array((0.1, 0.3, 0.45, 0.6, 0.8, 0.95))
+    about = low[:, None] + (high - low)[:, None] * search_places
+    more = np.append(about, segments.rolls(2.0 * search_places - 1.0)[late])
+    cut = np.append(np.zeros(about.shape, dtype=bool), np.tile(search_places == 0.45, (late.size, 1)))
+    return np.append(run, segments.case[late]).repeat(search_places.size), more, cut
 
 
 def _in_runs(engagement: Engagement, samples: Samples) -> tuple[Samples, Integers]:

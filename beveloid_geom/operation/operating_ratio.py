@@ -30,7 +30,7 @@ from .one_pair import (
     segments_of_one_pair,
 )
 from .search.earliest_contact import TOGETHER_RAD
-from .search.search_task import OVERLAP
+from .search.search_task import OVERLAP_PERIODS
 
 Contacts: TypeAlias = Callable[[Integers, FloatArray], Curve]
 """Contacts of tooth pair 0 of the cases (n,) at rolls (n, rolls)."""
@@ -210,7 +210,9 @@ def _ratio(
         return touching(first_contacts_at(cycle, cases, rolls), alone(cases, rolls))
 
     # Beyond this clearance, the same teeth are counted on another turn.
-    most = (1.0 - OVERLAP) * engagement.period * engagement.lever - np.maximum(curves[0].f, 0.0).max(axis=1)
+    most = (1.0 - OVERLAP_PERIODS) * engagement.period * engagement.lever - np.maximum(curves[0].f, 0.0).max(
+        axis=1
+    )
     if (thickness >= most).all():
         return np.full(case.size, np.nan), np.full(case.size, RatioStatus.TOO_THICK)
     inside, width = touching(*curves), change_width_pitches * engagement.pitch[0]

@@ -34,11 +34,6 @@ from ..support.array_repr import short_repr
 from .engagement import middle_roll, spread
 from .first_contact import first_contact
 
-MAX_PITCHES = 20_000
-"""Largest number of pitches of a cycle."""
-MAX_TABLE_PAIRS = 400
-"""Largest number of pairs of measured teeth that are computed: one takes 0.05 to 0.2 s."""
-
 
 @dataclass(frozen=True, eq=False)
 class PitchCycle:
@@ -101,7 +96,7 @@ def pitch_cycle(design: Design, flank: str = "right", points: int = 24) -> Pitch
     ------
     ValueError
         For a batch of designs, for points that are not a whole number of at least 1, for more than
-        MAX_PITCHES pitches or MAX_TABLE_PAIRS pairs of measured teeth.
+        20,000 pitches or 400 pairs of measured teeth.
 
     Examples
     --------
@@ -122,13 +117,7 @@ def pitch_cycle(design: Design, flank: str = "right", points: int = 24) -> Pitch
     amounts = [_amounts(member, flank) for member in design.members]
     shapes = [_members(member, flank) for member in design.members]
     pitches = lcm(*map(_period, teeth, amounts, map(len, shapes)))
-    if pitches > MAX_PITCHES:
-        cure = "give the deviations of the teeth of one member only"
-        text = f"deviations of teeth must repeat within {MAX_PITCHES} pitches, got {pitches}"
-        raise ValueError(f"{text}: {cure}")
-    if (count := len(shapes[0]) * len(shapes[1])) > MAX_TABLE_PAIRS:
-        text = f"measured teeth must form at most {MAX_TABLE_PAIRS} pairs, got {count}"
-        raise ValueError(f"{text}: use fewer measured teeth of one member")
+    _check_numbers(pitches, len(shapes[0]) * len(shapes[1]))
     pitch = 2.0 * np.pi / teeth[0]
     roll = np.asarray(middle_roll(design, flank) + pitch / points * np.arange(points))
     error, pairs = _errors_alone(design, flank, roll, amounts, shapes)
@@ -149,6 +138,19 @@ def pitch_cycle(design: Design, flank: str = "right", points: int = 24) -> Pitch
         pinion_tooth=np.where(lost, 0, np.take_along_axis(pinion, first, axis=1)),
         gear_tooth=np.where(lost, 0, np.take_along_axis(gear, first, axis=1)),
     )
+
+
+def _check_numbers(pitches: int, pairs: int) -> None:
+    """Raise ValueError for too many pitches of a cycle, or too many pairs of measured teeth."""
+    max_pitches, max_pairs = 20_000, 400  # a pair of measured teeth takes 0.05 to 0.2 s
+    if pitches > max_pitches:
+        cure = "give the deviations of the teeth of one member only"
+        raise ValueError(
+            f"deviations of teeth must repeat within {max_pitches} pitches, got {pitches}: {cure}"
+        )
+    if pairs > max_pairs:
+        cure = "use fewer measured teeth of one member"
+        raise ValueError(f"measured teeth must form at most {max_pairs} pairs, got {pairs}: {cure}")
 
 
 def _amounts(member: Member, flank: str) -> FloatArray:

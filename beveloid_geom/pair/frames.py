@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import FloatArray, Quantity
-from ..design.model import MATCH, PARALLEL, Design, Errors
+from ..design.model import NORMAL_MATCH_TOLERANCE, PARALLEL_AXES_SINE, Design, Errors
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +45,7 @@ class Layout:
     @property
     def parallel(self) -> NDArray[np.bool_]:
         """Whether the axes are parallel."""
-        return np.asarray(np.abs(self.sin_angle) <= PARALLEL)
+        return np.asarray(np.abs(self.sin_angle) <= PARALLEL_AXES_SINE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,10 +102,10 @@ def parallel_normal(layout: Layout, axial: FloatArray, moment: FloatArray) -> Co
     The outward unit normals of the flanks have the axial components `axial` and the moments `moment` about
     their axes, mm, pinion first. n.k1 = v1 and n.k2 = -v2 are a single equation there: it requires v1 + v2 =
     0 and leaves n_y free. The moments g1, g2 of the line of action about both axes give E n_y = g1 + g2. NaN
-    if v1 + v2 exceeds MATCH.
+    if v1 + v2 exceeds NORMAL_MATCH_TOLERANCE.
     """
     y = (moment[0] + moment[1]) / layout.offset
-    y = np.where(np.abs(axial[0] + axial[1]) <= MATCH, y, np.nan)
+    y = np.where(np.abs(axial[0] + axial[1]) <= NORMAL_MATCH_TOLERANCE, y, np.nan)
     return CommonNormal(1.0 - axial[0] * axial[0] - y * y, np.array((y, y)))
 
 

@@ -1,8 +1,7 @@
 """Assembly errors of a study by their names, and mountings under these errors.
 
 The errors are either all about the common perpendicular, as in Fig. 5 of the paper (`ERROR_NAMES`), or all
-at the mesh (`MESH_ERROR_NAMES`); axial errors are the same in both. All studies add errors to a design by
-`mounted`.
+at the mesh; axial errors are the same in both. All studies add errors to a design by `mounted`.
 """
 
 from __future__ import annotations
@@ -15,15 +14,17 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..design.field_limits import LIMITS
-from ..design.limits import MOST_OFFSET_ERROR
+from ..design.limits import MAX_OFFSET_ERROR_MODULES
 from ..design.member import unchecked
 from ..design.model import Design, Errors, ErrorsAt, MeshErrors
 from .misalignment_at_mesh import at_mesh, from_mesh
 
 Kind = TypeVar("Kind", Errors, MeshErrors)
 ERROR_NAMES = tuple(field.name for field in fields(Errors))
-MESH_ERROR_NAMES = tuple(field.name for field in fields(MeshErrors))
-NAMES: dict[ErrorsAt, tuple[str, ...]] = {"perpendicular": ERROR_NAMES, "mesh": MESH_ERROR_NAMES}
+NAMES: dict[ErrorsAt, tuple[str, ...]] = {
+    "perpendicular": ERROR_NAMES,
+    "mesh": tuple(field.name for field in fields(MeshErrors)),
+}
 """Names of the errors of each kind, in the order of all columns."""
 ERROR_CLASSES: dict[ErrorsAt, type[Errors] | type[MeshErrors]] = {"perpendicular": Errors, "mesh": MeshErrors}
 ANGLES = tuple(
@@ -32,7 +33,7 @@ ANGLES = tuple(
     for name, one in LIMITS[kind.__name__].items()
     if one.unit == "deg"
 )
-ALL_NAMES = tuple(dict.fromkeys(ERROR_NAMES + MESH_ERROR_NAMES))
+ALL_NAMES = tuple(dict.fromkeys(ERROR_NAMES + NAMES["mesh"]))
 
 
 def place_of(names: Sequence[str]) -> ErrorsAt:
@@ -94,7 +95,7 @@ def errors_below(design: Design) -> dict[str, float]:
     plane (rad), is the shaft angle of the pair; on parallel axes it is that of a design file.
     """
     # Limits of design files; the shaft angle must not change its sign.
-    distance = MOST_OFFSET_ERROR * float(design.pinion.tool.normal_module)
+    distance = MAX_OFFSET_ERROR_MODULES * float(design.pinion.tool.normal_module)
     angle = float(design.pair.shaft_angle) or float(np.radians(LIMITS["Errors"]["shaft_angle"].high))
     tilt = float(np.radians(LIMITS["MeshErrors"]["out_of_plane"].high))
     return {

@@ -18,47 +18,34 @@ from numpy.typing import NDArray
 
 from ..arrays import FloatArray, Mask, flank_sign
 from ..support.array_records import joined
-from .closure_equations import (
-    GEAR_CONE,
-    GEAR_HELIX,
-    GEAR_SHIFT,
-    PINION_CONE,
-    PINION_HELIX,
-    PINION_SHIFT,
-    PRESSURE,
-    STEP_SCALE,
-    Starts,
-    Wanted,
-    pair_at,
-    roots,
-)
+from .closure_equations import STEP_SCALE, Starts, Variable, Wanted, pair_at, roots
 from .request import Bounds, Request
 
-ORDER = (GEAR_HELIX, GEAR_CONE, PINION_CONE, PINION_HELIX, GEAR_SHIFT, PINION_SHIFT)
-"""Order in which free quantities become unknown, after the working pressure angle."""
-START_STEP = np.array([*np.radians([1.0, 1.0, 5.0, 5.0]), 0.1, 0.1])[:, None]
-"""Step of the rounded start values of cone angles, helix angles (rad) and shifts."""
-STARTS_FOR_ONE, STARTS_FOR_EACH = 192, 24
-"""Numbers of starts for one request, and for each of several requests."""
-NEIGHBOURHOOD = np.array([*np.radians([4.0, 4.0, 10.0, 10.0]), 0.4, 0.4])[:, None]
-"""Width of these searches in cone angles, helix angles (rad) and shifts."""
+STARTS_FOR_EACH = 24
+"""Number of starts for each of several requests."""
 LIMIT_TOLERANCE = 1e-9
 """Rounding error allowed beyond a limit, rad and modules."""
 
 
 def given_of(request: Request) -> dict[int, float]:
-    """Return the given values by index of VARIABLES."""
+    """Return the given values by `Variable`."""
     given: dict[int, float] = {}
     if request.cone_angles is not None:
-        given |= dict(zip((PINION_CONE, GEAR_CONE), request.cone_angles, strict=True))
+        given |= dict(zip((Variable.PINION_CONE, Variable.GEAR_CONE), request.cone_angles, strict=True))
     if request.helix_angle is not None:
-        given[PINION_HELIX] = request.helix_angle
+        given[Variable.PINION_HELIX] = request.helix_angle
     if request.shifts is not None:
-        given |= dict(zip((PINION_SHIFT, GEAR_SHIFT), request.shifts, strict=True))
+        given |= dict(zip((Variable.PINION_SHIFT, Variable.GEAR_SHIFT), request.shifts, strict=True))
     if request.gear is not None:
         gear = request.gear
         values = (gear.cone_angle, gear.helix_angle, gear.profile_shift)
-        given |= dict(zip((GEAR_CONE, GEAR_HELIX, GEAR_SHIFT), map(float, values), strict=True))
+        given |= dict(
+            zip(
+                (Variable.GEAR_CONE, Variable.GEAR_HELIX, Variable.GEAR_SHIFT),
+                map(float, values),
+                strict=True,
+            )
+        )
     return given
 
 
@@ -72,23 +59,25 @@ def wanted_of(request: Request, along: bool = False) -> Wanted:
 
 
 def free_of(request: Request) -> list[int]:
-    """Return the indices of VARIABLES that are not given and can be unknown; on parallel axes only shifts."""
-    given, order = given_of(request), ORDER if request.shaft_angle > 0.0 else ORDER[-2:]
+    """Return each `Variable` that is not given and can be unknown, in the order in which they become unknown
+    after the working pressure angle; on parallel axes only shifts."""
+    angles = (Variable.GEAR_HELIX, Variable.GEAR_CONE, Variable.PINION_CONE, Variable.PINION_HELIX)
+    order = (*(angles if request.shaft_angle > 0.0 else ()), Variable.GEAR_SHIFT, Variable.PINION_SHIFT)
+    given = given_of(request)
     return [variable for variable in order if variable not in given]
 
 
 def unknown_of(request: Request, along: bool = False) -> tuple[int, ...] | None:
-    """Return the indices of VARIABLES that are determined by the equations, None if too few quantities are
-    free."""
+    """Return each `Variable` that is determined by the equations, None if too few quantities are free."""
     count, free = wanted_of(request, along).count, free_of(request)
     if request.offset == 0.0:
         # Intersecting axes: the working helix angles cancel, and the sum of the working cone angles is the
         # shaft angle. With given cones, the shifts are unknown. Only the helix angle changes the angle of the
         # generators.
-        last = PINION_CONE if request.crossing is not None else PINION_HELIX
+        last = Variable.PINION_CONE if request.crossing is not None else Variable.PINION_HELIX
         all_free = request.gear is not None or along
-        free = [v for v in free if all_free or v != last or (v == PINION_CONE and along)]
-    return None if len(free) < count - 1 else (PRESSURE, *free[: count - 1])
+        free = [v for v in free if all_free or v != last or (v == Variable.PINION_CONE and along)]
+    return None if len(free) < count - 1 else (Variable.PRESSURE, *free[: count - 1])
 
 
 def candidates_of(request: Request) -> FloatArray:
@@ -114,7 +103,7 @@ def others_found(request: Request) -> FloatArray:
     repetitions = 3
     if unknown_of(request) is None:
         return np.empty((7, 0))
-    return _found(request, (PRESSURE, *free_of(request)), rounds=repetitions)
+    return _found(request, (Variable.PRESSURE, *free_of(request)), rounds=repetitions)
 
 
 def found_for_each(requests: Sequence[Request]) -> tuple[FloatArray, NDArray[np.intp]]:
@@ -130,7 +119,9 @@ def found_for_each(requests: Sequence[Request]) -> tuple[FloatArray, NDArray[np.
         if wanted[0][name] is not None
     }
     first = requests[0]
-    solutions = roots(first.members, replace(wanted_of(first), **each), every, (PRESSURE, *free_of(first)))
+    solutions = roots(
+        first.members, replace(wanted_of(first), **each), every, (Variable.PRESSURE, *free_of(first))
+    )
     solutions = solutions.take(_valid(first, solutions))
     return solutions.values, solutions.owner
 
@@ -163,11 +154,15 @@ def _found(
     limits."""
     if unknown is None:
         return np.empty((7, 0))
-    wanted, starts = wanted_of(request, along), _starts(request, STARTS_FOR_ONE, not rounds, along=along)
+    # Number of starts for one request.
+    starts_for_one = 192
+    wanted, starts = wanted_of(request, along), _starts(request, starts_for_one, not rounds, along=along)
     solutions = roots(request.members, wanted, starts, unknown)
     solutions = solutions.take(_valid(request, solutions))
     offsets = np.zeros(starts.values.shape)
-    offsets[:6] = NEIGHBOURHOOD * (_spread(STARTS_FOR_ONE)[:6] - 0.5)
+    # Width of these searches in cone angles, helix angles (rad) and shifts.
+    neighbourhood = np.array([*np.radians([4.0, 4.0, 10.0, 10.0]), 0.4, 0.4])[:, None]
+    offsets[:6] = neighbourhood * (_spread(starts_for_one)[:6] - 0.5)
     for _ in range(rounds):
         solutions = solutions.take(_first_of_each(solutions.values))
         past = (np.abs(_clipped(request, solutions.values) - solutions.values) / STEP_SCALE[:, None]).sum(
@@ -175,7 +170,7 @@ def _found(
         )
         if not past.size or np.count_nonzero(past < LIMIT_TOLERANCE) > STARTS_FOR_EACH:
             break
-        again = solutions.take(np.resize(np.argsort(past, kind="stable")[:STARTS_FOR_EACH], STARTS_FOR_ONE))
+        again = solutions.take(np.resize(np.argsort(past, kind="stable")[:STARTS_FOR_EACH], starts_for_one))
         moved = again.values.copy()
         moved[list(unknown)] += offsets[list(unknown)]
         again = roots(request.members, wanted, replace(again, values=_clipped(request, moved)), unknown)
@@ -201,21 +196,28 @@ def _starts(request: Request, count: int, rounded: bool, owner: int = 0, along: 
     spread = _spread(count)
     low, high = np.array(limits_of(request)).T[..., None]
     values = low + (high - low) * spread[:6]
+    # Step of the rounded start values of cone angles, helix angles (rad) and shifts.
+    start_step = np.array([*np.radians([1.0, 1.0, 5.0, 5.0]), 0.1, 0.1])[:, None]
     if rounded:
-        values = np.clip(np.round(values / START_STEP) * START_STEP, low, high)
+        values = np.clip(np.round(values / start_step) * start_step, low, high)
     given, shaft = given_of(request), request.shaft_angle
-    if (given.get(PINION_HELIX) or given.get(GEAR_HELIX) or flank_sign(request.flank)) < 0.0:
+    if (
+        given.get(Variable.PINION_HELIX) or given.get(Variable.GEAR_HELIX) or flank_sign(request.flank)
+    ) < 0.0:
         values[2:4], spread[6] = low[2:4] + high[2:4] - values[2:4], 1.0 - spread[6]
     hand, side = np.where(spread[6:8] < 0.5, -1.0, 1.0)
     turn = np.round((2.0 * spread[8] - 1.0) * math.pi / turn_step) * turn_step
     if along:
         values[:2] = 0.08 * np.cos(turn), 0.08 * np.sin(turn)
     elif request.offset == 0.0:
-        values[GEAR_CONE] = shaft - values[PINION_CONE]
+        values[Variable.GEAR_CONE] = shaft - values[Variable.PINION_CONE]
     for variable, value in given.items():
         values[variable] = value
     crossing = _crossing(request, values) if request.offset != 0.0 else 0.0 * hand
-    pairs = ((PINION_HELIX, GEAR_HELIX, hand * crossing), (PINION_CONE, GEAR_CONE, 0.0))
+    pairs = (
+        (Variable.PINION_HELIX, Variable.GEAR_HELIX, hand * crossing),
+        (Variable.PINION_CONE, Variable.GEAR_CONE, 0.0),
+    )
     for first, second, total in pairs if shaft == 0.0 else pairs[:1]:
         if second not in given:
             values[second] = total - values[first]
@@ -232,7 +234,7 @@ def _crossing(request: Request, values: FloatArray) -> FloatArray:
         return np.full(values.shape[1], request.shaft_angle)
     module, (first, second) = float(request.members[0].tool.normal_module), request.teeth
     mate = 0.0 if request.gear is None else abs(float(request.gear.helix_angle))
-    reach = 0.5 * module * (first / np.cos(values[PINION_HELIX]) + second / np.cos(mate))
+    reach = 0.5 * module * (first / np.cos(values[Variable.PINION_HELIX]) + second / np.cos(mate))
     return np.asarray(np.arcsin(np.clip(request.offset * math.sin(request.shaft_angle) / reach, 0.0, 0.99)))
 
 
@@ -244,7 +246,7 @@ def _valid(request: Request, solutions: Starts) -> Mask:
     axes the sum of the cone angles is positive."""
     design, layout = pair_at(request.members, solutions.values)
     wider = solutions.values.copy()
-    wider[PRESSURE] += 1e-5
+    wider[Variable.PRESSURE] += 1e-5
     rising = pair_at(request.members, wider)[1].normal_backlash > layout.normal_backlash
     if request.shaft_angle == 0.0:
         return np.asarray(rising)

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from enum import IntEnum
 from typing import Any
 
 import numpy as np
@@ -26,18 +27,24 @@ from ..design.model import Design, Pair
 from ..pair.generator_angle import closed_normal
 from ..pair.zero_backlash import ClosedLayout, closed_layout
 
-VARIABLES = (
-    *("pinion_cone", "gear_cone", "pinion_helix", "gear_helix", "pinion_shift", "gear_shift"),
-    "pressure_angle",
-)
-"""The seven free quantities of a pair, rad and modules."""
-PINION_CONE, GEAR_CONE, PINION_HELIX, GEAR_HELIX, PINION_SHIFT, GEAR_SHIFT, PRESSURE = range(7)
 MAX_STEP = np.array([0.12, 0.12, 0.2, 0.2, 0.6, 0.6, 0.06])
-"""Largest Newton step of each of VARIABLES."""
+"""Largest Newton step of each `Variable`."""
 STEP_SCALE = np.array([0.05, 0.05, 0.2, 0.2, 0.4, 0.4, 0.05])
-"""Scales of VARIABLES in the length of a step, if more quantities are free than there are equations."""
+"""Scales of each `Variable` in the length of a step, if more quantities are free than there are equations."""
 MAX_MAGNITUDE = np.radians([70.0, 70.0, 80.0, 80.0, 600.0, 600.0, 60.0])
-"""Magnitudes of VARIABLES at which a search is stopped."""
+"""Magnitudes of each `Variable` at which a search is stopped."""
+
+
+class Variable(IntEnum):
+    """The seven free quantities of a pair, rad and modules; the last is the working pressure angle."""
+
+    PINION_CONE = 0
+    GEAR_CONE = 1
+    PINION_HELIX = 2
+    GEAR_HELIX = 3
+    PINION_SHIFT = 4
+    GEAR_SHIFT = 5
+    PRESSURE = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +98,7 @@ class Starts:
     Attributes
     ----------
     values : ndarray
-        VARIABLES (7, n).
+        Each `Variable` (7, n).
     sense : ndarray
         Sense of the shaft angle (n,), 1 or -1.
     side : ndarray
@@ -122,7 +129,7 @@ def pair_at(members: tuple[Member, Member], values: FloatArray) -> tuple[Design,
     members : tuple of Member
         Tools, teeth and face widths.
     values : ndarray
-        VARIABLES (7, ...).
+        Each `Variable` (7, ...).
 
     Returns
     -------
@@ -135,7 +142,7 @@ def pair_at(members: tuple[Member, Member], values: FloatArray) -> tuple[Design,
     ]
     design = Design(made[0], made[1], Pair(0.0, 0.1))
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        return design, closed_layout(design, values[PRESSURE])
+        return design, closed_layout(design, values[Variable.PRESSURE])
 
 
 def misses(members: tuple[Member, Member], wanted: Wanted, starts: Starts, values: FloatArray) -> FloatArray:
@@ -154,7 +161,10 @@ def misses(members: tuple[Member, Member], wanted: Wanted, starts: Starts, value
             angle = closed_normal(layout, wanted.flank, starts.sense)[1]
         residuals.append(angle - starts.side * wanted.crossing)
     if wanted.along:
-        cones = np.sin(starts.turn) * values[PINION_CONE] - np.cos(starts.turn) * values[GEAR_CONE]
+        cones = (
+            np.sin(starts.turn) * values[Variable.PINION_CONE]
+            - np.cos(starts.turn) * values[Variable.GEAR_CONE]
+        )
         residuals.append(cones)
     return np.stack(residuals)
 
@@ -168,7 +178,7 @@ def roots(members: tuple[Member, Member], wanted: Wanted, starts: Starts, unknow
     wanted : Wanted
     starts : Starts
     unknown : tuple of int
-        Indices of VARIABLES that are changed, at least as many as there are equations.
+        Each `Variable` that is changed, at least as many as there are equations.
 
     Returns
     -------

@@ -8,26 +8,7 @@ from dataclasses import fields, replace
 
 from ..design.model import Design
 from ..pair.mounting import mounting_of
-from .request import BACKLASH, Request, usual_tool
-
-DEG = math.degrees(1.0)
-OPTIONS: dict[str, tuple[str, float]] = {
-    "module": ("--module", 1.0),
-    "teeth": ("--teeth", 1.0),
-    "pressure_angle": ("--pressure-angle-deg", DEG),
-    "face_widths": ("--face-widths", 1.0),
-    "shaft_angle": ("--shaft-angle-deg", DEG),
-    "offset": ("--offset", 1.0),
-    "backlash": ("--backlash", 1.0),
-    "cone_angles": ("--cones-deg", DEG),
-    "helix_angle": ("--helix-deg", DEG),
-    "crossing": ("--crossing-deg", DEG),
-    "shifts": ("--shifts", 1.0),
-    "cone_limits": ("--cone-limits-deg", DEG),
-    "helix_limits": ("--helix-limits-deg", DEG),
-    "shift_limits": ("--shift-limits", 1.0),
-}
-"""Option of each field, and the factor to its unit."""
+from .request import DEFAULT_BACKLASH_MODULES, Request, usual_tool
 
 
 def options_of(request: Request, gear: str = "") -> dict[str, str]:
@@ -35,7 +16,25 @@ def options_of(request: Request, gear: str = "") -> dict[str, str]:
     gear."""
     defaults = {field.name: field.default for field in fields(Request)}
     options: dict[str, str] = {}
-    for name, (option, factor) in OPTIONS.items():
+    deg = math.degrees(1.0)
+    # Option of each field, and the factor to its unit.
+    known: dict[str, tuple[str, float]] = {
+        "module": ("--module", 1.0),
+        "teeth": ("--teeth", 1.0),
+        "pressure_angle": ("--pressure-angle-deg", deg),
+        "face_widths": ("--face-widths", 1.0),
+        "shaft_angle": ("--shaft-angle-deg", deg),
+        "offset": ("--offset", 1.0),
+        "backlash": ("--backlash", 1.0),
+        "cone_angles": ("--cones-deg", deg),
+        "helix_angle": ("--helix-deg", deg),
+        "crossing": ("--crossing-deg", deg),
+        "shifts": ("--shifts", 1.0),
+        "cone_limits": ("--cone-limits-deg", deg),
+        "helix_limits": ("--helix-limits-deg", deg),
+        "shift_limits": ("--shift-limits", 1.0),
+    }
+    for name, (option, factor) in known.items():
         value = getattr(request, name)
         if value is not None and value != defaults[name]:
             listed = value if isinstance(value, tuple) else (value,)
@@ -88,7 +87,7 @@ def requests_like(design: Design) -> tuple[Request, ...]:
         shaft_angle=float(design.pair.shaft_angle),
         backlash=float(f"{backlash:.2g}")
         if 0.0 < backlash < max_backlash_modules * module
-        else BACKLASH * module,
+        else DEFAULT_BACKLASH_MODULES * module,
         pressure_angle=float(tool.normal_pressure_angle),
     )
     same_layout = replace(

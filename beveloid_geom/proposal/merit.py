@@ -24,11 +24,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..analysis.sensitivity import path_sensitivity
-from ..arrays import FLANK_SIGN, FloatArray, Mask
+from ..arrays import FLANKS, FloatArray, Mask
 from ..contact.path import path_of_contact
 from ..design.member import Member
 from ..design.model import Design, Pair
-from ..findings.diagnostics import LEAST_TIP
+from ..findings.diagnostics import LEAST_TIP_MODULES
 from ..findings.path import SENSITIVE, shares_of_flank, usual_sizes
 from ..gear.fillet import root_radius
 from ..gear.flank import tip_radius, tip_thickness
@@ -40,12 +40,9 @@ from ..pair.zero_backlash import ClosedLayout
 from .closure_equations import pair_at
 from .request import Request
 
-FLANKS = tuple(FLANK_SIGN)
 LINKS = ("tip thickness", "tip clearance", "undercut", "depth of tips", "contact ratio", "shift by errors")
 """Criteria of the reserve. The last two need the paths of contact."""
 DEPTH = LINKS.index("depth of tips")
-AMPLE_RATIO_ABOVE_1, AMPLE_TIP_MODULES, AMPLE_UNDERCUT_MARGIN, AMPLE_DEPTH_MODULES = 0.5, 0.4, 0.2, 0.1
-"""Values with a reserve of 1."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,18 +125,22 @@ def teeth_of(request: Request, values: FloatArray) -> Figures:
     height = np.stack([tip_radius(member, 0.0) for member in members]) - radius
     depth = radius - np.stack([root_radius(member, 0.0) for member in members])
     clearance = (depth * cosine)[::-1] - height * cosine - np.abs(_taper_difference(request, values, layout))
+    # Values with a reserve of 1.
+    ample_tip_modules = 0.4
+    ample_undercut_margin = 0.2
+    ample_depth_modules = 0.1
     links = _links(
-        (tip / module - LEAST_TIP) / (AMPLE_TIP_MODULES - LEAST_TIP),
+        (tip / module - LEAST_TIP_MODULES) / (ample_tip_modules - LEAST_TIP_MODULES),
         clearance / (clearance_range_modules * module) - 0.5,
-        margin / AMPLE_UNDERCUT_MARGIN,
-        left / (AMPLE_DEPTH_MODULES * module),
+        margin / ample_undercut_margin,
+        left / (ample_depth_modules * module),
         np.ones_like(crossing),
         np.ones_like(crossing),
     )
     needed = np.zeros((len(LINKS), 1))
     # In point contact, tips that reach deeper than the flank may pass the fillet. On parallel axes they must
     # stay clear of it.
-    needed[DEPTH] = CLEAR_DEPTH_MODULES / AMPLE_DEPTH_MODULES if request.shaft_angle == 0.0 else -np.inf
+    needed[DEPTH] = CLEAR_DEPTH_MODULES / ample_depth_modules if request.shaft_angle == 0.0 else -np.inf
     possible = np.asarray((links > needed).all(axis=0))
     return Figures(np.full_like(crossing, np.nan), crossing, normal_x, margin, left, links, possible)
 
@@ -167,7 +168,9 @@ def figures_of(request: Request, values: FloatArray, teeth: Figures) -> Figures:
     else:  # line contact has no shift
         ratio = np.stack([path_of_contact(design, flank, 2).ends.contact_ratio for flank in FLANKS])
         share = np.zeros_like(ratio)
-    path = _links((ratio - 1.0) / AMPLE_RATIO_ABOVE_1, (warned - share) / (warned - noted))
+    # Value with a reserve of 1.
+    ample_ratio_above_1 = 0.5
+    path = _links((ratio - 1.0) / ample_ratio_above_1, (warned - share) / (warned - noted))
     possible = teeth.possible & (path > 0.0).all(axis=0)
     links = np.concatenate((teeth.links[: -len(path)], path))
     return replace(teeth, contact_ratio=ratio, links=links, possible=possible)

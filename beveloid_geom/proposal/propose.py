@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import FLANKS, FloatArray
 from ..design.field_limits import DesignError
 from ..design.model import Design
 from ..findings.advice import iter_findings
@@ -28,12 +28,10 @@ from .candidates import (
     unknown_of,
     within,
 )
-from .merit import FLANKS, Figures, design_of, figures_of, teeth_of
+from .merit import Figures, design_of, figures_of, teeth_of
 from .relaxation import Change, changes_of, others_of, rounded
 from .request import Request, faults_of, usual_tool
 
-DEFAULT_COUNT = 3
-"""Number of proposals for one request."""
 SMALL_RESERVE = 0.1
 """Reserve up to which a pair is tried only if there is no better one."""
 FAIR_RESERVE = 0.25
@@ -41,8 +39,6 @@ FAIR_RESERVE = 0.25
 on."""
 FIRST_PATHS = 64
 """Number of pairs whose paths are computed first."""
-LEAST_DIFFERENCE = np.array([*np.radians([0.4, 0.4, 2.0, 2.0]), 0.25, 0.25])
-"""Differences of cone angles, helix angles (rad) and shifts; two proposals have at least one of them."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +59,7 @@ class Refused(Exception):  # noqa: N818
         super().__init__(reason)
 
 
-def propose(request: Request, most: int = DEFAULT_COUNT) -> tuple[Proposal, ...]:
+def propose(request: Request, most: int = 3) -> tuple[Proposal, ...]:
     """Return pairs that satisfy a request and have no warning of `check`, the best first.
 
     Parameters
@@ -131,10 +127,12 @@ def _chosen(request: Request, found: FloatArray, most: int) -> Choice:
     certified = not usual or request.shaft_angle > 0.0
     chosen: list[int] = []
     warnings: list[str] = []
+    # Differences of cone angles, helix angles (rad) and shifts; two proposals have at least one of them.
+    least_difference = np.array([*np.radians([0.4, 0.4, 2.0, 2.0]), 0.25, 0.25])
     for k in _ranked(request, values, figures):
         if chosen and figures.reserve[k] <= SMALL_RESERVE:
             break
-        if any((np.abs(compared[:, k] - compared[:, j]) < LEAST_DIFFERENCE).all() for j in chosen):
+        if any((np.abs(compared[:, k] - compared[:, j]) < least_difference).all() for j in chosen):
             continue
         text = None
         if not figures.reserve[k] > reliable:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from ..arrays import FLANK_SIGN
@@ -14,10 +14,8 @@ from ..design.member import Member, Tool
 from ..design.written_numbers import refused
 from ..gear.fillet import tool_round
 
-BACKLASH = 0.04
+DEFAULT_BACKLASH_MODULES = 0.04
 """Default normal backlash, modules."""
-FACE = 10.0
-"""Default face width, modules."""
 
 
 class Bounds(NamedTuple):
@@ -25,14 +23,6 @@ class Bounds(NamedTuple):
 
     low: float
     high: float
-
-
-CONES = Bounds(math.radians(-15.0), math.radians(15.0))
-"""Default limits of the cone angles, rad."""
-HELICES = Bounds(math.radians(-45.0), math.radians(45.0))
-"""Default limits of the helix angles, rad."""
-SHIFTS = Bounds(-0.5, 0.8)
-"""Default limits of the profile shifts."""
 
 
 @dataclass(frozen=True)
@@ -90,9 +80,9 @@ class Request:
     shifts: tuple[float, float] | None = None
     gear: Member | None = None
     pressure_angle: float = math.radians(20.0)
-    cone_limits: Bounds = CONES
-    helix_limits: Bounds = HELICES
-    shift_limits: Bounds = SHIFTS
+    cone_limits: Bounds = field(default=Bounds(math.radians(-15.0), math.radians(15.0)))
+    helix_limits: Bounds = field(default=Bounds(math.radians(-45.0), math.radians(45.0)))
+    shift_limits: Bounds = field(default=Bounds(-0.5, 0.8))
 
     @property
     def members(self) -> tuple[Member, Member]:
@@ -115,22 +105,6 @@ def usual_tool(module: float, pressure_angle: float) -> Tool:
     return replace(tool, tip_radius=min(float(tool.tip_radius), largest))
 
 
-_BACKLASH = Limit(
-    0.0, 1.0, "modules", ((math.inf, "it is the normal backlash, usual values are 0.02 to 0.1"),)
-)
-_PRESSURE = Limit(5.0, 32.0, "deg", ((math.inf, "the usual basic rack is pointed, usual are 14.5 to 25"),))
-_SHAFT = Limit(
-    0.0,
-    90.0,
-    "deg",
-    (
-        (0.0, "give its magnitude, 0 is parallel axes"),
-        (math.inf, "it is the smaller angle between the axes, give 180 deg minus this angle"),
-    ),
-)
-_CROSSING = Limit(0.0, 90.0, "deg", ((math.inf, "give its magnitude, 0 is line contact"),))
-
-
 def faults_of(request: Request) -> tuple[Fault, ...]:
     """Return the faults of a request: values outside their limits, or else contradictions."""
     return tuple(_single_faults(request)) or tuple(_joint_faults(request))
@@ -143,14 +117,19 @@ def _single_faults(request: Request) -> Iterator[Fault]:
     if text := number_fault(request.module, tool["normal_module"]):  # limits of other lengths depend on it
         yield Fault("", "module", text)
         return
+    pressure = Limit(5.0, 32.0, "deg", "the usual basic rack is pointed, usual are 14.5 to 25")
+    smaller = "it is the smaller angle between the axes, give 180 deg minus this angle"
+    shaft = Limit(0.0, 90.0, "deg", smaller, ((0.0, "give its magnitude, 0 is parallel axes"),))
+    crossing = Limit(0.0, 90.0, "deg", "give its magnitude, 0 is line contact")
+    usual = "it is the normal backlash, usual values are 0.02 to 0.1"
     checks: list[tuple[str, tuple[float | None, ...], Limit]] = [
-        ("pressure_angle_deg", (request.pressure_angle,) if request.gear is None else (), _PRESSURE),
+        ("pressure_angle_deg", (request.pressure_angle,) if request.gear is None else (), pressure),
         ("face_widths", request.face_widths, member["face_width"]),
-        ("shaft_angle_deg", (request.shaft_angle,), _SHAFT),
+        ("shaft_angle_deg", (request.shaft_angle,), shaft),
         ("offset", (request.offset,), pair["offset"]),
         ("cones_deg", cones, member["cone_angle"]),
         ("helix_deg", (helix,), member["helix_angle"]),
-        ("crossing_deg", (request.crossing,), _CROSSING),
+        ("crossing_deg", (request.crossing,), crossing),
         ("shifts", request.shifts or (), member["profile_shift"]),
         ("cone_limits_deg", request.cone_limits, member["cone_angle"]),
         ("helix_limits_deg", request.helix_limits, member["helix_angle"]),
@@ -162,7 +141,8 @@ def _single_faults(request: Request) -> Iterator[Fault]:
             given = value if value is None or limit.unit != "deg" else in_degrees(value)
             if given is not None and (text := number_fault(given, limit)):
                 yield Fault("", key, text)
-    if text := number_fault(request.backlash / request.module, _BACKLASH):
+    backlash = Limit(0.0, 1.0, "modules", usual)
+    if text := number_fault(request.backlash / request.module, backlash):
         yield Fault("", "backlash", text)
     for key, (low, high) in (
         ("cone_limits_deg", request.cone_limits),

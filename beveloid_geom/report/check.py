@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from ..arrays import FloatArray
+from ..arrays import FLANKS, MEMBERS, FloatArray
 from ..contact.path import contact_ratio
 from ..design.model import Design
 from ..design.text import design_text
@@ -21,38 +21,14 @@ from ..pair.misalignment_at_mesh import pivot_distance
 from ..pair.mounting import mounting_of
 from ..pair.zero_backlash import ClosedLayout, Closing, closing_of, zero_backlash_layout
 from ..proposal.command_line import command_of, requests_like
-from ..proposal.merit import DEPTH, FLANKS, LINKS
+from ..proposal.merit import DEPTH, LINKS
 from ..proposal.propose import Proposal, propose, works
 from ..proposal.request import Request
 from ..proposal.rounding import rounded
 from ..status import NotComputed
 from .columns import column, label, labelled_lines, number
-from .result import (
-    MEMBERS,
-    Failure,
-    Report,
-    Rows,
-    advice_data,
-    by_columns,
-    failure_of,
-    plain,
-    stacked_rows,
-)
+from .result import Failure, Report, Rows, advice_data, by_columns, failure_of, plain, stacked_rows
 from .text import advice_lines, error_lines, head_lines, line, place_words, remark_lines, typed
-
-RESERVE = (
-    "smallest distance from a warning of `check`, divided by a sufficient distance, over these criteria:"
-    " contact ratio, tip thickness, tip clearance, undercut, depth of the tips below the active flank of the"
-    " mate, shift of the path under errors; computed before the numbers are rounded"
-)
-GROUPS = (
-    "pairs with a reserve above 0.25 and helix angles up to 31 deg come first, then pairs with larger helix"
-    " angles, then pairs with smaller reserves; in each group, the largest reserve comes first"
-)
-LEAST = (
-    "pairs with a positive reserve come before the others, and smaller cone angles before larger ones; among"
-    f" equal cone angles, {GROUPS}"
-)
 
 
 @dataclass(frozen=True, eq=False)
@@ -245,7 +221,26 @@ class ProposalReport:
     @property
     def order(self) -> str:
         """Order of the proposals."""
-        return LEAST if self.request.least_cones else GROUPS
+        by_reserve = (
+            "pairs with a reserve above 0.25 and helix angles up to 31 deg come first, then pairs with larger"
+            " helix angles, then pairs with smaller reserves; in each group, the largest reserve comes first"
+        )
+        if not self.request.least_cones:
+            return by_reserve
+        by_cones = (
+            "pairs with a positive reserve come before the others, and smaller cone angles before larger"
+        )
+        return f"{by_cones} ones; among equal cone angles, {by_reserve}"
+
+    @property
+    def reserve(self) -> str:
+        """Definition of the reserve."""
+        return (
+            "smallest distance from a warning of `check`, divided by a sufficient distance, over these"
+            " criteria: contact ratio, tip thickness, tip clearance, undercut, depth of the tips below the"
+            " active flank of the mate, shift of the path under errors; computed before the numbers are"
+            " rounded"
+        )
 
     def text_of(self, k: int) -> str:
         """Return design `k`, counted from 1, as the text of a design file."""
@@ -267,7 +262,7 @@ class ProposalReport:
         """Return the request and the designs, the best first, with their quantities and design files."""
         request = {name: value for name, value in plain(self.request).items() if name != "members"}
         designs = [record | {"toml": self.text_of(k)} for k, record in enumerate(self._records, 1)]
-        measure = f"{self.order}. Reserve: {RESERVE}"
+        measure = f"{self.order}. Reserve: {self.reserve}"
         return {"request": request, "command": self.command, "measure": measure, "designs": designs}
 
     def rows(self) -> Rows:
@@ -289,7 +284,7 @@ class ProposalReport:
                 rows.append((label(name), ["negative" if cell == "-inf" else cell for cell in shown]))
         text = f"Proposed pairs\n  {typed(self.command)}\n\n"
         text += labelled_lines(rows, label_width=34, cell_width=12)
-        text += "\n" + line("order", self.order) + line("reserve", RESERVE)
+        text += "\n" + line("order", self.order) + line("reserve", self.reserve)
         weakest = (f"{name} (pair {k})" for k, name in enumerate(self.weakest, 1))
         text += line("smallest reserve", ", ".join(weakest)) + self._tip_lines()
         coast = FLANKS[1 - FLANKS.index(self.request.flank)]

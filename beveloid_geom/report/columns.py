@@ -13,6 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..analysis.mountings import PLACES
+
 
 class Column(NamedTuple):
     """Column of a table.
@@ -28,46 +30,48 @@ class Column(NamedTuple):
 
 ARCSEC = math.degrees(3600.0)
 """Seconds of arc in a radian."""
-PLACES = ("enter", "middle", "leave")
-_LENGTHS = """
-l l1 l2 u1 u2 x y z r point least separation backlash length offset offset_difference offset_error gap shift
-mounting mounting_change dw1 dw2 rw1 rw2 working_radius axial axial_error axial_distance centre_distance_error
-tip_clearance semi_axis major minor off_centre diameter thickness height dimension beside foot_distance span
-"""
-_PLACES = " ".join(f"{name}_{place}" for name in "zr" for place in PLACES)
-_COLUMNS = (
-    (Column("mm"), _LENGTHS),
-    (Column("mm", digits=3), _PLACES),
-    (Column("mm", heading="pinion z"), "z1"),
-    (Column("mm", heading="gear z"), "z2"),
-    (Column("mm", digits=3, heading="pinion z middle"), "centre"),
-    (Column("mm", heading="major semi-axis"), "major_semi_axis"),
-    (Column("mm", heading="minor semi-axis"), "minor_semi_axis"),
-    (Column("mm", "um", 3), "deviation"),
-    (Column("rad", "deg"), "angle shaft_angle_error shaft_angle_difference plane_error swivel"),
-    (Column("rad", "deg", 6), "roll"),
-    (Column("rad", "arcsec", heading="transmission error, gear ahead"), "transmission_error"),
-    (Column("rad", "arcsec", heading="transmission error"), "peak_to_peak"),
-    (Column("rad", "arcsec", heading="transmission error, all teeth"), "cycle_peak_to_peak"),
-    (Column("rad", "arcsec", heading="transmission error, under errors"), "greatest_cycle_peak_to_peak"),
-    (Column(heading="share of edge contact"), "edge_share"),
-    (Column(heading="contact ratio in a film"), "film_ratio"),
-    (Column("mm/rad"), "speed profile lengthwise sliding"),
-    (Column(digits=6), "contact_ratio ratio"),
-    (Column(digits=3), "specific specific_total undercut_margin"),
-    (Column(), "profile_shift n_x"),
-    (Column(digits=2), "reserve"),
-    (Column(digits=0), "pair"),
-    (Column("mm^2"), "area"),
-    (Column("N", digits=2), "force"),
-    (Column("MPa", digits=2), "pressure"),
-    (Column("1/mm", digits=7, heading="smallest relative curvature"), "least_curvature"),
-    (Column("1/mm", digits=7, heading="largest relative curvature"), "greatest_curvature"),
-    (Column("1/mm"), "parabola_pinion parabola_gear"),
-    (Column("1/mm"), "by_offset by_centre_distance by_pinion_axial by_gear_axial"),
-    (Column("1/rad"), "by_shaft_angle by_in_plane by_out_of_plane"),
-)
-COLUMNS = {name: column for column, names in _COLUMNS for name in names.split()}
+COLUMNS = {
+    name: column
+    for column, names in (
+        (
+            Column("mm"),
+            "l l1 l2 u1 u2 x y z r point least separation backlash length offset offset_difference"
+            " offset_error gap shift mounting mounting_change dw1 dw2 rw1 rw2 working_radius axial"
+            " axial_error axial_distance centre_distance_error tip_clearance semi_axis major minor"
+            " off_centre diameter thickness height dimension beside foot_distance span",
+        ),
+        (Column("mm", digits=3), " ".join(f"{name}_{place}" for name in "zr" for place in PLACES)),
+        (Column("mm", heading="pinion z"), "z1"),
+        (Column("mm", heading="gear z"), "z2"),
+        (Column("mm", digits=3, heading="pinion z middle"), "centre"),
+        (Column("mm", heading="major semi-axis"), "major_semi_axis"),
+        (Column("mm", heading="minor semi-axis"), "minor_semi_axis"),
+        (Column("mm", "um", 3), "deviation"),
+        (Column("rad", "deg"), "angle shaft_angle_error shaft_angle_difference plane_error swivel"),
+        (Column("rad", "deg", 6), "roll"),
+        (Column("rad", "arcsec", heading="transmission error, gear ahead"), "transmission_error"),
+        (Column("rad", "arcsec", heading="transmission error"), "peak_to_peak"),
+        (Column("rad", "arcsec", heading="transmission error, all teeth"), "cycle_peak_to_peak"),
+        (Column("rad", "arcsec", heading="transmission error, under errors"), "greatest_cycle_peak_to_peak"),
+        (Column(heading="share of edge contact"), "edge_share"),
+        (Column(heading="contact ratio in a film"), "film_ratio"),
+        (Column("mm/rad"), "speed profile lengthwise sliding"),
+        (Column(digits=6), "contact_ratio ratio"),
+        (Column(digits=3), "specific specific_total undercut_margin"),
+        (Column(), "profile_shift n_x"),
+        (Column(digits=2), "reserve"),
+        (Column(digits=0), "pair"),
+        (Column("mm^2"), "area"),
+        (Column("N", digits=2), "force"),
+        (Column("MPa", digits=2), "pressure"),
+        (Column("1/mm", digits=7, heading="smallest relative curvature"), "least_curvature"),
+        (Column("1/mm", digits=7, heading="largest relative curvature"), "greatest_curvature"),
+        (Column("1/mm"), "parabola_pinion parabola_gear"),
+        (Column("1/mm"), "by_offset by_centre_distance by_pinion_axial by_gear_axial"),
+        (Column("1/rad"), "by_shaft_angle by_in_plane by_out_of_plane"),
+    )
+    for name in names.split()
+}
 
 
 def column(name: str) -> Column:

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from ..analysis.ease_off import EaseOff, ease_off
-from ..arrays import FLANK_SIGN
+from ..arrays import FLANK_SIGN, MEMBERS
 from ..contact.path import path_of_contact
 from ..design.ends import end_names
 from ..design.model import Design
 from ..findings.path import reason_of
 from ..status import Status
 from .columns import known_number, labelled_lines
-from .result import MEMBERS, Report, Rows, flattened, picked, stacked_rows
+from .result import Report, Rows, flattened, picked, stacked_rows
 from .text import head_lines, line
 
 GIVEN, PLAIN = "as_given", "without_parabola"
@@ -32,9 +32,6 @@ SECOND_ORDER = {
     "rest": "rms of the residual",
 }
 """Labels of the coefficients of a quadratic surface."""
-LABELS = {f"{depth}_{end}": f"{depth}, {{{end}}}" for depth in ("root", "tip") for end in ("toe", "heel")}
-LABELS |= SECOND_ORDER
-"""Labels of corners and coefficients; {toe} and {heel} are replaced by the printed names of the ends."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,9 +83,12 @@ class EaseOffReport(Report):
         rows += [("  values in um", [STATE_WORDS[state] for _, state in shown])]
         sizes = [_sizes(self.known[key]) if key in self.known else {} for key in shown]
         ends = dict(zip(("toe", "heel"), end_names(self.design.pinion), strict=True))
-        for name, words in LABELS.items():
+        labels = {
+            f"{depth}_{end}": f"{depth}, {name}" for depth in ("root", "tip") for end, name in ends.items()
+        }
+        for name, words in (labels | SECOND_ORDER).items():
             cells = [known_number("deviation", by_name.get(name, np.nan)) for by_name in sizes]
-            rows.append((f"  {words.format(**ends)}", cells))
+            rows.append((f"  {words}", cells))
         text += labelled_lines(rows, 30, 17) + "\n" + head_lines(self.design)
         text += line("sign", "positive where the flanks are apart; 0 at the point of contact at mid-roll")
         text += line(

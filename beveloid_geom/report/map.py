@@ -19,16 +19,6 @@ from .columns import column, label, scaled
 from .result import ResultReport, Rows, flattened, picked
 from .text import LINE_WIDTH, both_signs_words, head_lines, line, status_words
 
-WORDS = {
-    "parabola": "parabola coefficients",
-    "mounting": "changes of the mounting distances",
-    "shift": "profile shift coefficients",
-}
-CASES = {"C1": "both positive", "C2": "both negative", "C3": "a1 > 0 > a2", "C4": "a1 < 0 < a2"}
-"""Signs of the parabola coefficients of pinion and gear in the cases of the paper."""
-MASKS = ("hollow", "interferes", "jammed")
-"""Properties of a cell."""
-
 
 @dataclass(frozen=True, eq=False)
 class MapReport(ResultReport[DesignMap]):
@@ -47,7 +37,7 @@ class MapReport(ResultReport[DesignMap]):
             "errors": result.errors,
             "pinion": result.first,
             "gear": result.second,
-            "map": picked(result, "status", *MASKS, *figures_of(result)),
+            "map": cells_of(result),
         }
 
     def rows(self) -> Rows:
@@ -59,7 +49,12 @@ class MapReport(ResultReport[DesignMap]):
         result = self.result
         units = [INPUTS[name][1] for name in result.over]
         shape = f"{result.first.size} x {result.second.size} cells"
-        inputs = WORDS[result.preset] if result.preset else " and ".join(result.over)
+        words = {
+            "parabola": "parabola coefficients",
+            "mounting": "changes of the mounting distances",
+            "shift": "profile shift coefficients",
+        }
+        inputs = words[result.preset] if result.preset else " and ".join(result.over)
         text = f"Map of {self.name} over the {inputs}, {self.flank} flanks: {shape}\n"
         text += head_lines(result.design) + line("errors for shift", both_signs_words(result.errors))
         sides = (
@@ -95,7 +90,12 @@ def map_rows(result: DesignMap) -> Rows:
     """Return the cells of a map as columns."""
     sides = np.meshgrid(result.first, result.second, indexing="ij")
     inputs = dict(zip(result.over, sides, strict=True))
-    return flattened(inputs | picked(result, "status", *MASKS, *figures_of(result)))
+    return flattened(inputs | cells_of(result))
+
+
+def cells_of(result: DesignMap) -> dict[str, Any]:
+    """Return status, properties and results of the cells by name."""
+    return picked(result, "status", "hollow", "interferes", "jammed", *figures_of(result))
 
 
 def figures_of(result: DesignMap) -> tuple[str, ...]:
@@ -193,8 +193,9 @@ def _quadrant_lines(result: DesignMap) -> str:
         f" design ({values}):"
     )
     text = f"\n{textwrap.fill(least, LINE_WIDTH)}\n"
+    sign_words = {"C1": "both positive", "C2": "both negative", "C3": "a1 > 0 > a2", "C4": "a1 < 0 < a2"}
     for name, (count, shift, where) in quadrant_bests(result, ratio).items():
-        case = f"{name}, {CASES[name]}"
+        case = f"{name}, {sign_words[name]}"
         if math.isnan(shift):
             text += f"{case:<20}no cell\n"
         else:

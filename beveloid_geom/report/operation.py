@@ -27,16 +27,6 @@ from .columns import number, table_lines
 from .result import Failure, Report, Rows, failure_of, picked, plain
 from .text import line, mounted_lines, remark_lines
 
-SHOWN = ("pinion_roll", "transmission_error", "pair", "z1", "z2")
-"""Columns of the text."""
-DOUBTS = {
-    RatioStatus.NO_FIRST_CONTACT: NotComputed("there is no first contact at some rolls"),
-    RatioStatus.NOT_CONVERGED: NotComputed("the clearance of a tooth pair did not converge"),
-    RatioStatus.TOO_THICK: "the film reaches beyond the tooth pairs considered: choose a thinner film",
-    RatioStatus.UNSTEADY: NotComputed("the rolls at which a tooth pair touches cannot be distinguished"),
-}
-"""Reasons for an unknown operating contact ratio."""
-
 
 @dataclass(frozen=True, eq=False)
 class OperationReport(Report):
@@ -236,7 +226,8 @@ class OperationReport(Report):
         first, size = self.first, self.first.pinion_roll.size
         picked = np.unique(np.linspace(0, size - 1, 13).round().astype(int))
         columns = {"pitches": (first.pinion_roll - float(self.cycle.start)) / self.cycle.pitch}
-        columns |= {name: getattr(first, name) for name in SHOWN}
+        columns |= {name: getattr(first, name) for name in ("pinion_roll", "transmission_error", "pair")}
+        columns |= {"z1": first.z1, "z2": first.z2}
         carriers, status = self.carriers_in_print, self.status
         return table_lines(
             {name: values[picked] for name, values in columns.items()},
@@ -255,7 +246,13 @@ def operation_report(
     result = operating_ratios(design, flank, (0.0, film), harmonics)
     cycle, ratios = result.cycle, result.ratio.tolist()
     first = cycle.at(float(cycle.start) + cycle.pitch * np.linspace(0.0, 1.0, points))
-    doubts = [None if cycle.lost else DOUBTS.get(RatioStatus(int(code))) for code in result.status]
+    reasons = {
+        RatioStatus.NO_FIRST_CONTACT: NotComputed("there is no first contact at some rolls"),
+        RatioStatus.NOT_CONVERGED: NotComputed("the clearance of a tooth pair did not converge"),
+        RatioStatus.TOO_THICK: "the film reaches beyond the tooth pairs considered: choose a thinner film",
+        RatioStatus.UNSTEADY: NotComputed("the rolls at which a tooth pair touches cannot be distinguished"),
+    }
+    doubts = [None if cycle.lost else reasons.get(RatioStatus(int(code))) for code in result.status]
     return OperationReport(
         name=name,
         design=design,

@@ -25,23 +25,8 @@ from .columns import number, table_lines
 from .result import Report, Rows, advice_data, ends_data, picked
 from .text import advice_lines, end_words, head_lines, line, remark_lines
 
-PATH_FIELDS = tuple(
-    field.name for field in fields(ContactPath) if field.name not in ("design", "flank", "ends")
-)
-"""Quantities of a position."""
-SHOWN = (
-    *("pinion_roll", "gear_roll", "pinion_z", "pinion_r", "gear_z", "gear_r", "l1", "l2"),
-    "transmission_error",
-)
-"""Columns of the text."""
-PRESSED = (
-    *("pinion_roll", "least_curvature", "greatest_curvature", "major_semi_axis", "minor_semi_axis"),
-    *("ellipse_angle", "pressure"),
-)
-"""Columns of the text under a load."""
 LINE_END_FIELDS = ("l1", "l2", "pinion_z", "pinion_r", "gear_z", "gear_r", "point")
 """Quantities of both ends of a line of contact."""
-LINE_RATIOS = ("transverse_ratio", "overlap_ratio", "total_ratio")
 LINE_ENDS = ("first", "last")
 
 
@@ -97,7 +82,11 @@ class ContactReport(Report):
     @property
     def positions(self) -> dict[str, Any]:
         """Columns of the positions in JSON and CSV."""
-        return picked(self.path, *PATH_FIELDS)
+        # Quantities of a position.
+        path_fields = tuple(
+            field.name for field in fields(ContactPath) if field.name not in ("design", "flank", "ends")
+        )
+        return picked(self.path, *path_fields)
 
     @property
     def certified(self) -> dict[str, Any]:
@@ -191,14 +180,22 @@ class ContactReport(Report):
         pressed_lines = ("pinion_roll", "total_length", "greatest_curvature", "minor_semi_axis", "pressure")
         path = self.path
         text = f"Path of contact of {self.name}, {path.flank} flanks, {self.method} method\n"
+        shown_columns = (
+            *("pinion_roll", "gear_roll", "pinion_z", "pinion_r", "gear_z", "gear_r", "l1", "l2"),
+            "transmission_error",
+        )
+        pressure_columns = (
+            *("pinion_roll", "least_curvature", "greatest_curvature", "major_semi_axis", "minor_semi_axis"),
+            *("ellipse_angle", "pressure"),
+        )
         if not self.reason:
             rows = self.rows()
-            text += "\n" + table_lines({name: rows[name] for name in SHOWN}, rows["status"]) + "\n"
+            text += "\n" + table_lines({name: rows[name] for name in shown_columns}, rows["status"]) + "\n"
             if self.lines is not None:
                 text += lines_table(self.design, self.lines) + "\n"
             if self.pressed is not None:
                 words = {"reaches": [(name or "").replace("_", " ") for name in rows["reaches"]]}
-                shown, words = (PRESSED, words) if self.lines is None else (pressed_lines, {})
+                shown, words = (pressure_columns, words) if self.lines is None else (pressed_lines, {})
                 pressed = {name: rows[name] for name in shown}
                 text += table_lines(pressed, self.lost_pressures, words) + "\n"
         text += head_lines(self.design)
@@ -284,7 +281,8 @@ def contact_report(
 
 def lines_data(lines: ContactLines) -> dict[str, Any]:
     """Return contact ratios, and roll angles, length, both ends and limits of each line; mm and rad."""
-    return picked(lines, *LINE_RATIOS, "pinion_roll", "gear_roll", "length", *LINE_END_FIELDS, "limit")
+    ratios = ("transverse_ratio", "overlap_ratio", "total_ratio")
+    return picked(lines, *ratios, "pinion_roll", "gear_roll", "length", *LINE_END_FIELDS, "limit")
 
 
 def lines_rows(lines: ContactLines) -> dict[str, Any]:
@@ -313,6 +311,7 @@ def lines_table(design: Design, lines: ContactLines) -> str:
 
 def ratio_lines(lines: ContactLines) -> str:
     """Return the line with the contact ratios of ISO 21771."""
-    transverse, overlap, total = (number("contact_ratio", getattr(lines, name)) for name in LINE_RATIOS)
+    ratios = lines.transverse_ratio, lines.overlap_ratio, lines.total_ratio
+    transverse, overlap, total = (number("contact_ratio", ratio) for ratio in ratios)
     text = f"transverse {transverse} at mid-face, overlap {overlap}, total {total}"
     return line("line contact", f"on parallel axes; contact ratios: {text}")

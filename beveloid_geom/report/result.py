@@ -18,6 +18,7 @@ from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeAlias, Type
 
 import numpy as np
 
+from ..arrays import MEMBERS as MEMBERS
 from ..contact.path import PathEnds
 from ..design.member import MODIFICATIONS
 from ..design.model import Design
@@ -42,7 +43,6 @@ from ..status import (
 from ..support.process import NO_CONTACT, NOT_COMPUTED
 from .columns import header_of
 
-MEMBERS = ("pinion", "gear")
 Rows: TypeAlias = Mapping[str, Any]
 """Columns (n,) of a table by name; an array (n, 3) is a vector, a single value belongs to all rows."""
 
@@ -206,22 +206,25 @@ def json_text(data: Any) -> str:
     return json.dumps(strict(data), allow_nan=False) + "\n"
 
 
-_FIELDS_OF_CODES: dict[type[IntEnum], str] = {
-    Status: "ContactPath.status PathEnds.status EaseOff.status Sliding.status Sensitivity.status"
-    " Mountings.status DesignMap.status",
-    Limit: "PathEnds.limit ContactLines.limit PathPressure.reaches FirstContact.limit Sensitivity.limit"
-    " Mountings.limit",
-    FirstStatus: "FirstContact.status MeshCycle.status Backlash.status PatternMatrix.status",
-    EllipseStatus: "PathPressure.status",
-    Verdict: "Certificate.verdict",
-    RatioStatus: "OperatingRatios.status",
-    PatternStatus: "MemberPattern.status",
-    PlaceStatus: "Placement.status",
-    BallStatus: "Balls.status",
-    SpanStatus: "Span.status",
-    ShimStatus: "Shim.status",
+_CODES: dict[str, type[IntEnum]] = {
+    field: codes
+    for codes, names in {
+        Status: "ContactPath.status PathEnds.status EaseOff.status Sliding.status Sensitivity.status"
+        " Mountings.status DesignMap.status",
+        Limit: "PathEnds.limit ContactLines.limit PathPressure.reaches FirstContact.limit Sensitivity.limit"
+        " Mountings.limit",
+        FirstStatus: "FirstContact.status MeshCycle.status Backlash.status PatternMatrix.status",
+        EllipseStatus: "PathPressure.status",
+        Verdict: "Certificate.verdict",
+        RatioStatus: "OperatingRatios.status",
+        PatternStatus: "MemberPattern.status",
+        PlaceStatus: "Placement.status",
+        BallStatus: "Balls.status",
+        SpanStatus: "Span.status",
+        ShimStatus: "Shim.status",
+    }.items()
+    for field in names.split()
 }
-_CODES = {field: codes for codes, names in _FIELDS_OF_CODES.items() for field in names.split()}
 """Enumerations of the codes in results, by class and field."""
 
 

@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..analysis.sensitivity import PLACES, Sensitivity, path_sensitivity
-from ..arrays import FloatArray
+from ..analysis.mountings import PLACES
+from ..analysis.sensitivity import Sensitivity, path_sensitivity
+from ..arrays import MEMBERS, FloatArray
 from ..contact.parallel.lines import is_line_contact
 from ..design.model import Design, ErrorsAt
 from ..findings.backlash import backlash_report
@@ -20,7 +21,7 @@ from ..pair.misalignment import ANGLES, place_of
 from ..pair.misalignment_at_mesh import by_mesh_errors
 from ..status import Limit, NotComputed, Status
 from .columns import header_of, label, labelled_lines, number, scaled
-from .result import MEMBERS, ResultReport, Rows, by_columns, picked
+from .result import ResultReport, Rows, by_columns, picked
 from .text import line, mounted_lines, place_words, status_words
 
 

@@ -9,23 +9,15 @@ from typing import Any
 import numpy as np
 
 from ..analysis.sliding import Sliding, least_along, least_sliding, sliding_of
-from ..arrays import FloatArray
+from ..arrays import MEMBERS, FloatArray
 from ..contact.path import ContactPath, path_of_contact
 from ..design.model import Design
 from ..findings.path import reason_of
 from ..pair.frames import layout_of
 from ..pair.mounting import mounting_of
 from .columns import number, table_lines
-from .result import MEMBERS, Report, Rows, by_member, ends_data, picked
+from .result import Report, Rows, by_member, ends_data, picked
 from .text import end_words, head_lines, line
-
-RANGED = ("speed", *(f"{m}_{name}" for name in ("specific", "specific_total") for m in MEMBERS))
-"""Quantities with a printed range."""
-SHOWN = (
-    *("pinion_roll", "pinion_r", "gear_r", "speed", "pinion_profile", "pinion_lengthwise"),
-    *("pinion_specific", "gear_specific", "pinion_specific_total", "gear_specific_total"),
-)
-"""Columns of the text."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +34,7 @@ class SlidingReport(Report):
         Pinion roll angle at which the path is nearest to the pitch point or, on parallel axes, crosses the
         pitch line, rad; NaN at an end of the path.
     ranges : dict
-        Least and largest values of the quantities RANGED along the complete path.
+        Least and largest values of the printed quantities along the complete path.
     reason : str or None
         Reason for missing contact on the flanks; all arrays are empty then.
     """
@@ -94,7 +86,11 @@ class SlidingReport(Report):
         if self.reason:
             return title + head_lines(self.design)
         rows = self.rows()
-        text = title + "\n" + table_lines({name: rows[name] for name in SHOWN}, rows["status"]) + "\n"
+        shown_columns = (
+            *("pinion_roll", "pinion_r", "gear_r", "speed", "pinion_profile", "pinion_lengthwise"),
+            *("pinion_specific", "gear_specific", "pinion_specific_total", "gear_specific_total"),
+        )
+        text = title + "\n" + table_lines({name: rows[name] for name in shown_columns}, rows["status"]) + "\n"
         low, high = self.ranges["speed"]
         least = f"smallest at {math.degrees(self.least_roll):z.4f} deg of pinion roll"
         text += head_lines(self.design)
@@ -143,7 +139,8 @@ def sliding_report(name: str, design: Design, flank: str, points: int) -> Slidin
     ends = dense_path.pinion_roll[[0, -1]] if squared_distance.size else np.array([nearest])
     at_end = np.isclose(nearest, ends, rtol=0.0, atol=1e-12).any() or not squared_distance.size
     columns = columns_of(dense_path, dense)
-    ranges = {key: span_of(values) for key, values in columns.items() if key in RANGED}
+    ranged = ("speed", *(f"{m}_{name}" for name in ("specific", "specific_total") for m in MEMBERS))
+    ranges = {key: span_of(values) for key, values in columns.items() if key in ranged}
     ranges["speed"] = (float(speed), ranges["speed"][1])
     return SlidingReport(
         name=name,

@@ -13,8 +13,6 @@ from ..validation.statement_verdicts import Statement
 from .result import Failure, Rows, by_columns
 from .text import LINE_WIDTH, head_lines, line
 
-ANSWERS = {True: "yes", False: "no", None: ""}
-
 
 @dataclass(frozen=True, eq=False)
 class StatementsReport:
@@ -40,6 +38,7 @@ class StatementsReport:
 
     def _rows(self) -> Iterator[tuple[Any, ...]]:
         """Yield the rows: numbers and answers of each claim of each statement."""
+        answers = {True: "yes", False: "no", None: ""}
         for one in self.statements:
             for claim in one.claims:
                 start = (one.flank, one.id, one.verdict.value, claim.text, claim.verdict.value)
@@ -47,7 +46,7 @@ class StatementsReport:
                     for k, value in enumerate(numbers.tolist()):
                         yield *start, "number", way, k, value, one.measure
                 for way, holds in claim.holds.items():
-                    yield *start, "holds", way, "", ANSWERS[holds], one.measure
+                    yield *start, "holds", way, "", answers[holds], one.measure
 
     def summary(self) -> str:
         """Return each statement with verdict, measure and reason."""

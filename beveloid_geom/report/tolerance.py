@@ -11,7 +11,7 @@ import numpy as np
 from ..analysis.cycle_statistics import CycleStatistics
 from ..analysis.mountings import PLACES
 from ..analysis.tolerance import SHARES, Tolerances, ToleranceStudy
-from ..arrays import Mask
+from ..arrays import MEMBERS, Mask
 from ..contact.ellipse import MARKING_SEPARATION
 from ..contact.parallel.lines import is_line_contact
 from ..design.ends import limit_words
@@ -21,19 +21,9 @@ from ..findings.path import batch_reason
 from ..operation.backlash_by_tangency import Tangency
 from ..status import FirstStatus, Limit, Status
 from .columns import known_number, label, labelled_lines, scaled
-from .result import MEMBERS, ResultReport, Rows, name_in_files, picked, plain, status_name
+from .result import ResultReport, Rows, name_in_files, picked, plain, status_name
 from .text import line, mounted_lines, remark_lines, status_words, unit_of
 
-SHOWN = (
-    *("contact_ratio", "peak_to_peak", "normal_backlash"),
-    *(f"{member}_z_{place}" for member in MEMBERS for place in PLACES),
-)
-"""Quantities of the text."""
-OPERATION_LABELS = {
-    "cycle_peak_to_peak": "error of all teeth, arcsec",
-    "film_ratio": f"contact ratio, {1e3 * MARKING_SEPARATION:g} um film",
-}
-"""Labels in the text, which has little space for them."""
 SHOWN_SHARES = (0.01, 0.05, 0.5, 0.95, 0.99)
 """Quantiles of the text."""
 FACE_ENDS = [limit for limit in Limit if limit.limit in ("toe", "heel")]
@@ -313,9 +303,15 @@ def _quantile_lines(study: ToleranceStudy) -> str:
     nominal, spread = study.nominal.quantities(), study.quantiles(SHOWN_SHARES)
     running = study.nominal_running.quantities() if study.nominal_running else {}
     nominal |= running
-    for name in (*SHOWN, *running):
+    quantities = (
+        *("contact_ratio", "peak_to_peak", "normal_backlash"),
+        *(f"{member}_z_{place}" for member in MEMBERS for place in PLACES),
+    )
+    labels = {
+        "cycle_peak_to_peak": "error of all teeth, arcsec",
+        "film_ratio": f"contact ratio, {1e3 * MARKING_SEPARATION:g} um film",
+    }
+    for name in (*quantities, *running):
         values = np.append(nominal[name], spread[name])
-        rows.append(
-            (OPERATION_LABELS.get(name) or label(name), [known_number(name, value) for value in values])
-        )
+        rows.append((labels.get(name) or label(name), [known_number(name, value) for value in values]))
     return labelled_lines(rows, label_width=28, cell_width=12)

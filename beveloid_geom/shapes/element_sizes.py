@@ -7,7 +7,7 @@ tooth are at most a few times as large, and along the flank they grow gradually 
 
 If a tooth is thin at its tip, elements there would taper to a point, and the determinant of the Jacobian
 would vary too much within them. The steps towards this place, along the profile and along the face, are
-limited to the length over which the thickness grows by the factor THICKENING.
+limited to the length over which the thickness grows by the factor MAX_THICKENING_RATIO.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from .grid_cells import form_of, stations
 from .sheet import Sheet, SheetGrid, grid_of
 from .tooth_boundary import cut_sheets, require_tolerance
 
-GROWTH = 1.4
+GROWTH_RATIO = 1.4
 """Ratio of successive steps along a flank from the fillet on, and of rows of the body, see `section_of`."""
-THICKENING = 1.6
+MAX_THICKENING_RATIO = 1.6
 """Largest ratio of the thicknesses of the tooth at both ends of a step next to a thin tip."""
 
 
@@ -148,7 +148,7 @@ def _deviations(sheets: dict[str, Sheet], cells: Cells) -> dict[str, tuple[float
 @dataclass(frozen=True)
 class _ThinTip:
     """Place of the thinnest tip: the `end` -1 (at -z) or 1 (at +z) of the face. Lengths (mm) over which the
-    thickness grows from there by the factor THICKENING: `profile` below the tip, `face` along the face."""
+    thickness grows by the factor MAX_THICKENING_RATIO: `profile` below the tip, `face` along the face."""
 
     end: int
     profile: float
@@ -166,21 +166,21 @@ def _thin_tip(sheets: dict[str, Sheet]) -> _ThinTip:
     height = float(np.linalg.norm(left[1, thin] - left[0, thin]))
     least = float(thickness[1, thin])
     profile, face = (
-        (THICKENING - 1.0) * least * length / max(float(thickness[at]) - least, 1e-9 * length)
+        (MAX_THICKENING_RATIO - 1.0) * least * length / max(float(thickness[at]) - least, 1e-9 * length)
         for length, at in ((height, (0, thin)), (0.1 * half, (1, inner)))
     )
     return _ThinTip(end, profile, face)
 
 
 def _steps_added(step: float, first: float) -> int:
-    """Return how many steps are added if they grow by THICKENING from `first` to `step` (mm)."""
-    return max(0, int(np.ceil(np.log(step / first) / np.log(THICKENING) - 1e-9)))
+    """Return how many steps are added if they grow by MAX_THICKENING_RATIO from `first` to `step` (mm)."""
+    return max(0, int(np.ceil(np.log(step / first) / np.log(MAX_THICKENING_RATIO) - 1e-9)))
 
 
 def _limited(steps: FloatArray, last: float) -> FloatArray:
-    """Return steps that fall by THICKENING at most to `last` at the end."""
+    """Return steps that fall by MAX_THICKENING_RATIO at most to `last` at the end."""
     powers = np.minimum(np.arange(len(steps))[::-1], 1000)
-    return np.asarray(np.minimum(steps, last * THICKENING**powers))
+    return np.asarray(np.minimum(steps, last * MAX_THICKENING_RATIO**powers))
 
 
 def face_stations(sheets: dict[str, Sheet], number: int) -> FloatArray:
@@ -263,9 +263,9 @@ def _lengths(sheet: Sheet, z: ArrayLike = 0.0) -> tuple[FloatArray, FloatArray]:
 
 
 def _flank_stations(first: float, last: float, length: float, number: int) -> FloatArray:
-    """Return lengths (number + 1,), mm, along a flank. Steps grow by GROWTH from `first` (mm) at the fillet
-    until they are even, and fall by THICKENING at most to `last` (mm) at the tip."""
-    grown = GROWTH ** np.minimum(np.arange(number), 1000)
+    """Return lengths (number + 1,), mm, along a flank. Steps grow by GROWTH_RATIO from `first` (mm) at the
+    fillet until they are even, and fall by MAX_THICKENING_RATIO at most to `last` (mm) at the tip."""
+    grown = GROWTH_RATIO ** np.minimum(np.arange(number), 1000)
     steps = _limited(np.minimum(length, first * number * grown), last * number)
     lengths = np.concatenate(([0.0], np.cumsum(steps)))
     return np.asarray(length * lengths / lengths[-1])

@@ -24,8 +24,6 @@ from ..arrays import FloatArray
 from .sheet import Sheet, falling_diagonals, grid_of
 
 MAX_POINTS = 20_000_000
-MEASURED_CELLS = 12
-"""Largest number of cells along each direction in which the deviation is measured."""
 CELL_STEPS = 6
 """Number of steps along each side of a cell, to points at which the deviation is measured."""
 RATIOS = np.vander(np.geomspace(1.0 / 16.0, 16.0, 17), 3, increasing=True)
@@ -146,7 +144,7 @@ def columns_for(shapes: FloatArray, rows: FloatArray, tolerance: float) -> Float
 
 def measured_deviation(sheet: Sheet, form: Form, ns: int, nz: int) -> float:
     """Return the largest distance (mm), along the normals of a surface, from the triangles of its grid of ns
-    x nz cells. It is measured at a lattice of points in up to MEASURED_CELLS rows and columns of cells."""
+    x nz cells. It is measured at a lattice of points in up to 12 rows and columns of cells."""
     (rows, s), (columns, z) = (_inside_cells(values) for values in stations(form, ns, nz, sheet.half_width))
     grid, shape = grid_of(sheet, s, z), (rows, CELL_STEPS + 1, columns, CELL_STEPS + 1, 3)
     true, normals = (values.reshape(shape).swapaxes(1, 2) for values in (grid.points, grid.normals))
@@ -163,6 +161,7 @@ def measured_deviation(sheet: Sheet, form: Form, ns: int, nz: int) -> float:
 def _inside_cells(stations: FloatArray) -> tuple[int, FloatArray]:
     """Return the number of cells that are measured along one direction, and all stations in them."""
     count = stations.size - 1
-    cells = np.unique(np.linspace(0, count - 1, min(count, MEASURED_CELLS)).round().astype(np.int64))
+    # Largest number of cells along each direction in which the deviation is measured.
+    cells = np.unique(np.linspace(0, count - 1, min(count, 12)).round().astype(np.int64))
     start, step = stations[cells, None], (stations[cells + 1] - stations[cells])[:, None]
     return cells.size, (start + step * (np.arange(CELL_STEPS + 1) / CELL_STEPS)).ravel()

@@ -19,7 +19,7 @@ import numpy as np
 from ..arrays import FloatArray, Indices
 from ..design.arguments import require_member
 from ..design.member import Member
-from .element_sizes import GROWTH, Cells, boundary_nodes, cells_of, face_stations
+from .element_sizes import GROWTH_RATIO, Cells, boundary_nodes, cells_of, face_stations
 from .hexahedral_mesh import VolumeMesh, element_shapes, face_nodes, rounded_down
 from .section import SIDES, Section, section_of, section_size
 from .solid import NAMES, joined_numbers, rotated_copies, teeth_with
@@ -28,9 +28,6 @@ from .tooth_boundary import counted, cut_sheets
 
 ELEMENTS = {"C3D20": 20, "C3D20R": 20, "C3D8I": 8, "C3D8": 8}
 """Number of nodes of the elements, by the names of Abaqus."""
-MAX_NODES = 5_000_000
-MIN_SHAPE = 0.2
-"""Smallest scaled Jacobian and smallest ratio of determinants, see `hexahedral_mesh.element_shapes`."""
 
 
 def tooth_hexahedra(
@@ -67,8 +64,8 @@ def tooth_hexahedra(
     Raises
     ------
     ValueError
-        For a number of teeth that is not between 1 and that of the gear, more than MAX_NODES nodes, distorted
-        elements (MIN_SHAPE), cells that do not match those of the next tooth, and as `cut_sheets`,
+        For a number of teeth that is not between 1 and that of the gear, more than 5 million nodes, distorted
+        elements, cells that do not match those of the next tooth, and as `cut_sheets`,
         `bore_of` and `section_of`.
 
     Examples
@@ -109,10 +106,10 @@ def _tooth(member: Member, cells: Cells, quadratic: bool, bore: float, teeth: in
     # The size is checked before the section is solved: first by the tooth alone, then with the body.
     _require_size((cells.tip * (cells.flank + cells.fillet),) * 2, cells.face, quadratic, teeth)
     sheets = cut_sheets(member)
-    size = section_size(_corners(boundary_nodes(sheets, cells, np.zeros(1))), bore, body_aspect, GROWTH)
+    size = section_size(_corners(boundary_nodes(sheets, cells, np.zeros(1))), bore, body_aspect, GROWTH_RATIO)
     _require_size(size, cells.face, quadratic, teeth)
     outline = boundary_nodes(sheets, cells, face_stations(sheets, cells.face))
-    section = section_of(_corners(outline), bore, body_aspect, GROWTH)
+    section = section_of(_corners(outline), bore, body_aspect, GROWTH_RATIO)
     return _quadratic(section, outline, bore) if quadratic else _linear(section)
 
 
@@ -120,10 +117,12 @@ def _require_shape(mesh: VolumeMesh) -> None:
     """Raise ValueError for elements that are inverted or too distorted."""
     shape_cure = "reduce the tolerance, change bore_radius, or increase the tip_radius of the tool"
     scaled, ratio = (float(values.min()) for values in element_shapes(mesh))
-    if not min(scaled, ratio) >= MIN_SHAPE:
+    # Smallest scaled Jacobian and smallest ratio of determinants, see `hexahedral_mesh.element_shapes`.
+    min_shape = 0.2
+    if not min(scaled, ratio) >= min_shape:
         text = (
             f"scaled Jacobian {rounded_down(scaled)}, ratio of determinants {rounded_down(ratio)}, "
-            f"both must be at least {MIN_SHAPE:g}"
+            f"both must be at least {min_shape:g}"
         )
         raise ValueError(f"some elements are too distorted ({text}): {shape_cure}")
 
@@ -138,8 +137,9 @@ def _require_size(size: tuple[int, int], face: int, quadratic: bool, teeth: int)
     nodes = teeth * points * (face + 1)
     if quadratic:
         nodes += teeth * ((points + quads - 1) * (face + 1) + points * face)
-    if nodes > MAX_NODES:
-        text = f"the mesh needs about {nodes:.2g} nodes for {counted(teeth)}, the limit is {MAX_NODES:.2g}"
+    max_nodes = 5_000_000
+    if nodes > max_nodes:
+        text = f"the mesh needs about {nodes:.2g} nodes for {counted(teeth)}, the limit is {max_nodes:.2g}"
         cure = "increase the tolerance, or choose fewer teeth or elements with 8 nodes"
         raise ValueError(f"{text}: {cure}")
 

@@ -21,18 +21,7 @@ from ..support.argument import ArgumentError
 from .polygon import triangulate_polygon
 from .section import OUTLINE, SIDES
 from .sheet import Faces, SheetGrid, grid_faces
-from .tooth_boundary import ASPECT, cut_sheets, outline_grids, require_memory, require_tolerance
-
-DEFAULT_BORE_RATIO = 0.45
-"""Default radius of the bore over the smallest root radius."""
-MIN_BORE_RATIO = 0.02
-"""Smallest radius of the bore over the smallest root radius. Cells closer to the axis would be slivers."""
-MIN_RIM_MODULES = 0.1
-"""Smallest distance of the bore from the root. Cells in a thinner rim would be slivers."""
-SIDE_GROWTH = 3.0
-"""Ratio of successive cells along the sides, from the root and from the bore."""
-SIDE_ASPECT = 8.0
-"""Ratio of the length of a cell along the sides to the width of the body there."""
+from .tooth_boundary import MAX_ASPECT_RATIO, cut_sheets, outline_grids, require_memory, require_tolerance
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +55,7 @@ def bore_of(member: Member, bore_radius: float | None) -> float:
     member : Member
         A single member.
     bore_radius : float or None
-        mm; DEFAULT_BORE_RATIO times the smallest root radius if None.
+        mm; 0.45 times the smallest root radius if None.
 
     Returns
     -------
@@ -76,17 +65,21 @@ def bore_of(member: Member, bore_radius: float | None) -> float:
     Raises
     ------
     ArgumentError
-        If the radius is outside the limits MIN_BORE_RATIO and MIN_RIM_MODULES.
+        If the radius is too small, or too near the root.
     """
     message_rounding = 1e-5  # messages show the limits with six digits, and the shown numbers are accepted
     half = 0.5 * float(member.face_width)
     root = float(root_radius(member, (-half, half)).min())
-    bore = DEFAULT_BORE_RATIO * root if bore_radius is None else float(bore_radius)
-    least, most = MIN_BORE_RATIO * root, root - MIN_RIM_MODULES * float(member.tool.normal_module)
+    bore = 0.45 * root if bore_radius is None else float(bore_radius)
+    # Smallest radius of the bore over the smallest root radius. Cells closer to the axis would be slivers.
+    min_bore_ratio = 0.02
+    # Smallest distance of the bore from the root. Cells in a thinner rim would be slivers.
+    min_rim_modules = 0.1
+    least, most = min_bore_ratio * root, root - min_rim_modules * float(member.tool.normal_module)
     if not least * (1.0 - message_rounding) <= bore <= most * (1.0 + message_rounding):
         limits = f"between {least:.6g} and {most:.6g} mm, got {bore:.6g}"
-        why = f"{MIN_BORE_RATIO:g} times the smallest root radius, {root:.6g} mm,"
-        why += f" and {MIN_RIM_MODULES:g} modules less than this radius"
+        why = f"{min_bore_ratio:g} times the smallest root radius, {root:.6g} mm,"
+        why += f" and {min_rim_modules:g} modules less than this radius"
         raise ArgumentError("bore_radius", f"must be {limits}: {why}")
     return bore
 
@@ -172,13 +165,17 @@ def _depths(
 ) -> FloatArray:
     """Return stations 0 ... 1 along a side, from the root to the bore at the given `radii` (mm).
 
-    Cells grow by SIDE_GROWTH from the size of the neighbouring `cells` (mm) at both ends. They are limited to
-    `longest` (mm) and to SIDE_ASPECT times the width of the part of the body that belongs to the tooth."""
+    Cells grow from the size of the neighbouring `cells` (mm) at both ends. They are limited to
+    `longest` (mm) and to a multiple of the width of the part of the body that belongs to the tooth."""
     (root, bore), ends = radii, ([0.0], [0.0])
+    # Ratio of successive cells along the sides, from the root and from the bore.
+    side_growth = 3.0
+    # Ratio of the length of a cell along the sides to the width of the body there.
+    side_aspect = 8.0
     while (height := root - bore - sum(ends[0]) - sum(ends[1])) > 0.0:
         inner = sum(ends[1]), sum(ends[1]) + height
         sizes = [
-            min(cell * SIDE_GROWTH ** len(end), longest, SIDE_ASPECT * pitch * (bore + above))
+            min(cell * side_growth ** len(end), longest, side_aspect * pitch * (bore + above))
             for cell, end, above in zip(cells, ends, inner[::-1], strict=True)
         ]
         shorter = int(sizes[1] < sizes[0])
@@ -198,7 +195,7 @@ def _inner_walls(
     step = np.linalg.norm(bottom.points[1] - bottom.points[0], axis=-1).min()
     # Two triangles over a cell of the length h, twisted by the angle t, are off by h t / 4 in its middle.
     twist = float(np.abs(np.angle(direction[1:] / direction[:-1])).max())
-    longest = min(ASPECT * float(np.diff(z).min()), 4.0 * side_tolerance / max(twist, 1e-9))
+    longest = min(MAX_ASPECT_RATIO * float(np.diff(z).min()), 4.0 * side_tolerance / max(twist, 1e-9))
     cells = float(step), pitch * bore / across
     depths = _depths((float(root.max()), bore), cells, longest, pitch)
     side = direction * (root - depths[:, None] * (root - bore))

@@ -36,11 +36,8 @@ from .sampling import flank_sheet
 from .section import OUTLINE
 from .sheet import Place, Sheet, SheetGrid, grid_of
 
-ASPECT = 20.0
+MAX_ASPECT_RATIO = 20.0
 """Largest ratio of the sides of a cell. The triangles of the most oblique cells then have angles of 2 deg."""
-MAX_FILLET_WIDTH_RATIO = 6.0
-"""Largest ratio of the widths of a fillet along the face. Cells that fit its wide end would be slivers at a
-narrow end, and cells that fit the narrow end would be too many."""
 MIN_LAND_MODULES = 0.02
 """Half a bottom land that is narrower includes the end of the fillet, for triangles of good shape."""
 
@@ -262,12 +259,14 @@ def outline_grids(
 
 
 def _require_wide_fillets(sheets: dict[str, Sheet]) -> None:
-    """Raise ValueError for a fillet whose widths along the face differ by more than
-    MAX_FILLET_WIDTH_RATIO."""
+    """Raise ValueError for a fillet whose widths along the face differ too much."""
+    # Largest ratio of the widths of a fillet along the face. Cells that fit its wide end would be slivers at
+    # a narrow end, and cells that fit the narrow end would be too many.
+    max_fillet_width_ratio = 6.0
     for name in ("left fillet", "right fillet"):
         z = sheets[name].half_width * np.linspace(-1.0, 1.0, 9)
         width = _lengths(grid_of(sheets[name], np.linspace(0.0, 1.0, 33), z).points, 0).sum(axis=0)
-        if width.max() > MAX_FILLET_WIDTH_RATIO * width.min():
+        if width.max() > max_fillet_width_ratio * width.min():
             least = f"{width.min():.3g} mm wide at z = {z[np.argmin(width)]:.4g} mm"
             text = f"the {name} is only {least}, and {width.max():.3g} mm elsewhere"
             raise ValueError(
@@ -327,7 +326,7 @@ def _lengths(points: FloatArray, axis: int) -> FloatArray:
 def _in_shape(
     sheets: dict[str, Sheet], forms: dict[str, Form], rows: dict[str, int], nz: int, bore_step: float
 ) -> tuple[dict[str, int], int]:
-    """Return numbers of rows and columns for which cells are at most ASPECT times as long as wide."""
+    """Return numbers of rows and columns for which cells are not longer than MAX_ASPECT_RATIO widths."""
     for _ in range(3):
         grids = {name: _grid(sheet, forms[name], rows[name], 4) for name, sheet in sheets.items()}
         step = {name: _lengths(grid.points, 0) for name, grid in grids.items()}
@@ -336,11 +335,11 @@ def _in_shape(
         more: dict[str, float] = dict(rows)
         narrow = float(step["tip"].sum(axis=0).min()) / rows["tip"]
         for name in sheets:
-            longest = ASPECT * min(columns.min(), narrow if name.endswith("flank") else np.inf)
+            longest = MAX_ASPECT_RATIO * min(columns.min(), narrow if name.endswith("flank") else np.inf)
             more[name] = max(more[name], rows[name] * float(step[name].max()) / longest)
         shortest = min(float(step[name].min()) * rows[name] / more[name] for name in sheets)
         shortest = min(shortest, bore_step)
-        before, rows, share = rows, _paired(more), float(columns.max()) / (ASPECT * shortest)
+        before, rows, share = rows, _paired(more), float(columns.max()) / (MAX_ASPECT_RATIO * shortest)
         if share <= 1.0 and rows == before:
             break
         nz = int(np.ceil(nz * max(share, 1.0) - 1e-9))

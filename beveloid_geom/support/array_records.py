@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypeVar
 
 import numpy as np
 
-T = TypeVar("T")
+from ..arrays import T
 
 
 def joined(parts: Sequence[T], axis: int = -1) -> T:

@@ -20,8 +20,6 @@ from .products import product
 
 NOISE = 2e-14
 """Level, relative to the scale of a quantity, below which the last coefficients of a resolved curve are."""
-NEGLIGIBLE = 3e-15
-"""Relative level below which trailing coefficients are not needed."""
 SMALLEST_STEP = 1e-15
 """Step of the parameter that ends an iteration."""
 
@@ -38,6 +36,7 @@ class Basis:
         return product(values, self.fit)
 
 
+@kept(32)
 def basis_of(degree: int) -> Basis:
     """Return the basis of an even degree, whose middle node is 0.
 
@@ -193,5 +192,6 @@ def resolved_degree(coefficients: FloatArray, scale: FloatArray) -> int | None:
     if not resolved(coefficients, scale).all():
         return None
     size = (np.abs(coefficients) / scale.reshape(len(scale), -1, 1)).max(axis=(0, 1), initial=0.0)
-    needed = np.flatnonzero(size > NEGLIGIBLE)
+    # Relative level below which trailing coefficients are not needed.
+    needed = np.flatnonzero(size > 3e-15)
     return max(1, int(needed[-1])) if needed.size else 1

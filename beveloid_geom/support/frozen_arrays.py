@@ -8,14 +8,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import is_dataclass
 from functools import lru_cache, wraps
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, ParamSpec
 
 import numpy as np
+
+from ..arrays import T
 
 if TYPE_CHECKING:
     from functools import _lru_cache_wrapper
 
-T = TypeVar("T")
 P = ParamSpec("P")
 
 

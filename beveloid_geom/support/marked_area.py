@@ -27,10 +27,6 @@ import numpy as np
 
 from ..arrays import FloatArray, Integers, Mask
 
-MAX_ROUNDS = 12
-"""Largest number of improvements of the border."""
-NORMAL_SAMPLES = np.array([-2.0, -0.5, -0.125, -0.03, 0.0, 0.03, 0.125, 0.5, 2.0])
-"""Positions at which a vertex is searched on the normal of a chord, in lengths of the chord."""
 Function: TypeAlias = Callable[[FloatArray], FloatArray]
 """Function values (n,) at points (n, 2) of the unit square; inf where there are none."""
 
@@ -81,7 +77,7 @@ def marked_area(function: Function, table: FloatArray, points: FloatArray, bound
     Returns
     -------
     MarkedArea
-        The error exceeds the bound if MAX_ROUNDS improvements are not sufficient or make it worse. The result
+        The error exceeds the bound if 12 improvements are not sufficient or make it worse. The result
         is the best of them.
     """
     size = np.array([_length(points), _length(np.swapaxes(points, 0, 1))])
@@ -98,7 +94,9 @@ def marked_area(function: Function, table: FloatArray, points: FloatArray, bound
 
     border = _marched(placed, *_resolved(placed, table, size, bound))
     density, least = total / size.prod(), np.inf
-    for count in range(MAX_ROUNDS + 1):
+    # Largest number of improvements of the border.
+    max_rounds = 12
+    for count in range(max_rounds + 1):
         places = _vertices(border, size)
         area = _area_inside(places / size, border.following, amount)
         spread, cut = density * _spread(border, places), density * _cut_off(border, places, size)
@@ -106,7 +104,7 @@ def marked_area(function: Function, table: FloatArray, points: FloatArray, bound
         if error < least:
             least, best = error, (area, places / size, border.following)
         diverges = error > 4.0 * least  # the border is not a line at this scale
-        if error <= allowed or diverges or count == MAX_ROUNDS or len(places) > 20_000:
+        if error <= allowed or diverges or count == max_rounds or len(places) > 20_000:
             break
         moved, split = _worst(spread, allowed / 4.0), _worst(cut, allowed / 4.0)
         border = _improved(placed, border, places, moved, split[_settled(border, places)[split]])
@@ -335,7 +333,9 @@ def _improved(
     # Positions at which a vertex is searched again, in shares of its uncertainty interval.
     vertex_samples = (np.arange(8) + 0.5) / 8.0
     again = first + (last - first) * vertex_samples
-    across = np.broadcast_to(NORMAL_SAMPLES, (len(split), NORMAL_SAMPLES.size))
+    # Positions at which a vertex is searched on the normal of a chord, in lengths of the chord.
+    normal_samples = np.array([-2.0, -0.5, -0.125, -0.03, 0.0, 0.03, 0.125, 0.5, 2.0])
+    across = np.broadcast_to(normal_samples, (len(split), normal_samples.size))
     rays = ((moved, again), (added, across))
     asked = [(base[k, None] + t[..., None] * direction[k, None]).reshape(-1, 2) for k, t in rays]
     values = function(np.concatenate(asked))

@@ -22,10 +22,9 @@ if TYPE_CHECKING:
 
 NO_CONTACT, NOT_COMPUTED = 1, 4
 """Exit statuses: no contact, or a pair that cannot be assembled; a failed calculation."""
-BAD_INPUT, CANNOT_WRITE, INTERNAL_ERROR, BROKEN_PIPE = 2, 2, 70, 141
-"""Exit statuses: bad input; standard output cannot be written; error of the program; the reader of the output
-ended early (`| head`), as for programs that SIGPIPE ends. Status 3 is missing OpenGL. A signal gives 128 plus
-its number: 130 for Ctrl-C."""
+CANNOT_WRITE = 2
+"""Exit status if standard output cannot be written, as for bad input. Status 3 is missing OpenGL, and 70 an
+error of the program. A signal gives 128 plus its number: 130 for Ctrl-C."""
 
 _unfinished: list[Callable[[], str]] = []
 
@@ -66,14 +65,14 @@ def run(module: str) -> None:
     try:
         source_date()  # checked first, because libraries that write files read the variable, too
     except ValueError as error:
-        leave(BAD_INPUT, str(error))
+        leave(2, str(error))
     try:
         import_module(module).main()
     except Exception:
         import traceback
 
         traceback.print_exc()
-        leave(INTERNAL_ERROR)
+        leave(70)
 
 
 def source_date() -> datetime | None:
@@ -167,7 +166,7 @@ class _Stream(io.FileIO):
             if self.fileno() == 2:
                 return len(data)
             if isinstance(error, BrokenPipeError):
-                leave(BROKEN_PIPE)
+                leave(141)  # as for programs that SIGPIPE ends: the reader has stopped (`| head`)
             leave(CANNOT_WRITE, f"cannot write to standard output: {error.strerror}")
 
 

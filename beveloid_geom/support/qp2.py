@@ -13,7 +13,6 @@ import numpy as np
 from ..arrays import FloatArray, Integers, Mask
 from .frozen_arrays import kept
 
-BOX_SIDES = 4
 USUAL_CONSTRAINTS = 2
 """Number of constraints, except for the box, that usually restrict the box at the same time."""
 
@@ -30,7 +29,7 @@ def quadratic_step(
     bend : array (3, n)
         Second derivatives: xx, xy, yy.
     rate, margin : array (constraints, 2, n) and (constraints, n)
-        Gradients and values of the constraints. The last BOX_SIDES are the sides of the box.
+        Gradients and values of the constraints. The last four are the sides of the box.
     size : array (2, n)
         Half-widths of the box.
     slack : float
@@ -70,7 +69,7 @@ def _bounded_step(
 
     Constraints that do not intersect the box are omitted. All of them are used for programs with more than
     USUAL_CONSTRAINTS that do, and for programs without a feasible point."""
-    count, each = len(rate) - BOX_SIDES, np.arange(slope.shape[1])
+    count, each = len(rate) - 4, np.arange(slope.shape[1])
     constraints = slice(count)
     far = margin[constraints] > (np.abs(rate[constraints]) * size).sum(axis=1) + slack
     reaching = count - far.sum(axis=0)

@@ -20,14 +20,14 @@ import numpy as np
 
 from ..arrays import FloatArray
 
-ORDER = 4
+SPLINE_DEGREE = 4
 """Degree of the pieces; the part that fades has this degree."""
 
 
 def _moved(poly: FloatArray, origin: float) -> FloatArray:
-    """Return the coefficients (ORDER + 1, n), in rising order, of polynomials about another origin."""
+    """Return the coefficients (degree + 1, n), in rising order, of polynomials about another origin."""
     moved = np.zeros_like(poly)
-    for k in range(ORDER + 1):
+    for k in range(SPLINE_DEGREE + 1):
         for j in range(k + 1):
             moved[j] += comb(k, j) * origin ** (k - j) * poly[k]
     return moved
@@ -40,7 +40,7 @@ def _basis(nodes: FloatArray) -> tuple[FloatArray, FloatArray]:
     -------
     breaks : ndarray, shape (pieces + 1,)
         The first and the last piece apply beyond their break, too.
-    pieces : ndarray, shape (ORDER + 1, pieces, nodes)
+    pieces : ndarray, shape (SPLINE_DEGREE + 1, pieces, nodes)
         Coefficients about the left break of each piece, in falling order.
     """
     from scipy.interpolate import CubicSpline
@@ -49,7 +49,7 @@ def _basis(nodes: FloatArray) -> tuple[FloatArray, FloatArray]:
     # Parabola of least squares, about the middle of the nodes. The rest is the spline of the differences.
     middle = 0.5 * (nodes[0] + nodes[-1])
     powers = np.vander(nodes - middle, min(3, count), increasing=True)
-    fit = np.zeros((ORDER + 1, count))
+    fit = np.zeros((SPLINE_DEGREE + 1, count))
     fit[: powers.shape[1]] = np.linalg.pinv(powers)
     rest = CubicSpline(nodes, unit - powers @ fit[: powers.shape[1]])
     outer = []
@@ -64,7 +64,7 @@ def _basis(nodes: FloatArray) -> tuple[FloatArray, FloatArray]:
         constant[0] = _moved(fading, fade)[0]
         outer.append((end, fade, fading, constant))
     (low, left, fade_left, far_left), (high, right, fade_right, far_right) = outer
-    inner = np.zeros((ORDER + 1, count - 1, count))
+    inner = np.zeros((SPLINE_DEGREE + 1, count - 1, count))
     inner[1:] = CubicSpline(nodes, unit).c
     breaks = np.array((low + 2.0 * left, low + left, *nodes, high + right, high + 2.0 * right))
     before = (

@@ -23,10 +23,10 @@ from ..pair.misalignment import ERROR_NAMES
 from ..status import Limit
 from ..support.frozen_arrays import read_only
 
-SMALL, LARGE = 0.0002, 0.002
-"""1/mm: largest coefficients of Figs. 7 and 8, and of Figs. 9 and 10."""
-DRAWN, MODIFIED = 0.01, (0.001, -0.001)
-"""1/mm: coefficients of Fig. 6, and of Figs. 12 to 15."""
+SMALL_PARABOLA_PER_MM = 0.0002
+"""1/mm: largest coefficient of Figs. 7 and 8."""
+MODIFIED = (0.001, -0.001)
+"""1/mm: coefficients of Figs. 12 to 15."""
 OFFSET_ERROR, ANGLE_ERROR, AXIAL_ERROR = 0.5, radians(0.015), 0.5
 """mm, rad and mm."""
 LITTLE, CLEAR = 0.01, 0.03
@@ -58,8 +58,15 @@ class Case:
     @cached_property
     def sweeps(self) -> dict[str, Sweep]:
         """Results for the coefficients of C1 to C4."""
-        # Signs of the coefficients of pinion and gear, and the largest coefficient.
-        sweeps = {"C1": (1, 1, SMALL), "C2": (-1, -1, SMALL), "C3": (1, -1, LARGE), "C4": (-1, 1, LARGE)}
+        # Signs of the coefficients of pinion and gear, and the largest coefficient: of Figs. 9 and 10 for C3
+        # and C4.
+        large = 0.002
+        sweeps = {
+            "C1": (1, 1, SMALL_PARABOLA_PER_MM),
+            "C2": (-1, -1, SMALL_PARABOLA_PER_MM),
+            "C3": (1, -1, large),
+            "C4": (-1, 1, large),
+        }
         return read_only(
             {
                 name: sweep(self.design, self.flank, (self.sign * first, self.sign * second), size)
@@ -118,10 +125,6 @@ def little_up_to_half(row: FloatArray) -> bool:
 
 
 LONGER = {"throughout": grows, "at the end of the range": ends_greater}
-FALLS_SLIGHTLY: dict[str, Test] = {
-    "less than in C2": lambda row: 0.0 < row[0] - row[1] < row[2] - row[3],
-    "by less than 50 %": lambda row: 0.0 < row[0] - row[1] < 0.5 * row[0],
-}
 CLAIMS: dict[str, list[tuple[str, str, Test | Mapping[str, Test]]]] = {
     "F6": [("concave for a > 0 and convex for a < 0", "concavity", lambda row: row[0] > 0.0 > row[1])],
     "C1": [
@@ -136,7 +139,14 @@ CLAIMS: dict[str, list[tuple[str, str, Test | Mapping[str, Test]]]] = {
     "C3": [
         ("the path gets longer", "length", LONGER),
         ("the angle falls", "angle", angle_falls),
-        ("it falls slightly", "fall", FALLS_SLIGHTLY),
+        (
+            "it falls slightly",
+            "fall",
+            {
+                "less than in C2": lambda row: 0.0 < row[0] - row[1] < row[2] - row[3],
+                "by less than 50 %": lambda row: 0.0 < row[0] - row[1] < 0.5 * row[0],
+            },
+        ),
         ("it moves towards the toe", "location", lambda row: row[-1] - row[0] < -NOTICEABLE),
     ],
     "C4": [
@@ -148,7 +158,7 @@ CLAIMS: dict[str, list[tuple[str, str, Test | Mapping[str, Test]]]] = {
         ("it falls clearly", "ratio", ends_clearly_less),
     ],
     "R2": [
-        (f"little effect up to {SMALL / 2:g}", "ratio", little_up_to_half),
+        (f"little effect up to {SMALL_PARABOLA_PER_MM / 2:g}", "ratio", little_up_to_half),
         ("it rises clearly beyond", "ratio", lambda row: row[-1] - row[row.size // 2] > CLEAR * row[0]),
     ],
     "R3": [("it rises clearly", "ratio", lambda row: grows(row) and row[-1] > (1.0 + CLEAR) * row[0])],
@@ -184,15 +194,19 @@ def _course(row: FloatArray, size: FloatArray, unit: str) -> str:
 
 
 def _concavity(case: Case) -> Measured:
-    found = concavity(case.design, case.flank, case.sign * DRAWN)
+    found = concavity(case.design, case.flank, case.sign * 0.01)  # 1/mm, as in Fig. 6
     metal = found["metal near root and tip"][0]
     words = f"the pinion has {metal[0]:.3g} and {metal[1]:.3g} mm more metal near root and tip"
     return {"concavity": found}, words
 
 
-def _sweep(name: str, shown: tuple[tuple[str, str, str, str], ...], case: Case) -> Measured:
-    """Return lengths, angles and locations of a sweep; `shown` are name, quantity, measure and unit of the
-    values in the sentence."""
+def _sweep(name: str, moves: bool, case: Case) -> Measured:
+    """Return lengths, angles and locations of a sweep; the locations are in the sentence if the path
+    `moves`."""
+    # Name, quantity, measure and unit of the values in the sentence.
+    shown = [("length", "length", "side view", "mm"), ("angle of the chord", "angle", "chord", "deg")]
+    if moves:
+        shown.append(("z of the middle", "location", "middle", "mm"))
     found, small = case.sweeps[name], case.sweeps["C2"].paths.angle
     falls = {  # first and last magnitude of the angle, here and in C2
         measure: np.stack((*np.abs(rows[:, [0, -1]]).T, *np.abs(small[measure][:, [0, -1]]).T), axis=-1)
@@ -230,7 +244,7 @@ def _ratios_to_half(case: Case) -> Measured:
     claim uses."""
     found, words = _ratios("C2", case)
     ratio = found["ratio"]["Eq. 16"]
-    return found, f"{words}; Eq. 16 at {SMALL / 2:g} 1/mm: {ratio[ratio.size // 2]:.4g}"
+    return found, f"{words}; Eq. 16 at {SMALL_PARABOLA_PER_MM / 2:g} 1/mm: {ratio[ratio.size // 2]:.4g}"
 
 
 def _turn(found: Sweep, index: int) -> FloatArray:
@@ -318,14 +332,12 @@ def _axial(case: Case) -> Measured:
     return {"shift": measures, "ratio": ratios}, f"{words} {100 * worst:.2f} %"
 
 
-_SHAPE = (("length", "length", "side view", "mm"), ("angle of the chord", "angle", "chord", "deg"))
-_PLACE = (*_SHAPE, ("z of the middle", "location", "middle", "mm"))
 MEASURES: dict[str, Callable[[Case], Measured]] = {
     "F6": _concavity,
-    "C1": partial(_sweep, "C1", _SHAPE),
-    "C2": partial(_sweep, "C2", _PLACE),
-    "C3": partial(_sweep, "C3", _PLACE),
-    "C4": partial(_sweep, "C4", _SHAPE),
+    "C1": partial(_sweep, "C1", False),
+    "C2": partial(_sweep, "C2", True),
+    "C3": partial(_sweep, "C3", True),
+    "C4": partial(_sweep, "C4", False),
     "R1": partial(_ratios, "C1"),
     "R2": _ratios_to_half,
     "R3": partial(_ratios, "C3"),

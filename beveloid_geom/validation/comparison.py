@@ -43,8 +43,6 @@ from . import five_equations_math, pitch_region
 
 POSITIONS = 5
 """Positions compared: the middles of as many equal parts of the path or of the mesh cycle."""
-CLOCK = process_time if get_clock_info("process_time").resolution < 1e-6 else perf_counter
-"""Processor time, which other programs do not change; wall-clock time if the former is coarse."""
 
 Answer: TypeAlias = tuple[FloatArray, FloatArray]
 """Points (POSITIONS, 3) in S_f, mm, and gear rolls (POSITIONS,), rad."""
@@ -138,11 +136,13 @@ def compare(
 def _measured(method: Method, positions: ReferencePositions, value: float, runs: int) -> Measurement:
     """Time a method and compare its answer with the exact solution."""
     name, nan = (method.name, method.setting, value), float("nan")
+    # Processor time, which other programs do not change; wall-clock time if the former is coarse.
+    clock = process_time if get_clock_info("process_time").resolution < 1e-6 else perf_counter
     try:
         with np.errstate(all="ignore"):
             work, count = method.prepare(positions, value)
             point, roll = work()  # samples meshes and computes the constants of the pair, which are cached
-            timer = Timer(work, timer=CLOCK)
+            timer = Timer(work, timer=clock)
             repeats = max(1, int(1e-3 / timer.timeit(1)))  # short calls are repeated for at least 1 ms
             times = np.array(timer.repeat(runs, repeats)) / (repeats * count)
     except (ArithmeticError, ValueError) as error:

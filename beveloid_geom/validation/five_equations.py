@@ -20,18 +20,14 @@ from ..design.arguments import require_unmodified
 from ..design.model import Design, Errors
 from ..status import Status
 from .five_equations_curve import (
-    L1,
     LARGEST_STEP,
-    ROLL,
     FiveCurve,
     FiveEquations,
+    Unknown,
     five_equations_of,
     follow_five_equations,
 )
 from .pitch_region import pitch_guess
-
-UNKNOWNS = ("l1", "u1", "l2", "u2", "gear_roll", "pinion_roll")
-FIRST_GUESS = np.array([1e-3, -2e-3, -1e-3, 2e-3, 1e-5, 0.0])
 
 
 def path_of_contact_five_equations(design: Design, flank: str = "right", points: int = 101) -> ContactPath:
@@ -69,9 +65,10 @@ def path_of_contact_five_equations(design: Design, flank: str = "right", points:
     if guide.ends.status == Status.UNDEFINED:
         return guide
     system = five_equations_of(design, flank)
+    first_guess = np.array([1e-3, -2e-3, -1e-3, 2e-3, 1e-5, 0.0])
     with np.errstate(all="ignore"):
         if guide.ends.status == Status.SOLVED:
-            start = np.array([getattr(guide, name)[1] for name in UNKNOWNS]) + FIRST_GUESS
+            start = np.array([getattr(guide, one.name.lower())[1] for one in Unknown]) + first_guess
             found = nearest_contact(system, start / system.scale)
         else:
             found = _from_pitch_point(design, flank)
@@ -87,8 +84,10 @@ def path_of_contact_five_equations(design: Design, flank: str = "right", points:
 
 def _span(curve: FiveCurve, piece: FloatArray) -> float:
     """Return the pinion roll (rad) covered by a segment of the curve."""
-    stops = np.concatenate((piece, curve.turns(ROLL, (piece[0], piece[1]))))
-    return float(np.ptp([curve.at(s)[ROLL] for s in stops]) * curve.system.scale[ROLL])
+    stops = np.concatenate((piece, curve.turns(Unknown.PINION_ROLL, (piece[0], piece[1]))))
+    return float(
+        np.ptp([curve.at(s)[Unknown.PINION_ROLL] for s in stops]) * curve.system.scale[Unknown.PINION_ROLL]
+    )
 
 
 def _positions(curve: FiveCurve, piece: FloatArray, ends: FloatArray, share: FloatArray) -> list[FloatArray]:
@@ -96,7 +95,9 @@ def _positions(curve: FiveCurve, piece: FloatArray, ends: FloatArray, share: Flo
     # Number of points of the spline in which starting values for a given roll or l1 are looked up.
     spline_points = 2001
     between = float(piece.min()), float(piece.max())
-    row = next((row for row in (ROLL, L1) if curve.turns(row, between).size == 0), None)
+    row = next(
+        (row for row in (Unknown.PINION_ROLL, Unknown.L1) if curve.turns(row, between).size == 0), None
+    )
     if row is None:
         return [curve.at(s) for s in piece[0] + (piece[1] - piece[0]) * share]
     across, dense = np.eye(6)[row], np.linspace(*between, spline_points)
@@ -157,7 +158,7 @@ def _result(design: Design, flank: str, curve: FiveCurve, pieces: FloatArray, po
     spans = [_span(curve, piece) for piece in pieces]
     piece = pieces[int(np.argmax(spans))]
     ends = np.array([curve.end(s) for s in piece])
-    if flank_sign(flank) * (ends[1, ROLL] - ends[0, ROLL]) < 0.0:
+    if flank_sign(flank) * (ends[1, Unknown.PINION_ROLL] - ends[0, Unknown.PINION_ROLL]) < 0.0:
         piece, ends = piece[::-1], ends[::-1]
     found = _positions(curve, piece, ends, np.append(np.linspace(0.0, 1.0, points), 0.5))
     found[0], found[points - 1] = ends
@@ -168,7 +169,7 @@ def _result(design: Design, flank: str, curve: FiveCurve, pieces: FloatArray, po
     return ContactPath(
         design=design,
         flank=flank,
-        **{name: unknowns[:, k] for k, name in enumerate(UNKNOWNS)},
+        **{one.name.lower(): unknowns[:, one] for one in Unknown},
         point=here.point[0, :points],
         normal=here.normal[0, :points],
         pinion_z=points_on_members[0, :, 2],

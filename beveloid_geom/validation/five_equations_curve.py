@@ -14,8 +14,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import IntEnum
 from functools import partial
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from scipy.interpolate import CubicHermiteSpline
@@ -31,14 +32,19 @@ from ..gear.tooth_side import undercut_edge
 from ..pair.frames import layout_of, member_frame
 from ..pair.mounting import mounting_of
 
-XTOL, NODE_XTOL = 1e-14, 1e-8
-"""Relative step at which `fsolve` ends, for results and for nodes of the curve."""
-RESIDUAL_LIMIT = 1e-9
-"""Largest residual, mm and 1, of an accepted position. The status of `fsolve` is not used, because it reports
-rounding noise at this xtol as lack of progress."""
-FIRST_STEP, LARGEST_STEP, LEAST_STEP = 0.05, 0.1, 1e-6
-"""Steps along the curve, in scaled unknowns."""
-ROLL, L1 = 5, 0
+LARGEST_STEP = 0.1
+"""Largest step along the curve, in scaled unknowns."""
+
+
+class Unknown(IntEnum):
+    """Unknowns of the five equations, of which the pinion roll or another one is given."""
+
+    L1 = 0
+    U1 = 1
+    L2 = 2
+    U2 = 3
+    GEAR_ROLL = 4
+    PINION_ROLL = 5
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,6 +74,9 @@ class FiveEquations:
     limits: FloatArray
     reach: FloatArray
     edges: tuple[CrossingCurve | None, ...] = (None, None)
+
+    XTOL: ClassVar = 1e-14
+    """Relative step at which `fsolve` ends for results."""
 
     def at(self, unknowns: Numbers) -> FivePositions:
         """Return points and normals at unknowns (..., 6), real or complex."""
@@ -117,7 +126,7 @@ class FiveEquations:
 
     def meet_limit(self, start: FloatArray, limit: int) -> FloatArray | None:
         """Return the contact (6,) near `start`, scaled, at which a limit is met; None if the solver fails."""
-        return self._solved(start, lambda scaled: self.margins(scaled)[..., limit], XTOL)
+        return self._solved(start, lambda scaled: self.margins(scaled)[..., limit], self.XTOL)
 
     def _solved(
         self, start: FloatArray, sixth: Callable[[Numbers], Numbers], xtol: float
@@ -128,13 +137,16 @@ class FiveEquations:
         def six(scaled: Numbers) -> Numbers:
             return np.concatenate((self.residual(scaled, kept), sixth(scaled)[..., None]), axis=-1)
 
+        # Largest residual, mm and 1, of an accepted position. The status of `fsolve` is not used, because it
+        # reports rounding noise at this xtol as lack of progress.
+        residual_limit = 1e-9
         with np.errstate(all="ignore"):
             try:
                 found = fsolve(six, start, fprime=partial(_slopes, six), xtol=xtol, full_output=True)[0]
             except ValueError:  # NaN in an iteration
                 return None
             left = *self.misfit(found * self.scale), abs(float(sixth(found)))
-            return found if max(left) <= RESIDUAL_LIMIT else None
+            return found if max(left) <= residual_limit else None
 
     def misfit(self, unknowns: FloatArray) -> tuple[float, float]:
         """Return the largest component of R1 - R2 (mm) and of n1 + n2 at unknowns (6,); infinite for NaN."""
@@ -290,8 +302,9 @@ class _Trace:
 def _trace(system: FiveEquations, start: FloatArray, tangent: FloatArray, reach: FloatArray) -> _Trace:
     """Return nodes from `start` to beyond the limits by `reach`, to the end of contact outside them, or back
     to the start."""
-    trace, step = _Trace([start], [tangent]), FIRST_STEP
+    trace, step = _Trace([start], [tangent]), 0.05
     most_nodes = 3000
+    least_step = 1e-6
     for _ in range(most_nodes):
         here, along = trace.nodes[-1], trace.tangents[-1]
         margins = system.margins(here)
@@ -300,7 +313,7 @@ def _trace(system: FiveEquations, start: FloatArray, tangent: FloatArray, reach:
         ahead = _ahead(system, here, along, step)
         if ahead is None:
             step *= 0.5
-            if step >= LEAST_STEP:
+            if step >= least_step:
                 continue
             if margins.min() < 0.0:
                 return trace
@@ -320,7 +333,9 @@ def _ahead(
 ) -> tuple[FloatArray, FloatArray] | None:
     """Return the contact one step ahead and its tangent; None if the step is too long."""
     guess = here + step * along
-    found = system.correct(guess, along, NODE_XTOL)
+    # Relative step at which `fsolve` ends for nodes of the curve.
+    node_xtol = 1e-8
+    found = system.correct(guess, along, node_xtol)
     # Limits between neighbouring nodes: cosine of the angle between their tangents, and correction relative
     # to the step. A step outside these limits may have changed to another branch and is halved.
     smallest_tangent_cosine, largest_correction = 0.98, 0.2
@@ -331,10 +346,9 @@ def _ahead(
 
 
 def _lost(unknowns: FloatArray) -> str:
-    return (
-        f"the five equations lose the contact at pinion roll {np.degrees(unknowns[ROLL]):.4f} deg "
-        "before a limit of the flanks is met: use the one-equation method"
-    )
+    roll = np.degrees(unknowns[Unknown.PINION_ROLL])
+    text = f"the five equations lose the contact at pinion roll {roll:.4f} deg before a limit of the flanks"
+    return f"{text} is met: use the one-equation method"
 
 
 def follow_five_equations(system: FiveEquations, start: FloatArray) -> FiveCurve:

@@ -22,7 +22,6 @@ from .pitch_region import hand_of_pair
 
 FloatArray = NDArray[np.float64]
 Surface = Callable[[float, float, float], tuple[float, float, float, float, float, float]]
-XTOL = 1e-14
 RESIDUAL_LIMIT = 1e-10
 """Largest residual of an accepted position, mm for points and 1 for normals."""
 
@@ -137,7 +136,7 @@ def solve_math(
     guess: Sequence[float],
     mounting: tuple[float, float],
     *,
-    xtol: float = XTOL,
+    xtol: float = 1e-14,
     cold: bool = False,
     residual_limit: float = RESIDUAL_LIMIT,
 ) -> Contacts:

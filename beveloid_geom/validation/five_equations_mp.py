@@ -27,7 +27,6 @@ except ImportError as missing:
 
 MP = mpmath.MPContext()
 MP.dps = 60
-RESIDUAL_LIMIT = MP.mpf(10) ** -40
 
 Mpf: TypeAlias = Any  # mpmath's numbers belong to a context and carry no static type
 Vector: TypeAlias = NDArray[Any]
@@ -294,7 +293,7 @@ def solve_mp(
     six = unknowns_to_six(list(found))
     position, normal, point, outward = gaps(six)
     residual = max(abs(x) for x in (*position, *normal))
-    if not residual < RESIDUAL_LIMIT:
+    if not residual < MP.mpf(10) ** -40:
         raise ArithmeticError(f"no contact found at {name} = {value}: residual {MP.nstr(residual, 3)}")
     l1, u1, l2, u2, phi1, phi2 = (x - dx for x, dx in zip(six, to_paper, strict=True))
     return ContactMp(l1, u1, l2, u2, phi1, phi2, point, outward, residual)

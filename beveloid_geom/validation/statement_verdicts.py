@@ -15,9 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import FloatArray
+from ..arrays import MEMBERS, FloatArray
 
-MEMBERS = ("pinion", "gear")
 Test = Callable[[FloatArray], bool]
 
 

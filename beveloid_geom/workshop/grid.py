@@ -22,9 +22,6 @@ from ..gear.undercut import require_flanks
 from ..support.array_repr import short_repr
 from .tooth_data import middle_angle
 
-MIN_POINTS, MAX_POINTS = 2, 999
-"""Smallest and largest number of rows and of columns."""
-
 
 @dataclass(frozen=True, eq=False)
 class MeasuringGrid:
@@ -110,9 +107,11 @@ def measuring_grid(
     (2, 3, 5, 3)
     """
     require_member(member)
+    # Smallest and largest number of rows and of columns.
+    least, most = 2, 999
     for name, count in (("rows", rows), ("columns", columns)):
-        if not MIN_POINTS <= count <= MAX_POINTS:
-            raise ValueError(f"{name} must be between {MIN_POINTS} and {MAX_POINTS}, got {count}")
+        if not least <= count <= most:
+            raise ValueError(f"{name} must be between {least} and {most}, got {count}")
     require_flanks(member)
     face_width = float(member.face_width)
     share = border if border_mm is None else border_mm / face_width

@@ -25,9 +25,6 @@ from ..support.text_file import TextFileError, read_text
 from .grid import MeasuringGrid
 from .measured_table import MeasuredError as MeasuredError, Place, points_of, words_of
 
-UNITS = ((1000.0, "um"), (1.0 / 25.4, "inches"), (0.1, "cm"), (0.001, "m"))
-"""Ratio of coordinates in other units to those in mm, and the units."""
-
 
 @dataclass(frozen=True, eq=False)
 class Deviations:
@@ -175,7 +172,8 @@ def _require_places(grid: MeasuringGrid, point: FloatArray) -> None:
     if away.max() <= far and not swapped.size:
         return
     scale = float(np.median(np.linalg.norm(given, axis=-1) / np.linalg.norm(nominal, axis=-1)))
-    for factor, unit in UNITS:
+    # Ratio of coordinates in other units to those in mm, and the units.
+    for factor, unit in ((1000.0, "um"), (1.0 / 25.4, "inches"), (0.1, "cm"), (0.001, "m")):
         if abs(scale / factor - 1.0) < unit_tolerance:
             cure = f"give them in mm, they are probably in {unit}"
             raise MeasuredError(f"has coordinates {scale:.4g} times those of the grid: {cure}")

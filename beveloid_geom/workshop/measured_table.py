@@ -21,14 +21,8 @@ from .grid import MeasuringGrid
 Place: TypeAlias = tuple[str, int, int]
 """Flank, and row and column from 1 on."""
 
-_MINUS_SIGNS = dict.fromkeys(map(ord, "\u2212\u2010\u2011\u2012\u2013\u2014\ufe63\uff0d"), "-")
-"""Minus signs and dashes that text programs write instead of the hyphen."""
-_BRACKETED_UNIT = re.compile(r"\s*[\[(]\s*(\w+)\s*[\])]")
-"""The unit in x(mm) or X [mm]."""
 _COORDINATE_NAME = re.compile(r"([xyz])(?:[_\s/]+(?:in\s+)?(\w+))?")
 """Name of a column of coordinates, and its unit."""
-_NUMBERED = re.compile(r"(?:[^\W\d_]+[-_ ]?)?\d+[.:)]?")
-"""Number of a point, for example 7, P7 or 7:."""
 
 
 class MeasuredError(ValueError):
@@ -76,14 +70,18 @@ def _table(text: str) -> tuple[list[_Row], list[str]]:
     titles: list[_Row] = []
     names: list[str] | None = None
     mark: str | None = None
-    for number, raw in enumerate(text.translate(_MINUS_SIGNS).splitlines(), 1):
+    # Minus signs and dashes that text programs write instead of the hyphen.
+    minus_signs = dict.fromkeys(map(ord, "\u2212\u2010\u2011\u2012\u2013\u2014\ufe63\uff0d"), "-")
+    # The unit in x(mm) or X [mm].
+    bracketed_unit = re.compile(r"\s*[\[(]\s*(\w+)\s*[\])]")
+    for number, raw in enumerate(text.translate(minus_signs).splitlines(), 1):
         if not raw.strip() or raw.lstrip().startswith("#"):
             continue
         if not rows and (match := re.fullmatch(r'\s*"?sep=(.)"?\s*', raw, re.IGNORECASE)):
             mark = match[1]  # written for Excel
             continue
         if not rows and names is None:
-            heading = _cells(_BRACKETED_UNIT.sub(r"_\1", raw), mark)
+            heading = _cells(bracketed_unit.sub(r"_\1", raw), mark)
             if len({cell[0].lower() for cell in heading if _COORDINATE_NAME.fullmatch(cell.lower())}) > 1:
                 names = _named(heading, number)
                 continue
@@ -142,7 +140,8 @@ def _names_without_header(rows: list[_Row]) -> list[str]:
     first = rows[0].cells if rows else []
     labels = [row.cells[0] for row in rows]
     # Numbers of points are whole and differ; x of all points is neither.
-    numbered = len(first) > 3 and len(set(labels)) == len(rows) > 1 and all(map(_NUMBERED.fullmatch, labels))
+    number = re.compile(r"(?:[^\W\d_]+[-_ ]?)?\d+[.:)]?")  # for example 7, P7 or 7:
+    numbered = len(first) > 3 and len(set(labels)) == len(rows) > 1 and all(map(number.fullmatch, labels))
     placed = first[numbered : numbered + 1]
     labelled = bool(placed) and placed[0].lower() in FLANK_SIGN
     return ["number"] * numbered + ["flank", "row", "column"] * labelled + list("xyz")

@@ -9,7 +9,7 @@ import pytest
 
 from beveloid_geom import Errors, Tolerances, mesh_cycle, tolerance_study
 from beveloid_geom.analysis.cycle_statistics import CycleStatistics, cycle_statistics
-from beveloid_geom.analysis.tolerance import CYCLE_COST, PATTERNS, USUAL, ToleranceStudy
+from beveloid_geom.analysis.tolerance import CYCLE_COST, USUAL, ToleranceStudy
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.pair.misalignment import mounted
@@ -19,6 +19,8 @@ from tests.oracle.table1 import table1
 
 MODIFIED = table1((0.001, -0.001))
 CASES, OPERATION, SEED = 90, 70, 3
+PATTERNS = 24
+"""Number of mountings whose contact patterns are computed."""
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ import pytest
 from beveloid_geom import Design, Member, certify, contact_pattern, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.mesh_position import meshing_pair
-from beveloid_geom.export.scene import METRES_Y_UP, PATTERN_HEIGHT_MODULES, SceneItem, pair_scene, write_glb
+from beveloid_geom.export.scene import METRES_Y_UP, SceneItem, pair_scene, write_glb
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.status import Verdict
 from tests.oracle.table1 import table1
@@ -56,9 +56,7 @@ def test_pattern_is_raised_from_the_flank_and_has_the_area_of_the_pattern(member
     name = ("pinion", "gear")[member]
     piece = scene_of(MODIFIED, "left")[f"pattern on {name}"]
     points = in_own_frame(MODIFIED, "left", member, piece.surface.points)
-    assert distances(MODIFIED.members[member], points) == pytest.approx(
-        PATTERN_HEIGHT_MODULES * MODULE, rel=0.01
-    )
+    assert distances(MODIFIED.members[member], points) == pytest.approx(MODULE / 300.0, rel=0.01)
     corners = piece.surface.points[piece.surface.faces]
     area = 0.5 * np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1

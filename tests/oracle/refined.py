@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from beveloid_geom import Design, Status
 from beveloid_geom.arrays import Codes, FloatArray
-from beveloid_geom.validation.five_equations import UNKNOWNS, nearest_contact
-from beveloid_geom.validation.five_equations_curve import five_equations_of
+from beveloid_geom.validation.five_equations import nearest_contact
+from beveloid_geom.validation.five_equations_curve import Unknown, five_equations_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +67,7 @@ def refine(
     shape, here, change = given.shape[:-1], system.at(found), np.abs(found - start)
     status = np.where(np.isnan(found[:, 0]), Status.NOT_CONVERGED, Status.SOLVED)
     return Refined(
-        **{name: found[:, k].reshape(shape) for k, name in enumerate(UNKNOWNS)},
+        **{one.name.lower(): found[:, one].reshape(shape) for one in Unknown},
         point=here.point[0].reshape(*shape, 3),
         normal=here.normal[0].reshape(*shape, 3),
         moved=change[:, :4].max(axis=-1).reshape(shape),

@@ -27,7 +27,7 @@ from beveloid_geom.analysis.pattern_matrix import check_size, pattern_matrix
 from beveloid_geom.analysis.tolerance import USUAL_AT
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.operation.backlash import backlash_by_errors, mounted_backlash
-from beveloid_geom.pair.misalignment import ALL_NAMES, ERROR_NAMES, MESH_ERROR_NAMES, mounted, place_of
+from beveloid_geom.pair.misalignment import ALL_NAMES, ERROR_NAMES, NAMES, mounted, place_of
 from beveloid_geom.pair.misalignment_at_mesh import at_mesh, by_mesh_errors, from_mesh
 from beveloid_geom.status import PlaceStatus
 from tests.oracle.table1 import table1
@@ -60,13 +60,13 @@ def moved(design: Design, name: str, by: float) -> Design:
 @pytest.mark.parametrize("name", DESIGNS)
 def test_errors_at_the_mesh_are_added_there(name: str) -> None:
     design, size = DESIGNS[name], np.array((0.05, 2e-4, -1e-4, 0.1, -0.2))
-    for k, error in enumerate(MESH_ERROR_NAMES):
+    for k, error in enumerate(NAMES["mesh"]):
         one = mounted(design, size[k : k + 1], (error,)).errors
         assert vars(one) == pytest.approx(vars(moved(design, error, size[k]).errors), abs=1e-12)
     values = np.stack((0.0 * size, size, -size))
-    batch = mounted(design, values, MESH_ERROR_NAMES).errors
+    batch = mounted(design, values, NAMES["mesh"]).errors
     for k, row in enumerate(values):
-        alone = vars(mounted(design, row, MESH_ERROR_NAMES).errors)
+        alone = vars(mounted(design, row, NAMES["mesh"]).errors)
         assert {key: value[k] for key, value in vars(batch).items()} == pytest.approx(alone, abs=1e-12)
 
 
@@ -76,7 +76,7 @@ def test_derivatives_are_those_of_the_conversion(name: str) -> None:
     allows."""
     design = DESIGNS[name]
     exact = by_mesh_errors(design, np.eye(4))
-    for k, error in enumerate(MESH_ERROR_NAMES):
+    for k, error in enumerate(NAMES["mesh"]):
         step = 1e-4 if "plane" in error else 1e-2
 
         def errors(times: int, error: str = error, step: float = step) -> FloatArray:
@@ -92,9 +92,9 @@ def test_sensitivity_at_the_mesh(name: str, flank: str) -> None:
     differences of paths and backlashes."""
     design = DESIGNS[name]
     found = path_sensitivity(design, flank, "mesh")
-    assert found.errors == MESH_ERROR_NAMES
+    assert found.errors == NAMES["mesh"]
     backlash = by_mesh_errors(design, backlash_by_errors(design))
-    for k, error in enumerate(MESH_ERROR_NAMES):
+    for k, error in enumerate(NAMES["mesh"]):
         step = 2e-7 if "plane" in error else 2e-4
         both = [moved(design, error, sign * step) for sign in (1.0, -1.0)]
         paths = [path_of_contact(one, flank, 3) for one in both]
@@ -127,13 +127,13 @@ def test_a_distant_apex_in_every_study() -> None:
 def test_a_study_draws_errors_at_the_mesh(flank: str) -> None:
     design, tolerances = DESIGNS["24/61 with errors"], USUAL_AT["mesh"]
     study = tolerance_study(design, tolerances, flank, 20, seed=3)
-    assert tolerances.names == MESH_ERROR_NAMES
+    assert tolerances.names == NAMES["mesh"]
     assert study.mountings.errors.shape == (20, 5)
     assert (np.std(study.mountings.errors, axis=0) > 0.0).all()
     own = at_mesh(design)
     for k in (0, 7, 19):
         drawn = {
-            n: getattr(own, n) + v for n, v in zip(MESH_ERROR_NAMES, study.mountings.errors[k], strict=True)
+            n: getattr(own, n) + v for n, v in zip(NAMES["mesh"], study.mountings.errors[k], strict=True)
         }
         path = path_of_contact(under(design, MeshErrors(**drawn)), flank, 17)
         assert study.mountings.contact_ratio[k] == pytest.approx(float(path.ends.contact_ratio), abs=1e-9)
@@ -200,5 +200,5 @@ def test_refusals(call: Any, words: str) -> None:
 
 def test_names() -> None:
     assert place_of(("pinion_axial", "gear_axial")) == place_of(ERROR_NAMES) == "perpendicular"
-    assert place_of(("pinion_axial", "in_plane")) == place_of(MESH_ERROR_NAMES) == "mesh"
+    assert place_of(("pinion_axial", "in_plane")) == place_of(NAMES["mesh"]) == "mesh"
     assert len(ALL_NAMES) == 7

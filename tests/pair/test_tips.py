@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Design, Member, Pair, Tool, certify, path_of_contact
-from beveloid_geom.arrays import FloatArray
+from beveloid_geom.arrays import FLANKS, FloatArray
 from beveloid_geom.gear.flank import base_cylinder, flank_point, root_parameter, tip_radius
 from beveloid_geom.pair.frames import Layout, layout_at
 from beveloid_geom.pair.generator_angle import closed_normal
@@ -16,7 +16,7 @@ from beveloid_geom.pair.tips import TIP_EDGE_POSITIONS, left_below_tips
 from beveloid_geom.pair.zero_backlash import ClosedLayout, closed_layout
 from beveloid_geom.proposal.candidates import candidates_of, within
 from beveloid_geom.proposal.closure_equations import pair_at
-from beveloid_geom.proposal.merit import FLANKS, design_of
+from beveloid_geom.proposal.merit import design_of
 from beveloid_geom.proposal.request import Request
 from beveloid_geom.status import Limit, Verdict
 from tests.proposal.requests import random_requests

@@ -16,7 +16,7 @@ from beveloid_geom.pair.generator_angle import generator_angle_as_mounted
 from beveloid_geom.pair.zero_backlash import closing_of
 from beveloid_geom.proposal.candidates import candidates_of
 from beveloid_geom.proposal.command_line import command_of, requests_like
-from beveloid_geom.proposal.propose import DEFAULT_COUNT, Proposal, Refused, propose, works
+from beveloid_geom.proposal.propose import Proposal, Refused, propose, works
 from beveloid_geom.proposal.request import Bounds, Request
 from tests.proposal.requests import random_requests
 from tests.proposal.test_closure_equations import REQUESTS, TABLE1
@@ -53,7 +53,7 @@ def assert_sound(request: Request, proposals: tuple[Proposal, ...]) -> None:
 
 def test_first_pair() -> None:
     proposals = propose(FIRST)
-    assert len(proposals) == DEFAULT_COUNT
+    assert len(proposals) == 3
     assert_sound(FIRST, proposals)
     for one in proposals:
         assert [degrees(member.cone_angle) for member in one.design.members] == pytest.approx([3.0, 5.0])
@@ -236,7 +236,7 @@ def test_smallest_helix_angle_is_first_among_equal_pairs() -> None:
     """Among pairs with equal reserves, the pair with the smallest helix angle comes first. Many pairs on
     parallel axes have line contact and the largest reserve."""
     proposals = propose(replace(PARALLEL, cone_angles=None, least_cones=True))
-    assert [round(float(one.figures.reserve[0]), 2) for one in proposals] == [1.0] * DEFAULT_COUNT
+    assert [round(float(one.figures.reserve[0]), 2) for one in proposals] == [1.0] * 3
     helices = [abs(float(one.design.pinion.helix_angle)) for one in proposals]
     assert helices == sorted(helices)
     assert degrees(helices[0]) < 6.0

@@ -12,14 +12,14 @@ from beveloid_geom.findings.diagnostics import quiet
 from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.pair.zero_backlash import closing_of
 from beveloid_geom.proposal.candidates import given_of
-from beveloid_geom.proposal.closure_equations import VARIABLES
+from beveloid_geom.proposal.closure_equations import Variable
 from beveloid_geom.proposal.propose import Refused, propose
 from beveloid_geom.proposal.rounding import rounded
 from tests.proposal.requests import random_requests
 
 
 def numbers_of(design: Design) -> dict[str, float]:
-    """Return the quantities of a pair by VARIABLES, deg and modules."""
+    """Return the quantities of a pair by name, deg and modules."""
     found = {}
     for name, member in zip(("pinion", "gear"), design.members, strict=True):
         found[f"{name}_cone"] = degrees(member.cone_angle)
@@ -47,7 +47,7 @@ def test_rounded_proposals() -> None:
                 assert (ends.enter, ends.leave) == (given_ends.enter, given_ends.leave)
             assert float(ends.contact_ratio) == pytest.approx(float(given_ends.contact_ratio), abs=0.02)
         given, before, after = given_of(request), numbers_of(proposal.design), numbers_of(design)
-        for number, name in enumerate(VARIABLES[:6]):
+        for number, name in enumerate(variable.name.lower() for variable in list(Variable)[:6]):
             if number in given or (not request.shaft_angle and name[-5:] != "shift"):
                 assert abs(after[name] - before[name]) < 1e-3
             else:

@@ -16,7 +16,6 @@ from beveloid_geom.shapes.section import SIDES
 from beveloid_geom.shapes.sheet import SheetGrid, grid_of
 from beveloid_geom.shapes.surface_mesh import gear_mesh
 from beveloid_geom.shapes.tooth_boundary import (
-    MIN_LAND_MODULES,
     bottom_sheet,
     cut_sheets,
     fillet_sheet,
@@ -72,7 +71,7 @@ def test_a_narrow_bottom_land_includes_the_end_of_the_fillet() -> None:
     assert 0.0 < 0.5 * pi * 6.0 - tool_round(member.tool, "right").centre[1] < 0.02
     sheet, fillet = bottom_sheet(member, "right"), fillet_sheet(member, "right")
     width = float(sheet.upper(np.zeros(1))[0] - sheet.lower(np.zeros(1))[0])
-    assert width == pytest.approx(MIN_LAND_MODULES * 6.0)
+    assert width == pytest.approx(0.02 * 6.0)
     assert float(fillet.lower(np.zeros(1))[0]) < 0.5 * pi - 0.04
 
 

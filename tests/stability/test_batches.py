@@ -22,7 +22,6 @@ from beveloid_geom import (
     path_sensitivity,
     sliding_of,
 )
-from beveloid_geom.analysis.sensitivity import CASES_PER_BLOCK
 from beveloid_geom.analysis.sliding import least_sliding
 from beveloid_geom.contact.ellipse import contact_ellipse
 from beveloid_geom.design.member import unchecked
@@ -41,7 +40,8 @@ BENT = table1().with_parabola(np.array([[0.001], [-0.0005]]), -0.0005)
 BENT = BENT.with_errors(unchecked(Errors(), offset=OFFSET))
 TURNED = MODIFIED.with_errors(Errors(np.array([[-0.2], [0.1]]), np.radians([0.0, 0.01, -0.02])))
 """Mountings only."""
-MANY = MODIFIED.with_errors(Errors(np.linspace(-0.4, 0.4, CASES_PER_BLOCK + 3)))
+MANY = MODIFIED.with_errors(Errors(np.linspace(-0.4, 0.4, 259)))
+"""More cases than a block of `path_sensitivity`."""
 APART = MODIFIED.with_errors(Errors(np.array([0.2, -5.0])))
 """In the second case tips touch bottom lands."""
 FLAT = table1(errors=Errors(offset=np.array([-0.2, 0.0, 0.1])))

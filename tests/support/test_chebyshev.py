@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from beveloid_geom.support.chebyshev import (
-    NEGLIGIBLE,
     basis_of,
     evaluate,
     real_roots,
@@ -25,7 +24,7 @@ def test_rounding_errors_do_not_grow_with_the_degree(degree: int) -> None:
     bessel = [float(mp.besseli(k, 1) * (1 if k == 0 else 2)) for k in range(degree + 1)]
     assert np.abs(coefficients[0, 0] - bessel).max() < 1e-15
     size = resolved_degree(coefficients, ONE)
-    assert size == np.flatnonzero(np.array(bessel) > NEGLIGIBLE)[-1] == 13
+    assert size == np.flatnonzero(np.array(bessel) > 3e-15)[-1] == 13
 
 
 @pytest.mark.parametrize(("degree", "rate"), [(40, 2.0), (100, 30.0), (400, 150.0)])
@@ -43,7 +42,7 @@ def test_derivative_at_any_degree(degree: int, rate: float) -> None:
 
 def test_resolved_degree() -> None:
     coefficients = np.zeros((2, 1, 41))
-    coefficients[0, 0, 7], coefficients[1, 0, 12] = 1.0, 100.0 * 2.0 * NEGLIGIBLE
+    coefficients[0, 0, 7], coefficients[1, 0, 12] = 1.0, 100.0 * 2.0 * 3e-15
     assert resolved_degree(coefficients, np.array([1.0, 100.0])) == 12
     assert resolved_degree(coefficients, np.array([1.0, 1000.0])) == 7
     assert resolved_degree(0.0 * coefficients, np.ones(2)) == 1

@@ -4,7 +4,7 @@ Objectives and constraints are those of an `Aim` (`analysis.optimise`), without 
 coefficients. The variables are amounts of second order (slopes, crownings and twist) of both members on the
 driving flanks. Each is scaled by its bounds to x from 0 to 1. Starting values are the best points of a
 Halton sequence within the bounds. SciPy's SLSQP continues from there, with derivatives by differences of
-X_STEP, because paths of modified flanks have more rounding than those of generated flanks. All designs of a
+0.001, because paths of modified flanks have more rounding than those of generated flanks. All designs of a
 sequence or a difference are one batch.
 
 The candidates are then checked by the mesh cycles of all teeth in all mountings, the best one first.
@@ -17,19 +17,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...arrays import FloatArray
+from ...arrays import MEMBERS, FloatArray
 from ...design.arguments import require_design
 from ...design.member import MODIFICATIONS
 from ...design.model import Design
-from ...design.modification import MAX_AMOUNT_UM, Modification, kinds_of, length_of
+from ...design.modification import AMOUNT, Modification, kinds_of, length_of
 from ...operation.backlash_by_tangency import jammed, tangent_backlash
 from ...pair.named_inputs import Bounds
 from ..optimise import CONSTRAINT_TOLERANCE, Optimised, Vector, at_limits, operation_of
 from .objectives import Aim, Objectives, check_aim, objectives_of_designs
-
-MEMBERS = ("pinion", "gear")
-POINTS_PER_VARIABLE, STARTS = 16, 3
-X_STEP = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,8 +127,9 @@ class _Search:
         from scipy.stats.qmc import Halton
 
         count = len(self.names)
-        x = Halton(count, scramble=False).random(1 + POINTS_PER_VARIABLE * count).T
-        starts = x[:, self._order(self.at(x))[:STARTS]]
+        points_per_variable, starts_count = 16, 3
+        x = Halton(count, scramble=False).random(1 + points_per_variable * count).T
+        starts = x[:, self._order(self.at(x))[:starts_count]]
         x = np.hstack((starts, *(self._refined(start)[:, None] for start in starts.T)))
         found = self.at(x)
         order = self._order(found)
@@ -213,7 +210,7 @@ class _Search:
 
         def slopes(x: Vector) -> FloatArray:
             """Return the derivatives of the conditions by differences."""
-            step = np.where(x[:count] < 0.5, X_STEP, -X_STEP)  # into the bounds
+            step = np.where(x[:count] < 0.5, 1e-3, -1e-3)  # into the bounds
             values = rows(x[:count, None] + np.hstack((np.zeros((count, 1)), np.diag(step))))
             by_goal = np.where(np.arange(len(values)) >= len(values) - goals, 1.0, 0.0)
             return np.column_stack(((values[:, 1:] - values[:, :1]) / step, by_goal))
@@ -252,6 +249,6 @@ def _check_amounts(design: Design, flank: str, bounds: Mapping[str, Bounds]) -> 
         if kinds[amount].has_length and getattr(given, length_of(amount), None) is None:
             cure = f"write {amount} = 0.0 and {length_of(amount)} in [{member}.modification]"
             raise ValueError(f"{name} can vary only if its length is given: {cure}")
-        if not -MAX_AMOUNT_UM <= low < high <= MAX_AMOUNT_UM:
-            limit = f"be two numbers, lower one first, between -{MAX_AMOUNT_UM:g} and {MAX_AMOUNT_UM:g} um"
+        if not AMOUNT.low <= low < high <= AMOUNT.high:
+            limit = f"be two numbers, lower one first, between {AMOUNT.low:g} and {AMOUNT.high:g} um"
             raise ValueError(f"bounds of {name} must {limit}, got {low:g}, {high:g}")

@@ -31,10 +31,6 @@ from ...operation.contact_pattern.pattern import MemberPattern, contact_pattern
 from ...operation.mesh_cycle import mesh_cycle
 from .amounts import modified
 
-ARCSEC = np.degrees(3600.0)
-PATTERN_POINTS = 80
-"""Number of grid points of a pattern along the face."""
-
 
 @dataclass(frozen=True, eq=False)
 class Crowning:
@@ -138,7 +134,7 @@ def crowning_for(
     residual = 1e-3
     if max(abs(error / transmission_error - 1.0), abs(found / length - 1.0)) > residual:
         helix, profile = start * x
-        wanted, nearest = (f"{ARCSEC * value:.4g} arcsec" for value in (transmission_error, error))
+        wanted, nearest = (f"{np.degrees(3600.0 * x):.4g} arcsec" for x in (transmission_error, error))
         crownings = f"{helix:.3g} um of helix and {profile:.3g} um of profile crowning"
         raise ValueError(
             f"no crownings give a transmission error of {wanted} and a pattern length of {length:g} mm:"
@@ -178,7 +174,8 @@ class _Trial:
         """Return transmission error, rad, length, mm, and share on edges."""
         changed = self.crowned(x)
         cycle = mesh_cycle(changed, self.flank, 1)
-        resolution = float(getattr(self.design, self.member).face_width) / PATTERN_POINTS
+        # Number of grid points of a pattern along the face.
+        resolution = float(getattr(self.design, self.member).face_width) / 80
         pattern = contact_pattern(changed, self.flank, self.separation, resolution=resolution)
         found = pattern_length(getattr(pattern, self.member), self.separation)
         return float(cycle.peak_to_peak), found, float(cycle.edge_share)

@@ -17,8 +17,6 @@ from ...pair.misalignment import mounted
 from ..edge_contact import leads_of, swing_of_all
 from ..mountings import swing_of
 
-LEAST_LEAD_RAD, LEAD_SCALE_RAD = 1e-9, 1e-4  # of another tooth pair at the end of a path
-
 
 @dataclass(frozen=True)
 class Aim:
@@ -91,8 +89,10 @@ class Objectives:
         ratio = self.contact_ratio / aim.contact_ratio - 1.0
         off, swing = self.centre / aim.off_centre, self.peak_to_peak / aim.peak_to_peak
         moved = 1.0 - self.shift / aim.shift
+        # Lead of another tooth pair at the end of a path.
+        least_lead_rad, lead_scale_rad = 1e-9, 1e-4
         return np.array(
-            [ratio, 1.0 - off, 1.0 + off, 1.0 - swing, moved, *(self.leads - LEAST_LEAD_RAD) / LEAD_SCALE_RAD]
+            [ratio, 1.0 - off, 1.0 + off, 1.0 - swing, moved, *(self.leads - least_lead_rad) / lead_scale_rad]
         )
 
 

@@ -41,8 +41,6 @@ NORMAL_UNIT = 0.1
 """Unit of n_x, which changes by some hundredths along a path."""
 LAST_STEP = 1e-8
 """Newton step in z below which the iteration ends: its square is rounding."""
-PAIRS = tuple(combinations(range(5), 2))
-"""Pairs of the columns of four equations with their right sides as the last column."""
 
 
 def units_of(pairing: FlankPair) -> FloatArray:
@@ -235,7 +233,10 @@ def _solved(rows: list[FloatArray], right: list[FloatArray]) -> FloatArray:
     """
     columns = [[row[..., k] for row in rows] for k in range(4)] + [right]
     upper, lower = (
-        {(i, j): columns[i][k] * columns[j][k + 1] - columns[j][k] * columns[i][k + 1] for i, j in PAIRS}
+        {
+            (i, j): columns[i][k] * columns[j][k + 1] - columns[j][k] * columns[i][k + 1]
+            for i, j in combinations(range(5), 2)
+        }
         for k in (0, 2)
     )
 

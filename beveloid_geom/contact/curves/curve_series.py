@@ -32,7 +32,6 @@ from ...support.chebyshev import basis_of, evaluate
 from ..equation import meet, relative_margins
 from ..flank_pair import FlankPair
 from ..path_polynomial import (
-    LOOSENED_ROUNDING_FACTOR,
     MAX_DEGREE,
     WIDTH,
     PathSeries,
@@ -42,19 +41,18 @@ from ..path_polynomial import (
     rows_of,
 )
 from .curve_equations import meet_on_curve, onto_curve, units_of
-from .curve_tracing import LONGEST_STEP, CurvePart
+from .curve_tracing import LONGEST_STEP, OFF_FLANK_MARGIN, CurvePart
 from .root_exclusion import Box
 
 Mask = NDArray[np.bool_]
-CELL_NEWTON_STEPS, LAST_CELL_STEP = 4, 1e-3
-"""Newton steps to points between cells; largest last step, in sides of a cell."""
-NESTED_BASES = tuple(basis_of(degree) for degree in (10, 20, 40, 80))
-OFF_FLANK_MARGIN = 0.1
-"""Distance beyond a limit, in flank depths or face widths, from which a point is off the flanks."""
-
-GUIDE_DEGREE, GUIDE_NEWTON_STEPS = 12, 8
-"""Highest degree of a guide; Newton steps to the planes perpendicular to it."""
 GUIDE_BASES = tuple(basis_of(degree) for degree in (40, 100, 200, MAX_DEGREE))
+"""Bases of series along guides, in the order in which they are tried."""
+CELL_NEWTON_STEPS = 4
+"""Newton steps to points between cells."""
+LOOSENED_ROUNDING_FACTOR = 16.0
+"""Factor on the rounding tolerance if no basis reaches it: the curve has a sharp bend, or a member has a very
+small base circle.
+"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,16 +171,18 @@ def _between_cells(pairing: FlankPair, l: FloatArray, side: FloatArray) -> tuple
     found.
     """
     l = l[..., None].copy()
+    # Largest last Newton step, in sides of a cell.
+    last_cell_step = 1e-3
     for _ in range(CELL_NEWTON_STEPS):
         # Newton step along the side, limited to half of it.
         gap = meet(pairing, l + COMPLEX_STEP * 1j * side[..., None]).gap
         move = np.clip(-gap.real * COMPLEX_STEP / gap.imag, -0.5, 0.5)
         l += move * side[..., None]
-        if not (np.abs(move) > LAST_CELL_STEP).any():
+        if not (np.abs(move) > last_cell_step).any():
             break
     met = meet(pairing, l)
     y = np.array((*l, met.normal_x, met.across[0]))[..., 0]
-    return y, (np.abs(move[:, 0]) <= LAST_CELL_STEP) & np.isfinite(y).all(axis=0)
+    return y, (np.abs(move[:, 0]) <= last_cell_step) & np.isfinite(y).all(axis=0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,7 +262,8 @@ def chain_series(
     side = np.linalg.norm(np.diff(stretch.z, axis=1), axis=-1).max(axis=-1)
     pending = np.flatnonzero(stretch.good)
     z, bends, rows = np.empty((pending.size, 0, 4)), np.empty(0), np.empty((WIDTH, pending.size, 0))
-    for turn, basis in enumerate(NESTED_BASES):
+    bases = [basis_of(degree) for degree in (10, 20, 40, 80)]
+    for turn, basis in enumerate(bases):
         part, unit = pairing.cases(pending), units[pending]
         # Start from the chain, then from the series of half the degree; only the new nodes are solved.
         if turn == 0:
@@ -278,7 +279,7 @@ def chain_series(
         rows = between(rows, rows_of(part, y[:2], meet_on_curve(part, y)[1]))
         z = between(z.transpose(2, 0, 1), result.transpose(2, 0, 1)).transpose(1, 2, 0)
         coefficients, good = fitted_series(
-            part, rows, basis, LOOSENED_ROUNDING_FACTOR if basis is NESTED_BASES[-1] else 1.0
+            part, rows, basis, LOOSENED_ROUNDING_FACTOR if basis is bases[-1] else 1.0
         )
         good &= solved.all(axis=-1)
         if good.any():
@@ -293,7 +294,7 @@ def chain_series(
         left = (
             ~good
             & solved.all(axis=-1)
-            & (tail < predicted_coefficient_limit ** (len(basis.nodes) / len(NESTED_BASES[-1].nodes)))
+            & (tail < predicted_coefficient_limit ** (len(basis.nodes) / len(bases[-1].nodes)))
         )
         pending, z, rows, bends = pending[left], z[left], rows[:, left], bends[:, left]
         if pending.size == 0:
@@ -324,8 +325,9 @@ def series_along(pairing: FlankPair, parts: list[CurvePart]) -> Iterator[tuple[N
 
 
 def _guide(points: FloatArray) -> FloatArray:
-    """Return coefficients (4, GUIDE_DEGREE + 1) of a guide along points (points, 4)."""
-    guide, degree = np.zeros((GUIDE_DEGREE + 1, 4)), min(GUIDE_DEGREE, max(1, len(points) // 2))
+    """Return coefficients (4, degree + 1) of a guide along points (points, 4)."""
+    highest = 12
+    guide, degree = np.zeros((highest + 1, 4)), min(highest, max(1, len(points) // 2))
     guide[: degree + 1] = chebyshev.chebfit(_share(points), points, degree)
     return guide.T
 
@@ -359,14 +361,16 @@ def _on_guides(
     """Return points z (parts, nodes, 4) where the curves cross the planes of their guides at `nodes`, and for
     which parts all of them lie on the part.
     """
-    values = chebyshev.chebvander(nodes, GUIDE_DEGREE)
-    rates = chebyshev.chebder(np.eye(GUIDE_DEGREE + 1), axis=0).T
+    size = guides.shape[-1]
+    values = chebyshev.chebvander(nodes, size - 1)
+    rates = chebyshev.chebder(np.eye(size), axis=0).T
     point = np.einsum("nd,pcd->pnc", values, guides)
     normal = np.einsum("nd,pcd->pnc", values[:, :-1], guides @ rates)
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
     traced = np.array([_between(line, nodes) for line in lines])
     off = np.einsum("...i,...i", point - traced, normal)
     start = traced + off[..., None] * normal
-    z, solved = onto_curve(pairing, start, normal, units, GUIDE_NEWTON_STEPS)
+    # Newton steps to the planes perpendicular to a guide.
+    z, solved = onto_curve(pairing, start, normal, units, 8)
     near = np.linalg.norm(z - start, axis=-1) < LONGEST_STEP
     return z, (solved & near).all(axis=-1)

@@ -29,33 +29,16 @@ from ..flank_pair import FlankPair, MemberTerms, terms_of_one
 from .curve_equations import direction_of, linearised, meet_on_curve, onto_curve, units_of
 from .root_exclusion import window_of
 
-GRID_LINES, SAMPLES_PER_SEGMENT = 33, 17
-"""Number of grid lines of each member, and of samples on each segment of a line."""
 MAX_DISTANCE_FACES = 1e4
 """Distance from mid-face, in face widths, up to which a curve is traced. If the generators are nearly
 parallel or the parabolas strong, l1 and l2 hardly change along the curve, and it meets the next grid line
 only there.
 """
-NEAR_DISTANCE_FACES = 1.0
-"""The same limit if cells (`root_exclusion`) contain all contacts near the faces, and only these are needed.
-"""
-BISECTIONS, NEWTON_STEPS = (12, 50), 5
-"""Bisection steps of a change of sign before Newton's method, and again if this fails to reach rounding, as
-near n_x = 0; Newton steps.
-"""
-FIRST_STEP, LONGEST_STEP, SHORTEST_STEP, STEP_GROWTH = 0.02, 0.08, 1e-7, 4.0
-"""Steps along the curve, in units of z. More than a face width from mid-face, LONGEST_STEP grows by
-STEP_GROWTH per face width.
-"""
-LEAST_TURN_COSINE, GROWTH_TURN_COSINE, MAX_DRIFT_STEPS = 0.995, 0.998, 0.3
-"""Cosines of the rotation of the tangent in a step: lower limit, and value below which the steps do not grow;
-largest distance of predicted from solved point, in steps.
-"""
-MOST_STEPS, MOST_TRACES = 3000, 40
-PART_MARGIN_HALF_WIDTHS, OFF_FLANK_MARGIN = 0.5, 0.1
-"""Half face widths beyond toe and heel to which a part of a curve reaches; distance beyond a limit along the
-entire part, in flank depths or face widths, from which the part is off the flanks.
-"""
+NEWTON_STEPS = 5
+OFF_FLANK_MARGIN = 0.1
+"""Distance beyond a limit, in flank depths or face widths, from which a point is off the flanks."""
+LONGEST_STEP = 0.08
+"""Longest step along the curve near the faces, in units of z."""
 
 Window: TypeAlias = tuple[FloatArray, FloatArray]
 """Bounds (2, cases, 1) in l1 and l2, mm."""
@@ -96,18 +79,19 @@ def curves_of(pairing: FlankPair, near: Window | None = None) -> tuple[list[Trac
     """Return all curves of contact in the window, and for which cases a sampled normal does not exist.
 
     `near`: bounds (2, cases, 1) in l1 and l2, mm, of all contacts near the faces. The grid then covers only
-    these bounds, and curves are traced as far as NEAR_DISTANCE_FACES.
+    these bounds, and curves are traced only up to a face width from mid-face.
     """
     # Distance, in steps, from the line through the points of a traced curve within which a point is on
     # the curve. The steps rotate so little that the actual distance is five times smaller.
     same_curve_steps = 0.06
-    units, farthest = units_of(pairing), MAX_DISTANCE_FACES if near is None else NEAR_DISTANCE_FACES
+    near_distance_faces = 1.0
+    units, farthest = units_of(pairing), MAX_DISTANCE_FACES if near is None else near_distance_faces
     window = window_of(pairing) if near is None else near
     case, z, solved, missing = _points_on_curves(pairing, units, window, farthest)
     untouched = np.ones(case.size, dtype=bool)
     curves: list[TracedCurve] = []
     # Trace from one untouched point per case, and mark the points that lie on the traced curve.
-    for _ in range(MOST_TRACES):
+    for _ in range(40):
         left = np.flatnonzero(untouched & solved)
         cases, first = np.unique(case[left], return_index=True)
         if cases.size == 0:
@@ -120,10 +104,8 @@ def curves_of(pairing: FlankPair, near: Window | None = None) -> tuple[list[Trac
         untouched[start] = False
     # Points that no trace explains are lost curves.
     lost = np.unique(case[untouched])
-    return [
-        *curves,
-        *(TracedCurve(k, z[untouched & (case == k)], False, True) for k in lost.tolist()),
-    ], missing
+    curves += [TracedCurve(k, z[untouched & (case == k)], False, True) for k in lost.tolist()]
+    return curves, missing
 
 
 def _points_on_curves(
@@ -152,8 +134,9 @@ def _points_on_curves(
     case, branch, sides, side = (np.concatenate(parts, axis=-1) for parts in zip(*result, strict=True))
     part, units = replace(pairing.cases(case), branch=branch[:, None]), units[case]
     z, solved = np.full((case.size, 1, 4), np.nan), np.zeros(case.size, dtype=bool)
-    # Bisect, then solve by Newton's method; bisect further where this fails.
-    for halvings in BISECTIONS:
+    # Bisect, then solve by Newton's method; bisect further where this fails to reach rounding, as near
+    # n_x = 0.
+    for halvings in (12, 50):
         left = np.flatnonzero(~solved)
         z[left], solved[left] = _solved_between(
             part.cases(left), units[left], sides[..., left, None], side[left, None], halvings
@@ -163,14 +146,16 @@ def _points_on_curves(
 
 
 def _lines(pairing: FlankPair, member: int, window: Window) -> FloatArray:
-    """Return samples l (2, cases, GRID_LINES, segments, SAMPLES_PER_SEGMENT), mm, on lines through a window
+    """Return samples l (2, cases, lines, segments, samples), mm, on lines through a window
     along which l of `member` varies and the other l is constant.
 
     Each line is divided where n_x vanishes, and samples are concentrated quadratically towards these points:
     F is smooth in n_x, and n_x varies with the square root of the distance in l.
     """
     low, high = window
-    fixed = low + np.linspace(0.0, 1.0, GRID_LINES) * (high - low)
+    # Grid lines of each member, and samples on each segment of a line.
+    grid_lines, samples_per_segment = 33, 17
+    fixed = low + np.linspace(0.0, 1.0, grid_lines) * (high - low)
     v = rack_normal(pairing.rack, fixed)[2, 1 - member]
     rack, layout = pairing.rack, pairing.layout
     # v_j = R cos(tau + psi) with tan(tau) = 2 a l; n_x vanishes where v_j is one of the two `edges`.
@@ -179,10 +164,8 @@ def _lines(pairing: FlankPair, member: int, window: Window) -> FloatArray:
         -v * layout.cos_angle + sign * np.sqrt(1.0 - v * v) * np.abs(layout.sin_angle) for sign in (-1.0, 1.0)
     )
     turns = [np.arccos(edge / np.hypot(normal, direction)) for edge in edges]
-    psi, bend = (
-        np.arctan2(direction, normal),
-        2.0 * np.broadcast_to(rack.parabola, (2, *v.shape[:1], 1))[member],
-    )
+    psi = np.arctan2(direction, normal)
+    bend = 2.0 * np.broadcast_to(rack.parabola, (2, *v.shape[:1], 1))[member]
     cuts = [np.tan(sign * turn - psi) / bend for turn in turns for sign in (-1.0, 1.0)]
     least, most = low[member], high[member]
     cuts = [np.where(np.isnan(cut), least, np.clip(cut, least, most)) for cut in cuts]
@@ -194,7 +177,7 @@ def _lines(pairing: FlankPair, member: int, window: Window) -> FloatArray:
     first = first[..., : max(1, int((length > 0.0).sum(axis=-1).max(initial=1)))]
     start, length = (np.take_along_axis(x, first, axis=-1)[..., None] for x in (breaks, length))
     # Cosine spacing concentrates the samples at both ends of a segment.
-    share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, SAMPLES_PER_SEGMENT))
+    share = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, samples_per_segment))
     varied = start + share * length
     l = np.empty((2, *varied.shape))
     l[member], l[1 - member] = varied, fixed[1 - member][..., None, None]
@@ -202,8 +185,8 @@ def _lines(pairing: FlankPair, member: int, window: Window) -> FloatArray:
 
 
 def _terms_on_lines(pairing: FlankPair, l: FloatArray, member: int) -> tuple[MemberTerms, MemberTerms]:
-    """Return terms of pinion and gear at samples l (2, cases, GRID_LINES, segments, SAMPLES_PER_SEGMENT), mm,
-    on one axis of positions.
+    """Return terms of pinion and gear at samples l (2, cases, lines, segments, samples), mm, on one axis of
+    positions.
     """
     _, cases, _, pieces, samples = l.shape
     varied = terms_of_one(pairing, l[member].reshape(cases, -1), member)
@@ -299,11 +282,15 @@ def _trace(
     # Largest step along the axis of either member near its face, in face widths.
     max_axial_step_faces = 0.2
     z, first, (_, faces) = start.copy(), tangent, _within(pairing, start[:, None], units, farthest)
-    step, faces = FIRST_STEP * _far(faces).max(axis=-1), faces.copy()
+    # First and shortest step along the curve, in units of z.
+    first_step, shortest_step, most_steps = 0.02, 1e-7, 3000
+    # Cosine of the rotation of the tangent below which the steps do not grow.
+    growth_turn_cosine = 0.998
+    step, faces = first_step * _far(faces).max(axis=-1), faces.copy()
     tangent, taken = tangent.copy(), np.zeros(len(start), dtype=int)
     stops = np.full(len(start), int(Stop.LOST))
     active, steps = np.arange(len(start)), [start.copy()]
-    for _ in range(MOST_STEPS):
+    for _ in range(most_steps):
         # Predictor and corrector step of all active traces.
         part, far = pairing.cases(active), _far(faces[active])
         ahead, turned, cosine, good = _one_step(part, units[active], z[active], tangent[active], step[active])
@@ -317,7 +304,7 @@ def _trace(
         steps.append(reached)
         # Step size control: grow on straight parts, halve after a rejected step.
         most = LONGEST_STEP * _far(faces[active]).max(axis=-1)
-        longer = np.where(cosine > GROWTH_TURN_COSINE, np.minimum(1.5 * step[active], most), step[active])
+        longer = np.where(cosine > growth_turn_cosine, np.minimum(1.5 * step[active], most), step[active])
         step[active] = np.where(good, np.minimum(longer, most), 0.5 * step[active])
         # A trace is closed if it returns to its start in the same direction.
         home = np.linalg.norm(z[active] - start[active], axis=-1) < step[active]
@@ -325,7 +312,7 @@ def _trace(
         outside, closed = good & ~inside, good & home & (taken[active] > 4)
         stops[active[outside]], stops[active[closed]] = Stop.WINDOW, Stop.CLOSED
         steps[-1][active[closed]] = start[active[closed]]
-        active = active[~(outside | closed | (step[active] < SHORTEST_STEP))]
+        active = active[~(outside | closed | (step[active] < shortest_step))]
         if active.size == 0:
             break
     history = np.stack(steps)
@@ -334,7 +321,8 @@ def _trace(
 
 def _far(faces: FloatArray) -> FloatArray:
     """Return the factor by which steps may be longer than near the flanks, for each member."""
-    return np.asarray(np.maximum(1.0, STEP_GROWTH * (np.abs(faces) - 1.0)))
+    growth_per_face_width = 4.0
+    return np.asarray(np.maximum(1.0, growth_per_face_width * (np.abs(faces) - 1.0)))
 
 
 def _one_step(
@@ -355,11 +343,12 @@ def _one_step(
     cosine = np.einsum("...i,...i", after, before) / size
     drift = np.linalg.norm(weight * (ahead - predicted)[:, 0], axis=-1)
     moved = np.linalg.norm(weight * (ahead[:, 0] - z), axis=-1)
-    # Accept a step if the tangent and the distance from the prediction change little.
+    # Accept a step if the tangent turns little and the point is near the prediction.
+    least_turn_cosine, max_drift_steps = 0.995, 0.3
     good = (
         solved[:, 0]
-        & (np.abs(cosine) > LEAST_TURN_COSINE)
-        & (drift < MAX_DRIFT_STEPS * moved)
+        & (np.abs(cosine) > least_turn_cosine)
+        & (drift < max_drift_steps * moved)
         & (moved < 2.0 * LONGEST_STEP)
     )
     return ahead[:, 0], np.copysign(1.0, cosine)[:, None] * turned, np.abs(cosine), good
@@ -375,8 +364,10 @@ def near_flanks(pairing: FlankPair, curves: list[TracedCurve]) -> list[CurvePart
     y = np.moveaxis(y, -1, 0)
     height, radius = axial_and_radius(part, meet_on_curve(part, y)[1])
     margins = limit_margins(part, y[:2], height, radius)[..., 0]
+    # Half face widths beyond toe and heel to which a part reaches.
+    part_margin_half_widths = 0.5
     # Points near both faces, and margins in flank depths and face widths.
-    near = np.all(np.abs(height) <= (1.0 + PART_MARGIN_HALF_WIDTHS) * part.half_width, axis=0)[:, 0]
+    near = np.all(np.abs(height) <= (1.0 + part_margin_half_widths) * part.half_width, axis=0)[:, 0]
     depth, face = (part.highest - part.lowest)[..., 0], 2.0 * part.half_width[..., 0]  # as in `Limit`
     margins /= np.concatenate((depth, depth, face, face))
     parts, start = [], 0
@@ -402,8 +393,7 @@ def _cut(curve: TracedCurve, near: NDArray[np.bool_], margins: FloatArray) -> li
     parts = []
     for first, last in edges.reshape(-1, 2):
         run = slice(max(first - 2, 0), last + 2)
-        if (curve.lost or len(points[run]) > 1) and (
-            margins[:, first:last].max(axis=1) > -OFF_FLANK_MARGIN
-        ).all():
+        near_limits = (margins[:, first:last].max(axis=1) > -OFF_FLANK_MARGIN).all()
+        if near_limits and (curve.lost or len(points[run]) > 1):
             parts.append(CurvePart(curve.case, points[run], False))
     return parts

@@ -9,7 +9,7 @@ n_x vanishes. With n = |n_x|, its sign s and R_j = n_x w_j,
 do not diverge, and n^2 as well as all factors of n and of s are smooth in l1 and l2. A cell in which n F
 keeps its sign contains no contact. The same holds for a cell in which no n lets both members touch near their
 faces, or in which F is not zero for all such n. Bounds in a cell are the values at its four corners, extended
-by SECOND_DIFFERENCE_FACTOR times their second differences: a smooth function deviates from its corner values
+by half of their second differences: a smooth function deviates from its corner values
 by an eighth of these, and the square root n by half at most. If n_x^2 vanishes within a cell, n F is not
 smooth there and its sign is not used.
 """
@@ -17,6 +17,7 @@ smooth there and its sign is not used.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,15 +30,8 @@ from ..flank_pair import FlankPair, terms_of
 
 GRID_LINES = 9
 """Default number of grid lines of each member."""
-RISE, DEPTH, POLE, LEVEL = 3, 5, 7, 8
-"""Rows of the values at the nodes, after n_x^2 and n F for both signs of n_x."""
-CASES_PER_BLOCK = 128
-"""Number of cases whose arrays stay in the cache."""
-SECOND_DIFFERENCE_FACTOR = 0.5
 
 Mask = NDArray[np.bool_]
-CASE_AXES = {"low": 1, "high": 1, "lines": 1}
-"""Axes of cases in a `Box` that are not the first."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,9 +60,12 @@ class Box:
     gap: FloatArray
     lines: FloatArray
 
+    CASE_AXES: ClassVar = {"low": 1, "high": 1, "lines": 1}
+    """Axes of cases that are not the first."""
+
     def cases(self, index: NDArray[np.int_]) -> Box:
         """Return the results of the cases `index`."""
-        return Box(**{name: x.take(index, CASE_AXES.get(name, 0)) for name, x in vars(self).items()})
+        return Box(**{name: x.take(index, Box.CASE_AXES.get(name, 0)) for name, x in vars(self).items()})
 
 
 def window_of(pairing: FlankPair) -> tuple[FloatArray, FloatArray]:
@@ -103,11 +100,13 @@ def box_of(
 
     `both`: for both signs of n_x, else for that of the pair; `nodes`: grid lines along l1 and l2.
     """
-    size = max(1, CASES_PER_BLOCK * GRID_LINES**2 // nodes**2)
+    # Number of cases whose arrays stay in the cache.
+    cases_per_block = 128
+    size = max(1, cases_per_block * GRID_LINES**2 // nodes**2)
     parts = [slice(start, start + size) for start in range(0, max(1, low.shape[1]), size)]
     result = [_box(pairing.cases(part), low[:, part], high[:, part], both, nodes) for part in parts]
     columns = {name: [getattr(box, name) for box in result] for name in vars(result[0])}
-    return Box(**{name: np.concatenate(x, axis=CASE_AXES.get(name, 0)) for name, x in columns.items()})
+    return Box(**{name: np.concatenate(x, axis=Box.CASE_AXES.get(name, 0)) for name, x in columns.items()})
 
 
 def _box(pairing: FlankPair, low: FloatArray, high: FloatArray, both: bool, nodes: int) -> Box:
@@ -140,9 +139,11 @@ def _left(pairing: FlankPair, other: bool, least: FloatArray, most: FloatArray) 
     """Return which cells remain for the sign of n_x of the pair, or for the `other`, and in which n is not 0.
 
     Axial coordinates within the faces bound n: (D - face) n <= s R <= (D + face) n for both members, with R
-    in the rows RISE and D = c - v A. Within these bounds F = A_1 + A_2 + s (P / n - E n) must reach zero, and
-    n F as well.
+    in the rows 3 and 4 and D = c - v A. Within these bounds F = A_1 + A_2 + s (P / n - E n) must reach zero,
+    and n F as well.
     """
+    # Rows of `_values` with s R and D of the pinion, P, and A_1 + A_2.
+    rise_row, depth_row, pole_row, level_row = 3, 5, 7, 8
     # Half face widths within which contacts are near the faces.
     near_half_widths = 1.5
     sign = -pairing.branch[:, 0] if other else pairing.branch[:, 0]
@@ -152,17 +153,17 @@ def _left(pairing: FlankPair, other: bool, least: FloatArray, most: FloatArray) 
     # Narrow the bounds by the axial coordinates of both members.
     for member in range(2):
         face = near_half_widths * pairing.half_width[member, :, 0]
-        far, near = most[DEPTH + member] + face, least[DEPTH + member] - face
-        for rise, rate in ((bounds[0][RISE + member], far), (-bounds[1][RISE + member], -near)):
+        far, near = most[depth_row + member] + face, least[depth_row + member] - face
+        for rise, rate in ((bounds[0][rise_row + member], far), (-bounds[1][rise_row + member], -near)):
             at = rise / rate
             low = np.where((rate > 0.0) & (at > low), at, low)
             high = np.where((rate < 0.0) & (at < high), at, high)
     # Interval of F over the remaining range of n.
-    pole, offset = (bound[POLE] for bound in bounds), sign * np.asarray(pairing.layout.offset)[:, 0]
+    pole, offset = (bound[pole_row] for bound in bounds), sign * np.asarray(pairing.layout.offset)[:, 0]
     first, last = pole
     closing = np.minimum(-offset * low, -offset * high), np.maximum(-offset * low, -offset * high)
-    lowest = least[LEVEL] + closing[0] + first / np.where(first < 0.0, low, high)
-    highest = most[LEVEL] + closing[1] + last / np.where(last > 0.0, low, high)
+    lowest = least[level_row] + closing[0] + first / np.where(first < 0.0, low, high)
+    highest = most[level_row] + closing[1] + last / np.where(last > 0.0, low, high)
     # Exclude cells without n, or in which n F or F keeps its sign.
     gap = 1 + int(other)
     vanishes = least[0] <= 0.0
@@ -205,7 +206,7 @@ def _bounds(values: FloatArray) -> tuple[FloatArray, FloatArray]:
     least, most = np.minimum(near, far), np.maximum(near, far)
     slack = _bend(values)
     slack += _bend(values.swapaxes(1, 2)).swapaxes(1, 2)
-    slack *= SECOND_DIFFERENCE_FACTOR
+    slack *= 0.5
     return (
         np.minimum(least[:, :, 1:], least[:, :, :-1]) - slack,
         np.maximum(most[:, :, 1:], most[:, :, :-1]) + slack,

@@ -33,8 +33,8 @@ from ...pair.mounting import across_of_gear
 from ..equation import ContactTerms, gap_tolerance
 from ..flank_pair import FlankPair, MemberTerms, terms_of
 
-PARALLEL_TRACE_TOLERANCE, NEWTON_STEPS = 1e-12, 12
-"""Components of a trace below which teeth are parallel to the axis; Newton steps for l2."""
+PARALLEL_TRACE_TOLERANCE = 1e-12
+"""Components of a trace below which teeth are parallel to the axis."""
 
 
 def meet_on_parallel(pairing: FlankPair, l: Numbers, w: Numbers) -> ContactTerms:
@@ -76,7 +76,7 @@ def meeting_at(
 def mate_parameter(pairing: FlankPair, l1: FloatArray, w: FloatArray) -> FloatArray:
     """Return l2 (cases, positions), mm, with F = 0 at l1 and w1; explicit for unmodified flanks."""
     l2 = np.zeros(np.broadcast_shapes(l1.shape, w.shape))
-    steps = 2 if pairing.straight.all() else NEWTON_STEPS
+    steps = 2 if pairing.straight.all() else 12
     # Newton's method with a complex step; F is linear without parabolas.
     for _ in range(steps):
         l = np.array(np.broadcast_arrays(l1 + 0j, l2 + COMPLEX_STEP * 1j))

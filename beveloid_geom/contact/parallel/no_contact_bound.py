@@ -22,14 +22,8 @@ from ..flank_pair import FlankPair, terms_of
 from .small_angle_equations import meet_regular, normal_y_at
 from .small_angle_paths import window_over_faces
 
-CURVE_POINTS, SECOND_DIFFERENCE_FACTOR, NORMAL_ITERATIONS = 17, 0.5, 8
-"""Number of points along a curve; multiple of the second differences by which a smooth function may deviate
-from its end values, as in `root_exclusion`; iterations for a common normal.
-"""
-NORMAL_TOLERANCE, GAP_FLOOR = 1e-12, 1e-9
-"""Residual of a common normal, and F relative to the size of its terms, that are treated as zero."""
-FACE_POSITIONS = np.array((0.0, 0.5, 1.0))
-"""Relative positions on the common face at which F is evaluated."""
+CURVE_POINTS = 17
+"""Number of points along a curve."""
 
 
 def clear_of_flanks(pairing: FlankPair) -> NDArray[np.bool_]:
@@ -64,7 +58,7 @@ def _without_zero(
     y, _ = _on_curve(pairing, level, uphill, np.zeros(level.shape[1:]))
     first, last = window_over_faces(pairing, y)
     gap, places, normals = [], [], []
-    for share in FACE_POSITIONS:
+    for share in (0.0, 0.5, 1.0):
         y, settled = _on_curve(pairing, y[:2], uphill, first + share * (last - first))
         gap.append(meet_regular(pairing, y)[1].gap)
         places.append(y[:2])
@@ -74,10 +68,15 @@ def _without_zero(
     # Bound the deviation between samples by second differences along the curve and across the face.
     bend = np.abs(np.diff(value, 2, axis=-1))
     bend = np.concatenate((bend[..., :1], bend, bend[..., -1:]), axis=-1)
-    slack = SECOND_DIFFERENCE_FACTOR * (
+    # Multiple of the second differences by which a smooth function may deviate from its end values, as in
+    # `root_exclusion`.
+    second_difference_factor = 0.5
+    slack = second_difference_factor * (
         np.maximum(bend[..., 1:], bend[..., :-1]) + np.abs(np.diff(value, 2, axis=0))[..., 1:]
     )
-    slack = slack.max(axis=0) + GAP_FLOOR * pairing.scale
+    # F relative to the size of its terms that is treated as zero.
+    relative_gap_floor = 1e-9
+    slack = slack.max(axis=0) + relative_gap_floor * pairing.scale
     least, most = (extreme(value[..., 1:], value[..., :-1]) for extreme in (np.minimum, np.maximum))
     keeps_sign = (least.min(axis=0) > slack) | (most.max(axis=0) < -slack)
     # Parts outside the window of l1 or l2 need no bound.
@@ -96,7 +95,7 @@ def _on_curve(
     positions), mm.
     """
     n_x = 0.0 * w
-    for _ in range(NORMAL_ITERATIONS):
+    for _ in range(8):
         moved = l + COMPLEX_STEP * 1j * uphill
         terms = terms_of(pairing, moved)
         n_y = normal_y_at(pairing, terms, n_x, w)
@@ -105,4 +104,6 @@ def _on_curve(
         n_x = pairing.branch * np.sqrt(1.0 - (v[0] * v[0] + n_y * n_y).real)
         l = l - uphill * (COMPLEX_STEP * off.real / off.imag)
     y = np.array((*l, n_x, n_y.real, w))
-    return y, np.asarray(np.abs(meet_regular(pairing, y)[0][:3]).max(axis=0) < NORMAL_TOLERANCE)
+    # Residual of a common normal that is treated as zero.
+    residual_tolerance = 1e-12
+    return y, np.asarray(np.abs(meet_regular(pairing, y)[0][:3]).max(axis=0) < residual_tolerance)

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...arrays import FloatArray, Quantity
-from ...design.model import MATCH
+from ...design.model import NORMAL_MATCH_TOLERANCE
 from ...status import Status
 from ...support.chebyshev import basis_of
 from ..equation import ContactTerms, gap_tolerance, roll_angles
@@ -36,15 +36,9 @@ from .equation import (
     one_rack,
 )
 
-LINES_BY_ROUND, SEARCH_ROUNDS, NEXT_HALF_WINDOW = (129, 49), 13, 1.5
-"""Number of lines in the first and in the other rounds of the search for the first and the last line; number
-of rounds; half the window of the next round, in distances of the lines.
-"""
 NEGLIGIBLE_RATE = 1e-14
 """Relative rate that is dominated by rounding and treated as zero."""
 SERIES_BASES = tuple(basis_of(degree) for degree in (20, 40, 100, 200))
-LINE, POINT, NONE = 0, 1, 2
-"""Types of contact."""
 Lines: TypeAlias = Callable[[FloatArray], tuple[FloatArray, ContactTerms]]
 """Result of `on_lines`."""
 
@@ -136,22 +130,24 @@ def _under_tip(
     return np.where(empty, np.inf, low), np.where(empty, -np.inf, high)
 
 
-def kinds_of(pairing: FlankPair) -> tuple[NDArray[np.int_], FloatArray]:
-    """Return the type of contact of each case, LINE, POINT or NONE, and s of `on_racks` of a point (cases),
+def kinds_of(pairing: FlankPair) -> tuple[NDArray[np.bool_], NDArray[np.bool_], FloatArray]:
+    """Return which cases have line contact, which have point contact, and s of `on_racks` of a point (cases),
     mm.
     """
     straight, square = pairing.straight, along_axes(pairing)
     terms = terms_of(pairing, np.zeros((2, *pairing.branch.shape)))
     # Rack lines that cross let l2 change along w1: cones cut by racks of different pressure angles.
-    matched = (np.abs(terms.normal[2].sum(axis=0)) <= MATCH) & (np.abs(terms.slope.sum(axis=0)) <= MATCH)
+    matched = (np.abs(terms.normal[2].sum(axis=0)) <= NORMAL_MATCH_TOLERANCE) & (
+        np.abs(terms.slope.sum(axis=0)) <= NORMAL_MATCH_TOLERANCE
+    )
     matched = matched[:, 0]
-    kind = np.where((straight & matched) | square, LINE, NONE)
+    lines = (straight & matched) | square
     racks = np.flatnonzero(~straight & ~square & one_rack(pairing))
-    s = np.full(kind.size, np.nan)
+    points, s = np.zeros(lines.size, dtype=bool), np.full(lines.size, np.nan)
     if racks.size:
-        s[racks], conjugate = single_contact(pairing.cases(racks))
-        kind[racks] = np.where(conjugate, LINE, POINT)
-    return kind, s
+        s[racks], lines[racks] = single_contact(pairing.cases(racks))
+        points[racks] = ~lines[racks]
+    return lines, points, s
 
 
 def along_lines(pairing: FlankPair) -> NDArray[np.bool_]:
@@ -160,7 +156,7 @@ def along_lines(pairing: FlankPair) -> NDArray[np.bool_]:
     result = pairing.parallel & ~pairing.undefined
     at = np.flatnonzero(result)
     if at.size:
-        result[at] = kinds_of(pairing.cases(at))[0] == LINE
+        result[at] = kinds_of(pairing.cases(at))[0]
     return result
 
 
@@ -216,12 +212,15 @@ def greatest_at(
     found like a smooth maximum.
     """
     low, high = first, last
-    for count in range(SEARCH_ROUNDS):
-        l1 = low + (high - low) * np.linspace(0.0, 1.0, LINES_BY_ROUND[min(count, 1)])
+    # Lines in the first and in the other rounds of the search for the first and the last line; number of
+    # rounds; half the window of the next round, in distances of the lines.
+    lines_by_round, rounds, next_half_window = (129, 49), 13, 1.5
+    for count in range(rounds):
+        l1 = low + (high - low) * np.linspace(0.0, 1.0, lines_by_round[min(count, 1)])
         values = sense * value(l1)
         lost = np.isnan(values).all(axis=-1, keepdims=True)
         best = np.where(np.isnan(values), -np.inf, values).argmax(axis=-1)[..., None]
-        result, step = np.take_along_axis(l1, best, axis=-1), NEXT_HALF_WINDOW * (l1[..., 1:2] - l1[..., :1])
+        result, step = np.take_along_axis(l1, best, axis=-1), next_half_window * (l1[..., 1:2] - l1[..., :1])
         ends = np.sort(np.array((result - step, result + step)), axis=0)
         least, most = np.minimum(first, last), np.maximum(first, last)
         low, high = np.maximum(ends[0], least), np.minimum(ends[1], most)
@@ -301,12 +300,12 @@ def parallel_series(pairing: FlankPair) -> PathSeries:
 
     The status is OFF_FLANK if there is no contact on the flanks, and NO_COMMON_NORMAL if normals never agree.
     """
-    kind, s = kinds_of(pairing)
-    status = np.where(kind == NONE, np.int8(Status.NO_COMMON_NORMAL), np.int8(Status.OFF_FLANK))
+    *kinds, s = kinds_of(pairing)
+    status = np.where(np.any(kinds, axis=0), np.int8(Status.OFF_FLANK), np.int8(Status.NO_COMMON_NORMAL))
     status[pairing.undefined] = Status.UNDEFINED
-    guide = np.full((2, kind.size, 2), np.nan)  # l1 and w1 at both ends
-    lines, points = (np.flatnonzero((kind == k) & (status == Status.OFF_FLANK)) for k in (LINE, POINT))
-    l2 = np.full((kind.size, 1), np.nan)
+    guide = np.full((2, s.size, 2), np.nan)  # l1 and w1 at both ends
+    lines, points = (np.flatnonzero(kind & ~pairing.undefined) for kind in kinds)
+    l2 = np.full((s.size, 1), np.nan)
     if lines.size:
         guide[:, lines] = _ends_of_lines(pairing.cases(lines))
     if points.size:

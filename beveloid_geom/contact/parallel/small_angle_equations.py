@@ -25,7 +25,7 @@ from ..equation import ContactTerms
 from ..flank_pair import FlankPair, MemberTerms, terms_of
 from .equation import meeting_at
 
-UNKNOWN_COUNT, NEWTON_MAX_STEPS = 5, 30
+UNKNOWN_COUNT = 5
 
 
 def units_of_all(pairing: FlankPair) -> FloatArray:
@@ -104,7 +104,7 @@ def onto_held(pairing: FlankPair, y: FloatArray) -> tuple[FloatArray, NDArray[np
     positions) are solved.
     """
     units, y, last = units_of_all(pairing)[:4], y.copy(), np.full(y.shape[1:], np.inf)
-    for _ in range(NEWTON_MAX_STEPS):
+    for _ in range(30):
         residual, jacobian = regular_jacobian(pairing, y)
         # Positions that are singular or NaN get the unit matrix and end as NaN.
         system = jacobian[..., :4]

@@ -21,8 +21,6 @@ from .small_angle_equations import meet_regular, onto_held, regular_jacobian
 
 NEARLY_PARALLEL_SINE = 0.01
 """Sine of the shaft angle up to which axes are nearly parallel."""
-FACE_LIMIT_ROWS = slice(HEIGHT + Limit.PINION_TOE, HEIGHT + len(Limit))
-"""Rows of the margins of toe and heel."""
 
 
 def nearly_parallel(pairing: FlankPair) -> NDArray[np.bool_]:
@@ -43,6 +41,8 @@ def series_over_w1(pairing: FlankPair) -> PathSeries:
     coefficients, loosened = np.zeros((WIDTH, status.size, 2)), np.ones(status.size)
     if at.size:
         loosened[at] = _rounding_factor(pairing.cases(at), y[:, at])
+    # Rows of the margins of toe and heel.
+    face_limit_rows = slice(HEIGHT + Limit.PINION_TOE, HEIGHT + len(Limit))
     for basis in SERIES_BASES:
         if at.size == 0:
             break
@@ -53,7 +53,7 @@ def series_over_w1(pairing: FlankPair) -> PathSeries:
         rows = rows_of(part, nodes[:2], meet_regular(part, nodes)[1])
         values, resolved = fitted_series(part, rows, basis, loosened[at], max_rounding_depths)
         # The series must leave the face at both ends; otherwise the window was too narrow.
-        past = (rows[FACE_LIMIT_ROWS][..., [0, -1]].min(axis=0) < 0.0).all(axis=-1)
+        past = (rows[face_limit_rows][..., [0, -1]].min(axis=0) < 0.0).all(axis=-1)
         status[at[resolved & solved.all(axis=-1) & past]] = Status.SOLVED
         more = max(0, values.shape[-1] - coefficients.shape[-1])
         coefficients = np.pad(coefficients, ((0, 0), (0, 0), (0, more)))

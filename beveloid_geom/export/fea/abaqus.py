@@ -18,12 +18,12 @@ from ...export import identifier
 from ...shapes.hexahedra import ELEMENTS
 from ...shapes.hexahedral_mesh import VolumeMesh
 from .load import ContactLoad
-from .material import DENSITY, POISSON, YOUNG
+from .material import DENSITY_T_PER_MM3, POISSON_RATIO, YOUNG_MPA
 
 FIXED_SETS = ("bore", "first side", "last side")
 """Surfaces at which a body is cut from its shaft and from the rest of the gear. They are held."""
 STEEL = (
-    f"*MATERIAL, NAME=steel\n*ELASTIC\n{YOUNG:g}, {POISSON:g}\n*DENSITY\n{DENSITY:g}\n"
+    f"*MATERIAL, NAME=steel\n*ELASTIC\n{YOUNG_MPA:g}, {POISSON_RATIO:g}\n*DENSITY\n{DENSITY_T_PER_MM3:g}\n"
     "*SOLID SECTION, ELSET=body, MATERIAL=steel\n"
 )
 """Material of all elements."""

@@ -23,7 +23,7 @@ import numpy as np
 from ...arrays import FloatArray, Indices, Mask
 from ...contact.hertz import HertzEllipse, contact_modulus, hertz_ellipse, hertz_strip
 from ...shapes.hexahedral_mesh import VolumeMesh, face_nodes, shape_functions
-from .material import POISSON, YOUNG
+from .material import POISSON_RATIO, YOUNG_MPA
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +184,7 @@ def _pressed(view: _View, place: ContactPlace, force: float) -> tuple[HertzEllip
     grid_per_face = 6
     from scipy.optimize import brentq
 
-    modulus, curvature = contact_modulus(YOUNG, POISSON), place.curvature
+    modulus, curvature = contact_modulus(YOUNG_MPA, POISSON_RATIO), place.curvature
     if place.length is not None:
         half_width, pressure = hertz_strip(curvature[1], force / place.length, modulus)
         axes = np.array((0.5 * place.length, float(half_width)))

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from ...contact.hertz import POISSON as POISSON, YOUNG as YOUNG
+from ...contact.hertz import POISSON_RATIO as POISSON_RATIO, YOUNG_MPA as YOUNG_MPA
 
-DENSITY = 7.85e-9
+DENSITY_T_PER_MM3 = 7.85e-9

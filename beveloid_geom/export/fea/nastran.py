@@ -12,11 +12,7 @@ from textwrap import wrap
 
 from ...export import identifier
 from ...shapes.hexahedral_mesh import VolumeMesh
-from .material import DENSITY, POISSON, YOUNG
-
-NODE_ORDER = (*range(12), *range(16, 20), *range(12, 16))
-"""Order of an element's nodes in Nastran: the mid-side nodes between lower and upper face come before those
-of the upper face."""
+from .material import DENSITY_T_PER_MM3, POISSON_RATIO, YOUNG_MPA
 
 
 def write_bulk(
@@ -61,10 +57,13 @@ def _real(value: float) -> str:
 
 def _bulk(mesh: VolumeMesh) -> Iterator[str]:
     yield "BEGIN BULK\n"
-    yield f"MAT1,1,{YOUNG:.1f},,{POISSON},{DENSITY:.2E}\nPSOLID,1,1\n"
+    yield f"MAT1,1,{YOUNG_MPA:.1f},,{POISSON_RATIO},{DENSITY_T_PER_MM3:.2E}\nPSOLID,1,1\n"
     for number, (x, y, z) in enumerate(mesh.points.tolist(), 1):
         yield f"GRID*   {number:>16}{'':16}{_real(x):>16}{_real(y):>16}\n*       {_real(z):>16}\n"
-    hexahedra = mesh.hexahedra[:, list(NODE_ORDER[: mesh.hexahedra.shape[1]])] + 1
+    # Order of an element's nodes in Nastran: the mid-side nodes between lower and upper face come before
+    # those of the upper face.
+    node_order = (*range(12), *range(16, 20), *range(12, 16))
+    hexahedra = mesh.hexahedra[:, list(node_order[: mesh.hexahedra.shape[1]])] + 1
     for number, nodes in enumerate(hexahedra.tolist(), 1):
         fields = [f"{value:8d}" for value in (number, 1, *nodes)]
         rows = ("".join(fields[start : start + 8]) for start in range(0, len(fields), 8))

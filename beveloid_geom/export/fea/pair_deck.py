@@ -19,16 +19,14 @@ import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ...arrays import flank_sign
+from ...arrays import MEMBERS, flank_sign
 from ...design.model import Design
-from ...export import MEMBERS, identifier
+from ...export import identifier
 from .abaqus import STEEL, write_model
 from .pair_mesh import ELEMENT, PairMesh, force_lever
 
 FACTS_MARK = "pair in contact: "
 """Start of the header line with the data, as JSON, that `pair_results` needs."""
-STEP = "*STEP, INC=50\n*STATIC\n1., 1., 1e-6, 1.\n"
-"""Beginning of a step: initial increment, duration, smallest and largest increment."""
 
 
 def write_pair_deck(
@@ -94,9 +92,11 @@ def _history(design: Design, pair: PairMesh, torque: float) -> Iterator[str]:
     face = min(float(member.face_width) for member in design.members)
     turn = torque / (lever * lever * face * mesh_stiffness)
     held = "gear_reference, 1, 6\npinion_reference, 1, 5\n"
-    yield f"** The pinion is turned into contact.\n{STEP}*BOUNDARY\n{held}"
+    # Beginning of a step: initial increment, duration, smallest and largest increment.
+    step_text = "*STEP, INC=50\n*STATIC\n1., 1., 1e-6, 1.\n"
+    yield f"** The pinion is turned into contact.\n{step_text}*BOUNDARY\n{held}"
     yield f"pinion_reference, 6, 6, {sense * turn:.9g}\n*END STEP\n"
-    yield f"** The torque replaces the prescribed rotation.\n{STEP}*BOUNDARY, OP=NEW\n{held}"
+    yield f"** The torque replaces the prescribed rotation.\n{step_text}*BOUNDARY, OP=NEW\n{held}"
     yield f"*CLOAD\npinion_reference, 6, {sense * torque:.12g}\n"
     for name in MEMBERS:
         yield f"*NODE PRINT, NSET={name}_reference\nRF\n*NODE PRINT, NSET={name}_gauge\nU\n"

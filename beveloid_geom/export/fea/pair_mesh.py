@@ -13,13 +13,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...arrays import FloatArray, Indices, Mask
+from ...arrays import MEMBERS, FloatArray, Indices, Mask
 from ...contact.ellipse import relative_curvature
 from ...contact.hertz import contact_modulus, hertz_ellipse
 from ...contact.mesh_position import Frame, MeshingPair, frames_at
 from ...design.member import Member
 from ...design.model import Design
-from ...export import MEMBERS
 from ...gear.fillet import tool_round
 from ...gear.flank import flank_point, tip_parameter
 from ...pair.frames import to_fixed
@@ -29,16 +28,9 @@ from ...shapes.hexahedral_mesh import VolumeMesh
 from ...shapes.solid import rotated_copies
 from ...support.argument import ArgumentError
 from ..positions import rolls_at_first_contact
-from .material import POISSON, YOUNG
+from .abaqus import FIXED_SETS
+from .material import POISSON_RATIO, YOUNG_MPA
 
-ELEMENTS_ACROSS = 4.0
-"""Default number of elements across the contact ellipse."""
-MAX_FLANK_ROWS = 120
-"""Largest number of elements along the profile of a flank."""
-COARSE = Cells(bottom=1, fillet=3, flank=4, tip=4, face=6)
-"""Numbers of elements of a tooth without a tolerance, except for flanks in contact."""
-HUB = ("bore", "first side", "last side")
-"""Surfaces by which a member is held: its shaft and the rest of the gear."""
 ELEMENT = "C3D20"
 """Plane faces of elements with 8 nodes miss the flank by tens of micrometres: contact would be late and too
 soft."""
@@ -99,7 +91,7 @@ def pair_mesh(
     *,
     teeth: int = 3,
     force: float,
-    across: float = ELEMENTS_ACROSS,
+    across: float = 4.0,
     cells: Cells | None = None,
     tolerance: float | None = None,
     bore_radii: tuple[float | None, float | None] = (None, None),
@@ -119,10 +111,10 @@ def pair_mesh(
     force : float
         Force on one tooth pair, N. It sets the size of the elements on the flanks and the contact stiffness.
     across : float
-        Elements across the contact ellipse under this force, limited by MAX_FLANK_ROWS.
+        Elements across the contact ellipse under this force; at most 120 along the profile of a flank.
     cells : Cells, optional
-        Numbers of elements except for flanks in contact. The default is COARSE, with more elements along the
-        face for a short ellipse.
+        Numbers of elements except for flanks in contact. The default is a coarse mesh, with more elements
+        along the face for a short ellipse.
     tolerance : float, optional
         Largest distance of straight edges from the surfaces, mm. If the default numbers exceed it, the
         numbers of `cells_of` are used.
@@ -169,11 +161,11 @@ def pair_mesh(
         coarse = _coarse_cells(member, longest, tolerance) if cells is None else cells
         along.append(length * coarse.face / float(member.face_width))
         depth = _flank_depth(member, pose.flank)
-        rows = max(coarse.flank, min(int(np.ceil(across * depth / width)), MAX_FLANK_ROWS))
+        rows = max(coarse.flank, min(int(np.ceil(across * depth / width)), 120))
         each = [replace(coarse, flank=rows) if touches else coarse for touches in fine_teeth]
         meshes.append(_placed(member, each, bore, frame))
         steps.append(depth / rows)
-    stiffness = stiffness_factor * contact_modulus(YOUNG, POISSON) / (0.5 * width)
+    stiffness = stiffness_factor * contact_modulus(YOUNG_MPA, POISSON_RATIO) / (0.5 * width)
     mesh, contacts = _joined(meshes, frames), _contacts(pose.flank, teeth)
     return PairMesh(pose.flank, rolls, frames, mesh, contacts, width / max(steps), min(along), stiffness)
 
@@ -219,7 +211,7 @@ def _contact_size(design: Design, pose: MeshingPair, force: float) -> tuple[floa
     If the ellipse is longer than the faces, it is replaced by Hertz's strip of their width (Johnson, Contact
     Mechanics, 4.2)."""
     smallest, largest = relative_curvature(pose.path).curvature[1]
-    modulus = contact_modulus(YOUNG, POISSON)
+    modulus = contact_modulus(YOUNG_MPA, POISSON_RATIO)
     if not largest > 0.0:
         raise ValueError(
             f"the flanks penetrate next to their contact (relative curvature {largest:.3g} 1/mm)"
@@ -254,7 +246,7 @@ def _coarse_cells(member: Member, element_length: float, tolerance: float | None
     # Largest number of elements along the face.
     max_face_elements = 24
     face = int(np.ceil(float(member.face_width) / element_length))
-    coarse = replace(COARSE, face=min(max(face, COARSE.face), max_face_elements))
+    coarse = Cells(bottom=1, fillet=3, flank=4, tip=4, face=min(max(face, 6), max_face_elements))
     if tolerance is None or edge_deviation(member, coarse) <= tolerance:
         return coarse
     return cells_of(member, tolerance)
@@ -288,7 +280,9 @@ def _joined(meshes: Sequence[VolumeMesh], frames: tuple[Frame, Frame]) -> Volume
         }
         elements |= {f"{member} {name}": cells + first for name, cells in mesh.element_sets.items()}
         elements[f"{member} body"] = np.arange(first, first + len(mesh.hexahedra))
-        hub = np.unique(np.concatenate([mesh.node_sets[part] for part in HUB if part in mesh.node_sets]))
+        hub = np.unique(
+            np.concatenate([mesh.node_sets[part] for part in FIXED_SETS if part in mesh.node_sets])
+        )
         # The node farthest from the axis measures the rotation of the hub best.
         rotation, origin = frames[number]
         radii = np.linalg.norm(np.cross(mesh.points[hub] - origin, rotation[:, 2]), axis=1)

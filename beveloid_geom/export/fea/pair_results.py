@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import FloatArray
-from ...export import MEMBERS, identifier
+from ...arrays import MEMBERS, FloatArray
+from ...export import identifier
 from .pair_deck import FACTS_MARK
 
 

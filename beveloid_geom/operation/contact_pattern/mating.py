@@ -16,16 +16,12 @@ from .motion import Operation
 
 POSES_PER_PITCH = 10
 """Poses per pitch at which the separation is sampled."""
-
-
 LAST_STEP_MODULES = 1e-4
 """Step towards a foot below which it is the last. The remaining error of the foot is the square of this over
 a radius. The distance is minimal at the foot, so that its error is the square of that: 1e-9 mm."""
-
-
-DISTANCE, MARGIN, BY_MEMBER, BY_MATE = range(4)
+DISTANCE, MARGIN = 0, 1
 """Rows of the state of a point at a pose: distance from the mating flank and margin of the foot within it,
-mm; derivatives of the distance by the rolls of the member and of the mate, mm/rad."""
+mm. Rows 2 and 3 are the derivatives of the distance by the rolls of the member and of the mate, mm/rad."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +82,7 @@ class Mating:
     def slope(self, rows: FloatArray, gear_rate: FloatArray) -> FloatArray:
         """Return df/droll (n,), mm per rad of pinion roll, from rows (4, n) and the rate of the gear."""
         moving, mate = (1.0, gear_rate) if self.member == 0 else (gear_rate, 1.0)
-        return np.asarray(moving * rows[BY_MEMBER] + mate * rows[BY_MATE])
+        return np.asarray(moving * rows[2] + mate * rows[3])
 
 
 def mating_of(design: Design, flank: str, member: int, operation: Operation) -> Mating:

@@ -21,7 +21,7 @@ SAMPLES_PER_PITCH = 24
 """Pinion rolls per pitch at which first contacts are searched."""
 DEGREE = 20
 """Degree of the polynomials."""
-EXTRAPOLATION = 1.2
+EXTRAPOLATION_HALF_LENGTHS = 1.2
 """Half-lengths from its middle up to which the polynomials of a segment are evaluated."""
 QUANTITIES = 5
 """Quantities of a segment: f, s1, z1, s2, z2, mm."""
@@ -75,7 +75,11 @@ class CycleSegments:
         low, high = self.low[index, None], self.high[index, None]
         with np.errstate(invalid="ignore", divide="ignore"):
             place = (2.0 * roll - (low + high)) / (high - low)
-        place = np.where(np.isnan(place), 0.0, np.minimum(np.maximum(place, -EXTRAPOLATION), EXTRAPOLATION))
+        place = np.where(
+            np.isnan(place),
+            0.0,
+            np.minimum(np.maximum(place, -EXTRAPOLATION_HALF_LENGTHS), EXTRAPOLATION_HALF_LENGTHS),
+        )
         return evaluate(self.coefficients[:, index], place)
 
     def values_at(self, index: Integers, roll: FloatArray, rows: int | None = None) -> FloatArray:
@@ -83,7 +87,8 @@ class CycleSegments:
         (n,), rad."""
         low, high = self.low[index], self.high[index]
         place = np.minimum(
-            np.maximum((2.0 * roll - (low + high)) / (high - low), -EXTRAPOLATION), EXTRAPOLATION
+            np.maximum((2.0 * roll - (low + high)) / (high - low), -EXTRAPOLATION_HALF_LENGTHS),
+            EXTRAPOLATION_HALF_LENGTHS,
         )
         powers = polynomials(place, DEGREE)
         return np.array([(row.T[:, index] * powers).sum(axis=0) for row in self.coefficients[:rows]])

@@ -41,9 +41,6 @@ Followed: TypeAlias = tuple[Integers, FloatArray, FloatArray, Codes, Integers]
 """Contacts to follow: case, roll (rad), place near the contact (2, n), mm, active limits (2, n), tooth
 pair."""
 
-TAIL_TOLERANCES = np.array((1e-14, 1e-11, 1e-11, 1e-11, 1e-11))
-"""Convergence limits for the trailing Chebyshev coefficients of f (relative to the lever) and of the
-positions (relative to the tooth depth)."""
 LATE_RAD = 3e-11
 """Gear roll by which a segment may be later than a first contact."""
 BETWEEN_SAMPLES = np.linspace(-0.5, 0.5, 5)
@@ -84,7 +81,10 @@ def checked(
             engagement, checks.case[row], checks.roll[row], values[1:3, row], *carriers
         )
         earlier[row] = within & (np.abs(values[0, row] - there[0]) <= bound)
-    bad = ~converged(engagement, segments, TAIL_TOLERANCES if strict else np.full(QUANTITIES, np.inf))
+    # Convergence limits for the trailing Chebyshev coefficients of f (relative to the lever) and of the
+    # positions (relative to the tooth depth).
+    tail_tolerances = np.array((1e-14, 1e-11, 1e-11, 1e-11, 1e-11))
+    bad = ~converged(engagement, segments, tail_tolerances if strict else np.full(QUANTITIES, np.inf))
     bad[segment[~good & ~earlier]] = True
     checks = replace(checks, cut=checks.cut | ~good)
     return checks.pick(~earlier), np.flatnonzero(bad)

@@ -28,7 +28,7 @@ from ..search.local_clearance import Local, hessian, local_at
 from ..search.search_task import Task
 from .cycle_segments import (
     DEGREE,
-    EXTRAPOLATION,
+    EXTRAPOLATION_HALF_LENGTHS,
     QUANTITIES,
     CycleSegments,
     Samples,
@@ -40,12 +40,8 @@ from .cycle_segments import (
     tails_of,
 )
 
-MAX_NEWTON_STEPS = 12
 END_TOLERANCE_PITCHES = 1e-12
 """Movement of the ends of segments at which the fits end."""
-RESOLVED = np.array((1e-15, 1e-11, 1e-11, 1e-11, 1e-11))
-"""Trailing coefficients that are rounding: of f relative to the lever, of the positions relative to the tooth
-depth. Such polynomials are valid on every part of their range."""
 
 
 def fitted(engagement: Engagement, samples: Samples) -> CycleSegments:
@@ -90,7 +86,7 @@ def fitted(engagement: Engagement, samples: Samples) -> CycleSegments:
             break
         # Allow the ends to move past their samples, as far as the polynomials can be extrapolated.
         ends, length = high, high - low
-        reach = 0.5 * (EXTRAPOLATION - 1.0) * np.minimum(length[:-1], length[1:])
+        reach = 0.5 * (EXTRAPOLATION_HALF_LENGTHS - 1.0) * np.minimum(length[:-1], length[1:])
         limits[0, :-1] = np.maximum(limits[0, :-1], ends[:-1] - reach)
         limits[1, :-1] = np.minimum(limits[1, :-1], ends[:-1] + reach)
         number, segments, former = number[on], segments.pick(on), fit.pick(on)
@@ -162,7 +158,10 @@ def _resolved(engagement: Engagement, segments: CycleSegments) -> Mask:
     z = evaluate(segments.coefficients[[2, 4]], np.linspace(-1.0, 1.0, DEGREE + 1))
     below = engagement.on_fillets((s[0], z[0]), (s[1], z[1]))
     smooth = (below == segments.on_fillet[..., None]).all(axis=(0, 2))
-    return np.asarray(smooth & converged(engagement, segments, RESOLVED))
+    # Trailing coefficients that are rounding: of f relative to the lever, of the positions relative to the
+    # tooth depth. Such polynomials are valid on every part of their range.
+    rounding_tails = np.array((1e-15, 1e-11, 1e-11, 1e-11, 1e-11))
+    return np.asarray(smooth & converged(engagement, segments, rounding_tails))
 
 
 def _without_short(engagement: Engagement, segments: CycleSegments, samples: Samples) -> CycleSegments:
@@ -243,7 +242,7 @@ def _bits(numbers: Integers, count: int) -> Mask:
     return np.asarray((numbers >> np.arange(count)[:, None]) & 1 == 1)
 
 
-def held_to(task: Task, place: FloatArray, limit: Codes, most: int = MAX_NEWTON_STEPS) -> FloatArray:
+def held_to(task: Task, place: FloatArray, limit: Codes, most: int = 12) -> FloatArray:
     """Compute contacts with given active limits by Newton's method.
 
     Parameters

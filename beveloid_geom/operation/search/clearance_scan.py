@@ -4,7 +4,7 @@ The clearance of a point follows from the angle between the point and the gear's
 and height (`angular_clearance`). A chart tabulates the angle of the gear's surface over radius and height,
 and is interpolated bilinearly, so that no equation is solved for a scanned point. Scans use single precision.
 The interpolation error is measured in the middle of the cells of the chart. Every point that can be the
-minimum within SAFETY times this error, plus rounding, is evaluated again in double precision: the minimum of
+minimum within twice this error, plus rounding, is evaluated again in double precision: the minimum of
 a scan is exact."""
 
 from __future__ import annotations
@@ -28,9 +28,6 @@ TIP_REACH_CELLS = 0.05
 """Distance from a fillet up to which a tip edge counts as on it."""
 CHART_NODES = 128, 12
 """Nodes of a chart along radius and face."""
-SAFETY = 2.0
-"""Ratio of the assumed interpolation error of a chart to the largest error seen in the middle of its
-cells."""
 Single: TypeAlias = NDArray[np.float32]
 Angles = TypeVar("Angles", Single, FloatArray)
 
@@ -220,7 +217,10 @@ def chart_of(surface: Surface, above: float, beyond: float) -> Chart:
     rate = (CHART_NODES[0] - 1) / float(np.sqrt(depth)), (CHART_NODES[1] - 1) / (2.0 * half)
     out, on = np.diff(angle, axis=0), np.diff(angle, axis=1)
     parts = np.array((angle[:-1, :-1], on[:-1], out[:, :-1], np.diff(on, axis=0))).reshape(4, -1)
-    return Chart(parts.astype(np.float32), -half, rate, SAFETY * float(np.nan_to_num(missed).max()))
+    # Ratio of the assumed interpolation error of a chart to the largest error seen in the middle of its
+    # cells.
+    error_safety = 2.0
+    return Chart(parts.astype(np.float32), -half, rate, error_safety * float(np.nan_to_num(missed).max()))
 
 
 def scan_of(task: Task, grid: Grid, chart: Chart, turns: bool = True) -> Scan:

@@ -22,7 +22,7 @@ from .clearance_scan import Chart, Grid, Scan, chart_of, grid_of, scan_of
 from .local_clearance import local_at
 from .minimum_clearance import ON_LIMIT_DEPTHS, LocalMinima, minimum_clearances, repeated
 from .search_starts import TIP_START_MODULES, beside_fillets, near_fillets, starts_of
-from .search_task import OVERLAP, Task
+from .search_task import OVERLAP_PERIODS, Task
 from .undercut_edges import across_edges
 
 Grids: TypeAlias = tuple[Grid, Grid, Chart]
@@ -33,8 +33,6 @@ Numbered: TypeAlias = tuple[Integers, "Found"]
 GRID_POINTS = ((1, 5, 5), 36), ((4, 25, 19), 72)
 """Scan points, coarse and fine: on the fillet, on the flank, along the face, and along the face for each turn
 of a tooth round its axis, if this gives more."""
-MEASURED_GRID_POINTS = GRID_POINTS[0], ((4, 49, 37), 72)
-"""The same for pairs with measured flanks, which may have waves."""
 TOGETHER_RAD = 1.6e-14
 """Difference of the gear roll within which tooth pairs touch at the same time."""
 
@@ -81,9 +79,11 @@ def grids_of(engagement: Engagement, design: Design, flank: str) -> Grids:
     -------
     Grids
     """
+    # Measured flanks may have waves.
+    measured_grid_points = GRID_POINTS[0], ((4, 49, 37), 72)
     points = [
         (*points[:2], max(points[2], int(np.ceil(each * engagement.turns))))
-        for points, each in (MEASURED_GRID_POINTS if design.measured else GRID_POINTS)
+        for points, each in (measured_grid_points if design.measured else GRID_POINTS)
     ]
     pinion = crowned(design, flank)[0].pinion  # that of the engagement
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -321,7 +321,9 @@ def _chosen(
     # The root limit below the joint is the bottom land; above, it is the undercut edge.
     rooted = (limit == Limit.PINION_ROOT).any(axis=0) & (place[0] < engagement.pinion.joint)
     rooted |= (limit == Limit.GEAR_ROOT).any(axis=0) & (meeting[0] < engagement.gear.joint)
-    most = 0.8 * OVERLAP * engagement.period * engagement.lever  # beyond, the next turn may be counted
+    most = (
+        0.8 * OVERLAP_PERIODS * engagement.period * engagement.lever
+    )  # beyond, the next turn may be counted
     cases = (
         (~engagement.defined[positions], FirstStatus.UNDEFINED),
         (np.full(f.shape, engagement.pinion.lost or engagement.gear.lost), FirstStatus.UNDERCUT),

@@ -21,8 +21,8 @@ from .clearance_scan import Grid, Scan, Single
 from .local_clearance import clearance_at, limits_at, local_at
 from .search_task import Task
 
-START_MODULES, TIP_START_MODULES = 0.05, 0.01
-"""Clearance above the smallest one, in modules, up to which scanned points and tip edges are starts."""
+TIP_START_MODULES = 0.01
+"""Clearance above the smallest one, in modules, up to which tip edges are starts."""
 TIPS, INWARDS = np.array((Limit.GEAR_TIP, Limit.PINION_TIP)), np.array((1.0, -1.0))
 """Limits at the tips, and the sense along the pinion's profile that leads from these edges onto the flank."""
 TIP_STEP_CELLS = 0.05, 0.25
@@ -75,13 +75,15 @@ def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: flo
     Starts
         Minima of scan lines, tip edges on fillets, and ends of valleys.
     """
-    row, point = _line_starts(scan.f, grid.shape, least + START_MODULES * module)
+    # Clearance above the smallest one, in modules, up to which scanned points are starts.
+    start_modules = 0.05
+    row, point = _line_starts(scan.f, grid.shape, least + start_modules * module)
     cell = np.array(grid.cell)[:, None]
     place = np.array((grid.s[point], grid.z[point]))
     parts = [
         Starts(row, scan.periods[row, point].astype(np.int64), place, np.broadcast_to(cell, place.shape))
     ]
-    bound = least + START_MODULES * module, least + TIP_START_MODULES * module
+    bound = least + start_modules * module, least + TIP_START_MODULES * module
     row, periods, place, inwards = _edge_starts(task, scan, grid, bound)
     for step, inside in zip(TIP_STEP_CELLS, (0.0, 1.0), strict=True):
         box = np.broadcast_to(cell * np.array(((step,), (1.0,))), place.shape)

@@ -10,7 +10,7 @@ from ...arrays import FloatArray, Integers, Mask
 from ...gear.tooth_side import Bends, Cut, Surface, cut_at, tangents_of
 from ..angular_clearance import Pose
 
-OVERLAP = 0.25
+OVERLAP_PERIODS = 0.25
 """Part of the period after which two teeth meet again that is searched as overlap; the remainder is
 clearance."""
 
@@ -86,7 +86,7 @@ class Task:
     @property
     def earliest(self) -> float:
         """Return the smallest clearance angle of a search over one period, rad; negative for overlap."""
-        return -OVERLAP * self.period
+        return -OVERLAP_PERIODS * self.period
 
     def counted(self, angle: FloatArray) -> FloatArray:
         """Return angles (rad) of plus or minus half a turn, shifted by one turn where they are below the

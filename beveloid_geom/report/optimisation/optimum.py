@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 from ...analysis.edge_contact import CycleExtremes
 from ...analysis.modification.amounts import AmountsOptimum
 from ...analysis.optimise import Aim, Objectives, Optimised, Optimum
+from ...arrays import MEMBERS
 from ...design.model import Design
 from ...design.modification import AMOUNT_SUFFIX
 from ...findings.backlash import backlash_data
@@ -17,19 +18,10 @@ from ...findings.diagnostics import remarks_data
 from ...pair.named_inputs import Bounds
 from ..columns import ARCSEC, label, labelled_lines, number
 from ..path import ContactReport, contact_report
-from ..result import MEMBERS, Report, Rows, stacked_rows
+from ..result import Report, Rows, stacked_rows
 from ..text import both_signs_words, head_lines, line, remark_lines
 
 OptimisedT = TypeVar("OptimisedT", bound=Optimised)
-CERTIFIED_POINTS = 21
-"""Positions of the path in the certificate."""
-FIGURES = {
-    "shift": "shift",
-    "contact_ratio": "contact_ratio",
-    "centre": "pinion_z_middle",
-    "peak_to_peak": "peak_to_peak",
-}
-"""Results of a path and their columns."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +61,7 @@ class OptimumReport(Report, Generic[OptimisedT]):
     @property
     def contact(self) -> ContactReport:
         """Path of contact of the optimum."""
-        return contact_report(self.name, self.optimum.design, self.flank, CERTIFIED_POINTS)
+        return contact_report(self.name, self.optimum.design, self.flank, 21)
 
     @property
     def _results(self) -> dict[str, dict[str, float]]:
@@ -92,7 +84,7 @@ class OptimumReport(Report, Generic[OptimisedT]):
             **remarks_data(contact.remarks),
         }
         if contact.certificate is not None:
-            certified = {"first_contact": contact.certified_count, "positions": CERTIFIED_POINTS}
+            certified = {"first_contact": contact.certified_count, "positions": contact.path.status.size}
             values["certified"] = certified
         return values
 
@@ -103,7 +95,7 @@ class OptimumReport(Report, Generic[OptimisedT]):
             [
                 {"design": which}
                 | self.columns(designs[which])
-                | {FIGURES.get(key, key): value for key, value in results.items()}
+                | {"pinion_z_middle" if key == "centre" else key: value for key, value in results.items()}
                 for which, results in self._results.items()
             ]
         )
@@ -127,7 +119,7 @@ class OptimumReport(Report, Generic[OptimisedT]):
             names = ", ".join(map(shown, optimum.at_limits))
             text += line("at a bound", f"{names}: wider bounds may give a better optimum")
         if contact.certificate is not None:
-            count = f"at {contact.certified_count} of {CERTIFIED_POINTS} positions"
+            count = f"at {contact.certified_count} of {contact.path.status.size} positions"
             text += line("certified", f"{count} nothing on the driving flanks touches earlier")
         text += line("as mounted", f"backlash {contact.backlash.line}") + remark_lines(contact.remarks)
         rows = [("", ["optimum", "as designed"])]
@@ -206,7 +198,8 @@ def shown(name: str) -> str:
 
 def _figures(paths: Objectives, operation: CycleExtremes) -> dict[str, float]:
     """Return the results of a path and of the operation by name."""
-    return {key: float(getattr(paths, key)) for key in FIGURES} | asdict(operation)
+    names = ("shift", "contact_ratio", "centre", "peak_to_peak")
+    return {name: float(getattr(paths, name)) for name in names} | asdict(operation)
 
 
 def _aim_words(aim: Aim) -> str:

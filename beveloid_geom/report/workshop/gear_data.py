@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import FLANK_SIGN, FloatArray
+from ...arrays import FLANK_SIGN, MEMBERS, FloatArray
 from ...design.ends import end_names
 from ...design.model import Design
 from ...findings.backlash import backlash_report
@@ -18,24 +18,11 @@ from ...workshop.balls import Balls, ball_planes, balls_at, recommended_ball
 from ...workshop.span import Span, span_over
 from ...workshop.tooth_data import PLACES, ToothData, backlash_change, tooth_data
 from ..columns import known_number, label, labelled_lines
-from ..result import MEMBERS, Failure, Report, Rows, picked, plain, stacked_rows
+from ..result import Failure, Report, Rows, picked, plain, stacked_rows
 from ..text import head_lines, line
 
 LIMITS = ("nominal", "upper", "lower")
 """Thicknesses: of the design, with the upper and with the lower allowance."""
-WORDS = {
-    BallStatus.OFF_FLANK: "a ball touches outside the flanks",
-    BallStatus.BELOW_TIP: "a ball lies below the tips",
-    BallStatus.ON_BOTTOM: "a ball lies on the bottom land",
-    BallStatus.NOT_FOUND: "no position of a ball between the flanks was found",
-}
-SPANS = {
-    SpanStatus.CONE: "not defined on a cone: the base helix angles of right and left flanks differ, so that"
-    " no two parallel planes touch both",
-    SpanStatus.PARABOLA: "not defined on flanks with a parabola or a modification, which are not involutes",
-    SpanStatus.OFF_FLANK: "the planes touch outside the flanks: give another number of teeth with --{}-span",
-    SpanStatus.FACE_TOO_NARROW: "the face is too narrow: give fewer teeth with --{}-span",
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -308,14 +295,29 @@ def _lines(name: str, one: MemberData) -> str:
     if np.isnan(balls.over_rolls).all() and data.root_cone_angle != 0.0:
         text += line("rolls", no_rolls)
     faults = sorted(set(balls.status.ravel().tolist()) - {BallStatus.MEASURED})
-    return text + "".join(line("balls", WORDS[BallStatus(code)]) for code in faults)
+    reasons = {
+        BallStatus.OFF_FLANK: "a ball touches outside the flanks",
+        BallStatus.BELOW_TIP: "a ball lies below the tips",
+        BallStatus.ON_BOTTOM: "a ball lies on the bottom land",
+        BallStatus.NOT_FOUND: "no position of a ball between the flanks was found",
+    }
+    return text + "".join(line("balls", reasons[BallStatus(code)]) for code in faults)
 
 
 def _span_words(name: str, span: Span) -> str:
     """Return the span for each tooth thickness, or the reason why there is none."""
     faults = [SpanStatus(code) for code in span.status.tolist() if code != SpanStatus.MEASURED]
+    reasons = {
+        SpanStatus.CONE: "not defined on a cone: the base helix angles of right and left flanks differ, so"
+        " that no two parallel planes touch both",
+        SpanStatus.PARABOLA: "not defined on flanks with a parabola or a modification, which are not"
+        " involutes",
+        SpanStatus.OFF_FLANK: "the planes touch outside the flanks: give another number of teeth with"
+        " --{}-span",
+        SpanStatus.FACE_TOO_NARROW: "the face is too narrow: give fewer teeth with --{}-span",
+    }
     if faults:
-        return SPANS[faults[0]].format(name)
+        return reasons[faults[0]].format(name)
     sizes = zip(LIMITS, span.change, span.dimension, strict=False)
     values = (
         f"{size:.4f} mm" if limit == LIMITS[0] else f"{limit} {size:.4f} mm at {change:+g} mm"

@@ -18,9 +18,6 @@ from ..ease_off import SECOND_ORDER
 from ..result import Failure, Rows, plain
 from ..text import line
 
-FRAME = "z along the axis towards the {1}, 0 at mid-face; x through tooth 0, y = z cross x"
-ORDER = "right flank, then left; rows from root to tip, columns from {0} to {1}"
-"""{0} and {1} are the printed names of the ends at -z and +z."""
 SHAPE = SECOND_ORDER | {"profile_slope": "slope from root to tip"}
 """Labels of the coefficients of the quadratic surface fitted to the deviations."""
 
@@ -33,14 +30,21 @@ class Named:
     member: str
     border: str
 
+    def frame_and_order(self, grid: MeasuringGrid) -> dict[str, str]:
+        """Return the definitions of the frame and of the order of the points."""
+        start, end = end_names(grid.member)
+        return {
+            "frame": f"z along the axis towards the {end}, 0 at mid-face; x through tooth 0, y = z cross x",
+            "order": f"right flank, then left; rows from root to tip, columns from {start} to {end}",
+        }
+
     def data(self, grid: MeasuringGrid) -> dict[str, Any]:
         """Return the entries of JSON that define the points."""
         rows, columns = grid.shape
-        ends = end_names(grid.member)
         return {
             **{"design": self.name, "member": self.member, "teeth": int(grid.member.teeth)},
             **{"rows": rows, "columns": columns, "border": self.border},
-            **{"frame": FRAME.format(*ends), "order": ORDER.format(*ends)},
+            **self.frame_and_order(grid),
             "middle_angle": grid.middle,
         }
 
@@ -50,13 +54,13 @@ class Named:
         half = 0.5 * float(grid.member.face_width)
         middle = f"{math.degrees(grid.middle):z.6f} deg"
         title, teeth = f"{self.name}, {self.member}", int(grid.member.teeth)
-        ends = end_names(grid.member)
+        ends, defined = end_names(grid.member), self.frame_and_order(grid)
         return [
             f"{title}, {teeth} teeth: {rows} rows, {columns} columns, border {self.border}",
-            f"frame: {FRAME.format(*ends)}",
+            f"frame: {defined['frame']}",
             f"datum: {ends[0]} at z = {-half:g} mm, {ends[1]} at {half:g} mm",
             f"tooth: its middle on the reference cylinder at mid-face is {middle} from x",
-            f"order: {ORDER.format(*ends)}",
+            f"order: {defined['order']}",
         ]
 
 

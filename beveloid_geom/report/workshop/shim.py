@@ -6,19 +6,13 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from ...arrays import MEMBERS
 from ...design.model import Design
 from ...status import ShimStatus
 from ...support.process import NO_CONTACT, NOT_COMPUTED
 from ...workshop.shim import Shim, shim
-from ..result import MEMBERS, Failure, ResultReport, Rows, by_member, picked
+from ..result import Failure, ResultReport, Rows, by_member, picked
 from ..text import line, mounted_lines
-
-WHY = {
-    ShimStatus.NO_EFFECT: "axial positions do not change the backlash: both members are cylindrical",
-    ShimStatus.NO_PATH: "the pair has no path on these flanks at any axial position that was tried",
-    ShimStatus.NOT_FOUND: "no axial positions were found that satisfy the requirements; the search stops"
-    " where a first contact or the path is unknown",
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +32,13 @@ class ShimReport(ResultReport[Shim]):
             pinion, gear = result.axial
             moved = f"moves the pinion by {pinion:+.3f} and the gear by {gear:+.3f} mm"
             return f"the solution {moved}, more than the smaller face width, {result.limit:g} mm"
-        return WHY.get(result.status)
+        reasons = {
+            ShimStatus.NO_EFFECT: "axial positions do not change the backlash: both members are cylindrical",
+            ShimStatus.NO_PATH: "the pair has no path on these flanks at any axial position that was tried",
+            ShimStatus.NOT_FOUND: "no axial positions were found that satisfy the requirements; the search"
+            " stops where a first contact or the path is unknown",
+        }
+        return reasons.get(result.status)
 
     @property
     def failure(self) -> Failure | None:

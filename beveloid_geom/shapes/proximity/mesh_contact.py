@@ -40,9 +40,6 @@ from ...pair.frames import normals_to_fixed, to_fixed
 from ...status import Status
 from .mesh_separation import MeshSeparation, frames_of, in_frame_of, mesh_separation
 
-SLOPE_ROUNDING = 16.0 * np.finfo(float).eps
-"""Rounding of the slope of the separation."""
-
 
 @dataclass(frozen=True, eq=False)
 class MeshContact:
@@ -219,7 +216,9 @@ class _Local:
         root = np.linalg.inv(np.linalg.cholesky(self.metric))
         curvature = np.linalg.eigvalsh(root @ self.bend @ root.T)[0]
         remaining = np.abs(self.step(longest, 1.0)).max()
-        return float(max(remaining, SLOPE_ROUNDING / curvature)) if curvature > 0.0 else float("inf")
+        # Rounding of the slope of the separation.
+        slope_rounding = 16.0 * np.finfo(float).eps
+        return float(max(remaining, slope_rounding / curvature)) if curvature > 0.0 else float("inf")
 
 
 def _separation_at(design: Design, flank: str, frames: tuple[Frame, Frame], place: FloatArray) -> _Local:

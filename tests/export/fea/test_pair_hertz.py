@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from beveloid_geom.contact.ellipse import relative_curvature
-from beveloid_geom.contact.hertz import POISSON, YOUNG, contact_modulus, hertz_ellipse
+from beveloid_geom.contact.hertz import POISSON_RATIO, YOUNG_MPA, contact_modulus, hertz_ellipse
 from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.export.fea.pair_mesh import pair_mesh
 from beveloid_geom.operation.certificate import certify
@@ -48,7 +48,9 @@ def test_pressure_and_area_are_those_of_hertz(tmp_path: Path) -> None:
     _, pressure, area, distance = loaded(tmp_path, 6.0, Cells(1, 2, 3, 4, 6), 3.0)
     path = meshing_pair(scaled(6.0), "left").path
     assert certify(path).verdict[1] == Verdict.FIRST_CONTACT
-    hertz = hertz_ellipse(relative_curvature(path).curvature[1], FORCE, contact_modulus(YOUNG, POISSON))
+    hertz = hertz_ellipse(
+        relative_curvature(path).curvature[1], FORCE, contact_modulus(YOUNG_MPA, POISSON_RATIO)
+    )
     assert pressure == pytest.approx(float(hertz.pressure), rel=0.1)
     assert area == pytest.approx(np.pi * hertz.semi_axes.prod(), rel=0.1)
     assert distance < 1.0

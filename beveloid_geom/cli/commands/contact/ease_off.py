@@ -7,11 +7,15 @@ import click
 from ... import results
 from ...options import option, override_options
 
-POINTS = "Number of points of the grid from root to tip, and along the face."
-
 
 @results.result_command(
-    option("--grid", (click.IntRange(3, 201), click.IntRange(3, 201)), (15, 21), POINTS, "PROFILE FACE"),
+    option(
+        "--grid",
+        (click.IntRange(3, 201), click.IntRange(3, 201)),
+        (15, 21),
+        "Number of points of the grid from root to tip, and along the face.",
+        "PROFILE FACE",
+    ),
     override_options,
     csv="one point of a flank per row",
 )

@@ -7,14 +7,18 @@ import click
 from ... import results
 from ...options import NumberRange, flank_option, no_result, option, override_options, points_option
 
-FILM = "Film thickness of a second contact ratio: tooth pairs within this clearance count as in contact."
-
 
 @results.result_command(
     flank_option,
     points_option(121, "over the cycle"),
     option("--harmonics", click.IntRange(1, 200), 10, "Number of harmonics of the mesh frequency."),
-    option("--film", NumberRange(0.0, 10.0), 0.00635, FILM, "MM"),
+    option(
+        "--film",
+        NumberRange(0.0, 10.0),
+        0.00635,
+        "Film thickness of a second contact ratio: tooth pairs within this clearance count as in contact.",
+        "MM",
+    ),
     override_options,
     csv="one position per row",
     each_tooth=True,

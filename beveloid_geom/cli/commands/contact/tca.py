@@ -12,15 +12,11 @@ from ...options import NumberRange, Refusal, flank_option, no_result, option, ov
 if TYPE_CHECKING:
     from ....analysis.pressure import Load
 
-CERTIFY = "Check whether other teeth or edges touch earlier; this takes about 1 ms per position."
 FORCE = (
     "Force on one tooth pair along the common normal, for contact ellipses and pressures (Hertz)."
     " On parallel axes it is the total force on all lines of contact."
 )
 TORQUE = "Torque on the pinion, instead of a force."
-YOUNG = "Elastic modulus of both members.  [default: 206000, steel]"
-POISSON = "Poisson's ratio of both members.  [default: 0.3]"
-METHODS = click.Choice(["one-equation", "five-equation"])
 
 
 def load_of(
@@ -47,15 +43,28 @@ def load_of(
     override_options,
     option(
         "--method",
-        METHODS,
-        METHODS.choices[0],
+        click.Choice(["one-equation", "five-equation"]),
+        "one-equation",
         "One equation, or for comparison the five equations of the paper, which are slower.",
     ),
     option("--force", NumberRange(0.0, 1e12, min_open=True), None, FORCE, "N"),
     option("--torque", NumberRange(0.0, 1e12, min_open=True), None, TORQUE, "NM"),
-    option("--youngs-modulus-mpa", NumberRange(1e-3, 1e7), None, YOUNG, "MPA"),
-    option("--poisson", NumberRange(0.0, 0.5), None, POISSON, "RATIO"),
-    click.option("--certify/--no-certify", default=True, show_default=True, help=CERTIFY),
+    option(
+        "--youngs-modulus-mpa",
+        NumberRange(1e-3, 1e7),
+        None,
+        "Elastic modulus of both members.  [default: 206000, steel]",
+        "MPA",
+    ),
+    option(
+        "--poisson", NumberRange(0.0, 0.5), None, "Poisson's ratio of both members.  [default: 0.3]", "RATIO"
+    ),
+    click.option(
+        "--certify/--no-certify",
+        default=True,
+        show_default=True,
+        help="Check whether other teeth or edges touch earlier; this takes about 1 ms per position.",
+    ),
     csv="one position per row",
 )
 def tca(

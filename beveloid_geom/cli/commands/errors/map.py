@@ -24,27 +24,29 @@ if TYPE_CHECKING:
     from ....pair.named_inputs import Bounds
 
 
-OVER = (
-    "parabola (coefficients), mounting (changes of the distances), shift (profile shift coefficients), or two"
-    " inputs such as offset,shaft_angle; an unknown name lists all inputs."
-)
-BOUNDS = (
-    "Lower and upper limit of the quantity of the {}, 1/mm, mm or rad. If --over names two inputs,"
-    " --pinion-bounds is for the first and --gear-bounds for the second. Required for inputs without a usual"
-    " range, such as offset."
-)
-OPERATION = (
-    "Also compute transmission error and edge contact in operation; this takes 20 to 30 ms more per cell."
-)
-
-
 @results.result_command(
-    option("--over", str, "parabola", OVER, "INPUTS"),
+    option(
+        "--over",
+        str,
+        "parabola",
+        "parabola (coefficients), mounting (changes of the distances), shift (profile shift"
+        " coefficients), or two inputs such as offset,shaft_angle; an unknown name lists all inputs.",
+        "INPUTS",
+    ),
     flank_option,
-    bounds_options(BOUNDS),
+    bounds_options(
+        "Lower and upper limit of the quantity of the {}, 1/mm, mm or rad. If --over names two inputs,"
+        " --pinion-bounds is for the first and --gear-bounds for the second. Required for inputs without a"
+        " usual range, such as offset."
+    ),
     option("--steps", click.IntRange(2, 201), 21, "Number of values of each input."),
     tolerance_options,
-    click.option("--operation", is_flag=True, help=OPERATION),
+    click.option(
+        "--operation",
+        is_flag=True,
+        help="Also compute transmission error and edge contact in operation; this takes 20 to 30 ms more per"
+        " cell.",
+    ),
     override_options,
     csv="one cell per row",
 )

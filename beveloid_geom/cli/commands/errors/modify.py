@@ -10,16 +10,26 @@ import click
 from ... import results
 from ...options import NumberRange, flank_option, option, override_options
 
-ERROR = "Required transmission error of all teeth, peak to peak, as `operation` prints it."
-LENGTH = "Required length of the contact pattern along the face of the modified member."
-POSITIVE = NumberRange(0.0, math.inf, min_open=True, max_open=True)
+ABOVE_ZERO = NumberRange(0.0, math.inf, min_open=True, max_open=True)
 
 
 @results.result_command(
-    click.option("--transmission-error-arcsec", type=POSITIVE, required=True, metavar="ARCSEC", help=ERROR),
-    click.option("--length", type=POSITIVE, required=True, metavar="MM", help=LENGTH),
+    click.option(
+        "--transmission-error-arcsec",
+        type=ABOVE_ZERO,
+        required=True,
+        metavar="ARCSEC",
+        help="Required transmission error of all teeth, peak to peak, as `operation` prints it.",
+    ),
+    click.option(
+        "--length",
+        type=ABOVE_ZERO,
+        required=True,
+        metavar="MM",
+        help="Required length of the contact pattern along the face of the modified member.",
+    ),
     option("--member", click.Choice(["pinion", "gear"]), "pinion", "Member that is modified."),
-    option("--separation", POSITIVE, 0.00635, "Thickness of the marking compound.", "MM"),
+    option("--separation", ABOVE_ZERO, 0.00635, "Thickness of the marking compound.", "MM"),
     flank_option,
     override_options,
     results.out_options,

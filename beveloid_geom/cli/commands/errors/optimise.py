@@ -17,30 +17,47 @@ if TYPE_CHECKING:
     from ....pair.named_inputs import Bounds
 
 
-EDGES = "Require no edge contact in the mesh cycle, without errors and under each single error."
-ERROR = "Upper limit of the transmission error of the path, peak to peak. Default: no limit."
-SHIFT = "Upper limit of the shift of the path under the errors. Default: no limit."
-LEAST = "Minimised quantity under errors; transmission-error (of all teeth) requires --no-edges."
-VARY = (
-    "Optimise this amount of modification between limits in um, such as --vary pinion.helix_crowning 0 20, in"
-    " place of the parabola coefficients. A relief needs its length in the design. Can be repeated."
-)
-VARIED = (str, Number(), Number())
-LEASTS = click.Choice(["shift", "transmission-error"])
-
-
 @results.result_command(
     flank_option,
     tolerance_options,
-    option("--least", LEASTS, LEASTS.choices[0], LEAST),
+    option(
+        "--least",
+        click.Choice(["shift", "transmission-error"]),
+        "shift",
+        "Minimised quantity under errors; transmission-error (of all teeth) requires --no-edges.",
+    ),
     option("--contact-ratio", float, 1.6, "Minimum contact ratio of one tooth pair (Eq. 16).", "RATIO"),
     option("--off-centre", float, 1.0, "Largest distance of the middle of the path from mid-face.", "MM"),
-    option("--transmission-error-arcsec", float, math.inf, ERROR, "ARCSEC"),
+    option(
+        "--transmission-error-arcsec",
+        float,
+        math.inf,
+        "Upper limit of the transmission error of the path, peak to peak. Default: no limit.",
+        "ARCSEC",
+    ),
     renamed("--transmission-error", "--transmission-error-arcsec"),
-    option("--shift", float, math.inf, SHIFT, "MM"),
+    option(
+        "--shift",
+        float,
+        math.inf,
+        "Upper limit of the shift of the path under the errors. Default: no limit.",
+        "MM",
+    ),
     bounds_options("Lower and upper limit of the coefficient of the {}, 1/mm.", (-0.002, 0.002)),
-    click.option("--no-edges", is_flag=True, help=EDGES),
-    click.option("--vary", type=VARIED, multiple=True, metavar="AMOUNT LOW HIGH", help=VARY),
+    click.option(
+        "--no-edges",
+        is_flag=True,
+        help="Require no edge contact in the mesh cycle, without errors and under each single error.",
+    ),
+    click.option(
+        "--vary",
+        type=(str, Number(), Number()),
+        multiple=True,
+        metavar="AMOUNT LOW HIGH",
+        help="Optimise this amount of modification between limits in um, such as --vary pinion.helix_crowning"
+        " 0 20, in place of the parabola coefficients. A relief needs its length in the design. Can be"
+        " repeated.",
+    ),
     results.out_options,
     csv="one row for the optimum and one for the design",
 )
@@ -72,7 +89,7 @@ def optimise(
     this is reported. The calculation takes some seconds. The exit status is 2 if no values meet the
     constraints."""
     sizes = sizes_of(tolerances, design)
-    if least != LEASTS.choices[0] and not no_edges:
+    if least == "transmission-error" and not no_edges:
         raise Refusal([f"--least {least} requires teeth without edge contact: add --no-edges"])
     results.check_out(out, overwrite)
     from ....analysis.modification.amounts import optimise_amounts
@@ -90,7 +107,7 @@ def optimise(
         gear_parabola=gear_bounds,
         edges=not no_edges,
         shift=shift,
-        least="shift" if least == LEASTS.choices[0] else "transmission_error",
+        least="transmission_error" if least == "transmission-error" else "shift",
     )
     amounts = {name.removesuffix("_um") + "_um": (low, high) for name, low, high in vary}
     members = {name.partition(".")[0] for name in amounts} & {"pinion", "gear"}

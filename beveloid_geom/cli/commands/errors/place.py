@@ -8,10 +8,6 @@ from ... import results
 from ...options import NumberRange, flank_option, no_result, option, override_options
 from ...tolerance_options import errors_option
 
-AT = "Position of the middle of the path on the pinion face, from the end at -z; can be repeated."
-BY = "Two errors, such as offset,shaft-angle; axial errors change mounting distances."
-L1 = "Flank parameter l1 of the middle of the path on the pinion. Default: centred in profile."
-
 
 @results.result_command(
     click.option(
@@ -21,10 +17,20 @@ L1 = "Flank parameter l1 of the middle of the path on the pinion. Default: centr
         default=(25.0, 50.0, 75.0),
         show_default=True,
         metavar="PERCENT",
-        help=AT,
+        help="Position of the middle of the path on the pinion face, from the end at -z; can be repeated.",
     ),
-    errors_option("--by", "offset,shaft-angle", BY),
-    option("--l1", float, None, L1, "MM"),
+    errors_option(
+        "--by",
+        "offset,shaft-angle",
+        "Two errors, such as offset,shaft-angle; axial errors change mounting distances.",
+    ),
+    option(
+        "--l1",
+        float,
+        None,
+        "Flank parameter l1 of the middle of the path on the pinion. Default: centred in profile.",
+        "MM",
+    ),
     flank_option,
     override_options,
     csv="one position per row",

@@ -12,16 +12,16 @@ from ...options import flank_option, option, override_options
 if TYPE_CHECKING:
     from ....design.model import ErrorsAt
 
-AT = click.Choice(["perpendicular", "mesh"])
-WHERE = (
-    "Errors about the common perpendicular, or at the mesh (about the pitch point). Default: as in the"
-    " design."
-)
-
 
 @results.result_command(
     flank_option,
-    option("--errors-at", AT, None, WHERE),
+    option(
+        "--errors-at",
+        click.Choice(["perpendicular", "mesh"]),
+        None,
+        "Errors about the common perpendicular, or at the mesh (about the pitch point). Default: as in"
+        " the design.",
+    ),
     override_options,
     csv="one quantity per row",
 )

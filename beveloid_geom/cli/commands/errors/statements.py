@@ -7,16 +7,15 @@ import click
 from ... import results
 from ...options import option
 
-SIDES = click.Choice(["right", "left", "both"])
-FLANKS = (
-    "Flanks of the design. The paper does not say which flanks its figures show: we infer right flanks;"
-    " left flanks"
-    " are for comparison only."
-)
-
 
 @results.result_command(
-    option("--flank", SIDES, SIDES.choices[0], FLANKS),
+    option(
+        "--flank",
+        click.Choice(["right", "left", "both"]),
+        "right",
+        "Flanks of the design. The paper does not say which flanks its figures show: we infer right"
+        " flanks; left flanks are for comparison only.",
+    ),
     csv="one number per row",
     units="mm, deg and rad as given by each measure",
 )

@@ -11,17 +11,13 @@ from ... import results
 from ...options import NumberRange, flank_option, option, progress_bar, tooth_options, worker_processes
 from ...tolerance_options import sizes_of, tolerance_options
 
-MAX_CASES, MAX_JOBS = 1_000_000, 1024
-OPERATION = (
-    "Number of mountings for which the mesh cycle is computed as well. Patterns are computed for 24 of them."
-)
-SPREADS = click.Choice(["normal", "uniform"])
+MAX_CASES = 1_000_000
 
 
 @results.result_command(
     flank_option,
     tolerance_options,
-    option("--distribution", SPREADS, SPREADS.choices[0], "Distribution of each error."),
+    option("--distribution", click.Choice(["normal", "uniform"]), "normal", "Distribution of each error."),
     option(
         "--sigmas",
         NumberRange(0.0, 100.0, min_open=True),
@@ -29,11 +25,15 @@ SPREADS = click.Choice(["normal", "uniform"])
         "Number of standard deviations that equal a tolerance, for the normal distribution.",
     ),
     option("--cases", click.IntRange(1, MAX_CASES), 100_000, "Number of random mountings."),
-    option("--operation", click.IntRange(0, MAX_CASES), 0, OPERATION),
-    option("--seed", click.IntRange(0), 0, "Seed of the random numbers."),
     option(
-        "--jobs", click.IntRange(1, MAX_JOBS), 1, "Number of processes; the result does not depend on it."
+        "--operation",
+        click.IntRange(0, MAX_CASES),
+        0,
+        "Number of mountings for which the mesh cycle is computed as well. Patterns are computed for 24"
+        " of them.",
     ),
+    option("--seed", click.IntRange(0), 0, "Seed of the random numbers."),
+    option("--jobs", click.IntRange(1, 1024), 1, "Number of processes; the result does not depend on it."),
     tooth_options,
     json=" of the summary",
     csv="one mounting per row",

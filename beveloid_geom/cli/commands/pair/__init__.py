@@ -1,4 +1,1 @@
 """Design files, proposals, checks."""
-
-TITLE = "Design files, proposals, checks"
-"""Heading of these commands in the help; `python -OO` removes docstrings."""

@@ -17,40 +17,71 @@ if TYPE_CHECKING:
     from ....design.field_limits import Fault
     from ....proposal.request import Request
 
-TWO = (float, float)
-MODULE = "Normal module of both members; required without --gear."
-FACE = "Face widths of pinion and gear.  [default: 10 modules]"
-OFFSET = "Shortest distance of the axes; 0 for intersecting axes. If omitted, it is computed."
-BACKLASH = "Normal backlash.  [default: 0.04 modules]"
-CONES = "Cone angles of pinion and gear."
-HELIX = "Helix angle of the pinion, right hand positive; the helix angle of the gear is computed."
-CROSSING = "Angle between the straight generators of the drive flanks, with --helix-deg; 0 is line contact."
-GEAR = "Design whose gear and tool are given; the pinion is computed."
-SHIFTS = "Profile shifts of pinion and gear. If omitted, common values are tried."
-LEAST = (
-    "Minimise the larger of the two cone angles. This is the default without --cones-deg, --crossing-deg and"
-    " --gear."
-)
-OPTIONS = block(
-    option("--module", float, None, MODULE, "MM"),
+propose_options = block(
+    option("--module", float, None, "Normal module of both members; required without --gear.", "MM"),
     click.option(
         "--teeth", type=(int, int), required=True, metavar="N1 N2", help="Teeth of pinion and gear."
     ),
     option("--shaft-angle-deg", float, None, "Shaft angle, 0 for parallel axes; required.", "DEG"),
-    option("--offset", float, None, OFFSET, "MM"),
-    option("--backlash", float, None, BACKLASH, "MM"),
+    option(
+        "--offset",
+        float,
+        None,
+        "Shortest distance of the axes; 0 for intersecting axes. If omitted, it is computed.",
+        "MM",
+    ),
+    option("--backlash", float, None, "Normal backlash.  [default: 0.04 modules]", "MM"),
     option("--flank", SIDES, "right", "Drive flanks; the other flanks coast."),
-    option("--cones-deg", TWO, None, CONES, "G1 G2"),
-    option("--helix-deg", float, None, HELIX, "DEG"),
-    option("--crossing-deg", float, None, CROSSING, "DEG"),
-    click.option("--least-cones", is_flag=True, help=LEAST),
-    option("--gear", str, None, GEAR, "DESIGN"),
-    option("--shifts", TWO, None, SHIFTS, "X1 X2"),
-    option("--face-widths", TWO, None, FACE, "B1 B2"),
+    option("--cones-deg", (float, float), None, "Cone angles of pinion and gear.", "G1 G2"),
+    option(
+        "--helix-deg",
+        float,
+        None,
+        "Helix angle of the pinion, right hand positive; the helix angle of the gear is computed.",
+        "DEG",
+    ),
+    option(
+        "--crossing-deg",
+        float,
+        None,
+        "Angle between the straight generators of the drive flanks, with --helix-deg; 0 is line contact.",
+        "DEG",
+    ),
+    click.option(
+        "--least-cones",
+        is_flag=True,
+        help="Minimise the larger of the two cone angles. This is the default without --cones-deg,"
+        " --crossing-deg and --gear.",
+    ),
+    option("--gear", str, None, "Design whose gear and tool are given; the pinion is computed.", "DESIGN"),
+    option(
+        "--shifts",
+        (float, float),
+        None,
+        "Profile shifts of pinion and gear. If omitted, common values are tried.",
+        "X1 X2",
+    ),
+    option(
+        "--face-widths",
+        (float, float),
+        None,
+        "Face widths of pinion and gear.  [default: 10 modules]",
+        "B1 B2",
+    ),
     option("--pressure-angle-deg", float, 20.0, "Normal pressure angle of both tools.", "DEG"),
-    option("--cone-limits-deg", TWO, (-15.0, 15.0), "Limits of the computed cone angles.", "LOW HIGH"),
-    option("--helix-limits-deg", TWO, (-45.0, 45.0), "Limits of the computed helix angles.", "LOW HIGH"),
-    option("--shift-limits", TWO, (-0.5, 0.8), "Limits of the computed profile shifts.", "LOW HIGH"),
+    option(
+        "--cone-limits-deg", (float, float), (-15.0, 15.0), "Limits of the computed cone angles.", "LOW HIGH"
+    ),
+    option(
+        "--helix-limits-deg",
+        (float, float),
+        (-45.0, 45.0),
+        "Limits of the computed helix angles.",
+        "LOW HIGH",
+    ),
+    option(
+        "--shift-limits", (float, float), (-0.5, 0.8), "Limits of the computed profile shifts.", "LOW HIGH"
+    ),
     option("--count", click.IntRange(1, 5), 3, "Largest number of proposals."),
     option("--pick", click.IntRange(1, 5), 1, "Number of the proposal that --out writes."),
     out_options,
@@ -104,7 +135,7 @@ def propose(
 
 def request_of(source: str, **given: Any) -> Request:
     """Return the request of the options, angles in rad. Raises Refusal for missing options."""
-    from ....proposal.request import BACKLASH, FACE, Bounds, Request, teeth_faults
+    from ....proposal.request import DEFAULT_BACKLASH_MODULES, Bounds, Request, teeth_faults
 
     if faults := tuple(teeth_faults(given["teeth"])):
         raise refused(faults)
@@ -128,13 +159,13 @@ def request_of(source: str, **given: Any) -> Request:
 
     chosen = gear is not None or not (given["cones_deg"] is None and given["crossing_deg"] is None)
     helix_alone = given["offset"] == 0.0 and given["helix_deg"] is not None
-    faces = given["face_widths"] or (FACE * module,) * 2
+    faces = given["face_widths"] or (10.0 * module,) * 2
     return Request(
         module=module,
         teeth=given["teeth"],
         face_widths=faces if gear is None else (faces[0], float(gear.face_width)),
         shaft_angle=angles("shaft_angle_deg"),
-        backlash=BACKLASH * module if given["backlash"] is None else given["backlash"],
+        backlash=DEFAULT_BACKLASH_MODULES * module if given["backlash"] is None else given["backlash"],
         offset=given["offset"],
         flank=given["flank"],
         cone_angles=angles("cones_deg"),
@@ -165,4 +196,4 @@ def write_proposal(text_of: Callable[[int], str], pick: int, count: int, out: Pa
     write_design(text_of(pick), out)
 
 
-command = named(propose, OPTIONS(propose))
+command = named(propose, propose_options(propose))

@@ -5,27 +5,32 @@ from __future__ import annotations
 import click
 
 from ... import results
-from ...options import NumberRange, Refusal, block, option, override_options
+from ...options import NumberRange, Option, Refusal, block, option, override_options
 
-ALLOWANCES = "Upper and lower allowance of the normal thickness of the {}, mm; negative for thinner teeth."
-BALL = (
-    "Diameter of the balls for the {}.  [default: the smallest usual ball that touches on or above the"
-    " shifted reference cone]"
-)
-SPAN = "Number of teeth in the span of a cylindrical {}.  [default: contact nearest to the V-cylinder]"
-DATUM = "z of the datum face of the {} from mid-face; its distance from the common perpendicular is printed."
+
+def _member_options(member: str) -> Option:
+    """Return the options for the drawing of one member."""
+    allowances = (
+        f"Upper and lower allowance of the normal thickness of the {member}, mm; negative for thinner"
+    )
+    ball = (
+        f"Diameter of the balls for the {member}.  [default: the smallest usual ball that touches on or above"
+    )
+    span = f"Number of teeth in the span of a cylindrical {member}.  [default: contact nearest to the"
+    datum = (
+        f"z of the datum face of the {member} from mid-face; its distance from the common perpendicular is"
+    )
+    return block(
+        option(f"--{member}-allowances", (float, float), None, f"{allowances} teeth.", "UPPER LOWER"),
+        option(f"--{member}-ball", NumberRange(0.01, 1e3), None, f"{ball} the shifted reference cone]", "MM"),
+        option(f"--{member}-span", click.IntRange(min=1), None, f"{span} V-cylinder]", "TEETH"),
+        option(f"--{member}-datum", NumberRange(-1e4, 1e4), None, f"{datum} printed.", "MM"),
+    )
 
 
 @results.result_command(
-    *(
-        block(
-            option(f"--{member}-allowances", (float, float), None, ALLOWANCES.format(member), "UPPER LOWER"),
-            option(f"--{member}-ball", NumberRange(0.01, 1000.0), None, BALL.format(member), "MM"),
-            option(f"--{member}-span", click.IntRange(min=1), None, SPAN.format(member), "TEETH"),
-            option(f"--{member}-datum", NumberRange(-1e4, 1e4), None, DATUM.format(member), "MM"),
-        )
-        for member in ("pinion", "gear")
-    ),
+    _member_options("pinion"),
+    _member_options("gear"),
     override_options,
     csv="one plane of a member per row",
 )

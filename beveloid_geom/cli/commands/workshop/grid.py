@@ -13,10 +13,6 @@ from ...options import Refusal, option, tooth_options
 if TYPE_CHECKING:
     from ....report.workshop.grid import DeviationReport, GridReport
 
-MEMBER = click.Choice(["pinion", "gear"])
-BORDER = "Margin at root, tip and both ends of the face: a share such as 10%, or a length such as 2mm."
-MEASURED = "File of measured points, in the order and frame of the grid; their deviations are printed."
-
 
 def read_border(value: str) -> tuple[str, float, float | None]:
     """Return a border as text, as a share, and in mm or None. Raises Refusal."""
@@ -29,10 +25,16 @@ def read_border(value: str) -> tuple[str, float, float | None]:
 
 
 grid_options = (
-    option("--member", MEMBER, "pinion", "Member of the pair."),
+    option("--member", click.Choice(["pinion", "gear"]), "pinion", "Member of the pair."),
     option("--rows", int, 5, "Points from root to tip."),
     option("--columns", int, 9, "Points along the face, from -z to +z."),
-    option("--border", read_border, "10%", BORDER, "SIZE"),
+    option(
+        "--border",
+        read_border,
+        "10%",
+        "Margin at root, tip and both ends of the face: a share such as 10%, or a length such as 2mm.",
+        "SIZE",
+    ),
 )
 """Options that define the grid."""
 
@@ -80,7 +82,13 @@ def grid_of(
 
 @results.result_command(
     *grid_options,
-    option("--measured", click.Path(path_type=Path), None, MEASURED, "FILE"),
+    option(
+        "--measured",
+        click.Path(path_type=Path),
+        None,
+        "File of measured points, in the order and frame of the grid; their deviations are printed.",
+        "FILE",
+    ),
     tooth_options,
     csv="one point per row",
 )

@@ -7,7 +7,6 @@ import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -17,29 +16,25 @@ from ....export import (
     CAD_FORMATS,
     CONTACT_FORMATS,
     FIELD_FORMATS,
-    MEMBERS,
     SCENE_FORMATS,
     SURFACE_FORMATS,
     VOLUME_FORMATS,
     suffixes_by_purpose,
 )
 from ....shapes import SURFACE_STEPS
+from ...mesh_options import PARTS, mesh_options
 from ...mesh_parts import FLANKS, GEARS, TEETH, WRITERS, MeshRequest, frames_text
 from ...options import (
-    BUILTIN_DESIGN,
+    MEMBERS,
     MODIFIED,
     OVERRIDES,
     PARABOLAS,
-    SIDES,
     Refusal,
-    block,
     changed_design,
     load_design,
     no_result,
     note_equal_teeth,
-    option,
     option_name,
-    override_options,
     write_out,
 )
 from ...results import named, refused_values, unfinished_file
@@ -47,9 +42,6 @@ from ...results import named, refused_values, unfinished_file
 if TYPE_CHECKING:
     from ....design.member import Member
     from ....design.model import Design
-
-PARTS = (*GEARS, "pair", *FLANKS, *TEETH)
-ELEMENTS = ("C3D20", "C3D20R", "C3D8I", "C3D8")
 
 
 @dataclass(frozen=True)
@@ -82,88 +74,6 @@ KINDS = {
     "scene": Kind(SCENE_FORMATS, ("pair",), "the pair for viewers, with paths and patterns", 200.0),
 }
 """Kinds in the order in which they are tried: a tooth as .vtu is hexahedra."""
-
-
-FORMATS = (
-    f"Surfaces: {suffixes_by_purpose(SURFACE_FORMATS)}. A tooth as hexahedra: "
-    f"{suffixes_by_purpose(VOLUME_FORMATS)}. Gears, teeth and the pair as solids: "
-    f"{suffixes_by_purpose(CAD_FORMATS)}. The pair for viewers: {suffixes_by_purpose(SCENE_FORMATS)}. "
-    f"The pair in contact as hexahedra: {suffixes_by_purpose(CONTACT_FORMATS)}."
-)
-PATH: Any = click.Path(path_type=Path)
-TOLERANCE = (
-    "Largest distance of the mesh from the exact surfaces; for hexahedra, of their straight edges."
-    "  [default: module / 600, for viewers module / 200, hexahedra module / 120: 0.01, 0.03, 0.05 at 6 mm; "
-    "the pair as .inp has a fine mesh on flanks in contact, and a coarse mesh elsewhere unless this is given]"
-)
-NEIGHBOURS = (
-    "Number of neighbouring teeth, up to the complete gear. In a .inp file they are held in the bore and at "
-    "their cut sides: use 3 for stresses. For the pair in contact, the number must be odd.  "
-    "[default: 1, for the pair 3]"
-)
-BORE = "Radius of the bore; for the pair, of both gears.  [default: 0.45 of the smallest root radius]"
-ELEMENT = (
-    "Type of the elements. C3D20R allows hourglass modes where the contact is smaller than an element, C3D8I "
-    "fails the patch test where elements are distorted, and C3D8 is too stiff in bending."
-)
-FORCE = (
-    "Force on the flank along its normal, as Hertz's pressure on the contact ellipse of steel in the middle "
-    "of the path.  [default: 1000 * (module / 6 mm)^2]"
-)
-TORQUE = (
-    "Torque on the pinion of the pair as .inp; the gear is held.  "
-    "[default: the torque of a force of 20 kN * (module / 6 mm)^2 between the teeth]"
-)
-ROLL = (
-    "Roll of the pinion; the gear is turned until the first tooth touches. For the pair, for a part with "
-    "--placed and for --frames.  [default: the middle of the path of contact]"
-)
-ROLLS = (
-    "Number of rolls of the pair as .inp over one pitch, with --roll-deg in the middle. Each roll has its"
-    " file: "
-    "pair-1.inp, pair-2.inp ..."
-)
-ACROSS = (
-    "Number of elements across the contact ellipse of the pair as .inp: 4 for pressures, 1 for load sharing "
-    "and transmission error."
-)
-FLANK = "Flank that is written; for the pair and a loaded tooth, the flank in contact."
-FIELD = (
-    "Write the distance of the mating flank at each point of a flank, mm. separation: at the roll in the"
-    " middle "
-    "of the path of contact; pattern: the smallest distance while the tooth passes through the mesh. Can be "
-    "repeated."
-)
-PLACED = (
-    "Write a single gear, tooth or flank in its position in the pair, not in the frame of its gear. Of "
-    "several teeth, the middle one is in mesh."
-)
-FRAMES = (
-    "Print the positions of the gears in mesh, as matrices from their frames to S_f. Without --part and "
-    "--out, no file is written."
-)
-OPTIONS = block(
-    click.argument("design", default=BUILTIN_DESIGN),
-    click.option("--part", type=click.Choice(PARTS), help="Part that is written."),
-    click.option("--out", type=PATH, metavar="FILE", help="Output file; its suffix determines the format."),
-    click.option("--placed", is_flag=True, help=PLACED),
-    click.option("--frames", is_flag=True, help=FRAMES),
-    option("--tolerance", float, None, TOLERANCE, "MM"),
-    option("--flank", SIDES, SIDES.choices[0], FLANK),
-    click.option("--field", type=click.Choice(["separation", "pattern"]), multiple=True, help=FIELD),
-    option("--teeth", click.IntRange(1), None, NEIGHBOURS, "K"),
-    option("--bore-radius", float, None, BORE, "MM"),
-    option("--pinion-bore-radius", float, None, "Radius of the pinion's bore in the pair.", "MM"),
-    option("--gear-bore-radius", float, None, "Radius of the gear's bore in the pair.", "MM"),
-    option("--element", click.Choice(ELEMENTS), ELEMENTS[0], ELEMENT),
-    option("--load", float, None, FORCE, "N"),
-    option("--torque", float, None, TORQUE, "NM"),
-    option("--across", float, 4.0, ACROSS, "N"),
-    option("--roll-deg", float, None, ROLL, "DEG"),
-    option("--rolls", click.IntRange(1, 1000), None, ROLLS, "N"),
-    override_options,
-    click.pass_context,
-)
 
 
 def kind_of(part: str, suffix: str, teeth: int) -> str:
@@ -399,5 +309,12 @@ def warn_of_undercut(member: Member, flank: str) -> None:
         )
 
 
-mesh.__doc__ = (mesh.__doc__ or "").format(formats=FORMATS)
-command = named(mesh, OPTIONS(mesh))
+mesh.__doc__ = (mesh.__doc__ or "").format(
+    formats=(
+        f"Surfaces: {suffixes_by_purpose(SURFACE_FORMATS)}. A tooth as hexahedra: "
+        f"{suffixes_by_purpose(VOLUME_FORMATS)}. Gears, teeth and the pair as solids: "
+        f"{suffixes_by_purpose(CAD_FORMATS)}. The pair for viewers: {suffixes_by_purpose(SCENE_FORMATS)}. "
+        f"The pair in contact as hexahedra: {suffixes_by_purpose(CONTACT_FORMATS)}."
+    )
+)
+command = named(mesh, mesh_options(mesh))

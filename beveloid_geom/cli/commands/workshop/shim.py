@@ -9,17 +9,22 @@ import click
 from ... import results
 from ...options import NumberRange, Refusal, changed_design, flank_option, no_result, option, tooth_options
 
-OFFSET = "Measured offset of the housing.  [default: offset of the design, with its error]"
-SHAFT_ANGLE = "Measured shaft angle of the housing.  [default: shaft angle of the design, with its error]"
-AT = (
-    "Position of the middle of the path on the pinion face, from the end at -z. If omitted, the"
-    " displacements are as small as possible."
-)
-
 
 @results.result_command(
-    option("--offset", float, None, OFFSET, "MM"),
-    option("--shaft-angle-deg", float, None, SHAFT_ANGLE, "DEG"),
+    option(
+        "--offset",
+        float,
+        None,
+        "Measured offset of the housing.  [default: offset of the design, with its error]",
+        "MM",
+    ),
+    option(
+        "--shaft-angle-deg",
+        float,
+        None,
+        "Measured shaft angle of the housing.  [default: shaft angle of the design, with its error]",
+        "DEG",
+    ),
     click.option(
         "--backlash",
         type=NumberRange(0.0, 100.0),
@@ -27,7 +32,14 @@ AT = (
         metavar="MM",
         help="Required normal backlash: its smallest value over a mesh cycle.",
     ),
-    option("--at", NumberRange(0.0, 100.0, min_open=True, max_open=True), None, AT, "PERCENT"),
+    option(
+        "--at",
+        NumberRange(0.0, 100.0, min_open=True, max_open=True),
+        None,
+        "Position of the middle of the path on the pinion face, from the end at -z. If omitted, the"
+        " displacements are as small as possible.",
+        "PERCENT",
+    ),
     flank_option,
     tooth_options,
     csv="one member per row",
