@@ -71,14 +71,15 @@ class Cut:
 class Bends:
     """Second derivatives of a `Cut` by s, and by s and z.
 
-    Points are linear in z, and so is phi without a modification: `phi_zz` is None then.
+    Points are linear in z, and so is phi without a modification: `phi_zz` is None then. Derivatives that do
+    not depend on the point may be numbers.
     """
 
-    x_ss: FloatArray
-    y_ss: FloatArray
-    phi_ss: FloatArray
-    y_sz: FloatArray
-    phi_sz: FloatArray
+    x_ss: FloatArray | float
+    y_ss: FloatArray | float
+    phi_ss: FloatArray | float
+    y_sz: FloatArray | float
+    phi_sz: FloatArray | float
     phi_zz: FloatArray | None = None
 
 

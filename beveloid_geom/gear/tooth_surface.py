@@ -20,6 +20,7 @@ curve on which flank and fillet intersect.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -218,7 +219,7 @@ def cut_with_turn(surface: Surface, s: FloatArray, z: FloatArray) -> tuple[Cut, 
     return _cut(surface, section, z), np.array(rates)
 
 
-def _cut(surface: Surface, section: tuple[Numbers, ...], z: Numbers) -> Cut:
+def _cut(surface: Surface, section: tuple[Any, ...], z: Numbers) -> Cut:
     """Return the generated points of a surface from the results of `_section`."""
     p, q, sin, cos, turn_s, p_s, q_s = section
     (ax, ay), (bx, by), (cx, cy), (ex, ey) = surface.apex, surface.along, surface.out, surface.trace
