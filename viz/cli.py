@@ -37,7 +37,7 @@ from .options import (
     usable_cores,
     writing,
 )
-from .rendering.layout import Layout, of_size, of_width
+from .rendering.layout import PageLayout, of_size, of_width
 
 if TYPE_CHECKING:
     from beveloid_geom import Design
@@ -76,7 +76,7 @@ class Job:
     figure: Figure
     design: Design | DeviationReport | Loaded
     flank: str
-    layout: Layout
+    layout: PageLayout
     form: str
 
     @property

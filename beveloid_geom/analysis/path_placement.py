@@ -98,7 +98,7 @@ class Placement:
 
 
 @dataclass(frozen=True, eq=False)
-class _Search:
+class _PlacementSearch:
     """Search variables: two errors of a design, as shares (..., 2) of their `limits`. Positions are (z, l1)
     of the middle of the path, mm. Distances are relative to the size `unit` (2,) of the pinion flank, mm."""
 
@@ -190,7 +190,7 @@ def place_path(
         limits = f"from {low:.4g} to {high:.4g} mm"
         raise ValueError(f"l must be on the pinion profile, {limits}, got {wanted_l:g}")
     face = float(design.pinion.face_width)
-    search = _Search(design, flank, by, limits_of(design, by), np.array((face, high - low)))
+    search = _PlacementSearch(design, flank, by, limits_of(design, by), np.array((face, high - low)))
     wanted = np.stack((face * (share - 0.5), np.full(share.shape, wanted_l)), axis=-1)
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         exact, shares, status = _found(search, wanted)
@@ -220,7 +220,7 @@ def centred(design: Design, flank: str) -> float:
     return 0.0 - float(design.pinion.tool.parabola_apex)
 
 
-def _found(search: _Search, wanted: FloatArray) -> tuple[FloatArray, FloatArray, Codes]:
+def _found(search: _PlacementSearch, wanted: FloatArray) -> tuple[FloatArray, FloatArray, Codes]:
     """Return, for required positions (n, 2), the shares of the limits (n, 2) that reach them, those of a pair
     that can be assembled, both NaN without a solution, and the status (n)."""
     shares = _newton(search, wanted, np.zeros_like(wanted))
@@ -248,13 +248,13 @@ def _found(search: _Search, wanted: FloatArray) -> tuple[FloatArray, FloatArray,
     return exact, assembled, status.astype(np.int8)
 
 
-def _reached(search: _Search, shares: FloatArray, wanted: FloatArray) -> Mask:
+def _reached(search: _PlacementSearch, shares: FloatArray, wanted: FloatArray) -> Mask:
     """Return whether errors (n, 2) within the limits move the middle to the required positions (n, 2)."""
     off = np.abs(search.places(shares) - wanted).max(axis=-1)
     return np.asarray((off <= POSITION_TOLERANCE_MM) & (np.abs(shares) <= 1.0).all(axis=-1))
 
 
-def _newton(search: _Search, wanted: FloatArray, start: FloatArray) -> FloatArray:
+def _newton(search: _PlacementSearch, wanted: FloatArray, start: FloatArray) -> FloatArray:
     """Return shares (n, 2) of the limits after Newton steps towards the required positions (n, 2).
 
     Only rows that have not arrived are continued. Rows whose step gains less than `least_gain` are stopped:
@@ -287,7 +287,7 @@ def _newton(search: _Search, wanted: FloatArray, start: FloatArray) -> FloatArra
     return shares
 
 
-def _off_centre(search: _Search, wanted: FloatArray, exact: FloatArray) -> FloatArray:
+def _off_centre(search: _PlacementSearch, wanted: FloatArray, exact: FloatArray) -> FloatArray:
     """Return shares (2) of the limits that keep z of the required position (2) and leave the required l1 only
     until the pair can be assembled; NaN if it cannot at any trial position.
 
@@ -321,7 +321,7 @@ def _off_centre(search: _Search, wanted: FloatArray, exact: FloatArray) -> Float
 
 
 def _forward(
-    search: _Search,
+    search: _PlacementSearch,
     share: FloatArray,
     wanted: FloatArray,
     exact: FloatArray,

@@ -7,7 +7,7 @@ tooth, and angles that were probably given in the other unit.
 
 Python accepts more than a file where the solver has a named status, so that such cases can be studied:
 
-- a wider range, if the `Limit` has a `least` or a `most`;
+- a wider range, if the `FieldLimit` has a `least` or a `most`;
 - base pitches that differ by the rounding of a few digits (`model.Design`);
 - the combinations of several quantities in `design.limits`, such as a parabola that folds the profile.
 """
@@ -76,7 +76,7 @@ class DesignError(ValueError):
         return "\n".join(lead + fault for fault in self.faults)
 
 
-class Limit(NamedTuple):
+class FieldLimit(NamedTuple):
     """Closed range of one quantity in a design file; angles in deg.
 
     `cure` is the advice for a rejected value. `cures` are pairs of a bound and a text that replaces it for
@@ -117,7 +117,7 @@ class Limit(NamedTuple):
         return "a number", "write it without quotes, such as 1.5"
 
     @property
-    def from_python(self) -> Limit:
+    def from_python(self) -> FieldLimit:
         """The range for inputs from Python, angles in rad."""
         low = self.low if self.least is None else self.least
         high = self.high if self.most is None else self.most
@@ -131,25 +131,25 @@ _POSITIVE = "give a positive length in mm"
 _MODULES = "give it in normal modules, not in mm"
 _LAYOUT = "for another layout, change the shaft angle of the pair"
 _AXIAL = "give it in mm, positive towards +z"
-_FREE = Limit(-sys.float_info.max, sys.float_info.max, "", "")
+_FREE = FieldLimit(-sys.float_info.max, sys.float_info.max, "", "")
 _FREE_LENGTH = _FREE._replace(unit="mm")
 
-LIMITS: dict[str, dict[str, Limit]] = {
+LIMITS: dict[str, dict[str, FieldLimit]] = {
     "Tool": {
-        "normal_module": Limit(0.01, 100, "mm", _POSITIVE, least=1e-6, most=1e6),
-        "normal_pressure_angle": Limit(
+        "normal_module": FieldLimit(0.01, 100, "mm", _POSITIVE, least=1e-6, most=1e6),
+        "normal_pressure_angle": FieldLimit(
             5, 45, "deg", "usual tools have 14.5 to 30 deg", ((0.0, "the pressure angle is positive"),)
         ),
-        "addendum": Limit(0.1, 4, "", _MODULES, least=0, most=10),
-        "dedendum": Limit(MIN_FLANK_DEPTH_MODULES, 4, "", _MODULES, least=0, most=10),
-        "tip_radius": Limit(0, 4, "", _MODULES, most=10),
+        "addendum": FieldLimit(0.1, 4, "", _MODULES, least=0, most=10),
+        "dedendum": FieldLimit(MIN_FLANK_DEPTH_MODULES, 4, "", _MODULES, least=0, most=10),
+        "tip_radius": FieldLimit(0, 4, "", _MODULES, most=10),
         "parabola": _FREE,
         "parabola_right": _FREE._replace(optional=True),
         "parabola_left": _FREE._replace(optional=True),
         "parabola_apex": _FREE_LENGTH,
     },
     "Member": {
-        "teeth": Limit(
+        "teeth": FieldLimit(
             1,
             2000,
             "",
@@ -157,27 +157,27 @@ LIMITS: dict[str, dict[str, Limit]] = {
             ((-1.0, "internal gears are not supported"), (0.0, "a member has at least one tooth")),
             whole=True,
         ),
-        "helix_angle": Limit(
+        "helix_angle": FieldLimit(
             -80,
             80,
             "deg",
             "measure it from the axis, right hand positive; it is the complement of the lead angle",
         ),
-        "cone_angle": Limit(
+        "cone_angle": FieldLimit(
             -45,
             45,
             "deg",
             "it is half the angle of the pitch cone, positive if the tooth grows towards +z",
         ),
-        "profile_shift": Limit(-3, 3, "", _MODULES, least=-10, most=10),
-        "face_width": Limit(0.01, 1e4, "mm", _POSITIVE, least=1e-9, most=1e9),
-        "tip_alteration": Limit(-3, 3, "", _MODULES, least=-10, most=10),
+        "profile_shift": FieldLimit(-3, 3, "", _MODULES, least=-10, most=10),
+        "face_width": FieldLimit(0.01, 1e4, "mm", _POSITIVE, least=1e-9, most=1e9),
+        "tip_alteration": FieldLimit(-3, 3, "", _MODULES, least=-10, most=10),
     },
     "Pair": {
-        "offset": Limit(
+        "offset": FieldLimit(
             0, 1e5, "mm", "give the distance of the axes in mm, 0 where they intersect", most=1e9
         ),
-        "shaft_angle": Limit(
+        "shaft_angle": FieldLimit(
             0,
             90,
             "deg",
@@ -186,21 +186,21 @@ LIMITS: dict[str, dict[str, Limit]] = {
             least=-180,
             most=180,
         ),
-        "pinion_mounting": Limit(-1e5, 1e5, "mm", _AXIAL, least=-1e9, most=1e9, optional=True),
-        "gear_mounting": Limit(-1e5, 1e5, "mm", _AXIAL, least=-1e9, most=1e9, optional=True),
+        "pinion_mounting": FieldLimit(-1e5, 1e5, "mm", _AXIAL, least=-1e9, most=1e9, optional=True),
+        "gear_mounting": FieldLimit(-1e5, 1e5, "mm", _AXIAL, least=-1e9, most=1e9, optional=True),
     },
     "Errors": {
         "offset": _FREE_LENGTH,
-        "shaft_angle": Limit(-5, 5, "deg", _LAYOUT),
-        "pinion_axial": Limit(-1000, 1000, "mm", _AXIAL),
-        "gear_axial": Limit(-1000, 1000, "mm", _AXIAL),
+        "shaft_angle": FieldLimit(-5, 5, "deg", _LAYOUT),
+        "pinion_axial": FieldLimit(-1000, 1000, "mm", _AXIAL),
+        "gear_axial": FieldLimit(-1000, 1000, "mm", _AXIAL),
     },
     "MeshErrors": {
         "centre_distance": _FREE_LENGTH,
-        "in_plane": Limit(-5, 5, "deg", _LAYOUT),
-        "out_of_plane": Limit(-5, 5, "deg", _LAYOUT),
-        "pinion_axial": Limit(-1000, 1000, "mm", _AXIAL),
-        "gear_axial": Limit(-1000, 1000, "mm", _AXIAL),
+        "in_plane": FieldLimit(-5, 5, "deg", _LAYOUT),
+        "out_of_plane": FieldLimit(-5, 5, "deg", _LAYOUT),
+        "pinion_axial": FieldLimit(-1000, 1000, "mm", _AXIAL),
+        "gear_axial": FieldLimit(-1000, 1000, "mm", _AXIAL),
     },
 }
 """Limits by class of `design.model` and by field."""
@@ -262,7 +262,7 @@ def in_radians(kind: str, values: dict[str, Any]) -> dict[str, Any]:
     return converted
 
 
-def checked(value: object, limit: Limit) -> float | NDArray[np.float64] | str:
+def checked(value: object, limit: FieldLimit) -> float | NDArray[np.float64] | str:
     """Return a value for the calculation: a float, an int, or a read-only float64 copy of an array.
 
     If the value is not a number or outside its limit, return the message instead."""
@@ -284,7 +284,7 @@ def checked(value: object, limit: Limit) -> float | NDArray[np.float64] | str:
     return int(given) if limit.whole else float(given)
 
 
-def number_fault(value: object, limit: Limit) -> str | None:
+def number_fault(value: object, limit: FieldLimit) -> str | None:
     """Return the message for a value of a design file or an option, None for a number within its limit."""
     if isinstance(value, list):  # files have no arrays
         kind, cure = limit.kind
@@ -317,7 +317,7 @@ def float64_of(name: str, value: object) -> NDArray[np.float64]:
     return array
 
 
-def _outside_range(value: float, limit: Limit, place: str) -> str:
+def _outside_range(value: float, limit: FieldLimit, place: str) -> str:
     """Return the message for a number that is not finite, not whole, or outside the range."""
     # Kinds of values, each with the cure for a value of another kind.
     finite = "a finite number", "give a number such as 1.5"

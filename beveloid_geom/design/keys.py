@@ -10,13 +10,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, fields
 from typing import Any
 
-from .field_limits import LIMITS, Fault, Limit, number_fault
+from .field_limits import LIMITS, Fault, FieldLimit, number_fault
 from .member import Member, Tool
 from .model import Errors, MeshErrors, Pair
 from .written_numbers import shown_value
 
 
-def keys_of(*inputs: type) -> dict[str, Limit]:
+def keys_of(*inputs: type) -> dict[str, FieldLimit]:
     """Return the limits of classes of `design.model` by key of a file; keys of angles end in `_deg`."""
     return {
         name + ("_deg" if limit.unit == "deg" else ""): limit
@@ -36,7 +36,7 @@ TABLES = {
     **{
         name: {
             **keys_of(Tool, Member),
-            "tip_diameter": Limit(0.001, 1e6, "mm", "give the tip diameter at mid-face in mm"),
+            "tip_diameter": FieldLimit(0.001, 1e6, "mm", "give the tip diameter at mid-face in mm"),
         }
         for name in ("pinion", "gear")
     },
@@ -71,7 +71,7 @@ def unknown_key(table: str, key: str, value: object, keys: Iterable[str] = ()) -
 
 
 def checked_table(
-    known: Mapping[str, Limit],
+    known: Mapping[str, FieldLimit],
     table: str,
     given: Mapping[str, Any],
     faults: list[Fault],

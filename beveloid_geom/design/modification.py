@@ -26,12 +26,12 @@ import numpy as np
 from ..arrays import Quantity
 from ..support.frozen_arrays import equal, restored
 from .deviations import FlankDeviations, Shape
-from .field_limits import DesignError, Fault, Limit, checked
+from .field_limits import DesignError, Fault, FieldLimit, checked
 from .written_numbers import refused
 
 AMOUNT_SUFFIX, LENGTH_SUFFIX = "_um", "_length_mm"
 PITCH = "pitch_deviations_um"
-AMOUNT = Limit(-1e5, 1e5, "um", "give it in um")
+AMOUNT = FieldLimit(-1e5, 1e5, "um", "give it in um")
 
 
 class Kind(NamedTuple):
@@ -228,9 +228,9 @@ def kinds_of(modification: type[Modification] = Modification) -> dict[str, Kind]
     return {row.name: row.metadata["kind"] for row in rows if "kind" in row.metadata}
 
 
-def limits_of(modification: type[Modification] = Modification) -> dict[str, Limit]:
+def limits_of(modification: type[Modification] = Modification) -> dict[str, FieldLimit]:
     """Return the limits of a class of modifications by field."""
-    length = Limit(1e-6, 1e4, "mm", "give the length of the relief in mm", optional=True)
+    length = FieldLimit(1e-6, 1e4, "mm", "give the length of the relief in mm", optional=True)
     return {
         row.name: AMOUNT if "kind" in row.metadata else length
         for row in fields(modification)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from ..support.text_file import read_text
 from .deviations import FlankDeviations, mean_deviations
-from .field_limits import Fault, Limit, number_fault
+from .field_limits import Fault, FieldLimit, number_fault
 from .keys import checked_table
 from .limits import outside
 from .member import MODIFICATIONS, Member
@@ -99,7 +99,7 @@ def _deviation_files(table: str, given: object, faults: list[Fault]) -> list[Dev
         for key in keys
         if key not in DeviationFile._fields
     ]
-    grid_size = Limit(2, 999, "", "give the number in the measuring grid", whole=True)
+    grid_size = FieldLimit(2, 999, "", "give the number in the measuring grid", whole=True)
     for key, value in keys.items():
         if key in ("rows", "columns") and (text := number_fault(value, grid_size)):
             new.append(Fault(table, f"{_DEVIATIONS}.{key}", text))

@@ -85,7 +85,7 @@ class Strip:
 
 
 @dataclass(frozen=True, eq=False)
-class _Tooth:
+class _ToothStrips:
     """Strips of tooth 0 from the left to the right fillet, and its surroundings.
 
     `root` is the root cone, `middle` the trace in the middle of the following tooth space; `has_land` is
@@ -239,7 +239,7 @@ def _net(place: Place, first: StripEdge, last: StripEdge, breaks: Sequence[Break
     return Net(across, poles)
 
 
-def _cut_tooth(member: Member) -> _Tooth:
+def _cut_tooth(member: Member) -> _ToothStrips:
     """Fit tooth 0 by B-splines. Raises ValueError for a pointed tooth."""
     # Largest distance along the face, where lines of B-splines are on cones. The CAD kernel identifies
     # points within 1e-7 mm.
@@ -268,7 +268,7 @@ def _cut_tooth(member: Member) -> _Tooth:
         for (name, place), pair, breaks in zip(places.items(), pairs, ((), left, right, ()), strict=True)
     ]
     strips.insert(2, Strip("tip", left_tip, right_tip, tip))
-    return _Tooth(strips, root, _middle(member, knots) if has_land else right_root, has_land)
+    return _ToothStrips(strips, root, _middle(member, knots) if has_land else right_root, has_land)
 
 
 def _middle(member: Member, knots: FloatArray) -> StripEdge:
@@ -297,7 +297,9 @@ def _complete_bore(member: Member, radius: float) -> list[Strip]:
     return [Strip("bore", *pair, Revolved(radius, 0.0)) for pair in pairwise(traces)]
 
 
-def _sector(cut: _Tooth, outline: list[Strip], numbers: list[int], total: int, bore: float) -> list[Strip]:
+def _sector(
+    cut: _ToothStrips, outline: list[Strip], numbers: list[int], total: int, bore: float
+) -> list[Strip]:
     """Return the loop around some teeth whose strips, with the spaces after them, are `outline`."""
     pitch = 2.0 * pi / total
     start, end = (_turned(cut.middle, number * pitch) for number in (numbers[0] - 1, numbers[-1]))

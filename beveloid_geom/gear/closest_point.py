@@ -32,7 +32,7 @@ from .crossing_curve import CrossingCurve
 from .flank import active_range, tip_radius, turned
 from .rack import Rack, rack_normal, rack_of, rack_point
 from .tooth_side import (
-    Surface,
+    ToothSurface,
     cut_at,
     cut_with_bends,
     is_batch,
@@ -86,7 +86,7 @@ class FlankSheet:
     half: Quantity
     module: Quantity
     edge: CrossingCurve | None = None
-    modified: Surface | None = None
+    modified: ToothSurface | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -321,7 +321,9 @@ def _margin(sheet: FlankSheet, l: FloatArray, z: FloatArray, square: FloatArray)
     return margin if sheet.edge is None else np.minimum(margin, l - sheet.edge.start(z))
 
 
-def _modified_foot(sheet: FlankSheet, surface: Surface, point: Vector, near: Foot, last: FloatArray) -> Foot:
+def _modified_foot(
+    sheet: FlankSheet, surface: ToothSurface, point: Vector, near: Foot, last: FloatArray
+) -> Foot:
     """Return the feet on a modified `surface`, by Newton's method from the feet on the generated flank.
 
     With the vector D from the surface point S(l, z) to P, D.S_l = D.S_z = 0.

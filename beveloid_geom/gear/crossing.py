@@ -19,7 +19,7 @@ import numpy as np
 
 from ..arrays import FloatArray, Mask
 from .crossing_curve import RADIUS, CrossingCurve, FacePart, face_part, nodes_of
-from .tooth_surface import Surface, cut_at
+from .tooth_surface import ToothSurface, cut_at
 
 SCAN_POINTS = 65
 """Number of points of a branch at which a sign is evaluated."""
@@ -27,7 +27,7 @@ ROUNDING_OF_PLACES = 1e-15
 """Width of the bracket of a root, relative to the pitch radius, at which the iteration ends."""
 
 
-def crossing_of(surface: Surface) -> tuple[CrossingCurve | None, bool]:
+def crossing_of(surface: ToothSurface) -> tuple[CrossingCurve | None, bool]:
     """Return the curve on which flank and fillet of a folded surface intersect, and whether undercut leaves
     no flank in a part of the face. The curve is None in this case.
     """
@@ -43,7 +43,7 @@ def crossing_of(surface: Surface) -> tuple[CrossingCurve | None, bool]:
     return None, True
 
 
-def _folded_parts(surface: Surface, half: float) -> list[tuple[float, float, tuple[bool, bool]]]:
+def _folded_parts(surface: ToothSurface, half: float) -> list[tuple[float, float, tuple[bool, bool]]]:
     """Return the ends (mm) of the undercut parts of a face, and whether undercut begins at each of them."""
     # Number of planes along the face in which the beginning of undercut is searched.
     face_planes = 33
@@ -62,13 +62,13 @@ def _folded_parts(surface: Surface, half: float) -> list[tuple[float, float, tup
     return parts
 
 
-def _least_rise(surface: Surface, z: FloatArray) -> FloatArray:
+def _least_rise(surface: ToothSurface, z: FloatArray) -> FloatArray:
     """Return the least d(r^2)/ds (n,), mm, along the profile in the planes; not positive if undercut."""
     s = np.concatenate(_profiles(surface))
     return np.asarray(cut_at(surface, s[:, None] + 0.0 * z, z).square_s.min(axis=0))
 
 
-def _profiles(surface: Surface) -> tuple[FloatArray, FloatArray]:
+def _profiles(surface: ToothSurface) -> tuple[FloatArray, FloatArray]:
     """Return the profile coordinates (mm) of the points of fillet and flank at which signs are evaluated."""
     low, joint = surface.bottom, surface.joint
     fillet = low + (joint - low) * np.linspace(0.02, 1.0, SCAN_POINTS)[:-1]
@@ -108,7 +108,7 @@ def _root(
     return x
 
 
-def _part(surface: Surface, low: float, high: float, onset: tuple[bool, bool]) -> FacePart | None:
+def _part(surface: ToothSurface, low: float, high: float, onset: tuple[bool, bool]) -> FacePart | None:
     """Return an undercut part of the face; None if no flank is left."""
     # Numbers of planes for the series; the first one that resolves the curve is used.
     series_planes = (12, 16, 24, 32, 48, 64)
@@ -130,7 +130,7 @@ def _part(surface: Surface, low: float, high: float, onset: tuple[bool, bool]) -
     return part
 
 
-def intersections(surface: Surface, z: FloatArray, near: FloatArray | None = None) -> FloatArray:
+def intersections(surface: ToothSurface, z: FloatArray, near: FloatArray | None = None) -> FloatArray:
     """Return `start`, `end` and radius (3, n), mm, in undercut planes; NaN if flank and fillet do not
     intersect below the tip. `near` (2, n) are estimates of `start` and `end`, mm.
     """
@@ -155,7 +155,7 @@ def intersections(surface: Surface, z: FloatArray, near: FloatArray | None = Non
     return np.where(radius < tip, np.array((*place, radius)), np.nan)
 
 
-def _cusps(surface: Surface, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _cusps(surface: ToothSurface, z: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the profile coordinates (n,) of the first cusp above the bottom land, usually the joint, and of
     the last cusp below the tip, NaN without one.
     """
@@ -178,12 +178,12 @@ def _cusps(surface: Surface, z: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _crossings(
-    surface: Surface, z: FloatArray, top: FloatArray, cusp: FloatArray, near: FloatArray | None
+    surface: ToothSurface, z: FloatArray, top: FloatArray, cusp: FloatArray, near: FloatArray | None
 ) -> FloatArray:
     """Return both profile coordinates (2, n), mm, of the intersections between the cusps, NaN without one.
     `near` are estimates of them.
     """
-    # Distance from the joint, relative to `Surface.scale`, at which the slope of the fillet is
+    # Distance from the joint, relative to `ToothSurface.scale`, at which the slope of the fillet is
     # computed.
     tangent_distance = 1e-6
     # Range of the first scan, relative to the part of the flank below the first cusp.
@@ -213,7 +213,7 @@ def _crossings(
     return place
 
 
-def _scanned(surface: Surface, z: FloatArray, top: FloatArray, ends: FloatArray) -> FloatArray:
+def _scanned(surface: ToothSurface, z: FloatArray, top: FloatArray, ends: FloatArray) -> FloatArray:
     """Return brackets (2, 2, n) of the intersection: the lower and upper profile coordinates on the flank,
     between `ends` (2, n), and on the fillet, mm; NaN where there is none. Below the intersection, the flank
     is inside the removed material.
@@ -246,7 +246,7 @@ def _apart(x: FloatArray, y: FloatArray, phi: FloatArray) -> FloatArray:
 
 
 def _newton(
-    surface: Surface, place: FloatArray, bounds: FloatArray, lens: FloatArray, z: FloatArray
+    surface: ToothSurface, place: FloatArray, bounds: FloatArray, lens: FloatArray, z: FloatArray
 ) -> tuple[FloatArray, Mask]:
     """Return both profile coordinates (2, n) at which radii and angles are equal, by Newton's method clipped
     to `bounds` (2, 2, n), and whether the iteration has converged. NaN bounds count as converged.
@@ -277,7 +277,7 @@ def _newton(
     return place, np.asarray(good)
 
 
-def fillet_profile(surface: Surface, square: FloatArray, z: FloatArray, top: FloatArray) -> FloatArray:
+def fillet_profile(surface: ToothSurface, square: FloatArray, z: FloatArray, top: FloatArray) -> FloatArray:
     """Return the profile coordinate of points with r^2 = `square` (mm^2) in the planes `z` on the fillet up
     to `top` (mm), by Newton's method inside a bracket; NaN outside. Arrays of one axis.
     """

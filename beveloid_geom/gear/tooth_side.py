@@ -31,7 +31,7 @@ from .flank import (
 from .generation import Bends as Bends, Cut as Cut, angle_of as angle_of, tangents_of as tangents_of
 from .rack import rack_of
 from .tooth_surface import (
-    Surface as Surface,
+    ToothSurface as ToothSurface,
     cut_at as cut_at,
     cut_with_bends as cut_with_bends,
     cut_with_turn as cut_with_turn,
@@ -41,7 +41,7 @@ from .tooth_surface import (
 )
 
 
-def _surface(member: Member, flank: str) -> Surface:
+def _surface(member: Member, flank: str) -> ToothSurface:
     # Modules: least length of the profile coordinate for one rad of the fillet.
     least_fillet_scale_modules = 0.1
     rack, rounding, tool = rack_of(member, flank), tool_round(member.tool, flank), member.tool
@@ -51,7 +51,7 @@ def _surface(member: Member, flank: str) -> Surface:
     turn = float(np.arctan(2.0 * a * rounding.joint))
     scale = max(radius, least_fillet_scale_modules * float(tool.normal_module))
     d, m = rack.direction, rack.normal
-    surface = Surface(
+    surface = ToothSurface(
         sigma=rack.sigma,
         parabola=a,
         pitch_radius=float(rack.pitch_radius),
@@ -88,7 +88,7 @@ def _surface(member: Member, flank: str) -> Surface:
 _kept_surface = kept(64)(_surface)
 
 
-def surface_of(member: Member, flank: str) -> Surface:
+def surface_of(member: Member, flank: str) -> ToothSurface:
     """Return the `flank` ('right' or 'left') of a single member with its fillet as one surface.
 
     Raises
@@ -101,7 +101,7 @@ def surface_of(member: Member, flank: str) -> Surface:
     return _kept_surface(member, flank)
 
 
-def side_points(surface: Surface, s: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
+def side_points(surface: ToothSurface, s: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return points (mm) and outward unit normals (..., 3) of a surface, in the gear frame, at profile
     coordinates `s` in the planes `z`, mm."""
     s, z = np.broadcast_arrays(s, z)
@@ -122,12 +122,14 @@ def fillet_points(
     )
 
 
-def profile_at(surface: Surface, square: FloatArray, z: FloatArray, fillet: Mask | None = None) -> FloatArray:
+def profile_at(
+    surface: ToothSurface, square: FloatArray, z: FloatArray, fillet: Mask | None = None
+) -> FloatArray:
     """Return the profile coordinate s (mm) of the points with r^2 = `square` (mm^2) in the planes `z`.
 
     Parameters
     ----------
-    surface : Surface
+    surface : ToothSurface
     square, z : ndarray, shape (n,)
         The caller silences NumPy's warnings.
     fillet : ndarray of bool, shape (n,), optional
@@ -164,14 +166,14 @@ def profile_at(surface: Surface, square: FloatArray, z: FloatArray, fillet: Mask
 
 
 def _flank_profile(
-    surface: Surface, square: FloatArray, z: FloatArray, least: FloatArray | float
+    surface: ToothSurface, square: FloatArray, z: FloatArray, least: FloatArray | float
 ) -> FloatArray:
     """Return s on the flank; with a parabola, above `least` (mm)."""
     s = _straight_profile(surface, square, z)
     return s if surface.parabola == 0.0 else _bent_profile(surface, s, square, z, least)
 
 
-def _straight_profile(surface: Surface, square: FloatArray, z: FloatArray) -> FloatArray:
+def _straight_profile(surface: ToothSurface, square: FloatArray, z: FloatArray) -> FloatArray:
     """Return s on the flank without parabola, where r^2 is quadratic in x_c. NaN below the base cylinder."""
     r, slope = surface.pitch_radius, surface.normal[1] / surface.normal[0]
     spread = 1.0 + slope * slope
@@ -182,7 +184,7 @@ def _straight_profile(surface: Surface, square: FloatArray, z: FloatArray) -> Fl
 
 
 def _bent_profile(
-    surface: Surface, s: FloatArray, square: FloatArray, z: FloatArray, low: FloatArray | float
+    surface: ToothSurface, s: FloatArray, square: FloatArray, z: FloatArray, low: FloatArray | float
 ) -> FloatArray:
     """Return s by Newton's method from the straight flank; NaN where the result is below `low` (mm)."""
     newton_max_steps = 14

@@ -32,7 +32,7 @@ from .rack import Numbers
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class ToothSurface:
     """One flank of a single member with its fillet, as one surface over (s, z).
 
     `apex`, `along`, `out` (2,): apex and the directions of p and q, moved along the trace into the plane z =
@@ -100,7 +100,7 @@ class Surface:
         return np.stack([relief.past(l, z) for relief in reliefs])
 
 
-def _section(surface: Surface, s: Numbers) -> tuple[Numbers, ...]:
+def _section(surface: ToothSurface, s: Numbers) -> tuple[Numbers, ...]:
     """Return p, q, sin(tau), cos(tau), tau' and the derivatives of p and q at profile coordinates s."""
     a, joint = surface.parabola, surface.joint
     on_fillet = s.real < joint
@@ -124,25 +124,25 @@ def _section(surface: Surface, s: Numbers) -> tuple[Numbers, ...]:
     return tuple(values)
 
 
-def cut_at(surface: Surface, s: Numbers, z: Numbers) -> Cut:
+def cut_at(surface: ToothSurface, s: Numbers, z: Numbers) -> Cut:
     """Return points, normals and derivatives at profile coordinates `s` in the planes `z`, mm."""
     cut = generated_cut(surface, s, z)
     return cut if surface.modification is None else rotated_cut(cut, turn_rows(surface, s, z))
 
 
-def generated_cut(surface: Surface, s: Numbers, z: Numbers) -> Cut:
+def generated_cut(surface: ToothSurface, s: Numbers, z: Numbers) -> Cut:
     """Return the result of `cut_at` for the surface without its modification."""
     return _cut(surface, _section(surface, s), z)
 
 
-def turn_rows(surface: Surface, s: FloatArray, z: FloatArray, reliefs: Mask | None = None) -> FloatArray:
+def turn_rows(surface: ToothSurface, s: FloatArray, z: FloatArray, reliefs: Mask | None = None) -> FloatArray:
     """Return the rotation (rad) of points by the modification of a surface.
 
     On the fillet, the rotation in each plane is that at the start of the flank, so that both meet.
 
     Parameters
     ----------
-    surface : Surface
+    surface : ToothSurface
         A modified one.
     s, z : ndarray
         Profile coordinates and planes, mm.
@@ -173,7 +173,7 @@ def turn_rows(surface: Surface, s: FloatArray, z: FloatArray, reliefs: Mask | No
 
 
 def cut_with_bends(
-    surface: Surface, s: FloatArray, z: FloatArray, reliefs: Mask | None = None
+    surface: ToothSurface, s: FloatArray, z: FloatArray, reliefs: Mask | None = None
 ) -> tuple[Cut, Bends]:
     """Return the result of `cut_at` with second derivatives; `reliefs` as in `turn_rows`. The normals of
     modified surfaces are NaN: `tangents_of` has the tangents."""
@@ -186,7 +186,7 @@ def cut_with_bends(
     return rotated_cut(cut, turn, normals=False), bends
 
 
-def generated_bends(surface: Surface, s: FloatArray, z: FloatArray) -> tuple[Cut, Bends]:
+def generated_bends(surface: ToothSurface, s: FloatArray, z: FloatArray) -> tuple[Cut, Bends]:
     """Return the result of `cut_with_bends` for the surface without its modification. Derivatives that do not
     depend on the point, and then also the normal, are numbers."""
     low = s < surface.joint
@@ -210,7 +210,7 @@ def generated_bends(surface: Surface, s: FloatArray, z: FloatArray) -> tuple[Cut
     return cut, Bends(x_ss, y_ss, (p_ss * by + q_ss * cy - y_ss) / r, y_sz, -y_sz / r)
 
 
-def cut_with_turn(surface: Surface, s: FloatArray, z: FloatArray) -> tuple[Cut, FloatArray]:
+def cut_with_turn(surface: ToothSurface, s: FloatArray, z: FloatArray) -> tuple[Cut, FloatArray]:
     """Return the result of `generated_cut` with the derivatives (3, n) of its unit normal by s."""
     section = _section(surface, s)
     sin, cos, turn_s = section[2:5]
@@ -219,7 +219,7 @@ def cut_with_turn(surface: Surface, s: FloatArray, z: FloatArray) -> tuple[Cut, 
     return _cut(surface, section, z), np.array(rates)
 
 
-def _cut(surface: Surface, section: tuple[Any, ...], z: Numbers) -> Cut:
+def _cut(surface: ToothSurface, section: tuple[Any, ...], z: Numbers) -> Cut:
     """Return the generated points of a surface from the results of `_section`."""
     p, q, sin, cos, turn_s, p_s, q_s = section
     (ax, ay), (bx, by), (cx, cy), (ex, ey) = surface.apex, surface.along, surface.out, surface.trace

@@ -29,7 +29,7 @@ from .flank import (
     tip_radius,
     tip_thickness,
 )
-from .tooth_side import Surface, angle_of, cut_at, surface_of
+from .tooth_side import ToothSurface, angle_of, cut_at, surface_of
 
 CURE = "use more teeth, more profile shift or a smaller dedendum"
 FACE_PLANES = 33
@@ -228,7 +228,7 @@ def _ends(z: FloatArray, result: Mask, test: Callable[[FloatArray], Mask]) -> tu
     return ends[0], ends[1]
 
 
-def _neck(surface: Surface, z: FloatArray, end: FloatArray) -> FloatArray:
+def _neck(surface: ToothSurface, z: FloatArray, end: FloatArray) -> FloatArray:
     """Return how far (mm) the fillet reaches into the tooth behind the radial line through its `end` (n,),
     mm, where the flank starts, in the planes `z` (n,).
     """

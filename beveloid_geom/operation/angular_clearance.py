@@ -26,7 +26,7 @@ from ..arrays import FloatArray, Integers, Mask
 from ..design.field_limits import float64_of
 from ..design.model import Design
 from ..gear.rack import Numbers
-from ..gear.tooth_side import Surface, cut_at, profile_at, surface_of as surface_of
+from ..gear.tooth_side import ToothSurface, cut_at, profile_at, surface_of as surface_of
 from ..pair.frames import layout_of
 from ..pair.mounting import mounting_of
 from ..support.array_repr import short_repr
@@ -221,8 +221,8 @@ def angular_clearance(
 
 
 def _separated(
-    surface: Surface,
-    mate: Surface,
+    surface: ToothSurface,
+    mate: ToothSurface,
     pose: Pose,
     member: int,
     s: FloatArray,
@@ -254,12 +254,12 @@ def without_turns(angle: FloatArray) -> FloatArray:
     return np.asarray(angle - 2.0 * np.pi * np.rint(angle / (2.0 * np.pi)))
 
 
-def met_by(surface: Surface, x: FloatArray, y: FloatArray, z: FloatArray, roll: FloatArray) -> Met:
+def met_by(surface: ToothSurface, x: FloatArray, y: FloatArray, z: FloatArray, roll: FloatArray) -> Met:
     """Compute the clearance of points from a surface.
 
     Parameters
     ----------
-    surface : Surface
+    surface : ToothSurface
     x, y, z : ndarray, shape (n,)
         Points in the fixed frame of the member of the surface, z from its mid-face, mm.
     roll : ndarray, shape (n,)

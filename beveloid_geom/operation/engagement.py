@@ -13,7 +13,7 @@ from ..contact.path import path_of_contact
 from ..contact.path_polynomial import PHASE, exact_rows
 from ..contact.surfaces.problems import crowned
 from ..design.model import Design, Pair
-from ..gear.tooth_side import Surface, angle_of, cut_at, surface_of
+from ..gear.tooth_side import ToothSurface, angle_of, cut_at, surface_of
 from ..pair.mounting import limit_phase, mounting_of
 from ..support.frozen_arrays import kept
 from .angular_clearance import Pose, pose_of
@@ -26,7 +26,7 @@ class Engagement:
 
     Attributes
     ----------
-    pinion, gear : Surface
+    pinion, gear : ToothSurface
         Tooth surfaces of pinion and gear.
     pose : Pose
     roll, phase : ndarray, shape (n,)
@@ -58,8 +58,8 @@ class Engagement:
         are then uncertain, because the clearance is constant there up to rounding.
     """
 
-    pinion: Surface
-    gear: Surface
+    pinion: ToothSurface
+    gear: ToothSurface
     pose: Pose
     roll: FloatArray
     phase: FloatArray
@@ -212,7 +212,7 @@ def middle_roll(design: Design, flank: str) -> FloatArray:
     return np.asarray(np.arctan2(y, x) - angle_of(cut_at(surface, np.zeros_like(z) - apex, z)))
 
 
-def _pitch_height(design: Design, surface: Surface) -> FloatArray:
+def _pitch_height(design: Design, surface: ToothSurface) -> FloatArray:
     """Return z (mm) of the pitch point on the pinion, limited to its face."""
     mounting = mounting_of(design)
     z = np.nan_to_num(mounting.pitch_distance[0] - mounting.distance[0])

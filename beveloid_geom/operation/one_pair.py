@@ -24,7 +24,7 @@ from .search.earliest_contact import TOGETHER_RAD, Found, Grids, found_at
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class PairCurve:
     """Contacts (cases, rolls): f (mm), infinite without contact; whether it is an edge contact; and
     whether the search has not converged."""
 
@@ -33,11 +33,11 @@ class Curve:
     doubt: Mask
 
 
-def first_contacts_at(cycle: MeshCycle, case: Integers, roll: FloatArray) -> Curve:
+def first_contacts_at(cycle: MeshCycle, case: Integers, roll: FloatArray) -> PairCurve:
     """Return the first contacts of all tooth pairs of the cases (n,) at rolls (n, rolls)."""
     segment, _, values = cycle.located(case.repeat(roll.shape[1]), roll.ravel(), 1)
     edge = cycle.segments.limit[0, segment] >= 0
-    return Curve(values.reshape(roll.shape), edge.reshape(roll.shape), np.zeros(roll.shape, dtype=bool))
+    return PairCurve(values.reshape(roll.shape), edge.reshape(roll.shape), np.zeros(roll.shape, dtype=bool))
 
 
 def _whose_contact(cycle: MeshCycle, case: Integers, roll: FloatArray) -> tuple[FloatArray, Mask]:
@@ -175,7 +175,7 @@ def _in_runs(engagement: Engagement, samples: Samples) -> tuple[Samples, Integer
 
 def contacts_from_segments(
     cycle: MeshCycle, segments: CycleSegments, case: Integers, roll: FloatArray
-) -> Curve:
+) -> PairCurve:
     """Return the contacts of tooth pair 0 of the cases (n,) at rolls (n, rolls), from its segments."""
     engagement, span = cycle.engagement, 4.0 * cycle.engagement.reach
     early = replace(engagement, roll=engagement.roll - 0.5 * span * engagement.pitch[0], span=span)
@@ -191,12 +191,12 @@ def contacts_from_segments(
     first, ours = _whose_contact(cycle, case, turned)
     f[on & ours] = first[on & ours]
     edge, doubt = on & (segments.limit[0, segment] >= 0), np.zeros(turned.size, dtype=bool)
-    return Curve(*(row.reshape(roll.shape) for row in (f, edge, doubt)))
+    return PairCurve(*(row.reshape(roll.shape) for row in (f, edge, doubt)))
 
 
-def searched_contacts(cycle: MeshCycle, grids: Grids, case: Integers, roll: FloatArray) -> Curve:
+def searched_contacts(cycle: MeshCycle, grids: Grids, case: Integers, roll: FloatArray) -> PairCurve:
     """Return the contacts of tooth pair 0 of the cases (n,) at rolls (n, rolls), by search."""
     contacts = found_at(cycle.engagement.at(case.repeat(roll.shape[1]), roll.ravel()), grids, 0)
     f = np.where(contacts.status == FirstStatus.SOLVED, contacts.f, np.inf)
     doubt = (contacts.status != FirstStatus.SOLVED) & (contacts.status != FirstStatus.NO_CONTACT)
-    return Curve(*(row.reshape(roll.shape) for row in (f, contacts.limit[0] >= 0, doubt)))
+    return PairCurve(*(row.reshape(roll.shape) for row in (f, contacts.limit[0] >= 0, doubt)))

@@ -22,7 +22,7 @@ from ..status import RatioStatus
 from ..support.array_repr import short_repr
 from .mesh_cycle import MeshCycle, cycle_and_pairs
 from .one_pair import (
-    Curve,
+    PairCurve,
     contacts_from_segments,
     first_contacts_at,
     samples_of_one_pair,
@@ -32,7 +32,7 @@ from .one_pair import (
 from .search.earliest_contact import TOGETHER_RAD
 from .search.search_task import OVERLAP_PERIODS
 
-Contacts: TypeAlias = Callable[[Integers, FloatArray], Curve]
+Contacts: TypeAlias = Callable[[Integers, FloatArray], PairCurve]
 """Contacts of tooth pair 0 of the cases (n,) at rolls (n, rolls)."""
 Label: TypeAlias = Callable[[Integers, FloatArray], Integers]
 """Labels (n, rolls) of the cases with the numbers (n,) at rolls (n, rolls), rad."""
@@ -191,7 +191,7 @@ def _ratio(
     evaluation: tuple[Contacts, int],
     case: Integers,
     roll: FloatArray,
-    curves: tuple[Curve, Curve],
+    curves: tuple[PairCurve, PairCurve],
     thickness: float,
 ) -> tuple[FloatArray, Integers]:
     """Return ratios and status (cases,), from the `curves` of all pairs and of pair 0 alone at rolls
@@ -201,7 +201,7 @@ def _ratio(
     change_width_pitches = 1e-10
     engagement, cases, (alone, parts) = cycle.engagement, cycle.engagement.roll.size, evaluation
 
-    def touching(first: Curve, single: Curve) -> Integers:
+    def touching(first: PairCurve, single: PairCurve) -> Integers:
         # An edge does not touch if a tangency of another pair is earlier, even by rounding only.
         spare = engagement.lever * np.where(single.edge & ~first.edge, -TOGETHER_RAD, TOGETHER_RAD)
         return np.asarray(single.f - first.f <= thickness + spare).astype(int)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from ..arrays import FloatArray, Mask, flank_sign
 from ..support.array_records import joined
-from .closure_equations import STEP_SCALE, Starts, Variable, Wanted, pair_at, roots
+from .closure_equations import STEP_SCALE, ClosureStarts, Variable, Wanted, pair_at, roots
 from .request import Bounds, Request
 
 STARTS_FOR_EACH = 24
@@ -186,7 +186,9 @@ def _spread(count: int) -> FloatArray:
     return np.asarray(np.arange(1, count + 1) / sequence_base ** np.arange(1, 10)[:, None] % 1.0)
 
 
-def _starts(request: Request, count: int, rounded: bool, owner: int = 0, along: bool = False) -> Starts:
+def _starts(
+    request: Request, count: int, rounded: bool, owner: int = 0, along: bool = False
+) -> ClosureStarts:
     """Return starts spread over the limits of a request, with rounded values or not.
 
     The mirror image of a request has the mirror images of the starts."""
@@ -224,7 +226,7 @@ def _starts(request: Request, count: int, rounded: bool, owner: int = 0, along: 
         elif first not in given:
             values[first] = total - values[second]
     pressure = np.full((1, count), float(request.members[0].tool.normal_pressure_angle) + 0.01)
-    return Starts(np.vstack((values, pressure)), hand, side, turn, np.full(count, owner))
+    return ClosureStarts(np.vstack((values, pressure)), hand, side, turn, np.full(count, owner))
 
 
 def _crossing(request: Request, values: FloatArray) -> FloatArray:
@@ -238,7 +240,7 @@ def _crossing(request: Request, values: FloatArray) -> FloatArray:
     return np.asarray(np.arcsin(np.clip(request.offset * math.sin(request.shaft_angle) / reach, 0.0, 0.99)))
 
 
-def _valid(request: Request, solutions: Starts) -> Mask:
+def _valid(request: Request, solutions: ClosureStarts) -> Mask:
     """Return the mask of valid solutions.
 
     At a valid solution the backlash increases with the distance of the gears; a second, false working

@@ -92,7 +92,7 @@ class Wanted:
 
 
 @dataclass(frozen=True, eq=False)
-class Starts:
+class ClosureStarts:
     """Starts of a search.
 
     Attributes
@@ -115,10 +115,10 @@ class Starts:
     turn: FloatArray
     owner: NDArray[np.intp]
 
-    def take(self, rows: Mask | NDArray[np.intp] | list[int]) -> Starts:
+    def take(self, rows: Mask | NDArray[np.intp] | list[int]) -> ClosureStarts:
         """Return some of the starts."""
         index = np.asarray(rows) if len(rows) else np.empty(0, int)
-        return Starts(*(value[..., index] for value in vars(self).values()))
+        return ClosureStarts(*(value[..., index] for value in vars(self).values()))
 
 
 def pair_at(members: tuple[Member, Member], values: FloatArray) -> tuple[Design, ClosedLayout]:
@@ -145,7 +145,9 @@ def pair_at(members: tuple[Member, Member], values: FloatArray) -> tuple[Design,
         return design, closed_layout(design, values[Variable.PRESSURE])
 
 
-def misses(members: tuple[Member, Member], wanted: Wanted, starts: Starts, values: FloatArray) -> FloatArray:
+def misses(
+    members: tuple[Member, Member], wanted: Wanted, starts: ClosureStarts, values: FloatArray
+) -> FloatArray:
     """Return the residuals (equations, ..., n) of pairs (7, ..., n), modules and rad."""
     design, layout = pair_at(members, values)
     module = float(members[0].tool.normal_module)
@@ -169,20 +171,22 @@ def misses(members: tuple[Member, Member], wanted: Wanted, starts: Starts, value
     return np.stack(residuals)
 
 
-def roots(members: tuple[Member, Member], wanted: Wanted, starts: Starts, unknown: tuple[int, ...]) -> Starts:
+def roots(
+    members: tuple[Member, Member], wanted: Wanted, starts: ClosureStarts, unknown: tuple[int, ...]
+) -> ClosureStarts:
     """Return the solutions for all requirements, in the order of their starts.
 
     Parameters
     ----------
     members : tuple of Member
     wanted : Wanted
-    starts : Starts
+    starts : ClosureStarts
     unknown : tuple of int
         Each `Variable` that is changed, at least as many as there are equations.
 
     Returns
     -------
-    Starts
+    ClosureStarts
         Only the starts from which a solution was found, with the values of the solution.
     """
     columns = list(unknown)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from ..arrays import FLANK_SIGN
-from ..design.field_limits import LIMITS, Fault, Limit, number_fault
+from ..design.field_limits import LIMITS, Fault, FieldLimit, number_fault
 from ..design.limits import in_degrees, outside
 from ..design.member import Member, Tool
 from ..design.written_numbers import refused
@@ -117,12 +117,12 @@ def _single_faults(request: Request) -> Iterator[Fault]:
     if text := number_fault(request.module, tool["normal_module"]):  # limits of other lengths depend on it
         yield Fault("", "module", text)
         return
-    pressure = Limit(5.0, 32.0, "deg", "the usual basic rack is pointed, usual are 14.5 to 25")
+    pressure = FieldLimit(5.0, 32.0, "deg", "the usual basic rack is pointed, usual are 14.5 to 25")
     smaller = "it is the smaller angle between the axes, give 180 deg minus this angle"
-    shaft = Limit(0.0, 90.0, "deg", smaller, ((0.0, "give its magnitude, 0 is parallel axes"),))
-    crossing = Limit(0.0, 90.0, "deg", "give its magnitude, 0 is line contact")
+    shaft = FieldLimit(0.0, 90.0, "deg", smaller, ((0.0, "give its magnitude, 0 is parallel axes"),))
+    crossing = FieldLimit(0.0, 90.0, "deg", "give its magnitude, 0 is line contact")
     usual = "it is the normal backlash, usual values are 0.02 to 0.1"
-    checks: list[tuple[str, tuple[float | None, ...], Limit]] = [
+    checks: list[tuple[str, tuple[float | None, ...], FieldLimit]] = [
         ("pressure_angle_deg", (request.pressure_angle,) if request.gear is None else (), pressure),
         ("face_widths", request.face_widths, member["face_width"]),
         ("shaft_angle_deg", (request.shaft_angle,), shaft),
@@ -141,7 +141,7 @@ def _single_faults(request: Request) -> Iterator[Fault]:
             given = value if value is None or limit.unit != "deg" else in_degrees(value)
             if given is not None and (text := number_fault(given, limit)):
                 yield Fault("", key, text)
-    backlash = Limit(0.0, 1.0, "modules", usual)
+    backlash = FieldLimit(0.0, 1.0, "modules", usual)
     if text := number_fault(request.backlash / request.module, backlash):
         yield Fault("", "backlash", text)
     for key, (low, high) in (

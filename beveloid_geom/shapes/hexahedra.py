@@ -95,7 +95,7 @@ def tooth_hexahedra(
     return _joined([teeth_of[numbers] for numbers in each], count)
 
 
-def _tooth(member: Member, cells: Cells, quadratic: bool, bore: float, teeth: int) -> _Tooth:
+def _tooth(member: Member, cells: Cells, quadratic: bool, bore: float, teeth: int) -> _ToothHexahedra:
     """Return hexahedra of one tooth. Raises ValueError for numbers of cells below 1, and if `teeth` of them
     have too many nodes."""
     # Largest ratio of height and width of the rows of the body, see `section_of`.
@@ -145,7 +145,7 @@ def _require_size(size: tuple[int, int], face: int, quadratic: bool, teeth: int)
 
 
 @dataclass(frozen=True, eq=False)
-class _Tooth:
+class _ToothHexahedra:
     """One tooth: `points` (n, 3), mm, `hexahedra` (m, 8 or 20) layer by layer, the nodes of its `first` and
     `last` side, and `surfaces` as in a VolumeMesh."""
 
@@ -197,16 +197,16 @@ def _surfaces(section: Section, layers: int) -> dict[str, Indices]:
     return {name: np.concatenate(parts) for name, parts in faces.items()}
 
 
-def _linear(section: Section) -> _Tooth:
+def _linear(section: Section) -> _ToothHexahedra:
     """Return hexahedra with 8 nodes; every second station has mid-side nodes and is not used."""
     size, layers = len(section.points), section.points.shape[1] // 2
     hexahedra = _layers(np.concatenate((section.quads, section.quads + size), axis=1), size, layers)
     first, last = (_layers(section.boundary[name][None], size, layers + 1).ravel() for name in SIDES)
     points = section.points[:, ::2].swapaxes(0, 1).reshape(-1, 3)
-    return _Tooth(points, hexahedra, first, last, _surfaces(section, layers))
+    return _ToothHexahedra(points, hexahedra, first, last, _surfaces(section, layers))
 
 
-def _quadratic(section: Section, outline: dict[str, FloatArray], bore: float) -> _Tooth:
+def _quadratic(section: Section, outline: dict[str, FloatArray], bore: float) -> _ToothHexahedra:
     """Return hexahedra with 20 nodes; every second station has mid-side nodes."""
     quads, size = section.quads, len(section.points)
     (edges, sides), layers = _edges(quads), section.points.shape[1] // 2
@@ -236,10 +236,10 @@ def _quadratic(section: Section, outline: dict[str, FloatArray], bore: float) ->
 
     hexahedra = np.concatenate((corners, flat, upright), axis=1)
     first, last = (nodes_on(name) for name in SIDES)
-    return _Tooth(points, hexahedra, first, last, _surfaces(section, layers))
+    return _ToothHexahedra(points, hexahedra, first, last, _surfaces(section, layers))
 
 
-def _joined(teeth: Sequence[_Tooth], count: int) -> VolumeMesh:
+def _joined(teeth: Sequence[_ToothHexahedra], count: int) -> VolumeMesh:
     """Return adjacent teeth of a gear with `count` teeth as one mesh."""
     closed = len(teeth) == count
     numbers = joined_numbers([(len(one.points), one.first, one.last) for one in teeth], closed)
@@ -261,7 +261,7 @@ def _joined(teeth: Sequence[_Tooth], count: int) -> VolumeMesh:
     )
 
 
-def _named(teeth: Sequence[_Tooth], closed: bool) -> dict[str, Indices]:
+def _named(teeth: Sequence[_ToothHexahedra], closed: bool) -> dict[str, Indices]:
     """Return the surfaces of all teeth together and, if there are several teeth, also those of each tooth."""
     starts = np.cumsum([0, *(len(one.hexahedra) for one in teeth)])
     surfaces = {}

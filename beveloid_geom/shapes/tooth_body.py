@@ -37,7 +37,7 @@ class Piece:
 
 
 @dataclass(frozen=True, eq=False)
-class ToothSurface:
+class ToothBody:
     """Surface of one tooth with its part of the body: `points` (n, 3), mm, `pieces`, and the indices (k,) of
     the points on both sides. The last side is the first side rotated by one pitch."""
 
@@ -86,7 +86,7 @@ def bore_of(member: Member, bore_radius: float | None) -> float:
 
 def tooth_surface(
     member: Member, tolerance: float, bore_radius: float | None = None, teeth: int = 1
-) -> ToothSurface:
+) -> ToothBody:
     """Return the surface of one tooth with its part of the body, in the frame of the gear.
 
     Parameters
@@ -103,7 +103,7 @@ def tooth_surface(
 
     Returns
     -------
-    ToothSurface
+    ToothBody
 
     Raises
     ------
@@ -141,7 +141,7 @@ def tooth_surface(
         points = np.concatenate((points, inside))
         pieces.append(piece)
     first, last = (numbers[name].ravel() for name in SIDES)
-    return ToothSurface(points, tuple(pieces), first, last)
+    return ToothBody(points, tuple(pieces), first, last)
 
 
 def _around(grids: dict[str, SheetGrid]) -> dict[str, SheetGrid]:

@@ -41,7 +41,7 @@ Test = Callable[[FloatArray], bool]
 
 
 @dataclass(frozen=True)
-class Case:
+class FlankCase:
     """One flank of a design without modification and errors, with results that several statements use.
 
     A `sign` of -1 reverses the signs of all coefficients."""
@@ -193,14 +193,14 @@ def _course(row: FloatArray, size: FloatArray, unit: str) -> str:
     return f"{text}, {row[-1]:z.4g} {unit}".rstrip() + f" at {size[-1]:.3g} 1/mm"
 
 
-def _concavity(case: Case) -> Measured:
+def _concavity(case: FlankCase) -> Measured:
     found = concavity(case.design, case.flank, case.sign * 0.01)  # 1/mm, as in Fig. 6
     metal = found["metal near root and tip"][0]
     words = f"the pinion has {metal[0]:.3g} and {metal[1]:.3g} mm more metal near root and tip"
     return {"concavity": found}, words
 
 
-def _sweep(name: str, moves: bool, case: Case) -> Measured:
+def _sweep(name: str, moves: bool, case: FlankCase) -> Measured:
     """Return lengths, angles and locations of a sweep; the locations are in the sentence if the path
     `moves`."""
     # Name, quantity, measure and unit of the values in the sentence.
@@ -221,7 +221,7 @@ def _sweep(name: str, moves: bool, case: Case) -> Measured:
     return quantities, f"pinion in the side view: {'; '.join(words)}"
 
 
-def _ratios(name: str, case: Case) -> Measured:
+def _ratios(name: str, case: FlankCase) -> Measured:
     """Return the contact ratios of a sweep, with and without the limits at toe and heel; NaN without a
     path."""
     found, design = case.sweeps[name], case.design
@@ -239,7 +239,7 @@ def _ratios(name: str, case: Case) -> Measured:
     )
 
 
-def _ratios_to_half(case: Case) -> Measured:
+def _ratios_to_half(case: FlankCase) -> Measured:
     """Return the contact ratios for R2; the sentence includes the value at half the range, which its first
     claim uses."""
     found, words = _ratios("C2", case)
@@ -253,7 +253,7 @@ def _turn(found: Sweep, index: int) -> FloatArray:
     return np.asarray(np.abs(angle[:, index] - angle[:, 0]))
 
 
-def _turns(case: Case) -> Measured:
+def _turns(case: FlankCase) -> Measured:
     names, sweeps = ("C1", "C4", "C2", "C3"), case.sweeps
     total = {name: _turn(sweeps[name], -1) for name in names}
     rate = {name: total[name] / sweeps[name].size[-1] for name in names}
@@ -274,7 +274,7 @@ def _turns(case: Case) -> Measured:
     return quantities, f"the pinion's path turns by {words}"
 
 
-def _moves(error: str, size: float, case: Case) -> Measured:
+def _moves(error: str, size: float, case: FlankCase) -> Measured:
     found = case.both_shifts(error, size)
     measures = {
         f"{name}, {design}": rows for design, measures in found.items() for name, rows in measures.items()
@@ -284,7 +284,7 @@ def _moves(error: str, size: float, case: Case) -> Measured:
     return {"shift": measures}, words
 
 
-def _lengths(case: Case) -> Measured:
+def _lengths(case: FlankCase) -> Measured:
     both = case.design.with_parabola(*(np.array((0.0, case.sign * a)) for a in MODIFIED))
     found = measures_of(both, case.flank).length
     before, after = found["side view"][0]
@@ -292,7 +292,7 @@ def _lengths(case: Case) -> Measured:
     return {"length": found}, words
 
 
-def _smaller(error: str, size: float, case: Case) -> Measured:
+def _smaller(error: str, size: float, case: FlankCase) -> Measured:
     """Return the mean shifts without and with modification, and the derivatives with respect to the error."""
     both = case.both_shifts(error, size)
     measures = {
@@ -314,7 +314,7 @@ def _smaller(error: str, size: float, case: Case) -> Measured:
     return {"shift": measures}, words
 
 
-def _axial(case: Case) -> Measured:
+def _axial(case: FlankCase) -> Measured:
     """Return shifts in face widths and relative changes of the contact ratio under axial errors."""
     measures: Measures = {}
     ratios: Measures = {}
@@ -332,7 +332,7 @@ def _axial(case: Case) -> Measured:
     return {"shift": measures, "ratio": ratios}, f"{words} {100 * worst:.2f} %"
 
 
-MEASURES: dict[str, Callable[[Case], Measured]] = {
+MEASURES: dict[str, Callable[[FlankCase], Measured]] = {
     "F6": _concavity,
     "C1": partial(_sweep, "C1", False),
     "C2": partial(_sweep, "C2", True),

@@ -27,7 +27,7 @@ RESIDUAL_LIMIT = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
-class Contacts:
+class ReferenceContacts:
     """Contacts at n pinion rolls: shape (n,), points and pinion normals in S_f (n, 3)."""
 
     l1: FloatArray
@@ -139,7 +139,7 @@ def solve_math(
     xtol: float = 1e-14,
     cold: bool = False,
     residual_limit: float = RESIDUAL_LIMIT,
-) -> Contacts:
+) -> ReferenceContacts:
     """Compute contacts at pinion rolls `phi1` in order, each started from the one before.
 
     Parameters
@@ -162,7 +162,7 @@ def solve_math(
 
     Returns
     -------
-    Contacts
+    ReferenceContacts
 
     Raises
     ------
@@ -190,7 +190,7 @@ def solve_math(
         l1, u1, l2, u2, phi2 = start.tolist()
         x, y, z, *normal = surface1(l1, u1, roll)
         table[i] = l1, u1, l2, u2, phi2, residual, x, y, z + height1, *normal
-    return Contacts(
+    return ReferenceContacts(
         l1=table[:, 0],
         u1=table[:, 1],
         l2=table[:, 2],

@@ -20,7 +20,7 @@ from ..arrays import MEMBERS, FloatArray
 Test = Callable[[FloatArray], bool]
 
 
-class Verdict(Enum):
+class StatementVerdict(Enum):
     """Verdict on a claim or a statement."""
 
     HOLDS = "holds"
@@ -45,12 +45,18 @@ class Claim:
         return sum(known), len(known)
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> StatementVerdict:
         """Verdict on the claim from the known measures."""
         yes, known = self.count
         if not known:
-            return Verdict.NOT_KNOWN
-        return Verdict.DEPENDS if 0 < yes < known else Verdict.HOLDS if yes else Verdict.DOES_NOT_HOLD
+            return StatementVerdict.NOT_KNOWN
+        return (
+            StatementVerdict.DEPENDS
+            if 0 < yes < known
+            else StatementVerdict.HOLDS
+            if yes
+            else StatementVerdict.DOES_NOT_HOLD
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,13 +75,13 @@ class Statement:
     detail: str
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> StatementVerdict:
         """Verdict on the statement from the verdicts on its claims."""
         verdicts = [claim.verdict for claim in self.claims]
-        for worst in (Verdict.DOES_NOT_HOLD, Verdict.NOT_KNOWN, Verdict.DEPENDS):
+        for worst in (StatementVerdict.DOES_NOT_HOLD, StatementVerdict.NOT_KNOWN, StatementVerdict.DEPENDS):
             if worst in verdicts:
                 return worst
-        return Verdict.HOLDS
+        return StatementVerdict.HOLDS
 
     @property
     def values(self) -> dict[str, Any]:
@@ -91,11 +97,15 @@ class Statement:
 
 
 def _answer(claim: Claim) -> str:
-    if claim.verdict is Verdict.DEPENDS:
+    if claim.verdict is StatementVerdict.DEPENDS:
         against = next(name for name, value in claim.holds.items() if value is False)
         yes, known = claim.count
         return f"{claim.text}: by {yes} of {known} measures, not by '{against}'"
-    words = {Verdict.HOLDS: "yes", Verdict.DOES_NOT_HOLD: "no", Verdict.NOT_KNOWN: "not known"}
+    words = {
+        StatementVerdict.HOLDS: "yes",
+        StatementVerdict.DOES_NOT_HOLD: "no",
+        StatementVerdict.NOT_KNOWN: "not known",
+    }
     return f"{claim.text}: {words[claim.verdict]}"
 
 

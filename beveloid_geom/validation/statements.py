@@ -15,7 +15,7 @@ from ..arrays import flank_sign
 from ..design.arguments import require_design
 from ..design.file import builtin_design
 from ..design.model import Design
-from .claims import CLAIMS, MEASURES, Case
+from .claims import CLAIMS, MEASURES, FlankCase
 from .statement_verdicts import Statement, claim_of
 
 
@@ -55,7 +55,7 @@ def paper_statements(design: Design, flank: str = "right", *, sign: int = 1) -> 
     flank_sign(flank)
     if design.batch_shape:
         raise ValueError(f"statements are judged for single designs, got a batch of {design.batch_shape}")
-    case = Case(design.bare(), flank, sign)
+    case = FlankCase(design.bare(), flank, sign)
     texts = tomllib.loads((files(__package__) / "statements.toml").read_text(encoding="utf-8"))
     found: list[Statement] = []
     with np.errstate(invalid="ignore", divide="ignore"):

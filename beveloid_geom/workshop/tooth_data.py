@@ -37,7 +37,7 @@ from ..design.model import Design
 from ..gear.fillet import root_radius
 from ..gear.flank import base_cylinder, flank_point, tip_radius
 from ..gear.rack import reference_radius
-from ..gear.tooth_side import Surface, angle_of, cut_at, profile_at, surface_of
+from ..gear.tooth_side import ToothSurface, angle_of, cut_at, profile_at, surface_of
 from ..gear.undercut import undercut_of
 from ..support.array_repr import short_repr
 
@@ -194,8 +194,8 @@ def backlash_change(design: Design, pinion: ArrayLike, gear: ArrayLike) -> Float
 
 def _across(
     member: Member,
-    surfaces: list[Surface],
-    theta: Callable[[Surface, FloatArray], FloatArray],
+    surfaces: list[ToothSurface],
+    theta: Callable[[ToothSurface, FloatArray], FloatArray],
     radius: FloatArray,
     z: FloatArray,
     change: FloatArray,
@@ -223,7 +223,7 @@ def _across(
     return total, helix
 
 
-def _on_reference_cylinder(surface: Surface, z: FloatArray) -> FloatArray:
+def _on_reference_cylinder(surface: ToothSurface, z: FloatArray) -> FloatArray:
     """Return the angles (n,), rad, of a flank, extended as the rack is, on the cylinder on which the rack
     rolls."""
     a, ((bx, by), (cx, cy)) = surface.parabola, (surface.along, surface.out)
@@ -235,10 +235,10 @@ def _on_reference_cylinder(surface: Surface, z: FloatArray) -> FloatArray:
     )
 
 
-def _on_cylinders(radius: FloatArray) -> Callable[[Surface, FloatArray], FloatArray]:
+def _on_cylinders(radius: FloatArray) -> Callable[[ToothSurface, FloatArray], FloatArray]:
     """Return a function that computes the angles (n,) of a flank on cylinders of `radius` (n,)."""
 
-    def theta(surface: Surface, z: FloatArray) -> FloatArray:
+    def theta(surface: ToothSurface, z: FloatArray) -> FloatArray:
         """Return the angles (rad) in the planes `z` (n,)."""
         s = profile_at(surface, radius * radius, z)
         return angle_of(cut_at(surface, s, z))

@@ -8,7 +8,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 from beveloid_geom import builtin_design
-from beveloid_geom.validation.statement_verdicts import Statement, Verdict
+from beveloid_geom.validation.statement_verdicts import Statement, StatementVerdict
 from beveloid_geom.validation.statements import paper_statements
 
 FLANKS = ("right", "left")
@@ -25,10 +25,10 @@ def cell(one: Statement) -> str:
     open_claims = []
     for claim in one.claims:
         yes, known = claim.count
-        if claim.verdict is Verdict.DEPENDS:
+        if claim.verdict is StatementVerdict.DEPENDS:
             open_claims.append(f"{claim.text} by {yes} of {known} measures")
-        elif claim.verdict is not Verdict.HOLDS and len(one.claims) > 1:
-            word = "not true" if claim.verdict is Verdict.DOES_NOT_HOLD else "not known whether"
+        elif claim.verdict is not StatementVerdict.HOLDS and len(one.claims) > 1:
+            word = "not true" if claim.verdict is StatementVerdict.DOES_NOT_HOLD else "not known whether"
             open_claims.append(f"{word}: {claim.text}")
     numbers = one.detail.removeprefix("pinion in the side view: ")
     return "; ".join([f"**{one.verdict.value}**", *open_claims, numbers])

@@ -12,14 +12,14 @@ import pytest
 from beveloid_geom import Errors, contact_ratio
 from beveloid_geom.analysis.path_measures import measures_of
 from beveloid_geom.validation.claims import angle_falls, grows, shorter_first, turns_over
-from beveloid_geom.validation.statement_verdicts import Claim, Statement, Verdict, claim_of
+from beveloid_geom.validation.statement_verdicts import Claim, Statement, StatementVerdict, claim_of
 from beveloid_geom.validation.statements import is_table1, paper_statements
 
 from ..oracle.table1 import table1
 from ..symmetry import mirrored
 
 IDS = ["F6", "C1", "C2", "C3", "C4", "R1", "R2", "R3", "R4", "D1", "M1", "M2", "M3", "M4", "M5", "M6"]
-YES, NO, DEPENDS = Verdict.HOLDS, Verdict.DOES_NOT_HOLD, Verdict.DEPENDS
+YES, NO, DEPENDS = StatementVerdict.HOLDS, StatementVerdict.DOES_NOT_HOLD, StatementVerdict.DEPENDS
 
 
 @cache
@@ -38,7 +38,7 @@ def numbers(one: Statement) -> dict[str, Any]:
         ("left", (YES, *(NO,) * 9, NO, NO, NO, NO, DEPENDS, YES)),
     ],
 )
-def test_verdicts_on_the_papers_pair(flank: str, verdicts: tuple[Verdict, ...]) -> None:
+def test_verdicts_on_the_papers_pair(flank: str, verdicts: tuple[StatementVerdict, ...]) -> None:
     assert {name: one.verdict for name, one in judged(flank).items()} == dict(zip(IDS, verdicts, strict=True))
     for one in judged(flank).values():
         assert one.flank == flank
@@ -100,7 +100,9 @@ def test_another_design_has_other_verdicts() -> None:
 def test_without_paths_nothing_is_known() -> None:
     design = replace(table1(), pair=replace(table1().pair, pinion_mounting=400.0))
     for one in paper_statements(design, "right"):
-        assert one.verdict == (Verdict.HOLDS if one.id == "F6" else Verdict.NOT_KNOWN), one.id
+        assert one.verdict == (StatementVerdict.HOLDS if one.id == "F6" else StatementVerdict.NOT_KNOWN), (
+            one.id
+        )
         assert "nan" not in one.why
     with pytest.raises(ValueError, match="single designs"):
         paper_statements(table1(errors=Errors(np.zeros(2))))
@@ -112,17 +114,17 @@ def test_verdict_of_claims() -> None:
     def claim(*holds: bool | None) -> Claim:
         return Claim("text", {}, {str(k): value for k, value in enumerate(holds)})
 
-    def verdict(*claims: Claim) -> Verdict:
+    def verdict(*claims: Claim) -> StatementVerdict:
         return Statement("X", "right", "", "", "", claims, "").verdict
 
     assert claim(True, None, True).verdict == YES
     assert claim(False, None).verdict == NO
     assert claim(False, True).verdict == DEPENDS
-    assert claim(None, None).verdict == Verdict.NOT_KNOWN
+    assert claim(None, None).verdict == StatementVerdict.NOT_KNOWN
     assert verdict(claim(True), claim(True)) == YES
     assert verdict(claim(True), claim(True, False)) == DEPENDS
     assert verdict(claim(True, False), claim(False)) == NO
-    assert verdict(claim(True), claim(None)) == Verdict.NOT_KNOWN
+    assert verdict(claim(True), claim(None)) == StatementVerdict.NOT_KNOWN
 
 
 def test_tests_of_rows() -> None:
@@ -148,7 +150,7 @@ def test_coefficients_of_the_other_sign() -> None:
     ratio = "it rises clearly: Eq. 16 without toe and heel"
     mirrored_ratio = numbers(judged("right")["R4"])["it falls clearly: Eq. 16 without toe and heel"]
     np.testing.assert_array_equal(numbers(other["R3"])[ratio], mirrored_ratio)
-    assert other["F6"].verdict == Verdict.DOES_NOT_HOLD
+    assert other["F6"].verdict == StatementVerdict.DOES_NOT_HOLD
     after = float(
         measures_of(table1().with_parabola(np.array((-0.001,)), 0.001), "right").length["side view"][0, 0]
     )

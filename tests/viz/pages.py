@@ -22,7 +22,7 @@ from beveloid_viz.figures.methods import (
 from beveloid_viz.figures.paper import fig_11_contact_ratio as fig_ratio
 from beveloid_viz.figures.results import parabola_map as fig_map, tolerance_cloud as fig_cloud
 from beveloid_viz.rendering import theme
-from beveloid_viz.rendering.layout import Layout, of_size
+from beveloid_viz.rendering.layout import PageLayout, of_size
 from beveloid_viz.rendering.scene import Size
 from beveloid_viz.rendering.theme import Page
 
@@ -35,7 +35,7 @@ def recipe_of(name: str) -> Recipe[Any]:
     return next(figure for figure in FIGURES if figure.name == name).recipe()
 
 
-def page_of(draw: Callable[[Any, Layout], Drawing], data: Any, size: Size = SMALL) -> Page:
+def page_of(draw: Callable[[Any, PageLayout], Drawing], data: Any, size: Size = SMALL) -> Page:
     with theme.style():
         return draw(data, of_size(size)).page
 

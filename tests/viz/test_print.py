@@ -21,7 +21,7 @@ from beveloid_geom import Design, Member, Pair, builtin_design
 from beveloid_viz.cli import main
 from beveloid_viz.figures import FIGURES, Figure
 from beveloid_viz.rendering import files, theme, typeset
-from beveloid_viz.rendering.layout import SCALE, Cells, Layout, of_size, of_width
+from beveloid_viz.rendering.layout import SCALE, PageLayout, PanelRows, of_size, of_width
 from beveloid_viz.rendering.opengl import require_opengl
 from beveloid_viz.rendering.theme import Page
 
@@ -77,7 +77,7 @@ def _small_studies() -> Iterator[None]:
         yield
 
 
-def in_print(width_mm: float, plain: bool = False) -> Layout:
+def in_print(width_mm: float, plain: bool = False) -> PageLayout:
     return replace(of_width(width_mm, plain), dpi=DPI * SCALE)
 
 
@@ -194,8 +194,8 @@ def test_cells_fill_the_page(count: int, width: float, columns: int) -> None:
     """Panels keep their distances, end at the margins, and need as few columns as possible for the fewest
     rows."""
     cells, layout = (
-        Cells(left=1.0, right=0.5, across=0.8, down=0.6, most=4, least=4.0),
-        Layout(width, 9.0, 100.0),
+        PanelRows(left=1.0, right=0.5, across=0.8, down=0.6, most=4, least=4.0),
+        PageLayout(width, 9.0, 100.0),
     )
     assert cells.columns(layout, count) == columns
     boxes = np.array(cells.boxes(layout, count, 9.0, 0.1, 0.9)) * (width, 9.0, width, 9.0)

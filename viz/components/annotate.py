@@ -128,7 +128,7 @@ class Overlay:
     picture: Picture
 
     @classmethod
-    def drawn(cls, page: theme.Page, box: theme.Box, items: Sequence[Item], camera: Camera) -> Overlay:
+    def drawn(cls, page: theme.Page, box: theme.PageBox, items: Sequence[Item], camera: Camera) -> Overlay:
         """Draw a scene into a box of the page, and return axes over the picture."""
         picture = render(Scene(items, camera), box.size)
         return cls(theme.show_picture(page, box, picture), picture)

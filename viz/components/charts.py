@@ -40,7 +40,7 @@ Changes: TypeAlias = Mapping[tuple[str, str], FloatArray]
 """Changes (errors,) by flank and member; the member is "" for changes of the pair."""
 
 
-class Quantity(NamedTuple):
+class ErrorEffect(NamedTuple):
     """Quantity that changes under errors: title, name of its derivatives, unit, scale, and True if the
     members have different values."""
 
@@ -52,10 +52,10 @@ class Quantity(NamedTuple):
 
 
 QUANTITIES = (
-    Quantity("shift along the face (mm)", "face_shift", "mm", 1.0, True),
-    Quantity("shift perpendicular to the path (mm)", "square_shift", "mm", 1.0, True),
-    Quantity("contact ratio (10\u207b\u00b3)", "contact_ratio", "1e-3", 1e3, False),
-    Quantity("transmission error (arcsec)", "peak_to_peak", "arcsec", ARCSEC, False),
+    ErrorEffect("shift along the face (mm)", "face_shift", "mm", 1.0, True),
+    ErrorEffect("shift perpendicular to the path (mm)", "square_shift", "mm", 1.0, True),
+    ErrorEffect("contact ratio (10\u207b\u00b3)", "contact_ratio", "1e-3", 1e3, False),
+    ErrorEffect("transmission error (arcsec)", "peak_to_peak", "arcsec", ARCSEC, False),
 )
 
 
@@ -229,7 +229,7 @@ def cloud(
     axes.add_collection(LineCollection(seen, colors=colour, linewidths=1.0, alpha=alpha, clip_on=False))
 
 
-def changes_under_steps(sensitivities: Iterable[Sensitivity], quantity: Quantity) -> Changes:
+def changes_under_steps(sensitivities: Iterable[Sensitivity], quantity: ErrorEffect) -> Changes:
     """Return the changes of a quantity in its unit under one step of each error (`steps_of`); NaN if
     unknown."""
     changes: dict[tuple[str, str], FloatArray] = {}
@@ -250,7 +250,7 @@ def greatest_of(panels: Iterable[Changes]) -> float:
 
 
 def changes_under_errors(
-    axes: Axes, quantity: Quantity, changes: Changes, greatest: float, steps: Sequence[Step]
+    axes: Axes, quantity: ErrorEffect, changes: Changes, greatest: float, steps: Sequence[Step]
 ) -> None:
     """Draw the changes of a quantity under each error as stems from zero.
 
@@ -258,7 +258,7 @@ def changes_under_errors(
     ----------
     axes : Axes
         Axes to draw in.
-    quantity : Quantity
+    quantity : ErrorEffect
         Quantity that changes.
     changes : mapping
         Changes by flank and member. Colours and dashes distinguish flanks, markers distinguish members.
@@ -342,7 +342,7 @@ def _three_digits(value: float) -> str:
     return theme.signed(value, min(digits, 6))
 
 
-def marks_of_changes(flanks: Sequence[str], quantities: Sequence[Quantity] = QUANTITIES) -> list[Line2D]:
+def marks_of_changes(flanks: Sequence[str], quantities: Sequence[ErrorEffect] = QUANTITIES) -> list[Line2D]:
     """Return legend entries for `changes_under_errors`: flanks, if there are several, and the members or the
     pair to which the quantities belong."""
     by_member = {one.members for one in quantities}

@@ -9,7 +9,7 @@ from typing import Generic, TypeAlias, TypeVar
 import numpy as np
 
 from ..rendering import theme, typeset
-from ..rendering.layout import Layout
+from ..rendering.layout import PageLayout
 from ..rendering.scene import Picture
 from ..rendering.theme import Page
 
@@ -71,10 +71,10 @@ class Recipe(Generic[Data]):
     """
 
     compute: Callable[..., Data]
-    draw: Callable[[Data, Layout], Drawing]
+    draw: Callable[[Data, PageLayout], Drawing]
     rows: Callable[[Data], Table]
 
-    def drawn(self, data: Data, layout: Layout) -> Drawing:
+    def drawn(self, data: Data, layout: PageLayout) -> Drawing:
         """Draw and finish the page in our style, independent of the user's settings."""
         with theme.style():
             drawing = self.draw(data, layout)

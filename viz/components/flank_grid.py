@@ -10,15 +10,15 @@ from typing import Any, ClassVar
 from beveloid_geom import Design
 
 from ..rendering import theme
-from ..rendering.layout import Cells
+from ..rendering.layout import PanelRows
 from ..rendering.scene import Picture
-from ..rendering.theme import Box, Page
+from ..rendering.theme import Page, PageBox
 from .panels import LABEL_IN, STRETCH
 from .paths_table import MEMBERS
 from .viewpoint import FlankView, flank_views, greatest_span, looks_of, scale_bars
 
 LEFT = 0.045  # fractions of the page width
-CELLS = Cells(left=0.72, right=0.16, across=0.0, down=0.0, most=5, least=0.95)
+CELLS = PanelRows(left=0.72, right=0.16, across=0.0, down=0.0, most=5, least=0.95)
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class Cell:
     ----------
     case, member : int
         Number of the case, and pinion (0) or gear (1).
-    box : Box
+    box : PageBox
         Box for the picture.
     view : FlankView or None
         View.
@@ -45,7 +45,7 @@ class Cell:
 
     case: int
     member: int
-    box: Box
+    box: PageBox
     view: FlankView | None
     px_per_mm: float
     limits: float | None
@@ -59,7 +59,7 @@ class Cell:
 
 
 @dataclass(frozen=True, eq=False)
-class FlankGrid:
+class FlankArrangement:
     """Arrangement of the flanks of several cases.
 
     Attributes
@@ -92,14 +92,14 @@ class FlankGrid:
         """Number of columns on a wide page."""
         return len(MEMBERS) if self.by_case else len(self.cases)
 
-    def tall(self, layout: theme.Layout) -> float:
+    def tall(self, layout: theme.PageLayout) -> float:
         """Return the height in print, inches."""
         rows = len(self.text)
         words = (rows if self.by_case else 1) * self.heading_in + sum(self.text) + 2.0 * rows * LABEL_IN
         flank = min(3.0 * CELLS.width(layout, self.columns) / self.stretch, 3.6)
         return CELLS.tall(layout, self.columns, words + rows * flank)
 
-    def rows(self, layout: theme.Layout) -> list[tuple[list[tuple[int, int]], float, float]]:
+    def rows(self, layout: theme.PageLayout) -> list[tuple[list[tuple[int, int]], float, float]]:
         """Return case and member of the flanks of each row, with the heights of heading and text, inches."""
         if self.by_case:
             both = range(len(MEMBERS))
@@ -120,7 +120,7 @@ class FlankGrid:
         return f"{MEMBERS[member].capitalize()} {name}" if self.by_case else name
 
 
-def text_heights(layout: theme.Layout, count: int, text: Sequence[float]) -> tuple[float, ...]:
+def text_heights(layout: theme.PageLayout, count: int, text: Sequence[float]) -> tuple[float, ...]:
     """Return the height of the text below flanks, inches, larger in narrow columns, where lines are
     broken."""
     width = CELLS.width(layout, count)
@@ -129,7 +129,7 @@ def text_heights(layout: theme.Layout, count: int, text: Sequence[float]) -> tup
 
 
 def draw_grid(
-    page: Page, grid: FlankGrid, low: float, high: float, draw: Callable[[Cell], Picture | None]
+    page: Page, grid: FlankArrangement, low: float, high: float, draw: Callable[[Cell], Picture | None]
 ) -> dict[str, Picture]:
     """Draw the flanks of all cases with the same scale.
 
@@ -137,7 +137,7 @@ def draw_grid(
     ----------
     page : Page
         Page.
-    grid : FlankGrid
+    grid : FlankArrangement
         Cases and arrangement.
     low, high : float
         Limits of the space, as fractions of the page height.

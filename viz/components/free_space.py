@@ -67,15 +67,15 @@ class FreeSpace:
         right, up = shifts[best].tolist()
         note(self.axes, pixels[number[best]], words, (right, up), multialignment="left")
 
-    def take(self, box: theme.Box) -> None:
+    def take(self, box: theme.PageBox) -> None:
         """Mark a box of the page as occupied."""
         self._seen(box)[:] = False
 
-    def hides(self, box: theme.Box) -> int:
+    def hides(self, box: theme.PageBox) -> int:
         """Return the number of pixels of a box that are occupied or outside the page."""
         return box.width * box.height - int(self._seen(box).sum())
 
-    def _seen(self, box: theme.Box) -> Mask:
+    def _seen(self, box: theme.PageBox) -> Mask:
         """Return the part of a box that is on the page."""
         left, bottom, right, top = (
             max(end, 0) for end in (box.left, box.bottom, box.left + box.width, box.bottom + box.height)
@@ -93,10 +93,10 @@ class FreeSpace:
         return np.clip(row, 0, height - 1), np.clip(column, 0, width - 1)
 
 
-def _box(middle: FloatArray, half: FloatArray) -> theme.Box:
+def _box(middle: FloatArray, half: FloatArray) -> theme.PageBox:
     """Return a box with a centre and half its width and height, pixels."""
     low, high = (np.rint(middle + side * half).astype(int).tolist() for side in (-1.0, 1.0))
-    return theme.Box(low[0], low[1], high[0] - low[0], high[1] - low[1])
+    return theme.PageBox(low[0], low[1], high[0] - low[0], high[1] - low[1])
 
 
 class Labels:

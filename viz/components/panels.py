@@ -24,7 +24,7 @@ from beveloid_geom.shapes.sheet import grid_faces
 from ..rendering import theme
 from ..rendering.polylines import dashed, spaced
 from ..rendering.scene import Arrow, Camera, Item, Picture, Scene, Surface, Tube, render
-from ..rendering.theme import Box, Page
+from ..rendering.theme import Page, PageBox
 from . import annotate
 from .paths_table import SolvedPath, both_ratios
 from .viewpoint import FlankView, greatest_span, looks_of, scale_bars
@@ -189,7 +189,7 @@ class Panel:
 
 def draw_flank(
     page: Page,
-    box: Box,
+    box: PageBox,
     design: Design,
     number: int,
     flank: str,
@@ -204,7 +204,7 @@ def draw_flank(
     ----------
     page : Page
         Page.
-    box : Box
+    box : PageBox
         Box for the picture.
     design : Design
         The pair.
@@ -264,7 +264,12 @@ def flank_camera(view: FlankView, half_height: float) -> Camera:
 
 
 def show_items(
-    page: Page, box: Box, view: FlankView, items: Sequence[Item], px_per_mm: float, limits: float | None = 0.0
+    page: Page,
+    box: PageBox,
+    view: FlankView,
+    items: Sequence[Item],
+    px_per_mm: float,
+    limits: float | None = 0.0,
 ) -> Panel:
     """Draw items in the frame of a flank view into a box, with labels of the four sides unless `limits` is
     None."""

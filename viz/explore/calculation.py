@@ -28,7 +28,7 @@ from beveloid_geom.status import NotComputed
 
 from ..report.view_data import flank_data, member_frames
 from .panels import flank_panels, graph_panel, pattern_panels
-from .values import Settings
+from .values import ViewSettings
 
 PATH_POINTS, CYCLE_POINTS, HARMONICS = 101, 121, 10
 """Positions along the path and over the mesh cycle, and harmonics: the defaults of `tca` and `operation`."""
@@ -37,7 +37,7 @@ SMALL_BACKLASH_MM = 0.02
 
 
 @dataclass(frozen=True)
-class Figure:
+class MainFigure:
     """One number of the table of figures: label, value as text with its digits, and unit."""
 
     name: str
@@ -49,7 +49,7 @@ class Figure:
 class Calculation:
     """Results for one design and settings; every stage is computed when it is asked for."""
 
-    def __init__(self, design: Design, settings: Settings) -> None:
+    def __init__(self, design: Design, settings: ViewSettings) -> None:
         """Store design and settings."""
         self.design, self.settings = design, settings
 
@@ -107,7 +107,7 @@ class Calculation:
         found = contact_pattern(design, flank, film, operation=motion)
         sides = {"pinion": found.pinion, "gear": found.gear}
         figures = [
-            Figure(f"{name}_pattern", f"Pattern on the {name}", f"{100.0 * side.area_share:.1f}", "%")
+            MainFigure(f"{name}_pattern", f"Pattern on the {name}", f"{100.0 * side.area_share:.1f}", "%")
             for name, side in sides.items()
         ]
         return {
@@ -127,13 +127,13 @@ class Calculation:
             remarks += self.operation.remarks
         backlash = self.backlash.normal
         text = f"{backlash:z.4f}" if math.isfinite(backlash) else "not known"
-        figures = [Figure("backlash", "Normal backlash as mounted", text, "mm")]
+        figures = [MainFigure("backlash", "Normal backlash as mounted", text, "mm")]
         if self.settings.torque > 0.0:
             pressed = pressure_along(self.path, Load(torque_nm=float(self.settings.torque)))
             remarks += pressure_remarks(pressed)
             known = pressed.pressure[np.isfinite(pressed.pressure)]
             text = f"{known.max():.1f}" if known.size else "not known"
-            figures.append(Figure("pressure", "Largest pressure (Hertz)", text, "MPa"))
+            figures.append(MainFigure("pressure", "Largest pressure (Hertz)", text, "MPa"))
         return {"status": "solved", "remarks": _data(remarks), "figures": [vars(one) for one in figures]}
 
     def _first_remarks(self) -> Iterator[Remark]:
@@ -142,18 +142,18 @@ class Calculation:
             yield Remark(UNKNOWN, f"{self.settings.flank} flanks, in operation: {failure.text}")
         yield from self.operation.edge_remarks
 
-    def _motion_figures(self) -> Iterator[Figure]:
+    def _motion_figures(self) -> Iterator[MainFigure]:
         """Yield the figures of contact and motion."""
         operation = self.operation
         ratios = (operation.eq16, operation.operating, operation.within_film)
         names = ("Contact ratio of one pair (Eq. 16)", "Contact ratio in operation")
         labels = (*names, f"Contact ratio within {1e3 * operation.film:g} µm")
         for name, label, value in zip(("ratio", "operating", "film_ratio"), labels, ratios, strict=True):
-            yield Figure(name, label, f"{value:.4f}" if math.isfinite(value) else "not known")
+            yield MainFigure(name, label, f"{value:.4f}" if math.isfinite(value) else "not known")
         swing = ARCSEC * float(operation.cycle.peak_to_peak)
-        yield Figure("error", "Transmission error, peak to peak", f"{swing:.3f}", "arcsec")
+        yield MainFigure("error", "Transmission error, peak to peak", f"{swing:.3f}", "arcsec")
         share = 0.0 if operation.along_lines else 100.0 * float(operation.cycle.edge_share)
-        yield Figure("edges", "Mesh cycle with edge contact", f"{share:.1f}", "%")
+        yield MainFigure("edges", "Mesh cycle with edge contact", f"{share:.1f}", "%")
 
 
 def _nothing(status: str, reason: str) -> dict[str, Any]:

@@ -49,11 +49,11 @@ def main(
     if find_spec("aiohttp") is None:
         raise Refusal([f"explore-pair needs the package aiohttp: {install}"])
     from .server import HOST, Server
-    from .values import Settings, Start
+    from .values import Start, ViewSettings
 
     name, given = click.format_filename(design), {k: x for k, x in changes.items() if x is not None}
     try:
-        server = Server(Start(changed, name, Settings(flank, film, torque), given), port)
+        server = Server(Start(changed, name, ViewSettings(flank, film, torque), given), port)
     except OSError as error:
         cure = "choose another port, or omit --port for a free one"
         raise Refusal([f"--port {port} of {HOST} cannot be used ({error.strerror}): {cure}"]) from None

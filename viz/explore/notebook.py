@@ -11,7 +11,7 @@ from beveloid_geom.contact.ellipse import MARKING_SEPARATION
 from beveloid_geom.design.arguments import require_design
 
 from .server import Server
-from .values import Settings, Start
+from .values import Start, ViewSettings
 
 
 class Exploration:
@@ -90,6 +90,6 @@ def explore(
     require_design(design)
     if design.batch_shape:
         raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
-    start = Start(design, name, Settings(flank, film, torque))
+    start = Start(design, name, ViewSettings(flank, film, torque))
     start.read(start.values)
     return Exploration(Server(start, port))

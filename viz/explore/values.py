@@ -32,7 +32,7 @@ MAX_FILM_MM, MAX_TORQUE_NM = 10.0, 1e12
 
 
 @dataclass(frozen=True)
-class Settings:
+class ViewSettings:
     """Settings that do not belong to the design: driving flanks, film thickness (mm), torque on the pinion
     (Nm, 0 for none)."""
 
@@ -48,7 +48,7 @@ class Start:
         self,
         design: Design,
         name: str = "design",
-        settings: Settings | None = None,
+        settings: ViewSettings | None = None,
         given: Mapping[str, Any] | None = None,
     ) -> None:
         """Store the start.
@@ -59,20 +59,20 @@ class Start:
             A single design.
         name : str
             Name of the design, as on the command line.
-        settings : Settings, optional
+        settings : ViewSettings, optional
             Settings at the start.
         given : mapping, optional
             Arguments of `override` that changed the named design into `design`, for the command line.
         """
         self.given = dict(given or {})
-        self.design, self.name, self.settings = design, name, settings or Settings()
+        self.design, self.name, self.settings = design, name, settings or ViewSettings()
         self.controls: dict[str, Control] = {control.name: control for control in controls_of(design)}
         self.values = {**_teeth_values(design, self.controls), **vars(self.settings)}
         self.values |= {"errors_at": design.errors_at}
         for place in PLACES:
             self.values |= errors_values(design, place)
 
-    def read(self, values: Values) -> tuple[Design, Settings]:
+    def read(self, values: Values) -> tuple[Design, ViewSettings]:
         """Return design and settings for values of the controls.
 
         Parameters
@@ -82,7 +82,7 @@ class Start:
 
         Returns
         -------
-        tuple of Design and Settings
+        tuple of Design and ViewSettings
 
         Raises
         ------
@@ -100,7 +100,7 @@ class Start:
             faults += [self._named(fault, given["flank"]) for fault in error.parts]
         if faults:
             raise DesignError(faults)
-        return design, Settings(given["flank"], float(given["film"]), float(given["torque"]))
+        return design, ViewSettings(given["flank"], float(given["film"]), float(given["torque"]))
 
     def _named(self, fault: Fault, flank: str) -> Fault:
         """Return a fault of `override` with the name of its control as key, where there is one.

@@ -21,7 +21,7 @@ page."""
 
 
 @dataclass(frozen=True)
-class Layout:
+class PageLayout:
     """Size of a page.
 
     Attributes
@@ -52,23 +52,23 @@ class Layout:
         return SCALE if self.printed else 1.0
 
 
-def of_size(size_px: Size, plain: bool = False, inches: tuple[float, float] = (16.0, 12.0)) -> Layout:
+def of_size(size_px: Size, plain: bool = False, inches: tuple[float, float] = (16.0, 12.0)) -> PageLayout:
     """Return the layout for a page of width and height in pixels. Text scales with the page."""
     width, height = size_px
     dpi = min(width / inches[0], height / inches[1])
-    return Layout((width + 1e-6) / dpi, (height + 1e-6) / dpi, dpi, plain)
+    return PageLayout((width + 1e-6) / dpi, (height + 1e-6) / dpi, dpi, plain)
 
 
-def of_width(mm: float, plain: bool = False) -> Layout:
+def of_width(mm: float, plain: bool = False) -> PageLayout:
     """Return the layout for a width in print, mm. The height follows from the figure."""
     # Pixels per inch of paper.
     print_dpi = 300.0
     dpi = print_dpi * SCALE
-    return Layout((round(mm / 25.4 * print_dpi) + 1e-6) / dpi, None, dpi, plain)
+    return PageLayout((round(mm / 25.4 * print_dpi) + 1e-6) / dpi, None, dpi, plain)
 
 
 @dataclass(frozen=True)
-class Cells:
+class PanelRows:
     """Rows of panels.
 
     Attributes
@@ -90,31 +90,31 @@ class Cells:
     most: int
     least: float
 
-    def columns(self, layout: Layout, count: int) -> int:
+    def columns(self, layout: PageLayout, count: int) -> int:
         """Return the number of columns for `count` panels: the fewest columns with the fewest possible
         rows."""
         room = layout.width - self.left - self.right + self.across
         most = max(1, min(self.most, count, int(room / (self.least + self.across) + 1e-9)))
         return -(-count // -(-count // most))
 
-    def width(self, layout: Layout, count: int) -> float:
+    def width(self, layout: PageLayout, count: int) -> float:
         """Return the width of a panel, inches."""
         columns = self.columns(layout, count)
         return (layout.width - self.left - self.right - (columns - 1) * self.across) / columns
 
-    def tall(self, layout: Layout, count: int, height: float) -> float:
+    def tall(self, layout: PageLayout, count: int, height: float) -> float:
         """Return the height of all rows, inches, for panels of a given height. Limited to ROOM."""
         rows = -(-count // self.columns(layout, count))
         return min(rows * height + (rows - 1) * self.down, ROOM)
 
     def boxes(
-        self, layout: Layout, count: int, page_height: float, low: float, high: float
+        self, layout: PageLayout, count: int, page_height: float, low: float, high: float
     ) -> list[tuple[float, float, float, float]]:
         """Return left, bottom, width and height of each panel, as fractions of the page.
 
         Parameters
         ----------
-        layout : Layout
+        layout : PageLayout
             Size of the page.
         count : int
             Number of panels.

@@ -23,7 +23,7 @@ from matplotlib.font_manager import findfont, get_font
 from matplotlib.text import Annotation, Text
 from numpy.typing import ArrayLike
 
-from .layout import ROOM, Cells as Cells, Layout as Layout
+from .layout import ROOM, PageLayout as PageLayout, PanelRows as PanelRows
 from .scene import Picture, Size
 
 # Palette of Okabe and Ito: can be distinguished by colour-blind readers and by lightness in print.
@@ -84,7 +84,7 @@ def style() -> AbstractContextManager[None]:
 
 
 @dataclass(frozen=True)
-class Box:
+class PageBox:
     """Rectangle of whole pixels on a page."""
 
     left: int
@@ -109,7 +109,7 @@ class Entries(NamedTuple):
 class Page(Figure):
     """Matplotlib figure with layout, title, subtitle and note; in print also the legends to be placed."""
 
-    def __init__(self, layout: Layout, height: float, title: str, subtitle: str, note: str) -> None:
+    def __init__(self, layout: PageLayout, height: float, title: str, subtitle: str, note: str) -> None:
         """Create an empty white page of a height in inches."""
         super().__init__(figsize=(layout.width, height), dpi=layout.dpi, facecolor="white")
         FigureCanvasAgg(self)
@@ -118,7 +118,7 @@ class Page(Figure):
 
 
 def new_page(
-    layout: Layout,
+    layout: PageLayout,
     title: str,
     subtitle: str,
     note: str,
@@ -131,7 +131,7 @@ def new_page(
 
     Parameters
     ----------
-    layout : Layout
+    layout : PageLayout
         Size of the page.
     title, subtitle, note : str
         Text above and below the figure.
@@ -172,7 +172,7 @@ def split_rows(low: float, high: float, count: int, gap: float = 0.0) -> tuple[l
     return [high - height - row * (height + gap) for row in range(count)], height
 
 
-def panels(page: Page, cells: Cells, count: int, low: float, high: float) -> list[Axes]:
+def panels(page: Page, cells: PanelRows, count: int, low: float, high: float) -> list[Axes]:
     """Return axes for `count` panels between two heights of the page, row by row."""
     boxes = cells.boxes(page.layout, count, page.get_figheight(), low, high)
     return [page.add_axes(box) for box in boxes]
@@ -182,7 +182,7 @@ NARROW = 9.0
 """Page width in inches below which two panels are placed one above the other."""
 
 
-def stacked_height(layout: Layout, tall: float) -> float:
+def stacked_height(layout: PageLayout, tall: float) -> float:
     """Return the height of two panels in print, inches; `tall` is their height if placed side by side."""
     return tall if layout.width > NARROW else min(2.0 * tall, ROOM)
 
@@ -328,15 +328,15 @@ def label_point(
     return axes.annotate(words, place, offset, **settings)
 
 
-def place(page: Page, left: float, bottom: float, width: float, height: float) -> Box:
+def place(page: Page, left: float, bottom: float, width: float, height: float) -> PageBox:
     """Return the box of whole pixels nearest to a rectangle given as fractions of the page."""
     page_width, page_height = page.canvas.get_width_height()
     x0, x1 = (round(edge * page_width) for edge in (left, left + width))
     y0, y1 = (round(edge * page_height) for edge in (bottom, bottom + height))
-    return Box(x0, y0, max(1, x1 - x0), max(1, y1 - y0))
+    return PageBox(x0, y0, max(1, x1 - x0), max(1, y1 - y0))
 
 
-def show_picture(page: Page, box: Box, picture: Picture) -> Axes:
+def show_picture(page: Page, box: PageBox, picture: Picture) -> Axes:
     """Place a picture, rendered at `box.size`, into its box, pixel by pixel.
 
     The returned axes have the pixels of the picture as coordinates, from the upper left corner, as
@@ -348,7 +348,7 @@ def show_picture(page: Page, box: Box, picture: Picture) -> Axes:
     return axes
 
 
-def overlay(page: Page, box: Box) -> Axes:
+def overlay(page: Page, box: PageBox) -> Axes:
     """Return empty axes over a box, with its pixels as coordinates from the upper left corner."""
     page_width, page_height = page.canvas.get_width_height()
     axes = page.add_axes(

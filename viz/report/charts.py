@@ -28,7 +28,7 @@ from beveloid_geom.report.sensitivity import SensitivityReport, steps_of
 from beveloid_geom.report.sliding import SlidingReport
 
 from ..components import charts, flattened_flank, motion_graph
-from ..components.charts import Quantity
+from ..components.charts import ErrorEffect
 from ..components.flattened_flank import FlatFlank
 from ..components.motion_graph import MotionGraph
 from ..components.paths_table import FLANKS, points_on
@@ -275,7 +275,7 @@ def sliding_chart(report: SlidingReport) -> Figure:
     return chart
 
 
-def sensitivity_chart(report: SensitivityReport, quantities: dict[Quantity, float]) -> Figure:
+def sensitivity_chart(report: SensitivityReport, quantities: dict[ErrorEffect, float]) -> Figure:
     """Draw the changes of `quantities` under errors of usual size. Limits are the largest change on either
     flank."""
     chart = new_chart(20.0 + 180.0 * len(quantities))
@@ -289,7 +289,7 @@ def sensitivity_chart(report: SensitivityReport, quantities: dict[Quantity, floa
     return chart
 
 
-def changing(reports: Sequence[SensitivityReport]) -> dict[Quantity, float]:
+def changing(reports: Sequence[SensitivityReport]) -> dict[ErrorEffect, float]:
     """Return the quantities that change under an error, and the largest change of each."""
     greatest = {
         quantity: charts.greatest_of(charts.changes_under_steps([one.result], quantity) for one in reports)

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
     from beveloid_geom import Design
 
-    from .data import PageData, Settings
+    from .data import PageData, ReportSettings
 
 DEFAULT_OUT = Path("outputs/report.html")
 
@@ -121,22 +121,22 @@ def prepare(out: Path) -> None:
         raise Refusal([f"cannot write {name} ({error.strerror}): choose a file with --out"]) from None
 
 
-def settings_of(design: Design, sizes: dict[str, float], cases: int, seed: int) -> Settings:
+def settings_of(design: Design, sizes: dict[str, float], cases: int, seed: int) -> ReportSettings:
     """Return the settings of the tolerance study; without sizes (mm, rad, by name), the usual ones. Raises
     Refusal for tolerances that do not suit the design."""
     from beveloid_geom import Tolerances, tolerance_study
     from beveloid_geom.analysis.tolerance import USUAL_AT
 
-    from .data import Settings
+    from .data import ReportSettings
 
     if not sizes:
-        return Settings(USUAL_AT[design.errors_at], False, cases, seed)
+        return ReportSettings(USUAL_AT[design.errors_at], False, cases, seed)
     given = Tolerances(**sizes)  # type: ignore[arg-type]  # all are numbers
     try:
         tolerance_study(design, given, cases=1)
     except ValueError as error:
         raise Refusal([str(error)]) from None
-    return Settings(given, True, cases, seed)
+    return ReportSettings(given, True, cases, seed)
 
 
 def _now() -> datetime:
@@ -170,7 +170,7 @@ def _helpers(cases: int) -> Iterator[Executor | None]:
         yield pool
 
 
-def _made(origin: Origin, design: Design, settings: Settings) -> tuple[PageData, str]:
+def _made(origin: Origin, design: Design, settings: ReportSettings) -> tuple[PageData, str]:
     """Return data and text of the page, with a progress bar on standard error."""
     from tqdm import tqdm
 

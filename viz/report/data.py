@@ -52,7 +52,7 @@ Section: TypeAlias = tuple[Any, str, str | None]
 
 
 @dataclass(frozen=True)
-class Settings:
+class ReportSettings:
     """Settings of the page.
 
     Attributes
@@ -141,7 +141,7 @@ class PageData:
 
     name: str
     design: Design
-    settings: Settings
+    settings: ReportSettings
     flanks: dict[str, FlankResults]
     ease_off: EaseOffReport
     numbers: dict[str, Any]
@@ -175,7 +175,7 @@ class PageData:
 def compute(
     name: str,
     design: Design,
-    settings: Settings,
+    settings: ReportSettings,
     progress: Progress = lambda _: None,
     executor: Executor | None = None,
 ) -> PageData:
@@ -187,7 +187,7 @@ def compute(
         Name of the design.
     design : Design
         A single design.
-    settings : Settings
+    settings : ReportSettings
         Tolerances, load, and number of mountings.
     progress : callable
         Called with the name of each stage before it, and after each block of mountings.
@@ -248,7 +248,7 @@ def compute(
 
 
 def _sections(
-    name: str, design: Design, flank: str, settings: Settings, progress: Progress
+    name: str, design: Design, flank: str, settings: ReportSettings, progress: Progress
 ) -> dict[str, Section]:
     """Compute the SECTIONS of one flank pair. A section that fails does not affect the others."""
     results: dict[str, Section] = {}
@@ -295,7 +295,7 @@ def _operation(name: str, design: Design, flank: str, *_: object) -> Section:
 
 
 def _tolerances(
-    name: str, design: Design, settings: Settings, progress: Progress, executor: Executor | None
+    name: str, design: Design, settings: ReportSettings, progress: Progress, executor: Executor | None
 ) -> dict[str, Section]:
     """Compute the tolerance studies of both flanks. Usual tolerances may not suit the design."""
     progress("tolerance")
@@ -323,7 +323,7 @@ def _studied(name: str, design: Design, study: ToleranceStudy) -> Section:
     return study, json_text(ToleranceReport(name, design, study).data()), none
 
 
-def _matrices(name: str, design: Design, settings: Settings, progress: Progress) -> dict[str, Section]:
+def _matrices(name: str, design: Design, settings: ReportSettings, progress: Progress) -> dict[str, Section]:
     """Compute the patterns of both flanks under two errors."""
     progress("matrix")
     over = ("offset", "shaft_angle")  # errors of rows and columns
@@ -344,7 +344,7 @@ def _matrices(name: str, design: Design, settings: Settings, progress: Progress)
     return results
 
 
-def _hertz(name: str, design: Design, flank: str, settings: Settings, *_: object) -> Section:
+def _hertz(name: str, design: Design, flank: str, settings: ReportSettings, *_: object) -> Section:
     if reason := reason_of(path_of_contact(design, flank, 2)):
         return _missing(name, flank, reason)
     report = contact_report(name, design, flank, POSITIONS, certified=False, load=settings.load)
@@ -359,7 +359,7 @@ def _pattern(name: str, design: Design, flank: str, *_: object) -> Section:
     return report, json_text(report.data()), None
 
 
-SECTIONS: dict[str, Callable[[str, Design, str, Settings], Section]] = {
+SECTIONS: dict[str, Callable[[str, Design, str, ReportSettings], Section]] = {
     "tca": lambda name, design, flank, *_: _reported(contact_report(name, design, flank, POSITIONS)),
     "operation": _operation,
     "sliding": lambda name, design, flank, *_: _reported(sliding_report(name, design, flank, POSITIONS)),

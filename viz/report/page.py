@@ -33,7 +33,7 @@ from beveloid_geom.report.text import modification_words, place_words, unit_of
 from beveloid_geom.report.tolerance import SHOWN_SHARES
 from beveloid_geom.status import Limit
 
-from ..components.charts import ZERO_ERROR_ARCSEC, Quantity
+from ..components.charts import ZERO_ERROR_ARCSEC, ErrorEffect
 from ..components.paths_table import FLANKS, MEMBERS
 from . import charts
 from .cells import cell_pictures, size_decimals
@@ -102,7 +102,9 @@ def asset(name: str) -> Markup:
     return Markup(text.replace("</script", "<\\/script"))
 
 
-def _drawn(data: PageData, results: FlankResults, flats: Flats, quantities: dict[Quantity, float]) -> Drawn:
+def _drawn(
+    data: PageData, results: FlankResults, flats: Flats, quantities: dict[ErrorEffect, float]
+) -> Drawn:
     """Draw the charts of a flank pair that have contents; by name, with title."""
     moving = None if results.flank in still(data) else results.operation
     graph = results.motion if moving else None

@@ -77,7 +77,7 @@ def optimise_amounts(
     require_design(design)
     check_aim(design, aim, flank)
     _check_amounts(design, flank, bounds)
-    search = _Search(design, aim, flank, tuple(bounds), np.array([*bounds.values()], dtype=float).T)
+    search = _AmountSearch(design, aim, flank, tuple(bounds), np.array([*bounds.values()], dtype=float).T)
     amounts = search.result()
     changed = modified(design, flank, amounts)
     return AmountsOptimum(
@@ -104,7 +104,7 @@ def modified(design: Design, flank: str, amounts: Mapping[str, float | FloatArra
 
 
 @dataclass(frozen=True, eq=False)
-class _Search:
+class _AmountSearch:
     """Search for the amounts `names` between the rows of `limits` (2, n), um."""
 
     design: Design

@@ -11,7 +11,7 @@ import numpy as np
 from ...arrays import FloatArray, Integers
 from ...gear.crossing_curve import START, CrossingCurve
 from ...status import Limit
-from .tangency import Condition, Contacts, Placement, Surfaces
+from .tangency import Condition, Contacts, MemberPlacement, Surfaces
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class Problem:
     """
 
     surfaces: Surfaces
-    placed: Placement
+    placed: MemberPlacement
     lowest: FloatArray
     highest: FloatArray
     tip: FloatArray

@@ -30,7 +30,7 @@ from typing import TypeAlias
 import numpy as np
 
 from ...arrays import FloatArray, Integers, Mask
-from ...gear.tooth_side import Surface, cut_with_bends, profile_at, tangents_of
+from ...gear.tooth_side import ToothSurface, cut_with_bends, profile_at, tangents_of
 
 NEWTON_MAX_STEPS = 40
 LARGEST_STEP = 0.5
@@ -49,7 +49,7 @@ class Jet:
     plane: FloatArray
 
 
-def jet_at(surface: Surface, s: FloatArray, z: FloatArray) -> Jet:
+def jet_at(surface: ToothSurface, s: FloatArray, z: FloatArray) -> Jet:
     """Return points of a surface at (s, z), mm, with first and second derivatives."""
     cut, bends = cut_with_bends(surface, s, z)
     return Jet(cut.phi, tangents_of(cut, bends))
@@ -68,7 +68,7 @@ def normals_of(jet: Jet) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class Placement:
+class MemberPlacement:
     """Axes and mid-faces (n,): cosine and sine of the shaft angle, offset, axial `position` (2, n) and pitch
     point (3, n) in S_f, mm.
     """
@@ -79,9 +79,9 @@ class Placement:
     position: FloatArray
     pitch_point: FloatArray
 
-    def take(self, index: Integers | Mask) -> Placement:
+    def take(self, index: Integers | Mask) -> MemberPlacement:
         """Return the placements at `index`."""
-        return Placement(*(value[..., index] for value in vars(self).values()))
+        return MemberPlacement(*(value[..., index] for value in vars(self).values()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,8 +91,8 @@ class Surfaces:
     `ratio` is N1/N2, `largest` (3,) the largest Newton steps in s1, z1 (mm) and roll (rad).
     """
 
-    pinion: Surface
-    gear: Surface
+    pinion: ToothSurface
+    gear: ToothSurface
     ratio: float
     largest: FloatArray
 
@@ -144,7 +144,7 @@ def cross(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.array((a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]))
 
 
-def _in_gear_frame(jet: Jet, z1: FloatArray, roll: FloatArray, placed: Placement) -> FloatArray:
+def _in_gear_frame(jet: Jet, z1: FloatArray, roll: FloatArray, placed: MemberPlacement) -> FloatArray:
     """Return points of the pinion and their derivatives in the frame of the gear, (3, 9, n): P, P_s, P_z,
     P_ss, P_sz, P_zz, and P_r, P_sr, P_zr with the roll r."""
     # Rotate by roll + phi. The derivatives by the roll are k x the vector.
@@ -174,7 +174,7 @@ def _turned(vectors: FloatArray, turn: tuple[FloatArray, FloatArray]) -> FloatAr
     return np.array((cos * x - sin * y, sin * x + cos * y, z))
 
 
-def contacts_at(surfaces: Surfaces, placed: Placement, state: FloatArray) -> Contacts:
+def contacts_at(surfaces: Surfaces, placed: MemberPlacement, state: FloatArray) -> Contacts:
     """Return residuals and derivatives at states (4, n)."""
     s1, z1, roll, s2 = state
     jet = jet_at(surfaces.pinion, s1, z1)
@@ -251,7 +251,7 @@ def given_row(row: int, values: FloatArray) -> Condition:
 
 def solve(
     surfaces: Surfaces,
-    placed: Placement,
+    placed: MemberPlacement,
     state: FloatArray,
     condition: Condition,
     reach: FloatArray | None = None,
@@ -262,7 +262,7 @@ def solve(
     Parameters
     ----------
     surfaces : Surfaces
-    placed : Placement
+    placed : MemberPlacement
     state : ndarray, shape (4, n)
         Starting values of s1, z1 (mm), roll (rad) and s2 (mm).
     condition : Condition
@@ -345,7 +345,7 @@ def _limited(
     return step * np.where(back, 0.5 ** (halvings + 1), 1.0), back
 
 
-def meshing_start(surfaces: Surfaces, placed: Placement, s1: FloatArray, z1: FloatArray) -> FloatArray:
+def meshing_start(surfaces: Surfaces, placed: MemberPlacement, s1: FloatArray, z1: FloatArray) -> FloatArray:
     """Return starting states (4, n) for contacts at the flank points (s1, z1) of the pinion, mm.
 
     The roll satisfies the equation of meshing n.(v1 - v2) = 0 of gears that turn in the ratio of their teeth.
@@ -383,6 +383,6 @@ def meshing_start(surfaces: Surfaces, placed: Placement, s1: FloatArray, z1: Flo
     return np.array((s1, z1, angle - jet.phi, s2))
 
 
-def extended(surface: Surface) -> Surface:
+def extended(surface: ToothSurface) -> ToothSurface:
     """Return the flank continued below its joint with the fillet and beyond an edge of undercut."""
     return replace(surface, joint=-np.inf, crossing=None)

@@ -27,7 +27,7 @@ from .motion import DIFFERENCE_RAD
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
+class SeparationSamples:
     """Sampled distances of points.
 
     Attributes
@@ -112,7 +112,7 @@ class MinimumSeparation:
     status: Codes
 
 
-def sampled(mating: Mating, points: FloatArray, near: Mask | None = None) -> Samples:
+def sampled(mating: Mating, points: FloatArray, near: Mask | None = None) -> SeparationSamples:
     """Sample the separation of points.
 
     Parameters
@@ -126,7 +126,7 @@ def sampled(mating: Mating, points: FloatArray, near: Mask | None = None) -> Sam
 
     Returns
     -------
-    Samples
+    SeparationSamples
     """
     count, n = len(mating.rolls), len(points)
     table, place = np.full((count, n), np.inf), np.full((count, n), -1)
@@ -145,7 +145,7 @@ def sampled(mating: Mating, points: FloatArray, near: Mask | None = None) -> Sam
         asked = (place < 0) & alone
     sample, point = np.divmod(np.concatenate(numbers), n)
     room = float(mating.sheet.module)
-    return Samples(table, np.concatenate(parts, axis=1), place, sample, point, room)
+    return SeparationSamples(table, np.concatenate(parts, axis=1), place, sample, point, room)
 
 
 def minimum_separation(mating: Mating, points: FloatArray, near: Mask | None = None) -> MinimumSeparation:
@@ -197,7 +197,7 @@ def minimum_separation(mating: Mating, points: FloatArray, near: Mask | None = N
     return MinimumSeparation(least, at, status)
 
 
-def _between(mating: Mating, points: FloatArray, samples: Samples) -> tuple[Integers, FloatArray]:
+def _between(mating: Mating, points: FloatArray, samples: SeparationSamples) -> tuple[Integers, FloatArray]:
     """Return the points whose foot is on the mating flank between samples, with rolls and rows (5, 3, n)
     there, before and after.
 

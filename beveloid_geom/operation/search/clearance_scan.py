@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ...arrays import FloatArray, Integers, Mask
 from ...design.member import Member
 from ...gear.flank import tip_parameter
-from ...gear.tooth_side import Surface, angle_of, cut_at, profile_at, surface_of
+from ...gear.tooth_side import ToothSurface, angle_of, cut_at, profile_at, surface_of
 from ...support.frozen_arrays import kept
 from ...support.products import product
 from ..angular_clearance import met_by
@@ -179,12 +179,12 @@ def grid_of(member: Member, flank: str, points: tuple[int, int, int]) -> Grid:
 
 
 @kept(64)
-def chart_of(surface: Surface, above: float, beyond: float) -> Chart:
+def chart_of(surface: ToothSurface, above: float, beyond: float) -> Chart:
     """Tabulate the angles of a tooth surface.
 
     Parameters
     ----------
-    surface : Surface
+    surface : ToothSurface
     above : float
         Height above the tip up to which the chart extends, mm.
     beyond : float

@@ -33,7 +33,7 @@ NEAR_FILLET_CELLS = 2.0
 
 
 @dataclass(frozen=True, eq=False)
-class Starts:
+class SearchStarts:
     """Starting points of searches (n,).
 
     Attributes
@@ -51,12 +51,12 @@ class Starts:
     place: FloatArray
     box: FloatArray
 
-    def pick(self, index: Integers) -> Starts:
+    def pick(self, index: Integers) -> SearchStarts:
         """Return the searches `index`."""
-        return Starts(*(value.take(index, axis=-1) for value in vars(self).values()))
+        return SearchStarts(*(value.take(index, axis=-1) for value in vars(self).values()))
 
 
-def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: float) -> Starts:
+def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: float) -> SearchStarts:
     """Select the starting points of a scan.
 
     Parameters
@@ -72,7 +72,7 @@ def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: flo
 
     Returns
     -------
-    Starts
+    SearchStarts
         Minima of scan lines, tip edges on fillets, and ends of valleys.
     """
     # Clearance above the smallest one, in modules, up to which scanned points are starts.
@@ -81,19 +81,21 @@ def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: flo
     cell = np.array(grid.cell)[:, None]
     place = np.array((grid.s[point], grid.z[point]))
     parts = [
-        Starts(row, scan.periods[row, point].astype(np.int64), place, np.broadcast_to(cell, place.shape))
+        SearchStarts(
+            row, scan.periods[row, point].astype(np.int64), place, np.broadcast_to(cell, place.shape)
+        )
     ]
     bound = least + start_modules * module, least + TIP_START_MODULES * module
     row, periods, place, inwards = _edge_starts(task, scan, grid, bound)
     for step, inside in zip(TIP_STEP_CELLS, (0.0, 1.0), strict=True):
         box = np.broadcast_to(cell * np.array(((step,), (1.0,))), place.shape)
         moved = np.array((inside * grid.cell[0] * inwards, 0.0 * inwards))
-        parts.append(Starts(row, periods, place + moved, box))
+        parts.append(SearchStarts(row, periods, place + moved, box))
     parts.append(_valley_ends(task, scan, grid, bound[1], module))
     return joined(parts)
 
 
-def _valley_ends(task: Task, scan: Scan, grid: Grid, bound: FloatArray, module: float) -> Starts:
+def _valley_ends(task: Task, scan: Scan, grid: Grid, bound: FloatArray, module: float) -> SearchStarts:
     """Return starts at both ends of the valley through the smallest scanned f of each tooth pair.
 
     A valley is used if f is within the `bound` (tasks,) and rises by less than the scan resolves, 1e-4
@@ -132,7 +134,7 @@ def _valley_ends(task: Task, scan: Scan, grid: Grid, bound: FloatArray, module: 
     each, ends = np.tile(known[both], 2), ends[:, :, both].reshape(2, -1)
     cell = np.array(grid.cell)[:, None]
     box = np.clip(0.25 * np.abs(ends - bottom[:, each]), 0.02 * cell, 0.25 * cell)
-    return Starts(row[each], periods[each], ends, box)
+    return SearchStarts(row[each], periods[each], ends, box)
 
 
 def _line_starts(f: Single, shape: tuple[int, int], bound: FloatArray) -> tuple[Integers, Integers]:
@@ -214,13 +216,13 @@ def _or_nothing(steps: FloatArray) -> FloatArray:
     return np.where(np.isfinite(steps), steps, 0.0)
 
 
-def near_fillets(task: Task, starts: Starts, grid: Grid) -> Mask:
+def near_fillets(task: Task, starts: SearchStarts, grid: Grid) -> Mask:
     """Return which searches start on or near a fillet.
 
     Parameters
     ----------
     task : Task
-    starts : Starts
+    starts : SearchStarts
         Searches (n,).
     grid : Grid
 
@@ -235,7 +237,7 @@ def near_fillets(task: Task, starts: Starts, grid: Grid) -> Mask:
     return np.asarray((starts.place[0] < start + spare) | ~(met >= task.gear.joint + spare))
 
 
-def beside_fillets(task: Task, place: FloatArray, grid: Grid) -> Starts:
+def beside_fillets(task: Task, place: FloatArray, grid: Grid) -> SearchStarts:
     """Return additional starts next to minima that were computed.
 
     Parameters
@@ -248,7 +250,7 @@ def beside_fillets(task: Task, place: FloatArray, grid: Grid) -> Starts:
 
     Returns
     -------
-    Starts
+    SearchStarts
         On a tip edge at the same station, if it is on a fillet less than a cell away, and next to that
         fillet. `row` counts the minima.
     """
@@ -273,5 +275,5 @@ def beside_fillets(task: Task, place: FloatArray, grid: Grid) -> Starts:
         row = np.flatnonzero((away >= least) & (away < grid.cell[0]) & (gap < 0.0))
         moved = edge[:, row] + np.array((inside * grid.cell[0] * INWARDS[tip[row]], np.zeros(row.size)))
         box = np.broadcast_to(cell * np.array(((step,), (1.0,))), moved.shape)
-        parts.append(Starts(close[row], np.zeros_like(row), moved, box))
+        parts.append(SearchStarts(close[row], np.zeros_like(row), moved, box))
     return joined(parts)

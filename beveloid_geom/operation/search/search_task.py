@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...arrays import FloatArray, Integers, Mask
-from ...gear.tooth_side import Bends, Cut, Surface, cut_at, tangents_of
+from ...gear.tooth_side import Bends, Cut, ToothSurface, cut_at, tangents_of
 from ..angular_clearance import Pose
 
 OVERLAP_PERIODS = 0.25
@@ -21,7 +21,7 @@ class Task:
 
     Attributes
     ----------
-    pinion, gear : Surface
+    pinion, gear : ToothSurface
         Tooth surfaces of pinion and gear.
     lever : float
         Clearance along the normal per rad of gear roll, g of `local_clearance`, mm.
@@ -41,8 +41,8 @@ class Task:
         begun.
     """
 
-    pinion: Surface
-    gear: Surface
+    pinion: ToothSurface
+    gear: ToothSurface
     lever: float
     pose: Pose
     roll: FloatArray

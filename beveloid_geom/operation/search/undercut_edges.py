@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...arrays import FloatArray, Integers, Mask
-from ...gear.tooth_side import Surface
+from ...gear.tooth_side import ToothSurface
 from ...status import Limit
 from ...support.array_records import joined
 from .minimum_clearance import LocalMinima, minimum_clearances
@@ -56,11 +56,11 @@ def across_edges(task: Task, least: LocalMinima, box: FloatArray) -> tuple[Local
     return least, origin
 
 
-def _edges(task: Task) -> tuple[tuple[Surface, Limit], tuple[Surface, Limit]]:
+def _edges(task: Task) -> tuple[tuple[ToothSurface, Limit], tuple[ToothSurface, Limit]]:
     return (task.pinion, Limit.PINION_ROOT), (task.gear, Limit.GEAR_ROOT)
 
 
-def _on_edge(surface: Surface, limited: Mask, place: FloatArray) -> Mask:
+def _on_edge(surface: ToothSurface, limited: Mask, place: FloatArray) -> Mask:
     """Return whether places (2, n) limited by the root (`limited`, (2, n)) are on an undercut edge and not
     at the end of the fillet."""
     if surface.crossing is None:

@@ -12,7 +12,7 @@ import pytest
 from beveloid_geom import Design, DesignError, MeshErrors, Modification, builtin_design, from_degrees
 from beveloid_geom.arrays import FLANK_SIGN
 from beveloid_geom.pair.misalignment_at_mesh import from_mesh
-from beveloid_viz.explore.values import Settings, Start
+from beveloid_viz.explore.values import Start, ViewSettings
 from tests.cli.running import run, strict_json
 
 RELIEF = "pinion.right.tip_relief_um"
@@ -29,7 +29,7 @@ CHANGES: dict[str, Any] = {
 
 def test_no_change_is_the_start_to_the_last_bit(modified: Design) -> None:
     start = Start(modified)
-    assert start.read({}) == (modified, Settings())
+    assert start.read({}) == (modified, ViewSettings())
     assert start.read(start.values)[0] == modified
     assert start.changes(start.values) == {}
 

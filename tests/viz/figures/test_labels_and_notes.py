@@ -28,7 +28,7 @@ from beveloid_viz.figures.paper.fig_07_to_10_paths import coefficient_texts
 from beveloid_viz.figures.paper.fig_12_to_15_misalignment import _free_corner
 from beveloid_viz.figures.results import tolerance_cloud
 from beveloid_viz.rendering import theme
-from beveloid_viz.rendering.layout import Layout, of_size, of_width
+from beveloid_viz.rendering.layout import PageLayout, of_size, of_width
 from beveloid_viz.rendering.scene import Picture, Tube
 
 from ...symmetry import mirrored, scaled
@@ -259,7 +259,7 @@ def test_paths_are_thinner_on_narrow_pages() -> None:
     "design", [scaled(mirrored(TABLE), 1.0 / 3.0), both_right()], ids=("mirrored", "25/61")
 )
 @pytest.mark.parametrize("layout", [of_size((1600, 1200)), of_width(90.0)], ids=("wide", "narrow"))
-def test_labels_of_radii_are_next_to_their_arrows(design: Design, layout: Layout) -> None:
+def test_labels_of_radii_are_next_to_their_arrows(design: Design, layout: PageLayout) -> None:
     """In Fig. 4, the name of a radius is nearer to its arrow than to other radii and other arrows of its
     colour."""
     radius_pt = 1.4  # width of the arrows of radii

@@ -13,7 +13,7 @@ from beveloid_geom import builtin_design, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.ends import end_names
 from beveloid_viz.figures.paper import fig_01_pair as fig_pair
-from beveloid_viz.rendering.layout import Layout, of_size
+from beveloid_viz.rendering.layout import PageLayout, of_size
 
 from ...oracle.table1 import table1
 from ..test_print import in_print
@@ -47,7 +47,7 @@ def test_one_plane_cuts_both_members_and_they_touch_in_one_place() -> None:
 
 @pytest.mark.parametrize("layout", [of_size((800, 600)), in_print(90.0)], ids=["page", "90 mm"])
 @pytest.mark.parametrize("name", ["ni-2017", "awd-transfer", "marine-gearbox", "anti-backlash"])
-def test_words_and_section_hide_no_gear(name: str, layout: Layout) -> None:
+def test_words_and_section_hide_no_gear(name: str, layout: PageLayout) -> None:
     """Labels and section are on a white background, and each end of a face is labelled once."""
     drawing = fig_pair.RECIPES["fig-01"].drawn(fig_pair.compute(builtin_design(name)), layout)
     image = drawing.pictures["pair"].image[::-1]

@@ -19,7 +19,7 @@ from beveloid_geom.findings.advice import findings_on
 from beveloid_geom.report.tolerance import ToleranceReport, tolerance_remarks
 from beveloid_viz.report import svg
 from beveloid_viz.report.cli import _written
-from beveloid_viz.report.data import Settings, _tolerances, compute, failed_mountings
+from beveloid_viz.report.data import ReportSettings, _tolerances, compute, failed_mountings
 from tests.symmetry import scaled
 
 
@@ -88,12 +88,14 @@ def test_failing_mountings_give_a_warning() -> None:
 def test_usual_tolerances_too_wide_for_a_pair_are_a_reason_and_given_ones_a_refusal() -> None:
     design = scaled(builtin_design(), 0.004 / 6.0)  # 0.05 mm are more than ten modules
     done = list[str]()
-    for result, text, reason in _tolerances("small", design, Settings(cases=5), done.append, None).values():
+    for result, text, reason in _tolerances(
+        "small", design, ReportSettings(cases=5), done.append, None
+    ).values():
         assert result is None
         assert json.loads(text)["reason"] == reason
         assert "tolerance of offset must be less" in str(reason)
     with pytest.raises(ValueError, match="tolerance of offset must be less"):
-        _tolerances("small", design, Settings(Tolerances(offset=1.0), True, 5), done.append, None)
+        _tolerances("small", design, ReportSettings(Tolerances(offset=1.0), True, 5), done.append, None)
 
 
 def test_charts_keep_their_numbers_and_share_no_ids() -> None:
@@ -117,7 +119,7 @@ def test_charts_keep_their_numbers_and_share_no_ids() -> None:
 @pytest.mark.slow
 def test_progress_counts_the_mountings() -> None:
     calls: list[str] = []
-    settings = Settings(cases=2 * UNIT + 1)
+    settings = ReportSettings(cases=2 * UNIT + 1)
     compute("ni-2017", builtin_design(), settings, calls.append)
     assert len(calls) == settings.steps
     assert calls.count("tolerance") == 1 + 3

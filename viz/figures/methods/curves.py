@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 
 
 @dataclass(frozen=True)
-class Look:
+class MethodStyle:
     """Style of a method; a variant has the colour and marker of its method."""
 
     label: str
@@ -29,7 +29,7 @@ class Look:
         return Line2D(x, y, color=self.colour, ls=dashes, lw=1.6, label=self.label, **mark)
 
 
-def curve(axes: Axes, look: Look, points: Sequence[tuple[float, float]], order: int) -> None:
+def curve(axes: Axes, look: MethodStyle, points: Sequence[tuple[float, float]], order: int) -> None:
     """Draw a curve through points; curves of higher order are in front."""
     line = look.line(points)
     line.set_zorder(2.0 + 0.01 * order)

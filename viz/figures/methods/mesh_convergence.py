@@ -18,7 +18,7 @@ from ...components import annotate
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...components.paths_table import FLANKS
 from ...rendering import theme
-from ...rendering.layout import Cells
+from ...rendering.layout import PanelRows
 from .curves import log_axes
 
 TOLERANCES = np.logspace(-1.0, -4.0, 13)
@@ -56,14 +56,14 @@ def errors_of(results: tuple[Convergence, ...], kind: str) -> FloatArray:
     return np.stack([getattr(result, f"{kind}_error") for result in results])
 
 
-def draw(data: ConvergenceFigure, layout: theme.Layout) -> Drawing:
+def draw(data: ConvergenceFigure, layout: theme.PageLayout) -> Drawing:
     """Draw a chart for each flank."""
     note = (
         "Flanks are sampled to the tolerance; the contact is the point with the smallest distance to the"
         " other mesh. The polish solves for the contact on the exact flanks from there. Lines: largest error"
         " of {poses} positions, dots: single positions."
     )
-    cells = Cells(left=1.2, right=0.64, across=1.36, down=1.4, most=2, least=3.4)
+    cells = PanelRows(left=1.2, right=0.64, across=1.36, down=1.4, most=2, least=3.4)
     page, low, high = theme.new_page(
         layout,
         "Error of the mesh method against the mesh tolerance",

@@ -15,16 +15,16 @@ from ...components.figure_steps import Drawing, Recipe, Table
 from ...components.free_space import Labels
 from ...components.paths_table import coefficients, modified
 from ...rendering import theme
-from ...rendering.layout import Cells
-from .curves import Look, curve, log_axes
+from ...rendering.layout import PanelRows
+from .curves import MethodStyle, curve, log_axes
 
 RUNS = 5
 LOOKS = {
-    "mesh alone": Look("mesh alone", theme.RED, "o", True, 7.0),
-    "mesh, polished": Look("mesh, polished", theme.RED, "o", size=7.0),
-    "five equations": Look("five equations", theme.BLUE, "s", size=7.0),
-    "one equation": Look("one equation", theme.GREEN, "D", size=7.0),
-    "first contact": Look("first contact of all teeth", theme.INK, "^", size=8.0),
+    "mesh alone": MethodStyle("mesh alone", theme.RED, "o", True, 7.0),
+    "mesh, polished": MethodStyle("mesh, polished", theme.RED, "o", size=7.0),
+    "five equations": MethodStyle("five equations", theme.BLUE, "s", size=7.0),
+    "one equation": MethodStyle("one equation", theme.GREEN, "D", size=7.0),
+    "first contact": MethodStyle("first contact of all teeth", theme.INK, "^", size=8.0),
 }
 LABELS = (
     ("mesh alone", 0.1, "0.1 mm", ((0, 11, "center"), (11, -4, "left"), (-11, -4, "right"))),
@@ -63,7 +63,7 @@ def compute(design: Design, flank: str = "right") -> SpeedAccuracy:
         return SpeedAccuracy(changed, flank, (), str(error))
 
 
-def draw(data: SpeedAccuracy, layout: theme.Layout) -> Drawing:
+def draw(data: SpeedAccuracy, layout: theme.PageLayout) -> Drawing:
     """Draw error against time. No text outside the axes depends on a measured time."""
     note = (
         "Median and range of {runs} runs, largest error of five positions; sampling of meshes and constants"
@@ -71,7 +71,7 @@ def draw(data: SpeedAccuracy, layout: theme.Layout) -> Drawing:
         " call. Reference: five equations at 60 digits; first contact: segments of the mesh cycle. Mesh"
         " methods find tangencies only, no contact on edges."
     )
-    cells = Cells(left=1.25, right=0.4, across=0.0, down=0.0, most=1, least=4.0)
+    cells = PanelRows(left=1.25, right=0.4, across=0.0, down=0.0, most=1, least=4.0)
     # Places of the comparison of times that are tried: upper left corner, as fractions of the axes.
     corners = ((0.03, 0.93), (0.03, 0.6), (0.6, 0.75), (0.6, 0.45), (0.52, 0.75), (0.52, 0.6))
     solved = {method: look for method, look in LOOKS.items() if data.of(method)}

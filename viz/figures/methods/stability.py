@@ -28,7 +28,7 @@ from ...components.figure_steps import Drawing, Recipe, Table
 from ...components.free_space import Labels
 from ...components.map_panel import HALO
 from ...rendering import theme
-from ...rendering.layout import Cells
+from ...rendering.layout import PanelRows
 from .curves import curve, log_axes
 from .speed_accuracy import LOOKS
 
@@ -79,9 +79,9 @@ def compute(design: Design, flank: str = "right") -> Stability:
     return Stability(design, flank, smallest, errors, answers)
 
 
-def draw(data: Stability, layout: theme.Layout) -> Drawing:
+def draw(data: Stability, layout: theme.PageLayout) -> Drawing:
     """Draw the errors and the map."""
-    cells = Cells(left=1.25, right=0.5, across=1.5, down=1.5, most=2, least=3.6)
+    cells = PanelRows(left=1.25, right=0.5, across=1.5, down=1.5, most=2, least=3.6)
     page, low, high = theme.new_page(
         layout,
         finding(data),

@@ -104,7 +104,7 @@ def items_of(pair: PosedPair, tolerance: float) -> tuple[list[Item], list[str]]:
     return items, remarks
 
 
-def draw(data: PairFigure, layout: theme.Layout) -> Drawing:
+def draw(data: PairFigure, layout: theme.PageLayout) -> Drawing:
     """Draw both gears on their shafts, and the section through the contact point."""
     # Half the width of the axes, points.
     axis_half_width_pt = 0.65
@@ -193,7 +193,7 @@ def _axis_items(pair: PosedPair, radius: float) -> list[Item]:
     ]
 
 
-def _draw_scale(over: Overlay, box: theme.Box, pair: PosedPair) -> None:
+def _draw_scale(over: Overlay, box: theme.PageBox, pair: PosedPair) -> None:
     """Draw a scale bar at the lower right, for the depth of the contact."""
     camera = over.picture.camera
     at = pair.contact if pair.touching else camera.focal_point
@@ -254,7 +254,7 @@ def _kind(pair: PosedPair, member: int) -> str:
     return f"{paths_table.MEMBERS[member]}\n{int(one.teeth)} teeth, {hand}\n{angles}"
 
 
-def _free_corner(page: theme.Page, room: FreeSpace) -> theme.Box:
+def _free_corner(page: theme.Page, room: FreeSpace) -> theme.PageBox:
     """Return the box of the section: the corner and size that hide least of the picture."""
     # Width and height of the section on a wide page, as fractions of the page.
     section_page_fractions = 0.25, 0.31
@@ -269,7 +269,7 @@ def _free_corner(page: theme.Page, room: FreeSpace) -> theme.Box:
     return min(boxes, key=room.hides)
 
 
-def _draw_section(page: theme.Page, box: theme.Box, data: PairFigure) -> None:
+def _draw_section(page: theme.Page, box: theme.PageBox, data: PairFigure) -> None:
     """Draw the section of both members; the common normal of the pinion points downwards."""
     # Half the width of the section, in normal modules.
     section_half_width_modules = 3.2

@@ -56,7 +56,7 @@ def compute(design: Design) -> RackFigure:
     return RackFigure((straight, bent), profiles, tool_round(straight, "right"))
 
 
-def draw(data: RackFigure, layout: theme.Layout) -> Drawing:
+def draw(data: RackFigure, layout: theme.PageLayout) -> Drawing:
     """Draw the section with its frames and dimensions in true proportions."""
     # Space for text next to the dimensions, inches.
     text_width_in = 0.9

@@ -89,7 +89,7 @@ def compute(design: Design) -> GenerationFigure:
     )
 
 
-def draw(data: GenerationFigure, layout: theme.Layout) -> Drawing:
+def draw(data: GenerationFigure, layout: theme.PageLayout) -> Drawing:
     """Draw panel (a): the rack and its frames, and panel (b): rack and gear at a roll."""
     angles = [np.degrees([float(m.helix_angle), float(m.cone_angle)]) for m in (data.member, data.drawn)]
     text = (
@@ -122,7 +122,7 @@ def draw(data: GenerationFigure, layout: theme.Layout) -> Drawing:
     return Drawing(page, pictures)
 
 
-def _rack_panel(page: theme.Page, box: theme.Box, data: GenerationFigure) -> Picture:
+def _rack_panel(page: theme.Page, box: theme.PageBox, data: GenerationFigure) -> Picture:
     """Draw the rack with its normal section in front, its pitch plane, and S_n, S_P, S_c."""
     frame, module = data.frames[0], data.module
     length = 4.6 * module
@@ -187,7 +187,7 @@ def _annotate_rack(over: Overlay, data: GenerationFigure, corner: FloatArray) ->
             over.label(curve[16] + outward, words, color=colour, fontsize=theme.HEADING)
 
 
-def _gear_panel(page: theme.Page, box: theme.Box, data: GenerationFigure) -> Picture:
+def _gear_panel(page: theme.Page, box: theme.PageBox, data: GenerationFigure) -> Picture:
     """Draw in S_b the gear turned by -phi and the rack displaced by -r_P phi."""
     teeth_drawn = 7
     member, half = data.member, 0.5 * float(data.member.face_width)

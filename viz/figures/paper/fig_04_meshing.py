@@ -140,7 +140,7 @@ def _ring(data: MeshingFigure, number: int, radius: float, z: float) -> FloatArr
     return to_fixed(data.pair.frames[number], posed.circle(radius, z))
 
 
-def draw(data: MeshingFigure, layout: theme.Layout) -> Drawing:
+def draw(data: MeshingFigure, layout: theme.PageLayout) -> Drawing:
     """Draw reference cones, axes and circles with their dimensions."""
     narrow = layout.width < theme.NARROW
     detailed = narrow and data.small_pinion and data.found
@@ -203,7 +203,7 @@ def _free_corner(page: theme.Page, over: Overlay, data: MeshingFigure) -> tuple[
     return min(corners, key=lambda corner: room.hides(theme.place(page, *corner)))
 
 
-def _detail(page: theme.Page, box: theme.Box, data: MeshingFigure) -> Overlay:
+def _detail(page: theme.Page, box: theme.PageBox, data: MeshingFigure) -> Overlay:
     """Draw the pinion magnified, and name it."""
     ends = [(z, _radius(data, 0, z)) for z in _cone_ends(data, 0)]
     reach = [_ring(data, 0, 1.2 * radius, z) for z, radius in ends]

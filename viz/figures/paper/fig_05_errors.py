@@ -19,12 +19,12 @@ from ...components.annotate import Overlay
 from ...components.figure_steps import Drawing, Recipe, Table
 from ...components.posed import PosedPair
 from ...rendering import theme
-from ...rendering.layout import Cells
+from ...rendering.layout import PanelRows
 from ...rendering.scene import Camera, Item, Picture, Tube, fit_camera
 
 
 @dataclass(frozen=True)
-class Panel:
+class ErrorPanel:
     """One error: name of its field, symbol, name, member that moves, and the frames between which the paper
     defines the error."""
 
@@ -37,10 +37,10 @@ class Panel:
 
 
 PANELS = (
-    Panel("offset", "\\Delta e", "offset error", 1, "g", "e"),
-    Panel("shaft_angle", "\\Delta\\delta", "shaft-angle error", 0, "f", "\\delta"),
-    Panel("pinion_axial", "\\Delta d_1", "axial error of the pinion", 0, "q1", "d1"),
-    Panel("gear_axial", "\\Delta d_2", "axial error of the gear", 1, "q2", "d2"),
+    ErrorPanel("offset", "\\Delta e", "offset error", 1, "g", "e"),
+    ErrorPanel("shaft_angle", "\\Delta\\delta", "shaft-angle error", 0, "f", "\\delta"),
+    ErrorPanel("pinion_axial", "\\Delta d_1", "axial error of the pinion", 0, "q1", "d1"),
+    ErrorPanel("gear_axial", "\\Delta d_2", "axial error of the gear", 1, "q2", "d2"),
 )
 
 
@@ -120,9 +120,9 @@ def _scale(pair: PosedPair) -> float:
     return nearer_factor * pair.apart if pair.nearer else pair.apart
 
 
-def draw(data: ErrorFigure, layout: theme.Layout) -> Drawing:
+def draw(data: ErrorFigure, layout: theme.PageLayout) -> Drawing:
     """Draw a panel for each error, all with one direction of view and one scale."""
-    cells = Cells(left=0.28, right=0.16, across=0.0, down=0.45, most=2, least=4.0)
+    cells = PanelRows(left=0.28, right=0.16, across=0.0, down=0.45, most=2, least=4.0)
     # Lengths of the axes of frames, also in one column of print, as fractions of the distance of the members.
     usual_fraction, largest_fraction = 0.26, 0.36
     print_text_fraction = 0.34
@@ -208,7 +208,7 @@ def _heading(
 
 
 def _panel(
-    page: theme.Page, box: theme.Box, data: ErrorFigure, index: int, camera: Camera, length: float
+    page: theme.Page, box: theme.PageBox, data: ErrorFigure, index: int, camera: Camera, length: float
 ) -> Picture:
     """Draw both members without errors, the displaced one, and frames with axes of a `length` (mm)."""
     bore_shaft_radii = 1e-3

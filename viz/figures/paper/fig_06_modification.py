@@ -18,11 +18,11 @@ from ...components import paths_table
 from ...components.annotate import Overlay
 from ...components.figure_steps import Drawing, Recipe, Table, stacked
 from ...rendering import theme
-from ...rendering.layout import Cells
+from ...rendering.layout import PanelRows
 from ...rendering.scene import Item, Picture, Tube, fit_camera, grid_surface
 
 
-class Look(NamedTuple):
+class FlankStyle(NamedTuple):
     """Style of a flank: name, colours of metal and lines, and the part of the face on which it is drawn, in
     half face widths towards the viewer."""
 
@@ -33,9 +33,9 @@ class Look(NamedTuple):
 
 
 LOOKS = {
-    -1: Look("convex", "#f0b98a", theme.RED, (1.0, 0.36)),
-    0: Look("involute", "#c4ccd4", theme.INK, (0.36, -0.3)),
-    1: Look("concave", "#8fc3e8", theme.BLUE, (-0.3, -1.0)),
+    -1: FlankStyle("convex", "#f0b98a", theme.RED, (1.0, 0.36)),
+    0: FlankStyle("involute", "#c4ccd4", theme.INK, (0.36, -0.3)),
+    1: FlankStyle("concave", "#8fc3e8", theme.BLUE, (-0.3, -1.0)),
 }
 """Styles by sign of the coefficient, in the order of the flanks from the metal outwards."""
 COEFFICIENT_PER_MM = 0.01
@@ -43,7 +43,7 @@ COEFFICIENT_PER_MM = 0.01
 
 
 @dataclass(frozen=True, eq=False)
-class Section:
+class FlankSection:
     """Flank at mid-face.
 
     `l`, `radius` and `deviation` from the involute flank (n,), mm; `across` and `up` (n,), mm, with the
@@ -71,7 +71,7 @@ class ModificationFigure:
     flank: str
     coefficient: float
     members: dict[int, Member]
-    sections: dict[int, Section]
+    sections: dict[int, FlankSection]
     undercut: dict[int, bool]
 
     @property
@@ -129,7 +129,7 @@ def _patch(member: Member, flank: str, share: FloatArray, z: FloatArray) -> tupl
     return l, flank_patch(member, flank, l, z=z + 0.0 * l)
 
 
-def _section(member: Member, involute: Member, flank: str) -> Section:
+def _section(member: Member, involute: Member, flank: str) -> FlankSection:
     """Compute the profile at mid-face and its deviation from the involute; NaN inside the base circle."""
     points = 241
     share, middle = np.linspace(0.0, 1.0, points), np.zeros(1)
@@ -153,7 +153,7 @@ def _section(member: Member, involute: Member, flank: str) -> Section:
     )
     cos, sin = np.cos(middle_angle), np.sin(middle_angle)
     per_mm = np.array([[side * sin, -side * cos], [cos, sin]]) @ per_mm
-    return Section(l[:, 0], radius, deviation, across, up, foot, per_mm)
+    return FlankSection(l[:, 0], radius, deviation, across, up, foot, per_mm)
 
 
 def _involute(member: Member, flank: str, points: int) -> tuple[FloatArray, FloatArray]:
@@ -170,7 +170,7 @@ def _upright(radius: FloatArray, angle: FloatArray) -> FloatArray:
     return np.stack((-radius * np.sin(angle), radius * np.cos(angle)))
 
 
-def draw(data: ModificationFigure, layout: theme.Layout) -> Drawing:
+def draw(data: ModificationFigure, layout: theme.PageLayout) -> Drawing:
     """Draw three flanks in one picture, and the section with its deviations."""
     note = (
         "Flanks overlaid in true proportions, from outside and from the {end}. Section at mid-face,"
@@ -206,7 +206,7 @@ def _places(
     page: theme.Page, low: float, high: float, charts_height_in: float
 ) -> list[tuple[float, float, float, float]]:
     """Return the boxes (fractions of the page) of the flanks and of both charts next to or below them."""
-    cells = Cells(left=0.85, right=0.25, across=0.85, down=1.0, most=2, least=2.5)
+    cells = PanelRows(left=0.85, right=0.25, across=0.85, down=1.0, most=2, least=2.5)
     gap, width = theme.inches(page, 0.95), page.layout.width
     if width > theme.NARROW:
         over, height = theme.inches(page, 0.3), (high - low - 1.6 * gap) / 2.0
@@ -218,7 +218,7 @@ def _places(
     return [(0.01, top, 0.98, high - top), *charts]
 
 
-def _overlay(page: theme.Page, data: ModificationFigure, box: theme.Box) -> Picture:
+def _overlay(page: theme.Page, data: ModificationFigure, box: theme.PageBox) -> Picture:
     """Draw the flanks of all coefficients as steps along the face."""
     # Direction of the viewer: along the normal, to the tip, along the tooth.
     view_direction = (0.3, 0.12, 1.0)

@@ -10,7 +10,7 @@ from beveloid_geom import Design
 
 from ...components import panels, paths_table, viewpoint
 from ...components.figure_steps import Drawing, Recipe, Table
-from ...components.flank_grid import Cell, FlankGrid, draw_grid, text_heights
+from ...components.flank_grid import Cell, FlankArrangement, draw_grid, text_heights
 from ...components.panels import Trace
 from ...components.paths_table import SolvedPath
 from ...rendering import theme
@@ -80,13 +80,13 @@ def compute(case: SignCase, design: Design, flank: str = "right") -> PathFigure:
     )
 
 
-def draw(data: PathFigure, layout: theme.Layout) -> Drawing:
+def draw(data: PathFigure, layout: theme.PageLayout) -> Drawing:
     """Draw a row of pinion flanks over a row of gear flanks, one column for each coefficient."""
     text_heights_in = 0.35, 0.85
     case, flank = data.case, data.flank
     sign = "" if case.pinion == case.gear else "\u2212"
     cases = [(case.heading(k), path.design, flank) for k, path in enumerate(data.paths)]
-    grid = FlankGrid(cases, text_heights(layout, len(cases), text_heights_in))
+    grid = FlankArrangement(cases, text_heights(layout, len(cases), text_heights_in))
     page, low, high = theme.new_page(
         layout,
         f"Fig. {case.number}   {case.title}",

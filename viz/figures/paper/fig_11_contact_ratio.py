@@ -22,7 +22,7 @@ from ...components.free_space import Labels
 from ...components.paths_table import FLANKS
 from ...components.touching import limit_code
 from ...rendering import theme
-from ...rendering.layout import Cells
+from ...rendering.layout import PanelRows
 from .fig_07_to_10_paths import CASES, SignCase, coefficient_texts
 
 CYCLE_POINTS = slice(None, None, 16)
@@ -78,14 +78,14 @@ def _running(design: Design, flank: str, case: SignCase, size: FloatArray) -> Fl
     return np.array([(float(one.ratio[0]), float(one.cycle.edge_share)) for one in found])
 
 
-def draw(data: RatioFigure, layout: theme.Layout) -> Drawing:
+def draw(data: RatioFigure, layout: theme.PageLayout) -> Drawing:
     """Draw four panels, as in the paper."""
     note = (
         "Lines: Eq. 16, the contact ratio of one tooth pair. Circles: contact ratio of all"
         " teeth in operation, without load, edges included. Triangles: fraction of the mesh cycle"
         " with edge contact (right scale)."
     )
-    cells = Cells(left=0.96, right=0.96, across=1.76, down=1.35, most=2, least=3.4)
+    cells = PanelRows(left=0.96, right=0.96, across=1.76, down=1.35, most=2, least=3.4)
     kinks_note = " Labelled dots: other limits begin to end the path of the right flank."
     unknown_note = " Without circle: contact ratio of all teeth unknown."
     along_lines = " Unmodified flanks touch along lines."

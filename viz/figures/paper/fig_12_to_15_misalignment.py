@@ -18,7 +18,7 @@ from beveloid_geom.validation.statements import is_table1
 
 from ...components import annotate, panels, paths_table, viewpoint
 from ...components.figure_steps import Drawing, Recipe, Table
-from ...components.flank_grid import Cell, FlankGrid, draw_grid
+from ...components.flank_grid import Cell, FlankArrangement, draw_grid
 from ...components.panels import Trace
 from ...components.paths_table import SolvedPath
 from ...rendering import theme
@@ -27,7 +27,7 @@ from ...rendering.scene import Picture, Surface
 SIGNS = (-1.0, 0.0, 1.0)
 
 
-class Look(NamedTuple):
+class PathStyle(NamedTuple):
     """Style of a path: colour, dashes, width, lift of `panels.Trace`, legend line, and width of edge contact
     if the paths are far apart and close together."""
 
@@ -45,9 +45,9 @@ class Look(NamedTuple):
 
 
 LOOKS = (
-    Look(theme.BLUE, panels.DASHED, 0.85, 0.5, (2.5, 1.5), (0.65, 0.65)),
-    Look(theme.INK, panels.SOLID, 1.0, 0.0, (1.0, 0.0), (1.1, 1.1)),
-    Look(theme.RED, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), (0.6, 0.35)),
+    PathStyle(theme.BLUE, panels.DASHED, 0.85, 0.5, (2.5, 1.5), (0.65, 0.65)),
+    PathStyle(theme.INK, panels.SOLID, 1.0, 0.0, (1.0, 0.0), (1.1, 1.1)),
+    PathStyle(theme.RED, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), (0.6, 0.35)),
 )
 """Styles of a negative error, no error, and a positive error."""
 ROW_HEIGHT_IN, TABLE_WIDTH_IN = 0.21, 2.9
@@ -153,7 +153,7 @@ def compute(case: ErrorCase, design: Design, flank: str = "right") -> Misalignme
     return MisalignmentFigure(case, flank, (paths(plain), paths(modified)))
 
 
-def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
+def draw(data: MisalignmentFigure, layout: theme.PageLayout) -> Drawing:
     """Draw the unmodified pair above the modified pair, as in the paper: pinion on the left, gear on the
     right. In print, the cases are in columns."""
     case, flank = data.case, data.flank
@@ -165,7 +165,7 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
     cases = [(name, paths[1].design, flank) for name, paths in zip(names, data.paths, strict=True)]
     # Width of the widest flank as a fraction of its column if a table is next to it.
     flank_share = 0.6
-    grid = FlankGrid(cases, (0.0, 0.0), by_case=True, share=flank_share)
+    grid = FlankArrangement(cases, (0.0, 0.0), by_case=True, share=flank_share)
     # Magnification across the face in print, where tables are below the flanks, and on a narrow page.
     print_stretch, narrow_stretch = 4.0, 3.0
     if layout.printed:  # pinion above gear, so that flanks with a table below are large enough
@@ -174,7 +174,7 @@ def draw(data: MisalignmentFigure, layout: theme.Layout) -> Drawing:
         rows = len(SIGNS) + 1 + (INSET_IN[1] / ROW_HEIGHT_IN if below else 0.0)
         text = ROW_HEIGHT_IN * rows, ROW_HEIGHT_IN * (rows + 2 * lost)
         cases = [(f"{name[0].upper()}{name[1:]}", design, flank) for name, design, _ in cases]
-        grid = FlankGrid(cases, text, print_stretch if layout.width > theme.NARROW else narrow_stretch)
+        grid = FlankArrangement(cases, text, print_stretch if layout.width > theme.NARROW else narrow_stretch)
     page, low, high = theme.new_page(
         layout,
         f"Fig. {case.number}   Paths of contact under {case.name}",
@@ -276,7 +276,7 @@ def _inset(
     path: SolvedPath,
     member: int,
     traces: list[Trace],
-    place: theme.Box | tuple[float, float],
+    place: theme.PageBox | tuple[float, float],
 ) -> Picture:
     """Draw the middle of the paths magnified, and its frame on the flank.
 
@@ -284,7 +284,7 @@ def _inset(
     at its right edge."""
     times = 5.0  # magnification
     page, scale = panel.page, panel.picture.px_per_mm
-    if isinstance(place, theme.Box):
+    if isinstance(place, theme.PageBox):
         (wide, high), (across, up) = BESIDE_IN, (place.left + place.width, place.bottom + 0.5 * place.height)
         left, top = across / page.dpi - wide, up / page.dpi + 0.5 * high
     else:

@@ -15,7 +15,7 @@ from beveloid_geom.report.workshop.grid import SHAPE, DeviationReport
 from ...components.figure_steps import Drawing, Recipe, Table, stacked
 from ...components.map_panel import HALO
 from ...rendering import theme
-from ...rendering.layout import Cells
+from ...rendering.layout import PanelRows
 
 
 def compute(report: DeviationReport) -> DeviationReport:
@@ -23,9 +23,9 @@ def compute(report: DeviationReport) -> DeviationReport:
     return report
 
 
-def draw(report: DeviationReport, layout: theme.Layout) -> Drawing:
+def draw(report: DeviationReport, layout: theme.PageLayout) -> Drawing:
     """Draw a panel for each flank."""
-    cells = Cells(left=0.5, right=0.5, across=0.4, down=1.3, most=2, least=5.5)
+    cells = PanelRows(left=0.5, right=0.5, across=0.4, down=1.3, most=2, least=5.5)
     found, named = report.result, report.named
     thickness, teeth = theme.signed(1e3 * found.thickness, 1), int(found.grid.member.teeth)
     page, low, high = theme.new_page(

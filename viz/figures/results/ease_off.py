@@ -26,11 +26,11 @@ from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...components.map_panel import HALO, LEVEL, thin_out
 from ...components.paths_table import FLANKS, coefficients, modified, parabolas
 from ...rendering import theme
-from ...rendering.layout import Cells
+from ...rendering.layout import PanelRows
 
 
 @dataclass(frozen=True, eq=False)
-class Panel:
+class EaseOffPanel:
     """Ease-off of one flank in one case, and its values (n,), mm, along the path; or the reason why there is
     none."""
 
@@ -51,7 +51,7 @@ class Panel:
         return face, 2.0 * (self.path.l1 - root) / (tip - root) - 1.0
 
 
-def compute(design: Design) -> tuple[Panel, ...]:
+def compute(design: Design) -> tuple[EaseOffPanel, ...]:
     """Compute the ease-off of both flanks without parabolas and with those of the design, or with the paper's
     if it has none."""
     after = design if design.has_parabola else modified(design)
@@ -59,21 +59,21 @@ def compute(design: Design) -> tuple[Panel, ...]:
     return tuple(_panel(flank, case, one) for flank in FLANKS for case, one in cases)
 
 
-def _panel(flank: str, case: str, design: Design) -> Panel:
+def _panel(flank: str, case: str, design: Design) -> EaseOffPanel:
     path_points, grid_shape = 41, (29, 41)  # points along profile and face
     path = path_of_contact(design, flank, path_points)
     try:
         if reason := reason_of(path):
             raise ValueError(reason)
         along = ease_off_at(design, flank, path.l1, path.pinion_z)
-        return Panel(flank, case, ease_off(design, flank, grid_shape), path, along)
+        return EaseOffPanel(flank, case, ease_off(design, flank, grid_shape), path, along)
     except ValueError as error:
-        return Panel(flank, case, None, path, np.zeros(0), str(error))
+        return EaseOffPanel(flank, case, None, path, np.zeros(0), str(error))
 
 
-def draw(data: tuple[Panel, ...], layout: theme.Layout) -> Drawing:
+def draw(data: tuple[EaseOffPanel, ...], layout: theme.PageLayout) -> Drawing:
     """Draw a column for each flank and case: wire surface above, contour lines below."""
-    cells = Cells(left=0.72, right=0.464, across=0.672, down=2.3, most=4, least=1.6)
+    cells = PanelRows(left=0.72, right=0.464, across=0.672, down=2.3, most=4, least=1.6)
     if layout.printed:
         cells = replace(cells, left=0.85, across=0.85)
     page, low, high = theme.new_page(
@@ -125,7 +125,7 @@ def _axes(box: Axes) -> tuple[Axes, Axes]:
     return surface, page.add_axes((at.x0, lower, at.width, 0.92 * height))
 
 
-def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, printed: bool) -> None:
+def _wires(axes: Axes, panel: EaseOffPanel, found: EaseOff, span: FloatArray, printed: bool) -> None:
     """Draw the surface as wires over the plane of zero, tip behind, without hidden lines.
 
     The height of the surface corresponds to the range from zero or the minimum to the maximum of the `span`
@@ -180,7 +180,7 @@ def _wires(axes: Axes, panel: Panel, found: EaseOff, span: FloatArray, printed: 
     axes.set(xlim=across, ylim=(floor - 0.25, floor + 2.0 * tip_height + surface_height + over))
 
 
-def _levels(axes: Axes, panel: Panel, found: EaseOff) -> None:
+def _levels(axes: Axes, panel: EaseOffPanel, found: EaseOff) -> None:
     """Draw contour lines over the flank (z, l) with the path."""
     # Number of lines of contact, at equal steps of the roll of the path.
     contact_lines = 3
@@ -241,7 +241,7 @@ def _second_order_words(found: EaseOff) -> str:
     ).format_map(coefficients_um | {"rest": coefficients_um["rest"].lstrip("+")})
 
 
-def rows(data: tuple[Panel, ...]) -> Table:
+def rows(data: tuple[EaseOffPanel, ...]) -> Table:
     """List the points of grids and paths with the coefficients; a case without ease-off has one row with the
     reason."""
     names = ("mean", "face_slope", "profile_slope", "face_crowning", "profile_crowning", "twist", "rest")

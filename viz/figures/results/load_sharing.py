@@ -18,7 +18,7 @@ from beveloid_geom.report.columns import ARCSEC
 from ...components.charts import ZERO_ERROR_ARCSEC
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...rendering import theme
-from ...rendering.layout import Cells
+from ...rendering.layout import PanelRows
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,9 +140,9 @@ def compute(found: Loaded) -> Loaded:
     return found
 
 
-def draw(found: Loaded, layout: theme.Layout) -> Drawing:
+def draw(found: Loaded, layout: theme.PageLayout) -> Drawing:
     """Draw load sharing and transmission error."""
-    cells = Cells(left=0.85, right=0.85, across=1.75, down=1.35, most=2, least=5.0)
+    cells = PanelRows(left=0.85, right=0.85, across=1.75, down=1.35, most=2, least=5.0)
     one, count = found.results[0], len(found.results)
     rolls = "one roll" if count == 1 else f"{count} rolls"
     page, low, high = theme.new_page(

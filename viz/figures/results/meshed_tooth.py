@@ -17,7 +17,7 @@ from ...components import annotate
 from ...components.annotate import Offset, Overlay
 from ...components.figure_steps import Drawing, Recipe, Table
 from ...rendering import theme
-from ...rendering.layout import Cells
+from ...rendering.layout import PanelRows
 from ...rendering.scene import Camera, Paint, Picture, Scene, Size, Surface, fit_camera, render
 
 COLOURS = {
@@ -116,9 +116,9 @@ def places(
             return
 
 
-def draw(data: MeshedFigure, layout: theme.Layout) -> Drawing:
+def draw(data: MeshedFigure, layout: theme.PageLayout) -> Drawing:
     """Draw the tooth from both sides."""
-    cells = Cells(left=0.32, right=0.32, across=0.32, down=0.6, most=2, least=4.0)
+    cells = PanelRows(left=0.32, right=0.32, across=0.32, down=0.6, most=2, least=4.0)
     note = (
         "Lines: edges of the elements, straight between corner nodes. The tooth includes its sector of the"
         " body from the bore to the middle of the adjacent tooth spaces; (b) shows it completely. Sets toe"

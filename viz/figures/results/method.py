@@ -24,7 +24,7 @@ from ...components import annotate
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...components.paths_table import as_large, coefficients, modified, two_digits
 from ...rendering import theme
-from ...rendering.layout import Cells
+from ...rendering.layout import PanelRows
 
 BAND_COLOURS = ("#08306b", "#2166ac", "#4393c3", "#92c5de", "#c6dfee", "#e3eef6", "#f7f7f7")
 """Colours of the bands of separation, scaled with the module."""
@@ -81,9 +81,9 @@ def compute(design: Design, flank: str = "right") -> MethodFigure:
     return MethodFigure(pair, flank, tolerance, query, faces[0], numbers, detail, exact, path.point[1], found)
 
 
-def draw(data: MethodFigure, layout: theme.Layout) -> Drawing:
+def draw(data: MethodFigure, layout: theme.PageLayout) -> Drawing:
     """Draw the flank with the query, and the detail with the distances."""
-    cells = Cells(left=1.2, right=0.4, across=1.4, down=1.5, most=2, least=3.6)
+    cells = PanelRows(left=1.2, right=0.4, across=1.4, down=1.5, most=2, least=3.6)
     page, low, high = theme.new_page(
         layout,
         finding(data),

@@ -24,7 +24,7 @@ from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...components.flattened_flank import side_view
 from ...components.paths_table import PARABOLAS, as_large, coefficients, modified, parabolas, two_digits
 from ...rendering import theme
-from ...rendering.layout import Cells
+from ...rendering.layout import PanelRows
 
 STYLES: tuple[tuple[str, Any, str], ...] = (
     (theme.INK, "-", "o"),
@@ -35,7 +35,7 @@ STYLES: tuple[tuple[str, Any, str], ...] = (
 
 
 @dataclass(frozen=True, eq=False)
-class Case:
+class ModificationCase:
     """One case of one flank: path, pattern, mesh cycle and shifts under errors; pattern and mesh cycle are
     None with the `reason` if they are not known.
 
@@ -61,7 +61,7 @@ class Comparison:
     """The cases of a figure, and its title."""
 
     title: str
-    cases: tuple[Case, ...]
+    cases: tuple[ModificationCase, ...]
 
 
 def compute(design: Design, flank: str = "right") -> Comparison:
@@ -91,7 +91,7 @@ def _compared(design: Design) -> tuple[str, list[tuple[str, str, Design]]]:
     return "Parabolas of the tool and helix crowning compared", cases
 
 
-def _case(name: str, label: str, design: Design, flank: str) -> Case:
+def _case(name: str, label: str, design: Design, flank: str) -> ModificationCase:
     # Largest error of the distance of the axes at the module of Table 1, and of the shaft angle.
     distance_mm, angle_rad = 0.05, np.radians(0.01)
     path = path_of_contact(design, flank)
@@ -108,8 +108,8 @@ def _case(name: str, label: str, design: Design, flank: str) -> Case:
         pattern = pattern_report("", design, flank, MARKING_SEPARATION).result
     except ValueError as error:
         reason = str(getattr(error, "reason", error))
-        return Case(name, label, flank, design, path, None, None, sizes, shifts, reason)
-    return Case(name, label, flank, design, path, pattern, operation, sizes, shifts)
+        return ModificationCase(name, label, flank, design, path, None, None, sizes, shifts, reason)
+    return ModificationCase(name, label, flank, design, path, pattern, operation, sizes, shifts)
 
 
 def _errors(design: Design) -> tuple[str, str]:
@@ -128,7 +128,7 @@ def _shifts(design: Design, flank: str, sizes: FloatArray, error: str) -> FloatA
     return np.where(np.abs(shifts) < rounding_mm, 0.0, shifts)
 
 
-def draw(comparison: Comparison, layout: theme.Layout) -> Drawing:
+def draw(comparison: Comparison, layout: theme.PageLayout) -> Drawing:
     """Draw a pattern for each case, then transmission error and shifts of all cases."""
     note = (
         "Above: pinion flank in the side view, from {ends[0]} (left) to {ends[1]}, tip above; shaded:"
@@ -136,7 +136,7 @@ def draw(comparison: Comparison, layout: theme.Layout) -> Drawing:
         " transmission error of all teeth, rigid, without load; positive: gear ahead. Shift: that of the"
         " middle of the path along the face."
     )
-    cells = Cells(left=1.05, right=0.3, across=1.05, down=1.55, most=3, least=1.9)
+    cells = PanelRows(left=1.05, right=0.3, across=1.05, down=1.55, most=3, least=1.9)
     data = comparison.cases
     # Indents a second line of a title below the first word of the first.
     new_line = "\n       "
@@ -174,7 +174,7 @@ def draw(comparison: Comparison, layout: theme.Layout) -> Drawing:
     return Drawing(page, {})
 
 
-def _unknown_shifts(data: tuple[Case, ...]) -> str:
+def _unknown_shifts(data: tuple[ModificationCase, ...]) -> str:
     """Return the text on cases without a path under any error of one kind."""
     words = ""
     for k in (1, 0):
@@ -189,7 +189,7 @@ def _error_name(design: Design, k: int) -> str:
     return _errors(design)[k].replace("shaft_angle", "shaft-angle").replace("_", " ") + " error"
 
 
-def _pattern(axes: Axes, case: Case) -> None:
+def _pattern(axes: Axes, case: ModificationCase) -> None:
     """Draw the pattern and the path over the pinion flank."""
     if case.pattern is None:
         theme.message(axes, case.reason, 30)
@@ -203,7 +203,7 @@ def _pattern(axes: Axes, case: Case) -> None:
     axes.set(xlabel="z (mm)", ylabel="r (mm)")
 
 
-def _errors_of_all_teeth(axes: Axes, data: tuple[Case, ...], letter: str) -> None:
+def _errors_of_all_teeth(axes: Axes, data: tuple[ModificationCase, ...], letter: str) -> None:
     """Draw the transmission error (arcsec) of all teeth over two pitches, less its mean."""
     axes.set_title(f"({letter})  transmission error, TE", loc="left", pad=8.0, fontsize=theme.LABEL)
     for case, (colour, dashes, _) in zip(data, STYLES, strict=False):
@@ -221,7 +221,7 @@ def _errors_of_all_teeth(axes: Axes, data: tuple[Case, ...], letter: str) -> Non
     axes.grid(True, axis="y")
 
 
-def _shifted(axes: Axes, data: tuple[Case, ...], letter: str, k: int) -> None:
+def _shifted(axes: Axes, data: tuple[ModificationCase, ...], letter: str, k: int) -> None:
     """Draw the shift of all cases under error `k` (0 distance, 1 angle)."""
     words = _error_name(data[0].design, k)
     axes.set_title(f"({letter})  shift under the {words}", loc="left", pad=8.0, fontsize=theme.LABEL)
@@ -233,7 +233,7 @@ def _shifted(axes: Axes, data: tuple[Case, ...], letter: str, k: int) -> None:
     axes.grid(True, axis="y")
 
 
-def _entries(data: tuple[Case, ...]) -> list[Line2D]:
+def _entries(data: tuple[ModificationCase, ...]) -> list[Line2D]:
     """Return the legend entries of the cases."""
     return [
         Line2D([], [], color=colour, linestyle=dashes, marker=marker, linewidth=1.8, label=case.label)

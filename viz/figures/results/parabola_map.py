@@ -43,7 +43,7 @@ from ...components.map_panel import (
     widest_gap,
 )
 from ...rendering import theme
-from ...rendering.layout import Cells
+from ...rendering.layout import PanelRows
 
 STEPS = 20
 """Intervals of the difference; the sum has as many."""
@@ -54,7 +54,7 @@ HATCHES = {"hollow": "//", "no path": "xxx", "not known": "...."}
 
 
 @dataclass(frozen=True)
-class Quantity:
+class MapQuantity:
     """Heading with the unit, factor to this unit, colour map and kind of scale of a mapped quantity."""
 
     heading: str
@@ -64,12 +64,12 @@ class Quantity:
 
 
 QUANTITIES = {
-    "contact_ratio": Quantity("contact ratio, Eq. 16", 1.0, "viridis"),
-    "angle": Quantity("angle of the path (deg)", math.degrees(1.0), "twilight", "cyclic"),
-    "shift": Quantity("shift under errors (mm)", 1.0, "cividis", "log"),
-    "cycle_peak_to_peak": Quantity("transmission error (arcsec)", ARCSEC, "magma"),
-    "centre": Quantity("middle, pinion z (mm)", 1.0, "viridis"),
-    "edge_share": Quantity("edge contact (%)", 100.0, "viridis", "share"),
+    "contact_ratio": MapQuantity("contact ratio, Eq. 16", 1.0, "viridis"),
+    "angle": MapQuantity("angle of the path (deg)", math.degrees(1.0), "twilight", "cyclic"),
+    "shift": MapQuantity("shift under errors (mm)", 1.0, "cividis", "log"),
+    "cycle_peak_to_peak": MapQuantity("transmission error (arcsec)", ARCSEC, "magma"),
+    "centre": MapQuantity("middle, pinion z (mm)", 1.0, "viridis"),
+    "edge_share": MapQuantity("edge contact (%)", 100.0, "viridis", "share"),
 }
 
 
@@ -157,7 +157,7 @@ def _in_operation(design: Design, flank: str, pinion: float, gear: float) -> tup
     return float(cycle.peak_to_peak), float(cycle.edge_share)
 
 
-def draw(data: ParabolaMap, layout: theme.Layout) -> Drawing:
+def draw(data: ParabolaMap, layout: theme.PageLayout) -> Drawing:
     """Draw six maps of one design."""
     note = (
         "Angle: of the chord to the axial direction, in the pinion's side view. Shift: perpendicular to the"
@@ -165,7 +165,7 @@ def draw(data: ParabolaMap, layout: theme.Layout) -> Drawing:
         " teeth. Sum: square-root scale. Interpolated between {cells} cells; pointed ends of bars: also"
         " beyond."
     )
-    cells = Cells(left=1.2, right=1.0, across=1.16, down=0.65, most=3, least=1.0)
+    cells = PanelRows(left=1.2, right=1.0, across=1.16, down=0.65, most=3, least=1.0)
     errors = error_words(data.errors).replace("+", "\u00b1") + paths_table.at_the_mesh(data.design)
     count, columns = len(QUANTITIES), cells.columns(layout, len(QUANTITIES))
     if layout.printed:
@@ -295,7 +295,7 @@ def _angle(value: float) -> str:
     return _plain(0.5 * HALF_TURN_DEG - (0.5 * HALF_TURN_DEG - value) % HALF_TURN_DEG)
 
 
-def _scale(quantity: Quantity, values: FloatArray, cyclic: bool) -> tuple[Normalize, FloatArray]:
+def _scale(quantity: MapQuantity, values: FloatArray, cyclic: bool) -> tuple[Normalize, FloatArray]:
     """Return the norm of the colours and the levels of ticks and contour lines."""
     if cyclic:
         return Normalize(-90.0, 90.0), np.array([-90.0, -45.0, 0.0, 45.0, 90.0])

@@ -24,7 +24,7 @@ from beveloid_geom.report.pattern import pattern_report
 
 from ...components import flattened_flank, panels, paths_table, viewpoint
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
-from ...components.flank_grid import LEFT, Cell, FlankGrid, draw_grid, text_heights
+from ...components.flank_grid import LEFT, Cell, FlankArrangement, draw_grid, text_heights
 from ...components.panels import Trace
 from ...components.paths_table import SolvedPath
 from ...components.viewpoint import FlankView
@@ -58,7 +58,7 @@ class Layer:
 
 
 @dataclass(frozen=True, eq=False)
-class Column:
+class PatternColumn:
     """Layers of both members for one case and tooth pair, pinion first; None with a reason if there are
     none."""
 
@@ -82,7 +82,7 @@ class BandFigure:
     bands: tuple[float, ...]
     colours: tuple[str, ...]
     measures: tuple[str, ...]
-    columns: tuple[Column, ...]
+    columns: tuple[PatternColumn, ...]
 
 
 def compute_pattern(design: Design) -> BandFigure:
@@ -98,9 +98,9 @@ def compute_pattern(design: Design) -> BandFigure:
         try:
             pattern = pattern_report("", changed, flank, MARKING_SEPARATION).result
         except ValueError as error:
-            columns.append(Column(heading, changed, flank, None, str(getattr(error, "reason", error))))
+            columns.append(PatternColumn(heading, changed, flank, None, str(getattr(error, "reason", error))))
             continue
-        columns.append(Column(heading, changed, flank, _pattern_layers(changed, flank, pattern)))
+        columns.append(PatternColumn(heading, changed, flank, _pattern_layers(changed, flank, pattern)))
     along_lines = [bool(touches_along_lines(column.design, column.flank)) for column in columns]
     drawn = "contact ellipses of this pair"
     if any(along_lines):
@@ -196,7 +196,7 @@ def compute_separation(design: Design, flank: str = "right") -> BandFigure:
         HUES,
         ("pinion_roll_rad", "gear_roll_rad"),
         tuple(
-            Column(
+            PatternColumn(
                 f"tooth pair {theme.signed(pair, 0) if pair else 'in the middle'}",
                 *(design, flank, both, reason, pair),
             )
@@ -247,7 +247,7 @@ def _separation_layer(path: SolvedPath, number: int, pose: tuple[float, float], 
     return Layer(l, np.broadcast_to(z, l.shape), patch.point, patch.normal, gap, trace, (), "", pose, border)
 
 
-def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
+def draw(data: BandFigure, layout: theme.PageLayout) -> Drawing:
     """Draw pinion flanks above gear flanks, one column for each case."""
     text_heights_in, bar_height_in = (0.4, 0.4), 0.9  # of pinion and gear flanks
     flanks = " and ".join(sorted({column.flank for column in data.columns}, reverse=True))
@@ -258,7 +258,7 @@ def draw(data: BandFigure, layout: theme.Layout) -> Drawing:
     halo: list[AbstractPathEffect] = [withStroke(linewidth=2.0 * ring_pt, foreground="white")]
     note = panels.how_drawn(flanks, stretch, outside=True) + data.note
     cases = [(column.heading, column.design, column.flank) for column in data.columns]
-    grid = FlankGrid(cases, text_heights(layout, len(cases), text_heights_in), stretch, outside=True)
+    grid = FlankArrangement(cases, text_heights(layout, len(cases), text_heights_in), stretch, outside=True)
     tall = grid.tall(layout) + bar_height_in
     title = data.title, data.subtitle, note
     page, low, high = theme.new_page(layout, *title, columns=viewpoint.COLUMNS, tall=tall)

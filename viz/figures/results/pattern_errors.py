@@ -75,7 +75,7 @@ def _errors(design: Design) -> tuple[tuple[str, str], tuple[float, float]]:
     return (first, second), (distance, getattr(usual, second))
 
 
-def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
+def draw(data: tuple[Block, ...], layout: theme.PageLayout) -> Drawing:
     """Draw a row for each distance error and a column for each angle error, right flanks first."""
     note = (
         "Pinion flank in the side view, {face:.4g} mm from {ends[0]} (left) to {ends[1]}. Shaded: separation"
@@ -125,13 +125,13 @@ def draw(data: tuple[Block, ...], layout: theme.Layout) -> Drawing:
     return Drawing(page, {})
 
 
-def _columns(layout: theme.Layout, count: int) -> tuple[float, float]:
+def _columns(layout: theme.PageLayout, count: int) -> tuple[float, float]:
     """Return the left end and the width of the columns of a matrix, inches."""
     left, right_margin = 1.44, 0.1
     return left, (layout.width - left - right_margin) / count
 
 
-def _under(layout: theme.Layout) -> float:
+def _under(layout: theme.PageLayout) -> float:
     """Return the height of the two lines of text below a flank, inches."""
     return 0.44 if layout.width > theme.NARROW else 0.52
 

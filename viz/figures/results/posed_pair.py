@@ -60,7 +60,7 @@ def compute(design: Design, flank: str = "right") -> PosedFigure:
     return PosedFigure(posed.pose(design, flank), tuple(meshes), paths_table.solve(design, flank), pattern)
 
 
-def draw(data: PosedFigure, layout: theme.Layout) -> Drawing:
+def draw(data: PosedFigure, layout: theme.PageLayout) -> Drawing:
     """Draw the complete pair, and the teeth in mesh with paths and patterns."""
     flank = data.path.path.flank
     pose = f"at nominal rolls: the {flank} flanks have no contact point"

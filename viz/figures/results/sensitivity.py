@@ -14,7 +14,7 @@ from beveloid_geom.contact.parallel.lines import touches_along_lines
 from beveloid_geom.report.sensitivity import steps_of
 
 from ...components import charts
-from ...components.charts import MIDDLE_INDEX, QUANTITIES, Quantity, changes_under_steps
+from ...components.charts import MIDDLE_INDEX, QUANTITIES, ErrorEffect, changes_under_steps
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...components.paths_table import (
     FLANKS,
@@ -26,11 +26,11 @@ from ...components.paths_table import (
     parabolas,
 )
 from ...rendering import theme
-from ...rendering.layout import Cells
+from ...rendering.layout import PanelRows
 
 
 @dataclass(frozen=True, eq=False)
-class Case:
+class SensitivityCase:
     """One set of coefficients with the sensitivity of each flank."""
 
     name: str
@@ -61,23 +61,23 @@ class Case:
         """True if some of the changes are known."""
         return any(self.knows(quantity) for quantity in QUANTITIES)
 
-    def knows(self, quantity: Quantity) -> bool:
+    def knows(self, quantity: ErrorEffect) -> bool:
         """Return True if some of the changes of a quantity are known."""
         changes = changes_under_steps(self.found, quantity).values()
         return any(np.isfinite(change).any() for change in changes)
 
 
-def compute(design: Design) -> tuple[Case, ...]:
+def compute(design: Design) -> tuple[SensitivityCase, ...]:
     """Compute both cases on both flanks."""
     bent = modified(design)
     cases = {"as designed": design, coefficients(bent): bent}
     return tuple(
-        Case(name, one, tuple(path_sensitivity(one, f, one.errors_at) for f in FLANKS))
+        SensitivityCase(name, one, tuple(path_sensitivity(one, f, one.errors_at) for f in FLANKS))
         for name, one in cases.items()
     )
 
 
-def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
+def draw(data: tuple[SensitivityCase, ...], layout: theme.PageLayout) -> Drawing:
     """Draw a row for each case and a column for each quantity; on a narrow page columns for cases and fewer
     quantities."""
     note = (
@@ -85,7 +85,7 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
         " along the face, at equal flank parameter l{square}, positive towards +z. Contact ratio: Eq. 16."
         " Transmission error: one tooth pair, peak to peak."
     )
-    cells = Cells(left=1.6, right=0.438, across=0.358, down=1.1, most=4, least=1.4)
+    cells = PanelRows(left=1.6, right=0.438, across=0.358, down=1.1, most=4, least=1.4)
     perpendicular_note = ", or perpendicular to the path"
     narrow_note = " (perpendicular to the path: see the CSV file)"
     steps = steps_of(data[0].found[0].errors)
@@ -131,7 +131,13 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
 
 
 def _panels(
-    page: theme.Page, cells: Cells, weights: list[float], across: int, down: float, low: float, high: float
+    page: theme.Page,
+    cells: PanelRows,
+    weights: list[float],
+    across: int,
+    down: float,
+    low: float,
+    high: float,
 ) -> list[list[Axes]]:
     """Return rows of `across` panels with heights proportional to their weights, `down` inches apart."""
     gap = theme.inches(page, down)
@@ -143,7 +149,7 @@ def _panels(
     return found
 
 
-def rows(data: tuple[Case, ...]) -> Table:
+def rows(data: tuple[SensitivityCase, ...]) -> Table:
     """List every value and its derivative by mm or rad."""
     header = (*PARABOLAS, "flank", "quantity", "member", "error", "step", "step_unit", "change", "unit")
 

@@ -18,11 +18,11 @@ from ...components import charts
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...components.paths_table import FLANKS, PARABOLAS, REASONS, coefficients, modified, parabolas
 from ...rendering import theme
-from ...rendering.layout import Cells
+from ...rendering.layout import PanelRows
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class SlidingCurve:
     """One case on one flank: name, line style and result."""
 
     name: str
@@ -35,19 +35,21 @@ class Curve:
         return self.report.reason is None
 
 
-def compute(design: Design) -> dict[str, tuple[Curve, ...]]:
+def compute(design: Design) -> dict[str, tuple[SlidingCurve, ...]]:
     """Compute the sliding of every case on both flanks."""
     # Line styles of the design and of the design with the paper's modification.
     line_styles = ("-", "--")
     bent = modified(design)
     changed = list(zip(("as designed", coefficients(bent)), line_styles, (design, bent), strict=True))
     return {
-        side: tuple(Curve(name, style, sliding_report("", one, side, 201)) for name, style, one in changed)
+        side: tuple(
+            SlidingCurve(name, style, sliding_report("", one, side, 201)) for name, style, one in changed
+        )
         for side in FLANKS
     }
 
 
-def draw(data: dict[str, tuple[Curve, ...]], layout: theme.Layout) -> Drawing:
+def draw(data: dict[str, tuple[SlidingCurve, ...]], layout: theme.PageLayout) -> Drawing:
     """Draw a column for each flank: speed above, specific sliding below."""
     note = (
         "Speeds times the pinion speed in rad/s are in mm/s. Thin lines: components"
@@ -55,7 +57,7 @@ def draw(data: dict[str, tuple[Curve, ...]], layout: theme.Layout) -> Drawing:
         " Specific sliding perpendicular to the trace; on parallel axes as in ISO 21771. The path"
         " enters on the left. Dotted: closest to the"
     )
-    cells = Cells(left=1.04, right=0.24, across=1.28, down=0.65, most=2, least=3.6)
+    cells = PanelRows(left=1.04, right=0.24, across=1.28, down=0.65, most=2, least=3.6)
     if layout.printed:
         cells = replace(cells, down=1.0)
     page, low, high = theme.new_page(
@@ -96,7 +98,7 @@ def _legend(columns: list[tuple[Axes, Axes]]) -> list[Line2D]:
     return [line for name, line in named.items() if not name.startswith("_")]
 
 
-def _panels(speed: Axes, specific: Axes, curves: tuple[Curve, ...]) -> None:
+def _panels(speed: Axes, specific: Axes, curves: tuple[SlidingCurve, ...]) -> None:
     """Draw all cases of a flank, and the components of the speed of the first case with a path."""
     # Upper limit of the scales as a multiple of the largest speed.
     scale_limit_factor = 1.1
@@ -114,7 +116,7 @@ def _panels(speed: Axes, specific: Axes, curves: tuple[Curve, ...]) -> None:
     )
 
 
-def rows(data: dict[str, tuple[Curve, ...]]) -> Table:
+def rows(data: dict[str, tuple[SlidingCurve, ...]]) -> Table:
     """List every position of every case; a case without contact has one row with the reason."""
     names = tuple(next(iter(data.values()))[0].report.columns)
     header = (*PARABOLAS, "flank", *(header_of(name) for name in names), "reason")

@@ -25,7 +25,7 @@ from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...components.panels import Panel
 from ...components.paths_table import SolvedPath, coefficients, modified
 from ...rendering import theme
-from ...rendering.layout import Cells
+from ...rendering.layout import PanelRows
 from ...rendering.scene import Picture
 
 MOUNTINGS, CYCLE_MOUNTINGS, PATHS_DRAWN, SEED = 1024, 64, 300, 0
@@ -118,9 +118,9 @@ def _cloud_of(design: Design, flank: str, factor: float) -> tuple[FloatArray, Fl
         return paths_table.points_on(path, 0), paths_table.points_on(path, 1)
 
 
-def draw(data: CloudFigure, layout: theme.Layout) -> Drawing:
+def draw(data: CloudFigure, layout: theme.PageLayout) -> Drawing:
     """Draw the clouds on pinion and gear above the distributions of position and transmission error."""
-    cells = Cells(left=0.95, right=0.3, across=1.0, down=1.1, most=2, least=1.6)
+    cells = PanelRows(left=0.95, right=0.3, across=1.0, down=1.1, most=2, least=1.6)
     stretch = 4.0  # magnification of the flanks across the face
     # Name, factor, heading and label of the axis.
     quantities = (

@@ -19,7 +19,7 @@ from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
 from ...components.motion_graph import MotionGraph
 from ...components.paths_table import PARABOLAS, as_large, coefficients, modified, parabolas, two_digits
 from ...rendering import theme
-from ...rendering.layout import Cells
+from ...rendering.layout import PanelRows
 
 LOOKS = ((theme.GREEN, "..."), (theme.BLUE, ""), (theme.ORANGE, "///"))
 """Colours and hatches of the cases."""
@@ -27,7 +27,7 @@ HARMONICS = 10
 
 
 @dataclass(frozen=True, eq=False)
-class Case:
+class CycleCase:
     """One case of one flank with name and colour: its motion graph, None with the `reason` if it is not
     known."""
 
@@ -39,7 +39,7 @@ class Case:
     reason: str = ""
 
 
-def compute(design: Design, flank: str = "right") -> tuple[Case, ...]:
+def compute(design: Design, flank: str = "right") -> tuple[CycleCase, ...]:
     """Compute the motion graph as designed, with the paper's modification, and with hollow flanks."""
     # Both coefficients of the last case at the module of Table 1, 1/mm.
     hollow_per_mm = 0.0002
@@ -53,13 +53,13 @@ def compute(design: Design, flank: str = "right") -> tuple[Case, ...]:
             report = operation_report("", changed, flank, rolls, HARMONICS, MARKING_SEPARATION)
             reason = report.reason
             graph = None if reason else motion_graph.motion_graph(report)
-        cases.append(Case(name, colour, flank, changed, graph, reason or ""))
+        cases.append(CycleCase(name, colour, flank, changed, graph, reason or ""))
     return tuple(cases)
 
 
-def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
+def draw(data: tuple[CycleCase, ...], layout: theme.PageLayout) -> Drawing:
     """Draw a panel for each case and a panel of all amplitudes."""
-    cells = Cells(left=1.05, right=1.0, across=2.1, down=1.45, most=2, least=3.3)
+    cells = PanelRows(left=1.05, right=1.0, across=2.1, down=1.45, most=2, least=3.3)
     # Factor of the scale of amplitudes in print, which leaves space for the legend.
     print_scale_factor = 1.4
     # Height of the text above a panel, points.
@@ -98,7 +98,7 @@ def draw(data: tuple[Case, ...], layout: theme.Layout) -> Drawing:
     return Drawing(page, {})
 
 
-def _amplitudes(axes: Axes, data: tuple[Case, ...]) -> None:
+def _amplitudes(axes: Axes, data: tuple[CycleCase, ...]) -> None:
     """Draw the amplitudes (arcsec) at multiples of the mesh frequency, the cases next to each other."""
     known = [case for case in data if case.graph is not None]
     orders, width = np.arange(1, HARMONICS + 1), 0.8 / max(len(known), 1)
@@ -119,7 +119,7 @@ def _amplitudes(axes: Axes, data: tuple[Case, ...]) -> None:
         axes.legend(loc="upper right", ncols=3)
 
 
-def rows(data: tuple[Case, ...]) -> Table:
+def rows(data: tuple[CycleCase, ...]) -> Table:
     """List the transmission error of all teeth over one cycle, of a single tooth pair, and the amplitudes."""
     curves = "kind", "pitches", "multiple", "error_rad", "amplitude_rad", "pitch_radius_mm"
     of_cycle = "peak_to_peak_rad", "edge_share", "contact_ratio", "operating_contact_ratio"

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Kind:
+class PartKind:
     """Kind of geometry.
 
     Attributes
@@ -67,11 +67,13 @@ class Kind:
 
 
 KINDS = {
-    "volume": Kind(VOLUME_FORMATS, TEETH, f"hexahedra of {' or '.join(TEETH)}", 120.0),
-    "contact": Kind(CONTACT_FORMATS, ("pair",), "the pair in contact", None),
-    "surface": Kind(SURFACE_FORMATS, PARTS, "surface"),
-    "solid": Kind(CAD_FORMATS, (*GEARS, *TEETH, "pair"), f"solid of {', '.join((*GEARS, *TEETH, 'pair'))}"),
-    "scene": Kind(SCENE_FORMATS, ("pair",), "the pair for viewers, with paths and patterns", 200.0),
+    "volume": PartKind(VOLUME_FORMATS, TEETH, f"hexahedra of {' or '.join(TEETH)}", 120.0),
+    "contact": PartKind(CONTACT_FORMATS, ("pair",), "the pair in contact", None),
+    "surface": PartKind(SURFACE_FORMATS, PARTS, "surface"),
+    "solid": PartKind(
+        CAD_FORMATS, (*GEARS, *TEETH, "pair"), f"solid of {', '.join((*GEARS, *TEETH, 'pair'))}"
+    ),
+    "scene": PartKind(SCENE_FORMATS, ("pair",), "the pair for viewers, with paths and patterns", 200.0),
 }
 """Kinds in the order in which they are tried: a tooth as .vtu is hexahedra."""
 
