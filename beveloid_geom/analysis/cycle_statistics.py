@@ -18,7 +18,7 @@ from ..design.model import Design
 from ..gear.active_flank import place_at
 from ..gear.flank import flank_point
 from ..operation.contact_pattern.mating import mating_of
-from ..operation.contact_pattern.minimum_separation import minimum_separation, sampled
+from ..operation.contact_pattern.minimum_separation import minimum_separation, separation_samples
 from ..operation.contact_pattern.motion import first_contact_operation
 from ..operation.mesh_cycle import MeshCycle
 from ..operation.operating_ratio import operating_ratios
@@ -131,7 +131,9 @@ def pattern_ends(
         points = flank_point(member, flank, l, u)
         mating = mating_of(design, flank, k, operation)
         # An edge with a point within the compound at a sample needs no search between the samples.
-        sampled_least = sampled(mating, points).table.min(axis=0).reshape(-1, edge_points).min(axis=1)
+        sampled_least = (
+            separation_samples(mating, points).table.min(axis=0).reshape(-1, edge_points).min(axis=1)
+        )
         unknown = np.flatnonzero(sampled_least > separation)
         searched = points.reshape(-1, edge_points, 3)[unknown].reshape(-1, 3)
         found = minimum_separation(mating, searched).least

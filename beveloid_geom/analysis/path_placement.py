@@ -10,7 +10,7 @@ wanted, near the middle of its flank. With the two errors e,
 
 is solved by Newton's method, which starts from the design and takes exact derivatives of the middle from
 `sensitivity`. A step is shortened until it reduces the distance. If the iteration does not converge within
-the limits of the errors (`limits_of`), it is repeated from the grid points whose paths lie nearest to the
+the limits of the errors (`search_limits`), it is repeated from the grid points whose paths lie nearest to the
 wanted position. If these do not converge either, all results are NaN and the status is NOT_CONVERGED.
 
 If the errors use up the backlash, the pair cannot be assembled. The middle then keeps z_wanted and leaves the
@@ -190,14 +190,14 @@ def place_path(
         limits = f"from {low:.4g} to {high:.4g} mm"
         raise ValueError(f"l must be on the pinion profile, {limits}, got {wanted_l:g}")
     face = float(design.pinion.face_width)
-    search = _PlacementSearch(design, flank, by, limits_of(design, by), np.array((face, high - low)))
+    search = _PlacementSearch(design, flank, by, search_limits(design, by), np.array((face, high - low)))
     wanted = np.stack((face * (share - 0.5), np.full(share.shape, wanted_l)), axis=-1)
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         exact, shares, status = _found(search, wanted)
     return _forward(search, share, wanted, exact, shares, status)
 
 
-def limits_of(design: Design, by: tuple[str, str]) -> FloatArray:
+def search_limits(design: Design, by: tuple[str, str]) -> FloatArray:
     """Return the search limits (2,) of two errors, mm or rad, in both directions.
 
     They are a module for the offset or centre distance, the smaller face width for an axial position, and for

@@ -46,7 +46,8 @@ def named(function: Callable[..., Any], run: Callable[..., Any]) -> click.Comman
     The list of commands shows the complete first paragraph of the help."""
     text = inspect.getdoc(function) or ""
     short = " ".join(text.partition("\n\n")[0].split())
-    return click.command(function.__name__.rstrip("_").replace("_", "-"), help=text, short_help=short)(run)
+    name = function.__name__.removesuffix("_command").rstrip("_").replace("_", "-")
+    return click.command(name, help=text, short_help=short)(run)
 
 
 def result_command(

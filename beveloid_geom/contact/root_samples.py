@@ -137,10 +137,12 @@ def root_samples(pairing: FlankPair, l1: FloatArray, bounds: FloatArray, shares:
     """Return samples of F at every `l1` (cases, positions), at relative positions `shares` between `bounds`
     of l2 (2, cases, 1), mm.
     """
-    return sampled(pairing, terms_of_one(pairing, l1, 0), bounds[0] + shares * (bounds[1] - bounds[0]))
+    return equation_samples(
+        pairing, terms_of_one(pairing, l1, 0), bounds[0] + shares * (bounds[1] - bounds[0])
+    )
 
 
-def sampled(
+def equation_samples(
     pairing: FlankPair, pinion: MemberTerms, l2: FloatArray, gear: MemberTerms | None = None
 ) -> RootSamples:
     """Return samples of F at l2 (mm) from the terms of the pinion, and of the gear if they are known."""

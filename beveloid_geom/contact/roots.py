@@ -30,7 +30,7 @@ from .equation import (
     meet,
 )
 from .flank_pair import FlankPair, MemberTerms, terms_of_one
-from .root_samples import Bracket, RootSamples, sampled, with_extremum
+from .root_samples import Bracket, RootSamples, equation_samples, with_extremum
 
 NEWTON_MAX_STEPS = 60
 """Maximum number of Newton steps, most of which only bisect."""
@@ -124,7 +124,7 @@ def solve_gear_parameter(pairing: FlankPair, l1: FloatArray) -> Roots:
     """
     low, high = pairing.lowest[1], pairing.highest[1]
     pinion = terms_of_one(pairing, l1, 0)
-    roots = roots_in(pairing, l1, sampled(pairing, pinion, *pairing.near_gear))
+    roots = roots_in(pairing, l1, equation_samples(pairing, pinion, *pairing.near_gear))
     # Positions without a root near the flank are searched over three flank depths.
     lost = np.flatnonzero((roots.status != Status.SOLVED).any(axis=-1))
     if lost.size:
@@ -132,7 +132,7 @@ def solve_gear_parameter(pairing: FlankPair, l1: FloatArray) -> Roots:
         far_positions = np.linspace(-1.0, 2.0, 25)[:, None, None]
         part, far = pairing.cases(lost), (low + far_positions * (high - low))[:, lost]
         pinion = MemberTerms(*(value[..., lost, :] for value in vars(pinion).values()))
-        far = roots_in(part, l1[lost], with_extremum(part, sampled(part, pinion, far)))
+        far = roots_in(part, l1[lost], with_extremum(part, equation_samples(part, pinion, far)))
         near = Roots(roots.l2[lost], roots.slope[lost], roots.status[lost])
         both = near.where(near.status == Status.SOLVED, far)
         roots.l2[lost], roots.slope[lost], roots.status[lost] = both.l2, both.slope, both.status

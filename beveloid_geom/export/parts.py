@@ -32,7 +32,7 @@ from ..shapes.surface_mesh import gear_mesh
 from ..shapes.tooth_boundary import require_tolerance
 from .fea.abaqus import FIXED_SETS, LoadCase, nearest_node
 from .fea.load import ContactPlace, contact_load
-from .surfaces import SurfaceMesh, in_fixed, joined
+from .surfaces import SurfaceMesh, in_fixed, joined_surfaces
 
 COUNTING_TOLERANCE_MM = 1e-3
 """Tolerance at which points are counted. The number at a finer one follows from 1 / tolerance."""
@@ -138,7 +138,7 @@ def pair_surface(
         flags = {name: (numbers == k).astype(int) for k, name in enumerate(MEMBERS)}
         surface = replace(surface, cell_fields={**surface.cell_fields, "member": numbers, **flags})
         surfaces.append(in_fixed(surface, frame))
-    return joined(surfaces)
+    return joined_surfaces(surfaces)
 
 
 def flank_triangles(grid: FlankGrid, fields: Mapping[str, FloatArray] | None = None) -> SurfaceMesh:

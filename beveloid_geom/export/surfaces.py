@@ -66,7 +66,7 @@ def moved(surface: SurfaceMesh, distance: FloatArray) -> SurfaceMesh:
     return replace(surface, points=surface.points + distance)
 
 
-def joined(surfaces: Sequence[SurfaceMesh]) -> SurfaceMesh:
+def joined_surfaces(surfaces: Sequence[SurfaceMesh]) -> SurfaceMesh:
     """Return several surfaces as one, with the fields that all of them have."""
     starts = np.cumsum([0, *(len(surface.points) for surface in surfaces[:-1])])
 
@@ -178,7 +178,7 @@ def _scene(surface: SurfaceMesh, title: str) -> Any:
         scene.add_geometry(_trimesh(surface.points, surface.faces, None), geom_name=title, node_name=title)
         return scene
     for number, name in enumerate(MEMBERS):
-        # The points of a member follow each other, because `joined` puts one member after the other.
+        # The points of a member follow each other, because `joined_surfaces` puts one member after the other.
         faces = surface.faces[members == number]
         first = faces.min()
         mesh = _trimesh(surface.points[first : faces.max() + 1], faces - first, None)

@@ -18,7 +18,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..arrays import FloatArray, Mask
-from .crossing_curve import RADIUS, CrossingCurve, FacePart, face_part, nodes_of
+from .crossing_curve import RADIUS, CrossingCurve, FacePart, curve_nodes, face_part
 from .tooth_surface import ToothSurface, cut_at
 
 SCAN_POINTS = 65
@@ -117,7 +117,7 @@ def _part(surface: ToothSurface, low: float, high: float, onset: tuple[bool, boo
     part = near = None
     # Increase the number of planes until the series is resolved.
     for count in series_planes:
-        z = 0.5 * (low + high) + 0.5 * (high - low) * nodes_of(count)
+        z = 0.5 * (low + high) + 0.5 * (high - low) * curve_nodes(count)
         if part is not None:
             near = part.rows(z)[:RADIUS, 0]
         values = intersections(surface, z, near)

@@ -136,9 +136,9 @@ def face_part(
     low: float, high: float, values: FloatArray, onset: tuple[bool, bool], bottom: float
 ) -> FacePart:
     """Return the part of the face between `low` and `high` with these `values` (3, nodes) of `start`, `end`
-    and radius at the nodes of `nodes_of`.
+    and radius at the nodes of `curve_nodes`.
     """
-    order, nodes = np.arange(values.shape[1]), nodes_of(values.shape[1])
+    order, nodes = np.arange(values.shape[1]), curve_nodes(values.shape[1])
     fit = 2.0 / order.size * np.cos(np.multiply.outer(np.arccos(nodes), order))
     fit[:, 0] *= 0.5
     series = values @ fit
@@ -146,7 +146,7 @@ def face_part(
     return FacePart(low, high, np.concatenate((both, with_derivative(both)[-3:])), onset, bottom)
 
 
-def nodes_of(count: int) -> FloatArray:
+def curve_nodes(count: int) -> FloatArray:
     """Return the zeros of the Chebyshev polynomial of this degree. No zero is at an end, where flank and
     fillet do not intersect if undercut begins there.
     """

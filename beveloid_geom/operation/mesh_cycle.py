@@ -37,7 +37,7 @@ from .cycle.cycle_segments import (
     extremes,
     samples_of,
 )
-from .cycle.segment_search import pitch_rolls, segments_of
+from .cycle.segment_search import first_contact_segments, pitch_rolls
 from .engagement import Engagement, engagement_of, middle_roll
 from .first_contact import FirstContact, first_contact, result_of
 from .search.earliest_contact import Found, Grids, Numbered, found_with_others, grids_of, in_step
@@ -317,7 +317,7 @@ def _solved(design: Design, flank: str, each: bool) -> _Solution:
     first, near, alone = found_with_others(engagement.at(case, roll), grids, each=each)
     samples = samples_of(case, roll, first)
     beside = samples_of(case[near[0]], roll[near[0]], near[1])
-    segments, status = segments_of(engagement, grids, samples, beside)
+    segments, status = first_contact_segments(engagement, grids, samples, beside)
     return _Solution(start, (engagement, phase), segments, status, grids, samples, alone)
 
 

@@ -16,7 +16,7 @@ from ..status import FirstStatus
 from .cycle.cycle_segments import SAMPLES_PER_PITCH, CycleSegments, Samples, samples_of
 from .cycle.missed_contacts import LATE_RAD
 from .cycle.segment_fit import fitted
-from .cycle.segment_search import in_order
+from .cycle.segment_search import sorted_segments
 from .engagement import Engagement
 from .first_contact import FirstContact, result_of
 from .mesh_cycle import MeshCycle, cycle_and_pairs
@@ -125,7 +125,7 @@ def segments_of_one_pair(
             contacts = found_at(runs.at(run, roll), grids, 0)
             followed[case[run[contacts.status != FirstStatus.SOLVED]]] = False
             samples = samples.and_also(Samples(run, roll, cut, contacts))
-    segments = in_order([replace(part, case=case[part.case]) for part in parts])
+    segments = sorted_segments([replace(part, case=case[part.case]) for part in parts])
     return segments.pick(followed[segments.case]), followed
 
 

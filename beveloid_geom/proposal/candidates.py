@@ -126,7 +126,7 @@ def found_for_each(requests: Sequence[Request]) -> tuple[FloatArray, NDArray[np.
     return solutions.values, solutions.owner
 
 
-def limits_of(request: Request) -> tuple[Bounds, ...]:
+def variable_limits(request: Request) -> tuple[Bounds, ...]:
     """Return the limits of cone angles, helix angles and shifts, each for pinion and gear."""
     return (request.cone_limits,) * 2 + (request.helix_limits,) * 2 + (request.shift_limits,) * 2
 
@@ -139,7 +139,7 @@ def within(request: Request, values: FloatArray) -> Mask:
 def _clipped(request: Request, values: FloatArray) -> FloatArray:
     """Return pairs (7, n) with free quantities clipped to their limits."""
     clipped, given = values.copy(), given_of(request)
-    for variable, (low, high) in enumerate(limits_of(request)):
+    for variable, (low, high) in enumerate(variable_limits(request)):
         if variable not in given:
             clipped[variable] = np.clip(values[variable], low, high)
     return clipped
@@ -196,7 +196,7 @@ def _starts(
     # both are equal or opposite, at 45 deg.
     turn_step = math.radians(15.0)
     spread = _spread(count)
-    low, high = np.array(limits_of(request)).T[..., None]
+    low, high = np.array(variable_limits(request)).T[..., None]
     values = low + (high - low) * spread[:6]
     # Step of the rounded start values of cone angles, helix angles (rad) and shifts.
     start_step = np.array([*np.radians([1.0, 1.0, 5.0, 5.0]), 0.1, 0.1])[:, None]

@@ -154,7 +154,7 @@ def _taper_difference(request: Request, values: FloatArray, layout: ClosedLayout
     return np.asarray(half * steeper * np.sign(values[:2].sum(axis=0)))
 
 
-def figures_of(request: Request, values: FloatArray, teeth: Figures) -> Figures:
+def criteria_of(request: Request, values: FloatArray, teeth: Figures) -> Figures:
     """Return all criteria of pairs (7, n) in their layout, from the criteria of the `teeth`."""
     design, layout = pair_at(request.members, values)
     offset = np.zeros_like(layout.offset) if request.offset == 0.0 else layout.offset

@@ -23,13 +23,13 @@ from .candidates import (
     candidates_of,
     found_for_each,
     given_of,
-    limits_of,
     others_found,
     unknown_of,
+    variable_limits,
     within,
 )
-from .merit import Figures, design_of, figures_of, teeth_of
-from .relaxation import Change, changes_of, others_of, rounded
+from .merit import Figures, criteria_of, design_of, teeth_of
+from .relaxation import Change, others_of, request_changes, rounded_request
 from .request import Request, faults_of, usual_tool
 
 SMALL_RESERVE = 0.1
@@ -174,7 +174,7 @@ def _evaluated(request: Request, found: FloatArray) -> tuple[FloatArray, Figures
     teeth = teeth_of(request, values)
     ranked = _ranked(request, values, teeth)
     for rows in (ranked[:FIRST_PATHS], ranked):
-        figures = figures_of(request, values[:, rows], teeth.take(rows))
+        figures = criteria_of(request, values[:, rows], teeth.take(rows))
         if len(rows) == len(ranked) or (figures.reserve > SMALL_RESERVE).any():
             break
     return values[:, rows], figures
@@ -215,7 +215,7 @@ def _reason(request: Request, first: Choice, second: Choice, both: FloatArray) -
 
 def _beyond(request: Request, values: FloatArray) -> str:
     """Return the limits that are exceeded by the pair nearest to them."""
-    limits = limits_of(request)
+    limits = variable_limits(request)
     low, high = np.array(limits)[:, :1], np.array(limits)[:, 1:]
     past = np.maximum(np.maximum(low - values[:6], values[:6] - high) / (high - low + 1e-9), 0.0)
     past[list(given_of(request))] = 0.0
@@ -237,7 +237,7 @@ def _nearest(request: Request) -> Request | None:
     # Fractions of the largest change of a quantity that are tried in the search for a request with a
     # proposal.
     change_shares = (0.03, 0.1, 0.3, 1.0)
-    tried = [(change, share) for share in change_shares for change in changes_of(request)]
+    tried = [(change, share) for share in change_shares for change in request_changes(request)]
     # Number of values tried between two fractions, and number of changes that are checked completely.
     subdivisions, max_checked_changes = 3, 3
     for _ in range(max_checked_changes):
@@ -250,7 +250,7 @@ def _nearest(request: Request) -> Request | None:
         least = _first_promising(request, nearer)
         for reached in (share,) if least is None else (nearer[least][1], share):
             for digits in (3, 5):
-                if works(changed := rounded(change(reached), request, digits)):
+                if works(changed := rounded_request(change(reached), request, digits)):
                     return changed
     return next((other for other in others_of(request) if works(other)), None)
 
@@ -272,7 +272,7 @@ def _first_promising(request: Request, tried: list[tuple[Change, float]]) -> int
     for start in range(0, sound.size, FIRST_PATHS):
         rows = sound[start : start + FIRST_PATHS]
         promising = owner[
-            rows[figures_of(request, values[:, rows], teeth.take(rows)).reserve > SMALL_RESERVE]
+            rows[criteria_of(request, values[:, rows], teeth.take(rows)).reserve > SMALL_RESERVE]
         ]
         if promising.size:
             return numbers[int(promising[0])]

@@ -14,7 +14,7 @@ Change: TypeAlias = Callable[[float], Request]
 """Function that returns the request changed by a fraction of the largest change."""
 
 
-def changes_of(request: Request) -> Iterator[Change]:
+def request_changes(request: Request) -> Iterator[Change]:
     """Yield the changes of the given quantities of a request, in both directions."""
     # Largest changes, mm, rad and modules.
     sizes = {
@@ -64,7 +64,7 @@ def _changed(request: Request, name: str, size: float, share: float) -> Request:
     return replace(request, **{name: changed})
 
 
-def rounded(request: Request, like: Request, digits: int) -> Request:
+def rounded_request(request: Request, like: Request, digits: int) -> Request:
     """Return a request with the quantity that differs from `like` rounded to `digits` significant digits,
     angles in deg."""
 

@@ -12,7 +12,7 @@ from .closure_equations import Variable
 from .request import Request
 
 
-def rounded(request: Request, design: Design) -> Design:
+def rounded_design(request: Request, design: Design) -> Design:
     """Return a proposed design, rounded to the fewest decimals within the tolerances.
 
     Angles are rounded in degrees and the offset in mm; given values of the request are not changed. If no

@@ -24,7 +24,7 @@ from ..proposal.command_line import command_of, requests_like
 from ..proposal.merit import DEPTH, LINKS
 from ..proposal.propose import Proposal, propose, works
 from ..proposal.request import Request
-from ..proposal.rounding import rounded
+from ..proposal.rounding import rounded_design
 from ..status import NotComputed
 from .columns import column, label, labelled_lines, number
 from .result import Failure, Report, Rows, advice_data, by_columns, failure_of, plain, stacked_rows
@@ -319,7 +319,7 @@ def proposal_report(request: Request, count: int, gear: str = "") -> ProposalRep
     """Return at most `count` proposals with rounded numbers; `gear` is the file of a given gear.
 
     Raises as `propose`."""
-    proposals = (Proposal(rounded(request, p.design), p.figures) for p in propose(request, count))
+    proposals = (Proposal(rounded_design(request, p.design), p.figures) for p in propose(request, count))
     return ProposalReport(request, tuple(proposals), gear)
 
 

@@ -37,7 +37,7 @@ class MapReport(ResultReport[DesignMap]):
             "errors": result.errors,
             "pinion": result.first,
             "gear": result.second,
-            "map": cells_of(result),
+            "map": map_cells(result),
         }
 
     def rows(self) -> Rows:
@@ -90,15 +90,15 @@ def map_rows(result: DesignMap) -> Rows:
     """Return the cells of a map as columns."""
     sides = np.meshgrid(result.first, result.second, indexing="ij")
     inputs = dict(zip(result.over, sides, strict=True))
-    return flattened(inputs | cells_of(result))
+    return flattened(inputs | map_cells(result))
 
 
-def cells_of(result: DesignMap) -> dict[str, Any]:
+def map_cells(result: DesignMap) -> dict[str, Any]:
     """Return status, properties and results of the cells by name."""
-    return picked(result, "status", "hollow", "interferes", "jammed", *figures_of(result))
+    return picked(result, "status", "hollow", "interferes", "jammed", *map_results(result))
 
 
-def figures_of(result: DesignMap) -> tuple[str, ...]:
+def map_results(result: DesignMap) -> tuple[str, ...]:
     """Return the names of the results of a map, those in operation only if they are known in a cell."""
     return (*FIGURES, *(name for name in IN_OPERATION if np.isfinite(getattr(result, name)).any()))
 
@@ -124,7 +124,7 @@ def _extreme_lines(result: DesignMap, cells: Mask) -> str:
     equal_tolerance = 1e-9
     first, second = (name[:10] for name in _headings(result))
     lines = [f"{'':<27}{'smallest':>10}{first:>11}{second:>11}{'largest':>12}{first:>11}{second:>11}"]
-    for figure in figures_of(result):
+    for figure in map_results(result):
         values = np.where(cells, scaled(figure, getattr(result, figure)), np.nan)
         values = np.abs(values) if figure == "angle" else values
         if np.isnan(values).all():

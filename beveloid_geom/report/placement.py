@@ -43,7 +43,7 @@ class PlaceReport(ResultReport[Placement]):
     @property
     def places(self) -> list[dict[str, Any]]:
         """Results of each place by name, mm and rad."""
-        result, figures = self.result, figures_of(self.result)
+        result, figures = self.result, placement_results(self.result)
         places = []
         for k, code in enumerate(result.status.tolist()):
             place: dict[str, Any] = {"at": result.at[k], "status": plain(PlaceStatus(code))}
@@ -136,7 +136,7 @@ class PlaceReport(ResultReport[Placement]):
         return []
 
 
-def figures_of(result: Placement) -> dict[str, FloatArray]:
+def placement_results(result: Placement) -> dict[str, FloatArray]:
     """Return the results of all mountings by name, each (n,)."""
     values = {name: getattr(result, name) for name in PLACED if name != "off_centre"}
     return values | {"off_centre": result.l - result.wanted_l}

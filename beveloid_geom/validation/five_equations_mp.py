@@ -144,7 +144,7 @@ def rack_mp(member: Member, flank: str) -> RackMp:
     )
 
 
-def flank_surface(member: Member, flank: str) -> Surface:
+def precise_flank_surface(member: Member, flank: str) -> Surface:
     """Return Eqs. 1-6 and 12 as a function (l, u, roll) -> point and outward unit normal, in the fixed frame
     of the member, z from the zero-shift section; u and roll are those of the paper."""
     rack, r_p, shift = rack_mp(member, flank), pitch_radius_mp(member), zero_shift(member)
@@ -305,7 +305,10 @@ def _six_equations(
     """Return Eqs. 7-15 as a function of the paper's variables (l1, u1, l2, u2, phi1, phi2): gap of the
     points, sum of the normals, point and normal of the pinion, all in S_f."""
     errors = design.errors
-    surface1, surface2 = flank_surface(design.pinion, flank), flank_surface(design.gear, flank)
+    surface1, surface2 = (
+        precise_flank_surface(design.pinion, flank),
+        precise_flank_surface(design.gear, flank),
+    )
     height1 = MP.mpf(mounting[0]) - zero_shift(design.pinion).height + MP.mpf(errors.pinion_axial)
     height2 = MP.mpf(mounting[1]) - zero_shift(design.gear).height + MP.mpf(errors.gear_axial)
     offset = MP.mpf(design.pair.offset) + MP.mpf(errors.offset)

@@ -21,7 +21,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..analysis.path_placement import limits_of
+from ..analysis.path_placement import search_limits
 from ..analysis.sensitivity import path_sensitivity
 from ..arrays import FloatArray, flank_sign
 from ..contact.path import path_of_contact
@@ -129,7 +129,7 @@ def shim(design: Design, backlash: float, at: float | None = None, flank: str = 
     if at is not None and not 0.0 < at < 1.0:
         raise ValueError(f"at must be a share of the face above 0 and below 1, got {at:g}")
     z = np.nan if at is None else float(design.pinion.face_width) * (at - 0.5)
-    limit = float(limits_of(design, BY).min())
+    limit = float(search_limits(design, BY).min())
     if np.abs(backlash_by_errors(design)[COLUMNS]).max() < min_backlash_slope:
         return _forward(design, flank, backlash, z, limit, None, ShimStatus.NO_EFFECT)
     off, by = _conditions(design, flank, backlash, z)

@@ -14,7 +14,7 @@ from beveloid_geom import (
     mounted_backlash,
     path_of_contact,
 )
-from beveloid_geom.analysis.path_placement import Placement, centred, limits_of, place_path
+from beveloid_geom.analysis.path_placement import Placement, centred, place_path, search_limits
 from beveloid_geom.pair.misalignment import mounted
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import PlaceStatus
@@ -146,8 +146,8 @@ def test_it_is_centred_where_the_path_runs_from_tip_to_tip() -> None:
 
 def test_limits_scale_with_the_pair() -> None:
     names = ("offset", "shaft_angle"), ("pinion_axial", "gear_axial")
-    np.testing.assert_allclose(limits_of(table1(), names[0]), (6.0, np.radians(5.0)))
-    np.testing.assert_allclose(limits_of(scaled(table1(), 0.5), names[1]), (25.0, 25.0))
+    np.testing.assert_allclose(search_limits(table1(), names[0]), (6.0, np.radians(5.0)))
+    np.testing.assert_allclose(search_limits(scaled(table1(), 0.5), names[1]), (25.0, 25.0))
 
 
 def test_a_pair_without_contact_has_no_path() -> None:

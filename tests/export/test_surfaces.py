@@ -20,7 +20,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
 from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.export import FIELD_FORMATS, SURFACE_FORMATS, parts
-from beveloid_geom.export.surfaces import SurfaceMesh, in_fixed, joined, write_surface
+from beveloid_geom.export.surfaces import SurfaceMesh, in_fixed, joined_surfaces, write_surface
 from beveloid_geom.gear.flank import flank_patch
 from beveloid_geom.pair.frames import normals_to_fixed, to_fixed
 from beveloid_geom.shapes.sampling import FlankGrid
@@ -242,7 +242,7 @@ def test_moving_a_surface_turns_its_normals() -> None:
         moved.point_fields["normals"] @ back.T, surface.point_fields["normals"], rtol=0, atol=1e-14
     )
     np.testing.assert_array_equal(moved.point_fields["x_mm"], surface.point_fields["x_mm"])
-    two = joined([surface, SurfaceMesh(moved.points, moved.faces, {"normals": moved.points}, {})])
+    two = joined_surfaces([surface, SurfaceMesh(moved.points, moved.faces, {"normals": moved.points}, {})])
     assert set(two.point_fields) == {"normals"}
     assert not two.cell_fields
     np.testing.assert_array_equal(two.points[two.faces[len(surface.faces) :]], moved.points[moved.faces])

@@ -22,7 +22,7 @@ from beveloid_geom import (
 )
 from beveloid_geom.analysis.maps import usual_errors
 from beveloid_geom.analysis.optimise import Aim, objectives_of
-from beveloid_geom.analysis.path_placement import limits_of, place_path
+from beveloid_geom.analysis.path_placement import place_path, search_limits
 from beveloid_geom.analysis.pattern_matrix import check_size, pattern_matrix
 from beveloid_geom.analysis.tolerance import USUAL_AT
 from beveloid_geom.arrays import FloatArray
@@ -163,7 +163,9 @@ def test_maps_patterns_and_places() -> None:
 def test_limits_of_offset_errors_on_intersecting_axes(design: Design) -> None:
     """On intersecting axes the limits of offset errors are one module, because the offset is 0."""
     check_size(design, "offset", 0.05)
-    assert limits_of(design, ("offset", "centre_distance")).tolist() == 2 * [design.pinion.tool.normal_module]
+    assert search_limits(design, ("offset", "centre_distance")).tolist() == 2 * [
+        design.pinion.tool.normal_module
+    ]
 
 
 @pytest.mark.parametrize(

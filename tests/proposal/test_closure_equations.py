@@ -16,7 +16,7 @@ from beveloid_geom.pair.generator_angle import generator_angle_as_mounted
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.pair.zero_backlash import closing_of
 from beveloid_geom.proposal.candidates import candidates_of, found_for_each, unknown_of, within
-from beveloid_geom.proposal.merit import Figures, design_of, figures_of, teeth_of
+from beveloid_geom.proposal.merit import Figures, criteria_of, design_of, teeth_of
 from beveloid_geom.proposal.request import Request
 from tests.oracle.pitch_point_mp import mounting_mp
 from tests.symmetry import mirrored, scaled
@@ -273,7 +273,7 @@ def test_number_of_unknowns() -> None:
 
 def all_figures(request: Request, values: FloatArray) -> Figures:
     """Return the figures of pairs in the layout of the request."""
-    return figures_of(request, values, teeth_of(request, values))
+    return criteria_of(request, values, teeth_of(request, values))
 
 
 def test_criteria_of_a_batch_and_of_single_pairs() -> None:

@@ -14,7 +14,7 @@ from beveloid_geom.pair.zero_backlash import closing_of
 from beveloid_geom.proposal.candidates import given_of
 from beveloid_geom.proposal.closure_equations import Variable
 from beveloid_geom.proposal.propose import Refused, propose
-from beveloid_geom.proposal.rounding import rounded
+from beveloid_geom.proposal.rounding import rounded_design
 from tests.proposal.requests import random_requests
 
 
@@ -35,7 +35,7 @@ def test_rounded_proposals() -> None:
             (proposal, *_) = propose(request, 1)
         except (DesignError, Refused):
             continue
-        design = rounded(request, proposal.design)
+        design = rounded_design(request, proposal.design)
         exact, closing = closing_of(proposal.design), closing_of(design)
         face = min(float(member.face_width) for member in design.members)
         assert closing.gap <= 0.005 * face

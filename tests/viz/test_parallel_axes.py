@@ -39,7 +39,7 @@ def test_what_figures_say_of_lines(name: str) -> None:
 @pytest.mark.parametrize("member", [0, 1])
 def test_the_path_crosses_the_lines_drawn(member: int, flank: str) -> None:
     """Each drawn line contains a point of the path and has the length that the library computes."""
-    lines = paths_table.solve(PAIR, flank).contact_lines(member)
+    lines = paths_table.solved_case(PAIR, flank).contact_lines(member)
     path = path_of_contact(PAIR, flank, paths_table.LINES + 2)
     points = paths_table.points_on(path, member)[1:-1]
     way = lines[:, 1] - lines[:, 0]
@@ -57,7 +57,7 @@ def test_the_posed_pair_touches_along_a_line() -> None:
     way = line[1] - line[0]
     assert np.linalg.norm(np.cross(data.pair.contact - line[0], way)) < 1e-9 * np.linalg.norm(way)
     assert np.ptp(line[:, 2]) == pytest.approx(float(PAIR.gear.face_width))
-    bent = replace(data, path=paths_table.solve(PAIR.with_parabola(-1e-3, -1e-3), "right"))
+    bent = replace(data, path=paths_table.solved_case(PAIR.with_parabola(-1e-3, -1e-3), "right"))
     assert posed_pair.line_of_contact(bent) is None
 
 
@@ -73,15 +73,15 @@ def test_lines_of_contact_are_lines_of_the_page() -> None:
 
 
 def test_points_have_no_lines() -> None:
-    assert not len(paths_table.solve(PAIR.with_parabola(-1e-3, -1e-3), "right").contact_lines(0))
-    assert not len(paths_table.solve(builtin_design(), "right").contact_lines(1))
+    assert not len(paths_table.solved_case(PAIR.with_parabola(-1e-3, -1e-3), "right").contact_lines(0))
+    assert not len(paths_table.solved_case(builtin_design(), "right").contact_lines(1))
 
 
 def test_the_modification_leaves_a_path_on_the_flanks() -> None:
-    bent = paths_table.modified(PAIR)
+    bent = paths_table.paper_modified(PAIR)
     assert paths_table.parabolas(bent, "right") == (-0.004, -0.004)
-    assert paths_table.solve(bent, "right").found
-    assert paths_table.parabolas(paths_table.modified(builtin_design()), "right") == MODIFIED
+    assert paths_table.solved_case(bent, "right").found
+    assert paths_table.parabolas(paths_table.paper_modified(builtin_design()), "right") == MODIFIED
 
 
 def test_lines_are_in_contact_and_not_their_ends() -> None:

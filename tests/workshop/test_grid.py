@@ -16,7 +16,7 @@ from beveloid_geom.gear.flank import root_parameter, tip_parameter
 from beveloid_geom.gear.undercut import undercut_of
 from beveloid_geom.report.result import csv_text
 from beveloid_geom.report.workshop.grid import GridReport, Named
-from beveloid_geom.validation.five_equations_mp import MP, flank_surface, zero_shift
+from beveloid_geom.validation.five_equations_mp import MP, precise_flank_surface, zero_shift
 from beveloid_geom.workshop.grid import MeasuringGrid, measuring_grid
 from beveloid_geom.workshop.measured import MeasuredError, deviations_of, read_deviations
 from beveloid_geom.workshop.tooth_data import tooth_data
@@ -33,7 +33,7 @@ def test_points_are_on_the_exact_flank(name: str) -> None:
     member = MEMBERS[name]
     grid, moved = measuring_grid(member, 3, 4, 0.05), zero_shift(member)
     for side, flank in enumerate(FLANK_SIGN):
-        surface = flank_surface(member, flank)
+        surface = precise_flank_surface(member, flank)
         for row, column in np.ndindex(grid.shape):
             l, u = (MP.mpf(float(values[side, row, column])) for values in (grid.l, grid.u))
             point, normal = surface(l, u + moved.u, -moved.turn)

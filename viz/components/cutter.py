@@ -76,7 +76,7 @@ def profile(half: FloatArray, module: float, spaces: int, left: FloatArray | Non
     return np.concatenate([one + np.array([step, 0.0]) for step in steps])
 
 
-def section_frame(member: Member) -> SectionFrame:
+def cutter_frame(member: Member) -> SectionFrame:
     """Return the frame of the normal section of the rack at mid-face and roll 0."""
     origin, along, across = rack.section_frame(member)
     return SectionFrame(origin, np.stack((along, across, rack.rack_of(member, "right").trace)))

@@ -19,7 +19,7 @@ Table: TypeAlias = tuple[Sequence[str], Iterable[Sequence[object]]]
 Data = TypeVar("Data")
 
 
-def stacked(cases: Iterable[Sequence[object]]) -> Rows:
+def rows_of_cases(cases: Iterable[Sequence[object]]) -> Rows:
     """Return the rows of several cases, one case after the other.
 
     Each column of a case is a list or array (n,), with one value per row, or a single value, which is

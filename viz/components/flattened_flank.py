@@ -143,7 +143,7 @@ def contacts(axes: Axes, flat: FlatFlank, report: OperationReport, number: int) 
             axes.plot(*flat.at(l[chosen], z[chosen]).T, "o", clip_on=False, zorder=5, **style)
 
 
-def pattern(axes: Axes, flat: FlatFlank, side: MemberPattern, separation: float) -> None:
+def shade_pattern(axes: Axes, flat: FlatFlank, side: MemberPattern, separation: float) -> None:
     """Shade the area where the flanks are close, in bands of the square root of the separation."""
     x, y = np.moveaxis(flat.place(side.points), -1, 0)
     root = np.ma.masked_invalid(np.sqrt(np.maximum(side.least, 0.0)))
@@ -154,7 +154,7 @@ def pattern(axes: Axes, flat: FlatFlank, side: MemberPattern, separation: float)
         axes.contourf(x, y, root, levels, colors=[theme.BLUE], alpha=0.16, antialiased=True)
 
 
-def rim(*grids: FloatArray) -> FloatArray:
+def boundary_of(*grids: FloatArray) -> FloatArray:
     """Return the values on the boundary of grids (rows, columns, ...) of coordinates, as columns (n, ...)."""
     sides = [np.concatenate((grid[:, 0], grid[-1], grid[::-1, -1], grid[0, ::-1])) for grid in grids]
     return np.stack(sides, axis=-1) if len(sides) > 1 else sides[0]
@@ -168,6 +168,6 @@ def side_view(axes: Axes, z: FloatArray, r: FloatArray, least: FloatArray, separ
     root = np.ma.masked_invalid(np.sqrt(np.maximum(least, 0.0)))
     for share, shade in zip(BANDS[::-1], shades[::-1], strict=True):
         axes.contourf(z, r, root, [-1.0, float(np.sqrt(share * separation))], colors=[shade])
-    boundary = rim(z, r)
+    boundary = boundary_of(z, r)
     axes.add_patch(Polygon(boundary, fill=False, edgecolor=theme.GREY, linewidth=1.2))
     return boundary

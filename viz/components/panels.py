@@ -69,7 +69,7 @@ class Trace:
     bare: bool = False
 
 
-def flank_surface(points: FloatArray, normals: FloatArray, view: FlankView, colour: str) -> Surface:
+def lit_flank(points: FloatArray, normals: FloatArray, view: FlankView, colour: str) -> Surface:
     """Return a grid of points and normals (nl, nz, 3) of a flank as a lit surface in the frame of the
     picture, mm."""
     faces = grid_faces(points, normals)[:, :: 1 if view.outside else -1]
@@ -234,7 +234,7 @@ def draw_flank(
     except ValueError:
         theme.message(theme.overlay(page, box), "no drawing: the flank is undercut", 24)
         return None
-    items: list[Item] = [flank_surface(grid.points, grid.normals, view, theme.METALS[number])]
+    items: list[Item] = [lit_flank(grid.points, grid.normals, view, theme.METALS[number])]
     items += path_items(page, traces, view, px_per_mm)
     return show_items(page, box, view, items, px_per_mm, limits)
 

@@ -21,7 +21,7 @@ from beveloid_geom.status import Verdict
 from beveloid_geom.validation.claims import MODIFIED
 
 from .figure_steps import Table
-from .touching import Touching, in_order, limit_code, touching_along
+from .touching import Touching, joined_contacts, limit_code, touching_along
 
 FLANKS = ("right", "left")
 LINES = 5
@@ -97,7 +97,7 @@ class SolvedPath:
         if self.touching is None:
             return []
         touching, gear, flank = (
-            in_order(self.touching, self.between),
+            joined_contacts(self.touching, self.between),
             self.design.members[member],
             self.path.flank,
         )
@@ -163,7 +163,7 @@ def two_digits(value: float) -> float:
     return float(f"{value:.2g}")
 
 
-def modified(design: Design) -> Design:
+def paper_modified(design: Design) -> Design:
     """Return a design with the paper's modification, converted to its module.
 
     On parallel axes, the paper's modification leaves no contact on the flanks, or lines that any shaft-angle
@@ -174,7 +174,7 @@ def modified(design: Design) -> Design:
 
 
 def modification(design: Design) -> str:
-    """Return the name of the modification of `modified`."""
+    """Return the name of the modification of `paper_modified`."""
     return "convex flanks" if _parallel(design) else "the paper's modification"
 
 
@@ -225,7 +225,7 @@ def points_on(path: ContactPath, member: int) -> FloatArray:
     return flank_point(path.design.members[member], path.flank, l, u)
 
 
-def solve(design: Design, flank: str, points: int = 101, touching: bool = False) -> SolvedPath:
+def solved_case(design: Design, flank: str, points: int = 101, touching: bool = False) -> SolvedPath:
     """Compute the path of contact of a single design.
 
     Parameters

@@ -49,7 +49,7 @@ class Touching:
         return np.where(away, np.nan, l), np.where(away, np.nan, z)
 
 
-def in_order(*parts: Touching | None) -> Touching:
+def joined_contacts(*parts: Touching | None) -> Touching:
     """Return the first contacts of all parts in the order of their rolls."""
     given = [part for part in parts if part]
     order = np.argsort(np.concatenate([part.first.pinion_roll for part in given]), kind="stable")

@@ -102,7 +102,7 @@ def film_of(design: Design, flank: str, steps: int, name: str = "") -> Film:
     NoFilmError
         If the flanks have no contact, or if the first contact could not be computed.
     """
-    path = paths_table.solve(design, flank)
+    path = paths_table.solved_case(design, flank)
     if reason := reason_of(path.path) or first_contact_fault(design):
         raise NoFilmError(reason)
     report = operation_report(name, design, flank, steps + 1, 1, MARKING_SEPARATION)

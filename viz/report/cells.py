@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from beveloid_geom.analysis.pattern_matrix import PatternCell, PatternMatrix
 from beveloid_geom.arrays import FloatArray
 
-from ..components.flattened_flank import BANDS, rim
+from ..components.flattened_flank import BANDS, boundary_of
 from .picture import polygon
 
 
@@ -62,7 +62,7 @@ def _picture(
     z, r = side.z, np.hypot(side.points[..., 0], side.points[..., 1])
     corner = float(low[0]), float(high[1])
     width, height = np.round(scale * (high - low)).astype(int).tolist()
-    pieces = [f'<path class="rim" d="{polygon(rim(z, r), corner, scale)}"/>']
+    pieces = [f'<path class="rim" d="{polygon(boundary_of(z, r), corner, scale)}"/>']
     for lines in _areas(axes, z, r, side.least, separation):
         shape = "".join(polygon(line, corner, scale) for line in lines)
         pieces.append(f'<path class="area" d="{shape}"/>')

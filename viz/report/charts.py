@@ -115,7 +115,7 @@ def flank_chart(results: FlankResults, flats: Flats, cloud: bool = False) -> Fig
             charts.cloud(axes, one.place, points_on(results.cloud, number), theme.BLUE, 0.28)
         if not cloud and results.pattern is not None:
             side = (results.pattern.result.pinion, results.pattern.result.gear)[number]
-            flattened_flank.pattern(axes, one, side, results.pattern.result.separation)
+            flattened_flank.shade_pattern(axes, one, side, results.pattern.result.separation)
         if results.contact.reason is None:
             flattened_flank.path(axes, one, results.contact.path, number, 1.6 if cloud else 2.2)
         if not cloud and results.contact.lines is not None:

@@ -32,7 +32,7 @@ from beveloid_geom.support.atomic_file import atomic_file, replaceable_mode
 from beveloid_geom.support.process import source_date
 
 from ..options import command, option, usable_cores, writing
-from .origin import Origin, changes_of, tolerances_of
+from .origin import Origin, design_options, tolerances_of
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -86,7 +86,7 @@ def main(
         click.format_filename(design),
         _written(design),
         _now(),
-        changes_of(values),
+        design_options(values),
         tolerances_of(tolerances, cases, seed),
     )
     with writing(click.format_filename(out)):

@@ -47,7 +47,7 @@ class Origin:
         return [change for change in self.changes if "-error" not in change.split()[0]]
 
 
-def changes_of(values: Mapping[str, Any]) -> list[str]:
+def design_options(values: Mapping[str, Any]) -> list[str]:
     """Return options that change a design, with their values (None if not given), as on a command line."""
     from beveloid_geom.design.amounts import amounts_text  # imports NumPy, which --help does not need
 

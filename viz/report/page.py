@@ -41,7 +41,7 @@ from .charts import Flats
 from .data import EASE_OFF_GRID, HARMONICS, POSITIONS, FlankResults, PageData
 from .origin import Origin
 from .picture import SHADES
-from .svg import style, svg_of
+from .svg import chart_style, svg_of
 
 NOT_KNOWN = "\u2013"
 Charts = dict[str, dict[str, Markup]]
@@ -144,7 +144,7 @@ def draw_charts(data: PageData) -> Charts:
     """Draw the charts by flank and name, without those that have no contents or are zero."""
     # Charts with the same vertical limits for both flanks.
     same_heights = ("pressure", "error", "spectrum", "sliding")
-    with style():
+    with chart_style():
         flats = charts.flats_of(data.design)
         quantities = charts.changing([one.sensitivity for one in data.flanks.values() if one.sensitivity])
         drawn = {flank: _drawn(data, results, flats, quantities) for flank, results in data.flanks.items()}

@@ -21,7 +21,7 @@ width, so that text is not reduced."""
 
 
 @contextmanager
-def style() -> Iterator[None]:
+def chart_style() -> Iterator[None]:
     """Set our Matplotlib settings for charts, independent of those of the user."""
     text_px, small_px = 12.0, 11.0
     settings: Any = {

@@ -79,7 +79,7 @@ def optimise_amounts(
     _check_amounts(design, flank, bounds)
     search = _AmountSearch(design, aim, flank, tuple(bounds), np.array([*bounds.values()], dtype=float).T)
     amounts = search.result()
-    changed = modified(design, flank, amounts)
+    changed = with_amounts(design, flank, amounts)
     return AmountsOptimum(
         design=changed,
         optimum=objectives_of_designs(changed, flank, aim),
@@ -91,7 +91,7 @@ def optimise_amounts(
     )
 
 
-def modified(design: Design, flank: str, amounts: Mapping[str, float | FloatArray]) -> Design:
+def with_amounts(design: Design, flank: str, amounts: Mapping[str, float | FloatArray]) -> Design:
     """Return the design with other amounts, um or arrays of um by name, on one flank."""
     field = MODIFICATIONS[flank]
     for member in MEMBERS:
@@ -120,7 +120,9 @@ class _AmountSearch:
 
     def at(self, x: FloatArray) -> Objectives:
         """Return the objectives (...) at x (n, ...)."""
-        return objectives_of_designs(modified(self.design, self.flank, self.amounts(x)), self.flank, self.aim)
+        return objectives_of_designs(
+            with_amounts(self.design, self.flank, self.amounts(x)), self.flank, self.aim
+        )
 
     def result(self) -> dict[str, float]:
         """Return the best amounts that satisfy the aim. Raises ValueError if there are none."""
@@ -139,7 +141,7 @@ class _AmountSearch:
         module = float(self.design.pinion.tool.normal_module)
         for k in order[met[order]]:
             amounts = {name: float(value) for name, value in self.amounts(x[:, k]).items()}
-            design = modified(self.design, self.flank, amounts)
+            design = with_amounts(self.design, self.flank, amounts)
             if jammed(tangent_backlash(design).normal, module):
                 continue
             if self.aim.edges or operation_of(design, self.flank, self.aim).edge_share == 0.0:

@@ -29,7 +29,7 @@ from ...gear.flank import base_cylinder
 from ...operation.contact_pattern.motion import UnknownOperationError
 from ...operation.contact_pattern.pattern import MemberPattern, contact_pattern
 from ...operation.mesh_cycle import mesh_cycle
-from .amounts import modified
+from .amounts import with_amounts
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +168,7 @@ class _Trial:
     def crowned(self, x: FloatArray) -> Design:
         """Return the design with these crownings."""
         names = f"{self.member}.helix_crowning_um", f"{self.member}.profile_crowning_um"
-        return modified(self.design, self.flank, dict(zip(names, (self.start * x).tolist(), strict=True)))
+        return with_amounts(self.design, self.flank, dict(zip(names, (self.start * x).tolist(), strict=True)))
 
     def reached(self, x: FloatArray) -> tuple[float, float, float]:
         """Return transmission error, rad, length, mm, and share on edges."""

@@ -130,7 +130,7 @@ def _under_tip(
     return np.where(empty, np.inf, low), np.where(empty, -np.inf, high)
 
 
-def kinds_of(pairing: FlankPair) -> tuple[NDArray[np.bool_], NDArray[np.bool_], FloatArray]:
+def contact_types(pairing: FlankPair) -> tuple[NDArray[np.bool_], NDArray[np.bool_], FloatArray]:
     """Return which cases have line contact, which have point contact, and s of `on_racks` of a point (cases),
     mm.
     """
@@ -156,7 +156,7 @@ def along_lines(pairing: FlankPair) -> NDArray[np.bool_]:
     result = pairing.parallel & ~pairing.undefined
     at = np.flatnonzero(result)
     if at.size:
-        result[at] = kinds_of(pairing.cases(at))[0]
+        result[at] = contact_types(pairing.cases(at))[0]
     return result
 
 
@@ -300,7 +300,7 @@ def parallel_series(pairing: FlankPair) -> PathSeries:
 
     The status is OFF_FLANK if there is no contact on the flanks, and NO_COMMON_NORMAL if normals never agree.
     """
-    *kinds, s = kinds_of(pairing)
+    *kinds, s = contact_types(pairing)
     status = np.where(np.any(kinds, axis=0), np.int8(Status.OFF_FLANK), np.int8(Status.NO_COMMON_NORMAL))
     status[pairing.undefined] = Status.UNDEFINED
     guide = np.full((2, s.size, 2), np.nan)  # l1 and w1 at both ends

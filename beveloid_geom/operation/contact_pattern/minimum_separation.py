@@ -112,7 +112,7 @@ class MinimumSeparation:
     status: Codes
 
 
-def sampled(mating: Mating, points: FloatArray, near: Mask | None = None) -> SeparationSamples:
+def separation_samples(mating: Mating, points: FloatArray, near: Mask | None = None) -> SeparationSamples:
     """Sample the separation of points.
 
     Parameters
@@ -164,7 +164,7 @@ def minimum_separation(mating: Mating, points: FloatArray, near: Mask | None = N
     MinimumSeparation
         The smallest result of the descents from all low samples and all feet between samples.
     """
-    samples = sampled(mating, points, near)
+    samples = separation_samples(mating, points, near)
     low, between = samples.beside(samples.low, mating.rolls), _between(mating, points, samples)
     point, three = (np.concatenate(both, axis=-1) for both in zip(low, between, strict=True))
     at, beside, rows, way = three[0, 1], three[0, ::2], three[1:], np.array(((-1,), (1,)))

@@ -30,7 +30,7 @@ from ...status import PatternStatus
 from ...support.array_repr import short_repr
 from ...support.marked_area import marked_area
 from .mating import Mating, mating_of, rounded_up
-from .minimum_separation import MinimumSeparation, minimum_separation, sampled
+from .minimum_separation import MinimumSeparation, minimum_separation, separation_samples
 from .motion import Operation, first_contact_operation, given_operation
 
 CELLS = ((24, 32), (250, 250))
@@ -218,7 +218,7 @@ def _side_of(member: Member, flank: str, mating: Mating) -> _Side:
     depth, face = (np.linspace(0.0, 1.0, n + 1) for n in COARSE_CELLS)
     _, _, points = side.at(depth[:, None], face)
     alternate = replace(mating, rolls=np.append(mating.rolls[:-1:2], mating.rolls[-1]))
-    near = sampled(alternate, points.reshape(-1, 3)).near
+    near = separation_samples(alternate, points.reshape(-1, 3)).near
     ends = 2 * near.argmax(axis=0) - 2, 2 * (len(near) - near[::-1].argmax(axis=0))
     reach = np.clip(ends, 0, mating.rolls.size - 1).reshape(2, *points.shape[:2])
     return replace(side, reach=reach)

@@ -47,7 +47,7 @@ BETWEEN_SAMPLES = np.linspace(-0.5, 0.5, 5)
 """Distances from a sample, in sample steps, at which later contacts are followed."""
 
 
-def checked(
+def checked_segments(
     engagement: Engagement, segments: CycleSegments, segment: Integers, checks: Samples, strict: bool
 ) -> tuple[Samples, Integers]:
     """Compare segments with first contacts at the same rolls.

@@ -17,7 +17,7 @@ from .cycle_segments import (
     concatenated,
     samples_of,
 )
-from .missed_contacts import beyond_limits, checked, earlier, halved, overtaken
+from .missed_contacts import beyond_limits, checked_segments, earlier, halved, overtaken
 from .segment_fit import fitted
 
 
@@ -46,7 +46,7 @@ def pitch_rolls(engagement: Engagement, number: int = SAMPLES_PER_PITCH) -> tupl
     return case, engagement.roll[case] + np.tile(engagement.pitch[0] * share, cases)
 
 
-def segments_of(
+def first_contact_segments(
     engagement: Engagement, grids: Grids, samples: Samples, near: Samples
 ) -> tuple[CycleSegments, Integers]:
     """Compute the segments of first contact over a pitch.
@@ -75,7 +75,7 @@ def segments_of(
         case, roll = pitch_rolls(engagement, 64)
         samples = _sampled(engagement, grids, case[lost[case]], roll[lost[case]])
         closer, again = _divided(engagement, grids, samples, near, halving=False)
-        segments, status = in_order([segments, closer]), np.where(lost, again, status)
+        segments, status = sorted_segments([segments, closer]), np.where(lost, again, status)
     return segments, status
 
 
@@ -100,7 +100,7 @@ def _divided(
         # Compare with the samples, which also covers segments whose neighbour could not be fitted.
         segment, strict = segments.number(engagement, samples.case, samples.roll), count < max_rounds // 2
         smooth = strict and not engagement.measured
-        samples, bad = checked(engagement, segments, segment, samples, smooth)
+        samples, bad = checked_segments(engagement, segments, segment, samples, smooth)
         if halving and strict and bad.size:
             samples = halved(engagement, segments, samples, bad)
         checks = samples.pick(np.zeros(0, dtype=np.int64))
@@ -108,7 +108,7 @@ def _divided(
             places = np.array((-0.95, 0.1, 1.0))
             segment, roll = np.arange(segments.case.size).repeat(places.size), segments.rolls(places).ravel()
             checks = _sampled(engagement, grids, segments.case[segment], roll)
-            checks, late = checked(engagement, segments, segment, checks, smooth)
+            checks, late = checked_segments(engagement, segments, segment, checks, smooth)
             bad = np.union1d(bad, late)
         if strict:
             bad = np.union1d(bad, beyond_limits(engagement, segments))
@@ -130,7 +130,7 @@ def _divided(
         count = count + 1 if state != before else max_rounds // 2 if strict else max_rounds
         before = state
     status[samples.case] = np.where(status[samples.case], status[samples.case], FirstStatus.NOT_CONVERGED)
-    return in_order(done), status
+    return sorted_segments(done), status
 
 
 def _between(
@@ -151,7 +151,7 @@ def _between(
     return _sampled(engagement, grids, case, np.append(segments.rolls(places)[bad], next_to))
 
 
-def in_order(parts: list[CycleSegments]) -> CycleSegments:
+def sorted_segments(parts: list[CycleSegments]) -> CycleSegments:
     """Concatenate segments and sort them by case and roll.
 
     Parameters

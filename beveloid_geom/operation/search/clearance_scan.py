@@ -135,7 +135,7 @@ class Scan:
 
 
 @kept(64)
-def grid_of(member: Member, flank: str, points: tuple[int, int, int]) -> Grid:
+def scan_grid(member: Member, flank: str, points: tuple[int, int, int]) -> Grid:
     """Return the scan points on fillet and flank of the pinion.
 
     Parameters

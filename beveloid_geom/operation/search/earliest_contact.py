@@ -18,7 +18,7 @@ from ...design.model import Design
 from ...status import FirstStatus, Limit
 from ...support.array_records import joined
 from ..engagement import Engagement
-from .clearance_scan import Chart, Grid, Scan, chart_of, grid_of, scan_of
+from .clearance_scan import Chart, Grid, Scan, chart_of, scan_grid, scan_of
 from .local_clearance import local_at
 from .minimum_clearance import ON_LIMIT_DEPTHS, LocalMinima, minimum_clearances, repeated
 from .search_starts import TIP_START_MODULES, beside_fillets, near_fillets, starts_of
@@ -87,7 +87,7 @@ def grids_of(engagement: Engagement, design: Design, flank: str) -> Grids:
     ]
     pinion = crowned(design, flank)[0].pinion  # that of the engagement
     with np.errstate(invalid="ignore", divide="ignore"):
-        coarse, fine = (grid_of(pinion, flank, count) for count in points)
+        coarse, fine = (scan_grid(pinion, flank, count) for count in points)
         return coarse, fine, chart_of(engagement.gear, 0.5 * coarse.cell[0], 0.5 * coarse.cell[1])
 
 

@@ -20,7 +20,7 @@ from beveloid_geom.gear.flank import (
 )
 from beveloid_geom.operation.angular_clearance import angular_clearance, surface_of
 from beveloid_geom.operation.contact_pattern.mating import Mating, mating_of
-from beveloid_geom.operation.contact_pattern.minimum_separation import minimum_separation, sampled
+from beveloid_geom.operation.contact_pattern.minimum_separation import minimum_separation, separation_samples
 from beveloid_geom.operation.contact_pattern.motion import Operation, first_contact_operation
 from beveloid_geom.operation.contact_pattern.pattern import ContactPattern
 from beveloid_geom.status import PatternStatus
@@ -143,7 +143,7 @@ def test_feet_between_samples(name: str) -> None:
     mating = mating_of(design, "right", member, operation)
     dense = np.linspace(*operation.span, 2001)
     wanted = np.min([apart(mating, points, at) for at in dense], axis=0)
-    unseen = np.isfinite(wanted) & (sampled(mating, points).table.min(axis=0) > wanted + 5e-3)
+    unseen = np.isfinite(wanted) & (separation_samples(mating, points).table.min(axis=0) > wanted + 5e-3)
     assert unseen.sum() > 5
     least = minimum_separation(mating, points).least[np.isfinite(wanted)]
     wanted = wanted[np.isfinite(wanted)]
@@ -158,7 +158,7 @@ def test_feet_next_to_the_ends_of_the_roll() -> None:
     mating = mating_of(design, "right", member, operation)
     dense = np.linspace(*operation.span, 2001)
     table = np.array([apart(mating, points, at) for at in dense])
-    unseen = np.isfinite(table).any(axis=0) & np.isinf(sampled(mating, points).table).all(axis=0)
+    unseen = np.isfinite(table).any(axis=0) & np.isinf(separation_samples(mating, points).table).all(axis=0)
     assert unseen.any()
     points, place = points[unseen], np.searchsorted(mating.rolls, dense[table[:, unseen].argmin(axis=0)])
     for at in np.unique(place):

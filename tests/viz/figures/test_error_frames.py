@@ -35,7 +35,7 @@ def test_the_pair_is_the_librarys(design: Design) -> None:
     axis instead of the pinion axis."""
     plain, moved = replace(design, errors=Errors()), design.with_errors(ERRORS)
     distance = posed.placed(plain, np.zeros(2)).position
-    own = fig.frames_of(moved, distance)
+    own = fig.paper_frames(moved, distance)
     first, second = (matrix(frame) for frame in posed.placed(moved, np.zeros(2)).frames)
     found = np.linalg.inv(matrix(own["d1"])) @ matrix(own["d2"])
     np.testing.assert_allclose(found, np.linalg.inv(first) @ second, rtol=0.0, atol=1e-11)

@@ -148,7 +148,7 @@ def test_sensitivities_and_clouds_are_of_the_same_errors(monkeypatch: pytest.Mon
     case = tolerance_cloud.case_study("left", "as designed", AT_MESH, "black", 1.0)
     assert case.study is not None
     assert case.study.tolerances == USUAL_AT["mesh"]
-    path = paths_table.solve(AT_MESH, "left")
+    path = paths_table.solved_case(AT_MESH, "left")
     header, rows = tolerance_cloud.rows(tolerance_cloud.CloudFigure("left", path, (), (case,)))
     assert header[4:9] == [f"{name}_error_{unit}" for name, unit in ERRORS_AT_MESH.items()]
     assert {len(row) for row in rows} == {len(header)}

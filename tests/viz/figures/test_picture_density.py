@@ -60,7 +60,7 @@ def flank_at(size: tuple[int, int], pixels: float) -> Scene:
     assert view is not None
     px_per_mm = 0.92 * float(np.min(size / view.span))
     grid = sample_flank(member, "right", pixels / (px_per_mm * STRETCHED))
-    surface = panels.flank_surface(grid.points, grid.normals, view, theme.METALS[0])
+    surface = panels.lit_flank(grid.points, grid.normals, view, theme.METALS[0])
     return Scene([surface], panels.flank_camera(view, 0.5 * size[1] / px_per_mm))
 
 

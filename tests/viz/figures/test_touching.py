@@ -24,7 +24,7 @@ MODIFIED = table1((0.001, -0.001))
 
 def widths(design: Design, member: int = 0) -> tuple[list[float], paths_table.SolvedPath]:
     """Return the radii of the tubes along the path relative to usual paths."""
-    path = paths_table.solve(design, "right", touching=True)
+    path = paths_table.solved_case(design, "right", touching=True)
     view = viewpoint.flank_view(design.members[member], "right")
     assert view is not None
     items = panels.trace_items(Trace(path.points[member], first=path.first), view, 1.0)
@@ -44,7 +44,7 @@ def test_only_first_contacts_are_drawn_thick() -> None:
 
 def test_lines_where_edges_touch_lie_on_them() -> None:
     """Edge contact is on the tip edge of the gear on both flanks."""
-    path = paths_table.solve(MODIFIED, "right", touching=True)
+    path = paths_table.solved_case(MODIFIED, "right", touching=True)
     assert path.touching is not None
     assert {name for name in path.touching.edges if name} == {"gear tip"}
     lines = path.edge_lines(1)
@@ -57,7 +57,7 @@ def test_lines_where_edges_touch_lie_on_them() -> None:
 
 def test_teeth_touch_on_edges_where_no_path_lies_on_the_flanks() -> None:
     away = table1(errors=Errors(offset=0.0, shaft_angle=np.radians(0.05)))
-    path = paths_table.solve(away, "right", touching=True)
+    path = paths_table.solved_case(away, "right", touching=True)
     assert not path.found
     assert path.first is None
     assert path.edge_lines(0)
@@ -70,7 +70,7 @@ SHORT = builtin_design("anti-backlash").with_parabola(-0.0004, -0.0004)
 def test_edge_contact_where_a_path_is_shorter_than_a_pitch() -> None:
     """If a path is shorter than a pitch, edges of toe and heel of the gear are in contact during the
     remainder, which is the share of edge contact of the mesh cycle."""
-    path = paths_table.solve(SHORT, "right", touching=True)
+    path = paths_table.solved_case(SHORT, "right", touching=True)
     assert path.touching is not None
     assert path.between is not None
     assert not any(path.touching.edges)
@@ -97,7 +97,7 @@ def edge_starts_at(design: Design, low: float, high: float) -> float:
 def test_edge_contact_is_drawn_to_its_ends() -> None:
     """Edge contact of the next tooth pair lasts from its start, here found by search, until the path of
     this pair starts. The positions of the path alone would leave out more than 1 mm."""
-    path = paths_table.solve(MODIFIED, "right", touching=True)
+    path = paths_table.solved_case(MODIFIED, "right", touching=True)
     start = edge_starts_at(MODIFIED, 0.16, 0.2)
     first = first_contact(MODIFIED, "right", [start])
     lines = path.edge_lines(1)
@@ -137,7 +137,7 @@ def test_a_ratio_that_is_not_known_is_said_in_words() -> None:
     ids=("modified", "away", "short"),
 )
 def test_the_table_holds_what_is_drawn(design: Design) -> None:
-    path = paths_table.solve(design, "right", touching=True)
+    path = paths_table.solved_case(design, "right", touching=True)
     header, body = paths_table.table(("case",), [((1,), path)])
     text = io.StringIO()
     csv.writer(text).writerows([header, *body])

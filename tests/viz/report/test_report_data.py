@@ -99,7 +99,7 @@ def test_usual_tolerances_too_wide_for_a_pair_are_a_reason_and_given_ones_a_refu
 
 
 def test_charts_keep_their_numbers_and_share_no_ids() -> None:
-    with svg.style():
+    with svg.chart_style():
         chart = svg.new_chart(100.0)
         axes = chart.add_subplot()
         axes.plot([0.0, 1.0], [0.0, 1.0])

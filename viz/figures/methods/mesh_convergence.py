@@ -15,7 +15,7 @@ from beveloid_geom.contact.parallel.lines import is_line_contact
 from beveloid_geom.shapes.proximity.mesh_convergence import Convergence, convergence
 
 from ...components import annotate
-from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, rows_of_cases
 from ...components.paths_table import FLANKS
 from ...rendering import theme
 from ...rendering.layout import PanelRows
@@ -51,7 +51,7 @@ def compute(design: Design) -> ConvergenceFigure:
     return ConvergenceFigure(found, reasons)
 
 
-def errors_of(results: tuple[Convergence, ...], kind: str) -> FloatArray:
+def errors_of_kind(results: tuple[Convergence, ...], kind: str) -> FloatArray:
     """Return the errors (positions, tolerances) of one kind, mm."""
     return np.stack([getattr(result, f"{kind}_error") for result in results])
 
@@ -98,7 +98,7 @@ def _panel(axes: Axes, data: ConvergenceFigure, flank: str) -> list[Line2D]:
     lines = []
     for polish in (False, True):
         for kind, (name, colour, marker) in looks.items():
-            errors = np.maximum(errors_of(data.found[flank, polish], kind), smallest_error_mm)
+            errors = np.maximum(errors_of_kind(data.found[flank, polish], kind), smallest_error_mm)
             label = f"{name}, {'polished' if polish else 'mesh alone'}"
             face = colour if polish else "none"
             axes.plot(TOLERANCES, errors.T, marker, color=colour, ms=4.0, alpha=0.45, mfc=face)
@@ -120,7 +120,7 @@ def finding(data: ConvergenceFigure) -> str:
         if flank in data.reasons:
             continue
         alone, polished = (
-            float(np.nanmax(errors_of(data.found[flank, polish], "point")[:, near]))
+            float(np.nanmax(errors_of_kind(data.found[flank, polish], "point")[:, near]))
             for polish in (False, True)
         )
         parts.append(
@@ -141,7 +141,7 @@ def rows(data: ConvergenceFigure) -> Table:
                 errors = found.point_error, found.separation_error
                 yield flank, polish, share, found.tolerance, found.faces, *errors
 
-    return header, stacked(cases())
+    return header, rows_of_cases(cases())
 
 
 RECIPES = {"mesh-convergence": Recipe(compute, draw, rows)}

@@ -13,7 +13,7 @@ from beveloid_geom.validation.comparison import METHODS, Measurement, compare
 
 from ...components.figure_steps import Drawing, Recipe, Table
 from ...components.free_space import Labels
-from ...components.paths_table import coefficients, modified
+from ...components.paths_table import coefficients, paper_modified
 from ...rendering import theme
 from ...rendering.layout import PanelRows
 from .curves import MethodStyle, curve, log_axes
@@ -56,7 +56,7 @@ class SpeedAccuracy:
 
 def compute(design: Design, flank: str = "right") -> SpeedAccuracy:
     """Measure all methods on the pair with the paper's modification."""
-    changed = modified(design)
+    changed = paper_modified(design)
     try:
         return SpeedAccuracy(changed, flank, compare(changed, flank, METHODS, RUNS))
     except (ValueError, ImportError) as error:

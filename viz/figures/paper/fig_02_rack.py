@@ -14,7 +14,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.fillet import ToolRound, tool_round
 
 from ...components import annotate, cutter
-from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, rows_of_cases
 from ...rendering import theme
 
 
@@ -219,7 +219,7 @@ def rows(data: RackFigure) -> Table:
             of_profile = [float(getattr(tool, size)) for size in sizes]
             yield name, float(tool.parabola), data.module, data.alpha, data.space, *of_profile, *points.T
 
-    return header, stacked(cases())
+    return header, rows_of_cases(cases())
 
 
 RECIPES = {"fig-02": Recipe(compute, draw, rows)}

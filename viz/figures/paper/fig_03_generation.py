@@ -83,7 +83,7 @@ def compute(design: Design) -> GenerationFigure:
         member=member,
         drawn=drawn,
         profile=cutter.profile(right, float(tool.normal_module), 5, left),
-        frames=(cutter.section_frame(drawn), cutter.section_frame(member)),
+        frames=(cutter.cutter_frame(drawn), cutter.cutter_frame(member)),
         pitch_radius=float(reference_radius(member)),
         roll=roll_pitches * 2.0 * np.pi / float(member.teeth),
     )

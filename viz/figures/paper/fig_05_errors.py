@@ -68,7 +68,7 @@ class ErrorFigure:
         return {name: (turn, origin + moves.get(name, 0.0)) for name, (turn, origin) in frames.items()}
 
 
-def frames_of(design: Design, distance: FloatArray) -> dict[str, Frame]:
+def paper_frames(design: Design, distance: FloatArray) -> dict[str, Frame]:
     """Return the frames of the paper (Eqs. 9-14) in S_f with the errors of a design, at roll 0.
 
     Frames: S_f, S_delta, S_q1, S_d1 of the pinion, S_g, S_e, S_q2, S_d2 of the gear. `distance` (2,):
@@ -109,8 +109,8 @@ def compute(design: Design) -> ErrorFigure:
     distance, length = pair.position, fraction * _scale(pair)
     drawn = [angle_rad if panel.key == "shaft_angle" else length for panel in PANELS]
     errors = [unchecked(Errors(), **{panel.key: float(x)}) for panel, x in zip(PANELS, drawn, strict=True)]
-    frames = tuple(frames_of(plain.with_errors(error), distance) for error in errors)
-    return ErrorFigure(pair, frames_of(plain, distance), tuple(drawn), frames)
+    frames = tuple(paper_frames(plain.with_errors(error), distance) for error in errors)
+    return ErrorFigure(pair, paper_frames(plain, distance), tuple(drawn), frames)
 
 
 def _scale(pair: PosedPair) -> float:

@@ -16,7 +16,7 @@ from beveloid_geom.gear.undercut import regular_start
 
 from ...components import paths_table
 from ...components.annotate import Overlay
-from ...components.figure_steps import Drawing, Recipe, Table, stacked
+from ...components.figure_steps import Drawing, Recipe, Table, rows_of_cases
 from ...rendering import theme
 from ...rendering.layout import PanelRows
 from ...rendering.scene import Item, Picture, Tube, fit_camera, grid_surface
@@ -381,7 +381,7 @@ def rows(data: ModificationFigure) -> Table:
     """List the points of the sections."""
     header = ("a_per_mm", "l_mm", "r_mm", "deviation_mm", "across_mm", "up_mm")
     magnified = ("factor", "magnified_across_mm", "magnified_up_mm")
-    return header + magnified, stacked(
+    return header + magnified, rows_of_cases(
         (
             a * data.coefficient,
             s.l,

@@ -76,7 +76,7 @@ def compute(case: SignCase, design: Design, flank: str = "right") -> PathFigure:
     case = case.at(design)
     designs = [design.with_parabola(a1, a2) for a1, a2 in case.coefficients]
     return PathFigure(
-        case, flank, tuple(paths_table.solve(changed, flank, touching=True) for changed in designs)
+        case, flank, tuple(paths_table.solved_case(changed, flank, touching=True) for changed in designs)
     )
 
 

@@ -17,7 +17,7 @@ from beveloid_geom.contact.path import PathEnds, path_ends
 from beveloid_geom.design.ends import limit_words
 from beveloid_geom.operation.operating_ratio import operating_ratios
 
-from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, rows_of_cases
 from ...components.free_space import Labels
 from ...components.paths_table import FLANKS
 from ...components.touching import limit_code
@@ -234,7 +234,7 @@ def rows(data: RatioFigure) -> Table:
             running[:, CYCLE_POINTS] = data.ratio[flank][index], data.edges[flank][index]
             yield case.pinion * a + 0.0, case.gear * a + 0.0, flank, ends.contact_ratio, *names, *running
 
-    return header, stacked(cases())
+    return header, rows_of_cases(cases())
 
 
 RECIPES = {"fig-11": Recipe(compute, draw, rows)}

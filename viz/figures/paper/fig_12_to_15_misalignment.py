@@ -145,11 +145,12 @@ def compute(case: ErrorCase, design: Design, flank: str = "right") -> Misalignme
         """Return the paths of a design under the errors."""
         sizes = (np.array([sign * case.size]) for sign in SIGNS)
         return tuple(
-            paths_table.solve(mounted(base, size, (case.field,)), flank, touching=True) for size in sizes
+            paths_table.solved_case(mounted(base, size, (case.field,)), flank, touching=True)
+            for size in sizes
         )
 
     case = case.at(design)
-    plain, modified = design.unmodified(), paths_table.modified(design)
+    plain, modified = design.unmodified(), paths_table.paper_modified(design)
     return MisalignmentFigure(case, flank, (paths(plain), paths(modified)))
 
 

@@ -12,7 +12,7 @@ from beveloid_geom.design.ends import end_names
 from beveloid_geom.report.columns import header_of
 from beveloid_geom.report.workshop.grid import SHAPE, DeviationReport
 
-from ...components.figure_steps import Drawing, Recipe, Table, stacked
+from ...components.figure_steps import Drawing, Recipe, Table, rows_of_cases
 from ...components.map_panel import HALO
 from ...rendering import theme
 from ...rendering.layout import PanelRows
@@ -125,7 +125,7 @@ def _numbers(axes: Axes, values: FloatArray, found: FloatArray, every: bool) -> 
 def rows(report: DeviationReport) -> Table:
     """List the points with their deviations."""
     columns = report.rows()
-    return [header_of(name) for name in columns], stacked([list(columns.values())])
+    return [header_of(name) for name in columns], rows_of_cases([list(columns.values())])
 
 
 RECIPES = {"deviations": Recipe(compute, draw, rows)}

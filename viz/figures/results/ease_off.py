@@ -22,9 +22,9 @@ from beveloid_geom.gear.flank import tip_parameter
 
 from ...components import annotate
 from ...components.charts import ZERO_EASE_OFF_UM
-from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, rows_of_cases
 from ...components.map_panel import HALO, LEVEL, thin_out
-from ...components.paths_table import FLANKS, coefficients, modified, parabolas
+from ...components.paths_table import FLANKS, coefficients, paper_modified, parabolas
 from ...rendering import theme
 from ...rendering.layout import PanelRows
 
@@ -54,7 +54,7 @@ class EaseOffPanel:
 def compute(design: Design) -> tuple[EaseOffPanel, ...]:
     """Compute the ease-off of both flanks without parabolas and with those of the design, or with the paper's
     if it has none."""
-    after = design if design.has_parabola else modified(design)
+    after = design if design.has_parabola else paper_modified(design)
     cases = ("without parabolas", design.unmodified()), (coefficients(after), after)
     return tuple(_panel(flank, case, one) for flank in FLANKS for case, one in cases)
 
@@ -266,7 +266,7 @@ def rows(data: tuple[EaseOffPanel, ...]) -> Table:
             path = (*panel.places[::-1], solved.l1, solved.pinion_z, solved.pinion_roll, panel.along)
             yield *case, "path", *path, *fit, ""
 
-    return header, chain(stacked(cases()))
+    return header, chain(rows_of_cases(cases()))
 
 
 RECIPES = {"ease-off": Recipe(compute, draw, rows)}

@@ -16,7 +16,7 @@ from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.columns import ARCSEC
 
 from ...components.charts import ZERO_ERROR_ARCSEC
-from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, rows_of_cases
 from ...rendering import theme
 from ...rendering.layout import PanelRows
 
@@ -235,7 +235,7 @@ def rows(found: Loaded) -> Table:
         yield "rigid", found.rolls, found.pitches(found.rolls), found.rigid, *[""] * (len(header) - 4)
         yield "end of path", found.ends, found.pitches(found.ends), *[""] * (len(header) - 3)
 
-    return header, stacked(cases())
+    return header, rows_of_cases(cases())
 
 
 RECIPES = {"load-sharing": Recipe(compute, draw, rows)}

@@ -82,7 +82,7 @@ def compute(design: Design) -> MeshedFigure:
     return MeshedFigure(design.pinion, mesh, element_shapes(mesh)[0])
 
 
-def surface_of(mesh: VolumeMesh, name: str, lines: bool = True) -> Surface:
+def named_surface(mesh: VolumeMesh, name: str, lines: bool = True) -> Surface:
     """Return one named surface with flat faces, and their edges if `lines`."""
     faces = face_nodes(mesh, mesh.surfaces[name])[:, 3::-1]
     return Surface(mesh.points, faces, None, COLOURS[name], edges=lines, mesh_lines=lines)
@@ -101,7 +101,9 @@ def places(
     )  # blended pixels differ from all marks
     flat = np.zeros(len(mesh.points))
     items = [
-        replace(surface_of(mesh, name, lines=False), paint=Paint(flat, (to_hex(mark / 255.0),), (-1.0, 1.0)))
+        replace(
+            named_surface(mesh, name, lines=False), paint=Paint(flat, (to_hex(mark / 255.0),), (-1.0, 1.0))
+        )
         for name, mark in marks.items()
     ]
     missing = [name for name in marks if name in names]
@@ -140,7 +142,7 @@ def draw(data: MeshedFigure, layout: theme.PageLayout) -> Drawing:
         page.text(0.5, 0.5, textwrap.fill(f"no mesh: {data.reason}", 60), ha="center", va="center")
         return Drawing(page, {})
     pictures: dict[str, Picture] = {}
-    items = [surface_of(mesh, name) for name in COLOURS]
+    items = [named_surface(mesh, name) for name in COLOURS]
     radius = np.hypot(*mesh.points[:, :2].T)
     depth = 2.25 * float(data.member.tool.normal_module)
     boxes = cells.boxes(layout, len(views), page.get_figheight(), low, high)

@@ -21,8 +21,8 @@ from beveloid_geom.shapes.proximity.mesh_separation import MeshSeparation, mesh_
 from beveloid_geom.shapes.sheet import Faces
 
 from ...components import annotate
-from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
-from ...components.paths_table import as_large, coefficients, modified, two_digits
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, rows_of_cases
+from ...components.paths_table import as_large, coefficients, paper_modified, two_digits
 from ...rendering import theme
 from ...rendering.layout import PanelRows
 
@@ -59,7 +59,7 @@ class MethodFigure:
 
 def compute(design: Design, flank: str = "right") -> MethodFigure:
     """Compute the middle position of the pair with the paper's modification."""
-    pair, scale = modified(design), as_large(design)
+    pair, scale = paper_modified(design), as_large(design)
     # Tolerances of the meshes at module 6 mm: those of the query, and one for the separation in the detail.
     coarse_mm, fine_mm = 0.02, 0.00001
     tolerance = coarse_mm * scale
@@ -226,7 +226,7 @@ def rows(data: MethodFigure) -> Table:
         status = [Status(int(code)).name.lower() for code in side.status.ravel()]
         yield data.flank, status, "vertex", side.l.ravel(), side.z.ravel(), 1e3 * side.separation.ravel()
 
-    return header, stacked(cases())
+    return header, rows_of_cases(cases())
 
 
 RECIPES = {"method": Recipe(compute, draw, rows)}

@@ -20,9 +20,9 @@ from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.operation import OperationReport, operation_report
 from beveloid_geom.report.pattern import pattern_report
 
-from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, rows_of_cases
 from ...components.flattened_flank import side_view
-from ...components.paths_table import PARABOLAS, as_large, coefficients, modified, parabolas, two_digits
+from ...components.paths_table import PARABOLAS, as_large, coefficients, paper_modified, parabolas, two_digits
 from ...rendering import theme
 from ...rendering.layout import PanelRows
 
@@ -84,7 +84,7 @@ def _compared(design: Design) -> tuple[str, list[tuple[str, str, Design]]]:
         return "Flanks with and without modification", cases
     # Helix crowning of the pinion in the last case, um.
     helix_crowning_um = 10.0
-    bent, crowning = modified(plain), Modification(helix_crowning_um=helix_crowning_um)
+    bent, crowning = paper_modified(plain), Modification(helix_crowning_um=helix_crowning_um)
     crowned = replace(plain, pinion=plain.pinion.modified(crowning))
     words = f"{helix_crowning_um:g} \u00b5m of helix crowning"
     cases = [unmodified, ("parabolas", coefficients(bent), bent), ("helix_crowning", words, crowned)]
@@ -268,7 +268,7 @@ def rows(comparison: Comparison) -> Table:
             ):
                 yield *who, "shift", *[""] * 5, name, size, unit, shift, ""
 
-    return header, stacked(cases())
+    return header, rows_of_cases(cases())
 
 
 RECIPES = {"modifications": Recipe(compute, draw, rows)}

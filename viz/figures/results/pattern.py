@@ -23,7 +23,7 @@ from beveloid_geom.operation.contact_pattern.pattern import ContactPattern
 from beveloid_geom.report.pattern import pattern_report
 
 from ...components import flattened_flank, panels, paths_table, viewpoint
-from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, rows_of_cases
 from ...components.flank_grid import LEFT, Cell, FlankArrangement, draw_grid, text_heights
 from ...components.panels import Trace
 from ...components.paths_table import SolvedPath
@@ -89,7 +89,7 @@ def compute_pattern(design: Design) -> BandFigure:
     """Compute the pattern of both flanks as designed, and of the right flank with the paper's
     modification."""
     pattern_bands = (0.0, 1.27, 2.54, 3.81, 5.08, 6.35)
-    columns, bent = [], paths_table.modified(design)
+    columns, bent = [], paths_table.paper_modified(design)
     for flank, changed, heading in (
         ("right", design, "right flanks, as designed"),
         ("right", bent, f"right flanks, {paths_table.coefficients(bent)}"),
@@ -121,7 +121,7 @@ def compute_pattern(design: Design) -> BandFigure:
 
 def _pattern_layers(design: Design, flank: str, pattern: ContactPattern) -> tuple[Layer, Layer]:
     """Return the pattern on pinion and gear with the path and its ellipses."""
-    path = paths_table.solve(design, flank, touching=True)
+    path = paths_table.solved_case(design, flank, touching=True)
     layers = []
     for number, side in enumerate((pattern.pinion, pattern.gear)):
         member, trace = design.members[number], Trace(path.points[number], first=path.first)
@@ -168,7 +168,7 @@ def compute_separation(design: Design, flank: str = "right") -> BandFigure:
     pairs = (-1, 0, 1)
     # Position of the separation as a fraction of the path in roll, where two tooth pairs touch.
     position_fraction = 0.3
-    path, under = paths_table.solve(design, flank), ""
+    path, under = paths_table.solved_case(design, flank), ""
     reason = first_contact_fault(design) or ("" if path.found else path.reason)
     layers: list[tuple[Layer, Layer] | None] = [None for _ in pairs]
     if not reason:
@@ -275,7 +275,7 @@ def draw(data: BandFigure, layout: theme.PageLayout) -> Drawing:
         trace = replace(layer.trace, width=path_width)
         items += panels.path_items(page, [trace], cell.view, cell.px_per_mm)
         drawn = panels.show_items(page, cell.box, cell.view, items, cell.px_per_mm, cell.limits)
-        rim = drawn.place(flattened_flank.rim(layer.points))
+        rim = drawn.place(flattened_flank.boundary_of(layer.points))
         drawn.axes.plot(*rim.T, color=theme.GREY, linewidth=1.0)
         for ring in layer.rings:
             seen = drawn.place(ring)
@@ -304,7 +304,7 @@ def _painted(data: BandFigure, layer: Layer, view: FlankView, metal: str) -> lis
             (0.0, bands.size - 1.0),
         )
 
-    flank = replace(panels.flank_surface(layer.points, layer.normals, view, metal), edges=False)
+    flank = replace(panels.lit_flank(layer.points, layer.normals, view, metal), edges=False)
     bare = replace(flank, paint=painted(np.full(layer.values.shape, bands[-1])))
     if layer.border is None:
         known = np.isfinite(layer.values).ravel()[flank.faces].all(axis=1)
@@ -346,7 +346,7 @@ def rows(data: BandFigure) -> Table:
                 yield *who, *values, *layer.numbers
 
     header = *paths_table.PARABOLAS, "tooth_pair", "flank", "member", "l_mm", "z_mm", f"{quantity}_um"
-    return (*header, *data.measures), stacked(cases())
+    return (*header, *data.measures), rows_of_cases(cases())
 
 
 RECIPES = {

@@ -23,9 +23,9 @@ from beveloid_geom.report.columns import ARCSEC, header_of
 from beveloid_geom.report.pattern import FIGURES, FINE, added_of, flat_data, status_of
 
 from ...components import paths_table, posed
-from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, rows_of_cases
 from ...components.flattened_flank import side_view
-from ...components.paths_table import FLANKS, coefficients, modified, parabolas
+from ...components.paths_table import FLANKS, coefficients, paper_modified, parabolas
 from ...rendering import theme
 
 
@@ -42,7 +42,7 @@ class Block:
 def compute(design: Design) -> tuple[Block, ...]:
     """Compute patterns of both flanks with the parabolas of the design, or with the paper's if it has
     none."""
-    design = design if design.has_parabola else modified(design)
+    design = design if design.has_parabola else paper_modified(design)
     right = _block(design, FLANKS[0], None)
     return right, _block(design, FLANKS[1], right.found)
 
@@ -266,7 +266,7 @@ def rows(data: tuple[Block, ...]) -> Table:
                 points = (values.ravel() for values in _drawn(cell))
                 yield *cell_values, *flat_data(cell, 0).values(), *points, ""
 
-    return header, chain(stacked(cases()))
+    return header, chain(rows_of_cases(cases()))
 
 
 RECIPES = {"pattern-errors": Recipe(compute, draw, rows)}

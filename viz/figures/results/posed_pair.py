@@ -57,7 +57,9 @@ def compute(design: Design, flank: str = "right") -> PosedFigure:
             meshes.append((gear_mesh(member, tolerance_of(design)), ""))
         except ValueError as error:
             meshes.append((None, str(error)))
-    return PosedFigure(posed.pose(design, flank), tuple(meshes), paths_table.solve(design, flank), pattern)
+    return PosedFigure(
+        posed.pose(design, flank), tuple(meshes), paths_table.solved_case(design, flank), pattern
+    )
 
 
 def draw(data: PosedFigure, layout: theme.PageLayout) -> Drawing:

@@ -15,14 +15,14 @@ from beveloid_geom.report.sensitivity import steps_of
 
 from ...components import charts
 from ...components.charts import MIDDLE_INDEX, QUANTITIES, ErrorEffect, changes_under_steps
-from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, rows_of_cases
 from ...components.paths_table import (
     FLANKS,
     PARABOLAS,
     REASONS,
     at_the_mesh,
     coefficients,
-    modified,
+    paper_modified,
     parabolas,
 )
 from ...rendering import theme
@@ -69,7 +69,7 @@ class SensitivityCase:
 
 def compute(design: Design) -> tuple[SensitivityCase, ...]:
     """Compute both cases on both flanks."""
-    bent = modified(design)
+    bent = paper_modified(design)
     cases = {"as designed": design, coefficients(bent): bent}
     return tuple(
         SensitivityCase(name, one, tuple(path_sensitivity(one, f, one.errors_at) for f in FLANKS))
@@ -162,7 +162,7 @@ def rows(data: tuple[SensitivityCase, ...]) -> Table:
                 rates = row / np.array(sizes) / quantity.scale
                 yield *who, list(names), list(shown), list(units), row, quantity.unit, rates
 
-    return (*header, "derivative_per_mm_or_rad"), stacked(cases())
+    return (*header, "derivative_per_mm_or_rad"), rows_of_cases(cases())
 
 
 RECIPES = {"sensitivity": Recipe(compute, draw, rows)}

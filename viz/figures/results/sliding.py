@@ -15,8 +15,8 @@ from beveloid_geom.report.columns import header_of
 from beveloid_geom.report.sliding import SlidingReport, sliding_report
 
 from ...components import charts
-from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
-from ...components.paths_table import FLANKS, PARABOLAS, REASONS, coefficients, modified, parabolas
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, rows_of_cases
+from ...components.paths_table import FLANKS, PARABOLAS, REASONS, coefficients, paper_modified, parabolas
 from ...rendering import theme
 from ...rendering.layout import PanelRows
 
@@ -39,7 +39,7 @@ def compute(design: Design) -> dict[str, tuple[SlidingCurve, ...]]:
     """Compute the sliding of every case on both flanks."""
     # Line styles of the design and of the design with the paper's modification.
     line_styles = ("-", "--")
-    bent = modified(design)
+    bent = paper_modified(design)
     changed = list(zip(("as designed", coefficients(bent)), line_styles, (design, bent), strict=True))
     return {
         side: tuple(
@@ -130,7 +130,7 @@ def rows(data: dict[str, tuple[SlidingCurve, ...]]) -> Table:
                 yield *case, *[""] * len(names), curve.report.reason
             yield *case, *curve.report.columns.values(), ""
 
-    return header, stacked(cases())
+    return header, rows_of_cases(cases())
 
 
 RECIPES = {"sliding": Recipe(compute, draw, rows)}

@@ -21,9 +21,9 @@ from beveloid_geom.report.result import table_of
 from beveloid_geom.report.tolerance import ToleranceReport, edges_carry, pattern_counts, size_words
 
 from ...components import charts, panels, paths_table, viewpoint
-from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, rows_of_cases
 from ...components.panels import Panel
-from ...components.paths_table import SolvedPath, coefficients, modified
+from ...components.paths_table import SolvedPath, coefficients, paper_modified
 from ...rendering import theme
 from ...rendering.layout import PanelRows
 from ...rendering.scene import Picture
@@ -82,12 +82,12 @@ class CloudFigure:
 
 def compute(design: Design, flank: str = "right") -> CloudFigure:
     """Compute paths and studies, as designed and with the paper's modification."""
-    bent = modified(design)
+    bent = paper_modified(design)
     shown = bent if is_line_contact(design).any() else design
     cases = ("as designed", design, theme.BLUE, 3.2), (coefficients(bent), bent, theme.RED, 1.6)
     return CloudFigure(
         flank,
-        paths_table.solve(shown, flank),
+        paths_table.solved_case(shown, flank),
         tuple(_cloud_of(shown, flank, factor) for factor, *_ in CLOUDS),
         tuple(case_study(flank, *case) for case in cases),
     )
@@ -264,7 +264,7 @@ def rows(data: CloudFigure) -> Table:
             values = (columns.get(name, "") for name in header)
             yield *who, list(range(case.study.cases)), *values, ""
 
-    return ["flank", *paths_table.PARABOLAS, "mounting", *header, "reason"], stacked(each())
+    return ["flank", *paths_table.PARABOLAS, "mounting", *header, "reason"], rows_of_cases(each())
 
 
 RECIPES = {"tolerance-cloud": Recipe(compute, draw, rows)}

@@ -15,9 +15,9 @@ from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.operation import operation_report
 
 from ...components import motion_graph
-from ...components.figure_steps import Drawing, Recipe, Rows, Table, stacked
+from ...components.figure_steps import Drawing, Recipe, Rows, Table, rows_of_cases
 from ...components.motion_graph import MotionGraph
-from ...components.paths_table import PARABOLAS, as_large, coefficients, modified, parabolas, two_digits
+from ...components.paths_table import PARABOLAS, as_large, coefficients, paper_modified, parabolas, two_digits
 from ...rendering import theme
 from ...rendering.layout import PanelRows
 
@@ -44,7 +44,7 @@ def compute(design: Design, flank: str = "right") -> tuple[CycleCase, ...]:
     # Both coefficients of the last case at the module of Table 1, 1/mm.
     hollow_per_mm = 0.0002
     hollow = two_digits(hollow_per_mm / as_large(design))
-    changes = modified(design), design.with_parabola(hollow, hollow)
+    changes = paper_modified(design), design.with_parabola(hollow, hollow)
     named = ("as designed", design), *((coefficients(changed), changed) for changed in changes)
     cases, rolls = [], 361
     for (name, changed), (colour, _) in zip(named, LOOKS, strict=True):
@@ -154,7 +154,7 @@ def rows(data: tuple[CycleCase, ...]) -> Table:
                 *of_case,
             )
 
-    return header, stacked(cases())
+    return header, rows_of_cases(cases())
 
 
 RECIPES = {"transmission-error": Recipe(compute, draw, rows)}

@@ -19,7 +19,7 @@ from ...options import option, override_options
     override_options,
     csv="one point of a flank per row",
 )
-def ease_off(name: str, design: results.Design, grid: tuple[int, int]) -> results.Result:
+def ease_off_command(name: str, design: results.Design, grid: tuple[int, int]) -> results.Result:
     """Compute the ease-off of the pinion: the distance of its flanks from flanks that are conjugate to the
     gear.
 

@@ -37,7 +37,7 @@ CELLS = click.Choice(["3", "5"])
     json=" of areas with their error and extent",
     csv="one point of a flank per row, with --over one flank of a cell",
 )
-def pattern(
+def pattern_command(
     name: str,
     design: results.Design,
     flank: str,

@@ -35,7 +35,7 @@ from ...tolerance_options import errors_option
     override_options,
     csv="one position per row",
 )
-def place(
+def place_command(
     name: str,
     design: results.Design,
     at: tuple[float, ...],

@@ -91,7 +91,7 @@ propose_options = block(
 )
 
 
-def propose(
+def propose_command(
     context: click.Context,
     /,
     count: int,
@@ -123,7 +123,7 @@ def propose(
     try:
         report = proposal_report(request, count, source)
     except DesignError as error:
-        raise refused(error.parts) from None
+        raise refusal_of(error.parts) from None
     except Refused as error:
         raise Refusal([refusal(request, error.reason, error.nearest)]) from None
     if out is not None:
@@ -138,7 +138,7 @@ def request_of(source: str, **given: Any) -> Request:
     from ....proposal.request import DEFAULT_BACKLASH_MODULES, Bounds, Request, teeth_faults
 
     if faults := tuple(teeth_faults(given["teeth"])):
-        raise refused(faults)
+        raise refusal_of(faults)
     gear = load_design(source).gear if source else None
     module = given["module"] if gear is None else float(gear.tool.normal_module)
     needed = {"--module": module, "--shaft-angle-deg": given["shaft_angle_deg"]}
@@ -183,7 +183,7 @@ def request_of(source: str, **given: Any) -> Request:
     )
 
 
-def refused(faults: Iterable[Fault]) -> Refusal:
+def refusal_of(faults: Iterable[Fault]) -> Refusal:
     """Return the Refusal for faults, with the names of the options."""
     named_faults = ((fault.key and option_name(fault.key), fault.text) for fault in faults)
     return Refusal(" ".join(part for part in parts if part) for parts in named_faults)
@@ -196,4 +196,4 @@ def write_proposal(text_of: Callable[[int], str], pick: int, count: int, out: Pa
     write_design(text_of(pick), out)
 
 
-command = named(propose, propose_options(propose))
+command = named(propose_command, propose_options(propose_command))

@@ -52,7 +52,7 @@ def measured_report(
     from ....report.workshop.grid import DeviationReport
     from ....workshop.measured import MeasuredError, read_deviations
 
-    nominal, file = grid_of(name, design, member, rows, columns, border), click.format_filename(measured)
+    nominal, file = nominal_grid(name, design, member, rows, columns, border), click.format_filename(measured)
     try:
         return DeviationReport(nominal.named, read_deviations(measured, nominal.grid))
     except MeasuredError as error:
@@ -62,7 +62,7 @@ def measured_report(
         raise Refusal([f"cannot read {file} ({error.strerror or error}): {cure}"]) from None
 
 
-def grid_of(
+def nominal_grid(
     name: str,
     design: results.Design,
     member: str,
@@ -101,5 +101,5 @@ def grid(name: str, design: results.Design, measured: Path | None, **options: An
     with their mean, slopes, crowning and twist. A file with missing points, or in another order or unit, is
     rejected."""
     if measured is None:
-        return grid_of(name, design, **options)
+        return nominal_grid(name, design, **options)
     return measured_report(name, design, measured, **options)

@@ -44,7 +44,7 @@ from ...options import NumberRange, Refusal, changed_design, flank_option, no_re
     tooth_options,
     csv="one member per row",
 )
-def shim(
+def shim_command(
     name: str,
     design: results.Design,
     offset: float | None,
