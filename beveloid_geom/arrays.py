@@ -33,9 +33,23 @@ def flank_sign(flank: str) -> float:
 
 
 def gear_sense(flank: str) -> float:
-    """Return the sense of the gear's roll while the pinion drives on this flank: -1 right, +1 left.
+    """Return the sense of the gear's roll while the pinion drives on a flank.
 
     The pinion's roll rises on right flanks and falls on left flanks; the gear turns in the opposite sense.
     Times this sense, an angle of the gear is positive ahead.
+
+    Parameters
+    ----------
+    flank : {'right', 'left'}
+
+    Returns
+    -------
+    float
+        -1 on right flanks, +1 on left flanks.
+
+    Raises
+    ------
+    ValueError
+        For another name of a flank.
     """
     return -flank_sign(flank)

@@ -76,9 +76,23 @@ class CycleStatistics:
 
 
 def cycle_statistics(mountings: Design, flank: str) -> CycleStatistics:
-    """Compute the mesh cycles of a design with single members and errors of one batch axis, without patterns.
+    """Compute the mesh cycles of mountings, without patterns.
 
-    Raises ValueError for members of arrays and if the tip rounds of a tool overlap."""
+    Parameters
+    ----------
+    mountings : Design
+        Single members, errors of one batch axis (n,).
+    flank : {'right', 'left'}
+
+    Returns
+    -------
+    CycleStatistics
+
+    Raises
+    ------
+    ValueError
+        For members of arrays, and if the tip rounds of a tool overlap.
+    """
     found = operating_ratios(mountings, flank, (MARKING_SEPARATION,))
     cycle = found.cycle
     return CycleStatistics(

@@ -146,8 +146,26 @@ def ease_off(design: Design, flank: str = "right", shape: tuple[int, int] = (15,
 
 
 def ease_off_at(design: Design, flank: str, l: ArrayLike, z: ArrayLike) -> FloatArray:
-    """Return the ease-off (...), mm, of the pinion flank at parameters `l` in planes `z`, mm, also outside
-    the active flank; NaN where the mate has no conjugate. Raises ValueError as `ease_off`."""
+    """Return the ease-off of the pinion flank at given points, also outside the active flank.
+
+    Parameters
+    ----------
+    design : Design
+        A single design.
+    flank : {'right', 'left'}
+    l, z : array_like
+        Flank parameters and planes, mm; they broadcast.
+
+    Returns
+    -------
+    ndarray
+        mm; NaN where the mate has no conjugate.
+
+    Raises
+    ------
+    ValueError
+        As in `ease_off`.
+    """
     pose, u = meshing_pair(design, flank), trace_parameter(design.pinion, flank, l, z)
     return conjugate_gap(design, pose, *np.broadcast_arrays(np.asarray(l, dtype=float), u))[0]
 

@@ -44,17 +44,39 @@ class CycleExtremes:
 def cycle_extremes(mountings: Design, flank: str) -> CycleExtremes:
     """Compute the mesh cycles of a design with single members and errors (n,); about 10 ms each.
 
-    Raises ValueError for members of arrays and if the tip rounds of a tool overlap."""
+    Parameters
+    ----------
+    mountings : Design
+        The design with the errors of all mountings; `cycle_peak_to_peak` is that of the first mounting.
+    flank : {'right', 'left'}
+
+    Returns
+    -------
+    CycleExtremes
+
+    Raises
+    ------
+    ValueError
+        For members of arrays, and if the tip rounds of a tool overlap.
+    """
     cycle = mesh_cycle(mountings, flank, 1)
     swing = cycle.peak_to_peak.ravel()
     return CycleExtremes(float(swing[0]), float(swing.max()), float(cycle.edge_share.max()))
 
 
 def leads_of(path: ContactPath) -> FloatArray:
-    """Return the leads (2, ...), rad, of other tooth pairs where a path, evenly spaced in roll, enters and
-    leaves.
+    """Return the leads of other tooth pairs where a path, evenly spaced in roll, enters and leaves.
 
-    At contact ratios up to 1, at most one of them is positive. NaN without a path."""
+    Parameters
+    ----------
+    path : ContactPath
+        One path or a batch.
+
+    Returns
+    -------
+    ndarray, shape (2, ...)
+        rad. At contact ratios up to 1, at most one of both is positive. NaN without a path.
+    """
     error = path.transmission_error
     ratio = path.ends.contact_ratio
     most = int(np.nan_to_num(ratio).max(initial=1.0))

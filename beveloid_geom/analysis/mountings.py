@@ -84,7 +84,24 @@ class Mountings:
 def solved_mountings(
     design: Design, flanks: Sequence[str], errors: FloatArray, names: Sequence[str]
 ) -> list[Mountings]:
-    """Return the mountings with these errors (n, names), by flank."""
+    """Compute paths and backlash of mountings.
+
+    Parameters
+    ----------
+    design : Design
+        A single design.
+    flanks : sequence of str
+        Driving flanks, 'right' or 'left'.
+    errors : ndarray, shape (n, names)
+        Errors of the mountings, mm or rad.
+    names : sequence of str
+        Names of the errors.
+
+    Returns
+    -------
+    list of Mountings
+        One for each flank.
+    """
     cases = mounted(design, errors, names)
     paths = {flank: path_of_contact(cases, flank, PATH_POINTS) for flank in flanks}
     backlash = tangent_backlash(cases, {flank: path.ends for flank, path in paths.items()})

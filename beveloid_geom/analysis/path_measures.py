@@ -102,8 +102,20 @@ def measures_of(design: Design, flank: str) -> PathMeasures:
 
 
 def in_side_view(path: ContactPath) -> tuple[FloatArray, FloatArray]:
-    """Return length (mm) and angle of the chord (deg) of a path in the side view, on pinion and gear (2,
-    ...): the default meaning of the "length" and "angle" of a path."""
+    """Return length and angle of a path in the side view: the default meaning of both words.
+
+    Parameters
+    ----------
+    path : ContactPath
+        One path or a batch.
+
+    Returns
+    -------
+    length : ndarray, shape (2, ...)
+        Length on pinion and gear, mm.
+    angle : ndarray, shape (2, ...)
+        Angle of the chord on pinion and gear, deg.
+    """
     z, r = _side_view(path)
     return np.hypot(np.diff(z), np.diff(r)).sum(axis=-1), _angle(z[..., [0, -1]], r[..., [0, -1]])
 
@@ -127,7 +139,22 @@ def _tooth_points(path: ContactPath) -> FloatArray:
 
 
 def sweep(design: Design, flank: str, signs: tuple[int, int], largest: float) -> Sweep:
-    """Return the paths of a design under coefficients from 0 to `largest` times the signs, 1/mm."""
+    """Return the paths of a design under coefficients from 0 to a largest one.
+
+    Parameters
+    ----------
+    design : Design
+        A single design. Its parabolas are replaced.
+    flank : {'right', 'left'}
+    signs : tuple of int
+        Signs of the coefficients of pinion and gear.
+    largest : float
+        Largest magnitude of the coefficients, 1/mm.
+
+    Returns
+    -------
+    Sweep
+    """
     # Number of coefficients of a sweep.
     size = np.linspace(0.0, largest, 21)
     return Sweep(signs, size, measures_of(design.with_parabola(signs[0] * size, signs[1] * size), flank))
@@ -140,8 +167,23 @@ def unwrapped(angle: FloatArray) -> FloatArray:
 
 
 def shifts(design: Design, flank: str, error: str, size: float) -> dict[str, FloatArray]:
-    """Return the shifts (2 members, 2), mm, of the path of a single design under -size and +size of an error,
-    by the names of SHIFTS; NaN without a path."""
+    """Return the shifts of the path of a single design under -size and +size of an error.
+
+    Parameters
+    ----------
+    design : Design
+        A single design.
+    flank : {'right', 'left'}
+    error : str
+        Name of the error, as in `pair.misalignment`.
+    size : float
+        Size of the error, mm or rad.
+
+    Returns
+    -------
+    dict
+        Shifts by the names of SHIFTS, each of shape (2 members, 2), mm; NaN without a path.
+    """
     found = {name: np.full((2, 2), np.nan) for name in SHIFTS}
     middle = path_of_contact(design, flank, PATH_POINTS)
     if middle.l1.size == 0:

@@ -41,10 +41,23 @@ class MarkedEllipse:
 
 
 def marked_ellipse(side: MemberPattern, separation: float) -> MarkedEllipse:
-    """Return the ellipse of the area of a pattern in which the minimum separation is within `separation`, mm.
+    """Return the ellipse of the area of a pattern in which the minimum separation is within `separation`.
 
     The root of the minimum separation is interpolated between the grid points, as for the area. Cells with a
-    corner that has no projection on the mating flank count as unmarked."""
+    corner that has no projection on the mating flank count as unmarked.
+
+    Parameters
+    ----------
+    side : MemberPattern
+        Pattern on one member.
+    separation : float
+        Thickness of the marking compound, mm.
+
+    Returns
+    -------
+    MarkedEllipse
+        NaN if no cell is marked.
+    """
     r = np.hypot(side.points[..., 0], side.points[..., 1])
     root = np.sqrt(np.maximum(side.least, 0.0))
     with np.errstate(invalid="ignore"):

@@ -169,11 +169,23 @@ def sliding_of(path: ContactPath) -> Sliding:
 
 
 def least_sliding(sliding: Sliding) -> tuple[FloatArray, FloatArray]:
-    """Return the pinion roll (rad) and the speed (mm/rad) of the smallest sliding on each path, batch shape;
-    NaN without a path.
+    """Return pinion roll and speed of the smallest sliding on each path.
 
-    Exact without parabola; otherwise the speed has an error of third order in the spacing, the roll of second
-    order."""
+    The result is exact without parabola. Otherwise the speed has an error of third order in the spacing, the
+    roll of second order.
+
+    Parameters
+    ----------
+    sliding : Sliding
+        Sliding along one path or a batch.
+
+    Returns
+    -------
+    roll : ndarray
+        Pinion roll, rad, batch shape; NaN without a path.
+    speed : ndarray
+        Sliding speed, mm/rad, batch shape.
+    """
     roll, square = least_along(sliding.pinion_roll, sliding.speed**2)
     return roll, np.sqrt(np.maximum(square, 0.0))
 

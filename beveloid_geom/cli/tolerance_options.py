@@ -47,7 +47,21 @@ tolerance_options = block(
 def errors_option(name: str, default: str | None, text: str) -> Option:
     """Return an option for two different assembly errors, such as offset,shaft-angle.
 
-    The errors are given by name, with or without -error, or by their usual letters."""
+    The errors are given by name, with or without -error, or by their usual letters.
+
+    Parameters
+    ----------
+    name : str
+        Name of the option.
+    default : str or None
+        Default as on a command line.
+    text : str
+        Help.
+
+    Returns
+    -------
+    Option
+    """
 
     def read(value: str) -> tuple[str, str]:
         """Return the names of the errors as in `Errors`. Raises Refusal."""

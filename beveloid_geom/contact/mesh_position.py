@@ -48,7 +48,20 @@ def mid_faces(design: Design) -> FloatArray:
 
 
 def frames_at(design: Design, pinion_roll: ArrayLike, gear_roll: ArrayLike) -> tuple[Frame, Frame]:
-    """Return the frames of pinion and gear of a single design at rolls (rad), with errors."""
+    """Return the frames of pinion and gear of a single design at given rolls, with errors.
+
+    Parameters
+    ----------
+    design : Design
+        A single design.
+    pinion_roll, gear_roll : array_like
+        Rolls, rad.
+
+    Returns
+    -------
+    tuple of Frame
+        Frames of pinion and gear in S_f.
+    """
     layout, position = layout_of(design), mid_faces(design)
     first, second = (member_frame(layout, j, r, position[j]) for j, r in enumerate((pinion_roll, gear_roll)))
     return first, second

@@ -134,8 +134,22 @@ def bracket_of(x: FloatArray, f: FloatArray) -> Bracket:
 
 
 def root_samples(pairing: FlankPair, l1: FloatArray, bounds: FloatArray, shares: FloatArray) -> RootSamples:
-    """Return samples of F at every `l1` (cases, positions), at relative positions `shares` between `bounds`
-    of l2 (2, cases, 1), mm.
+    """Return samples of F at every l1 and at relative positions between two bounds of l2.
+
+    Parameters
+    ----------
+    pairing : FlankPair
+        Pairs of flanks (cases).
+    l1 : ndarray, shape (cases, positions)
+        Pinion flank parameters, mm.
+    bounds : ndarray, shape (2, cases, 1)
+        Bounds of l2, mm.
+    shares : ndarray
+        Relative positions between the bounds, from 0 to 1.
+
+    Returns
+    -------
+    RootSamples
     """
     return equation_samples(
         pairing, terms_of_one(pairing, l1, 0), bounds[0] + shares * (bounds[1] - bounds[0])

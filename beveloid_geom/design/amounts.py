@@ -14,7 +14,21 @@ def read_amounts(text: str) -> dict[str, Any]:
     Names with `right.` or `left.` in front are those of a table for one flank. Values that are not numbers
     are kept, so that they are reported with their key.
 
-    Raises ValueError for another form of the text, and for a name that is given twice."""
+    Parameters
+    ----------
+    text : str
+        Amounts in um and lengths in mm, separated by commas.
+
+    Returns
+    -------
+    dict
+        Values by key of a design file.
+
+    Raises
+    ------
+    ValueError
+        For another form of the text, and for a name that is given twice.
+    """
     keys = {key.removesuffix(unit): key for key in limits_of() for unit in ("_um", "_mm")}
     table: dict[str, Any] = {}
     # Amounts in um and lengths in mm; their names may end in the unit, as in a design file.

@@ -12,7 +12,18 @@ from .written_numbers import shown_value
 def require_design(design: object) -> None:
     """Raise TypeError if an argument is not a `Design`.
 
-    For the name of a file or of a built-in design, the message contains the call that reads it."""
+    For the name of a file or of a built-in design, the message contains the call that reads it.
+
+    Parameters
+    ----------
+    design : object
+        The argument.
+
+    Raises
+    ------
+    TypeError
+        With a cure.
+    """
     if isinstance(design, Design):
         return
     cure = "create one with Design(...) or read_design(file)"

@@ -55,5 +55,16 @@ def limit_words(design: Design, limit: int) -> str:
     """Return the printed name of a limit of a single design's flanks, such as 'gear tip' or 'pinion heel'.
 
     `str(Limit)` is the code, in which the ends are named by z.
+
+    Parameters
+    ----------
+    design : Design
+        A single design.
+    limit : int
+        Code of a `Limit`.
+
+    Returns
+    -------
+    str
     """
     return " ".join(limit_names(design, limit))

@@ -247,7 +247,22 @@ def read_design_file(
 ) -> Design:
     """Return the design in a file as `parse_design` does, or a built-in design by its name.
 
-    Raises DesignError with all faults, or with the reason why the file cannot be read."""
+    Parameters
+    ----------
+    path : str or PathLike
+        Design file, or name of a built-in design.
+    from_mesh, read_deviations : callable, optional
+        As in `parse_design`.
+
+    Returns
+    -------
+    Design
+
+    Raises
+    ------
+    DesignError
+        With all faults, or with the reason why the file cannot be read.
+    """
     # Largest size of a design file; the built-in ones have about 2,000 bytes.
     max_file_bytes = 1_000_000
     source = os.fspath(path)

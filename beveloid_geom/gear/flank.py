@@ -72,7 +72,19 @@ class FlankPatch:
 
 
 def base_cylinder(member: Member, flank: str) -> BaseCylinder:
-    """Return the base radius and base helix angle of the flank without its parabola."""
+    """Return base radius and base helix angle of a flank without its parabola.
+
+    Parameters
+    ----------
+    member : Member
+        A single member or a batch.
+    flank : {'right', 'left'}
+
+    Returns
+    -------
+    BaseCylinder
+        Radius in mm, helix angle in rad.
+    """
     rack = rack_of(member, flank)
     nx, ny, nz = rack.normal
     radius = rack.pitch_radius * np.abs(ny) / np.hypot(nx, ny)
@@ -287,11 +299,22 @@ def highest_parameter(member: Member, flank: str) -> FloatArray:
 
 
 def active_range(member: Member, flank: str) -> tuple[FloatArray, FloatArray]:
-    """Return the lowest and highest flank parameter `l` (mm) of an active flank ('right' or 'left').
+    """Return the lowest and highest flank parameter of an active flank.
 
     Both are NaN if the tool cannot cut the flank between them: if the profile of the rack folds, or if the
     generating normal of this flank or of its mirror image has no radial component out of the tooth. Eq. 6
     gives a surface beyond such a place, but the tool does not produce it.
+
+    Parameters
+    ----------
+    member : Member
+        A single member or a batch.
+    flank : {'right', 'left'}
+
+    Returns
+    -------
+    lowest, highest : ndarray
+        `l`, mm, batch shape.
     """
     tool = member.tool
     joint = tool.dedendum - tool.tip_radius * (1.0 - np.sin(tool.normal_pressure_angle))

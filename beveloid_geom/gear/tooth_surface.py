@@ -125,13 +125,37 @@ def _section(surface: ToothSurface, s: Numbers) -> tuple[Numbers, ...]:
 
 
 def cut_at(surface: ToothSurface, s: Numbers, z: Numbers) -> Cut:
-    """Return points, normals and derivatives at profile coordinates `s` in the planes `z`, mm."""
+    """Return points, normals and derivatives of a tooth surface.
+
+    Parameters
+    ----------
+    surface : ToothSurface
+        Flank and fillet of a single member.
+    s, z : ndarray
+        Profile coordinates and planes, mm.
+
+    Returns
+    -------
+    Cut
+    """
     cut = generated_cut(surface, s, z)
     return cut if surface.modification is None else rotated_cut(cut, turn_rows(surface, s, z))
 
 
 def generated_cut(surface: ToothSurface, s: Numbers, z: Numbers) -> Cut:
-    """Return the result of `cut_at` for the surface without its modification."""
+    """Return the result of `cut_at` for the surface without its modification.
+
+    Parameters
+    ----------
+    surface : ToothSurface
+        Flank and fillet of a single member.
+    s, z : ndarray
+        Profile coordinates and planes, mm.
+
+    Returns
+    -------
+    Cut
+    """
     return _cut(surface, _section(surface, s), z)
 
 

@@ -57,13 +57,27 @@ def normal_x_as_mounted(design: Design, flank: str) -> tuple[FloatArray, FloatAr
 
 
 def closed_normal(layout: ClosedLayout, flank: str, sense: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return n_x of the common normal and the angle between the generators (rad) of a flank pair in a closed
-    layout, whose axes have the `sense` 1 or -1; arrays of the shape of the layout.
+    """Return n_x of the common normal and the angle between the generators, in a closed layout.
 
     In the working pitch plane, by components across the tooth trace, along it and along N, the axes are
     k_1 = (-sin b_1 cos g_1, cos b_1 cos g_1, -sin g_1), k_2 = (sin b_2 cos g_2, cos b_2 cos g_2, sin g_2) and
     the normal is n = (s cos a_w, 0, sin a_w) with s = 1 on the right flank; n_x = -n.(k_1 x k_2)/sin d. On
     parallel axes x points from the axis to the pitch point, x = (N + k_1 sin g_1)/cos g_1.
+
+    Parameters
+    ----------
+    layout : ClosedLayout
+        Layout without backlash, single or a batch.
+    flank : {'right', 'left'}
+    sense : ndarray
+        Sense of the axes, 1 or -1.
+
+    Returns
+    -------
+    n_x : ndarray
+        Component of the common normal along the common perpendicular, shape of the layout.
+    angle : ndarray
+        Angle between the generators, rad.
     """
     side, aw = flank_sign(flank) * np.cos(layout.pressure_angle), np.sin(layout.pressure_angle)
     sine, cosine = np.sin(layout.cone_angle), np.cos(layout.cone_angle)

@@ -271,7 +271,18 @@ def at_mesh(design: Design, centre_distance: Quantity = 0.0, out_of_plane: Quant
 
 
 def pivot_distance(design: Design) -> FloatArray:
-    """Return the distance of the pitch point from the common perpendicular, mm (batch shape)."""
+    """Return the distance of the pitch point from the common perpendicular.
+
+    Parameters
+    ----------
+    design : Design
+        A single design or a batch.
+
+    Returns
+    -------
+    ndarray
+        mm, batch shape.
+    """
     point = mounting_of(design).pitch_point
     return np.asarray(np.hypot(point[..., 1], point[..., 2]))
 

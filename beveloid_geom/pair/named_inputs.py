@@ -57,7 +57,20 @@ def inputs_of(over: str | Inputs) -> Inputs:
 def own_values(design: Design, over: str | Inputs, flank: str = "right") -> tuple[float, float]:
     """Return the values of both inputs of a single design: its position on the map.
 
-    Parabola coefficients are those of `flank`."""
+    Parameters
+    ----------
+    design : Design
+        A single design.
+    over : str or Inputs
+        Names of two inputs.
+    flank : {'right', 'left'}
+        Flank of parabola coefficients.
+
+    Returns
+    -------
+    tuple of float
+        mm, rad or 1/mm.
+    """
     names = inputs_of(over)
     first, second = (_own_value(design, name, flank) for name in names)
     return first, second
@@ -74,7 +87,21 @@ def _own_value(design: Design, name: str, flank: str) -> float:
 
 
 def design_at(design: Design, over: str | Inputs, first: Quantity, second: Quantity) -> Design:
-    """Return a design with other values of two inputs, numbers or arrays that broadcast."""
+    """Return a design with other values of two inputs.
+
+    Parameters
+    ----------
+    design : Design
+        A single design.
+    over : str or Inputs
+        Names of two inputs.
+    first, second : float or ndarray
+        Values in mm, rad or 1/mm; arrays broadcast.
+
+    Returns
+    -------
+    Design
+    """
     for name, value in zip(inputs_of(over), (first, second), strict=True):
         if name.endswith("mounting_change"):
             # Both distances are fixed, so that the change of one does not move the other member.

@@ -92,7 +92,19 @@ def left_below_tips(
 
 
 def left_as_mounted(design: Design, flank: str) -> FloatArray:
-    """Return `left_below_tips` (2,), mm, of a single design as mounted, unmodified and without errors."""
+    """Return `left_below_tips` of a single design as mounted, unmodified and without errors.
+
+    Parameters
+    ----------
+    design : Design
+        A single design.
+    flank : {'right', 'left'}
+
+    Returns
+    -------
+    ndarray, shape (2,)
+        mm, for pinion and gear.
+    """
     normal_x, _ = normal_x_as_mounted(design, flank)
     distance = mounting_of(design).distance[:, None]
     left = left_below_tips(design, layout_of(design), distance, flank, np.atleast_1d(normal_x))

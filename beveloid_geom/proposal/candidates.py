@@ -81,8 +81,17 @@ def unknown_of(request: Request, along: bool = False) -> tuple[int, ...] | None:
 
 
 def candidates_of(request: Request) -> FloatArray:
-    """Return pairs that meet the requirements, within the limits of the request or not, with rounded free
-    quantities."""
+    """Return pairs that meet the requirements, with rounded free quantities.
+
+    Parameters
+    ----------
+    request : Request
+
+    Returns
+    -------
+    ndarray, shape (7, n)
+        Values of the pairs, within the limits of the request or not.
+    """
     if not request.least_cones:
         return _found(request, unknown_of(request))
     # Least cones: try cylindrical gears first.

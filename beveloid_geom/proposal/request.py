@@ -106,7 +106,17 @@ def usual_tool(module: float, pressure_angle: float) -> Tool:
 
 
 def faults_of(request: Request) -> tuple[Fault, ...]:
-    """Return the faults of a request: values outside their limits, or else contradictions."""
+    """Return the faults of a request: values outside their limits, or else contradictions.
+
+    Parameters
+    ----------
+    request : Request
+
+    Returns
+    -------
+    tuple of Fault
+        Empty for a valid request.
+    """
     return tuple(_single_faults(request)) or tuple(_joint_faults(request))
 
 

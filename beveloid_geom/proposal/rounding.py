@@ -15,8 +15,20 @@ from .request import Request
 def rounded_design(request: Request, design: Design) -> Design:
     """Return a proposed design, rounded to the fewest decimals within the tolerances.
 
-    Angles are rounded in degrees and the offset in mm; given values of the request are not changed. If no
-    number of decimals is sufficient, the design is returned unchanged."""
+    Angles are rounded in degrees and the offset in mm. If no number of decimals is sufficient, the design is
+    returned unchanged.
+
+    Parameters
+    ----------
+    request : Request
+        Its given values are not changed.
+    design : Design
+        A single design.
+
+    Returns
+    -------
+    Design
+    """
     face = min(float(member.face_width) for member in design.members)
     module = float(design.pinion.tool.normal_module)
     backlash = closing_of(design).normal_backlash

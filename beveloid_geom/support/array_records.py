@@ -10,6 +10,19 @@ from ..arrays import T
 
 
 def joined(parts: Sequence[T], axis: int = -1) -> T:
-    """Return several records of one class as one, with all their arrays concatenated along an axis."""
+    """Return several records as one, with all their arrays concatenated.
+
+    Parameters
+    ----------
+    parts : sequence of dataclass
+        At least one record; all have the same class.
+    axis : int
+        Axis along which arrays are concatenated.
+
+    Returns
+    -------
+    dataclass
+        A record of the same class.
+    """
     columns = zip(*(vars(part).values() for part in parts), strict=True)
     return type(parts[0])(*(np.concatenate(column, axis=axis) for column in columns))

@@ -20,6 +20,16 @@ def atomic_file(path: Path) -> Iterator[Path]:
     A symbolic link is followed. After an exception or a signal, the temporary file is removed. A file that
     is replaced keeps its mode; a new one has the mode that the umask allows.
 
+    Parameters
+    ----------
+    path : Path
+        The file to write.
+
+    Yields
+    ------
+    Path
+        The temporary file.
+
     Raises
     ------
     OSError

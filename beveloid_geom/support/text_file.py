@@ -22,6 +22,10 @@ def read_text(path: str | PathLike[str], max_bytes: int, fallback: str | None = 
     fallback : str, optional
         Encoding of texts that are not UTF-8, in which bytes without a character become U+FFFD.
 
+    Returns
+    -------
+    str
+
     Raises
     ------
     TextFileError

@@ -39,7 +39,17 @@ def hand_of_pair(design: Design) -> float:
 
 
 def pitch_region(design: Design) -> PitchRegion:
-    """Return the layout in which the two reference cones, through the mid-face radii, touch at one point."""
+    """Return the layout in which the two reference cones, through the mid-face radii, touch at one point.
+
+    Parameters
+    ----------
+    design : Design
+        A single design.
+
+    Returns
+    -------
+    PitchRegion
+    """
     # Rounding error of N_x squared if the axes intersect and the plane contains both.
     square_rounding = 1e-12
     gamma1, gamma2 = (float(member.cone_angle) for member in design.members)

@@ -130,8 +130,21 @@ def balls_at(member: Member, diameter: float, z: ArrayLike, change: ArrayLike = 
 
 
 def recommended_ball(member: Member) -> float:
-    """Return the smallest usual diameter (mm) of a ball that touches the flanks of a single member at
-    mid-face on or above the shifted reference cone, on average of both flanks; NaN if there is none."""
+    """Return the smallest usual diameter of a ball that touches the flanks on or above the reference cone.
+
+    The ball touches both flanks at mid-face; the condition holds on average of both flanks, for the shifted
+    reference cone.
+
+    Parameters
+    ----------
+    member : Member
+        A single member.
+
+    Returns
+    -------
+    float
+        mm; NaN if there is none.
+    """
     # Smallest and largest diameter of a recommended ball.
     recommended_modules = (1.0, 4.0)
     module = float(member.tool.normal_module)

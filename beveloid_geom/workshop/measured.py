@@ -148,8 +148,24 @@ def read_deviations(path: Path, grid: MeasuringGrid) -> Deviations:
 
 
 def deviations_of(grid: MeasuringGrid, point: FloatArray) -> Deviations:
-    """Return the deviations of measured points (2, rows, columns, 3), mm, in the order of the grid. Raises
-    MeasuredError for points in another order or unit, or of another gear."""
+    """Return the deviations of measured points from the flanks.
+
+    Parameters
+    ----------
+    grid : MeasuringGrid
+        Nominal points.
+    point : ndarray, shape (2, rows, columns, 3)
+        Measured points in the order of the grid, mm.
+
+    Returns
+    -------
+    Deviations
+
+    Raises
+    ------
+    MeasuredError
+        For points in another order or unit, or of another gear.
+    """
     _require_places(grid, point)
     deviation, foot_distance = np.empty(point.shape[:-1]), np.empty(point.shape[:-1])
     for side, flank in enumerate(FLANK_SIGN):

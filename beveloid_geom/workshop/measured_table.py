@@ -37,9 +37,25 @@ class _Row(NamedTuple):
 
 
 def points_of(text: str, grid: MeasuringGrid) -> FloatArray:
-    """Return the points (2, rows, columns, 3) of a table in the order of the grid, mm.
+    """Return the points of a table in the order of a grid.
 
-    Raises MeasuredError, with the line, for a table that has other points."""
+    Parameters
+    ----------
+    text : str
+        Table with one point per line.
+    grid : MeasuringGrid
+        Nominal points.
+
+    Returns
+    -------
+    ndarray, shape (2, rows, columns, 3)
+        mm.
+
+    Raises
+    ------
+    MeasuredError
+        For a table that has other points; with the line.
+    """
     rows, columns = grid.shape
     places = [(flank, i + 1, j + 1) for flank in FLANK_SIGN for i in range(rows) for j in range(columns)]
     lines, names = _table(text)

@@ -37,8 +37,18 @@ def power_of_ten(value: float) -> str:
 
 
 def rim(width: float) -> list[withStroke]:
-    """Return the path effect of a white outline for a line of `width` points: visible on metal without
-    colours."""
+    """Return a white outline for a line, with which it is visible on metal without colours.
+
+    Parameters
+    ----------
+    width : float
+        Width of the line, points.
+
+    Returns
+    -------
+    list of withStroke
+        Path effects of Matplotlib.
+    """
     return [withStroke(linewidth=width + 2.0, foreground="white")]
 
 

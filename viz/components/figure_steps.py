@@ -22,8 +22,15 @@ Data = TypeVar("Data")
 def rows_of_cases(cases: Iterable[Sequence[object]]) -> Rows:
     """Return the rows of several cases, one case after the other.
 
-    Each column of a case is a list or array (n,), with one value per row, or a single value, which is
-    repeated in all rows of the case.
+    Parameters
+    ----------
+    cases : iterable of sequence
+        Columns of each case: a list or array (n,) with one value per row, or a single value, which is
+        repeated in all rows of the case.
+
+    Returns
+    -------
+    Rows
     """
     for case in cases:
         cells = [cell.tolist() if isinstance(cell, np.ndarray) else cell for cell in case]
@@ -33,7 +40,17 @@ def rows_of_cases(cases: Iterable[Sequence[object]]) -> Rows:
 
 
 def quantities(*lines: tuple[str, str, float]) -> Table:
-    """Return a table of single numbers: name, unit and value of each."""
+    """Return a table of single numbers.
+
+    Parameters
+    ----------
+    *lines : tuple
+        Name, unit and value of each number.
+
+    Returns
+    -------
+    Table
+    """
     return ("quantity", "unit", "value"), [(name, unit, float(value)) for name, unit, value in lines]
 
 

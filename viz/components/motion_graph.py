@@ -82,9 +82,20 @@ class MotionGraph:
 
 
 def motion_graph(report: OperationReport, steps: int | None = 64) -> MotionGraph:
-    """Compute the curve of one tooth pair of a design with a known mesh cycle, at `steps` rolls per pitch.
+    """Compute the curve of one tooth pair of a design with a known mesh cycle.
 
-    If `steps` is None, the rolls are those from which the mesh cycle was computed. This takes no time."""
+    Parameters
+    ----------
+    report : OperationReport
+        Report with the mesh cycle.
+    steps : int or None
+        Rolls per pitch. If None, the rolls are those from which the mesh cycle was computed, which takes no
+        time.
+
+    Returns
+    -------
+    MotionGraph
+    """
     cycle, each = report.cycle, steps or SAMPLES_PER_PITCH
     share = np.linspace(-REACH, REACH, 2 * REACH * each + 1)
     alone, edge = np.full(share.size, np.nan), np.zeros(share.size, dtype=bool)

@@ -126,7 +126,17 @@ def edge_traces(path: SolvedPath, member: int, look: Trace | None = None) -> lis
 
 
 def line_points(page: Page) -> float:
-    """Return half the width of a path on a page, points."""
+    """Return half the width of a path on a page.
+
+    Parameters
+    ----------
+    page : Page
+
+    Returns
+    -------
+    float
+        Points; less on narrow pages, where flanks are smaller.
+    """
     return LINE_POINTS if page.layout.width > theme.NARROW else 1.5  # smaller flanks
 
 

@@ -168,6 +168,15 @@ def paper_modified(design: Design) -> Design:
 
     On parallel axes, the paper's modification leaves no contact on the flanks, or lines that any shaft-angle
     error moves to an edge. These pairs get convex flanks of the same size.
+
+    Parameters
+    ----------
+    design : Design
+
+    Returns
+    -------
+    Design
+        With the coefficients of the parabolas replaced.
     """
     sizes = (-abs(value) for value in MODIFIED) if _parallel(design) else MODIFIED
     return design.with_parabola(*(two_digits(value / as_large(design)) for value in sizes))

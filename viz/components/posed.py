@@ -199,6 +199,10 @@ def mesh_camera(
         Width and height of the picture, pixels.
     least_modules : float
         Smallest half height of the picture, in normal modules.
+
+    Returns
+    -------
+    Camera
     """
     axis, arm = frame[0][:, 2], points.mean(axis=0) - frame[1]
     gearwards = arm - (arm @ axis) * axis

@@ -173,7 +173,22 @@ def split_rows(low: float, high: float, count: int, gap: float = 0.0) -> tuple[l
 
 
 def panels(page: Page, cells: PanelRows, count: int, low: float, high: float) -> list[Axes]:
-    """Return axes for `count` panels between two heights of the page, row by row."""
+    """Return axes for panels between two heights of the page, row by row.
+
+    Parameters
+    ----------
+    page : Page
+    cells : PanelRows
+        Arrangement of the panels.
+    count : int
+        Number of panels.
+    low, high : float
+        Lower and upper limit of the panels, as fractions of the page height.
+
+    Returns
+    -------
+    list of Axes
+    """
     boxes = cells.boxes(page.layout, count, page.get_figheight(), low, high)
     return [page.add_axes(box) for box in boxes]
 

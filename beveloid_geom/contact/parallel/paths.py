@@ -151,8 +151,19 @@ def contact_types(pairing: FlankPair) -> tuple[NDArray[np.bool_], NDArray[np.boo
 
 
 def along_lines(pairing: FlankPair) -> NDArray[np.bool_]:
-    """Return whether the generated flanks of each case (cases) touch along lines. The caller silences NumPy's
-    warnings."""
+    """Return whether the generated flanks of each case touch along lines.
+
+    The caller silences NumPy's warnings.
+
+    Parameters
+    ----------
+    pairing : FlankPair
+        Pairs of flanks (cases).
+
+    Returns
+    -------
+    ndarray of bool, shape (cases,)
+    """
     result = pairing.parallel & ~pairing.undefined
     at = np.flatnonzero(result)
     if at.size:

@@ -59,9 +59,23 @@ class ErrorRates:
 
 
 def error_rates(path: SurfacePaths, cases: Integers, state: FloatArray, sense: FloatArray) -> ErrorRates:
-    """Return quantities and derivatives at contacts (4, n) of the `cases` (n,) of a path.
+    """Return quantities and derivatives at contacts.
 
-    `sense` (n,) is the sign with which a shaft-angle error is added. Errors are in the order of `Errors`.
+    Parameters
+    ----------
+    path : SurfacePaths
+        Paths of modified flanks.
+    cases : ndarray of int, shape (n,)
+        Case of each contact.
+    state : ndarray, shape (4, n)
+        Contacts.
+    sense : ndarray, shape (n,)
+        Sign with which a shaft-angle error is added.
+
+    Returns
+    -------
+    ErrorRates
+        Derivatives with respect to the errors in the order of `Errors`.
     """
     problem, placed = path.problem, path.problem.placed.take(cases)
     met = contacts_at(problem.surfaces, placed, state)

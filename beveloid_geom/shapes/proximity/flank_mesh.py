@@ -44,8 +44,25 @@ class FlankMesh:
 
 @kept(16)
 def flank_mesh(member: Member, flank: str, tolerance: float) -> FlankMesh:
-    """Return a flank of a single member as triangles within a `tolerance` (mm). Raises ValueError as
-    `sample_flank`."""
+    """Return a flank of a single member as triangles.
+
+    Parameters
+    ----------
+    member : Member
+        A single member.
+    flank : {'right', 'left'}
+    tolerance : float
+        Largest distance of the triangles from the flank, mm.
+
+    Returns
+    -------
+    FlankMesh
+
+    Raises
+    ------
+    ValueError
+        As in `sample_flank`.
+    """
     grid = sample_flank(member, flank, tolerance)
     faces = grid_faces(grid.points, grid.normals)
     edges = np.sort(np.stack((faces[:, [1, 2]], faces[:, [2, 0]], faces[:, [0, 1]]), axis=1), axis=-1)
