@@ -94,14 +94,14 @@ def make_figure(job: Job) -> Made:
     data = recipe.compute(job.design, *((job.flank,) if job.figure.of_flank else ()))
     drawing = recipe.drawn(data, job.layout)
     with theme.style():
-        found = {job.form: files.file_of(drawing.page, job.form)}
+        pages = {job.form: files.file_of(drawing.page, job.form)}
     header, rows = recipe.rows(data)
     table = io.StringIO()
     csv.writer(table, lineterminator="\n").writerows((header, *rows))
-    found["csv"] = table.getvalue().encode()
+    pages["csv"] = table.getvalue().encode()
     if job.layout.plain:
-        found["txt"] = theme.spelled(caption_of(drawing.page)).encode()
-    return Made(found, drawing.triangles, time.perf_counter() - start)
+        pages["txt"] = theme.spelled(caption_of(drawing.page)).encode()
+    return Made(pages, drawing.triangles, time.perf_counter() - start)
 
 
 def caption_of(page: Page) -> str:
@@ -128,9 +128,9 @@ def made(jobs: Sequence[Job], processes: int) -> Iterator[tuple[Job, Made]]:
         yield job, make_figure(job)
 
 
-def write_figure(name: str, found: Made, folder: Path) -> None:
+def write_figure(name: str, files_made: Made, folder: Path) -> None:
     """Write the files of a figure to the folder, each atomically."""
-    for suffix, content in found.files.items():
+    for suffix, content in files_made.files.items():
         with atomic_file(folder / f"{name}.{suffix}") as temporary:
             temporary.write_bytes(content)
 
@@ -152,8 +152,8 @@ def solved_decks(design: Design, path: Path) -> Loaded:
 def summary(drawn: Sequence[tuple[Job, Made]], where: str) -> str:
     """Return the summary for the user: a line for each figure, and the folder."""
     lines = [
-        f"{job.name}  {found.triangles:>9,} triangles  {found.seconds:5.2f} s  {job.figure.title}"
-        for job, found in drawn
+        f"{job.name}  {drawing.triangles:>9,} triangles  {drawing.seconds:5.2f} s  {job.figure.title}"
+        for job, drawing in drawn
     ]
     kind = f"({drawn[0][0].form.upper()})"
     what = f"1 figure {kind} and its" if len(lines) == 1 else f"{len(lines)} figures {kind} and their"
@@ -290,10 +290,10 @@ def main(
     ]
     done: dict[str, Made] = {}
     with tqdm(total=len(wanted), desc="figures", unit="figure", file=sys.stderr) as bar:
-        for job, found in made(wanted, jobs):
+        for job, drawing in made(wanted, jobs):
             with writing(f"{job.name} to {out}"):
-                write_figure(job.name, found, out)
-            done[job.name] = found
+                write_figure(job.name, drawing, out)
+            done[job.name] = drawing
             bar.set_postfix_str(job.name, refresh=False)
             bar.update()
     where = f"{out.resolve()}, drawn in {time.perf_counter() - begin:.1f} s"

@@ -124,15 +124,15 @@ def _undercut_remarks(name: str, member: Member) -> Iterator[Remark]:
     for flank in ("right", "left"):
         text = f"the {flank} flank of the {name} is undercut"
         try:
-            found = undercut_of(member, flank)
+            undercut = undercut_of(member, flank)
         except ValueError as error:
             if flank == "right":
                 yield Remark(WARNING, f"the fillets of the {name} cannot be cut: {error}")
             if not float(undercut_margin(member, flank)) > 0.0:
                 yield Remark(WARNING, f"{text}: {CURE}")
             continue
-        if found.undercut:
-            yield Remark(WARNING, f"{text} {undercut_text(found)}: {CURE}")
+        if undercut.undercut:
+            yield Remark(WARNING, f"{text} {undercut_text(undercut)}: {CURE}")
 
 
 def undercut_path_remarks(design: Design) -> Iterator[Remark]:

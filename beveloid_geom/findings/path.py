@@ -125,8 +125,8 @@ def path_remarks(path: ContactPath) -> Iterator[Remark]:
         return
     lines = bool(is_line_contact(path.design, path.flank))
     line_contact = ((NOTE, line_contact_text(path.design, path.flank)),)
-    found = line_contact if lines else (*_sensitivity_remarks(path), *_loss_remarks(path))
-    for level, text in (*found, *_path_remarks(path)):
+    remarks = line_contact if lines else (*_sensitivity_remarks(path), *_loss_remarks(path))
+    for level, text in (*remarks, *_path_remarks(path)):
         yield Remark(level, f"{path.flank} flanks: {text}")
 
 
@@ -136,7 +136,7 @@ def certificate_remarks(path: ContactPath, certificate: Certificate) -> Iterator
         yield Remark(level, f"{path.flank} flanks: {text}")
 
 
-def usual_shifts(found: Sensitivity, sizes: FloatArray) -> tuple[FloatArray, FloatArray]:
+def usual_shifts(sensitivity: Sensitivity, sizes: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the shifts of a path under two errors, along the face and perpendicular to the path.
 
     Parameters
@@ -151,7 +151,9 @@ def usual_shifts(found: Sensitivity, sizes: FloatArray) -> tuple[FloatArray, Flo
     face, perpendicular : ndarray
         Magnitudes (..., place, member, error), mm.
     """
-    face, square = (sizes * np.abs(rates[..., :2]) for rates in (found.face_shift_by, found.square_shift_by))
+    face, square = (
+        sizes * np.abs(rates[..., :2]) for rates in (sensitivity.face_shift_by, sensitivity.square_shift_by)
+    )
     return face, square
 
 
@@ -161,10 +163,10 @@ def usual_sizes(at: ErrorsAt = "perpendicular") -> FloatArray:
     return np.asarray(USUAL_AT[at].values()[:2])
 
 
-def shares_of_flank(design: Design, found: Sensitivity, sizes: FloatArray) -> FloatArray:
+def shares_of_flank(design: Design, sensitivity: Sensitivity, sizes: FloatArray) -> FloatArray:
     """Return the shifts of `usual_shifts` relative to the size of the flank in the direction of the shift."""
-    face, square = usual_shifts(found, sizes)
-    depths = [np.subtract(*active_range(member, found.flank)[::-1]) for member in design.members]
+    face, square = usual_shifts(sensitivity, sizes)
+    depths = [np.subtract(*active_range(member, sensitivity.flank)[::-1]) for member in design.members]
     both = [member.face_width for member in design.members], depths
     width, depth = (np.stack(np.broadcast_arrays(*size), axis=-1)[..., None, :, None] for size in both)
     # Width of the flank (face by depth) perpendicular to the path; the angle is between path and depth.
@@ -177,9 +179,9 @@ def _sensitivity_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
 
     For errors at the mesh, these are the centre distance and the angle in the plane."""
     design, at = path.design, path.design.errors_at
-    found, sizes = path_sensitivity(design, path.flank, at), usual_sizes(at)
+    sensitivity, sizes = path_sensitivity(design, path.flank, at), usual_sizes(at)
     names = {"perpendicular": ("offset", "shaft angle"), "mesh": ("centre distance", "angle in plane")}[at]
-    share, (face, square) = shares_of_flank(design, found, sizes), usual_shifts(found, sizes)
+    share, (face, square) = shares_of_flank(design, sensitivity, sizes), usual_shifts(sensitivity, sizes)
     if np.isnan(share).all():
         return
     worst = np.unravel_index(np.nanargmax(share), share.shape)
@@ -304,20 +306,20 @@ def _certificate_remarks(design: Design, certificate: Certificate) -> Iterator[t
         yield NOTE if status.reason_type is str else UNKNOWN, text
 
 
-def pressure_remarks(found: PathPressure) -> Iterator[Remark]:
+def pressure_remarks(hertz: PathPressure) -> Iterator[Remark]:
     """Yield remarks on the positions where the theory of Hertz does not apply, or on the load distribution of
     line contact."""
-    if touches_along_lines(found.path.design, found.path.flank):
+    if touches_along_lines(hertz.path.design, hertz.path.flank):
         shared = (
             "the load is distributed evenly over all lines in contact at the same roll, as for rigid teeth"
         )
         yield Remark(NOTE, f"{shared}; the pressure is the maximum over these lines")
         return
-    count, lead = found.status.size, f"{found.path.flank} flanks: at"
-    past = found.reaches != WHOLE
+    count, lead = hertz.status.size, f"{hertz.path.flank} flanks: at"
+    past = hertz.reaches != WHOLE
     if past.any():
         limits = ", ".join(
-            limit_words(found.path.design, int(code)) for code in np.unique(found.reaches[past])
+            limit_words(hertz.path.design, int(code)) for code in np.unique(hertz.reaches[past])
         )
         text = (
             f"{lead} {np.count_nonzero(past)} of {count} positions the ellipse ends beyond an edge of a flank"
@@ -328,5 +330,5 @@ def pressure_remarks(found: PathPressure) -> Iterator[Remark]:
         EllipseStatus.INTERFERENCE: "the flanks interfere next to the contact",
     }
     for code, words in texts.items():
-        if number := np.count_nonzero(found.status == code):
+        if number := np.count_nonzero(hertz.status == code):
             yield Remark(WARNING, f"{lead} {number} of {count} positions {words}: no ellipse, no pressure")

@@ -55,8 +55,8 @@ def _folded_parts(surface: ToothSurface, half: float) -> list[tuple[float, float
         # Undercut begins between the outermost undercut plane and the sound plane next to it, if any.
         onset = first > 0, last < face_planes
         inside, outside = z[[first, last - 1]], z[[max(first - 1, 0), min(last, face_planes - 1)]]
-        found = _root(lambda at: _least_rise(surface, at), inside, outside, exact)
-        low, high = np.where(onset, found, inside).tolist()
+        edge = _root(lambda at: _least_rise(surface, at), inside, outside, exact)
+        low, high = np.where(onset, edge, inside).tolist()
         if high > low:
             parts.append((low, high, onset))
     return parts

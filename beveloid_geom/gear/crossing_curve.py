@@ -54,8 +54,8 @@ class FacePart:
             slope = np.where(into_sound, rows[START, 1], 0.0)
             rows[:, 1:, beyond] = 0.0
             start = rows[START, 0] + slope * (z - inside)
-            kept = beyond & (start > self.bottom)
-            rows[START, 1, kept] = slope[kept]
+            above_bottom = beyond & (start > self.bottom)
+            rows[START, 1, above_bottom] = slope[above_bottom]
             rows[START, 0] = np.maximum(start, self.bottom)
         return np.asarray(rows)
 

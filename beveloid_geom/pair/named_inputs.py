@@ -118,8 +118,8 @@ def _replaced(part: Any, attribute: str, value: Quantity) -> Any:
     coefficient is set on both flanks."""
     if attribute == "parabola":
         return part.with_parabola(value)
-    name, _, rest = attribute.partition(".")
-    return replace(part, **{name: _replaced(getattr(part, name), rest, value) if rest else value})
+    name, _, inner = attribute.partition(".")
+    return replace(part, **{name: _replaced(getattr(part, name), inner, value) if inner else value})
 
 
 def bound_faults(design: Design, over: Inputs, bounds: tuple[Bounds, ...]) -> Iterator[str]:

@@ -190,8 +190,8 @@ def _hidden(rows: FloatArray, line: FloatArray) -> FloatArray:
         none = np.full((1, rows.shape[1]), np.nan)
         before, after = np.concatenate((none, fall[:-1])), -np.concatenate((fall[1:], none))
         before, after = (
-            2.0 * np.maximum(np.where(np.isfinite(own), own, other), 0.0)
-            for own, other in ((before, after), (after, before))
+            2.0 * np.maximum(np.where(np.isfinite(one), one, other), 0.0)
+            for one, other in ((before, after), (after, before))
         )
         width = step - rows[:-1] / before - rows[1:] / after
     return np.where((rows[:-1] > 0.0) & (rows[1:] > 0.0) & (width > 0.0), width, 0.0)
@@ -207,8 +207,8 @@ def _marched(function: Function, table: FloatArray, lines: list[FloatArray]) -> 
     inside = f.ravel()[corners] <= 0.0
     mixed = inside.any(axis=1) & ~inside.all(axis=1)
     corners, inside = corners[mixed], inside[mixed]
-    beside = np.roll(inside, -1, axis=1)
-    leaves, enters = inside & ~beside, ~inside & beside
+    next_inside = np.roll(inside, -1, axis=1)
+    leaves, enters = inside & ~next_inside, ~inside & next_inside
     cell, side = np.nonzero(leaves)
     others = (side[:, None] + (1, 2, 3)) % 4
     first = enters[cell[:, None], others].argmax(axis=1)
@@ -222,14 +222,14 @@ def _marched(function: Function, table: FloatArray, lines: list[FloatArray]) -> 
     start = corners[cell, side] * f.size + corners[cell, (side + 1) % 4]
     end = corners[cell, (back + 1) % 4] * f.size + corners[cell, back]
     order = np.argsort(start)
-    own, other = np.divmod(start[order], f.size)
-    base, direction = place[own], place[other] - place[own]
-    line = np.stack([own + k * (other - own) for k in (-1, 0, 1, 2)], axis=-1)
+    first_node, neighbour = np.divmod(start[order], f.size)
+    base, direction = place[first_node], place[neighbour] - place[first_node]
+    line = np.stack([first_node + k * (neighbour - first_node) for k in (-1, 0, 1, 2)], axis=-1)
     fixed = (direction == 0.0).all(axis=1)
     length = np.where(fixed, 1.0, (direction**2).sum(axis=1))
     t = ((place[line] - base[:, None]) * direction[:, None]).sum(axis=-1) / length[:, None]
-    found = np.where(fixed, 0.0, _crossing(t, f.ravel()[line], np.full(len(own), 0.5)))
-    t, low, high, below, above, doubt = found
+    crossings = np.where(fixed, 0.0, _crossing(t, f.ravel()[line], np.full(len(first_node), 0.5)))
+    t, low, high, below, above, doubt = crossings
     following = np.searchsorted(start[order], end[order])
     return _Border(base, direction, t, low, high, below, above, doubt, following)
 

@@ -27,21 +27,21 @@ def product(left: NDArray[Any], right: NDArray[Any]) -> NDArray[Any]:
     if rows * inner * columns <= most:
         return np.asarray(left @ right)
     lead = np.broadcast_shapes(left.shape[:-2], right.shape[:-2])
-    found = np.empty((*lead, rows, columns), dtype=np.result_type(left, right))
+    result = np.empty((*lead, rows, columns), dtype=np.result_type(left, right))
     # The longer side is cut into blocks, which matmul takes as one more batch axis, and a rest.
     if right.ndim == 2 and rows >= columns:
         size = max(1, most // (inner * columns))
-        whole = rows - rows % size
-        np.matmul(_blocks(left[..., :whole, :], size), right, out=_blocks(found[..., :whole, :], size))
-        np.matmul(left[..., whole:, :], right, out=found[..., whole:, :])
-        return found
+        multiple = rows - rows % size
+        np.matmul(_blocks(left[..., :multiple, :], size), right, out=_blocks(result[..., :multiple, :], size))
+        np.matmul(left[..., multiple:, :], right, out=result[..., multiple:, :])
+        return result
     size = max(1, most // (inner * rows))
-    whole = columns - columns % size
-    first, blocks = right[..., :whole].swapaxes(-1, -2), found[..., :whole].swapaxes(-1, -2)
+    multiple = columns - columns % size
+    first, blocks = right[..., :multiple].swapaxes(-1, -2), result[..., :multiple].swapaxes(-1, -2)
     columnwise = left[..., None, :, :], _blocks(first, size).swapaxes(-1, -2)
     np.matmul(*columnwise, out=_blocks(blocks, size).swapaxes(-1, -2))
-    np.matmul(left, right[..., whole:], out=found[..., whole:])
-    return found
+    np.matmul(left, right[..., multiple:], out=result[..., multiple:])
+    return result
 
 
 def _blocks(values: NDArray[Any], size: int) -> NDArray[Any]:

@@ -51,12 +51,12 @@ def _basis(nodes: FloatArray) -> tuple[FloatArray, FloatArray]:
     powers = np.vander(nodes - middle, min(3, count), increasing=True)
     fit = np.zeros((SPLINE_DEGREE + 1, count))
     fit[: powers.shape[1]] = np.linalg.pinv(powers)
-    rest = CubicSpline(nodes, unit - powers @ fit[: powers.shape[1]])
+    remainder = CubicSpline(nodes, unit - powers @ fit[: powers.shape[1]])
     outer = []
     for end, spacing in ((nodes[0], nodes[0] - nodes[1]), (nodes[-1], nodes[-1] - nodes[-2])):
         # The first and second derivatives of the rest vanish at the signed distance `fade` from the end.
         fade = 0.5 * spacing
-        value, slope, bend = (rest(end, order) for order in range(3))
+        value, slope, bend = (remainder(end, order) for order in range(3))
         third = -(slope + 2.0 / 3.0 * bend * fade) / fade**2
         fourth = (bend + 2.0 * slope / fade) / (4.0 * fade**2)
         fading = np.array((value, slope, 0.5 * bend, third, fourth))

@@ -69,5 +69,5 @@ def read_flank_deviations(member: Member, source: DeviationFile) -> FlankDeviati
     _, share, length = border_of(source.border)
     grid = measuring_grid(member, source.rows, source.columns, share, length)
     path = Path(source.file).resolve()
-    found = read_deviations(path, grid).on_flanks
-    return replace(found, file=str(path), border=source.border, nominal=member.nominal())
+    deviations = read_deviations(path, grid).on_flanks
+    return replace(deviations, file=str(path), border=source.border, nominal=member.nominal())

@@ -184,13 +184,13 @@ def _point(row: _Row, names: list[str]) -> tuple[Place | None, tuple[float, ...]
     if halves:
         raise MeasuredError(f"line {row.number} has only whole numbers: {comma}")
     point, place = tuple(_number(given.get(name, "")) for name in "xyz"), None
-    whole = all(map(math.isfinite, point))
+    complete = all(map(math.isfinite, point))
     try:
         if {"flank", "row", "column"} <= given.keys():
             place = given["flank"].lower(), int(given["row"]), int(given["column"])
     except ValueError:
-        whole = False
-    if not whole:
+        complete = False
+    if not complete:
         commas = any("," in given.get(name, "") for name in "xyz")
         cure = comma if commas else "measure each point of the grid"
         raise MeasuredError(f"line {row.number} has no point (x, y and z in mm): {cure}")

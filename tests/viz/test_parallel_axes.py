@@ -80,7 +80,7 @@ def test_points_have_no_lines() -> None:
 def test_the_modification_leaves_a_path_on_the_flanks() -> None:
     bent = paths_table.paper_modified(PAIR)
     assert paths_table.parabolas(bent, "right") == (-0.004, -0.004)
-    assert paths_table.solved_case(bent, "right").found
+    assert paths_table.solved_case(bent, "right").has_path
     assert paths_table.parabolas(paths_table.paper_modified(builtin_design()), "right") == MODIFIED
 
 

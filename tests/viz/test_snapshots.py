@@ -81,9 +81,9 @@ def data_of(name: str) -> Any:
     if name == "mesh-convergence":
         found = {
             key: tuple(even(one, 1.0 + k) for k, one in enumerate(poses)) if key[1] else poses
-            for key, poses in data.found.items()
+            for key, poses in data.convergence.items()
         }
-        return replace(data, found=found)
+        return replace(data, convergence=found)
     return data
 
 

@@ -58,7 +58,9 @@ def note(axes: Axes, pixel: ArrayLike, words: str, offset: Offset, **style: Any)
     text(axes, pixel, words, offset, arrowprops={**line, "shrinkA": 2, "shrinkB": 1}, **style)
 
 
-def beside(axes: Axes, start: ArrayLike, end: ArrayLike, side: ArrayLike, words: str, **style: Any) -> Offset:
+def clear_offset(
+    axes: Axes, start: ArrayLike, end: ArrayLike, side: ArrayLike, words: str, **style: Any
+) -> Offset:
     """Return the offset (points) of a label that clears the line between two pixels.
 
     `side`: vector in pixels to the side of the line on which the label is placed."""
@@ -181,11 +183,13 @@ class Overlay:
         """Draw an arrow between two points."""
         arrow(self.axes, self.picture.project(tail), self.picture.project(head), colour, width)
 
-    def beside(self, tail: ArrayLike, head: ArrayLike, side: ArrayLike, words: str, **style: Any) -> Offset:
+    def clear_offset(
+        self, tail: ArrayLike, head: ArrayLike, side: ArrayLike, words: str, **style: Any
+    ) -> Offset:
         """Return the offset of a label that clears the line between two points, on the side of a vector
         (3,)."""
         first, second, third = self.picture.project(np.stack([tail, head, np.add(tail, side)]))
-        return beside(self.axes, first, second, third - first, words, **style)
+        return clear_offset(self.axes, first, second, third - first, words, **style)
 
     def label_clear_of(
         self,
@@ -214,8 +218,8 @@ class Overlay:
     def apart(self, point: ArrayLike, other: ArrayLike, along: ArrayLike) -> float:
         """Return the distance (points) in the picture of the lines through two points along a vector (3,)."""
         first, second, ahead = self.picture.project(np.stack([point, other, np.add(point, along)]))
-        way, step = ahead - first, second - first
-        across = abs(way[0] * step[1] - way[1] * step[0]) / np.linalg.norm(way)
+        direction, step = ahead - first, second - first
+        across = abs(direction[0] * step[1] - direction[1] * step[0]) / np.linalg.norm(direction)
         return float(72.0 * across / self.axes.figure.dpi)
 
     def dimension(self, start: ArrayLike, end: ArrayLike, words: str, offset: Offset, **style: Any) -> None:
@@ -258,10 +262,10 @@ class Overlay:
         self.arrow_along(curve, theme.RED)
         (x1, y1), (x2, y2) = np.diff(self.picture.project(np.stack((start, curve[0], curve[-1]))), axis=0)
         above = x1 * y2 - y1 * x2 > 0.0  # pixels point down: the second side is below the first
-        sides, way = (("right", "bottom"), 1.0) if above else (("left", "top"), -1.0)
+        sides, sign = (("right", "bottom"), 1.0) if above else (("left", "top"), -1.0)
         style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.HEADING}
         style |= dict(zip(("ha", "va"), sides, strict=True))
-        self.label(start + label_position, words, (way * offset[0], way * offset[1]), **style)
+        self.label(start + label_position, words, (sign * offset[0], sign * offset[1]), **style)
 
     def arrow_along(self, points: FloatArray, colour: str, width: float = 1.5) -> None:
         """Draw a curve (n, 3) with an arrow head at its end."""
@@ -330,7 +334,7 @@ class Overlay:
                 continue
             if direction @ other > covering_cosine * seen * float(np.linalg.norm(other)) > 0.0:
                 away_from_axes = 3.0 * start - ends.sum(axis=0)
-                place = beside(self.axes, start, tip, away_from_axes, f"${name}$", fontsize=theme.LABEL)
+                place = clear_offset(self.axes, start, tip, away_from_axes, f"${name}$", fontsize=theme.LABEL)
                 text(self.axes, tip, f"${name}$", place, color=colour)
                 continue
             shift = direction / seen * (1.0, -1.0)

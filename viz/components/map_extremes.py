@@ -73,10 +73,10 @@ def least_shift(
         shift = float(objectives_of(design, flank, aim, *(np.asarray(one) for one in given)).shift)
         return Extreme() if math.isnan(shift) else Extreme(*given, shift)
     try:
-        found = optimise_parabola(design, aim, flank)
+        optimum = optimise_parabola(design, aim, flank)
     except ValueError:  # no coefficients meet the condition
         return Extreme()
-    return Extreme(found.pinion_parabola, found.gear_parabola, float(found.optimum.shift))
+    return Extreme(optimum.pinion_parabola, optimum.gear_parabola, float(optimum.optimum.shift))
 
 
 def _is_exceeded(design: Design, flank: str, ratio: float, most: float, largest: float) -> bool:

@@ -81,10 +81,10 @@ def between_cells(values: FloatArray, period: float = np.inf) -> FloatArray:
     if np.isfinite(period):
         turns = 2.0 * np.pi * values / period
         cosine, sine = (map_coordinates(f(turns), places, order=1, mode="nearest") for f in (np.cos, np.sin))
-        found = np.arctan2(sine, cosine) * period / (2.0 * np.pi)
+        interpolated = np.arctan2(sine, cosine) * period / (2.0 * np.pi)
     else:
-        found = map_coordinates(values, places, order=1, mode="nearest")
-    return np.asarray(np.where(np.isnan(found), nearest, found))
+        interpolated = map_coordinates(values, places, order=1, mode="nearest")
+    return np.asarray(np.where(np.isnan(interpolated), nearest, interpolated))
 
 
 def next_to_unknown(values: FloatArray, cells: int) -> Mask:

@@ -150,7 +150,7 @@ def touching_legend(
     wide = 2.0 * line_points(page)
     looks = ("first contact", wide, SOLID), ("not first", THIN * wide, DASHED), ("edge contact", wide, SOLID)
     drawn = (
-        any(path.found for path in paths),
+        any(path.has_path for path in paths),
         _any_not_first(paths),
         any(path.edge_lines(0) for path in paths),
     )
@@ -163,7 +163,7 @@ def touching_legend(
 
 def _any_not_first(paths: Iterable[SolvedPath]) -> bool:
     """Return True if parts of some paths are not first contact."""
-    return any(path.found and path.first is not None and not path.first.all() for path in paths)
+    return any(path.has_path and path.first is not None and not path.first.all() for path in paths)
 
 
 def what_touches(paths: Iterable[SolvedPath]) -> str:

@@ -68,7 +68,7 @@ class SolvedPath:
     between: Touching | None = None
 
     @property
-    def found(self) -> bool:
+    def has_path(self) -> bool:
         """True if there is a path to draw."""
         return len(self.points[0]) > 1
 
@@ -88,7 +88,7 @@ class SolvedPath:
     @property
     def first(self) -> Mask | None:
         """Mask of the points of the path that are first contacts; None if unknown."""
-        if self.touching is None or not self.found:
+        if self.touching is None or not self.has_path:
             return None
         return np.asarray(self.touching.verdict[self.path.status == Status.SOLVED] == Verdict.FIRST_CONTACT)
 
@@ -116,7 +116,7 @@ class SolvedPath:
         have none.
         """
         design, flank = self.design, self.path.flank
-        if not (self.found and touches_along_lines(design, flank)):
+        if not (self.has_path and touches_along_lines(design, flank)):
             return np.empty((0, 2, 3))
         lines = contact_lines(path_of_contact(design, flank, LINES + 2))
         l, z = ((lines.l1, lines.pinion_z), (lines.l2, lines.gear_z))[member]
@@ -293,9 +293,9 @@ def _rows(case: Sequence[object], solved: SolvedPath) -> Iterator[list[object]]:
     gear = path.gear_z, path.gear_r, path.l2, path.u2
     for number, places in enumerate((pinion, gear)):
         first, member = _first_columns(solved.touching, number), MEMBERS[number]
-        measures = [solved.length(number), solved.angle(number)] if solved.found else ["", ""]
+        measures = [solved.length(number), solved.angle(number)] if solved.has_path else ["", ""]
         ends = [*measures, solved.ratio, *solved.ends]
-        if not solved.found:
+        if not solved.has_path:
             void = [*case, member, status_name(int(path.ends.status)), *[""] * 10, *ends]
             yield from ([*void, *row] for row in first or [()])
             continue

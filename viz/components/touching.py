@@ -12,7 +12,7 @@ from beveloid_geom.operation.first_contact import FirstContact
 from beveloid_geom.operation.operating_ratio import operating_ratios
 from beveloid_geom.status import Limit, Verdict
 
-BESIDE_PITCHES = 1e-11
+CHANGE_DISTANCE_PITCHES = 1e-11
 """Distance of rolls on both sides of a change of the contact, and just beyond the ends of a path, in
 pitches."""
 
@@ -84,14 +84,14 @@ def touching_along(path: ContactPath, points: int) -> tuple[Touching, Touching |
         At other rolls: on both sides of each change of the contact, and over the remainder of a pitch if the
         path is shorter than a pitch. None if there are no such rolls.
     """
-    found = operating_ratios(path.design, path.flank, (0.0,))
-    cycle, ratio = found.cycle, float(found.ratio[0])
+    ratios = operating_ratios(path.design, path.flank, (0.0,))
+    cycle, ratio = ratios.cycle, float(ratios.ratio[0])
     if not (path.status == Status.SOLVED).any():
         rolls = cycle.start + cycle.pitch * np.linspace(0.0, 1.0, points)
-        return _over(cycle, np.sort(np.append(rolls, _beside_changes(cycle, rolls))), ratio), None
+        return _over(cycle, np.sort(np.append(rolls, _next_to_changes(cycle, rolls))), ratio), None
     certificate = certify(path)
     beyond = _remainder(path, cycle, points)
-    rolls = np.append(beyond, _beside_changes(cycle, np.append(beyond, path.ends.pinion_roll)))
+    rolls = np.append(beyond, _next_to_changes(cycle, np.append(beyond, path.ends.pinion_roll)))
     at = Touching(certificate.verdict, certificate.first, ratio)
     return at, _over(cycle, np.sort(rolls), ratio) if rolls.size else None
 
@@ -104,11 +104,13 @@ def _remainder(path: ContactPath, cycle: MeshCycle, points: int) -> FloatArray:
         return np.empty(0)
     enters_next = enter + np.copysign(float(cycle.pitch), leave - enter)
     # At the ends of the path the flanks are tangent within rounding, so the rolls start and end just beyond.
-    share = np.linspace(BESIDE_PITCHES, 1.0 - BESIDE_PITCHES, 2 + int(points * (1.0 - ratio)))
+    share = np.linspace(
+        CHANGE_DISTANCE_PITCHES, 1.0 - CHANGE_DISTANCE_PITCHES, 2 + int(points * (1.0 - ratio))
+    )
     return np.asarray(leave + share * (enters_next - leave))
 
 
-def _beside_changes(cycle: MeshCycle, rolls: FloatArray) -> FloatArray:
+def _next_to_changes(cycle: MeshCycle, rolls: FloatArray) -> FloatArray:
     """Return rolls (n,), rad, on both sides of each change of the contact in the range of `rolls`.
 
     None along lines of contact, where changes are those of the point that represents a line."""
@@ -123,7 +125,7 @@ def _beside_changes(cycle: MeshCycle, rolls: FloatArray) -> FloatArray:
     all_changes = (changes + cycle.pitch * turns[:, None]).ravel()
     margin = same_pitches * cycle.pitch
     within = all_changes[(low + margin < all_changes) & (all_changes < high - margin)]
-    return np.asarray((within + BESIDE_PITCHES * cycle.pitch * np.array([[-1.0], [1.0]])).ravel())
+    return np.asarray((within + CHANGE_DISTANCE_PITCHES * cycle.pitch * np.array([[-1.0], [1.0]])).ravel())
 
 
 def _over(cycle: MeshCycle, rolls: FloatArray, ratio: float) -> Touching:

@@ -104,14 +104,14 @@ class Calculation:
         if film <= 0.0:
             return {"patterns": None, "figures": [], **teeth}
         motion = first_contact_operation(design, flank, self.operation.cycle)
-        found = contact_pattern(design, flank, film, operation=motion)
-        sides = {"pinion": found.pinion, "gear": found.gear}
+        result = contact_pattern(design, flank, film, operation=motion)
+        sides = {"pinion": result.pinion, "gear": result.gear}
         figures = [
             MainFigure(f"{name}_pattern", f"Pattern on the {name}", f"{100.0 * side.area_share:.1f}", "%")
             for name, side in sides.items()
         ]
         return {
-            "patterns": pattern_panels(design, flank, found),
+            "patterns": pattern_panels(design, flank, result),
             "figures": [vars(figure) for figure in figures],
             **teeth,
         }

@@ -118,8 +118,12 @@ class Session:
             refused = {"status": "refused", "reason": _lines(error), "faults": faults}
             self._tell(message, "motion", refused, 0.0, True)
             return
-        found = Calculation(design, settings)
-        for name, stage in (("motion", found.motion), ("pattern", found.pattern), ("remarks", found.remarks)):
+        calculation = Calculation(design, settings)
+        for name, stage in (
+            ("motion", calculation.motion),
+            ("pattern", calculation.pattern),
+            ("remarks", calculation.remarks),
+        ):
             if name != "motion" and self._outdated(message):
                 return
             result = stage()

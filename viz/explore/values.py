@@ -179,10 +179,10 @@ class Start:
         if design.errors != self.design.errors:
             if self.design.errors_at == "mesh" and any(vars(self.design.errors).values()):
                 return "", "the options are about the common perpendicular: save the design and use its file"
-            kept, now = self.design.errors, design.errors
+            old, now = self.design.errors, design.errors
             equivalent = {name: getattr(now, field) for name, (field, _) in ERRORS["perpendicular"].items()}
             for name, value in equivalent.items():
-                if value != getattr(kept, ERRORS["perpendicular"][name][0]):
+                if value != getattr(old, ERRORS["perpendicular"][name][0]):
                     exact = math.degrees(value) if name.endswith("_deg") else value
                     changes.setdefault(name, exact)
         words = ["beveloid-geom", "operation", self.name, "--flank", settings.flank]

@@ -43,7 +43,7 @@ def spaced(points: FloatArray, least: float) -> FloatArray:
 def simplified(points: FloatArray, tolerance: float) -> FloatArray:
     """Return the points of a polyline (n, 3) that keep it within a tolerance, mm, of the original (algorithm
     of Ramer, Douglas and Peucker)."""
-    kept, parts = {0, len(points) - 1}, [(0, len(points) - 1)]
+    indices, parts = {0, len(points) - 1}, [(0, len(points) - 1)]
     while parts:
         first, last = parts.pop()
         away, chord = points[first : last + 1] - points[first], points[last] - points[first]
@@ -52,6 +52,6 @@ def simplified(points: FloatArray, tolerance: float) -> FloatArray:
         distance = np.linalg.norm(away - share[:, None] * chord, axis=1)
         worst = first + int(np.argmax(distance))
         if distance.max() > tolerance:
-            kept.add(worst)
+            indices.add(worst)
             parts += [(first, worst), (worst, last)]
-    return points[sorted(kept)]
+    return points[sorted(indices)]

@@ -206,8 +206,8 @@ def compute(
     """
     numbers: dict[str, Any] = {"design": json.loads(json_text(asdict(design)))}
     for name_of, member in (("pinion", design.pinion), ("gear", design.gear)):
-        own = {f"parabola_{flank}": float(member.tool.parabola_of(flank)) for flank in FLANKS}
-        numbers["design"][name_of]["tool"] |= own
+        coefficients = {f"parabola_{flank}": float(member.tool.parabola_of(flank)) for flank in FLANKS}
+        numbers["design"][name_of]["tool"] |= coefficients
     with ThreadPoolExecutor(1) as thread:
         study = partial(_tolerances, name, design, settings, progress, executor)
         studied = study if executor is None else thread.submit(study).result

@@ -88,7 +88,7 @@ def _surfaces(member: Member, frame: Frame, eye: FloatArray) -> Iterator[tuple[F
     # Sections along the face, in half face widths.
     stations = np.linspace(-1.0, 1.0, 5)
     # Number of teeth to either side that an end face may cover.
-    beside = 2
+    adjacent = 2
 
     def seen_at(points: FloatArray) -> FloatArray:
         return np.asarray(to_fixed(frame, points) @ eye.T)
@@ -113,7 +113,7 @@ def _surfaces(member: Member, frame: Frame, eye: FloatArray) -> Iterator[tuple[F
     # An end face is in front of its gear: it is drawn after the cells of its tooth and the neighbouring
     # teeth.
     nearest = np.where(_area(sides) > 0.0, depth, -np.inf).max(axis=1)
-    nearest = np.stack([np.roll(nearest, k) for k in range(-beside, beside + 1)]).max(axis=0)
+    nearest = np.stack([np.roll(nearest, k) for k in range(-adjacent, adjacent + 1)]).max(axis=0)
     for end in (seen_at(ends[0][:, ::-1]), seen_at(ends[1])):
         yield np.maximum(end[..., 2].mean(axis=-1), nearest + 1e-6), end
 

@@ -133,7 +133,7 @@ def test_paths_under_errors_at_the_mesh(number: int) -> None:
 def test_sensitivities_and_clouds_are_of_the_same_errors(monkeypatch: pytest.MonkeyPatch) -> None:
     data = sensitivity.compute(AT_MESH)
     rates = path_sensitivity(AT_MESH, "left", "mesh")
-    np.testing.assert_array_equal(data[0].found[1].face_shift_by, rates.face_shift_by)
+    np.testing.assert_array_equal(data[0].sensitivities[1].face_shift_by, rates.face_shift_by)
     header, rows = sensitivity.rows(data)
     named = {row[header.index("error")] for row in rows}
     assert named == {"centre distance", "in plane", "out of plane", "pinion axial", "gear axial"}

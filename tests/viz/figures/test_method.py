@@ -22,7 +22,7 @@ def test_the_query_finds_a_vertex_and_the_polish_the_path(module: float) -> None
     assert data.query is not None
     assert data.point is not None
     gap = np.nanmin(data.query.separation)
-    assert data.found[0].separation <= gap
+    assert data.contacts[0].separation <= gap
     assert np.abs(polished - exact).max() < 1e-7 * module
     assert np.linalg.norm(vertex - exact) > module
     path = path_of_contact(data.design, "right", 3)

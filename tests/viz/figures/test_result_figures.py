@@ -73,7 +73,7 @@ def test_sensitivity_is_the_librarys() -> None:
         for flank in ("right", "left"):
             found = path_sensitivity(changed, flank)
             along, square, ratio, swing = (
-                charts.changes_under_steps(case.found, q) for q in charts.QUANTITIES
+                charts.changes_under_steps(case.sensitivities, q) for q in charts.QUANTITIES
             )
             for j, member in enumerate(("pinion", "gear")):
                 np.testing.assert_array_equal(along[flank, member], found.face_shift_by[1, j] * STEPS)

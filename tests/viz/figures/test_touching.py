@@ -58,7 +58,7 @@ def test_lines_where_edges_touch_lie_on_them() -> None:
 def test_teeth_touch_on_edges_where_no_path_lies_on_the_flanks() -> None:
     away = table1(errors=Errors(offset=0.0, shaft_angle=np.radians(0.05)))
     path = paths_table.solved_case(away, "right", touching=True)
-    assert not path.found
+    assert not path.has_path
     assert path.first is None
     assert path.edge_lines(0)
     assert path.edge_lines(1)
@@ -148,5 +148,5 @@ def test_the_table_holds_what_is_drawn(design: Design) -> None:
         drawn = np.concatenate([line[:, 2] for line in path.edge_lines(member)])
         np.testing.assert_allclose(np.sort(z[np.isfinite(z)]), np.sort(drawn), rtol=1e-12, atol=1e-12)
         assert {row["verdict"] == "FIRST_CONTACT" for row in own} == (
-            {True, False} if path.found else {False}
+            {True, False} if path.has_path else {False}
         )

@@ -30,25 +30,25 @@ PATH_FRACTIONS = (0.3, 0.4, 0.5, 0.6, 0.7)
 class ConvergenceFigure:
     """Errors at every position by flank and polish; the reason for a flank without errors."""
 
-    found: dict[tuple[str, bool], tuple[Convergence, ...]]
+    convergence: dict[tuple[str, bool], tuple[Convergence, ...]]
     reasons: dict[str, str]
 
 
 def compute(design: Design) -> ConvergenceFigure:
     """Compute the errors for all tolerances and positions on both flanks."""
-    found, reasons = {}, {}
+    results, reasons = {}, {}
     for flank in FLANKS:
         if is_line_contact(design, flank):
             reasons[flank] = "the flanks touch along lines: meshes cannot find one contact point"
             continue
         try:
             for polish in (False, True):
-                found[flank, polish] = tuple(
+                results[flank, polish] = tuple(
                     convergence(design, flank, TOLERANCES, polish, share=share) for share in PATH_FRACTIONS
                 )
         except ValueError as error:
             reasons[flank] = str(error)
-    return ConvergenceFigure(found, reasons)
+    return ConvergenceFigure(results, reasons)
 
 
 def errors_of_kind(results: tuple[Convergence, ...], kind: str) -> FloatArray:
@@ -68,13 +68,13 @@ def draw(data: ConvergenceFigure, layout: theme.PageLayout) -> Drawing:
         layout,
         "Error of the mesh method against the mesh tolerance",
         finding(data),
-        note.format(poses=len(PATH_FRACTIONS)) if data.found else "",
+        note.format(poses=len(PATH_FRACTIONS)) if data.convergence else "",
         below=0.75,
         above=0.5,
         tall=cells.tall(layout, len(FLANKS), 3.2),
     )
-    found = zip(FLANKS, theme.panels(page, cells, len(FLANKS), low, high), strict=True)
-    for column, (flank, axes) in enumerate(found):
+    flank_panels = zip(FLANKS, theme.panels(page, cells, len(FLANKS), low, high), strict=True)
+    for column, (flank, axes) in enumerate(flank_panels):
         axes.set_title(f"({'ab'[column]})  {flank} flanks", loc="left", pad=10.0)
         if flank in data.reasons:
             axes.set_axis_off()
@@ -98,7 +98,7 @@ def _panel(axes: Axes, data: ConvergenceFigure, flank: str) -> list[Line2D]:
     lines = []
     for polish in (False, True):
         for kind, (name, colour, marker) in looks.items():
-            errors = np.maximum(errors_of_kind(data.found[flank, polish], kind), smallest_error_mm)
+            errors = np.maximum(errors_of_kind(data.convergence[flank, polish], kind), smallest_error_mm)
             label = f"{name}, {'polished' if polish else 'mesh alone'}"
             face = colour if polish else "none"
             axes.plot(TOLERANCES, errors.T, marker, color=colour, ms=4.0, alpha=0.45, mfc=face)
@@ -120,7 +120,7 @@ def finding(data: ConvergenceFigure) -> str:
         if flank in data.reasons:
             continue
         alone, polished = (
-            float(np.nanmax(errors_of_kind(data.found[flank, polish], "point")[:, near]))
+            float(np.nanmax(errors_of_kind(data.convergence[flank, polish], "point")[:, near]))
             for polish in (False, True)
         )
         parts.append(
@@ -136,10 +136,10 @@ def rows(data: ConvergenceFigure) -> Table:
 
     def cases() -> Rows:
         """Yield the columns of every position."""
-        for (flank, polish), results in data.found.items():
-            for share, found in zip(PATH_FRACTIONS, results, strict=True):
-                errors = found.point_error, found.separation_error
-                yield flank, polish, share, found.tolerance, found.faces, *errors
+        for (flank, polish), results in data.convergence.items():
+            for share, result in zip(PATH_FRACTIONS, results, strict=True):
+                errors = result.point_error, result.separation_error
+                yield flank, polish, share, result.tolerance, result.faces, *errors
 
     return header, rows_of_cases(cases())
 

@@ -219,8 +219,8 @@ def rows(data: Stability) -> Table:
     nothing = float("nan"), float("nan")
     for (row, column), five in zip(data.answers.compared, data.answers.five_equations.tolist(), strict=True):
         place = float(np.degrees(data.answers.shaft_angle[column])), float(data.answers.offset[row])
-        found = {"one equation": int(data.answers.status[row, column]), "five equations": five}
-        for name, code in found.items():
+        statuses = {"one equation": int(data.answers.status[row, column]), "five equations": five}
+        for name, code in statuses.items():
             status = status_name(Status(code)) if code >= 0 else "refused"
             body.append((data.flank, status, f"{name}, map", *place, *nothing))
     return header, body

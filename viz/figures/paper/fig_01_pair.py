@@ -276,8 +276,8 @@ def _draw_section(page: theme.Page, box: theme.PageBox, data: PairFigure) -> Non
     pair = data.pair
     axes = theme.overlay(page, box)
     half = section_half_width_modules * float(pair.design.pinion.tool.normal_module)
-    for found, colour in zip(data.sections, theme.METALS, strict=True):
-        for outline in found:
+    for outlines, colour in zip(data.sections, theme.METALS, strict=True):
+        for outline in outlines:
             seen = data.axes @ (outline - pair.contact).T
             axes.fill(*seen, facecolor=colour, edgecolor=theme.INK, linewidth=1.4)
     axes.annotate("", (0.0, -0.55 * half), (0.0, 0.0), arrowprops={"arrowstyle": "-|>", "color": theme.RED})

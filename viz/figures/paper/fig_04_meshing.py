@@ -65,7 +65,7 @@ class MeshingFigure:
         return bool(self.reference_radius[0] < 0.35 * self.pair.apart)
 
     @property
-    def found(self) -> bool:
+    def has_pitch_point(self) -> bool:
         """Whether there is a pitch point."""
         return bool(np.isfinite(self.mounting.pitch_point).all())
 
@@ -143,7 +143,7 @@ def _ring(data: MeshingFigure, number: int, radius: float, z: float) -> FloatArr
 def draw(data: MeshingFigure, layout: theme.PageLayout) -> Drawing:
     """Draw reference cones, axes and circles with their dimensions."""
     narrow = layout.width < theme.NARROW
-    detailed = narrow and data.small_pinion and data.found
+    detailed = narrow and data.small_pinion and data.has_pitch_point
     # Heights of the picture and, on a narrow page, of the detail of a small pinion and the table, inches.
     heights = (4.3, 3.0, 1.9) if detailed else (4.6, 0.0, 2.0) if narrow else (7.2, 0.0, 0.0)
     # A narrow page has no room for the names of axes that are parallel to those of a fixed frame.
@@ -167,7 +167,7 @@ def draw(data: MeshingFigure, layout: theme.PageLayout) -> Drawing:
     below = 1.4 * _radius(data, 1, _cone_ends(data, 1)[1])
     feet = np.array([[-0.25 * data.pair.apart, 0.0, 0.0], [offset, below, 0.0]])
     feet = feet + data.pair.nearer * data.pair.axis[0]
-    if data.found and not data.together(0):
+    if data.has_pitch_point and not data.together(0):
         reach.append(data.feet[:1] + _out(data)[0])
     if _drawn_shift(data, 1):
         side = np.array([1.6 * _radius(data, 1, _cone_ends(data, 1)[1]), 0.0, 0.0])
@@ -176,7 +176,7 @@ def draw(data: MeshingFigure, layout: theme.PageLayout) -> Drawing:
     over = Overlay.drawn(page, box, _items(data, 0.0016 * camera.half_height * 2.0), camera)
     pictures = {"meshing": over.picture}
     _annotate_layout(over, data)
-    if data.found:
+    if data.has_pitch_point:
         for number in (0, 1):
             _annotate_distance(over, data, number)
         _annotate_member(over, data, 1, named=1 not in unnamed)
@@ -189,8 +189,10 @@ def draw(data: MeshingFigure, layout: theme.PageLayout) -> Drawing:
             over.label(middle, "$S_1$", (-10.0, 10.0), color=LINE_COLOURS[0], fontsize=theme.HEADING)
         _annotate_member(closer, data, 0, named=0 not in unnamed)
         style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.TITLE, "fontweight": "bold"}
-        beside = (20.0, -4.0) if data.in_line(0) else (14.0, -18.0) if data.together(0) else (12.0, 20.0)
-        closer.label(data.mounting.pitch_point, "$P$", beside, **style)
+        label_offset = (
+            (20.0, -4.0) if data.in_line(0) else (14.0, -18.0) if data.together(0) else (12.0, 20.0)
+        )
+        closer.label(data.mounting.pitch_point, "$P$", label_offset, **style)
     _table(page, data, (0.03, low, 0.75, 0.9 * table) if narrow else _free_corner(page, over, data))
     return Drawing(page, pictures)
 
@@ -249,12 +251,12 @@ def _items(data: MeshingFigure, radius: float) -> list[Item]:
         items.append(
             Tube(_ring(data, number, _radius(data, number, -shift), -shift), LINE_COLOURS[number], radius)
         )
-        if data.found:
+        if data.has_pitch_point:
             z = float(data.mounting.pitch_distance[number] - data.mounting.distance[number])
             working = float(data.mounting.working_radius[number])
             pieces = panels.dashed_circle(_ring(data, number, working, z), 1.2 * radius)
             items += [Tube(piece, theme.RED, 1.2 * radius) for piece in pieces]
-    if data.found:
+    if data.has_pitch_point:
         items.append(Tube(data.mounting.pitch_point[None], theme.RED, 4.5 * radius))
     return items
 
@@ -309,7 +311,7 @@ def _annotate_distance(over: Overlay, data: MeshingFigure, number: int) -> None:
         for end in (start, pitch):
             over.line(end, end + 1.03 * out, color=colour, linewidth=0.9)
         name = f"$d_{{w{number + 1}}}$"
-        offset = over.beside(start + out, pitch + out, out, name, fontsize=theme.HEADING)
+        offset = over.clear_offset(start + out, pitch + out, out, name, fontsize=theme.HEADING)
         over.dimension(start + out, pitch + out, name, offset, at=0.45, **style)
         if data.pair.nearer:
             over.broken(0.4 * start + 0.6 * pitch + out, pitch + out, colour)
@@ -329,7 +331,7 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int, named: boo
         for end in (zero, middle):
             over.line(end, end + 1.03 * near, color=colour, linewidth=0.9)
         name = f"$b_{{c{index}}}$"
-        offset = over.beside(zero + near, middle + near, near, name, fontsize=theme.HEADING)
+        offset = over.clear_offset(zero + near, middle + near, near, name, fontsize=theme.HEADING)
         over.dimension(zero + near, middle + near, name, offset, **style)
     to_pitch, name = mounting.pitch_point - pitch, f"$r_{{w{index}}}$"
     over.arrow(pitch, mounting.pitch_point, theme.RED, 1.4)
@@ -343,8 +345,8 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int, named: boo
     over.arrow(zero, rim, colour, 1.4)
     # Each label is at the first place that is clear of the other radius.
     sides = [
-        over.beside(pitch, mounting.pitch_point, way, name, fontsize=theme.HEADING)
-        for way in ((-axis, axis) if number == 0 else (axis, -axis))
+        over.clear_offset(pitch, mounting.pitch_point, arrow, name, fontsize=theme.HEADING)
+        for arrow in ((-axis, axis) if number == 0 else (axis, -axis))
     ]
     places = [(pitch + share * to_pitch, offset) for offset in sides for share in (0.66, 0.85, 0.3)]
     over.label_clear_of((zero, rim), name, places, color=theme.RED, fontsize=theme.HEADING)

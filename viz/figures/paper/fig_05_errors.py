@@ -277,7 +277,7 @@ def _annotate(
     for origin, foot in ((before[1], start), (after[1], end)):
         over.line(origin, origin + 1.1 * (foot - origin), color=theme.RED, linewidth=0.9)
     over.arrow(start, end, theme.RED, 2.4)
-    offset = over.beside(start, end, aside, words, fontsize=theme.HEADING, fontweight="bold")
+    offset = over.clear_offset(start, end, aside, words, fontsize=theme.HEADING, fontweight="bold")
     over.label(0.5 * (start + end), words, offset, **style)
 
 

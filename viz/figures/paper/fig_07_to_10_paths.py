@@ -119,7 +119,7 @@ def draw(data: PathFigure, layout: theme.PageLayout) -> Drawing:
 def _under(path: SolvedPath, row: int, zero: SolvedPath) -> str:
     """Return the text below a flank: length and angle of the path; for the gear also the ratios of the pair,
     and the ends if they differ from those of the path without modification."""
-    if not path.found:
+    if not path.has_path:
         return path.reason if row else "no path"
     digits = paths_table.digits_mm(path.design)
     words = f"{path.length(row):.{digits}f} mm, {theme.signed(path.angle(row), 1)}\u00b0"

@@ -63,19 +63,19 @@ def compute(design: Design) -> RatioFigure:
         design,
         size,
         ends,
-        {flank: found[..., 0] for flank, found in running.items()},
-        {flank: found[..., 1] for flank, found in running.items()},
+        {flank: values[..., 0] for flank, values in running.items()},
+        {flank: values[..., 1] for flank, values in running.items()},
         bool(touches_along_lines(design.unmodified())),
     )
 
 
 def _running(design: Design, flank: str, case: SignCase, size: FloatArray) -> FloatArray:
     """Return contact ratio of all teeth and fraction of edge contact (n, 2) for the magnitudes `size`."""
-    found = [
+    ratios = [
         operating_ratios(design.with_parabola(case.pinion * a + 0.0, case.gear * a + 0.0), flank, (0.0,))
         for a in size.tolist()
     ]
-    return np.array([(float(one.ratio[0]), float(one.cycle.edge_share)) for one in found])
+    return np.array([(float(one.ratio[0]), float(one.cycle.edge_share)) for one in ratios])
 
 
 def draw(data: RatioFigure, layout: theme.PageLayout) -> Drawing:

@@ -52,7 +52,7 @@ LOOKS = (
 """Styles of a negative error, no error, and a positive error."""
 ROW_HEIGHT_IN, TABLE_WIDTH_IN = 0.21, 2.9
 """Line spacing and width of the table of a flank."""
-INSET_IN, BESIDE_IN = (2.3, 1.25), (1.35, 1.25)
+INSET_IN, DETAIL_AT_SIDE_IN = (2.3, 1.25), (1.35, 1.25)
 """Width and height of the magnified detail below the table, and next to the flank."""
 
 
@@ -170,7 +170,7 @@ def draw(data: MisalignmentFigure, layout: theme.PageLayout) -> Drawing:
     # Magnification across the face in print, where tables are below the flanks, and on a narrow page.
     print_stretch, narrow_stretch = 4.0, 3.0
     if layout.printed:  # pinion above gear, so that flanks with a table below are large enough
-        lost = max(sum(not path.found for path in paths) for paths in data.paths)
+        lost = max(sum(not path.has_path for path in paths) for paths in data.paths)
         below = data.close and layout.width < theme.NARROW
         rows = len(SIGNS) + 1 + (INSET_IN[1] / ROW_HEIGHT_IN if below else 0.0)
         text = ROW_HEIGHT_IN * rows, ROW_HEIGHT_IN * (rows + 2 * lost)
@@ -195,9 +195,9 @@ def draw(data: MisalignmentFigure, layout: theme.PageLayout) -> Drawing:
     def panel(cell: Cell) -> Picture | None:
         """Draw one flank with its three paths and its table."""
         paths, member = data.paths[cell.case], cell.member
-        beside, full = data.close and layout.printed and layout.width > theme.NARROW, cell.box
+        detail_at_side, full = data.close and layout.printed and layout.width > theme.NARROW, cell.box
         # Tables, or details in print, are to the right of the flanks.
-        room = BESIDE_IN[0] if beside else 0.0 if layout.printed else TABLE_WIDTH_IN
+        room = DETAIL_AT_SIDE_IN[0] if detail_at_side else 0.0 if layout.printed else TABLE_WIDTH_IN
         cell = replace(cell, box=replace(full, width=full.width - round(room * page.dpi)))
         traces = [
             trace
@@ -214,7 +214,7 @@ def draw(data: MisalignmentFigure, layout: theme.PageLayout) -> Drawing:
         panels.draw_lines(drawn, paths[1], member)
         low = _table(page, cell, data, paths)
         if data.close:
-            detail = _inset(drawn, paths[1], member, traces, full if beside else low)
+            detail = _inset(drawn, paths[1], member, traces, full if detail_at_side else low)
             details[f"{paths_table.MEMBERS[member]}-{cell.case}-detail"] = detail
         return drawn.picture
 
@@ -263,7 +263,7 @@ def _table(
     reasons = [
         f"{case.label(sign)}: {path.reason}"
         for sign, path in zip(SIGNS, paths, strict=True)
-        if not path.found
+        if not path.has_path
     ]
     low = y - theme.inches(page, ROW_HEIGHT_IN * len(lines))
     if reasons and cell.member:
@@ -286,7 +286,10 @@ def _inset(
     times = 5.0  # magnification
     page, scale = panel.page, panel.picture.px_per_mm
     if isinstance(place, theme.PageBox):
-        (wide, high), (across, up) = BESIDE_IN, (place.left + place.width, place.bottom + 0.5 * place.height)
+        (wide, high), (across, up) = (
+            DETAIL_AT_SIDE_IN,
+            (place.left + place.width, place.bottom + 0.5 * place.height),
+        )
         left, top = across / page.dpi - wide, up / page.dpi + 0.5 * high
     else:
         wide, high = INSET_IN
@@ -336,7 +339,7 @@ def _line(case: ErrorCase, sign: float, path: SolvedPath, zero: SolvedPath, memb
     """Return the line of a path in the table of pinion (0) or gear (1). Shifts have at least as many decimals
     as an error in mm."""
     error = case.label(sign).partition("\u00a0")[0]
-    if not path.found:
+    if not path.has_path:
         return (error, "", "no path", panels.ratios(path)[1]) if member else (error, "no path")
     shift = _shift(path, zero, member)
     digits = max(paths_table.digits_mm(path.design), case.digits if case.unit == "mm" else 0)
@@ -346,7 +349,7 @@ def _line(case: ErrorCase, sign: float, path: SolvedPath, zero: SolvedPath, memb
 
 def _shift(path: SolvedPath, zero: SolvedPath, member: int) -> float:
     """Return the shift (mm) along the face of pinion (0) or gear (1); NaN unless both paths exist."""
-    both = path.found and zero.found
+    both = path.has_path and zero.has_path
     return float(path.middle(member)[2] - zero.middle(member)[2]) if both else np.nan
 
 

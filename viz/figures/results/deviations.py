@@ -26,8 +26,8 @@ def compute(report: DeviationReport) -> DeviationReport:
 def draw(report: DeviationReport, layout: theme.PageLayout) -> Drawing:
     """Draw a panel for each flank."""
     cells = PanelRows(left=0.5, right=0.5, across=0.4, down=1.3, most=2, least=5.5)
-    found, named = report.result, report.named
-    thickness, teeth = theme.signed(1e3 * found.thickness, 1), int(found.grid.member.teeth)
+    deviations, named = report.result, report.named
+    thickness, teeth = theme.signed(1e3 * deviations.thickness, 1), int(deviations.grid.member.teeth)
     page, low, high = theme.new_page(
         layout,
         "Deviations of measured points from the flanks",
@@ -42,12 +42,12 @@ def draw(report: DeviationReport, layout: theme.PageLayout) -> Drawing:
         above=0.4,
         tall=cells.tall(layout, len(FLANK_SIGN), 4.6),
     )
-    greatest = max(1e3 * float(np.abs(found.deviation).max()), 1e-3)
+    greatest = max(1e3 * float(np.abs(deviations.deviation).max()), 1e-3)
     panels = theme.panels(page, cells, len(FLANK_SIGN), low, high)
-    for letter, axes, flank, values in zip("ab", panels, FLANK_SIGN, found.deviation, strict=True):
+    for letter, axes, flank, values in zip("ab", panels, FLANK_SIGN, deviations.deviation, strict=True):
         axes.set_axis_off()
         axes.set_title(f"({letter})  {flank.capitalize()} flank", loc="left")
-        _grid(axes, 1e3 * values, end_names(found.grid.member), greatest, not layout.printed)
+        _grid(axes, 1e3 * values, end_names(deviations.grid.member), greatest, not layout.printed)
         coefficients_um = {
             name: theme.signed(1e3 * size, 1) for name, size in vars(report.second_order[flank]).items()
         }
@@ -74,16 +74,19 @@ def _grid(axes: Axes, values: FloatArray, ends: tuple[str, str], greatest: float
     rows, columns = values.shape
     face, profile = np.meshgrid(np.linspace(-1.0, 1.0, columns), np.linspace(-1.0, 1.0, rows))
     plane = np.stack((face + tip_shift * profile, tip_height * profile), axis=-1)
-    found = plane + np.stack((np.zeros_like(values), largest_height / greatest * values), axis=-1)
-    for points, colour, width in ((plane, theme.GREY, 0.8), (found, theme.BLUE, 1.6)):
+    surface = plane + np.stack((np.zeros_like(values), largest_height / greatest * values), axis=-1)
+    for points, colour, width in ((plane, theme.GREY, 0.8), (surface, theme.BLUE, 1.6)):
         for line in (*points, *np.moveaxis(points, 1, 0)):
-            axes.plot(*line.T, color=colour, linewidth=width, zorder=2.0 if points is found else 1.0)
-    for foot, top, value in zip(plane.reshape(-1, 2), found.reshape(-1, 2), values.ravel(), strict=True):
+            axes.plot(*line.T, color=colour, linewidth=width, zorder=2.0 if points is surface else 1.0)
+    for foot, top, value in zip(plane.reshape(-1, 2), surface.reshape(-1, 2), values.ravel(), strict=True):
         colour = theme.BLUE if value > 0.0 else theme.RED
         axes.plot(*np.array((foot, top)).T, color=colour, linewidth=2.4, zorder=3.0, solid_capstyle="butt")
-    _numbers(axes, values, found, every)
+    _numbers(axes, values, surface, every)
     length, right = theme.round_length(greatest), 1.0 + tip_shift + 0.25
-    low, high = min(float(found[..., 1].min()), -tip_height), max(float(found[..., 1].max()), tip_height)
+    low, high = (
+        min(float(surface[..., 1].min()), -tip_height),
+        max(float(surface[..., 1].max()), tip_height),
+    )
     axes.plot(
         [right, right],
         [-tip_height, -tip_height + largest_height * length / greatest],
@@ -103,7 +106,7 @@ def _grid(axes: Axes, values: FloatArray, ends: tuple[str, str], greatest: float
     axes.set(xlim=(-1.6, 1.85), ylim=(low - 0.4, high + 0.4))
 
 
-def _numbers(axes: Axes, values: FloatArray, found: FloatArray, every: bool) -> None:
+def _numbers(axes: Axes, values: FloatArray, ends: FloatArray, every: bool) -> None:
     """Write deviations next to their points: all points with `every`, else corners, minimum and maximum."""
     # Largest numbers of columns and rows for which every point has a label. Otherwise, and in print,
     # the corners, the minimum and the maximum have one.
@@ -118,7 +121,7 @@ def _numbers(axes: Axes, values: FloatArray, found: FloatArray, every: bool) -> 
         value = float(values[row, column])
         side, away = ("bottom", 2.0) if value >= 0.0 else ("top", -2.0)
         style: dict[str, Any] = {"ha": "center", "va": side, "fontsize": theme.SMALL, "zorder": 5.0}
-        text = theme.label_point(axes, found[row, column], theme.signed(value, 1), (0.0, away), **style)
+        text = theme.label_point(axes, ends[row, column], theme.signed(value, 1), (0.0, away), **style)
         text.set_path_effects(HALO)
 
 

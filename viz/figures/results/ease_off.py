@@ -36,7 +36,7 @@ class EaseOffPanel:
 
     flank: str
     case: str
-    found: EaseOff | None
+    result: EaseOff | None
     path: ContactPath
     along: FloatArray
     reason: str = ""
@@ -96,20 +96,20 @@ def draw(data: tuple[EaseOffPanel, ...], layout: theme.PageLayout) -> Drawing:
         surface, levels = _axes(box)
         surface.set_axis_off()
         surface.set_title(f"({'abcd'[column]})  {panel.flank.capitalize()} flanks\n{panel.case}", loc="left")
-        if panel.found is None:
+        if panel.result is None:
             theme.message(surface, f"no ease-off: {panel.reason}", 30)
             levels.set_axis_off()
             continue
-        same = [one.found.deviation for one in data if one.flank == panel.flank and one.found is not None]
+        same = [one.result.deviation for one in data if one.flank == panel.flank and one.result is not None]
         _wires(
             surface,
             panel,
-            panel.found,
+            panel.result,
             1e3 * np.array((np.nanmin(same), np.nanmax(same))),
             layout.printed,
         )
-        _levels(levels, panel, panel.found)
-        words = _second_order_words(panel.found)
+        _levels(levels, panel, panel.result)
+        words = _second_order_words(panel.result)
         style: dict[str, Any] = {"xycoords": "axes fraction", "va": "top", "fontsize": theme.SMALL}
         theme.label_point(levels, (0.0, 0.0), words, (0.0, -42.0), **style)
     return Drawing(page, {})
@@ -125,7 +125,7 @@ def _axes(box: Axes) -> tuple[Axes, Axes]:
     return surface, page.add_axes((at.x0, lower, at.width, 0.92 * height))
 
 
-def _wires(axes: Axes, panel: EaseOffPanel, found: EaseOff, span: FloatArray, printed: bool) -> None:
+def _wires(axes: Axes, panel: EaseOffPanel, result: EaseOff, span: FloatArray, printed: bool) -> None:
     """Draw the surface as wires over the plane of zero, tip behind, without hidden lines.
 
     The height of the surface corresponds to the range from zero or the minimum to the maximum of the `span`
@@ -143,8 +143,8 @@ def _wires(axes: Axes, panel: EaseOffPanel, found: EaseOff, span: FloatArray, pr
     def seen(face: FloatArray, profile: FloatArray, height: FloatArray) -> FloatArray:
         return np.stack((face + tip_shift * profile, tip_height * profile + scale * height), axis=-1)
 
-    face, profile = np.meshgrid(found.face[::wire_spacing], found.profile[::wire_spacing])
-    grid = seen(face, profile, 1e3 * found.deviation[::wire_spacing, ::wire_spacing])
+    face, profile = np.meshgrid(result.face[::wire_spacing], result.profile[::wire_spacing])
+    grid = seen(face, profile, 1e3 * result.deviation[::wire_spacing, ::wire_spacing])
     plane = seen(np.array([-1.0, 1.0, 1.0, -1.0, -1.0]), np.array([-1.0, -1.0, 1.0, 1.0, -1.0]), np.zeros(5))
     axes.plot(*plane.T, color=theme.GREY, linewidth=1.2, zorder=0.5)
     quads = np.stack((grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1]), axis=2)[::-1]
@@ -153,13 +153,13 @@ def _wires(axes: Axes, panel: EaseOffPanel, found: EaseOff, span: FloatArray, pr
     shown.set(facecolor="white", edgecolor=theme.BLUE, linewidth=0.9, alpha=0.9, zorder=1.0)
     axes.add_collection(shown)
     _path(axes, seen(*panel.places, 1e3 * panel.along))
-    names = dict(zip(("toe", "heel"), end_names(found.design.pinion), strict=True))
+    names = dict(zip(("toe", "heel"), end_names(result.design.pinion), strict=True))
     for depth, (i, p) in {"root": (0, -1.0), "tip": (-1, 1.0)}.items():
         for end, (j, f) in {"toe": (0, -1.0), "heel": (-1, 1.0)}.items():
-            height = np.array((0.0, 1e3 * found.deviation[i, j]))
+            height = np.array((0.0, 1e3 * result.deviation[i, j]))
             foot, top = seen(np.full(2, f), np.full(2, p), height)
             axes.plot(*np.array((foot, top)).T, color=theme.GREY, linewidth=1.0, linestyle=":", zorder=0.6)
-            value = theme.signed(1e3 * found.corners[f"{depth}_{end}"], 1 if greatest > 1.0 else 2)
+            value = theme.signed(1e3 * result.corners[f"{depth}_{end}"], 1 if greatest > 1.0 else 2)
             at = top if p > 0.0 and np.isfinite(top).all() else foot
             place = {"ha": "left" if f > 0.0 else "right", "va": "bottom" if p > 0.0 else "top"}
             words = f"{depth}, {names[end]}\n{value if np.isfinite(top).all() else 'none'}"
@@ -180,20 +180,20 @@ def _wires(axes: Axes, panel: EaseOffPanel, found: EaseOff, span: FloatArray, pr
     axes.set(xlim=across, ylim=(floor - 0.25, floor + 2.0 * tip_height + surface_height + over))
 
 
-def _levels(axes: Axes, panel: EaseOffPanel, found: EaseOff) -> None:
+def _levels(axes: Axes, panel: EaseOffPanel, result: EaseOff) -> None:
     """Draw contour lines over the flank (z, l) with the path."""
     # Number of lines of contact, at equal steps of the roll of the path.
     contact_lines = 3
     # Contour lines have no label beyond this fraction of half the axes.
     label_limit_fraction = 0.9
-    values = np.ma.masked_invalid(1e3 * found.deviation)
+    values = np.ma.masked_invalid(1e3 * result.deviation)
     if float(np.abs(values).max()) < ZERO_EASE_OFF_UM:
         corner: dict[str, Any] = {"ha": "right", "va": "bottom", "transform": axes.transAxes}
         axes.text(0.98, 0.04, "zero within\nrounding", fontsize=theme.SMALL, **corner)
         values[:] = 0.0
     levels = MaxNLocator(9, steps=[1, 2, 5, 10]).tick_values(float(values.min()), float(values.max()))
     styles: dict[str, Any] = {"colors": theme.BLUE, "linewidths": 1.2, "negative_linestyles": "dashed"}
-    lines = axes.contour(found.z, found.l, values, levels=levels, **styles)
+    lines = axes.contour(result.z, result.l, values, levels=levels, **styles)
     for label in axes.clabel(lines, fontsize=theme.SMALL, inline=False, colors=theme.INK):
         label.set_text(label.get_text().replace("-", "\u2212"))
         label.set_path_effects(HALO)
@@ -205,8 +205,8 @@ def _levels(axes: Axes, panel: EaseOffPanel, found: EaseOff) -> None:
     roll = panel.path.pinion_roll
     lines_at = np.sort(np.linspace(roll[0], roll[-1], contact_lines + 2)[1:-1])
     thin: dict[str, Any] = {"colors": theme.GREY, "linewidths": 1.0, "linestyles": "dashdot"}
-    axes.contour(found.z, found.l, np.ma.masked_invalid(found.pinion_roll), levels=lines_at, **thin)
-    rim = [np.concatenate((g[0], g[1:, -1], g[-1, -2::-1], g[-2::-1, 0])) for g in (found.z, found.l)]
+    axes.contour(result.z, result.l, np.ma.masked_invalid(result.pinion_roll), levels=lines_at, **thin)
+    rim = [np.concatenate((g[0], g[1:, -1], g[-1, -2::-1], g[-2::-1, 0])) for g in (result.z, result.l)]
     axes.plot(*rim, color=theme.GREY, linewidth=1.2)
     _path(axes, np.stack((panel.path.pinion_z, panel.path.l1), axis=-1))
     axes.set_xlabel("$z$ (mm)", labelpad=2.0)
@@ -228,9 +228,9 @@ def _path(axes: Axes, points: FloatArray) -> None:
     axes.annotate("", *last_points, arrowprops={**arrow, "shrinkA": 0.0, "shrinkB": 0.0}, zorder=3.0)
 
 
-def _second_order_words(found: EaseOff) -> str:
+def _second_order_words(result: EaseOff) -> str:
     """Return the coefficients of the second-order surface, um, in lines that fit below a panel."""
-    values = {name: 1e3 * value for name, value in vars(found.second_order).items()}
+    values = {name: 1e3 * value for name, value in vars(result.second_order).items()}
     # Two decimals; more if the largest coefficient has fewer than three digits with them.
     largest = max(map(abs, values.values()))
     digits = max(2, 2 - math.floor(math.log10(largest))) if largest > ZERO_EASE_OFF_UM else 2
@@ -254,13 +254,13 @@ def rows(data: tuple[EaseOffPanel, ...]) -> Table:
         """Yield the columns of every grid and path."""
         for panel in data:
             case = panel.flank, *parabolas(panel.path.design, panel.flank)
-            found = panel.found
-            if found is None:
+            result = panel.result
+            if result is None:
                 yield *case, *[""] * (len(header) - 4), panel.reason
                 continue
-            profile, face = np.meshgrid(found.profile, found.face, indexing="ij")
-            grid = (profile, face, found.l, found.z, found.pinion_roll, found.deviation)
-            fit = [getattr(found.second_order, name) for name in names]
+            profile, face = np.meshgrid(result.profile, result.face, indexing="ij")
+            grid = (profile, face, result.l, result.z, result.pinion_roll, result.deviation)
+            fit = [getattr(result.second_order, name) for name in names]
             yield *case, "grid", *(values.ravel() for values in grid), *fit, ""
             solved = panel.path
             path = (*panel.places[::-1], solved.l1, solved.pinion_z, solved.pinion_roll, panel.along)

@@ -135,15 +135,15 @@ def loaded_pair(design: Design, path: Path) -> Loaded:
     return Loaded(design, tuple(results), middle, ends, rolls, rigid, first.transmission_error)
 
 
-def compute(found: Loaded) -> Loaded:
+def compute(loaded: Loaded) -> Loaded:
     """Return the results, which are computed when the files are read."""
-    return found
+    return loaded
 
 
-def draw(found: Loaded, layout: theme.PageLayout) -> Drawing:
+def draw(result: Loaded, layout: theme.PageLayout) -> Drawing:
     """Draw load sharing and transmission error."""
     cells = PanelRows(left=0.85, right=0.85, across=1.75, down=1.35, most=2, least=5.0)
-    one, count = found.results[0], len(found.results)
+    one, count = result.results[0], len(result.results)
     rolls = "one roll" if count == 1 else f"{count} rolls"
     page, low, high = theme.new_page(
         layout,
@@ -160,16 +160,16 @@ def draw(found: Loaded, layout: theme.PageLayout) -> Drawing:
         tall=cells.tall(layout, 2, 4.6),
     )
     shares, errors = theme.panels(page, cells, 2, low, high)
-    _shares(shares, found)
-    _errors(errors, found)
+    _shares(shares, result)
+    _errors(errors, result)
     return Drawing(page, {})
 
 
-def _shares(axes: Axes, found: Loaded) -> None:
-    at, share = found.shares
+def _shares(axes: Axes, loaded: Loaded) -> None:
+    at, share = loaded.shares
     axes.set_title("(a)  Share of one tooth pair", loc="left", pad=8.0, fontsize=theme.LABEL)
     axes.plot(at, 100.0 * share, "-o", color=theme.BLUE, ms=5.0, lw=1.6)
-    for end in found.pitches(found.ends):
+    for end in loaded.pitches(loaded.ends):
         axes.axvline(end, color=theme.GREY, linestyle="--", linewidth=1.2)
     axes.set(
         ylim=(-4.0, 106.0),
@@ -179,18 +179,18 @@ def _shares(axes: Axes, found: Loaded) -> None:
     axes.grid(True)
 
 
-def _errors(axes: Axes, found: Loaded) -> None:
-    known = found.rigid[np.isfinite(found.rigid)]
-    rigid, loaded = ARCSEC * (found.rigid - known.mean()), ARCSEC * (found.loaded - found.loaded.mean())
+def _errors(axes: Axes, result: Loaded) -> None:
+    known = result.rigid[np.isfinite(result.rigid)]
+    rigid, loaded = ARCSEC * (result.rigid - known.mean()), ARCSEC * (result.loaded - result.loaded.mean())
     axes.set_title("(b)  Transmission error", loc="left", pad=8.0, fontsize=theme.LABEL)
-    axes.plot(found.pitches(found.rolls), rigid, color=theme.GREY, lw=1.6, label=f"rigid, {_swing(rigid)}")
-    at = found.pitches(found.loaded_rolls)
-    behind = ARCSEC * float(np.mean(found.unloaded - found.loaded))
+    axes.plot(result.pitches(result.rolls), rigid, color=theme.GREY, lw=1.6, label=f"rigid, {_swing(rigid)}")
+    at = result.pitches(result.loaded_rolls)
+    behind = ARCSEC * float(np.mean(result.unloaded - result.loaded))
     label = f"loaded, {_swing(loaded)}\n({behind:.3g} arcsec behind in the mean)"
     axes.plot(at, loaded, "-o", color=theme.BLUE, ms=5.0, lw=1.6, label=label)
     low, high = axes.get_ylim()
     room = max(high - low, 1e-3)
-    radius = 1e3 / ARCSEC * float(mounting_of(found.design).working_radius[1])  # um per arcsec
+    radius = 1e3 / ARCSEC * float(mounting_of(result.design).working_radius[1])  # um per arcsec
     axes.set(ylim=(low, low + 1.4 * room), xlabel="pinion roll, loaded or rigid, from mid-path (pitches)")
     axes.set_ylabel("gear ahead of its mean (arcsec)")
     axes.grid(True)
@@ -206,7 +206,7 @@ def _swing(error: FloatArray) -> str:
     return f"peak to peak {swing:.3g} arcsec" if swing > ZERO_ERROR_ARCSEC else "zero within rounding"
 
 
-def rows(found: Loaded) -> Table:
+def rows(loaded: Loaded) -> Table:
     """List tooth pairs and errors by roll, also in `pitches` from the middle of the path.
 
     Pitches of a tooth pair are those without load. Forces act at their points in S_f. Rigid teeth and the
@@ -227,13 +227,13 @@ def rows(found: Loaded) -> Table:
 
     def cases() -> Rows:
         """Yield the columns of every roll."""
-        for one, roll, error in zip(found.results, found.loaded_rolls, found.loaded, strict=True):
+        for one, roll, error in zip(loaded.results, loaded.loaded_rolls, loaded.loaded, strict=True):
             pairs = np.arange(len(one.share)) - len(one.share) // 2
             force = np.linalg.norm(one.force, axis=1)
-            at, before = float(found.pitches(roll)), found.pitches(one.rolls[0]) + pairs
+            at, before = float(loaded.pitches(roll)), loaded.pitches(one.rolls[0]) + pairs
             yield "loaded", float(roll), at, float(error), pairs, before, one.share, force, *one.centre.T
-        yield "rigid", found.rolls, found.pitches(found.rolls), found.rigid, *[""] * (len(header) - 4)
-        yield "end of path", found.ends, found.pitches(found.ends), *[""] * (len(header) - 3)
+        yield "rigid", loaded.rolls, loaded.pitches(loaded.rolls), loaded.rigid, *[""] * (len(header) - 4)
+        yield "end of path", loaded.ends, loaded.pitches(loaded.ends), *[""] * (len(header) - 3)
 
     return header, rows_of_cases(cases())
 

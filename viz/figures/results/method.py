@@ -53,7 +53,7 @@ class MethodFigure:
     detail: MeshSeparation | None = None
     exact: FloatArray | None = None
     point: FloatArray | None = None
-    found: tuple[MeshContact, ...] = ()
+    contacts: tuple[MeshContact, ...] = ()
     reason: str = ""
 
 
@@ -68,9 +68,11 @@ def compute(design: Design, flank: str = "right") -> MethodFigure:
         if not path.l1.size:
             raise ValueError(f"the {flank} flanks have no path of contact")
         pose = {"pinion_roll": float(path.pinion_roll[1]), "gear_roll": float(path.gear_roll[1])}
-        found = tuple(mesh_contact(pair, flank, tolerance, **pose, polish=polish) for polish in (False, True))
-        if any(one.status != Status.SOLVED for one in found):
-            raise ValueError(f"the meshes give {found[-1].status.name}")
+        contacts = tuple(
+            mesh_contact(pair, flank, tolerance, **pose, polish=polish) for polish in (False, True)
+        )
+        if any(one.status != Status.SOLVED for one in contacts):
+            raise ValueError(f"the meshes give {contacts[-1].status.name}")
         query = mesh_separation(pair, flank, 0, tolerance, **pose, polish=False)
         detail = mesh_separation(pair, flank, 0, fine_mm * scale, **pose, polish=True)
     except ValueError as error:
@@ -78,7 +80,9 @@ def compute(design: Design, flank: str = "right") -> MethodFigure:
     faces = [flank_mesh(member, flank, tolerance).faces for member in pair.members]
     exact = np.array((path.l1[1], path.pinion_z[1]))
     numbers = len(faces[0]), len(faces[1])
-    return MethodFigure(pair, flank, tolerance, query, faces[0], numbers, detail, exact, path.point[1], found)
+    return MethodFigure(
+        pair, flank, tolerance, query, faces[0], numbers, detail, exact, path.point[1], contacts
+    )
 
 
 def draw(data: MethodFigure, layout: theme.PageLayout) -> Drawing:
@@ -130,8 +134,8 @@ def draw(data: MethodFigure, layout: theme.PageLayout) -> Drawing:
 def points(data: MethodFigure) -> dict[str, FloatArray]:
     """Return l and z of the three points on the pinion, mm, in the order of MARKS."""
     assert data.exact is not None
-    found = [np.array((one.l[0], one.z[0])) for one in data.found]
-    return dict(zip(MARKS, (*found, data.exact), strict=True))
+    contacts = [np.array((one.l[0], one.z[0])) for one in data.contacts]
+    return dict(zip(MARKS, (*contacts, data.exact), strict=True))
 
 
 def _window(data: MethodFigure) -> FloatArray:
@@ -170,7 +174,7 @@ def _separation(axes: Axes, side: MeshSeparation, scale: float, faces: Faces | N
 def _distance(axes: Axes, data: MethodFigure) -> None:
     """Draw the distance of the nearest vertices from the contact, and write both errors."""
     assert data.point is not None
-    (alone, polished), point = data.found, data.point
+    (alone, polished), point = data.contacts, data.point
     (l, z), _, (l0, z0) = points(data).values()
     line: dict[str, Any] = {"color": theme.RED, "linewidth": 1.6, "path_effects": annotate.rim(1.6)}
     axes.plot((z, z0), (l, l0), "--", zorder=1.5, **line)
@@ -203,7 +207,7 @@ def finding(data: MethodFigure) -> str:
     """Return the title with the errors of the meshes alone and polished."""
     if data.point is None:
         return "Contact by meshes, and by the exact flanks"
-    alone, polished = (float(np.linalg.norm(one.point - data.point)) for one in data.found)
+    alone, polished = (float(np.linalg.norm(one.point - data.point)) for one in data.contacts)
     return (
         f"Coarse meshes find the contact to {alone:.2g} mm, a polish on the exact flanks to"
         f" {annotate.power_of_ten(polished)} mm"
@@ -219,7 +223,7 @@ def rows(data: MethodFigure) -> Table:
         if data.query is None:
             yield data.flank, data.reason, "", *3 * [float("nan")]
             return
-        separations = [*(1e3 * one.separation for one in data.found), 0.0]
+        separations = [*(1e3 * one.separation for one in data.contacts), 0.0]
         for (name, (l, z)), separation in zip(points(data).items(), separations, strict=True):
             yield data.flank, "solved", name, float(l), float(z), float(separation)
         side = data.query

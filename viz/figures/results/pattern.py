@@ -142,7 +142,7 @@ def _rings(design: Design, path: SolvedPath, number: int) -> tuple[FloatArray, .
     line_points = 101
     # Number of contact ellipses along the part of the path where the pair is in contact.
     ellipses = 3
-    if not path.found:
+    if not path.has_path:
         return ()
     if len(lines := path.contact_lines(number)):
         share = np.linspace(0.0, 1.0, line_points)[:, None]
@@ -169,7 +169,7 @@ def compute_separation(design: Design, flank: str = "right") -> BandFigure:
     # Position of the separation as a fraction of the path in roll, where two tooth pairs touch.
     position_fraction = 0.3
     path, under = paths_table.solved_case(design, flank), ""
-    reason = first_contact_fault(design) or ("" if path.found else path.reason)
+    reason = first_contact_fault(design) or ("" if path.has_path else path.reason)
     layers: list[tuple[Layer, Layer] | None] = [None for _ in pairs]
     if not reason:
         roll = path.path.pinion_roll
@@ -237,12 +237,12 @@ def _separation_layer(path: SolvedPath, number: int, pose: tuple[float, float], 
     low, high = active_start(member, flank, z), tip_parameter(member, flank, z)
     l = low + np.linspace(0.0, 1.0, separation_grid[0])[:, None] * (high - low)
     patch = flank_patch(member, flank, l, z=z)
-    found = angular_clearance(design, flank, number, l, z, *pose, pair=pair)
-    gap = 1e3 * np.where(found.inside, found.distance, np.nan)
+    clearance = angular_clearance(design, flank, number, l, z, *pose, pair=pair)
+    gap = 1e3 * np.where(clearance.inside, clearance.distance, np.nan)
     mate = design.members[1 - number]
-    to_tip = tip_radius(mate, found.other_z) - found.other_r
-    inside = np.minimum(0.5 * float(mate.face_width) - np.abs(found.other_z), to_tip)
-    border = np.stack((1e3 * found.distance, inside))
+    to_tip = tip_radius(mate, clearance.other_z) - clearance.other_r
+    inside = np.minimum(0.5 * float(mate.face_width) - np.abs(clearance.other_z), to_tip)
+    border = np.stack((1e3 * clearance.distance, inside))
     trace = Trace(path.points[number])
     return Layer(l, np.broadcast_to(z, l.shape), patch.point, patch.normal, gap, trace, (), "", pose, border)
 

@@ -35,7 +35,7 @@ class Block:
 
     flank: str
     design: Design
-    found: PatternMatrix | None
+    matrix: PatternMatrix | None
     reason: str = ""
 
 
@@ -44,7 +44,7 @@ def compute(design: Design) -> tuple[Block, ...]:
     none."""
     design = design if design.has_parabola else paper_modified(design)
     right = _block(design, FLANKS[0], None)
-    return right, _block(design, FLANKS[1], right.found)
+    return right, _block(design, FLANKS[1], right.matrix)
 
 
 def _block(design: Design, flank: str, like: PatternMatrix | None) -> Block:
@@ -54,8 +54,8 @@ def _block(design: Design, flank: str, like: PatternMatrix | None) -> Block:
             raise ValueError(fault)
         resolution = float(design.pinion.tool.normal_module) / FINE  # as in the command pattern
         over, sizes = _errors(design)
-        found = pattern_matrix(design, over, flank, sizes=sizes, resolution=resolution, like=like)
-        return Block(flank, design, found)
+        matrix = pattern_matrix(design, over, flank, sizes=sizes, resolution=resolution, like=like)
+        return Block(flank, design, matrix)
     except ValueError as error:
         return Block(flank, design, None, str(getattr(error, "reason", error)))
 
@@ -88,8 +88,8 @@ def draw(data: tuple[Block, ...], layout: theme.PageLayout) -> Drawing:
         "perpendicular": "E: offset error, \u03a3: shaft-angle error.",
         "mesh": "E: centre-distance, \u03a3: in-plane shaft-angle error at the mesh.",
     }
-    film = next((1e3 * block.found.separation for block in data if block.found), np.nan)
-    count = max((block.found.first.size for block in data if block.found), default=1)
+    film = next((1e3 * block.matrix.separation for block in data if block.matrix), np.nan)
+    count = max((block.matrix.first.size for block in data if block.matrix), default=1)
     row = 0.3 * _columns(layout, count)[1] + _under(layout)
     page, low, high = theme.new_page(
         layout,
@@ -108,7 +108,7 @@ def draw(data: tuple[Block, ...], layout: theme.PageLayout) -> Drawing:
         tall=len(data) * (count * row + 0.1),
     )
     halves, half = theme.split_rows(low, high, len(data), theme.inches(page, 0.1))
-    limits = _face_limits([block.found for block in data if block.found])
+    limits = _face_limits([block.matrix for block in data if block.matrix])
     for block, bottom in zip(data, halves, strict=True):
         page.text(
             *(0.012, bottom + 0.5 * half),
@@ -117,11 +117,11 @@ def draw(data: tuple[Block, ...], layout: theme.PageLayout) -> Drawing:
             va="center",
             fontsize=theme.HEADING,
         )
-        if block.found is None:
+        if block.matrix is None:
             box = theme.place(page, 0.05, bottom, 0.9, half)
             theme.message(theme.overlay(page, box), f"no pattern: {block.reason}", 60)
             continue
-        _matrix(page, block.found, limits, bottom, half, high)
+        _matrix(page, block.matrix, limits, bottom, half, high)
     return Drawing(page, {})
 
 
@@ -138,7 +138,7 @@ def _under(layout: theme.PageLayout) -> float:
 
 def _matrix(
     page: theme.Page,
-    found: PatternMatrix,
+    matrix: PatternMatrix,
     limits: tuple[float, float],
     bottom: float,
     half: float,
@@ -146,11 +146,11 @@ def _matrix(
 ) -> None:
     """Draw the cells of one flank, z between limits, in the height `half` above `bottom`, with the headings
     of the columns."""
-    count, status = found.first.size, status_of(found)
+    count, status = matrix.first.size, status_of(matrix)
     lines, height = theme.split_rows(bottom, bottom + half, count)
     under = theme.inches(page, _under(page.layout))
     start, width = (part / page.layout.width for part in _columns(page.layout, count))
-    for k, (cell, added) in enumerate(zip(found.cells, added_of(found), strict=True)):
+    for k, (cell, added) in enumerate(zip(matrix.cells, added_of(matrix), strict=True)):
         row, column = divmod(k, count)
         left = start + width * column
         cell_width = 0.96 * width
@@ -160,18 +160,18 @@ def _matrix(
             words = f"\u03a3 {theme.signed(np.degrees(added[1]), 4)}\u00b0"
             axes.set_title(words, fontsize=theme.HEADING, pad=6.0)
         if column == 0:
-            words = f"E (mm)\n{theme.signed(added[0], 2 + paths_table.digits_mm(found.design))}"
+            words = f"E (mm)\n{theme.signed(added[0], 2 + paths_table.digits_mm(matrix.design))}"
             at = left - 0.128 / page.layout.width, lines[row] + 0.5 * (height + under)
             page.text(*at, words, ha="right", va="center", fontsize=theme.LABEL)
         if cell is None:
             theme.message(axes, status[k].replace("_", " "))
             continue
-        _cell(axes, cell, found.separation, limits)
+        _cell(axes, cell, matrix.separation, limits)
         at = left + 0.5 * cell_width, lines[row] + 0.95 * under
         text = page.text(*at, "", ha="center", va="top", fontsize=theme.SMALL, linespacing=1.2)
         theme.wrap_text(
             text,
-            _words(found, k, cell, page.layout.width > theme.NARROW),
+            _words(matrix, k, cell, page.layout.width > theme.NARROW),
             cell_width * page.layout.width * page.dpi,
         )
 
@@ -179,7 +179,7 @@ def _matrix(
 def _face_limits(matrices: Sequence[PatternMatrix]) -> tuple[float, float]:
     """Return the smallest and largest z, mm, of the flanks and ellipses of all matrices, with a margin."""
     ends: list[float] = []
-    for cell in chain.from_iterable(found.cells for found in matrices):
+    for cell in chain.from_iterable(matrix.cells for matrix in matrices):
         if cell is not None:
             one, z = cell.ellipses[0], _drawn(cell)[0]
             reach = float(np.hypot(one.major * np.cos(one.angle), one.minor * np.sin(one.angle)))
@@ -216,11 +216,11 @@ def _drawn(cell: PatternCell) -> tuple[FloatArray, FloatArray, FloatArray]:
     return side.z[every], r[every], side.least[every]
 
 
-def _words(found: PatternMatrix, k: int, cell: PatternCell, wide: bool) -> str:
+def _words(matrix: PatternMatrix, k: int, cell: PatternCell, wide: bool) -> str:
     """Return transmission error, edge contact and, on a wide page, the ellipse of a cell as text."""
     one = cell.ellipses[0]
-    swing, edges = ARCSEC * found.cycle_peak_to_peak.flat[k], 100.0 * found.edge_share.flat[k]
-    digits = paths_table.digits_mm(found.design)
+    swing, edges = ARCSEC * matrix.cycle_peak_to_peak.flat[k], 100.0 * matrix.edge_share.flat[k]
+    digits = paths_table.digits_mm(matrix.design)
     shape = f"z {theme.signed(one.z, digits)}, r {one.r:.{digits}f};"
     shape += f" {one.major:.{digits}f} \u00d7 {one.minor:.{digits}f},"
     shape += f" {theme.signed(np.degrees(one.angle), 1)}\u00b0"
@@ -252,14 +252,14 @@ def rows(data: tuple[Block, ...]) -> Table:
     def cases() -> Rows:
         """Yield the columns of every cell."""
         for block in data:
-            found = block.found
+            matrix = block.matrix
             case: list[Any] = [block.flank, *parabolas(block.design, block.flank)]
-            if found is None:
+            if matrix is None:
                 yield *case, *[""] * (len(header) - len(case) - 1), block.reason
                 continue
-            for k, (cell, added) in enumerate(zip(found.cells, added_of(found).tolist(), strict=True)):
-                figures = [float(getattr(found, name).flat[k]) for name in FIGURES]
-                cell_values = [*case, found.separation, *added, status_of(found)[k], *figures]
+            for k, (cell, added) in enumerate(zip(matrix.cells, added_of(matrix).tolist(), strict=True)):
+                figures = [float(getattr(matrix, name).flat[k]) for name in FIGURES]
+                cell_values = [*case, matrix.separation, *added, status_of(matrix)[k], *figures]
                 if cell is None:
                     yield *cell_values, *[""] * (len(header) - len(cell_values))
                     continue

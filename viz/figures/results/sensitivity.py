@@ -35,7 +35,7 @@ class SensitivityCase:
 
     name: str
     design: Design
-    found: tuple[Sensitivity, ...]
+    sensitivities: tuple[Sensitivity, ...]
 
     @property
     def remarks(self) -> str:
@@ -43,7 +43,7 @@ class SensitivityCase:
         # Movement along the profile, mm, below which a path runs along the face.
         profile_movement_mm = 1e-9
         words = []
-        for rates in self.found:
+        for rates in self.sensitivities:
             status = Status(int(rates.status))
             if status != Status.SOLVED:
                 reason = REASONS.get(status, "nothing to solve")
@@ -63,7 +63,7 @@ class SensitivityCase:
 
     def knows(self, quantity: ErrorEffect) -> bool:
         """Return True if some of the changes of a quantity are known."""
-        changes = changes_under_steps(self.found, quantity).values()
+        changes = changes_under_steps(self.sensitivities, quantity).values()
         return any(np.isfinite(change).any() for change in changes)
 
 
@@ -88,7 +88,7 @@ def draw(data: tuple[SensitivityCase, ...], layout: theme.PageLayout) -> Drawing
     cells = PanelRows(left=1.6, right=0.438, across=0.358, down=1.1, most=4, least=1.4)
     perpendicular_note = ", or perpendicular to the path"
     narrow_note = " (perpendicular to the path: see the CSV file)"
-    steps = steps_of(data[0].found[0].errors)
+    steps = steps_of(data[0].sensitivities[0].errors)
     left_out = [f" Unknown {case.name} ({case.remarks})." for case in data if not case.known]
     data = tuple(case for case in data if case.known) if len(left_out) < len(data) else data
     narrow = layout.printed and cells.columns(layout, len(QUANTITIES)) < len(QUANTITIES)
@@ -122,8 +122,8 @@ def draw(data: tuple[SensitivityCase, ...], layout: theme.PageLayout) -> Drawing
             ha = "left" if narrow or text == words[0] else "right"
             theme.wrap_text(page.text(*place, "", fontsize=size, va="bottom", ha=ha), text, width)
         for column, (quantity, axes) in enumerate(zip(quantities, case_axes, strict=True)):
-            greatest = charts.greatest_of(changes_under_steps(one.found, quantity) for one in data)
-            changes = changes_under_steps(case.found, quantity)
+            greatest = charts.greatest_of(changes_under_steps(one.sensitivities, quantity) for one in data)
+            changes = changes_under_steps(case.sensitivities, quantity)
             charts.changes_under_errors(axes, quantity, changes, greatest, steps)
             axes.tick_params(labelleft=number == 0 if narrow else column == 0)
     theme.legend(page, charts.marks_of_changes(FLANKS, quantities), 5)
@@ -142,11 +142,11 @@ def _panels(
     """Return rows of `across` panels with heights proportional to their weights, `down` inches apart."""
     gap = theme.inches(page, down)
     unit = (high - low - gap * (len(weights) - 1)) / sum(weights)
-    found = []
+    panels = []
     for weight in weights:
-        found.append(theme.panels(page, cells, across, high - weight * unit, high))
+        panels.append(theme.panels(page, cells, across, high - weight * unit, high))
         high -= weight * unit + gap
-    return found
+    return panels
 
 
 def rows(data: tuple[SensitivityCase, ...]) -> Table:
@@ -156,8 +156,8 @@ def rows(data: tuple[SensitivityCase, ...]) -> Table:
     def cases() -> Rows:
         """Yield the columns of every change."""
         for case, quantity in product(data, QUANTITIES):
-            names, shown, units, sizes = zip(*steps_of(case.found[0].errors), strict=True)
-            for (flank, member), row in changes_under_steps(case.found, quantity).items():
+            names, shown, units, sizes = zip(*steps_of(case.sensitivities[0].errors), strict=True)
+            for (flank, member), row in changes_under_steps(case.sensitivities, quantity).items():
                 who = *parabolas(case.design, flank), flank, quantity.name, member
                 rates = row / np.array(sizes) / quantity.scale
                 yield *who, list(names), list(shown), list(units), row, quantity.unit, rates

@@ -30,7 +30,7 @@ class SlidingCurve:
     report: SlidingReport
 
     @property
-    def found(self) -> bool:
+    def has_path(self) -> bool:
         """Whether there is a path to draw."""
         return self.report.reason is None
 
@@ -77,7 +77,7 @@ def draw(data: dict[str, tuple[SlidingCurve, ...]], layout: theme.PageLayout) ->
         specific.sharex(speed)
         speed.set_title(f"({'ab'[column]})  {flank.capitalize()} flanks", loc="left", pad=8.0)
         specific.set_xlabel("pinion roll (deg)")
-        if any(curve.found for curve in curves):
+        if any(curve.has_path for curve in curves):
             _panels(speed, specific, curves)
             columns.append((speed, specific))
         else:
@@ -102,17 +102,17 @@ def _panels(speed: Axes, specific: Axes, curves: tuple[SlidingCurve, ...]) -> No
     """Draw all cases of a flank, and the components of the speed of the first case with a path."""
     # Upper limit of the scales as a multiple of the largest speed.
     scale_limit_factor = 1.1
-    first = next(curve for curve in curves if curve.found)
+    first = next(curve for curve in curves if curve.has_path)
     for curve in curves:
         ends = curve.report.path.ends
-        if not curve.found:
+        if not curve.has_path:
             reason = REASONS.get(Status(int(ends.status)), "no path")
             speed.plot([], [], curve.style, color=theme.INK, label=f"{curve.name}: {reason}")
             continue
         charts.sliding_speed(speed, curve.report, curve.name, curve.style, curve is first)
         charts.specific_sliding(specific, curve.report, curve.style, curve is first)
     speed.set_ylim(
-        0.0, scale_limit_factor * max(curve.report.ranges["speed"][1] for curve in curves if curve.found)
+        0.0, scale_limit_factor * max(curve.report.ranges["speed"][1] for curve in curves if curve.has_path)
     )
 
 
@@ -126,7 +126,7 @@ def rows(data: dict[str, tuple[SlidingCurve, ...]]) -> Table:
         for curve in chain(*data.values()):
             path = curve.report.path
             case = *parabolas(path.design, path.flank), path.flank
-            if not curve.found:
+            if not curve.has_path:
                 yield *case, *[""] * len(names), curve.report.reason
             yield *case, *curve.report.columns.values(), ""
 

@@ -214,7 +214,7 @@ def _cloud(drawn: Panel, data: CloudFigure, number: int) -> None:
     """Draw the paths under random errors, and the nominal path on top."""
     for cloud, (_, hue, alpha) in zip(data.clouds, CLOUDS, strict=True):
         charts.cloud(drawn.axes, drawn.place, cloud[number], hue, alpha)
-    if data.nominal.found:
+    if data.nominal.has_path:
         seen = drawn.place(data.nominal.points[number])
         drawn.axes.plot(*seen.T, color=theme.INK, linewidth=1.3, solid_capstyle="round")
     else:
