@@ -13,7 +13,7 @@ import beveloid_geom
 ROOT = Path(__file__).parents[1]
 PAGES = [
     ROOT / "README.md",
-    *(p for room in ("beveloid_geom", "viz", "tests") for p in (ROOT / room).rglob("README.md")),
+    *(p for folder in ("beveloid_geom", "viz", "tests") for p in (ROOT / folder).rglob("README.md")),
 ]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 

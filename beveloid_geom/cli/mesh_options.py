@@ -24,7 +24,7 @@ mesh_options = block(
         "--placed",
         is_flag=True,
         help="Write a single gear, tooth or flank in its position in the pair, not in the frame of its gear."
-        " Of several teeth, the middle one is in mesh.",
+        " If there are several teeth, the middle one is in mesh.",
     ),
     click.option(
         "--frames",

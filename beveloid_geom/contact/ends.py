@@ -121,8 +121,8 @@ def _longest_run(
 def _before_edges(pairing: FlankPair, series: PathSeries, ends: Ends) -> Ends:
     """Return the ends of paths, shortened where undercut ends them earlier.
 
-    Of the parts above the edges of both flanks, the one with the largest range of roll is used. The edges are
-    not polynomials of the path, so that crossings are sampled and then bisected.
+    The part above the edges of both flanks with the largest range of roll is used. The edges are not
+    polynomials of the path, so that crossings are sampled and then bisected.
     """
     # Rows of a series from which z of a contact on both members follows.
     toe_rows = HEIGHT + Limit.PINION_TOE, HEIGHT + Limit.GEAR_TOE

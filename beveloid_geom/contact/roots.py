@@ -4,8 +4,8 @@
 slope of the polynomial through the last five points usually reach the root. If they do not, Newton's method
 with the exact slope follows inside the bracket, which is halved whenever a step leaves it. Where n_x
 vanishes, F diverges with a known sign, so that a root between the last sample and this pole is bracketed too.
-Where an extremum of F is nearly zero, more samples are taken to detect two roots next to it. Of several
-roots, the one on the flanks is returned; if two are on the flanks, the position is marked.
+Where an extremum of F is nearly zero, more samples are taken to detect two roots next to it. If there are
+several roots, the one on the flanks is returned; if two are on the flanks, the position is marked.
 """
 
 from __future__ import annotations

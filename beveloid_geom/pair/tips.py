@@ -10,8 +10,8 @@ is in mesh with the conjugate flank of the mate if
     k_j.(X x N) = -(N_j / N_m) k_m.((X - C) x N),
 
 with the axes k_j through the origin and k_m through C, and the numbers of teeth N_j and N_m of its member
-and the mate. With X rotated by phi about its axis, this is A cos(phi) + B sin(phi) = D. Of the two
-solutions, the one whose N is nearer to the common normal is used. A tip that reaches deeper than the flank
+and the mate. With X rotated by phi about its axis, this is A cos(phi) + B sin(phi) = D. The
+solution whose N is nearer to the common normal is used. A tip that reaches deeper than the flank
 can still pass the fillet, because the flanks separate away from the path of contact. Beyond the mesh a tip
 reaches even deeper, so that it can meet the fillet if less than about 0.02 modules of the flank are left.
 """

@@ -206,7 +206,7 @@ def _require_places(grid: MeasuringGrid, point: FloatArray) -> None:
 
 def _swapped(nominal: FloatArray, given: FloatArray) -> Indices:
     """Return the points that are less than half as far from the nominal position of another point as from
-    that of their own index."""
+    the position of the same index."""
     from scipy.spatial import cKDTree
 
     nearest, index = cKDTree(nominal).query(given)

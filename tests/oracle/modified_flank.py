@@ -2,7 +2,7 @@
 
 Points follow from Eqs. 1-6 with the rack moved along its trace into the plane z. A modification rotates them
 about the axis by delta / r_b into the tooth. Tangents are complex steps of the points, so that the normals
-need no formula of their own. Nothing of `gear` or `contact` is used. Single members; lengths in mm."""
+need no formula. Nothing of `gear` or `contact` is used. Single members; lengths in mm."""
 
 from __future__ import annotations
 

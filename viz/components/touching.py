@@ -12,7 +12,7 @@ from beveloid_geom.operation.first_contact import FirstContact
 from beveloid_geom.operation.operating_ratio import operating_ratios
 from beveloid_geom.status import Limit, Verdict
 
-CHANGE_DISTANCE_PITCHES = 1e-11
+CHANGE_PITCHES = 1e-11
 """Distance of rolls on both sides of a change of the contact, and just beyond the ends of a path, in
 pitches."""
 
@@ -104,9 +104,7 @@ def _remainder(path: ContactPath, cycle: MeshCycle, points: int) -> FloatArray:
         return np.empty(0)
     enters_next = enter + np.copysign(float(cycle.pitch), leave - enter)
     # At the ends of the path the flanks are tangent within rounding, so the rolls start and end just beyond.
-    share = np.linspace(
-        CHANGE_DISTANCE_PITCHES, 1.0 - CHANGE_DISTANCE_PITCHES, 2 + int(points * (1.0 - ratio))
-    )
+    share = np.linspace(CHANGE_PITCHES, 1.0 - CHANGE_PITCHES, 2 + int(points * (1.0 - ratio)))
     return np.asarray(leave + share * (enters_next - leave))
 
 
@@ -125,7 +123,7 @@ def _next_to_changes(cycle: MeshCycle, rolls: FloatArray) -> FloatArray:
     all_changes = (changes + cycle.pitch * turns[:, None]).ravel()
     margin = same_pitches * cycle.pitch
     within = all_changes[(low + margin < all_changes) & (all_changes < high - margin)]
-    return np.asarray((within + CHANGE_DISTANCE_PITCHES * cycle.pitch * np.array([[-1.0], [1.0]])).ravel())
+    return np.asarray((within + CHANGE_PITCHES * cycle.pitch * np.array([[-1.0], [1.0]])).ravel())
 
 
 def _over(cycle: MeshCycle, rolls: FloatArray, ratio: float) -> Touching:

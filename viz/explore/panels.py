@@ -103,7 +103,7 @@ def pattern_panels(design: Design, flank: str, pattern: ContactPattern) -> list[
 def _bands(flat: FlatFlank, side: MemberPattern, separation: float) -> list[list[Any]]:
     """Return the polygons within fractions of the separation. Between points, the square root of the
     separation is interpolated, which is nearly linear next to the path. The last polygons are the border of
-    the pattern, which is more accurate than the grid where the pattern ends next to an edge of the mating flank."""
+    the pattern, which is more accurate than the grid at an edge of the mating flank."""
     x, y = np.moveaxis(flat.place(side.points), -1, 0)
     level = np.ma.masked_invalid(np.sqrt(np.maximum(side.least, 0.0)))
     areas: Any = contour_generator(x, y, level, fill_type=FillType.OuterOffset)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 SCALE = 8.0 / 13.0
 """Inches of paper per inch of the layout in print."""
-ROOM = 9.28
+MAX_HEIGHT_IN = 9.28
 """Largest height of a figure in print, inches, so that the page with title and note fits on a journal
 page."""
 
@@ -103,9 +103,9 @@ class PanelRows:
         return (layout.width - self.left - self.right - (columns - 1) * self.across) / columns
 
     def tall(self, layout: PageLayout, count: int, height: float) -> float:
-        """Return the height of all rows, inches, for panels of a given height. Limited to ROOM."""
+        """Return the height of all rows, inches, for panels of a given height. Limited to MAX_HEIGHT_IN."""
         rows = -(-count // self.columns(layout, count))
-        return min(rows * height + (rows - 1) * self.down, ROOM)
+        return min(rows * height + (rows - 1) * self.down, MAX_HEIGHT_IN)
 
     def boxes(
         self, layout: PageLayout, count: int, page_height: float, low: float, high: float

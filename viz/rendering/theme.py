@@ -23,7 +23,7 @@ from matplotlib.font_manager import findfont, get_font
 from matplotlib.text import Annotation, Text
 from numpy.typing import ArrayLike
 
-from .layout import ROOM, PageLayout as PageLayout, PanelRows as PanelRows
+from .layout import MAX_HEIGHT_IN, PageLayout as PageLayout, PanelRows as PanelRows
 from .scene import Picture, Size
 
 # Palette of Okabe and Ito: can be distinguished by colour-blind readers and by lightness in print.
@@ -199,7 +199,7 @@ NARROW = 9.0
 
 def stacked_height(layout: PageLayout, tall: float) -> float:
     """Return the height of two panels in print, inches; `tall` is their height if placed side by side."""
-    return tall if layout.width > NARROW else min(2.0 * tall, ROOM)
+    return tall if layout.width > NARROW else min(2.0 * tall, MAX_HEIGHT_IN)
 
 
 def pair_of_boxes(

@@ -323,7 +323,7 @@ window.beveloidGears = function (data) {
       both.forEach((material) => material.color.copy(dotColours[kind]));
   }
 
-  // Dots keep their size on the screen, and stand in front of the flank they are on.
+  // Dots keep their size on the screen, and are in front of the flank they are on.
   function sizeDots(camera, height) {
     const perPixel = (2 * Math.tan((camera.fov * Math.PI) / 360)) / height;
     for (const { dot, at } of dots) {

@@ -277,7 +277,7 @@ def _swings(results: FlankResults) -> bool:
 
 def _unlisted(data: PageData) -> list[str]:
     """Return sentences on missing results whose reason no remark names."""
-    # What the sections of the JSON contain, where their names do not say it.
+    # Contents of the sections of the JSON whose names do not state them.
     section_words = {"tca": "path of contact", "hertz": "pressure", "matrix": "patterns under errors"}
     named = " ".join(remark.text for remark in data.remarks)
     missing: dict[tuple[str, str], list[str]] = {}

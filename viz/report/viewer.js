@@ -49,7 +49,7 @@ window.beveloidView = function (container, data) {
   let view = "pair",
     moved = false; // moved: by the user, so that we leave the camera alone
 
-  /* ---- what stands in the page ---- */
+  /* ---- contents of the page ---- */
 
   const renderer = new T.WebGLRenderer({ antialias: true, alpha: true }),
     canvas = renderer.domElement;

@@ -421,7 +421,7 @@ def within(corners: FloatArray, place: FloatArray) -> Mask:
 
 @pytest.mark.slow
 def test_crowning_against_parabolas() -> None:
-    """Transmission errors and shifts of Table 1 by brute force with code of its own: 0, 1.81 and 0.13 arcsec,
+    """Transmission errors and shifts of Table 1 by brute force with separate code: 0, 1.81 and 0.13 arcsec,
     and 3.8 mm under 0.01 deg with crowning, there 0.1 pitches after l1 = 0."""
     plain, bent, crowned = fig_modifications.compute(builtin_design()).cases
     swings = []

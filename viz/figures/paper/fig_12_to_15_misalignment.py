@@ -52,7 +52,7 @@ LOOKS = (
 """Styles of a negative error, no error, and a positive error."""
 ROW_HEIGHT_IN, TABLE_WIDTH_IN = 0.21, 2.9
 """Line spacing and width of the table of a flank."""
-INSET_IN, DETAIL_AT_SIDE_IN = (2.3, 1.25), (1.35, 1.25)
+INSET_IN, SIDE_DETAIL_IN = (2.3, 1.25), (1.35, 1.25)
 """Width and height of the magnified detail below the table, and next to the flank."""
 
 
@@ -197,7 +197,7 @@ def draw(data: MisalignmentFigure, layout: theme.PageLayout) -> Drawing:
         paths, member = data.paths[cell.case], cell.member
         detail_at_side, full = data.close and layout.printed and layout.width > theme.NARROW, cell.box
         # Tables, or details in print, are to the right of the flanks.
-        room = DETAIL_AT_SIDE_IN[0] if detail_at_side else 0.0 if layout.printed else TABLE_WIDTH_IN
+        room = SIDE_DETAIL_IN[0] if detail_at_side else 0.0 if layout.printed else TABLE_WIDTH_IN
         cell = replace(cell, box=replace(full, width=full.width - round(room * page.dpi)))
         traces = [
             trace
@@ -287,7 +287,7 @@ def _inset(
     page, scale = panel.page, panel.picture.px_per_mm
     if isinstance(place, theme.PageBox):
         (wide, high), (across, up) = (
-            DETAIL_AT_SIDE_IN,
+            SIDE_DETAIL_IN,
             (place.left + place.width, place.bottom + 0.5 * place.height),
         )
         left, top = across / page.dpi - wide, up / page.dpi + 0.5 * high
