@@ -81,7 +81,7 @@ class _Triangulation:
 
         self.points: list[complex] = (corners @ (1.0, 1.0j)).tolist()
         count = len(corners)
-        # With four corners on a circle, rounding would choose the diagonal: similar polygons get the same one.
+        # Rounding would choose the diagonal of four corners on a circle: similar polygons get the same one.
         size = np.ptp(corners, axis=0).max()
         similar = np.round((corners - corners.mean(axis=0)) / size, relative_decimals)
         # Four distant points keep collinear sides away from the convex hull, where Qhull may drop points.

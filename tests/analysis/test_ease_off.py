@@ -72,7 +72,7 @@ def test_it_vanishes_along_the_path_of_unmodified_flanks(flank: str) -> None:
 
 def least_along_the_normal(design: Design, flank: str, l: float, z: float) -> float:
     """Return the minimum of the distance along the pinion normal over a fine grid of rolls, refined between
-    neighbours. Of several minima the one nearest to 0 is returned, because the untrimmed surface returns far
+    neighbours. The minimum nearest to 0 is returned, because the untrimmed surface returns far
     from the mesh. At each roll, SciPy intersects the ray with the gear flank, starting from the previous
     roll. NaN without a minimum."""
     pose, u = meshing_pair(design, flank), trace_parameter(design.pinion, flank, l, z)
