@@ -194,3 +194,25 @@ class ShimStatus(IntEnum):
     """A position of the path is required, and no tried axial position has a path on the flanks."""
     NOT_FOUND = 4
     """A first contact was not computed, or no nearby positions meet both conditions."""
+
+
+CODES_OF_FIELDS: dict[str, type[IntEnum]] = {
+    field: codes
+    for codes, names in {
+        Status: "ContactPath.status PathEnds.status EaseOff.status Sliding.status Sensitivity.status"
+        " Mountings.status DesignMap.status",
+        Limit: "PathEnds.limit ContactLines.limit PathPressure.reaches FirstContact.limit Sensitivity.limit"
+        " Mountings.limit",
+        FirstStatus: "FirstContact.status MeshCycle.status Backlash.status PatternMatrix.status",
+        EllipseStatus: "PathPressure.status",
+        Verdict: "Certificate.verdict",
+        RatioStatus: "OperatingRatios.status",
+        PatternStatus: "MemberPattern.status",
+        PlaceStatus: "Placement.status",
+        BallStatus: "Balls.status",
+        SpanStatus: "Span.status",
+        ShimStatus: "Shim.status",
+    }.items()
+    for field in names.split()
+}
+"""Enumerations of the codes in results, by class and field."""

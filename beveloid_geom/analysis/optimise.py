@@ -34,6 +34,7 @@ from ..arrays import FloatArray
 from ..design.arguments import require_design, require_unmodified
 from ..design.model import Design
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
+from ..support.array_repr import short_repr
 from ..support.frozen_arrays import kept
 from .edge_contact import CycleExtremes, cycle_extremes
 from .modification.objectives import (
@@ -72,6 +73,8 @@ class Optimum(Optimised):
 
     pinion_parabola: float
     gear_parabola: float
+
+    __repr__ = short_repr
 
 
 def optimise_parabola(design: Design, aim: Aim, flank: str = "right") -> Optimum:

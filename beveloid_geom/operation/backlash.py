@@ -26,6 +26,7 @@ from ..design.model import Design
 from ..pair.frames import layout_of
 from ..pair.mounting import half_pitch
 from ..status import FirstStatus
+from ..support.array_repr import short_repr
 from ..support.chebyshev import basis_of, evaluate, greatest
 from ..support.frozen_arrays import kept, restored
 from .contact_normals import contact_normals, moved_by_gear, touches_undercut_edge, with_tangencies
@@ -65,6 +66,8 @@ class Backlash:
     left: FirstContact
     status: Codes
     jammed: Mask
+
+    __repr__ = short_repr
 
     __setstate__ = restored
 

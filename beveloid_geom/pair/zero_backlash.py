@@ -37,6 +37,7 @@ from ..design.arguments import require_design
 from ..design.member import Member
 from ..design.model import Design
 from ..gear.rack import rack_of
+from ..support.array_repr import short_repr
 from ..support.frozen_arrays import kept
 from .frames import layout_of, normal_of_unmodified
 from .mounting import mounting_of
@@ -67,6 +68,8 @@ class ClosedLayout:
     mounting: FloatArray
     normal_backlash: FloatArray
 
+    __repr__ = short_repr
+
 
 @dataclass(frozen=True)
 class Closing:
@@ -87,6 +90,8 @@ class Closing:
     shaft_angle: float
     shaft_angle_difference: float
     reasons: tuple[str, ...] = ()
+
+    __repr__ = short_repr
 
 
 def _only_single(design: Design) -> None:

@@ -19,6 +19,7 @@ from ..design.field_limits import DesignError
 from ..design.model import Design
 from ..findings.advice import iter_findings
 from ..findings.diagnostics import NOTE
+from ..support.array_repr import short_repr
 from .candidates import (
     candidates_of,
     found_for_each,
@@ -47,6 +48,8 @@ class Proposal:
 
     design: Design
     figures: Figures
+
+    __repr__ = short_repr
 
 
 class Refused(Exception):  # noqa: N818

@@ -26,20 +26,7 @@ from ..findings.advice import Advice
 from ..findings.backlash import backlash_data, backlash_report
 from ..pair.misalignment_at_mesh import at_mesh, pivot_distance
 from ..pair.mounting import mounting_of
-from ..status import (
-    BallStatus,
-    EllipseStatus,
-    FirstStatus,
-    Limit,
-    NotComputed,
-    PatternStatus,
-    PlaceStatus,
-    RatioStatus,
-    ShimStatus,
-    SpanStatus,
-    Status,
-    Verdict,
-)
+from ..status import CODES_OF_FIELDS, NotComputed, Status
 from ..support.process import NO_CONTACT, NOT_COMPUTED
 from .columns import header_of
 
@@ -206,28 +193,6 @@ def json_text(data: Any) -> str:
     return json.dumps(strict(data), allow_nan=False) + "\n"
 
 
-_CODES: dict[str, type[IntEnum]] = {
-    field: codes
-    for codes, names in {
-        Status: "ContactPath.status PathEnds.status EaseOff.status Sliding.status Sensitivity.status"
-        " Mountings.status DesignMap.status",
-        Limit: "PathEnds.limit ContactLines.limit PathPressure.reaches FirstContact.limit Sensitivity.limit"
-        " Mountings.limit",
-        FirstStatus: "FirstContact.status MeshCycle.status Backlash.status PatternMatrix.status",
-        EllipseStatus: "PathPressure.status",
-        Verdict: "Certificate.verdict",
-        RatioStatus: "OperatingRatios.status",
-        PatternStatus: "MemberPattern.status",
-        PlaceStatus: "Placement.status",
-        BallStatus: "Balls.status",
-        SpanStatus: "Span.status",
-        ShimStatus: "Shim.status",
-    }.items()
-    for field in names.split()
-}
-"""Enumerations of the codes in results, by class and field."""
-
-
 def to_dict(result: Any) -> Any:
     """Return a result as nested dictionaries, lists and numbers.
 
@@ -270,7 +235,7 @@ def plain(value: Any, codes: type[IntEnum] | None = None) -> Any:
 def picked(result: Any, *names: str) -> dict[str, Any]:
     """Return fields of a result by name, as `plain` does, with the names of codes."""
     kind = type(result).__name__
-    return {name: plain(getattr(result, name), _CODES.get(f"{kind}.{name}")) for name in names}
+    return {name: plain(getattr(result, name), CODES_OF_FIELDS.get(f"{kind}.{name}")) for name in names}
 
 
 def _listed(nested: Any, function: Callable[[Any], Any]) -> Any:

@@ -10,14 +10,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ..status import CODES_OF_FIELDS
+
 
 def short_repr(result: Any) -> str:
     """Return the `__repr__` of a dataclass of arrays, with one line for each field.
 
-    The line of an array shows its shape, its smallest and largest value and the number of NaN."""
+    The line of an array shows its shape, its smallest and largest value and the number of NaN; the line of
+    codes shows their names."""
     names = [field.name for field in fields(result) if field.repr]
     width = max(map(len, names), default=0)
-    rows = [f"  {name:<{width}}  {_text(getattr(result, name))}" for name in names]
+    rows = [f"  {name:<{width}}  {_field_text(result, name)}" for name in names]
     return "\n".join((type(result).__name__, *rows))
 
 
@@ -34,7 +37,25 @@ def _rows(result: Any, prefix: str = "") -> Iterator[tuple[str, str]]:
         if field.repr and is_dataclass(value):
             yield from _rows(value, f"{prefix}{field.name} ")
         elif field.repr and value is not None:
-            yield prefix + field.name, _text(value)
+            yield prefix + field.name, _field_text(result, field.name)
+
+
+def _field_text(result: Any, name: str) -> str:
+    """Return the text of a field, with the names of codes in place of their numbers."""
+    value, codes = getattr(result, name), CODES_OF_FIELDS.get(f"{type(result).__name__}.{name}")
+    if codes is None or value is None:
+        return _text(value)
+    array = np.asarray(value)
+    names = {int(code): code.name.lower() for code in codes}
+    occurring, counts = np.unique(array, return_counts=True)
+    words = [names.get(code, "none") for code in occurring.tolist()]
+    if len(words) > 1:
+        # Small arrays show the code of each position, large ones how often each code occurs.
+        listed = array.size <= 4
+        each = (names.get(code, "none") for code in array.ravel().tolist())
+        words = list(each) if listed else [f"{word} {n}" for word, n in zip(words, counts, strict=True)]
+    text = ", ".join(words[:4]) + (", ..." if len(words) > 4 else "")
+    return f"[{' x '.join(map(str, array.shape))}] {text}" if array.ndim else text
 
 
 def _text(value: object) -> str:
@@ -45,7 +66,7 @@ def _text(value: object) -> str:
         return type(value).__name__
     if isinstance(value, (tuple, list, dict)) and len(value) > 4:
         return f"{type(value).__name__} of {len(value)}"
-    text = ", ".join(map(_text, value)) if isinstance(value, (tuple, list)) else repr(value)
+    text = ", ".join(map(_text, value)) or "none" if isinstance(value, (tuple, list)) else repr(value)
     return text if len(text) <= 80 else f"{text[:77]}..."
 
 

@@ -27,6 +27,8 @@ RESULTS: dict[str, Callable[[], object]] = {
     "solid": lambda: bg.gear_solid(DESIGN.pinion, tolerance=0.1),
     "hexahedra": lambda: bg.tooth_hexahedra(DESIGN.pinion, tolerance=0.1),
     "flank": lambda: bg.sample_flank(DESIGN.pinion, "right", 0.01),
+    "backlash": lambda: bg.mounted_backlash(DESIGN),
+    "closing": lambda: bg.closing_of(DESIGN),
     "meshes": lambda: mesh_separation(DESIGN, "right", 0, 0.1, pinion_roll=0.0, gear_roll=0.0),
 }
 
@@ -49,6 +51,19 @@ def test_arrays_are_shown_by_shape_and_range() -> None:
     assert "[0]" in repr(bg.path_of_contact(table1(errors=bg.Errors(offset=9.0))))
     shown = short_repr(bg.Errors(offset=np.zeros((4, 5)))).splitlines()[1]
     assert " ".join(shown.split()[1:]) == "[4 x 5] 0 ... 0"
+
+
+def test_codes_are_shown_by_name() -> None:
+    """Codes of few positions are listed, those of many positions are counted."""
+    ends = repr(path_ends(DESIGN))
+    assert "[2] gear_tip, pinion_tip" in ends
+    assert " status         solved" in ends
+    assert "[3] off_flank, solved, off_flank" in repr(bg.path_of_contact(table1(), l1=[-90.0, 0.0, 90.0]))
+    path = bg.path_of_contact(table1(), l1=np.linspace(-90.0, 90.0, 181))
+    solved = np.count_nonzero(path.status == bg.Status.SOLVED)
+    assert f"[181] solved {solved}, off_flank {181 - solved}" in repr(path)
+    assert "[1 x 2] none" in repr(bg.mounted_backlash(table1()).right)
+    assert "reasons                 none" in repr(bg.closing_of(table1()))
 
 
 @pytest.mark.parametrize("name", ["path", "cycle", "design"])

@@ -24,6 +24,7 @@ from ...design.model import Design
 from ...design.modification import AMOUNT, Modification, kinds_of, length_of
 from ...operation.backlash_by_tangency import jammed, tangent_backlash
 from ...pair.named_inputs import Bounds
+from ...support.array_repr import short_repr
 from ..optimise import CONSTRAINT_TOLERANCE, Optimised, Vector, at_limits, operation_of
 from .objectives import Aim, Objectives, check_aim, objectives_of_designs
 
@@ -34,6 +35,8 @@ class AmountsOptimum(Optimised):
     `Optimised`."""
 
     amounts: dict[str, float]
+
+    __repr__ = short_repr
 
 
 def optimise_amounts(

@@ -29,6 +29,7 @@ from ...gear.flank import base_cylinder
 from ...operation.contact_pattern.motion import UnknownOperationError
 from ...operation.contact_pattern.pattern import MemberPattern, contact_pattern
 from ...operation.mesh_cycle import mesh_cycle
+from ...support.array_repr import short_repr
 from .amounts import with_amounts
 
 
@@ -61,6 +62,8 @@ class Crowning:
     length: float
     separation: float
     edge_share: float
+
+    __repr__ = short_repr
 
 
 def crowning_for(
