@@ -53,11 +53,19 @@ CONSTRAINT_TOLERANCE = 1e-6  # relative to the bound of the constraint
 
 @dataclass(frozen=True, eq=False)
 class Optimised:
-    """Result of an optimisation: the optimal `design`, and the quantities of its path (`optimum`) and of the
-    path of the given design (`given`).
+    """Result of an optimisation.
 
-    The mesh cycles in the mountings of the aim (`optimum_operation`, `given_operation`) are NaN if the tip
-    rounds of a tool overlap. `at_limits` names the variables whose value is one of their bounds."""
+    Attributes
+    ----------
+    design : Design
+        The optimal design.
+    optimum, given : Objectives
+        Quantities of the path of the optimal and of the given design.
+    optimum_operation, given_operation : CycleExtremes
+        Mesh cycles in the mountings of the aim; NaN if the tip rounds of a tool overlap.
+    at_limits : tuple of str
+        Names of the variables whose value is one of their bounds.
+    """
 
     design: Design
     optimum: Objectives

@@ -79,6 +79,10 @@ class Sensitivity:
     square_shift_by : FloatArray
         (..., 3, 2, errors), derivative of the position of the path along the flank, perpendicular to the
         path.
+    l_by, z_by, r_by, pinion_roll_by : FloatArray
+        Derivatives of `l`, `z`, `r` and `pinion_roll`.
+    contact_ratio_by, peak_to_peak_by : FloatArray
+        (..., errors), derivatives of `contact_ratio` and `peak_to_peak`.
     contact_ratio, peak_to_peak : FloatArray
         Eq. 16, and transmission error over the path, rad.
     limit : Codes

@@ -103,11 +103,21 @@ USUAL_AT: dict[ErrorsAt, Tolerances] = {
 
 @dataclass(frozen=True, eq=False)
 class ToleranceStudy:
-    """Paths of contact of a design without drawn errors (`nominal`, one mounting) and with them
-    (`mountings`).
+    """Paths of contact of a design without and with drawn errors.
 
-    `running` and `nominal_running` are the mesh cycles of the first mountings and of the design; None if they
-    were not requested."""
+    Attributes
+    ----------
+    flank : str
+        Driving flank, 'right' or 'left'.
+    tolerances : Tolerances
+        Limits and distribution of the errors.
+    seed : int
+        Seed of the random errors.
+    nominal, mountings : Mountings
+        Results without drawn errors (one mounting) and with them.
+    running, nominal_running : CycleStatistics or None
+        Mesh cycles of the first mountings and of the design; None if they were not requested.
+    """
 
     __repr__ = short_repr
 

@@ -42,9 +42,17 @@ def _helix_of(member: str) -> str:
 
 @dataclass(frozen=True)
 class Advice:
-    """Changed layout in which the pair has contact on both flanks and no warning of its layout; mm and rad.
+    """Changed layout in which the pair has contact on both flanks and no warning of its layout.
 
-    `change` names the quantity that differs from the design."""
+    Attributes
+    ----------
+    change : str
+        Name of the quantity that differs from the design.
+    offset, shaft_angle : float
+        mm and rad.
+    pinion_helix_angle, gear_helix_angle : float
+        rad.
+    """
 
     change: str
     offset: float

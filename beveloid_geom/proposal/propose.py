@@ -44,7 +44,15 @@ FIRST_PATHS = 64
 
 @dataclass(frozen=True, eq=False)
 class Proposal:
-    """Pair that satisfies the requirements; `figures` contains the values of its criteria."""
+    """Pair that satisfies the requirements.
+
+    Attributes
+    ----------
+    design : Design
+        The pair.
+    figures : Figures
+        Values of its criteria.
+    """
 
     design: Design
     figures: Figures
