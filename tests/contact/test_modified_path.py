@@ -388,11 +388,43 @@ def test_positions_are_evenly_spaced_in_roll_where_kinks_do_not_turn_it_back() -
     assert np.diff(path.pinion_roll) == pytest.approx(np.ptp(path.pinion_roll) / -100.0, rel=1e-9)
 
 
-def test_traced_paths_of_batches_are_those_of_their_cases() -> None:
-    """Next to short reliefs, no contact is found at given s1: such paths are traced, all cases together."""
-    short = dict.fromkeys(("tip_relief_um", "root_relief_um"), 10.0)
-    short |= dict.fromkeys(("tip_relief_length_mm", "root_relief_length_mm"), 1.0)
-    design, offset = modified(table1((0.0, 0.0)), short, short), np.linspace(-0.05, 0.05, 5)
+RELIEVED = {
+    # Next to short reliefs, no contact is found at given s1, so that more samples are needed.
+    "more samples": (
+        "ni-2017",
+        {"tip": (10.0, 1.0), "root": (10.0, 1.0)},
+        {"tip": (10.0, 1.0), "root": (10.0, 1.0)},
+    ),
+    "traced": (
+        "awd-transfer",
+        {"tip": (29.1, 0.7), "root": (21.8, 1.2), "heel": (6.8, 1.4), "toe": (6.4, 0.4)},
+        {"tip": (9.2, 0.8), "root": (33.9, 1.1), "heel": (27.6, 1.1)},
+    ),
+    "near the end of the face": (
+        "awd-transfer",
+        {"tip": (12.19, 1.47), "root": (21.48, 1.19), "heel": (28.76, 0.99), "toe": (32.02, 1.06)},
+        {"tip": (9.07, 0.51), "root": (20.25, 0.54), "heel": (4.83, 1.3), "toe": (32.03, 0.48)},
+    ),
+}
+"""Design, and amounts (um) and lengths (mm) of the reliefs of pinion and gear."""
+
+
+def with_reliefs(name: str) -> Design:
+    design, *both = RELIEVED[name]
+    given = [
+        {
+            f"{edge}_relief_{unit}": value
+            for edge, pair in each.items()
+            for unit, value in zip(("um", "length_mm"), pair, strict=True)
+        }
+        for each in both
+    ]
+    return modified(builtin_design(design), *given)
+
+
+@pytest.mark.parametrize("name", RELIEVED)
+def test_relieved_paths_of_batches_are_those_of_their_cases(name: str) -> None:
+    design, offset = with_reliefs(name), np.linspace(-0.05, 0.05, 5)
     both = path_of_contact(design.with_errors(Errors(offset=offset)), "right", 21)
     assert (both.status == Status.SOLVED).all()
     for k, error in enumerate(offset.tolist()):
@@ -400,6 +432,13 @@ def test_traced_paths_of_batches_are_those_of_their_cases() -> None:
         checked(alone.design, alone)
         np.testing.assert_allclose(both.point[k], alone.point, atol=1e-9)
         assert both.ends.limit[k].tolist() == alone.ends.limit.tolist()
+
+
+def test_a_path_along_a_kink_is_one_segment() -> None:
+    """Next to the kink the path leads along the face. Interpolation over the profile showed a second segment
+    there."""
+    design = with_reliefs("near the end of the face").with_errors(Errors(offset=0.0107))
+    assert path_of_contact(design, "right", 21).ends.pieces == 1
 
 
 def scattered(seed: int) -> Design:

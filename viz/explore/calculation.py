@@ -32,6 +32,8 @@ from .values import ViewSettings
 
 PATH_POINTS, CYCLE_POINTS, HARMONICS = 101, 121, 10
 """Positions along the path and over the mesh cycle, and harmonics: the defaults of `tca` and `operation`."""
+VIEW_TOLERANCE_MODULES = 0.01
+"""Deviation of the triangles of the teeth, and of the paths on them, in the 3D view."""
 SMALL_BACKLASH_MM = 0.02
 """Backlash of the unmodified flanks below which the pair is checked for jamming before anything is shown."""
 
@@ -93,13 +95,11 @@ class Calculation:
     def pattern(self) -> dict[str, Any]:
         """Return the teeth with their paths, and the contact pattern of the film on both flanks, with its
         shares of the flanks."""
-        # Points of the path for each point of its line on the teeth: there are many teeth, and
-        # paths are smooth.
-        line_every = 6
         film, design, flank = float(self.settings.film), self.design, self.settings.flank
+        module = float(design.pinion.tool.normal_module)
         teeth = {
             "frames": member_frames(design),
-            "view": flank_data(design, flank, self.operation.cycle, line_every),
+            "view": flank_data(design, flank, self.operation.cycle, VIEW_TOLERANCE_MODULES * module),
         }
         if film <= 0.0:
             return {"patterns": None, "figures": [], **teeth}

@@ -20,6 +20,7 @@ from typing import Any
 from aiohttp import WSMsgType, web
 
 from ..report.view_data import view_data
+from .calculation import VIEW_TOLERANCE_MODULES
 from .session import Session
 from .values import Start
 
@@ -68,8 +69,6 @@ class Server:
         OSError
             If the port is not free.
         """
-        # Deviation of the triangles of the teeth in modules.
-        view_tolerance = 1.0 / 100.0
         self.start, self.token = start, secrets.token_urlsafe(24)
         self._socket = socket.socket()
         if os.name == "posix":  # on Windows, the option would let two servers share a port
@@ -87,7 +86,7 @@ class Server:
             "name": start.name,
             "values": start.values,
             "controls": [control.data() for control in start.controls.values()],
-            "view": view_data(start.design, view_tolerance * module),
+            "view": view_data(start.design, VIEW_TOLERANCE_MODULES * module),
         }
 
     @property

@@ -166,7 +166,7 @@ window.beveloidGears = function (data) {
   }
 
   // Points of contact: dots with a rim, paler where something hides them.
-  const ball = new T.SphereGeometry(1, 24, 16),
+  const ball = new T.SphereGeometry(1, 14, 8),
     rimInk = new T.MeshBasicMaterial({ side: T.BackSide });
   const pale = { depthTest: false, depthWrite: false, transparent: true, opacity: 0.5 };
   const dotInks = {};

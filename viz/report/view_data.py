@@ -126,10 +126,13 @@ def _corners(points: FloatArray) -> FloatArray:
     return np.array(corners)
 
 
-def flank_data(design: Design, flank: str, mesh: MeshCycle | None = None, every: int = 1) -> dict[str, Any]:
+def flank_data(
+    design: Design, flank: str, mesh: MeshCycle | None = None, tolerance: float = 0.0
+) -> dict[str, Any]:
     """Return the path of contact of tooth pair 0, and one mesh cycle; `mesh` if it is known.
 
-    The lines on the teeth have one out of `every` points of the path."""
+    The lines on the teeth deviate from the path by at most a tolerance, mm; 0 for all its
+    points."""
     path_points = 65
     path = path_of_contact(design, flank, path_points)
     solved = path.status == Status.SOLVED
@@ -149,10 +152,27 @@ def flank_data(design: Design, flank: str, mesh: MeshCycle | None = None, every:
     }
     data["middle"] = float(path.pinion_roll[solved][solved.sum() // 2])
     packed_path = {name: packed(values[solved]) for name, values in shown.items()}
-    if every > 1:
-        drawn = np.unique(np.append(np.arange(0, solved.sum(), every), solved.sum() - 1))
-        packed_path |= {name: packed(shown[name][solved][drawn]) for name in MEMBERS}
+    if tolerance > 0.0:
+        packed_path |= {name: packed(_thinned(shown[name][solved], tolerance)) for name in MEMBERS}
     return data | {"lever": _lever(path), "path": packed_path}
+
+
+def _thinned(points: FloatArray, tolerance: float) -> FloatArray:
+    """Return those of points (n, 3) through which a polyline passes the others within a tolerance, mm
+    (Douglas and Peucker)."""
+    used, parts = {0, len(points) - 1}, [(0, len(points) - 1)]
+    while parts:
+        first, last = parts.pop()
+        chord, between = points[last] - points[first], points[first + 1 : last] - points[first]
+        if not len(between):
+            continue
+        share = np.clip(between @ chord / max(chord @ chord, 1e-300), 0.0, 1.0)
+        away = np.linalg.norm(between - share[:, None] * chord, axis=1)
+        if away.max() > tolerance:
+            middle = first + 1 + int(away.argmax())
+            used.add(middle)
+            parts += [(first, middle), (middle, last)]
+    return points[sorted(used)]
 
 
 def _phase(design: Design, pinion_roll: FloatArray, gear_roll: FloatArray) -> FloatArray:
