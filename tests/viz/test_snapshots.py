@@ -183,6 +183,11 @@ def test_snapshot_of_the_page(name: str, request: pytest.FixtureRequest, tmp_pat
     compare(np.asarray(found), f"{name}-page", request, tmp_path)
 
 
+@pytest.mark.parametrize("name", [figure.name for figure in FIGURES])
+def test_notes_are_short(name: str) -> None:
+    assert len(drawing(name).page.note.split()) <= 60
+
+
 @pytest.mark.parametrize("name", CHARTS)
 def test_a_moved_curve_fails(name: str) -> None:
     """The comparison fails if any long line of a chart is moved by one pixel."""

@@ -169,7 +169,7 @@ def _any_not_first(paths: Iterable[SolvedPath]) -> bool:
 def what_touches(paths: Iterable[SolvedPath]) -> str:
     """Return the sentences of a caption on first contacts and contact ratios."""
     not_first = "Not first: another tooth pair or an edge touches earlier. "
-    ratios = "Contact ratios: of one tooth pair (Eq.\u00a016), and of all teeth in operation, without load."
+    ratios = "Contact ratios: one tooth pair (Eq.\u00a016), all teeth in operation, without load."
     return (not_first if _any_not_first(paths) else "") + ratios
 
 

@@ -160,10 +160,9 @@ def _in_operation(design: Design, flank: str, pinion: float, gear: float) -> tup
 def draw(data: ParabolaMap, layout: theme.PageLayout) -> Drawing:
     """Draw six maps of one design."""
     note = (
-        "Angle: of the chord to the axial direction, in the pinion's side view. Shift: perpendicular to the"
-        " path at mid-roll, root of the sum of squares under {errors}. Transmission error, edge contact: all"
-        " teeth. Sum: square-root scale. Interpolated between {cells} cells; pointed ends of bars: also"
-        " beyond."
+        "Angle: chord to axial direction, in the pinion's side view. Shift: perpendicular to the path at"
+        " mid-roll, root of the sum of squares under {errors}. Transmission error, edge contact: all teeth."
+        " Sum: square-root scale. Interpolated between {cells} cells; pointed ends of bars: also beyond."
     )
     cells = PanelRows(left=1.2, right=1.0, across=1.16, down=0.65, most=3, least=1.0)
     errors = error_words(data.errors).replace("+", "\u00b1") + paths_table.at_the_mesh(data.design)
