@@ -21,7 +21,7 @@ from ..arrays import FloatArray, Quantity
 from ..gear.rack import rack_normal
 from ..pair.frames import common_normal
 from ..status import Limit, Status
-from ..support.chebyshev import NOISE, Basis, resolved, resolved_degree
+from ..support.chebyshev import RELATIVE_NOISE, Basis, resolved, resolved_degree
 from .curves.curve_equations import meet_on_curve, onto_curve, units_of
 from .equation import (
     ContactTerms,
@@ -203,7 +203,7 @@ def rounding_scale(
     scale = np.ones((WIDTH, len(size)))
     if np.any(np.asarray(loosened) > 1.0):
         depth = (pairing.highest - pairing.lowest).min(axis=0)[:, 0]
-        size = np.maximum(size, np.minimum(loosened * size, loosest / NOISE * depth))
+        size = np.maximum(size, np.minimum(loosened * size, loosest / RELATIVE_NOISE * depth))
         scale[[ROLL, ROLL + 1, PHASE]] = np.maximum(
             1.0, size / np.asarray(pairing.rack.pitch_radius).min(axis=0)[:, 0]
         )

@@ -25,14 +25,14 @@ from .path import certificate_remarks, first_contact_fault, path_remarks
 from .reach import rolling_generator_angle
 from .units import unit_remarks
 
-DIGITS = 7
+SIGNIFICANT_DIGITS = 7
 """Significant digits of advice; their rounding is a hundredth of the layout tolerances for pairs of usual
 size."""
 
 
 def _deg(angle: float) -> str:
     """Return an angle in deg as text."""
-    return f"{math.degrees(angle):.{DIGITS}g} deg"
+    return f"{math.degrees(angle):.{SIGNIFICANT_DIGITS}g} deg"
 
 
 def _helix_of(member: str) -> str:
@@ -64,7 +64,7 @@ class Advice:
         """Return the change and the new values as text."""
         helix = {_helix_of("pinion"): self.pinion_helix_angle, _helix_of("gear"): self.gear_helix_angle}
         angle = f" to {_deg(helix[self.change])}" if self.change in helix else ""
-        layout = f"E = {self.offset:.{DIGITS}g} mm, shaft angle = {_deg(self.shaft_angle)}"
+        layout = f"E = {self.offset:.{SIGNIFICANT_DIGITS}g} mm, shaft angle = {_deg(self.shaft_angle)}"
         return f"change the {self.change}{angle}: {layout}"
 
     def applied_to(self, design: Design) -> Design:
@@ -234,5 +234,5 @@ def _fitted(design: Design, name: str, hand: float) -> Design | None:
 def _rounded(change: str, design: Design) -> Advice:
     """Return the layout of a design as advice, rounded to the printed digits."""
     angles = (design.pair.shaft_angle, design.pinion.helix_angle, design.gear.helix_angle)
-    rounded = (math.radians(float(f"{math.degrees(angle):.{DIGITS}g}")) for angle in angles)
-    return Advice(change, float(f"{design.pair.offset:.{DIGITS}g}"), *rounded)
+    rounded = (math.radians(float(f"{math.degrees(angle):.{SIGNIFICANT_DIGITS}g}")) for angle in angles)
+    return Advice(change, float(f"{design.pair.offset:.{SIGNIFICANT_DIGITS}g}"), *rounded)

@@ -23,7 +23,7 @@ from .tooth_surface import ToothSurface, cut_at
 
 SCAN_POINTS = 65
 """Number of points of a branch at which a sign is evaluated."""
-ROUNDING_OF_PLACES = 1e-15
+BRACKET_PITCH_RADII = 1e-15
 """Width of the bracket of a root, relative to the pitch radius, at which the iteration ends."""
 
 
@@ -50,7 +50,7 @@ def _folded_parts(surface: ToothSurface, half: float) -> list[tuple[float, float
     z = half * np.linspace(-1.0, 1.0, face_planes)
     folded = np.concatenate(([False], _least_rise(surface, z) <= 0.0, [False]))
     edges = np.flatnonzero(folded[1:] != folded[:-1]).reshape(-1, 2)
-    parts, exact = [], ROUNDING_OF_PLACES * surface.pitch_radius
+    parts, exact = [], BRACKET_PITCH_RADII * surface.pitch_radius
     for first, last in edges.tolist():
         # Undercut begins between the outermost undercut plane and the sound plane next to it, if any.
         onset = first > 0, last < face_planes
@@ -164,7 +164,7 @@ def _cusps(surface: ToothSurface, z: FloatArray) -> tuple[FloatArray, FloatArray
         return cut_at(surface, s, planes).square_s
 
     fillet, flank = _profiles(surface)
-    s, exact = np.append(fillet, flank), ROUNDING_OF_PLACES * surface.pitch_radius
+    s, exact = np.append(fillet, flank), BRACKET_PITCH_RADII * surface.pitch_radius
     rises = rise(s[:, None] + 0.0 * z) > 0.0
     # The first cusp is the joint, or on the fillet.
     first = np.maximum((~rises).argmax(axis=0), 1)

@@ -18,7 +18,7 @@ from ..arrays import FloatArray, Mask
 from .frozen_arrays import kept
 from .products import product
 
-NOISE = 2e-14
+RELATIVE_NOISE = 2e-14
 """Level, relative to the scale of a quantity, below which the last coefficients of a resolved curve are."""
 SMALLEST_STEP = 1e-15
 """Step of the parameter that ends an iteration."""
@@ -182,7 +182,7 @@ def resolved(coefficients: FloatArray, scale: FloatArray) -> Mask:
 
     The rounding error of each quantity is relative to its `scale` (quantities) or (quantities, cases)."""
     size = np.abs(coefficients[..., -max(3, coefficients.shape[-1] // 8) :]).max(axis=-1)
-    return np.asarray((size <= NOISE * scale.reshape(len(scale), -1)).all(axis=0))
+    return np.asarray((size <= RELATIVE_NOISE * scale.reshape(len(scale), -1)).all(axis=0))
 
 
 def resolved_degree(coefficients: FloatArray, scale: FloatArray) -> int | None:

@@ -55,13 +55,13 @@ def short_measurements() -> Iterator[None]:
     """Draw measurements and maps with few values."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(fig_speed, "METHODS", FEW)
-        patch.setattr(fig_speed, "RUNS", 1)
-        patch.setattr(fig_mesh, "TOLERANCES", np.logspace(-1.0, -2.0, 5))
-        patch.setattr(fig_map, "STEPS", 6)
+        patch.setattr(fig_speed, "RUN_COUNT", 1)
+        patch.setattr(fig_mesh, "TOLERANCES_MM", np.logspace(-1.0, -2.0, 5))
+        patch.setattr(fig_map, "INTERVAL_COUNT", 6)
         patch.setattr(fig_cloud, "CYCLE_MOUNTINGS", 8)
         patch.setattr(fig_ratio, "CYCLE_POINTS", slice(None, None, 40))
         patch.setattr(fig_stability, "ABOVE_DEG", 10.0 ** np.arange(-8.0, -0.9, 2.0))
-        patch.setattr(fig_stability, "COMPARED", 2)
+        patch.setattr(fig_stability, "COMPARED_CELLS", 2)
         yield
 
 

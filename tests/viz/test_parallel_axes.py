@@ -40,7 +40,7 @@ def test_what_figures_say_of_lines(name: str) -> None:
 def test_the_path_crosses_the_lines_drawn(member: int, flank: str) -> None:
     """Each drawn line contains a point of the path and has the length that the library computes."""
     lines = paths_table.solved_case(PAIR, flank).contact_lines(member)
-    path = path_of_contact(PAIR, flank, paths_table.LINES + 2)
+    path = path_of_contact(PAIR, flank, paths_table.LINE_COUNT + 2)
     points = paths_table.points_on(path, member)[1:-1]
     way = lines[:, 1] - lines[:, 0]
     length = np.linalg.norm(way, axis=-1)
@@ -69,7 +69,7 @@ def test_lines_of_contact_are_lines_of_the_page() -> None:
     drawn_lines = [np.column_stack(line.get_data()) for line in black]
     ends = [np.ptp(points, axis=0) for points in drawn_lines if points.shape == (2, 2)]
     upright = [reach for reach in ends if 0.0 < reach[0] < 0.05 * reach[1]]
-    assert len(upright) >= 2 * paths_table.LINES - 2
+    assert len(upright) >= 2 * paths_table.LINE_COUNT - 2
 
 
 def test_points_have_no_lines() -> None:

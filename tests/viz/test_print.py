@@ -21,7 +21,7 @@ from beveloid_geom import Design, Member, Pair, builtin_design
 from beveloid_viz.cli import main
 from beveloid_viz.figures import FIGURES, Figure
 from beveloid_viz.rendering import files, theme, typeset
-from beveloid_viz.rendering.layout import SCALE, PageLayout, PanelRows, of_size, of_width
+from beveloid_viz.rendering.layout import PAPER_INCHES_PER_INCH, PageLayout, PanelRows, of_size, of_width
 from beveloid_viz.rendering.opengl import require_opengl
 from beveloid_viz.rendering.theme import Page
 
@@ -78,12 +78,12 @@ def _small_studies() -> Iterator[None]:
 
 
 def in_print(width_mm: float, plain: bool = False) -> PageLayout:
-    return replace(of_width(width_mm, plain), dpi=DPI * SCALE)
+    return replace(of_width(width_mm, plain), dpi=DPI * PAPER_INCHES_PER_INCH)
 
 
 def assert_printable(page: Page, width: float) -> None:
     """Assert the width (mm) and the largest height of a page, and that its text has no faults."""
-    wide, high = page.get_size_inches() * SCALE * 25.4
+    wide, high = page.get_size_inches() * PAPER_INCHES_PER_INCH * 25.4
     assert wide == pytest.approx(width, abs=0.05)
     assert high <= HIGHEST, f"{width:g} mm"
     assert faults(page) == [], f"{width:g} mm"
@@ -99,7 +99,7 @@ def faults(page: Page) -> list[str]:
         name = repr(text.get_text())
         if min(box.x0, box.y0) < -0.5 or box.x1 > width + 0.5 or box.y1 > height + 0.5:
             found.append(f"{name} is cut")
-        points = float(text.get_fontsize()) * SCALE
+        points = float(text.get_fontsize()) * PAPER_INCHES_PER_INCH
         if not 6.99 < points < 9.01:
             found.append(f"{name} has {points:.2f} points")
         for other, beside in words[k + 1 :]:
@@ -151,7 +151,7 @@ def test_faults_are_seen() -> None:
         title.set_position(move)
         assert faults(page)
     title.set_position(place)
-    title.set_fontsize(5.9 / SCALE)
+    title.set_fontsize(5.9 / PAPER_INCHES_PER_INCH)
     assert len(faults(page)) == 1
 
 
@@ -159,7 +159,7 @@ def test_indices_have_six_points() -> None:
     recipe = recipe_of("fig-09")
     page = recipe.drawn(recipe.compute(TABLE), in_print(90.0)).page
     sizes = [
-        float(text.get_fontsize()) * SCALE
+        float(text.get_fontsize()) * PAPER_INCHES_PER_INCH
         for text in page.findobj(Text)
         if isinstance(text, Text) and "$a_1$" in text.get_text()
     ]

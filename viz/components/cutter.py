@@ -13,7 +13,7 @@ from beveloid_geom.gear.fillet import tool_round
 
 from ..rendering.scene import Surface, grid_surface
 
-TOP = 1.25
+SPACE_DEPTH_ADDENDA = 1.25
 """Depth of the spaces of the tool above its pitch line, in addenda."""
 
 
@@ -51,7 +51,7 @@ def half_profile(tool: Tool, flank: str = "right") -> FloatArray:
     """Return points (n, 2), x_n and the magnitude of y_n, mm, from the middle of the tip over round and flank
     to the middle of the space."""
     module, rounding = float(tool.normal_module), tool_round(tool, flank)
-    height = module * float(tool.addendum) * TOP
+    height = module * float(tool.addendum) * SPACE_DEPTH_ADDENDA
     crossing = 0.25 * np.pi * module / np.sin(float(tool.normal_pressure_angle))
     # The parameter is measured from the apex of the parabola.
     farthest = 0.97 * crossing - float(tool.parabola_apex)

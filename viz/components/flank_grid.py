@@ -13,11 +13,11 @@ from ..rendering import theme
 from ..rendering.layout import PanelRows
 from ..rendering.scene import Picture
 from ..rendering.theme import Page, PageBox
-from .panels import LABEL_IN, STRETCH
+from .panels import FACE_STRETCH, LABEL_IN
 from .paths_table import MEMBERS
 from .viewpoint import FlankView, flank_views, greatest_span, looks_of, scale_bars
 
-LEFT = 0.045  # fractions of the page width
+LEFT_MARGIN_FRACTION = 0.045  # fractions of the page width
 CELLS = PanelRows(left=0.72, right=0.16, across=0.0, down=0.0, most=5, least=0.95)
 
 
@@ -81,7 +81,7 @@ class FlankArrangement:
 
     cases: Sequence[tuple[str, Design, str]]
     text: Sequence[float]
-    stretch: float = STRETCH
+    stretch: float = FACE_STRETCH
     outside: bool = False
     by_case: bool = False
     share: float = 0.88
@@ -154,7 +154,7 @@ def draw_grid(
     spans = [greatest_span(views[case][member] for case, member in cells) for cells, _, _ in rows]
     around = sum(heading + under + 2.0 * LABEL_IN for _, heading, under in rows)
     page_width, page_height = page.canvas.get_width_height()
-    width = (0.99 - LEFT) / CELLS.columns(page.layout, grid.columns)
+    width = (0.99 - LEFT_MARGIN_FRACTION) / CELLS.columns(page.layout, grid.columns)
     room, flanks = (high - low - theme.inches(page, around)) * page_height, sum(span[1] for span in spans)
     widest = greatest_span(chain(*views))[0]
     px_per_mm = float(min(room / flanks, grid.share * width * page_width / widest))
@@ -167,7 +167,7 @@ def draw_grid(
         height = float(spare + theme.inches(page, 2.0 * LABEL_IN) + px_per_mm * span[1] / page_height)
         y, labelled = top - head - height, set()
         for place, (case, member) in enumerate(cells):
-            x = LEFT + place * width
+            x = LEFT_MARGIN_FRACTION + place * width
             middle = x + 0.5 * width, y + height
             if heading:
                 _write_heading(page, grid.heading(case, member), middle, 0.9 * width * page_width)

@@ -25,12 +25,12 @@ from beveloid_geom.status import FirstStatus
 from beveloid_geom.support.frozen_arrays import kept
 
 from ..rendering import theme
-from .paths_table import LINES, points_on
+from .paths_table import LINE_COUNT, points_on
 from .viewpoint import FlankView, flank_view
 
-BANDS = (0.25, 0.5, 1.0)
+BAND_FRACTIONS = (0.25, 0.5, 1.0)
 """Fractions of the separation of a pattern at which its shading changes."""
-EVERY = 8
+ROLLS_PER_POINT = 8
 """Number of rolls of a mesh cycle per contact point drawn."""
 
 
@@ -126,7 +126,7 @@ def path(axes: Axes, flat: FlatFlank, contact: ContactPath, number: int, width: 
 def lines(axes: Axes, flat: FlatFlank, contact: ContactLines, number: int) -> None:
     """Draw some of the lines of contact on pinion (0) or gear (1)."""
     l, z = ((contact.l1, contact.pinion_z), (contact.l2, contact.gear_z))[number]
-    for one in np.linspace(0, len(l) - 1, LINES + 2).astype(int)[1:-1]:
+    for one in np.linspace(0, len(l) - 1, LINE_COUNT + 2).astype(int)[1:-1]:
         axes.plot(*flat.at(l[one], z[one]).T, color=theme.INK, linewidth=1.2, zorder=3)
 
 
@@ -134,7 +134,7 @@ def contacts(axes: Axes, flat: FlatFlank, report: OperationReport, number: int) 
     """Draw the first contacts of all teeth over a mesh cycle: filled on flanks, hollow on edges."""
     first = report.first
     good = (first.status == FirstStatus.SOLVED) & ~first.on_fillet[:, number]
-    good &= np.arange(good.size) % EVERY == 0
+    good &= np.arange(good.size) % ROLLS_PER_POINT == 0
     edge = first.limit[:, 0] >= 0
     l, z = ((first.l1, first.z1), (first.l2, first.z2))[number]
     for chosen, face, size in ((good & ~edge, theme.BLUE, 4.0), (good & edge, "none", 4.6)):
@@ -149,7 +149,7 @@ def shade_pattern(axes: Axes, flat: FlatFlank, side: MemberPattern, separation: 
     root = np.ma.masked_invalid(np.sqrt(np.maximum(side.least, 0.0)))
     if root.count() == 0 or float(root.min()) > np.sqrt(separation):
         return
-    for share in BANDS:
+    for share in BAND_FRACTIONS:
         levels = [-1.0, float(np.sqrt(share * separation))]
         axes.contourf(x, y, root, levels, colors=[theme.BLUE], alpha=0.16, antialiased=True)
 
@@ -163,10 +163,10 @@ def boundary_of(*grids: FloatArray) -> FloatArray:
 def side_view(axes: Axes, z: FloatArray, r: FloatArray, least: FloatArray, separation: float) -> FloatArray:
     """Shade the area of a flank over z and r, mm, where the flanks are close, in bands; return its boundary
     (n, 2)."""
-    # Colours of BANDS in side views.
+    # Colours of BAND_FRACTIONS in side views.
     shades = ("#6baed6", "#9ecae1", "#d0e3f2")
     root = np.ma.masked_invalid(np.sqrt(np.maximum(least, 0.0)))
-    for share, shade in zip(BANDS[::-1], shades[::-1], strict=True):
+    for share, shade in zip(BAND_FRACTIONS[::-1], shades[::-1], strict=True):
         axes.contourf(z, r, root, [-1.0, float(np.sqrt(share * separation))], colors=[shade])
     boundary = boundary_of(z, r)
     axes.add_patch(Polygon(boundary, fill=False, edgecolor=theme.GREY, linewidth=1.2))

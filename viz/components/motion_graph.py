@@ -27,7 +27,7 @@ from ..rendering import theme
 from .charts import ZERO_ERROR_ARCSEC
 from .paths_table import as_large, ratio_words
 
-REACH = 3
+REACH_PITCHES = 3
 """Number of pitches to either side over which a tooth pair is followed."""
 SHOWN_PITCHES = 2
 """Number of pitches drawn."""
@@ -97,11 +97,13 @@ def motion_graph(report: OperationReport, steps: int | None = 64) -> MotionGraph
     MotionGraph
     """
     cycle, each = report.cycle, steps or SAMPLES_PER_PITCH
-    share = np.linspace(-REACH, REACH, 2 * REACH * each + 1)
+    share = np.linspace(-REACH_PITCHES, REACH_PITCHES, 2 * REACH_PITCHES * each + 1)
     alone, edge = np.full(share.size, np.nan), np.zeros(share.size, dtype=bool)
     if steps is None:
         contact = contacts_of_one_pair(report.design, report.flank)
-        place = np.rint(((contact.pinion_roll - float(cycle.start)) / cycle.pitch + REACH) * each).astype(int)
+        place = np.rint(
+            ((contact.pinion_roll - float(cycle.start)) / cycle.pitch + REACH_PITCHES) * each
+        ).astype(int)
     else:
         roll, place = float(cycle.start) + cycle.pitch * share, np.arange(share.size)
         contact = first_contact(report.design, report.flank, roll, pairs=[0])
@@ -123,7 +125,7 @@ def draw_graph(axes: Axes, graph: MotionGraph) -> None:
     )  # up to the first roll without edge contact, so that the lines meet
     for mask, style in ((~graph.edge, "-"), (edges, ":")):
         shown = ARCSEC * np.where(mask, graph.alone - mean, np.nan)
-        for pair in range(-REACH, REACH + SHOWN_PITCHES + 1):
+        for pair in range(-REACH_PITCHES, REACH_PITCHES + SHOWN_PITCHES + 1):
             axes.plot(graph.pitches + pair, shown, style, color=theme.GREY, linewidth=1.2, zorder=2.0)
     first, cycle = report.first, report.cycle
     runs, edge = ARCSEC * (first.transmission_error - mean), first.limit[:, 0] >= 0

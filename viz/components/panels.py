@@ -35,11 +35,11 @@ OUTLINE_PX = 0.03
 """Largest deviation of the triangles of a flank, pixels. Root and tip curve more within the flank than the
 flank curves out of its plane."""
 SOLID: tuple[float, ...] = ()
-STRETCH = 2.0
+FACE_STRETCH = 2.0
 """Factor across the face for flanks that are drawn side by side."""
 LABEL_IN = 0.27
 """Inches above and below a flank for labels."""
-THIN = 0.45
+THIN_WIDTH_RATIO = 0.45
 """Width of the parts of a path that are not first contact, relative to other paths."""
 DASHED = (5.0, 3.0)
 DOTTED = (1.6, 2.4)
@@ -105,7 +105,7 @@ def trace_items(trace: Trace, view: FlankView, radius: float) -> list[Item]:
     items: list[Item] = []
     cuts = np.flatnonzero(np.diff(first[: len(body)])) + 1
     for start, end in pairwise((0, *cuts.tolist(), len(body))):
-        part, thick = body[start : end + 1], radius if first[start] else THIN * radius
+        part, thick = body[start : end + 1], radius if first[start] else THIN_WIDTH_RATIO * radius
         pattern = [length * 2.0 * thick for length in trace.dashes or (SOLID if first[start] else DASHED)]
         if pattern and not first[start]:  # at least two dashes on a short part
             length = float(np.linalg.norm(np.diff(part, axis=0), axis=1).sum())
@@ -137,7 +137,7 @@ def line_points(page: Page) -> float:
     float
         Points; less on narrow pages, where flanks are smaller.
     """
-    return LINE_POINTS if page.layout.width > theme.NARROW else 1.5  # smaller flanks
+    return LINE_POINTS if page.layout.width > theme.NARROW_PAGE_IN else 1.5  # smaller flanks
 
 
 def touching_legend(
@@ -148,7 +148,11 @@ def touching_legend(
     """Return the legend of the parts that some of the paths have: first contact, not first, and edge
     contact."""
     wide = 2.0 * line_points(page)
-    looks = ("first contact", wide, SOLID), ("not first", THIN * wide, DASHED), ("edge contact", wide, SOLID)
+    looks = (
+        ("first contact", wide, SOLID),
+        ("not first", THIN_WIDTH_RATIO * wide, DASHED),
+        ("edge contact", wide, SOLID),
+    )
     drawn = (
         any(path.has_path for path in paths),
         _any_not_first(paths),
@@ -308,7 +312,7 @@ def shared_scale(
     as fractions of the page; also draw the scale bars."""
     room = theme.place(page, 0.0, 0.0, width, height - theme.inches(page, 2.0 * LABEL_IN))
     px_per_mm = float(min(room.size / greatest_span(chain(*views))))
-    stretch = next((view.stretch for view in chain(*views) if view), STRETCH)
+    stretch = next((view.stretch for view in chain(*views) if view), FACE_STRETCH)
     scale_bars(page, px_per_mm, stretch, looks_of(chain(*views)))
     return px_per_mm
 

@@ -24,7 +24,7 @@ from .figure_steps import Table
 from .touching import Touching, joined_contacts, limit_code, touching_along
 
 FLANKS = ("right", "left")
-LINES = 5
+LINE_COUNT = 5
 """Number of lines of contact drawn."""
 PARABOLAS = ("parabola_pinion_per_mm", "parabola_gear_per_mm")
 """Columns that distinguish the cases of a table."""
@@ -112,13 +112,13 @@ class SolvedPath:
     def contact_lines(self, member: int) -> FloatArray:
         """Return lines of contact (lines, 2, 3) on pinion (0) or gear (1), in its frame, mm.
 
-        Flanks on parallel axes that touch along lines have LINES of them, at equal steps of roll. Other pairs
-        have none.
+        Flanks on parallel axes that touch along lines have LINE_COUNT of them, at equal steps of roll. Other
+        pairs have none.
         """
         design, flank = self.design, self.path.flank
         if not (self.has_path and touches_along_lines(design, flank)):
             return np.empty((0, 2, 3))
-        lines = contact_lines(path_of_contact(design, flank, LINES + 2))
+        lines = contact_lines(path_of_contact(design, flank, LINE_COUNT + 2))
         l, z = ((lines.l1, lines.pinion_z), (lines.l2, lines.gear_z))[member]
         part = design.members[member]
         return flank_point(part, flank, l, z=z)[1:-1]

@@ -22,7 +22,7 @@ from ..rendering.theme import Page
 Look = tuple[str, bool]
 """A flank, 'right' or 'left', and True if it is seen from outside."""
 
-COLUMNS = 120
+NOTE_CHARACTERS = 120
 """Characters per line of the note, with space for scale bars and sketch on its right."""
 
 

@@ -18,11 +18,11 @@ from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.operation import OperationReport
 from beveloid_geom.status import FirstStatus
 
-from ..components.flattened_flank import BANDS, EVERY, FlatFlank, flat_flank
-from ..components.motion_graph import REACH, motion_graph
+from ..components.flattened_flank import BAND_FRACTIONS, ROLLS_PER_POINT, FlatFlank, flat_flank
+from ..components.motion_graph import REACH_PITCHES, motion_graph
 from ..components.paths_table import MEMBERS, points_on
 
-LIFT = 0.01
+LIFT_MODULES = 0.01
 """Distance of this pattern from the tooth surface in modules, so that the triangles of the tooth do not hide
 it."""
 
@@ -53,7 +53,7 @@ def flank_panels(report: OperationReport, path: ContactPath) -> list[dict[str, A
         points = np.where(solved[:, None], flat.place(points_on(path, number)), np.nan)
         l, z = ((first.l1, first.z1), (first.l2, first.z2))[number]
         shown = (first.status == FirstStatus.SOLVED) & ~first.on_fillet[:, number]
-        shown &= np.arange(l.size) % EVERY == 0
+        shown &= np.arange(l.size) % ROLLS_PER_POINT == 0
         contacts = np.column_stack((flat.at(l[shown], z[shown]), edge[shown]))
         back, front = flat.view.ends
         panel = {"member": MEMBERS[number], "outline": rows(flat.outline), "back": back, "front": front}
@@ -73,7 +73,7 @@ def graph_panel(report: OperationReport) -> dict[str, Any]:
     at = (changes - float(cycle.start)) / cycle.pitch
     there = cycle.at(changes).transmission_error - mean
     return {
-        "reach": REACH,
+        "reach": REACH_PITCHES,
         "pitches": rows(graph.pitches, 5),
         "alone": rows(ARCSEC * (graph.alone - mean), 4),
         "alone_edge": graph.edge.tolist(),
@@ -108,7 +108,7 @@ def _bands(flat: FlatFlank, side: MemberPattern, separation: float) -> list[list
     level = np.ma.masked_invalid(np.sqrt(np.maximum(side.least, 0.0)))
     areas: Any = contour_generator(x, y, level, fill_type=FillType.OuterOffset)
     bands = []
-    for share in BANDS[:-1]:
+    for share in BAND_FRACTIONS[:-1]:
         points, offsets = areas.filled(-1.0, float(np.sqrt(share * separation)))
         rings = [
             rows(each[low:high], 2)
@@ -139,7 +139,7 @@ def _patch(side: MemberPattern, separation: float, module: float) -> dict[str, A
     level = np.sqrt(np.maximum(side.least[np.ix_(*picked)], 0.0)) - edge
     return {
         "size": list(points.shape[:2]),
-        "points": rows((points + LIFT * module * outwards * normal).ravel()),
+        "points": rows((points + LIFT_MODULES * module * outwards * normal).ravel()),
         "levels": rows(np.nan_to_num(level, nan=edge).ravel(), 5),
-        "tolerance": 0.5 * LIFT * module,
+        "tolerance": 0.5 * LIFT_MODULES * module,
     }

@@ -22,7 +22,7 @@ from ..rendering import theme
 from ..rendering.scene import MESH_PX, Camera, Item, Size, Surface, Tube, add_items, aim, fit_camera
 from .motion import Film, NoFilmError
 
-MESH_WIDTH = 0.62
+MESH_WIDTH_FRACTION = 0.62
 """Width of the view of the teeth in mesh, as a fraction of the window."""
 
 
@@ -87,7 +87,10 @@ def write_film(film: Film, out: Path, size: Size, fps: float, steps: Iterable[in
 
     # A line of text over the teeth in mesh on the left and the two flanks on the right.
     grid: dict[str, Any] = {"shape": (3, 2), "groups": [(0, [0, 1]), ([1, 2], 0)], "border": False}
-    grid |= {"col_weights": [MESH_WIDTH, 1.0 - MESH_WIDTH], "row_weights": [0.12, 0.44, 0.44]}
+    grid |= {
+        "col_weights": [MESH_WIDTH_FRACTION, 1.0 - MESH_WIDTH_FRACTION],
+        "row_weights": [0.12, 0.44, 0.44],
+    }
     plotter: Any = pv.Plotter(off_screen=True, window_size=list(size), lighting="none", **grid)
     try:
         plotter.set_background("white")
@@ -120,7 +123,7 @@ def film_camera(film: Film, size: Size) -> Camera:
 
 def _mesh_view(plotter: Any, film: Film, size: Size) -> FilmView:
     """Fill the view of the teeth in mesh: pinion with the paths on its teeth, and gear."""
-    size = int(MESH_WIDTH * size[0]), size[1]
+    size = int(MESH_WIDTH_FRACTION * size[0]), size[1]
     camera = film_camera(film, size)
     pinion, gear = (_metal(film, number, camera, size) for number in (0, 1))
     paths = [_path(film, 0, camera, pair) for pair in film.pairs.tolist()]
@@ -132,7 +135,7 @@ def _flank_view(plotter: Any, film: Film, number: int, size: Size) -> FilmView:
     flank = flank_view(film.path.design.members[number], film.report.flank, outside=True)
     if flank is None:
         raise NoFilmError(f"{MEMBERS[number]}: the flank does not reach the tip over the full face width")
-    size = int((1.0 - MESH_WIDTH) * size[0]), size[1] // 2
+    size = int((1.0 - MESH_WIDTH_FRACTION) * size[0]), size[1] // 2
     corners = flank.frame @ flank.axes + flank.middle  # from the frame of the picture to that of the member
     camera = fit_camera(corners, -flank.axes[2], flank.axes[1], size, margin=0.12)
     items: list[Item] = [_metal(film, number, camera, size, [0]), _path(film, number, camera, 0)]

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .scene import Size
 
-SCALE = 8.0 / 13.0
+PAPER_INCHES_PER_INCH = 8.0 / 13.0
 """Inches of paper per inch of the layout in print."""
 MAX_HEIGHT_IN = 9.28
 """Largest height of a figure in print, inches, so that the page with title and note fits on a journal
@@ -49,7 +49,7 @@ class PageLayout:
     @property
     def scale(self) -> float:
         """Inches in the file per inch of the layout."""
-        return SCALE if self.printed else 1.0
+        return PAPER_INCHES_PER_INCH if self.printed else 1.0
 
 
 def of_size(size_px: Size, plain: bool = False, inches: tuple[float, float] = (16.0, 12.0)) -> PageLayout:
@@ -63,7 +63,7 @@ def of_width(mm: float, plain: bool = False) -> PageLayout:
     """Return the layout for a width in print, mm. The height follows from the figure."""
     # Pixels per inch of paper.
     print_dpi = 300.0
-    dpi = print_dpi * SCALE
+    dpi = print_dpi * PAPER_INCHES_PER_INCH
     return PageLayout((round(mm / 25.4 * print_dpi) + 1e-6) / dpi, None, dpi, plain)
 
 

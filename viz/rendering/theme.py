@@ -45,7 +45,7 @@ LABEL = 13.0
 SMALL = 11.5
 
 MARGIN, WORDS = 0.4, 0.85  # inches: margin of a page, and height of title and subtitle
-AROUND = 1.0
+UNUSED_SPACE_IN = 1.0
 """Inches above and below a page of unknown height; the unused part is cut off."""
 FONT = "DejaVu Sans"
 """Font of all pages; supplied with Matplotlib."""
@@ -150,9 +150,9 @@ def new_page(
         Lower and upper limit of the space for the figure, as fractions of the page height.
     """
     if layout.height is None:
-        pixels = round((below + tall + above + 2.0 * AROUND) * layout.dpi)
+        pixels = round((below + tall + above + 2.0 * UNUSED_SPACE_IN) * layout.dpi)
         page = Page(layout, (pixels + 1e-6) / layout.dpi, title, subtitle, note)
-        return page, inches(page, below + AROUND), 1.0 - inches(page, above + AROUND)
+        return page, inches(page, below + UNUSED_SPACE_IN), 1.0 - inches(page, above + UNUSED_SPACE_IN)
     page = Page(layout, layout.height, title, subtitle, note)
     if not layout.plain:
         x, y = MARGIN / page.get_figwidth(), 1.0 - MARGIN / page.get_figheight()
@@ -193,13 +193,13 @@ def panels(page: Page, cells: PanelRows, count: int, low: float, high: float) ->
     return [page.add_axes(box) for box in boxes]
 
 
-NARROW = 9.0
+NARROW_PAGE_IN = 9.0
 """Page width in inches below which two panels are placed one above the other."""
 
 
 def stacked_height(layout: PageLayout, tall: float) -> float:
     """Return the height of two panels in print, inches; `tall` is their height if placed side by side."""
-    return tall if layout.width > NARROW else min(2.0 * tall, MAX_HEIGHT_IN)
+    return tall if layout.width > NARROW_PAGE_IN else min(2.0 * tall, MAX_HEIGHT_IN)
 
 
 def pair_of_boxes(
@@ -210,7 +210,7 @@ def pair_of_boxes(
     Parameters
     ----------
     page : Page
-        Page. Below a width of NARROW, the panels are placed one above the other.
+        Page. Below a width of NARROW_PAGE_IN, the panels are placed one above the other.
     low, high : float
         Limits of the space for the panels, as fractions of the page height.
     places : sequence of tuple
@@ -218,7 +218,7 @@ def pair_of_boxes(
     over : float
         Space for the title of each panel, inches.
     """
-    if page.layout.width > NARROW:
+    if page.layout.width > NARROW_PAGE_IN:
         return [(left, low, width, high - low) for left, width in places]
     bottoms, height = split_rows(low, high, 2, inches(page, over))
     return [(0.01, bottom, 0.98, height) for bottom in bottoms]

@@ -19,7 +19,7 @@ from matplotlib.transforms import Bbox
 from numpy.typing import NDArray
 
 from . import theme
-from .layout import SCALE
+from .layout import PAPER_INCHES_PER_INCH
 from .theme import Page
 
 FloatArray: TypeAlias = NDArray[np.float64]
@@ -77,7 +77,9 @@ def _set_type(text: Any) -> None:
     smallest, largest, with_index = 7.0, 9.0, 8.6
     words = text.get_text()
     least = with_index if "$" in words and ("_" in words or "^" in words) else smallest
-    text.set_fontsize(float(np.clip(text.get_fontsize() * SCALE, least, largest)) / SCALE)
+    text.set_fontsize(
+        float(np.clip(text.get_fontsize() * PAPER_INCHES_PER_INCH, least, largest)) / PAPER_INCHES_PER_INCH
+    )
 
 
 def _break_titles(axes: Axes) -> None:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from beveloid_geom.analysis.pattern_matrix import PatternCell, PatternMatrix
 from beveloid_geom.arrays import FloatArray
 
-from ..components.flattened_flank import BANDS, boundary_of
+from ..components.flattened_flank import BAND_FRACTIONS, boundary_of
 from .picture import polygon
 
 
@@ -79,9 +79,9 @@ def _picture(
 def _areas(
     axes: Axes, z: FloatArray, r: FloatArray, least: FloatArray, separation: float
 ) -> Iterator[list[FloatArray]]:
-    """Return the outlines (n, 2), mm, of the areas with separations below each of BANDS, largest area
-    first."""
+    """Return the outlines (n, 2), mm, of the areas with separations below each of BAND_FRACTIONS, largest
+    area first."""
     root = np.ma.masked_invalid(np.sqrt(np.maximum(least, 0.0)))
-    for share in BANDS[::-1]:
+    for share in BAND_FRACTIONS[::-1]:
         (area,) = axes.contourf(z, r, root, [-1.0, float(np.sqrt(share * separation))]).get_paths()
         yield [np.asarray(line) for line in area.to_polygons(closed_only=False)]

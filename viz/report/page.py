@@ -40,7 +40,7 @@ from .cells import cell_pictures, size_decimals
 from .charts import Flats
 from .data import EASE_OFF_GRID, HARMONICS, POSITIONS, FlankResults, PageData
 from .origin import Origin
-from .picture import SHADES
+from .picture import SHADE_COUNT
 from .svg import chart_style, svg_of
 
 NOT_KNOWN = "\u2013"
@@ -387,7 +387,7 @@ def _of_page(design: Design) -> dict[str, Any]:
             WARNING: "Works with restrictions",
             NOTE: "No objections found",
         },
-        "shades": range(SHADES),
+        "shades": range(SHADE_COUNT),
         "ease_off_grid": EASE_OFF_GRID,
         "builtin": BUILTINS,
         "deg": 1.0 / math.radians(1.0),

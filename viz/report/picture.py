@@ -23,7 +23,7 @@ from beveloid_geom.shapes.solid import rotated_copies
 from beveloid_geom.shapes.tooth_body import bore_of
 from beveloid_geom.shapes.tooth_boundary import cut_sheets
 
-SHADES = 8
+SHADE_COUNT = 8
 """Number of shades of a metal, darkest first: classes p0 ... of the pinion, g0 ... of the gear."""
 
 
@@ -156,7 +156,7 @@ def _shades(points: FloatArray) -> Codes:
     light = np.array([-0.62, 0.72, 0.31])
     normal = np.cross(points, np.roll(points, -1, axis=1)).sum(axis=1)
     share = normal @ light / np.linalg.norm(normal, axis=1)
-    return np.asarray(np.round((SHADES - 1) * np.clip(0.35 + 0.65 * share, 0.0, 1.0)).astype(np.int8))
+    return np.asarray(np.round((SHADE_COUNT - 1) * np.clip(0.35 + 0.65 * share, 0.0, 1.0)).astype(np.int8))
 
 
 def polygon(points: FloatArray, corner: tuple[float, float], scale: float) -> str:

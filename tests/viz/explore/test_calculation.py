@@ -158,7 +158,9 @@ def test_the_patch_lies_just_outside_the_tooth(modified: Design, flank: str) -> 
         picked = [round((n - 1) * (k // 2) / (k - 1)) for n, k in zip(side.l.shape, size, strict=True)]
         on_flank = side.points[tuple(picked)]
         away = points - on_flank
-        assert np.linalg.norm(away) == pytest.approx(panels.LIFT * float(member.tool.normal_module), rel=0.05)
+        assert np.linalg.norm(away) == pytest.approx(
+            panels.LIFT_MODULES * float(member.tool.normal_module), rel=0.05
+        )
         # The middle of the tooth is on the x axis at mid-face, so that |y| grows out of the tooth.
         assert on_flank[2] == pytest.approx(0.0, abs=0.6)
         assert away[1] * on_flank[1] > 0.0

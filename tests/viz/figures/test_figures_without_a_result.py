@@ -82,7 +82,7 @@ def _few(monkeypatch: pytest.MonkeyPatch) -> None:
     require_opengl()
     few: list[tuple[Any, dict[str, Any]]] = [
         (fig_cloud, {"MOUNTINGS": 20, "PATHS_DRAWN": 20, "CYCLE_MOUNTINGS": 2}),
-        (fig_map, {"STEPS": 2}),
+        (fig_map, {"INTERVAL_COUNT": 2}),
     ]
     for module, values in few:
         for name, value in values.items():

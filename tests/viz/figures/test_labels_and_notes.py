@@ -171,7 +171,7 @@ def test_short_parts_that_are_not_first_contact_have_two_dashes() -> None:
     first = np.ones(101, dtype=bool)
     first[40:46] = False
     items = panels.trace_items(Trace(points, first=first), view, 1.0)
-    assert sum(isinstance(item, Tube) and item.radius == panels.THIN for item in items) == 2
+    assert sum(isinstance(item, Tube) and item.radius == panels.THIN_WIDTH_RATIO for item in items) == 2
 
 
 def test_shifts_have_the_decimals_of_the_error() -> None:
@@ -226,7 +226,7 @@ def test_coefficients_with_many_decimals_have_a_common_power_of_ten() -> None:
 
 def test_errors_in_the_sentence_on_meshes_are_those_at_its_tolerance() -> None:
     """Another tolerance has a larger error of the polished contact, which the sentence does not contain."""
-    sizes = mesh_convergence.TOLERANCES
+    sizes = mesh_convergence.TOLERANCES_MM
     faces, ones = np.full(len(sizes), 8), np.ones(len(sizes))
     polished = np.where(np.isclose(sizes, 0.001), 2e-13, 4e-12)
     found: dict[tuple[str, bool], tuple[Convergence, ...]] = {

@@ -22,7 +22,7 @@ TABLE = builtin_design()
 @cache
 def small_map() -> ParabolaMap:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(parabola_map, "STEPS", 4)
+        patch.setattr(parabola_map, "INTERVAL_COUNT", 4)
         return parabola_map.compute(TABLE)
 
 

@@ -316,7 +316,9 @@ def test_what_runs_is_the_first_of_the_tooth_pairs_alone(flank: str) -> None:
     whole pitches."""
     graph = motion_graph.motion_graph(operation_report("", MODIFIED, flank, 65, 3, MARKING_SEPARATION))
     steps = 64
-    pairs = np.stack([graph.alone[k * steps : (k + 1) * steps + 1] for k in range(2 * motion_graph.REACH)])
+    pairs = np.stack(
+        [graph.alone[k * steps : (k + 1) * steps + 1] for k in range(2 * motion_graph.REACH_PITCHES)]
+    )
     first = np.fmax.reduce(pairs)
     np.testing.assert_allclose(first, graph.report.first.transmission_error, atol=1e-12)
     low, high = graph.limits

@@ -37,9 +37,9 @@ def test_only_first_contacts_are_drawn_thick() -> None:
     touches = certify(path.path).verdict == Verdict.FIRST_CONTACT
     np.testing.assert_array_equal(path.first, touches)
     assert 40 < touches.sum() < 50
-    assert {1.0, panels.THIN} <= set(radii)
+    assert {1.0, panels.THIN_WIDTH_RATIO} <= set(radii)
     assert widths(table1())[0][0] == 1.0
-    assert panels.THIN not in widths(table1())[0]
+    assert panels.THIN_WIDTH_RATIO not in widths(table1())[0]
 
 
 def test_lines_where_edges_touch_lie_on_them() -> None:

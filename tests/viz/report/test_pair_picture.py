@@ -17,7 +17,7 @@ from beveloid_geom.contact.mesh_position import frames_at
 from beveloid_geom.operation.engagement import conjugate_phase
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.surface_mesh import gear_mesh
-from beveloid_viz.report.picture import SHADES, _eye, pair_picture
+from beveloid_viz.report.picture import SHADE_COUNT, _eye, pair_picture
 
 PIXELS = 240
 """Width of the compared pictures."""
@@ -91,5 +91,7 @@ def test_a_member_without_teeth_is_a_blank_and_no_layout_no_picture() -> None:
     pointed = replace(TABLE.pinion, profile_shift=1.5, tool=replace(TABLE.pinion.tool, addendum=1.6))
     blank, whole = (pair_picture(design) for design in (replace(TABLE, pinion=pointed), TABLE))
     assert 20_000 < len(blank) < len(whole)
-    assert {shade for _, shade in re.findall('class="([pg])(.)"', whole)} <= {str(n) for n in range(SHADES)}
+    assert {shade for _, shade in re.findall('class="([pg])(.)"', whole)} <= {
+        str(n) for n in range(SHADE_COUNT)
+    }
     assert pair_picture(replace(TABLE, pair=Pair(229.0, radians(1.0)))) == ""

@@ -21,7 +21,7 @@ from ...rendering import theme
 from ...rendering.layout import PanelRows
 from .curves import log_axes
 
-TOLERANCES = np.logspace(-1.0, -4.0, 13)
+TOLERANCES_MM = np.logspace(-1.0, -4.0, 13)
 PATH_FRACTIONS = (0.3, 0.4, 0.5, 0.6, 0.7)
 """Positions as fractions of the path in pinion roll."""
 
@@ -44,7 +44,7 @@ def compute(design: Design) -> ConvergenceFigure:
         try:
             for polish in (False, True):
                 results[flank, polish] = tuple(
-                    convergence(design, flank, TOLERANCES, polish, share=share) for share in PATH_FRACTIONS
+                    convergence(design, flank, TOLERANCES_MM, polish, share=share) for share in PATH_FRACTIONS
                 )
         except ValueError as error:
             reasons[flank] = str(error)
@@ -101,11 +101,13 @@ def _panel(axes: Axes, data: ConvergenceFigure, flank: str) -> list[Line2D]:
             errors = np.maximum(errors_of_kind(data.convergence[flank, polish], kind), smallest_error_mm)
             label = f"{name}, {'polished' if polish else 'mesh alone'}"
             face = colour if polish else "none"
-            axes.plot(TOLERANCES, errors.T, marker, color=colour, ms=4.0, alpha=0.45, mfc=face)
+            axes.plot(TOLERANCES_MM, errors.T, marker, color=colour, ms=4.0, alpha=0.45, mfc=face)
             worst = errors.max(axis=0)
             look: dict[str, Any] = {"color": colour, "marker": marker, "label": label}
-            lines += axes.plot(TOLERANCES, worst, "-" if polish else "--", **look)
-    lines += axes.plot(TOLERANCES, TOLERANCES, color=theme.GREY, linewidth=1.2, label="the tolerance itself")
+            lines += axes.plot(TOLERANCES_MM, worst, "-" if polish else "--", **look)
+    lines += axes.plot(
+        TOLERANCES_MM, TOLERANCES_MM, color=theme.GREY, linewidth=1.2, label="the tolerance itself"
+    )
     log_axes(axes)
     axes.invert_xaxis()
     axes.set_ylim(0.1 * smallest_error_mm, 1e3)
@@ -115,7 +117,7 @@ def _panel(axes: Axes, data: ConvergenceFigure, flank: str) -> list[Line2D]:
 
 def finding(data: ConvergenceFigure) -> str:
     """Return the finding of the chart from the errors of each flank."""
-    parts, near = [], int(np.argmin(np.abs(TOLERANCES - 0.001)))
+    parts, near = [], int(np.argmin(np.abs(TOLERANCES_MM - 0.001)))
     for flank in FLANKS:
         if flank in data.reasons:
             continue
@@ -126,7 +128,9 @@ def finding(data: ConvergenceFigure) -> str:
         parts.append(
             f"{flank} flanks {alone:.2g}\u00a0mm off, polished {annotate.power_of_ten(polished)}\u00a0mm"
         )
-    return f"Contact point at a tolerance of {TOLERANCES[near]:.3g} mm: {'; '.join(parts)}" if parts else ""
+    return (
+        f"Contact point at a tolerance of {TOLERANCES_MM[near]:.3g} mm: {'; '.join(parts)}" if parts else ""
+    )
 
 
 def rows(data: ConvergenceFigure) -> Table:

@@ -18,7 +18,7 @@ from ...rendering import theme
 from ...rendering.layout import PanelRows
 from .curves import MethodStyle, curve, log_axes
 
-RUNS = 5
+RUN_COUNT = 5
 LOOKS = {
     "mesh alone": MethodStyle("mesh alone", theme.RED, "o", True, 7.0),
     "mesh, polished": MethodStyle("mesh, polished", theme.RED, "o", size=7.0),
@@ -58,7 +58,7 @@ def compute(design: Design, flank: str = "right") -> SpeedAccuracy:
     """Measure all methods on the pair with the paper's modification."""
     changed = paper_modified(design)
     try:
-        return SpeedAccuracy(changed, flank, compare(changed, flank, METHODS, RUNS))
+        return SpeedAccuracy(changed, flank, compare(changed, flank, METHODS, RUN_COUNT))
     except (ValueError, ImportError) as error:
         return SpeedAccuracy(changed, flank, (), str(error))
 
@@ -80,7 +80,7 @@ def draw(data: SpeedAccuracy, layout: theme.PageLayout) -> Drawing:
         layout,
         title(data),
         f"{data.flank.capitalize()} flanks, {coefficients(data.design)}. Left is faster, down is more exact.",
-        note.format(runs=RUNS) + (f" Without an answer: {'; '.join(lost)}." if solved and lost else ""),
+        note.format(runs=RUN_COUNT) + (f" Without an answer: {'; '.join(lost)}." if solved and lost else ""),
         below=0.75,
         above=0.6,
         tall=cells.tall(layout, 1, 5.2),
@@ -97,7 +97,7 @@ def draw(data: SpeedAccuracy, layout: theme.PageLayout) -> Drawing:
             axes.hlines(one.error_mm, one.seconds[0], one.seconds[2], look.colour, linewidth=1.2)
     _set_limits(axes, data)
     labels, lines = Labels(axes), finding(data)
-    if layout.width < theme.NARROW:  # so that the block fits next to the five equations
+    if layout.width < theme.NARROW_PAGE_IN:  # so that the block fits next to the five equations
         lines = [line.replace(" times ", " \u00d7 ").replace(" against", "\nagainst") for line in lines]
     labels.block("\n".join(lines), corners, linespacing=1.4, fontsize=theme.SMALL)
     marks = {(one.method, one.value): one for one in data.measurements if one.status == "solved"}

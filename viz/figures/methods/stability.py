@@ -34,7 +34,7 @@ from .speed_accuracy import LOOKS
 
 ABOVE_DEG = 10.0 ** np.arange(-10.0, 0.1, 1.0)
 """Distances from the smallest shaft angle."""
-COMPARED = 12
+COMPARED_CELLS = 12
 """Number of cells of each status at which the five equations are solved."""
 
 
@@ -74,7 +74,7 @@ def compute(design: Design, flank: str = "right") -> Stability:
         flank,
         smallest + above * np.linspace(shares[0], shares[-1], map_cells),
         np.linspace(min(offsets) - margin, max(offsets) + margin, map_cells),
-        COMPARED,
+        COMPARED_CELLS,
     )
     return Stability(design, flank, smallest, errors, answers)
 

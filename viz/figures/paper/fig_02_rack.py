@@ -61,7 +61,7 @@ def draw(data: RackFigure, layout: theme.PageLayout) -> Drawing:
     # Space for text next to the dimensions, inches.
     text_width_in = 0.9
     module, coefficient = data.module, float(data.tools[1].parabola)
-    narrow = layout.printed and layout.width < theme.NARROW
+    narrow = layout.printed and layout.width < theme.NARROW_PAGE_IN
     # Half the width of the tool drawn, in normal modules; on a narrow page with less text.
     wide = 1.75 if narrow else 2.08
     space, angle = f" = $\\pi m_n/2$ = {data.space:.5g} mm", f" = {np.degrees(data.alpha):g}\u00b0"
@@ -80,7 +80,9 @@ def draw(data: RackFigure, layout: theme.PageLayout) -> Drawing:
     axes = theme.overlay(page, box)
     tool = data.tools[0]
     back_modules = 0.4  # thickness of the back of the tool
-    ends = module * np.array([-float(tool.dedendum) - 0.35, cutter.TOP * float(tool.addendum) + back_modules])
+    ends = module * np.array(
+        [-float(tool.dedendum) - 0.35, cutter.SPACE_DEPTH_ADDENDA * float(tool.addendum) + back_modules]
+    )
     room = 1.0 - 2.0 * text_width_in * page.dpi / box.width
     half = max(
         (wide + 0.62) * module,

@@ -142,7 +142,7 @@ def _ring(data: MeshingFigure, number: int, radius: float, z: float) -> FloatArr
 
 def draw(data: MeshingFigure, layout: theme.PageLayout) -> Drawing:
     """Draw reference cones, axes and circles with their dimensions."""
-    narrow = layout.width < theme.NARROW
+    narrow = layout.width < theme.NARROW_PAGE_IN
     detailed = narrow and data.small_pinion and data.has_pitch_point
     # Heights of the picture and, on a narrow page, of the detail of a small pinion and the table, inches.
     heights = (4.3, 3.0, 1.9) if detailed else (4.6, 0.0, 2.0) if narrow else (7.2, 0.0, 0.0)

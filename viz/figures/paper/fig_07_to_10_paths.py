@@ -96,7 +96,7 @@ def draw(data: PathFigure, layout: theme.PageLayout) -> Drawing:
         + "Below: length, angle to the axial direction in the side view; limits at the ends, if changed. "
         + panels.what_touches(data.paths)
         + panels.lines_drawn(data.paths),
-        columns=viewpoint.COLUMNS,
+        columns=viewpoint.NOTE_CHARACTERS,
         tall=grid.tall(layout),
     )
     theme.legend(page, panels.touching_legend(page, data.paths), 3, 0.8, handlelength=3.5)

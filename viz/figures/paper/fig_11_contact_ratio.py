@@ -103,7 +103,9 @@ def draw(data: RatioFigure, layout: theme.PageLayout) -> Drawing:
     )
     paths = [ends.contact_ratio for flank in FLANKS for ends in data.ends[flank]]
     values = np.concatenate([*paths, *(data.ratio[flank].ravel() for flank in FLANKS)])
-    limits = _limits(values[np.isfinite(values)], labelled[:0] if layout.width > theme.NARROW else labelled)
+    limits = _limits(
+        values[np.isfinite(values)], labelled[:0] if layout.width > theme.NARROW_PAGE_IN else labelled
+    )
     for index, (case, axes) in enumerate(
         zip(CASES, theme.panels(page, cells, len(CASES), low, high), strict=True)
     ):

@@ -45,7 +45,7 @@ from ...components.map_panel import (
 from ...rendering import theme
 from ...rendering.layout import PanelRows
 
-STEPS = 20
+INTERVAL_COUNT = 20
 """Intervals of the difference; the sum has as many."""
 HALF_TURN_DEG = 180.0
 """Period of the angle of a path."""
@@ -116,8 +116,8 @@ def compute(design: Design, flank: str = "right") -> ParabolaMap:
     """Compute the map and its extremes. The largest difference is twice the usual coefficient, and the sums
     reach from minus one half to one fifth of it, which includes the paper's Figs. 7 to 10."""
     largest = min(high for _, high in usual_bounds(design, "parabola"))
-    difference = 2.0 * largest * np.linspace(-1.0, 1.0, STEPS + 1)
-    root = np.linspace(-1.0, 1.0, 3 * STEPS // 2 + 1)
+    difference = 2.0 * largest * np.linspace(-1.0, 1.0, INTERVAL_COUNT + 1)
+    root = np.linspace(-1.0, 1.0, 3 * INTERVAL_COUNT // 2 + 1)
     root = root[root < 0.65]
     total = 0.5 * largest * root * np.abs(root)
     second, first = np.meshgrid(total, difference)

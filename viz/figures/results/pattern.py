@@ -24,7 +24,7 @@ from beveloid_geom.report.pattern import pattern_report
 
 from ...components import flattened_flank, panels, paths_table, viewpoint
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, rows_of_cases
-from ...components.flank_grid import LEFT, Cell, FlankArrangement, draw_grid, text_heights
+from ...components.flank_grid import LEFT_MARGIN_FRACTION, Cell, FlankArrangement, draw_grid, text_heights
 from ...components.panels import Trace
 from ...components.paths_table import SolvedPath
 from ...components.viewpoint import FlankView
@@ -251,17 +251,17 @@ def draw(data: BandFigure, layout: theme.PageLayout) -> Drawing:
     """Draw pinion flanks above gear flanks, one column for each case."""
     text_heights_in, bar_height_in = (0.4, 0.4), 0.9  # of pinion and gear flanks
     flanks = " and ".join(sorted({column.flank for column in data.columns}, reverse=True))
-    stretch = 4.0 if layout.width > theme.NARROW else 3.0  # magnification across the face
+    stretch = 4.0 if layout.width > theme.NARROW_PAGE_IN else 3.0  # magnification across the face
     # Width of paths relative to those of other figures, so that they hide less of the bands, and line width
     # of ellipses and lines of contact, points.
-    path_width, ring_pt = (0.7, 1.3) if layout.width > theme.NARROW else (1.0, 0.7)
+    path_width, ring_pt = (0.7, 1.3) if layout.width > theme.NARROW_PAGE_IN else (1.0, 0.7)
     halo: list[AbstractPathEffect] = [withStroke(linewidth=2.0 * ring_pt, foreground="white")]
     note = panels.how_drawn(flanks, stretch, outside=True) + data.note
     cases = [(column.heading, column.design, column.flank) for column in data.columns]
     grid = FlankArrangement(cases, text_heights(layout, len(cases), text_heights_in), stretch, outside=True)
     tall = grid.tall(layout) + bar_height_in
     title = data.title, data.subtitle, note
-    page, low, high = theme.new_page(layout, *title, columns=viewpoint.COLUMNS, tall=tall)
+    page, low, high = theme.new_page(layout, *title, columns=viewpoint.NOTE_CHARACTERS, tall=tall)
     _colour_bar(page, data, low)
 
     def panel(cell: Cell) -> Picture | None:
@@ -319,7 +319,9 @@ def _painted(data: BandFigure, layer: Layer, view: FlankView, metal: str) -> lis
 def _colour_bar(page: theme.Page, data: BandFigure, low: float) -> None:
     """Draw the colour bar above `low`, a fraction of the page."""
     width = 0.45 if page.layout.width > 9.0 else 0.85
-    axes = page.add_axes((LEFT, low + theme.inches(page, 0.5), width, theme.inches(page, 0.22)))
+    axes = page.add_axes(
+        (LEFT_MARGIN_FRACTION, low + theme.inches(page, 0.5), width, theme.inches(page, 0.22))
+    )
     colours = ListedColormap(list(data.colours))
     norm = BoundaryNorm(list(data.bands), colours.N)
     axes.imshow(np.arange(colours.N)[None], cmap=colours, aspect="auto", extent=(0, colours.N, 0, 1))

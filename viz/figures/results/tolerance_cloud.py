@@ -134,7 +134,7 @@ def draw(data: CloudFigure, layout: theme.PageLayout) -> Drawing:
         _note(data, stretch) + _in_operation(data),
         below=0.9,
         above=0.7,
-        columns=viewpoint.COLUMNS,
+        columns=viewpoint.NOTE_CHARACTERS,
         tall=cells.tall(layout, 4, 2.6) + 0.6,
     )
     boxes = cells.boxes(layout, 4, page.get_figheight(), low, high)
