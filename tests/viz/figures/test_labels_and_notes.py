@@ -184,7 +184,7 @@ def test_the_note_on_first_contacts_names_only_what_is_drawn() -> None:
         recipe = recipe_of(name)
         note = page_of(recipe.draw, recipe.compute(PARALLEL)).note
         assert ("Not first: another tooth pair" in note) == said
-        assert "Contact ratios: of one tooth pair" in note
+        assert "Contact ratios: one tooth pair" in note
 
 
 @pytest.mark.parametrize(("missing", "said"), [(False, False), (True, True)])
