@@ -125,6 +125,11 @@ def sliding_of(path: ContactPath) -> Sliding:
         back along the path; all quantities except `contact_velocity`, `rolling` and `specific_total` are
         regular there.
 
+    References
+    ----------
+    Equation of meshing: Litvin and Fuentes, Gear Geometry and Applied Theory, 2004; specific sliding:
+    ISO 21771.
+
     Examples
     --------
     >>> import beveloid_geom as bg

@@ -114,6 +114,10 @@ def balls_at(member: Member, diameter: float, z: ArrayLike, change: ArrayLike = 
         For a diameter that is not positive, a member that its tool cannot cut, and tip rounds of the tool
         that overlap.
 
+    References
+    ----------
+    Cylindrical gears: Eqs. (30), (31), (35) and (36) of DIN 21773.
+
     Examples
     --------
     >>> import beveloid_geom as bg

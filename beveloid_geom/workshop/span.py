@@ -80,6 +80,10 @@ def span_over(member: Member, teeth: int | None = None, change: ArrayLike = 0.0)
     ValueError
         For a number of teeth below 1 or above that of the gear minus 1, and as `tooth_data`.
 
+    References
+    ----------
+    DIN 21773 and ISO 21771.
+
     Examples
     --------
     >>> import beveloid_geom as bg

@@ -109,6 +109,10 @@ def tooth_data(member: Member, change: ArrayLike = 0.0) -> ToothData:
     ValueError
         For a member with arrays, a member that its tool cannot cut, and tip rounds of the tool that overlap.
 
+    References
+    ----------
+    Cylindrical gears: Eqs. (2) and (5) of DIN 21773.
+
     Examples
     --------
     >>> import beveloid_geom as bg

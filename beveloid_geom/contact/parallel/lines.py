@@ -128,6 +128,10 @@ def contact_lines(path: ContactPath) -> ContactLines:
     ContactLines
         NaN where flanks touch in points, or not at all.
 
+    References
+    ----------
+    Contact ratios: ISO 21771.
+
     Examples
     --------
     >>> import beveloid_geom as bg
