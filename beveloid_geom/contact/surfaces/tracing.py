@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...arrays import FloatArray, Integers, Mask
-from .curve import NEAR_STEPS, Curve, sampled
+from .curve import Curve, sampled
 from .limits import Problem, margins_at, on_plane
 from .refinement import kink_distance
 from .tangency import Contacts, contacts_at, given_row, meshing_start, solve
@@ -158,7 +158,6 @@ def _followed(
             problem.placed.take(active),
             guess,
             on_plane(problem, guess, onwards),
-            max_steps=NEAR_STEPS,
         )
         after = _direction(problem, met, onwards)
         turn = np.arccos(np.clip((after * before).sum(axis=0), -1.0, 1.0))
