@@ -107,7 +107,7 @@ def _with_ends(
     segment: Segment,
     active_cases: Integers,
 ) -> Mask:
-    """Fill a segment for the cases `active_cases`, and return for which of them both ends were found.
+    """Fill a segment for the `active_cases`, and return for which of them both ends were found.
 
     `runs` (2, cases) are the first and last sample inside the flanks."""
     part = problem.cases(np.tile(active_cases, 2))  # the first ends of all cases, followed by the last ones
