@@ -93,13 +93,13 @@ def cycle_statistics(mountings: Design, flank: str) -> CycleStatistics:
     ValueError
         For members of arrays, and if the tip rounds of a tool overlap.
     """
-    found = operating_ratios(mountings, flank, (MARKING_SEPARATION,))
-    cycle = found.cycle
+    ratios = operating_ratios(mountings, flank, (MARKING_SEPARATION,))
+    cycle = ratios.cycle
     return CycleStatistics(
         status=cycle.status.reshape(-1).astype(np.int8),
         cycle_peak_to_peak=cycle.peak_to_peak.reshape(-1),
         edge_share=cycle.edge_share.reshape(-1),
-        film_ratio=found.ratio.reshape(-1),
+        film_ratio=ratios.ratio.reshape(-1),
         pattern_ends=np.zeros((cycle.status.size, len(Limit)), dtype=bool),
         pattern_known=np.zeros(cycle.status.size, dtype=bool),
     )
@@ -150,7 +150,7 @@ def pattern_ends(
         )
         unknown = np.flatnonzero(sampled_least > separation)
         searched = points.reshape(-1, edge_points, 3)[unknown].reshape(-1, 3)
-        found = minimum_separation(mating, searched).least
+        searched_least = minimum_separation(mating, searched).least
         least[:, k] = sampled_least
-        least[unknown, k] = np.nan_to_num(found, nan=np.inf).reshape(-1, edge_points).min(axis=1)
+        least[unknown, k] = np.nan_to_num(searched_least, nan=np.inf).reshape(-1, edge_points).min(axis=1)
     return np.asarray(least.reshape(-1) <= separation)

@@ -180,9 +180,9 @@ def second_order_of(profile: FloatArray, face: FloatArray, deviation: FloatArray
         return SecondOrder(*[np.nan] * 7)
     terms = np.stack((np.ones_like(x), x, y, x * x - 1.0 / 3.0, y * y - 1.0 / 3.0, x * y), axis=-1)[known]
     share = np.sqrt(np.multiply.outer(_widths(profile), _widths(face))[known])
-    found = np.linalg.lstsq(terms * share[:, None], deviation[known] * share, rcond=None)[0]
-    left = share * (deviation[known] - terms @ found)
-    return SecondOrder(*map(float, (*found, np.sqrt((left**2).sum() / (share**2).sum()))))
+    coefficients = np.linalg.lstsq(terms * share[:, None], deviation[known] * share, rcond=None)[0]
+    left = share * (deviation[known] - terms @ coefficients)
+    return SecondOrder(*map(float, (*coefficients, np.sqrt((left**2).sum() / (share**2).sum()))))
 
 
 def _widths(places: FloatArray) -> FloatArray:
@@ -234,8 +234,8 @@ def _least(
         done = (np.abs(step) <= last).all(axis=0)
         if np.all(done | ~np.isfinite(gap)):
             break
-    found = done & nearest & (np.abs(gap) < mate.module)
-    return np.where(found, gap, np.nan), np.where(found, state, np.nan)
+    valid = done & nearest & (np.abs(gap) < mate.module)
+    return np.where(valid, gap, np.nan), np.where(valid, state, np.nan)
 
 
 @dataclass(frozen=True, eq=False)
@@ -283,8 +283,8 @@ def _own_roll(mate: _Mate, point: FloatArray, normal: FloatArray) -> FloatArray:
     # n.(k2 x (R - O2)) = k2.Rz (P x n) + (k2 x (O1 - O2)).Rz n; n.(k1 x R) is independent of the roll.
     cos = moment[..., :2] @ mate.axis[:2] + normal[..., :2] @ arm[:2]
     sin = moment[..., :2] @ _quarter(mate.axis) + normal[..., :2] @ _quarter(arm)
-    rest = moment[..., 2] / mate.rate - moment[..., 2] * mate.axis[2] - normal[..., 2] * arm[2]
-    turn = np.arccos(np.clip(rest / np.hypot(cos, sin), -1.0, 1.0))
+    constant_term = moment[..., 2] / mate.rate - moment[..., 2] * mate.axis[2] - normal[..., 2] * arm[2]
+    turn = np.arccos(np.clip(constant_term / np.hypot(cos, sin), -1.0, 1.0))
     both = np.arctan2(sin, cos) + np.stack((turn, -turn)) - mate.roll[0]
     both = without_turns(both)
     return np.asarray(mate.roll[0] + np.where(np.abs(both[0]) < np.abs(both[1]), both[0], both[1]))
@@ -308,7 +308,7 @@ def _newton_step(
     step, and whether the distance is a minimum and the flanks face each other."""
     roll, l, u = state
     pinion, gear = mate.frames(roll)
-    own, ray = to_fixed(pinion, point), normals_to_fixed(pinion, normal)
+    pinion_point, ray = to_fixed(pinion, point), normals_to_fixed(pinion, normal)
     patch, turns = (
         flank_patch(mate.design.gear, mate.flank, l, u),
         normal_rates(mate.design.gear, mate.flank, l, u),
@@ -319,8 +319,8 @@ def _newton_step(
         for pair in ((patch.tangent_l, patch.tangent_u), turns)
     )
     facing = _dot(n, ray)
-    gap = _dot(n, x - own) / facing
-    off = own + gap[..., None] * ray - x  # in the tangent plane of the gear's flank
+    gap = _dot(n, x - pinion_point) / facing
+    off = pinion_point + gap[..., None] * ray - x  # in the tangent plane of the gear's flank
     # Equation of meshing, N.W = 0, and its derivatives by roll, l2 and u2.
     slide = mate.sliding(x) + mate.rate * np.cross(mate.axis, mate.centre)
     turned, carried = (mate.rate * np.cross(mate.axis, v) for v in (n, x - mate.centre))

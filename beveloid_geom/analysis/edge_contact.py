@@ -122,9 +122,9 @@ def _at(values: FloatArray, share: FloatArray) -> FloatArray:
     # Number of positions used for interpolation; with 17 positions of a path the error is 1e-13 rad.
     neighbours = 6
     first = np.clip(np.floor(place).astype(int) - (neighbours // 2 - 1), 0, steps + 1 - neighbours)
-    found: FloatArray = np.zeros(np.shape(place))
+    interpolated: FloatArray = np.zeros(np.shape(place))
     for j in range(neighbours):
         others = [k for k in range(neighbours) if k != j]
         weight = np.prod([(place - first - k) / (j - k) for k in others], axis=0)
-        found += weight * np.take_along_axis(values, (first + j)[..., None], axis=-1)[..., 0]
-    return found
+        interpolated += weight * np.take_along_axis(values, (first + j)[..., None], axis=-1)[..., 0]
+    return interpolated

@@ -168,8 +168,8 @@ def _usual(design: Design, name: str) -> Bounds:
     if name.startswith("parabola_apex"):
         return -(module := float(member.tool.normal_module)), module
     if name.startswith("parabola"):
-        own = [abs(float(value)) for value in member.tool.parabolas.values()]
-        usual = max(0.012 / float(member.tool.normal_module), *own)
+        coefficients = [abs(float(value)) for value in member.tool.parabolas.values()]
+        usual = max(0.012 / float(member.tool.normal_module), *coefficients)
         return -(most := min(usual, parabola_limit(member))), most
     if name.endswith("mounting_change"):
         change = 0.6 * max(float(each.face_width) for each in design.members)
@@ -235,8 +235,8 @@ def map_of(
     --------
     >>> import beveloid_geom as bg
     >>> design = bg.builtin_design("ni-2017")
-    >>> found = bg.map_of(design, "parabola", first=(0.0, 0.001), second=(-0.001, 0.0), steps=2)
-    >>> found.contact_ratio.round(3)
+    >>> grid = bg.map_of(design, "parabola", first=(0.0, 0.001), second=(-0.001, 0.0), steps=2)
+    >>> grid.contact_ratio.round(3)
     array([[1.307, 1.651],
            [1.816, 0.075]])
     """
@@ -270,9 +270,9 @@ def map_of(
             rows[name].append(column)
         if progress is not None and not operation:
             progress(x[block].size)
-    found = {name: np.concatenate(parts).reshape(steps, steps) for name, parts in rows.items()}
-    status = found.pop("status").astype(np.int8)
-    return DesignMap(design, flank, over, errors, first_values, second_values, status, **found)
+    grids = {name: np.concatenate(parts).reshape(steps, steps) for name, parts in rows.items()}
+    status = grids.pop("status").astype(np.int8)
+    return DesignMap(design, flank, over, errors, first_values, second_values, status, **grids)
 
 
 def _cells(

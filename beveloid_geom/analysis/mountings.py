@@ -75,10 +75,10 @@ class Mountings:
     def quantities(self) -> dict[str, FloatArray]:
         """Return the quantities (n,) whose distribution a study reports, by name; mm and rad."""
         names = "contact_ratio", "peak_to_peak", "normal_backlash"
-        found = {name: getattr(self, name) for name in names}
+        values = {name: getattr(self, name) for name in names}
         for name in ("pinion_z", "gear_z"):
-            found |= {f"{name}_{place}": getattr(self, name)[:, k] for k, place in enumerate(PLACES)}
-        return found
+            values |= {f"{name}_{place}": getattr(self, name)[:, k] for k, place in enumerate(PLACES)}
+        return values
 
 
 def solved_mountings(

@@ -128,13 +128,13 @@ def optimise_parabola(design: Design, aim: Aim, flank: str = "right") -> Optimum
     else:
         first, second = _without_edges(design, flank, aim)
     changed = design.with_parabola(float(first), float(second))
-    own = (np.asarray(member.tool.parabola_of(flank)) for member in design.members)
+    given_coefficients = (np.asarray(member.tool.parabola_of(flank)) for member in design.members)
     return Optimum(
         pinion_parabola=float(first),
         gear_parabola=float(second),
         design=changed,
         optimum=objectives_of(design, flank, aim, first, second),
-        given=objectives_of(design, flank, aim, *own),
+        given=objectives_of(design, flank, aim, *given_coefficients),
         optimum_operation=operation_of(changed, flank, aim),
         given_operation=operation_of(design, flank, aim),
         at_limits=at_limits(
@@ -239,8 +239,8 @@ def _refined(design: Design, flank: str, aim: Aim, limits: FloatArray, start: Ve
         return float(x[2])
 
     def conditions(x: Vector) -> FloatArray:
-        found = paths(*x[:2].tolist())
-        margins = np.append(_margins(found, aim, x[:2]), x[2] - found.goals / scale)
+        objectives = paths(*x[:2].tolist())
+        margins = np.append(_margins(objectives, aim, x[:2]), x[2] - objectives.goals / scale)
         return np.asarray(np.nan_to_num(margins, nan=-1.0))
 
     scale = float(np.nan_to_num(paths(*start.tolist()).goals.max(), nan=1.0)) or 1.0
@@ -288,11 +288,11 @@ def _starts(design: Design, flank: str, aim: Aim, limits: FloatArray) -> FloatAr
     step, most = _step(design), float(np.abs(limits).sum())
     sums, apart = -_graded(0.25 * step, most), 2.0 * _graded(step, 0.5 * most)
     total, apart = np.meshgrid(sums, np.append(-apart[:0:-1], apart), indexing="ij")
-    found = [
+    minima = [
         _least_of(design, flank, aim, limits, np.array(x))
         for x in (even, (0.5 * (total + apart), 0.5 * (total - apart)))
     ]
-    x, missed, goal = (np.concatenate(rows, axis=-1) for rows in zip(*found, strict=True))
+    x, missed, goal = (np.concatenate(rows, axis=-1) for rows in zip(*minima, strict=True))
     near = np.flatnonzero(missed <= max(1.0, float(missed.min(initial=np.inf))))
     return x[:, near[np.lexsort((goal[near], missed[near]))][:4]]
 

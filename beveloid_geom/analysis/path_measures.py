@@ -184,10 +184,10 @@ def shifts(design: Design, flank: str, error: str, size: float) -> dict[str, Flo
     dict
         Shifts by the names of SHIFTS, each of shape (2 members, 2), mm; NaN without a path.
     """
-    found = {name: np.full((2, 2), np.nan) for name in SHIFTS}
+    results = {name: np.full((2, 2), np.nan) for name in SHIFTS}
     middle = path_of_contact(design, flank, PATH_POINTS)
     if middle.l1.size == 0:
-        return found
+        return results
     moved = design.with_errors(replace(design.errors, **{error: np.array((-size, size))}))
     window = _window(design, flank)
     on_flanks, curve = path_of_contact(moved, flank, 3), path_of_contact(moved, flank, l1=window)
@@ -205,8 +205,8 @@ def shifts(design: Design, flank: str, error: str, size: float) -> dict[str, Flo
             at_roll = getattr(on_flanks, z)[k, 1] - held_z
             values = (at_l, at_r, at_r * abs(np.sin(angle)), at_l * ratio, at_roll)
             for name, value in zip(SHIFTS, values, strict=True):
-                found[name][j, k] = value
-    return found
+                results[name][j, k] = value
+    return results
 
 
 def _window(design: Design, flank: str) -> FloatArray:

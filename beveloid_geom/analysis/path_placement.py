@@ -115,16 +115,16 @@ class _PlacementSearch:
     def places(self, shares: FloatArray) -> FloatArray:
         """Return the middles (n, 2) of the paths under errors (n, 2); NaN without a path."""
         path = path_of_contact(self.under(shares), self.flank, 3)
-        found = np.stack((path.pinion_z[:, 1], path.l1[:, 1]), axis=-1)
-        return np.where((path.ends.status == Status.SOLVED)[:, None], found, np.nan)
+        middles = np.stack((path.pinion_z[:, 1], path.l1[:, 1]), axis=-1)
+        return np.where((path.ends.status == Status.SOLVED)[:, None], middles, np.nan)
 
     def rates(self, shares: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the middles (n, 2) and their derivatives (n, 2, 2) by the shares."""
         at = place_of(self.by)
-        found = path_sensitivity(self.under(shares), self.flank, at)
+        sensitivity = path_sensitivity(self.under(shares), self.flank, at)
         columns = [NAMES[at].index(name) for name in self.by]
-        by = np.stack((found.z_by[:, 1, 0], found.l_by[:, 1, 0]), axis=1)[..., columns]
-        return np.stack((found.z[:, 1, 0], found.l[:, 1, 0]), axis=-1), by * self.limits
+        by = np.stack((sensitivity.z_by[:, 1, 0], sensitivity.l_by[:, 1, 0]), axis=1)[..., columns]
+        return np.stack((sensitivity.z[:, 1, 0], sensitivity.l[:, 1, 0]), axis=-1), by * self.limits
 
     def apart(self, places: FloatArray, wanted: FloatArray) -> FloatArray:
         """Return distances (...); infinite without a position."""
@@ -310,14 +310,14 @@ def _off_centre(search: _PlacementSearch, wanted: FloatArray, exact: FloatArray)
     if not good.any():
         return np.full(2, np.nan)
     first = int(np.where(good, np.abs(trials), np.inf).argmin())
-    found, far = shares[first], trials[first]
+    solved_shares, far = shares[first], trials[first]
     # Bisection between the nearest trial that can be assembled and the next one towards the centre.
     near = np.sign(far) * np.abs(trials[np.abs(trials) < abs(far)]).max(initial=0.0)
     while abs(far - near) > off_centre_tolerance_mm:
         between = 0.5 * (near + far)
-        shares, good = solved(np.array([between]), found)
-        found, far, near = (shares[0], between, near) if good[0] else (found, far, between)
-    return np.asarray(found)
+        shares, good = solved(np.array([between]), solved_shares)
+        solved_shares, far, near = (shares[0], between, near) if good[0] else (solved_shares, far, between)
+    return np.asarray(solved_shares)
 
 
 def _forward(

@@ -166,15 +166,15 @@ def pattern_matrix(
     backlash, jammed = _play_of(design, over, values, mountings, like)
     runs = (cycle.status == FirstStatus.SOLVED) & ~jammed
     settings: Any = {"resolution": resolution, "area_error": area_error}
-    found: list[PatternCell | None] = []
+    pattern_cells: list[PatternCell | None] = []
     for k, (pair, good) in enumerate(zip(values.reshape(-1, 2), runs.ravel(), strict=True)):
-        found.append(None)
+        pattern_cells.append(None)
         if good:
             alone = mounted(design, pair, over)
             operation = first_contact_operation(alone, flank, cycle, k)
             one = contact_pattern(alone, flank, separation, operation=operation, **settings)
             ellipses = marked_ellipse(one.pinion, separation), marked_ellipse(one.gear, separation)
-            found[-1] = PatternCell(one, ellipses)
+            pattern_cells[-1] = PatternCell(one, ellipses)
         if progress is not None:
             progress(1)
     return PatternMatrix(
@@ -189,7 +189,7 @@ def pattern_matrix(
         normal_backlash=backlash,
         cycle_peak_to_peak=np.where(runs, cycle.peak_to_peak, np.nan),
         edge_share=np.where(runs, cycle.edge_share, np.nan),
-        cells=tuple(found),
+        cells=tuple(pattern_cells),
     )
 
 
@@ -200,8 +200,8 @@ def _play_of(
 
     Both are taken from the matrix `like` if it is given. Raises ValueError if this has other errors."""
     if like is None:
-        found = mounted_backlash(mountings)
-        return found.normal, found.jammed
+        backlash = mounted_backlash(mountings)
+        return backlash.normal, backlash.jammed
     alike = like.design is design and like.over == over
     if not alike or not np.array_equal(like.added, values.reshape(-1, 2)):
         raise ValueError("like must be a matrix of the same design under the same errors: leave it out")

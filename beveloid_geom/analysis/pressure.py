@@ -154,44 +154,44 @@ def pressure_along(path: ContactPath, load: Load) -> PathPressure:
     along = touches_along_lines(path.design, path.flank) & (path.ends.status == Status.SOLVED)
     relative, modulus = relative_curvature(path), contact_modulus(load.young, load.poisson)
     status = curvature_ellipse(relative, 1.0).status
-    kept = (status == EllipseStatus.ELLIPSE) & ~along[..., None]
+    elliptical = (status == EllipseStatus.ELLIPSE) & ~along[..., None]
     (x, y, _), (nx, ny, _) = np.moveaxis(path.point, -1, 0), np.moveaxis(path.normal, -1, 0)
     lever = np.abs(x * ny - y * nx)  # n.(k1 x R)
     force = load.force + 0.0 * lever if load.torque_nm is None else 1e3 * load.torque_nm / lever
-    curvature = np.where(kept[..., None], relative.curvature, np.nan)
-    found = hertz_ellipse(curvature, force, modulus)
+    curvature = np.where(elliptical[..., None], relative.curvature, np.nan)
+    ellipse = hertz_ellipse(curvature, force, modulus)
     pressed = PathPressure(
         path=path,
         load=load,
-        force=found.force,
-        pressure=found.pressure,
-        semi_axes=found.semi_axes,
+        force=ellipse.force,
+        pressure=ellipse.pressure,
+        semi_axes=ellipse.semi_axes,
         direction=relative.direction,
-        angle=np.where(kept | along[..., None], _angle(path, relative.direction[..., 0, :]), np.nan),
+        angle=np.where(elliptical | along[..., None], _angle(path, relative.direction[..., 0, :]), np.nan),
         curvature=relative.curvature,
-        reaches=_reaches(path, found.semi_axes[..., None] * relative.direction),
+        reaches=_reaches(path, ellipse.semi_axes[..., None] * relative.direction),
         status=status,
         total_length=np.full(status.shape, np.nan),
     )
     return _along_lines(pressed, along[..., None], modulus) if along.any() else pressed
 
 
-def _along_lines(found: PathPressure, along: Mask, modulus: float) -> PathPressure:
+def _along_lines(path_pressure: PathPressure, along: Mask, modulus: float) -> PathPressure:
     """Return the pressures with strips for the cases `along` (..., 1) whose flanks touch along lines."""
-    path, lines = found.path, contact_lines(found.path)
+    path, lines = path_pressure.path, contact_lines(path_pressure.path)
     along = along & np.isfinite(lines.length)
-    greatest = np.fmax(_curvature_at_ends(lines, path).max(axis=-1), found.curvature[..., 1])
+    greatest = np.fmax(_curvature_at_ends(lines, path).max(axis=-1), path_pressure.curvature[..., 1])
     total = np.where(along, carrying_length(path), np.nan)
     with np.errstate(divide="ignore"):
-        half_width, pressure = hertz_strip(greatest, found.force / total, modulus)
+        half_width, pressure = hertz_strip(greatest, path_pressure.force / total, modulus)
     strip = np.stack((0.5 * lines.length, half_width), axis=-1)
     across = np.stack((np.zeros_like(greatest), greatest), axis=-1)
     return replace(
-        found,
-        pressure=np.where(along, pressure, found.pressure),
-        semi_axes=np.where(along[..., None], strip, found.semi_axes),
-        curvature=np.where(along[..., None], across, found.curvature),
-        status=np.where(along, np.int8(EllipseStatus.LINE_CONTACT), found.status),
+        path_pressure,
+        pressure=np.where(along, pressure, path_pressure.pressure),
+        semi_axes=np.where(along[..., None], strip, path_pressure.semi_axes),
+        curvature=np.where(along[..., None], across, path_pressure.curvature),
+        status=np.where(along, np.int8(EllipseStatus.LINE_CONTACT), path_pressure.status),
         total_length=total,
     )
 

@@ -151,10 +151,10 @@ def path_sensitivity(
     Examples
     --------
     >>> import beveloid_geom as bg
-    >>> found = bg.path_sensitivity(bg.builtin_design("ni-2017"))
-    >>> found.errors[0], found.z_by.shape
+    >>> sensitivity = bg.path_sensitivity(bg.builtin_design("ni-2017"))
+    >>> sensitivity.errors[0], sensitivity.z_by.shape
     ('offset', (3, 2, 4))
-    >>> print(f"{found.z_by[1, 0, 0]:.1f} mm per mm")
+    >>> print(f"{sensitivity.z_by[1, 0, 0]:.1f} mm per mm")
     25.2 mm per mm
     """
     require_design(design)
@@ -178,20 +178,20 @@ def path_sensitivity(
         for start in range(0, 0 if modified else cases, cases_per_block):
             block = np.arange(start, min(start + cases_per_block, cases))
             for group in paths_on_flanks(pairing.cases(block)):
-                own = block[group.cases]
-                table[:, own], scalars[:, own] = _of_group(group)
-                limit[own], status[own] = group.ends.limit, group.ends.status
+                group_cases = block[group.cases]
+                table[:, group_cases], scalars[:, group_cases] = _of_group(group)
+                limit[group_cases], status[group_cases] = group.ends.limit, group.ends.status
         table.reshape(_MARGINS, -1, cases, len(PLACES))[:, 1:, lines] = np.nan
         scalars[:, lines, 1:] = np.nan
-        found = _result(design, flank, pairing, table, scalars, limit, status)
-    return found if errors_at == "perpendicular" else _by_mesh_errors(design, found)
+        sensitivity = _result(design, flank, pairing, table, scalars, limit, status)
+    return sensitivity if errors_at == "perpendicular" else _by_mesh_errors(design, sensitivity)
 
 
-def _by_mesh_errors(design: Design, found: Sensitivity) -> Sensitivity:
+def _by_mesh_errors(design: Design, sensitivity: Sensitivity) -> Sensitivity:
     """Return the sensitivity with derivatives by the errors at the mesh."""
-    rates = {name: value for name, value in vars(found).items() if name.endswith("_by")}
+    rates = {name: value for name, value in vars(sensitivity).items() if name.endswith("_by")}
     turned: dict[str, Any] = {name: by_mesh_errors(design, value) for name, value in rates.items()}
-    return replace(found, errors=NAMES["mesh"], **turned)
+    return replace(sensitivity, errors=NAMES["mesh"], **turned)
 
 
 def _of_group(group: Group) -> tuple[FloatArray, FloatArray]:

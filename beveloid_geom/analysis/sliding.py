@@ -169,8 +169,8 @@ def sliding_of(path: ContactPath) -> Sliding:
             "specific": np.array((1.0, -1.0)) * profile / moved,
             "specific_total": speed[..., None] / np.linalg.norm(rolling, axis=-1),
         }
-    found = {name: values.reshape(*shape, *values.shape[2:]) for name, values in numbers.items()}
-    return Sliding(flank=path.flank, pinion_roll=path.pinion_roll, status=path.status, **found)
+    quantities = {name: values.reshape(*shape, *values.shape[2:]) for name, values in numbers.items()}
+    return Sliding(flank=path.flank, pinion_roll=path.pinion_roll, status=path.status, **quantities)
 
 
 def least_sliding(sliding: Sliding) -> tuple[FloatArray, FloatArray]:
@@ -210,8 +210,8 @@ def least_along(roll: FloatArray, values: FloatArray) -> tuple[FloatArray, Float
     with np.errstate(invalid="ignore", divide="ignore"):
         vertex = np.clip(-0.5 * rate[1] / bend[1], -1.0, 1.0)
     step = np.where(bend[1] > 0.0, vertex, place - inside)
-    found, least = (now + step * (rate + step * bend))[..., 0]
-    return np.where(np.isnan(least), np.nan, found), least
+    least_roll, least = (now + step * (rate + step * bend))[..., 0]
+    return np.where(np.isnan(least), np.nan, least_roll), least
 
 
 def _axes(design: Design) -> tuple[FloatArray, FloatArray]:
@@ -233,8 +233,8 @@ def _path_tangents(path: ContactPath, point: FloatArray, normal: FloatArray) -> 
     lines = np.broadcast_to(lines.reshape(-1, 1), l1.shape)
     tangent = np.moveaxis(tangent_of(regular_jacobian(pairing, y)[1], lines), -1, 0)
     met = meet_regular(pairing, y + COMPLEX_STEP * 1j * tangent * units_of_all(pairing))[1]
-    found = np.moveaxis(contact_point(met).imag / COMPLEX_STEP, 0, -1)
-    return np.where((lines & pairing.straight[:, None])[..., None], normal, found)
+    point_rate = np.moveaxis(contact_point(met).imag / COMPLEX_STEP, 0, -1)
+    return np.where((lines & pairing.straight[:, None])[..., None], normal, point_rate)
 
 
 def tooth_traces(path: ContactPath) -> FloatArray:

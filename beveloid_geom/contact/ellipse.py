@@ -114,8 +114,8 @@ def curvature_ellipse(relative: RelativeCurvature, separation: float) -> Contact
     status[np.abs(least) <= rounding] = EllipseStatus.LINE_CONTACT
     status[least < -rounding] = EllipseStatus.INTERFERENCE
     status[np.isnan(least)] = EllipseStatus.NO_CONTACT
-    kept = np.stack((least > rounding, greatest > rounding), axis=-1)
-    axes = np.sqrt(2.0 * separation / np.where(kept, curvature, np.nan))
+    positive = np.stack((least > rounding, greatest > rounding), axis=-1)
+    axes = np.sqrt(2.0 * separation / np.where(positive, curvature, np.nan))
     return ContactEllipse(separation, axes, relative.direction, curvature, status)
 
 

@@ -53,8 +53,8 @@ class RootSamples:
         falling = self.change & ~rising
         # Direction of most changes of each case.
         rises = rising.any(axis=0).sum(axis=-1) >= falling.any(axis=0).sum(axis=-1)
-        kept = np.where(rises[:, None], rising, falling)
-        return self if (kept == self.change).all() else replace(self, change=kept)
+        main_changes = np.where(rises[:, None], rising, falling)
+        return self if (main_changes == self.change).all() else replace(self, change=main_changes)
 
     def preferring(self, low: FloatArray, high: FloatArray) -> RootSamples:
         """Keep the changes between `low` and `high` (cases, 1) in l2, mm, at positions that have such

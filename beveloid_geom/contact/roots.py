@@ -51,12 +51,12 @@ class Roots:
     status: NDArray[np.int8]
     met: ContactTerms | None = None
 
-    def where(self, kept: NDArray[np.bool_], other: Roots) -> Roots:
+    def where(self, mask: NDArray[np.bool_], other: Roots) -> Roots:
         """Return these roots where the mask is true, elsewhere the other ones."""
         return Roots(
-            np.where(kept, self.l2, other.l2),
-            np.where(kept, self.slope, other.slope),
-            np.where(kept, self.status, other.status),
+            np.where(mask, self.l2, other.l2),
+            np.where(mask, self.slope, other.slope),
+            np.where(mask, self.status, other.status),
         )
 
 

@@ -91,8 +91,8 @@ class Tool:
     @property
     def parabolas(self) -> dict[str, Quantity]:
         """The parabola coefficients that are used, 1/mm, by the name of their field."""
-        own = {name: value for name in BY_FLANK if (value := getattr(self, name)) is not None}
-        return own if len(own) == len(BY_FLANK) else {"parabola": self.parabola} | own
+        by_flank = {name: value for name in BY_FLANK if (value := getattr(self, name)) is not None}
+        return by_flank if len(by_flank) == len(BY_FLANK) else {"parabola": self.parabola} | by_flank
 
     @property
     def has_parabola(self) -> bool:
@@ -303,8 +303,8 @@ def stacked(pinion: Member, gear: Member, shape: tuple[int, ...] = ()) -> Member
     for name, flank in BY_FLANK.items():
         # A coefficient that is not given is that of both flanks.
         given = tools[0][name] is not None or tools[1][name] is not None
-        own = (part.tool.parabola_of(flank) for part in (pinion, gear))
-        values[name] = both(*own) if given else values["parabola"]
+        coefficients = (part.tool.parabola_of(flank) for part in (pinion, gear))
+        values[name] = both(*coefficients) if given else values["parabola"]
     tool = unchecked(pinion.tool, **values)
     modified = {name: modifications(flank) for flank, name in MODIFICATIONS.items()}
     names = [name for name in members[0] if name != "tool" and name not in modified]

@@ -160,18 +160,18 @@ def measured_member(
     for flank, (table, values) in tables.items():
         if not isinstance(values, dict):
             continue
-        found: dict[str, Any] = {}
+        measured: dict[str, Any] = {}
         if _DEVIATIONS in values and (sources := _deviation_files(table, values[_DEVIATIONS], [])):
             if read_deviations is None:
                 raise TypeError("parse_design needs read_deviations for files of measured points")
-            found[_DEVIATIONS] = _measured(table, member, sources, faults, folder, read_deviations)
+            measured[_DEVIATIONS] = _measured(table, member, sources, faults, folder, read_deviations)
         if PITCH in values:
             read = partial(_pitch_deviations, member, folder, values[PITCH])
             file = repr(values[PITCH]) if isinstance(values[PITCH], str) else ""
-            found[PITCH] = _read(table, PITCH, read, faults, file)
-        if found:
+            measured[PITCH] = _read(table, PITCH, read, faults, file)
+        if measured:
             given = getattr(member, MODIFICATIONS[flank]) or Modification()
-            result = result.modified(replace(given, **found), flank)
+            result = result.modified(replace(given, **measured), flank)
     return result
 
 
@@ -189,14 +189,14 @@ def _measured(
         faults.append(Fault(table, _DEVIATIONS, f"{text}: remove the others"))
         return None
     placed = [source._replace(file=os.path.join(folder, source.file)) for source in sources]
-    found = [
+    deviations = [
         _read(table, _DEVIATIONS, partial(read_deviations, member, place), faults, repr(source.file))
         for place, source in zip(placed, sources, strict=True)
     ]
-    if None in found:
+    if None in deviations:
         return None
-    one: FlankDeviations = found[0]
-    return one if len(found) == 1 else mean_deviations(found)
+    one: FlankDeviations = deviations[0]
+    return one if len(deviations) == 1 else mean_deviations(deviations)
 
 
 def _read(table: str, key: str, read: Callable[[], Any], faults: list[Fault], file: str = "") -> Any:

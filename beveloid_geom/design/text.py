@@ -63,9 +63,9 @@ def design_text(design: Design, remark: str = "") -> str:
     shared = [key for key in tool if first[key] == second[key]]
     tables["tool"] = {key: first[key] for key in shared}
     for name, values, member in zip(("pinion", "gear"), (first, second), design.members, strict=True):
-        own = [*LIMITS["Member"], *(key for key in tool if key not in shared), *member.tool.parabolas]
+        member_keys = [*LIMITS["Member"], *(key for key in tool if key not in shared), *member.tool.parabolas]
         at_default = [key for key in ("tip_alteration", "parabola_apex") if not values[key]]
-        tables[name] = {key: values[key] for key in (*own, "parabola_apex") if key not in at_default}
+        tables[name] = {key: values[key] for key in (*member_keys, "parabola_apex") if key not in at_default}
         tables |= modification_tables(name, values)
     tables["pair"] = {key: value for key, value in vars(design.pair).items() if value is not None}
     tables["errors"] = dict(vars(design.errors))

@@ -90,14 +90,14 @@ def face_breaks(member: Member) -> list[Break]:
     # Smallest distance of breaks, as a fraction of the face.
     smallest_step = 1e-9
     half = 0.5 * float(member.face_width)
-    found = sorted(
+    sorted_breaks = sorted(
         Break(0.5 * (z / half + 1.0), continuous)
         for flank in FLANK_SIGN
         for z, continuous in _planes(member, flank)
         if abs(z) < (1.0 - 1e-6) * half
     )
     breaks: list[Break] = []
-    for one in found:
+    for one in sorted_breaks:
         if breaks and one.place - breaks[-1].place <= smallest_step:
             breaks[-1] = breaks[-1]._replace(continuous=min(one.continuous, breaks[-1].continuous))
         else:

@@ -213,9 +213,9 @@ def _roll_of_minimum(cycles: list[MeshCycle], known: Mask) -> FloatArray:
     least, case = np.full(start.size, np.inf), case.repeat(2)
     np.minimum.at(least, case, values)
     lowest = np.flatnonzero(values <= least[case] + 1e-11 * engagement.module)
-    found, first = np.unique(case[lowest], return_index=True)
+    minimum_cases, first = np.unique(case[lowest], return_index=True)
     best = start.copy()
-    best[found] = places[lowest[first]]
+    best[minimum_cases] = places[lowest[first]]
     return best
 
 

@@ -267,8 +267,8 @@ def _first_of(curve: _Curve, roll: FloatArray, pitch: FloatArray) -> tuple[Float
         place = at * at.shape[1] + np.arange(at.shape[1])  # index into the flattened rows
         clearance, off = (
             sum(
-                weight * row.take(place + way * at.shape[1])
-                for way, weight in zip((-1, 0, 1, 2), weights, strict=True)
+                weight * row.take(place + node * at.shape[1])
+                for node, weight in zip((-1, 0, 1, 2), weights, strict=True)
             )
             for row in (curve.clearance, curve.past_face)
         )

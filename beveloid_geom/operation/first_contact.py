@@ -162,7 +162,7 @@ def first_contact_in(
 
 
 def result_of(
-    engagement: Engagement, phase: FloatArray, found: Found, shape: tuple[int, ...]
+    engagement: Engagement, phase: FloatArray, contacts: Found, shape: tuple[int, ...]
 ) -> FirstContact:
     """Return first contacts in the frame of the pair.
 
@@ -172,7 +172,7 @@ def result_of(
         Positions (n,).
     phase : ndarray, shape (n,)
         Conjugate phase, rad; NaN where there is none.
-    found : Found
+    contacts : Found
         Contacts (n,).
     shape : tuple of int
         Shape of the positions, batch axes first.
@@ -181,14 +181,15 @@ def result_of(
     -------
     FirstContact
     """
-    (l1, z1), (l2, z2) = found.place, found.meeting
+    (l1, z1), (l2, z2) = contacts.place, contacts.meeting
     with np.errstate(invalid="ignore"):
         cut = cut_at(engagement.pinion, l1, z1)
-        turned = cut.phi + engagement.roll + found.pair * engagement.pitch[0]
+        turned = cut.phi + engagement.roll + contacts.pair * engagement.pitch[0]
     cos, sin = np.cos(turned), np.sin(turned)
     point = (cos * cut.x - sin * cut.y, sin * cut.x + cos * cut.y, z1 + engagement.pose.position[0])
-    turn = engagement.gear.sigma * found.f / engagement.lever  # rotation of the gear from the conjugate roll
-    rows = {"l1": l1, "z1": z1, "l2": l2, "z2": z2, "pair": found.pair, "status": found.status}
+    # Rotation of the gear from the conjugate roll.
+    turn = engagement.gear.sigma * contacts.f / engagement.lever
+    rows = {"l1": l1, "z1": z1, "l2": l2, "z2": z2, "pair": contacts.pair, "status": contacts.status}
     rows |= {
         "pinion_roll": engagement.roll,
         "gear_roll": engagement.phase - engagement.pitch[1] / engagement.pitch[0] * engagement.roll + turn,
@@ -197,7 +198,7 @@ def result_of(
     fillets = np.moveaxis(engagement.on_fillets((l1, z1), (l2, z2)), 0, -1)
     return FirstContact(
         point=np.stack(point, axis=-1).reshape(*shape, 3),
-        limit=found.limit.T.reshape(*shape, 2),
+        limit=contacts.limit.T.reshape(*shape, 2),
         on_fillet=fillets.reshape(*shape, 2),
         **{name: value.reshape(shape) for name, value in rows.items()},
     )

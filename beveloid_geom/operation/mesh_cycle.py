@@ -265,8 +265,13 @@ def cycle_and_pairs(
     if harmonics < 1:
         raise ValueError(f"harmonics must be at least 1, got {harmonics}")
     find = _solved if design.batch_shape else _kept_solution
-    found = find(design, flank, each or not design.batch_shape)
-    start, (engagement, phase), segments, status = found.start, found.engagement, found.segments, found.status
+    solution = find(design, flank, each or not design.batch_shape)
+    start, (engagement, phase), segments, status = (
+        solution.start,
+        solution.engagement,
+        solution.segments,
+        solution.status,
+    )
     shape = start.shape
     lost = (status != FirstStatus.SOLVED) | np.isnan(phase)
     waves, swing, edges = _sums(engagement, segments, harmonics)
@@ -290,7 +295,7 @@ def cycle_and_pairs(
         phase=phase,
     )
     cycle = replace(cycle, hand_over=cycle.hand_over & ~cycle.along_lines[..., None])
-    return cycle, found.grids, found.samples, found.alone
+    return cycle, solution.grids, solution.samples, solution.alone
 
 
 @dataclass(frozen=True, eq=False)
@@ -316,8 +321,8 @@ def _solved(design: Design, flank: str, each: bool) -> _Solution:
     case, roll = pitch_rolls(engagement)
     first, near, alone = found_with_others(engagement.at(case, roll), grids, each=each)
     samples = samples_of(case, roll, first)
-    beside = samples_of(case[near[0]], roll[near[0]], near[1])
-    segments, status = first_contact_segments(engagement, grids, samples, beside)
+    near_samples = samples_of(case[near[0]], roll[near[0]], near[1])
+    segments, status = first_contact_segments(engagement, grids, samples, near_samples)
     return _Solution(start, (engagement, phase), segments, status, grids, samples, alone)
 
 

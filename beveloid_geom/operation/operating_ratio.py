@@ -111,8 +111,8 @@ def operating_ratios(
     Examples
     --------
     >>> import beveloid_geom as bg
-    >>> found = bg.operating_ratios(bg.builtin_design("ni-2017"), "right", (0.0, 0.006))
-    >>> found.ratio.round(3)
+    >>> ratios = bg.operating_ratios(bg.builtin_design("ni-2017"), "right", (0.0, 0.006))
+    >>> ratios.ratio.round(3)
     array([1.651, 2.283])
     """
     # Rolls at which a single tooth pair is compared with the first contact.

@@ -188,24 +188,24 @@ def _errors_alone(
     It is minus infinity where a pair does not touch, or is so late that it is never in contact."""
     reach = 2 + int(np.ceil(spread(design, flank)))
     pairs = np.arange(-reach, reach + 1)
-    own = roll + 2.0 * np.pi / float(design.pinion.teeth) * pairs[:, None]
+    pair_rolls = roll + 2.0 * np.pi / float(design.pinion.teeth) * pairs[:, None]
     turn = flank_sign(flank) * amounts[0] / _lever(design.pinion)
     designs = {
         (a, b): replace(design, pinion=pinion, gear=gear)
         for (a, pinion), (b, gear) in product(*map(enumerate, shapes))
     }
     # Pairs that remain behind even with the largest deviations. Edge contacts fall by less than 0.5 rad/rad.
-    nominal = np.array([_alone(one, flank, own) for one in designs.values()])
+    nominal = np.array([_alone(one, flank, pair_rolls) for one in designs.values()])
     shift = sum(float(np.ptp(np.append(values, 0.0))) for values in amounts) / _lever(design.gear)
     near = nominal.max(axis=0) >= nominal.min(axis=0).max(axis=0) - 2.0 * shift - np.abs(turn).max()
     # Pinion teeth with the same deviation and the same table have the same errors.
     table = np.arange(turn.size) % len(shapes[0])
     kinds, number = np.unique(np.stack((turn, table)), axis=1, return_inverse=True)
-    error = np.full((kinds.shape[1], len(shapes[1]), *own.shape), -np.inf)
+    error = np.full((kinds.shape[1], len(shapes[1]), *pair_rolls.shape), -np.inf)
     for a, b in designs:
         rows = np.flatnonzero(kinds[1] == a)
         known = error[rows, b]
-        known[:, near] = _alone(designs[a, b], flank, own[near] + kinds[0, rows, None])
+        known[:, near] = _alone(designs[a, b], flank, pair_rolls[near] + kinds[0, rows, None])
         error[rows, b] = known
     return error[number.ravel()], pairs
 

@@ -123,13 +123,13 @@ class Choice(NamedTuple):
     warning: str | None = None
 
 
-def _chosen(request: Request, found: FloatArray, most: int) -> Choice:
+def _chosen(request: Request, candidates: FloatArray, most: int) -> Choice:
     """Return the best candidates within the limits that have no warning."""
     # Number of pairs with a warning after which the search is stopped.
     max_warnings = 10
-    if not within(request, found).any():
+    if not within(request, candidates).any():
         return Choice()
-    values, figures = _evaluated(request, found)
+    values, figures = _evaluated(request, candidates)
     compared = _without_symmetry(values)
     # The criteria do not cover parabolas and tools that cut far below the active flank.
     usual = request.members[1].tool == usual_tool(request.module, request.pressure_angle)
@@ -176,12 +176,12 @@ def _without_symmetry(values: FloatArray) -> FloatArray:
     return plain
 
 
-def _evaluated(request: Request, found: FloatArray) -> tuple[FloatArray, Figures]:
+def _evaluated(request: Request, candidates: FloatArray) -> tuple[FloatArray, Figures]:
     """Return pairs within the limits and all their criteria.
 
     The paths of the FIRST_PATHS best pairs are computed first, and those of all pairs if none of these has a
     sufficient reserve."""
-    values = found[:, within(request, found)]
+    values = candidates[:, within(request, candidates)]
     teeth = teeth_of(request, values)
     ranked = _ranked(request, values, teeth)
     for rows in (ranked[:FIRST_PATHS], ranked):

@@ -42,11 +42,11 @@ class StatementsReport:
         for one in self.statements:
             for claim in one.claims:
                 start = (one.flank, one.id, one.verdict.value, claim.text, claim.verdict.value)
-                for way, numbers in claim.numbers.items():
+                for name, numbers in claim.numbers.items():
                     for k, value in enumerate(numbers.tolist()):
-                        yield *start, "number", way, k, value, one.measure
-                for way, holds in claim.holds.items():
-                    yield *start, "holds", way, "", answers[holds], one.measure
+                        yield *start, "number", name, k, value, one.measure
+                for name, holds in claim.holds.items():
+                    yield *start, "holds", name, "", answers[holds], one.measure
 
     def summary(self) -> str:
         """Return each statement with verdict, measure and reason."""

@@ -129,9 +129,9 @@ def gear_solid(
     faces, part = [], []
     for piece in tooth.pieces:
         shown = numbers[teeth_with(piece.name, wanted, wanted == count)]
-        some = shown[:, piece.nodes[piece.faces]].reshape(-1, 3)
-        faces.append(some)
-        part.append(np.full(len(some), NAMES.index(piece.name)))
+        triangles = shown[:, piece.nodes[piece.faces]].reshape(-1, 3)
+        faces.append(triangles)
+        part.append(np.full(len(triangles), NAMES.index(piece.name)))
     used = np.zeros(numbers.size, dtype=bool)
     every = np.concatenate(faces)
     used[every] = True
@@ -157,7 +157,7 @@ def joined_numbers(teeth: Sequence[tuple[int, Indices, Indices]], closed: bool) 
     """
     starts = np.cumsum([0, *(size for size, _, _ in teeth)])
     numbers = [np.arange(start, start + size) for start, (size, _, _) in zip(starts, teeth, strict=False)]
-    ahead = [own[first] for own, (_, first, _) in zip(numbers, teeth, strict=True)]
+    ahead = [tooth_numbers[first] for tooth_numbers, (_, first, _) in zip(numbers, teeth, strict=True)]
     for k in range(len(teeth) if closed else len(teeth) - 1):
         numbers[k][teeth[k][2]] = ahead[(k + 1) % len(teeth)]
     return numbers

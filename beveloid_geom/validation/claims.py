@@ -194,10 +194,10 @@ def _course(row: FloatArray, size: FloatArray, unit: str) -> str:
 
 
 def _concavity(case: FlankCase) -> Measured:
-    found = concavity(case.design, case.flank, case.sign * 0.01)  # 1/mm, as in Fig. 6
-    metal = found["metal near root and tip"][0]
+    measures = concavity(case.design, case.flank, case.sign * 0.01)  # 1/mm, as in Fig. 6
+    metal = measures["metal near root and tip"][0]
     words = f"the pinion has {metal[0]:.3g} and {metal[1]:.3g} mm more metal near root and tip"
-    return {"concavity": found}, words
+    return {"concavity": measures}, words
 
 
 def _sweep(name: str, moves: bool, case: FlankCase) -> Measured:
@@ -207,49 +207,54 @@ def _sweep(name: str, moves: bool, case: FlankCase) -> Measured:
     shown = [("length", "length", "side view", "mm"), ("angle of the chord", "angle", "chord", "deg")]
     if moves:
         shown.append(("z of the middle", "location", "middle", "mm"))
-    found, small = case.sweeps[name], case.sweeps["C2"].paths.angle
+    parabola_sweep, small = case.sweeps[name], case.sweeps["C2"].paths.angle
     falls = {  # first and last magnitude of the angle, here and in C2
         measure: np.stack((*np.abs(rows[:, [0, -1]]).T, *np.abs(small[measure][:, [0, -1]]).T), axis=-1)
-        for measure, rows in found.paths.angle.items()
+        for measure, rows in parabola_sweep.paths.angle.items()
     }
-    places = {measure: z / case.face for measure, z in found.paths.location.items()}
+    places = {measure: z / case.face for measure, z in parabola_sweep.paths.location.items()}
     words = [
-        f"{text} {_course(getattr(found.paths, quantity)[measure][0], found.size, unit)}"
+        f"{text} {_course(getattr(parabola_sweep.paths, quantity)[measure][0], parabola_sweep.size, unit)}"
         for text, quantity, measure, unit in shown
     ]
-    quantities = {"length": found.paths.length, "angle": found.paths.angle, "location": places, "fall": falls}
+    quantities = {
+        "length": parabola_sweep.paths.length,
+        "angle": parabola_sweep.paths.angle,
+        "location": places,
+        "fall": falls,
+    }
     return quantities, f"pinion in the side view: {'; '.join(words)}"
 
 
 def _ratios(name: str, case: FlankCase) -> Measured:
     """Return the contact ratios of a sweep, with and without the limits at toe and heel; NaN without a
     path."""
-    found, design = case.sweeps[name], case.design
+    parabola_sweep, design = case.sweeps[name], case.design
     pinion, gear = (replace(m, face_width=6.0 * m.face_width) for m in design.members)
     wide = replace(design, pinion=pinion, gear=gear).with_parabola(
-        *(sign * found.size for sign in found.signs)
+        *(sign * parabola_sweep.size for sign in parabola_sweep.signs)
     )
     both = {
-        "Eq. 16": found.paths.contact_ratio,
+        "Eq. 16": parabola_sweep.paths.contact_ratio,
         "Eq. 16 without toe and heel": contact_ratio(wide, case.flank),
     }
     measures = {measure: np.where(ratio > 0.0, ratio, np.nan) for measure, ratio in both.items()}
     return {"ratio": measures}, "; ".join(
-        f"{measure}: {_course(row, found.size, '')}" for measure, row in measures.items()
+        f"{measure}: {_course(row, parabola_sweep.size, '')}" for measure, row in measures.items()
     )
 
 
 def _ratios_to_half(case: FlankCase) -> Measured:
     """Return the contact ratios for R2; the sentence includes the value at half the range, which its first
     claim uses."""
-    found, words = _ratios("C2", case)
-    ratio = found["ratio"]["Eq. 16"]
-    return found, f"{words}; Eq. 16 at {SMALL_PARABOLA_PER_MM / 2:g} 1/mm: {ratio[ratio.size // 2]:.4g}"
+    quantities, words = _ratios("C2", case)
+    ratio = quantities["ratio"]["Eq. 16"]
+    return quantities, f"{words}; Eq. 16 at {SMALL_PARABOLA_PER_MM / 2:g} 1/mm: {ratio[ratio.size // 2]:.4g}"
 
 
-def _turn(found: Sweep, index: int) -> FloatArray:
+def _turn(parabola_sweep: Sweep, index: int) -> FloatArray:
     """Return the rotation (2,) of the chord of both members, deg, from the first to another coefficient."""
-    angle = unwrapped(found.paths.angle["chord"])
+    angle = unwrapped(parabola_sweep.paths.angle["chord"])
     return np.asarray(np.abs(angle[:, index] - angle[:, 0]))
 
 
@@ -275,28 +280,30 @@ def _turns(case: FlankCase) -> Measured:
 
 
 def _moves(error: str, size: float, case: FlankCase) -> Measured:
-    found = case.both_shifts(error, size)
+    design_shifts = case.both_shifts(error, size)
     measures = {
-        f"{name}, {design}": rows for design, measures in found.items() for name, rows in measures.items()
+        f"{name}, {design}": rows
+        for design, measures in design_shifts.items()
+        for name, rows in measures.items()
     }
-    first, second = found["unmodified"]["along the face, equal l"][0]
+    first, second = design_shifts["unmodified"]["along the face, equal l"][0]
     words = f"the pinion's unmodified path shifts by {first:z.4g} and {second:z.4g} mm along the face"
     return {"shift": measures}, words
 
 
 def _lengths(case: FlankCase) -> Measured:
     both = case.design.with_parabola(*(np.array((0.0, case.sign * a)) for a in MODIFIED))
-    found = measures_of(both, case.flank).length
-    before, after = found["side view"][0]
+    lengths = measures_of(both, case.flank).length
+    before, after = lengths["side view"][0]
     words = f"the pinion's path in the side view is {before:.4g} mm long unmodified, {after:.4g} mm modified"
-    return {"length": found}, words
+    return {"length": lengths}, words
 
 
 def _smaller(error: str, size: float, case: FlankCase) -> Measured:
     """Return the mean shifts without and with modification, and the derivatives with respect to the error."""
     both = case.both_shifts(error, size)
     measures = {
-        name: np.stack([np.abs(found[name]).mean(axis=-1) for found in both.values()], axis=-1)
+        name: np.stack([np.abs(by_measure[name]).mean(axis=-1) for by_measure in both.values()], axis=-1)
         for name in both["unmodified"]
     }
     rates = [path_sensitivity(design, case.flank) for design in (case.design, case.modified)]
@@ -321,13 +328,13 @@ def _axial(case: FlankCase) -> Measured:
     errors = np.array((-AXIAL_ERROR, AXIAL_ERROR))
     for error in ("pinion_axial", "gear_axial"):
         words = error.replace("_", " ")
-        for name, found in case.both_shifts(error, AXIAL_ERROR).items():
+        for name, by_measure in case.both_shifts(error, AXIAL_ERROR).items():
             for measure in ("along the face, equal l", "at mid-roll"):
-                measures[f"{measure}, {name}, {words}"] = np.abs(found[measure]) / case.face
+                measures[f"{measure}, {name}, {words}"] = np.abs(by_measure[measure]) / case.face
         for name, design in (("unmodified", case.design), ("modified", case.modified)):
             ratio = contact_ratio(design.with_errors(Errors(**{error: errors})), case.flank)
             ratios[f"{name}, {words}"] = np.abs(ratio / contact_ratio(design, case.flank) - 1.0)
-    most, worst = (max(float(rows.max()) for rows in found.values()) for found in (measures, ratios))
+    most, worst = (max(float(rows.max()) for rows in quantity.values()) for quantity in (measures, ratios))
     words = f"the path moves by {100 * most:.2f} % of the face width at most, the contact ratio by"
     return {"shift": measures, "ratio": ratios}, f"{words} {100 * worst:.2f} %"
 

@@ -124,13 +124,13 @@ def compare(
     """
     if design.batch_shape:
         raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
-    found, positions = [], dict[object, ReferencePositions]()
+    results, positions = [], dict[object, ReferencePositions]()
     for method in methods or METHODS:
         if method.reference not in positions:
             positions[method.reference] = method.reference(design, flank)
         exact = positions[method.reference]
-        found += [_measured(method, exact, value, runs) for value in method.values]
-    return tuple(found)
+        results += [_measured(method, exact, value, runs) for value in method.values]
+    return tuple(results)
 
 
 def _measured(method: Method, positions: ReferencePositions, value: float, runs: int) -> Measurement:
@@ -189,13 +189,13 @@ def solved_positions(design: Design, flank: str, guesses: FloatArray) -> FloatAr
 
     distance = mounting_of(design).distance
     try:
-        found = [
+        contacts = [
             solve_mp(design, flank, guess.tolist(), ("phi1", float(guess[4])), (distance[0], distance[1]))
             for guess in guesses
         ]
     except ArithmeticError as error:
         raise ValueError(f"the five equations of the {flank} flanks have no solution: {error}") from error
-    return np.array([[float(x) for x in (c.phi1, c.phi2, c.l1, *c.point)] for c in found])
+    return np.array([[float(x) for x in (c.phi1, c.phi2, c.l1, *c.point)] for c in contacts])
 
 
 def cycle_positions(design: Design, flank: str) -> ReferencePositions:
@@ -219,8 +219,8 @@ def _by_mesh(polish: bool) -> Callable[[ReferencePositions, float], Prepared]:
         def work() -> Answer:
             """Turn the gear to contact at all positions."""
             rolls = zip(positions.pinion_roll.tolist(), positions.gear_roll.tolist(), strict=True)
-            found = [_turned(positions, tolerance, polish, *both) for both in rolls]
-            points, gear_rolls = zip(*found, strict=True)
+            solutions = [_turned(positions, tolerance, polish, *both) for both in rolls]
+            points, gear_rolls = zip(*solutions, strict=True)
             return np.array(points), np.array(gear_rolls)
 
         return work, POSITIONS
@@ -240,16 +240,18 @@ def _turned(
     limit = 1e-11 if polish else 1e-2 * tolerance  # mm
     gear_roll = exact_roll + 1e-4
     for _ in range(8):
-        found = mesh_contact(
+        contact = mesh_contact(
             design, flank, tolerance, pinion_roll=pinion_roll, gear_roll=gear_roll, polish=polish
         )
-        if found.status != Status.SOLVED:
-            raise ArithmeticError(f"the meshes give {found.status.name} at pinion roll {pinion_roll:.4f} rad")
-        patch = flank_patch(design.gear, flank, found.l[1], z=found.z[1])
+        if contact.status != Status.SOLVED:
+            raise ArithmeticError(
+                f"the meshes give {contact.status.name} at pinion roll {pinion_roll:.4f} rad"
+            )
+        patch = flank_patch(design.gear, flank, contact.l[1], z=contact.z[1])
         lever = float(patch.point[0] * patch.normal[1] - patch.point[1] * patch.normal[0])
-        gear_roll += found.separation / lever
-        if abs(found.separation) <= limit:
-            return found.point, gear_roll
+        gear_roll += contact.separation / lever
+        if abs(contact.separation) <= limit:
+            return contact.point, gear_roll
     raise ArithmeticError("the smallest separation is not zero within 8 turns of the gear")
 
 
@@ -266,14 +268,14 @@ def by_five_equations(
 
     def work() -> Answer:
         """Solve the run."""
-        found = five_equations_math.solve_math(
+        solution = five_equations_math.solve_math(
             *(design, flank, rolls, pitch_region.pitch_guess(design, flank)),
             (float(distance[0]), float(distance[1])),
             xtol=xtol,
             residual_limit=residual_limit,
         )
-        point = np.where(found.converged[:, None], found.point, np.nan)
-        return point[compared], found.phi2[compared]
+        point = np.where(solution.converged[:, None], solution.point, np.nan)
+        return point[compared], solution.phi2[compared]
 
     return work, rolls.size
 
@@ -287,8 +289,8 @@ def _by_one_equation(positions: ReferencePositions, size: float) -> Prepared:
         return np.concatenate([p.point for p in paths]), np.concatenate([p.gear_roll for p in paths])
 
     def path() -> Answer:
-        found, compared = path_of_contact(design, flank, int(size)), slice(step, None, 2 * step)
-        return found.point[compared], found.gear_roll[compared]
+        contact_path, compared = path_of_contact(design, flank, int(size)), slice(step, None, 2 * step)
+        return contact_path.point[compared], contact_path.gear_roll[compared]
 
     return (path, int(size)) if step else (single, POSITIONS)
 
@@ -301,11 +303,11 @@ def _by_first_contact(positions: ReferencePositions, size: float) -> Prepared:
 
     def work() -> Answer:
         """Compute the first contacts."""
-        found = [
+        blocks = [
             first_contact(positions.design, positions.flank, rolls[begin:end])
             for begin, end in pairwise(ends)
         ]
-        points, gear_rolls = ([getattr(one, name) for one in found] for name in ("point", "gear_roll"))
+        points, gear_rolls = ([getattr(one, name) for one in blocks] for name in ("point", "gear_roll"))
         return np.concatenate(points)[:POSITIONS], np.concatenate(gear_rolls)[:POSITIONS]
 
     return work, rolls.size

@@ -69,10 +69,10 @@ def path_of_contact_five_equations(design: Design, flank: str = "right", points:
     with np.errstate(all="ignore"):
         if guide.ends.status == Status.SOLVED:
             start = np.array([getattr(guide, one.name.lower())[1] for one in Unknown]) + first_guess
-            found = nearest_contact(system, start / system.scale)
+            start_contact = nearest_contact(system, start / system.scale)
         else:
-            found = _from_pitch_point(design, flank)
-        curve = None if found is None else follow_five_equations(system, found)
+            start_contact = _from_pitch_point(design, flank)
+        curve = None if start_contact is None else follow_five_equations(system, start_contact)
         pieces = np.empty((0, 2)) if curve is None else curve.pieces()
         if curve is not None and len(pieces):
             return _result(design, flank, curve, pieces, points)
@@ -107,9 +107,9 @@ def _positions(curve: FiveCurve, piece: FloatArray, ends: FloatArray, share: Flo
     for goal in ends[0, row] + (ends[1, row] - ends[0, row]) * share:
         start = curve.spline(np.interp(goal, values[order], dense[order]))
         start[row] = goal
-        found = curve.system.correct(start, across)
-        near = found is not None and np.linalg.norm(found - start) < LARGEST_STEP
-        positions.append(found if found is not None and near else np.full(6, np.nan))
+        position = curve.system.correct(start, across)
+        near = position is not None and np.linalg.norm(position - start) < LARGEST_STEP
+        positions.append(position if position is not None and near else np.full(6, np.nan))
     return positions
 
 
@@ -143,9 +143,9 @@ def _from_pitch_point(design: Design, flank: str) -> FloatArray | None:
     while known is not None and done < 1.0:
         ahead = min(done + step, 1.0)
         system = part(ahead)
-        found = nearest_contact(system, known)
-        if found is not None and np.linalg.norm(found - known) <= largest_move:
-            done, known, step = ahead, found, 2.0 * step
+        contact = nearest_contact(system, known)
+        if contact is not None and np.linalg.norm(contact - known) <= largest_move:
+            done, known, step = ahead, contact, 2.0 * step
         elif step < smallest_share:
             return None
         else:
@@ -160,11 +160,11 @@ def _result(design: Design, flank: str, curve: FiveCurve, pieces: FloatArray, po
     ends = np.array([curve.end(s) for s in piece])
     if flank_sign(flank) * (ends[1, Unknown.PINION_ROLL] - ends[0, Unknown.PINION_ROLL]) < 0.0:
         piece, ends = piece[::-1], ends[::-1]
-    found = _positions(curve, piece, ends, np.append(np.linspace(0.0, 1.0, points), 0.5))
-    found[0], found[points - 1] = ends
-    here = system.at(np.array(found) * system.scale)
+    positions = _positions(curve, piece, ends, np.append(np.linspace(0.0, 1.0, points), 0.5))
+    positions[0], positions[points - 1] = ends
+    here = system.at(np.array(positions) * system.scale)
     ahead = gear_sense(flank) * (here.unknowns[:, 4] + ratio * here.unknowns[:, 5])
-    unknowns, points_on_members = here.unknowns[:points], here.own[:, :points]
+    unknowns, points_on_members = here.unknowns[:points], here.member_points[:, :points]
     spread, radius = ends * system.scale, np.hypot(points_on_members[..., 0], points_on_members[..., 1])
     return ContactPath(
         design=design,

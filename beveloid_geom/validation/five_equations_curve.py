@@ -50,10 +50,10 @@ class Unknown(IntEnum):
 @dataclass(frozen=True, eq=False)
 class FivePositions:
     """Contacts of the five equations: `unknowns` (..., 6) l1, u1, l2, u2 (mm), gear roll, pinion roll (rad);
-    `own` (2, ..., 3) points in the frames of the members; `point` and `normal` (2, ..., 3) in S_f."""
+    `member_points` (2, ..., 3) in the frames of the members; `point` and `normal` (2, ..., 3) in S_f."""
 
     unknowns: Numbers
-    own: Numbers
+    member_points: Numbers
     point: Numbers
     normal: Numbers
 
@@ -83,10 +83,12 @@ class FiveEquations:
         flat, shape = unknowns.reshape(-1, 6).T, (2, *unknowns.shape[:-1], 3)
         l, u, roll = (flat[rows, None] for rows in ([0, 2], [1, 3], [5, 4]))
         trace, normal = self.rack.trace, rack_normal(self.rack, l)
-        own, normal = generated(self.rack, rack_point(self.rack, l) + u * trace, normal)
-        point = self._to_fixed(own, roll) + self.origin[:, None]  # Eq. (7)
+        member_points, normal = generated(self.rack, rack_point(self.rack, l) + u * trace, normal)
+        point = self._to_fixed(member_points, roll) + self.origin[:, None]  # Eq. (7)
         normal = self._to_fixed(normal, roll)  # Eq. (8)
-        return FivePositions(unknowns, own.reshape(shape), point.reshape(shape), normal.reshape(shape))
+        return FivePositions(
+            unknowns, member_points.reshape(shape), point.reshape(shape), normal.reshape(shape)
+        )
 
     def _to_fixed(self, vectors: Numbers, roll: Numbers) -> Numbers:
         """Return vectors (2, 1, positions, 3) of members rotated by `roll` in S_f, (2, positions, 3)."""
@@ -95,15 +97,15 @@ class FiveEquations:
         turned = np.stack((cos * x - sin * y, sin * x + cos * y, z), axis=-1)
         return np.asarray(turned[:, 0] @ self.rotation.transpose(0, 2, 1))
 
-    def residual(self, scaled: Numbers, kept: Integers) -> Numbers:
+    def residual(self, scaled: Numbers, components: Integers) -> Numbers:
         """Return R1 - R2 and two components of n1 + n2 (Eq. 15), (..., 5)."""
         here = self.at(scaled * self.scale)
-        both = (here.point[0] - here.point[1], (here.normal[0] + here.normal[1])[..., kept])
+        both = (here.point[0] - here.point[1], (here.normal[0] + here.normal[1])[..., components])
         return np.concatenate(both, axis=-1)
 
-    def jacobian(self, scaled: FloatArray, kept: Integers) -> FloatArray:
+    def jacobian(self, scaled: FloatArray, components: Integers) -> FloatArray:
         """Return the derivatives (5, 6) of the residual by the scaled unknowns, exact to rounding."""
-        return _slopes(lambda steps: self.residual(steps, kept), scaled)
+        return _slopes(lambda steps: self.residual(steps, components), scaled)
 
     def kept(self, scaled: FloatArray) -> Integers:
         """Return the two components of the normals to compare: all but the largest, which is the least
@@ -132,21 +134,21 @@ class FiveEquations:
         self, start: FloatArray, sixth: Callable[[Numbers], Numbers], xtol: float
     ) -> FloatArray | None:
         """Return the zero of the five equations and a sixth one, of unknowns (..., 6), real or complex."""
-        kept = self.kept(start)
+        components = self.kept(start)
 
         def six(scaled: Numbers) -> Numbers:
-            return np.concatenate((self.residual(scaled, kept), sixth(scaled)[..., None]), axis=-1)
+            return np.concatenate((self.residual(scaled, components), sixth(scaled)[..., None]), axis=-1)
 
         # Largest residual, mm and 1, of an accepted position. The status of `fsolve` is not used, because it
         # reports rounding noise at this xtol as lack of progress.
         residual_limit = 1e-9
         with np.errstate(all="ignore"):
             try:
-                found = fsolve(six, start, fprime=partial(_slopes, six), xtol=xtol, full_output=True)[0]
+                solution = fsolve(six, start, fprime=partial(_slopes, six), xtol=xtol, full_output=True)[0]
             except ValueError:  # NaN in an iteration
                 return None
-            left = *self.misfit(found * self.scale), abs(float(sixth(found)))
-            return found if max(left) <= residual_limit else None
+            left = *self.misfit(solution * self.scale), abs(float(sixth(solution)))
+            return solution if max(left) <= residual_limit else None
 
     def misfit(self, unknowns: FloatArray) -> tuple[float, float]:
         """Return the largest component of R1 - R2 (mm) and of n1 + n2 at unknowns (6,); infinite for NaN."""
@@ -159,8 +161,8 @@ class FiveEquations:
         """Return the distances (..., 8) inside the limits, in the order of `Limit`, mm."""
         unknowns = scaled * self.scale
         low, tip, taper, half = self.limits
-        own = self.at(unknowns).own
-        x, y, z = (np.moveaxis(own[..., k], 0, -1) for k in range(3))
+        member_points = self.at(unknowns).member_points
+        x, y, z = (np.moveaxis(member_points[..., k], 0, -1) for k in range(3))
         l = np.stack((unknowns[..., 0], unknowns[..., 2]), axis=-1)
         above = l - low
         for j, curve in enumerate(self.edges):
@@ -223,10 +225,10 @@ class FiveCurve:
     def at(self, s: float) -> FloatArray:
         """Return the scaled unknowns (6,) at length s, in the plane perpendicular to the spline."""
         start, along = self.spline(s), self.spline(s, 1)
-        found = self.system.correct(start, along / np.linalg.norm(along))
-        if found is None:
+        contact = self.system.correct(start, along / np.linalg.norm(along))
+        if contact is None:
             raise ArithmeticError("the five equations lose the contact between two known positions")
-        return found
+        return contact
 
     def end(self, s: float) -> FloatArray:
         """Return the scaled unknowns (6,) where a limit is met at length s, with the limit met to rounding.
@@ -234,9 +236,9 @@ class FiveCurve:
         # Largest change of the scaled unknowns of an end when its limit is met.
         end_tolerance = 1e-6
         start = self.at(s)
-        found = self.system.meet_limit(start, int(self.system.margins(start).argmin()))
-        near = found is not None and np.linalg.norm(found - start) < end_tolerance
-        return found if found is not None and near else start
+        contact = self.system.meet_limit(start, int(self.system.margins(start).argmin()))
+        near = contact is not None and np.linalg.norm(contact - start) < end_tolerance
+        return contact if contact is not None and near else start
 
     def least_margin(self, s: float) -> float:
         """Return the smallest distance (mm) inside the limits at s."""
@@ -318,11 +320,11 @@ def _trace(system: FiveEquations, start: FloatArray, tangent: FloatArray, reach:
             if margins.min() < 0.0:
                 return trace
             raise ArithmeticError(_lost(here * system.scale))
-        found = ahead[0]
-        back, on = (start - here) @ tangent, (start - found) @ tangent
+        node = ahead[0]
+        back, on = (start - here) @ tangent, (start - node) @ tangent
         if len(trace.nodes) > 2 and back >= 0.0 >= on and np.linalg.norm(start - here) < 2.0 * step:
             return _Trace([*trace.nodes, start], [*trace.tangents, tangent], True)
-        trace.nodes.append(found)
+        trace.nodes.append(node)
         trace.tangents.append(ahead[1])
         step = min(1.5 * step, LARGEST_STEP)
     raise ArithmeticError("the five equations follow the contact further than a path on the flanks can be")
@@ -335,14 +337,14 @@ def _ahead(
     guess = here + step * along
     # Relative step at which `fsolve` ends for nodes of the curve.
     node_xtol = 1e-8
-    found = system.correct(guess, along, node_xtol)
+    node = system.correct(guess, along, node_xtol)
     # Limits between neighbouring nodes: cosine of the angle between their tangents, and correction relative
     # to the step. A step outside these limits may have changed to another branch and is halved.
     smallest_tangent_cosine, largest_correction = 0.98, 0.2
-    if found is None or np.linalg.norm(found - guess) > largest_correction * step:
+    if node is None or np.linalg.norm(node - guess) > largest_correction * step:
         return None
-    tangent = system.tangent(found, along)
-    return None if tangent is None or tangent @ along < smallest_tangent_cosine else (found, tangent)
+    tangent = system.tangent(node, along)
+    return None if tangent is None or tangent @ along < smallest_tangent_cosine else (node, tangent)
 
 
 def _lost(unknowns: FloatArray) -> str:

@@ -47,8 +47,8 @@ def flank_surface(member: Member, flank: str) -> Surface:
     """Return Eqs. 1-6 and 12 as a function (l, u, roll) -> (x, y, z, n_x, n_y, n_z), with z from mid-face."""
     sigma = FLANK_SIGN[flank]
     tool, m_n = member.tool, float(member.tool.normal_module)
-    own = tool.parabola_right if sigma > 0.0 else tool.parabola_left
-    a, apex = float(tool.parabola if own is None else own), float(tool.parabola_apex)
+    flank_parabola = tool.parabola_right if sigma > 0.0 else tool.parabola_left
+    a, apex = float(tool.parabola if flank_parabola is None else flank_parabola), float(tool.parabola_apex)
     alpha, beta = float(member.tool.normal_pressure_angle), float(member.helix_angle)
     gamma = float(member.cone_angle)
     sa, ca, sb, cb, sg, cg = sin(alpha), cos(alpha), sin(beta), cos(beta), sin(gamma), cos(gamma)
@@ -180,10 +180,10 @@ def solve_math(
     for i, roll in enumerate(rolls.tolist()):
         if cold or i == 0:
             start = first_start(design, guess, roll)
-        start, found, code, message = fsolve(residuals, start, args=(roll,), xtol=xtol, full_output=True)
-        evaluations += found["nfev"]
+        start, info, code, message = fsolve(residuals, start, args=(roll,), xtol=xtol, full_output=True)
+        evaluations += info["nfev"]
         # fsolve reports "no progress" at the rounding limit, so that the residual decides.
-        residual = max(map(abs, found["fvec"].tolist()))
+        residual = max(map(abs, info["fvec"].tolist()))
         if not residual <= residual_limit:
             raise ArithmeticError(f"no contact found at phi1 = {roll}: residual {residual:.1e}; {message}")
         converged[i] = code == 1 or residual < RESIDUAL_LIMIT

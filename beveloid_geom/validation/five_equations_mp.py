@@ -130,12 +130,12 @@ class RackMp:
 def rack_mp(member: Member, flank: str) -> RackMp:
     """Return the rack of a flank."""
     tool = member.tool
-    own = {"right": tool.parabola_right, "left": tool.parabola_left}[flank]
+    flank_parabola = {"right": tool.parabola_right, "left": tool.parabola_left}[flank]
     alpha, beta, gamma = map(MP.mpf, (tool.normal_pressure_angle, member.helix_angle, member.cone_angle))
     sb, cb, sg, cg = MP.sin(beta), MP.cos(beta), MP.sin(gamma), MP.cos(gamma)
     return RackMp(
         sigma=MP.mpf(FLANK_SIGN[flank]),
-        a=MP.mpf(tool.parabola if own is None else own),
+        a=MP.mpf(tool.parabola if flank_parabola is None else flank_parabola),
         apex=MP.mpf(tool.parabola_apex),
         sin=MP.sin(alpha),
         cos=MP.cos(alpha),
@@ -287,10 +287,10 @@ def solve_mp(
 
     del start[place]
     try:
-        found = MP.findroot(five, start, tol=MP.mpf(10) ** -50, maxsteps=60, verify=False)
+        root = MP.findroot(five, start, tol=MP.mpf(10) ** -50, maxsteps=60, verify=False)
     except ZeroDivisionError as singular:
         raise ArithmeticError(f"no contact found at {name} = {value}: singular equations") from singular
-    six = unknowns_to_six(list(found))
+    six = unknowns_to_six(list(root))
     position, normal, point, outward = gaps(six)
     residual = max(abs(x) for x in (*position, *normal))
     if not residual < MP.mpf(10) ** -40:

@@ -225,8 +225,8 @@ def status_map(
     cells: list[list[int]] = []
     rng = np.random.default_rng(0)
     for code in np.unique(status):
-        found = np.argwhere(status == code)
-        cells += found[rng.permutation(len(found))[:compared]].tolist()
+        status_cells = np.argwhere(status == code)
+        cells += status_cells[rng.permutation(len(status_cells))[:compared]].tolist()
     other = []
     for row, column in cells:
         pair = replace(held, shaft_angle=float(shaft_angle[column]), offset=float(offset[row]))

@@ -57,7 +57,7 @@ def paper_statements(design: Design, flank: str = "right", *, sign: int = 1) -> 
         raise ValueError(f"statements are judged for single designs, got a batch of {design.batch_shape}")
     case = FlankCase(design.bare(), flank, sign)
     texts = tomllib.loads((files(__package__) / "statements.toml").read_text(encoding="utf-8"))
-    found: list[Statement] = []
+    statements: list[Statement] = []
     with np.errstate(invalid="ignore", divide="ignore"):
         for id_, words in texts.items():
             measures, detail = MEASURES[id_](case)
@@ -65,5 +65,5 @@ def paper_statements(design: Design, flank: str = "right", *, sign: int = 1) -> 
                 claim_of(text, measures[quantity], criteria) for text, quantity, criteria in CLAIMS[id_]
             )
             source, says, measured = (words[key] for key in ("source", "says", "measured"))
-            found.append(Statement(id_, flank, source, says, measured, claims, detail))
-    return tuple(found)
+            statements.append(Statement(id_, flank, source, says, measured, claims, detail))
+    return tuple(statements)

@@ -114,8 +114,8 @@ def shim(design: Design, backlash: float, at: float | None = None, flank: str = 
     Examples
     --------
     >>> import beveloid_geom as bg
-    >>> found = bg.shim(bg.builtin_design("ni-2017"), backlash=0.1)
-    >>> found.status.name, found.axial.round(3)
+    >>> result = bg.shim(bg.builtin_design("ni-2017"), backlash=0.1)
+    >>> result.status.name, result.axial.round(3)
     ('REACHED', array([1.523, 0.406]))
     """
     # Change of the backlash per mm of axial position (mm/mm) below which shims have no effect.

@@ -98,10 +98,12 @@ def with_amounts(design: Design, flank: str, amounts: Mapping[str, float | Float
     """Return the design with other amounts, um or arrays of um by name, on one flank."""
     field = MODIFICATIONS[flank]
     for member in MEMBERS:
-        own = {name.partition(".")[2]: value for name, value in amounts.items() if name.startswith(member)}
-        if own:
+        member_amounts = {
+            name.partition(".")[2]: value for name, value in amounts.items() if name.startswith(member)
+        }
+        if member_amounts:
             given = getattr(design, member)
-            changed = replace(getattr(given, field) or Modification(), **own)
+            changed = replace(getattr(given, field) or Modification(), **member_amounts)
             design = replace(design, **{member: replace(given, **{field: changed})})
     return design
 
@@ -136,11 +138,11 @@ class _AmountSearch:
         x = Halton(count, scramble=False).random(1 + points_per_variable * count).T
         starts = x[:, self._order(self.at(x))[:starts_count]]
         x = np.hstack((starts, *(self._refined(start)[:, None] for start in starts.T)))
-        found = self.at(x)
-        order = self._order(found)
-        met = self._violation(found) <= CONSTRAINT_TOLERANCE
+        objectives = self.at(x)
+        order = self._order(objectives)
+        met = self._violation(objectives) <= CONSTRAINT_TOLERANCE
         if not met.any():
-            raise ValueError(self._reason(found))
+            raise ValueError(self._reason(objectives))
         module = float(self.design.pinion.tool.normal_module)
         for k in order[met[order]]:
             amounts = {name: float(value) for name, value in self.amounts(x[:, k]).items()}
@@ -153,26 +155,26 @@ class _AmountSearch:
         found_amounts = "all amounts that satisfy the constraints"
         raise ValueError(f"{found_amounts} {reason}: reduce the errors, or widen the bounds")
 
-    def _violation(self, found: Objectives) -> FloatArray:
+    def _violation(self, objectives: Objectives) -> FloatArray:
         """Return the largest violation (...) of the constraints, relative to their bounds."""
-        worst = np.nan_to_num(-found.margins(self.aim), nan=np.inf).max(axis=0)
-        return np.where(np.isfinite(found.shift), np.maximum(worst, 0.0), np.inf)
+        worst = np.nan_to_num(-objectives.margins(self.aim), nan=np.inf).max(axis=0)
+        return np.where(np.isfinite(objectives.shift), np.maximum(worst, 0.0), np.inf)
 
-    def _order(self, found: Objectives) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
+    def _order(self, objectives: Objectives) -> np.ndarray[tuple[int], np.dtype[np.intp]]:
         """Return the indices of candidates (k,), the best first."""
-        missed = self._violation(found)
+        missed = self._violation(objectives)
         missed = np.where(missed <= CONSTRAINT_TOLERANCE, 0.0, missed)
-        return np.lexsort((np.nan_to_num(found.goals.max(axis=0), nan=np.inf), missed))
+        return np.lexsort((np.nan_to_num(objectives.goals.max(axis=0), nan=np.inf), missed))
 
-    def _reason(self, found: Objectives) -> str:
+    def _reason(self, objectives: Objectives) -> str:
         """Return the message if no candidate satisfies the constraints, with the nearest one."""
-        k, aim = self._order(found)[0], self.aim
-        if not np.isfinite(found.shift[k]):
+        k, aim = self._order(objectives)[0], self.aim
+        if not np.isfinite(objectives.shift[k]):
             return "no amounts were found with a path under all errors: reduce the errors"
-        margins = found.margins(aim)[:, k]
+        margins = objectives.margins(aim)[:, k]
         # Margin and words of each constraint; both signs of the distance from mid-face are one constraint.
-        ratio, centre = f"{found.contact_ratio[k]:.3f}", f"{abs(found.centre[k]):.3g} mm"
-        swing, shift = f"{found.peak_to_peak[k]:.3g} rad", f"{found.shift[k]:.3g} mm"
+        ratio, centre = f"{objectives.contact_ratio[k]:.3f}", f"{abs(objectives.centre[k]):.3g} mm"
+        swing, shift = f"{objectives.peak_to_peak[k]:.3g} rad", f"{objectives.shift[k]:.3g} mm"
         constraints = [
             (margins[0], f"the contact ratio is {ratio}, less than {aim.contact_ratio:g}"),
             (
@@ -204,8 +206,8 @@ class _AmountSearch:
 
         def rows(x: FloatArray) -> FloatArray:
             """Return the margins and the objectives (rows, k) at x (n, k)."""
-            found = self.at(x)
-            values = np.concatenate((found.margins(self.aim), -found.goals / scale))
+            objectives = self.at(x)
+            values = np.concatenate((objectives.margins(self.aim), -objectives.goals / scale))
             return np.asarray(np.nan_to_num(values, nan=-1.0))
 
         def conditions(x: Vector) -> FloatArray:

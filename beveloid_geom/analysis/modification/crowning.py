@@ -118,8 +118,8 @@ def crowning_for(
     trial = _Trial(design, flank, member, separation, start)
 
     def residuals(x: FloatArray) -> FloatArray:
-        error, found, _ = trial.reached(np.maximum(x, 0.0))
-        missed = np.array((error / transmission_error - 1.0, (length / max(found, 1e-3)) ** 2 - 1.0))
+        error, trial_length, _ = trial.reached(np.maximum(x, 0.0))
+        missed = np.array((error / transmission_error - 1.0, (length / max(trial_length, 1e-3)) ** 2 - 1.0))
         return missed[::-1] + np.minimum(x, 0.0)  # crownings below 0 are continued linearly
 
     # Largest number of mesh cycles and patterns; 8 to 11 are usual.
@@ -128,23 +128,24 @@ def crowning_for(
         # Powell's hybrid method: one Jacobian by differences of 1 %, then updates by Broyden's formula.
         limits: Any = {"eps": 1e-4, "maxfev": max_evaluations}
         x = np.maximum(root(residuals, np.ones(2), tol=1e-3, options=limits).x, 0.0)
-        error, found, edges = trial.reached(x)
+        error, reached_length, edges = trial.reached(x)
     except UnknownOperationError as unknown:
         raise ValueError(f"the contact could not be computed for some crownings: {unknown}") from None
     except DesignError as beyond:
         raise ValueError(f"no crownings within their limits give both values: {beyond}") from None
     # Largest relative difference of length and transmission error from their given values.
     residual = 1e-3
-    if max(abs(error / transmission_error - 1.0), abs(found / length - 1.0)) > residual:
+    if max(abs(error / transmission_error - 1.0), abs(reached_length / length - 1.0)) > residual:
         helix, profile = start * x
         wanted, nearest = (f"{np.degrees(3600.0 * x):.4g} arcsec" for x in (transmission_error, error))
         crownings = f"{helix:.3g} um of helix and {profile:.3g} um of profile crowning"
         raise ValueError(
             f"no crownings give a transmission error of {wanted} and a pattern length of {length:g} mm:"
-            f" the nearest result is {nearest} and {found:.4g} mm with {crownings}; change one of both values"
+            f" the nearest result is {nearest} and {reached_length:.4g} mm with {crownings}; change one of"
+            " both values"
         )
     helix, profile = (start * x).tolist()
-    return Crowning(member, flank, helix, profile, trial.crowned(x), error, found, separation, edges)
+    return Crowning(member, flank, helix, profile, trial.crowned(x), error, reached_length, separation, edges)
 
 
 def _starting_amounts(
@@ -180,8 +181,8 @@ class _Trial:
         # Number of grid points of a pattern along the face.
         resolution = float(getattr(self.design, self.member).face_width) / 80
         pattern = contact_pattern(changed, self.flank, self.separation, resolution=resolution)
-        found = pattern_length(getattr(pattern, self.member), self.separation)
-        return float(cycle.peak_to_peak), found, float(cycle.edge_share)
+        reached_length = pattern_length(getattr(pattern, self.member), self.separation)
+        return float(cycle.peak_to_peak), reached_length, float(cycle.edge_share)
 
 
 def pattern_length(side: MemberPattern, separation: float) -> float:

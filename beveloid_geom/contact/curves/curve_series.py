@@ -92,8 +92,8 @@ def chains_of(pairing: FlankPair, box: Box) -> Chains:
     ends = (before < 0) != (after < 0)
     good &= np.bincount(case[ends], minlength=cases) == 2
     good &= np.bincount(case[~solved], minlength=cases) == 0
-    kept = good[case]
-    case, before, after, z, ends = case[kept], before[kept], after[kept], z[kept], ends[kept]
+    valid = good[case]
+    case, before, after, z, ends = case[valid], before[valid], after[valid], z[valid], ends[valid]
     # Sort the points along the chord between both ends.
     corner = np.zeros((2, cases, 4))
     order = np.flatnonzero(ends)[np.argsort(case[ends], kind="stable")].reshape(-1, 2)

@@ -79,9 +79,9 @@ def error_rates(path: SurfacePaths, cases: Integers, state: FloatArray, sense: F
     """
     problem, placed = path.problem, path.problem.placed.take(cases)
     met = contacts_at(problem.surfaces, placed, state)
-    (own, other), count = met.jets, state.shape[1]
-    (x, y), (px, py) = met.point[:2], other.plane[0]
-    (sx, sy), (zx, zy) = other.plane[1:3]
+    (pinion_jet, gear_jet), count = met.jets, state.shape[1]
+    (x, y), (px, py) = met.point[:2], gear_jet.plane[0]
+    (sx, sy), (zx, zy) = gear_jet.plane[1:3]
     square = x * x + y * y
     own_s, own_z = px * sx + py * sy, px * zx + py * zy
     turn_s, turn_z = (px * sy - py * sx) / square, (px * zy - py * zx) / square
@@ -95,7 +95,7 @@ def error_rates(path: SurfacePaths, cases: Integers, state: FloatArray, sense: F
     # The touched point of the gear, its normal and its roll.
     follow = (x * moved[0, 0] + y * moved[0, 1] - own_z * high) / own_s
     spin = (x * moved[0, 1] - y * moved[0, 0]) / square - turn_z * high
-    rows = normals_of(other)
+    rows = normals_of(gear_jet)
     cos, sin = met.turn
     normal, by_s, by_z = (np.array((cos * a - sin * b, sin * a + cos * b, c)) for a, b, c in rows)
     side = np.array((-normal[1], normal[0], np.zeros(count)))
@@ -116,9 +116,9 @@ def error_rates(path: SurfacePaths, cases: Integers, state: FloatArray, sense: F
     by_state[L, 0] = by_state[Z, 1] = by_state[ROLLS, 2] = 1.0
     by_state[L + 1], by_error[L + 1] = met.follow[1:], follow
     by_state[Z + 1], by_error[Z + 1] = met.moves[2], high
-    radii = np.hypot(*own.plane[0]), np.sqrt(square)
+    radii = np.hypot(*pinion_jet.plane[0]), np.sqrt(square)
     value[R], value[R + 1] = radii
-    by_state[R, :2] = (own.plane[0] * own.plane[1:3]).sum(axis=1) / radii[0]
+    by_state[R, :2] = (pinion_jet.plane[0] * pinion_jet.plane[1:3]).sum(axis=1) / radii[0]
     by_state[R + 1] = (x * met.moves[0] + y * met.moves[1]) / radii[1]
     by_error[R + 1] = (x * moved[0, 0] + y * moved[0, 1]) / radii[1]
     for j, rack in enumerate(path.racks):
@@ -126,7 +126,7 @@ def error_rates(path: SurfacePaths, cases: Integers, state: FloatArray, sense: F
         value[U + j] = (value[Z + j] - rack_point(rack, value[L + j])[2]) / steep
         for by in (by_state, by_error):
             by[U + j] = (by[Z + j] - rise * by[L + j]) / steep
-    value[ROLLS], value[ROLLS + 1] = state[2], np.arctan2(sin, cos) - other.phi
+    value[ROLLS], value[ROLLS + 1] = state[2], np.arctan2(sin, cos) - gear_jet.phi
     turned = (x * met.moves[1] - y * met.moves[0]) / square
     by_state[ROLLS + 1] = turned - turn_s * by_state[L + 1] - turn_z * by_state[Z + 1]
     by_error[ROLLS + 1] = spin - turn_s * follow

@@ -53,13 +53,13 @@ def margins_at(problem: Problem, met: Contacts) -> tuple[FloatArray, FloatArray]
     The derivatives are by s1, z1 and the roll; s2 follows at equal radius.
     """
     s, z = (met.state[0], met.state[3]), (met.state[1], met.high)
-    own, other = met.jets[0].plane, met.point
-    radii = np.sqrt(own[0, 0] ** 2 + own[0, 1] ** 2), np.hypot(other[0], other[1])
+    pinion_plane, gear_point = met.jets[0].plane, met.point
+    radii = np.sqrt(pinion_plane[0, 0] ** 2 + pinion_plane[0, 1] ** 2), np.hypot(gear_point[0], gear_point[1])
     zero, one = np.zeros_like(z[0]), np.ones_like(z[0])
     s_by = np.array((one, zero, zero)), met.follow[1:]
     z_by = np.array((zero, one, zero)), met.moves[2]
-    own_by = (own[0] * own[1:3]).sum(axis=1) / radii[0]
-    r_by = np.array((*own_by, zero)), (other[0] * met.moves[0] + other[1] * met.moves[1]) / radii[1]
+    own_by = (pinion_plane[0] * pinion_plane[1:3]).sum(axis=1) / radii[0]
+    r_by = np.array((*own_by, zero)), (gear_point[0] * met.moves[0] + gear_point[1] * met.moves[1]) / radii[1]
     values, rates = np.empty((8, s[0].size)), np.empty((8, 3, s[0].size))
     for j, edge in enumerate(problem.edges):
         root, tip, toe, heel = (limit + j for limit in range(0, len(Limit), 2))

@@ -73,8 +73,8 @@ def _block(problem: Problem, undefined: Mask) -> Segment:
         results = _sampled_closer(problem.cases(doubtful), curve.cases(doubtful))
         left = np.array([place for place in range(doubtful.size) if place not in results], dtype=int)
         if left.size:
-            found = _traced_inside(problem.cases(doubtful[left]), curve.cases(doubtful[left]))
-            results |= {int(left[place]): one for place, one in found.items()}
+            traced_segments = _traced_inside(problem.cases(doubtful[left]), curve.cases(doubtful[left]))
+            results |= {int(left[place]): one for place, one in traced_segments.items()}
         order = np.arange(decided.size)
         parts = [_picked(segment, order[k : k + 1]) for k in order.tolist()]
         for place, case in enumerate(doubtful.tolist()):
@@ -93,7 +93,7 @@ def _sampled_closer(problem: Problem, curve: Curve) -> dict[int, Segment]:
         return {}
     # Number of times that intervals are divided.
     rounds = 4
-    found: dict[int, Segment] = {}
+    decided_segments: dict[int, Segment] = {}
     left = np.arange(len(curve.x))
     for _ in range(rounds):
         if not left.size:
@@ -102,9 +102,9 @@ def _sampled_closer(problem: Problem, curve: Curve) -> dict[int, Segment]:
         segment, decided = segments_of(problem.cases(left), curve)
         # Where the roll turns back, positions are given by the length of the curve, which tracing follows.
         decided &= (segment.status == Status.SOLVED) & ~segment.turning
-        found |= {int(left[k]): _picked(segment, np.array([k])) for k in np.flatnonzero(decided)}
+        decided_segments |= {int(left[k]): _picked(segment, np.array([k])) for k in np.flatnonzero(decided)}
         left, curve = left[~decided], curve.cases(np.flatnonzero(~decided))
-    return found
+    return decided_segments
 
 
 def _traced_inside(problem: Problem, curve: Curve) -> dict[int, Segment]:
@@ -153,9 +153,9 @@ def _joined(parts: list[Segment]) -> Segment:
 
 def _searched(problem: Problem) -> Segment:
     """Return the segment of a single case from all curves on its flanks."""
-    seeds, whole = seeds_of(problem)
+    seeds, all_known = seeds_of(problem)
     best: Segment | None = None
-    pieces, doubtful, closed_span = 0, not whole and not seeds.size, 0.0
+    pieces, doubtful, closed_span = 0, not all_known and not seeds.size, 0.0
     while seeds.shape[1]:
         curve, complete = traced(problem, seeds[:, :1])
         if np.isnan(curve.value).all():
@@ -213,7 +213,7 @@ def surface_ends(paths: list[SurfacePaths], count: int) -> Ends:
     for path in paths:
         segment = path.segment
         void = np.full((path.cases.size, 2), np.nan)
-        own = Ends(
+        path_ends = Ends(
             x=void,
             l=segment.state[[0, 3]],
             roll=segment.state[2],
@@ -223,7 +223,7 @@ def surface_ends(paths: list[SurfacePaths], count: int) -> Ends:
             pieces=segment.pieces,
             status=segment.status,
         )
-        ends.put(path.cases, own)
+        ends.put(path.cases, path_ends)
     return ends
 
 
@@ -234,7 +234,7 @@ def rows_between_ends(paths: list[SurfacePaths], count: int, share: FloatArray) 
     """
     table = np.full((HEIGHT, count, share.size), np.nan)
     status = np.empty((count, share.size), dtype=np.int8)
-    for path in (part for whole in paths for part in whole.blocks(share.size + 1)):
+    for path in (part for group in paths for part in group.blocks(share.size + 1)):
         met, good = positions_on(path.problem, path.segment, np.append(share, 0.5))
         rows, _ = _rows(path, met, good.shape)
         rows[PHASE] -= rows[PHASE, :, -1:].copy()

@@ -66,8 +66,8 @@ def _targets(
         place = np.where(kinked, ends[k][:3] / scale + sense * away * tangents[k], place)
         across = np.where(kinked, tangents[k], across)
         end, rate = (np.where(known[k], rows[k], rows[1 - k]) for rows in (ends, rates))
-        way = ((place - end[:3] / scale) * across).sum(axis=0) / (rate[:3] / scale * across).sum(axis=0)
-        targets.append((end + way * rate, place * scale, across))
+        step = ((place - end[:3] / scale) * across).sum(axis=0) / (rate[:3] / scale * across).sum(axis=0)
+        targets.append((end + step * rate, place * scale, across))
     start, place, across = (np.stack(rows, axis=-1) for rows in zip(*targets, strict=True))
     return start, place, across
 

@@ -76,13 +76,13 @@ def segments_of(problem: Problem, curve: Curve) -> tuple[Segment, Mask]:
         first[case], last[case] = begin[best], end[best]
         near = slice(max(0, (begin[best] - 1) // step), (end[best] + step) // step)
         decided[case] = bool(closed.all()) and not gaps[case, near].any()
-    some = np.flatnonzero(decided & (pieces > 0))
+    active_cases = np.flatnonzero(decided & (pieces > 0))
     segment = empty_segment(cases, count)
     segment.status[~decided] = Status.NOT_CONVERGED
-    if some.size:
-        good = _with_ends(problem, (x, rows, depth), np.stack((first, last)), segment, some)
-        decided[some[~good]] = False
-        segment.pieces[some] = pieces[some]
+    if active_cases.size:
+        good = _with_ends(problem, (x, rows, depth), np.stack((first, last)), segment, active_cases)
+        decided[active_cases[~good]] = False
+        segment.pieces[active_cases] = pieces[active_cases]
     return segment, decided
 
 
@@ -105,15 +105,15 @@ def _with_ends(
     samples: tuple[FloatArray, FloatArray, FloatArray],
     runs: Integers,
     segment: Segment,
-    some: Integers,
+    active_cases: Integers,
 ) -> Mask:
-    """Fill a segment for the cases `some`, and return for which of them both ends were found.
+    """Fill a segment for the `active_cases`, and return for which of them both ends were found.
 
     `runs` (2, cases) are the first and last sample inside the flanks."""
-    part = problem.cases(np.tile(some, 2))  # the first ends of all cases, followed by the last ones
-    x, rows, depth = (values[..., some, :] for values in samples)
-    met, where, limits, good = _ends_of(part, x, rows[STATE], depth, runs[:, some])
-    places, knots = _end_to_end(x, rows[STATE], runs[:, some], where, met.state)
+    part = problem.cases(np.tile(active_cases, 2))  # the first ends of all cases, followed by the last ones
+    x, rows, depth = (values[..., active_cases, :] for values in samples)
+    met, where, limits, good = _ends_of(part, x, rows[STATE], depth, runs[:, active_cases])
+    places, knots = _end_to_end(x, rows[STATE], runs[:, active_cases], where, met.state)
     turning = _turns(knots[2])
     # Interpolated knots next to the beginning of a relief may be off the curve.
     if (doubtful := np.flatnonzero(turning & good)).size:
@@ -132,8 +132,8 @@ def _with_ends(
     backwards = part.surfaces.pinion.sigma * (knots[2, :, -1] - knots[2, :, 0]) < 0.0
     knots[:, backwards], places[backwards] = knots[:, backwards, ::-1], places[backwards, ::-1]
     limits[backwards] = limits[backwards, ::-1]
-    done = some[good]
-    segment.status[some] = np.where(good, np.int8(Status.SOLVED), np.int8(Status.NOT_CONVERGED))
+    done = active_cases[good]
+    segment.status[active_cases] = np.where(good, np.int8(Status.SOLVED), np.int8(Status.NOT_CONVERGED))
     segment.state[:, done] = knots[:, good][:, :, [0, -1]]
     segment.limit[done], segment.span[done], segment.turning[done] = limits[good], span[good], turning[good]
     segment.x[done], segment.knots[:, done] = places[good], knots[:, good]
@@ -247,13 +247,13 @@ def refined(problem: Problem, segment: Segment) -> Mask:
     # Step of the roll (rad) that is rounding.
     rounding_rad = 1e-12
     result: Mask = np.asarray(segment.status != Status.SOLVED)
-    some = np.flatnonzero(~result)
-    if some.size:
-        knots, near = _solved_knots(problem.cases(some), segment.knots[:, some])
-        result[some], segment.knots[:, some] = near.all(axis=-1), knots
+    solved_cases = np.flatnonzero(~result)
+    if solved_cases.size:
+        knots, near = _solved_knots(problem.cases(solved_cases), segment.knots[:, solved_cases])
+        result[solved_cases], segment.knots[:, solved_cases] = near.all(axis=-1), knots
         steps = np.diff(knots[2])
         turns = (steps > rounding_rad).any(axis=-1) & (steps < -rounding_rad).any(axis=-1)
-        for case in some[turns & ~segment.turning[some]]:
+        for case in solved_cases[turns & ~segment.turning[solved_cases]]:
             segment.turning[case] = True
             segment.span[case] = _turned_span(problem.cases(np.array([case])), segment.knots[:, case])
     return result

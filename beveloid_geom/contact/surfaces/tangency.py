@@ -196,8 +196,8 @@ def contacts_at(surfaces: Surfaces, placed: MemberPlacement, state: FloatArray) 
     spin = (x * by[1] - y * by[0]) / square - (px * zy - py * zx) / own_square * by[2]
     change = turned[:, 2][:, None] * by[2]
     change[:2] += side[:, None] * spin
-    own = turned[:, 1].copy()
-    own[:2] -= side * ((px * sy - py * sx) / own_square)
+    s2_change = turned[:, 1].copy()
+    s2_change[:2] -= side * ((px * sy - py * sx) / own_square)
     # Elimination of s2.
     follow = np.empty((4, len(s1)))
     follow[0] = 0.5 * (square - own_square)
@@ -209,7 +209,7 @@ def contacts_at(surfaces: Surfaces, placed: MemberPlacement, state: FloatArray) 
     value = (normal[:, None] * first).sum(axis=0)
     second = (normal[:, None] * moved[:, 3:]).sum(axis=0)  # ss, sz, zz, r, sr, zr
     gradient = (first[:, :, None] * change[:, None]).sum(axis=0) + second[[[0, 1, 4], [1, 2, 5]]]
-    own_change = (first * own[:, None]).sum(axis=0)
+    own_change = (first * s2_change[:, None]).sum(axis=0)
     gradient += own_change[:, None] * follow[1:]
     residual = value + own_change * follow[0]
     length = np.sqrt((normal * normal).sum(axis=0))

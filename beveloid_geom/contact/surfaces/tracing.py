@@ -69,13 +69,13 @@ def seeds_of(problem: Problem) -> tuple[FloatArray, bool]:
     starts.append(state[:, close])
     rows.append(np.zeros(close.sum(), dtype=int))
     start, row = np.concatenate(starts, axis=1), np.concatenate(rows)
-    found = []
+    contacts = []
     for held in (0, 1):
         part = start[:, row == held]
         placed = problem.placed.take(np.zeros(part.shape[1], dtype=int))
         result, good = solve(problem.surfaces, placed, part, given_row(held, part[held]))
-        found.append(result.state[:, good])
-    seeds = np.concatenate(found, axis=1)
+        contacts.append(result.state[:, good])
+    seeds = np.concatenate(contacts, axis=1)
     return seeds, bool(np.isfinite(g).all())
 
 
@@ -104,20 +104,20 @@ def traced(problem: Problem, seeds: FloatArray) -> tuple[Curve, Mask]:
         for place, trail in zip(again.tolist(), others, strict=True):
             if left[place]:
                 trails[place] = trail
-    # From the end of the first way through the contact to the end of the second one.
-    ways = [
+    # Join both halves of each curve at the contact, from the end of the first to the end of the second.
+    polylines = [
         np.concatenate((back[:, :0:-1] * np.repeat((1.0, -1.0), (4, 3))[:, None], on), axis=1)
         for back, on in zip(trails[:cases], trails[cases:], strict=True)
     ]
-    width = max(2, *(way.shape[1] for way in ways))  # 2 also if no curve could be followed
-    steps = [np.linalg.norm(np.diff(way[:3]) / problem.scale[:, None], axis=0) for way in ways]
+    width = max(2, *(polyline.shape[1] for polyline in polylines))  # 2 also if no curve could be followed
+    steps = [np.linalg.norm(np.diff(polyline[:3]) / problem.scale[:, None], axis=0) for polyline in polylines]
     x = np.stack(
         [np.cumsum(np.append(np.append(0.0, step), np.ones(width - 1 - step.size))) for step in steps]
     )
     filled = np.full((7, cases, width), np.nan)
-    for case, way in enumerate(ways):
-        if way.shape[1] > 1:
-            filled[:, case, : way.shape[1]] = way
+    for case, polyline in enumerate(polylines):
+        if polyline.shape[1] > 1:
+            filled[:, case, : polyline.shape[1]] = polyline
     states, directions = filled.reshape(7, -1)[:4], filled.reshape(7, -1)[4:]
     met = contacts_at(problem.surfaces, problem.placed.take(np.repeat(np.arange(cases), width)), states)
     return sampled(problem, x, met, directions), np.asarray(left.reshape(2, cases).all(axis=0))

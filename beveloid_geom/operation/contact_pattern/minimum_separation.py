@@ -140,8 +140,8 @@ def separation_samples(mating: Mating, points: FloatArray, near: Mask | None = N
         place.reshape(-1)[numbers[-1]] = done + np.arange(at.size)
         done += at.size
         best, each = table.argmin(axis=0), np.arange(n)
-        beside = np.clip(best + np.array([[-1], [1]]), 0, count - 1)
-        alone = (place[beside, each] < 0).any(axis=0) | np.isinf(table[best, each])
+        neighbours = np.clip(best + np.array([[-1], [1]]), 0, count - 1)
+        alone = (place[neighbours, each] < 0).any(axis=0) | np.isinf(table[best, each])
         asked = (place < 0) & alone
     sample, point = np.divmod(np.concatenate(numbers), n)
     room = float(mating.sheet.module)
@@ -167,13 +167,13 @@ def minimum_separation(mating: Mating, points: FloatArray, near: Mask | None = N
     samples = separation_samples(mating, points, near)
     low, between = samples.beside(samples.low, mating.rolls), _between(mating, points, samples)
     point, three = (np.concatenate(both, axis=-1) for both in zip(low, between, strict=True))
-    at, beside, rows, way = three[0, 1], three[0, ::2], three[1:], np.array(((-1,), (1,)))
-    begin, inner = rows[:, 1], beside != at
-    _, rate = mating.operation.motion(np.tile(at, 2), np.where(inner, beside, beside[::-1]).ravel())
+    at, neighbours, rows, direction = three[0, 1], three[0, ::2], three[1:], np.array(((-1,), (1,)))
+    begin, inner = rows[:, 1], neighbours != at
+    _, rate = mating.operation.motion(np.tile(at, 2), np.where(inner, neighbours, neighbours[::-1]).ravel())
     slope = mating.slope(begin, rate.reshape(inner.shape))
-    fall, leaves = -way * slope, ~(rows[MARGIN, ::2] >= 0.0)
+    fall, leaves = -direction * slope, ~(rows[MARGIN, ::2] >= 0.0)
     to_edge, side, down = np.nonzero(inner & (fall > 0.0, leaves))
-    span, end = np.array((at[down], beside[side, down])), rows[:, 2 * side, down]
+    span, end = np.array((at[down], neighbours[side, down])), rows[:, 2 * side, down]
     slopes = slope[side, down], mating.slope(end, mating.operation.motion(*span[::-1])[1])
     falls = (span[0] - span[1]) * slopes
     ends = begin[:2, down], end[:2]

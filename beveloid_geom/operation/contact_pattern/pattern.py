@@ -157,15 +157,15 @@ def contact_pattern(
     patterns = []
     for number, member in enumerate(design.members):
         side = _side_of(member, flank, mating_of(design, flank, number, operation))
-        found = _found_on(side, CELLS[0])
+        coarse_grid = _found_on(side, CELLS[0])
         if resolution is not None:
             cells = _cells_of_size(member, resolution)
         else:
             error = separation / 20.0 if tolerance is None else tolerance
-            cells = _cells_within(found, error, 4.0 * separation)
-        # The area is always found from the smallest grid: it does not depend on the points of the output.
-        grid = found if cells == CELLS[0] else _found_on(side, cells)
-        patterns.append(_member_pattern(side, grid, found, separation, area_error))
+            cells = _cells_within(coarse_grid, error, 4.0 * separation)
+        # The area is always computed from the coarse grid: it does not depend on the points of the output.
+        grid = coarse_grid if cells == CELLS[0] else _found_on(side, cells)
+        patterns.append(_member_pattern(side, grid, coarse_grid, separation, area_error))
     return ContactPattern(flank, separation, operation.span, *patterns)
 
 
@@ -241,10 +241,10 @@ def _found_on(side: _Side, cells: tuple[int, int]) -> _Grid:
     depth, face = (np.linspace(0.0, 1.0, n + 1) for n in cells)
     l, z, points = side.at(depth[:, None], face)
     share = np.stack(np.meshgrid(depth, face, indexing="ij"), axis=-1)
-    found = side.least(points.reshape(-1, 3), share.reshape(-1, 2))
+    minimum = side.least(points.reshape(-1, 3), share.reshape(-1, 2))
     shape = l.shape
     return _Grid(
-        l, z, points, found.least.reshape(shape), found.roll.reshape(shape), found.status.reshape(shape)
+        l, z, points, minimum.least.reshape(shape), minimum.roll.reshape(shape), minimum.status.reshape(shape)
     )
 
 
@@ -273,9 +273,9 @@ def _cells_within(grid: _Grid, tolerance: float, highest: float) -> tuple[int, i
 
 
 def _member_pattern(
-    side: _Side, grid: _Grid, found: _Grid, separation: float, area_error: float
+    side: _Side, grid: _Grid, coarse_grid: _Grid, separation: float, area_error: float
 ) -> MemberPattern:
-    """Return the pattern on a `grid`, with the area from the grid `found`. The border is interpolated in
+    """Return the pattern on a `grid`, with the area from the `coarse_grid`. The border is interpolated in
     the square root of the minimum separation, which is nearly linear next to the path of contact and
     past the reach of the mating edge."""
 
@@ -286,7 +286,7 @@ def _member_pattern(
         *_, points = side.at(*share.T)
         return excess(side.least(points, share).least)
 
-    marked = marked_area(excess_at, excess(found.least), found.points, area_error)
+    marked = marked_area(excess_at, excess(coarse_grid.least), coarse_grid.points, area_error)
     return MemberPattern(
         **vars(grid),
         marked=grid.least <= separation,

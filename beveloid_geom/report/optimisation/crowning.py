@@ -25,19 +25,19 @@ class CrowningReport(ResultReport[Crowning]):
 
     def summary(self) -> str:
         """Return the crownings and the contact."""
-        found = self.result
-        text = f"Crownings for {self.name}, {found.flank} flanks\n" + head_lines(self.design)
+        result = self.result
+        text = f"Crownings for {self.name}, {result.flank} flanks\n" + head_lines(self.design)
         text += line(
-            found.member,
-            f"helix crowning {found.helix_crowning_um:.4g} um, profile crowning"
-            f" {found.profile_crowning_um:.4g} um",
+            result.member,
+            f"helix crowning {result.helix_crowning_um:.4g} um, profile crowning"
+            f" {result.profile_crowning_um:.4g} um",
         )
-        error = ARCSEC * found.transmission_error
+        error = ARCSEC * result.transmission_error
         text += line("transmission error", f"{error:.4g} arcsec peak to peak, of all teeth")
         text += line(
             "pattern",
-            f"{found.length:.4g} mm along the face of the {found.member}, with marking compound"
-            f" {1e3 * found.separation:g} um thick",
+            f"{result.length:.4g} mm along the face of the {result.member}, with marking compound"
+            f" {1e3 * result.separation:g} um thick",
         )
-        edges = f"during {100.0 * found.edge_share:.1f} % of the mesh cycle" if found.edge_share else "none"
+        edges = f"during {100.0 * result.edge_share:.1f} % of the mesh cycle" if result.edge_share else "none"
         return text + line("edge contact", edges)

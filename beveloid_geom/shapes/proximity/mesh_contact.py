@@ -129,7 +129,7 @@ def _facet_contact(design: Design, flank: str, tolerance: float, pose: dict[str,
         return _no_contact(Status.OFF_FLANK)
     side, other = sides[member], 1 - member
     at = np.unravel_index(np.nanargmin(side.separation), side.l.shape)
-    l, z = (np.array((own[at], foot[at])) for own, foot in ((side.l, side.foot_l), (side.z, side.foot_z)))
+    l, z = (np.array((grid[at], foot[at])) for grid, foot in ((side.l, side.foot_l), (side.z, side.foot_z)))
     foot = to_fixed(frames_of(design, **pose)[other], flank_point(design.members[other], flank, l[1], z=z[1]))
     pinion_first, point = [member, other], 0.5 * (side.points[at] + foot)
     near = [_near_least(each, least[member] + near_tolerances * tolerance) for each in sides]
@@ -175,14 +175,14 @@ def _polished_contact(
                 break
         else:  # larger, or NaN beyond the flank: try a shorter step
             reach *= 0.25
-    own = feet(pinion, flank, in_frame_of(frames, 0, here.point), tuple(place))
+    pinion_foot = feet(pinion, flank, in_frame_of(frames, 0, here.point), tuple(place))
     doubt = float(here.doubt(longest))
-    if own.status == Status.OFF_FLANK or here.foot.status == Status.OFF_FLANK:
+    if pinion_foot.status == Status.OFF_FLANK or here.foot.status == Status.OFF_FLANK:
         return _no_contact(Status.OFF_FLANK)
-    if not (doubt <= max_doubt_ratio * depth and own.status == here.foot.status == Status.SOLVED):
+    if not (doubt <= max_doubt_ratio * depth and pinion_foot.status == here.foot.status == Status.SOLVED):
         return _no_contact(Status.NOT_CONVERGED)
     middle = here.point - 0.5 * here.foot.distance * normals_to_fixed(frames[1], here.foot.normal)
-    pair = (np.array((place[0], here.foot.l)), np.array((own.z, here.foot.z)))
+    pair = (np.array((place[0], here.foot.l)), np.array((pinion_foot.z, here.foot.z)))
     return MeshContact(middle, float(here.foot.distance), *pair, doubt, Status.SOLVED)
 
 
@@ -224,14 +224,14 @@ class _Local:
 def _separation_at(design: Design, flank: str, frames: tuple[Frame, Frame], place: FloatArray) -> _Local:
     """Return the separation from the flank of the gear at (l, u) of the pinion."""
     l, u = place
-    own = flank_patch(design.pinion, flank, l, u)
-    point = to_fixed(frames[0], own.point)
+    pinion_patch = flank_patch(design.pinion, flank, l, u)
+    point = to_fixed(frames[0], pinion_patch.point)
     foot = feet(design.gear, flank, in_frame_of(frames, 1, point))
     met = flank_patch(design.gear, flank, foot.l, foot.u)
     steps, turns, other_steps, other_turns = (
         np.stack([normals_to_fixed(frame, vector) for vector in pair], axis=-1)
         for frame, pair in (
-            (frames[0], (own.tangent_l, own.tangent_u)),
+            (frames[0], (pinion_patch.tangent_l, pinion_patch.tangent_u)),
             (frames[0], _normal_rates(design.pinion, flank, l, u)),
             (frames[1], (met.tangent_l, met.tangent_u)),
             (frames[1], _normal_rates(design.gear, flank, foot.l, foot.u)),

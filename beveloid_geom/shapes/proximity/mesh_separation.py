@@ -110,17 +110,17 @@ def mesh_separation(
     """
     meshes = [flank_mesh(part, flank, tolerance) for part in design.members]
     frames = frames_of(design, pinion_roll, gear_roll)
-    own, other = meshes[member].grid, 1 - member
-    points = to_fixed(frames[member], own.points)
+    grid, other = meshes[member].grid, 1 - member
+    points = to_fixed(frames[member], grid.points)
     seen = in_frame_of(frames, other, points).reshape(-1, 3)
     values, status = _facet_feet(meshes[other], seen, tolerance)
     if polish:
         values, status = _polished_feet(design.members[other], flank, seen, values)
     values[:, status != Status.SOLVED] = np.nan
-    shape = own.l.shape
-    z = np.broadcast_to(own.z, shape)
+    shape = grid.l.shape
+    z = np.broadcast_to(grid.z, shape)
     distance, foot_l, foot_z = values.reshape(3, *shape)
-    return MeshSeparation(own.l, z, points, distance, foot_l, foot_z, status.reshape(shape))
+    return MeshSeparation(grid.l, z, points, distance, foot_l, foot_z, status.reshape(shape))
 
 
 def _facet_feet(mesh: FlankMesh, seen: FloatArray, tolerance: float) -> tuple[FloatArray, Codes]:
@@ -155,5 +155,5 @@ def _polished_feet(
     """Return distance, l and z (3, n) of the feet on the exact flank, by Newton's method from those on the
     mesh."""
     u = trace_parameter(member, flank, start[1], start[2])
-    found = feet(member, flank, seen, (start[1], u))
-    return np.stack((found.distance, found.l, found.z)), found.status
+    exact_feet = feet(member, flank, seen, (start[1], u))
+    return np.stack((exact_feet.distance, exact_feet.l, exact_feet.z)), exact_feet.status

@@ -61,9 +61,9 @@ def modify(
 
     error = math.radians(transmission_error_arcsec / 3600.0)
     with results.refused_values():
-        found = crowning_for(design, error, length, flank, member=member, separation=separation)
+        crowning = crowning_for(design, error, length, flank, member=member, separation=separation)
     if out is not None:
         remark = f"{name} with {1e3 * separation:g} um thick marking compound on {length:g} mm, and"
         remark += f" {transmission_error_arcsec:g} arcsec of transmission error, {flank} flanks."
-        results.write_design(design_text(found.design, remark), out)
-    return CrowningReport(name, design, found)
+        results.write_design(design_text(crowning.design, remark), out)
+    return CrowningReport(name, design, crowning)
