@@ -39,8 +39,8 @@ SMALL_BACKLASH_MM = 0.02
 
 
 @dataclass(frozen=True)
-class MainFigure:
-    """One number of the table of figures: label, value as text with its digits, and unit."""
+class MainNumber:
+    """One number of the table of quantities: label, value as text with its digits, and unit."""
 
     name: str
     label: str
@@ -107,7 +107,7 @@ class Calculation:
         result = contact_pattern(design, flank, film, operation=motion)
         sides = {"pinion": result.pinion, "gear": result.gear}
         figures = [
-            MainFigure(f"{name}_pattern", f"Pattern on the {name}", f"{100.0 * side.area_share:.1f}", "%")
+            MainNumber(f"{name}_pattern", f"Pattern on the {name}", f"{100.0 * side.area_share:.1f}", "%")
             for name, side in sides.items()
         ]
         return {
@@ -127,13 +127,13 @@ class Calculation:
             remarks += self.operation.remarks
         backlash = self.backlash.normal
         text = f"{backlash:z.4f}" if math.isfinite(backlash) else "not known"
-        figures = [MainFigure("backlash", "Normal backlash as mounted", text, "mm")]
+        figures = [MainNumber("backlash", "Normal backlash as mounted", text, "mm")]
         if self.settings.torque > 0.0:
             pressed = pressure_along(self.path, Load(torque_nm=float(self.settings.torque)))
             remarks += pressure_remarks(pressed)
             known = pressed.pressure[np.isfinite(pressed.pressure)]
             text = f"{known.max():.1f}" if known.size else "not known"
-            figures.append(MainFigure("pressure", "Largest pressure (Hertz)", text, "MPa"))
+            figures.append(MainNumber("pressure", "Largest pressure (Hertz)", text, "MPa"))
         return {"status": "solved", "remarks": _data(remarks), "figures": [vars(one) for one in figures]}
 
     def _first_remarks(self) -> Iterator[Remark]:
@@ -142,18 +142,18 @@ class Calculation:
             yield Remark(UNKNOWN, f"{self.settings.flank} flanks, in operation: {failure.text}")
         yield from self.operation.edge_remarks
 
-    def _motion_figures(self) -> Iterator[MainFigure]:
+    def _motion_figures(self) -> Iterator[MainNumber]:
         """Yield the figures of contact and motion."""
         operation = self.operation
         ratios = (operation.eq16, operation.operating, operation.within_film)
         names = ("Contact ratio of one pair (Eq. 16)", "Contact ratio in operation")
         labels = (*names, f"Contact ratio within {1e3 * operation.film:g} µm")
         for name, label, value in zip(("ratio", "operating", "film_ratio"), labels, ratios, strict=True):
-            yield MainFigure(name, label, f"{value:.4f}" if math.isfinite(value) else "not known")
+            yield MainNumber(name, label, f"{value:.4f}" if math.isfinite(value) else "not known")
         swing = ARCSEC * float(operation.cycle.peak_to_peak)
-        yield MainFigure("error", "Transmission error, peak to peak", f"{swing:.3f}", "arcsec")
+        yield MainNumber("error", "Transmission error, peak to peak", f"{swing:.3f}", "arcsec")
         share = 0.0 if operation.along_lines else 100.0 * float(operation.cycle.edge_share)
-        yield MainFigure("edges", "Mesh cycle with edge contact", f"{share:.1f}", "%")
+        yield MainNumber("edges", "Mesh cycle with edge contact", f"{share:.1f}", "%")
 
 
 def _nothing(status: str, reason: str) -> dict[str, Any]:

@@ -192,7 +192,7 @@ def _levels(axes: Axes, ease_off: EaseOff) -> None:
     half = np.array((np.ptp(ease_off.z), np.ptp(ease_off.l))) / 2.0
     middle = np.array((ease_off.z.min(), ease_off.l.min())) + half
     for label in axes.clabel(lines, fontsize=theme.SMALL, fmt=names, colors=theme.INK):
-        if np.abs((label.get_position() - middle) / half).max() > 0.88:
+        if np.abs((label.get_position() - middle) / half).max() > 0.88:  # it would cross the border
             label.remove()  # outside the axes
     rim = [np.concatenate((g[0], g[1:, -1], g[-1, -2::-1], g[-2::-1, 0])) for g in (ease_off.z, ease_off.l)]
     axes.plot(*rim, color=theme.GREY, linewidth=1.2)

@@ -81,7 +81,8 @@ class ReportSettings:
     @property
     def steps(self) -> int:
         """Number of calls of `progress` in `compute`: stages and blocks of mountings."""
-        return 5 + 6 * len(FLANKS) + -(-self.cases // UNIT)
+        stages, stages_of_flank = 5, 6
+        return stages + stages_of_flank * len(FLANKS) + -(-self.cases // UNIT)
 
     @property
     def sizes(self) -> tuple[float, float] | None:
@@ -218,7 +219,7 @@ def compute(
         sections = {flank: _sections(name, design, flank, settings, progress) for flank in FLANKS}
         matrices = _matrices(name, design, settings, progress)
         progress("ease-off")
-        eased = ease_off_report(name, design, (21, 31))
+        eased = ease_off_report(name, design, (21, 31))  # grid for the contour lines
         numbers["ease_off"] = json.loads(json_text(ease_off_report(name, design, EASE_OFF_GRID).data()))
         progress("statements")
         if is_table1(design):

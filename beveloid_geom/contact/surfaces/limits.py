@@ -11,7 +11,7 @@ import numpy as np
 from ...arrays import FloatArray, Integers
 from ...gear.crossing_curve import START, CrossingCurve
 from ...status import Limit
-from .tangency import Condition, Contacts, MemberPlacement, Surfaces
+from .tangency import Condition, Contacts, PairPlacement, Surfaces
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class Problem:
     """
 
     surfaces: Surfaces
-    placed: MemberPlacement
+    placed: PairPlacement
     lowest: FloatArray
     highest: FloatArray
     tip: FloatArray

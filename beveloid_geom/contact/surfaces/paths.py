@@ -26,7 +26,7 @@ from .curve import MARGINS, NODE_COUNT, STATE, Curve, curve_over_s1, dense
 from .limits import Problem, margins_at
 from .positions import positions_on
 from .problems import problems_of
-from .refinement import closer
+from .refinement import with_more_samples
 from .segments import Segment, empty_segment, refined, segments_of
 from .tangency import Contacts, given_row, meshing_start, solve
 from .tracing import on_curve, seeds_of, traced
@@ -98,7 +98,7 @@ def _sampled_closer(problem: Problem, curve: Curve) -> dict[int, Segment]:
     for _ in range(rounds):
         if not left.size:
             break
-        curve = closer(problem.cases(left), curve)
+        curve = with_more_samples(problem.cases(left), curve)
         segment, decided = segments_of(problem.cases(left), curve)
         # Where the roll turns back, positions are given by the length of the curve, which tracing follows.
         decided &= (segment.status == Status.SOLVED) & ~segment.turning

@@ -7,7 +7,7 @@ import numpy as np
 from ...arrays import FloatArray, Mask
 from .limits import Problem, on_plane
 from .segments import SAME_CURVE, Segment
-from .tangency import Condition, Contacts, MemberPlacement, solve
+from .tangency import Condition, Contacts, PairPlacement, solve
 
 
 def positions_on(problem: Problem, segment: Segment, share: FloatArray) -> tuple[Contacts, Mask]:
@@ -43,7 +43,7 @@ def positions_on(problem: Problem, segment: Segment, share: FloatArray) -> tuple
 
 def _solved_near(
     problem: Problem,
-    placed: MemberPlacement,
+    placed: PairPlacement,
     start: FloatArray,
     condition: Condition,
     reach: FloatArray,

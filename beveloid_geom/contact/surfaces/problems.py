@@ -28,7 +28,7 @@ from ...support.frozen_arrays import kept
 from ..flank_pair import FlankPair, generated_pairing, is_modified
 from ..parallel.paths import along_lines
 from .limits import Problem
-from .tangency import MemberPlacement, Surfaces, contacts_at, extended
+from .tangency import PairPlacement, Surfaces, contacts_at, extended
 from .tracing import grid_function
 
 LINE_CROWNING_MODULES = 1e-8
@@ -112,7 +112,7 @@ def problem_of(design: Design, flank: str, pairing: FlankPair, cases: Integers) 
         for value in (layout.cos_angle, layout.sin_angle, layout.offset)
     )
     position = np.broadcast_to(part.position, (2, count, 1))[..., 0]
-    placed = MemberPlacement(
+    placed = PairPlacement(
         cos,
         sin,
         offset,

@@ -15,7 +15,7 @@ from .limits import Problem, on_plane
 from .tangency import Contacts, solve
 
 
-def closer(problem: Problem, curve: Curve) -> Curve:
+def with_more_samples(problem: Problem, curve: Curve) -> Curve:
     """Return a curve over s1 with two more contacts in each interval that is not smooth or in which the curve
     leaves the flanks.
 
@@ -34,15 +34,16 @@ def closer(problem: Problem, curve: Curve) -> Curve:
 def _targets(
     problem: Problem, curve: Curve, after: Integers, gaps: Mask
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the wanted contacts in the intervals `after`.
+    """Return where contacts are wanted in the intervals `after`; `gaps` (cases, intervals) are not smooth.
 
     Returns
     -------
     start : ndarray, shape (4, cases, intervals, 2)
         Starting values, on the tangent at the nearer end that is known.
     place, across : ndarray, shape (3, cases, intervals, 2)
-        Point and normal, in the units of `Problem.scale`, of the plane in which the contact is wanted: across
-        the tangent before or after a kink, across the chord, or at a given s1 if an end is unknown.
+        Plane in which the contact is wanted, as for `on_plane`: across the tangent before or after a kink,
+        across the chord, or at a given s1 if an end is unknown. `place` is in mm and rad, `across` in the
+        units of `Problem.scale`.
     """
     # Distance from a kink in the units of `Problem.scale`.
     next_to_kink = 5e-4

@@ -33,6 +33,7 @@ from ...arrays import FloatArray, Integers, Mask
 from ...gear.tooth_side import ToothSurface, cut_with_bends, profile_at, tangents_of
 
 NEWTON_MAX_STEPS = 40
+"""Largest number of Newton steps from starting values that may be far away."""
 LARGEST_STEP = 0.5
 """Largest Newton step, in face widths for z1, flank depths for s1, and pitches for the roll."""
 
@@ -68,7 +69,7 @@ def normals_of(jet: Jet) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class MemberPlacement:
+class PairPlacement:
     """Axes and mid-faces (n,): cosine and sine of the shaft angle, offset, axial `position` (2, n) and pitch
     point (3, n) in S_f, mm.
     """
@@ -79,9 +80,9 @@ class MemberPlacement:
     position: FloatArray
     pitch_point: FloatArray
 
-    def take(self, index: Integers | Mask) -> MemberPlacement:
+    def take(self, index: Integers | Mask) -> PairPlacement:
         """Return the placements at `index`."""
-        return MemberPlacement(*(value[..., index] for value in vars(self).values()))
+        return PairPlacement(*(value[..., index] for value in vars(self).values()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,7 +145,7 @@ def cross(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.array((a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]))
 
 
-def _in_gear_frame(jet: Jet, z1: FloatArray, roll: FloatArray, placed: MemberPlacement) -> FloatArray:
+def _in_gear_frame(jet: Jet, z1: FloatArray, roll: FloatArray, placed: PairPlacement) -> FloatArray:
     """Return points of the pinion and their derivatives in the frame of the gear, (3, 9, n): P, P_s, P_z,
     P_ss, P_sz, P_zz, and P_r, P_sr, P_zr with the roll r."""
     # Rotate by roll + phi. The derivatives by the roll are k x the vector.
@@ -174,7 +175,7 @@ def _turned(vectors: FloatArray, turn: tuple[FloatArray, FloatArray]) -> FloatAr
     return np.array((cos * x - sin * y, sin * x + cos * y, z))
 
 
-def contacts_at(surfaces: Surfaces, placed: MemberPlacement, state: FloatArray) -> Contacts:
+def contacts_at(surfaces: Surfaces, placed: PairPlacement, state: FloatArray) -> Contacts:
     """Return residuals and derivatives at states (4, n)."""
     s1, z1, roll, s2 = state
     jet = jet_at(surfaces.pinion, s1, z1)
@@ -251,7 +252,7 @@ def given_row(row: int, values: FloatArray) -> Condition:
 
 def solve(
     surfaces: Surfaces,
-    placed: MemberPlacement,
+    placed: PairPlacement,
     state: FloatArray,
     condition: Condition,
     reach: FloatArray | None = None,
@@ -262,7 +263,7 @@ def solve(
     Parameters
     ----------
     surfaces : Surfaces
-    placed : MemberPlacement
+    placed : PairPlacement
     state : ndarray, shape (4, n)
         Starting values of s1, z1 (mm), roll (rad) and s2 (mm).
     condition : Condition
@@ -345,7 +346,7 @@ def _limited(
     return step * np.where(back, 0.5 ** (halvings + 1), 1.0), back
 
 
-def meshing_start(surfaces: Surfaces, placed: MemberPlacement, s1: FloatArray, z1: FloatArray) -> FloatArray:
+def meshing_start(surfaces: Surfaces, placed: PairPlacement, s1: FloatArray, z1: FloatArray) -> FloatArray:
     """Return starting states (4, n) for contacts at the flank points (s1, z1) of the pinion, mm.
 
     The roll satisfies the equation of meshing n.(v1 - v2) = 0 of gears that turn in the ratio of their teeth.

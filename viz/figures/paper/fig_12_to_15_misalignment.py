@@ -104,7 +104,7 @@ CASES = (
         ANGLE_ERROR,
         "deg",
         "shaft-angle error",
-        " Shaft-angle error: assumed; paths fill the face.",
+        " Shaft-angle error: our choice; paths fill the face.",
     ),
     ErrorCase(14, "pinion_axial", AXIAL_ERROR, "mm", "axial position error of the pinion"),
     ErrorCase(15, "gear_axial", AXIAL_ERROR, "mm", "axial position error of the gear"),

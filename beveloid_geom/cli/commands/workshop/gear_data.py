@@ -10,21 +10,39 @@ from ...options import NumberRange, Option, Refusal, block, option, override_opt
 
 def _member_options(member: str) -> Option:
     """Return the options for the drawing of one member."""
-    allowances = (
-        f"Upper and lower allowance of the normal thickness of the {member}, mm; negative for thinner"
-    )
-    ball = (
-        f"Diameter of the balls for the {member}.  [default: the smallest usual ball that touches on or above"
-    )
-    span = f"Number of teeth in the span of a cylindrical {member}.  [default: contact nearest to the"
-    datum = (
-        f"z of the datum face of the {member} from mid-face; its distance from the common perpendicular is"
-    )
     return block(
-        option(f"--{member}-allowances", (float, float), None, f"{allowances} teeth.", "UPPER LOWER"),
-        option(f"--{member}-ball", NumberRange(0.01, 1e3), None, f"{ball} the shifted reference cone]", "MM"),
-        option(f"--{member}-span", click.IntRange(min=1), None, f"{span} V-cylinder]", "TEETH"),
-        option(f"--{member}-datum", NumberRange(-1e4, 1e4), None, f"{datum} printed.", "MM"),
+        option(
+            f"--{member}-allowances",
+            (float, float),
+            None,
+            f"Upper and lower allowance of the normal thickness of the {member}, mm; negative for thinner"
+            " teeth.",
+            "UPPER LOWER",
+        ),
+        option(
+            f"--{member}-ball",
+            NumberRange(0.01, 1000.0),
+            None,
+            f"Diameter of the balls for the {member}.  [default: the smallest usual ball that touches on or"
+            " above the shifted reference cone]",
+            "MM",
+        ),
+        option(
+            f"--{member}-span",
+            click.IntRange(min=1),
+            None,
+            f"Number of teeth in the span of a cylindrical {member}.  [default: contact nearest to the"
+            " V-cylinder]",
+            "TEETH",
+        ),
+        option(
+            f"--{member}-datum",
+            NumberRange(-1e4, 1e4),
+            None,
+            f"z of the datum face of the {member} from mid-face; its distance from the common perpendicular"
+            " is printed.",
+            "MM",
+        ),
     )
 
 
