@@ -4,14 +4,15 @@ Functions, results and enumerations are imported when they are first used::
 
     inputs         Design of two Member (each with its Tool and Modification), a Pair and Errors, mm and rad,
                    or from_degrees; builtin_design, read_design, design_text; DesignError lists the faults
-    layout         zero_backlash_layout, closing_of, findings_on, advice_on; propose for a Request
+    layout         zero_backlash_layout, layout_deviation, design_remarks, layout_advice; propose for a
+                   Request
     contact        path_of_contact is a ContactPath with a Status for each position; contact_ratio,
-                   contact_lines, sliding_of(path), pressure_along(path, Load(...))
-    first contact  certify(path), first_contact, mesh_cycle, pitch_cycle, operating_ratios,
+                   contact_lines, path_sliding(path), path_pressure(path, Load(...))
+    first contact  path_certificate(path), first_contact, mesh_cycle, pitch_cycle, operating_ratios,
                    contact_pattern, mounted_backlash
-    analysis       ease_off, path_sensitivity, tolerance_study within Tolerances, map_of, optimise_parabola
-                   and optimise_amounts for an Aim, crowning_for, place_path, pattern_matrix
-    workshop       tooth_data, balls_at, span_over, measuring_grid, read_deviations, shim
+    analysis       ease_off, path_sensitivity, tolerance_study within Tolerances, design_map, place_path,
+                   optimise_parabola and optimise_amounts for an Aim, fit_crowning, pattern_matrix
+    workshop       tooth_data, ball_dimensions, span_measurement, measuring_grid, read_deviations, shim
     shapes         sample_flank, gear_solid, tooth_hexahedra; write(object, path)
     results        to_dict(result), to_csv(result)
 
@@ -29,12 +30,12 @@ from .version import __version__ as __version__
 
 if TYPE_CHECKING:
     from .analysis.ease_off import EaseOff as EaseOff, SecondOrder as SecondOrder, ease_off as ease_off
-    from .analysis.maps import DesignMap as DesignMap, map_of as map_of
+    from .analysis.maps import DesignMap as DesignMap, design_map as design_map
     from .analysis.modification.amounts import (
         AmountsOptimum as AmountsOptimum,
         optimise_amounts as optimise_amounts,
     )
-    from .analysis.modification.crowning import Crowning as Crowning, crowning_for as crowning_for
+    from .analysis.modification.crowning import Crowning as Crowning, fit_crowning as fit_crowning
     from .analysis.mountings import Mountings as Mountings
     from .analysis.optimise import Aim as Aim, Optimum as Optimum, optimise_parabola as optimise_parabola
     from .analysis.path_placement import Placement as Placement, place_path as place_path
@@ -42,10 +43,10 @@ if TYPE_CHECKING:
     from .analysis.pressure import (
         Load as Load,
         PathPressure as PathPressure,
-        pressure_along as pressure_along,
+        path_pressure as path_pressure,
     )
     from .analysis.sensitivity import Sensitivity as Sensitivity, path_sensitivity as path_sensitivity
-    from .analysis.sliding import Sliding as Sliding, sliding_of as sliding_of
+    from .analysis.sliding import Sliding as Sliding, path_sliding as path_sliding
     from .analysis.tolerance import (
         Tolerances as Tolerances,
         ToleranceStudy as ToleranceStudy,
@@ -72,10 +73,14 @@ if TYPE_CHECKING:
     from .design.modification import Modification as Modification
     from .design.text import design_text as design_text
     from .export.write import write as write
-    from .findings.advice import Advice as Advice, advice_on as advice_on, findings_on as findings_on
+    from .findings.advice import (
+        Advice as Advice,
+        design_remarks as design_remarks,
+        layout_advice as layout_advice,
+    )
     from .findings.diagnostics import Remark as Remark
     from .operation.backlash import Backlash as Backlash, mounted_backlash as mounted_backlash
-    from .operation.certificate import Certificate as Certificate, certify as certify
+    from .operation.certificate import Certificate as Certificate, path_certificate as path_certificate
     from .operation.contact_pattern.pattern import (
         ContactPattern as ContactPattern,
         MemberPattern as MemberPattern,
@@ -89,9 +94,9 @@ if TYPE_CHECKING:
     )
     from .operation.pitch_cycle import PitchCycle as PitchCycle, pitch_cycle as pitch_cycle
     from .pair.zero_backlash import (
-        ClosedLayout as ClosedLayout,
-        Closing as Closing,
-        closing_of as closing_of,
+        LayoutDeviation as LayoutDeviation,
+        ZeroBacklashLayout as ZeroBacklashLayout,
+        layout_deviation as layout_deviation,
         zero_backlash_layout as zero_backlash_layout,
     )
     from .proposal.propose import Proposal as Proposal, propose as propose
@@ -117,27 +122,27 @@ if TYPE_CHECKING:
     )
     from .validation.statement_verdicts import Statement as Statement
     from .validation.statements import paper_statements as paper_statements
-    from .workshop.balls import Balls as Balls, balls_at as balls_at
+    from .workshop.balls import Balls as Balls, ball_dimensions as ball_dimensions
     from .workshop.design_file import read_design as read_design
     from .workshop.grid import MeasuringGrid as MeasuringGrid, measuring_grid as measuring_grid
     from .workshop.measured import Deviations as Deviations, read_deviations as read_deviations
     from .workshop.shim import Shim as Shim, shim as shim
-    from .workshop.span import Span as Span, span_over as span_over
+    from .workshop.span import Span as Span, span_measurement as span_measurement
     from .workshop.tooth_data import ToothData as ToothData, tooth_data as tooth_data
 
 _MODULE_OF = {
     name: module
     for module, names in {
         "analysis.ease_off": "EaseOff SecondOrder ease_off",
-        "analysis.maps": "DesignMap map_of",
+        "analysis.maps": "DesignMap design_map",
         "analysis.modification.amounts": "AmountsOptimum optimise_amounts",
-        "analysis.modification.crowning": "Crowning crowning_for",
+        "analysis.modification.crowning": "Crowning fit_crowning",
         "analysis.optimise": "Aim Optimum optimise_parabola",
         "analysis.path_placement": "Placement place_path",
         "analysis.pattern_matrix": "PatternMatrix pattern_matrix",
-        "analysis.pressure": "Load PathPressure pressure_along",
+        "analysis.pressure": "Load PathPressure path_pressure",
         "analysis.sensitivity": "Sensitivity path_sensitivity",
-        "analysis.sliding": "Sliding sliding_of",
+        "analysis.sliding": "Sliding path_sliding",
         "analysis.mountings": "Mountings",
         "analysis.tolerance": "ToleranceStudy Tolerances tolerance_study",
         "contact.parallel.lines": "ContactLines contact_lines",
@@ -150,16 +155,16 @@ _MODULE_OF = {
         "design.modification": "Modification",
         "design.text": "design_text",
         "export.write": "write",
-        "findings.advice": "Advice advice_on findings_on",
+        "findings.advice": "Advice layout_advice design_remarks",
         "findings.diagnostics": "Remark",
         "operation.backlash": "Backlash mounted_backlash",
-        "operation.certificate": "Certificate certify",
+        "operation.certificate": "Certificate path_certificate",
         "operation.contact_pattern.pattern": "ContactPattern MemberPattern contact_pattern",
         "operation.first_contact": "FirstContact first_contact",
         "operation.mesh_cycle": "MeshCycle mesh_cycle",
         "operation.operating_ratio": "OperatingRatios operating_ratios",
         "operation.pitch_cycle": "PitchCycle pitch_cycle",
-        "pair.zero_backlash": "ClosedLayout Closing closing_of zero_backlash_layout",
+        "pair.zero_backlash": "ZeroBacklashLayout LayoutDeviation layout_deviation zero_backlash_layout",
         "proposal.propose": "Proposal propose",
         "proposal.request": "Request",
         "report.result": "to_csv to_dict",
@@ -171,12 +176,12 @@ _MODULE_OF = {
         "PlaceStatus RatioStatus ShimStatus SpanStatus Status Verdict",
         "validation.statement_verdicts": "Statement",
         "validation.statements": "paper_statements",
-        "workshop.balls": "Balls balls_at",
+        "workshop.balls": "Balls ball_dimensions",
         "workshop.design_file": "read_design",
         "workshop.grid": "MeasuringGrid measuring_grid",
         "workshop.measured": "Deviations read_deviations",
         "workshop.shim": "Shim shim",
-        "workshop.span": "Span span_over",
+        "workshop.span": "Span span_measurement",
         "workshop.tooth_data": "ToothData tooth_data",
     }.items()
     for name in names.split()

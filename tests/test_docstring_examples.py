@@ -11,8 +11,8 @@ import beveloid_geom
 
 FUNCTIONS = [name for name in beveloid_geom.__all__ if isinstance(getattr(beveloid_geom, name), FunctionType)]
 SLOW = {
-    "advice_on",
-    "crowning_for",
+    "layout_advice",
+    "fit_crowning",
     "optimise_amounts",
     "optimise_parabola",
     "paper_statements",

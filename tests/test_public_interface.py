@@ -83,13 +83,13 @@ def test_a_wrong_first_argument(name: str) -> None:
 
 
 RESULTS = [
-    *(PATH, bg.certify(PATH), bg.sliding_of(PATH), bg.pressure_along(PATH, bg.Load(force=100.0))),
+    *(PATH, bg.path_certificate(PATH), bg.path_sliding(PATH), bg.path_pressure(PATH, bg.Load(force=100.0))),
     *(
         bg.first_contact(DESIGN, "right", [0.1, 0.2]),
         bg.path_sensitivity(DESIGN),
         bg.tooth_data(DESIGN.pinion),
     ),
-    *(bg.ease_off(DESIGN, "right", (3, 3)), bg.span_over(DESIGN.pinion), bg.mesh_cycle(DESIGN)),
+    *(bg.ease_off(DESIGN, "right", (3, 3)), bg.span_measurement(DESIGN.pinion), bg.mesh_cycle(DESIGN)),
 ]
 
 

@@ -24,7 +24,7 @@ BATCH = table1(errors=bg.Errors(offset=np.zeros(3)))
 PINION = TABLE_1.pinion
 AIM = bg.Aim(bg.Errors(offset=0.05))
 TOLERANCES = bg.Tolerances(0.05)
-BALL = partial(bg.balls_at, PINION, z=0.0)
+BALL = partial(bg.ball_dimensions, PINION, z=0.0)
 
 
 def optimise(**changes: Any) -> bg.Optimum:
@@ -100,7 +100,7 @@ REFUSED: Cases = [
         ({}, "have no path of contact"),
     ),
     *of(
-        partial(bg.map_of, TABLE_1),
+        partial(bg.design_map, TABLE_1),
         ({"over": "colour"}, "over must be one of parabola, mounting, shift, or two"),
         ({"over": "parabola", "steps": 1}, "steps must be a whole number from 2 to 201, got 1"),
         ({"over": "parabola", "steps": 2.5}, "steps must be a whole number from 2 to 201, got 2.5"),
@@ -189,7 +189,7 @@ REFUSED: Cases = [
         *(({"diameter": ball}, "diameter of a ball must be positive") for ball in (0.0, -1.0, nan, inf)),
     ),
     *of(
-        partial(bg.span_over, spur(24)),
+        partial(bg.span_measurement, spur(24)),
         *(({"teeth": teeth}, "teeth in a span must be between 1 and 23") for teeth in (0, 24, -1)),
     ),
     *of(
@@ -232,16 +232,16 @@ def test_arguments_outside_their_limits(
 
 
 OF_ONE_DESIGN: dict[str, Callable[[bg.Design], object]] = {
-    "advice_on": bg.advice_on,
-    "closing_of": bg.closing_of,
+    "layout_advice": bg.layout_advice,
+    "layout_deviation": bg.layout_deviation,
     "contact_pattern": bg.contact_pattern,
     "design_text": bg.design_text,
     "ease_off": bg.ease_off,
-    "findings_on": bg.findings_on,
-    "map_of": partial(bg.map_of, over="parabola"),
+    "design_remarks": bg.design_remarks,
+    "design_map": partial(bg.design_map, over="parabola"),
     "optimise_parabola": partial(bg.optimise_parabola, aim=AIM),
     "optimise_amounts": partial(bg.optimise_amounts, aim=AIM, bounds={}),
-    "crowning_for": partial(bg.crowning_for, transmission_error=1e-5, length=20.0),
+    "fit_crowning": partial(bg.fit_crowning, transmission_error=1e-5, length=20.0),
     "paper_statements": bg.paper_statements,
     "pattern_matrix": bg.pattern_matrix,
     "place_path": bg.place_path,

@@ -185,7 +185,7 @@ def usual_errors(design: Design) -> Errors | MeshErrors:
     return ERROR_CLASSES[design.errors_at](*usual.values().tolist())
 
 
-def map_of(
+def design_map(
     design: Design,
     over: str | Inputs,
     flank: str = "right",
@@ -235,7 +235,7 @@ def map_of(
     --------
     >>> import beveloid_geom as bg
     >>> design = bg.builtin_design("ni-2017")
-    >>> grid = bg.map_of(design, "parabola", first=(0.0, 0.001), second=(-0.001, 0.0), steps=2)
+    >>> grid = bg.design_map(design, "parabola", first=(0.0, 0.001), second=(-0.001, 0.0), steps=2)
     >>> grid.contact_ratio.round(3)
     array([[1.307, 1.651],
            [1.816, 0.075]])

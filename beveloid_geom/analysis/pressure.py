@@ -127,7 +127,7 @@ class PathPressure:
     total_length: FloatArray
 
 
-def pressure_along(path: ContactPath, load: Load) -> PathPressure:
+def path_pressure(path: ContactPath, load: Load) -> PathPressure:
     """Compute the Hertzian ellipse, or the strip of a line contact, and the pressure at the positions of a
     path.
 
@@ -147,7 +147,7 @@ def pressure_along(path: ContactPath, load: Load) -> PathPressure:
     --------
     >>> import beveloid_geom as bg
     >>> path = bg.path_of_contact(bg.builtin_design("ni-2017"), points=3)
-    >>> bg.pressure_along(path, bg.Load(force=100.0)).pressure.round(1)  # MPa
+    >>> bg.path_pressure(path, bg.Load(force=100.0)).pressure.round(1)  # MPa
     array([152.3, 137.7, 138.7])
     """
     require_path(path)
@@ -176,22 +176,22 @@ def pressure_along(path: ContactPath, load: Load) -> PathPressure:
     return _along_lines(pressed, along[..., None], modulus) if along.any() else pressed
 
 
-def _along_lines(path_pressure: PathPressure, along: Mask, modulus: float) -> PathPressure:
+def _along_lines(given: PathPressure, along: Mask, modulus: float) -> PathPressure:
     """Return the pressures with strips for the cases `along` (..., 1) whose flanks touch along lines."""
-    path, lines = path_pressure.path, contact_lines(path_pressure.path)
+    path, lines = given.path, contact_lines(given.path)
     along = along & np.isfinite(lines.length)
-    greatest = np.fmax(_curvature_at_ends(lines, path).max(axis=-1), path_pressure.curvature[..., 1])
+    greatest = np.fmax(_curvature_at_ends(lines, path).max(axis=-1), given.curvature[..., 1])
     total = np.where(along, carrying_length(path), np.nan)
     with np.errstate(divide="ignore"):
-        half_width, pressure = hertz_strip(greatest, path_pressure.force / total, modulus)
+        half_width, pressure = hertz_strip(greatest, given.force / total, modulus)
     strip = np.stack((0.5 * lines.length, half_width), axis=-1)
     across = np.stack((np.zeros_like(greatest), greatest), axis=-1)
     return replace(
-        path_pressure,
-        pressure=np.where(along, pressure, path_pressure.pressure),
-        semi_axes=np.where(along[..., None], strip, path_pressure.semi_axes),
-        curvature=np.where(along[..., None], across, path_pressure.curvature),
-        status=np.where(along, np.int8(EllipseStatus.LINE_CONTACT), path_pressure.status),
+        given,
+        pressure=np.where(along, pressure, given.pressure),
+        semi_axes=np.where(along[..., None], strip, given.semi_axes),
+        curvature=np.where(along[..., None], across, given.curvature),
+        status=np.where(along, np.int8(EllipseStatus.LINE_CONTACT), given.status),
         total_length=total,
     )
 

@@ -111,7 +111,7 @@ class Sliding:
     status: Codes
 
 
-def sliding_of(path: ContactPath) -> Sliding:
+def path_sliding(path: ContactPath) -> Sliding:
     """Compute velocities and specific sliding at the positions of a path.
 
     Parameters
@@ -134,7 +134,7 @@ def sliding_of(path: ContactPath) -> Sliding:
     --------
     >>> import beveloid_geom as bg
     >>> path = bg.path_of_contact(bg.builtin_design("ni-2017"), points=3)
-    >>> print(f"{bg.sliding_of(path).speed.max():.2f} mm per rad")
+    >>> print(f"{bg.path_sliding(path).speed.max():.2f} mm per rad")
     34.94 mm per rad
     """
     require_path(path)

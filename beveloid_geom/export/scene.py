@@ -18,7 +18,7 @@ from ..contact.mesh_position import Frame, MeshingPair
 from ..contact.path import ContactPath, path_of_contact
 from ..design.model import Design
 from ..gear.flank import flank_patch
-from ..operation.certificate import certify
+from ..operation.certificate import path_certificate
 from ..operation.contact_pattern.pattern import MemberPattern, contact_pattern
 from ..shapes.sheet import grid_faces
 from ..status import Status, Verdict
@@ -74,7 +74,7 @@ def pair_scene(
     flank = position.flank
     pattern = contact_pattern(design, flank)
     path = path_of_contact(design, flank, 33)
-    first = certify(path).verdict == Verdict.FIRST_CONTACT
+    first = path_certificate(path).verdict == Verdict.FIRST_CONTACT
     scene = []
     for number, name in enumerate(MEMBERS):
         gear = gear_surface(design.members[number], ".vtu", tolerance, bore_radius=bore_radii[number])

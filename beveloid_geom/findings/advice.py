@@ -16,8 +16,8 @@ from ..arrays import FLANKS
 from ..contact.path import path_of_contact
 from ..design.arguments import require_design
 from ..design.model import Design, Pair
-from ..operation.certificate import certify
-from ..pair.zero_backlash import Closing, closing_of
+from ..operation.certificate import path_certificate
+from ..pair.zero_backlash import LayoutDeviation, layout_deviation
 from ..status import Status
 from .diagnostics import Remark, in_order, quiet, tooth_remarks
 from .layout import HELIX_TOLERANCE_RAD, ideal_layout, layout_remarks, remarks_on
@@ -74,14 +74,16 @@ class Advice:
         return replace(design, pinion=pinion, gear=gear, pair=Pair(self.offset, self.shaft_angle))
 
 
-def findings_on(design: Design, closing: Closing | None = None, jam: str | None = None) -> tuple[Remark, ...]:
+def design_remarks(
+    design: Design, deviation: LayoutDeviation | None = None, jam: str | None = None
+) -> tuple[Remark, ...]:
     """Return the remarks of `check` on layout, teeth and paths of a single design.
 
     Parameters
     ----------
     design : Design
-    closing : Closing, optional
-        Result of `closing_of`, if it is known.
+    deviation : LayoutDeviation, optional
+        Result of `layout_deviation`, if it is known.
     jam : str, optional
         Reason why the pair cannot be assembled as mounted (`findings.backlash`), if it is known.
 
@@ -93,33 +95,33 @@ def findings_on(design: Design, closing: Closing | None = None, jam: str | None 
     Examples
     --------
     >>> import beveloid_geom as bg
-    >>> (remark,) = bg.findings_on(bg.builtin_design("ni-2017"))
+    >>> (remark,) = bg.design_remarks(bg.builtin_design("ni-2017"))
     >>> remark.level, remark.text[:34]
     ('note', 'right flanks: sensitive to errors,')
     """
-    return in_order(iter_findings(design, closing, jam))
+    return in_order(iter_findings(design, deviation, jam))
 
 
 def iter_findings(
-    design: Design, closing: Closing | None = None, jam: str | None = None, certified: bool = True
+    design: Design, deviation: LayoutDeviation | None = None, jam: str | None = None, certified: bool = True
 ) -> Iterator[Remark]:
-    """Yield the remarks of `findings_on` one by one, so that a caller can stop at the first warning.
+    """Yield the remarks of `design_remarks` one by one, so that a caller can stop at the first warning.
 
     If `certified` is false, paths are not certified. This is sufficient for pairs in which only flanks can
     touch first."""
     # Positions of the path that `check` certifies.
     check_positions = 101
-    yield from remarks_on(design, closing, jam)
+    yield from remarks_on(design, deviation, jam)
     paths = [path_of_contact(design, flank, check_positions) for flank in FLANKS]
     for path in paths:
         yield from path_remarks(path)
     if certified and first_contact_fault(design) is None:
         for path in paths:
             if path.ends.status == Status.SOLVED:
-                yield from certificate_remarks(path, certify(path))
+                yield from certificate_remarks(path, path_certificate(path))
 
 
-def advice_on(design: Design) -> tuple[Advice, ...]:
+def layout_advice(design: Design) -> tuple[Advice, ...]:
     """Return changes of a layout that has an error or a warning, the smallest change first.
 
     Parameters
@@ -143,7 +145,7 @@ def advice_on(design: Design) -> tuple[Advice, ...]:
     >>> import beveloid_geom as bg
     >>> design = bg.builtin_design("ni-2017")
     >>> tight = replace(design, pair=replace(design.pair, offset=228.5))
-    >>> bg.advice_on(tight)[0].offset
+    >>> bg.layout_advice(tight)[0].offset
     229.0751
     """
     require_design(design)
@@ -183,12 +185,12 @@ def _candidates(design: Design) -> Iterator[tuple[str, Design]]:
     elif design.pair.pinion_mounting is not None or design.pair.gear_mounting is not None:
         yield "mounting distances to those of the pitch point", design
     offset, angle = float(ideal.offset), float(ideal.shaft_angle)
-    closing = closing_of(replace(design, pair=Pair(max(offset, 0.0), required)))
-    if not helix_misfit and closing.offset >= 0.0:
-        yield "offset", replace(design, pair=Pair(closing.offset, required))
-    closing = closing_of(replace(design, pair=Pair(design.pair.offset, angle)))
-    if not math.isnan(closing.shaft_angle):
-        yield "shaft angle", replace(design, pair=Pair(design.pair.offset, closing.shaft_angle))
+    deviation = layout_deviation(replace(design, pair=Pair(max(offset, 0.0), required)))
+    if not helix_misfit and deviation.offset >= 0.0:
+        yield "offset", replace(design, pair=Pair(deviation.offset, required))
+    deviation = layout_deviation(replace(design, pair=Pair(design.pair.offset, angle)))
+    if not math.isnan(deviation.shaft_angle):
+        yield "shaft angle", replace(design, pair=Pair(design.pair.offset, deviation.shaft_angle))
     if offset >= 0.0:
         yield "offset and shaft angle", replace(design, pair=Pair(offset, angle))
 

@@ -12,7 +12,7 @@ from ..contact.path import ContactPath, path_of_contact
 from ..design.ends import limit_words
 from ..design.model import Design
 from ..pair.frames import layout_of
-from ..pair.zero_backlash import ClosedLayout, Closing, closing_of, zero_backlash_layout
+from ..pair.zero_backlash import LayoutDeviation, ZeroBacklashLayout, layout_deviation, zero_backlash_layout
 from ..status import NotComputed, Status
 from .diagnostics import (
     ERROR,
@@ -47,7 +47,7 @@ def meshes(design: Design) -> bool:
     return all(path.ends.status == Status.SOLVED for path in _paths(design.bare(), FLANKS))
 
 
-def closes(design: Design, closing: Closing) -> bool:
+def fits_zero_backlash(design: Design, deviation: LayoutDeviation) -> bool:
     """Return whether both lines of action meet within the tolerances."""
     # Difference of the offset from that of the layout in which the lines of action meet, modules of the
     # pinion. The distance of the lines is reported above this value or above the tolerance of the angle.
@@ -55,13 +55,13 @@ def closes(design: Design, closing: Closing) -> bool:
     tolerance = offset_tolerance * float(design.pinion.tool.normal_module)
     # Difference of the shaft angle from that of the layout in which the lines of action meet, rad.
     shaft_angle_tolerance_rad = math.radians(0.01)
-    angle_fits = abs(closing.shaft_angle_difference) <= shaft_angle_tolerance_rad
-    return angle_fits and abs(closing.offset_difference) <= tolerance
+    angle_fits = abs(deviation.shaft_angle_difference) <= shaft_angle_tolerance_rad
+    return angle_fits and abs(deviation.offset_difference) <= tolerance
 
 
 def layout_remarks(
     design: Design,
-    closing: Closing | None = None,
+    deviation: LayoutDeviation | None = None,
     flanks: Iterable[str] = FLANKS,
     jam: str | None = None,
     meshing: bool | None = None,
@@ -76,8 +76,8 @@ def layout_remarks(
     Parameters
     ----------
     design : Design
-    closing : Closing, optional
-        Result of `closing_of`, if it is known.
+    deviation : LayoutDeviation, optional
+        Result of `layout_deviation`, if it is known.
     flanks : iterable of str
         Flanks whose contact is required.
     jam : str, optional
@@ -89,9 +89,9 @@ def layout_remarks(
     ------
     Remark
     """
-    closing = closing_of(design) if closing is None else closing
+    deviation = layout_deviation(design) if deviation is None else deviation
     meshing = meshes(design) if meshing is None else meshing
-    misfit = [] if meshing else list(_misfit(design, closing))
+    misfit = [] if meshing else list(_misfit(design, deviation))
     lost = [path for path in _paths(design, flanks) if path.ends.status != Status.SOLVED]
     if misfit:
         if lost:
@@ -101,13 +101,13 @@ def layout_remarks(
     for path in lost:
         reason = reason_of(path)
         yield Remark(UNKNOWN if isinstance(reason, NotComputed) else ERROR, str(reason))
-    backlash = closing.normal_backlash
+    backlash = deviation.normal_backlash
     if jam:
         yield Remark(ERROR, jam)
     elif backlash < -INTERFERENCE_TOLERANCE_MODULES * float(design.pinion.tool.normal_module):
         yield Remark(ERROR, f"the teeth interfere by {-backlash:.4f} mm along the normal")
-    if meshing and not closes(design, closing):
-        yield _displacement_remark(design.bare(), closing.gap)
+    if meshing and not fits_zero_backlash(design, deviation):
+        yield _displacement_remark(design.bare(), deviation.gap)
 
 
 def _displacement_remark(design: Design, gap: float) -> Remark:
@@ -137,14 +137,14 @@ def _displacement_remark(design: Design, gap: float) -> Remark:
     return Remark(WARNING, f"{text}, and a path leaves the face: {', '.join(past)}")
 
 
-def _misfit(design: Design, closing: Closing) -> Iterator[str]:
+def _misfit(design: Design, deviation: LayoutDeviation) -> Iterator[str]:
     """Yield reasons for missing contact: gears too far apart, too close, or a shaft angle that does not fit
     the teeth."""
     reach, offset = reach_of(design), float(design.pair.offset)
     given = f"{math.degrees(design.pair.shaft_angle):.6g} deg"
     if offset == 0.0:
         yield from _intersecting_words(design, given)
-        yield from closing.reasons
+        yield from deviation.reasons
         return
     if offset > reach.touching:
         at = f"at a shaft angle of {given} their tips meet at an offset of {reach.touching:.5g} mm"
@@ -158,7 +158,7 @@ def _misfit(design: Design, closing: Closing) -> Iterator[str]:
     ideal = ideal_layout(design)
     if ideal is not None and abs(float(ideal.shaft_angle - design.pair.shaft_angle)) > HELIX_TOLERANCE_RAD:
         yield _helix_words(design, ideal)
-    yield from closing.reasons
+    yield from deviation.reasons
 
 
 def _intersecting_words(design: Design, given: str) -> Iterator[str]:
@@ -180,7 +180,7 @@ def _intersecting_words(design: Design, given: str) -> Iterator[str]:
         yield f"{rule}: {angles} deg give {abs(math.degrees(cones.sum())):.4g} deg, not {given}"
 
 
-def ideal_layout(design: Design) -> ClosedLayout | None:
+def ideal_layout(design: Design) -> ZeroBacklashLayout | None:
     """Return the layout without backlash, None if there is none."""
     try:
         return zero_backlash_layout(design)
@@ -188,7 +188,7 @@ def ideal_layout(design: Design) -> ClosedLayout | None:
         return None
 
 
-def _helix_words(design: Design, ideal: ClosedLayout) -> str:
+def _helix_words(design: Design, ideal: ZeroBacklashLayout) -> str:
     """Return the shaft angle that fits the helix angles, and the sum of helix angles that fits the shaft
     angle."""
     given = math.degrees(design.pair.shaft_angle)
@@ -203,7 +203,9 @@ def _helix_words(design: Design, ideal: ClosedLayout) -> str:
     return text if math.isnan(fitting) else required
 
 
-def remarks_on(design: Design, closing: Closing | None = None, jam: str | None = None) -> tuple[Remark, ...]:
+def remarks_on(
+    design: Design, deviation: LayoutDeviation | None = None, jam: str | None = None
+) -> tuple[Remark, ...]:
     """Return remarks on layout and teeth of a single design, the most important first.
 
     Errors: no contact on a flank, with the reason; teeth that interfere. Unknown: a path that could not be
@@ -212,9 +214,9 @@ def remarks_on(design: Design, closing: Closing | None = None, jam: str | None =
     teeth, tips thinner than LEAST_TIP_MODULES, on parallel axes tips below the mate's active flank. Notes:
     whether undercut ends a path of contact, displaced paths that stay on the face, on other axes tips below
     the mate's active flank, thin tips, a small tip clearance. Raises ValueError for arrays."""
-    closing = closing_of(design) if closing is None else closing
+    deviation = layout_deviation(design) if deviation is None else deviation
     meshing = meshes(design)
-    remarks = [*layout_remarks(design, closing, jam=jam, meshing=meshing), *unit_remarks(design)]
+    remarks = [*layout_remarks(design, deviation, jam=jam, meshing=meshing), *unit_remarks(design)]
     for name, member in zip(("pinion", "gear"), design.members, strict=True):
         remarks += tooth_remarks(name, member)
     remarks += undercut_path_remarks(design)

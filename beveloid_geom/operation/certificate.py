@@ -1,9 +1,9 @@
 """Certificate of a path of contact: whether the tangencies are contacts of the teeth.
 
 Two flanks are tangent on the path of contact. They touch there only if no other part of the teeth touches
-earlier. `certify` compares each position with the first contact at the same pinion roll (`first_contact`),
-which considers flanks, fillets and edges of all neighbouring teeth. For many positions, the first contacts
-are evaluated from a mesh cycle (`mesh_cycle`).
+earlier. `path_certificate` compares each position with the first contact at the same pinion roll
+(`first_contact`), which considers flanks, fillets and edges of all neighbouring teeth. For many positions,
+the first contacts are evaluated from a mesh cycle (`mesh_cycle`).
 
 With both parabola coefficients positive, the right flanks of Table 1 are tangent without being in contact:
 from about 0.0002 1/mm, edges touch earlier nearly everywhere. From 0.0006 1/mm, the tangency is a saddle
@@ -67,7 +67,7 @@ class Certificate:
         return self.verdict.size > 0 and bool((self.verdict == Verdict.FIRST_CONTACT).all())
 
 
-def certify(path: ContactPath) -> Certificate:
+def path_certificate(path: ContactPath) -> Certificate:
     """Compare a path of contact with the first contacts of the teeth.
 
     Parameters
@@ -87,7 +87,7 @@ def certify(path: ContactPath) -> Certificate:
     Examples
     --------
     >>> import beveloid_geom as bg
-    >>> bg.certify(bg.path_of_contact(bg.builtin_design("ni-2017"))).holds
+    >>> bg.path_certificate(bg.path_of_contact(bg.builtin_design("ni-2017"))).holds
     True
     """
     require_path(path)

@@ -19,7 +19,7 @@ from ..design.model import Design
 from ..gear.rack import rack_of
 from .frames import layout_of, normal_of_unmodified
 from .mounting import mounting_of
-from .zero_backlash import ClosedLayout
+from .zero_backlash import ZeroBacklashLayout
 
 
 def generator_angle_as_mounted(design: Design, flank: str) -> FloatArray:
@@ -56,7 +56,7 @@ def normal_x_as_mounted(design: Design, flank: str) -> tuple[FloatArray, FloatAr
         return np.asarray(branch * np.sqrt(square)), axial
 
 
-def closed_normal(layout: ClosedLayout, flank: str, sense: FloatArray) -> tuple[FloatArray, FloatArray]:
+def closed_normal(layout: ZeroBacklashLayout, flank: str, sense: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return n_x of the common normal and the angle between the generators, in a closed layout.
 
     In the working pitch plane, by components across the tooth trace, along it and along N, the axes are
@@ -66,7 +66,7 @@ def closed_normal(layout: ClosedLayout, flank: str, sense: FloatArray) -> tuple[
 
     Parameters
     ----------
-    layout : ClosedLayout
+    layout : ZeroBacklashLayout
         Layout without backlash, single or a batch.
     flank : {'right', 'left'}
     sense : ndarray

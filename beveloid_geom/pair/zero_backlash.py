@@ -49,7 +49,7 @@ which they are treated as intersecting: rounding of the helix angles leaves no d
 
 
 @dataclass(frozen=True, eq=False)
-class ClosedLayout:
+class ZeroBacklashLayout:
     """Layout in which the lines of action of unmodified flanks without errors meet.
 
     `offset` (mm), `shaft_angle` (magnitude, rad) and `pressure_angle` (working, normal, rad). With pinion and
@@ -72,7 +72,7 @@ class ClosedLayout:
 
 
 @dataclass(frozen=True)
-class Closing:
+class LayoutDeviation:
     """Deviation of a design from a layout in which the lines of action meet (a closed layout); mm and rad,
     for unmodified flanks without errors.
 
@@ -136,7 +136,7 @@ def _thickness(member: Member, aw: FloatArray, gw: FloatArray, bw: FloatArray, r
     return np.asarray(roll["left"] - roll["right"])
 
 
-def closed_layout(design: Design, pressure_angle: FloatArray) -> ClosedLayout:
+def closed_layout(design: Design, pressure_angle: FloatArray) -> ZeroBacklashLayout:
     """Return closed layouts of the members of a design.
 
     Parameters
@@ -148,7 +148,7 @@ def closed_layout(design: Design, pressure_angle: FloatArray) -> ClosedLayout:
 
     Returns
     -------
-    ClosedLayout
+    ZeroBacklashLayout
     """
     aw = np.asarray(pressure_angle, dtype=float)
     shape = np.broadcast_shapes(aw.shape, design.batch_shape)
@@ -177,7 +177,7 @@ def closed_layout(design: Design, pressure_angle: FloatArray) -> ClosedLayout:
     with np.errstate(invalid="ignore", divide="ignore"):
         offset = np.where(parallel, rw[0] + rw[1], design.sense * reach * sum_sine / sin_d)
         mounting = np.where(parallel, 0.0, (lean + lean[::-1] * cos_d) / sin_d**2)
-    return ClosedLayout(
+    return ZeroBacklashLayout(
         offset=np.asarray(offset),
         shaft_angle=np.where(parallel, 0.0, np.arctan2(sin_d, cos_d)),
         pressure_angle=aw,
@@ -207,7 +207,7 @@ def _roots(function: Callable[[FloatArray], FloatArray], samples: FloatArray) ->
     return 0.5 * (low + high)
 
 
-def zero_backlash_layout(design: Design) -> ClosedLayout:
+def zero_backlash_layout(design: Design) -> ZeroBacklashLayout:
     """Return the layout in which two members mesh without backlash, with their mid-faces at the pitch point.
 
     Offset, shaft angle and mounting distances follow from the gears alone. From the pair of the design only
@@ -220,7 +220,7 @@ def zero_backlash_layout(design: Design) -> ClosedLayout:
 
     Returns
     -------
-    ClosedLayout
+    ZeroBacklashLayout
         `offset`, `mounting` in mm, `shaft_angle` in rad. A negative offset occurs if the helix angles nearly
         cancel. The sense of the axes is then opposite to `Design.sense`, so that no design has this layout.
         If the offset is zero, the axes intersect.
@@ -255,7 +255,7 @@ def zero_backlash_layout(design: Design) -> ClosedLayout:
     return replace(result, offset=np.asarray(0.0)) if _meet(result) else result
 
 
-def _meet(layout: ClosedLayout) -> bool:
+def _meet(layout: ZeroBacklashLayout) -> bool:
     """Return whether the axes of a single layout intersect."""
     return bool(layout.shaft_angle > 0.0) and abs(float(np.sum(layout.helix_angle))) < PARALLEL_SINE
 
@@ -313,7 +313,7 @@ def _closing_shaft_angle(design: Design, offset: float) -> float:
     return float(angles[np.argmin(np.abs(angles - design.pair.shaft_angle))])
 
 
-def closing_of(design: Design) -> Closing:
+def layout_deviation(design: Design) -> LayoutDeviation:
     """Return the deviation of a single design from a layout in which the lines of action meet.
 
     Parameters
@@ -323,7 +323,7 @@ def closing_of(design: Design) -> Closing:
 
     Returns
     -------
-    Closing
+    LayoutDeviation
         Gap and backlash in mm, angles in rad.
 
     Raises
@@ -334,18 +334,18 @@ def closing_of(design: Design) -> Closing:
     Examples
     --------
     >>> import beveloid_geom as bg
-    >>> closing = bg.closing_of(bg.builtin_design("ni-2017"))
-    >>> print(f"{closing.normal_backlash:.4f} mm, {closing.offset:.4f} mm")
+    >>> deviation = bg.layout_deviation(bg.builtin_design("ni-2017"))
+    >>> print(f"{deviation.normal_backlash:.4f} mm, {deviation.offset:.4f} mm")
     0.0416 mm, 229.0751 mm
     """
     require_design(design)
     _only_single(design)
-    return _kept_closing(design.bare())
+    return _kept_deviation(design.bare())
 
 
 @kept(16)
-def _kept_closing(design: Design) -> Closing:
-    """Return `closing_of` for a design without errors and modifications, on which the result does not
+def _kept_deviation(design: Design) -> LayoutDeviation:
+    """Return `layout_deviation` for a design without errors and modifications, on which the result does not
     depend."""
     mounting = mounting_of(design)
     offset = closing_offset(design)
@@ -360,7 +360,7 @@ def _kept_closing(design: Design) -> Closing:
         reasons.append(
             f"the lines of action meet at no shaft angle with an offset of {design.pair.offset:.6g} mm"
         )
-    return Closing(
+    return LayoutDeviation(
         gap=abs(float(mounting.gap)),
         normal_backlash=float(mounting.normal_backlash),
         offset=offset,

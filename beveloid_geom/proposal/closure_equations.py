@@ -25,7 +25,7 @@ from ..arrays import FloatArray, Mask, Quantity
 from ..design.member import Member, unchecked
 from ..design.model import Design, Pair
 from ..pair.generator_angle import closed_normal
-from ..pair.zero_backlash import ClosedLayout, closed_layout
+from ..pair.zero_backlash import ZeroBacklashLayout, closed_layout
 
 MAX_STEP = np.array([0.12, 0.12, 0.2, 0.2, 0.6, 0.6, 0.06])
 """Largest Newton step of each `Variable`."""
@@ -121,7 +121,7 @@ class ClosureStarts:
         return ClosureStarts(*(value[..., index] for value in vars(self).values()))
 
 
-def pair_at(members: tuple[Member, Member], values: FloatArray) -> tuple[Design, ClosedLayout]:
+def pair_at(members: tuple[Member, Member], values: FloatArray) -> tuple[Design, ZeroBacklashLayout]:
     """Return pairs and the layouts in which their lines of action meet.
 
     Parameters
@@ -133,7 +133,7 @@ def pair_at(members: tuple[Member, Member], values: FloatArray) -> tuple[Design,
 
     Returns
     -------
-    Design, ClosedLayout
+    Design, ZeroBacklashLayout
         NaN if there is no layout. The layout in the design itself has no meaning.
     """
     made = [

@@ -36,7 +36,7 @@ from ..gear.undercut import undercut_margin
 from ..pair.frames import layout_at
 from ..pair.generator_angle import closed_normal
 from ..pair.tips import CLEAR_DEPTH_MODULES, left_below_tips
-from ..pair.zero_backlash import ClosedLayout
+from ..pair.zero_backlash import ZeroBacklashLayout
 from .closure_equations import pair_at
 from .request import Request
 
@@ -145,7 +145,7 @@ def teeth_of(request: Request, values: FloatArray) -> Figures:
     return Figures(np.full_like(crossing, np.nan), crossing, normal_x, margin, left, links, possible)
 
 
-def _taper_difference(request: Request, values: FloatArray, layout: ClosedLayout) -> FloatArray:
+def _taper_difference(request: Request, values: FloatArray, layout: ZeroBacklashLayout) -> FloatArray:
     """Return the decrease of the tip clearance from mid-face to the thick end of the face, mm (n,).
 
     The clearance is not constant because the reference cones differ from the working cones."""

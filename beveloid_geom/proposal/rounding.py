@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 
 from ..design.model import Design, Pair
-from ..pair.zero_backlash import closing_of
+from ..pair.zero_backlash import layout_deviation
 from .candidates import given_of
 from .closure_equations import Variable
 from .request import Request
@@ -31,7 +31,7 @@ def rounded_design(request: Request, design: Design) -> Design:
     """
     face = min(float(member.face_width) for member in design.members)
     module = float(design.pinion.tool.normal_module)
-    backlash = closing_of(design).normal_backlash
+    backlash = layout_deviation(design).normal_backlash
     # Largest distance of the lines of action of right and left flanks after rounding, relative to the
     # narrower face.
     line_distance_share = 0.005
@@ -39,9 +39,9 @@ def rounded_design(request: Request, design: Design) -> Design:
     backlash_change_modules = 0.002
     for decimals in range(3, 10):
         candidate = _rounded(request, design, decimals)
-        closing = closing_of(candidate)
-        near = abs(closing.normal_backlash - backlash) <= backlash_change_modules * module
-        if closing.gap <= line_distance_share * face and near:
+        deviation = layout_deviation(candidate)
+        near = abs(deviation.normal_backlash - backlash) <= backlash_change_modules * module
+        if deviation.gap <= line_distance_share * face and near:
             return candidate
     return design
 

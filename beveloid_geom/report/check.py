@@ -11,7 +11,7 @@ from ..arrays import FLANKS, MEMBERS, FloatArray
 from ..contact.path import contact_ratio
 from ..design.model import Design
 from ..design.text import design_text
-from ..findings.advice import Advice, advice_on, findings_on
+from ..findings.advice import Advice, design_remarks, layout_advice
 from ..findings.backlash import backlash_report
 from ..findings.diagnostics import ERROR, UNKNOWN, Remark, in_order, quiet, remarks_data, tip_clearances
 from ..findings.layout import meshes
@@ -19,7 +19,7 @@ from ..gear.undercut import undercut_margin
 from ..pair.generator_angle import generator_angle_as_mounted, normal_x_as_mounted
 from ..pair.misalignment_at_mesh import pivot_distance
 from ..pair.mounting import mounting_of
-from ..pair.zero_backlash import ClosedLayout, Closing, closing_of, zero_backlash_layout
+from ..pair.zero_backlash import LayoutDeviation, ZeroBacklashLayout, layout_deviation, zero_backlash_layout
 from ..proposal.command_line import command_of, requests_like
 from ..proposal.merit import DEPTH, LINKS
 from ..proposal.propose import Proposal, propose, works
@@ -37,9 +37,9 @@ class CheckReport(Report):
 
     Attributes
     ----------
-    closing : Closing
+    deviation : LayoutDeviation
         Distance of the lines of action, and the layouts in which they meet.
-    ideal : ClosedLayout or str
+    ideal : ZeroBacklashLayout or str
         Layout without backlash, or the reason why there is none.
     remarks : tuple of Remark
         Remarks on layout, teeth and paths, the most important first.
@@ -53,8 +53,8 @@ class CheckReport(Report):
 
     name: str
     design: Design
-    closing: Closing
-    ideal: ClosedLayout | str
+    deviation: LayoutDeviation
+    ideal: ZeroBacklashLayout | str
     remarks: tuple[Remark, ...]
     advice: tuple[Advice, ...]
     proposal: str | None
@@ -73,7 +73,7 @@ class CheckReport(Report):
     def values(self) -> dict[str, Any]:
         """Return backlash, layout without backlash, remarks, advice and angles of the generators."""
         return {
-            "closing": self.closing,
+            "closing": self.deviation,
             "zero_backlash": None if isinstance(self.ideal, str) else self.ideal,
             **remarks_data(self.remarks),
             "advice": advice_data(self.advice),
@@ -92,13 +92,13 @@ class CheckReport(Report):
         distances = zip(
             ("dw1", "dw2", "rw1", "rw2"), (*mounting.distance, *mounting.working_radius), strict=True
         )
-        closing = plain(self.closing)
-        reasons = [("reason", reason) for reason in closing.pop("reasons")]
+        deviation = plain(self.deviation)
+        reasons = [("reason", reason) for reason in deviation.pop("reasons")]
         ideal = [("reason", self.ideal)] if isinstance(self.ideal, str) else _by_member(self.ideal)
         groups: list[tuple[str, Any]] = [
             ("design", [("name", self.name), ("offset", pair.offset), ("shaft_angle", pair.shaft_angle)]),
             ("design", distances),
-            ("closing", [*closing.items(), *reasons]),
+            ("closing", [*deviation.items(), *reasons]),
             ("zero_backlash", ideal),
             ("mounted", [("normal_backlash", backlash_report(self.design).normal)]),
             ("mounted", [(f"{flank}_crossing_angle", angle) for flank, angle in self.crossing.items()]),
@@ -115,7 +115,7 @@ class CheckReport(Report):
 
     def summary(self) -> str:
         """Return advice, remarks, and the distance from a layout without backlash."""
-        closing, ideal = self.closing, self.ideal
+        deviation, ideal = self.deviation, self.ideal
         text = f"Check of {self.name}\n"
         text += advice_lines(self.advice)
         if self.proposal:
@@ -127,22 +127,21 @@ class CheckReport(Report):
             text += line("working radii", radii)
             text += line(
                 "lines of action",
-                f"{closing.gap:z.4f} mm apart (right and left flanks); 0 if the layout fits the gears",
+                f"{deviation.gap:z.4f} mm apart (right and left flanks); 0 if the layout fits the gears",
             )
             text += line("crossing angle", _generator_words(self.crossing))
             text += line(
-                "normal backlash", f"{closing.normal_backlash:z.4f} mm without errors and modifications"
+                "normal backlash", f"{deviation.normal_backlash:z.4f} mm without errors and modifications"
             )
             text += line("as mounted", f"backlash {backlash_report(self.design).line}")
             text += error_lines(self.design) or line("errors", _pivot_words(self.design))
-            if not math.isnan(closing.offset):
-                at = f"E = {closing.offset:.4f} mm ({closing.offset_difference:+z.4f}) with this shaft angle"
+            if not math.isnan(deviation.offset):
+                offset, change = deviation.offset, deviation.offset_difference
+                text += line("lines meet at", f"E = {offset:.4f} mm ({change:+z.4f}) with this shaft angle")
+            if not math.isnan(deviation.shaft_angle):
+                angle, change = map(math.degrees, (deviation.shaft_angle, deviation.shaft_angle_difference))
+                at = f"shaft angle = {angle:.4f} deg ({change:+z.4f}) with this offset"
                 text += line("lines meet at", at)
-            if not math.isnan(closing.shaft_angle):
-                angle, less = (math.degrees(a) for a in (closing.shaft_angle, closing.shaft_angle_difference))
-                text += line(
-                    "lines meet at", f"shaft angle = {angle:.4f} deg ({less:+z.4f}) with this offset"
-                )
         if not isinstance(ideal, str):
             axes = (
                 f"E = {float(ideal.offset):.4f} mm, shaft angle = {math.degrees(ideal.shaft_angle):.4f} deg"
@@ -154,16 +153,16 @@ class CheckReport(Report):
 
 def check_report(name: str, design: Design) -> CheckReport:
     """Return the check of a single design."""
-    closing = closing_of(design)
-    ideal: ClosedLayout | str
+    deviation = layout_deviation(design)
+    ideal: ZeroBacklashLayout | str
     try:
         ideal = zero_backlash_layout(design)
     except ValueError as error:
         ideal = str(error)
     backlash = backlash_report(design)
-    remarks = in_order((*findings_on(design, closing, backlash.jam), *backlash.remarks))
+    remarks = in_order((*design_remarks(design, deviation, backlash.jam), *backlash.remarks))
     proposal = None if meshes(design) else proposal_like(design)
-    return CheckReport(name, design, closing, ideal, remarks, advice_on(design), proposal, backlash.jam)
+    return CheckReport(name, design, deviation, ideal, remarks, layout_advice(design), proposal, backlash.jam)
 
 
 def proposal_like(design: Design) -> str | None:
@@ -195,7 +194,7 @@ def _pivot_words(design: Design) -> str:
     )
 
 
-def _by_member(ideal: ClosedLayout) -> list[tuple[str, float]]:
+def _by_member(ideal: ZeroBacklashLayout) -> list[tuple[str, float]]:
     """Return the quantities of a layout by name, those of pinion and gear separately."""
     return [
         (f"{member}_{key}".lstrip("_"), float(number))

@@ -8,18 +8,18 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.pressure import Load, PathPressure, pressure_along
+from ..analysis.pressure import Load, PathPressure, path_pressure
 from ..contact.parallel.lines import ContactLines, contact_lines, touches_along_lines
 from ..contact.path import ContactPath, path_of_contact
 from ..design.ends import limit_words
 from ..design.model import Design
-from ..findings.advice import Advice, advice_on
+from ..findings.advice import Advice, layout_advice
 from ..findings.backlash import BacklashReport, backlash_report
 from ..findings.diagnostics import UNKNOWN, Remark, in_order, remarks_data
 from ..findings.layout import layout_remarks
 from ..findings.path import certificate_remarks, path_remarks, pressure_remarks, reason_of
 from ..findings.units import unit_remarks
-from ..operation.certificate import Certificate, certify
+from ..operation.certificate import Certificate, path_certificate
 from ..pair.mounting import mounting_of
 from .columns import number, table_lines
 from .result import Report, Rows, advice_data, ends_data, picked
@@ -260,7 +260,7 @@ def contact_report(
         path = path_of_contact(design, flank, points)
     reason, backlash = reason_of(path), backlash_report(design)
     certifiable = certified and not (reason or backlash.fault or backlash.jam)
-    certificate = certify(path) if certifiable else None
+    certificate = path_certificate(path) if certifiable else None
     remarks = [
         *layout_remarks(design, flanks=(flank,), jam=backlash.jam),
         *unit_remarks(design),
@@ -270,8 +270,8 @@ def contact_report(
     ]
     if backlash.fault and certified and not reason:
         remarks.append(Remark(UNKNOWN, f"whether something touches earlier is unknown: {backlash.fault}"))
-    advice = advice_on(design) if reason else ()
-    pressed = None if load is None else pressure_along(path, load)
+    advice = layout_advice(design) if reason else ()
+    pressed = None if load is None else path_pressure(path, load)
     remarks += [] if pressed is None else pressure_remarks(pressed)
     lines = contact_lines(path) if not reason and touches_along_lines(design, flank) else None
     return ContactReport(

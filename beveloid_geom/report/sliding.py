@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.sliding import Sliding, least_along, least_sliding, sliding_of
+from ..analysis.sliding import Sliding, least_along, least_sliding, path_sliding
 from ..arrays import MEMBERS, FloatArray
 from ..contact.path import ContactPath, path_of_contact
 from ..design.model import Design
@@ -130,7 +130,7 @@ def sliding_report(name: str, design: Design, flank: str, points: int) -> Slidin
 
     Ranges, smallest sliding and pitch point are taken from 201 positions."""
     path, dense_path = (path_of_contact(design, flank, count) for count in (points, 201))
-    dense = sliding_of(dense_path)
+    dense = path_sliding(dense_path)
     roll, speed = least_sliding(dense)
     squared_distance = ((dense_path.point - mounting_of(design).pitch_point) ** 2).sum(axis=-1)
     if layout_of(design).parallel:  # the flanks roll without sliding at all points of the pitch line
@@ -146,7 +146,7 @@ def sliding_report(name: str, design: Design, flank: str, points: int) -> Slidin
         name=name,
         design=design,
         path=path,
-        sliding=sliding_of(path),
+        sliding=path_sliding(path),
         least_roll=float(roll),
         least_speed=float(speed),
         pitch_roll=math.nan if at_end else nearest,

@@ -91,7 +91,7 @@ class Balls:
     status: Codes
 
 
-def balls_at(member: Member, diameter: float, z: ArrayLike, change: ArrayLike = 0.0) -> Balls:
+def ball_dimensions(member: Member, diameter: float, z: ArrayLike, change: ArrayLike = 0.0) -> Balls:
     """Compute the dimension over two balls of a single member.
 
     Parameters
@@ -121,7 +121,7 @@ def balls_at(member: Member, diameter: float, z: ArrayLike, change: ArrayLike = 
     Examples
     --------
     >>> import beveloid_geom as bg
-    >>> balls = bg.balls_at(bg.builtin_design("ni-2017").pinion, diameter=10.0, z=0.0)
+    >>> balls = bg.ball_dimensions(bg.builtin_design("ni-2017").pinion, diameter=10.0, z=0.0)
     >>> print(f"{balls.dimension[0, 0]:.3f} mm")
     206.709 mm
     """
@@ -156,7 +156,7 @@ def recommended_ball(member: Member) -> float:
     sizes = BALL_DIAMETERS_MM[(ratio >= recommended_modules[0]) & (ratio <= recommended_modules[1])]
     radius = tip_radius(member, 0.0) - float(member.tip_height) * module
     for size in sizes.tolist():
-        balls = balls_at(member, size, 0.0)
+        balls = ball_dimensions(member, size, 0.0)
         if balls.contact_radius.mean() >= radius and balls.status[0, 0] == BallStatus.MEASURED:
             return float(size)
     return float("nan")

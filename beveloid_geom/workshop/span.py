@@ -59,7 +59,7 @@ class Span:
     status: Codes
 
 
-def span_over(member: Member, teeth: int | None = None, change: ArrayLike = 0.0) -> Span:
+def span_measurement(member: Member, teeth: int | None = None, change: ArrayLike = 0.0) -> Span:
     """Compute the span measurement of a single cylindrical member.
 
     Parameters
@@ -89,7 +89,7 @@ def span_over(member: Member, teeth: int | None = None, change: ArrayLike = 0.0)
     >>> import beveloid_geom as bg
     >>> tool = bg.from_degrees(bg.Tool, normal_module=2.0, normal_pressure_angle_deg=20.0)
     >>> spur = bg.Member(tool, 20, helix_angle=0.0, cone_angle=0.0, profile_shift=0.0, face_width=20.0)
-    >>> span = bg.span_over(spur)
+    >>> span = bg.span_measurement(spur)
     >>> span.teeth, span.dimension.round(4)
     (3, array([15.3209]))
     """

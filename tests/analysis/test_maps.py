@@ -17,7 +17,7 @@ from beveloid_geom import (
     Pair,
     Status,
     Tool,
-    map_of,
+    design_map,
     mesh_cycle,
     path_of_contact,
 )
@@ -40,7 +40,7 @@ BOUNDS = {"parabola": (-0.0006, 0.0004), "mounting": (-45.0, 30.0), "shift": (-0
 
 def small_map(design: Design, over: str, flank: str = "right", **more: Any) -> DesignMap:
     more = {"first": BOUNDS[over], "second": BOUNDS[over], "steps": 4, "errors": OFFSET, **more}
-    return map_of(design, over, flank, **more)
+    return design_map(design, over, flank, **more)
 
 
 def expected(cell: Design, flank: str) -> dict[str, float]:
@@ -105,7 +105,7 @@ def test_cells_of_crowned_flanks_equal_single_designs(flank: str) -> None:
 def test_jammed_cells_are_not_sound() -> None:
     """Under an offset error, the layout has backlash but the mounted pair has none: its cells are jammed and
     not sound."""
-    found = map_of(table1(errors=Errors(offset=-0.1)), "shift", steps=3, errors=OFFSET)
+    found = design_map(table1(errors=Errors(offset=-0.1)), "shift", steps=3, errors=OFFSET)
     assert (found.mounted_backlash < found.normal_backlash).all()
     assert (found.jammed & ~found.interferes).any()
     assert not (found.sound & found.jammed).any()
@@ -114,7 +114,7 @@ def test_jammed_cells_are_not_sound() -> None:
 def test_the_papers_numbers() -> None:
     """Cells of a map have the known contact ratios of Table 1 without and with the modification of Figs. 12
     to 15. The cells are divided evenly into the four cases of the paper."""
-    found = map_of(table1(), "parabola", steps=5, errors=OFFSET)
+    found = design_map(table1(), "parabola", steps=5, errors=OFFSET)
     np.testing.assert_allclose(found.first, [-0.002, -0.001, 0.0, 0.001, 0.002], atol=1e-18)
     assert found.contact_ratio[2, 2] == pytest.approx(1.651001, abs=5e-7)
     assert found.contact_ratio[3, 1] == pytest.approx(1.816308, abs=5e-7)
@@ -151,7 +151,7 @@ def test_mounting_moves_the_flanks_under_the_path() -> None:
 
 def test_cells_in_operation_have_their_mesh_cycle() -> None:
     done: list[int] = []
-    found = map_of(table1(), "parabola", steps=3, errors=OFFSET, operation=True, progress=done.append)
+    found = design_map(table1(), "parabola", steps=3, errors=OFFSET, operation=True, progress=done.append)
     assert done == [1] * 9
     for i, j in np.ndindex(3, 3):
         cycle = mesh_cycle(table1((float(found.first[i]), float(found.second[j]))), "right")
@@ -163,7 +163,7 @@ def test_cells_in_operation_have_their_mesh_cycle() -> None:
 
 def test_best_cells_of_quadrants_are_sound_and_reach_the_ratio() -> None:
     near = (-0.001, 0.001)
-    found = map_of(table1(), "parabola", first=near, second=near, steps=9, errors=OFFSET)
+    found = design_map(table1(), "parabola", first=near, second=near, steps=9, errors=OFFSET)
     for ratio in (1.6, 0.5):
         bests = quadrant_bests(found, ratio)
         assert np.isnan(bests["C1"][1])
@@ -177,7 +177,7 @@ def test_a_map_over_offset_and_shaft_angle() -> None:
     """Cells equal single designs, and their backlash follows from the layout. There are no default bounds."""
     layout, first = ("offset", "shaft_angle"), (228.95, 229.05)
     second = (radians(14.99), radians(15.01))
-    found = map_of(table1(MODIFIED), layout, steps=3, errors=OFFSET, first=first, second=second)
+    found = design_map(table1(MODIFIED), layout, steps=3, errors=OFFSET, first=first, second=second)
     for i, j in np.ndindex(3, 3):
         pair = Pair(float(found.first[i]), float(found.second[j]))
         wanted = expected(replace(table1(MODIFIED), pair=pair), "right")
@@ -186,7 +186,7 @@ def test_a_map_over_offset_and_shaft_angle() -> None:
     assert MapReport("Table 1", found.design, found).rows()["shaft_angle"][1] == pytest.approx(radians(15.0))
     assert "over the offset and shaft_angle" in MapReport("Table 1", found.design, found).summary()
     with pytest.raises(ValueError, match="bounds of shaft_angle must be given"):
-        map_of(table1(), layout, first=first)
+        design_map(table1(), layout, first=first)
 
 
 def test_usual_bounds_include_the_design() -> None:
@@ -199,7 +199,7 @@ def test_usual_bounds_include_the_design() -> None:
 
 
 def test_cells_with_the_sum_0_are_not_hollow() -> None:
-    found = map_of(table1(), "parabola", steps=3, errors=OFFSET)
+    found = design_map(table1(), "parabola", steps=3, errors=OFFSET)
     pinion = np.linspace(0.0, 0.0007, 8)
     fine = replace(found, first=pinion, second=np.linspace(-0.0007, 0.0, 8), status=np.zeros((8, 8), np.int8))
     assert np.add.outer(fine.first, fine.second)[::-1].diagonal().any()  # rounding
@@ -256,7 +256,7 @@ def test_a_change_of_mounting_is_an_axial_error() -> None:
 
 def test_each_cell_has_its_own_reason() -> None:
     skewed = replace(table1(), pair=replace(table1().pair, shaft_angle=radians(10.0)))
-    assert (map_of(skewed, "parabola", steps=2, errors=OFFSET).status == Status.UNDEFINED).all()
+    assert (design_map(skewed, "parabola", steps=2, errors=OFFSET).status == Status.UNDEFINED).all()
     found = small_map(table1(), "mounting")
     assert (found.status == Status.OFF_FLANK).any()
     lost = int((found.solved & np.isnan(found.shift)).sum())
@@ -266,7 +266,7 @@ def test_each_cell_has_its_own_reason() -> None:
 
 
 def test_the_table_has_the_magnitude_of_the_angle() -> None:
-    found = map_of(table1(), "parabola", steps=3, errors=OFFSET)
+    found = design_map(table1(), "parabola", steps=3, errors=OFFSET)
     one, other = (replace(found, angle=sign * found.angle) for sign in (1.0, -1.0))
     assert MapReport("", one.design, one).summary() == MapReport("", one.design, other).summary()
 
@@ -276,7 +276,7 @@ def test_a_design_reaches_its_own_ratio() -> None:
     design, although the ratio differs by rounding if it is solved in a batch."""
     for coefficients in ((0.001, -0.0015), (0.0004, -0.0004), (0.0002, -0.0003)):
         design, (first, second) = table1(coefficients), coefficients
-        found = map_of(
+        found = design_map(
             design, "parabola", "left", first=(0.0, first), second=(second, 0.0), steps=2, errors=OFFSET
         )
         assert quadrant_bests(found, ratio_as_given(design, "left"))["C3"][0] == 1
@@ -285,7 +285,7 @@ def test_a_design_reaches_its_own_ratio() -> None:
 def test_faults_that_a_design_has_anyway_are_not_those_of_the_bounds() -> None:
     tool = replace(table1().pinion.tool, tip_radius=1.3)
     design = replace(table1(), pinion=replace(table1().pinion, tool=tool))
-    assert map_of(design, "parabola", steps=2, errors=OFFSET).solved.any()
+    assert design_map(design, "parabola", steps=2, errors=OFFSET).solved.any()
 
 
 def test_maps_set_both_flanks_and_move_the_apex() -> None:

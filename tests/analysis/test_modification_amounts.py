@@ -14,7 +14,7 @@ from beveloid_geom import (
     Modification,
     builtin_design,
     contact_pattern,
-    crowning_for,
+    fit_crowning,
     mesh_cycle,
     optimise_amounts,
     path_of_contact,
@@ -113,7 +113,7 @@ def test_reliefs_with_a_given_length() -> None:
 def test_crownings_give_the_required_contact(
     design: Design, flank: str, member: str, arcsec: float, length: float
 ) -> None:
-    found = crowning_for(design, np.radians(arcsec / 3600.0), length, flank, member=member)
+    found = fit_crowning(design, np.radians(arcsec / 3600.0), length, flank, member=member)
     cycle = mesh_cycle(found.design, flank, 1)
     assert float(cycle.peak_to_peak) == pytest.approx(np.radians(arcsec / 3600.0), rel=0.002)
     pattern = contact_pattern(found.design, flank, resolution=0.1)
@@ -130,13 +130,13 @@ def test_crownings_give_the_required_contact(
 )
 def test_refused_values(arcsec: float, length: float, message: str) -> None:
     with pytest.raises(ValueError, match=message):
-        crowning_for(table1(), np.radians(arcsec / 3600.0), length)
+        fit_crowning(table1(), np.radians(arcsec / 3600.0), length)
 
 
 @pytest.mark.slow
 def test_no_solution_in_one_line() -> None:
     with pytest.raises(ValueError, match=r"^no crownings give a transmission error of 0\.01 arcsec [^\n]*$"):
-        crowning_for(table1(), np.radians(0.01 / 3600.0), 20.0)
+        fit_crowning(table1(), np.radians(0.01 / 3600.0), 20.0)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Design, Errors, Member, Pair, Tool, builtin_design, path_of_contact
-from beveloid_geom.analysis.pressure import WHOLE, Load, pressure_along
+from beveloid_geom.analysis.pressure import WHOLE, Load, path_pressure
 from beveloid_geom.contact.ellipse import relative_curvature
 from beveloid_geom.contact.hertz import contact_modulus
 from beveloid_geom.contact.parallel.lines import contact_lines
@@ -30,9 +30,9 @@ def test_table_1_in_the_middle_of_its_path(flank: str, pressure: float) -> None:
     """Pressures under 10 kN with steel of 210 GPa. With 206 GPa they are lower by the factor
     (206/210)^(2/3)."""
     path = path_of_contact(table1(), flank, 3)
-    found = pressure_along(path, LOAD)
+    found = path_pressure(path, LOAD)
     assert found.pressure[1] == pytest.approx(pressure, abs=0.5)
-    steel = pressure_along(path, Load(force=1e4)).pressure
+    steel = path_pressure(path, Load(force=1e4)).pressure
     assert steel == pytest.approx(found.pressure * (206.0 / 210.0) ** (2.0 / 3.0), rel=1e-13)
     assert found.curvature == pytest.approx(relative_curvature(path).curvature)
 
@@ -40,10 +40,10 @@ def test_table_1_in_the_middle_of_its_path(flank: str, pressure: float) -> None:
 def test_a_torque_acts_on_the_lever_of_the_common_normal(flank: str) -> None:
     """Without parabola the lever is m_n N cos(alpha) / 2; with a parabola it follows from the velocity of
     a rotating pinion."""
-    found = pressure_along(path_of_contact(table1(), flank, 5), Load(torque_nm=1000.0))
+    found = path_pressure(path_of_contact(table1(), flank, 5), Load(torque_nm=1000.0))
     assert found.force == pytest.approx(1e6 / (3.0 * 29.0 * cos(radians(20.0))), rel=1e-12)
     path = path_of_contact(table1((0.001, -0.001)), flank, 5)
-    found = pressure_along(path, Load(torque_nm=1000.0))
+    found = path_pressure(path, Load(torque_nm=1000.0))
     turning = np.cross((0.0, 0.0, 1.0), path.point)
     lever = np.abs(np.einsum("ni,ni->n", path.normal, turning))
     assert np.ptp(lever) > 1e-3
@@ -64,7 +64,7 @@ def test_crossed_cylinders() -> None:
     / cos(beta_b). Their generators cross at the angle chi, cos(chi) = (cos(Sigma) + sin^2(beta_b)) /
     cos^2(beta_b) for equal helix angles (Johnson 4.3)."""
     angle = radians(30.0)
-    found = pressure_along(path_of_contact(spur(angle), "right", l1=[0.0]), LOAD)
+    found = path_pressure(path_of_contact(spur(angle), "right", l1=[0.0]), LOAD)
     transverse = np.arctan(np.tan(radians(20.0)) / cos(angle / 2.0))
     base = np.arcsin(sin(angle / 2.0) * cos(radians(20.0)))
     first, second = (cos(base) * cos(angle / 2.0) / (2.0 * n * sin(transverse)) for n in (23, 37))
@@ -77,7 +77,7 @@ def test_crossed_cylinders() -> None:
 def test_the_strip_of_two_cylinders() -> None:
     """Spur gears on nearly parallel axes have a long ellipse with p0 = E* b / (2 R) across it. The force
     per length is that of a strip, p0 = 2 q / (pi b), with q = 3 F / (4 a) in the middle."""
-    found = pressure_along(path_of_contact(spur(1e-3), "right", 5), LOAD)
+    found = path_pressure(path_of_contact(spur(1e-3), "right", 5), LOAD)
     assert (found.status == EllipseStatus.ELLIPSE).all()
     modulus, (a, b) = contact_modulus(210000.0, 0.3), found.semi_axes.T
     assert (b / a < 1e-3).all()
@@ -114,7 +114,7 @@ def test_lines_share_the_load_by_their_length(
     cos(beta_b)) and kappa = cos(beta_b) (1 / rho_1 + 1 / rho_2), largest at an end of the line; p0^2 = q
     E* kappa / pi."""
     design, torque, points = helical(helix, widths, shifts), 100.0, 17
-    found = pressure_along(path_of_contact(design, flank, points), Load(torque_nm=torque))
+    found = path_pressure(path_of_contact(design, flank, points), Load(torque_nm=torque))
     transverse, base_helix = (
         np.arctan(np.tan(radians(20.0)) / cos(helix)),
         np.arcsin(sin(helix) * cos(radians(20.0))),
@@ -151,7 +151,7 @@ def test_a_spur_pair_at_its_pitch_point_as_in_iso_6336() -> None:
     """sigma_H0 = sqrt(F E' / (2 pi R b)), E' = E / (1 - nu^2); one tooth pair is in contact at the pitch
     point."""
     design = spur(0.0)
-    found = pressure_along(path_of_contact(design, "right", l1=[0.0]), Load(torque_nm=300.0))
+    found = path_pressure(path_of_contact(design, "right", l1=[0.0]), Load(torque_nm=300.0))
     assert found.total_length == pytest.approx(30.0, rel=1e-9)
     radii = np.array([46.0, 74.0]) * sin(radians(20.0))
     force, young = 300e3 / (46.0 * cos(radians(20.0))), 206000.0 / (1.0 - 0.3**2)
@@ -175,7 +175,7 @@ def test_lines_of_beveloids_and_counterparts_add_up(design: Design) -> None:
     """The total length equals the sum of the lengths of single lines, interpolated at distances of one
     pitch on a fine path."""
     path = path_of_contact(design, "right", 81)
-    found = pressure_along(path, Load(force=1.0))
+    found = path_pressure(path, Load(force=1.0))
     own, pitch = contact_lines(path), 2.0 * pi / int(design.pinion.teeth)
     total = sum(
         np.interp(path.pinion_roll + k * pitch, own.pinion_roll, own.length, 0.0, 0.0) for k in range(-3, 4)
@@ -187,26 +187,26 @@ def test_lines_of_beveloids_and_counterparts_add_up(design: Design) -> None:
 
 def test_a_single_line_carries_the_load_with_a_transmission_error_and_batches_equal_single_designs() -> None:
     design = spur(0.0, parabola=-0.002)
-    found = pressure_along(path_of_contact(design, "left", 5), Load(force=1e3))
+    found = path_pressure(path_of_contact(design, "left", 5), Load(force=1e3))
     assert found.total_length == pytest.approx(30.0, rel=1e-9)
     offsets, angles = np.array([0.0, 0.0, 0.2]), np.array([0.0, 0.05, 0.0])
     batch = replace(spur(0.0), errors=Errors(offset=offsets, shaft_angle=angles))
-    together = pressure_along(path_of_contact(batch, "right", 5), LOAD)
+    together = path_pressure(path_of_contact(batch, "right", 5), LOAD)
     assert np.isnan(together.total_length[1]).all()
     for k in (0, 2):
         errors = Errors(offset=offsets[k], shaft_angle=angles[k])
-        alone = pressure_along(path_of_contact(replace(spur(0.0), errors=errors), "right", 5), LOAD)
+        alone = path_pressure(path_of_contact(replace(spur(0.0), errors=errors), "right", 5), LOAD)
         for name in ("force", "pressure", "semi_axes", "total_length", "status"):
             np.testing.assert_allclose(getattr(together, name)[k], getattr(alone, name), rtol=1e-7)
 
 
 def test_line_contact_and_intersecting_flanks_have_no_pressure() -> None:
-    found = pressure_along(path_of_contact(spur(1e-8), "right", 3), LOAD)
+    found = path_pressure(path_of_contact(spur(1e-8), "right", 3), LOAD)
     assert (found.status == EllipseStatus.LINE_CONTACT).all()
     assert np.isnan(found.pressure).all()
     assert np.isfinite(found.force).all()
     design = table1((0.002, 0.002))
-    cut = pressure_along(path_of_contact(design, "right", 3), LOAD)
+    cut = path_pressure(path_of_contact(design, "right", 3), LOAD)
     assert (cut.status == EllipseStatus.INTERFERENCE).all()
     assert np.isnan(cut.pressure).all()
 
@@ -217,7 +217,7 @@ def test_vertices_are_on_the_named_flanks(flank: str, parabola: tuple[float, flo
     perpendiculars from the vertices are the reference."""
     design = table1(parabola)
     path = path_of_contact(design, flank, 41)
-    found = pressure_along(path, Load(force=3000.0))
+    found = path_pressure(path, Load(force=3000.0))
     axes = found.semi_axes[..., None] * found.direction
     ends = path.point[:, None] + np.concatenate((axes, -axes), axis=1)
     layout, margin = layout_of(design), []
@@ -237,7 +237,7 @@ def test_the_angle_is_measured_from_the_tooth_trace(flank: str) -> None:
     from differences of the flank."""
     design = table1((0.001, -0.001))
     path = path_of_contact(design, flank, 5)
-    found = pressure_along(path, LOAD)
+    found = path_pressure(path, LOAD)
     frame = member_frame(layout_of(design), 0, path.pinion_roll, mounting_of(design).distance[0])
     here, along, up = (
         to_fixed(frame, flank_point(design.pinion, flank, path.l1 + l, path.u1 + u))
@@ -255,22 +255,22 @@ def test_symmetries_of_the_pattern(flank: str) -> None:
     design = table1((0.001, -0.0005), Errors(0.05, 0.0001, 0.1, -0.1))
     other = {"right": "left", "left": "right"}[flank]
     path = path_of_contact(design, flank, 4)
-    wanted = pressure_along(path, LOAD)
-    mirror = pressure_along(path_of_contact(mirrored(design), other, 4), LOAD)
+    wanted = path_pressure(path, LOAD)
+    mirror = path_pressure(path_of_contact(mirrored(design), other, 4), LOAD)
     assert mirror.pressure == pytest.approx(wanted.pressure, rel=1e-9)
     assert mirror.angle == pytest.approx(wanted.angle, abs=1e-9)
     assert np.array_equal(mirror.reaches, wanted.reaches)
-    bigger = pressure_along(path_of_contact(scaled(design, 2.0), flank, 4), replace(LOAD, force=4e4))
+    bigger = path_pressure(path_of_contact(scaled(design, 2.0), flank, 4), replace(LOAD, force=4e4))
     assert bigger.pressure == pytest.approx(wanted.pressure, rel=1e-9)
-    swapped = pressure_along(path_of_contact(exchanged(design), flank, l1=path.l2), LOAD)
+    swapped = path_pressure(path_of_contact(exchanged(design), flank, l1=path.l2), LOAD)
     assert swapped.pressure == pytest.approx(wanted.pressure, rel=1e-7)
 
 
 def test_batches_equal_single_designs(flank: str) -> None:
     offsets = np.array([0.0, 0.05, 30.0])
-    found = pressure_along(path_of_contact(table1(errors=Errors(offset=offsets)), flank, 5), LOAD)
+    found = path_pressure(path_of_contact(table1(errors=Errors(offset=offsets)), flank, 5), LOAD)
     for k, offset in enumerate(offsets[:2]):
-        alone = pressure_along(path_of_contact(table1(errors=Errors(offset=offset)), flank, 5), LOAD)
+        alone = path_pressure(path_of_contact(table1(errors=Errors(offset=offset)), flank, 5), LOAD)
         for name in ("force", "pressure", "semi_axes", "angle", "reaches", "status"):
             np.testing.assert_allclose(getattr(found, name)[k], getattr(alone, name), rtol=1e-7)
     assert (found.status[2] == EllipseStatus.NO_CONTACT).all()

@@ -7,7 +7,7 @@ from math import cos, radians, sin
 import numpy as np
 import pytest
 
-from beveloid_geom import ContactPath, Design, Errors, Status, path_of_contact, sliding_of
+from beveloid_geom import ContactPath, Design, Errors, Status, path_of_contact, path_sliding
 from beveloid_geom.analysis.sliding import Sliding, least_along, least_sliding
 from beveloid_geom.gear.flank import base_cylinder, flank_patch
 from beveloid_geom.pair.mounting import mounting_of
@@ -35,7 +35,7 @@ STEP = MP.mpf(10) ** -18
 
 def along(design: Design, flank: str = "right", points: int = 9) -> tuple[ContactPath, Sliding]:
     path = path_of_contact(design, flank, points)
-    return path, sliding_of(path)
+    return path, path_sliding(path)
 
 
 @pytest.mark.parametrize("design", [*CASES.values(), *CROSSING.values(), *TURNING.values()])
@@ -168,7 +168,7 @@ def test_mirror_image_has_the_same_sliding(design: Design, flank: str) -> None:
 def test_members_exchanged_and_lengths_scaled(design: Design, flank: str) -> None:
     path, found = along(design, flank)
     swapped = exchanged(design)
-    other = sliding_of(path_of_contact(swapped, flank, l1=path.l2))
+    other = path_sliding(path_of_contact(swapped, flank, l1=path.l2))
     rate = -found.gear_rate
     np.testing.assert_allclose(other.gear_rate, 1.0 / found.gear_rate, rtol=1e-10)
     np.testing.assert_allclose(other.speed * rate, found.speed, rtol=1e-9)

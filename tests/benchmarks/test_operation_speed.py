@@ -24,10 +24,10 @@ from beveloid_geom import (
     Design,
     Errors,
     Modification,
-    certify,
     contact_pattern,
     first_contact,
     mesh_cycle,
+    path_certificate,
     path_of_contact,
 )
 from beveloid_geom.analysis.cycle_statistics import CYCLES_PER_CALL, cycle_statistics
@@ -120,7 +120,10 @@ def test_operation_against_positions_by_five_equations() -> None:
         "path with its ellipses": (lambda given: contact_ellipse(path_of_contact(given)), 0.5),
         "mesh cycle": (mesh_cycle, 5.0),
         "operating ratio": (operating_ratio, 6.7),
-        "path with its certificate": (lambda given: certify(path_of_contact(given, "right", 101)), 5.8),
+        "path with its certificate": (
+            lambda given: path_certificate(path_of_contact(given, "right", 101)),
+            5.8,
+        ),
         "pattern of both members": (contact_pattern, 12.5),
     }
     for name, (work, most) in works.items():

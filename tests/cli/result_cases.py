@@ -18,17 +18,17 @@ from beveloid_geom import (
     Status,
     Tolerances,
     builtin_design,
-    certify,
     contact_pattern,
-    crowning_for,
+    design_map,
     ease_off,
-    map_of,
+    fit_crowning,
     mesh_cycle,
     mounted_backlash,
     optimise_parabola,
+    path_certificate,
     path_of_contact,
     path_sensitivity,
-    sliding_of,
+    path_sliding,
     tolerance_study,
     zero_backlash_layout,
 )
@@ -38,9 +38,9 @@ from beveloid_geom.analysis.tolerance import ToleranceStudy
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.pair.misalignment import ERROR_NAMES
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.pair.zero_backlash import closing_of
+from beveloid_geom.pair.zero_backlash import layout_deviation
 from beveloid_geom.validation.statements import paper_statements
-from beveloid_geom.workshop.balls import ball_planes, balls_at
+from beveloid_geom.workshop.balls import ball_dimensions, ball_planes
 from beveloid_geom.workshop.grid import measuring_grid
 from beveloid_geom.workshop.shim import shim
 from beveloid_geom.workshop.tooth_data import backlash_change, tooth_data
@@ -86,7 +86,7 @@ def tca(design: Design) -> Mapping[str, Any]:
         "normal_backlash": mounting.normal_backlash,
         "parabola/gear": -0.001,
         "path/status": ["solved"] * 7,
-        "certificate/separation": certify(path).separation,
+        "certificate/separation": path_certificate(path).separation,
         **{f"path/{name}": getattr(path, name) for name in names},
     }
 
@@ -116,7 +116,7 @@ def place(design: Design) -> Mapping[str, Any]:
 
 
 def sliding(design: Design) -> Mapping[str, Any]:
-    found = sliding_of(path_of_contact(design, "left", 5))
+    found = path_sliding(path_of_contact(design, "left", 5))
     numbers = {"speed": found.speed, "gear_specific": found.specific[:, 1], "sliding": found.sliding}
     return {f"positions/{name}": values for name, values in numbers.items()}
 
@@ -181,7 +181,7 @@ def tolerance(design: Design) -> Mapping[str, Any]:
 
 
 def map_(design: Design) -> Mapping[str, Any]:
-    found = map_of(builtin_design(), "parabola", "left", steps=3, errors=Errors(offset=0.05))
+    found = design_map(builtin_design(), "parabola", "left", steps=3, errors=Errors(offset=0.05))
     return {
         "over": "parabola",
         "errors/offset": 0.05,
@@ -192,7 +192,7 @@ def map_(design: Design) -> Mapping[str, Any]:
 
 
 def modify(design: Design) -> Mapping[str, Any]:
-    found = crowning_for(builtin_design(), math.radians(2.0 / 3600.0), 25.0)
+    found = fit_crowning(builtin_design(), math.radians(2.0 / 3600.0), 25.0)
     names = "helix_crowning_um", "profile_crowning_um", "transmission_error", "length", "edge_share"
     return {name: getattr(found, name) for name in names}
 
@@ -224,7 +224,7 @@ def statements(design: Design) -> Mapping[str, Any]:
 
 def gear_data(design: Design) -> Mapping[str, Any]:
     found, plain = tooth_data(design.pinion, (0.0, -0.05, -0.1)), tooth_data(design.gear)
-    balls = balls_at(design.gear, 12.0, ball_planes(design.gear, 12.0))
+    balls = ball_dimensions(design.gear, 12.0, ball_planes(design.gear, 12.0))
     least = float(mounted_backlash(design).normal)
     return {
         "backlash_by_thickness/lower": least + float(backlash_change(design, -0.1, 0.0)),
@@ -266,14 +266,14 @@ def shim_(design: Design) -> Mapping[str, Any]:
 
 
 def check(design: Design) -> Mapping[str, Any]:
-    closing, layout = closing_of(design), zero_backlash_layout(design)
+    deviation, layout = layout_deviation(design), zero_backlash_layout(design)
     return {
-        "closing/shaft_angle_difference": closing.shaft_angle_difference,
+        "closing/shaft_angle_difference": deviation.shaft_angle_difference,
         "zero_backlash/offset": layout.offset,
         "zero_backlash/mounting": layout.mounting,
-        "closing/offset": closing.offset,
-        "closing/gap": closing.gap,
-        "normal_backlash": closing.normal_backlash,
+        "closing/offset": deviation.offset,
+        "closing/gap": deviation.gap,
+        "normal_backlash": deviation.normal_backlash,
     }
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from beveloid_geom import Load, builtin_design, path_of_contact, pressure_along
+from beveloid_geom import Load, builtin_design, path_of_contact, path_pressure
 from beveloid_geom.contact.parallel.lines import contact_lines
 from beveloid_geom.design.file import builtin_text
 
@@ -61,7 +61,7 @@ def test_load_on_lines_of_contact() -> None:
     """The note states the load distribution; text, JSON and CSV have pressure and total length."""
     arguments = "tca", NAME, "--points", "3", "--torque", "100"
     design = builtin_design(NAME)
-    found = pressure_along(path_of_contact(design, "right", 3), Load(torque_nm=100.0))
+    found = path_pressure(path_of_contact(design, "right", 3), Load(torque_nm=100.0))
     text = " ".join(run(*arguments).stdout.split())
     assert "the load is distributed evenly over all lines in contact" in text
     assert f"to {found.pressure.max():.2f} MPa along the path, all lines of contact together under" in text

@@ -15,7 +15,7 @@ from beveloid_geom import (
     path_of_contact,
     path_sensitivity,
 )
-from beveloid_geom.analysis.pressure import Load, pressure_along
+from beveloid_geom.analysis.pressure import Load, path_pressure
 from beveloid_geom.design.file import builtin_text
 from beveloid_geom.status import Limit
 from tests.cli.result_cases import MODIFIED, OFFSET, printed, tolerance_case
@@ -44,7 +44,7 @@ PRESSED = ("tca", *MODIFIED, "--points", "9", "--torque", "800", "--youngs-modul
 def test_path_under_a_load() -> None:
     """JSON, CSV and text have the values of the library; without a load they are missing."""
     path = path_of_contact(builtin_design().with_parabola(0.001, -0.001), "right", 9)
-    found = pressure_along(path, Load(torque_nm=800.0, young=210000.0))
+    found = path_pressure(path, Load(torque_nm=800.0, young=210000.0))
     hertz = strict_json(run(*PRESSED, "--json").stdout)["hertz"]
     np.testing.assert_allclose(hertz["major_semi_axis"], found.semi_axes[:, 0], rtol=1e-12)
     for name in ("force", "pressure"):

@@ -22,7 +22,7 @@ from beveloid_geom import (
     measuring_grid,
     path_of_contact,
     path_sensitivity,
-    sliding_of,
+    path_sliding,
 )
 from beveloid_geom.analysis import sensitivity
 from beveloid_geom.analysis.optimise import Aim, optimise_parabola
@@ -299,7 +299,7 @@ def test_sliding_of_modified_flanks() -> None:
         table1((0.0, 0.0)), {"helix_crowning_um": 10.0, "twist_um": 4.0}, {"profile_crowning_um": 5.0}
     )
     path = path_of_contact(design, "left", 1001)
-    sliding = sliding_of(path)
+    sliding = path_sliding(path)
     velocity = np.gradient(path.point, path.pinion_roll, axis=0)
     np.testing.assert_allclose(sliding.contact_velocity[2:-2], velocity[2:-2], atol=1e-5)
     rate = np.gradient(path.gear_roll, path.pinion_roll)

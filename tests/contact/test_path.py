@@ -18,10 +18,10 @@ from beveloid_geom import (
     Errors,
     Pair,
     Status,
-    certify,
     contact_ratio,
+    path_certificate,
     path_of_contact,
-    sliding_of,
+    path_sliding,
 )
 from beveloid_geom.arrays import Flank, FloatArray
 from beveloid_geom.contact.ellipse import contact_ellipse
@@ -174,8 +174,8 @@ def test_a_single_l1_and_the_ends_of_a_batch() -> None:
 
 
 MEASURES: list[tuple[Callable[..., Any], Callable[[Any], FloatArray]]] = [
-    (certify, lambda found: found.separation),
-    (sliding_of, lambda found: found.speed),
+    (path_certificate, lambda found: found.separation),
+    (path_sliding, lambda found: found.speed),
     (contact_ellipse, lambda found: found.semi_axes),
     (rounding_error, lambda found: found),
 ]

@@ -14,7 +14,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from beveloid_geom import DesignError, Pair, builtin_design, certify, path_of_contact, read_design, sliding_of
+from beveloid_geom import (
+    DesignError,
+    Pair,
+    builtin_design,
+    path_certificate,
+    path_of_contact,
+    path_sliding,
+    read_design,
+)
 from beveloid_geom.contact.parallel.lines import contact_lines
 from beveloid_geom.design import file
 from beveloid_geom.design.file import BUILTINS, builtin_text, parse_design
@@ -22,7 +30,7 @@ from beveloid_geom.findings.diagnostics import NOTE, tip_clearances
 from beveloid_geom.operation.backlash import mounted_backlash
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.pair.zero_backlash import closing_of
+from beveloid_geom.pair.zero_backlash import layout_deviation
 from beveloid_geom.report.check import check_report
 from beveloid_geom.status import Limit, Status
 from tests.oracle.sixty_digits import off_by
@@ -51,7 +59,7 @@ def test_built_in_designs_have_notes_only(name: str) -> None:
 def test_numbers_in_the_comments(name: str) -> None:
     """The radii, mounting distances and backlash in the comments of the files agree with closed forms."""
     design, text = builtin_design(name), builtin_text(name)
-    mounting, closing = mounting_of(design), closing_of(design)
+    mounting, deviation = mounting_of(design), layout_deviation(design)
     pinion = design.pinion
     module, shaft = float(pinion.tool.normal_module), float(design.pair.shaft_angle)
     alpha = float(pinion.tool.normal_pressure_angle)
@@ -61,9 +69,9 @@ def test_numbers_in_the_comments(name: str) -> None:
     backlash = -2.0 * module * shift * sin(alpha)
     np.testing.assert_allclose(mounting.working_radius, (r1, r2), rtol=1e-11)
     np.testing.assert_allclose(mounting.distance, distance, rtol=1e-11)
-    assert closing.gap < 1e-10
-    assert closing.offset_difference == closing.shaft_angle_difference == 0.0
-    assert closing.normal_backlash == pytest.approx(backlash, abs=1e-10)
+    assert deviation.gap < 1e-10
+    assert deviation.offset_difference == deviation.shaft_angle_difference == 0.0
+    assert deviation.normal_backlash == pytest.approx(backlash, abs=1e-10)
     assert 0.03 < backlash / module < 0.05
     assert f"= {backlash:.3f} mm" in text
     for radius in {r1, r2}:
@@ -87,7 +95,7 @@ def test_contact_ratios_in_closed_form(name: str, flank: str) -> None:
     ratio = float(path.ends.contact_ratio)
     assert ratio == pytest.approx(closed_form(design, flank), abs=1e-11)
     assert ratio > 1.4
-    assert certify(path).holds
+    assert path_certificate(path).holds
     assert float(operating_ratio(design, flank)) == pytest.approx(ratio, abs=1e-9)
 
 
@@ -109,22 +117,22 @@ def test_sixty_digits(name: str, flank: str) -> None:
 
 def test_specific_sliding_of_the_marine_pair_is_balanced() -> None:
     paths = [path_of_contact(builtin_design("marine-gearbox"), side, 21) for side in ("right", "left")]
-    least = np.min([sliding_of(path).specific.min(axis=0) for path in paths], axis=0)
+    least = np.min([path_sliding(path).specific.min(axis=0) for path in paths], axis=0)
     np.testing.assert_allclose(least, (-1.2, -1.2), rtol=0.0, atol=0.05)
 
 
 def test_numbers_in_the_comments_of_the_anti_backlash_pair() -> None:
     design, text = builtin_design(PARALLEL), builtin_text(PARALLEL)
-    mounting, closing, pinion = mounting_of(design), closing_of(design), design.pinion
+    mounting, deviation, pinion = mounting_of(design), layout_deviation(design), design.pinion
     module, alpha = float(pinion.tool.normal_module), float(pinion.tool.normal_pressure_angle)
     cone = float(pinion.cone_angle)
     np.testing.assert_allclose(mounting.working_radius, (18.0, 54.0), rtol=1e-14)
     np.testing.assert_array_equal(mounting.distance, 0.0)
-    assert closing.gap == closing.shaft_angle_difference == 0.0
-    assert abs(closing.offset_difference) < 1e-12
+    assert deviation.gap == deviation.shaft_angle_difference == 0.0
+    assert abs(deviation.offset_difference) < 1e-12
     shift = sum(float(m.profile_shift) for m in design.members)
     backlash, rate = -2.0 * module * shift * cos(cone) * sin(alpha), 2.0 * sin(alpha) * sin(cone)
-    assert closing.normal_backlash == pytest.approx(backlash, abs=1e-12)
+    assert deviation.normal_backlash == pytest.approx(backlash, abs=1e-12)
     away = backlash / rate
     comments = f"= {backlash:.3f} mm", f"= {rate:.4f} mm", f"{away:.3f} mm further", "= 0.47 mm, 0.31 modules"
     for comment in comments:
@@ -152,7 +160,7 @@ def test_lines_of_contact_of_the_anti_backlash_pair(flank: str) -> None:
     assert lines.length.max() == pytest.approx(15.0 / np.sqrt(1.0 - sine**2), abs=1e-9)
     pitch = pi * 1.5 * cos(alpha)
     assert float(lines.overlap_ratio) == pytest.approx(15.0 * sine / pitch, abs=1e-12)
-    assert certify(path).holds
+    assert path_certificate(path).holds
     assert float(operating_ratio(design, flank)) == float(path.ends.contact_ratio)
-    least = sliding_of(path).specific.min(axis=0)
+    least = path_sliding(path).specific.min(axis=0)
     np.testing.assert_allclose(least, (-1.7, -1.6), rtol=0.0, atol=0.05)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Member, certify, contact_pattern, path_of_contact
+from beveloid_geom import Design, Member, contact_pattern, path_certificate, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.export.scene import METRES_Y_UP, SceneItem, pair_scene, write_glb
@@ -86,7 +86,7 @@ def test_only_first_contacts_are_shown_as_contact(flank: str) -> None:
     """The thick tube covers the steps of the path between first contacts."""
     pieces = scene_of(MODIFIED, flank)
     path = path_of_contact(MODIFIED, flank, 33)
-    first = certify(path).verdict == Verdict.FIRST_CONTACT
+    first = path_certificate(path).verdict == Verdict.FIRST_CONTACT
     assert 0 < first.sum() < len(first)
     points = flank_point(MODIFIED.pinion, flank, path.l1, path.u1)
     tubes = (pieces[f"path of contact on pinion{end}"].surface for end in ("", ", not the first contact"))

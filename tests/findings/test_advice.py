@@ -13,12 +13,12 @@ from hypothesis import given, settings, strategies
 
 from beveloid_geom import Design, Pair, Status, builtin_design, path_of_contact, zero_backlash_layout
 from beveloid_geom.design.file import parse_design
-from beveloid_geom.findings.advice import findings_on
+from beveloid_geom.findings.advice import design_remarks
 from beveloid_geom.findings.diagnostics import in_order, quiet
-from beveloid_geom.findings.layout import INTERFERENCE_TOLERANCE_MODULES, closes, remarks_on
+from beveloid_geom.findings.layout import INTERFERENCE_TOLERANCE_MODULES, fits_zero_backlash, remarks_on
 from beveloid_geom.findings.reach import reach_of
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.pair.zero_backlash import closing_of
+from beveloid_geom.pair.zero_backlash import layout_deviation
 from beveloid_geom.report.check import check_report
 from beveloid_geom.report.result import strict
 from tests.validation.test_intersecting_axes import FILE
@@ -55,9 +55,9 @@ def followed(design: Design, advice: dict[str, Any]) -> Design:
 def assert_sound(design: Design) -> None:
     """Check that the lines of action meet, the gears reach each other, both flanks have contact, and
     nothing interferes."""
-    closing, module = closing_of(design), float(design.pinion.tool.normal_module)
-    assert closes(design, closing)
-    assert closing.normal_backlash > -INTERFERENCE_TOLERANCE_MODULES * module
+    deviation, module = layout_deviation(design), float(design.pinion.tool.normal_module)
+    assert fits_zero_backlash(design, deviation)
+    assert deviation.normal_backlash > -INTERFERENCE_TOLERANCE_MODULES * module
     reach = reach_of(design)
     assert reach.bottoming < float(design.pair.offset) < reach.touching
     for flank in FLANKS:
@@ -135,7 +135,7 @@ def test_sum_of_helix_angles_that_fits() -> None:
 
 
 def test_remarks_are_sorted_by_level() -> None:
-    found = findings_on(TRIAL["offset doubled"].with_parabola(-0.01, 0.0))
+    found = design_remarks(TRIAL["offset doubled"].with_parabola(-0.01, 0.0))
     levels = [remark.level for remark in found]
     assert levels == sorted(levels, key=("error", "unknown", "warning", "note").index)
     assert found[0].text.startswith("there is no contact")
@@ -154,7 +154,7 @@ def test_layouts_without_contact_or_with_overlap_have_remarks(
 ) -> None:
     """Random layouts; half of them at the offset at which the lines of action meet."""
     design = laid_out(offset, shaft_angle, helix)
-    meeting = closing_of(design).offset
+    meeting = layout_deviation(design).offset
     if closed and np.isfinite(meeting) and meeting > 0.0:
         design = replace(design, pair=Pair(meeting, radians(shaft_angle)))
     contact = all(path_of_contact(design, flank, 2).ends.status == Status.SOLVED for flank in FLANKS)
@@ -166,8 +166,8 @@ def test_layouts_without_contact_or_with_overlap_have_remarks(
 def test_lines_of_action_that_meet_out_of_reach() -> None:
     """At 30 deg the lines of action meet at 493.8941 mm, where the gears do not reach each other."""
     design = TRIAL["30.0 deg"]
-    meeting = replace(design, pair=replace(design.pair, offset=closing_of(design).offset))
-    assert closing_of(meeting).gap < 1e-9
+    meeting = replace(design, pair=replace(design.pair, offset=layout_deviation(design).offset))
+    assert layout_deviation(meeting).gap < 1e-9
     assert mounting_of(meeting).normal_backlash > 0.0
     texts = [remark.text for remark in remarks_on(meeting)]
     assert any(text.startswith("the gears are too far apart by 248.") for text in texts), texts

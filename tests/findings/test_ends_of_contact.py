@@ -16,12 +16,12 @@ from beveloid_geom import (
     Pair,
     Tool,
     builtin_design,
-    certify,
+    path_certificate,
     path_of_contact,
     tolerance_study,
 )
 from beveloid_geom.analysis.tolerance import USUAL, Tolerances
-from beveloid_geom.findings.advice import findings_on
+from beveloid_geom.findings.advice import design_remarks
 from beveloid_geom.findings.diagnostics import LEVELS, Remark, in_order, quiet, remarks_data
 from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.findings.path import first_contact_reason, path_remarks
@@ -60,7 +60,7 @@ def test_tips_below_the_form_diameter() -> None:
     below = "the tips of the gear reach below the active flank of the pinion (form diameter)"
     texts = warnings_of(tuple(path_remarks(path)))
     assert f"right flanks: {below}: on the gear the path ends {over:.3g} mm below its tips" in texts
-    assert not any("form diameter" in text for text in warnings_of(findings_on(with_tall_gear(1.0))))
+    assert not any("form diameter" in text for text in warnings_of(design_remarks(with_tall_gear(1.0))))
 
 
 def test_contact_at_the_end_of_a_face() -> None:
@@ -97,7 +97,7 @@ def test_deep_tips_away_from_the_path_are_a_note() -> None:
     for note, (name, depth) in zip(notes, expected, strict=True):
         assert note.level == "note"
         assert f"{depth:.3g} mm below the active flank of the {name}" in note.text
-    assert certify(path_of_contact(design, "right", 9)).holds
+    assert path_certificate(path_of_contact(design, "right", 9)).holds
 
 
 def test_remarks_on_mountings_with_contact_at_edges() -> None:

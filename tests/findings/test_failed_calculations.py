@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Errors, Tolerances, builtin_design, map_of, tolerance_study
+from beveloid_geom import Design, Errors, Tolerances, builtin_design, design_map, tolerance_study
 from beveloid_geom.operation.mesh_cycle import MeshCycle
 from beveloid_geom.operation.operating_ratio import OperatingRatios, operating_ratios
 from beveloid_geom.report import operation
@@ -112,7 +112,7 @@ def test_edge_contact_is_a_warning_of_operation() -> None:
 def test_batches_without_a_path(design: Design, path: Status, status: int) -> None:
     """A batch with a failed calculation is not reported as one without a path, because the failed mounting or
     cell may have a path."""
-    found = map_of(builtin_design(), "parabola", steps=2)
+    found = design_map(builtin_design(), "parabola", steps=2)
     found = replace(found, status=np.array([[Status.OFF_FLANK, path]] * 2, dtype=np.int8))
     study = tolerance_study(design, Tolerances(offset=0.01), cases=20)
     for failure in (ToleranceReport("x", design, study).failure, MapReport("x", found.design, found).failure):

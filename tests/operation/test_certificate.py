@@ -7,7 +7,7 @@ from math import radians
 import numpy as np
 import pytest
 
-from beveloid_geom import Errors, certify, path_of_contact
+from beveloid_geom import Errors, path_certificate, path_of_contact
 from beveloid_geom.gear.flank import tip_parameter
 from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.angular_clearance import angular_clearance
@@ -18,7 +18,7 @@ from tests.oracle.table1 import table1
 @pytest.mark.parametrize("errors", [Errors(), Errors(-0.05, radians(0.002), 0.1, 0.1)])
 def test_unmodified_paths_are_certified(flank: str, errors: Errors) -> None:
     design = table1(errors=errors)
-    proof = certify(path_of_contact(design, flank, 41))
+    proof = path_certificate(path_of_contact(design, flank, 41))
     assert proof.holds
     assert np.abs(proof.separation).max() < 1e-11
     assert (proof.curvature > 1e-5).all()
@@ -28,7 +28,7 @@ def test_both_slightly_concave_edges_touch() -> None:
     """With 0.0002 1/mm on both members, edges at the tips touch earlier at 97 % of the positions of the right
     flanks, by up to ten micrometres."""
     design = table1((0.0002, 0.0002))
-    proof = certify(path_of_contact(design, "right", 101))
+    proof = path_certificate(path_of_contact(design, "right", 101))
     edges = proof.verdict == Verdict.EDGE_CONTACT
     assert edges.mean() > 0.97
     assert set(proof.first.limit[edges].ravel()) == {-1, Limit.PINION_TIP, Limit.GEAR_TIP}
@@ -42,7 +42,7 @@ def test_both_concave_flanks_interpenetrate(coefficient: float) -> None:
     flanks consists of saddle points, and l1 decreases along it."""
     design = table1((coefficient, coefficient))
     path = path_of_contact(design, "right", 21)
-    proof = certify(path)
+    proof = path_certificate(path)
     assert path.l1[0] > path.l1[-1]
     assert (proof.verdict == Verdict.INTERFERENCE).all()
     assert (proof.curvature < 0.0).all()
@@ -59,14 +59,14 @@ def test_a_saddle_overlaps_close_by() -> None:
         l, z = path.l1[1] + 0.5 * np.cos(place), path.pinion_z[1] + 5.0 * np.sin(place)
         met = angular_clearance(design, "right", 0, l, z, path.pinion_roll[1], path.gear_roll[1])
         assert bool((met.distance < 0.0).any()) == overlaps
-        assert bool(certify(path).curvature[1] < 0.0) == overlaps
+        assert bool(path_certificate(path).curvature[1] < 0.0) == overlaps
 
 
 def test_convex_flanks_hand_over(flank: str) -> None:
     """Convex flanks touch first in the middle of their path. At its ends, the flanks of the next pair touch
     earlier."""
     design = table1((-0.0005, -0.0005))
-    proof = certify(path_of_contact(design, flank, 41))
+    proof = path_certificate(path_of_contact(design, flank, 41))
     assert set(proof.verdict) == {Verdict.FIRST_CONTACT, Verdict.NEXT_PAIR}
     assert proof.verdict[20] == Verdict.FIRST_CONTACT
     assert proof.verdict[0] == proof.verdict[-1] == Verdict.NEXT_PAIR
@@ -79,7 +79,7 @@ def test_separation_is_the_minimum(parabola: tuple[float, float], flank: str) ->
     """No point of a grid over seven teeth has a smaller clearance than the reported point."""
     design = table1(parabola)
     path = path_of_contact(design, flank, 4)
-    proof = certify(path)
+    proof = path_certificate(path)
     first, gear = proof.first, surface_of(design.gear, flank)
     # Distance along the normal of the touched surface: the pinion's where an edge of the gear touches.
     by_gear = (first.limit[:, 0] >= 0) & (first.limit[:, 0] % 2 == 1)
@@ -106,12 +106,12 @@ def test_separation_is_the_minimum(parabola: tuple[float, float], flank: str) ->
 def test_batches_and_positions_without_a_path() -> None:
     design = table1((0.001, -0.001), Errors(offset=np.array([-0.3, 0.3, 9.0])))
     path = path_of_contact(design, "right", 11)
-    proof = certify(path)
+    proof = path_certificate(path)
     assert proof.verdict.shape == (3, 11)
     lost = proof.verdict == Verdict.NOT_SOLVED
     assert np.array_equal(lost, path.status != 0)
     assert lost[2].all()
     assert np.isnan(proof.separation[lost]).all()
     given = path_of_contact(table1(), "right", l1=[-8.0, 0.0, 8.0])
-    verdict = certify(given).verdict
+    verdict = path_certificate(given).verdict
     assert list(verdict) == [Verdict.NOT_SOLVED, Verdict.FIRST_CONTACT, Verdict.NOT_SOLVED]

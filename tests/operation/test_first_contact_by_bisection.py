@@ -15,8 +15,8 @@ from beveloid_geom import (
     Errors,
     Member,
     Tool,
-    certify,
     first_contact,
+    path_certificate,
     path_of_contact,
 )
 from beveloid_geom.arrays import FloatArray
@@ -277,7 +277,7 @@ def test_deep_teeth_touch_on_fillets() -> None:
     """Deep teeth touch on fillets before their flanks are tangent, at every position of the path."""
     design = deep_design()
     path = path_of_contact(design, "right", 7)
-    proof = certify(path)
+    proof = path_certificate(path)
     assert (proof.verdict != Verdict.FIRST_CONTACT).all()
     assert proof.first.on_fillet.any(axis=-1).all()
     assert (proof.separation < -0.02).all()
@@ -286,7 +286,7 @@ def test_deep_teeth_touch_on_fillets() -> None:
 def test_slight_overlap_is_not_certified() -> None:
     """Nearly unmodified flanks are not certified where the next pair is earlier by less than a micrometre."""
     design = table1((-1e-5, -1e-5))
-    proof = certify(path_of_contact(design, "left", 31))
+    proof = path_certificate(path_of_contact(design, "left", 31))
     slight = (proof.separation < -TOLERANCE_MODULES) & (proof.separation > -6e-4)
     assert slight.sum() > 10
     assert (proof.verdict[slight] == Verdict.NEXT_PAIR).all()

@@ -13,10 +13,10 @@ from beveloid_geom import (
     Errors,
     Member,
     Tool,
-    certify,
     contact_pattern,
     contact_ratio,
     first_contact,
+    path_certificate,
     path_of_contact,
 )
 from beveloid_geom.operation.angular_clearance import angular_clearance
@@ -64,7 +64,7 @@ def test_all_teeth_of_a_wide_face_are_searched(error: float, flank: str) -> None
 def test_unmodified_wide_faces_operate_with_the_ratio_of_eq_16(error: float) -> None:
     design = wide(error)
     assert operating_ratio(design, "left") == pytest.approx(float(contact_ratio(design, "left")), abs=1e-8)
-    certificate = certify(path_of_contact(design, "left", 5))
+    certificate = path_certificate(path_of_contact(design, "left", 5))
     assert certificate.holds
     np.testing.assert_allclose(certificate.separation, 0.0, atol=1e-12)
 
@@ -90,7 +90,7 @@ def test_depth_of_a_tip_in_a_fillet(flank: str) -> None:
     pinion, gear = (changed(member, addendum=1.2) for member in table1().members)
     design = replace(table1(), pinion=pinion, gear=gear)
     path = path_of_contact(design, flank, 9)
-    found = certify(path)
+    found = path_certificate(path)
     deep = found.verdict == Verdict.INTERFERENCE
     assert deep.any()
     assert found.first.on_fillet[deep].any(axis=-1).all()

@@ -16,12 +16,12 @@ from beveloid_geom import (
     Pair,
     Tool,
     builtin_design,
-    certify,
     contact_pattern,
     contact_ratio,
     first_contact,
     mesh_cycle,
     mounted_backlash,
+    path_certificate,
     path_of_contact,
 )
 from beveloid_geom.findings.path import reason_of
@@ -133,8 +133,8 @@ def test_first_contacts_are_points_of_the_path(flank: str) -> None:
         assert (found.pair == 0).all()
         np.testing.assert_allclose(found.point, path.point[1:11], atol=1e-9)
         np.testing.assert_allclose(found.gear_roll, path.gear_roll[1:11], atol=1e-14)
-    assert certify(path).holds
-    assert certify(path_of_contact(HELICAL, flank, 7)).holds
+    assert path_certificate(path).holds
+    assert path_certificate(path_of_contact(HELICAL, flank, 7)).holds
     assert assert_first(HELICAL, flank, roll[3:5], (20, 60, 41)) < 3e-3
 
 
@@ -185,7 +185,7 @@ def test_tips_in_fillets_come_before_lines(helix_deg: float, addendum: float, ed
     assert (np.abs(first.transmission_error[~held]) < 1e-15).all()  # lines are in contact there
     np.testing.assert_allclose(first.gear_roll, first_contact(design, "right", roll).gear_roll, atol=1e-11)
     assert_first(design, "right", roll[::2], (60, 20, 41))
-    assert not certify(path_of_contact(design, "right", 7)).holds
+    assert not path_certificate(path_of_contact(design, "right", 7)).holds
 
 
 def test_small_tilts_continue_the_lines(flank: str) -> None:

@@ -15,7 +15,7 @@ from beveloid_geom import (
     Design,
     MeshErrors,
     Tolerances,
-    map_of,
+    design_map,
     path_of_contact,
     path_sensitivity,
     tolerance_study,
@@ -144,7 +144,7 @@ def test_maps_patterns_and_places() -> None:
     flank, design = "left", replace(DESIGNS["37/37"], errors_at="mesh")
     assert usual_errors(design) == MeshErrors(0.05, radians(0.01), radians(0.01), 0.1, 0.1)
     bounds = -4e-4, 4e-4
-    found = map_of(design, "parabola", flank, first=bounds, second=bounds, steps=2)
+    found = design_map(design, "parabola", flank, first=bounds, second=bounds, steps=2)
     assert found.errors == usual_errors(design)
     cell = objectives_of(design, flank, Aim(usual_errors(design)), *(np.asarray(x) for x in PARABOLAS))
     assert found.shift[1, 0] == pytest.approx(float(cell.shift), rel=1e-9)
@@ -185,10 +185,13 @@ def test_limits_of_offset_errors_on_intersecting_axes(design: Design) -> None:
         (lambda: tolerance_study(EQUAL, Tolerances(out_of_plane=0.09)), "must be less than 0.0872665 rad"),
         (lambda: tolerance_study(EQUAL, Tolerances(centre_distance=30.0)), "must be less than 30 mm on this"),
         (
-            lambda: map_of(EQUAL, "shift", errors=MeshErrors(in_plane=0.08)),
+            lambda: design_map(EQUAL, "shift", errors=MeshErrors(in_plane=0.08)),
             "less than 0.0698132 on this pair",
         ),
-        (lambda: map_of(EQUAL, "shift", errors=MeshErrors()), "errors of a map must be finite and not all 0"),
+        (
+            lambda: design_map(EQUAL, "shift", errors=MeshErrors()),
+            "errors of a map must be finite and not all 0",
+        ),
         (
             lambda: Design(*EQUAL.members, EQUAL.pair, EQUAL.errors, _ANY),
             "errors_at must be 'perpendicular' or 'mesh', got 'apex'",

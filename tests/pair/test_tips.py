@@ -7,13 +7,13 @@ from math import radians
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Member, Pair, Tool, certify, path_of_contact
+from beveloid_geom import Design, Member, Pair, Tool, path_certificate, path_of_contact
 from beveloid_geom.arrays import FLANKS, FloatArray
 from beveloid_geom.gear.flank import base_cylinder, flank_point, root_parameter, tip_radius
 from beveloid_geom.pair.frames import Layout, layout_at
 from beveloid_geom.pair.generator_angle import closed_normal
 from beveloid_geom.pair.tips import TIP_EDGE_POSITIONS, left_below_tips
-from beveloid_geom.pair.zero_backlash import ClosedLayout, closed_layout
+from beveloid_geom.pair.zero_backlash import ZeroBacklashLayout, closed_layout
 from beveloid_geom.proposal.candidates import candidates_of, within
 from beveloid_geom.proposal.closure_equations import pair_at
 from beveloid_geom.proposal.merit import design_of
@@ -32,7 +32,7 @@ def depth_below_tips(
     return left_below_tips(design, axes_of(design, closed), closed.mounting, flank, normal_x, places)
 
 
-def axes_of(design: Design, closed: ClosedLayout) -> Layout:
+def axes_of(design: Design, closed: ZeroBacklashLayout) -> Layout:
     """Return the layouts of pairs without backlash."""
     return layout_at(closed.offset, design.sense * closed.shaft_angle, design.sense)
 
@@ -105,7 +105,7 @@ def test_overlapping_tips_reach_deeper_than_the_flank(number: int) -> None:
     for k in near:
         design = design_of(request, values[:, k])
         for flank, own in zip(FLANKS, left[:, k], strict=True):
-            verdict = certify(path_of_contact(design, flank, 15)).verdict
+            verdict = path_certificate(path_of_contact(design, flank, 15)).verdict
             if np.isin(verdict, (Verdict.INTERFERENCE, Verdict.EDGE_CONTACT)).any():
                 cuts += 1
                 assert own < 0.0

@@ -19,7 +19,12 @@ from beveloid_geom.gear.fillet import root_radius
 from beveloid_geom.gear.flank import tip_radius
 from beveloid_geom.pair.frames import layout_of, member_frame, to_fixed
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.pair.zero_backlash import ClosedLayout, Closing, closed_layout, closing_of
+from beveloid_geom.pair.zero_backlash import (
+    LayoutDeviation,
+    ZeroBacklashLayout,
+    closed_layout,
+    layout_deviation,
+)
 from tests.oracle.table1 import table1
 from tests.symmetry import mirrored, scaled
 
@@ -60,7 +65,7 @@ def laid_out(design: Design, offset: Quantity, shaft_angle: Quantity) -> Design:
     return replace(design, pair=Pair(offset, shaft_angle))
 
 
-def without_backlash(design: Design) -> tuple[ClosedLayout, Design]:
+def without_backlash(design: Design) -> tuple[ZeroBacklashLayout, Design]:
     layout = zero_backlash_layout(design)
     return layout, laid_out(design, float(layout.offset), float(layout.shaft_angle))
 
@@ -78,7 +83,7 @@ def test_layout_without_backlash_is_one(name: str) -> None:
 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_a_closed_design_has_no_residuals(name: str) -> None:
-    closing = closing_of(without_backlash(DESIGNS[name])[1])
+    closing = layout_deviation(without_backlash(DESIGNS[name])[1])
     assert closing.reasons == ()
     assert closing.gap < 1e-8
     assert abs(closing.offset_difference) < 1e-9
@@ -118,7 +123,7 @@ def test_mirrored_design_has_the_mirrored_layout(name: str) -> None:
 
 
 def test_table_1_nearly_closes() -> None:
-    closing = closing_of(TABLE1)
+    closing = layout_deviation(TABLE1)
     assert closing.gap == pytest.approx(2.21, abs=0.005)
     assert closing.offset == pytest.approx(229.0751, abs=5e-5)
     assert closing.offset_difference == pytest.approx(0.0751, abs=5e-5)
@@ -135,7 +140,7 @@ def test_closing_is_where_the_gap_changes_sign(shaft_angle_deg: float) -> None:
         return float(mounting_of(laid_out(TABLE1, offset, shaft_angle)).gap)
 
     design = laid_out(TABLE1, 229.0, math.radians(shaft_angle_deg))
-    closing = closing_of(design)
+    closing = layout_deviation(design)
     assert closing.gap == pytest.approx(abs(gap(229.0, design.pair.shaft_angle)))
     offset = brentq(gap, 215.0, 240.0, args=(design.pair.shaft_angle,), xtol=1e-13)
     assert closing.offset == pytest.approx(offset, abs=1e-9)
@@ -147,12 +152,12 @@ def test_errors_and_parabolas_change_nothing() -> None:
     changed = TABLE1.with_errors(Errors(offset=0.5, shaft_angle=0.01, gear_axial=1.0)).with_parabola(
         1e-3, 2e-3
     )
-    assert closing_of(changed) == closing_of(TABLE1)
+    assert layout_deviation(changed) == layout_deviation(TABLE1)
     np.testing.assert_array_equal(zero_backlash_layout(changed).offset, zero_backlash_layout(TABLE1).offset)
 
 
 def test_no_common_normal_has_a_reason() -> None:
-    closing = closing_of(laid_out(TABLE1, 229.0, math.radians(14.0)))
+    closing = layout_deviation(laid_out(TABLE1, 229.0, math.radians(14.0)))
     assert math.isnan(closing.gap)
     assert math.isnan(closing.offset)
     assert "no common normal at a shaft angle of 14 deg" in closing.reasons[0]
@@ -160,7 +165,7 @@ def test_no_common_normal_has_a_reason() -> None:
 
 
 def test_offset_that_no_shaft_angle_closes_has_a_reason() -> None:
-    closing = closing_of(laid_out(TABLE1, 20.0, math.radians(15.0)))
+    closing = layout_deviation(laid_out(TABLE1, 20.0, math.radians(15.0)))
     assert math.isnan(closing.shaft_angle)
     assert closing.reasons == ("the lines of action meet at no shaft angle with an offset of 20 mm",)
 
@@ -186,7 +191,7 @@ def test_table_1_gives_no_warning() -> None:
 def test_lines_apart_are_noted_past_a_tenth_or_a_hundredth(
     off: float, turned_deg: float, noted: bool
 ) -> None:
-    closing = Closing(0.5, 0.0, 229.0 + off, off, 0.26, math.radians(turned_deg))
+    closing = LayoutDeviation(0.5, 0.0, 229.0 + off, off, 0.26, math.radians(turned_deg))
     found = remarks_on(TABLE1, closing)
     assert bool(found) is noted
     assert all(remark.level == "note" for remark in found)

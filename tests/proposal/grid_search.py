@@ -14,11 +14,11 @@ from scipy.stats import qmc
 
 from beveloid_geom import Design
 from beveloid_geom.arrays import FloatArray, Mask
-from beveloid_geom.findings.advice import findings_on
+from beveloid_geom.findings.advice import design_remarks
 from beveloid_geom.findings.backlash import backlash_report
 from beveloid_geom.findings.diagnostics import quiet
 from beveloid_geom.pair.generator_angle import closed_normal, generator_angle_as_mounted
-from beveloid_geom.pair.zero_backlash import closing_of
+from beveloid_geom.pair.zero_backlash import layout_deviation
 from beveloid_geom.proposal.closure_equations import pair_at
 from beveloid_geom.proposal.merit import criteria_of, design_of, teeth_of
 from beveloid_geom.proposal.request import Request
@@ -96,12 +96,12 @@ def _moved(request: Request, values: FloatArray, signs: FloatArray, free: Mask) 
 
 def answers(request: Request, design: Design) -> bool:
     """Return whether a pair meets the request and has no warning."""
-    closing = closing_of(design)
+    closing = layout_deviation(design)
     met = abs(closing.normal_backlash - request.backlash) < 1e-6 and abs(closing.offset_difference) < 1e-6
     if request.crossing is not None:
         angle = abs(float(generator_angle_as_mounted(design, request.flank)))
         met &= abs(angle - request.crossing) < radians(1e-4)
-    return bool(met) and quiet(findings_on(design, closing, backlash_report(design).jam))
+    return bool(met) and quiet(design_remarks(design, closing, backlash_report(design).jam))
 
 
 def grid_search_solves(request: Request) -> Design | None:

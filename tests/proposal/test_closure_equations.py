@@ -14,7 +14,7 @@ from beveloid_geom import Design, Pair, builtin_design, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.pair.generator_angle import generator_angle_as_mounted
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.pair.zero_backlash import closing_of
+from beveloid_geom.pair.zero_backlash import layout_deviation
 from beveloid_geom.proposal.candidates import candidates_of, found_for_each, unknown_of, within
 from beveloid_geom.proposal.merit import Figures, criteria_of, design_of, teeth_of
 from beveloid_geom.proposal.request import Request
@@ -72,7 +72,7 @@ def test_solutions_meet_the_request(name: str) -> None:
     designs = found(request)
     assert designs
     for design in designs:
-        closing = closing_of(design)
+        closing = layout_deviation(design)
         assert abs(closing.offset_difference) < 1e-9
         assert abs(closing.shaft_angle_difference) < 1e-12
         assert closing.normal_backlash == pytest.approx(request.backlash, abs=1e-10)
@@ -158,8 +158,8 @@ def test_table_1_is_recovered_to_rounding() -> None:
     A change of the offset by 1 mm changes the cone of the pinion by 4.5 deg, a change of the backlash by 1 mm
     by 2.5 deg."""
     design = builtin_design()
-    closed = replace(design, pair=Pair(closing_of(design).offset, design.pair.shaft_angle))
-    crossing, closing = float(generator_angle_as_mounted(closed, "right")), closing_of(closed)
+    closed = replace(design, pair=Pair(layout_deviation(design).offset, design.pair.shaft_angle))
+    crossing, closing = float(generator_angle_as_mounted(closed, "right")), layout_deviation(closed)
     request = replace(
         TABLE1, offset=float(closed.pair.offset), backlash=closing.normal_backlash, crossing=crossing
     )
@@ -291,5 +291,5 @@ def test_criteria_of_a_batch_and_of_single_pairs() -> None:
 
 def test_mirrored_designs_have_equal_backlash() -> None:
     for design in found(TABLE1):
-        image = closing_of(mirrored(design))
+        image = layout_deviation(mirrored(design))
         assert image.normal_backlash == pytest.approx(TABLE1.backlash, abs=1e-10)

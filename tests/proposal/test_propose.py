@@ -8,12 +8,12 @@ from math import degrees, radians
 import numpy as np
 import pytest
 
-from beveloid_geom import Status, builtin_design, certify, path_of_contact
-from beveloid_geom.findings.advice import findings_on
+from beveloid_geom import Status, builtin_design, path_certificate, path_of_contact
+from beveloid_geom.findings.advice import design_remarks
 from beveloid_geom.findings.backlash import backlash_report
 from beveloid_geom.findings.diagnostics import quiet
 from beveloid_geom.pair.generator_angle import generator_angle_as_mounted
-from beveloid_geom.pair.zero_backlash import closing_of
+from beveloid_geom.pair.zero_backlash import layout_deviation
 from beveloid_geom.proposal.candidates import candidates_of
 from beveloid_geom.proposal.command_line import command_of, requests_like
 from beveloid_geom.proposal.propose import Proposal, Refused, propose, works
@@ -44,8 +44,8 @@ def assert_sound(request: Request, proposals: tuple[Proposal, ...]) -> None:
     """Check that each proposal meets the request and that `check` and `tca` have no warning."""
     assert proposals
     for one in proposals:
-        design, closing = one.design, closing_of(one.design)
-        assert quiet(findings_on(design, closing, backlash_report(design).jam))
+        design, closing = one.design, layout_deviation(one.design)
+        assert quiet(design_remarks(design, closing, backlash_report(design).jam))
         assert abs(closing.offset_difference) < 1e-9
         assert abs(closing.shaft_angle_difference) < 1e-12
         assert closing.normal_backlash == pytest.approx(request.backlash, abs=1e-9)
@@ -220,7 +220,7 @@ def test_pairs_on_parallel_axes_need_no_certificate(monkeypatch: pytest.MonkeyPa
         helix_angle=radians(7.82186),
     )
     called: list[object] = []
-    monkeypatch.setattr("beveloid_geom.findings.advice.certify", called.append)
+    monkeypatch.setattr("beveloid_geom.findings.advice.path_certificate", called.append)
     with pytest.raises(Refused, match="below the active flank") as refused:
         propose(request)
     nearest = refused.value.nearest
@@ -229,7 +229,7 @@ def test_pairs_on_parallel_axes_need_no_certificate(monkeypatch: pytest.MonkeyPa
     assert called == []
     for one in proposals:
         for flank in ("right", "left"):
-            assert certify(path_of_contact(one.design, flank, 9)).holds
+            assert path_certificate(path_of_contact(one.design, flank, 9)).holds
 
 
 def test_smallest_helix_angle_is_first_among_equal_pairs() -> None:

@@ -10,7 +10,7 @@ from beveloid_geom import Design, path_of_contact
 from beveloid_geom.design.field_limits import DesignError
 from beveloid_geom.findings.diagnostics import quiet
 from beveloid_geom.findings.layout import remarks_on
-from beveloid_geom.pair.zero_backlash import closing_of
+from beveloid_geom.pair.zero_backlash import layout_deviation
 from beveloid_geom.proposal.candidates import given_of
 from beveloid_geom.proposal.closure_equations import Variable
 from beveloid_geom.proposal.propose import Refused, propose
@@ -36,7 +36,7 @@ def test_rounded_proposals() -> None:
         except (DesignError, Refused):
             continue
         design = rounded_design(request, proposal.design)
-        exact, closing = closing_of(proposal.design), closing_of(design)
+        exact, closing = layout_deviation(proposal.design), layout_deviation(design)
         face = min(float(member.face_width) for member in design.members)
         assert closing.gap <= 0.005 * face
         assert closing.normal_backlash == pytest.approx(exact.normal_backlash, abs=0.002 * request.module)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from beveloid_geom import ContactPath, Design, Status, certify, first_contact, path_of_contact
+from beveloid_geom import ContactPath, Design, Status, first_contact, path_certificate, path_of_contact
 from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.operation.engagement import middle_roll
 from beveloid_geom.pair.mounting import mounting_of
@@ -132,7 +132,7 @@ def of_meshes(case: Case, polish: bool, moved: tuple[float, float, float], turne
 def of_first_contact(case: Case, path: ContactPath) -> str:
     """Return the verdicts of the certificate, or the first contact if there is no path."""
     if path.l1.size:
-        proof = certify(path)
+        proof = path_certificate(path)
         lost = proof.first.status != FirstStatus.SOLVED
         codes = np.unique(np.where(lost, -proof.first.status, proof.verdict))
         words = [_verdict(int(code)) for code in codes]

@@ -19,7 +19,7 @@ import numpy as np
 from beveloid_geom import Design, Errors, Member, Pair, Tool
 from beveloid_geom.arrays import Flank, FloatArray
 from beveloid_geom.design.member import unchecked
-from beveloid_geom.pair.zero_backlash import ClosedLayout, closed_layout
+from beveloid_geom.pair.zero_backlash import ZeroBacklashLayout, closed_layout
 
 from .five_residuals import Vector, cases_of, flank_at, mapped, rack_at
 
@@ -158,7 +158,7 @@ def fitted(
     if aw is None:
         aw = np.asarray(pinion.tool.normal_pressure_angle + DEG * rng.normal(0.0, 1.5, size))
 
-    def laid_out(shift: float) -> ClosedLayout:
+    def laid_out(shift: float) -> ZeroBacklashLayout:
         thicker = unchecked(gear, profile_shift=gear.profile_shift + shift)
         return closed_layout(Design(pinion, thicker, Pair(1.0, 1.0)), aw)
 

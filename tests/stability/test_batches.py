@@ -14,13 +14,13 @@ from beveloid_geom import (
     ContactPath,
     Design,
     Errors,
-    certify,
     first_contact,
     mesh_cycle,
     mounted_backlash,
+    path_certificate,
     path_of_contact,
     path_sensitivity,
-    sliding_of,
+    path_sliding,
 )
 from beveloid_geom.analysis.sliding import least_sliding
 from beveloid_geom.contact.ellipse import contact_ellipse
@@ -56,7 +56,7 @@ def path(design: Design, points: int) -> ContactPath:
 
 
 def least(design: Design) -> SimpleNamespace:
-    return SimpleNamespace(speed=least_sliding(sliding_of(path(design, 7)))[1])
+    return SimpleNamespace(speed=least_sliding(path_sliding(path(design, 7)))[1])
 
 
 def ratio(design: Design) -> SimpleNamespace:
@@ -69,10 +69,10 @@ ANSWERS: dict[str, tuple[Design, Callable[[Design], Any], str, float, float]] = 
     "ends": (BENT, lambda d: path(d, 2).ends, "contact_ratio status", 0.0, 1e-10),
     "sensitivity": (BENT, path_sensitivity, RATES, 1e-8, 1e-10),
     "many sensitivities": (MANY, path_sensitivity, "z_by contact_ratio peak_to_peak_by limit", 1e-8, 1e-10),
-    "sliding": (BENT, lambda d: sliding_of(path(d, 7)), SLID, 0.0, 1e-8),
+    "sliding": (BENT, lambda d: path_sliding(path(d, 7)), SLID, 0.0, 1e-8),
     "least sliding": (BENT, least, "speed", 0.0, 1e-9),
     "ellipse": (BENT, lambda d: contact_ellipse(path(d, 3)), "semi_axes status", 1e-9, 0.0),
-    "certificate": (TURNED, lambda d: certify(path(d, 11)), "verdict separation", 0.0, 1e-11),
+    "certificate": (TURNED, lambda d: path_certificate(path(d, 11)), "verdict separation", 0.0, 1e-11),
     "first contact": (TURNED, lambda d: first_contact(d, "right", ROLL), "gear_roll limit pair", 0.0, 1e-13),
     "cycle": (APART, lambda d: mesh_cycle(d, "right", 4), "changes harmonics mean lost", 1e-9, 1e-10),
     "operating ratio": (APART, ratio, "ratio", 0.0, 1e-9),

@@ -13,9 +13,9 @@ from beveloid_geom import (
     Design,
     Pair,
     Status,
-    certify,
     contact_ratio,
     gear_solid,
+    path_certificate,
     path_of_contact,
     sample_flank,
     zero_backlash_layout,
@@ -97,7 +97,7 @@ def test_every_method_holds_without_cones(angle: float) -> None:
     design = with_cones(PLAIN, angle, -angle)
     path = path_of_contact(design, "right", 5)
     assert_every_method_agrees(path, 1e-9, 1e-8)
-    assert certify(path).holds
+    assert path_certificate(path).holds
 
 
 def test_samples_and_solids_are_continuous_at_zero() -> None:
@@ -119,7 +119,7 @@ def test_one_member_may_be_spur(flank: str) -> None:
         turned = replace(spur, gear=changed(spur.gear, helix_angle=radians(angle)))
         assert_near(solved_path(turned, flank), zero, angle, 1e5)
     other = closed(changed(PINION, helix_angle=0.0), changed(GEAR, helix_angle=radians(20.0)))
-    assert certify(solved_path(other, flank, 5)).holds
+    assert path_certificate(solved_path(other, flank, 5)).holds
 
 
 @pytest.mark.parametrize("helix", [0.0, 25.0])

@@ -18,11 +18,11 @@ from beveloid_geom import (
     Member,
     Pair,
     Status,
-    certify,
     contact_ratio,
     first_contact,
     gear_solid,
     mesh_cycle,
+    path_certificate,
     path_of_contact,
 )
 from beveloid_geom.arrays import FloatArray
@@ -176,7 +176,7 @@ def test_a_single_thread_is_certified(face: float, flank: str) -> None:
     """The path of a pinion with one tooth is certified: its other turns touch other teeth of the gear and do
     not overlap them."""
     design = closed(few(1, 75.0, face), changed(GEAR, helix_angle=radians(5.0)))
-    proof = certify(path_of_contact(design, flank, 5))
+    proof = path_certificate(path_of_contact(design, flank, 5))
     assert proof.holds
     np.testing.assert_allclose(proof.separation, 0.0, atol=1e-9)
 

@@ -11,7 +11,15 @@ from functools import lru_cache
 import numpy as np
 import pytest
 
-from beveloid_geom import ContactPath, Design, Status, certify, first_contact, mesh_cycle, path_of_contact
+from beveloid_geom import (
+    ContactPath,
+    Design,
+    Status,
+    first_contact,
+    mesh_cycle,
+    path_certificate,
+    path_of_contact,
+)
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import contact_ellipse, relative_curvature
 from beveloid_geom.contact.path import path_ends
@@ -169,7 +177,7 @@ def test_two_contacts_at_one_roll(a: float) -> None:
     assert min(curvature) < -1e-8
     assert max(curvature) > 1e-8
     assert abs(one.gear_roll[0] - two.gear_roll[0]) > 1e-9
-    proofs = [certify(path) for path in (one, two)]
+    proofs = [path_certificate(path) for path in (one, two)]
     assert abs(proofs[0].first.gear_roll[0] - proofs[1].first.gear_roll[0]) < 1e-14
     for path, kappa, proof in zip((one, two), curvature, proofs, strict=True):
         assert np.sign(proof.curvature[0]) == np.sign(kappa)
@@ -213,7 +221,7 @@ def test_certificate_and_first_contact_agree(a: float) -> None:
     if a in TURNING:
         l1 = np.append(l1, fold(a) + np.array((-1e-6, -1e-12, 0.0, 1e-12, 1e-6)))
     path = path_of_contact(concave(a), l1=l1)
-    proof, kappa = certify(path), smaller_curvature(a, path)
+    proof, kappa = path_certificate(path), smaller_curvature(a, path)
     first = first_contact(concave(a), "right", path.pinion_roll)
     assert (first.status == FirstStatus.SOLVED).all()
     assert (proof.verdict != Verdict.NOT_SOLVED).all()

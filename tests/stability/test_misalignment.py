@@ -11,10 +11,10 @@ from beveloid_geom import (
     Design,
     Errors,
     Status,
-    certify,
     contact_ratio,
     first_contact,
     mesh_cycle,
+    path_certificate,
     path_of_contact,
 )
 from beveloid_geom.contact.flank_pair import pairing_of
@@ -61,7 +61,7 @@ def test_off_the_face(errors: Errors) -> None:
     at = path_of_contact(design, l1=at.l1[found])
     assert five_equation_residual(design, at) < 1e-9
     assert margins(design, at).min(axis=0).max() < 0.0
-    assert certify(path).verdict.size == 0
+    assert path_certificate(path).verdict.size == 0
 
 
 @pytest.mark.parametrize("errors", OFF[1:5])

@@ -16,8 +16,8 @@ from beveloid_geom import (
     Errors,
     Pair,
     Status,
-    certify,
     contact_ratio,
+    path_certificate,
     path_of_contact,
     zero_backlash_layout,
 )
@@ -25,7 +25,7 @@ from beveloid_geom.contact.rounding import rounding_error
 from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.gear.rack import rack_of
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.pair.zero_backlash import closing_of, closing_offset
+from beveloid_geom.pair.zero_backlash import closing_offset, layout_deviation
 from beveloid_geom.validation.five_equations import path_of_contact_five_equations
 from tests.oracle.sixty_digits import exact_at
 from tests.oracle.table1 import table1
@@ -125,7 +125,7 @@ def test_beyond_the_fold_the_right_flank_has_a_status(below: float) -> None:
         left, before = (solved_path(design, "left") for design in (past, at))
         assert abs(left.ends.contact_ratio - before.ends.contact_ratio) < 0.2 * below + 1e-12
     reason = f"the flanks have no common normal at a shaft angle of {fold() - below:.6g} deg"
-    assert reason in closing_of(at_shaft_angle(table1(), fold() - below)).reasons[0]
+    assert reason in layout_deviation(at_shaft_angle(table1(), fold() - below)).reasons[0]
 
 
 def test_shaft_angle_errors_on_both_sides_of_the_fold_are_distinguished() -> None:
@@ -177,7 +177,7 @@ def test_parallel_axes_of_other_helix_angles_have_no_values(angle: float, total:
             assert_no_path(
                 design, flank, Status.UNDEFINED if mounting[0] is None else Status.NO_COMMON_NORMAL
             )
-        assert len(closing_of(design).reasons) >= 1
+        assert len(layout_deviation(design).reasons) >= 1
         assert all(remark.text for remark in remarks_on(design))
 
 
@@ -187,7 +187,7 @@ def test_a_negative_shaft_angle_inclines_the_axes_in_the_other_sense() -> None:
     for design in (at_shaft_angle(table1(), -15.0), at_shaft_angle(mirrored(table1()), -15.0)):
         for flank in FLANKS:
             assert_no_path(design, flank, Status.OFF_FLANK)
-        closing = closing_of(design)
+        closing = layout_deviation(design)
         assert np.isnan(closing.offset)
         assert closing.reasons == (
             "the lines of action do not meet at a shaft angle of -15 deg, whatever the offset",
@@ -224,7 +224,7 @@ def test_axes_at_a_right_angle(angles: tuple[float, float, float, float], flank:
     design = right_angled(*angles)
     assert abs(float(mounting_of(design).gap)) < 1e-9
     path = solved_path(design, flank, 5)
-    assert certify(path).holds
+    assert path_certificate(path).holds
     assert_every_method_agrees(path, 1e-10, 1e-8)
 
 

@@ -13,9 +13,9 @@ from beveloid_geom import (
     Design,
     Errors,
     Status,
-    certify,
     first_contact,
     gear_solid,
+    path_certificate,
     path_of_contact,
     sample_flank,
 )
@@ -73,7 +73,7 @@ def test_the_path_of_an_undercut_pair_ends_at_the_end_of_the_flank(design: Desig
     end = int(np.flatnonzero(path.ends.limit == Limit.PINION_ROOT)[0])
     z = path.pinion_z[[0, -1][end]]
     assert path.ends.l1[end] == pytest.approx(float(active_start(design.pinion, flank, z)), abs=1e-9)
-    certificate = certify(path)
+    certificate = path_certificate(path)
     assert (certificate.first.status == FirstStatus.SOLVED).all()
     assert certificate.holds
     assert float(undercut_margin(design.pinion, flank)) < 0.0
@@ -125,7 +125,7 @@ def test_a_tooth_pointed_at_the_heel(flank: str) -> None:
         gear_solid(member, 0.1)
     path = solved_path(POINTED, flank, 5)
     assert_every_method_agrees(path)
-    assert set(np.unique(certify(path).verdict)) <= {v.value for v in Verdict}
+    assert set(np.unique(path_certificate(path).verdict)) <= {v.value for v in Verdict}
     assert np.isfinite(sample_flank(member, flank, 0.02).points).all()
 
 
@@ -149,7 +149,7 @@ def test_flanks_without_contact(design: Design, flank: str) -> None:
     assert path_of_contact_five_equations(design, flank, 5).l1.size == 0
     beyond = path_of_contact(design, flank, l1=np.linspace(-6.0, 6.0, 7))
     assert set(np.unique(beyond.status)) <= {int(Status.OFF_FLANK), int(Status.NO_COMMON_NORMAL)}
-    assert not certify(path).holds
+    assert not path_certificate(path).holds
     with pytest.raises(ValueError, match="no path of contact, so that the gears cannot be placed"):
         meshing_pair(design, flank)
     met = mesh_contact(design, flank, 0.01, pinion_roll=0.0, gear_roll=0.0)
@@ -198,7 +198,7 @@ def test_a_thousand_teeth(design: Design) -> None:
     for flank in FLANKS:
         path = solved_path(design, flank, 5)
         assert_every_method_agrees(path)
-        assert certify(path).holds
+        assert path_certificate(path).holds
         assert 1.7 < float(path.ends.contact_ratio) < 2.0
     assert not remarks_on(design)
     solid = gear_solid(design.gear, 0.1, teeth=2)
@@ -218,7 +218,7 @@ def test_very_small_and_very_large(module: float) -> None:
         np.testing.assert_allclose(path.gear_roll, known.gear_roll, rtol=0.0, atol=1e-11)
         assert float(path.ends.contact_ratio) == pytest.approx(float(known.ends.contact_ratio), abs=1e-11)
         assert_every_method_agrees(path)
-        certificate = certify(path)
+        certificate = path_certificate(path)
         assert certificate.holds
         np.testing.assert_allclose(certificate.separation, 0.0, atol=1e-10 * max(1.0, factor))
         first = first_contact(design, flank, path.pinion_roll)

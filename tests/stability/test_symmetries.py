@@ -20,10 +20,10 @@ from beveloid_geom import (
     Design,
     Errors,
     Status,
-    certify,
     contact_pattern,
     first_contact,
     mesh_cycle,
+    path_certificate,
     path_of_contact,
 )
 from beveloid_geom.arrays import FloatArray
@@ -232,15 +232,15 @@ def test_certificates(name: str, flank: str) -> None:
     design = table1(DESIGNS[name], Errors(0.05, 1e-4, 0.1, -0.2))
     path = path_of_contact(design, flank, 9)
     inner = path_of_contact(design, flank, l1=path.l1[1:-1])  # at the ends, tangencies lie on edges
-    proof = certify(inner)
+    proof = path_certificate(inner)
     lever = 0.5 * 6.0 * 45.0
     for seen in seen_otherwise(design, flank):
-        other = certify(path_of_contact(seen.design, seen.flank, l1=inner.l1 * seen.factor))
+        other = path_certificate(path_of_contact(seen.design, seen.flank, l1=inner.l1 * seen.factor))
         assert np.array_equal(other.verdict, proof.verdict), seen.name
         apart = other.separation / seen.factor - proof.separation
         bound = rounding(lambda moved: path_of_contact(moved, flank, l1=inner.l1).gear_roll, design)
         assert (np.abs(apart) <= lever * (bound + OPERATIONS * EPS * 2.0 * np.pi)).all(), seen.name
-    other = certify(path_of_contact(exchanged(design), flank, l1=inner.l2))
+    other = path_certificate(path_of_contact(exchanged(design), flank, l1=inner.l2))
     assert np.array_equal(other.verdict, proof.verdict)
     second_order = proof.separation**2 / design.pinion.tool.normal_module
     assert (np.abs(other.separation - proof.separation) <= 1e-10 + second_order).all()

@@ -21,14 +21,14 @@ RESULTS: dict[str, Callable[[], object]] = {
     "ends": lambda: path_ends(DESIGN),
     "cycle": lambda: bg.mesh_cycle(DESIGN, "right"),
     "pattern": lambda: bg.contact_pattern(DESIGN).pinion,
-    "map": lambda: bg.map_of(DESIGN, "parabola", steps=2),
+    "map": lambda: bg.design_map(DESIGN, "parabola", steps=2),
     "study": lambda: bg.tolerance_study(DESIGN, bg.Tolerances(0.05), cases=2000),
     "sensitivity": lambda: bg.path_sensitivity(DESIGN),
     "solid": lambda: bg.gear_solid(DESIGN.pinion, tolerance=0.1),
     "hexahedra": lambda: bg.tooth_hexahedra(DESIGN.pinion, tolerance=0.1),
     "flank": lambda: bg.sample_flank(DESIGN.pinion, "right", 0.01),
     "backlash": lambda: bg.mounted_backlash(DESIGN),
-    "closing": lambda: bg.closing_of(DESIGN),
+    "closing": lambda: bg.layout_deviation(DESIGN),
     "meshes": lambda: mesh_separation(DESIGN, "right", 0, 0.1, pinion_roll=0.0, gear_roll=0.0),
 }
 
@@ -63,7 +63,7 @@ def test_codes_are_shown_by_name() -> None:
     solved = np.count_nonzero(path.status == bg.Status.SOLVED)
     assert f"[181] solved {solved}, off_flank {181 - solved}" in repr(path)
     assert "[1 x 2] none" in repr(bg.mounted_backlash(table1()).right)
-    assert "reasons                 none" in repr(bg.closing_of(table1()))
+    assert "reasons                 none" in repr(bg.layout_deviation(table1()))
 
 
 @pytest.mark.parametrize("name", ["path", "cycle", "design"])

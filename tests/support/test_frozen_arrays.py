@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Errors, certify, mesh_cycle, mounted_backlash, path_of_contact
+from beveloid_geom import Design, Errors, mesh_cycle, mounted_backlash, path_certificate, path_of_contact
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.shapes.proximity.flank_mesh import flank_mesh
 from tests.oracle.table1 import table1
@@ -28,7 +28,7 @@ CACHED: dict[str, Callable[[Design], Any]] = {
 """Functions that return the same arrays to all callers."""
 RESULTS: dict[str, Callable[[Design], Any]] = {
     "path": path_of_contact,
-    "certificate": lambda design: certify(path_of_contact(design, points=5)),
+    "certificate": lambda design: path_certificate(path_of_contact(design, points=5)),
     "cycle": lambda design: mesh_cycle(design, "right", 2),
     "backlash": mounted_backlash,
     "mounting": mounting_of,

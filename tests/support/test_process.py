@@ -298,7 +298,7 @@ import numpy as np
 import beveloid_geom as bg
 names = [getattr(bg, name) for name in bg.__all__]
 design = bg.builtin_design()
-bg.certify(bg.path_of_contact(design, points=5)), bg.mounted_backlash(design)
+bg.path_certificate(bg.path_of_contact(design, points=5)), bg.mounted_backlash(design)
 bg.mesh_cycle(design), bg.contact_pattern(design)
 assert state() == before
 print("same")

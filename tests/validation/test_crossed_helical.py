@@ -26,7 +26,7 @@ from beveloid_geom import (
 )
 from beveloid_geom.operation.backlash_by_tangency import tangent_backlash
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.pair.zero_backlash import closed_layout, closing_of
+from beveloid_geom.pair.zero_backlash import closed_layout, layout_deviation
 from beveloid_geom.status import Limit
 
 MODULE, ALPHA = 6.0, radians(20.0)
@@ -129,7 +129,7 @@ def test_layout_without_backlash(seed: int) -> None:
     assert abs(mounting.gap) < 1e-9 * offset
     assert abs(mounting.normal_backlash) < 1e-11 * offset
     np.testing.assert_allclose(mounting.working_radius, found.working_radius, rtol=1e-9)
-    closing = closing_of(design)
+    closing = layout_deviation(design)
     assert abs(closing.offset_difference) < 1e-9 * offset
     assert abs(closing.shaft_angle_difference) < 1e-9
 

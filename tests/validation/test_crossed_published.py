@@ -16,9 +16,9 @@ import pytest
 
 from beveloid_geom import Design, Member, Pair, Tool, mesh_cycle, mounted_backlash, path_of_contact
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.findings.advice import advice_on, findings_on
+from beveloid_geom.findings.advice import design_remarks, layout_advice
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.pair.zero_backlash import closing_of
+from beveloid_geom.pair.zero_backlash import layout_deviation
 
 ALPHA = radians(20.0)
 
@@ -96,10 +96,10 @@ def apart_along_the_axes(design: Design) -> FloatArray:
 def test_displaced_paths_are_a_note_and_mesh_exactly(pair: Crossed) -> None:
     """There is no warning and no advice; the sizes in the note are those of the paths on the faces."""
     design = pair.design(0.02, 30.0)
-    assert closing_of(design).gap > 5.0
-    found = findings_on(design)
+    assert layout_deviation(design).gap > 5.0
+    found = design_remarks(design)
     assert {remark.level for remark in found} == {"note"}
-    assert advice_on(design) == ()
+    assert layout_advice(design) == ()
     (text,) = [remark.text for remark in found if "displaced along the face" in remark.text]
     sizes = [float(text.split(f" mm on the {name}")[0].split()[-1]) for name in ("pinion", "gear")]
     np.testing.assert_allclose(apart_along_the_axes(design), sizes, rtol=1e-3)
@@ -112,7 +112,7 @@ def test_displaced_paths_are_a_note_and_mesh_exactly(pair: Crossed) -> None:
 def test_a_path_that_leaves_the_face_is_a_warning() -> None:
     pair = SHIFTED[0]
     design = pair.design(0.02, 12.0)
-    warnings = [remark.text for remark in findings_on(design) if remark.level == "warning"]
+    warnings = [remark.text for remark in design_remarks(design) if remark.level == "warning"]
     assert any("displaced along the face" in text and "a path leaves the face" in text for text in warnings)
     assert any("the contact reaches the" in text for text in warnings)
-    assert advice_on(design)
+    assert layout_advice(design)

@@ -21,8 +21,8 @@ from beveloid_geom import (
     Member,
     Pair,
     Tool,
-    certify,
     contact_ratio,
+    path_certificate,
     path_of_contact,
     zero_backlash_layout,
 )
@@ -30,7 +30,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import path_ends
 from beveloid_geom.design.file import parse_design
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.pair.zero_backlash import closing_of
+from beveloid_geom.pair.zero_backlash import layout_deviation
 from beveloid_geom.status import Limit, Status
 from beveloid_geom.validation.five_equations import path_of_contact_five_equations
 from tests.oracle.pitch_point_mp import mounting_mp
@@ -145,7 +145,7 @@ def test_contact_ratios_found_elsewhere(name: str, flank: str, ratio: float) -> 
 @pytest.mark.parametrize("name", DESIGNS)
 def test_the_layout_without_backlash_is_that_of_the_reference_cones(name: str) -> None:
     design = DESIGNS[name]
-    layout, mounting, closing = zero_backlash_layout(design), mounting_of(design), closing_of(design)
+    layout, mounting, closing = zero_backlash_layout(design), mounting_of(design), layout_deviation(design)
     assert float(layout.offset) == 0.0
     assert float(layout.shaft_angle) == pytest.approx(float(design.pair.shaft_angle), abs=1e-14)
     np.testing.assert_allclose(layout.mounting, mounting.distance, rtol=1e-11)
@@ -270,7 +270,7 @@ def test_crossed_axes_tend_to_intersecting_ones(name: str, flank: str) -> None:
 def test_every_method_agrees_and_nothing_touches_earlier(name: str, flank: str) -> None:
     design = DESIGNS[name].with_errors(Errors(0.02, 2e-5, 0.05, -0.05))
     path = path_of_contact(design, flank, 9)
-    assert certify(path).holds
+    assert path_certificate(path).holds
     slow = path_of_contact_five_equations(design, flank, 9)
     assert slow.ends.status == Status.SOLVED
     assert float(slow.ends.contact_ratio) == pytest.approx(float(path.ends.contact_ratio), abs=1e-9)
@@ -314,7 +314,7 @@ def test_straight_teeth_close_at_every_shaft_angle(shaft_angle_deg: float) -> No
     """By symmetry both lines of action meet in the plane of the axes; only the backlash depends on the
     shaft angle."""
     design = replace(STRAIGHT, pair=Pair(0.0, radians(shaft_angle_deg)))
-    closing = closing_of(design)
+    closing = layout_deviation(design)
     assert closing.gap < 1e-12
     assert (closing.offset, closing.shaft_angle_difference, closing.reasons) == (0.0, 0.0, ())
     assert np.sign(round(closing.normal_backlash, 9)) == np.sign(7.0 - shaft_angle_deg)

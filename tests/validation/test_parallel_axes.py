@@ -28,8 +28,8 @@ from beveloid_geom import (
     Member,
     Pair,
     Tool,
-    certify,
     contact_ratio,
+    path_certificate,
     path_of_contact,
     zero_backlash_layout,
 )
@@ -41,7 +41,7 @@ from beveloid_geom.contact.parallel.paths import on_lines
 from beveloid_geom.findings.path import reason_of
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.pair.zero_backlash import closing_of
+from beveloid_geom.pair.zero_backlash import layout_deviation
 from beveloid_geom.status import Limit, Status
 from tests.stability.five_residuals import flank_at, residuals
 from tests.stability.parallel_pairs import involute
@@ -152,7 +152,7 @@ def test_layout_and_closing(name: str) -> None:
     """The pitch line divides the offset in the ratio of the teeth; every offset closes; the mid-faces are
     opposite each other."""
     design = pair(*ANGLES[name])
-    mounting, closing = mounting_of(design), closing_of(design)
+    mounting, closing = mounting_of(design), layout_deviation(design)
     offset = float(design.pair.offset)
     np.testing.assert_allclose(mounting.working_radius, (offset * 25 / 56, offset * 31 / 56), rtol=1e-14)
     np.testing.assert_array_equal(mounting.distance, 0.0)
@@ -296,7 +296,7 @@ def test_no_transmission_error_and_nothing_earlier(name: str, flank: str) -> Non
     path = path_of_contact(design, flank, 5)
     assert path.ends.status == Status.SOLVED
     assert np.abs(path.transmission_error).max() < 1e-14
-    assert certify(path).holds
+    assert path_certificate(path).holds
 
 
 @pytest.mark.parametrize("name", ["spur", pytest.param("conical", marks=pytest.mark.slow)])

@@ -22,9 +22,9 @@ from beveloid_geom import (
     Member,
     Pair,
     Tool,
-    certify,
     contact_ratio,
     mounted_backlash,
+    path_certificate,
     path_of_contact,
     zero_backlash_layout,
 )
@@ -118,7 +118,7 @@ def test_fzg_c_in_operation() -> None:
     assert ratio == pytest.approx(1.396954, abs=1e-6)
     assert float(contact_ratio(design)) == pytest.approx(ratio, abs=1e-9)
     assert float(operating_ratio(design)) == pytest.approx(ratio, abs=1e-9)
-    assert certify(path_of_contact(design, "right", 101)).holds
+    assert path_certificate(path_of_contact(design, "right", 101)).holds
     play = mounted_backlash(design)
     assert play.status == FirstStatus.SOLVED
     assert float(play.normal) == pytest.approx(0.153591, abs=1e-6)
@@ -144,7 +144,7 @@ def test_undercut_ends_the_path_of_twelve_teeth() -> None:
     assert below < sqrt(form * form - base * base)  # where the mate's tip would begin
     ratio = (tip[0] - sqrt(form * form - base * base)) / (2.0 * pi * np.cos(ALPHA))
     assert float(path.ends.contact_ratio) == pytest.approx(ratio, abs=1e-9)
-    assert certify(path).holds
+    assert path_certificate(path).holds
     assert float(operating_ratio(design)) == pytest.approx(ratio, abs=1e-9)
 
 

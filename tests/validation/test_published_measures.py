@@ -15,8 +15,8 @@ import pytest
 
 from beveloid_geom import Member, Tool
 from beveloid_geom.status import BallStatus
-from beveloid_geom.workshop.balls import balls_at
-from beveloid_geom.workshop.span import span_over
+from beveloid_geom.workshop.balls import ball_dimensions
+from beveloid_geom.workshop.span import span_measurement
 from beveloid_geom.workshop.tooth_data import tooth_data
 
 ALPHA = radians(20.0)
@@ -90,7 +90,7 @@ def test_thickness_and_balls_of_stplus(name: str) -> None:
     within = {3: 5.1e-4, 5: 1.3e-5}[case.digits]
     assert tooth_data(member).normal_thickness[0, 1] == pytest.approx(case.thickness, abs=within)
     generated = 2.0 * (case.generating_shift - case.shift) * case.module * tan(ALPHA)
-    found = balls_at(member, case.ball, 0.0, (0.0, *case.allowances, generated))
+    found = ball_dimensions(member, case.ball, 0.0, (0.0, *case.allowances, generated))
     assert found.status[0, 0] in (BallStatus.MEASURED, BallStatus.OFF_FLANK)  # the latter where undercut ends
     across = 2.0 * found.radius[:, 0] * (cos(0.5 * pi / case.teeth) if case.teeth % 2 else 1.0) + case.ball
     assert across[0] == pytest.approx(case.over_balls, abs=within)
@@ -105,13 +105,13 @@ def test_thickness_and_balls_of_stplus(name: str) -> None:
 @pytest.mark.parametrize(("teeth", "published"), [(25, 58.0771), (40, 90.1508)])
 def test_balls_of_din_21773(teeth: int, published: float) -> None:
     member = Member(Tool(2.0, ALPHA), teeth, radians(20.0), 0.0, 0.0, 20.0)
-    assert balls_at(member, 3.5, 0.0).dimension[0, 0] == pytest.approx(published, abs=5.1e-5)
+    assert ball_dimensions(member, 3.5, 0.0).dimension[0, 0] == pytest.approx(published, abs=5.1e-5)
 
 
 def test_rolls_and_balls_of_an_odd_helical_gear() -> None:
     """AGMA: 127 teeth, diametral pitch 12, helix 10.5 deg, pin 0.144 in."""
     member = Member(Tool(25.4 / 12.0, ALPHA), 127, radians(10.5), 0.0, 0.0, 30.0)
-    found = balls_at(member, 0.144 * 25.4, 0.0)
+    found = ball_dimensions(member, 0.144 * 25.4, 0.0)
     assert found.over_rolls[0, 0] / 25.4 == pytest.approx(10.967749, abs=5.1e-7)
     assert found.dimension[0, 0] / 25.4 == pytest.approx(10.966921, abs=5.1e-7)
 
@@ -125,6 +125,6 @@ def test_spans_of_stplus(teeth: int, number: int, published: float) -> None:
     involutes = tan(working) - working - tan(transverse) + transverse
     shift = {25: 0.25, 65: 45.0 * involutes / tan(ALPHA) - 0.25}[teeth]
     member = Member(Tool(5.0, ALPHA, 1.0, 1.25, 0.3), teeth, helix, 0.0, shift, 50.0)
-    found = span_over(member, number)
+    found = span_measurement(member, number)
     assert found.dimension[0] == pytest.approx(published, abs=5.1e-4)
-    assert np.isfinite(span_over(member).dimension).all()
+    assert np.isfinite(span_measurement(member).dimension).all()

@@ -21,7 +21,7 @@ from beveloid_geom.gear.flank import (
 )
 from beveloid_geom.gear.undercut import undercut_of
 from beveloid_geom.status import BallStatus
-from beveloid_geom.workshop.balls import BALL_DIAMETERS_MM, ball_planes, balls_at, recommended_ball
+from beveloid_geom.workshop.balls import BALL_DIAMETERS_MM, ball_dimensions, ball_planes, recommended_ball
 from tests.members import MEMBERS
 
 ALPHA, MODULE = radians(20.0), 4.0
@@ -60,7 +60,7 @@ def test_cylindrical_gears_agree_with_the_standard(teeth: int, helix_deg: float,
     member = Member(TOOL, teeth, beta, 0.0, x, 30.0)
     ball = recommended_ball(member)
     assert ball == BALL_DIAMETERS_MM[np.searchsorted(BALL_DIAMETERS_MM, ideal(teeth, beta, x))]
-    found = balls_at(member, ball, ball_planes(member, ball), (0.0, -0.08))
+    found = ball_dimensions(member, ball, ball_planes(member, ball), (0.0, -0.08))
     for row, thinner in zip(found.dimension, (0.0, -0.08), strict=True):
         np.testing.assert_allclose(row, standard(teeth, beta, x, ball, thinner), atol=1e-9)
 
@@ -89,7 +89,7 @@ def test_beveloids_agree_with_a_search_on_the_flanks(name: str) -> None:
     distance of the ball radius, to 1e-6 mm."""
     member = MEMBERS[name]
     ball = recommended_ball(member)
-    found, pitch = balls_at(member, ball, ball_planes(member, ball)), 2.0 * pi / float(member.teeth)
+    found, pitch = ball_dimensions(member, ball, ball_planes(member, ball)), 2.0 * pi / float(member.teeth)
     assert (found.status == BallStatus.MEASURED).all()
     for k in (0, 2):
 
@@ -125,7 +125,7 @@ def test_balls_on_steep_cones_agree_with_balls_on_one_flank(seed: int) -> None:
     centre = patch.point + half * patch.normal
     radius = float(np.hypot(*centre[:2]))
     assert radius > max(float(base_cylinder(member, flank).radius) for flank in FLANK_SIGN)
-    found = balls_at(member, 2.0 * half, centre[2])
+    found = ball_dimensions(member, 2.0 * half, centre[2])
     assert found.status[0, 0] != BallStatus.NOT_FOUND
     assert found.radius[0, 0] == pytest.approx(radius, abs=1e-6)
     assert found.angle[0, 0] == pytest.approx(float(np.arctan2(centre[1], centre[0])), abs=1e-8)
@@ -135,13 +135,13 @@ def test_a_ball_on_a_cone_of_31_deg() -> None:
     """67 teeth, helix -26.5 deg, x -0.16, a ball of two modules: the centre is at the radius that brute force
     gave, 37.6428 modules."""
     member = Member(Tool(3.0, ALPHA), 67, radians(-26.5), radians(31.1), -0.16, 16.0)
-    found = balls_at(member, 6.0, -0.16 * 16.0)
+    found = ball_dimensions(member, 6.0, -0.16 * 16.0)
     assert found.status[0, 0] == BallStatus.MEASURED
     assert found.radius[0, 0] / 3.0 == pytest.approx(37.6428, abs=1e-3)
 
 
 def test_a_ball_touches_a_beveloid_on_both_sides_of_its_plane() -> None:
-    found = balls_at(MEMBERS["pinion"], 10.5, 0.0)
+    found = ball_dimensions(MEMBERS["pinion"], 10.5, 0.0)
     right, left = found.contact_z[:, 0, 0]
     assert right * left < 0.0
     assert abs(right + left) > 0.01
@@ -158,7 +158,7 @@ def test_a_ball_touches_a_beveloid_on_both_sides_of_its_plane() -> None:
     ],
 )
 def test_balls_without_dimension_have_a_status(ball: float, status: BallStatus) -> None:
-    found = balls_at(MEMBERS["pinion"], ball, 0.0)
+    found = ball_dimensions(MEMBERS["pinion"], ball, 0.0)
     assert (int(found.status[0, 0]), np.isnan(found.dimension[0, 0])) == (status, True)
 
 
@@ -167,7 +167,7 @@ def test_a_ball_that_touches_beyond_the_face_is_reported() -> None:
     status states."""
     member = MEMBERS["pinion"]
     toe = -0.5 * float(member.face_width)
-    assert balls_at(member, 10.5, toe).status[0, 0] == BallStatus.OFF_FLANK
+    assert ball_dimensions(member, 10.5, toe).status[0, 0] == BallStatus.OFF_FLANK
     narrow = replace(member, face_width=6.0)
     assert (ball_planes(narrow, 10.5) == 0.0).all()
-    assert balls_at(narrow, 10.5, 0.0).status[0, 0] == BallStatus.MEASURED
+    assert ball_dimensions(narrow, 10.5, 0.0).status[0, 0] == BallStatus.MEASURED

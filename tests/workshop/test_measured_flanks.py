@@ -22,8 +22,8 @@ from beveloid_geom import (
     measuring_grid,
     mesh_cycle,
     path_of_contact,
+    path_sliding,
     read_design,
-    sliding_of,
 )
 from beveloid_geom.arrays import FLANK_SIGN, FloatArray
 from beveloid_geom.gear.closest_point import feet
@@ -326,7 +326,7 @@ def test_parabolas_given_as_deviations() -> None:
     for flank, lever in (("right", 137.0), ("left", 137.0)):
         first, true = (first_contact(one, flank, roll) for one in (design, bent))
         assert np.abs(first.gear_roll - true.gear_roll).max() * lever < 1e-6
-    sliding = sliding_of(path_of_contact(design)), sliding_of(path_of_contact(bent))
+    sliding = path_sliding(path_of_contact(design)), path_sliding(path_of_contact(bent))
     assert np.abs(sliding[0].speed - sliding[1].speed).max() < 1e-2 * np.abs(sliding[1].speed).max()
 
 

@@ -13,7 +13,7 @@ from beveloid_geom import Member, Tool
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.flank import flank_patch
 from beveloid_geom.status import SpanStatus
-from beveloid_geom.workshop.span import span_over
+from beveloid_geom.workshop.span import span_measurement
 from tests.members import MEMBERS
 
 ALPHA = radians(20.0)
@@ -38,7 +38,7 @@ def test_distance_of_parallel_planes_on_both_flanks(
 ) -> None:
     """Search the plane on a left flank that is parallel to the plane on the right flank at l = `place`."""
     member = made(teeth, helix_deg, shift)
-    found = span_over(member)
+    found = span_measurement(member)
     right = flank_patch(member, "right", place, z=1.0)
     turn = 2.0 * pi / teeth * (1 - found.teeth)  # the left flank of the last tooth of the span
     cosine, sine = np.cos(turn), np.sin(turn)
@@ -62,7 +62,7 @@ def test_distance_of_parallel_planes_on_both_flanks(
 
 
 def test_allowances_of_the_thickness() -> None:
-    found = span_over(made(31, 28.0, 0.1), 4, (0.0, -0.05, -0.1))
+    found = span_measurement(made(31, 28.0, 0.1), 4, (0.0, -0.05, -0.1))
     assert np.diff(found.dimension) == pytest.approx(-0.05 * cos(ALPHA), abs=1e-12)
 
 
@@ -77,6 +77,6 @@ def test_allowances_of_the_thickness() -> None:
     ],
 )
 def test_members_without_a_span_have_a_status(member: Member, teeth: int | None, status: SpanStatus) -> None:
-    found = span_over(member, teeth)
+    found = span_measurement(member, teeth)
     assert found.status.tolist() == [status]
     assert np.isnan(found.dimension).all()

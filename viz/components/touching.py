@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from beveloid_geom import ContactPath, MeshCycle, Status, certify
+from beveloid_geom import ContactPath, MeshCycle, Status, path_certificate
 from beveloid_geom.arrays import Codes, FloatArray
 from beveloid_geom.operation.first_contact import FirstContact
 from beveloid_geom.operation.operating_ratio import operating_ratios
@@ -89,7 +89,7 @@ def touching_along(path: ContactPath, points: int) -> tuple[Touching, Touching |
     if not (path.status == Status.SOLVED).any():
         rolls = cycle.start + cycle.pitch * np.linspace(0.0, 1.0, points)
         return _over(cycle, np.sort(np.append(rolls, _next_to_changes(cycle, rolls))), ratio), None
-    certificate = certify(path)
+    certificate = path_certificate(path)
     beyond = _remainder(path, cycle, points)
     rolls = np.append(beyond, _next_to_changes(cycle, np.append(beyond, path.ends.pinion_roll)))
     at = Touching(certificate.verdict, certificate.first, ratio)

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from beveloid_geom import ContactPath, Design, Load, contact_pattern, path_of_contact, pressure_along
+from beveloid_geom import ContactPath, Design, Load, contact_pattern, path_of_contact, path_pressure
 from beveloid_geom.findings.backlash import BacklashReport, backlash_report
 from beveloid_geom.findings.diagnostics import UNKNOWN, Remark, in_order
 from beveloid_geom.findings.layout import layout_remarks
@@ -129,7 +129,7 @@ class Calculation:
         text = f"{backlash:z.4f}" if math.isfinite(backlash) else "not known"
         figures = [MainNumber("backlash", "Normal backlash as mounted", text, "mm")]
         if self.settings.torque > 0.0:
-            pressed = pressure_along(self.path, Load(torque_nm=float(self.settings.torque)))
+            pressed = path_pressure(self.path, Load(torque_nm=float(self.settings.torque)))
             remarks += pressure_remarks(pressed)
             known = pressed.pressure[np.isfinite(pressed.pressure)]
             text = f"{known.max():.1f}" if known.size else "not known"

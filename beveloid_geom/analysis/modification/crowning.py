@@ -66,7 +66,7 @@ class Crowning:
     __repr__ = short_repr
 
 
-def crowning_for(
+def fit_crowning(
     design: Design,
     transmission_error: float,
     length: float,
@@ -105,7 +105,7 @@ def crowning_for(
     Examples
     --------
     >>> import beveloid_geom as bg
-    >>> crowned = bg.crowning_for(bg.builtin_design("ni-2017"), 1e-5, 25.0)
+    >>> crowned = bg.fit_crowning(bg.builtin_design("ni-2017"), 1e-5, 25.0)
     >>> round(crowned.helix_crowning_um), round(crowned.profile_crowning_um, 1)
     (27, 3.5)
     """

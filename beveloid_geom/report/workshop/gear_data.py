@@ -14,8 +14,8 @@ from ...design.model import Design
 from ...findings.backlash import backlash_report
 from ...pair.mounting import mounting_of
 from ...status import BallStatus, SpanStatus
-from ...workshop.balls import Balls, ball_planes, balls_at, recommended_ball
-from ...workshop.span import Span, span_over
+from ...workshop.balls import Balls, ball_dimensions, ball_planes, recommended_ball
+from ...workshop.span import Span, span_measurement
 from ...workshop.tooth_data import PLACES, ToothData, backlash_change, tooth_data
 from ..columns import known_number, label, labelled_lines
 from ..result import Failure, Report, Rows, picked, plain, stacked_rows
@@ -163,8 +163,8 @@ def gear_data_report(
             planes = ball_planes(member, diameter)
             result[member_name] = MemberData(
                 tooth=tooth,
-                balls=None if np.isnan(diameter) else balls_at(member, diameter, planes, change),
-                span=span_over(member, teeth, change),
+                balls=None if np.isnan(diameter) else ball_dimensions(member, diameter, planes, change),
+                span=span_measurement(member, teeth, change),
                 distance=distance + tooth.z,
                 datum=None if datum is None else (datum, distance + datum),
                 ends=end_names(member),

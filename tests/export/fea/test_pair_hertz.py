@@ -12,7 +12,7 @@ from beveloid_geom.contact.ellipse import relative_curvature
 from beveloid_geom.contact.hertz import POISSON_RATIO, YOUNG_MPA, contact_modulus, hertz_ellipse
 from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.export.fea.pair_mesh import pair_mesh
-from beveloid_geom.operation.certificate import certify
+from beveloid_geom.operation.certificate import path_certificate
 from beveloid_geom.shapes.element_sizes import Cells
 from beveloid_geom.status import Verdict
 from tests.export.fea.test_calculix import field
@@ -47,7 +47,7 @@ def test_pressure_and_area_are_those_of_hertz(tmp_path: Path) -> None:
     the force is near the certified contact."""
     _, pressure, area, distance = loaded(tmp_path, 6.0, Cells(1, 2, 3, 4, 6), 3.0)
     path = meshing_pair(scaled(6.0), "left").path
-    assert certify(path).verdict[1] == Verdict.FIRST_CONTACT
+    assert path_certificate(path).verdict[1] == Verdict.FIRST_CONTACT
     hertz = hertz_ellipse(
         relative_curvature(path).curvature[1], FORCE, contact_modulus(YOUNG_MPA, POISSON_RATIO)
     )

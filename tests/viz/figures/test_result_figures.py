@@ -23,7 +23,7 @@ from beveloid_geom import (
     measuring_grid,
     path_of_contact,
     path_sensitivity,
-    sliding_of,
+    path_sliding,
     tolerance_study,
 )
 from beveloid_geom.analysis.pattern_matrix import pattern_matrix
@@ -176,7 +176,7 @@ def test_figure_has_the_numbers_or_the_reason(offset: float, lost: int) -> None:
     known = [row for row in rows if not row["reason"]]
     assert len(rows) - len(known) == 2 * lost
     if offset == 0.0:
-        found = sliding_of(path_of_contact(design, "right", 201))
+        found = path_sliding(path_of_contact(design, "right", 201))
         shown = [row["pinion_specific"] for row in known if row["flank"] == "right"][:201]
         np.testing.assert_array_equal(shown, found.specific[:, 0])
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Errors, builtin_design, certify, first_contact, mesh_cycle
+from beveloid_geom import Design, Errors, builtin_design, first_contact, mesh_cycle, path_certificate
 from beveloid_geom.gear.flank import tip_radius
 from beveloid_geom.status import Verdict
 from beveloid_viz.components import panels, paths_table, viewpoint
@@ -34,7 +34,7 @@ def widths(design: Design, member: int = 0) -> tuple[list[float], paths_table.So
 def test_only_first_contacts_are_drawn_thick() -> None:
     radii, path = widths(MODIFIED)
     assert path.first is not None
-    touches = certify(path.path).verdict == Verdict.FIRST_CONTACT
+    touches = path_certificate(path.path).verdict == Verdict.FIRST_CONTACT
     np.testing.assert_array_equal(path.first, touches)
     assert 40 < touches.sum() < 50
     assert {1.0, panels.THIN_WIDTH_RATIO} <= set(radii)

@@ -15,7 +15,7 @@ import pytest
 from beveloid_geom import Design, Errors, Pair, Tolerances, builtin_design, tolerance_study
 from beveloid_geom.analysis.tolerance import UNIT, USUAL
 from beveloid_geom.design.file import BUILTINS, builtin_text
-from beveloid_geom.findings.advice import findings_on
+from beveloid_geom.findings.advice import design_remarks
 from beveloid_geom.report.tolerance import ToleranceReport, tolerance_remarks
 from beveloid_viz.report import svg
 from beveloid_viz.report.cli import _written
@@ -78,7 +78,7 @@ def test_failing_mountings_give_a_warning() -> None:
     assert remark.text.startswith(f"right flanks: {100.0 * share:.3g} % of mountings have no contact")
     assert reach.text.startswith("right flanks: 15 % of mountings have contact that reaches an end of a face")
     assert ToleranceReport("own", design, study).data()["warnings"] == [remark.text, reach.text]
-    texts = [found.text for found in findings_on(design) if found.level == "warning"]
+    texts = [found.text for found in design_remarks(design) if found.level == "warning"]
     assert texts[0].startswith("right flanks: sensitive to errors")
     assert "0.01 deg of shaft angle shifts the path on the pinion by 57.3 mm along the face" in texts[0]
     assert texts[1].endswith("at an error of shaft angle +0.01 deg or shaft angle -0.01 deg")

@@ -79,14 +79,14 @@ def map_(
             cure = f"give --{parameter.rpartition('_')[2]}-bounds, or another --over"
             reason = "cannot be given, as the map is over the parabola coefficients"
             raise Refusal([f"{option_name(parameter)} {reason}: {cure}"])
-    from ....analysis.maps import map_of
+    from ....analysis.maps import design_map
     from ....report.map import MapReport
 
     first, comma, second = over.replace("-", "_").partition(",")
     inputs = (first, second) if comma else over
     errors = errors_of(sizes_of(tolerances)) if any(tolerances.values()) else None
     with results.refused_values(), progress_bar(steps**2, "cell") as bar:
-        result = map_of(
+        result = design_map(
             design,
             inputs,
             flank,

@@ -55,13 +55,13 @@ def modify(
     values."""
     results.check_out(out, overwrite)
     results.check_measured(design, [member], flank, out)
-    from ....analysis.modification.crowning import crowning_for
+    from ....analysis.modification.crowning import fit_crowning
     from ....design.text import design_text
     from ....report.optimisation.crowning import CrowningReport
 
     error = math.radians(transmission_error_arcsec / 3600.0)
     with results.refused_values():
-        crowning = crowning_for(design, error, length, flank, member=member, separation=separation)
+        crowning = fit_crowning(design, error, length, flank, member=member, separation=separation)
     if out is not None:
         remark = f"{name} with {1e3 * separation:g} um thick marking compound on {length:g} mm, and"
         remark += f" {transmission_error_arcsec:g} arcsec of transmission error, {flank} flanks."
