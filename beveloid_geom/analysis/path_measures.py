@@ -26,14 +26,8 @@ from ..arrays import Codes, FloatArray
 from ..contact.path import ContactPath, path_of_contact
 from ..design.member import Member
 from ..design.model import Design
-from ..gear.flank import (
-    active_range,
-    flank_patch,
-    flank_point,
-    half_thickness_angle,
-    normal_rates,
-    trace_parameter,
-)
+from ..gear.flank import flank_patch, flank_point, half_thickness_angle, normal_rates, trace_parameter
+from ..gear.flank_limits import active_range
 from ..gear.rack import reference_radius
 from .sensitivity import path_sensitivity
 

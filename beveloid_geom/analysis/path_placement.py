@@ -28,7 +28,7 @@ from ..arrays import Codes, FloatArray, Mask, flank_sign
 from ..contact.path import path_of_contact
 from ..design.arguments import require_design
 from ..design.model import Design, Errors
-from ..gear.flank import active_range
+from ..gear.flank_limits import active_range
 from ..operation.backlash import mounted_backlash
 from ..operation.mesh_cycle import mesh_cycle
 from ..pair.misalignment import ANGLES, NAMES, mounted, place_of

@@ -26,7 +26,6 @@ from typing import Any
 import numpy as np
 
 from ..arrays import COMPLEX_STEP, Codes, FloatArray, Integers
-from ..contact.ends import at_shares
 from ..contact.equation import ContactTerms, axial_and_radius, limit_margins, trace_parameters
 from ..contact.flank_pair import FlankPair, generated_pairing, is_modified
 from ..contact.parallel.paths import along_lines
@@ -38,6 +37,7 @@ from ..contact.parallel.small_angle_equations import (
     units_of_all,
 )
 from ..contact.path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROLL, PathSeries
+from ..contact.path_positions import at_shares
 from ..contact.path_search import Group, paths_on_flanks
 from ..contact.surfaces.path_rates import surface_rates
 from ..contact.surfaces.paths import surface_paths

@@ -1,14 +1,12 @@
-"""Where a path of contact enters and leaves the flanks, and positions between the ends by roll.
+"""Where a path of contact enters and leaves the flanks.
 
 `find_ends` computes where the path meets the first of the eight limits (root, tip, toe, heel of both
-members). `at_shares` computes positions at given fractions of the pinion roll between the ends. Both use the
-polynomials of a series with any parameter.
+members), from the polynomials of a series with any parameter.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -185,7 +183,7 @@ def _ends(pairing: FlankPair, series: PathSeries, x: FloatArray, pieces: NDArray
     for _ in range(HALLEY_MAX_STEPS):
         value, rate, bend = evaluate(margins, x).reshape(3, len(Limit), *x.shape)
         # Step to the zero of each margin; the largest inward step belongs to the limiting one.
-        moves = _step(value, rate, bend) * inward
+        moves = halley_step(value, rate, bend) * inward
         moves[~(rate * inward > 0.0)] = -np.inf
         limit, move = moves.argmax(axis=0), inward * moves.max(axis=0)
         before, x = x, np.minimum(np.maximum(x + move, -1.0), 1.0)
@@ -212,7 +210,7 @@ def _ends(pairing: FlankPair, series: PathSeries, x: FloatArray, pieces: NDArray
     return Ends(x, np.array((l1, l2)), roll, limit, span, turning, pieces, status)
 
 
-def _step(value: FloatArray, rate: FloatArray, bend: FloatArray) -> FloatArray:
+def halley_step(value: FloatArray, rate: FloatArray, bend: FloatArray) -> FloatArray:
     """Return the step of Halley's method towards a zero of functions with these values and derivatives. Far
     from a zero it is at most twice the Newton step, and never in the opposite direction.
     """
@@ -352,58 +350,3 @@ def _turns(rate: FloatArray, ends: FloatArray) -> tuple[FloatArray, NDArray[np.b
         roots[case] = np.nan
         roots[case, : result.size] = result
     return roots, np.isfinite(roots).any(axis=-1)
-
-
-def at_shares(series: PathSeries, ends: Ends, share: FloatArray) -> FloatArray:
-    """Return series parameters x (cases, positions) at relative positions `share` in [-1, 1] from enter to
-    leave.
-
-    The position is measured in pinion roll, inverted by Newton's method. If the roll turns back along the
-    path, it is measured in x.
-    """
-    enter, leave, first, last = ends.x[:, :1], ends.x[:, 1:], ends.roll[:, :1], ends.roll[:, 1:]
-    # Invert the roll by Halley's method; bisection for positions that do not converge.
-    goal = 0.5 * ((first + last) + (last - first) * share)
-    low, high = np.minimum(enter, leave), np.maximum(enter, leave)
-    straight = x = 0.5 * ((enter + leave) + (leave - enter) * share)
-    turns = ends.turning.any()
-    rolls = with_derivative(series.coefficients[ROLL : ROLL + 1], 2)
-    for _ in range(HALLEY_MAX_STEPS):
-        value, rate, bend = evaluate(rolls, x)
-        move = _step(value - goal, rate, bend)
-        if turns:
-            move[ends.turning] = 0.0
-        x = np.minimum(np.maximum(x + move, low), high)
-        far = np.abs(move) > LAST_HALLEY_STEP
-        if not far.any():
-            break
-    if turns:
-        x = np.where(ends.turning[:, None], straight, x)
-    lost = np.flatnonzero(far.any(axis=-1)) if far.any() else ()
-    if len(lost):
-        x[lost] = inverted(series.coefficients[ROLL, lost], goal[lost], low[lost], high[lost])
-    return x
-
-
-def shares_at_l1(series: PathSeries, ends: Ends, l1: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return series parameters x (cases, positions) at `l1`, and where several contacts on the flanks have
-    this l1.
-
-    If x is not a function of l1, only the path on the flanks is searched; NaN beyond it.
-    """
-    # Tolerance, relative to l1, by which a given position may miss the end of a path.
-    end_tolerance = 1e-12
-    x, several = (l1 - series.middle) / series.half, np.zeros(l1.shape, dtype=bool)
-    for case in np.flatnonzero(np.isnan(series.half[:, 0]) & (ends.status == Status.SOLVED)):
-        # Divide the path where l1 turns back, and invert l1 on each monotone part.
-        both, (low, high) = with_derivative(series.coefficients[:1, case, None]), np.sort(ends.x[case])
-        cuts = np.concatenate(([low], real_roots(both[1, 0], low, high), [high]))
-        at_cuts, given = evaluate(both[:1], cuts)[0, 0], l1[case]
-        for end in at_cuts[[0, -1]]:  # rounding must not separate an end from its path
-            given = np.where(np.abs(given - end) <= end_tolerance * np.abs(both[0]).sum(), end, given)
-        for k, (start, stop) in enumerate(pairwise(cuts)):
-            least, most = np.sort(at_cuts[k : k + 2])
-            here = (given >= least) & (given <= most)
-            several[case, here] |= ~np.isnan(x[case, here])
-            x[case, here] = inverted(both[0, 0], given[here], start, stop)
-    return np.where(several, np.nan, x), several

@@ -21,7 +21,7 @@ from ..design.arguments import require_unmodified
 from ..design.member import Member, stacked, unchecked
 from ..design.model import Design
 from ..gear.crossing_curve import CrossingCurve
-from ..gear.flank import active_range, may_fold, tip_radius
+from ..gear.flank_limits import active_range, may_fold, tip_radius
 from ..gear.rack import Numbers, Rack, rack_at, rack_of
 from ..gear.tooth_side import is_batch, undercut_edge
 from ..pair.frames import Layout, layout_by_case

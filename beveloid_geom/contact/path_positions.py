@@ -8,19 +8,20 @@ if each has exactly one contact.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FloatArray
 from ..status import Status
-from ..support.chebyshev import basis_of, evaluate, resolved_degree
+from ..support.chebyshev import basis_of, evaluate, inverted, real_roots, resolved_degree, with_derivative
 from ..support.frozen_arrays import kept
-from .ends import Ends, at_shares, shares_at_l1
+from .ends import HALLEY_MAX_STEPS, LAST_HALLEY_STEP, Ends, halley_step
 from .equation import edge_margins, gap_tolerance
 from .flank_pair import FlankPair
 from .parallel.small_angle_paths import NEARLY_PARALLEL_SINE
-from .path_polynomial import HEIGHT, PHASE, PathSeries, exact_rows, rounding_scale
+from .path_polynomial import HEIGHT, PHASE, ROLL, PathSeries, exact_rows, rounding_scale
 from .path_search import Group
 from .roots import sole_roots
 
@@ -157,3 +158,58 @@ def _by_blocks(coefficients: FloatArray, parameter: FloatArray) -> FloatArray:
         block = slice(start, start + size)
         values[..., block] = evaluate(coefficients, parameter[..., block])
     return values
+
+
+def at_shares(series: PathSeries, ends: Ends, share: FloatArray) -> FloatArray:
+    """Return series parameters x (cases, positions) at relative positions `share` in [-1, 1] from enter to
+    leave.
+
+    The position is measured in pinion roll, inverted by Newton's method. If the roll turns back along the
+    path, it is measured in x.
+    """
+    enter, leave, first, last = ends.x[:, :1], ends.x[:, 1:], ends.roll[:, :1], ends.roll[:, 1:]
+    # Invert the roll by Halley's method; bisection for positions that do not converge.
+    goal = 0.5 * ((first + last) + (last - first) * share)
+    low, high = np.minimum(enter, leave), np.maximum(enter, leave)
+    straight = x = 0.5 * ((enter + leave) + (leave - enter) * share)
+    turns = ends.turning.any()
+    rolls = with_derivative(series.coefficients[ROLL : ROLL + 1], 2)
+    for _ in range(HALLEY_MAX_STEPS):
+        value, rate, bend = evaluate(rolls, x)
+        move = halley_step(value - goal, rate, bend)
+        if turns:
+            move[ends.turning] = 0.0
+        x = np.minimum(np.maximum(x + move, low), high)
+        far = np.abs(move) > LAST_HALLEY_STEP
+        if not far.any():
+            break
+    if turns:
+        x = np.where(ends.turning[:, None], straight, x)
+    lost = np.flatnonzero(far.any(axis=-1)) if far.any() else ()
+    if len(lost):
+        x[lost] = inverted(series.coefficients[ROLL, lost], goal[lost], low[lost], high[lost])
+    return x
+
+
+def shares_at_l1(series: PathSeries, ends: Ends, l1: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Return series parameters x (cases, positions) at `l1`, and where several contacts on the flanks have
+    this l1.
+
+    If x is not a function of l1, only the path on the flanks is searched; NaN beyond it.
+    """
+    # Tolerance, relative to l1, by which a given position may miss the end of a path.
+    end_tolerance = 1e-12
+    x, several = (l1 - series.middle) / series.half, np.zeros(l1.shape, dtype=bool)
+    for case in np.flatnonzero(np.isnan(series.half[:, 0]) & (ends.status == Status.SOLVED)):
+        # Divide the path where l1 turns back, and invert l1 on each monotone part.
+        both, (low, high) = with_derivative(series.coefficients[:1, case, None]), np.sort(ends.x[case])
+        cuts = np.concatenate(([low], real_roots(both[1, 0], low, high), [high]))
+        at_cuts, given = evaluate(both[:1], cuts)[0, 0], l1[case]
+        for end in at_cuts[[0, -1]]:  # rounding must not separate an end from its path
+            given = np.where(np.abs(given - end) <= end_tolerance * np.abs(both[0]).sum(), end, given)
+        for k, (start, stop) in enumerate(pairwise(cuts)):
+            least, most = np.sort(at_cuts[k : k + 2])
+            here = (given >= least) & (given <= most)
+            several[case, here] |= ~np.isnan(x[case, here])
+            x[case, here] = inverted(both[0, 0], given[here], start, stop)
+    return np.where(several, np.nan, x), several

@@ -18,7 +18,8 @@ from ..contact.parallel.lines import contact_lines, touches_along_lines
 from ..design.member import Member
 from ..design.model import Design
 from ..export import FIELD_FORMATS
-from ..gear.flank import flank_point, tip_parameter
+from ..gear.flank import flank_point
+from ..gear.flank_limits import tip_parameter
 from ..operation.angular_clearance import angular_clearance
 from ..operation.contact_pattern.mating import mating_of
 from ..operation.contact_pattern.minimum_separation import minimum_separation

@@ -7,7 +7,7 @@ import numpy as np
 from ..arrays import FloatArray
 from ..contact.mesh_position import Frame, MeshingPair, frames_at
 from ..design.model import Design
-from ..gear.flank import tip_radius
+from ..gear.flank_limits import tip_radius
 from ..operation.contact_pattern.motion import UnknownOperationError, unknown_contact
 from ..operation.first_contact import first_contact
 from ..status import FirstStatus

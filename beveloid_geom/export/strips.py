@@ -21,7 +21,8 @@ from ..contact.mesh_position import Frame
 from ..design.member import Member
 from ..design.written_numbers import shown_value
 from ..gear.fillet import bottom_point, root_radius
-from ..gear.flank import tip_radius, turned
+from ..gear.flank import turned
+from ..gear.flank_limits import tip_radius
 from ..gear.tooth_side import fillet_points
 from ..gear.undercut import require_flanks
 from ..shapes.sampling import flank_sheet

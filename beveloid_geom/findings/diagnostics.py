@@ -18,7 +18,8 @@ from ..design.ends import end_names
 from ..design.member import Member
 from ..design.model import Design
 from ..gear.fillet import root_radius
-from ..gear.flank import tip_radius, tip_thickness
+from ..gear.flank import tip_thickness
+from ..gear.flank_limits import tip_radius
 from ..gear.tooth_side import undercut_edge
 from ..gear.undercut import CURE, cut_fault, pointed_part, undercut_margin, undercut_of, undercut_text
 from ..pair.frames import layout_of, member_frame, to_fixed

@@ -18,7 +18,7 @@ from ..contact.rounding import rounding_error
 from ..design.ends import limit_names, limit_words
 from ..design.model import Design, ErrorsAt
 from ..gear.fillet import tool_round
-from ..gear.flank import active_range, tip_radius
+from ..gear.flank_limits import active_range, tip_radius
 from ..operation.certificate import Certificate
 from ..pair.misalignment import ANGLES, mounted
 from ..pair.mounting import mounting_of

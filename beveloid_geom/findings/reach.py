@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from ..arrays import Quantity
 from ..design.model import Design
 from ..gear.fillet import root_radius
-from ..gear.flank import tip_radius
+from ..gear.flank_limits import tip_radius
 
 
 @dataclass(frozen=True)

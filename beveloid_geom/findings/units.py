@@ -15,7 +15,7 @@ from dataclasses import replace
 from ..design.model import Design
 from ..design.written_numbers import MM_PER_INCH
 from ..gear.fillet import root_radius
-from ..gear.flank import tip_radius
+from ..gear.flank_limits import tip_radius
 from ..pair.mounting import mounting_of
 from .diagnostics import WARNING, Remark
 from .reach import reach_of

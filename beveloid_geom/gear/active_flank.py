@@ -7,7 +7,8 @@ from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
 from ..design.member import Member
-from .flank import root_parameter, tip_parameter, trace_parameter
+from .flank import trace_parameter
+from .flank_limits import root_parameter, tip_parameter
 from .tooth_side import is_batch, undercut_edge
 
 

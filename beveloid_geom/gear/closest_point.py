@@ -29,7 +29,8 @@ from ..design.arguments import require_unmodified
 from ..design.member import Member
 from ..status import Status
 from .crossing_curve import CrossingCurve
-from .flank import active_range, tip_radius, turned
+from .flank import turned
+from .flank_limits import active_range, tip_radius
 from .rack import Rack, rack_normal, rack_of, rack_point
 from .tooth_side import (
     ToothSurface,

@@ -19,7 +19,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from .modification import turned_normal
-from .rack import Numbers
+from .rack import Numbers, Rack, turn_rate
 
 Plane: TypeAlias = tuple[Any, Any]
 """Components x and y."""
@@ -132,6 +132,20 @@ def cut_of_rack(
         y_z=y_z,
         phi_z=(by_z[1] - y_z) / pitch_radius,
     )
+
+
+def flank_cut(
+    rack: Rack, l: FloatArray, section: tuple[FloatArray, FloatArray, FloatArray], z: FloatArray
+) -> Cut:
+    """Return the generated flank (Eq. 6) at `l` in the planes `z`, with derivatives by both; `section` is the
+    result of `rack_at`."""
+    normal, point, (dx, dy, dz) = section
+    along = rack.trace[0] / rack.trace[2], rack.trace[1] / rack.trace[2]
+    u = (z - point[2]) / rack.trace[2]
+    x, y = point[0] + u * rack.trace[0], point[1] + u * rack.trace[1]
+    slope_l = turn_rate(rack, l) * (dy - normal[1] / normal[0] * dx) / normal[0]
+    by_l = dx - dz * along[0], dy - dz * along[1]
+    return cut_of_rack(rack.pitch_radius, tuple(normal), slope_l, (x, y), by_l, along)
 
 
 def rotated_cut(cut: Cut, turn: FloatArray, normals: bool = True) -> Cut:

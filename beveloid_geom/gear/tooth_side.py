@@ -19,15 +19,8 @@ from ..support.frozen_arrays import kept
 from .crossing import crossing_of, fillet_profile
 from .crossing_curve import END as END, RADIUS as RADIUS, START as START, CrossingCurve
 from .fillet import fillet_point, tool_round
-from .flank import (
-    active_range,
-    highest_parameter,
-    is_batch as is_batch,
-    may_fold,
-    modification_of,
-    tip_radius,
-    turned,
-)
+from .flank import is_batch as is_batch, modification_of, turned
+from .flank_limits import active_range, highest_parameter, may_fold, tip_radius
 from .generation import Bends as Bends, Cut as Cut, angle_of as angle_of, tangents_of as tangents_of
 from .rack import rack_of
 from .tooth_surface import (

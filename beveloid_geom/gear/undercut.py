@@ -21,14 +21,8 @@ from ..arrays import FLANK_SIGN, FloatArray, Mask
 from ..design.limits import member_faults
 from ..design.member import Member
 from .crossing import intersections
-from .flank import (
-    flank_patch,
-    highest_parameter,
-    root_parameter,
-    tip_parameter,
-    tip_radius,
-    tip_thickness,
-)
+from .flank import flank_patch, tip_thickness
+from .flank_limits import highest_parameter, root_parameter, tip_parameter, tip_radius
 from .tooth_side import ToothSurface, angle_of, cut_at, surface_of
 
 CURE = "use more teeth, more profile shift or a smaller dedendum"

@@ -23,13 +23,8 @@ import numpy as np
 from ..arrays import FloatArray
 from ..design.member import Member
 from ..design.model import Design
-from ..gear.flank import (
-    flank_patch,
-    flank_point,
-    root_parameter,
-    tip_parameter,
-    turned,
-)
+from ..gear.flank import flank_patch, flank_point, turned
+from ..gear.flank_limits import root_parameter, tip_parameter
 from ..gear.rack import rack_of
 from .frames import Layout, layout_of, normal_of_unmodified
 from .generator_angle import normal_x_as_mounted

@@ -31,7 +31,8 @@ from ..design.model import Design, Pair
 from ..findings.diagnostics import LEAST_TIP_MODULES
 from ..findings.path import SENSITIVE, shares_of_flank, usual_sizes
 from ..gear.fillet import root_radius
-from ..gear.flank import tip_radius, tip_thickness
+from ..gear.flank import tip_thickness
+from ..gear.flank_limits import tip_radius
 from ..gear.undercut import undercut_margin
 from ..pair.frames import layout_at
 from ..pair.generator_angle import closed_normal

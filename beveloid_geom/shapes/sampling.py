@@ -14,7 +14,8 @@ from ..arrays import FloatArray
 from ..design.arguments import require_member
 from ..design.member import Member
 from ..gear.active_flank import active_start
-from ..gear.flank import generated, tip_parameter
+from ..gear.flank import generated
+from ..gear.flank_limits import tip_parameter
 from ..gear.rack import rack_normal, rack_of, rack_point
 from ..gear.tooth_side import side_points, surface_of
 from ..gear.undercut import require_cut

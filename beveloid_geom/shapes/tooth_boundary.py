@@ -18,7 +18,8 @@ from numpy.typing import ArrayLike
 from ..arrays import FloatArray, flank_sign
 from ..design.member import Member
 from ..gear.fillet import bottom_point, root_radius, tool_round
-from ..gear.flank import half_thickness_angle, tip_parameter, tip_radius, turned
+from ..gear.flank import half_thickness_angle, turned
+from ..gear.flank_limits import tip_parameter, tip_radius
 from ..gear.tooth_side import fillet_points, surface_of, turn_rows
 from ..gear.undercut import require_flanks
 from ..support.argument import ArgumentError

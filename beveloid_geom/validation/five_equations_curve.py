@@ -26,7 +26,8 @@ from ..arrays import COMPLEX_STEP, FloatArray, Integers
 from ..design.arguments import require_unmodified
 from ..design.model import Design
 from ..gear.crossing_curve import CrossingCurve
-from ..gear.flank import generated, highest_parameter, root_parameter
+from ..gear.flank import generated
+from ..gear.flank_limits import highest_parameter, root_parameter
 from ..gear.rack import Numbers, Rack, rack_normal, rack_of, rack_point, reference_radius
 from ..gear.tooth_side import undercut_edge
 from ..pair.frames import layout_of, member_frame

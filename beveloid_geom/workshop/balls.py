@@ -35,7 +35,8 @@ from ..design.arguments import require_member
 from ..design.member import Member
 from ..gear.closest_point import Feet, feet
 from ..gear.fillet import root_radius
-from ..gear.flank import base_cylinder, flank_point, tip_radius
+from ..gear.flank import base_cylinder, flank_point
+from ..gear.flank_limits import tip_radius
 from ..gear.rack import reference_radius
 from ..gear.undercut import undercut_of
 from ..status import BallStatus, Status

@@ -25,7 +25,8 @@ from numpy.typing import ArrayLike
 from ..arrays import FLANK_SIGN, Codes, FloatArray
 from ..design.arguments import require_member
 from ..design.member import Member
-from ..gear.flank import base_cylinder, tip_radius
+from ..gear.flank import base_cylinder
+from ..gear.flank_limits import tip_radius
 from ..gear.rack import reference_radius
 from ..status import SpanStatus
 from ..support.array_repr import short_repr

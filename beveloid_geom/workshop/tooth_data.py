@@ -35,7 +35,8 @@ from ..design.arguments import require_member
 from ..design.member import Member
 from ..design.model import Design
 from ..gear.fillet import root_radius
-from ..gear.flank import base_cylinder, flank_point, tip_radius
+from ..gear.flank import base_cylinder, flank_point
+from ..gear.flank_limits import tip_radius
 from ..gear.rack import reference_radius
 from ..gear.tooth_side import ToothSurface, angle_of, cut_at, profile_at, surface_of
 from ..gear.undercut import undercut_of

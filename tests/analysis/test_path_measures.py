@@ -18,12 +18,8 @@ from beveloid_geom.analysis.path_measures import (
     shifts,
     sweep,
 )
-from beveloid_geom.gear.flank import (
-    flank_point,
-    half_thickness_angle,
-    highest_parameter,
-    root_parameter,
-)
+from beveloid_geom.gear.flank import flank_point, half_thickness_angle
+from beveloid_geom.gear.flank_limits import highest_parameter, root_parameter
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.pair.misalignment import ERROR_NAMES
 

@@ -30,7 +30,7 @@ from beveloid_geom.analysis.tolerance import (
     drawn_errors,
     tolerance_studies,
 )
-from beveloid_geom.gear.flank import root_parameter
+from beveloid_geom.gear.flank_limits import root_parameter
 from beveloid_geom.operation.backlash_by_tangency import Tangency
 from beveloid_geom.pair.misalignment import mounted
 from beveloid_geom.report.tolerance import ToleranceReport, jam_counts

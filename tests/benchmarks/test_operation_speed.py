@@ -34,7 +34,7 @@ from beveloid_geom.analysis.cycle_statistics import CYCLES_PER_CALL, cycle_stati
 from beveloid_geom.analysis.tolerance import USUAL, drawn_errors
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import contact_ellipse
-from beveloid_geom.gear.flank import tip_parameter
+from beveloid_geom.gear.flank_limits import tip_parameter
 from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.angular_clearance import angular_clearance
 from beveloid_geom.operation.engagement import middle_roll

@@ -23,7 +23,7 @@ from beveloid_geom import (
     path_of_contact,
 )
 from beveloid_geom.contact.path import PathEnds, path_ends
-from beveloid_geom.gear.flank import root_parameter, tip_parameter
+from beveloid_geom.gear.flank_limits import root_parameter, tip_parameter
 from beveloid_geom.gear.rack import parameter_at_height, section_point
 from beveloid_geom.gear.undercut import undercut_margin
 from beveloid_geom.pair.frames import layout_of

@@ -17,7 +17,7 @@ from beveloid_geom.cli.main import main
 from beveloid_geom.design.ends import end_names, limit_words
 from beveloid_geom.findings.backlash import backlash_data, backlash_report
 from beveloid_geom.findings.diagnostics import tooth_remarks
-from beveloid_geom.gear.flank import tip_radius
+from beveloid_geom.gear.flank_limits import tip_radius
 from beveloid_geom.report.ease_off import ease_off_report
 from beveloid_geom.report.operation import operation_report
 from beveloid_geom.report.path import contact_report

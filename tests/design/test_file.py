@@ -11,7 +11,7 @@ from hypothesis import given, settings, strategies as st
 from beveloid_geom import Errors, Pair, Tool, builtin_design, read_design
 from beveloid_geom.design.file import DesignError, builtin_text, override, parse_design
 from beveloid_geom.design.text import design_text
-from beveloid_geom.gear.flank import tip_radius
+from beveloid_geom.gear.flank_limits import tip_radius
 
 from .table1_file import DESIGN_1, NUMBER, faults_of, toml
 

@@ -25,7 +25,7 @@ from beveloid_geom.findings.advice import design_remarks
 from beveloid_geom.findings.diagnostics import LEVELS, Remark, in_order, quiet, remarks_data
 from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.findings.path import first_contact_reason, path_remarks
-from beveloid_geom.gear.flank import root_parameter, tip_radius
+from beveloid_geom.gear.flank_limits import root_parameter, tip_radius
 from beveloid_geom.operation.backlash import mounted_backlash
 from beveloid_geom.operation.backlash_by_tangency import Tangency, tangent_backlash
 from beveloid_geom.pair.tips import left_as_mounted

@@ -10,15 +10,8 @@ import pytest
 from hypothesis import given, strategies as st
 
 from beveloid_geom import Member, Tool
-from beveloid_geom.gear.flank import (
-    flank_patch,
-    flank_point,
-    highest_parameter,
-    root_parameter,
-    tip_parameter,
-    tip_radius,
-    trace_parameter,
-)
+from beveloid_geom.gear.flank import flank_patch, flank_point, trace_parameter
+from beveloid_geom.gear.flank_limits import highest_parameter, root_parameter, tip_parameter, tip_radius
 from beveloid_geom.gear.rack import reference_radius, section_point
 from beveloid_geom.gear.undercut import undercut_margin
 from tests.oracle.table1 import table1

@@ -14,14 +14,8 @@ from beveloid_geom.design.arguments import ModifiedFlanksError
 from beveloid_geom.design.modification import kind
 from beveloid_geom.gear.closest_point import feet
 from beveloid_geom.gear.fillet import fillet_point, tool_round
-from beveloid_geom.gear.flank import (
-    base_cylinder,
-    flank_patch,
-    flank_point,
-    half_thickness_angle,
-    root_parameter,
-    tip_parameter,
-)
+from beveloid_geom.gear.flank import base_cylinder, flank_patch, flank_point, half_thickness_angle
+from beveloid_geom.gear.flank_limits import root_parameter, tip_parameter
 from beveloid_geom.gear.tooth_side import cut_at, fillet_points, side_points, surface_of
 from beveloid_geom.shapes.sampling import flank_sheet
 from beveloid_geom.validation.five_equations import path_of_contact_five_equations

@@ -26,7 +26,8 @@ from beveloid_geom.arrays import FLANK_SIGN, Flank
 from beveloid_geom.design.limits import parabola_limit
 from beveloid_geom.gear.closest_point import feet
 from beveloid_geom.gear.fillet import fillet_point, tool_round
-from beveloid_geom.gear.flank import active_range, base_cylinder, flank_patch
+from beveloid_geom.gear.flank import base_cylinder, flank_patch
+from beveloid_geom.gear.flank_limits import active_range
 from beveloid_geom.gear.rack import parameter_at_height, section_point
 from beveloid_geom.gear.tooth_side import cut_at, profile_at, surface_of
 from tests.oracle.sixty_digits import off_by

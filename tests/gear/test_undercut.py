@@ -12,7 +12,8 @@ from scipy.optimize import brentq
 from beveloid_geom import Member, Tool
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.member import unchecked
-from beveloid_geom.gear.flank import flank_point, root_parameter
+from beveloid_geom.gear.flank import flank_point
+from beveloid_geom.gear.flank_limits import root_parameter
 from beveloid_geom.gear.rack import rack_of
 from beveloid_geom.gear.undercut import (
     pointed_part,

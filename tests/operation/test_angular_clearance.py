@@ -11,7 +11,8 @@ from scipy.optimize import root
 
 from beveloid_geom import Design, Errors, path_of_contact
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.gear.flank import flank_patch, flank_point, tip_parameter, trace_parameter
+from beveloid_geom.gear.flank import flank_patch, flank_point, trace_parameter
+from beveloid_geom.gear.flank_limits import tip_parameter
 from beveloid_geom.gear.tooth_side import (
     cut_at,
     profile_at,

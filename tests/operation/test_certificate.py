@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Errors, path_certificate, path_of_contact
-from beveloid_geom.gear.flank import tip_parameter
+from beveloid_geom.gear.flank_limits import tip_parameter
 from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.angular_clearance import angular_clearance
 from beveloid_geom.status import Limit, Verdict

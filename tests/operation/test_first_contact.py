@@ -18,7 +18,8 @@ from beveloid_geom import (
     path_of_contact,
 )
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.gear.flank import flank_point, tip_parameter
+from beveloid_geom.gear.flank import flank_point
+from beveloid_geom.gear.flank_limits import tip_parameter
 from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.engagement import middle_roll
 from beveloid_geom.pair.frames import layout_of, member_frame

@@ -13,7 +13,8 @@ from numpy.polynomial.legendre import leggauss
 from beveloid_geom import Member
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.fillet import bottom_point, fillet_point, tool_round
-from beveloid_geom.gear.flank import flank_patch, tip_parameter, tip_radius
+from beveloid_geom.gear.flank import flank_patch
+from beveloid_geom.gear.flank_limits import tip_parameter, tip_radius
 
 Exact: TypeAlias = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 """Points and normals of a surface at its parameter and z."""

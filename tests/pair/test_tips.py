@@ -9,7 +9,8 @@ import pytest
 
 from beveloid_geom import Design, Member, Pair, Tool, path_certificate, path_of_contact
 from beveloid_geom.arrays import FLANKS, FloatArray
-from beveloid_geom.gear.flank import base_cylinder, flank_point, root_parameter, tip_radius
+from beveloid_geom.gear.flank import base_cylinder, flank_point
+from beveloid_geom.gear.flank_limits import root_parameter, tip_radius
 from beveloid_geom.pair.frames import Layout, layout_at
 from beveloid_geom.pair.generator_angle import closed_normal
 from beveloid_geom.pair.tips import TIP_EDGE_POSITIONS, left_below_tips

@@ -16,7 +16,7 @@ from beveloid_geom.arrays import FloatArray, Quantity
 from beveloid_geom.findings.diagnostics import tip_clearances
 from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.gear.fillet import root_radius
-from beveloid_geom.gear.flank import tip_radius
+from beveloid_geom.gear.flank_limits import tip_radius
 from beveloid_geom.pair.frames import layout_of, member_frame, to_fixed
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.pair.zero_backlash import (

@@ -13,7 +13,7 @@ import pytest
 from beveloid_geom import Member, tooth_hexahedra
 from beveloid_geom.arrays import FLANK_SIGN, FloatArray
 from beveloid_geom.gear.fillet import root_radius
-from beveloid_geom.gear.flank import tip_radius
+from beveloid_geom.gear.flank_limits import tip_radius
 from beveloid_geom.gear.tooth_side import angle_of, cut_at, profile_at, surface_of
 from beveloid_geom.gear.undercut import undercut_of
 from beveloid_geom.shapes.element_sizes import Cells, cells_of

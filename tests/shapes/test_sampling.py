@@ -12,13 +12,8 @@ import pytest
 from beveloid_geom import Member, sample_flank
 from beveloid_geom.arrays import FloatArray, Quantity
 from beveloid_geom.gear.active_flank import active_start
-from beveloid_geom.gear.flank import (
-    flank_patch,
-    flank_point,
-    root_parameter,
-    tip_parameter,
-    tip_radius,
-)
+from beveloid_geom.gear.flank import flank_patch, flank_point
+from beveloid_geom.gear.flank_limits import root_parameter, tip_parameter, tip_radius
 from beveloid_geom.gear.undercut import undercut_margin
 from beveloid_geom.shapes.sampling import flank_sheet
 from beveloid_geom.shapes.sheet import Sheet, falling_diagonals, grid_faces, grid_of, series_of

@@ -16,7 +16,8 @@ from beveloid_geom import Member, gear_solid
 from beveloid_geom.arrays import FloatArray, Indices
 from beveloid_geom.contact.mesh_position import MeshingPair, meshing_pair
 from beveloid_geom.gear.fillet import root_radius
-from beveloid_geom.gear.flank import tip_radius, tip_thickness
+from beveloid_geom.gear.flank import tip_thickness
+from beveloid_geom.gear.flank_limits import tip_radius
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.section import SIDES
 from beveloid_geom.shapes.solid import NAMES, Solid, rotated_copies

@@ -10,7 +10,7 @@ import pytest
 
 from beveloid_geom import Member, gear_solid
 from beveloid_geom.gear.fillet import root_radius, tool_round
-from beveloid_geom.gear.flank import tip_radius
+from beveloid_geom.gear.flank_limits import tip_radius
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.shapes.section import SIDES
 from beveloid_geom.shapes.sheet import SheetGrid, grid_of

@@ -26,7 +26,8 @@ from beveloid_geom import (
     path_of_contact,
 )
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.gear.flank import tip_radius, tip_thickness
+from beveloid_geom.gear.flank import tip_thickness
+from beveloid_geom.gear.flank_limits import tip_radius
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.operation.engagement import conjugate_phase, middle_roll
 from beveloid_geom.operation.operating_ratio import operating_ratio, operating_ratios

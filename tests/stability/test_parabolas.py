@@ -13,13 +13,8 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.design.limits import parabola_limit
 from beveloid_geom.findings.layout import remarks_on
-from beveloid_geom.gear.flank import (
-    active_range,
-    flank_point,
-    highest_parameter,
-    root_parameter,
-    tip_thickness,
-)
+from beveloid_geom.gear.flank import flank_point, tip_thickness
+from beveloid_geom.gear.flank_limits import active_range, highest_parameter, root_parameter
 from beveloid_geom.gear.rack import rack_normal, rack_of, section_point
 from beveloid_geom.gear.undercut import undercut_of
 from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact

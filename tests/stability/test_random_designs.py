@@ -10,7 +10,7 @@ import pytest
 from beveloid_geom import ContactPath, Design, Status, path_of_contact
 from beveloid_geom.arrays import Flank, FloatArray, gear_sense
 from beveloid_geom.design.limits import parabola_limit
-from beveloid_geom.gear.flank import highest_parameter, root_parameter
+from beveloid_geom.gear.flank_limits import highest_parameter, root_parameter
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.pair.mounting import mounting_of
 

@@ -22,7 +22,8 @@ from beveloid_geom import (
 from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.gear.active_flank import active_start
-from beveloid_geom.gear.flank import tip_radius, tip_thickness
+from beveloid_geom.gear.flank import tip_thickness
+from beveloid_geom.gear.flank_limits import tip_radius
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.gear.undercut import pointed_part, undercut_margin, undercut_of
 from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact

@@ -17,7 +17,7 @@ from beveloid_geom import (
     from_degrees,
     mesh_cycle,
 )
-from beveloid_geom.gear.flank import root_parameter, tip_parameter
+from beveloid_geom.gear.flank_limits import root_parameter, tip_parameter
 from beveloid_geom.operation.angular_clearance import angular_clearance
 
 WIDTH = 30.0

@@ -18,15 +18,8 @@ from scipy.optimize import brentq
 from beveloid_geom import Design, Member, Pair, Tool, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.hertz import contact_modulus, hertz_ellipse
-from beveloid_geom.gear.flank import (
-    base_cylinder,
-    flank_patch,
-    half_thickness_angle,
-    root_parameter,
-    tip_parameter,
-    tip_radius,
-    tip_thickness,
-)
+from beveloid_geom.gear.flank import base_cylinder, flank_patch, half_thickness_angle, tip_thickness
+from beveloid_geom.gear.flank_limits import root_parameter, tip_parameter, tip_radius
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.pair.zero_backlash import closed_layout
 from beveloid_geom.status import Limit

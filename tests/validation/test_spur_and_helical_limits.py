@@ -35,13 +35,8 @@ from scipy.optimize import brentq
 from beveloid_geom import Design, Member, Pair, Tool, zero_backlash_layout
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import path_ends
-from beveloid_geom.gear.flank import (
-    base_cylinder,
-    flank_point,
-    half_thickness_angle,
-    root_parameter,
-    tip_parameter,
-)
+from beveloid_geom.gear.flank import base_cylinder, flank_point, half_thickness_angle
+from beveloid_geom.gear.flank_limits import root_parameter, tip_parameter
 from beveloid_geom.status import Limit
 
 MODULE, ALPHA = 4.0, radians(20.0)

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 from beveloid_geom import Design, builtin_design
 from beveloid_geom.design.text import design_text
-from beveloid_geom.gear.flank import tip_radius
+from beveloid_geom.gear.flank_limits import tip_radius
 from beveloid_viz.components.viewpoint import flank_view
 from beveloid_viz.rendering.opengl import require_opengl
 from beveloid_viz.report.cli import main

@@ -13,7 +13,8 @@ from matplotlib.text import Annotation
 
 from beveloid_geom import builtin_design
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.gear.flank import flank_patch, tip_parameter
+from beveloid_geom.gear.flank import flank_patch
+from beveloid_geom.gear.flank_limits import tip_parameter
 from beveloid_viz.components import viewpoint
 from beveloid_viz.rendering.opengl import require_opengl
 

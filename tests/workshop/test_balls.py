@@ -13,12 +13,8 @@ from scipy import optimize
 
 from beveloid_geom import Member, Tool
 from beveloid_geom.arrays import FLANK_SIGN, FloatArray
-from beveloid_geom.gear.flank import (
-    base_cylinder,
-    flank_patch,
-    highest_parameter,
-    root_parameter,
-)
+from beveloid_geom.gear.flank import base_cylinder, flank_patch
+from beveloid_geom.gear.flank_limits import highest_parameter, root_parameter
 from beveloid_geom.gear.undercut import undercut_of
 from beveloid_geom.status import BallStatus
 from beveloid_geom.workshop.balls import BALL_DIAMETERS_MM, ball_dimensions, ball_planes, recommended_ball

@@ -12,7 +12,7 @@ import pytest
 
 from beveloid_geom import Member
 from beveloid_geom.arrays import FLANK_SIGN, FloatArray
-from beveloid_geom.gear.flank import root_parameter, tip_parameter
+from beveloid_geom.gear.flank_limits import root_parameter, tip_parameter
 from beveloid_geom.gear.undercut import undercut_of
 from beveloid_geom.report.result import csv_text
 from beveloid_geom.report.workshop.grid import GridReport, Named

@@ -10,7 +10,8 @@ import pytest
 
 from beveloid_geom import Member, Tool, builtin_design
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.gear.flank import flank_point, tip_parameter
+from beveloid_geom.gear.flank import flank_point
+from beveloid_geom.gear.flank_limits import tip_parameter
 from beveloid_geom.operation.backlash import lever_of, mounted_backlash
 from beveloid_geom.operation.first_contact import first_contact
 from beveloid_geom.workshop.tooth_data import backlash_change, tooth_data

@@ -18,7 +18,8 @@ from beveloid_geom import ContactPath, Member, Status
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.parallel.lines import ContactLines
 from beveloid_geom.gear.active_flank import active_start
-from beveloid_geom.gear.flank import flank_point, tip_parameter
+from beveloid_geom.gear.flank import flank_point
+from beveloid_geom.gear.flank_limits import tip_parameter
 from beveloid_geom.operation.contact_pattern.pattern import MemberPattern
 from beveloid_geom.report.operation import OperationReport
 from beveloid_geom.status import FirstStatus

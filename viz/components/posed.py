@@ -11,7 +11,8 @@ import numpy as np
 from beveloid_geom import Design, Errors, Member
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.mesh_position import Frame, meshing_pair
-from beveloid_geom.gear.flank import tip_radius, turned
+from beveloid_geom.gear.flank import turned
+from beveloid_geom.gear.flank_limits import tip_radius
 from beveloid_geom.pair.frames import layout_of, member_frame, normals_to_fixed, to_fixed
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.shapes.surface_mesh import Mesh, gear_mesh

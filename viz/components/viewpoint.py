@@ -14,7 +14,8 @@ from beveloid_geom import Design, Member
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.ends import end_names
 from beveloid_geom.gear.active_flank import active_start
-from beveloid_geom.gear.flank import flank_patch, tip_parameter
+from beveloid_geom.gear.flank import flank_patch
+from beveloid_geom.gear.flank_limits import tip_parameter
 
 from ..rendering import theme
 from ..rendering.theme import Page

@@ -15,7 +15,7 @@ import numpy as np
 from beveloid_geom import Design, Member
 from beveloid_geom.arrays import Codes, FloatArray
 from beveloid_geom.contact.mesh_position import Frame, frames_at
-from beveloid_geom.gear.flank import tip_radius
+from beveloid_geom.gear.flank_limits import tip_radius
 from beveloid_geom.operation.engagement import conjugate_phase
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.sheet import grid_of

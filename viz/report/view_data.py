@@ -19,7 +19,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.mesh_position import Frame, frames_at
 from beveloid_geom.design.ends import end_names, limit_words
 from beveloid_geom.findings.path import reason_of
-from beveloid_geom.gear.flank import tip_radius
+from beveloid_geom.gear.flank_limits import tip_radius
 from beveloid_geom.operation.cycle.cycle_segments import DEGREE
 from beveloid_geom.operation.engagement import conjugate_phase, middle_roll
 from beveloid_geom.pair.mounting import mounting_of

@@ -20,7 +20,8 @@ from ...contact.mesh_position import Frame, MeshingPair, frames_at
 from ...design.member import Member
 from ...design.model import Design
 from ...gear.fillet import tool_round
-from ...gear.flank import flank_point, tip_parameter
+from ...gear.flank import flank_point
+from ...gear.flank_limits import tip_parameter
 from ...pair.frames import to_fixed
 from ...shapes.element_sizes import Cells, cells_of, edge_deviation
 from ...shapes.hexahedra import tooth_hexahedra

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from ...arrays import FloatArray, Integers, Mask
 from ...design.member import Member
-from ...gear.flank import tip_parameter
+from ...gear.flank_limits import tip_parameter
 from ...gear.tooth_side import ToothSurface, angle_of, cut_at, profile_at, surface_of
 from ...support.frozen_arrays import kept
 from ...support.products import product

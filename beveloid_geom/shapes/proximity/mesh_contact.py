@@ -28,14 +28,8 @@ from ...contact.surfaces.second_order import modified_normal_rates
 from ...design.member import Member
 from ...design.model import Design
 from ...gear.closest_point import Feet, feet
-from ...gear.flank import (
-    flank_patch,
-    flank_point,
-    highest_parameter,
-    normal_rates,
-    root_parameter,
-    trace_parameter,
-)
+from ...gear.flank import flank_patch, flank_point, normal_rates, trace_parameter
+from ...gear.flank_limits import highest_parameter, root_parameter
 from ...pair.frames import normals_to_fixed, to_fixed
 from ...status import Status
 from .mesh_separation import MeshSeparation, frames_of, in_frame_of, mesh_separation

@@ -12,12 +12,8 @@ from beveloid_geom import Design, Errors, Member, builtin_design, contact_patter
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import path_ends
 from beveloid_geom.gear.active_flank import place_at
-from beveloid_geom.gear.flank import (
-    flank_patch,
-    flank_point,
-    root_parameter,
-    tip_parameter,
-)
+from beveloid_geom.gear.flank import flank_patch, flank_point
+from beveloid_geom.gear.flank_limits import root_parameter, tip_parameter
 from beveloid_geom.operation.angular_clearance import angular_clearance, surface_of
 from beveloid_geom.operation.contact_pattern.mating import Mating, mating_of
 from beveloid_geom.operation.contact_pattern.minimum_separation import minimum_separation, separation_samples

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Design, Errors, builtin_design, first_contact, mesh_cycle, path_certificate
-from beveloid_geom.gear.flank import tip_radius
+from beveloid_geom.gear.flank_limits import tip_radius
 from beveloid_geom.status import Verdict
 from beveloid_viz.components import panels, paths_table, viewpoint
 from beveloid_viz.components.panels import Trace

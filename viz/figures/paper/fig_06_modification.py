@@ -11,7 +11,8 @@ from matplotlib.axes import Axes
 from beveloid_geom import Design, Member
 from beveloid_geom.arrays import FloatArray, flank_sign
 from beveloid_geom.design.ends import end_names
-from beveloid_geom.gear.flank import FlankPatch, flank_patch, root_parameter, tip_parameter
+from beveloid_geom.gear.flank import FlankPatch, flank_patch
+from beveloid_geom.gear.flank_limits import root_parameter, tip_parameter
 from beveloid_geom.gear.undercut import regular_start
 
 from ...components import paths_table

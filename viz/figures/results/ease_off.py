@@ -18,7 +18,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.ends import end_names
 from beveloid_geom.findings.path import reason_of
 from beveloid_geom.gear.active_flank import active_start
-from beveloid_geom.gear.flank import tip_parameter
+from beveloid_geom.gear.flank_limits import tip_parameter
 
 from ...components import annotate
 from ...components.charts import ZERO_EASE_OFF_UM

@@ -17,7 +17,8 @@ from beveloid_geom.contact.mesh_position import frames_at
 from beveloid_geom.contact.parallel.lines import touches_along_lines
 from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.gear.active_flank import active_start
-from beveloid_geom.gear.flank import flank_patch, tip_parameter, tip_radius
+from beveloid_geom.gear.flank import flank_patch
+from beveloid_geom.gear.flank_limits import tip_parameter, tip_radius
 from beveloid_geom.operation.angular_clearance import angular_clearance
 from beveloid_geom.operation.contact_pattern.pattern import ContactPattern
 from beveloid_geom.report.pattern import pattern_report
