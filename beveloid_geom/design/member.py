@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import FloatArray, Quantity, T, flank_sign
+from ..support.array_repr import call_repr
 from ..support.frozen_arrays import equal, restored
 from .deviations import FlankDeviations, StackedDeviations
 from .field_limits import DesignError, require_classes, take
@@ -77,6 +78,7 @@ class Tool:
     parabola_apex: Quantity = 0.0
 
     __eq__ = equal
+    __repr__ = call_repr
     __setstate__ = restored
 
     def __post_init__(self) -> None:
@@ -144,6 +146,7 @@ class Member:
     modification_left: Modification | None = None
 
     __eq__ = equal
+    __repr__ = call_repr
     __setstate__ = restored
 
     def __post_init__(self) -> None:

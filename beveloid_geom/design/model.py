@@ -19,7 +19,7 @@ from typing import Any, Literal, TypeAlias, get_args
 import numpy as np
 
 from ..arrays import FloatArray, Quantity, T
-from ..support.array_repr import html_table
+from ..support.array_repr import call_repr, html_table
 from ..support.frozen_arrays import equal, restored
 from .field_limits import DesignError, base_pitch_fault, in_radians, require_classes, take
 from .member import Member, stacked
@@ -87,6 +87,7 @@ class Pair:
     gear_mounting: Quantity | None = None
 
     __eq__ = equal
+    __repr__ = call_repr
     __setstate__ = restored
 
     def __post_init__(self) -> None:
@@ -114,6 +115,7 @@ class Errors:
     gear_axial: Quantity = 0.0
 
     __eq__ = equal
+    __repr__ = call_repr
     __setstate__ = restored
 
     def __post_init__(self) -> None:
@@ -147,6 +149,7 @@ class MeshErrors:
     gear_axial: Quantity = 0.0
 
     __eq__ = equal
+    __repr__ = call_repr
     __setstate__ = restored
 
     def __post_init__(self) -> None:
@@ -178,6 +181,7 @@ class Design:
     errors_at: ErrorsAt = "perpendicular"
 
     __eq__ = equal
+    __repr__ = call_repr
     __setstate__ = restored
     _repr_html_ = html_table
 

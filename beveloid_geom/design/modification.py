@@ -24,6 +24,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from ..arrays import Quantity
+from ..support.array_repr import call_repr
 from ..support.frozen_arrays import equal, restored
 from .deviations import FlankDeviations, Shape
 from .field_limits import DesignError, Fault, FieldLimit, checked
@@ -154,6 +155,7 @@ class Modification:
     pitch_deviations_um: tuple[float, ...] | None = None
 
     __eq__ = equal
+    __repr__ = call_repr
     __setstate__ = restored
 
     def __post_init__(self) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from html import escape
 from typing import Any
 
@@ -22,6 +22,20 @@ def short_repr(result: Any) -> str:
     width = max(map(len, names), default=0)
     rows = [f"  {name:<{width}}  {_field_text(result, name)}" for name in names]
     return "\n".join((type(result).__name__, *rows))
+
+
+def call_repr(inputs: Any) -> str:
+    """Return the `__repr__` of an input: the call that creates it, without values equal to their default.
+
+    Arrays are shown by their shape and range."""
+    words = []
+    for field in fields(inputs):
+        value = getattr(inputs, field.name)
+        default = field.default if field.default_factory is MISSING else field.default_factory()
+        if np.ndim(value) or value != default:
+            text = repr(value) if vars(type(value)).get("__repr__") is call_repr else _text(value)
+            words.append(f"{field.name}={text}")
+    return f"{type(inputs).__name__}({', '.join(words)})"
 
 
 def html_table(result: Any) -> str:

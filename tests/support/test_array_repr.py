@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 from xml.etree import ElementTree
 
@@ -80,3 +81,14 @@ def test_notebooks_show_a_small_table(name: str) -> None:
         "design": ("pinion tool parabola", "0.001"),
     }[name]
     assert rows[wanted[0]] == wanted[1]
+
+
+def test_inputs_are_shown_as_the_call_that_creates_them() -> None:
+    """Values equal to their default are not shown; arrays are shown by shape and range."""
+    pinion = DESIGN.pinion.modified(bg.Modification(helix_crowning_um=10.0))
+    design = replace(DESIGN, pinion=pinion, errors=bg.Errors(offset=0.05))
+    assert eval(repr(design), {name: getattr(bg, name) for name in dir(bg)}) == design
+    assert "tip_alteration" not in repr(design)
+    assert len(repr(design)) < 700
+    assert repr(bg.Errors(gear_axial=np.zeros((4, 5)))) == "Errors(gear_axial=[4 x 5] 0 ... 0)"
+    assert repr(bg.MeshErrors()) == "MeshErrors()"
