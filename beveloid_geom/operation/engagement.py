@@ -121,6 +121,12 @@ class Engagement:
         """Return whether places (s1, z1) and touched points (s2, z2), mm, are on the fillets: (2, ...)."""
         return np.stack((self.pinion.on_fillet(*place), self.gear.on_fillet(*meeting)))
 
+    @property
+    def has_reliefs(self) -> bool:
+        """Whether a flank has a relief."""
+        modifications = self.pinion.modification, self.gear.modification
+        return any(one is not None and len(one.reliefs) for one in modifications)
+
     def past_reliefs(
         self, place: FloatArray | tuple[FloatArray, ...], meeting: FloatArray | tuple[FloatArray, ...]
     ) -> FloatArray:

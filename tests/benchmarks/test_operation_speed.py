@@ -141,9 +141,14 @@ LENGTHS: dict[str, Any] = {f"{name}_relief_length_mm": 3.0 for name in ("tip", "
     ("design", "given"),
     [
         (table1(), Modification(helix_crowning_um=10.0, profile_crowning_um=8.0, **EDGES, **LENGTHS)),
+        (table1(), Modification(helix_crowning_um=5.0, tip_relief_um=10.0, tip_relief_length_mm=2.0)),
         (HELICAL, Modification(tip_relief_um=10.0, tip_relief_length_mm=1.0)),
     ],
-    ids=("Table 1, crowning and reliefs of all edges", "helical gears on parallel axes, tip relief"),
+    ids=(
+        "Table 1, crowning and reliefs of all edges",
+        "Table 1, crowning and tip relief",
+        "helical gears on parallel axes, tip relief",
+    ),
 )
 def test_mesh_cycle_with_reliefs_against_unmodified_flanks(design: Design, given: Modification) -> None:
     """Modifications of both members; new errors in each run."""

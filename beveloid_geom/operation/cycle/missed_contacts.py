@@ -118,6 +118,46 @@ def halved(engagement: Engagement, segments: CycleSegments, samples: Samples, ba
     return replace(samples, cut=cut)
 
 
+def past_reliefs(engagement: Engagement, segments: CycleSegments) -> Samples:
+    """Return contacts that are earlier than the segments, past their ends.
+
+    Where a contact passes the beginnings of two reliefs, or passes one shortly before another contact takes
+    over, the samples may miss the segment in between. The contacts of both segments are followed past their
+    common end, up to the distance of a sample.
+
+    Parameters
+    ----------
+    engagement : Engagement
+    segments : CycleSegments
+
+    Returns
+    -------
+    Samples
+    """
+    # Distances from the end of a segment, in sample steps.
+    steps = np.array((0.002, 0.01, 0.03, 0.1, 0.2, 0.4, 0.7))
+    inner, ends, jump = _at_ends(segments)
+    passed = np.bitwise_count(segments.reliefs[inner] ^ segments.reliefs[inner + 1])
+    passed[segments.pair[inner] != segments.pair[inner + 1]] = 0
+    chosen = np.flatnonzero((np.abs(jump) > LATE_RAD * engagement.lever) | (passed > 1))
+    # The first segment is followed to larger rolls, the second to smaller ones.
+    second, row = (index.ravel().repeat(steps.size) for index in np.meshgrid((0, 1), chosen, indexing="ij"))
+    segment, away = inner[row] + second, np.tile(steps, 2 * chosen.size) * (1 - 2 * second)
+    roll = segments.high[inner[row]] + engagement.pitch[0] / SAMPLES_PER_PITCH * away
+    place, limit = ends[second, 1:3, row].T, segments.limit[:, segment]
+    return _ahead(engagement, segments, (segments.case[segment], roll, place, limit, segments.pair[segment]))[
+        2
+    ]
+
+
+def _at_ends(segments: CycleSegments) -> tuple[Integers, FloatArray, FloatArray]:
+    """Return the segments (k,) that are followed by another segment of the same case, the values of both at
+    their common end, (2, rows, k), and the difference of f, mm: positive if the second is earlier."""
+    inner = _inner(segments)
+    ends = np.stack([segments.values_at(inner + k, segments.high[inner]) for k in (0, 1)])
+    return inner, ends, ends[0, 0] - ends[1, 0]
+
+
 def overtaken(
     engagement: Engagement, samples: Samples, segments: CycleSegments
 ) -> tuple[Integers, Integers, Samples]:
@@ -138,9 +178,7 @@ def overtaken(
     samples : Samples
         The samples, with such contacts corrected.
     """
-    inner = _inner(segments)
-    ends = np.stack([segments.values_at(inner + k, segments.high[inner]) for k in (0, 1)])
-    jump, contacts = ends[0, 0] - ends[1, 0], samples.contacts
+    (inner, ends, jump), contacts = _at_ends(segments), samples.contacts
     jumps = np.flatnonzero(np.abs(jump) > LATE_RAD * engagement.lever)
     if not jumps.size:
         return jumps, jumps, samples
