@@ -56,14 +56,14 @@ class PartKind:
         Parts that can be written.
     description : str
         Text for messages.
-    steps : float or None
-        Module over default tolerance, None if no tolerance is needed.
+    module_per_tolerance : float or None
+        Module divided by the default tolerance, None if no tolerance is needed.
     """
 
     formats: dict[str, Any]
     parts: tuple[str, ...]
     description: str
-    steps: float | None = SURFACE_STEPS
+    module_per_tolerance: float | None = SURFACE_STEPS
 
 
 KINDS = {
@@ -253,8 +253,8 @@ def write_part(
     kind = kind_of(part, suffix, int(member.teeth))
     module = float(member.tool.normal_module)
     load, teeth = default_load_n * (module / 6.0) ** 2, 3 if kind == "contact" else 1
-    steps = KINDS[kind].steps
-    defaults = {"tolerance": None if steps is None else module / steps, "load": load, "teeth": teeth}
+    divisor = KINDS[kind].module_per_tolerance
+    defaults = {"tolerance": None if divisor is None else module / divisor, "load": load, "teeth": teeth}
     given |= {name: value for name, value in defaults.items() if given[name] is None}
     bores = {
         name: given.pop(name) for name in ("bore_radius", *(f"{member}_bore_radius" for member in MEMBERS))
