@@ -19,7 +19,7 @@ from .result import Report, Rows, flattened, picked, stacked_rows
 from .text import head_lines, line
 
 GIVEN, PLAIN = "as_given", "without_parabola"
-STATE_WORDS = {GIVEN: "as designed", PLAIN: "without parabolas"}
+STATE_WORDS = {GIVEN: "as designed", PLAIN: "unmodified"}
 GRID = ("l", "z", "deviation", "pinion_roll")
 """Quantities of a point."""
 SECOND_ORDER = {
