@@ -4,11 +4,11 @@ The four errors of Fig. 5, or the five errors at the mesh, are drawn independent
 distribution and are added to the errors of the design. Every mounting is solved. A mounting without a path on
 the flanks keeps its status and holds NaN.
 
-Mountings are drawn and solved in blocks of MOUNTINGS_PER_BLOCK. Each block has its own random stream, spawned from the seed.
-Therefore the result is the same bit for bit in one process and with any `concurrent.futures.Executor` over
-threads, processes or the machines of a cluster (of one processor type and NumPy version; others may round
-differently). The drawn errors depend on neither flank nor design: the studies of both flanks with one seed
-describe the same gearboxes.
+Mountings are drawn and solved in blocks of MOUNTINGS_PER_BLOCK. Each block has its own random stream, spawned
+from the seed. Therefore the result is the same bit for bit in one process and with any
+`concurrent.futures.Executor` over threads, processes or the machines of a cluster (of one processor type and
+NumPy version; others may round differently). The drawn errors depend on neither flank nor design: the studies
+of both flanks with one seed describe the same gearboxes.
 
 The transmission error is that of one tooth pair on its path. If the gear is furthest ahead at the ends of the
 path, the edge of the next pair touches first and the transmission error in operation is different.
@@ -164,7 +164,7 @@ class ToleranceStudy:
 
 @dataclass(frozen=True)
 class _Task:
-    """Work for one call of an executor: `cases` mountings from the first one of the block `block` on."""
+    """Work for one call of an executor: `cases` mountings from the first one of block number `block` on."""
 
     design: Design
     flanks: Sequence[str]

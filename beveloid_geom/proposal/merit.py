@@ -63,7 +63,8 @@ class PairCriteria:
         Smallest depth of active flank that remains below the tips of the mate (n,), mm; negative if the tips
         reach below the active flank.
     reserves : ndarray
-        Reserve of each criterion (CRITERIA, n), at most 1; -inf if it is unknown, 1 before paths are computed.
+        Reserve of each criterion (CRITERIA, n), at most 1. It is -inf if it is unknown. The reserves of the
+        last two criteria are 1 before paths are computed.
     possible : ndarray
         False for pairs (n,) whose criteria indicate a warning of `check`. In point contact, tips that reach
         below the flank of the mate do not make it False, because they may still miss the fillet.

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.maps import QUANTITIES, IN_OPERATION, DesignMap
+from ..analysis.maps import IN_OPERATION, QUANTITIES, DesignMap
 from ..arrays import Mask
 from ..design.model import Design
 from ..findings.path import batch_reason
@@ -30,7 +30,9 @@ class MapReport(ResultReport[DesignMap]):
         return batch_reason(f"no cell of the map has a path on the {self.flank} flanks", self.result.status)
 
     def values(self) -> dict[str, Any]:
-        """Return the map, one row for each value of the first input."""
+        """Return the map, one row for each value of the first input.
+
+        `pinion` and `gear` are the values of the first and of the second input, whatever they are."""
         result = self.result
         return {
             "over": result.preset or list(result.over),

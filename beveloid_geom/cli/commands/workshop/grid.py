@@ -71,7 +71,7 @@ def nominal_grid(
     border: tuple[str, float, float | None],
 ) -> GridReport:
     """Return the nominal grid of the options. Raises Refusal."""
-    from ....report.workshop.grid import GridReport, GridOrigin
+    from ....report.workshop.grid import GridOrigin, GridReport
     from ....workshop.grid import measuring_grid
 
     words, share, length = border
