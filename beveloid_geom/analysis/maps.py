@@ -27,7 +27,7 @@ from ..design.model import Design, Errors, MeshErrors
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
 from ..operation.mesh_cycle import mesh_cycle
 from ..pair.misalignment import ERROR_CLASSES, errors_below
-from ..pair.mounting import half_pitch, mounting_of
+from ..pair.mounting import mounting_of, within_half_pitch
 from ..pair.named_inputs import (
     PRESETS,
     Bounds,
@@ -324,7 +324,7 @@ def _backlash(design: Design, over: Inputs, first: FloatArray, second: FloatArra
     pitch = np.pi * float(tool.normal_module) * np.cos(float(tool.normal_pressure_angle))
     near = values[:, None] + step * np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     given, *moved = np.broadcast_to(mounting_of(design_at(design, over, *near)).normal_backlash, 3)
-    rates = half_pitch(np.array(moved) - given, pitch) / step
+    rates = within_half_pitch(np.array(moved) - given, pitch) / step
     linear = given + rates @ (np.stack((first, second)) - values[:, None])
     reduced = mounting_of(design_at(design, over, first, second)).normal_backlash
     return np.asarray(reduced + pitch * np.round((linear - reduced) / pitch))

@@ -24,7 +24,7 @@ from ..arrays import FLANKS, Codes, FloatArray, Mask
 from ..design.arguments import require_design
 from ..design.model import Design
 from ..pair.frames import layout_of
-from ..pair.mounting import half_pitch
+from ..pair.mounting import within_half_pitch
 from ..status import FirstStatus
 from ..support.array_repr import short_repr
 from ..support.chebyshev import basis_of, evaluate, greatest
@@ -117,12 +117,12 @@ def _play_of(design: Design, right: FirstContact, left: FirstContact) -> tuple[F
     """Return the play between first contacts at the same rolls, and its status, as `play_at`."""
     pitch = 2.0 * np.pi / float(design.gear.teeth)
     phases = [conjugate_phase(design, flank) for flank in FLANKS]
-    layout_play = half_pitch(phases[0] - phases[1], pitch)[..., None]
+    layout_play = within_half_pitch(phases[0] - phases[1], pitch)[..., None]
     # On either side, a gear that is ahead in the sense of driving reduces the play.
     play = lever_of(design) * (layout_play - right.transmission_error - left.transmission_error)
     lost = np.isnan(play)
     if lost.any():  # no layout or no conjugate flanks: the play within half a pitch
-        turn = half_pitch(right.gear_roll - left.gear_roll, pitch)
+        turn = within_half_pitch(right.gear_roll - left.gear_roll, pitch)
         play = np.where(lost, lever_of(design) * turn, play)
     status = np.where(right.status != FirstStatus.SOLVED, right.status, left.status)
     return play, status.astype(np.int8)

@@ -28,8 +28,8 @@ from ..contact.path import ContactPath, PathEnds, path_ends, path_of_contact
 from ..design.member import Member
 from ..design.model import Design, Errors, Pair
 from ..pair.frames import layout_of
-from ..pair.mounting import half_pitch, mounting_of, unmodified_backlash
-from ..pair.tips import CLEAR_DEPTH_MODULES, left_as_mounted
+from ..pair.mounting import mounting_of, unmodified_backlash, within_half_pitch
+from ..pair.tips import CLEAR_DEPTH_MODULES, depth_below_tips_as_mounted
 from ..status import Limit, Status
 from ..support.frozen_arrays import kept
 from .backlash import JAM_MODULES, lever_of
@@ -134,7 +134,7 @@ def _near_fillets(design: Design) -> bool:
 def _kept_near_fillets(pinion: Member, gear: Member, pair: Pair) -> bool:
     """Return `_near_fillets` of a single design, which batches of errors share."""
     design = Design(pinion, gear, pair)
-    left = np.minimum(*(left_as_mounted(design, flank) for flank in FLANKS))
+    left = np.minimum(*(depth_below_tips_as_mounted(design, flank) for flank in FLANKS))
     return bool((left < CLEAR_DEPTH_MODULES * float(pinion.tool.normal_module)).any())
 
 
@@ -234,7 +234,11 @@ def _curve(design: Design, flank: str) -> _Curve:
     pitch, lever = (2.0 * np.pi / teeth[1])[..., None], lever_of(design)[..., None]
     half = (0.5 * np.asarray(member.face_width)[..., None] for member in design.members)
     past_face = [np.abs(z) - width for z, width in zip((path.pinion_z, path.gear_z), half, strict=True)]
-    rows = path.pinion_roll, flank_sign(flank) * lever * half_pitch(phase, pitch), np.maximum(*past_face)
+    rows = (
+        path.pinion_roll,
+        flank_sign(flank) * lever * within_half_pitch(phase, pitch),
+        np.maximum(*past_face),
+    )
     order = 1 if flank_sign(flank) > 0.0 else -1  # the pinion's roll falls along paths of left flanks
     points = path.pinion_roll.shape[-1]
     roll, clearance, past_faces = (row.reshape(-1, points).T[::order].copy() for row in rows)

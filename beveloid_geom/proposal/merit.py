@@ -37,7 +37,7 @@ from ..gear.flank_limits import tip_radius
 from ..gear.undercut import undercut_margin
 from ..pair.frames import layout_at
 from ..pair.generator_angle import closed_normal
-from ..pair.tips import CLEAR_DEPTH_MODULES, left_below_tips
+from ..pair.tips import CLEAR_DEPTH_MODULES, depth_below_tips
 from ..pair.zero_backlash import ZeroBacklashLayout
 from .closure_equations import pair_at
 from .request import Request
@@ -121,7 +121,7 @@ def tooth_criteria(request: Request, values: FloatArray) -> PairCriteria:
         axes = layout_at(layout.offset, design.sense * layout.shaft_angle, design.sense)
         left = np.stack(
             [
-                left_below_tips(design, axes, layout.mounting, *each)
+                depth_below_tips(design, axes, layout.mounting, *each)
                 for each in zip(FLANKS, normal_x, strict=True)
             ]
         ).min(axis=(0, 1))

@@ -33,7 +33,7 @@ from ...gear.tooth_side import (
     Cut,
     cut_at,
     cut_with_bends,
-    cut_with_turn,
+    cut_with_normal_rate,
     generated_bends,
     generated_cut,
     profile_at,
@@ -325,7 +325,7 @@ def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
     x, y, high = seen[:, 0]
     squares, moves = _squares_seen(seen), seen[:, 1:3]
     other_s = profile_at(gear, squares[0], high, None if task.fillet is None else task.fillet[1])
-    met, scaled_s = cut_with_turn(gear, other_s, high)
+    met, scaled_s = cut_with_normal_rate(gear, other_s, high)
     f, cos, sin = _turn(task, x, y, met)
     cos, sin = cos / squares[0], sin / squares[0]
     scaled = np.array((met.nx, met.ny, met.nz)) / met.ny
