@@ -2,16 +2,18 @@
 
 Seen from the mate, a point of a member moves on a circle about the mate's axis when the mate rotates. In
 the mate's frame, the point has a radius r, an axial coordinate z and an angle theta. The mate's surface has
-one point with this r and z (`gear.tooth_side`), at the angle theta_f. The clearance angle is
+at most one point with this r and z (`gear.tooth_side`), at the angle theta_f. The clearance angle is
 
-    sigma (theta - theta_f),
+    sigma (theta - theta_f),   sigma = +1 on right flanks, -1 on left flanks,
 
 positive for a gap and negative for overlap. The same formula holds for both members.
 
-The distance along the normal is this angle times the moment of the mate's unit normal about its axis,
-|r_P n_y| without a modification. Without parabola, this moment is m_n N cos(alpha) / 2 everywhere on the
-flank, and a rotated involute helicoid is parallel to itself: the distance to the flank and its extension is
-exact. With a parabola or a modification, and on a fillet, the distance is correct to first order in the gap.
+The distance along the normal is this angle times the moment of the mate's unit normal about its axis.
+Without a modification, this moment is |r_P n_y|, with the pitch radius r_P of the mate and the component
+n_y of the normal in the frame of generation (`gear.generation`). Without parabola and modification, it is
+m_n N cos(alpha) / 2 everywhere on the flank, with the number of teeth N. A rotated involute helicoid is
+parallel to itself, so that the distance to the flank and its extension is exact. With a parabola or a
+modification, and on a fillet, the distance is correct to first order in the gap.
 """
 
 from __future__ import annotations
@@ -141,7 +143,9 @@ def seen_by_other(
 
 
 def pitch_shift(design: Design, pair: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return the rolls from tooth pair 0 to other tooth pairs.
+    """Return the angles that are added to the rolls of tooth pair 0 to obtain the rolls of other tooth pairs.
+
+    Tooth pair k consists of pinion tooth k and gear tooth -k, counted in the direction of positive rotation.
 
     Parameters
     ----------
@@ -152,7 +156,7 @@ def pitch_shift(design: Design, pair: ArrayLike) -> tuple[FloatArray, FloatArray
     Returns
     -------
     pinion, gear : ndarray
-        Rolls of pinion and gear, rad.
+        Angles of pinion and gear, rad.
     """
     turn = 2.0 * np.pi * np.asarray(pair, dtype=float)
     return np.asarray(turn / design.pinion.teeth), np.asarray(-turn / design.gear.teeth)
@@ -168,12 +172,12 @@ def angular_clearance(
     gear_roll: ArrayLike,
     pair: ArrayLike = 0,
 ) -> AngularClearance:
-    """Compute the clearance of points of a member from the mate's flank at a pose.
+    """Compute the clearance of points of a member from the mate's flank at given rolls of both members.
 
     Parameters
     ----------
     design : Design
-        The members must be single; pair and errors may be arrays.
+        The fields of the members must not be arrays; pair and errors may be arrays.
     flank : {'right', 'left'}
     member : int
         Member of the points: 0 pinion, 1 gear.
@@ -193,7 +197,7 @@ def angular_clearance(
     Raises
     ------
     ValueError
-        For members of arrays.
+        If a field of a member is an array.
     """
     # Points of one block, so that the arrays stay in the cache.
     points_per_block = 8192

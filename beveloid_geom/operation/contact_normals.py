@@ -26,10 +26,12 @@ def contact_normals(design: Design, flank: str, first: FirstContact) -> FloatArr
     Returns
     -------
     ndarray, shape (..., positions, 3)
-        Directed out of the gear's tooth, in S_f. Normal of the gear's surface; normal of the pinion's surface
-        where only edges of the gear touch; perpendicular to both edges, of either sense, where an edge
-        touches an edge. For undercut edges (`touches_undercut_edge`), whose direction is not computed, the
-        normal of the gear's surface.
+        In S_f, directed out of the gear's tooth, except for an edge on an edge:
+        surface or edge of the pinion on the gear's surface: normal of the gear's surface;
+        only edges of the gear touch: normal of the pinion's surface, reversed;
+        edge on edge: perpendicular to both edges, in either sense;
+        undercut edge on an edge (`touches_undercut_edge`): normal of the gear's surface, because the
+        direction of the undercut edge is not computed.
     """
     limit, edge = first.limit, first.limit >= 0
     of_gear = edge[..., 0] & (~edge | (limit % 2 == 1)).all(axis=-1)
@@ -86,10 +88,10 @@ def _edge_tangents(
 
 
 def with_tangencies(design: Design, flank: str, first: FirstContact) -> FirstContact:
-    """Return first contacts without edges where both surfaces have the same normal.
+    """Return the first contacts with `limit` set to -1 (no edge) where both surfaces have the same normal.
 
     If flanks touch along a line, every point of the line is a first contact, including its ends on edges.
-    Such a contact is a tangency.
+    The contact at such an end is a tangency, not an edge contact.
 
     Parameters
     ----------

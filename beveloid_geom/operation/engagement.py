@@ -44,18 +44,20 @@ class Engagement:
     period : float
         Rotation of the gear after which the same two teeth can meet again, rad.
     again : int
-        Difference of the tooth pair numbers after one period.
+        Decrease of the number of a tooth pair when the gear is moved on by one `period`: the number of pinion
+        teeth if the pinion has fewer teeth than the gear, otherwise 0, because a period is then a full turn.
     defined : ndarray of bool, shape (n,)
         Whether all inputs but the phase are finite.
     span : float
-        Length of the curve that begins at each position, in pitches of the pinion.
+        For segments: range of pinion roll that they cover from each position on, in pitches of the pinion.
     lines : ndarray, shape (4, 2, n), optional
-        For unmodified flanks that touch along lines: conjugate phase, pinion roll (rad), s1 and z1 (mm) of
-        the first and last contact of tooth pair 0 on the path of contact, which crosses the lines at a
-        constant rate. NaN for point contact; None if no position has lines.
+        For unmodified flanks that touch along lines. Rows: conjugate phase (rad), pinion roll (rad), s1 and
+        z1 (mm). Columns: first and last contact of tooth pair 0 on the path of contact. s1 and z1 are linear
+        in the pinion roll between them. NaN for point contact; None if no position has lines.
     crowned : bool
-        Whether modified flanks touch along lines, so that the pinion is `crowned`. Positions along the lines
-        are then uncertain, because the clearance is constant there up to rounding.
+        Whether modified flanks touch along lines. The searched pinion then has an additional helix crowning
+        of 1e-8 modules (`contact.surfaces.problems.crowned`). The position of a contact along its line is
+        uncertain, because this crowning changes the clearance by little more than rounding.
     """
 
     pinion: ToothSurface
@@ -95,8 +97,9 @@ class Engagement:
         return every if every.size <= teeth else np.arange(teeth) - teeth // 2
 
     def task(self, position: Integers, pair: Integers, fillet: Mask | None = None) -> Task:
-        """Return tooth pairs `pair` at the positions with these numbers, each (n,), and, if known, whether
-        the contacts are sought on the fillets of undercut teeth (2, n)."""
+        """Return the task of tooth pairs `pair` (n,) at the positions with the numbers `position` (n,).
+
+        `fillet` (2, n), if known: whether the contact is sought on the fillet of an undercut tooth."""
         roll = self.roll[position] + pair * self.pitch[0]
         start = self.phase[position] - self.pitch[1] / self.pitch[0] * roll
         line = None if self.lines is None else self._on_lines(position, roll)
@@ -166,7 +169,7 @@ def conjugate_phase(design: Design, flank: str) -> FloatArray:
     if not lost.any():
         return phase
     pinion, gear = np.where(lost, pose.position, 0.0)
-    # At the mesh, the gear's axis is `aside` from the common perpendicular, which rotates both rolls.
+    # At the mesh, the gear's axis is `aside` from the common perpendicular. This adds `turn` to both rolls.
     aside = gear * pose.sin
     turn = np.arctan2(aside, pose.offset)
     parallel = Pair(np.hypot(aside, pose.offset), 0.0, pinion - gear, 0.0)
@@ -203,9 +206,8 @@ def middle_roll(design: Design, flank: str) -> FloatArray:
     x, y = (mounting.pitch_point[..., k] for k in (0, 1))
     # On intersecting axes the pitch point is in the plane x = 0, except for rounding.
     far = ~((x > -1e-9 * surface.tip) & (np.abs(np.hypot(x, y) - surface.tip) < 0.5 * surface.tip))
-    across = np.nan_to_num(
-        pose.position[0] * pose.sin * pose.cos
-    )  # of the gear's axis, perpendicular to the offset
+    # y of the point of the gear's axis that is nearest to the pinion's mid-face.
+    across = np.nan_to_num(pose.position[0] * pose.sin * pose.cos)
     x, y = np.where(far, np.nan_to_num(pose.offset), x), np.where(far, across, y)
     z, apex = _pitch_height(design, surface), float(design.pinion.tool.parabola_apex)
     # On the reference line of the tool; s is measured from the apex of the parabola.
@@ -247,7 +249,7 @@ def engagement_of(
     Parameters
     ----------
     design : Design
-        The members must be single; pair and errors may be arrays.
+        The fields of the members must not be arrays; pair and errors may be arrays.
     flank : {'right', 'left'}
     roll : ndarray, shape (..., positions)
         Pinion rolls, rad.

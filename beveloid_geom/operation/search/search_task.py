@@ -11,8 +11,8 @@ from ...gear.tooth_side import Bends, Cut, ToothSurface, cut_at, tangents_of
 from ..angular_clearance import Pose
 
 OVERLAP_PERIODS = 0.25
-"""Part of the period after which two teeth meet again that is searched as overlap; the remainder is
-clearance."""
+"""Two teeth can meet again after one period. The clearance is searched over one period: this fraction of it
+as overlap (negative), the remainder as clearance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,8 +89,8 @@ class Task:
         return -OVERLAP_PERIODS * self.period
 
     def counted(self, angle: FloatArray) -> FloatArray:
-        """Return angles (rad) of plus or minus half a turn, shifted by one turn where they are below the
-        smallest angle of the search."""
+        """Return angles (rad) of plus or minus half a turn, with one turn added to those below
+        -pi - `earliest`."""
         least = -np.pi - self.earliest
         return np.where(angle < least, angle + 2.0 * np.pi, angle)
 
