@@ -38,7 +38,7 @@ Met: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArra
 
 
 @dataclass(frozen=True, eq=False)
-class Pose:
+class AxisPositions:
     """Position of both axes, with errors.
 
     Attributes
@@ -56,9 +56,9 @@ class Pose:
     cos: FloatArray
     position: FloatArray
 
-    def at(self, index: Integers) -> Pose:
-        """Return the poses with the numbers `index` along the last axis."""
-        return Pose(*(value.take(index, axis=-1) for value in vars(self).values()))
+    def at(self, index: Integers) -> AxisPositions:
+        """Return the positions with the numbers `index` along the last axis."""
+        return AxisPositions(*(value.take(index, axis=-1) for value in vars(self).values()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +94,7 @@ class AngularClearance:
     inside: Mask
 
 
-def pose_of(design: Design) -> Pose:
+def axes_of(design: Design) -> AxisPositions:
     """Return the axes and positions of a design.
 
     Parameters
@@ -104,7 +104,7 @@ def pose_of(design: Design) -> Pose:
 
     Returns
     -------
-    Pose
+    AxisPositions
         Of the batch shape.
     """
     layout, distance = layout_of(design), mounting_of(design).distance
@@ -112,17 +112,17 @@ def pose_of(design: Design) -> Pose:
     position = np.stack(np.broadcast_arrays(pinion, gear))
     offset, cos = np.asarray(layout.offset), np.asarray(layout.cos_angle)
     sin = np.where(layout.parallel, 0.0, layout.sin_angle)  # angles that count as parallel are exactly 0
-    return Pose(offset, sin, cos, position)
+    return AxisPositions(offset, sin, cos, position)
 
 
 def seen_by_other(
-    pose: Pose, member: int, x: Numbers, y: Numbers, z: Numbers
+    axes: AxisPositions, member: int, x: Numbers, y: Numbers, z: Numbers
 ) -> tuple[Numbers, Numbers, Numbers]:
     """Transform points from the fixed frame of one member to that of the mate.
 
     Parameters
     ----------
-    pose : Pose
+    axes : AxisPositions
     member : int
         Member that the points are given for: 0 pinion, 1 gear. The formula is the same for both
         (`pair.frames`).
@@ -134,11 +134,11 @@ def seen_by_other(
     x, y, z : ndarray
         Coordinates in the fixed frame of the mate, z from its mid-face, mm.
     """
-    z = z + pose.position[member]
+    z = z + axes.position[member]
     return (
-        pose.offset - x,
-        pose.sin * z - pose.cos * y,
-        pose.sin * y + pose.cos * z - pose.position[1 - member],
+        axes.offset - x,
+        axes.sin * z - axes.cos * y,
+        axes.sin * y + axes.cos * z - axes.position[1 - member],
     )
 
 
@@ -202,11 +202,11 @@ def angular_clearance(
     # Points of one block, so that the arrays stay in the cache.
     points_per_block = 8192
     surface, mate = (surface_of(design.members[j], flank) for j in (member, 1 - member))
-    pose, shift = pose_of(design), pitch_shift(design, pair)
+    axes, shift = axes_of(design), pitch_shift(design, pair)
     rolls = float64_of("pinion_roll", pinion_roll) + shift[0], float64_of("gear_roll", gear_roll) + shift[1]
     arguments = np.broadcast_arrays(
         *(float64_of("l", l), float64_of("z", z), rolls[member], rolls[1 - member]),
-        *(pose.offset, pose.sin, pose.cos, *pose.position),
+        *(axes.offset, axes.sin, axes.cos, *axes.position),
     )
     shape = arguments[0].shape
     flat = [x.reshape(-1) for x in arguments]
@@ -214,7 +214,7 @@ def angular_clearance(
     with np.errstate(invalid="ignore", divide="ignore"):
         for start in range(0, flat[0].size, points_per_block):
             part = [x[start : start + points_per_block] for x in flat]
-            here = Pose(part[4], part[5], part[6], np.stack(part[7:]))
+            here = AxisPositions(part[4], part[5], part[6], np.stack(part[7:]))
             rows[:, start : start + points_per_block] = _separated(surface, mate, here, member, *part[:4])
     angle, distance, other_l, other_z, other_r = (row.reshape(shape) for row in rows)
     with np.errstate(invalid="ignore"):
@@ -227,7 +227,7 @@ def angular_clearance(
 def _separated(
     surface: ToothSurface,
     mate: ToothSurface,
-    pose: Pose,
+    axes: AxisPositions,
     member: int,
     s: FloatArray,
     z: FloatArray,
@@ -238,7 +238,7 @@ def _separated(
     point = cut_at(surface, s, z)
     turned = point.phi + roll
     cos, sin = np.cos(turned), np.sin(turned)
-    x, y, z = seen_by_other(pose, member, cos * point.x - sin * point.y, sin * point.x + cos * point.y, z)
+    x, y, z = seen_by_other(axes, member, cos * point.x - sin * point.y, sin * point.x + cos * point.y, z)
     return met_by(mate, x, y, z, other_roll)
 
 

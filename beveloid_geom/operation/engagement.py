@@ -1,4 +1,4 @@
-"""Engagement of a pair at pinion rolls: surfaces, poses, and the tooth pairs that can touch."""
+"""Engagement of a pair at pinion rolls: surfaces, axes, and the tooth pairs that can touch."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from ..design.model import Design, Pair
 from ..gear.tooth_side import ToothSurface, angle_of, cut_at, surface_of
 from ..pair.mounting import limit_phase, mounting_of
 from ..support.frozen_arrays import kept
-from .angular_clearance import Pose, pose_of
+from .angular_clearance import AxisPositions, axes_of
 from .search.search_task import Task
 
 
 @dataclass(frozen=True, eq=False)
 class Engagement:
-    """Tooth surfaces and poses of a pair at pinion rolls (n,), and the tooth pairs that can touch.
+    """Tooth surfaces and axes of a pair at pinion rolls (n,), and the tooth pairs that can touch.
 
     Attributes
     ----------
     pinion, gear : ToothSurface
         Tooth surfaces of pinion and gear.
-    pose : Pose
+    axes : AxisPositions
     roll, phase : ndarray, shape (n,)
         Pinion roll, and conjugate phase of the gear (gear roll plus N1/N2 pinion roll), rad.
     nearest : ndarray of int, shape (n,)
@@ -62,7 +62,7 @@ class Engagement:
 
     pinion: ToothSurface
     gear: ToothSurface
-    pose: Pose
+    axes: AxisPositions
     roll: FloatArray
     phase: FloatArray
     nearest: Integers
@@ -103,8 +103,8 @@ class Engagement:
         roll = self.roll[position] + pair * self.pitch[0]
         start = self.phase[position] - self.pitch[1] / self.pitch[0] * roll
         line = None if self.lines is None else self._on_lines(position, roll)
-        pose = self.pose.at(position)
-        return Task(self.pinion, self.gear, self.lever, pose, roll, start, self.period, line, fillet)
+        axes = self.axes.at(position)
+        return Task(self.pinion, self.gear, self.lever, axes, roll, start, self.period, line, fillet)
 
     def _on_lines(self, position: Integers, roll: FloatArray) -> FloatArray:
         """Return `Task.line` of tooth pair 0 at pinion rolls (n,), rad."""
@@ -136,7 +136,7 @@ class Engagement:
         turned = np.rint((roll - self.roll[position]) / self.pitch[0]).astype(int)
         return replace(
             self,
-            pose=self.pose.at(position),
+            axes=self.axes.at(position),
             roll=roll,
             phase=self.phase[position],
             nearest=self.nearest[position] - turned,
@@ -164,15 +164,15 @@ def conjugate_phase(design: Design, flank: str) -> FloatArray:
     """
     plain = design.bare()
     find = _conjugate_phase if plain.batch_shape else _kept_phase
-    phase, pose = find(plain, flank), pose_of(plain)
-    lost = np.isnan(phase) & np.isfinite(pose.position.sum(axis=0))
+    phase, axes = find(plain, flank), axes_of(plain)
+    lost = np.isnan(phase) & np.isfinite(axes.position.sum(axis=0))
     if not lost.any():
         return phase
-    pinion, gear = np.where(lost, pose.position, 0.0)
+    pinion, gear = np.where(lost, axes.position, 0.0)
     # At the mesh, the gear's axis is `aside` from the common perpendicular. This adds `turn` to both rolls.
-    aside = gear * pose.sin
-    turn = np.arctan2(aside, pose.offset)
-    parallel = Pair(np.hypot(aside, pose.offset), 0.0, pinion - gear, 0.0)
+    aside = gear * axes.sin
+    turn = np.arctan2(aside, axes.offset)
+    parallel = Pair(np.hypot(aside, axes.offset), 0.0, pinion - gear, 0.0)
     ratio = np.asarray(design.pinion.teeth / design.gear.teeth)
     on_parallel = find(replace(plain, pair=parallel), flank) + (1.0 + ratio) * turn
     return np.where(lost, np.where(np.isnan(on_parallel), limit_phase(design, flank), on_parallel), phase)
@@ -202,13 +202,13 @@ def middle_roll(design: Design, flank: str) -> FloatArray:
         rad, of the batch shape. If the pitch point is far from the teeth, as on nearly parallel axes, the
         point of the pinion nearest to the gear is used instead.
     """
-    mounting, surface, pose = mounting_of(design), surface_of(design.pinion, flank), pose_of(design)
+    mounting, surface, axes = mounting_of(design), surface_of(design.pinion, flank), axes_of(design)
     x, y = (mounting.pitch_point[..., k] for k in (0, 1))
     # On intersecting axes the pitch point is in the plane x = 0, except for rounding.
     far = ~((x > -1e-9 * surface.tip) & (np.abs(np.hypot(x, y) - surface.tip) < 0.5 * surface.tip))
     # y of the point of the gear's axis that is nearest to the pinion's mid-face.
-    across = np.nan_to_num(pose.position[0] * pose.sin * pose.cos)
-    x, y = np.where(far, np.nan_to_num(pose.offset), x), np.where(far, across, y)
+    across = np.nan_to_num(axes.position[0] * axes.sin * axes.cos)
+    x, y = np.where(far, np.nan_to_num(axes.offset), x), np.where(far, across, y)
     z, apex = _pitch_height(design, surface), float(design.pinion.tool.parabola_apex)
     # On the reference line of the tool; s is measured from the apex of the parabola.
     return np.asarray(np.arctan2(y, x) - angle_of(cut_at(surface, np.zeros_like(z) - apex, z)))
@@ -266,10 +266,10 @@ def engagement_of(
     searched, along_lines = crowned(design, flank)
     pinion, gear = (surface_of(member, flank) for member in searched.members)
     phase = np.broadcast_to(conjugate_phase(design, flank)[..., None], roll.shape).reshape(-1)
-    pose = pose_of(design)
+    axes = axes_of(design)
     by_position = [
         np.broadcast_to(value[..., None], roll.shape).reshape(-1)
-        for value in (pose.offset, pose.sin, pose.cos, *pose.position)
+        for value in (axes.offset, axes.sin, axes.cos, *axes.position)
     ]
     tool, teeth = design.gear.tool, [int(member.teeth) for member in design.members]
     lever = 0.5 * float(tool.normal_module) * teeth[1] * np.cos(float(tool.normal_pressure_angle))
@@ -279,7 +279,7 @@ def engagement_of(
     engagement = Engagement(
         pinion=pinion,
         gear=gear,
-        pose=Pose(by_position[0], by_position[1], by_position[2], np.stack(by_position[3:])),
+        axes=AxisPositions(by_position[0], by_position[1], by_position[2], np.stack(by_position[3:])),
         roll=roll.reshape(-1),
         phase=np.nan_to_num(phase),
         nearest=np.rint((middle - roll.reshape(-1)) / pitch[0]).astype(int),

@@ -188,7 +188,7 @@ def result_of(
         cut = cut_at(engagement.pinion, l1, z1)
         turned = cut.phi + engagement.roll + contacts.pair * engagement.pitch[0]
     cos, sin = np.cos(turned), np.sin(turned)
-    point = (cos * cut.x - sin * cut.y, sin * cut.x + cos * cut.y, z1 + engagement.pose.position[0])
+    point = (cos * cut.x - sin * cut.y, sin * cut.x + cos * cut.y, z1 + engagement.axes.position[0])
     # Rotation of the gear from the conjugate roll.
     turn = engagement.gear.sigma * contacts.f / engagement.lever
     rows = {"l1": l1, "z1": z1, "l2": l2, "z2": z2, "pair": contacts.pair, "status": contacts.status}

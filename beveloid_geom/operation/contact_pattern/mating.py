@@ -11,7 +11,7 @@ from ...arrays import FloatArray
 from ...design.model import Design
 from ...gear.closest_point import FlankSheet, foot_on, sheet_of
 from ...support.frozen_arrays import read_only
-from ..angular_clearance import Pose, pose_of, seen_by_other
+from ..angular_clearance import AxisPositions, axes_of, seen_by_other
 from .motion import Operation
 
 POSES_PER_PITCH = 10
@@ -33,7 +33,7 @@ class Mating:
 
     member: int
     sheet: FlankSheet
-    pose: Pose
+    axes: AxisPositions
     operation: Operation
     rolls: FloatArray
 
@@ -69,9 +69,9 @@ class Mating:
         # on parallel axes have common ends, where a foot is on the mating flank only at the instant
         # of contact.
         edge_tolerance_modules = 1e-6
-        (x, y, z), (cos, sin, mate_cos, mate_sin), pose = points, turned, self.pose
+        (x, y, z), (cos, sin, mate_cos, mate_sin), axes = points, turned, self.axes
         x, y = cos * x - sin * y, sin * x + cos * y
-        seen, moves = seen_by_other(pose, self.member, x, y, z), (y, -pose.cos * x, pose.sin * x)
+        seen, moves = seen_by_other(axes, self.member, x, y, z), (y, -axes.cos * x, axes.sin * x)
         (x, y, z), (u, v, w) = (
             (mate_cos * a + mate_sin * b, mate_cos * b - mate_sin * a, c) for a, b, c in (seen, moves)
         )
@@ -103,7 +103,7 @@ def mating_of(design: Design, flank: str, member: int, operation: Operation) -> 
     Mating
     """
     sheet = sheet_of(design.members[1 - member], flank)
-    return Mating(member, sheet, pose_of(design), operation, sampled_rolls(design, operation))
+    return Mating(member, sheet, axes_of(design), operation, sampled_rolls(design, operation))
 
 
 def sampled_rolls(design: Design, operation: Operation) -> FloatArray:

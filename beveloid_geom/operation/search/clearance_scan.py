@@ -271,12 +271,12 @@ def scan_of(task: Task, grid: Grid, chart: Chart, turns: bool = True) -> Scan:
 
 def _moves(task: Task) -> FloatArray:
     """Return the matrices (3, n, 4) from the `points` of a grid to coordinates of the gear."""
-    pose, cos, sin = task.pose, np.cos(task.roll), np.sin(task.roll)
-    ahead, none = pose.position[0], np.zeros(task.roll.shape)
+    axes, cos, sin = task.axes, np.cos(task.roll), np.sin(task.roll)
+    ahead, none = axes.position[0], np.zeros(task.roll.shape)
     rows = (
-        (-cos, sin, none, pose.offset + none),
-        (-pose.cos * sin, -pose.cos * cos, pose.sin, pose.sin * ahead),
-        (pose.sin * sin, pose.sin * cos, pose.cos, pose.cos * ahead - pose.position[1]),
+        (-cos, sin, none, axes.offset + none),
+        (-axes.cos * sin, -axes.cos * cos, axes.sin, axes.sin * ahead),
+        (axes.sin * sin, axes.sin * cos, axes.cos, axes.cos * ahead - axes.position[1]),
     )
     return np.stack([np.stack(row, axis=-1) for row in rows])
 
@@ -306,7 +306,7 @@ def _scan_rows(
     r = np.sqrt(x * x + y * y)
     root, above = r - gear.root_taper * z - gear.root, r - gear.taper * z - gear.tip
     outside = np.maximum(above / grid.cell[0], (np.abs(z) - gear.half_width) / grid.cell[1])
-    rounding = single_rounding * (float(task.pose.offset.max()) + task.pinion.tip + gear.tip)
+    rounding = single_rounding * (float(task.axes.offset.max()) + task.pinion.tip + gear.tip)
     near, within = (outside <= 0.5) & (root > 0.0), outside <= -rounding / min(grid.cell)
     turn = np.arctan2(y, x) - chart.at(np.maximum(root, 0.0), z) - start[:, None]
     angle, before = _counted(task, gear.sigma * turn)

@@ -1,4 +1,4 @@
-"""Earliest contact of all tooth pairs at given poses: scan, search and selection.
+"""Earliest contact of all tooth pairs at given pinion rolls: scan, search and selection.
 
 A coarse scan selects the tooth pairs that can touch first. A finer scan gives starting points, and a search
 from each of them gives the local minima of the clearance. The smallest minimum over all tooth pairs is the
