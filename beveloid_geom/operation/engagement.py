@@ -188,7 +188,7 @@ def _conjugate_phase(plain: Design, flank: str) -> FloatArray:
 _kept_phase = kept(16)(_conjugate_phase)
 
 
-def middle_roll(design: Design, flank: str) -> FloatArray:
+def pitch_point_roll(design: Design, flank: str) -> FloatArray:
     """Compute the pinion roll at which the flank of tooth 0 passes the pitch point.
 
     Parameters
@@ -254,7 +254,7 @@ def engagement_of(
     roll : ndarray, shape (..., positions)
         Pinion rolls, rad.
     middle : ndarray, optional
-        `middle_roll` of the design, if known.
+        `pitch_point_roll` of the design, if known.
 
     Returns
     -------
@@ -273,7 +273,7 @@ def engagement_of(
     ]
     tool, teeth = design.gear.tool, [int(member.teeth) for member in design.members]
     lever = 0.5 * float(tool.normal_module) * teeth[1] * np.cos(float(tool.normal_pressure_angle))
-    middle = middle_roll(design, flank) if middle is None else middle
+    middle = pitch_point_roll(design, flank) if middle is None else middle
     middle = np.broadcast_to(middle[..., None], roll.shape).reshape(-1)
     pitch = (2.0 * np.pi / teeth[0], 2.0 * np.pi / teeth[1])
     engagement = Engagement(

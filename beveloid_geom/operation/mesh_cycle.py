@@ -38,7 +38,7 @@ from .cycle.cycle_segments import (
     samples_of,
 )
 from .cycle.segment_search import first_contact_segments, pitch_rolls
-from .engagement import Engagement, engagement_of, middle_roll
+from .engagement import Engagement, engagement_of, pitch_point_roll
 from .first_contact import FirstContact, first_contact, result_of
 from .search.earliest_contact import Found, Grids, Numbered, found_with_others, grids_of, in_step
 
@@ -315,7 +315,7 @@ class _Solution:
 
 
 def _solved(design: Design, flank: str, each: bool) -> _Solution:
-    start = np.broadcast_to(middle_roll(design, flank), design.batch_shape)
+    start = np.broadcast_to(pitch_point_roll(design, flank), design.batch_shape)
     engagement, phase = engagement_of(design, flank, start[..., None], start)
     grids = grids_of(engagement, design, flank)
     if np.isnan(phase).any():

@@ -33,7 +33,7 @@ from ..design.model import Design
 from ..design.modification import Modification
 from ..status import FirstStatus
 from ..support.array_repr import short_repr
-from .engagement import middle_roll, spread
+from .engagement import pitch_point_roll, spread
 from .first_contact import first_contact
 
 
@@ -121,7 +121,7 @@ def pitch_cycle(design: Design, flank: str = "right", points: int = 24) -> Pitch
     pitches = lcm(*map(_period, teeth, amounts, map(len, shapes)))
     _check_numbers(pitches, len(shapes[0]) * len(shapes[1]))
     pitch = 2.0 * np.pi / teeth[0]
-    roll = np.asarray(middle_roll(design, flank) + pitch / points * np.arange(points))
+    roll = np.asarray(pitch_point_roll(design, flank) + pitch / points * np.arange(points))
     error, pairs = _errors_alone(design, flank, roll, amounts, shapes)
     # In each pitch, the numbers of the pairs decrease by 1.
     number = pairs - np.arange(pitches)[:, None]
