@@ -5,12 +5,12 @@ follows from their two paths of contact: each path gives the limit of the gear o
 unmodified pair without errors, and the first of several tooth pairs counts. Without parabolas, the play is
 constant along the path under any error, and follows in closed form (`pair.mounting`).
 
-Flanks that curve away from each other are tangent no later than their trimmed parts touch, edges included.
-The result is then a lower bound of the backlash, and the backlash itself where the tangencies lie on the
-faces of both sides. Where the flanks are concave against each other along a path (the gear runs ahead
-towards its ends), edges touch earlier: the result is an estimate, and too large. Fillets and bottom lands are
-not considered: if a tip of the pair without errors comes near a fillet (`pair.tips`), the result is an
-estimate as well, since the fillet may leave less backlash.
+If the flanks curve away from each other, the extended flanks touch before the real teeth with their edges,
+or at the same roll of the gear. The result is then a lower bound of the backlash. It is the backlash itself
+where the tangencies of both sides lie on the faces. Where the flanks are concave against each other along a
+path (the gear is ahead towards the ends of the path), edges touch earlier: the result is an estimate, and
+too large. Fillets and bottom lands are not considered: if a tip of the pair without errors comes near a
+fillet (`pair.tips`), the result is an estimate as well, since the fillet may leave less backlash.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ class Tangency(IntEnum):
     """An estimate; the backlash may be smaller. The flanks are concave against each other along a path, so
     that edges touch earlier, or a tip comes near a fillet."""
     UNKNOWN = 3
-    """NaN: on one side there is no path between root and tip, or not at every roll, or only far from the
-    teeth."""
+    """The backlash is NaN. On at least one side, no tangency lies between root and tip, or there is none at
+    some rolls, or the tangencies are far from the teeth."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,12 +103,13 @@ def tangent_backlash(design: Design, known: dict[str, PathEnds] | None = None) -
     ----------
     design : Design
     known : dict of str to PathEnds, optional
-        Ends of paths that are already known, by flank. They are used if no member has a parabola.
+        Ends of paths that are already known, by flank. They are used if no member has a parabola or a
+        modification.
 
     Returns
     -------
     TangentBacklash
-        At the cost of the paths of both flanks.
+        Its computation takes about as long as that of the paths of both flanks.
     """
     if design.has_parabola or any(is_modified(design, flank) for flank in FLANKS):
         return _modified(design)
@@ -117,7 +118,7 @@ def tangent_backlash(design: Design, known: dict[str, PathEnds] | None = None) -
     edges = layout_of(design.with_errors(Errors())).parallel & ~layout_of(design).parallel
     normal = np.where(edges, np.nan, unmodified_backlash(design))
     ends = [(known or {}).get(flank) or path_ends(design, flank) for flank in FLANKS]
-    # Paths that add up to more than a pitch have common rolls.
+    # If both contact ratios add up to more than 1, there are rolls at which both sides are tangent.
     touches = (ends[0].contact_ratio + ends[1].contact_ratio > 1.0) & (ends[0].status == Status.SOLVED)
     touches &= ends[1].status == Status.SOLVED
     return _with_status(normal, touches, np.broadcast_to(_near_fillets(design), normal.shape))
@@ -212,7 +213,7 @@ def _tangencies(design: Design, flank: str) -> ContactPath:
         replace(member, face_width=extended_face_widths * np.asarray(member.face_width))
         for member in design.members
     )
-    # Beyond the ends of the real faces, undercut has no meaning.
+    # Ignore undercut of the extended flanks if the real flanks are not undercut.
     undercut = may_be_undercut(design, flank)
     return path_of_contact(replace(design, pinion=pinion, gear=gear), flank, PATH_POINTS, undercut=undercut)
 

@@ -37,7 +37,7 @@ from beveloid_geom.contact.ellipse import contact_ellipse
 from beveloid_geom.gear.flank_limits import tip_parameter
 from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.angular_clearance import angular_clearance
-from beveloid_geom.operation.engagement import middle_roll
+from beveloid_geom.operation.engagement import pitch_point_roll
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.pair.misalignment import mounted
 from beveloid_geom.pair.mounting import mounting_of
@@ -78,7 +78,7 @@ def test_separation_against_foot_points(parabola: tuple[float, float]) -> None:
 def test_first_contact_against_grids(parabola: tuple[float, float], flank: str) -> None:
     design = table1(parabola)
     own = surface_of(design.pinion, flank)
-    roll = float(middle_roll(design, flank)) + 2.0 * np.pi / 29 * np.linspace(0.0, 1.0, 500)
+    roll = float(pitch_point_roll(design, flank)) + 2.0 * np.pi / 29 * np.linspace(0.0, 1.0, 500)
     seconds = best(partial(first_contact, design, flank, roll), 3) / roll.size
     first = first_contact(design, flank, roll)
     z = own.half_width * np.linspace(-1.0, 1.0, 101)

@@ -1,14 +1,16 @@
 """Contacts that the samples of a mesh cycle miss, and segments that are later than a contact.
 
-A contact that is the first for less than the distance of two samples is one of the following. All but those
-of jumps are followed by Newton's method from contacts that are known:
+A contact that is the first for less than the distance of two samples is one of the following. A limit is an
+edge or an end of a flank or fillet (`status.Limit`); it is active if the contact lies on it.
 
-    a segment whose contact is the first again further on
-    a contact that was later than another one at the samples next to the end of a segment
-    a contact that is the first only between two samples
-    a contact on one limit less than a segment, as where an edge contact becomes a tangency
-    a contact on one limit more, where a segment violates a limit
-    a contact between two segments that do not meet
+    1. the contact of a segment, which is the first again before or after this segment
+    2. a contact that is later than the first one at the samples next to the end of a segment
+    3. a contact that is the first only between two samples
+    4. a contact with one active limit less than a segment, as where an edge contact becomes a tangency
+    5. a contact with one active limit more, where a segment violates a limit
+    6. a contact between two segments that do not meet
+
+Kinds 1 to 5 are followed by Newton's method from known contacts. For kind 6, first contacts are searched.
 """
 
 from __future__ import annotations
@@ -66,10 +68,11 @@ def checked_segments(
     Returns
     -------
     samples : Samples
-        The first contacts, with cuts where the segment is later. A segment may be earlier, within all limits:
-        then the search missed a contact, and its result is omitted.
+        The first contacts, with cuts where the segment is later. If the segment is earlier and its contact is
+        within all limits, the search missed this contact, and the sample is omitted. If its contact violates
+        a limit, the segment is cut as well.
     bad : ndarray of int
-        Segments that are later or have not converged.
+        Segments that are cut or have not converged.
     """
     values, bound = segments.values_at(segment, checks.roll), LATE_RAD * engagement.lever
     behind = values[0] - checks.contacts.f
@@ -100,13 +103,13 @@ def halved(engagement: Engagement, segments: CycleSegments, samples: Samples, ba
     samples : Samples
         First contacts.
     bad : ndarray of int
-        Segments that are later than a sample or have not converged.
+        Segments that disagree with a sample or have not converged.
 
     Returns
     -------
     Samples
-        The samples with one cut in each of these segments, if it has none after its first sample, and a
-        sample in its middle half.
+        The samples. A segment of `bad` is cut at the sample nearest to its middle if this sample is in its
+        middle half and no later sample of the segment than the first has a cut.
     """
     segment, cut = segments.number(engagement, samples.case, samples.roll), samples.cut.copy()
     for k in bad:
@@ -209,7 +212,7 @@ def earlier(engagement: Engagement, segments: CycleSegments, near: Samples) -> S
     engagement : Engagement
     segments : CycleSegments
     near : Samples
-        All contacts found at the samples.
+        Local minima of the clearance at the samples, as `near` of `found_with_others`.
 
     Returns
     -------

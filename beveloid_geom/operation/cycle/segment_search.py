@@ -59,7 +59,7 @@ def first_contact_segments(
     samples : Samples
         First contacts at the `pitch_rolls`.
     near : Samples
-        All contacts found there.
+        Local minima of the clearance found there, as `near` of `found_with_others`.
 
     Returns
     -------
