@@ -206,7 +206,7 @@ def path_of_contact(
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         # Up to 16 given l1 are solved one by one, if each has one contact.
         if given is not None and given.shape[-1] <= 16 and (alone := rows_alone(pairing, given)):
-            return _result(design, flank, *alone)
+            return _result(design, flank, *alone, undercut=undercut)
         groups = paths_on_flanks(pairing)
         table, status = _rows_of_groups(groups, points, given, cases)
         middle = None if given is None else middles_of(groups, given)
@@ -360,10 +360,15 @@ def _of_batch(pairing: FlankPair, ends: Ends, shape: tuple[int, ...]) -> PathEnd
 
 
 def _result(
-    design: Design, flank: str, table: FloatArray, status: NDArray[np.int8], ends: PathEnds | None = None
+    design: Design,
+    flank: str,
+    table: FloatArray,
+    status: NDArray[np.int8],
+    ends: PathEnds | None = None,
+    undercut: bool = True,
 ) -> ContactPath:
     """Return the path with these rows (HEIGHT, cases, positions). Without `ends`, ends and transmission error
-    are computed later.
+    are computed later, on flanks with or without limits by `undercut`.
     """
     shape = design.batch_shape
     table, status = table.reshape(HEIGHT, *shape, -1), status.reshape(*shape, -1)
@@ -375,13 +380,14 @@ def _result(
         return ContactPath(design=design, flank=flank, status=status, ends=ends, **rows, **vectors)
     del rows["transmission_error"]
     path = object.__new__(ContactPath)
-    vars(path).update(design=design, flank=flank, status=status, **rows, **vectors)
+    vars(path).update(design=design, flank=flank, status=status, _undercut=undercut, **rows, **vectors)
     return path
 
 
 def _searched(path: ContactPath) -> dict[str, Any]:
     """Return ends and transmission error of contacts that were solved one by one."""
-    pairing, shape = pairing_of(path.design, path.flank), path.l1.shape
+    pairing = pairing_of(path.design, path.flank, undercut=vars(path)["_undercut"])
+    shape = path.l1.shape
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         groups = paths_on_flanks(pairing)
         middle = middles_of(groups, path.l1.reshape(-1, shape[-1])).reshape(*shape[:-1], 1)
