@@ -11,7 +11,7 @@ from ..contact.flank_pair import is_modified, pairing_of
 from ..contact.parallel.lines import touches_along_lines
 from ..contact.path import path_of_contact
 from ..contact.path_polynomial import PHASE, exact_rows
-from ..contact.surfaces.problems import crowned
+from ..contact.surfaces.problems import with_line_crowning
 from ..design.model import Design, Pair
 from ..gear.tooth_side import ToothSurface, angle_of, cut_at, surface_of
 from ..pair.mounting import limit_phase, mounting_of
@@ -54,7 +54,7 @@ class Engagement:
         the first and last contact of tooth pair 0 on the path of contact, which crosses the lines at a
         constant rate. NaN for point contact; None if no position has lines.
     crowned : bool
-        Whether modified flanks touch along lines, so that the pinion is `crowned`. Positions along the lines
+        Whether modified flanks touch along lines, as in `with_line_crowning`. Positions along the lines
         are then uncertain, because the clearance is constant there up to rounding.
     """
 
@@ -261,7 +261,7 @@ def engagement_of(
     phase : ndarray, shape (n,)
         Conjugate phase by position, rad; NaN where there is none.
     """
-    searched, along_lines = crowned(design, flank)
+    searched, along_lines = with_line_crowning(design, flank)
     pinion, gear = (surface_of(member, flank) for member in searched.members)
     phase = np.broadcast_to(conjugate_phase(design, flank)[..., None], roll.shape).reshape(-1)
     pose = pose_of(design)

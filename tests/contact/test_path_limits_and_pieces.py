@@ -291,7 +291,7 @@ def test_ends_of_a_few_given_l1_without_limits_by_undercut(flank: str) -> None:
     ratios = []
     for undercut in (True, False):
         ends = path_of_contact(design, flank, 5, undercut=undercut).ends
-        l1 = np.linspace(*ends.l1, 17)
+        l1 = np.linspace(ends.l1[0], ends.l1[1], 17)
         few, many = (path_of_contact(design, flank, l1=part, undercut=undercut) for part in (l1[4:12], l1))
         assert "ends" not in vars(few)
         np.testing.assert_allclose(few.transmission_error, many.transmission_error[4:12], atol=1e-14)
