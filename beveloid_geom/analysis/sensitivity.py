@@ -38,7 +38,7 @@ from ..contact.parallel.small_angle_equations import (
     tangent_of,
     units_of_all,
 )
-from ..contact.path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROLL, PathSeries
+from ..contact.path_polynomial import NORMAL, PHASE, POINT, ROLL, ROW_COUNT, PathSeries
 from ..contact.path_positions import at_shares
 from ..contact.path_search import Group, paths_on_flanks
 from ..contact.surfaces.path_rates import surface_rates
@@ -175,7 +175,7 @@ def path_sensitivity(
                 places, scalars[:, path.cases] = surface_rates(path, sense[path.cases])
                 table[:, path.cases] = places.reshape(_WIDTH, *places.shape[2:])
                 limit[path.cases], status[path.cases] = path.segment.limit, path.segment.status
-                lines[path.cases] = path.problem.crowned
+                lines[path.cases] = path.problem.line_contact
         cases_per_block = 256
         for start in range(0, 0 if modified else cases, cases_per_block):
             block = np.arange(start, min(start + cases_per_block, cases))
@@ -234,7 +234,7 @@ def _of_group(group: Group) -> tuple[FloatArray, FloatArray]:
 
 def _curve_points(series: PathSeries, x: FloatArray) -> FloatArray:
     """Return y = (l1, l2, n_x, n_y, w1) (5, cases, positions) at parameters of the series."""
-    rows = evaluate(series.coefficients[:HEIGHT], x)
+    rows = evaluate(series.coefficients[:ROW_COUNT], x)
     point, normal = (np.moveaxis(rows[part], 0, -1) for part in (POINT, NORMAL))
     return point_on_curve(point, normal, rows[0], rows[1])
 
@@ -339,7 +339,7 @@ def _result(
     per_pitch = pairing.teeth[0, :, 0, None] / (2.0 * np.pi)
     ratio, swing = scalars[0] * per_pitch, scalars[1]
     # Unmodified flanks have no transmission error.
-    unmodified = pairing.straight & (status == Status.SOLVED) & (not is_modified(design, flank))
+    unmodified = pairing.without_parabola & (status == Status.SOLVED) & (not is_modified(design, flank))
     swing = np.where(unmodified[:, None] & ~np.isnan(scalars[1]), 0.0, swing)
 
     def batch(values: FloatArray) -> FloatArray:

@@ -235,7 +235,7 @@ def _path_tangents(path: ContactPath, point: FloatArray, normal: FloatArray) -> 
     tangent = np.moveaxis(tangent_of(regular_jacobian(pairing, y)[1], lines), -1, 0)
     met = meet_regular(pairing, y + COMPLEX_STEP * 1j * tangent * units_of_all(pairing))[1]
     point_rate = np.moveaxis(contact_point(met).imag / COMPLEX_STEP, 0, -1)
-    return np.where((lines & pairing.straight[:, None])[..., None], normal, point_rate)
+    return np.where((lines & pairing.without_parabola[:, None])[..., None], normal, point_rate)
 
 
 def tooth_traces(path: ContactPath) -> FloatArray:

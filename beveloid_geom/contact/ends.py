@@ -17,7 +17,7 @@ from ..support.chebyshev import evaluate, inverted, polynomials, real_roots, wit
 from ..support.products import product
 from .equation import edge_margins, meet, relative_margins
 from .flank_pair import FlankPair
-from .path_polynomial import HEIGHT, MAX_DEGREE, ROLL, PathSeries
+from .path_polynomial import MAX_DEGREE, ROLL, ROW_COUNT, PathSeries
 
 SCAN_POSITIONS = np.linspace(-1.0, 1.0, 65)
 SCAN_VALUES = polynomials(SCAN_POSITIONS, MAX_DEGREE)
@@ -31,7 +31,8 @@ HALLEY_MAX_STEPS, LAST_HALLEY_STEP = 30, 1e-6
 class Ends:
     """Where the path enters and leaves the flanks, (cases, 2); NaN and -1 without a path.
 
-    `x` is the parameter of the series, `limit` has codes of `Limit`. Per case: `span`, the range of pinion
+    `x` is the parameter of the series, `l` (2, cases, 2) are l1 and l2 (mm), `roll` is the pinion roll (rad),
+    and `limit` has codes of `Limit`. Per case: `span`, the range of pinion
     roll of the path (rad); `turning`, whether the roll turns back; `pieces`, the number of segments on the
     flanks, of which the one with the largest span is used; `status`.
     """
@@ -123,7 +124,7 @@ def _before_edges(pairing: FlankPair, series: PathSeries, ends: Ends) -> Ends:
     polynomials of the path, so that crossings are sampled and then bisected.
     """
     # Rows of a series from which z of a contact on both members follows.
-    toe_rows = HEIGHT + Limit.PINION_TOE, HEIGHT + Limit.GEAR_TOE
+    toe_rows = ROW_COUNT + Limit.PINION_TOE, ROW_COUNT + Limit.GEAR_TOE
     # Bisection steps for the point at which a path meets an edge of undercut.
     edge_bisections = 55
 
@@ -175,11 +176,12 @@ def _ends(pairing: FlankPair, series: PathSeries, x: FloatArray, pieces: NDArray
     """Return the ends of solved paths near the starting values x (cases, 2), and their numbers of `pieces`.
 
     Among the margins that decrease towards the outside, the one whose zero is furthest inside ends the path.
-    Newton's method on this maximum changes the limit if another one is met first. The pinion drives, with
+    This margin is selected again in each step of Halley's method, so that the limit changes if another one is
+    met first. The pinion drives, with
     increasing roll on right flanks and decreasing roll on left flanks; this decides which end is entered.
     """
     inward = np.array([1.0, -1.0])
-    margins = with_derivative(series.coefficients[HEIGHT:], 2)
+    margins = with_derivative(series.coefficients[ROW_COUNT:], 2)
     for _ in range(HALLEY_MAX_STEPS):
         value, rate, bend = evaluate(margins, x).reshape(3, len(Limit), *x.shape)
         # Step to the zero of each margin; the largest inward step belongs to the limiting one.
@@ -225,7 +227,7 @@ def _rough_ends(series: PathSeries) -> tuple[FloatArray, NDArray[np.int_]]:
     extremum so near to zero that finer samples may still hide a crossing, the roots of all margins are
     computed.
     """
-    depth = product(series.coefficients[HEIGHT:], SCAN_VALUES[: series.coefficients.shape[-1]]).min(axis=0)
+    depth = product(series.coefficients[ROW_COUNT:], SCAN_VALUES[: series.coefficients.shape[-1]]).min(axis=0)
     # Sign changes of the least margin on the scan.
     inside = depth > 0.0
     pieces = inside[:, 0] + (inside[:, 1:] & ~inside[:, :-1]).sum(axis=-1)
@@ -243,7 +245,8 @@ def _rough_ends(series: PathSeries) -> tuple[FloatArray, NDArray[np.int_]]:
     fine_scan_width = 2.0 * (SCAN_POSITIONS[1] - SCAN_POSITIONS[0])
     if row.size:
         fine = evaluate(
-            series.coefficients[HEIGHT:, row], SCAN_POSITIONS[place, None] + fine_scan_width * FINE_POSITIONS
+            series.coefficients[ROW_COUNT:, row],
+            SCAN_POSITIONS[place, None] + fine_scan_width * FINE_POSITIONS,
         ).min(axis=0)
         away = np.abs(fine).min(axis=-1) > np.abs(np.diff(fine)).max(axis=-1)
         hidden[row[away], place[away]] = False
@@ -257,10 +260,10 @@ def _rough_ends(series: PathSeries) -> tuple[FloatArray, NDArray[np.int_]]:
 def _exact_runs(coefficients: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the ends (segments, 2) of all segments on the flanks, and their ranges of roll, rad."""
     # The roots of all margins divide the series into segments inside and outside.
-    cuts = np.concatenate([real_roots(margin, -1.0, 1.0) for margin in coefficients[HEIGHT:]])
+    cuts = np.concatenate([real_roots(margin, -1.0, 1.0) for margin in coefficients[ROW_COUNT:]])
     cuts = np.concatenate(([-1.0], np.sort(cuts), [1.0]))
     between = 0.5 * (cuts[1:] + cuts[:-1])
-    inside = evaluate(coefficients[HEIGHT:, None], between)[:, 0].min(axis=0) > 0.0
+    inside = evaluate(coefficients[ROW_COUNT:, None], between)[:, 0].min(axis=0) > 0.0
     edges = np.flatnonzero(np.diff(np.concatenate(([0], inside, [0]))))
     runs, roll = cuts[edges].reshape(-1, 2), coefficients[ROLL : ROLL + 1]
     # Extrema of the roll inside each segment.

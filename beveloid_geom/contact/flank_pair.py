@@ -33,8 +33,9 @@ from ..support.frozen_arrays import kept, read_only
 class Edges:
     """Edges of undercut of one member.
 
-    `curves` belong to the different members of a batch, None for a sound flank. `number` (cases,) is the
-    index of the curve of each case, -1 for none. Without `number`, all cases have the same curve.
+    `curves` has one entry for each different member of a batch: the edge, or None without an edge that
+    depends on z. `number` (cases,) is the index in `curves` of each case, -1 for a case without an edge.
+    Without `number`, all cases have the curve `curves[0]`.
     """
 
     curves: tuple[CrossingCurve | None, ...]
@@ -58,11 +59,12 @@ class FlankPair:
     """Constants of one flank pair.
 
     Racks, layout with errors, `branch` (the sign of n_x), axial `position` of the mid-faces (mm), numbers of
-    teeth, and the limits of the active flanks. Shapes (2, cases, 1), or (cases, 1) where shared.
+    `teeth`, and the limits of the active flanks. Shapes (2, cases, 1), or (cases, 1) where shared.
 
-    `lowest` and `highest` bound the flank parameter over the entire active flank. `edges` are the curves on
-    which undercut ends the flanks of pinion and gear where they depend on z, None for a member without one;
-    empty if there are none.
+    `lowest` and `highest` (mm) bound the flank parameter l over the entire active flank. `tip` is the tip
+    radius at mid-face (mm), `taper` the tangent of the cone angle, and `half_width` half the face width (mm).
+    `edges` has one entry for pinion and gear: the edges of undercut whose l depends on z, or None. It is
+    empty if neither member has such an edge.
     """
 
     rack: Rack
@@ -118,7 +120,7 @@ class FlankPair:
         return read_only(np.asarray(self.layout.parallel[:, 0]))
 
     @cached_property
-    def straight(self) -> NDArray[np.bool_]:
+    def without_parabola(self) -> NDArray[np.bool_]:
         """Whether the racks of both members of each case (cases) have no parabola."""
         coefficients = np.broadcast_to(self.rack.parabola, (2, *self.branch.shape))
         return read_only((coefficients == 0.0).all(axis=(0, 2)))
@@ -137,8 +139,9 @@ _BY_CASE = tuple(field.name for field in fields(FlankPair) if field.name not in 
 class MemberTerms:
     """Contribution of one member to F at its flank parameter.
 
-    `normal` and rack point `start` (3, ...) in the generating frame, `square` S, `moment` g, and the
-    coefficients of eta = A + B w: A is `level`, B is `slope`.
+    `normal` and rack point `start` (3, ...), mm, in the generating frame; `square` is the root
+    S = sqrt(1 - v^2), the component of the normal perpendicular to the axis; `moment` g of the normal about
+    the axis, mm; and the coefficients of eta = A + B w: A is `level`, mm, B is `slope`.
     """
 
     normal: Numbers

@@ -1,7 +1,8 @@
 """Contact of elastic bodies by Hertz: the ellipse in which two flanks touch under a force.
 
 Near the contact the bodies separate by A x^2 + B y^2, A <= B, half the relative curvatures. They touch in an
-ellipse with the semi-axes a along x and b = k a along y, with Carlson's integral R_D,
+ellipse with the semi-axes a along x and b = k a along y, with Carlson's integral R_D, the complete elliptic
+integral of the second kind E(modulus), and E* of `contact_modulus`,
 
     A / B = R_D(0, k^2, 1) / R_D(0, 1, k^2),    (A + B) b = E(sqrt(1 - k^2)) p0 / E*,
 
@@ -46,8 +47,8 @@ def contact_modulus(young: float, poisson: float) -> float:
     return young / (2.0 * (1.0 - poisson**2))
 
 
-def slenderness(ratio: ArrayLike) -> FloatArray:
-    """Return k = b / a of ellipses.
+def axis_ratio(ratio: ArrayLike) -> FloatArray:
+    """Return k = b / a of ellipses, minor by major semi-axis.
 
     Parameters
     ----------
@@ -103,7 +104,7 @@ def hertz_ellipse(curvature: ArrayLike, force: ArrayLike, modulus: float) -> Her
     least, greatest = np.moveaxis(np.asarray(curvature, dtype=float), -1, 0)
     force = np.asarray(force, dtype=float)
     with np.errstate(invalid="ignore", divide="ignore"):
-        k = slenderness(np.where(greatest > 0.0, least / greatest, np.nan))
+        k = axis_ratio(np.where(greatest > 0.0, least / greatest, np.nan))
         mean = 0.5 * (least + greatest)  # A + B
         major = np.cbrt(1.5 * force * ellipe(1.0 - k * k) / (np.pi * k * k * (modulus * mean)))
         axes = np.stack((major, k * major), axis=-1)

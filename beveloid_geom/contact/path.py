@@ -1,7 +1,8 @@
 """Path of contact of a pair, its contact ratio and the limits at its ends.
 
-The path is a polynomial through exact solutions (`path_polynomial`). It is expanded in the pinion roll
-between its ends and evaluated at the requested positions. The pinion drives, so that its roll increases along
+The path is a polynomial through exact solutions (`path_polynomial`). For up to 255 positions it is evaluated
+at the parameters that give the requested rolls. For more, it is first expanded in the pinion roll between its
+ends. The pinion drives, so that its roll increases along
 the path of right flanks and decreases along that of left flanks. The path usually enters at the root side of
 the pinion and leaves towards its tip.
 
@@ -29,7 +30,7 @@ from ..status import Limit, Status
 from ..support.array_repr import html_table, short_repr
 from .ends import Ends, no_ends
 from .flank_pair import FlankPair, generated_pairing, is_modified, pairing_of
-from .path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROWS
+from .path_polynomial import NORMAL, PHASE, POINT, ROW_COUNT, ROWS
 from .path_positions import (
     middles_of,
     rows_alone,
@@ -47,8 +48,8 @@ class PathEnds:
     The last axis is (enter, leave), after the batch axes: `l1`, `l2` (mm), `pinion_roll` (rad) and `limit`
     (codes of `Limit`, -1 without a path). With the batch shape: `contact_ratio` (Eq. 16), 0 without a path
     and NaN where the path could not be computed; `pieces`, the number of segments of the path on the flanks,
-    of which the one with the largest range of roll is used; `status` (codes of `Status`). The second solution
-    branch (opposite sign of n_x) is not searched if the path of the first branch is a function of l1.
+    of which the one with the largest range of roll is used; `status` (codes of `Status`). Contacts with the
+    opposite sign of n_x are not searched if the path is one series over l1 on which |n_x| is above 0.05.
     """
 
     __repr__ = short_repr
@@ -86,7 +87,8 @@ class ContactPath:
     design : Design
     flank : str
     l1, u1, l2, u2 : ndarray
-        Flank parameters, mm.
+        Coordinates of the contact on the rack flanks of pinion and gear, mm: l along the profile from the
+        apex of the parabola, u along the tooth trace from mid-face.
     pinion_roll, gear_roll : ndarray
         Roll angles, rad.
     point, normal : ndarray
@@ -131,7 +133,7 @@ class ContactPath:
 
     @property
     def contact_ratio(self) -> FloatArray:
-        """Contact ratio of one tooth pair (Eq. 16), of the batch shape, as `contact_ratio` of the design."""
+        """Contact ratio of one tooth pair (Eq. 16), in the batch shape."""
         return self.ends.contact_ratio
 
     if not TYPE_CHECKING:  # it would hide misspelt names from the type checker
@@ -169,7 +171,7 @@ def path_of_contact(
         Replaces `points`: pinion flank parameters of the contacts, mm. They may be outside the limits of the
         flanks, with the status OFF_FLANK.
     undercut : bool
-        Whether undercut limits the flanks.
+        Whether undercut limits the flanks, and with them the path and its `ends`.
 
     Returns
     -------
@@ -206,7 +208,7 @@ def path_of_contact(
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         # Up to 16 given l1 are solved one by one, if each has one contact.
         if given is not None and given.shape[-1] <= 16 and (alone := rows_alone(pairing, given)):
-            return _result(design, flank, *alone)
+            return _result(design, flank, *alone, undercut=undercut)
         groups = paths_on_flanks(pairing)
         table, status = _rows_of_groups(groups, points, given, cases)
         middle = None if given is None else middles_of(groups, given)
@@ -239,10 +241,10 @@ def _on_surfaces(
 def _rows_of_groups(
     groups: list[Group], points: int, given: FloatArray | None, cases: int
 ) -> tuple[FloatArray, NDArray[np.int8]]:
-    """Return rows (HEIGHT, cases, positions) and status of all cases at evenly spaced positions, or at the
+    """Return rows (ROW_COUNT, cases, positions) and status of all cases at evenly spaced positions, or at the
     `given` l1 (cases, positions), mm.
     """
-    table, status = np.empty((HEIGHT, 0, 0)), np.empty((0, 0), dtype=np.int8)
+    table, status = np.empty((ROW_COUNT, 0, 0)), np.empty((0, 0), dtype=np.int8)
     for group in groups:
         if given is None:
             rows, codes = rows_on_path(group, points)
@@ -252,7 +254,7 @@ def _rows_of_groups(
             return rows, codes
         if table.size == 0:
             table, status = (
-                np.empty((HEIGHT, cases, rows.shape[-1])),
+                np.empty((ROW_COUNT, cases, rows.shape[-1])),
                 np.empty((cases, rows.shape[-1]), np.int8),
             )
         table[:, group.cases], status[group.cases] = rows, codes
@@ -360,13 +362,19 @@ def _of_batch(pairing: FlankPair, ends: Ends, shape: tuple[int, ...]) -> PathEnd
 
 
 def _result(
-    design: Design, flank: str, table: FloatArray, status: NDArray[np.int8], ends: PathEnds | None = None
+    design: Design,
+    flank: str,
+    table: FloatArray,
+    status: NDArray[np.int8],
+    ends: PathEnds | None = None,
+    undercut: bool = True,
 ) -> ContactPath:
-    """Return the path with these rows (HEIGHT, cases, positions). Without `ends`, ends and transmission error
-    are computed later.
+    """Return the path with these rows (ROW_COUNT, cases, positions).
+
+    Without `ends`, ends and transmission error are computed later, with or without limits by `undercut`.
     """
     shape = design.batch_shape
-    table, status = table.reshape(HEIGHT, *shape, -1), status.reshape(*shape, -1)
+    table, status = table.reshape(ROW_COUNT, *shape, -1), status.reshape(*shape, -1)
     last = (*range(1, table.ndim), 0)
     vectors = {"point": table[POINT].transpose(last), "normal": table[NORMAL].transpose(last)}
     rows = {name: table[row] for name, row in ROWS.items()}
@@ -375,13 +383,14 @@ def _result(
         return ContactPath(design=design, flank=flank, status=status, ends=ends, **rows, **vectors)
     del rows["transmission_error"]
     path = object.__new__(ContactPath)
-    vars(path).update(design=design, flank=flank, status=status, **rows, **vectors)
+    vars(path).update(design=design, flank=flank, status=status, _undercut=undercut, **rows, **vectors)
     return path
 
 
 def _searched(path: ContactPath) -> dict[str, Any]:
     """Return ends and transmission error of contacts that were solved one by one."""
-    pairing, shape = pairing_of(path.design, path.flank), path.l1.shape
+    pairing = pairing_of(path.design, path.flank, undercut=vars(path)["_undercut"])
+    shape = path.l1.shape
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         groups = paths_on_flanks(pairing)
         middle = middles_of(groups, path.l1.reshape(-1, shape[-1])).reshape(*shape[:-1], 1)

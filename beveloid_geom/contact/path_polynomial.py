@@ -53,27 +53,32 @@ ROWS = {
     "transmission_error": 13,
 }
 POINT, NORMAL = slice(8, 11), slice(14, 17)
-ROLL, PHASE, HEIGHT = 11, 13, 17
-WIDTH = HEIGHT + len(Limit)
+ROLL, PHASE = 11, 13
+"""Rows of the pinion roll, and of the phase: gear roll plus N1/N2 pinion roll, rad."""
+ROW_COUNT = 17
+"""Number of rows without the margins, which begin at this row."""
+FULL_ROW_COUNT = ROW_COUNT + len(Limit)
 """Number of rows with the margins."""
 
 MAX_DEGREE = 400
 """Highest degree of a series."""
 MAX_ROUNDING_DEPTHS = 1.6e-11
-"""Upper bound of the loosened rounding, relative to the flank depth: 2e-10 mm on Table 1."""
+"""Largest rounding error of lengths, relative to the flank depth, that is accepted if the tolerance of a
+series is enlarged (`rounding_scale`): 2e-10 mm on Table 1.
+"""
 SMALL_NORMAL_X = 0.05
 """|n_x| below which a position is solved again with n_x as an unknown."""
 POLISHING_STEPS = 5
-"""Newton steps."""
+"""Maximum number of Newton steps from a good approximation."""
 
 
 @dataclass(frozen=True, eq=False)
 class PathSeries:
     """Paths as polynomials of a parameter x in [-1, 1].
 
-    `coefficients` (WIDTH, cases, degree + 1). `middle`, `half` (cases, 1), mm: l1 = middle + half x. They are
-    NaN if the path is followed by its length and x is no function of l1. `status` (cases): SOLVED, or the
-    reason why there is no series.
+    `coefficients` (FULL_ROW_COUNT, cases, degree + 1). `middle`, `half` (cases, 1), mm: l1 = middle + half x.
+    They are NaN if x is another parameter: the position along a chord or guide, or w1. `status` (cases):
+    SOLVED, or the reason why there is no series.
     """
 
     coefficients: FloatArray
@@ -88,8 +93,8 @@ class PathSeries:
         )
 
 
-def by_length(coefficients: FloatArray, status: NDArray[np.int8]) -> PathSeries:
-    """Return series whose parameter is no function of l1."""
+def not_over_l1(coefficients: FloatArray, status: NDArray[np.int8]) -> PathSeries:
+    """Return series whose parameter is not a linear function of l1."""
     void = np.full((len(status), 1), np.nan)
     return PathSeries(coefficients, void, void, status)
 
@@ -97,8 +102,8 @@ def by_length(coefficients: FloatArray, status: NDArray[np.int8]) -> PathSeries:
 def exact_rows(
     pairing: FlankPair, l1: FloatArray, roots: Roots | None = None
 ) -> tuple[FloatArray, NDArray[np.int8]]:
-    """Return the rows (WIDTH, cases, positions) at every l1 (cases, positions), mm, and the Status of each
-    position.
+    """Return the rows (FULL_ROW_COUNT, cases, positions) at every l1 (cases, positions), mm, and the Status
+    of each position.
 
     NaN where not solved. `roots` are used if they are known.
     """
@@ -137,7 +142,7 @@ def _exact_rows_by_axes(
     """Return the result of `exact_rows` if some cases have parallel axes: their contacts midway between the
     mid-faces.
     """
-    rows, status = np.empty((WIDTH, *l1.shape)), np.full(l1.shape, np.int8(Status.OFF_FLANK))
+    rows, status = np.empty((FULL_ROW_COUNT, *l1.shape)), np.full(l1.shape, np.int8(Status.OFF_FLANK))
     crossed, others = np.flatnonzero(~parallel), np.flatnonzero(parallel)
     if crossed.size:
         rows[:, crossed], status[crossed] = exact_rows(pairing.cases(crossed), l1[crossed])
@@ -179,28 +184,29 @@ def _rows_and_settled(
 
 
 def rows_of(pairing: FlankPair, l: FloatArray, met: ContactTerms) -> FloatArray:
-    """Return rows (WIDTH, cases, positions) of contacts at `l` with the terms `met`."""
+    """Return rows (FULL_ROW_COUNT, cases, positions) of contacts at `l` with the terms `met`."""
     z, radius = axial_and_radius(pairing, met)
     roll = roll_angles(pairing, met)
-    rows = np.empty((WIDTH, *l.shape[1:]))
+    rows = np.empty((FULL_ROW_COUNT, *l.shape[1:]))
     rows[0:2], rows[2:4], rows[4:6], rows[6:8] = l, trace_parameters(pairing, met, z), z, radius
     rows[POINT], rows[NORMAL] = contact_point(met), contact_normal(met)
     rows[ROLL : ROLL + 2] = roll
     rows[PHASE] = roll[1] + pairing.teeth[0] / pairing.teeth[1] * roll[0]
-    rows[HEIGHT:] = limit_margins(pairing, l, z, radius)
+    rows[ROW_COUNT:] = limit_margins(pairing, l, z, radius)
     return rows
 
 
 def rounding_scale(
     pairing: FlankPair, loosened: Quantity = 1.0, loosest: float = MAX_ROUNDING_DEPTHS
 ) -> FloatArray:
-    """Return the sizes (WIDTH, cases) to which the rounding errors of the rows are proportional.
+    """Return the sizes (FULL_ROW_COUNT, cases) to which the rounding errors of the rows are proportional.
 
-    `loosened`, a number or (cases,), is for series whose rounding error exceeds that of the terms of the
-    equations. Lengths may be less exact by this factor, up to the share `loosest` of the flank depth,
-    and rolls by as much at the pitch radius."""
+    `loosened` (a number or (cases,)) is the factor by which the rounding error of a series exceeds the
+    rounding error of the terms of the equations. The sizes of lengths are multiplied by it, but the enlarged
+    rounding error of a length is at most the fraction `loosest` of the flank depth. The size of a roll is
+    that of a length divided by the pitch radius, and at least 1."""
     size = pairing.scale[:, 0]
-    scale = np.ones((WIDTH, len(size)))
+    scale = np.ones((FULL_ROW_COUNT, len(size)))
     if np.any(np.asarray(loosened) > 1.0):
         depth = (pairing.highest - pairing.lowest).min(axis=0)[:, 0]
         size = np.maximum(size, np.minimum(loosened * size, loosest / RELATIVE_NOISE * depth))
@@ -208,7 +214,7 @@ def rounding_scale(
             1.0, size / np.asarray(pairing.rack.pitch_radius).min(axis=0)[:, 0]
         )
         scale[NORMAL] = loosened
-    scale[:ROLL] = scale[HEIGHT:] = size  # lengths
+    scale[:ROLL] = scale[ROW_COUNT:] = size  # lengths
     return scale
 
 
@@ -260,7 +266,7 @@ def series_over_l1(
     # Cases without a root at each node, and cases that cannot converge, are not solved.
     tried = samples.change.any(axis=0).all(axis=-1) & ~pairing.undefined
     # Number of cases up to which polishing is cheaper than the prediction.
-    if len(l1) > 4 and not pairing.straight.all():
+    if len(l1) > 4 and not pairing.without_parabola.all():
         tried &= ~_hopeless(pairing, np.array((l1, samples.one_way().rough())), basis)
     at, part, subset = np.flatnonzero(tried), pairing, samples
     if at.size < len(l1):
@@ -269,7 +275,10 @@ def series_over_l1(
     coefficients, good = fitted_series(part, rows, basis)
     status[at[~result.any(axis=-1) & good]] = Status.SOLVED
     if at.size < len(status):
-        of_some, coefficients = coefficients, np.full((WIDTH, len(status), coefficients.shape[-1]), np.nan)
+        of_some, coefficients = (
+            coefficients,
+            np.full((FULL_ROW_COUNT, len(status), coefficients.shape[-1]), np.nan),
+        )
         coefficients[:, at] = of_some
     return PathSeries(coefficients, middle, half, status), samples
 
@@ -286,6 +295,6 @@ def _hopeless(pairing: FlankPair, l: FloatArray, basis: Basis) -> NDArray[np.boo
     share = np.maximum(x_squared.min(axis=-1) / x_squared.max(axis=-1), 0.0)
     zero = (1.0 + share) / (1.0 - share)
     rate = zero + np.sqrt(zero * zero - 1.0)
-    # Predicted last coefficient, relative to the first, above which roots are not polished.
+    # Predicted last coefficient, relative to the first, above which the case is not solved with this basis.
     predicted_limit = 1e-12
     return np.asarray(rate ** (1.0 - basis.nodes.size) > predicted_limit)

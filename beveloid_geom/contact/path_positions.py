@@ -21,7 +21,7 @@ from .ends import HALLEY_MAX_STEPS, LAST_HALLEY_STEP, Ends, halley_step
 from .equation import edge_margins, gap_tolerance
 from .flank_pair import FlankPair
 from .parallel.small_angle_paths import NEARLY_PARALLEL_SINE
-from .path_polynomial import HEIGHT, PHASE, ROLL, PathSeries, exact_rows, rounding_scale
+from .path_polynomial import PHASE, ROLL, ROW_COUNT, PathSeries, exact_rows, rounding_scale
 from .path_search import Group
 from .roots import sole_roots
 
@@ -30,34 +30,35 @@ from .roots import sole_roots
 class PathByRoll:
     """A path from enter to leave.
 
-    Its rows are polynomials of the relative position in [-1, 1], or if `by_roll` is False, of the parameter
-    of the series. PHASE is reduced by its value in the `middle`.
+    `coefficients` (ROW_COUNT, cases, degree + 1) are polynomials of the relative position in [-1, 1] or, if
+    `by_roll` is False, of the parameter of the series. `middle_phase` (cases, 1), rad, is the value of PHASE
+    in the middle of the path, which `rows` subtracts.
     """
 
     coefficients: FloatArray
     by_roll: bool
     series: PathSeries
     ends: Ends
-    middle: FloatArray
+    middle_phase: FloatArray
 
     def rows(self, share: FloatArray) -> FloatArray:
-        """Return rows (HEIGHT, cases, positions) at relative positions."""
+        """Return rows (ROW_COUNT, cases, positions) at relative positions."""
         values = _by_blocks(
             self.coefficients, share if self.by_roll else at_shares(self.series, self.ends, share)
         )
-        values[PHASE] -= self.middle
+        values[PHASE] -= self.middle_phase
         return values
 
 
 def expanded_in_roll(group: Group) -> PathByRoll:
     """Return the paths, expanded in roll if this resolves them."""
-    series, ends, rows = group.series, group.ends, group.series.coefficients[:HEIGHT]
+    series, ends, rows = group.series, group.ends, group.series.coefficients[:ROW_COUNT]
     # Evaluate at Chebyshev points of the roll and fit again.
     basis = basis_of(40)
     values = evaluate(rows, at_shares(series, ends, basis.nodes))
     middle, by_roll = values[PHASE, :, basis.nodes.size // 2, None], basis.coefficients(values)
     solved = ends.status == Status.SOLVED
-    degree = resolved_degree(by_roll[:, solved], rounding_scale(group.pairing)[:HEIGHT, solved])
+    degree = resolved_degree(by_roll[:, solved], rounding_scale(group.pairing)[:ROW_COUNT, solved])
     if degree is None:
         return PathByRoll(rows, False, series, ends, middle)
     return PathByRoll(by_roll[..., : degree + 1], True, series, ends, middle)
@@ -74,7 +75,7 @@ def rows_on_path(group: Group, points: int) -> tuple[FloatArray, NDArray[np.int8
     share, series, ends = _shares(points), group.series, group.ends
     # Number of positions from which the expansion in roll is used.
     if points < 256:
-        values = evaluate(series.coefficients[:HEIGHT], at_shares(series, ends, share))
+        values = evaluate(series.coefficients[:ROW_COUNT], at_shares(series, ends, share))
         values, middle = values[..., :-1], values[PHASE, :, -1:].copy()
         values[PHASE] -= middle
     else:
@@ -85,7 +86,7 @@ def rows_on_path(group: Group, points: int) -> tuple[FloatArray, NDArray[np.int8
 def rows_at_given(group: Group, l1: FloatArray) -> tuple[FloatArray, NDArray[np.int8]]:
     """Return rows and status at given l1: from the series, and outside its window solved one by one."""
     pairing, series, ends = group.pairing, group.series, group.ends
-    x, several = shares_at_l1(series, ends, l1)
+    x, several = parameters_at_l1(series, ends, l1)
     values = _by_blocks(series.coefficients, x)
     status = np.where(several, np.int8(Status.SEVERAL_CONTACTS), np.int8(Status.SOLVED))
     # Outside the window of the series, or without a series, each l1 is solved separately.
@@ -108,7 +109,7 @@ def _limited(
     # Tolerance of the limits, in gap tolerances.
     limit_tolerance = 64.0
     values[0] = l1
-    room = values[HEIGHT:].min(axis=0)
+    room = values[ROW_COUNT:].min(axis=0)
     # Rows of a series with z of a contact on both members, mm.
     z_rows = slice(4, 6)
     if pairing.edges:
@@ -116,7 +117,7 @@ def _limited(
     off = room < -limit_tolerance * gap_tolerance(pairing)
     if off.any():
         status[off & (status == Status.SOLVED)] = Status.OFF_FLANK
-    return values[:HEIGHT], status
+    return values[:ROW_COUNT], status
 
 
 def rows_alone(pairing: FlankPair, l1: FloatArray) -> tuple[FloatArray, NDArray[np.int8]] | None:
@@ -164,8 +165,8 @@ def at_shares(series: PathSeries, ends: Ends, share: FloatArray) -> FloatArray:
     """Return series parameters x (cases, positions) at relative positions `share` in [-1, 1] from enter to
     leave.
 
-    The position is measured in pinion roll, inverted by Newton's method. If the roll turns back along the
-    path, it is measured in x.
+    The position is measured in pinion roll, which is inverted by Halley's method. If the roll turns back
+    along the path, the position is measured in x.
     """
     enter, leave, first, last = ends.x[:, :1], ends.x[:, 1:], ends.roll[:, :1], ends.roll[:, 1:]
     # Invert the roll by Halley's method; bisection for positions that do not converge.
@@ -191,9 +192,9 @@ def at_shares(series: PathSeries, ends: Ends, share: FloatArray) -> FloatArray:
     return x
 
 
-def shares_at_l1(series: PathSeries, ends: Ends, l1: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return series parameters x (cases, positions) at `l1`, and where several contacts on the flanks have
-    this l1.
+def parameters_at_l1(series: PathSeries, ends: Ends, l1: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """Return series parameters x (cases, positions) at `l1` (cases, positions), mm, and where the path on the
+    flanks has several contacts with this l1.
 
     If x is not a function of l1, only the path on the flanks is searched; NaN beyond it.
     """

@@ -26,11 +26,11 @@ from .parallel.no_contact_bound import clear_of_flanks
 from .parallel.paths import parallel_series
 from .parallel.small_angle_paths import NEARLY_PARALLEL_SINE, nearly_parallel, series_over_w1
 from .path_polynomial import (
+    FULL_ROW_COUNT,
     NORMAL,
     SMALL_NORMAL_X,
-    WIDTH,
     PathSeries,
-    by_length,
+    not_over_l1,
     series_over_l1,
 )
 from .root_samples import RootSamples
@@ -52,8 +52,8 @@ class Group:
         series, ends = self.series.cases(index), self.ends.cases(index)
         return Group(self.cases[index], self.pairing.cases(index), series, ends)
 
-    def of(self, cases: NDArray[np.int_]) -> Group:
-        """Return the group with the numbers `cases` of its cases in a larger set."""
+    def renumbered(self, cases: NDArray[np.int_]) -> Group:
+        """Return the group with case k replaced by `cases[k]`, its number in a larger set."""
         return replace(self, cases=cases[self.cases])
 
 
@@ -93,7 +93,8 @@ def paths_on_flanks(pairing: FlankPair) -> list[Group]:
     )
     remaining = remaining.astype(int)
     return groups + [
-        group.of(remaining) for group in (_crossed(pairing.cases(remaining)) if remaining.size else [])
+        group.renumbered(remaining)
+        for group in (_crossed(pairing.cases(remaining)) if remaining.size else [])
     ]
 
 
@@ -106,8 +107,8 @@ def _crossed(pairing: FlankPair) -> list[Group]:
     # Step 1: series over l1.
     for block in _blocks(np.arange(count)):
         certain, doubtful, remaining = _over_l1(pairing.cases(block) if block.size < count else pairing)
-        groups += [group.of(block) for group in certain]
-        decided += [group.of(block) for group in doubtful]
+        groups += [group.renumbered(block) for group in certain]
+        decided += [group.renumbered(block) for group in doubtful]
         open_ones.append(block[remaining])
     if not any(block.size for block in open_ones):
         return groups
@@ -117,7 +118,7 @@ def _crossed(pairing: FlankPair) -> list[Group]:
     # Step 2: cells near the faces.
     for block in _blocks(np.concatenate(open_ones)):
         result, remaining, bounds = _near_faces(pairing.cases(block), known[block])
-        groups += [group.of(block) for group in result]
+        groups += [group.renumbered(block) for group in result]
         known[block[np.concatenate([remaining, *(group.cases for group in result)])]] = False
         left.append(block[remaining])
         low[:, left[-1]], high[:, left[-1]] = bounds
@@ -127,10 +128,10 @@ def _crossed(pairing: FlankPair) -> list[Group]:
     for block in _blocks(np.concatenate(left)):
         result = _followed(pairing.cases(block), (low[:, block], high[:, block]))
         closed = [group.part(np.flatnonzero(group.ends.status != Status.NOT_CONVERGED)) for group in result]
-        groups += [group.of(block) for group in closed if group.cases.size]
+        groups += [group.renumbered(block) for group in closed if group.cases.size]
         again.append(np.delete(block, np.concatenate([group.cases for group in closed])))
     for block in _blocks(np.concatenate(again)) if again else ():
-        groups += [group.of(block) for group in _followed(pairing.cases(block))]
+        groups += [group.renumbered(block) for group in _followed(pairing.cases(block))]
     return groups
 
 
@@ -147,8 +148,7 @@ def _over_l1(pairing: FlankPair) -> tuple[list[Group], list[Group], NDArray[np.i
     the region outside its window. If n_x is nearly zero, if nothing is found on the flanks, or if l1
     describes only a part of the curve, a few cells usually show that no other curve is near the faces.
     """
-    # Fractions of the flank depths by which series over l1 reach beyond root and tip, and in which l2 is
-    # searched there.
+    # Fractions of the flank depths by which the window reaches beyond root and tip: 0.02 in l1, 0.3 in l2.
     spare = np.array([[[0.02]], [[0.3]]]) * (pairing.highest - pairing.lowest)
     series, samples = series_over_l1(pairing, pairing.lowest - spare, pairing.highest + spare, basis_of(16))
     full = _with_ends(np.arange(len(series.status)), pairing, series)
@@ -161,7 +161,7 @@ def _over_l1(pairing: FlankPair) -> tuple[list[Group], list[Group], NDArray[np.i
     decided, certain, void = _is_decided(full), ~lost, np.zeros(len(lost), dtype=bool)
     at = np.flatnonzero(lost)
     part = pairing.cases(at)
-    # Grid lines of each member if a series over l1 is known.
+    # A coarse grid, five lines of each member, for the cases whose series over l1 is not certain.
     box = box_of(part, *window_of(part), nodes=5)
     defined = ~(part.undefined | vanishing(part))
     certain[at], void[at] = (box.none | box.one) & defined, box.none & ~box.missing & defined & ~decided[at]
@@ -221,7 +221,7 @@ def _near_faces(pairing: FlankPair, known: NDArray[np.bool_]) -> tuple[list[Grou
         tried = np.flatnonzero(box.alone & ~box.none & ~keep)
         low[:, at[tried]], high[:, at[tried]] = box.low[:, tried], box.high[:, tried]
         result, off = _through_cells(part.cases(tried), box.cases(tried))
-        fits += [group.of(at[tried]) for group in result]
+        fits += [group.renumbered(at[tried]) for group in result]
         empty[np.concatenate((at[box.none], at[tried[off]]))] = True
         done |= empty
         done[np.concatenate([at[keep], *(group.cases for group in fits)])] = True
@@ -276,7 +276,7 @@ def _is_decided(group: Group) -> NDArray[np.bool_]:
 
 def _without_path(pairing: FlankPair, cases: NDArray[np.int_], status: NDArray[np.int8]) -> Group:
     """Return cases without a path, with the reason."""
-    part, series = pairing.cases(cases), by_length(np.full((WIDTH, cases.size, 2), np.nan), status)
+    part, series = pairing.cases(cases), not_over_l1(np.full((FULL_ROW_COUNT, cases.size, 2), np.nan), status)
     return Group(cases, part, series, no_ends(status))
 
 

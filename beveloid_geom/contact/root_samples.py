@@ -70,8 +70,10 @@ class RootSamples:
         return np.where(self.change.any(axis=0), self.first().start, np.nan)
 
     def between(self, place: Integers, column: Integers | None = None) -> Bracket:
-        """Return the brackets from the samples `place` to the next, (cases, positions), or for the positions
-        with the numbers `column` in all cases together.
+        """Return the brackets from the samples `place` to the next.
+
+        Without `column`, `place` is (cases, positions). Otherwise `place` may have any shape, and `column`
+        has the number case * positions + position of each bracket.
         """
         if column is None:
             column = np.arange(place.size).reshape(place.shape)

@@ -159,8 +159,9 @@ def sole_roots(pairing: FlankPair, l1: FloatArray) -> Roots | None:
 def roots_in(
     pairing: FlankPair, l1: FloatArray, samples: RootSamples, passes: int = NEWTON_MAX_STEPS
 ) -> Roots:
-    """Return the root on the flanks among all that `samples` at `l1` (cases, positions), mm, bracket, or the
-    root nearest to the flanks, with at most `passes` Newton steps.
+    """Return one root l2 at every `l1` (cases, positions), mm, by at most `passes` Newton steps.
+
+    Of all roots between the `samples`, it is the one on the flanks, or the one nearest to the flanks.
     """
     count = samples.change.sum(axis=0)
     roots = _solved(pairing, samples.pinion, samples.first(), count > 0, passes)

@@ -11,7 +11,7 @@ from ..contact.flank_pair import is_modified, pairing_of
 from ..contact.parallel.lines import touches_along_lines
 from ..contact.path import path_of_contact
 from ..contact.path_polynomial import PHASE, exact_rows
-from ..contact.surfaces.problems import crowned
+from ..contact.surfaces.problems import with_line_crowning
 from ..design.model import Design, Pair
 from ..gear.tooth_side import ToothSurface, angle_of, cut_at, surface_of
 from ..pair.mounting import limit_phase, mounting_of
@@ -54,10 +54,10 @@ class Engagement:
         For unmodified flanks that touch along lines. Rows: conjugate phase (rad), pinion roll (rad), s1 and
         z1 (mm). Columns: first and last contact of tooth pair 0 on the path of contact. s1 and z1 are linear
         in the pinion roll between them. NaN for point contact; None if no position has lines.
-    crowned : bool
+    line_contact : bool
         Whether modified flanks touch along lines. The searched pinion then has an additional helix crowning
-        of 1e-8 modules (`contact.surfaces.problems.crowned`). The position of a contact along its line is
-        uncertain, because this crowning changes the clearance by little more than rounding.
+        of 1e-8 modules (`contact.surfaces.problems.with_line_crowning`). The position of a contact along its
+        line is uncertain, because this crowning changes the clearance by little more than rounding.
     """
 
     pinion: ToothSurface
@@ -75,7 +75,7 @@ class Engagement:
     defined: Mask
     span: float = 1.0
     lines: FloatArray | None = None
-    crowned: bool = False
+    line_contact: bool = False
 
     @property
     def turns(self) -> float:
@@ -269,7 +269,7 @@ def engagement_of(
     phase : ndarray, shape (n,)
         Conjugate phase by position, rad; NaN where there is none.
     """
-    searched, along_lines = crowned(design, flank)
+    searched, along_lines = with_line_crowning(design, flank)
     pinion, gear = (surface_of(member, flank) for member in searched.members)
     phase = np.broadcast_to(conjugate_phase(design, flank)[..., None], roll.shape).reshape(-1)
     axes = axes_of(design)
@@ -297,7 +297,7 @@ def engagement_of(
         again=teeth[0] if teeth[0] < teeth[1] else 0,
         defined=np.isfinite(sum(by_position) + pinion.highest + gear.highest),
         lines=_lines_of(design, flank, roll.shape),
-        crowned=along_lines,
+        line_contact=along_lines,
     )
     return engagement, phase
 

@@ -77,7 +77,7 @@ class EaseOffReport(Report):
     def summary(self) -> str:
         """Return corners and coefficients of both flanks, and their definitions."""
         text = f"Ease-off of {self.name}: distance of the pinion flanks from flanks conjugate to the gear\n\n"
-        modified = self.design.has_parabola
+        modified = self.design.unmodified() != self.design
         shown = [key for key in self.results if modified or key[1] == GIVEN]
         rows = [("", [f"{flank} flanks" for flank, _ in shown])]
         rows += [("  values in um", [STATE_WORDS[state] for _, state in shown])]

@@ -280,6 +280,27 @@ def test_undercut_cones_on_parallel_axes_keep_their_path_at_a_corner(
         assert here.contact_ratio == pytest.approx(float(near.contact_ratio), abs=1e-6)
 
 
+def test_ends_of_a_few_given_l1_without_limits_by_undercut(flank: str) -> None:
+    """Ends and transmission error at up to 16 given l1, which are computed when they are first read, equal
+    those of a call with more l1, whether or not undercut limits the flanks."""
+    tool = Tool(2.0, radians(20.0))
+    pinion = Member(replace(tool, parabola=2e-4), 12, radians(10.0), radians(4.0), 0.0, 20.0)
+    gear = Member(tool, 40, radians(-3.0), radians(2.0), 0.1, 24.0)
+    layout = zero_backlash_layout(Design(pinion, gear, Pair(52.0, 0.1)))
+    design = Design(pinion, gear, Pair(float(layout.offset), float(layout.shaft_angle)))
+    ratios = []
+    for undercut in (True, False):
+        ends = path_of_contact(design, flank, 5, undercut=undercut).ends
+        l1 = np.linspace(ends.l1[0], ends.l1[1], 17)
+        few, many = (path_of_contact(design, flank, l1=part, undercut=undercut) for part in (l1[4:12], l1))
+        assert "ends" not in vars(few)
+        np.testing.assert_allclose(few.transmission_error, many.transmission_error[4:12], atol=1e-14)
+        for name, value in vars(ends).items():
+            np.testing.assert_allclose(getattr(few.ends, name), value, atol=1e-12)
+        ratios.append(float(few.contact_ratio))
+    assert ratios[1] > ratios[0] + 0.1
+
+
 @pytest.mark.parametrize("shaft_angle_deg", [0.0, 8.0])
 def test_members_in_a_batch_are_limited_by_their_undercut(shaft_angle_deg: float, flank: str) -> None:
     """Each case of a batch equals the single design. The batch has an undercut cone, an undercut cylinder, a

@@ -106,11 +106,13 @@ def term_rates(rack: Rack, position: FloatArray, l: FloatArray, terms: MemberTer
 
 @dataclass(frozen=True, eq=False)
 class ActionRates:
-    """Derivatives by the flank parameter of one member.
+    """Terms of w_2, and derivatives by the flank parameter of one member.
 
-    They are those of n_x^2, of n_x w_1 and of `shared` and `side`, from which w_2 follows:
+    `x_squared_by` and `first_by` are the derivatives of n_x^2 and of n_x w_1. `shared_by` and `side_by` are
+    the derivatives of `shared` and `side`, from which w_2 follows:
 
-        S_2 w_2 = shared w_1 - n_x side,   shared = K / S_1,   side = E v_2 + g_1 sin d / S_1^2
+        S_2 w_2 = shared w_1 - n_x side,
+        shared = (cos d + v_1 v_2) / S_1,   side = E v_2 + g_1 sin d / S_1^2
 
     (`pair.mounting.across_action`).
     """
@@ -157,12 +159,14 @@ def action_rates(
 
 def linearised(pairing: FlankPair, z: FloatArray, units: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return residuals (cases, positions, 3) and their derivatives (cases, positions, 3, 4) by z."""
-    y = np.ascontiguousarray(np.moveaxis(z * units, -1, 0))  # others cost several times as much below
+    # Contiguous: arrays with another memory order take several times as long below.
+    y = np.ascontiguousarray(np.moveaxis(z * units, -1, 0))
     (nx, w), layout, size = y[2:], pairing.layout, pairing.scale
     residual, met = meet_on_curve(pairing, y)
     terms = MemberTerms(met.normal, met.start, met.square, met.moment, met.along, met.slope)
     rates, both = term_rates(pairing.rack, pairing.position, y[:2], terms), (terms.of(0), terms.of(1))
-    jacobian = np.zeros((3, 4, *z.shape[:-1]))  # each entry of all positions in one piece
+    # The positions of each entry are contiguous in memory.
+    jacobian = np.zeros((3, 4, *z.shape[:-1]))
     # Columns of l1 and l2: derivatives of the three residuals.
     for member in range(2):
         rate = rates.of(member)
@@ -204,8 +208,8 @@ def onto_curve(
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Return where the curve crosses planes, and which points are solved to rounding.
 
-    Newton's method from `start` (cases, positions, 4) in the planes through it that are perpendicular to
-    `normal`.
+    At most `passes` steps of Newton's method from `start` (cases, positions, 4), in the planes through it
+    that are perpendicular to `normal`.
     """
     z, last, names = start.copy(), np.full(start.shape[:-1], np.inf), np.arange(len(start))
     for _ in range(passes):

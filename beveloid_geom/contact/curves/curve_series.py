@@ -1,10 +1,11 @@
 """Series of the single curve of contact through the cells that remain (`root_exclusion`).
 
-In cells in which n_x does not vanish and n F increases or decreases along l1 or along l2, corners of one sign
-mean that there is no curve, and corners of both signs that one curve enters and leaves. Suppose that the
-remaining cells have two entries or exits, and that the points at which the curve passes from cell to cell,
-sorted along the chord between these two, have one cell in common with the next point. Then there is one
-curve, and this is the order of its points (`chains_of`).
+Consider cells in which n_x does not vanish and n F is monotone along l1 or along l2. If all corners of such a
+cell have one sign, it contains no curve. If they have both signs, one curve enters and leaves. The sides of
+cells that the curve crosses give its points. A crossed side that belongs to one remaining cell only is an
+end. Suppose that there are exactly two ends, that the points are sorted along the chord between them, and
+that each point has a cell in common with the next one. Then there is one curve, and this is the order of its
+points (`chains_of`).
 
 Its part near the flanks is solved at Chebyshev points, starting from these points: where the curve crosses
 planes perpendicular to the l1 axis or to the chord of this part (`chain_series`). The chord is in the space
@@ -32,12 +33,12 @@ from ...support.chebyshev import basis_of, evaluate
 from ..equation import meet, relative_margins
 from ..flank_pair import FlankPair
 from ..path_polynomial import (
+    FULL_ROW_COUNT,
     MAX_DEGREE,
-    WIDTH,
     PathSeries,
     between,
-    by_length,
     fitted_series,
+    not_over_l1,
     rows_of,
 )
 from .curve_equations import meet_on_curve, onto_curve, units_of
@@ -48,7 +49,7 @@ Mask = NDArray[np.bool_]
 GUIDE_BASES = tuple(basis_of(degree) for degree in (40, 100, 200, MAX_DEGREE))
 """Bases of series along guides, in the order in which they are tried."""
 CELL_NEWTON_STEPS = 4
-"""Newton steps to points between cells."""
+"""Newton steps to points on the sides of cells, and to points in planes across a chord."""
 LOOSENED_ROUNDING_FACTOR = 16.0
 """Factor on the rounding tolerance if no basis reaches it: the curve has a sharp bend, or a member has a very
 small base circle.
@@ -57,10 +58,11 @@ small base circle.
 
 @dataclass(frozen=True, eq=False)
 class Chains:
-    """Points of the curves of cases, in order: the first `count` (cases) on the second axis.
+    """Points of one curve for each case, in order along the curve.
 
-    `z` (cases, most, 4); `margins` (cases, most, 8) from the limits, in flank depths and face widths. `count`
-    is 0 if the cells do not prove that there is one curve.
+    `z` (cases, points, 4); `margins` (cases, points, 8) from the limits, in flank depths and face widths. The
+    first `count` (cases) points of a case are known, the others are NaN. `count` is 0 if the cells do not
+    prove that there is one curve.
     """
 
     z: FloatArray
@@ -261,7 +263,7 @@ def chain_series(
     stretch, units = _stretch(chains, over_l1), units_of(pairing)
     side = np.linalg.norm(np.diff(stretch.z, axis=1), axis=-1).max(axis=-1)
     pending = np.flatnonzero(stretch.good)
-    z, bends, rows = np.empty((pending.size, 0, 4)), np.empty(0), np.empty((WIDTH, pending.size, 0))
+    z, bends, rows = np.empty((pending.size, 0, 4)), np.empty(0), np.empty((FULL_ROW_COUNT, pending.size, 0))
     bases = [basis_of(degree) for degree in (10, 20, 40, 80)]
     for turn, basis in enumerate(bases):
         part, unit = pairing.cases(pending), units[pending]
@@ -316,12 +318,12 @@ def series_along(pairing: FlankPair, parts: list[CurvePart]) -> Iterator[tuple[N
         resolved &= good
         if resolved.any():
             solved = np.zeros(int(resolved.sum()), dtype=np.int8)
-            yield pending[resolved], by_length(coefficients[:, resolved], solved)
+            yield pending[resolved], not_over_l1(coefficients[:, resolved], solved)
         pending = pending[~resolved]
         if pending.size == 0:
             return
     lost = np.full(pending.size, np.int8(Status.NOT_CONVERGED))
-    yield pending, by_length(np.full((WIDTH, pending.size, 2), np.nan), lost)
+    yield pending, not_over_l1(np.full((FULL_ROW_COUNT, pending.size, 2), np.nan), lost)
 
 
 def _guide(points: FloatArray) -> FloatArray:

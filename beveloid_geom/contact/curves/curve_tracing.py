@@ -235,8 +235,8 @@ def _within(
     mid-face along the axes of both members, (cases, 2), in face widths.
     """
     y = np.moveaxis(z * units, -1, 0)
-    height, _ = axial_and_radius(pairing, meet_on_curve(pairing, y)[1])
-    faces = (height / (2.0 * pairing.half_width))[..., 0].T
+    axial, _ = axial_and_radius(pairing, meet_on_curve(pairing, y)[1])
+    faces = (axial / (2.0 * pairing.half_width))[..., 0].T
     low, high = window_of(pairing)
     inside = np.all((y[:2] >= low) & (y[:2] <= high), axis=0)[:, 0] & (np.abs(faces) <= farthest).all(axis=-1)
     return np.asarray(inside), np.asarray(faces)
@@ -362,12 +362,12 @@ def near_flanks(pairing: FlankPair, curves: list[TracedCurve]) -> list[CurvePart
     part = pairing.cases(case)
     y = np.concatenate([curve.points for curve in curves])[:, None] * units_of(part)
     y = np.moveaxis(y, -1, 0)
-    height, radius = axial_and_radius(part, meet_on_curve(part, y)[1])
-    margins = limit_margins(part, y[:2], height, radius)[..., 0]
+    axial, radius = axial_and_radius(part, meet_on_curve(part, y)[1])
+    margins = limit_margins(part, y[:2], axial, radius)[..., 0]
     # Half face widths beyond toe and heel to which a part reaches.
     part_margin_half_widths = 0.5
     # Points near both faces, and margins in flank depths and face widths.
-    near = np.all(np.abs(height) <= (1.0 + part_margin_half_widths) * part.half_width, axis=0)[:, 0]
+    near = np.all(np.abs(axial) <= (1.0 + part_margin_half_widths) * part.half_width, axis=0)[:, 0]
     depth, face = (part.highest - part.lowest)[..., 0], 2.0 * part.half_width[..., 0]  # as in `Limit`
     margins /= np.concatenate((depth, depth, face, face))
     parts, start = [], 0

@@ -1,17 +1,17 @@
 """Exclusion of roots: cells of (l1, l2) that contain no contact near the faces.
 
-F(l1, l2) = 0 (`contact`), for both signs of n_x, and the axial coordinates z_j of the contact diverge where
-n_x vanishes. With n = |n_x|, its sign s and R_j = n_x w_j,
+F(l1, l2) of `equation` and the axial coordinates z_j of the contact diverge where n_x vanishes, for both
+signs of n_x. With n = |n_x|, the sign s of n_x and R_j = n_x w_j,
 
     n F   = s (P - E n^2) + (A_1 + A_2) n,      P = B_1 R_1 + B_2 R_2,
     n z_j = s (S_j + v_j B_j) R_j - (c_j - v_j A_j) n
 
 do not diverge, and n^2 as well as all factors of n and of s are smooth in l1 and l2. A cell in which n F
-keeps its sign contains no contact. The same holds for a cell in which no n lets both members touch near their
-faces, or in which F is not zero for all such n. Bounds in a cell are the values at its four corners, extended
-by half of their second differences: a smooth function deviates from its corner values
-by an eighth of these, and the square root n by half at most. If n_x^2 vanishes within a cell, n F is not
-smooth there and its sign is not used.
+keeps its sign contains no contact. A cell contains no contact near the faces if no n lets both members touch
+near their faces, or if F is zero for none of these n. Bounds in a cell are the values at its four corners,
+extended by half of their second differences: a smooth function deviates from its corner values by an eighth
+of these, and the square root n by half at most. If n_x^2 vanishes within a cell, n F is not smooth there and
+its sign is not used.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ class Box:
 
     `low`, `high` (2, cases, 1), mm, bound the cells that remain for either sign of n_x. Masks (cases):
     `none`, no cell remains; `alone`, all remaining cells have the sign of n_x of the pair; `clear`, n_x does
-    not vanish in these; `one`, both hold and each l1 has at most one contact, so that there is one curve;
-    `missing`, somewhere in the window there is no common normal; `curve`, the window contains a curve of
-    contact, near the faces or not.
+    not vanish in these; `one`, both hold and each l1 has at most one contact, so that there is at most one
+    curve; `missing`, somewhere in the window there is no common normal; `curve`, the window contains a curve
+    of contact, near the faces or not.
 
     For the sign of the pair: `left` (cases, nodes - 1, nodes - 1) are the remaining cells, and `gap` (cases,
     nodes, nodes) is n F on the grid `lines` (2, cases, nodes), mm.
@@ -138,11 +138,11 @@ def _box(pairing: FlankPair, low: FloatArray, high: FloatArray, both: bool, node
 def _left(pairing: FlankPair, other: bool, least: FloatArray, most: FloatArray) -> tuple[Mask, Mask]:
     """Return which cells remain for the sign of n_x of the pair, or for the `other`, and in which n is not 0.
 
-    Axial coordinates within the faces bound n: (D - face) n <= s R <= (D + face) n for both members, with R
-    in the rows 3 and 4 and D = c - v A. Within these bounds F = A_1 + A_2 + s (P / n - E n) must reach zero,
-    and n F as well.
+    Axial coordinates within the faces bound n: (D - face) n <= T <= (D + face) n for both members, with
+    T = s (S + v B) n_x w and D = c - v A. Within these bounds F = A_1 + A_2 + s (P / n - E n) must reach
+    zero, and n F as well.
     """
-    # Rows of `_values` with s R and D of the pinion, P, and A_1 + A_2.
+    # Rows of `_values` with T and D of the pinion, s P, and A_1 + A_2.
     rise_row, depth_row, pole_row, level_row = 3, 5, 7, 8
     # Half face widths within which contacts are near the faces.
     near_half_widths = 1.5
@@ -174,8 +174,8 @@ def _left(pairing: FlankPair, other: bool, least: FloatArray, most: FloatArray) 
 def _values(pairing: FlankPair, l: FloatArray) -> FloatArray:
     """Return the values at grid lines l (2, cases, nodes), mm: (9, nodes, nodes, cases).
 
-    They are n_x^2, n F for the sign of n_x of the pair and for the other sign, R and D of both members, P,
-    and A_1 + A_2. Values that depend on the sign are those for the sign of the pair.
+    They are n_x^2, n F for the sign of n_x of the pair and for the other sign, T = s (S + v B) n_x w and
+    D = c - v A of both members, s P, and A_1 + A_2. The sign s of T and s P is the sign of the pair.
     """
     terms, nodes = terms_of(pairing, l), l.shape[-1]
     # Terms of both members at all nodes of the grid.

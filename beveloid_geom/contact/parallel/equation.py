@@ -10,14 +10,15 @@ action coincide, and w_1 is free in this plane. As on crossed axes,
     F(l1, l2, w_1) = A_1 + B_1 w_1 + A_2 + B_2 w_2 - E n_x = 0,   w_2 = w_1 - n_x E v_2 / S.
 
 If both members are cut by the two sides of one rack, with the same trace, B_1 + B_2 = 0 and w_1 drops out of
-F: a contact at one w_1 is a contact along the entire rack line. The solutions are
+F: a contact at one w_1 is a contact along the entire rack line, the straight line of constant l on the rack.
+The solutions are
 
-- unmodified flanks: v_j are constants, and F = 0 gives l2 for every l1 and w_1: contact lines;
+- flanks without a parabola: v_j are constants, and F = 0 gives l2 for every l1 and w_1: contact lines;
 - teeth parallel to the axes (no helix, no cone), with parabolas or without: v_j = 0, also contact lines;
-- other flanks with parabolas: v_1 + v_2 = 0 requires a_1 l1 = a_2 l2, (l1, l2) = s (a_2, a_1), and F(s) = 0
-  has isolated solutions s: a contact point, which moves along the rack line with a constant normal. If
-  F(s) = 0 for all s the racks are conjugate, as for a_1 = -a_2 on reference cylinders that touch, and the
-  flanks touch along lines again.
+- other flanks with parabolas: v_1 + v_2 = 0 requires a_1 l1 = a_2 l2, that is (l1, l2) = s (a_2, a_1) / a_max
+  with a_max = max(|a_1|, |a_2|), and F(s) = 0 has isolated solutions s, mm: a contact point, which moves
+  along the rack line with a constant normal. If F(s) = 0 for all s the racks are conjugate, as for a_1 = -a_2
+  on reference cylinders that touch, and the flanks touch along lines again.
 
 Arrays have the shape (2, cases, positions), as in `equation`.
 """
@@ -74,9 +75,9 @@ def meeting_at(
 
 
 def mate_parameter(pairing: FlankPair, l1: FloatArray, w: FloatArray) -> FloatArray:
-    """Return l2 (cases, positions), mm, with F = 0 at l1 and w1; explicit for unmodified flanks."""
+    """Return l2 (cases, positions), mm, with F = 0 at l1 and w1; explicit without parabolas."""
     l2 = np.zeros(np.broadcast_shapes(l1.shape, w.shape))
-    steps = 2 if pairing.straight.all() else 12
+    steps = 2 if pairing.without_parabola.all() else 12
     # Newton's method with a complex step; F is linear without parabolas.
     for _ in range(steps):
         l = np.array(np.broadcast_arrays(l1 + 0j, l2 + COMPLEX_STEP * 1j))

@@ -1,8 +1,9 @@
 """Contact lines of flanks on parallel axes, and the contact ratios of ISO 21771.
 
-Unmodified flanks that fit each other touch along straight lines in their plane of action, which move across
-it with the roll. Teeth without helix and cone touch along lines parallel to the axes, for any profile.
-`path_of_contact` crosses these lines from the first to the last; here the ends of each line are computed.
+Flanks without parabola and modification that fit each other touch along straight lines in their plane of
+action, which move across it with the roll. Teeth without helix and cone touch along lines parallel to the
+axes, for any profile. `path_of_contact` crosses these lines from the first to the last; here the ends of each
+line are computed.
 
     eps_alpha = g_alpha / p_bt,   eps_beta = b tan(beta_b) / p_bt,   eps_gamma = eps_alpha + eps_beta
 
@@ -28,7 +29,7 @@ from ...support.array_repr import short_repr
 from ..equation import axial_and_radius, edge_margins, limit_margins, roll_angles
 from ..flank_pair import FlankPair, generated_pairing, is_modified, pairing_of
 from ..path import ContactPath
-from ..path_polynomial import HEIGHT, POINT, ROWS, rows_of
+from ..path_polynomial import POINT, ROW_COUNT, ROWS, rows_of
 from ..surfaces.problems import problems_of
 from .equation import along_axes, meet_on_parallel
 from .paths import along_lines, greatest_at, interval, on_lines
@@ -68,9 +69,12 @@ class ContactLines:
 
 
 def touches_along_lines(design: Design, flank: str = "right") -> NDArray[np.bool_]:
-    """Return whether flanks touch along lines.
+    """Return whether flanks without modification have line contact, if they touch at all.
 
-    This is the case on parallel axes, with errors, for unmodified flanks and for teeth parallel to the axes.
+    They have line contact on parallel axes, with the errors of the design, in three cases: without parabolas
+    if normals and rack lines of both members agree; with teeth parallel to the axes; and with parabolas of
+    one rack (a_1 = -a_2) on reference cylinders that touch. The result is False for flanks with a
+    modification; use `is_line_contact` for them.
 
     Parameters
     ----------
@@ -111,7 +115,7 @@ def is_line_contact(design: Design, flank: str = "right") -> NDArray[np.bool_]:
     result = np.zeros(len(pairing.branch), dtype=bool)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         for _, cases, problem in problems_of(design, flank, pairing):
-            result[cases] = problem.crowned
+            result[cases] = problem.line_contact
     return result.reshape(design.batch_shape)
 
 
@@ -156,7 +160,7 @@ def carrying_length(path: ContactPath) -> FloatArray:
     Returns
     -------
     array (..., positions)
-        mm; NaN where flanks do not touch along lines.
+        mm; NaN where flanks touch in points, 0 for a case of a batch without a path.
     """
     # Transmission error along a path below which neighbouring tooth pairs touch at the same time.
     conjugate_rad = 1e-10
@@ -191,7 +195,7 @@ def _lines_at(path: ContactPath, l1: FloatArray, roll: FloatArray) -> ContactLin
     l1 = l1.reshape(len(pairing.branch), -1)
     roll = roll.reshape(l1.shape)
     # NaN for cases that do not touch along lines.
-    rows = np.full((HEIGHT, *l1.shape, 2), np.nan)
+    rows = np.full((ROW_COUNT, *l1.shape, 2), np.nan)
     limit = np.full((*l1.shape, 2), np.int8(-1))
     ratios = np.full((2, len(l1)), np.nan)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
@@ -200,8 +204,8 @@ def _lines_at(path: ContactPath, l1: FloatArray, roll: FloatArray) -> ContactLin
         if at.size:
             part = pairing.cases(at)
             result = _line_ends(part, l1[at], roll[at])
-            rows[:, at] = result[:HEIGHT]
-            margins = result[HEIGHT:]
+            rows[:, at] = result[:ROW_COUNT]
+            margins = result[ROW_COUNT:]
             if part.edges:
                 margins[:2] = np.minimum(margins[:2], edge_margins(part, result[:2], result[4:6]))
             limit[at] = margins.argmin(axis=0)
@@ -224,8 +228,8 @@ def _lines_at(path: ContactPath, l1: FloatArray, roll: FloatArray) -> ContactLin
 
 
 def _line_ends(pairing: FlankPair, l1: FloatArray, roll: FloatArray) -> FloatArray:
-    """Return rows (WIDTH, cases, lines, 2) of both ends of the lines at `roll` (cases, lines), rad, each
-    through the contact at l1, mm; the end nearer to the toe of the pinion first.
+    """Return rows (FULL_ROW_COUNT, cases, lines, 2) of both ends of the lines at `roll` (cases, lines), rad,
+    each through the contact at l1, mm; the end nearer to the toe of the pinion first.
 
     The contacts at one roll have w1 linear in the roll at each l1. The ends are the least and largest l1 at
     which this w1 is within the limits. For teeth parallel to the axes, the roll determines l1.

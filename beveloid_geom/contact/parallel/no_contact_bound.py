@@ -1,12 +1,13 @@
 """Bound that proves that flanks on nearly parallel axes have no contact, without tracing a curve.
 
 At a given w1 two flanks have a common normal along one curve in (l1, l2): v_1 + v_2 = -n_y sin d except for
-terms of order sin^2 d, with n_y from the moments about both axes (`small_angle_equations`). Both sides change
-monotonically with l_j, so that the curve is nearly straight and perpendicular to their gradient. F is
-evaluated along this curve, at both ends of the common face and between them. If F keeps its sign over a part
-of the curve, with second differences as a safety margin, there is no contact in this part. This is the usual
-case for conjugate racks, whose line contact becomes edge contact under a shaft-angle error, and avoids
-tracing curves far beyond the face.
+terms of order sin^2 d, with n_y from the moments about both axes (`small_angle_equations`). The difference of
+both sides must be monotone in l1 and in l2; otherwise the case is not decided. The curve is then nearly
+straight and perpendicular to the mean gradient of this difference. F is evaluated along this curve, at both
+ends of the common face and between them. If F keeps its sign over a part of the curve, with second
+differences as a safety margin, there is no contact in this part. This is the usual case for conjugate racks,
+whose line contact becomes edge contact under a shaft-angle error, and avoids tracing curves far beyond the
+face.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ CURVE_POINTS = 17
 
 
 def clear_of_flanks(pairing: FlankPair) -> NDArray[np.bool_]:
-    """Return which cases (cases) of modified flanks on nearly parallel axes certainly have no contact on the
-    flanks, for both signs of n_x. The caller silences NumPy's warnings.
+    """Return which cases (cases) of flanks with parabolas on nearly parallel axes certainly have no contact
+    on the flanks, for both signs of n_x. The caller silences NumPy's warnings.
     """
     low, high = window_of(pairing)
     sides = terms_of(pairing, low + (high - low) * np.linspace(0.0, 1.0, CURVE_POINTS))

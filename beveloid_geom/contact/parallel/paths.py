@@ -27,7 +27,7 @@ from ...status import Status
 from ...support.chebyshev import basis_of
 from ..equation import ContactTerms, gap_tolerance, roll_angles
 from ..flank_pair import FlankPair, terms_of
-from ..path_polynomial import HEIGHT, WIDTH, PathSeries, by_length, fitted_series, rows_of
+from ..path_polynomial import FULL_ROW_COUNT, ROW_COUNT, PathSeries, fitted_series, not_over_l1, rows_of
 from .equation import (
     along_axes,
     at_mid_face,
@@ -48,13 +48,15 @@ def interval(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the range of w1 (cases, positions), mm, within all limits on the lines of constant l.
 
-    `l` (2, cases, positions) in mm; `met` is one contact of each line. first > last where there is none. A
-    line may be beyond the root by the fraction `spare` of the tip radius, and a radius that is constant along
-    the line beyond the tip by the same fraction of its square.
+    `l` (2, cases, positions) in mm; `met` is one contact of each line. The range is (inf, -inf) on lines
+    beyond the root, and its lower bound exceeds the upper one where no part of the line is within the limits.
+    With `spare`, l may be beyond the root by this fraction of the tip radius. If the radius is constant along
+    the line, its square may exceed the square of the tip radius by this fraction.
     """
     v, square, slope = met.normal[2], met.square, met.slope
     c = pairing.position
-    # z and the way q along the plane in a section, both linear: value at w1 = 0 and rate.
+    # z, and the coordinate q along the plane of action in a transverse section, are linear in w1. Each is
+    # given by its value at w1 = 0 and its rate.
     z = v * met.along + square * met.across - c, v * slope + square
     q = square * met.along - v * met.across, square * slope - v
     w = met.across[0]
@@ -86,7 +88,8 @@ def _above_edges(
             half = float(pairing.half_width[j, at].flat[0])
             ends = curve.start(np.array((-half, half)))
             at_toe = bool(ends[0] > ends[1])
-            # The edge lies below l and limits nothing, or above l, or one plane bounds z.
+            # If the edge is below l at all z, it limits nothing. If it is above l at all z, nothing remains.
+            # Otherwise one plane bounds z.
             open_end = -np.inf if at_toe else np.inf
             here = l[j, at]
             bound = np.where(here >= ends.max(), open_end, -open_end)
@@ -134,15 +137,16 @@ def contact_types(pairing: FlankPair) -> tuple[NDArray[np.bool_], NDArray[np.boo
     """Return which cases have line contact, which have point contact, and s of `on_racks` of a point (cases),
     mm.
     """
-    straight, square = pairing.straight, along_axes(pairing)
+    linear, spur = pairing.without_parabola, along_axes(pairing)
     terms = terms_of(pairing, np.zeros((2, *pairing.branch.shape)))
-    # Rack lines that cross let l2 change along w1: cones cut by racks of different pressure angles.
+    # If the rack lines of both members cross, l2 changes along w1, and there is no line contact. This occurs
+    # on cones cut by racks of different pressure angles.
     matched = (np.abs(terms.normal[2].sum(axis=0)) <= NORMAL_MATCH_TOLERANCE) & (
         np.abs(terms.slope.sum(axis=0)) <= NORMAL_MATCH_TOLERANCE
     )
     matched = matched[:, 0]
-    lines = (straight & matched) | square
-    racks = np.flatnonzero(~straight & ~square & one_rack(pairing))
+    lines = (linear & matched) | spur
+    racks = np.flatnonzero(~linear & ~spur & one_rack(pairing))
     points, s = np.zeros(lines.size, dtype=bool), np.full(lines.size, np.nan)
     if racks.size:
         s[racks], lines[racks] = single_contact(pairing.cases(racks))
@@ -172,16 +176,18 @@ def along_lines(pairing: FlankPair) -> NDArray[np.bool_]:
 
 
 def on_racks(pairing: FlankPair, s: FloatArray) -> FloatArray:
-    """Return l (2, cases, positions), mm, at which both racks have the same normal: a_1 l1 = a_2 l2, with s
-    the larger of both.
+    """Return l (2, cases, positions), mm, at which both racks have the same normal: a_1 l1 = a_2 l2.
+
+    (l1, l2) = s (a_2, a_1) / max(|a_1|, |a_2|), with s in mm.
     """
     a = np.broadcast_to(pairing.rack.parabola, (2, *pairing.branch.shape))
     return np.asarray(s * a[::-1] / np.abs(a).max(axis=0))
 
 
 def single_contact(pairing: FlankPair) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return s (cases), mm, of the contact nearest to the middle of both flanks, NaN without one on them, and
-    whether all s are contacts.
+    """Return s (cases), mm, of the contact with the smallest |s|, and whether all s are contacts.
+
+    Contacts on both flanks are preferred. s is NaN if F has no zero up to the largest |l| of the flanks.
     """
     reach = np.maximum(np.abs(pairing.lowest), np.abs(pairing.highest)).max(axis=0)
 
@@ -195,7 +201,7 @@ def single_contact(pairing: FlankPair) -> tuple[FloatArray, NDArray[np.bool_]]:
     values = gap(s)
     conjugate = np.asarray((np.abs(values) <= 8.0 * gap_tolerance(pairing)).all(axis=-1))
     change = np.signbit(values[:, :-1]) != np.signbit(values[:, 1:])
-    # The change of sign nearest to the middle, refined by bisection.
+    # The change of sign nearest to s = 0, refined by bisection.
     change &= np.isfinite(values[:, :-1]) & np.isfinite(values[:, 1:])
     l = on_racks(pairing, s)
     beyond = np.asarray(((l < pairing.lowest) | (l > pairing.highest)).any(axis=0))
@@ -267,7 +273,7 @@ def on_lines(pairing: FlankPair) -> Lines:
         l = np.array((l1, mate_parameter(pairing, l1, np.zeros(l1.shape))))
         return l, meet_on_parallel(pairing, l, np.zeros(l1.shape))
 
-    if not pairing.straight.all():
+    if not pairing.without_parabola.all():
         return solved
     apart = np.broadcast_to(pairing.rack.pitch_radius, (2, *pairing.branch.shape))[0]
     (l, met), (far, other) = solved(0.0 * apart), solved(apart)
@@ -309,7 +315,8 @@ def _extreme_on(
 def parallel_series(pairing: FlankPair) -> PathSeries:
     """Return series of the paths on parallel axes, slightly extended beyond the flanks.
 
-    The status is OFF_FLANK if there is no contact on the flanks, and NO_COMMON_NORMAL if normals never agree.
+    The status is OFF_FLANK if there is no contact on the flanks, and NO_COMMON_NORMAL if the flanks have
+    neither the line contact nor the point contact of `contact_types`.
     """
     *kinds, s = contact_types(pairing)
     status = np.where(np.any(kinds, axis=0), np.int8(Status.OFF_FLANK), np.int8(Status.NO_COMMON_NORMAL))
@@ -339,9 +346,9 @@ def _along(
     # Fraction of its length by which a series reaches beyond the flanks.
     series_margin = 0.02
     part, (l1, w) = pairing.cases(cases), guide[:, cases]
-    coefficients = np.full((WIDTH, status.size, 2), np.nan)
+    coefficients = np.full((FULL_ROW_COUNT, status.size, 2), np.nan)
     if cases.size == 0:
-        return by_length(coefficients, status)
+        return not_over_l1(coefficients, status)
     # Increase the degree until the series along the straight line is resolved.
     for basis in SERIES_BASES:
         share = 0.5 * (1.0 + (1.0 + 2.0 * series_margin) * basis.nodes)
@@ -351,11 +358,11 @@ def _along(
         values, good = fitted_series(part, rows_of(part, l, meet_on_parallel(part, l, at[1])), basis)
         if good.all():
             break
-    coefficients = np.full((WIDTH, status.size, values.shape[-1]), np.nan)
+    coefficients = np.full((FULL_ROW_COUNT, status.size, values.shape[-1]), np.nan)
     coefficients[:, cases] = values
     status[cases] = np.where(good, np.int8(Status.SOLVED), np.int8(Status.NOT_CONVERGED))
     # Both ends of a path above an edge can be corners at one end of the face, along which it then runs.
-    coefficients[HEIGHT:, :, 0] += np.where(pairing.edged, along_face_tolerance * pairing.scale[:, 0], 0.0)
+    coefficients[ROW_COUNT:, :, 0] += np.where(pairing.edged, along_face_tolerance * pairing.scale[:, 0], 0.0)
     middle, half = (np.full((status.size, 1), np.nan) for _ in range(2))
     middle[cases], half[cases] = l1.mean(axis=-1, keepdims=True), (0.5 + series_margin) * np.diff(l1)
     half[np.abs(half) <= NEGLIGIBLE_RATE * pairing.scale] = np.nan

@@ -100,8 +100,8 @@ def tangent_of(jacobian: FloatArray, held: NDArray[np.bool_] | None = None) -> F
 
 
 def onto_held(pairing: FlankPair, y: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """Return l1, l2, n_x and n_y at constant w1 by Newton's method from y, and which positions (cases,
-    positions) are solved.
+    """Return y (5, cases, positions) with l1, l2, n_x and n_y solved at constant w1 by Newton's method from
+    y, and which positions (cases, positions) are solved.
     """
     units, y, last = units_of_all(pairing)[:4], y.copy(), np.full(y.shape[1:], np.inf)
     for _ in range(30):

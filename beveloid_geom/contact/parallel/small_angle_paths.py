@@ -1,4 +1,4 @@
-"""Paths of contact of modified flanks on nearly parallel axes, as series over w1.
+"""Paths of contact of flanks with parabolas on nearly parallel axes, as series over w1.
 
 A contact point moves along the face there while l1 and l2 hardly change; on parallel axes they are constant
 (`equation`). Neither is a parameter of the path, and F(l1, l2) has large slopes, proportional to 1/sin d. The
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from ...arrays import FloatArray
 from ...status import Limit, Status
 from ..flank_pair import FlankPair
-from ..path_polynomial import HEIGHT, WIDTH, PathSeries, by_length, fitted_series, rows_of
+from ..path_polynomial import FULL_ROW_COUNT, ROW_COUNT, PathSeries, fitted_series, not_over_l1, rows_of
 from .equation import at_mid_face, meet_on_parallel, one_rack
 from .paths import SERIES_BASES, on_racks, single_contact
 from .small_angle_equations import meet_regular, onto_held, regular_jacobian
@@ -26,7 +26,7 @@ NEARLY_PARALLEL_SINE = 0.01
 def nearly_parallel(pairing: FlankPair) -> NDArray[np.bool_]:
     """Return which cases (cases) have nearly parallel axes and flanks with parabolas."""
     near = np.asarray(np.abs(pairing.layout.sin_angle) <= NEARLY_PARALLEL_SINE)[:, 0]
-    return np.asarray(~pairing.straight & near & ~pairing.parallel & ~pairing.undefined)
+    return np.asarray(~pairing.without_parabola & near & ~pairing.parallel & ~pairing.undefined)
 
 
 def series_over_w1(pairing: FlankPair) -> PathSeries:
@@ -38,11 +38,11 @@ def series_over_w1(pairing: FlankPair) -> PathSeries:
     y, good = onto_held(pairing, _start(pairing))
     window = window_over_faces(pairing, y)
     at = np.flatnonzero(good[:, 0] & np.isfinite(window.sum(axis=0))[:, 0])
-    coefficients, loosened = np.zeros((WIDTH, status.size, 2)), np.ones(status.size)
+    coefficients, loosened = np.zeros((FULL_ROW_COUNT, status.size, 2)), np.ones(status.size)
     if at.size:
         loosened[at] = _rounding_factor(pairing.cases(at), y[:, at])
     # Rows of the margins of toe and heel.
-    face_limit_rows = slice(HEIGHT + Limit.PINION_TOE, HEIGHT + len(Limit))
+    face_limit_rows = slice(ROW_COUNT + Limit.PINION_TOE, ROW_COUNT + len(Limit))
     for basis in SERIES_BASES:
         if at.size == 0:
             break
@@ -59,7 +59,7 @@ def series_over_w1(pairing: FlankPair) -> PathSeries:
         coefficients = np.pad(coefficients, ((0, 0), (0, 0), (0, more)))
         coefficients[:, at, : values.shape[-1]] = values
         at = at[~resolved]
-    return by_length(coefficients, status)
+    return not_over_l1(coefficients, status)
 
 
 def _rounding_factor(pairing: FlankPair, y: FloatArray) -> FloatArray:

@@ -22,7 +22,7 @@ reach beyond root and tip of the pinion.
 NEAR_STEPS = 10
 """Largest number of Newton steps from starting values on a tangent of the curve."""
 PARTS = 4
-"""Number of interpolated values per interval between two samples."""
+"""Number of parts into which interpolation divides an interval between two samples."""
 STATE, MARGINS, WIDTH = slice(0, 4), slice(4, 12), 12
 
 

@@ -45,15 +45,17 @@ class ErrorRates:
         """Direction (3, n) of the path in s1, z1 and the pinion roll."""
         return cross(self.gradient[0], self.gradient[1])
 
-    def fixed_by(self, normal: FloatArray, offset: FloatArray) -> FloatArray:
+    def fixed_by(self, condition_by_state: FloatArray, condition_by_error: FloatArray) -> FloatArray:
         """Return the derivatives (COUNT, 4, n) by the errors of contacts that keep a condition with the
-        derivatives `normal` (3, n) by the state and `offset` (4, n) by the errors.
+        derivatives `condition_by_state` (3, n) by the state and `condition_by_error` (4, n) by the errors.
         """
         h1, h2 = self.gradient
-        across, other, along = cross(h2, normal), cross(normal, h1), cross(h1, h2)
+        across, other, along = cross(h2, condition_by_state), cross(condition_by_state, h1), cross(h1, h2)
         scale = -1.0 / (h1 * across).sum(axis=0)
         moves = (
-            self.change[0] * across[:, None] + self.change[1] * other[:, None] + offset * along[:, None]
+            self.change[0] * across[:, None]
+            + self.change[1] * other[:, None]
+            + condition_by_error * along[:, None]
         ) * scale
         return np.asarray((self.by_state[:, :, None] * moves).sum(axis=1) + self.by_error)
 
@@ -112,7 +114,7 @@ def error_rates(path: SurfacePaths, cases: Integers, state: FloatArray, sense: F
     )
     # Quantities and their derivatives by the state.
     value, by_state, by_error = (np.zeros((COUNT, *shape, count)) for shape in ((), (3,), (ERRORS,)))
-    value[L], value[L + 1], value[Z], value[Z + 1] = state[0], state[3], state[1], met.high
+    value[L], value[L + 1], value[Z], value[Z + 1] = state[0], state[3], state[1], met.z2
     by_state[L, 0] = by_state[Z, 1] = by_state[ROLLS, 2] = 1.0
     by_state[L + 1], by_error[L + 1] = met.follow[1:], follow
     by_state[Z + 1], by_error[Z + 1] = met.moves[2], high

@@ -20,9 +20,9 @@ class Problem:
 
     `placed` has one entry per case. `lowest`, `highest`, `tip`, `half_width` (2,), mm, and `taper` (2,) are
     the limits as in `FlankPair`; `edges` (2) are the curves on which undercut ends the flanks, or None.
-    `conjugate`: whether the flanks would touch along lines without their modifications; the roll then seldom
-    turns back along a path. `crowned`: whether they also do so with their modifications, so that the pinion
-    has an additional crowning.
+    `generated_lines`: whether the flanks would touch along lines without their modifications; the roll then
+    seldom turns back along a path. `line_contact`: whether they also touch along lines with their
+    modifications; the pinion then has the additional helix crowning of LINE_CROWNING_MODULES.
     """
 
     surfaces: Surfaces
@@ -33,8 +33,8 @@ class Problem:
     taper: FloatArray
     half_width: FloatArray
     edges: tuple[CrossingCurve | None, ...]
-    crowned: bool = False
-    conjugate: bool = False
+    line_contact: bool = False
+    generated_lines: bool = False
 
     @property
     def scale(self) -> FloatArray:
@@ -52,7 +52,7 @@ def margins_at(problem: Problem, met: Contacts) -> tuple[FloatArray, FloatArray]
 
     The derivatives are by s1, z1 and the roll; s2 follows at equal radius.
     """
-    s, z = (met.state[0], met.state[3]), (met.state[1], met.high)
+    s, z = (met.state[0], met.state[3]), (met.state[1], met.z2)
     pinion_plane, gear_point = met.jets[0].plane, met.point
     radii = np.sqrt(pinion_plane[0, 0] ** 2 + pinion_plane[0, 1] ** 2), np.hypot(gear_point[0], gear_point[1])
     zero, one = np.zeros_like(z[0]), np.ones_like(z[0])

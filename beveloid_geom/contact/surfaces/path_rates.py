@@ -32,8 +32,9 @@ def surface_rates(path: SurfacePaths, sense: FloatArray) -> tuple[FloatArray, Fl
     Returns
     -------
     places : ndarray, shape (COUNT, 6, cases, 3)
-        Quantities at enter, middle and leave, their derivatives by the errors, and along the path. The middle
-        is NaN if the roll turns back.
+        Quantities at enter, middle and leave, their derivatives by the errors, and their derivatives along
+        the path, which have an arbitrary common factor at each of the three places. The middle is NaN if the
+        roll turns back.
     spans : ndarray, shape (2, cases, 5)
         Range of roll and of the phase along the path (rad) and their derivatives. The derivatives of the roll
         are NaN if it turns back.

@@ -21,7 +21,7 @@ from ...gear.rack import Rack, rack_of, rack_point
 from ...status import Status
 from ..ends import Ends, no_ends
 from ..flank_pair import FlankPair
-from ..path_polynomial import HEIGHT, NORMAL, PHASE, POINT, ROLL
+from ..path_polynomial import NORMAL, PHASE, POINT, ROLL, ROW_COUNT
 from .curve import MARGINS, NODE_COUNT, STATE, Curve, curve_over_s1, dense
 from .limits import Problem, margins_at
 from .positions import positions_on
@@ -45,7 +45,7 @@ class SurfacePaths:
     racks: tuple[Rack, Rack]
 
     def blocks(self, positions: int) -> Iterator[SurfacePaths]:
-        """Yield blocks of cases with this number of positions each whose arrays stay in the cache."""
+        """Yield blocks of cases whose arrays stay in the cache with `positions` contacts per case."""
         for index in _blocks(self.cases.size, positions):
             segment = _picked(self.segment, index)
             yield SurfacePaths(self.cases[index], self.problem.cases(index), segment, self.racks)
@@ -66,7 +66,7 @@ def _blocks(cases: int, positions: int) -> list[Integers]:
 def _block(problem: Problem, undefined: Mask) -> Segment:
     curve = curve_over_s1(problem)
     segment, decided = segments_of(problem, curve)
-    if problem.surfaces.measured or problem.conjugate:
+    if problem.surfaces.measured or problem.generated_lines:
         decided &= refined(problem, segment)
     doubtful = np.flatnonzero(~decided & ~undefined)
     if doubtful.size:
@@ -87,9 +87,9 @@ def _block(problem: Problem, undefined: Mask) -> Segment:
 def _sampled_closer(problem: Problem, curve: Curve) -> dict[int, Segment]:
     """Return the segments of cases that are decided by more samples of their curves.
 
-    None on flanks with scatter of measurement, as in `_traced_inside`, and none of line contact, where
-    contacts at given s1 are seldom found."""
-    if problem.surfaces.measured or problem.conjugate:
+    The result is empty on measured flanks, whose random deviations may cause several curves, and in line
+    contact, where contacts at given s1 are seldom found."""
+    if problem.surfaces.measured or problem.generated_lines:
         return {}
     # Number of times that intervals are divided.
     rounds = 4
@@ -110,8 +110,8 @@ def _sampled_closer(problem: Problem, curve: Curve) -> dict[int, Segment]:
 def _traced_inside(problem: Problem, curve: Curve) -> dict[int, Segment]:
     """Return the segments of cases whose curve could be traced from its sample that is farthest inside.
 
-    None on flanks with scatter of measurement: there may be several curves, of which `_searched` finds the
-    longest."""
+    The result is empty on measured flanks, whose random deviations may cause several curves: `_searched`
+    finds the longest one."""
     if problem.surfaces.measured:
         return {}
     room = np.nan_to_num(curve.value[MARGINS].min(axis=0), nan=-np.inf)
@@ -228,11 +228,12 @@ def surface_ends(paths: list[SurfacePaths], count: int) -> Ends:
 
 
 def rows_between_ends(paths: list[SurfacePaths], count: int, share: FloatArray) -> tuple[FloatArray, Codes]:
-    """Return rows (HEIGHT, cases, positions) and status at fractions `share` of the way from enter to leave.
+    """Return rows (ROW_COUNT, cases, positions) and status at fractions `share` of the path from enter to
+    leave.
 
     PHASE is relative to the middle of the path.
     """
-    table = np.full((HEIGHT, count, share.size), np.nan)
+    table = np.full((ROW_COUNT, count, share.size), np.nan)
     status = np.empty((count, share.size), dtype=np.int8)
     for path in (part for group in paths for part in group.blocks(share.size + 1)):
         met, good = positions_on(path.problem, path.segment, np.append(share, 0.5))
@@ -246,7 +247,7 @@ def rows_between_ends(paths: list[SurfacePaths], count: int, share: FloatArray) 
 
 
 def rows_at_l1(paths: list[SurfacePaths], l1: FloatArray) -> tuple[FloatArray, Codes]:
-    """Return rows (HEIGHT, cases, positions) and status at flank parameters `l1` (cases, positions) of the
+    """Return rows (ROW_COUNT, cases, positions) and status at flank parameters `l1` (cases, positions) of the
     pinion, mm.
 
     Positions outside the limits are OFF_FLANK. PHASE is relative to the middle of the path, or without a path
@@ -254,7 +255,7 @@ def rows_at_l1(paths: list[SurfacePaths], l1: FloatArray) -> tuple[FloatArray, C
     """
     # Distance from a limit up to which a position is on the flanks.
     limit_tolerance_mm = 1e-9
-    table, status = np.full((HEIGHT, *l1.shape), np.nan), np.full(l1.shape, np.int8(Status.NOT_CONVERGED))
+    table, status = np.full((ROW_COUNT, *l1.shape), np.nan), np.full(l1.shape, np.int8(Status.NOT_CONVERGED))
     for path in paths:
         problem, segment, given = path.problem, path.segment, l1[path.cases]
         middle = 0.5 * (given.min(axis=-1, keepdims=True) + given.max(axis=-1, keepdims=True))
@@ -297,14 +298,14 @@ def _at_l1(problem: Problem, segment: Segment, l1: FloatArray) -> tuple[Contacts
 
 
 def _rows(path: SurfacePaths, met: Contacts, shape: tuple[int, ...]) -> tuple[FloatArray, FloatArray]:
-    """Return the rows (HEIGHT, cases, positions) of contacts (cases * positions) of this shape, and their
+    """Return the rows (ROW_COUNT, cases, positions) of contacts (cases * positions) of this shape, and their
     least margins, mm; NaN where the state is not known.
     """
     problem, flat = path.problem, met.state
     placed = problem.placed.take(np.repeat(np.arange(shape[0]), shape[1]))
     margins, _ = margins_at(problem, met)
-    rows = np.empty((HEIGHT, flat.shape[1]))
-    rows[0], rows[1], rows[4], rows[5] = flat[0], flat[3], flat[1], met.high
+    rows = np.empty((ROW_COUNT, flat.shape[1]))
+    rows[0], rows[1], rows[4], rows[5] = flat[0], flat[3], flat[1], met.z2
     for j, rack in enumerate(path.racks):
         rows[2 + j] = (rows[4 + j] - rack_point(rack, rows[j])[2]) / rack.trace[2]
     rows[6], rows[7] = np.hypot(*met.jets[0].plane[0]), np.hypot(met.point[0], met.point[1])
@@ -314,4 +315,4 @@ def _rows(path: SurfacePaths, met: Contacts, shape: tuple[int, ...]) -> tuple[Fl
     rows[ROLL], rows[ROLL + 1] = flat[2], np.arctan2(met.turn[1], met.turn[0]) - met.jets[1].phi
     rows[PHASE] = rows[ROLL + 1] + problem.surfaces.ratio * rows[ROLL]
     rows[:, np.isnan(flat).any(axis=0)] = np.nan
-    return rows.reshape(HEIGHT, *shape), margins.min(axis=0).reshape(shape)
+    return rows.reshape(ROW_COUNT, *shape), margins.min(axis=0).reshape(shape)

@@ -7,7 +7,8 @@ On parallel axes, unmodified flanks touch along lines. Modified flanks still do 
 vary along these lines, as on spur gears with tip relief, or where neither flank is relieved. Every point of
 these lines is a contact, so that the equations have no single solution. The pinion then has an additional
 helix crowning of LINE_CROWNING_MODULES: the contact on each line is now the point nearest to mid-face, which
-is the limit for crownings that tend to zero. Searches for a first contact use it as well: `crowned`.
+is the limit for crownings that tend to zero. Searches for a first contact use it as well
+(`with_line_crowning`).
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ are found, because their lines end where a relief begins."""
 def problems_of(design: Design, flank: str, pairing: FlankPair) -> Iterator[tuple[Design, Integers, Problem]]:
     """Yield designs with single members, the numbers of their cases, and their problems.
 
-    Cases with line contact are separate, and their pinion is `crowned`."""
+    Cases with line contact are separate, and their pinion has the additional crowning."""
     lines = along_lines(pairing)
     for single, cases in by_members(design):
         for part in (cases[~lines[cases]], cases[lines[cases]]):
@@ -48,15 +49,17 @@ def problems_of(design: Design, flank: str, pairing: FlankPair) -> Iterator[tupl
             problem = problem_of(single, flank, pairing, part)
             if lines[part[0]] and _touches_in_areas(problem):
                 problem = problem_of(_with_crowning(single, flank), flank, pairing, part)
-                problem = replace(problem, crowned=True)
-            problem = replace(problem, conjugate=bool(lines[part[0]]))
+                problem = replace(problem, line_contact=True)
+            problem = replace(problem, generated_lines=bool(lines[part[0]]))
             yield single, part, problem
 
 
-def crowned(design: Design, flank: str) -> tuple[Design, bool]:
-    """Return the design for searches for the first contact, and whether its pinion is crowned.
+def with_line_crowning(design: Design, flank: str) -> tuple[Design, bool]:
+    """Return the design for searches for the first contact, and whether its modified flanks touch along
+    lines.
 
-    It is if the modified flanks touch along lines in all cases. `design` has single members."""
+    If they do in all cases, the pinion gets the additional helix crowning of LINE_CROWNING_MODULES. `design`
+    has single members."""
     if not is_modified(design, flank):
         return design, False
     lines = _are_lines(design, flank) if design.batch_shape else _kept_are_lines(design, flank)

@@ -20,9 +20,10 @@ SAME_CURVE = 0.02
 class Segment:
     """The segment with the largest range of roll, for each case; NaN and -1 without one.
 
-    `state` (4, cases, 2) at enter and leave, `limit` (cases, 2), `span` (cases,): range of roll, rad;
-    `turning`: whether the roll turns back; `pieces`: number of segments on the flanks; `status`. `x` and
-    `knots` (4, cases, m) are approximate states from enter to leave; the first and the last are repeated.
+    `state` (4, cases, 2): s1, z1, pinion roll and s2 at enter and leave; `limit` (cases, 2); `span` (cases,):
+    range of roll, rad; `turning`: whether the roll turns back; `pieces`: number of segments on the flanks;
+    `status`. `knots` (4, cases, m) are approximate states from enter to leave at the parameters `x` (cases,
+    m) of the curve; the first and the last are repeated.
     """
 
     state: FloatArray
@@ -264,7 +265,7 @@ def _turned_span(problem: Problem, knots: FloatArray) -> float:
 
     The extrema of the roll are refined by secants of its rate along the curve.
     """
-    # Newton steps to a place where the roll turns back.
+    # Secant steps to a place where the roll turns back.
     turn_steps = 3
     values = [knots[2, 0], knots[2, -1]]
     for pick in (np.argmin, np.argmax):

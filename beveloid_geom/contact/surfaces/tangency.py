@@ -34,8 +34,6 @@ from ...gear.tooth_side import ToothSurface, cut_with_bends, profile_at, tangent
 
 NEWTON_MAX_STEPS = 40
 """Largest number of Newton steps from starting values that may be far away."""
-LARGEST_STEP = 0.5
-"""Largest Newton step, in face widths for z1, flank depths for s1, and pitches for the roll."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +87,8 @@ class PairPlacement:
 class Surfaces:
     """Both flanks of a pair of single members, continued beyond their limits, and lengths of the pair.
 
-    `ratio` is N1/N2, `largest` (3,) the largest Newton steps in s1, z1 (mm) and roll (rad).
+    `ratio` is N1/N2. `largest` (3,) are the flank depth and the face width of the pinion (mm) and its pitch
+    (rad): the largest Newton steps in s1, z1 and roll, and the units of `Problem.scale`.
     """
 
     pinion: ToothSurface
@@ -110,11 +109,12 @@ class Contacts:
 
     `state` (4, n); `residual` (2, n) and `gradient` (2, 3, n) of both tangency equations after s2 is
     eliminated; `follow` (4, n): the step of s2 is follow[0] + follow[1:].(ds1, dz1, drho); `error` (n,): the
-    largest relative residual; `high` (n,): z2. `point` and unit `normal` (3, n) in the fixed
-    frame of the gear, the normal out of the gear tooth; `moves` (3, 3, n): derivatives of the point of the
-    pinion by s1, z1 and rho in this frame, by component and derivative. `turn` has the cosine and sine of the
-    angle of the section frame of the gear in its fixed frame. `opposed` states whether the normals of both
-    flanks point against each other.
+    largest relative residual; `z2` (n,), mm: axial coordinate of the touched point of the gear from mid-face;
+    `jets`: surface points of pinion and gear. `point` and unit `normal` (3, n) in the fixed frame of the
+    gear, the normal out of the gear tooth; `moves` (3, 3, n): derivatives of the point of the pinion by s1,
+    z1 and rho in this frame, by component and derivative. `turn` has the cosine and sine of the angle of the
+    section frame of the gear in its fixed frame. `opposed` states whether the normals of both flanks point
+    against each other.
     """
 
     state: FloatArray
@@ -122,7 +122,7 @@ class Contacts:
     gradient: FloatArray
     follow: FloatArray
     error: FloatArray
-    high: FloatArray
+    z2: FloatArray
     moves: FloatArray
     point: FloatArray
     turn: tuple[FloatArray, FloatArray]
@@ -181,9 +181,9 @@ def contacts_at(surfaces: Surfaces, placed: PairPlacement, state: FloatArray) ->
     jet = jet_at(surfaces.pinion, s1, z1)
     moved = _in_gear_frame(jet, z1, roll, placed)
     x, y = moved[:2, 0]
-    high = moved[2, 0] - placed.position[1]
+    z2 = moved[2, 0] - placed.position[1]
     # Gear: the touched point, its angle about the axis and its normal.
-    other = jet_at(surfaces.gear, s2, high)
+    other = jet_at(surfaces.gear, s2, z2)
     (px, py), (sx, sy), (zx, zy) = other.plane[:3]
     square, own_square = x * x + y * y, px * px + py * py
     own_s, own_z = px * sx + py * sy, px * zx + py * zy
@@ -224,7 +224,7 @@ def contacts_at(surfaces: Surfaces, placed: PairPlacement, state: FloatArray) ->
         gradient,
         follow,
         error,
-        high,
+        z2,
         by,
         moved[:, 0],
         turn,
@@ -291,8 +291,8 @@ def solve(
     lever = surfaces.pinion.pitch_radius
     short, before = np.zeros(state.shape[1], dtype=int), np.full(state.shape[1], np.inf)
     previous, halvings = np.zeros((3, state.shape[1])), np.zeros(state.shape[1], dtype=int)
-    # A step in mm below the first also ends the iteration if the next one, predicted from the last two steps,
-    # is below the second.
+    # A step below `small_step_mm` also ends the iteration if the next one, predicted from the last two steps,
+    # is below `next_step_mm`.
     small_step_mm, next_step_mm = 1e-6, 1e-12
     # Newton step in mm that may consist of rounding near line contact, and number of such steps that end the
     # iteration.

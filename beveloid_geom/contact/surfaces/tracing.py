@@ -47,7 +47,7 @@ def grid_function(
             break
     met = contacts_at(problem.surfaces, placed, state)
     turn = np.abs(met.residual[0] / met.gradient[0, 2])
-    # g as the step of the roll that would make it vanish has no natural scale; its sign suffices.
+    # g = G.P_z has no natural scale; its sign is sufficient.
     g = np.where((turn <= 1e3 * profile_tolerance) & met.opposed, met.residual[1], np.nan)
     return state.reshape(4, *lines), g.reshape(lines)
 
@@ -93,13 +93,13 @@ def traced(problem: Problem, seeds: FloatArray) -> tuple[Curve, Mask]:
     cases = seeds.shape[1]
     twice = np.tile(np.arange(cases), 2)
     sense = np.repeat((-1.0, 1.0), cases)
-    trails, left = _followed(problem.cases(twice), seeds[:, twice], sense, problem.crowned)
+    trails, left = _followed(problem.cases(twice), seeds[:, twice], sense, problem.line_contact)
     # On parallel axes, curves that are lost are followed again with the other kind of steps: the roll may
     # turn back, as on hollow flanks, or the curve may turn by more than a right angle.
-    if problem.conjugate and not left.all():
+    if problem.generated_lines and not left.all():
         again = np.flatnonzero(~left)
         others, left[again] = _followed(
-            problem.cases(twice[again]), seeds[:, twice[again]], sense[again], not problem.crowned
+            problem.cases(twice[again]), seeds[:, twice[again]], sense[again], not problem.line_contact
         )
         for place, trail in zip(again.tolist(), others, strict=True):
             if left[place]:

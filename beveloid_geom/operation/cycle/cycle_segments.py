@@ -283,7 +283,7 @@ def converged(engagement: Engagement, segments: CycleSegments, tolerances: Float
     segments : CycleSegments
     tolerances : ndarray, shape (QUANTITIES,)
         Largest trailing coefficients: of f relative to the lever, of the positions relative to the tooth
-        depth. If `engagement.crowned`, the positions are uncertain, and their limit is at least 1e-3.
+        depth. With `engagement.line_contact`, the positions are uncertain, and their limit is at least 1e-3.
 
     Returns
     -------
@@ -291,7 +291,7 @@ def converged(engagement: Engagement, segments: CycleSegments, tolerances: Float
     """
     line_tolerance = 1e-3
     most = tolerances.copy()
-    if engagement.crowned:
+    if engagement.line_contact:
         most[1:] = np.maximum(most[1:], line_tolerance)
     depth = engagement.pinion.tip - engagement.pinion.root
     sizes = np.array((engagement.lever, *[depth] * (QUANTITIES - 1)))

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...arrays import Codes, FloatArray, Integers, Mask
-from ...contact.surfaces.problems import crowned
+from ...contact.surfaces.problems import with_line_crowning
 from ...design.model import Design
 from ...status import FirstStatus, Limit
 from ...support.array_records import joined
@@ -85,7 +85,7 @@ def grids_of(engagement: Engagement, design: Design, flank: str) -> Grids:
         (*points[:2], max(points[2], int(np.ceil(each * engagement.turns))))
         for points, each in (measured_grid_points if design.measured else GRID_POINTS)
     ]
-    pinion = crowned(design, flank)[0].pinion  # that of the engagement
+    pinion = with_line_crowning(design, flank)[0].pinion  # that of the engagement
     with np.errstate(invalid="ignore", divide="ignore"):
         coarse, fine = (scan_grid(pinion, flank, count) for count in points)
         return coarse, fine, chart_of(engagement.gear, 0.5 * coarse.cell[0], 0.5 * coarse.cell[1])
