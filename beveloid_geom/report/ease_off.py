@@ -56,6 +56,11 @@ class EaseOffReport(Report):
         given = (result for (_, state), result in self.results.items() if state == GIVEN)
         return next((result for result in given if isinstance(result, str)), None)
 
+    @property
+    def modified(self) -> bool:
+        """Whether a flank has a parabola or a modification."""
+        return self.design.unmodified() != self.design
+
     def values(self) -> dict[str, Any]:
         """Return grids, corners and coefficients; mm."""
         tools = {name: getattr(self.design, name).tool for name in MEMBERS}
@@ -77,8 +82,7 @@ class EaseOffReport(Report):
     def summary(self) -> str:
         """Return corners and coefficients of both flanks, and their definitions."""
         text = f"Ease-off of {self.name}: distance of the pinion flanks from flanks conjugate to the gear\n\n"
-        modified = self.design.unmodified() != self.design
-        shown = [key for key in self.results if modified or key[1] == GIVEN]
+        shown = [key for key in self.results if self.modified or key[1] == GIVEN]
         rows = [("", [f"{flank} flanks" for flank, _ in shown])]
         rows += [("  values in um", [STATE_WORDS[state] for _, state in shown])]
         sizes = [_sizes(self.known[key]) if key in self.known else {} for key in shown]
@@ -90,7 +94,7 @@ class EaseOffReport(Report):
             cells = [known_number("deviation", by_name.get(name, np.nan)) for by_name in sizes]
             rows.append((f"  {words}", cells))
         text += labelled_lines(rows, 30, 17) + "\n" + head_lines(self.design)
-        if modified:
+        if self.modified:
             text += line("unmodified", "without parabolas and modifications")
         text += line("sign", "positive where the flanks are apart; 0 at the point of contact at mid-roll")
         text += line(

@@ -43,7 +43,9 @@ def test_text_of_an_ease_off_is_in_um() -> None:
         ]
         found = [float(word) for word in line.split(words)[1].split()]
         assert found == pytest.approx(1e3 * np.array(wanted), abs=5.1e-4)
-    assert "without parabola" not in run("ease-off", "--grid", "3", "3").stdout
+    assert "unmodified" not in run("ease-off", "--grid", "3", "3").stdout
+    crowned = run("ease-off", "--grid", "3", "3", "--pinion-modification", "helix_crowning=10").stdout
+    assert crowned.count("unmodified") == 3  # two columns and the definition
 
 
 def test_an_ease_off_without_a_path_on_one_flank() -> None:
