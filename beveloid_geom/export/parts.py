@@ -36,7 +36,8 @@ from .fea.load import ContactPlace, contact_load
 from .surfaces import SurfaceMesh, in_fixed, joined_surfaces
 
 COUNTING_TOLERANCE_MM = 1e-3
-"""Tolerance at which points are counted. The number at a finer one follows from 1 / tolerance."""
+"""Tolerance at which the points of a surface are counted. For a finer tolerance, their number is extrapolated
+in proportion to 1 / tolerance."""
 
 
 def memory_limit() -> int:
@@ -201,8 +202,8 @@ def contact_case(
     member : int
         0 for the pinion, 1 for the gear.
     force : float
-        Force along the inward normal of the flank, N. It is Hertz's pressure on the contact ellipse. If the
-        flanks touch along a line, the pressure is constant along the line of contact at this roll.
+        Force along the inward normal of the flank, N. It acts as Hertz's pressure on the contact ellipse. If
+        the flanks touch along a line, the pressure is constant along the line of contact at this roll.
     tooth : int
         Loaded tooth, from 0.
 

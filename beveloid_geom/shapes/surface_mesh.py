@@ -1,7 +1,7 @@
 """Triangles of teeth for pictures, with exact normals.
 
-The surfaces are those of the solid (`solid.tooth_surface`). Surfaces do not share points, so that edges are
-sharp and the normals are those of the exact surfaces.
+The surfaces are those of the solid (`tooth_body.tooth_surface`). Surfaces do not share points, so that
+edges are sharp and the normals are those of the exact surfaces.
 """
 
 from __future__ import annotations

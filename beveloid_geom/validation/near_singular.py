@@ -78,7 +78,7 @@ def smallest_shaft_angle(design: Design, flank: str) -> float:
 def at_shaft_angle(design: Design, shaft_angle: float) -> Design:
     """Return the unmodified pair without errors at a shaft angle (rad) and the offset without backlash.
 
-    Raises ValueError if no offset has no backlash."""
+    Raises ValueError if there is no offset without backlash."""
     plain = design.bare()
     turned = replace(plain, pair=replace(plain.pair, shaft_angle=shaft_angle))
     offset = closing_offset(turned)

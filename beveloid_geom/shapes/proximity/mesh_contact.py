@@ -1,4 +1,4 @@
-"""Contact of two flanks: the point of smallest separation at a pose.
+"""Contact of two triangle meshes of flanks: the point of smallest separation at given rolls (a pose).
 
 1. The vertex of two sampled meshes with the smallest separation (`mesh_separation`) has an error of the
    square root of the tolerance over the relative curvature. In approximate line contact this is millimetres
@@ -12,8 +12,9 @@
 
    where A_2' maps a step to the change of n2 on the parallel surface of the gear through the point. Where D
    is stationary, n2 = -n1 holds and n2.d2R1 is dn1.dR1, so that the steps converge quadratically. Steps lead
-   downhill only, so that they leave saddle points. The result must be a minimum beyond rounding. If the
-   smaller relative curvature vanishes, there is no result.
+   downhill only, so that they leave saddle points. The result is accepted only if the uncertainty of its
+   position (`doubt`) is at most 1e-8 of the flank depth. If the smaller relative curvature vanishes, there
+   is no result.
 """
 
 from __future__ import annotations
@@ -48,12 +49,12 @@ class MeshContact:
     l, z : array (2,)
         Flank parameters and axial coordinates on pinion and gear, mm.
     doubt : float
-        Uncertainty of the position, mm. Without refinement it is the distance of the grid points whose
-        separation is equal within the error: millimetres, or the length of the flank. With refinement it is
-        the effect of rounding.
+        Uncertainty of the position, mm. Without `polish` it is the largest distance from `point` to the grid
+        points whose separation equals the smallest one within the error of the meshes: millimetres, or the
+        length of the flank. With `polish` it is the effect of rounding.
     status : Status
-        As in `MeshSeparation`. NOT_CONVERGED also if the separation has no minimum beyond rounding. Values
-        are NaN unless SOLVED.
+        As in `MeshSeparation`. NOT_CONVERGED also if the position of the minimum is uncertain. Values are
+        NaN unless SOLVED.
     """
 
     point: FloatArray
@@ -73,7 +74,7 @@ def mesh_contact(
     gear_roll: float,
     polish: bool = True,
 ) -> MeshContact:
-    """Return the contact at a pose: the point of smallest separation of the flanks.
+    """Return the contact of two meshes at a pose: the point of smallest separation of the flanks.
 
     Parameters
     ----------
@@ -85,13 +86,14 @@ def mesh_contact(
     pinion_roll, gear_roll : float
         rad.
     polish : bool
-        Whether the contact is refined on the exact flanks. Without refinement it is a vertex of one mesh and
-        its closest point on the other.
+        Whether the contact is computed on the exact flanks, from the contact of the meshes. Otherwise it is
+        a vertex of one mesh and its closest point on the other.
 
     Returns
     -------
     MeshContact
-        OFF_FLANK with refinement if the smallest separation is on an edge, which is no tangency.
+        With `polish`, the status is OFF_FLANK if the separation is smallest on an edge of a flank: the flanks
+        are not tangent there.
 
     Raises
     ------
@@ -153,7 +155,7 @@ def _polished_contact(
     last_step_ratio = 1e-6
     # Rounding of the separation over the depth of the flank.
     separation_rounding = 1e-12
-    # Largest uncertainty of the position of a refined contact over the depth of the flank.
+    # Largest uncertainty of the position of a polished contact over the depth of the flank.
     max_doubt_ratio = 1e-8
     pinion, reach = design.pinion, 1.0
     depth = float(highest_parameter(pinion, flank) - root_parameter(pinion, flank))

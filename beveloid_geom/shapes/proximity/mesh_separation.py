@@ -1,6 +1,7 @@
 """Separation of two flanks by proximity queries on sampled meshes.
 
-Both flanks are sampled to a tolerance (`sampling`) and placed at a pose. The separation of a vertex is its
+Both flanks are sampled to a tolerance (`sampling`) and placed at a pose, which is a roll of each member. The
+separation of a vertex is its
 distance from the closest point on the triangles of the other flank. Its error is of the order of the
 tolerance. The closest point on a triangle is the start of Newton's method for the foot on the exact flank
 (`closest_point.feet`).
@@ -97,7 +98,7 @@ def mesh_separation(
     pinion_roll, gear_roll : float
         rad.
     polish : bool
-        Whether separations and feet are refined on the exact flank. Otherwise those of its triangles.
+        Whether separations and feet are those of the exact flank. Otherwise they are those of its triangles.
 
     Returns
     -------

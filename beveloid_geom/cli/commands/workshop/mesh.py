@@ -21,7 +21,7 @@ from ....export import (
     VOLUME_FORMATS,
     suffixes_by_purpose,
 )
-from ....shapes import SURFACE_STEPS
+from ....shapes import TOLERANCES_PER_MODULE
 from ...mesh_options import PARTS, mesh_options
 from ...mesh_parts import FLANKS, GEARS, TEETH, WRITERS, MeshRequest, frames_text
 from ...options import (
@@ -63,7 +63,7 @@ class PartKind:
     formats: dict[str, Any]
     parts: tuple[str, ...]
     description: str
-    steps: float | None = SURFACE_STEPS
+    steps: float | None = TOLERANCES_PER_MODULE
 
 
 KINDS = {
