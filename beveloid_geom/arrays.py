@@ -36,7 +36,7 @@ def gear_sense(flank: str) -> float:
     """Return the sense of the gear's roll while the pinion drives on a flank.
 
     The pinion's roll rises on right flanks and falls on left flanks; the gear turns in the opposite sense.
-    Times this sense, an angle of the gear is positive ahead.
+    An angle of the gear, multiplied by this sense, is positive if the gear is ahead.
 
     Parameters
     ----------

@@ -18,8 +18,9 @@ class Status(IntEnum):
 
     SOLVED = 0
     NO_COMMON_NORMAL = 1
-    """The flanks have no common normal at this l1, or no common normal with which they can touch. For a path:
-    no contact was found near the flanks, and some of their points have no common normal."""
+    """The flanks have no common normal at this l1 (flank parameter of the pinion, mm), or none with which
+    they can touch. For a path: no contact was found near the flanks, and some of their points have no common
+    normal."""
     NOT_CONVERGED = 2
     """Not solved to rounding. For a path: the curve was lost or not resolved on the flanks."""
     OFF_FLANK = 3
@@ -30,7 +31,8 @@ class Status(IntEnum):
     ENDLESS = 5
     """Only for a path: it is a closed curve on the flanks and meets no limit."""
     UNDEFINED = 6
-    """The inputs define no problem: a member that its tool cannot cut, no layout, NaN."""
+    """The inputs define no problem: a member that its tool cannot cut, a pair without pitch point (its
+    unmodified flanks have no common normal), or NaN."""
 
 
 class Limit(IntEnum):
@@ -64,7 +66,8 @@ class Limit(IntEnum):
 
 
 class FirstStatus(IntEnum):
-    """Result of the search for the first contact at one position."""
+    """Result of the search for the first contact: the gear roll at which, at a pinion roll, the first of all
+    teeth touches."""
 
     SOLVED = 0
     NO_CONTACT = 1
@@ -75,10 +78,12 @@ class FirstStatus(IntEnum):
     UNDERCUT = 4
     """Undercut removes a flank completely in a part of the face."""
     OUT_OF_STEP = 5
-    """With few teeth, the gear is so far from the contact of the unmodified pair without errors that an
-    overlap cannot be distinguished from the clearance one turn later."""
+    """The gear is so far from the contact of the unmodified pair without errors that the tooth pair is not
+    certain: the same gear roll is an overlap now, or a clearance up to the next meeting of the same teeth.
+    This happens with few teeth."""
     UNDEFINED = 6
-    """The inputs define no problem: a member that its tool cannot cut, no layout, NaN."""
+    """The inputs define no problem: a member that its tool cannot cut, a pair without pitch point (its
+    unmodified flanks have no common normal), or NaN."""
 
     @property
     def reason_type(self) -> type[str]:
@@ -111,7 +116,8 @@ class RatioStatus(IntEnum):
     NOT_CONVERGED = 2
     """At some roll the clearance of a single tooth pair was not computed."""
     TOO_THICK = 3
-    """The film reaches tooth pairs that are not considered, or the next turn of the same teeth."""
+    """The film is too thick: tooth pairs count as in contact within the thickness of a film of lubricant or
+    marking compound. It reaches tooth pairs that are not considered, or the same teeth one turn later."""
     UNSTEADY = 4
     """The rolls at which contact of a tooth pair begins and ends cannot be distinguished."""
 

@@ -32,7 +32,7 @@ def optimise(**changes: Any) -> bg.Optimum:
 
 
 def study(cases: int = 1, **changes: Any) -> bg.ToleranceStudy:
-    names = ("seed", "operation", "units_per_task")
+    names = ("seed", "operation", "blocks_per_task")
     options = {name: changes.pop(name) for name in names if name in changes}
     return bg.tolerance_study(TABLE_1, replace(TOLERANCES, **changes), cases=cases, **options)
 
@@ -164,8 +164,8 @@ REFUSED: Cases = [
         ({"sigmas": inf}, "sigmas must be positive and finite, got inf"),
         ({"distribution": "even"}, "distribution must be 'normal' or 'uniform', got 'even'"),
         ({"cases": 0}, "at least 1, got 0 and 4"),
-        ({"cases": 10, "units_per_task": 0}, "at least 1, got 10 and 0"),
-        ({"cases": 10, "units_per_task": -1}, "at least 1, got 10 and -1"),
+        ({"cases": 10, "blocks_per_task": 0}, "at least 1, got 10 and 0"),
+        ({"cases": 10, "blocks_per_task": -1}, "at least 1, got 10 and -1"),
         ({"seed": -1}, "seed must be at least 0, got -1"),
         ({"cases": 5, "operation": 6}, "operation must be 0 to 5, the number of mountings, got 6"),
     ),

@@ -86,7 +86,7 @@ class Job:
 
 
 def make_figure(job: Job) -> Made:
-    """Compute and draw one figure; a plain page has its text in a file."""
+    """Compute and draw one figure. For a plain page, the text of the page is an additional file (txt)."""
     from .rendering import files, theme
 
     start = time.perf_counter()
@@ -198,7 +198,7 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
 @click.option(
     "--plain",
     is_flag=True,
-    help="Write title, number and note to a text file NAME.txt instead of the picture.",
+    help="Leave title, subtitle and note out of the picture and write them to the text file NAME.txt.",
 )
 @click.option(
     "--format",
@@ -229,8 +229,8 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     "--loaded",
     click.Path(path_type=Path),
     None,
-    "Draw only load sharing and transmission error, from the decks that `mesh --part pair --rolls` wrote"
-    " to this --out and CalculiX has solved.",
+    "Draw only load sharing and transmission error. FILE is the --out of `mesh --part pair --rolls`; CalculiX"
+    " must have solved its decks.",
     "FILE",
 )
 @block(*grid_options)

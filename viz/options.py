@@ -96,8 +96,8 @@ def _output_folder(path: Path) -> Iterator[None]:
 
 
 def prepare_folder(path: Path) -> None:
-    """Create the output folder for the duration of the command and check that it is writable. Raises
-    Refusal."""
+    """Create the output folder and check that it is writable. New folders that are empty at the end of the
+    command are removed. Raises Refusal."""
     try:
         click.get_current_context().with_resource(_output_folder(path))
     except OSError as error:

@@ -42,8 +42,8 @@ class CycleStatistics:
     edge_share : FloatArray
         (n,): share of the cycle in which edges touch.
     film_ratio : FloatArray
-        (n,): operating contact ratio within a film of 6.35 um (`operating_ratio`); NaN also where it is not
-        known.
+        (n,): operating contact ratio that also counts tooth pairs with a clearance up to 6.35 um, the
+        thickness of a lubricant film (`operating_ratio`); NaN also where it is not known.
     pattern_ends : Mask
         (n, 8), in the order of `Limit`: edges at which the pattern of 6.35 um of marking compound ends.
     pattern_known : Mask
@@ -81,7 +81,7 @@ def cycle_statistics(mountings: Design, flank: str) -> CycleStatistics:
     Parameters
     ----------
     mountings : Design
-        Single members, errors of one batch axis (n,).
+        A design in n mountings: single members, and errors with one batch axis (n,).
     flank : {'right', 'left'}
 
     Returns

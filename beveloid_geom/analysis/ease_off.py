@@ -4,8 +4,9 @@ The conjugate is the envelope that the unlimited gear flank, turning at the cons
 on the pinion. The gear is phased so that both flanks touch in the middle of their path of contact
 (`contact.mesh_position`). The ease-off is 0 there, apart from the square of the slope of the transmission
 error. At a point P of the pinion flank with the outward normal n1, the ease-off is the distance g along n1 to
-this envelope, positive if there is a gap. With a point X of the gear flank and its outward normal N, all in
-S_f at the pinion roll phi,
+this envelope, positive if there is a gap. Let X be a point of the gear flank with the outward normal N. All
+vectors are in the fixed frame S_f (`pair.frames`) at the pinion roll phi. k1 and k2 are the directions of the
+axes of pinion and gear, O1 and O2 are points of these axes. Then
 
     P + g n1 = X,    N.W = 0,    W = k1 x (X - O1) + (N1/N2) k2 x (X - O2).
 
@@ -90,7 +91,7 @@ class EaseOff:
 
 @dataclass(frozen=True)
 class SecondOrder:
-    """Surface of second order, mm, with x from toe (-1) to heel (1) and y from root (-1) to tip (1):
+    """Surface of second order, mm, with x from -1 at -z to 1 at +z, and y from root (-1) to tip (1):
 
         mean + face_slope x + profile_slope y
              + face_crowning (x^2 - 1/3) + profile_crowning (y^2 - 1/3) + twist x y.
@@ -154,7 +155,7 @@ def ease_off_at(design: Design, flank: str, l: ArrayLike, z: ArrayLike) -> Float
         A single design.
     flank : {'right', 'left'}
     l, z : array_like
-        Flank parameters and planes, mm; they broadcast.
+        Flank parameters l, and axial positions z from mid-face, mm; they broadcast.
 
     Returns
     -------

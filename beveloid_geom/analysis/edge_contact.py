@@ -4,7 +4,9 @@ At the end of its path, the contact of a tooth pair continues on an edge. The ed
 tooth pair, some pitches further on the same path, is ahead. With the transmission error e of the path
 (positive: gear ahead) and the pitch p of the pinion,
 
-    lead = max over k of e(end, k p inwards) - e(end),   k = 1, 2, ... within the path.
+    lead = max over k of e(phi_end + s k p) - e(phi_end),   k = 1, 2, ... within the path,
+
+where phi_end is the roll at this end, and s = 1 or -1 points from this end into the path.
 
 A mesh cycle has no edge contact if the leads at both ends are positive and edge contact occurs only at the
 end of a path. `leads_of` assumes the latter; `cycle_extremes` computes the mesh cycle."""
@@ -90,8 +92,8 @@ def leads_of(path: ContactPath) -> FloatArray:
 
 def swing_of_all(path: ContactPath) -> FloatArray:
     """Return the peak-to-peak transmission error (...), rad, of all teeth without edge contact, from a
-    path evenly spaced in roll: the range down to the roll at which the next tooth pair takes over. NaN
-    without a path."""
+    path evenly spaced in roll. It is the largest transmission error of the path minus that at the roll at
+    which the next tooth pair takes over. NaN without a path."""
     error = path.transmission_error
     pitch = 1.0 / np.maximum(np.nan_to_num(path.ends.contact_ratio), 1.0)  # shares of the path
     low, high = np.zeros(pitch.shape), 1.0 - pitch

@@ -8,7 +8,8 @@ A cell may have a path and still be useless: the relative curvature of the flank
 interfere (`interferes`). Edge contact and hand-over between tooth pairs are found only with `operation=True`
 (`mesh_cycle`).
 
-Figs. 7 to 11 of the paper are lines of the map of the parabola coefficients; its case C3 is a quadrant.
+Figs. 7 to 11 of the paper are lines of the map of the parabola coefficients. The cases C1 to C4 of the paper
+are the quadrants of this map (`DesignMap.quadrants`).
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from ..design.model import Design, Errors, MeshErrors
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
 from ..operation.mesh_cycle import mesh_cycle
 from ..pair.misalignment import ERROR_CLASSES, errors_below
-from ..pair.mounting import half_pitch, mounting_of
+from ..pair.mounting import mounting_of, within_half_pitch
 from ..pair.named_inputs import (
     PRESETS,
     Bounds,
@@ -42,7 +43,15 @@ from .optimise import Aim, objectives_of
 from .path_measures import measures_of
 from .tolerance import USUAL_AT
 
-FIGURES = ("contact_ratio", "angle", "shift", "peak_to_peak", "centre", "normal_backlash", "mounted_backlash")
+QUANTITIES = (
+    "contact_ratio",
+    "angle",
+    "shift",
+    "peak_to_peak",
+    "centre",
+    "normal_backlash",
+    "mounted_backlash",
+)
 """Quantities of a map: fields of DesignMap."""
 IN_OPERATION = ("cycle_peak_to_peak", "edge_share")
 """Quantities that are computed only with `operation=True`."""
@@ -57,7 +66,7 @@ class DesignMap:
     over : tuple of str
         Names of the inputs, keys of INPUTS.
     errors : Errors or MeshErrors
-        Assembly errors of the shift.
+        Assembly errors for which `shift` is computed.
     first, second : FloatArray
         (n,) and (m,), values of the inputs, in the units of INPUTS.
     status : Codes
@@ -69,15 +78,15 @@ class DesignMap:
         -pi/2 to pi/2; positive if z increases with r.
     shift : FloatArray
         Shift of the position at mid-roll on the flank of the pinion, perpendicular to the path, under
-        `errors`, mm: root of the sum of the squares over the errors, mean over both signs. NaN also where an
-        error moves the path off the flanks.
+        `errors`, mm. The squared shifts under +error and -error are averaged and added over the errors;
+        `shift` is the root of this sum. NaN also where an error moves the path off the flanks.
     peak_to_peak : FloatArray
         Transmission error over the path of one tooth pair, rad.
     centre : FloatArray
         z at mid-roll on the pinion, mm.
     normal_backlash : FloatArray
-        Backlash without parabolas and errors, mm; it is continuous with the backlash of the design, also
-        beyond half a pitch.
+        Normal backlash without parabolas and errors, mm. It is not reduced to half a pitch: it changes
+        continuously over the map, starting from the backlash of the design.
     mounted_backlash : FloatArray
         Smallest backlash over a mesh cycle with parabolas and errors, by tangency, mm.
     cycle_peak_to_peak, edge_share : FloatArray
@@ -155,10 +164,11 @@ class DesignMap:
 def usual_bounds(design: Design, over: str | Inputs) -> tuple[Bounds, Bounds]:
     """Return the default bounds of both inputs.
 
-    The parabola coefficients reach as far as in Figs. 9 to 11 of the paper, 0.002 1/mm on Table 1, scaled by
-    the module, and their apexes a module to both sides of the reference line. Mounting distances change by
-    0.6 times the larger face width; with more than half of it, some paths are lost. Profile shift
-    coefficients change by 0.3. Raises ValueError for other inputs."""
+    Parabola coefficients reach to plus and minus 0.012 / module in 1/mm (0.002 1/mm on Table 1, as in Figs. 9
+    to 11 of the paper), or to the largest coefficient of the member, but not beyond `parabola_limit`. Apexes
+    reach one module to both sides of the reference line. Mounting distances change by 0.6 times the larger
+    face width; with more than half of it, some paths are lost. Profile shift coefficients change by 0.3.
+    Raises ValueError for other inputs."""
     first, second = (_usual(design, name) for name in inputs_of(over))
     return first, second
 
@@ -180,7 +190,8 @@ def _usual(design: Design, name: str) -> Bounds:
 
 
 def usual_errors(design: Design) -> Errors | MeshErrors:
-    """Return errors as large as the usual tolerances, with the reference of the errors of the design."""
+    """Return errors as large as the usual tolerances. They are about the common perpendicular or at the mesh,
+    like the errors of the design."""
     usual = USUAL_AT[design.errors_at]
     return ERROR_CLASSES[design.errors_at](*usual.values().tolist())
 
@@ -254,7 +265,7 @@ def design_map(
     _check(design, over, bounds, steps, errors)
     first_values, second_values = (low + (high - low) * np.linspace(0.0, 1.0, steps) for low, high in bounds)
     x, y = (side.ravel() for side in np.meshgrid(first_values, second_values, indexing="ij"))
-    rows: dict[str, list[FloatArray]] = {name: [] for name in ("status", *FIGURES, *IN_OPERATION)}
+    rows: dict[str, list[FloatArray]] = {name: [] for name in ("status", *QUANTITIES, *IN_OPERATION)}
     for start in range(0, x.size, cells_per_call):
         block = slice(start, start + cells_per_call)
         for name, column in _cells(design, over, flank, errors, x[block], y[block]).items():
@@ -283,7 +294,7 @@ def _cells(
     first: FloatArray,
     second: FloatArray,
 ) -> dict[str, FloatArray]:
-    """Return status and quantities of cells (n,), in one call each."""
+    """Return status and quantities of cells (n,); one call computes each quantity for all cells."""
     cells = design_at(design, over, first, second)
     parabola = (np.broadcast_to(m.tool.parabola_of(flank), first.shape) for m in cells.members)
     with np.errstate(invalid="ignore"):  # a path may be a single point, which has no direction
@@ -313,7 +324,7 @@ def _backlash(design: Design, over: Inputs, first: FloatArray, second: FloatArra
     pitch = np.pi * float(tool.normal_module) * np.cos(float(tool.normal_pressure_angle))
     near = values[:, None] + step * np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     given, *moved = np.broadcast_to(mounting_of(design_at(design, over, *near)).normal_backlash, 3)
-    rates = half_pitch(np.array(moved) - given, pitch) / step
+    rates = within_half_pitch(np.array(moved) - given, pitch) / step
     linear = given + rates @ (np.stack((first, second)) - values[:, None])
     reduced = mounting_of(design_at(design, over, first, second)).normal_backlash
     return np.asarray(reduced + pitch * np.round((linear - reduced) / pitch))

@@ -44,9 +44,11 @@ class Mountings:
     pinion_z, pinion_r, gear_z, gear_r : FloatArray
         (n, 3), mm: position where the path enters, at mid-roll, and where it leaves.
     normal_backlash : FloatArray
-        (n,), mm: smallest backlash over a mesh cycle by tangency, with or without a path on these flanks.
+        (n,), mm: smallest normal backlash over a mesh cycle, from the tangency of the flanks on both sides
+        (`operation.backlash_by_tangency`). It is also computed if these flanks have no path.
     tangency : Codes
-        (n,), codes of `Tangency`: meaning of the backlash by tangency for the teeth.
+        (n,), codes of `Tangency`: whether `normal_backlash` is the backlash of the teeth, a lower bound, an
+        estimate, or unknown.
     jammed : Mask
         (n,): the backlash is too small to assemble the pair.
     """

@@ -2,8 +2,9 @@
 
 The objective is the shift of the path on the pinion flank under given assembly errors, or the transmission
 error of all teeth under any of them. Constraints are a minimum contact ratio (Eq. 16), a path centred on the
-face, and bounds of the coefficients a1, a2. Starting values are the local minima on a grid that does not
-depend on the bounds. SciPy's SLSQP continues from there.
+face, bounds of the coefficients a1 (pinion) and a2 (gear), and optional limits on the shift and on the
+transmission error of the path. Starting values are the local minima on a grid that does not depend on the
+bounds. SciPy's SLSQP continues from there.
 
 If the sum of the coefficients is positive, the relative curvature of the flanks is negative and their
 tangency is not the first contact. Such coefficients are excluded.
@@ -48,6 +49,8 @@ Vector: TypeAlias = np.ndarray[tuple[int], np.dtype[np.float64]]
 
 COEFFICIENT_UNIT = 1e-3  # 1/mm, so that the coefficients are near 1 in the optimiser
 EVEN_STEPS = 12
+"""Number of even steps of the graded search grid, before its steps double; the even search grid between the
+bounds has half as many."""
 CONSTRAINT_TOLERANCE = 1e-6  # relative to the bound of the constraint
 
 
@@ -104,9 +107,10 @@ def optimise_parabola(design: Design, aim: Aim, flank: str = "right") -> Optimum
     Raises
     ------
     ValueError
-        For a batch; for an aim without errors or with empty bounds; if no coefficients satisfy the
-        constraints, or none of them can be assembled. If the aim excludes edge contact, also if edges touch
-        with all coefficients or if the tip rounds of a tool overlap.
+        For a batch; for an aim without errors, with bounds that do not increase, or with lower bounds whose
+        sum is not negative; if no coefficients satisfy the constraints, or none of them can be assembled. If
+        the aim excludes edge contact, also if edges touch with all coefficients or if the tip rounds of a
+        tool overlap.
 
     Examples
     --------

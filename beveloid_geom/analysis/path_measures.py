@@ -223,8 +223,9 @@ def _at(row: FloatArray, z: FloatArray, wanted: float, start: int) -> float:
 
 
 def concavity(design: Design, flank: str, size: float) -> dict[str, FloatArray]:
-    """Return the concavity of the flanks (2 members, 2) with parabola coefficients +size and -size, relative
-    to the involute at mid-face.
+    """Return measures of the concavity of the flanks at mid-face relative to the involute, by name: arrays
+    (2 members, 2), with the parabola coefficients +size and -size (1/mm) on the last axis.
+
 
     The measures are the metal left near root and tip, mm along the circle (the smaller value for +size, the
     larger for -size), and the decrease of the profile curvature at l = 0, 1/mm."""

@@ -3,8 +3,8 @@
 The middle of a path is its position at mid-roll, half-way in roll between the two ends of the path. The
 wanted position is given by z on the pinion, a share of the face width, and by l1, centred in profile. A path
 that runs from tip to tip of the members is centred in any case; under errors it must keep the l1 that its
-middle has without errors. If an end of a face limits the path as designed, the reference line of the tool is
-wanted, near the middle of its flank. With the two errors e,
+middle has without errors. For all other paths, the required l1 is that of the reference line of the tool,
+which is near the middle of its flank. With the two errors e,
 
     F(e) = (z(e) - z_wanted, l1(e) - l1_wanted) = 0
 
@@ -147,7 +147,7 @@ def place_path(
     design : Design
         A single design; the errors are added to its errors.
     at : sequence of float
-        Shares of the pinion face width from the toe, above 0 and below 1.
+        Shares of the pinion face width from the end at -z, above 0 and below 1.
     by : (str, str)
         Names of two errors. Axial errors are changes of the mounting distances.
     flank : {'right', 'left'}

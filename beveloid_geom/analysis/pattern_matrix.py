@@ -76,12 +76,13 @@ class PatternMatrix:
 
     @property
     def added(self) -> FloatArray:
-        """Values (n n, 2) of both errors of each cell, mm or rad."""
+        """Values (n^2, 2) of both errors of each cell, row by row, mm or rad."""
         return np.stack(np.meshgrid(self.first, self.second, indexing="ij"), axis=-1).reshape(-1, 2)
 
 
 def check_names(names: tuple[str, str], field: str) -> None:
-    """Raise ValueError unless the names are two different errors with the same reference."""
+    """Raise ValueError unless the names are two different errors, both about the common perpendicular or both
+    at the mesh."""
     if len(names) != 2 or len(set(names)) != 2 or not set(names) <= set(ALL_NAMES):
         raise ValueError(
             f"{field} must be two different errors of {', '.join(ALL_NAMES)}, got {', '.join(names)}"

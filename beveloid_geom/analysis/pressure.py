@@ -1,7 +1,8 @@
 """Hertzian pressure along a path of contact.
 
 At each position the flanks are loaded by a force F along the common normal n. F is given, or follows from a
-torque T on the pinion, F = T / |n.(k1 x R)|; without parabola, this lever is m_n N cos(alpha) / 2 everywhere.
+torque T on the pinion, F = T / |n.(k1 x R)|, with the contact point R and the direction k1 of the pinion
+axis. Without parabola, this lever is m_n N1 cos(alpha) / 2 everywhere; N1 is the pinion's number of teeth.
 Relative curvatures and their directions are those of `contact.ellipse`, axes and pressure those of
 `contact.hertz`. Both flanks have the same material. Friction, neighbouring tooth pairs and edges are
 neglected.
@@ -95,7 +96,7 @@ class PathPressure:
         (..., 2), mm, major axis first. In line contact (LINE_CONTACT): half the length of the line and half
         the width of the strip.
     direction : FloatArray
-        (..., 2, 3), unit directions of both axes in S_f.
+        (..., 2, 3), unit directions of both semi-axes in the fixed frame S_f (`pair.frames`).
     angle : FloatArray
         Angle of the major axis to the pinion tooth trace, rad, -pi/2 to pi/2; positive if the end of the axis
         that points to the heel is closer to the tip.

@@ -1,8 +1,10 @@
 """Derivatives of a path of contact with respect to the assembly errors, exact to rounding.
 
 The path is a curve in y = (l1, l2, n_x, n_y, w1) with four equations R(y, e) = 0 that contain the assembly
-errors e (`contact.parallel.small_angle_equations`). A position on it is fixed by a fifth equation c(y, e) =
-0. At an end, c states that the limit is still met; in the middle, that the pinion roll is the mean of the
+errors e (`contact.parallel.small_angle_equations`). l1 and l2 are the flank parameters, n_x and n_y are
+components of the common normal, and w1 is the position of the contact in the plane of action of the pinion,
+perpendicular to the normal (`contact.equation`). A position on the path is fixed by a fifth equation c(y, e)
+= 0. At an end, c states that the limit is still met; in the middle, that the pinion roll is the mean of the
 rolls of both ends. Differentiation gives
 
     [R_y; c_y] dy/de = -[R_e; c_e],   dq/de = q_y dy/de + q_e
@@ -77,8 +79,8 @@ class Sensitivity:
     face_shift_by : FloatArray
         (..., 3, 2, errors), derivative of z of the path at constant l, positive towards +z.
     square_shift_by : FloatArray
-        (..., 3, 2, errors), derivative of the position of the path along the flank, perpendicular to the
-        path.
+        (..., 3, 2, errors), derivative of the position of the path on the flank, perpendicular to the path,
+        positive towards +z.
     l_by, z_by, r_by, pinion_roll_by : FloatArray
         Derivatives of `l`, `z`, `r` and `pinion_roll`.
     contact_ratio_by, peak_to_peak_by : FloatArray

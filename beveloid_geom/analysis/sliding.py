@@ -1,8 +1,9 @@
 """Sliding along a path of contact: velocities of the flanks and of the contact, specific sliding.
 
 All velocities are per unit of the pinion speed, mm per rad of its roll. Multiplied by the pinion speed in
-rad/s, with its sign, they are mm/s. With the contact point R in S_f, the common normal n out of the pinion
-tooth, the axes k_j and a point O_j of each axis,
+rad/s, with its sign, they are mm/s. Vectors are in the fixed frame S_f (`pair.frames`). With the contact
+point R, the common normal n out of the pinion tooth, the directions k_j of the axes, a point O_j of each
+axis, and the speeds phi_j' relative to that of the pinion,
 
     v_j = phi_j' k_j x (R - O_j),   phi_1' = 1,   n.(v_1 - v_2) = 0.
 

@@ -4,16 +4,17 @@ The four errors of Fig. 5, or the five errors at the mesh, are drawn independent
 distribution and are added to the errors of the design. Every mounting is solved. A mounting without a path on
 the flanks keeps its status and holds NaN.
 
-Mountings are drawn and solved in units of UNIT. Each unit has its own random stream, spawned from the seed.
-Therefore the result is the same bit for bit in one process and with any `concurrent.futures.Executor` over
-threads, processes or the machines of a cluster (of one processor type and NumPy version; others may round
-differently). The drawn errors depend on neither flank nor design: the studies of both flanks with one seed
-describe the same gearboxes.
+Mountings are drawn and solved in blocks of MOUNTINGS_PER_BLOCK. Each block has its own random stream, spawned
+from the seed. Therefore the result is the same bit for bit in one process and with any
+`concurrent.futures.Executor` over threads, processes or the machines of a cluster (of one processor type and
+NumPy version; others may round differently). The drawn errors depend on neither flank nor design: the studies
+of both flanks with one seed describe the same gearboxes.
 
 The transmission error is that of one tooth pair on its path. If the gear is furthest ahead at the ends of the
 path, the edge of the next pair touches first and the transmission error in operation is different.
-`tolerance_study` therefore also computes the mesh cycles of the first mountings (`operation`), and the
-contact patterns of those among them whose paths move furthest along the face."""
+`tolerance_study` therefore also computes the mesh cycles of the first mountings (`operation`). For those
+among them whose paths move furthest along the face, it also computes at which edges the contact pattern
+ends."""
 
 from __future__ import annotations
 
@@ -38,12 +39,12 @@ from .cycle_statistics import CYCLES_PER_CALL, CycleStatistics, cycle_statistics
 from .mountings import Mountings, solved_mountings
 
 Distribution: TypeAlias = Literal["normal", "uniform"]
-UNIT = 1024
+MOUNTINGS_PER_BLOCK = 1024
 """Number of mountings that are drawn from one random stream and solved in one call."""
 CYCLE_COST = 48
 """Cost of a mounting in operation relative to that of its path, for the progress."""
 SHARES = (0.0, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 1.0)
-"""Quantiles of a report."""
+"""Probabilities for which a report has quantiles."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +99,7 @@ USUAL_AT: dict[ErrorsAt, Tolerances] = {
         gear_axial=USUAL.gear_axial,
     ),
 }
-"""Default tolerances by the reference of the errors of a design."""
+"""Default tolerances for errors about the common perpendicular and for errors at the mesh."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +116,7 @@ class ToleranceStudy:
         Seed of the random errors.
     nominal, mountings : Mountings
         Results without drawn errors (one mounting) and with them.
-    running, nominal_running : CycleStatistics or None
+    cycles, nominal_cycles : CycleStatistics or None
         Mesh cycles of the first mountings and of the design; None if they were not requested.
     """
 
@@ -126,8 +127,8 @@ class ToleranceStudy:
     seed: int
     nominal: Mountings
     mountings: Mountings
-    nominal_running: CycleStatistics | None = None
-    running: CycleStatistics | None = None
+    nominal_cycles: CycleStatistics | None = None
+    cycles: CycleStatistics | None = None
 
     @property
     def cases(self) -> int:
@@ -155,7 +156,7 @@ class ToleranceStudy:
         mesh cycle; NaN if there are none."""
         solved = self.mountings.solved
         values = {name: value[solved] for name, value in self.mountings.quantities().items()}
-        values |= self.running.quantities() if self.running else {}
+        values |= self.cycles.quantities() if self.cycles else {}
         known = {name: value[~np.isnan(value)] for name, value in values.items()}
         nothing = np.full(len(shares), np.nan)
         return {name: np.quantile(value, shares) if value.size else nothing for name, value in known.items()}
@@ -163,13 +164,13 @@ class ToleranceStudy:
 
 @dataclass(frozen=True)
 class _Task:
-    """Work for one call of an executor: `cases` mountings from the first one of the unit `unit` on."""
+    """Work for one call of an executor: `cases` mountings from the first one of block number `block` on."""
 
     design: Design
     flanks: Sequence[str]
     tolerances: Tolerances
     seed: int
-    unit: int
+    block: int
     cases: int
 
 
@@ -182,7 +183,7 @@ def tolerance_study(
     seed: int = 0,
     operation: int = 0,
     executor: Executor | None = None,
-    units_per_task: int = 4,
+    blocks_per_task: int = 4,
     progress: Callable[[int], object] | None = None,
 ) -> ToleranceStudy:
     """Compute the paths of contact of a design in many mountings with random assembly errors.
@@ -199,8 +200,8 @@ def tolerance_study(
     operation : int
         Number of mountings, the first ones drawn, whose mesh cycles are computed as well.
     executor : concurrent.futures.Executor, optional
-        Distributes the work, `units_per_task` units of UNIT mountings at a time. Neither `executor` nor
-        `units_per_task` changes the result.
+        Distributes the work, `blocks_per_task` blocks of mountings at a time. Neither `executor` nor
+        `blocks_per_task` changes the result.
     progress : callable, optional
         Called with the work done since the last call: 1 for each mounting, and CYCLE_COST more for a mounting
         whose mesh cycle is computed.
@@ -219,7 +220,8 @@ def tolerance_study(
     -----
     A mounting takes 50 to 300 us, half of it for the backlash. Paths that have to be traced take about 10 ms,
     lines of contact on parallel axes 3 to 5 ms. A mesh cycle takes 5 to 10 ms more, as long as four to six
-    paths of 101 positions. A pattern takes the same time as a mesh cycle.
+    paths of 101 positions. The search for the edges at which a pattern ends takes the same time as a mesh
+    cycle.
 
     Examples
     --------
@@ -239,39 +241,40 @@ def tolerance_study(
         cases,
         seed=seed,
         executor=executor,
-        units_per_task=units_per_task,
+        blocks_per_task=blocks_per_task,
         progress=progress,
     )
     if not operation:
         return study
     names, distribute = tolerances.names, map if executor is None else executor.map
-    errors, cycles = study.mountings.errors[:operation], []
-    blocks = [
+    errors, parts = study.mountings.errors[:operation], []
+    batches = [
         mounted(design, errors[start : start + CYCLES_PER_CALL], names)
         for start in range(0, operation, CYCLES_PER_CALL)
     ]
-    for block in distribute(partial(cycle_statistics, flank=flank), blocks):
-        cycles.append(block)
+    for part in distribute(partial(cycle_statistics, flank=flank), batches):
+        parts.append(part)
         if progress is not None:
-            progress(CYCLE_COST * block.status.size)
-    running, nominal = (
-        joined(cycles, axis=0),
+            progress(CYCLE_COST * part.status.size)
+    cycles, nominal = (
+        joined(parts, axis=0),
         cycle_statistics(mounted(design, np.zeros((1, len(names))), names), flank),
     )
-    far = _furthest(study, running)
+    far = _furthest(study, cycles)
     ends = distribute(partial(pattern_ends, flank=flank), [mounted(design, errors[k], names) for k in far])
-    running = running.with_patterns(far, list(ends))
+    cycles = cycles.with_patterns(far, list(ends))
     if nominal.solved[0]:
         nominal = nominal.with_patterns(np.zeros(1, dtype=int), [pattern_ends(design, flank)])
-    return replace(study, running=running, nominal_running=nominal)
+    return replace(study, cycles=cycles, nominal_cycles=nominal)
 
 
-def _furthest(study: ToleranceStudy, running: CycleStatistics) -> Integers:
+def _furthest(study: ToleranceStudy, cycles: CycleStatistics) -> Integers:
     """Return the numbers of the mountings in operation whose paths move furthest along the face, those
-    without a path on the flanks first. Their contact patterns are computed."""
-    moved = np.abs(study.mountings.pinion_z[:, 1] - study.nominal.pinion_z[0, 1])[: running.status.size]
+    without a path on the flanks first. For these, the edges at which the contact pattern ends are
+    computed."""
+    moved = np.abs(study.mountings.pinion_z[:, 1] - study.nominal.pinion_z[0, 1])[: cycles.status.size]
     order = np.argsort(-np.nan_to_num(moved, nan=np.inf), kind="stable")
-    return np.asarray(order[running.solved[order]][:24])
+    return np.asarray(order[cycles.solved[order]][:24])
 
 
 def tolerance_studies(
@@ -282,7 +285,7 @@ def tolerance_studies(
     *,
     seed: int = 0,
     executor: Executor | None = None,
-    units_per_task: int = 4,
+    blocks_per_task: int = 4,
     progress: Callable[[int], object] | None = None,
 ) -> tuple[ToleranceStudy, ...]:
     """Compute the studies of several flanks in the same mountings, with the backlash computed only once.
@@ -291,11 +294,11 @@ def tolerance_studies(
     1."""
     for flank in flanks:
         _check(design, tolerances, flank, seed)
-    if min(cases, units_per_task) < 1:
-        raise ValueError(f"cases and units_per_task must be at least 1, got {cases} and {units_per_task}")
-    step = UNIT * (1 if executor is None else units_per_task)
+    if min(cases, blocks_per_task) < 1:
+        raise ValueError(f"cases and blocks_per_task must be at least 1, got {cases} and {blocks_per_task}")
+    step = MOUNTINGS_PER_BLOCK * (1 if executor is None else blocks_per_task)
     tasks = [
-        _Task(design, flanks, tolerances, seed, start // UNIT, min(step, cases - start))
+        _Task(design, flanks, tolerances, seed, start // MOUNTINGS_PER_BLOCK, min(step, cases - start))
         for start in range(0, cases, step)
     ]
     distribute = map if executor is None else executor.map
@@ -366,7 +369,9 @@ def _solved_task(task: _Task) -> list[Mountings]:
     """Return the mountings of a task by flank. Units are solved one by one, because rounding depends on the
     batch."""
     parts = []
-    for k, start in enumerate(range(0, task.cases, UNIT)):
-        errors = drawn_errors(task.tolerances, task.seed, task.unit + k, min(UNIT, task.cases - start))
+    for k, start in enumerate(range(0, task.cases, MOUNTINGS_PER_BLOCK)):
+        errors = drawn_errors(
+            task.tolerances, task.seed, task.block + k, min(MOUNTINGS_PER_BLOCK, task.cases - start)
+        )
         parts.append(solved_mountings(task.design, task.flanks, errors, task.tolerances.names))
     return [joined(of_flank, axis=0) for of_flank in zip(*parts, strict=True)]

@@ -37,9 +37,9 @@ mesh_options = block(
         float,
         None,
         "Largest distance of the mesh from the exact surfaces; for hexahedra, of their straight edges."
-        "  [default: module / 600, for viewers module / 200, hexahedra module / 120: 0.01, 0.03, 0.05 at"
-        " 6 mm; the pair as .inp has a fine mesh on flanks in contact, and a coarse mesh elsewhere"
-        " unless this is given]",
+        "  [default: module / 600 (0.01 mm at module 6 mm); .glb: module / 200 (0.03 mm); hexahedra:"
+        " module / 120 (0.05 mm). Without this option, the pair as .inp has a fine mesh on flanks in"
+        " contact and a coarse mesh elsewhere]",
         "MM",
     ),
     option(
@@ -86,15 +86,15 @@ mesh_options = block(
         "--load",
         float,
         None,
-        "Force on the flank along its normal, as Hertz's pressure on the contact ellipse of steel in the"
-        " middle of the path.  [default: 1000 * (module / 6 mm)^2]",
+        "Force on the flank along its normal. It is applied as Hertzian pressure on the contact ellipse of"
+        " steel gears in the middle of the path.  [default: 1000 * (module / 6 mm)^2]",
         "N",
     ),
     option(
         "--torque",
         float,
         None,
-        "Torque on the pinion of the pair as .inp; the gear is held.  "
+        "Torque on the pinion of the pair as .inp, in N m; the gear is held.  "
         "[default: the torque of a force of 20 kN * (module / 6 mm)^2 between the teeth]",
         "NM",
     ),
@@ -118,8 +118,8 @@ mesh_options = block(
         "--rolls",
         click.IntRange(1, 1000),
         None,
-        "Number of rolls of the pair as .inp over one pitch, with --roll-deg in the middle. Each roll"
-        " has its file: pair-1.inp, pair-2.inp ...",
+        "Number of roll angles of the pinion over one pitch, around the middle of the path of contact, for"
+        " the pair as .inp. Each has its file: pair-1.inp, pair-2.inp ... Not with --roll-deg.",
         "N",
     ),
     override_options,

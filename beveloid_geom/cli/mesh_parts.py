@@ -75,7 +75,7 @@ class MeshRequest:
 
     @property
     def number(self) -> int:
-        """0 for a part of the pinion, 1 for a part of the gear."""
+        """0 for a part of the pinion and for the pair, 1 for a part of the gear."""
         return int(self.part in (GEARS[1], TEETH[1], FLANKS[1]))
 
     @property
@@ -133,7 +133,8 @@ class MeshRequest:
 
     @property
     def origin(self) -> FloatArray | None:
-        """Origin (3,), mm in S_f, of a format with single precision, None if it is that of the frame."""
+        """New origin (3,), mm in S_f, for formats with single precision (.stl, .glb); None if the origin of
+        the frame is kept."""
         from ..export.positions import near_origin
 
         if self.frames is None or self.suffix not in (".stl", ".glb"):
@@ -143,7 +144,7 @@ class MeshRequest:
 
     @property
     def each(self) -> list[MeshRequest]:
-        """The request for each roll of the pinion if there are several: files with numbers.
+        """One request for each roll of the pinion. With `rolls`, the files have numbers.
 
         Raises Refusal if the rolls exceed the path of contact."""
         from ..export.fea.pair_mesh import rolls_in_mesh
@@ -334,12 +335,12 @@ def write_contact_part(request: MeshRequest, path: Path, bar: Any) -> str:
 
 def solver_note(nodes: int, deck: Path) -> str:
     """Return the command that runs CalculiX, and the memory for a number of nodes if it is large."""
-    # Memory of CalculiX over the number of nodes to the power 4/3, measured on pairs of 20,000 to
-    # 37,000 nodes.
-    solver_gb_per_node = 9.5e-7
+    # Memory of CalculiX in GB, divided by the number of nodes to the power 4/3, measured on pairs of
+    # 20,000 to 37,000 nodes.
+    gb_per_nodes_to_four_thirds = 9.5e-7
     # Solver memory that is not mentioned.
     small_memory_gb = 1.0
-    size = solver_gb_per_node * nodes ** (4.0 / 3.0)
+    size = gb_per_nodes_to_four_thirds * nodes ** (4.0 / 3.0)
     memory = f"; CalculiX takes about {size:.2g} GB of memory" if size > small_memory_gb else ""
     return f"{memory}; run: {ccx_command(deck)}"
 

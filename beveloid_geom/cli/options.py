@@ -111,7 +111,8 @@ def _require_number(value: Any, param: click.Parameter | None) -> None:
 
 
 class Number(click.types.FloatParamType):
-    """Number; for other text with a decimal comma or a unit, the message contains the number to give."""
+    """Type of numbers. Text with a decimal comma or a unit is rejected; the message contains the number
+    to give."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the number. Raises Refusal or a usage error for other text."""
@@ -160,7 +161,7 @@ def option(
 
 
 def renamed(old: str, new: str) -> Option:
-    """Return a hidden option with an old name, which is rejected with the new name."""
+    """Return a hidden option with an old name. If it is used, an error message names the new option."""
 
     def refuse(_: click.Context, __: click.Parameter, value: str | None) -> None:
         """Raise Refusal if the old name is used."""
@@ -180,10 +181,10 @@ ERROR_OVERRIDES = (
 PARABOLAS = (
     ("parabola_pinion", "A", "Parabola coefficient of the pinion's tool, 1/mm; positive is concave."),
     ("parabola_gear", "A", "Parabola coefficient of the gear's tool, 1/mm; positive is concave."),
-    ("parabola_right_pinion", "A", "Parabola coefficient of the pinion's right flanks only."),
-    ("parabola_left_pinion", "A", "Parabola coefficient of the pinion's left flanks only."),
-    ("parabola_right_gear", "A", "Parabola coefficient of the gear's right flanks only."),
-    ("parabola_left_gear", "A", "Parabola coefficient of the gear's left flanks only."),
+    ("parabola_right_pinion", "A", "Parabola coefficient of the pinion's right flanks only, 1/mm."),
+    ("parabola_left_pinion", "A", "Parabola coefficient of the pinion's left flanks only, 1/mm."),
+    ("parabola_right_gear", "A", "Parabola coefficient of the gear's right flanks only, 1/mm."),
+    ("parabola_left_gear", "A", "Parabola coefficient of the gear's left flanks only, 1/mm."),
     (
         "parabola_apex_pinion",
         "MM",

@@ -140,7 +140,7 @@ def check_out(out: Path | None, overwrite: bool) -> None:
 
 
 def check_measured(design: Design, members: Iterable[str], flank: str, out: Path | None) -> None:
-    """Raise Refusal if a result with other amounts on measured flanks would be written.
+    """Raise Refusal if a design with measured flanks would be written with changed amounts of modification.
 
     A design file compares the measured points with its flanks, including their amounts: on reading, the
     deviations would undo the change."""

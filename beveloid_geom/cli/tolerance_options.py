@@ -66,14 +66,14 @@ def errors_option(name: str, default: str | None, text: str) -> Option:
     def read(value: str) -> tuple[str, str]:
         """Return the names of the errors as in `Errors`. Raises Refusal."""
         from ..pair.misalignment import ALL_NAMES, place_of
-        from ..report.text import TRADE
+        from ..report.text import SYMBOLS
 
-        letters = {letter.lower(): error for error, letter in TRADE.items()}
+        letters = {letter.lower(): error for error, letter in SYMBOLS.items()}
         words = [word.strip().lower().replace("-", "_").removesuffix("_error") for word in value.split(",")]
         names = [letters.get(word, word) for word in words]
         if len(names) != 2 or len(set(names)) != 2 or not set(names) <= set(ALL_NAMES):
             known = ", ".join(
-                error.replace("_", "-") + (f" ({TRADE[error]})" if error in TRADE else "")
+                error.replace("_", "-") + (f" ({SYMBOLS[error]})" if error in SYMBOLS else "")
                 for error in ALL_NAMES
             )
             text = f"{name} must be two different errors, separated by a comma, got {value!r}"

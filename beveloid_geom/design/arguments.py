@@ -40,7 +40,7 @@ def require_member(member: object) -> None:
 
 
 def require_path(path: object) -> None:
-    """Raise TypeError if an argument is not a path of contact: it has no `design` and no `l1`."""
+    """Raise TypeError if an argument is not a path of contact: if it lacks `design` or `l1`."""
     if not hasattr(path, "design") or not hasattr(path, "l1"):
         cure = "pass the result of path_of_contact(design)"
         raise TypeError(f"path must be a ContactPath, got {_shown(path)}: {cure}")

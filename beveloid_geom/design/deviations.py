@@ -1,7 +1,7 @@
 """Measured deviations of both flanks of a tooth, as a modification.
 
 `workshop.measured` computes them from measured points. The deviation at the flank parameters (l, z) is the
-amount by which the flank is rotated out of the tooth, times the lever m_n N cos(alpha_n) / 2. This is the
+angle by which the flank is rotated out of the tooth, times the lever m_n N cos(alpha_n) / 2. This is the
 deviation along the normal: exactly on straight tools, and to first order with a parabola. The rotated flank
 passes through the measured points.
 
@@ -113,13 +113,13 @@ class FlankDeviations:
         return self.l.shape, self.file, self.border, self.teeth, *arrays
 
     def __eq__(self, other: object) -> bool:
-        """Return whether all values and the file are equal."""
+        """Return whether all values and the file are equal. `nominal` is not compared."""
         if not isinstance(other, FlankDeviations):
             return NotImplemented
         return self is other or self._key == other._key
 
     def __hash__(self) -> int:
-        """Return the hash of all values."""
+        """Return the hash of the values that are compared."""
         if "_hash" not in vars(self):
             vars(self)["_hash"] = hash(self._key)
         return int(vars(self)["_hash"])
@@ -191,15 +191,19 @@ def mean_deviations(teeth: Sequence[FlankDeviations]) -> FlankDeviations:
 
 @dataclass(frozen=True, eq=False)
 class DeviationShape:
-    """Deviation (um) of one flank over l and z, mm. `depth` has the values and slopes of a and b."""
+    """Deviation (um) of one flank over l and z, mm.
 
-    depth: tuple[float, float, float, float]
+    `profile` has the position and length of the grid along l: a (mm) at z = 0, da/dz, b (mm) at z = 0 and
+    db/dz, with a and b as in the docstring of the module.
+    """
+
+    profile: tuple[float, float, float, float]
     spline: Any
 
     @property
     def rows(self) -> list[tuple[float, float]]:
         """Lines l = first + second z (mm) across which the third derivatives jump."""
-        start, start_z, length, length_z = self.depth
+        start, start_z, length, length_z = self.profile
         return [(start + t * length, start_z + t * length_z) for t in self.spline.breaks[0].tolist()]
 
     @property
@@ -210,7 +214,7 @@ class DeviationShape:
     def __call__(self, l: FloatArray, z: FloatArray) -> tuple[FloatArray, ...]:
         """Return the deviation and its derivatives as a `Shape` of `modification`."""
         l, z = np.broadcast_arrays(np.asarray(l, dtype=float), np.asarray(z, dtype=float))
-        start, start_z, length, length_z = self.depth
+        start, start_z, length, length_z = self.profile
         # Far outside the face, where tip and root of a steep cone meet, the length is kept.
         least = 0.2 * length
         size = length + length_z * z
@@ -247,7 +251,7 @@ def deviation_shape(deviations: FlankDeviations, flank: str) -> DeviationShape:
 
 @dataclass(frozen=True, eq=False)
 class StackedDeviations:
-    """Deviations of stacked members (`model.stacked`); None for a member without deviations."""
+    """Deviations of stacked members (`member.stacked`); None for a member without deviations."""
 
     members: tuple[FlankDeviations | None, ...]
 

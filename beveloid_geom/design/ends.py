@@ -1,9 +1,9 @@
 """Printed names of the ends of a face, and of the limits of a flank.
 
-In code, JSON, CSV and set names, `toe` is the end at -z and `heel` the end at +z of a member, whichever end
-is larger. In printed text the heel is the large end and the toe the small end (ISO 1122, ISO 23509), so that
-the names are exchanged for a negative cone angle. Teeth without a cone have no large end: the end at -z is
-called back, the end at +z front."""
+In code, JSON, CSV and the names of node and element sets (`.inp`), `toe` is the end at -z and `heel` the end
+at +z of a member, whichever end is larger. In printed text the heel is the large end and the toe the small
+end (ISO 1122, ISO 23509), so that the names are exchanged for a negative cone angle. Teeth without a cone
+have no large end: the end at -z is called back, the end at +z front."""
 
 from __future__ import annotations
 

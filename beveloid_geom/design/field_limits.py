@@ -5,7 +5,8 @@ checked by the same function, `checked`, with the same messages. Each message na
 the value and the likely cure. Rejected are wrong types, NaN, lengths that are not positive, fractions of a
 tooth, and angles that were probably given in the other unit.
 
-Python accepts more than a file where the solver has a named status, so that such cases can be studied:
+Inputs from Python may exceed the limits of a file if results have a status code for such cases, so that they
+can be studied:
 
 - a wider range, if the `FieldLimit` has a `least` or a `most`;
 - base pitches that differ by the rounding of a few digits (`model.Design`);
@@ -31,8 +32,8 @@ from .written_numbers import (
 )
 
 MIN_FLANK_DEPTH_MODULES = 0.5
-"""Least depth of the flank below the reference line, in modules: the profile shift moves the pitch point by
-about this depth."""
+"""Least depth of the tool flank below its reference line, in modules. Usual profile shifts move the pitch
+point by up to about this depth."""
 
 
 class Fault(NamedTuple):
@@ -79,9 +80,9 @@ class DesignError(ValueError):
 class FieldLimit(NamedTuple):
     """Closed range of one quantity in a design file; angles in deg.
 
-    `cure` is the advice for a rejected value. `cures` are pairs of a bound and a text that replaces it for
-    values up to the bound, in rising order. `least` and `most` replace the range for inputs from Python.
-    `whole` quantities are whole numbers; `optional` ones may be None."""
+    `cure` is the advice for a rejected value. `cures` are pairs (bound, text) in rising order of the bounds;
+    the text of the first bound that is not below the value replaces `cure`. `least` and `most` replace the
+    range for inputs from Python. `whole` quantities are whole numbers; `optional` ones may be None."""
 
     low: float
     high: float
@@ -203,7 +204,7 @@ LIMITS: dict[str, dict[str, FieldLimit]] = {
         "gear_axial": FieldLimit(-1000, 1000, "mm", _AXIAL),
     },
 }
-"""Limits by class of `design.model` and by field."""
+"""Limits by class of `design.member` or `design.model`, and by field."""
 _FROM_PYTHON = {
     kind: {name: limit.from_python for name, limit in limits.items()} for kind, limits in LIMITS.items()
 }
@@ -319,7 +320,7 @@ def float64_of(name: str, value: object) -> NDArray[np.float64]:
 
 def _outside_range(value: float, limit: FieldLimit, place: str) -> str:
     """Return the message for a number that is not finite, not whole, or outside the range."""
-    # Kinds of values, each with the cure for a value of another kind.
+    # Required kind of value, and the cure for another one.
     finite = "a finite number", "give a number such as 1.5"
     if not math.isfinite(value):
         return refused(f"be {finite[0]}", value, finite[1], place)

@@ -38,7 +38,7 @@ from .limits import (
     outside,
     parallel_faults,
     radian_faults,
-    tip_radius_at_mid_face,
+    tip_cone_radius_at_mid_face,
 )
 from .member import BY_FLANK, Member, Tool
 from .model import Design, Errors, ErrorsAt, MeshErrors, Pair, from_degrees
@@ -94,11 +94,11 @@ def _read_member(
         return None
     if diameter is not None:
         least, most = (
-            float(f"{2.0 * float(tip_radius_at_mid_face(replace(member, tip_alteration=k))):.6g}")
+            float(f"{2.0 * float(tip_cone_radius_at_mid_face(replace(member, tip_alteration=k))):.6g}")
             for k in (MIN_TIP_HEIGHT_MODULES - member.tool.addendum, LIMITS["Member"]["tip_alteration"].high)
         )
         if not least <= diameter <= most:
-            cure = "it is twice the tip radius at mid-face and includes the profile shift"
+            cure = "it is the diameter of the tip cone at mid-face and includes the profile shift"
             faults.append(outside(name, "tip_diameter", f"be between {least} and {most} mm", diameter, cure))
             return None
         member = member.with_tip_diameter(diameter)
@@ -170,8 +170,8 @@ def parse_design(
     text : str
         Content of a design file.
     source : str
-        Name of the file, printed at the beginning of each line of an error message. Its folder contains the
-        files that the design names.
+        Name of the file, printed at the beginning of each line of an error message. Paths in the design are
+        relative to its folder.
     from_mesh : callable, optional
         Conversion of errors at the mesh, see `FromMesh`; needed for at = "mesh" in [errors].
     read_deviations : callable, optional

@@ -17,7 +17,7 @@ from .written_numbers import shown_value
 
 
 def keys_of(*inputs: type) -> dict[str, FieldLimit]:
-    """Return the limits of classes of `design.model` by key of a file; keys of angles end in `_deg`."""
+    """Return the limits of input classes of `design` by key of a file; keys of angles end in `_deg`."""
     return {
         name + ("_deg" if limit.unit == "deg" else ""): limit
         for kind in inputs
@@ -26,7 +26,7 @@ def keys_of(*inputs: type) -> dict[str, FieldLimit]:
 
 
 def required_keys(*inputs: type) -> set[str]:
-    """Return the keys of classes of `design.model` that have no default."""
+    """Return the keys of input classes of `design` that have no default."""
     names = {field.name for kind in inputs for field in fields(kind) if field.default is MISSING}
     return {key for key in keys_of(*inputs) if key.removesuffix("_deg") in names}
 
@@ -80,7 +80,8 @@ def checked_table(
 ) -> dict[str, Any] | None:
     """Return the numbers of a table, or None after adding its faults to `faults`.
 
-    `others` are the names of keys that are no numbers."""
+    `others` are names of keys that are not numbers. The caller removes them from `given`; here they are only
+    suggested for a misspelt key."""
     unknown = [key for key in given if key not in known]
     # A misspelt key is one mistake, not an unknown key and a missing one.
     meant = {guess(key, known) for key in unknown}

@@ -69,8 +69,8 @@ def _tool_height(member: Member) -> float:
     return float(member.tool.normal_module) * max(float(member.tip_height), float(member.tool.dedendum))
 
 
-def tip_radius_at_mid_face(member: Member) -> float:
-    """Return the tip radius of a single member at mid-face, mm."""
+def tip_cone_radius_at_mid_face(member: Member) -> float:
+    """Return the radius of the tip cone of a single member at mid-face, mm."""
     modules = 0.5 * member.teeth / math.cos(member.helix_angle) + member.profile_shift + member.tip_height
     return float(member.tool.normal_module * modules)
 
@@ -105,8 +105,8 @@ def member_faults(name: str, member: Member) -> Iterator[Fault]:
         cure = f"increase it or the tip diameter, the addendum is {float(tool.addendum):g}"
         yield outside(name, "tip_alteration", limit, float(f"{member.tip_alteration:.6g}"), cure)
     taper = 0.5 * member.face_width * abs(math.tan(member.cone_angle))
-    if (radius := tip_radius_at_mid_face(member) - float(taper)) <= 0.0:
-        limit = "leave a tip radius above 0 mm at the small end of the face"
+    if (radius := tip_cone_radius_at_mid_face(member) - float(taper)) <= 0.0:
+        limit = "leave a radius of the tip cone above 0 mm at the small end of the face"
         cure = "use a narrower face or a smaller cone angle"
         yield outside(name, "face_width", limit, float(f"{radius:.6g}"), cure)
     yield from modification_faults(name, member)
@@ -164,8 +164,7 @@ def parallel_faults(pinion: Member, gear: Member, pair: Pair) -> Iterator[Fault]
 
     Flanks on parallel axes have a common normal only if the axial components of their normals are opposite,
     on right and on left flanks. Therefore sin(alpha) sin(gamma) and cos(alpha) sin(beta) cos(gamma) of both
-    members must cancel. If the pressure angles differ, only unmodified cylindrical gears have line
-    contact."""
+    members must cancel. Conical gears, and helical gears with parabolas, also need equal pressure angles."""
     if abs(math.sin(pair.shaft_angle)) > PARALLEL_AXES_SINE:
         return
     alphas, cones, helices = (
@@ -176,9 +175,9 @@ def parallel_faults(pinion: Member, gear: Member, pair: Pair) -> Iterator[Fault]
             ((pinion, gear), "helix_angle"),
         )
     )
-    modified = any(member.tool.has_parabola for member in (pinion, gear)) and any(helices)
-    if abs(alphas[0] - alphas[1]) > NORMAL_MATCH_TOLERANCE and (any(cones) or modified):
-        cure = "on parallel axes conical gears and modified helical gears need equal pressure angles"
+    parabolic_helical = any(member.tool.has_parabola for member in (pinion, gear)) and any(helices)
+    if abs(alphas[0] - alphas[1]) > NORMAL_MATCH_TOLERANCE and (any(cones) or parabolic_helical):
+        cure = "on parallel axes conical gears and helical gears with parabolas need equal pressure angles"
         limit = f"equal that of [pinion], {in_degrees(alphas[0])} deg"
         yield outside("gear", "normal_pressure_angle_deg", limit, in_degrees(alphas[1]), cure)
         return

@@ -171,7 +171,7 @@ class Member:
         if np.ndim(self.teeth) or len(deviations) != self.teeth:
             count = f"must have one value for each of the {self.teeth} teeth, got {len(deviations)}"
             return f"{count}: give 0 for teeth without a deviation"
-        # The mates of a tooth with a larger deviation are not those that can touch without it.
+        # With a larger deviation, a tooth could touch other teeth of the mate than without a deviation.
         largest, limit = max(map(abs, deviations)), 200.0 * float(np.min(self.tool.normal_module))
         return (
             refused(f"be at most {limit:g} um (a fifth of the module) in magnitude", largest, "give it in um")
@@ -218,7 +218,7 @@ class Member:
         return tuple(one for one in given if one is not None)
 
     def modification(self, flank: str) -> Modification | None:
-        """Return the modification of a flank, None if all its amounts are zero."""
+        """Return the modification of a flank; None without one, or if amounts and deviations are zero."""
         flank_sign(flank)  # reject unknown names
         given: Modification | None = getattr(self, MODIFICATIONS[flank])
         return None if given is None or given.empty else given

@@ -187,7 +187,7 @@ class Design:
 
     def __post_init__(self) -> None:
         """Check the classes of the fields and the base pitches. Raises DesignError."""
-        # Python users may note a design with few digits; files must have equal base pitches.
+        # Python users may enter module and angles with few digits; files must have equal base pitches.
         base_pitch_tolerance = 1e-4
         require_classes(self, pinion=Member, gear=Member, pair=Pair, errors=Errors)
         if self.errors_at not in (places := get_args(ErrorsAt)):

@@ -10,9 +10,9 @@ For a relief one of them is replaced by t, which is 0 where the relief begins an
 begin with a horizontal tangent, and their depth is 0 for negative t. All kinds continue beyond the edges of
 the flank.
 
-Each amount of a `Modification` is one kind of modification. The metadata of its field name the function that
-returns the shape for the amount 1, with its derivatives. `gear.modification` turns the depth into a rotation
-of the flank points about the axis of the gear.
+Each amount of a `Modification` is one kind of modification. The metadata of its field contain the function
+that returns the shape for the amount 1, with its derivatives. `gear.modification` turns the depth into a
+rotation of the flank points about the axis of the gear.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Advice on layouts in which the gears do not mesh.
 
 A change of the offset, the shaft angle or one helix angle is computed, rounded to the printed digits and
-checked as by `check`. Changes with an error or a warning are not given.
+checked as by `check`. Changes with an error or a warning are not given; warnings on teeth and units that the
+design already has do not count.
 """
 
 from __future__ import annotations
@@ -42,7 +43,8 @@ def _helix_of(member: str) -> str:
 
 @dataclass(frozen=True)
 class Advice:
-    """Changed layout in which the pair has contact on both flanks and no warning of its layout.
+    """Changed layout for which `check` has no error or warning, except warnings on teeth and units that the
+    design already has.
 
     Attributes
     ----------
@@ -107,7 +109,8 @@ def iter_findings(
 ) -> Iterator[Remark]:
     """Yield the remarks of `design_remarks` one by one, so that a caller can stop at the first warning.
 
-    If `certified` is false, paths are not certified. This is sufficient for pairs in which only flanks can
+    If `certified` is false, it is not computed at which positions of the paths another tooth, an edge or a
+    fillet touches earlier (`operation.certificate`). This is sufficient for pairs in which only flanks can
     touch first."""
     # Positions of the path that `check` certifies.
     check_positions = 101

@@ -28,14 +28,14 @@ class BacklashReport:
         Backlash from first contacts; None if first contacts cannot be computed.
     fault : str or None
         Reason why first contacts cannot be computed.
-    by_tangency : float
-        Normal backlash of the unmodified flanks, mm.
+    unmodified : float
+        Normal backlash of the flanks without parabolas, with the errors of the design, mm.
     """
 
     design: Design
     backlash: Backlash | None
     fault: str | None
-    by_tangency: float
+    unmodified: float
 
     @property
     def normal(self) -> float:
@@ -71,7 +71,7 @@ class BacklashReport:
             size = f"the normal backlash is {self.normal:#.4g} mm as mounted"
             return f"{words}: {interfere}, {size}"
         reasons = [self.unknown] if self.backlash.status == FirstStatus.MEETS_BOTTOM else []
-        if self.by_tangency < 0.0 or not reasons:
+        if self.unmodified < 0.0 or not reasons:
             reasons.append(interfere)
         return f"{words}: {', and '.join(reasons)}"
 

@@ -24,7 +24,7 @@ from ..gear.tooth_side import undercut_edge
 from ..gear.undercut import CURE, cut_fault, pointed_part, undercut_margin, undercut_of, undercut_text
 from ..pair.frames import layout_of, member_frame, to_fixed
 from ..pair.mounting import mounting_of
-from ..pair.tips import left_as_mounted
+from ..pair.tips import depth_below_tips_as_mounted
 from ..status import Limit
 
 ERROR, UNKNOWN, WARNING, NOTE = "error", "unknown", "warning", "note"
@@ -113,7 +113,7 @@ def depth_remarks(design: Design) -> Iterator[Remark]:
     meet the fillet: a warning. In point contact the flanks are separated away from the path, so that such
     tips usually touch nothing: a note. The certificate of the path shows whether they touch."""
     level = NOTE if design.pair.shaft_angle > 0.0 else WARNING
-    margin = np.minimum(*(left_as_mounted(design, flank) for flank in FLANK_SIGN))
+    margin = np.minimum(*(depth_below_tips_as_mounted(design, flank) for flank in FLANK_SIGN))
     for mate, member, depth in zip(("gear", "pinion"), ("pinion", "gear"), -margin, strict=True):
         if 0.0 < depth < math.inf:
             below = f"up to {depth:.3g} mm below the active flank of the {member} (form diameter)"

@@ -47,8 +47,8 @@ def meshes(design: Design) -> bool:
     return all(path.ends.status == Status.SOLVED for path in _paths(design.bare(), FLANKS))
 
 
-def fits_zero_backlash(design: Design, deviation: LayoutDeviation) -> bool:
-    """Return whether both lines of action meet within the tolerances."""
+def lines_meet(design: Design, deviation: LayoutDeviation) -> bool:
+    """Return whether the lines of action of right and left flanks meet within the tolerances."""
     # Difference of the offset from that of the layout in which the lines of action meet, modules of the
     # pinion. The distance of the lines is reported above this value or above the tolerance of the angle.
     offset_tolerance = 1.0 / 60.0
@@ -106,7 +106,7 @@ def layout_remarks(
         yield Remark(ERROR, jam)
     elif backlash < -INTERFERENCE_TOLERANCE_MODULES * float(design.pinion.tool.normal_module):
         yield Remark(ERROR, f"the teeth interfere by {-backlash:.4f} mm along the normal")
-    if meshing and not fits_zero_backlash(design, deviation):
+    if meshing and not lines_meet(design, deviation):
         yield _displacement_remark(design.bare(), deviation.gap)
 
 
@@ -152,7 +152,7 @@ def _misfit(design: Design, deviation: LayoutDeviation) -> Iterator[str]:
     elif offset < reach.bottoming:
         at = f"at a shaft angle of {given} tips meet bottom lands at an offset of {reach.bottoming:.5g} mm"
         yield f"the gears overlap by {reach.bottoming - offset:.4g} mm: {at}"
-    elif math.isnan(reach.crossing):
+    elif math.isnan(reach.rolling_angle):
         angles = " and ".join(f"{math.degrees(member.cone_angle):.4g}" for member in design.members)
         yield f"cones of {angles} deg do not roll on each other at a shaft angle of {given}"
     ideal = ideal_layout(design)

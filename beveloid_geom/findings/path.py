@@ -141,7 +141,7 @@ def usual_shifts(sensitivity: Sensitivity, sizes: FloatArray) -> tuple[FloatArra
 
     Parameters
     ----------
-    found : Sensitivity
+    sensitivity : Sensitivity
         Sensitivity of the path; its first two errors are used.
     sizes : ndarray
         Sizes (2,) of the errors, mm and rad.
@@ -169,7 +169,8 @@ def shares_of_flank(design: Design, sensitivity: Sensitivity, sizes: FloatArray)
     depths = [np.subtract(*active_range(member, sensitivity.flank)[::-1]) for member in design.members]
     both = [member.face_width for member in design.members], depths
     width, depth = (np.stack(np.broadcast_arrays(*size), axis=-1)[..., None, :, None] for size in both)
-    # Width of the flank (face by depth) perpendicular to the path; the angle is between path and depth.
+    # Size of the flank, a rectangle of face width and depth, perpendicular to the path. `cosine` is that of
+    # the angle between the path and the direction of the depth.
     cosine = np.divide(square, face, out=np.ones_like(face), where=face > 0.0)
     return np.asarray(square / (width * cosine + depth * np.sqrt(np.maximum(1.0 - cosine**2, 0.0))))
 

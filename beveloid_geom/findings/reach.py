@@ -6,9 +6,9 @@ other touch a common plane, in which their generators enclose an angle s,
     cos(d) = cos(g_1) cos(g_2) cos(s) - sin(g_1) sin(g_2),
     E = (r_1 cos(g_2) + r_2 cos(g_1)) sin(s) / sin(d),
 
-with the shaft angle d and the offset E. For contact along the tooth traces, s is the sum of the working helix
-angles. The same equations with the tip radii, or with one tip and one root radius, give the offsets at which
-tips just meet tips, or meet bottom lands.
+with the shaft angle d, the offset E and the radii r_1, r_2 of the cones at mid-face. For contact along the
+tooth traces, s is the sum of the working helix angles. The same equations with the tip radii, or with one tip
+and one root radius, give the offsets at which tips just meet tips, or meet bottom lands.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ class Reach:
     """Offsets at the shaft angle of a design, mm, with the mid-faces opposite each other.
 
     Below `touching` tips reach each other; below `bottoming` a tip reaches the bottom land of the mate.
-    `crossing` is the angle between the generators of the pitch cones, rad. All are NaN if the cones have no
-    common tangent plane."""
+    `rolling_angle` is the angle between the generators of the pitch cones, rad. All are NaN if the cones have
+    no common tangent plane."""
 
     touching: float
     bottoming: float
-    crossing: float
+    rolling_angle: float
 
 
 def rolling_generator_angle(cone_angles: Iterable[Quantity], shaft_angle: float) -> float:
@@ -55,8 +55,8 @@ def reach_of(design: Design) -> Reach:
     """Return the offsets at which the members of a single design reach each other, without errors."""
     pinion, gear = design.members
     shaft_angle = float(design.pair.shaft_angle)
-    crossing = rolling_generator_angle((pinion.cone_angle, gear.cone_angle), shaft_angle)
-    factor = math.sin(crossing) / math.sin(shaft_angle) if shaft_angle > 0.0 else math.nan
+    rolling_angle = rolling_generator_angle((pinion.cone_angle, gear.cone_angle), shaft_angle)
+    factor = math.sin(rolling_angle) / math.sin(shaft_angle) if shaft_angle > 0.0 else math.nan
 
     def offset(pinion_radius: float, gear_radius: float) -> float:
         return factor * (
@@ -66,4 +66,4 @@ def reach_of(design: Design) -> Reach:
     tips = [float(tip_radius(member, 0.0)) for member in design.members]
     roots = [float(root_radius(member, 0.0)) for member in design.members]
     bottoming = max(offset(tips[0], roots[1]), offset(roots[0], tips[1]))
-    return Reach(offset(*tips), bottoming, crossing)
+    return Reach(offset(*tips), bottoming, rolling_angle)

@@ -72,7 +72,8 @@ def _offset_needs(design: Design, length: str) -> bool:
 
 
 def _teeth_overlap(design: Design, module_factor: float, offset_factor: float) -> bool:
-    """Return whether the offset lies between tips on roots and tips on tips, with scaled lengths."""
+    """Return whether the teeth reach each other without overlap, after both lengths are scaled: the offset is
+    at least that at which tips meet bottom lands, and at most that at which tips meet tips."""
     offset = offset_factor * float(design.pair.offset) / module_factor
     if float(design.pair.shaft_angle) > 0.0:
         reach = reach_of(design)

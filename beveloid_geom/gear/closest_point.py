@@ -1,8 +1,9 @@
 """Closest points on a flank (feet of perpendiculars).
 
-A point P lies on the normal n of a flank point. This normal meets the pitch line when the rack cuts the
-flank point (Eq. 6), so that P lies on the same line. Rotate P with the gear into the fixed frame of
-generation and subtract the slide of the rack,
+The closest flank point (foot) F of a point P is the one whose normal n passes through P. This normal meets
+the pitch line when the rack cuts F (Eq. 6), so that P lies on the same line. Rotate P with the gear into the
+fixed frame of generation (rotation Rz(-phi) about z), and subtract the slide of the rack along y (unit vector
+e_y) and its apex p,
 
     V(phi) = Rz(-phi) P + r_P phi e_y - p,    W = dV/dphi.
 
@@ -72,7 +73,7 @@ class Feet:
 
 @dataclass(frozen=True, eq=False)
 class FlankSheet:
-    """Flank of a single member with its limits.
+    """Flank of a member, single or a batch, with its limits.
 
     Lengths in mm: `root` and `highest` are the bounds of `l`, `tip` is the radius of the tip cone at mid-face
     with its `taper`, `half` is half the face width; `module`; `edge` is the curve on which undercut ends the

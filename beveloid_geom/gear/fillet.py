@@ -7,7 +7,10 @@ the flank, so that Eq. 6 holds with their points and normals:
 
     flank        section normal (sin(alpha - tau), sigma cos(alpha - tau))
     fillet       c - rho n(theta), n = (sin(theta), sigma cos(theta)), theta from the joint to pi/2
-    bottom land  x_n = -dedendum, n = (1, 0): the root cone, dedendum / cos(gamma) below
+    bottom land  x_n = -dedendum, n = (1, 0): the root cone
+
+with tan(tau) = 2 a l, and the centre c and the radius rho of the round. The root cone is dedendum /
+cos(gamma) below the shifted pitch cone, measured radially.
 
 The paper does not treat them; tool and dedendum are those of the usual basic rack.
 """

@@ -41,8 +41,9 @@ from .rack import (
 class BaseCylinder:
     """Base radius (mm) and base helix angle (rad) of one unmodified flank.
 
-    The helix angle has the sign of the z component of the normal. `radius cos(helix_angle)` equals
-    `m_n N cos(alpha) / 2` on all flanks.
+    The helix angle has the sign of the z component of the normal: with a right-hand helix it is negative on
+    right flanks and positive on left flanks (unless a steep cone changes it). `radius cos(helix_angle)`
+    equals `m_n N cos(alpha) / 2` on all flanks.
     """
 
     radius: FloatArray
@@ -256,12 +257,12 @@ def is_batch(member: Member) -> bool:
 
 
 def half_thickness_angle(member: Member, flank: str, l: ArrayLike, z: ArrayLike) -> FloatArray:
-    """Return the angle (rad) from the middle of the tooth to the flank point (l, z).
+    """Return the angle (rad) about the gear axis from the x axis of the gear frame to the flank point (l, z).
 
-    It is measured around the axis away from the material and is positive where the tooth has thickness
-    between its flanks. The middle is the point of the rack section at mid-face with y_n = 0. With a helix
-    angle it rotates along the face, equally for both flanks, so that only the sum of the angles of both
-    flanks at equal radius and z is a tooth thickness.
+    It is positive in the direction from the tooth to the space on this side: the rotation about +z times +1
+    on right and -1 on left flanks. At mid-face the x axis passes through the middle of the tooth, the point
+    of the rack section with y_n = 0. In other planes a helix rotates both flanks by the same angle.
+    Therefore only the sum of the angles of both flanks at equal radius and z is a tooth thickness.
     """
     rack, l = rack_of(member, flank), np.asarray(l, dtype=float)
     z = np.asarray(z, dtype=float)

@@ -18,7 +18,10 @@ from .rack import Rack, parameter_at_height, rack_at, rack_of, reference_radius
 
 
 def tip_radius(member: Member, z: ArrayLike) -> FloatArray:
-    """Return the radius of the tip cone in the plane `z` (mm from mid-face), mm."""
+    """Return the radius of the tip cone in the plane `z` (mm from mid-face), mm.
+
+    It is not the radius of the tip round of the tool, `Tool.tip_radius`.
+    """
     tool = member.tool
     height = (member.profile_shift + member.tip_height) * tool.normal_module
     return np.asarray(reference_radius(member) + height + np.asarray(z) * np.tan(member.cone_angle))
@@ -42,7 +45,7 @@ def highest_parameter(member: Member, flank: str) -> FloatArray:
 
 
 def active_range(member: Member, flank: str) -> tuple[FloatArray, FloatArray]:
-    """Return the lowest and highest flank parameter of an active flank.
+    """Return the lowest flank parameter of an active flank and an upper bound of the highest one.
 
     Both are NaN if the tool cannot cut the flank between them: if the profile of the rack folds, or if the
     generating normal of this flank or of its mirror image has no radial component out of the tooth. Eq. 6
@@ -56,7 +59,7 @@ def active_range(member: Member, flank: str) -> tuple[FloatArray, FloatArray]:
 
     Returns
     -------
-    lowest, highest : ndarray
+    lowest, bound : ndarray
         `l`, mm, batch shape.
     """
     tool = member.tool

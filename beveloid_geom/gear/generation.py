@@ -1,7 +1,7 @@
 """Eq. 6: points of a tooth where the sliding rack generates them, with their derivatives.
 
 A rack point (x_c, y_c) in the plane z touches the gear where its normal meets the pitch line. With the slope
-k = n_y / n_x of the normal, this point and the roll angle of the gear are
+k = n_y / n_x of the normal and the reference pitch radius r_P, this point and the roll angle of the gear are
 
     Q = (r_P + x_c, k x_c),   phi = (y_c - k x_c) / r_P,
 

@@ -27,7 +27,7 @@ from .tooth_surface import (
     ToothSurface as ToothSurface,
     cut_at as cut_at,
     cut_with_bends as cut_with_bends,
-    cut_with_turn as cut_with_turn,
+    cut_with_normal_rate as cut_with_normal_rate,
     generated_bends as generated_bends,
     generated_cut as generated_cut,
     turn_rows as turn_rows,
@@ -212,7 +212,8 @@ def _bent_profile(
 def undercut_edge(member: Member, flank: str) -> CrossingCurve | None:
     """Return the curve on which undercut ends a flank of a single member.
 
-    None for a sound flank, for a flank of which nothing is left, and for a tool whose rounds overlap.
+    None for a sound flank, for a flank that undercut removes completely in a part of the face, and for a tool
+    whose rounds overlap.
     """
     if not may_fold(member, rack_of(member, flank), *active_range(member, flank)):
         return None

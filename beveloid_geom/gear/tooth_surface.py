@@ -35,14 +35,16 @@ from .rack import Numbers
 class ToothSurface:
     """One flank of a single member with its fillet, as one surface over (s, z).
 
-    `apex`, `along`, `out` (2,): apex and the directions of p and q, moved along the trace into the plane z =
-    0, components x and y in S_c; `trace` (2,): their change per mm of z; `direction`, `normal` (3,) of the
-    rack; `twist` is (d x m)_z. `joint` and `bottom` are the profile coordinates (mm) of the ends of flank and
-    fillet, `turn` is tau (rad) at the joint, `centre` (p, q) and `radius` (mm) belong to the tool round, and
-    `scale` is the length of s (mm) for one rad of the round. `tip` (mm) at mid-face and `taper` give the tip
-    cone, `root` and `root_taper` the root cone, `half_width` (mm) toe and heel. `crossing` is the curve on
-    which flank and fillet of an undercut tooth intersect, None for a sound tooth; `lost` states whether
-    undercut leaves no flank in a part of the face. `modification` rotates the points about the axis.
+    `sigma`, `parabola` (1/mm) and `pitch_radius` (mm) as in `Rack`; `apex`, `along`, `out` (2,): apex and the
+    directions of p and q, moved along the trace into the plane z = 0, components x and y in S_c; `trace`
+    (2,): change of a point of the rack per mm of z; `direction` d, `normal` m (3,) of the rack; `twist` is
+    (d x m)_z; `highest` (mm): upper bound of l on the active flank. `joint` and `bottom` are the profile
+    coordinates (mm) of the ends of flank and fillet, `turn` is tau (rad) at the joint, `centre` (p, q) and
+    `radius` (mm) belong to the tool round, and `scale` is the length of s (mm) for one rad of the round.
+    `tip` (mm) at mid-face and `taper` give the tip cone, `root` and `root_taper` the root cone, `half_width`
+    (mm) toe and heel. `crossing` is the curve on which flank and fillet of an undercut tooth intersect, None
+    for a sound tooth; `lost` states whether undercut leaves no flank in a part of the face. `modification`
+    rotates the points about the axis.
     """
 
     sigma: float
@@ -211,8 +213,8 @@ def cut_with_bends(
 
 
 def generated_bends(surface: ToothSurface, s: FloatArray, z: FloatArray) -> tuple[Cut, Bends]:
-    """Return the result of `cut_with_bends` for the surface without its modification. Derivatives that do not
-    depend on the point, and then also the normal, are numbers."""
+    """Return the result of `cut_with_bends` for the surface without its modification. Without parabola and
+    without points on the fillet, the normal and all constant derivatives are numbers, not arrays."""
     low = s < surface.joint
     any_low = low.any()
     if surface.parabola == 0.0 and not any_low:  # points are linear in s and z
@@ -234,8 +236,9 @@ def generated_bends(surface: ToothSurface, s: FloatArray, z: FloatArray) -> tupl
     return cut, Bends(x_ss, y_ss, (p_ss * by + q_ss * cy - y_ss) / r, y_sz, -y_sz / r)
 
 
-def cut_with_turn(surface: ToothSurface, s: FloatArray, z: FloatArray) -> tuple[Cut, FloatArray]:
-    """Return the result of `generated_cut` with the derivatives (3, n) of its unit normal by s."""
+def cut_with_normal_rate(surface: ToothSurface, s: FloatArray, z: FloatArray) -> tuple[Cut, FloatArray]:
+    """Return the result of `generated_cut`, and the derivatives (3, n), 1/mm, of its unit normal by s, before
+    the rotation by phi."""
     section = _section(surface, s)
     sin, cos, turn_s = section[2:5]
     sin, cos = turn_s * sin, turn_s * cos

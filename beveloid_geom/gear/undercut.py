@@ -1,10 +1,10 @@
 """Undercut and pointed teeth: whether, where along the face, and how much.
 
-A flank is undercut where its regularity is not positive between the joint with the tool round and the
-tip. The generated flank folds back there, and the fillet intersects it. The remaining flank starts at
-this intersection. Without parabola and cone the condition is the usual one: for a spur gear,
-N < 2 (h - x) / sin^2(alpha), with the height h of the joint below the reference line of the tool in
-modules.
+A flank is undercut where its regularity (`flank.FlankPatch`: positive on a sound flank, negative where it
+folds back) is not positive between the joint with the tool round and the tip. The fillet intersects the
+generated flank above this part, and the remaining flank starts at the intersection. Without parabola and
+cone the condition is the usual one: for a spur gear, N < 2 (h - x) / sin^2(alpha), with the height h of the
+joint below the reference line of the tool in modules.
 
 Undercut is greatest where the profile shift is least, for a positive cone angle at the toe. The paper
 does not treat undercut.
@@ -135,7 +135,7 @@ def regular_start(member: Member, flank: str, z: FloatArray) -> FloatArray:
 
 
 def undercut_margin(member: Member, flank: str) -> FloatArray:
-    """Return the least regularity on the rim of the active flank, relative to its largest value.
+    """Return the least regularity on the rim of the active flank, relative to its largest one (batch shape).
 
     It is not positive if the active flank is undercut. On flanks that are sound inside, the regularity is
     least on the rim.
@@ -171,7 +171,7 @@ def undercut_text(undercut: Undercut) -> str:
         return f"{where}, and removed completely at z = {undercut.z[worst]:.4g} mm"
     lost, neck = undercut.lost[worst], undercut.neck.max()
     thickness = f" and {neck:.3g} mm of thickness" if neck > 0.0005 else ""
-    return f"{where}, it loses up to {lost:.3g} mm of its height{thickness}"
+    return f"{where}, it loses up to {lost:.3g} mm of its length along the profile{thickness}"
 
 
 def pointed_part(member: Member) -> tuple[float, float]:

@@ -2,16 +2,18 @@
 
 Seen from the mate, a point of a member moves on a circle about the mate's axis when the mate rotates. In
 the mate's frame, the point has a radius r, an axial coordinate z and an angle theta. The mate's surface has
-one point with this r and z (`gear.tooth_side`), at the angle theta_f. The clearance angle is
+at most one point with this r and z (`gear.tooth_side`), at the angle theta_f. The clearance angle is
 
-    sigma (theta - theta_f),
+    sigma (theta - theta_f),   sigma = +1 on right flanks, -1 on left flanks,
 
 positive for a gap and negative for overlap. The same formula holds for both members.
 
-The distance along the normal is this angle times the moment of the mate's unit normal about its axis,
-|r_P n_y| without a modification. Without parabola, this moment is m_n N cos(alpha) / 2 everywhere on the
-flank, and a rotated involute helicoid is parallel to itself: the distance to the flank and its extension is
-exact. With a parabola or a modification, and on a fillet, the distance is correct to first order in the gap.
+The distance along the normal is this angle times the moment of the mate's unit normal about its axis.
+Without a modification, this moment is |r_P n_y|, with the pitch radius r_P of the mate and the component
+n_y of the normal in the frame of generation (`gear.generation`). Without parabola and modification, it is
+m_n N cos(alpha) / 2 everywhere on the flank, with the number of teeth N. A rotated involute helicoid is
+parallel to itself, so that the distance to the flank and its extension is exact. With a parabola or a
+modification, and on a fillet, the distance is correct to first order in the gap.
 """
 
 from __future__ import annotations
@@ -36,7 +38,7 @@ Met: TypeAlias = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArra
 
 
 @dataclass(frozen=True, eq=False)
-class Pose:
+class AxisPositions:
     """Position of both axes, with errors.
 
     Attributes
@@ -54,9 +56,9 @@ class Pose:
     cos: FloatArray
     position: FloatArray
 
-    def at(self, index: Integers) -> Pose:
-        """Return the poses with the numbers `index` along the last axis."""
-        return Pose(*(value.take(index, axis=-1) for value in vars(self).values()))
+    def at(self, index: Integers) -> AxisPositions:
+        """Return the positions with the numbers `index` along the last axis."""
+        return AxisPositions(*(value.take(index, axis=-1) for value in vars(self).values()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +94,7 @@ class AngularClearance:
     inside: Mask
 
 
-def pose_of(design: Design) -> Pose:
+def axes_of(design: Design) -> AxisPositions:
     """Return the axes and positions of a design.
 
     Parameters
@@ -102,7 +104,7 @@ def pose_of(design: Design) -> Pose:
 
     Returns
     -------
-    Pose
+    AxisPositions
         Of the batch shape.
     """
     layout, distance = layout_of(design), mounting_of(design).distance
@@ -110,17 +112,17 @@ def pose_of(design: Design) -> Pose:
     position = np.stack(np.broadcast_arrays(pinion, gear))
     offset, cos = np.asarray(layout.offset), np.asarray(layout.cos_angle)
     sin = np.where(layout.parallel, 0.0, layout.sin_angle)  # angles that count as parallel are exactly 0
-    return Pose(offset, sin, cos, position)
+    return AxisPositions(offset, sin, cos, position)
 
 
 def seen_by_other(
-    pose: Pose, member: int, x: Numbers, y: Numbers, z: Numbers
+    axes: AxisPositions, member: int, x: Numbers, y: Numbers, z: Numbers
 ) -> tuple[Numbers, Numbers, Numbers]:
     """Transform points from the fixed frame of one member to that of the mate.
 
     Parameters
     ----------
-    pose : Pose
+    axes : AxisPositions
     member : int
         Member that the points are given for: 0 pinion, 1 gear. The formula is the same for both
         (`pair.frames`).
@@ -132,16 +134,18 @@ def seen_by_other(
     x, y, z : ndarray
         Coordinates in the fixed frame of the mate, z from its mid-face, mm.
     """
-    z = z + pose.position[member]
+    z = z + axes.position[member]
     return (
-        pose.offset - x,
-        pose.sin * z - pose.cos * y,
-        pose.sin * y + pose.cos * z - pose.position[1 - member],
+        axes.offset - x,
+        axes.sin * z - axes.cos * y,
+        axes.sin * y + axes.cos * z - axes.position[1 - member],
     )
 
 
 def pitch_shift(design: Design, pair: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return the rolls from tooth pair 0 to other tooth pairs.
+    """Return the angles that are added to the rolls of tooth pair 0 to obtain the rolls of other tooth pairs.
+
+    Tooth pair k consists of pinion tooth k and gear tooth -k, counted in the direction of positive rotation.
 
     Parameters
     ----------
@@ -152,7 +156,7 @@ def pitch_shift(design: Design, pair: ArrayLike) -> tuple[FloatArray, FloatArray
     Returns
     -------
     pinion, gear : ndarray
-        Rolls of pinion and gear, rad.
+        Angles of pinion and gear, rad.
     """
     turn = 2.0 * np.pi * np.asarray(pair, dtype=float)
     return np.asarray(turn / design.pinion.teeth), np.asarray(-turn / design.gear.teeth)
@@ -168,12 +172,12 @@ def angular_clearance(
     gear_roll: ArrayLike,
     pair: ArrayLike = 0,
 ) -> AngularClearance:
-    """Compute the clearance of points of a member from the mate's flank at a pose.
+    """Compute the clearance of points of a member from the mate's flank at given rolls of both members.
 
     Parameters
     ----------
     design : Design
-        The members must be single; pair and errors may be arrays.
+        The fields of the members must not be arrays; pair and errors may be arrays.
     flank : {'right', 'left'}
     member : int
         Member of the points: 0 pinion, 1 gear.
@@ -193,16 +197,16 @@ def angular_clearance(
     Raises
     ------
     ValueError
-        For members of arrays.
+        If a field of a member is an array.
     """
     # Points of one block, so that the arrays stay in the cache.
     points_per_block = 8192
     surface, mate = (surface_of(design.members[j], flank) for j in (member, 1 - member))
-    pose, shift = pose_of(design), pitch_shift(design, pair)
+    axes, shift = axes_of(design), pitch_shift(design, pair)
     rolls = float64_of("pinion_roll", pinion_roll) + shift[0], float64_of("gear_roll", gear_roll) + shift[1]
     arguments = np.broadcast_arrays(
         *(float64_of("l", l), float64_of("z", z), rolls[member], rolls[1 - member]),
-        *(pose.offset, pose.sin, pose.cos, *pose.position),
+        *(axes.offset, axes.sin, axes.cos, *axes.position),
     )
     shape = arguments[0].shape
     flat = [x.reshape(-1) for x in arguments]
@@ -210,7 +214,7 @@ def angular_clearance(
     with np.errstate(invalid="ignore", divide="ignore"):
         for start in range(0, flat[0].size, points_per_block):
             part = [x[start : start + points_per_block] for x in flat]
-            here = Pose(part[4], part[5], part[6], np.stack(part[7:]))
+            here = AxisPositions(part[4], part[5], part[6], np.stack(part[7:]))
             rows[:, start : start + points_per_block] = _separated(surface, mate, here, member, *part[:4])
     angle, distance, other_l, other_z, other_r = (row.reshape(shape) for row in rows)
     with np.errstate(invalid="ignore"):
@@ -223,7 +227,7 @@ def angular_clearance(
 def _separated(
     surface: ToothSurface,
     mate: ToothSurface,
-    pose: Pose,
+    axes: AxisPositions,
     member: int,
     s: FloatArray,
     z: FloatArray,
@@ -234,7 +238,7 @@ def _separated(
     point = cut_at(surface, s, z)
     turned = point.phi + roll
     cos, sin = np.cos(turned), np.sin(turned)
-    x, y, z = seen_by_other(pose, member, cos * point.x - sin * point.y, sin * point.x + cos * point.y, z)
+    x, y, z = seen_by_other(axes, member, cos * point.x - sin * point.y, sin * point.x + cos * point.y, z)
     return met_by(mate, x, y, z, other_roll)
 
 

@@ -6,10 +6,10 @@ plus N1/N2 pinion roll at either limit, the play along the normal is
 
     j = (theta_R - theta_L) m_n N2 cos(alpha) / 2.
 
-For the unmodified pair without errors, j is the backlash of the layout (`pair.mounting`). Errors and
-parabolas move both limits from there, so that j is unique even if it exceeds half a pitch. The minimum of j
-over a mesh cycle is the backlash. If it is negative, teeth of a gear in mesh would overlap at that roll, and
-the pair cannot be assembled.
+Rolls alone give j only up to a multiple of a pitch. Therefore j is computed as the backlash of the layout
+(`pair.mounting`) minus the transmission errors of both sides times m_n N2 cos(alpha) / 2. It may exceed half
+a pitch. The minimum of j over a mesh cycle is the backlash. If it is negative, teeth in mesh would overlap at
+that roll. Beyond an overlap of JAM_MODULES, the pair counts as one that cannot be assembled.
 
 Both limits are known as segments of two mesh cycles (`mesh_cycle`). Between the rolls at which a segment of
 either cycle begins, j is a polynomial, whose minimum is computed."""
@@ -24,7 +24,7 @@ from ..arrays import FLANKS, Codes, FloatArray, Mask
 from ..design.arguments import require_design
 from ..design.model import Design
 from ..pair.frames import layout_of
-from ..pair.mounting import half_pitch
+from ..pair.mounting import within_half_pitch
 from ..status import FirstStatus
 from ..support.array_repr import short_repr
 from ..support.chebyshev import basis_of, evaluate, greatest
@@ -36,8 +36,8 @@ from .first_contact import FirstContact, first_contact
 from .mesh_cycle import MeshCycle, mesh_cycle
 
 JAM_MODULES = 2e-5
-"""Overlap, modules, up to which a pair is not reported as jammed: layouts without backlash whose offset and
-shaft angle are rounded to four digits of mm and deg can have this overlap."""
+"""Overlap, modules, up to which a pair is not reported as jammed. A layout without backlash can have this
+overlap if its offset (mm) and shaft angle (deg) are rounded to four decimals."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,17 +47,18 @@ class Backlash:
     Attributes
     ----------
     normal : ndarray
-        mm along the normal; negative if the pair cannot be assembled.
+        mm along the normal; negative for overlap. `jammed` states whether the pair cannot be assembled.
     pinion_roll : ndarray
         Roll of the minimum, rad.
     right, left : FirstContact
         First contacts at this roll, with a last axis of one position.
     status : ndarray of int
-        Codes of `FirstStatus`: of the mesh cycle of the right flanks unless SOLVED, otherwise of that of the
-        left flanks. Unless SOLVED, the numbers are NaN.
+        Codes of `FirstStatus`: the status of the mesh cycle of the right flanks if this is not SOLVED, else
+        that of the left flanks. If it is not SOLVED, `normal` and `pinion_roll` are NaN, and `right` and
+        `left` are the first contacts at the beginning of the cycle of the right flanks.
     jammed : ndarray of bool
-        Whether the pair cannot be assembled, because of negative play at some roll, even if other rolls are
-        not known, or because a tip reaches the bottom land of the mate.
+        Whether the pair cannot be assembled: the play is below -JAM_MODULES modules at some roll, or a tip
+        reaches the bottom land of the mate. One such roll is sufficient, even if other rolls are not solved.
     """
 
     normal: FloatArray
@@ -94,7 +95,7 @@ def play_at(design: Design, pinion_roll: FloatArray) -> tuple[FloatArray, Codes]
     Parameters
     ----------
     design : Design
-        The members must be single; pair and errors may be arrays.
+        The fields of the members must not be arrays; pair and errors may be arrays.
     pinion_roll : ndarray, shape (positions) or (..., positions)
         rad.
 
@@ -103,7 +104,8 @@ def play_at(design: Design, pinion_roll: FloatArray) -> tuple[FloatArray, Codes]
     play : ndarray, shape (..., positions)
         mm along the normal.
     status : ndarray of int, shape (..., positions)
-        Codes of `FirstStatus`: of the right flanks unless SOLVED, otherwise of the left flanks.
+        Codes of `FirstStatus`: the status of the right flanks if this is not SOLVED, else that of the left
+        flanks.
 
     Raises
     ------
@@ -117,12 +119,12 @@ def _play_of(design: Design, right: FirstContact, left: FirstContact) -> tuple[F
     """Return the play between first contacts at the same rolls, and its status, as `play_at`."""
     pitch = 2.0 * np.pi / float(design.gear.teeth)
     phases = [conjugate_phase(design, flank) for flank in FLANKS]
-    layout_play = half_pitch(phases[0] - phases[1], pitch)[..., None]
+    layout_play = within_half_pitch(phases[0] - phases[1], pitch)[..., None]
     # On either side, a gear that is ahead in the sense of driving reduces the play.
     play = lever_of(design) * (layout_play - right.transmission_error - left.transmission_error)
     lost = np.isnan(play)
     if lost.any():  # no layout or no conjugate flanks: the play within half a pitch
-        turn = half_pitch(right.gear_roll - left.gear_roll, pitch)
+        turn = within_half_pitch(right.gear_roll - left.gear_roll, pitch)
         play = np.where(lost, lever_of(design) * turn, play)
     status = np.where(right.status != FirstStatus.SOLVED, right.status, left.status)
     return play, status.astype(np.int8)
@@ -134,7 +136,7 @@ def mounted_backlash(design: Design) -> Backlash:
     Parameters
     ----------
     design : Design
-        The members must be single; pair and errors may be arrays.
+        The fields of the members must not be arrays; pair and errors may be arrays.
 
     Returns
     -------
@@ -144,7 +146,7 @@ def mounted_backlash(design: Design) -> Backlash:
     Raises
     ------
     ValueError
-        For members of arrays.
+        If a field of a member is an array.
 
     Examples
     --------

@@ -5,12 +5,12 @@ follows from their two paths of contact: each path gives the limit of the gear o
 unmodified pair without errors, and the first of several tooth pairs counts. Without parabolas, the play is
 constant along the path under any error, and follows in closed form (`pair.mounting`).
 
-Flanks that curve away from each other are tangent no later than their trimmed parts touch, edges included.
-The result is then a lower bound of the backlash, and the backlash itself where the tangencies lie on the
-faces of both sides. Where the flanks are concave against each other along a path (the gear runs ahead
-towards its ends), edges touch earlier: the result is an estimate, and too large. Fillets and bottom lands are
-not considered: if a tip of the pair without errors comes near a fillet (`pair.tips`), the result is an
-estimate as well, since the fillet may leave less backlash.
+If the flanks curve away from each other, the extended flanks touch before the real teeth with their edges,
+or at the same roll of the gear. The result is then a lower bound of the backlash. It is the backlash itself
+where the tangencies of both sides lie on the faces. Where the flanks are concave against each other along a
+path (the gear is ahead towards the ends of the path), edges touch earlier: the result is an estimate, and
+too large. Fillets and bottom lands are not considered: if a tip of the pair without errors comes near a
+fillet (`pair.tips`), the result is an estimate as well, since the fillet may leave less backlash.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from ..contact.path import ContactPath, PathEnds, path_ends, path_of_contact
 from ..design.member import Member
 from ..design.model import Design, Errors, Pair
 from ..pair.frames import layout_of
-from ..pair.mounting import half_pitch, mounting_of, unmodified_backlash
-from ..pair.tips import CLEAR_DEPTH_MODULES, left_as_mounted
+from ..pair.mounting import mounting_of, unmodified_backlash, within_half_pitch
+from ..pair.tips import CLEAR_DEPTH_MODULES, depth_below_tips_as_mounted
 from ..status import Limit, Status
 from ..support.frozen_arrays import kept
 from .backlash import JAM_MODULES, lever_of
@@ -50,8 +50,8 @@ class Tangency(IntEnum):
     """An estimate; the backlash may be smaller. The flanks are concave against each other along a path, so
     that edges touch earlier, or a tip comes near a fillet."""
     UNKNOWN = 3
-    """NaN: on one side there is no path between root and tip, or not at every roll, or only far from the
-    teeth."""
+    """The backlash is NaN. On at least one side, no tangency lies between root and tip, or there is none at
+    some rolls, or the tangencies are far from the teeth."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,12 +103,13 @@ def tangent_backlash(design: Design, known: dict[str, PathEnds] | None = None) -
     ----------
     design : Design
     known : dict of str to PathEnds, optional
-        Ends of paths that are already known, by flank. They are used if no member has a parabola.
+        Ends of paths that are already known, by flank. They are used if no member has a parabola or a
+        modification.
 
     Returns
     -------
     TangentBacklash
-        At the cost of the paths of both flanks.
+        Its computation takes about as long as that of the paths of both flanks.
     """
     if design.has_parabola or any(is_modified(design, flank) for flank in FLANKS):
         return _modified(design)
@@ -117,7 +118,7 @@ def tangent_backlash(design: Design, known: dict[str, PathEnds] | None = None) -
     edges = layout_of(design.with_errors(Errors())).parallel & ~layout_of(design).parallel
     normal = np.where(edges, np.nan, unmodified_backlash(design))
     ends = [(known or {}).get(flank) or path_ends(design, flank) for flank in FLANKS]
-    # Paths that add up to more than a pitch have common rolls.
+    # If both contact ratios add up to more than 1, there are rolls at which both sides are tangent.
     touches = (ends[0].contact_ratio + ends[1].contact_ratio > 1.0) & (ends[0].status == Status.SOLVED)
     touches &= ends[1].status == Status.SOLVED
     return _with_status(normal, touches, np.broadcast_to(_near_fillets(design), normal.shape))
@@ -134,7 +135,7 @@ def _near_fillets(design: Design) -> bool:
 def _kept_near_fillets(pinion: Member, gear: Member, pair: Pair) -> bool:
     """Return `_near_fillets` of a single design, which batches of errors share."""
     design = Design(pinion, gear, pair)
-    left = np.minimum(*(left_as_mounted(design, flank) for flank in FLANKS))
+    left = np.minimum(*(depth_below_tips_as_mounted(design, flank) for flank in FLANKS))
     return bool((left < CLEAR_DEPTH_MODULES * float(pinion.tool.normal_module)).any())
 
 
@@ -212,7 +213,7 @@ def _tangencies(design: Design, flank: str) -> ContactPath:
         replace(member, face_width=extended_face_widths * np.asarray(member.face_width))
         for member in design.members
     )
-    # Beyond the ends of the real faces, undercut has no meaning.
+    # Ignore undercut of the extended flanks if the real flanks are not undercut.
     undercut = may_be_undercut(design, flank)
     return path_of_contact(replace(design, pinion=pinion, gear=gear), flank, PATH_POINTS, undercut=undercut)
 
@@ -234,7 +235,11 @@ def _curve(design: Design, flank: str) -> _Curve:
     pitch, lever = (2.0 * np.pi / teeth[1])[..., None], lever_of(design)[..., None]
     half = (0.5 * np.asarray(member.face_width)[..., None] for member in design.members)
     past_face = [np.abs(z) - width for z, width in zip((path.pinion_z, path.gear_z), half, strict=True)]
-    rows = path.pinion_roll, flank_sign(flank) * lever * half_pitch(phase, pitch), np.maximum(*past_face)
+    rows = (
+        path.pinion_roll,
+        flank_sign(flank) * lever * within_half_pitch(phase, pitch),
+        np.maximum(*past_face),
+    )
     order = 1 if flank_sign(flank) > 0.0 else -1  # the pinion's roll falls along paths of left flanks
     points = path.pinion_roll.shape[-1]
     roll, clearance, past_faces = (row.reshape(-1, points).T[::order].copy() for row in rows)

@@ -42,16 +42,17 @@ class Certificate:
         Smallest clearance between the teeth of gear and pinion at the rolls of the position, mm along the
         normal; negative for overlap, and then exact to first order.
     first : FirstContact
-        First contact at the pinion roll of the position, at which the clearance is smallest.
+        First contact at the pinion roll of the position. The clearance is smallest at this contact.
     curvature : ndarray
-        Smaller principal curvature of the clearance at the tangency, 1/mm; negative where the flanks
-        intersect.
+        Smaller eigenvalue of the second derivatives of the clearance by the pinion's l1 and z1 at the
+        tangency, 1/mm; negative where the flanks intersect.
     verdict : ndarray of int
         Codes of `Verdict`.
 
     Notes
     -----
-    Values are NaN where the verdict is NOT_SOLVED.
+    `separation` and `curvature` are NaN where the position or its first contact is not solved. The verdict is
+    then NOT_SOLVED. It is also NOT_SOLVED if `separation` is larger than TOLERANCE_MODULES modules.
     """
 
     __repr__ = short_repr
@@ -82,7 +83,7 @@ def path_certificate(path: ContactPath) -> Certificate:
     Raises
     ------
     ValueError
-        For members of arrays; pair and errors may be arrays.
+        If a field of a member is an array; pair and errors may be arrays.
 
     Examples
     --------
@@ -124,7 +125,7 @@ def path_certificate(path: ContactPath) -> Certificate:
 
 
 def _curvature(path: ContactPath, engagement: Engagement) -> FloatArray:
-    """Return the smaller curvature (1/mm) of the clearance by the pinion's (l1, z1) along a path."""
+    """Return the smaller eigenvalue (1/mm) of the second derivatives of the clearance along a path."""
     position = np.arange(engagement.roll.size)
     with np.errstate(invalid="ignore"):
         on_flanks = np.zeros((2, position.size), dtype=bool)

@@ -10,7 +10,7 @@ from ..arrays import FloatArray, Mask
 from ..design.model import Design
 from ..gear.tooth_side import cut_at, surface_of
 from ..status import Limit
-from .angular_clearance import pitch_shift, pose_of
+from .angular_clearance import axes_of, pitch_shift
 from .first_contact import FirstContact
 
 
@@ -26,10 +26,12 @@ def contact_normals(design: Design, flank: str, first: FirstContact) -> FloatArr
     Returns
     -------
     ndarray, shape (..., positions, 3)
-        Directed out of the gear's tooth, in S_f. Normal of the gear's surface; normal of the pinion's surface
-        where only edges of the gear touch; perpendicular to both edges, of either sense, where an edge
-        touches an edge. For undercut edges (`touches_undercut_edge`), whose direction is not computed, the
-        normal of the gear's surface.
+        In S_f, directed out of the gear's tooth, except for an edge on an edge:
+        surface or edge of the pinion on the gear's surface: normal of the gear's surface;
+        only edges of the gear touch: normal of the pinion's surface, reversed;
+        edge on edge: perpendicular to both edges, in either sense;
+        undercut edge on an edge (`touches_undercut_edge`): normal of the gear's surface, because the
+        direction of the undercut edge is not computed.
     """
     limit, edge = first.limit, first.limit >= 0
     of_gear = edge[..., 0] & (~edge | (limit % 2 == 1)).all(axis=-1)
@@ -71,25 +73,25 @@ def _edge_tangents(
     """Return the directions (..., positions, 3) in S_f of the touching edges of pinion and gear: the
     intersection of the tooth surface, given by its `normals`, with the tip cone or the end
     face."""
-    pose, (x, y, z) = pose_of(design), np.moveaxis(first.point, -1, 0)
-    offset, sin, cos = (value[..., None] for value in (pose.offset, pose.sin, pose.cos))
+    axes, (x, y, z) = axes_of(design), np.moveaxis(first.point, -1, 0)
+    offset, sin, cos = (value[..., None] for value in (axes.offset, axes.sin, axes.cos))
     zero, tangents = np.zeros_like(x), []
     for member, (normal, axis) in enumerate(zip(normals, ((0.0, 0.0, 1.0), (0.0, sin, cos)), strict=True)):
-        axes = np.stack([zero + value for value in axis], axis=-1)
+        direction = np.stack([zero + value for value in axis], axis=-1)
         arm = np.stack((x - member * offset, y, z), axis=-1)
-        radial = arm - (arm * axes).sum(axis=-1, keepdims=True) * axes
+        radial = arm - (arm * direction).sum(axis=-1, keepdims=True) * direction
         radial /= np.linalg.norm(radial, axis=-1, keepdims=True)
         tip = (first.limit == (Limit.PINION_TIP, Limit.GEAR_TIP)[member]).any(axis=-1)[..., None]
-        cone = radial - np.tan(design.members[member].cone_angle) * axes  # r = r_tip + z tan(cone angle)
-        tangents.append(np.cross(normal, np.where(tip, cone, axes)))
+        cone = radial - np.tan(design.members[member].cone_angle) * direction  # r = r_tip + z tan(cone angle)
+        tangents.append(np.cross(normal, np.where(tip, cone, direction)))
     return tangents[0], tangents[1]
 
 
 def with_tangencies(design: Design, flank: str, first: FirstContact) -> FirstContact:
-    """Return first contacts without edges where both surfaces have the same normal.
+    """Return the first contacts with `limit` set to -1 (no edge) where both surfaces have the same normal.
 
     If flanks touch along a line, every point of the line is a first contact, including its ends on edges.
-    Such a contact is a tangency.
+    The contact at such an end is a tangency, not an edge contact.
 
     Parameters
     ----------
@@ -109,15 +111,15 @@ def with_tangencies(design: Design, flank: str, first: FirstContact) -> FirstCon
 
 def _surface_normals(design: Design, flank: str, first: FirstContact) -> tuple[FloatArray, FloatArray]:
     """Return the unit normals (..., positions, 3) of both surfaces in S_f, the pinion's reversed."""
-    pose, turns, axes = pose_of(design), pitch_shift(design, first.pair), []
+    axes, turns, normals = axes_of(design), pitch_shift(design, first.pair), []
     places = (first.pinion_roll, first.l1, first.z1), (first.gear_roll, first.l2, first.z2)
     for member, turn, (roll, l, z) in zip(design.members, turns, places, strict=True):
         with np.errstate(invalid="ignore"):
             cut = cut_at(surface_of(member, flank), l, z)
         cos, sin = np.cos(cut.phi + roll + turn), np.sin(cut.phi + roll + turn)
-        axes.append((cos * cut.nx - sin * cut.ny, sin * cut.nx + cos * cut.ny, cut.nz))
-    (px, py, pz), (gx, gy, gz) = axes
-    sin, cos = pose.sin[..., None], pose.cos[..., None]
+        normals.append((cos * cut.nx - sin * cut.ny, sin * cut.nx + cos * cut.ny, cut.nz))
+    (px, py, pz), (gx, gy, gz) = normals
+    sin, cos = axes.sin[..., None], axes.cos[..., None]
     turned = -gx, sin * gz - cos * gy, sin * gy + cos * gz
     return np.stack((-px, -py, -pz), axis=-1), np.stack(turned, axis=-1)
 
@@ -136,7 +138,7 @@ def moved_by_gear(design: Design, point: FloatArray) -> FloatArray:
     ndarray, shape (..., positions, 3)
         mm/rad.
     """
-    pose = pose_of(design)
-    offset, sin, cos = (value[..., None] for value in (pose.offset, pose.sin, pose.cos))
+    axes = axes_of(design)
+    offset, sin, cos = (value[..., None] for value in (axes.offset, axes.sin, axes.cos))
     x, y, z = np.moveaxis(point, -1, 0)
     return np.stack((sin * z - cos * y, cos * (x - offset), -sin * (x - offset)), axis=-1)

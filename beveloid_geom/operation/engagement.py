@@ -1,4 +1,4 @@
-"""Engagement of a pair at pinion rolls: surfaces, poses, and the tooth pairs that can touch."""
+"""Engagement of a pair at pinion rolls: surfaces, axes, and the tooth pairs that can touch."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from ..design.model import Design, Pair
 from ..gear.tooth_side import ToothSurface, angle_of, cut_at, surface_of
 from ..pair.mounting import limit_phase, mounting_of
 from ..support.frozen_arrays import kept
-from .angular_clearance import Pose, pose_of
+from .angular_clearance import AxisPositions, axes_of
 from .search.search_task import Task
 
 
 @dataclass(frozen=True, eq=False)
 class Engagement:
-    """Tooth surfaces and poses of a pair at pinion rolls (n,), and the tooth pairs that can touch.
+    """Tooth surfaces and axes of a pair at pinion rolls (n,), and the tooth pairs that can touch.
 
     Attributes
     ----------
     pinion, gear : ToothSurface
         Tooth surfaces of pinion and gear.
-    pose : Pose
+    axes : AxisPositions
     roll, phase : ndarray, shape (n,)
         Pinion roll, and conjugate phase of the gear (gear roll plus N1/N2 pinion roll), rad.
     nearest : ndarray of int, shape (n,)
@@ -44,23 +44,25 @@ class Engagement:
     period : float
         Rotation of the gear after which the same two teeth can meet again, rad.
     again : int
-        Difference of the tooth pair numbers after one period.
+        Decrease of the number of a tooth pair when the gear is moved on by one `period`: the number of pinion
+        teeth if the pinion has fewer teeth than the gear, otherwise 0, because a period is then a full turn.
     defined : ndarray of bool, shape (n,)
         Whether all inputs but the phase are finite.
     span : float
-        Length of the curve that begins at each position, in pitches of the pinion.
+        For segments: range of pinion roll that they cover from each position on, in pitches of the pinion.
     lines : ndarray, shape (4, 2, n), optional
-        For unmodified flanks that touch along lines: conjugate phase, pinion roll (rad), s1 and z1 (mm) of
-        the first and last contact of tooth pair 0 on the path of contact, which crosses the lines at a
-        constant rate. NaN for point contact; None if no position has lines.
+        For unmodified flanks that touch along lines. Rows: conjugate phase (rad), pinion roll (rad), s1 and
+        z1 (mm). Columns: first and last contact of tooth pair 0 on the path of contact. s1 and z1 are linear
+        in the pinion roll between them. NaN for point contact; None if no position has lines.
     crowned : bool
-        Whether modified flanks touch along lines, so that the pinion is `crowned`. Positions along the lines
-        are then uncertain, because the clearance is constant there up to rounding.
+        Whether modified flanks touch along lines. The searched pinion then has an additional helix crowning
+        of 1e-8 modules (`contact.surfaces.problems.crowned`). The position of a contact along its line is
+        uncertain, because this crowning changes the clearance by little more than rounding.
     """
 
     pinion: ToothSurface
     gear: ToothSurface
-    pose: Pose
+    axes: AxisPositions
     roll: FloatArray
     phase: FloatArray
     nearest: Integers
@@ -95,13 +97,14 @@ class Engagement:
         return every if every.size <= teeth else np.arange(teeth) - teeth // 2
 
     def task(self, position: Integers, pair: Integers, fillet: Mask | None = None) -> Task:
-        """Return tooth pairs `pair` at the positions with these numbers, each (n,), and, if known, whether
-        the contacts are sought on the fillets of undercut teeth (2, n)."""
+        """Return the task of tooth pairs `pair` (n,) at the positions with the numbers `position` (n,).
+
+        `fillet` (2, n), if known: whether the contact is sought on the fillet of an undercut tooth."""
         roll = self.roll[position] + pair * self.pitch[0]
         start = self.phase[position] - self.pitch[1] / self.pitch[0] * roll
         line = None if self.lines is None else self._on_lines(position, roll)
-        pose = self.pose.at(position)
-        return Task(self.pinion, self.gear, self.lever, pose, roll, start, self.period, line, fillet)
+        axes = self.axes.at(position)
+        return Task(self.pinion, self.gear, self.lever, axes, roll, start, self.period, line, fillet)
 
     def _on_lines(self, position: Integers, roll: FloatArray) -> FloatArray:
         """Return `Task.line` of tooth pair 0 at pinion rolls (n,), rad."""
@@ -121,6 +124,12 @@ class Engagement:
         """Return whether places (s1, z1) and touched points (s2, z2), mm, are on the fillets: (2, ...)."""
         return np.stack((self.pinion.on_fillet(*place), self.gear.on_fillet(*meeting)))
 
+    @property
+    def has_reliefs(self) -> bool:
+        """Whether a flank has a relief."""
+        modifications = self.pinion.modification, self.gear.modification
+        return any(one is not None and len(one.reliefs) for one in modifications)
+
     def past_reliefs(
         self, place: FloatArray | tuple[FloatArray, ...], meeting: FloatArray | tuple[FloatArray, ...]
     ) -> FloatArray:
@@ -133,7 +142,7 @@ class Engagement:
         turned = np.rint((roll - self.roll[position]) / self.pitch[0]).astype(int)
         return replace(
             self,
-            pose=self.pose.at(position),
+            axes=self.axes.at(position),
             roll=roll,
             phase=self.phase[position],
             nearest=self.nearest[position] - turned,
@@ -161,15 +170,15 @@ def conjugate_phase(design: Design, flank: str) -> FloatArray:
     """
     plain = design.bare()
     find = _conjugate_phase if plain.batch_shape else _kept_phase
-    phase, pose = find(plain, flank), pose_of(plain)
-    lost = np.isnan(phase) & np.isfinite(pose.position.sum(axis=0))
+    phase, axes = find(plain, flank), axes_of(plain)
+    lost = np.isnan(phase) & np.isfinite(axes.position.sum(axis=0))
     if not lost.any():
         return phase
-    pinion, gear = np.where(lost, pose.position, 0.0)
-    # At the mesh, the gear's axis is `aside` from the common perpendicular, which rotates both rolls.
-    aside = gear * pose.sin
-    turn = np.arctan2(aside, pose.offset)
-    parallel = Pair(np.hypot(aside, pose.offset), 0.0, pinion - gear, 0.0)
+    pinion, gear = np.where(lost, axes.position, 0.0)
+    # At the mesh, the gear's axis is `aside` from the common perpendicular. This adds `turn` to both rolls.
+    aside = gear * axes.sin
+    turn = np.arctan2(aside, axes.offset)
+    parallel = Pair(np.hypot(aside, axes.offset), 0.0, pinion - gear, 0.0)
     ratio = np.asarray(design.pinion.teeth / design.gear.teeth)
     on_parallel = find(replace(plain, pair=parallel), flank) + (1.0 + ratio) * turn
     return np.where(lost, np.where(np.isnan(on_parallel), limit_phase(design, flank), on_parallel), phase)
@@ -185,7 +194,7 @@ def _conjugate_phase(plain: Design, flank: str) -> FloatArray:
 _kept_phase = kept(16)(_conjugate_phase)
 
 
-def middle_roll(design: Design, flank: str) -> FloatArray:
+def pitch_point_roll(design: Design, flank: str) -> FloatArray:
     """Compute the pinion roll at which the flank of tooth 0 passes the pitch point.
 
     Parameters
@@ -199,14 +208,13 @@ def middle_roll(design: Design, flank: str) -> FloatArray:
         rad, of the batch shape. If the pitch point is far from the teeth, as on nearly parallel axes, the
         point of the pinion nearest to the gear is used instead.
     """
-    mounting, surface, pose = mounting_of(design), surface_of(design.pinion, flank), pose_of(design)
+    mounting, surface, axes = mounting_of(design), surface_of(design.pinion, flank), axes_of(design)
     x, y = (mounting.pitch_point[..., k] for k in (0, 1))
     # On intersecting axes the pitch point is in the plane x = 0, except for rounding.
     far = ~((x > -1e-9 * surface.tip) & (np.abs(np.hypot(x, y) - surface.tip) < 0.5 * surface.tip))
-    across = np.nan_to_num(
-        pose.position[0] * pose.sin * pose.cos
-    )  # of the gear's axis, perpendicular to the offset
-    x, y = np.where(far, np.nan_to_num(pose.offset), x), np.where(far, across, y)
+    # y of the point of the gear's axis that is nearest to the pinion's mid-face.
+    across = np.nan_to_num(axes.position[0] * axes.sin * axes.cos)
+    x, y = np.where(far, np.nan_to_num(axes.offset), x), np.where(far, across, y)
     z, apex = _pitch_height(design, surface), float(design.pinion.tool.parabola_apex)
     # On the reference line of the tool; s is measured from the apex of the parabola.
     return np.asarray(np.arctan2(y, x) - angle_of(cut_at(surface, np.zeros_like(z) - apex, z)))
@@ -247,12 +255,12 @@ def engagement_of(
     Parameters
     ----------
     design : Design
-        The members must be single; pair and errors may be arrays.
+        The fields of the members must not be arrays; pair and errors may be arrays.
     flank : {'right', 'left'}
     roll : ndarray, shape (..., positions)
         Pinion rolls, rad.
     middle : ndarray, optional
-        `middle_roll` of the design, if known.
+        `pitch_point_roll` of the design, if known.
 
     Returns
     -------
@@ -264,20 +272,20 @@ def engagement_of(
     searched, along_lines = crowned(design, flank)
     pinion, gear = (surface_of(member, flank) for member in searched.members)
     phase = np.broadcast_to(conjugate_phase(design, flank)[..., None], roll.shape).reshape(-1)
-    pose = pose_of(design)
+    axes = axes_of(design)
     by_position = [
         np.broadcast_to(value[..., None], roll.shape).reshape(-1)
-        for value in (pose.offset, pose.sin, pose.cos, *pose.position)
+        for value in (axes.offset, axes.sin, axes.cos, *axes.position)
     ]
     tool, teeth = design.gear.tool, [int(member.teeth) for member in design.members]
     lever = 0.5 * float(tool.normal_module) * teeth[1] * np.cos(float(tool.normal_pressure_angle))
-    middle = middle_roll(design, flank) if middle is None else middle
+    middle = pitch_point_roll(design, flank) if middle is None else middle
     middle = np.broadcast_to(middle[..., None], roll.shape).reshape(-1)
     pitch = (2.0 * np.pi / teeth[0], 2.0 * np.pi / teeth[1])
     engagement = Engagement(
         pinion=pinion,
         gear=gear,
-        pose=Pose(by_position[0], by_position[1], by_position[2], np.stack(by_position[3:])),
+        axes=AxisPositions(by_position[0], by_position[1], by_position[2], np.stack(by_position[3:])),
         roll=roll.reshape(-1),
         phase=np.nan_to_num(phase),
         nearest=np.rint((middle - roll.reshape(-1)) / pitch[0]).astype(int),

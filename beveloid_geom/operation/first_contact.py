@@ -36,13 +36,14 @@ class FirstContact:
     Attributes
     ----------
     pinion_roll, gear_roll : ndarray
-        Rolls of tooth pair 0, rad.
+        Rolls of pinion and gear, rad.
     pair : ndarray of int
-        Tooth pair that touches. If several touch at the same time, a tangency is selected before an edge, and
+        Tooth pair that touches: pair k consists of pinion tooth k and gear tooth -k, counted in the direction
+        of positive rotation. If several touch at the same time, a tangency is selected before an edge, and
         then the pair that came into mesh last. 0 where not solved.
     l1, l2 : ndarray
-        Profile coordinates on pinion and gear, mm: the flank parameter above the joint with the fillet, the
-        fillet coordinate below (`gear.tooth_side`).
+        Profile coordinates on pinion and gear, mm (s1, s2 in `search` and `cycle`): the flank parameter above
+        the joint with the fillet, the fillet coordinate below (`gear.tooth_side`).
     z1, z2 : ndarray
         Distances from mid-face, mm.
     point : ndarray, shape (..., 3)
@@ -52,11 +53,12 @@ class FirstContact:
     on_fillet : ndarray of bool, shape (..., 2)
         Whether the contact lies on the fillet of pinion and gear.
     transmission_error : ndarray
-        Gear roll plus N1/N2 pinion roll, minus this sum for the unmodified pair without errors, rad; positive
-        where the gear is ahead in the sense of driving. The first contact has the largest error of all tooth
-        pairs.
+        Gear roll plus N1/N2 pinion roll, minus this sum for the unmodified pair without errors, times -1 on
+        right flanks and +1 on left flanks, rad. It is positive where the gear is ahead in the sense of
+        driving. The first contact has the largest error of all tooth pairs.
     status : ndarray of int
-        Codes of `FirstStatus`. The numbers are NaN where it is not SOLVED.
+        Codes of `FirstStatus`. Where it is not SOLVED, all arrays of real numbers except `pinion_roll` are
+        NaN, `pair` is 0, `limit` is -1 and `on_fillet` is False.
     """
 
     __repr__ = short_repr
@@ -88,7 +90,7 @@ def first_contact(
     Parameters
     ----------
     design : Design
-        The members must be single; pair and errors may be arrays.
+        The fields of the members must not be arrays; pair and errors may be arrays.
     flank : {'right', 'left'}
     pinion_roll : array_like, shape (positions) or batch shape and positions
         rad.
@@ -103,7 +105,7 @@ def first_contact(
     Raises
     ------
     ValueError
-        For members of arrays, for rolls that are not finite or of another shape, and for pairs that are not
+        If a field of a member is an array, if rolls are not finite or of another shape, or if pairs are not
         whole numbers.
 
     Examples
@@ -164,7 +166,7 @@ def first_contact_in(
 def result_of(
     engagement: Engagement, phase: FloatArray, contacts: Found, shape: tuple[int, ...]
 ) -> FirstContact:
-    """Return first contacts in the frame of the pair.
+    """Convert contacts found by the search to `FirstContact`, with points in S_f and the gear roll.
 
     Parameters
     ----------
@@ -186,7 +188,7 @@ def result_of(
         cut = cut_at(engagement.pinion, l1, z1)
         turned = cut.phi + engagement.roll + contacts.pair * engagement.pitch[0]
     cos, sin = np.cos(turned), np.sin(turned)
-    point = (cos * cut.x - sin * cut.y, sin * cut.x + cos * cut.y, z1 + engagement.pose.position[0])
+    point = (cos * cut.x - sin * cut.y, sin * cut.x + cos * cut.y, z1 + engagement.axes.position[0])
     # Rotation of the gear from the conjugate roll.
     turn = engagement.gear.sigma * contacts.f / engagement.lever
     rows = {"l1": l1, "z1": z1, "l2": l2, "z2": z2, "pair": contacts.pair, "status": contacts.status}

@@ -38,7 +38,7 @@ from .cycle.cycle_segments import (
     samples_of,
 )
 from .cycle.segment_search import first_contact_segments, pitch_rolls
-from .engagement import Engagement, engagement_of, middle_roll
+from .engagement import Engagement, engagement_of, pitch_point_roll
 from .first_contact import FirstContact, first_contact, result_of
 from .search.earliest_contact import Found, Grids, Numbered, found_with_others, grids_of, in_step
 
@@ -80,6 +80,7 @@ class MeshCycle:
     segments : CycleSegments
         The curve.
     engagement : Engagement
+        One position for each case: the beginning of its cycle.
     phase : ndarray, shape (cases,)
         Gear roll plus N1/N2 pinion roll of the unmodified pair (conjugate phase), rad.
     """
@@ -211,7 +212,7 @@ def mesh_cycle(design: Design, flank: str = "right", harmonics: int = 10) -> Mes
     Parameters
     ----------
     design : Design
-        The members must be single; pair and errors may be arrays.
+        The fields of the members must not be arrays; pair and errors may be arrays.
     flank : {'right', 'left'}
     harmonics : int
         Number of Fourier coefficients.
@@ -224,7 +225,7 @@ def mesh_cycle(design: Design, flank: str = "right", harmonics: int = 10) -> Mes
     Raises
     ------
     ValueError
-        For members of arrays, and for fewer than one harmonic.
+        If a field of a member is an array, or for fewer than one harmonic.
 
     Examples
     --------
@@ -260,7 +261,8 @@ def cycle_and_pairs(
     samples : Samples
         First contacts from which the cycle was computed.
     alone : Numbered
-        Contacts of each tooth pair that is not much later than the first, with the numbers of their samples.
+        First contact of each single tooth pair whose smallest scanned clearance is at most 0.25 modules above
+        that of the first pair, with the numbers of their samples.
     """
     if harmonics < 1:
         raise ValueError(f"harmonics must be at least 1, got {harmonics}")
@@ -313,7 +315,7 @@ class _Solution:
 
 
 def _solved(design: Design, flank: str, each: bool) -> _Solution:
-    start = np.broadcast_to(middle_roll(design, flank), design.batch_shape)
+    start = np.broadcast_to(pitch_point_roll(design, flank), design.batch_shape)
     engagement, phase = engagement_of(design, flank, start[..., None], start)
     grids = grids_of(engagement, design, flank)
     if np.isnan(phase).any():

@@ -80,7 +80,7 @@ def contacts_of_one_pair(design: Design, flank: str) -> FirstContact:
     Raises
     ------
     ValueError
-        For members of arrays.
+        If a field of a member is an array.
     """
     cycle, _, samples, each = cycle_and_pairs(design, flank, 1)
     alone = samples_of_one_pair(cycle.engagement, samples, *each)
@@ -91,9 +91,11 @@ def contacts_of_one_pair(design: Design, flank: str) -> FirstContact:
 def segments_of_one_pair(
     cycle: MeshCycle, grids: Grids, samples: Samples, thicknesses: FloatArray
 ) -> tuple[CycleSegments, Mask]:
-    """Return the segments of tooth pair 0 alone, and the cases in which they are reliable within each of
-    the `thicknesses` (mm): they agree with the samples, meet where this matters, and end beyond the
-    largest thickness. Where they do not meet, they are divided."""
+    """Return the segments of tooth pair 0 alone, and whether they are reliable (cases,).
+
+    They are reliable if they agree with the samples, end beyond the largest of the `thicknesses` (mm), and
+    meet, except for jumps that are too small to change whether the pair is within a thickness. Where they
+    do not meet, they are divided."""
     engagement, lost = cycle.engagement, cycle.lost.reshape(-1)
     thickness = float(thicknesses.max())
     samples = samples.pick(np.flatnonzero(~lost[samples.case]))
@@ -102,7 +104,8 @@ def segments_of_one_pair(
     near = np.pad(off <= thickness + 1e-3 * engagement.module, 1)
     chosen = np.flatnonzero(near[1:-1] | near[2:] | near[:-2])
     samples, off = samples.pick(chosen), off[chosen]
-    # If all teeth of the pinion are near, a tooth can touch on several turns, which the scan joins.
+    # `many`: the pinion has at least 2 reach + 1 teeth. With fewer, all its teeth are near, and a tooth can
+    # touch on several turns, which the scan does not distinguish.
     many = engagement.near.size > 2 * engagement.reach
     followed, case = (np.bincount(samples.case, minlength=lost.size) > 0) & many, samples.case
     samples, ends = _in_runs(engagement, samples)

@@ -2,8 +2,8 @@
 
 A tooth pair is in contact where it is the first of all to touch, or where its clearance is within a given
 thickness of the first, for instance of a lubricant film or marking compound. The contact ratio is the length
-of roll over which one pair is in contact, divided by the pitch. Unmodified pairs have the contact ratio of
-Eq. 16. Rigid modified flanks touch in one point at a time and have the ratio 1 for zero thickness."""
+of roll over which one pair is in contact, divided by the pitch. For zero thickness, unmodified pairs have the
+contact ratio of Eq. 16, and rigid modified flanks, which touch in one point at a time, have the ratio 1."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ from .search.earliest_contact import TOGETHER_RAD
 from .search.search_task import OVERLAP_PERIODS
 
 Contacts: TypeAlias = Callable[[Integers, FloatArray], PairCurve]
-"""Contacts of tooth pair 0 of the cases (n,) at rolls (n, rolls)."""
+"""Function of cases (n,) and rolls (n, rolls), rad: contacts of tooth pair 0."""
 Label: TypeAlias = Callable[[Integers, FloatArray], Integers]
-"""Labels (n, rolls) of the cases with the numbers (n,) at rolls (n, rolls), rad."""
+"""Function of cases (n,) and rolls (n, rolls), rad: 1 where tooth pair 0 is in contact, else 0."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +64,7 @@ def operating_ratio(design: Design, flank: str = "right", thickness: float = 0.0
     Parameters
     ----------
     design : Design
-        The members must be single; pair and errors may be arrays.
+        The fields of the members must not be arrays; pair and errors may be arrays.
     flank : {'right', 'left'}
     thickness : float
         Clearance along the normal, in addition to that of the first contact, within which a tooth pair counts
@@ -78,7 +78,7 @@ def operating_ratio(design: Design, flank: str = "right", thickness: float = 0.0
     Raises
     ------
     ValueError
-        For members of arrays, and for a negative thickness.
+        If a field of a member is an array, or for a negative thickness.
     """
     return np.asarray(operating_ratios(design, flank, (thickness,)).ratio[0])
 
@@ -92,7 +92,7 @@ def operating_ratios(
     Parameters
     ----------
     design : Design
-        The members must be single; pair and errors may be arrays.
+        The fields of the members must not be arrays; pair and errors may be arrays.
     flank : {'right', 'left'}
     thicknesses : tuple of float
         mm.
@@ -106,7 +106,7 @@ def operating_ratios(
     Raises
     ------
     ValueError
-        For members of arrays, a negative thickness, and fewer than one harmonic.
+        If a field of a member is an array, for a negative thickness, or for fewer than one harmonic.
 
     Examples
     --------
@@ -163,12 +163,12 @@ def _divided(
     """Return the intervals between rolls (n, rolls) of the cases in which the labels change, divided into
     equal `parts` until narrower than `least`."""
     share = np.linspace(0.0, 1.0, parts + 1)
-    contacts = _with_change(case, roll, labels)
-    limit = 64 * max(1, np.unique(contacts.case).size)
-    while 0 < contacts.case.size <= limit and float((contacts.high - contacts.low).max()) > least:
-        roll = contacts.low[:, None] + (contacts.high - contacts.low)[:, None] * share
-        contacts = _with_change(contacts.case, roll, label(contacts.case, roll))
-    return contacts
+    intervals = _with_change(case, roll, labels)
+    limit = 64 * max(1, np.unique(intervals.case).size)
+    while 0 < intervals.case.size <= limit and float((intervals.high - intervals.low).max()) > least:
+        roll = intervals.low[:, None] + (intervals.high - intervals.low)[:, None] * share
+        intervals = _with_change(intervals.case, roll, label(intervals.case, roll))
+    return intervals
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,5 +231,5 @@ def _ratio(
         (beyond, RatioStatus.TOO_THICK),
         (wide | (balance != 0.0) | ~(ratio >= 1.0 - 1e-6), RatioStatus.UNSTEADY),
     )
-    contacts = np.select([where for where, _ in faults], [code for _, code in faults], RatioStatus.KNOWN)
-    return ratio, contacts
+    status = np.select([where for where, _ in faults], [code for _, code in faults], RatioStatus.KNOWN)
+    return ratio, status

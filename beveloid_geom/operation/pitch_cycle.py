@@ -2,15 +2,17 @@
 
 Teeth differ by pitch deviations and by measured deviations of single teeth (`FlankDeviations.teeth`).
 
-Let e(roll) be the transmission error of one tooth pair without pitch deviations, and roll that of its pinion
-tooth. A deviation p1 (mm along the normal) of the pinion tooth rotates this tooth by sigma p1 / (r_b1
-cos(beta_b)), and a deviation p2 rotates the gear tooth. The transmission error of this pair is then
+Let e(roll) be the transmission error of one tooth pair without pitch deviations, where roll is the roll of
+its pinion tooth. Let r_b and beta_b be base radius and base helix angle, and sigma = +1 on right flanks and
+-1 on left flanks. A deviation p1 (mm along the normal) of the pinion tooth rotates this tooth by sigma p1 /
+(r_b1 cos(beta_b1)), and a deviation p2 rotates the gear tooth. The transmission error of this pair is then
 
     e(roll + sigma p1 / (r_b1 cos(beta_b1))) + (p1 + p2) / (r_b2 cos(beta_b2)),
 
 and the tooth pair with the largest error is in contact. These relations are exact. The error repeats when the
-same two teeth meet again, after the least common multiple of the numbers of teeth. The measured flanks of
-both teeth enter e, which is computed for each combination of tables.
+same two teeth meet again: after as many pitches as the least common multiple of the numbers of teeth. If only
+one member has deviations, it repeats after one turn of this member. The measured flanks of both teeth are
+part of e, which is computed for each combination of their tables.
 
 Teeth are counted from tooth 0 in the direction of positive rotation, from x to y of the gear frame. Tooth
 pair k consists of pinion tooth k and gear tooth -k.
@@ -31,7 +33,7 @@ from ..design.model import Design
 from ..design.modification import Modification
 from ..status import FirstStatus
 from ..support.array_repr import short_repr
-from .engagement import middle_roll, spread
+from .engagement import pitch_point_roll, spread
 from .first_contact import first_contact
 
 
@@ -44,7 +46,7 @@ class PitchCycle:
     design : Design
     flank : {'right', 'left'}
     pinion_roll : ndarray
-        rad, from the roll at which the flank of tooth 0 passes the pitch point.
+        Pinion rolls, rad. The first is the roll at which the flank of tooth 0 passes the pitch point.
     transmission_error : ndarray
         rad, positive where the gear is ahead of the unmodified pair; NaN where no teeth touch.
     pinion_tooth, gear_tooth : ndarray of int
@@ -119,7 +121,7 @@ def pitch_cycle(design: Design, flank: str = "right", points: int = 24) -> Pitch
     pitches = lcm(*map(_period, teeth, amounts, map(len, shapes)))
     _check_numbers(pitches, len(shapes[0]) * len(shapes[1]))
     pitch = 2.0 * np.pi / teeth[0]
-    roll = np.asarray(middle_roll(design, flank) + pitch / points * np.arange(points))
+    roll = np.asarray(pitch_point_roll(design, flank) + pitch / points * np.arange(points))
     error, pairs = _errors_alone(design, flank, roll, amounts, shapes)
     # In each pitch, the numbers of the pairs decrease by 1.
     number = pairs - np.arange(pitches)[:, None]
@@ -194,7 +196,8 @@ def _errors_alone(
         (a, b): replace(design, pinion=pinion, gear=gear)
         for (a, pinion), (b, gear) in product(*map(enumerate, shapes))
     }
-    # Pairs that remain behind even with the largest deviations. Edge contacts fall by less than 0.5 rad/rad.
+    # `near`: pairs that can be in contact. The others remain behind even with the largest deviations. The
+    # error of an edge contact falls by less than 0.5 rad per rad of roll.
     nominal = np.array([_alone(one, flank, pair_rolls) for one in designs.values()])
     shift = sum(float(np.ptp(np.append(values, 0.0))) for values in amounts) / _lever(design.gear)
     near = nominal.max(axis=0) >= nominal.min(axis=0).max(axis=0) - 2.0 * shift - np.abs(turn).max()

@@ -128,8 +128,8 @@ def member_frame(
     """Return the rotation (..., 3, 3) and origin (..., 3), mm, that transform from the frame of a member to
     S_f.
 
-    `x_f = rotation @ x_j + origin` (Eqs. 7-14). `member` is 0 for the pinion and 1 for the gear;
-    `axial_position` is mounting distance plus axial error, mm.
+    `x_f = rotation @ x_j + origin` (Eqs. 7-14). `member` is 0 for the pinion and 1 for the gear; `roll` is in
+    rad; `axial_position` is mounting distance plus axial error, mm.
     """
     roll, position = np.asarray(roll, dtype=float), np.asarray(axial_position, dtype=float)
     shape = np.broadcast_shapes(

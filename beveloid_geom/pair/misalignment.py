@@ -1,4 +1,4 @@
-"""Assembly errors of a study by their names, and mountings under these errors.
+"""Assembly errors of a study by their names, and designs with these errors.
 
 The errors are either all about the common perpendicular, as in Fig. 5 of the paper (`ERROR_NAMES`), or all
 at the mesh; axial errors are the same in both. All studies add errors to a design by `mounted`.
@@ -25,7 +25,7 @@ NAMES: dict[ErrorsAt, tuple[str, ...]] = {
     "perpendicular": ERROR_NAMES,
     "mesh": tuple(field.name for field in fields(MeshErrors)),
 }
-"""Names of the errors of each kind, in the order of all columns."""
+"""Names of the errors of each kind, in the order of the last axis of all arrays of errors."""
 ERROR_CLASSES: dict[ErrorsAt, type[Errors] | type[MeshErrors]] = {"perpendicular": Errors, "mesh": MeshErrors}
 ANGLES = tuple(
     name
@@ -58,7 +58,7 @@ def place_of(names: Sequence[str]) -> ErrorsAt:
 
 
 def mounted(design: Design, values: FloatArray, names: Sequence[str] = ERROR_NAMES) -> Design:
-    """Return mountings under errors.
+    """Return the design with additional errors, one case for each row of `values`.
 
     Parameters
     ----------
@@ -91,8 +91,9 @@ def _sum(errors: Kind, names: Sequence[str], values: FloatArray) -> Kind:
 def errors_below(design: Design) -> dict[str, float]:
     """Return the upper limits of errors in a study of a single design, by their names.
 
-    Limits of distances (mm) are those of a design file. The limit of the shaft angle, and of the error in
-    plane (rad), is the shaft angle of the pair; on parallel axes it is that of a design file.
+    Limits of distances (mm) and of the error out of the plane (rad) are those of a design file. The limit of
+    the error of the shaft angle and of the error in plane (rad) is the shaft angle of the pair, so that its
+    sign does not change; on parallel axes it is that of a design file. Axial errors have no limit here.
     """
     # Limits of design files; the shaft angle must not change its sign.
     distance = MAX_OFFSET_ERROR_MODULES * float(design.pinion.tool.normal_module)

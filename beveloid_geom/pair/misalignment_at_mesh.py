@@ -8,7 +8,7 @@ moved as a rigid body in S_f:
 2. rotation by `out_of_plane` about P, around the direction perpendicular to x and to the gear axis after
    step 1, so that k2 gains sin(out_of_plane) along +x;
 3. translation by `centre_distance` along u, which points from the point of the pinion axis nearest to P to
-   the point of the gear axis nearest to P; on parallel axes this is their distance;
+   the point of the gear axis nearest to P; on parallel axes it increases the distance of the axes;
 4. translation of each member along its axis by its axial error.
 
 With the shaft angle d and its sense s, D = s (d + in_plane) and o = out_of_plane, the gear axis has the
@@ -49,9 +49,9 @@ Complex: TypeAlias = np.ndarray[Any, np.dtype[Any]]
 class _Nominal:
     """Layout without errors.
 
-    `offset` E, its signed shaft `angle` and the `sign` of the angle, `sense`; `arm`: the foot (E, 0, 0) seen
-    from the pitch point, by components along x, k2 and x x k2; `centre_line`: the unit vector u, by
-    components.
+    `offset` E, mm; `sense` of the design, s; signed shaft `angle` s d, rad, and its `sign` (on parallel axes,
+    the sign of the rotation); `arm`, mm: the foot (E, 0, 0) seen from the pitch point, by components along
+    x, k2 and x x k2; `centre_line`: the unit vector u, by components.
     """
 
     offset: FloatArray

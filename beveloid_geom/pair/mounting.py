@@ -10,10 +10,11 @@ reported.
 
 n_x, the component of a common normal along the common perpendicular, is known up to its sign, which is a
 property of the design: positive on both flanks of ordinary pairs, negative on one flank if steep cones move
-the pitch point far off the common perpendicular, and if the axes intersect. The two normals are
-sin(a_w) N +/- cos(a_w) b with the normal N of the working pitch plane, out of the pinion. P lies in the
-direction N from the pinion axis and in the direction -N from the gear axis. With the radii p_1, p_2 from the
-axes to P and the axial coordinates z_1, z_2 of P,
+the pitch point far off the common perpendicular, and if the axes intersect. The two normals are sin(a_w) N
++/- cos(a_w) b, with the working normal pressure angle a_w. N is the normal of the working pitch plane, out
+of the pinion; b lies in this plane, perpendicular to the tooth trace. P lies in the direction N from the
+pinion axis and in the direction -N from the gear axis. With the radii p_1, p_2 from the axes to P and the
+axial coordinates z_1, z_2 of P,
 
     (p_1 - p_2).N = E N_x - z_1 N.k1 + z_2 N.k2 > 0.
 
@@ -83,8 +84,9 @@ def across_action(
 
     A contact normal n lies in the plane of action of member j. This plane is parallel to k_j and n, at the
     distance g_j / S_j from the axis, with g_j = r_P n_y (`moment`) and S_j = sqrt(1 - v_j^2) (`square`). w_j
-    is the coordinate in this plane along (k_j - v_j n_j) / S_j, from the foot of the common perpendicular. (R
-    x n).k1 = g1 and ((R - E i) x n).k2 = -g2 give
+    is the coordinate in this plane along (k_j - v_j n_j) / S_j, from the foot of the common perpendicular.
+    With a point R of the line of action, the unit vector i along the common perpendicular and the outward
+    normals n_1 = n, n_2 = -n, (R x n).k1 = g1 and ((R - E i) x n).k2 = -g2 give
 
         n_x w_1 = -[S_1 (g_2 - E n_y2) + g_1 K / S_1] / sin d,   K = cos d + v_1 v_2.
 
@@ -249,16 +251,18 @@ def _backlash(layout: Layout, members: Member, branch: FloatArray, distance: Flo
     )
     tool, teeth = members.tool, np.asarray(members.teeth)[1]
     lever = 0.5 * np.asarray(tool.normal_module)[1] * teeth * np.cos(tool.normal_pressure_angle)[1]
-    return np.asarray(lever * half_pitch(right - left, 2.0 * np.pi / teeth))
+    return np.asarray(lever * within_half_pitch(right - left, 2.0 * np.pi / teeth))
 
 
-def half_pitch(value: Quantity, pitch: Quantity) -> FloatArray:
+def within_half_pitch(value: Quantity, pitch: Quantity) -> FloatArray:
     """Return a value reduced by multiples of the pitch to plus/minus half a pitch."""
     return np.asarray(np.remainder(value + 0.5 * pitch, pitch) - 0.5 * pitch)
 
 
 def unmodified_backlash(design: Design) -> FloatArray:
-    """Return the normal backlash of the flanks without parabolas and limits, with the errors of the design.
+    """Return the normal backlash of the unmodified flanks, with the errors of the design.
+
+    Parabolas and modifications are removed. The flanks are extended beyond tip, root, toe and heel.
 
     Parameters
     ----------
@@ -282,7 +286,7 @@ def unmodified_backlash(design: Design) -> FloatArray:
     # Follow the backlash of the layout continuously, not modulo a pitch.
     tool, layout_backlash = design.gear.tool, mounting.normal_backlash
     pitch = np.pi * tool.normal_module * np.cos(tool.normal_pressure_angle)
-    return np.asarray(layout_backlash + half_pitch(result - layout_backlash, pitch))
+    return np.asarray(layout_backlash + within_half_pitch(result - layout_backlash, pitch))
 
 
 def _mounting(design: Design) -> Mounting:

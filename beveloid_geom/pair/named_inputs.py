@@ -36,7 +36,8 @@ INPUTS: dict[str, tuple[str, str]] = {
     "offset": ("pair.offset", "mm"),
     "shaft_angle": ("pair.shaft_angle", "rad"),
 }
-"""Attribute of the design and unit of each input. Mounting distances are given as changes."""
+"""Attribute of the design and unit of each input; coefficients without unit are in normal modules. Mounting
+distances are given as changes."""
 PRESETS: dict[str, Inputs] = {
     "parabola": ("parabola_pinion", "parabola_gear"),
     "mounting": ("pinion_mounting_change", "gear_mounting_change"),
@@ -55,7 +56,7 @@ def inputs_of(over: str | Inputs) -> Inputs:
 
 
 def own_values(design: Design, over: str | Inputs, flank: str = "right") -> tuple[float, float]:
-    """Return the values of both inputs of a single design: its position on the map.
+    """Return the values of both inputs of a single design, its position on a map (`analysis.maps`).
 
     Parameters
     ----------
@@ -69,7 +70,7 @@ def own_values(design: Design, over: str | Inputs, flank: str = "right") -> tupl
     Returns
     -------
     tuple of float
-        mm, rad or 1/mm.
+        mm, rad, 1/mm or modules, see INPUTS.
     """
     names = inputs_of(over)
     first, second = (_own_value(design, name, flank) for name in names)
@@ -96,7 +97,7 @@ def design_at(design: Design, over: str | Inputs, first: Quantity, second: Quant
     over : str or Inputs
         Names of two inputs.
     first, second : float or ndarray
-        Values in mm, rad or 1/mm; arrays broadcast.
+        Values in mm, rad, 1/mm or modules, see INPUTS; arrays broadcast.
 
     Returns
     -------

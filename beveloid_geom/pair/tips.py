@@ -12,8 +12,9 @@ is in mesh with the conjugate flank of the mate if
 with the axes k_j through the origin and k_m through C, and the numbers of teeth N_j and N_m of its member
 and the mate. With X rotated by phi about its axis, this is A cos(phi) + B sin(phi) = D. The
 solution whose N is nearer to the common normal is used. A tip that reaches deeper than the flank
-can still pass the fillet, because the flanks separate away from the path of contact. Beyond the mesh a tip
-reaches even deeper, so that it can meet the fillet if less than about 0.02 modules of the flank are left.
+can still pass the fillet, because the flanks separate away from the path of contact. At rolls at which the
+tip point is not in mesh, the tip reaches even deeper. It can therefore meet the fillet if less than about
+0.02 modules of the flank are left.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ a large shaft angle the tips are deepest over only a few modules.
 """
 
 
-def left_below_tips(
+def depth_below_tips(
     design: Design,
     layout: Layout,
     mounting: FloatArray,
@@ -82,17 +83,17 @@ def left_below_tips(
             position = mounting[::-1] if j == 0 else mounting
             azimuth = np.arctan2(normal_y[1 - j], normal_x)
             z = places[:, None] * width
-            result.append(_left(layout, member, mate, position, flank, azimuth, z).min(axis=0))
+            result.append(_depth_below(layout, member, mate, position, flank, azimuth, z).min(axis=0))
     return np.stack(result)
 
 
-def left_as_mounted(design: Design, flank: str) -> FloatArray:
-    """Return `left_below_tips` of a single design as mounted, unmodified and without errors.
+def depth_below_tips_as_mounted(design: Design, flank: str) -> FloatArray:
+    """Return `depth_below_tips` of a single design in its own layout.
 
     Parameters
     ----------
     design : Design
-        A single design.
+        A single design without parabolas, modifications and errors (`Design.bare`). This is not checked.
     flank : {'right', 'left'}
 
     Returns
@@ -102,11 +103,11 @@ def left_as_mounted(design: Design, flank: str) -> FloatArray:
     """
     normal_x, _ = normal_x_as_mounted(design, flank)
     distance = mounting_of(design).distance[:, None]
-    left = left_below_tips(design, layout_of(design), distance, flank, np.atleast_1d(normal_x))
-    return np.asarray(left[:, 0])
+    depth = depth_below_tips(design, layout_of(design), distance, flank, np.atleast_1d(normal_x))
+    return np.asarray(depth[:, 0])
 
 
-def _left(
+def _depth_below(
     layout: Layout,
     member: Member,
     mate: Member,
@@ -139,7 +140,7 @@ def _left(
     along, across = sin_d * y + cos_d * z, cos_d * y - sin_d * z
     root = root_parameter(mate, flank)
     start = flank_point(mate, flank, root, z=along - position[1])
-    left = np.hypot(x, across) - np.hypot(start[..., 0], start[..., 1])
-    left = np.where(np.abs(share) > 1.0, -np.inf, left)
+    depth = np.hypot(x, across) - np.hypot(start[..., 0], start[..., 1])
+    depth = np.where(np.abs(share) > 1.0, -np.inf, depth)
     # Beyond toe or heel of the mate there is no flank.
-    return np.where(np.abs(along - position[1]) > 0.5 * np.asarray(mate.face_width), np.inf, left)
+    return np.where(np.abs(along - position[1]) > 0.5 * np.asarray(mate.face_width), np.inf, depth)

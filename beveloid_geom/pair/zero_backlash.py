@@ -7,7 +7,8 @@ a_w to the working pitch plane and lie symmetrically on both sides of its normal
     n = sin(a_w) N +/- cos(a_w) b,   b perpendicular to the tooth trace in this plane.
 
 The rack gives the axial components of both normals of a member and their moments about its axis,
-m_n N cos(alpha)/2 on both flanks. Half their sum and half their difference are
+m_n N cos(alpha)/2 on both flanks (here N is the number of teeth). Half the sum and half the difference of the
+axial components, and the moment, are
 
     sin(g_w) sin(a_w)          = sin(alpha) sin(gamma)
     sin(b_w) cos(g_w) cos(a_w) = cos(alpha) cos(gamma) sin(beta)
@@ -42,15 +43,19 @@ from ..support.frozen_arrays import kept
 from .frames import layout_of, normal_of_unmodified
 from .mounting import mounting_of
 
-PARALLEL_SINE = 1e-12
-"""Sine of a shaft angle below which axes are treated as parallel, and sum of the working helix angles below
-which they are treated as intersecting: rounding of the helix angles leaves no digits of it.
+ROUNDING_SINE = 1e-12
+"""Limit for computed layouts. Below this sine of the shaft angle the axes are parallel. Below this sum of the
+working helix angles (rad) they intersect: the remaining sum is only rounding of the helix angles. The limit
+for the axes of a design is `PARALLEL_AXES_SINE`.
 """
 
 
 @dataclass(frozen=True, eq=False)
 class ZeroBacklashLayout:
-    """Layout in which the lines of action of unmodified flanks without errors meet.
+    """Layout in which the lines of action of unmodified flanks without errors meet (a closed layout).
+
+    Only the result of `zero_backlash_layout` has no backlash. Other layouts of `closed_layout` have the
+    backlash `normal_backlash`.
 
     `offset` (mm), `shaft_angle` (magnitude, rad) and `pressure_angle` (working, normal, rad). With pinion and
     gear on the leading axis (2, ...): working `cone_angle` and `helix_angle` (rad), `working_radius` and
@@ -80,7 +85,8 @@ class LayoutDeviation:
     interference. `offset`: the offset at which the lines meet at the shaft angle of the design, negative if
     the axes would cross in the other sense. `shaft_angle`: the shaft angle at which the lines meet at the
     offset of the design. `offset_difference` and `shaft_angle_difference`: these values minus the values of
-    the design. A value is NaN if it does not exist; `reasons` contains the reasons.
+    the design. `offset` and `shaft_angle` themselves are values of closed layouts, not deviations. A value is
+    NaN if it does not exist; `reasons` contains the reasons.
     """
 
     gap: float
@@ -172,7 +178,7 @@ def closed_layout(design: Design, pressure_angle: FloatArray) -> ZeroBacklashLay
     reach = rw[0] * cosine[1] + rw[1] * cosine[0]
     lean = rw[::-1] * (sine + sine[::-1] * cos_d) / cosine[::-1]
     parallel = (
-        sin_d <= PARALLEL_SINE
+        sin_d <= ROUNDING_SINE
     )  # cones and helix angles cancel: r_w1 + r_w2 apart, mid-face against mid-face
     with np.errstate(invalid="ignore", divide="ignore"):
         offset = np.where(parallel, rw[0] + rw[1], design.sense * reach * sum_sine / sin_d)
@@ -210,8 +216,8 @@ def _roots(function: Callable[[FloatArray], FloatArray], samples: FloatArray) ->
 def zero_backlash_layout(design: Design) -> ZeroBacklashLayout:
     """Return the layout in which two members mesh without backlash, with their mid-faces at the pitch point.
 
-    Offset, shaft angle and mounting distances follow from the gears alone. From the pair of the design only
-    the shaft angle is used, for the sense in which the axes are inclined.
+    Offset, shaft angle and mounting distances follow from the gears alone; the pair of the design is not
+    used. The sense in which the axes are inclined is `Design.sense`, which follows from the helix angles.
 
     Parameters
     ----------
@@ -257,7 +263,7 @@ def zero_backlash_layout(design: Design) -> ZeroBacklashLayout:
 
 def _meet(layout: ZeroBacklashLayout) -> bool:
     """Return whether the axes of a single layout intersect."""
-    return bool(layout.shaft_angle > 0.0) and abs(float(np.sum(layout.helix_angle))) < PARALLEL_SINE
+    return bool(layout.shaft_angle > 0.0) and abs(float(np.sum(layout.helix_angle))) < ROUNDING_SINE
 
 
 def _pressure_angle_as_mounted(design: Design) -> float:

@@ -49,12 +49,17 @@ def given_of(request: Request) -> dict[int, float]:
     return given
 
 
-def wanted_of(request: Request, along: bool = False) -> Wanted:
+def wanted_of(request: Request, cone_ratio_given: bool = False) -> Wanted:
     """Return the requirements of a request."""
     module = float(request.members[0].tool.normal_module)
     offset = None if request.offset is None else request.offset / module
     return Wanted(
-        request.shaft_angle, request.backlash / module, offset, request.crossing, request.flank, along
+        request.shaft_angle,
+        request.backlash / module,
+        offset,
+        request.crossing,
+        request.flank,
+        cone_ratio_given,
     )
 
 
@@ -67,16 +72,16 @@ def free_of(request: Request) -> list[int]:
     return [variable for variable in order if variable not in given]
 
 
-def unknown_of(request: Request, along: bool = False) -> tuple[int, ...] | None:
+def unknown_of(request: Request, cone_ratio_given: bool = False) -> tuple[int, ...] | None:
     """Return each `Variable` that is determined by the equations, None if too few quantities are free."""
-    count, free = wanted_of(request, along).count, free_of(request)
+    count, free = wanted_of(request, cone_ratio_given).count, free_of(request)
     if request.offset == 0.0:
         # Intersecting axes: the working helix angles cancel, and the sum of the working cone angles is the
         # shaft angle. With given cones, the shifts are unknown. Only the helix angle changes the angle of the
         # generators.
         last = Variable.PINION_CONE if request.crossing is not None else Variable.PINION_HELIX
-        all_free = request.gear is not None or along
-        free = [v for v in free if all_free or v != last or (v == Variable.PINION_CONE and along)]
+        all_free = request.gear is not None or cone_ratio_given
+        free = [v for v in free if all_free or v != last or (v == Variable.PINION_CONE and cone_ratio_given)]
     return None if len(free) < count - 1 else (Variable.PRESSURE, *free[: count - 1])
 
 
@@ -100,7 +105,7 @@ def candidates_of(request: Request) -> FloatArray:
         pairs = _found(cylindrical, unknown_of(cylindrical))
         if request.offset is None or request.shaft_angle == 0.0 or within(request, pairs).any():
             return pairs
-    return _found(request, unknown_of(request, along=True), along=True)
+    return _found(request, unknown_of(request, cone_ratio_given=True), cone_ratio_given=True)
 
 
 def others_found(request: Request) -> FloatArray:
@@ -155,7 +160,7 @@ def _clipped(request: Request, values: FloatArray) -> FloatArray:
 
 
 def _found(
-    request: Request, unknown: tuple[int, ...] | None, along: bool = False, rounds: int = 0
+    request: Request, unknown: tuple[int, ...] | None, cone_ratio_given: bool = False, rounds: int = 0
 ) -> FloatArray:
     """Return the solutions for a request by changing the `unknown` quantities.
 
@@ -165,7 +170,10 @@ def _found(
         return np.empty((7, 0))
     # Number of starts for one request.
     starts_for_one = 192
-    wanted, starts = wanted_of(request, along), _starts(request, starts_for_one, not rounds, along=along)
+    wanted, starts = (
+        wanted_of(request, cone_ratio_given),
+        _starts(request, starts_for_one, not rounds, cone_ratio_given=cone_ratio_given),
+    )
     solutions = roots(request.members, wanted, starts, unknown)
     solutions = solutions.take(_valid(request, solutions))
     offsets = np.zeros(starts.values.shape)
@@ -196,7 +204,7 @@ def _spread(count: int) -> FloatArray:
 
 
 def _starts(
-    request: Request, count: int, rounded: bool, owner: int = 0, along: bool = False
+    request: Request, count: int, rounded: bool, owner: int = 0, cone_ratio_given: bool = False
 ) -> ClosureStarts:
     """Return starts spread over the limits of a request, with rounded values or not.
 
@@ -218,7 +226,7 @@ def _starts(
         values[2:4], spread[6] = low[2:4] + high[2:4] - values[2:4], 1.0 - spread[6]
     hand, side = np.where(spread[6:8] < 0.5, -1.0, 1.0)
     turn = np.round((2.0 * spread[8] - 1.0) * math.pi / turn_step) * turn_step
-    if along:
+    if cone_ratio_given:
         values[:2] = 0.08 * np.cos(turn), 0.08 * np.sin(turn)
     elif request.offset == 0.0:
         values[Variable.GEAR_CONE] = shaft - values[Variable.PINION_CONE]

@@ -28,11 +28,11 @@ from ..pair.generator_angle import closed_normal
 from ..pair.zero_backlash import ZeroBacklashLayout, closed_layout
 
 MAX_STEP = np.array([0.12, 0.12, 0.2, 0.2, 0.6, 0.6, 0.06])
-"""Largest Newton step of each `Variable`."""
+"""Largest Newton step of each `Variable`, rad and modules."""
 STEP_SCALE = np.array([0.05, 0.05, 0.2, 0.2, 0.4, 0.4, 0.05])
 """Scales of each `Variable` in the length of a step, if more quantities are free than there are equations."""
 MAX_MAGNITUDE = np.radians([70.0, 70.0, 80.0, 80.0, 600.0, 600.0, 60.0])
-"""Magnitudes of each `Variable` at which a search is stopped."""
+"""Magnitudes of each `Variable` at which a search is stopped, rad and modules (10.47 for the shifts)."""
 
 
 class Variable(IntEnum):
@@ -63,8 +63,8 @@ class Wanted:
         Angle between the generators of the drive flanks, rad; None if it is free.
     flank : str
         Drive flanks.
-    along : bool
-        Whether the ratio of the cone angles is given.
+    cone_ratio_given : bool
+        Whether the ratio of the cone angles is given (by `ClosureStarts.turn`).
     """
 
     shaft_angle: Quantity
@@ -72,7 +72,7 @@ class Wanted:
     offset: Quantity | None
     crossing: Quantity | None
     flank: str
-    along: bool = False
+    cone_ratio_given: bool = False
 
     @property
     def parallel(self) -> bool:
@@ -82,7 +82,11 @@ class Wanted:
     @property
     def count(self) -> int:
         """Number of equations. On parallel axes, the equations of cone and helix angles are not counted."""
-        given = self.offset is not None, self.crossing is not None and not self.parallel, self.along
+        given = (
+            self.offset is not None,
+            self.crossing is not None and not self.parallel,
+            self.cone_ratio_given,
+        )
         return 2 - self.parallel + sum(given)
 
     def take(self, rows: NDArray[np.intp]) -> Wanted:
@@ -162,7 +166,7 @@ def misses(
         with np.errstate(invalid="ignore"):
             angle = closed_normal(layout, wanted.flank, starts.sense)[1]
         residuals.append(angle - starts.side * wanted.crossing)
-    if wanted.along:
+    if wanted.cone_ratio_given:
         cones = (
             np.sin(starts.turn) * values[Variable.PINION_CONE]
             - np.cos(starts.turn) * values[Variable.GEAR_CONE]

@@ -5,7 +5,8 @@ Each criterion has a reserve: 0 at the limit of a warning of `check`, 1 at a suf
     contact ratio of each flank        1 ... 1.5
     smallest tip thickness             0.1 ... 0.4 modules
     tip clearance (estimate)           0.05 ... 0.15 modules
-    undercut margin                    0 ... 0.2, smallest regularity of a flank over the largest one
+    undercut margin                    0 ... 0.2, smallest regularity of a flank over the largest one; the
+                                       regularity is 0 on the edge of regression (`gear.flank`)
     shift of the path on its flank     0.25 ... 0.1, relative, for 0.05 mm of offset and 0.01 deg of
                                        shaft angle
     flank that remains below the tips  0 ... 0.1 modules (`pair.tips`)
@@ -36,19 +37,19 @@ from ..gear.flank_limits import tip_radius
 from ..gear.undercut import undercut_margin
 from ..pair.frames import layout_at
 from ..pair.generator_angle import closed_normal
-from ..pair.tips import CLEAR_DEPTH_MODULES, left_below_tips
+from ..pair.tips import CLEAR_DEPTH_MODULES, depth_below_tips
 from ..pair.zero_backlash import ZeroBacklashLayout
 from .closure_equations import pair_at
 from .request import Request
 
-LINKS = ("tip thickness", "tip clearance", "undercut", "depth of tips", "contact ratio", "shift by errors")
+CRITERIA = ("tip thickness", "tip clearance", "undercut", "depth of tips", "contact ratio", "shift by errors")
 """Criteria of the reserve. The last two need the paths of contact."""
-DEPTH = LINKS.index("depth of tips")
+DEPTH = CRITERIA.index("depth of tips")
 
 
 @dataclass(frozen=True, eq=False)
-class Figures:
-    """Criteria of n pairs.
+class PairCriteria:
+    """Values of the criteria of n pairs.
 
     Attributes
     ----------
@@ -59,12 +60,14 @@ class Figures:
     margin : ndarray
         Undercut margin of pinion and gear (2, n).
     depth : ndarray
-        Depth of the flank left below the tips (n,), mm.
-    links : ndarray
-        Reserve of each criterion (LINKS, n), at most 1; -inf if it is unknown, 1 before paths are computed.
+        Smallest depth of active flank that remains below the tips of the mate (n,), mm; negative if the tips
+        reach below the active flank.
+    reserves : ndarray
+        Reserve of each criterion (CRITERIA, n), at most 1. It is -inf if it is unknown. The reserves of the
+        last two criteria are 1 before paths are computed.
     possible : ndarray
-        Whether `check` may give no warning for the pair (n,). Tips that reach below the flank may still miss
-        the fillet.
+        False for pairs (n,) whose criteria indicate a warning of `check`. In point contact, tips that reach
+        below the flank of the mate do not make it False, because they may still miss the fillet.
     """
 
     contact_ratio: FloatArray
@@ -72,22 +75,22 @@ class Figures:
     normal_x: FloatArray
     margin: FloatArray
     depth: FloatArray
-    links: FloatArray
+    reserves: FloatArray
     possible: Mask
 
     @property
     def reserve(self) -> FloatArray:
         """Least reserve (n,) of all criteria."""
-        return np.asarray(self.links.min(axis=0))
+        return np.asarray(self.reserves.min(axis=0))
 
     @property
     def weakest(self) -> NDArray[np.intp]:
-        """Index (n,) in LINKS of the criterion with the least reserve."""
-        return np.asarray(self.links.argmin(axis=0))
+        """Index (n,) in CRITERIA of the criterion with the least reserve."""
+        return np.asarray(self.reserves.argmin(axis=0))
 
-    def take(self, rows: list[int] | NDArray[np.intp]) -> Figures:
+    def take(self, rows: list[int] | NDArray[np.intp]) -> PairCriteria:
         """Return the criteria of some pairs."""
-        return Figures(**{name: values[..., rows] for name, values in vars(self).items()})
+        return PairCriteria(**{name: values[..., rows] for name, values in vars(self).items()})
 
 
 def design_of(request: Request, values: FloatArray) -> Design:
@@ -103,8 +106,8 @@ def design_of(request: Request, values: FloatArray) -> Design:
     return Design(members[0], members[1], Pair(offset, request.shaft_angle))
 
 
-def teeth_of(request: Request, values: FloatArray) -> Figures:
-    """Return the criteria of pairs (7, n) that do not need their paths."""
+def tooth_criteria(request: Request, values: FloatArray) -> PairCriteria:
+    """Return the criteria of pairs (7, n) that do not need their paths of contact."""
     # Range of the tip clearance in which its reserve rises from 0 to 1. The range begins at half of
     # this value, because the estimate may be too large by this amount.
     clearance_range_modules = 0.1
@@ -118,7 +121,7 @@ def teeth_of(request: Request, values: FloatArray) -> Figures:
         axes = layout_at(layout.offset, design.sense * layout.shaft_angle, design.sense)
         left = np.stack(
             [
-                left_below_tips(design, axes, layout.mounting, *each)
+                depth_below_tips(design, axes, layout.mounting, *each)
                 for each in zip(FLANKS, normal_x, strict=True)
             ]
         ).min(axis=(0, 1))
@@ -130,7 +133,7 @@ def teeth_of(request: Request, values: FloatArray) -> Figures:
     ample_tip_modules = 0.4
     ample_undercut_margin = 0.2
     ample_depth_modules = 0.1
-    links = _links(
+    reserves = _reserves(
         (tip / module - LEAST_TIP_MODULES) / (ample_tip_modules - LEAST_TIP_MODULES),
         clearance / (clearance_range_modules * module) - 0.5,
         margin / ample_undercut_margin,
@@ -138,12 +141,12 @@ def teeth_of(request: Request, values: FloatArray) -> Figures:
         np.ones_like(crossing),
         np.ones_like(crossing),
     )
-    needed = np.zeros((len(LINKS), 1))
+    needed = np.zeros((len(CRITERIA), 1))
     # In point contact, tips that reach deeper than the flank may pass the fillet. On parallel axes they must
     # stay clear of it.
     needed[DEPTH] = CLEAR_DEPTH_MODULES / ample_depth_modules if request.shaft_angle == 0.0 else -np.inf
-    possible = np.asarray((links > needed).all(axis=0))
-    return Figures(np.full_like(crossing, np.nan), crossing, normal_x, margin, left, links, possible)
+    possible = np.asarray((reserves > needed).all(axis=0))
+    return PairCriteria(np.full_like(crossing, np.nan), crossing, normal_x, margin, left, reserves, possible)
 
 
 def _taper_difference(request: Request, values: FloatArray, layout: ZeroBacklashLayout) -> FloatArray:
@@ -155,7 +158,7 @@ def _taper_difference(request: Request, values: FloatArray, layout: ZeroBacklash
     return np.asarray(half * steeper * np.sign(values[:2].sum(axis=0)))
 
 
-def criteria_of(request: Request, values: FloatArray, teeth: Figures) -> Figures:
+def criteria_of(request: Request, values: FloatArray, teeth: PairCriteria) -> PairCriteria:
     """Return all criteria of pairs (7, n) in their layout, from the criteria of the `teeth`."""
     design, layout = pair_at(request.members, values)
     offset = np.zeros_like(layout.offset) if request.offset == 0.0 else layout.offset
@@ -171,17 +174,17 @@ def criteria_of(request: Request, values: FloatArray, teeth: Figures) -> Figures
         share = np.zeros_like(ratio)
     # Value with a reserve of 1.
     ample_ratio_above_1 = 0.5
-    path = _links((ratio - 1.0) / ample_ratio_above_1, (warned - share) / (warned - noted))
+    path = _reserves((ratio - 1.0) / ample_ratio_above_1, (warned - share) / (warned - noted))
     possible = teeth.possible & (path > 0.0).all(axis=0)
-    links = np.concatenate((teeth.links[: -len(path)], path))
-    return replace(teeth, contact_ratio=ratio, links=links, possible=possible)
+    reserves = np.concatenate((teeth.reserves[: -len(path)], path))
+    return replace(teeth, contact_ratio=ratio, reserves=reserves, possible=possible)
 
 
-def _links(*links: FloatArray) -> FloatArray:
+def _reserves(*reserves: FloatArray) -> FloatArray:
     """Return the smallest reserve of each criterion (..., n) as (criteria, n), at most 1, and -inf if it is
     unknown."""
-    known = [np.where(np.isnan(link), -np.inf, link) for link in links]
-    least = np.stack([link.min(axis=tuple(range(link.ndim - 1))) for link in known])
+    known = [np.where(np.isnan(reserve), -np.inf, reserve) for reserve in reserves]
+    least = np.stack([reserve.min(axis=tuple(range(reserve.ndim - 1))) for reserve in known])
     return np.asarray(np.minimum(least, 1.0))
 
 

@@ -2,7 +2,8 @@
 
 Many pairs meet the requirements. The pairs within the limits are sorted by their reserve (`merit`) and
 checked as by `check`, until the requested number has passed; each proposal differs from the earlier ones. If
-no pair passes, one quantity of the request is changed as little as possible until a pair passes.
+no pair passes, `Refused` is raised. It names the nearest request with a proposal, in which one quantity is
+changed as little as possible.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from .candidates import (
     variable_limits,
     within,
 )
-from .merit import Figures, criteria_of, design_of, teeth_of
+from .merit import PairCriteria, criteria_of, design_of, tooth_criteria
 from .relaxation import Change, others_of, request_changes, rounded_request
 from .request import Request, faults_of, usual_tool
 
@@ -50,12 +51,12 @@ class Proposal:
     ----------
     design : Design
         The pair.
-    figures : Figures
+    criteria : PairCriteria
         Values of its criteria.
     """
 
     design: Design
-    figures: Figures
+    criteria: PairCriteria
 
     __repr__ = short_repr
 
@@ -129,7 +130,7 @@ def _chosen(request: Request, candidates: FloatArray, most: int) -> Choice:
     max_warnings = 10
     if not within(request, candidates).any():
         return Choice()
-    values, figures = _evaluated(request, candidates)
+    values, criteria = _evaluated(request, candidates)
     compared = _without_symmetry(values)
     # The criteria do not cover parabolas and tools that cut far below the active flank.
     usual = request.members[1].tool == usual_tool(request.module, request.pressure_angle)
@@ -140,13 +141,13 @@ def _chosen(request: Request, candidates: FloatArray, most: int) -> Choice:
     warnings: list[str] = []
     # Differences of cone angles, helix angles (rad) and shifts; two proposals have at least one of them.
     least_difference = np.array([*np.radians([0.4, 0.4, 2.0, 2.0]), 0.25, 0.25])
-    for k in _ranked(request, values, figures):
-        if chosen and figures.reserve[k] <= SMALL_RESERVE:
+    for k in _ranked(request, values, criteria):
+        if chosen and criteria.reserve[k] <= SMALL_RESERVE:
             break
         if any((np.abs(compared[:, k] - compared[:, j]) < least_difference).all() for j in chosen):
             continue
         text = None
-        if not figures.reserve[k] > reliable:
+        if not criteria.reserve[k] > reliable:
             text = _warning_of(design_of(request, values[:, k]), certified)
         if text is None:
             chosen.append(k)
@@ -154,7 +155,7 @@ def _chosen(request: Request, candidates: FloatArray, most: int) -> Choice:
             warnings.append(text)
         if len(chosen) == most or len(warnings) == max_warnings:
             break
-    proposals = tuple(Proposal(design_of(request, values[:, k]), figures.take([k])) for k in chosen)
+    proposals = tuple(Proposal(design_of(request, values[:, k]), criteria.take([k])) for k in chosen)
     return Choice(proposals, next(iter(warnings), None))
 
 
@@ -176,22 +177,22 @@ def _without_symmetry(values: FloatArray) -> FloatArray:
     return plain
 
 
-def _evaluated(request: Request, candidates: FloatArray) -> tuple[FloatArray, Figures]:
+def _evaluated(request: Request, candidates: FloatArray) -> tuple[FloatArray, PairCriteria]:
     """Return pairs within the limits and all their criteria.
 
     The paths of the FIRST_PATHS best pairs are computed first, and those of all pairs if none of these has a
     sufficient reserve."""
     values = candidates[:, within(request, candidates)]
-    teeth = teeth_of(request, values)
+    teeth = tooth_criteria(request, values)
     ranked = _ranked(request, values, teeth)
     for rows in (ranked[:FIRST_PATHS], ranked):
-        figures = criteria_of(request, values[:, rows], teeth.take(rows))
-        if len(rows) == len(ranked) or (figures.reserve > SMALL_RESERVE).any():
+        criteria = criteria_of(request, values[:, rows], teeth.take(rows))
+        if len(rows) == len(ranked) or (criteria.reserve > SMALL_RESERVE).any():
             break
-    return values[:, rows], figures
+    return values[:, rows], criteria
 
 
-def _ranked(request: Request, values: FloatArray, figures: Figures) -> list[int]:
+def _ranked(request: Request, values: FloatArray, criteria: PairCriteria) -> list[int]:
     """Return the possible pairs, the best first.
 
     The keys of the order are, the first most important: a positive reserve and the smallest cones, if least
@@ -203,15 +204,15 @@ def _ranked(request: Request, values: FloatArray, figures: Figures) -> list[int]
     steep_helix = math.radians(31.0)
     # Difference of the larger cone angles below which pairs are sorted by their reserve, rad.
     cone_tie = math.radians(0.02)
-    drive = figures.crossing[FLANKS.index(request.flank)]
+    drive = criteria.crossing[FLANKS.index(request.flank)]
     helix = np.abs(values[2:4]).max(axis=0)
-    keys: list[NDArray[Any]] = [helix, np.round(np.abs(drive) / cone_tie), -np.round(figures.reserve, 2)]
+    keys: list[NDArray[Any]] = [helix, np.round(np.abs(drive) / cone_tie), -np.round(criteria.reserve, 2)]
     # Steep helix angles cause axial forces: a pair with a fair reserve and a smaller helix angle is better.
-    keys.append(np.where(figures.reserve > FAIR_RESERVE, np.where(helix > steep_helix, 1, 0), 2))
+    keys.append(np.where(criteria.reserve > FAIR_RESERVE, np.where(helix > steep_helix, 1, 0), 2))
     if request.least_cones:
-        keys += [np.round(np.abs(values[:2]).max(axis=0) / cone_tie), figures.reserve <= 0.0]
-    ranked = [int(k) for k in np.lexsort(keys) if figures.possible[k]]
-    return ranked or [int(np.argmax(figures.reserve))]
+        keys += [np.round(np.abs(values[:2]).max(axis=0) / cone_tie), criteria.reserve <= 0.0]
+    ranked = [int(k) for k in np.lexsort(keys) if criteria.possible[k]]
+    return ranked or [int(np.argmax(criteria.reserve))]
 
 
 def _reason(request: Request, first: Choice, second: Choice, both: FloatArray) -> str:
@@ -278,7 +279,7 @@ def _first_promising(request: Request, tried: list[tuple[Change, float]]) -> int
     pairs, owner = found_for_each(changed)
     inside = within(request, pairs)
     values, owner = pairs[:, inside], owner[inside]
-    teeth = teeth_of(request, values)
+    teeth = tooth_criteria(request, values)
     sound = np.flatnonzero(teeth.reserve > SMALL_RESERVE)
     for start in range(0, sound.size, FIRST_PATHS):
         rows = sound[start : start + FIRST_PATHS]
@@ -291,7 +292,9 @@ def _first_promising(request: Request, tried: list[tuple[Change, float]]) -> int
 
 
 def works(request: Request) -> bool:
-    """Return whether a request has a proposal."""
+    """Return whether a request has a proposal among the pairs with rounded free quantities.
+
+    `propose` also searches pairs without rounded quantities, so that it may find more."""
     if faults_of(request):
         return False
     return bool(_chosen(request, candidates_of(request), 1).proposals)

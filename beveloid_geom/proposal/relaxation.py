@@ -34,8 +34,8 @@ def request_changes(request: Request) -> Iterator[Change]:
 def others_of(request: Request) -> Iterator[Request]:
     """Yield requests with fewer given quantities, if no single change helps.
 
-    They are: parallel axes for a small shaft angle; without shifts, helix angle or offset; finally only with
-    teeth and shaft angle."""
+    They are: parallel axes for a small shaft angle; without shifts, helix angle or offset; only with teeth
+    and shaft angle; finally the same with a shaft angle of at least 12 deg."""
     # Shaft angle above which few pairs are sensitive to errors, rad.
     insensitive_shaft_angle = math.radians(12.0)
     # Shaft angle below which most pairs are sensitive to errors, rad; parallel axes are tried then.

@@ -29,8 +29,9 @@ class Bounds(NamedTuple):
 class Request:
     """Requirements on a pair.
 
-    Exactly one of these is given: `cone_angles`; `crossing` with `helix_angle`; `least_cones`; `gear`; or, on
-    intersecting axes, `helix_angle` alone. Quantities that are None are computed within their limits.
+    Exactly one of these is given: `cone_angles`; `crossing` with `helix_angle`; `least_cones`; `gear`, with
+    or without `crossing`; or, on intersecting axes, `helix_angle` alone. Quantities that are None are
+    computed within their limits.
 
     Attributes
     ----------

@@ -21,7 +21,7 @@ from ..pair.misalignment_at_mesh import pivot_distance
 from ..pair.mounting import mounting_of
 from ..pair.zero_backlash import LayoutDeviation, ZeroBacklashLayout, layout_deviation, zero_backlash_layout
 from ..proposal.command_line import command_of, requests_like
-from ..proposal.merit import DEPTH, LINKS
+from ..proposal.merit import CRITERIA, DEPTH
 from ..proposal.propose import Proposal, propose, works
 from ..proposal.request import Request
 from ..proposal.rounding import rounded_design
@@ -296,16 +296,16 @@ class ProposalReport:
     @property
     def weakest(self) -> list[str]:
         """Criterion with the smallest reserve for each design, 'none' if all reserves are sufficient."""
-        figures = (proposal.figures for proposal in self.proposals)
-        return [LINKS[int(each.weakest[0])] if each.reserve[0] < 1.0 else "none" for each in figures]
+        criteria = (proposal.criteria for proposal in self.proposals)
+        return [CRITERIA[int(each.weakest[0])] if each.reserve[0] < 1.0 else "none" for each in criteria]
 
     def _tip_lines(self) -> str:
         """Return lines on designs with tips below the active flank of the mate, which have a negative
         reserve."""
         text = ""
         for k, proposal in enumerate(self.proposals, 1):
-            if proposal.figures.links[DEPTH, 0] < 0.0:
-                below = -float(proposal.figures.depth[0])
+            if proposal.criteria.reserves[DEPTH, 0] < 0.0:
+                below = -float(proposal.criteria.depth[0])
                 depth = f"reach {below:.3g} mm below the mate's active flank (form diameter)"
                 if math.isinf(below):  # on axes with a large shaft angle
                     depth = "have points that are nowhere in mesh with the mate"
@@ -318,7 +318,7 @@ def proposal_report(request: Request, count: int, gear: str = "") -> ProposalRep
     """Return at most `count` proposals with rounded numbers; `gear` is the file of a given gear.
 
     Raises as `propose`."""
-    proposals = (Proposal(rounded_design(request, p.design), p.figures) for p in propose(request, count))
+    proposals = (Proposal(rounded_design(request, p.design), p.criteria) for p in propose(request, count))
     return ProposalReport(request, tuple(proposals), gear)
 
 
@@ -326,7 +326,7 @@ def _numbers(drive: str, proposal: Proposal) -> dict[str, Any]:
     """Return the quantities of a proposal by name; `drive` names the driving flanks.
 
     They are those of the rounded design, except the reserve, by which the search has sorted the pairs."""
-    design, figures = proposal.design, proposal.figures
+    design, criteria = proposal.design, proposal.criteria
     values = {"offset": float(design.pair.offset), "shaft_angle": float(design.pair.shaft_angle)}
     members = dict(zip(MEMBERS, design.members, strict=True))
     for name in ("cone_angle", "helix_angle", "profile_shift"):
@@ -343,4 +343,4 @@ def _numbers(drive: str, proposal: Proposal) -> dict[str, Any]:
     by_member: dict[str, Any] = {"tip_clearance": tip_clearances(design), "undercut_margin": margins}
     for name, both in by_member.items():
         values |= {f"{key}_{name}": float(value) for key, value in zip(members, both, strict=True)}
-    return values | {"reserve": float(figures.reserve[0])}
+    return values | {"reserve": float(criteria.reserve[0])}

@@ -1,4 +1,4 @@
-"""Report of `ease-off`: both flanks of the pinion, with the parabolas of the design and without."""
+"""Report of `ease-off`: both flanks of the pinion, of the design as given and of the unmodified design."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .result import Report, Rows, flattened, picked, stacked_rows
 from .text import head_lines, line
 
 GIVEN, PLAIN = "as_given", "without_parabola"
-STATE_WORDS = {GIVEN: "as designed", PLAIN: "without parabolas"}
+STATE_WORDS = {GIVEN: "as designed", PLAIN: "unmodified"}
 GRID = ("l", "z", "deviation", "pinion_roll")
 """Quantities of a point."""
 SECOND_ORDER = {
@@ -90,6 +90,8 @@ class EaseOffReport(Report):
             cells = [known_number("deviation", by_name.get(name, np.nan)) for by_name in sizes]
             rows.append((f"  {words}", cells))
         text += labelled_lines(rows, 30, 17) + "\n" + head_lines(self.design)
+        if modified:
+            text += line("unmodified", "without parabolas and modifications")
         text += line("sign", "positive where the flanks are apart; 0 at the point of contact at mid-roll")
         text += line(
             "coefficients",

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.maps import FIGURES, IN_OPERATION, DesignMap
+from ..analysis.maps import IN_OPERATION, QUANTITIES, DesignMap
 from ..arrays import Mask
 from ..design.model import Design
 from ..findings.path import batch_reason
@@ -30,7 +30,9 @@ class MapReport(ResultReport[DesignMap]):
         return batch_reason(f"no cell of the map has a path on the {self.flank} flanks", self.result.status)
 
     def values(self) -> dict[str, Any]:
-        """Return the map, one row for each value of the pinion."""
+        """Return the map, one row for each value of the first input.
+
+        `pinion` and `gear` are the values of the first and of the second input, whatever they are."""
         result = self.result
         return {
             "over": result.preset or list(result.over),
@@ -100,7 +102,7 @@ def map_cells(result: DesignMap) -> dict[str, Any]:
 
 def map_results(result: DesignMap) -> tuple[str, ...]:
     """Return the names of the results of a map, those in operation only if they are known in a cell."""
-    return (*FIGURES, *(name for name in IN_OPERATION if np.isfinite(getattr(result, name)).any()))
+    return (*QUANTITIES, *(name for name in IN_OPERATION if np.isfinite(getattr(result, name)).any()))
 
 
 def cell_words(result: DesignMap) -> str:

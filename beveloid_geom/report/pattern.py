@@ -19,7 +19,7 @@ from ..operation.contact_pattern.pattern import AREA_ERROR, ContactPattern, Memb
 from ..status import FirstStatus, NotComputed
 from .columns import number, scaled
 from .result import MEMBERS, ResultReport, Rows, flattened, picked, plain, stacked_rows
-from .text import SHORT, TRADE, line, mounted_lines, trade_words, unit_of
+from .text import SHORT, SYMBOLS, line, mounted_lines, symbol_words, unit_of
 
 FINE = 15
 """Points of a pattern per module."""
@@ -196,9 +196,9 @@ class PatternMatrixReport(ResultReport[PatternMatrix]):
             record | {m: None if cell is None else member_data(cell, j) for j, m in enumerate(MEMBERS)}
             for cell, record in zip(matrix.cells, self._records, strict=True)
         ]
-        trade = [TRADE.get(name) for name in matrix.over]
+        symbols = [SYMBOLS.get(name) for name in matrix.over]
         values = picked(matrix, "separation", "first", "second")
-        return {"over": matrix.over, "trade": trade, **values, "cells": cells}
+        return {"over": matrix.over, "trade": symbols, **values, "cells": cells}
 
     def rows(self) -> Rows:
         """Return one row for each flank of each cell."""
@@ -233,7 +233,7 @@ class PatternMatrixReport(ResultReport[PatternMatrix]):
             )
             text += "".join(f"{c:>{width}}" for c, width in zip(cells, WIDTHS[2:], strict=True)) + "\n"
         text += "\n" + mounted_lines(self.design)
-        text += line("errors added", ", ".join(trade_words(name) for name in matrix.over))
+        text += line("errors added", ", ".join(symbol_words(name) for name in matrix.over))
         text += line("marking compound", f"{1e3 * matrix.separation:g} um thick")
         text += line(
             "TE, edges",

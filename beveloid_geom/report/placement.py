@@ -16,10 +16,10 @@ from .columns import number, scaled
 from .result import ResultReport, Rows, picked, plain, stacked_rows
 from .text import (
     SHORT,
-    TRADE,
+    SYMBOLS,
     line,
     mounted_lines,
-    trade_words,
+    symbol_words,
     unit_of,
 )
 
@@ -57,9 +57,9 @@ class PlaceReport(ResultReport[Placement]):
     def values(self) -> dict[str, Any]:
         """Return the places; mm and rad."""
         result = self.result
-        trade = [TRADE.get(name) for name in result.by]
+        symbols = [SYMBOLS.get(name) for name in result.by]
         limits = picked(result, "limits", "wanted_l")
-        return {"by": result.by, "trade": trade, **limits, "places": self.places}
+        return {"by": result.by, "trade": symbols, **limits, "places": self.places}
 
     def rows(self) -> Rows:
         """Return the places."""
@@ -80,7 +80,7 @@ class PlaceReport(ResultReport[Placement]):
             text += "".join(f"{cell:>{w}}" for cell, w in zip(self._cells(place), place_widths, strict=True))
             text += f"  {place['status'].replace('_', ' ')}\n"
         text += "\n" + mounted_lines(result.design)
-        text += line("errors added", ", ".join(trade_words(name) for name in result.by))
+        text += line("errors added", ", ".join(symbol_words(name) for name in result.by))
         text += line(
             "face, z, dl",
             "middle of the path on the pinion: share of the face from the end at -z, distance from mid-face,"

@@ -75,7 +75,8 @@ class Report:
         return failure_of(getattr(self, "reason", None), self.design if self.needs_assembly else None)
 
     def values(self) -> dict[str, Any]:
-        """Return the entries of JSON other than the layout and the reason, as for `plain`; mm and rad."""
+        """Return the entries of JSON other than the layout and the reason, mm and rad. They may contain
+        dataclasses and codes, which `plain` converts."""
         raise NotImplementedError
 
     def data(self) -> Any:

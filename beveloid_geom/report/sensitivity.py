@@ -178,7 +178,10 @@ class SensitivityReport(ResultReport[Sensitivity]):
         """Derivatives that do not exist, with the reason; empty if all exist."""
         result = self.result
         if self.along_lines:
-            return f"of the path: {ALONG_LINES}. The backlash decreases for both signs of this error (-)"
+            return (
+                f"of the path: {ALONG_LINES}. The backlash decreases for both signs of this error; the table"
+                " shows a dash"
+            )
         if np.isnan(result.pinion_roll_by[1]).any():
             return "of the middle of the path: the roll is not monotone along the path"
         if np.isnan(result.face_shift_by[1]).any():

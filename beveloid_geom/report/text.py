@@ -26,9 +26,9 @@ from .result import status_name
 
 LINE_WIDTH = 100
 """Characters in a line of a text."""
-TRADE = {"offset": "E", "shaft_angle": "Sigma", "pinion_axial": "P", "gear_axial": "G"}
-"""Usual letters of the assembly errors about the common perpendicular."""
-SHORT = TRADE | {"centre_distance": "a", "in_plane": "in", "out_of_plane": "out"}
+SYMBOLS = {"offset": "E", "shaft_angle": "Sigma", "pinion_axial": "P", "gear_axial": "G"}
+"""Usual symbols of the assembly errors about the common perpendicular."""
+SHORT = SYMBOLS | {"centre_distance": "a", "in_plane": "in", "out_of_plane": "out"}
 """Symbols of errors in the headings of a text."""
 
 
@@ -109,7 +109,7 @@ def error_lines(design: Design) -> str:
         return line("errors", words)
     text = line("errors", f"{words}, {place_words(design, 'perpendicular')}")
     equivalent = at_mesh(design)
-    none = "none: no tilt gives this offset"
+    none = "no equivalent errors, because no tilt about the pitch point gives this offset error"
     words = none if math.isnan(equivalent.in_plane) else error_words(equivalent, 1e-10)
     return text + line("same at the mesh", words)
 
@@ -144,7 +144,7 @@ def unit_of(error: str) -> str:
     return unit_shown(f"{error}_error")
 
 
-def trade_words(error: str) -> str:
+def symbol_words(error: str) -> str:
     """Return the symbol and the name of an error, such as 'E: offset'."""
     return f"{SHORT[error]}: {error.replace('_', ' ')}"
 

@@ -58,7 +58,7 @@ class ToleranceReport(ResultReport[ToleranceStudy]):
             ],
             "contact_ratio_below_1": below_one(study),
             **jam_counts(study),
-            **_running_data(study),
+            **_cycle_data(study),
             "quantiles": {"share": SHARES, **study.quantiles()},
             **remarks_data(tolerance_remarks(self.design, study)),
         }
@@ -72,7 +72,7 @@ class ToleranceReport(ResultReport[ToleranceStudy]):
             for name in ("pinion_z", "pinion_r", "gear_z", "gear_r")
             for k, place in enumerate(PLACES)
         }
-        running = self.result.running
+        cycles = self.result.cycles
         return {
             **{f"{name}_error": errors for name, errors in zip(names, mountings.errors.T, strict=True)},
             **picked(mountings, "status"),
@@ -82,7 +82,7 @@ class ToleranceReport(ResultReport[ToleranceStudy]):
             "normal_backlash": mountings.normal_backlash,
             "tangency": plain(mountings.tangency, Tangency),
             "jammed": mountings.jammed.astype(int),
-            **({} if running is None else _to_all(running, mountings.status.size)),
+            **({} if cycles is None else _to_all(cycles, mountings.status.size)),
         }
 
     def summary(self) -> str:
@@ -97,9 +97,9 @@ class ToleranceReport(ResultReport[ToleranceStudy]):
             if count
         )
         text += line("mountings", ", ".join(counts)) + line("jammed", _jam_words(study))
-        if study.running:
-            text += line("in operation", _running_words(study.running))
-            text += line("patterns", _pattern_words(self.design, study.running))
+        if study.cycles:
+            text += line("in operation", _cycle_words(study.cycles))
+            text += line("patterns", _pattern_words(self.design, study.cycles))
         if self.reason:
             return text
         text += line(
@@ -114,12 +114,12 @@ class ToleranceReport(ResultReport[ToleranceStudy]):
         return f"{text}\n{_quantile_lines(study)}"
 
 
-def _to_all(running: CycleStatistics, count: int) -> dict[str, Any]:
+def _to_all(cycles: CycleStatistics, count: int) -> dict[str, Any]:
     """Return columns of `count` mountings; those without a mesh cycle have empty cells."""
-    missing = count - running.status.size
-    status = plain(running.status, FirstStatus)
-    numbers = {name: np.append(x, np.full(missing, np.nan)) for name, x in running.quantities().items()}
-    each = zip(running.pattern_ends, running.pattern_known, strict=True)
+    missing = count - cycles.status.size
+    status = plain(cycles.status, FirstStatus)
+    numbers = {name: np.append(x, np.full(missing, np.nan)) for name, x in cycles.quantities().items()}
+    each = zip(cycles.pattern_ends, cycles.pattern_known, strict=True)
     ends = [_ends_in_files(at) if known else "" for at, known in each]
     return {"operation_status": status + [""] * missing, **numbers, "pattern_ends_at": ends + [""] * missing}
 
@@ -129,9 +129,9 @@ def _ends_in_files(at: Mask) -> str:
     return "+".join(name_in_files(limit) for limit in Limit if at[limit]) or "none"
 
 
-def pattern_counts(running: CycleStatistics) -> dict[str, Any]:
+def pattern_counts(cycles: CycleStatistics) -> dict[str, Any]:
     """Return the numbers of mountings with a known pattern by the edges at which their patterns end."""
-    ends = running.pattern_ends[running.pattern_known]
+    ends = cycles.pattern_ends[cycles.pattern_known]
     return {
         "known": len(ends),
         "ends_at": {name_in_files(limit): int(np.count_nonzero(ends[:, limit])) for limit in Limit},
@@ -140,23 +140,23 @@ def pattern_counts(running: CycleStatistics) -> dict[str, Any]:
     }
 
 
-def edges_carry(running: CycleStatistics) -> int:
+def edge_contact_count(cycles: CycleStatistics) -> int:
     """Return the number of mountings with edge contact in the mesh cycle."""
-    return int(np.count_nonzero(running.edge_share[running.solved] > 0.0))
+    return int(np.count_nonzero(cycles.edge_share[cycles.solved] > 0.0))
 
 
-def _running_data(study: ToleranceStudy) -> dict[str, Any]:
+def _cycle_data(study: ToleranceStudy) -> dict[str, Any]:
     """Return the entries of JSON on the mesh cycles, empty without any."""
-    running, nominal = study.running, study.nominal_running
-    if running is None or nominal is None:
+    cycles, nominal = study.cycles, study.nominal_cycles
+    if cycles is None or nominal is None:
         return {}
-    count = np.bincount(running.status, minlength=len(FirstStatus))
+    count = np.bincount(cycles.status, minlength=len(FirstStatus))
     return {
         "operation": {
-            "cases": running.status.size,
+            "cases": cycles.status.size,
             "status": {name_in_files(status): int(count[status]) for status in FirstStatus},
-            "edges_carry": edges_carry(running),
-            "pattern": {"separation": MARKING_SEPARATION, **pattern_counts(running)},
+            "edges_carry": edge_contact_count(cycles),
+            "pattern": {"separation": MARKING_SEPARATION, **pattern_counts(cycles)},
             "nominal": {
                 **{name: float(value[0]) for name, value in nominal.quantities().items()},
                 "pattern_ends_at": _ends_in_files(nominal.pattern_ends[0]) if nominal.solved[0] else None,
@@ -165,17 +165,17 @@ def _running_data(study: ToleranceStudy) -> dict[str, Any]:
     }
 
 
-def _running_words(running: CycleStatistics) -> str:
-    count = running.status.size
-    text = f"edges touch during a part of the mesh cycle in {_percent(edges_carry(running), count)}"
+def _cycle_words(cycles: CycleStatistics) -> str:
+    count = cycles.status.size
+    text = f"edges touch during a part of the mesh cycle in {_percent(edge_contact_count(cycles), count)}"
     text += f" of the first {count} mountings"
-    lost = count - int(np.count_nonzero(running.solved))
+    lost = count - int(np.count_nonzero(cycles.solved))
     return f"{text}; not known in {_percent(lost, count)}" if lost else text
 
 
-def _pattern_words(design: Design, running: CycleStatistics) -> str:
+def _pattern_words(design: Design, cycles: CycleStatistics) -> str:
     """Return the shares of patterns that end at the edges of a flank."""
-    counts = pattern_counts(running)
+    counts = pattern_counts(cycles)
     if not (known := counts["known"]):
         return "not known"
     words = f"for marking compound of {1e3 * MARKING_SEPARATION:g} um, they reach an end of a face in"
@@ -224,15 +224,15 @@ def tolerance_remarks(design: Design, study: ToleranceStudy) -> tuple[Remark, ..
     if not is_line_contact(design, study.flank):  # lines of contact always reach the ends of the face
         reach = "of mountings have contact that reaches an end of a face"
         counts.append((f"{lead} {reach}", faces & mountings.solved, WARNING))
-    if (running := study.running) is not None:
-        first = f"{lead} of the first {running.status.size} mountings"
-        carried = running.solved & (running.edge_share > 0.0)
+    if (cycles := study.cycles) is not None:
+        first = f"{lead} of the first {cycles.status.size} mountings"
+        carried = cycles.solved & (cycles.edge_share > 0.0)
         counts.append((f"{first} have edge contact during a part of the mesh cycle", carried, WARNING))
-        ends = running.pattern_ends[running.pattern_known]
+        ends = cycles.pattern_ends[cycles.pattern_known]
         patterns = np.asarray(ends[:, FACE_ENDS].any(axis=1) if ends.size else [False])
         furthest = f"{lead} of the {len(ends)} mountings that move the path furthest"
         counts.append((f"{furthest} have a contact pattern that reaches an end of a face", patterns, NOTE))
-        counts.append((f"{first} have a mesh cycle that could not be computed", ~running.solved, UNKNOWN))
+        counts.append((f"{first} have a mesh cycle that could not be computed", ~cycles.solved, UNKNOWN))
     remarks = []
     for text, mask, level in counts:
         if share := float(np.mean(mask)):
@@ -301,8 +301,8 @@ def _quantile_lines(study: ToleranceStudy) -> str:
     """Return the table of quantiles."""
     rows = [("quantiles", ["as designed", *(f"{100.0 * share:g} %" for share in SHOWN_SHARES)])]
     nominal, spread = study.nominal.quantities(), study.quantiles(SHOWN_SHARES)
-    running = study.nominal_running.quantities() if study.nominal_running else {}
-    nominal |= running
+    cycle_values = study.nominal_cycles.quantities() if study.nominal_cycles else {}
+    nominal |= cycle_values
     quantities = (
         *("contact_ratio", "peak_to_peak", "normal_backlash"),
         *(f"{member}_z_{place}" for member in MEMBERS for place in PLACES),
@@ -311,7 +311,7 @@ def _quantile_lines(study: ToleranceStudy) -> str:
         "cycle_peak_to_peak": "error of all teeth, arcsec",
         "film_ratio": f"contact ratio, {1e3 * MARKING_SEPARATION:g} um film",
     }
-    for name in (*quantities, *running):
+    for name in (*quantities, *cycle_values):
         values = np.append(nominal[name], spread[name])
         rows.append((labels.get(name) or label(name), [known_number(name, value) for value in values]))
     return labelled_lines(rows, label_width=28, cell_width=12)

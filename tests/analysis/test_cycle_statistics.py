@@ -13,7 +13,7 @@ from beveloid_geom.analysis.tolerance import CYCLE_COST, USUAL, ToleranceStudy
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.pair.misalignment import mounted
-from beveloid_geom.report.tolerance import ToleranceReport, edges_carry, pattern_counts
+from beveloid_geom.report.tolerance import ToleranceReport, edge_contact_count, pattern_counts
 from beveloid_geom.status import FirstStatus, Limit
 from tests.oracle.table1 import table1
 
@@ -29,8 +29,8 @@ def study() -> ToleranceStudy:
 
 
 def in_operation(study: ToleranceStudy) -> CycleStatistics:
-    assert study.running is not None
-    return study.running
+    assert study.cycles is not None
+    return study.cycles
 
 
 @pytest.mark.parametrize("number", [0, 64, OPERATION - 1])
@@ -64,8 +64,8 @@ def test_threads_do_not_change_the_result(study: ToleranceStudy) -> None:
 
 def test_results_that_are_not_requested_are_missing() -> None:
     few = tolerance_study(MODIFIED, USUAL, "right", 3)
-    assert few.running is None
-    assert few.nominal_running is None
+    assert few.cycles is None
+    assert few.nominal_cycles is None
     report = ToleranceReport("Table 1", MODIFIED, few)
     assert "operation" not in report.data()
     assert "operation_status" not in report.rows()
@@ -76,7 +76,7 @@ def test_reports_contain_the_values_of_the_study(study: ToleranceStudy) -> None:
     report, found = ToleranceReport("Table 1", MODIFIED, study), in_operation(study)
     data, rows = report.data(), report.rows()
     assert data["operation"]["cases"] == OPERATION
-    assert data["operation"]["edges_carry"] == edges_carry(found) == OPERATION
+    assert data["operation"]["edges_carry"] == edge_contact_count(found) == OPERATION
     assert data["operation"]["status"]["solved"] == OPERATION
     nominal = float(mesh_cycle(MODIFIED).edge_share)
     assert data["operation"]["nominal"]["edge_share"] == pytest.approx(nominal, abs=1e-9)

@@ -22,7 +22,7 @@ from beveloid_geom import (
     path_of_contact,
 )
 from beveloid_geom.analysis.maps import (
-    FIGURES,
+    QUANTITIES,
     DesignMap,
     usual_bounds,
 )
@@ -49,7 +49,7 @@ def expected(cell: Design, flank: str) -> dict[str, float]:
     backlash = float(mounting_of(cell).normal_backlash)
     play = float(tangent_backlash(cell).normal)
     if path.l1.size == 0:
-        return dict.fromkeys(FIGURES, nan) | {"normal_backlash": backlash, "mounted_backlash": play}
+        return dict.fromkeys(QUANTITIES, nan) | {"normal_backlash": backlash, "mounted_backlash": play}
     along = np.array([path.pinion_z[9] - path.pinion_z[7], path.l1[9] - path.l1[7]])
     squares = []
     for sign in (1.0, -1.0):
@@ -81,7 +81,7 @@ def test_cells_equal_single_designs(over: str, flank: str) -> None:
         cell = design_at(design, over, float(found.first[i]), float(found.second[j]))
         wanted = expected(cell, flank)
         assert found.status[i, j] == path_of_contact(cell, flank, 3).ends.status
-        for name in FIGURES:
+        for name in QUANTITIES:
             value = getattr(found, name)[i, j]
             rough = {"peak_to_peak": 1e-7}.get(name, 1e-9)  # by a parabola through three of 17 positions
             np.testing.assert_allclose(value, wanted[name], rtol=1e-9, atol=rough, err_msg=name)
@@ -97,7 +97,7 @@ def test_cells_of_crowned_flanks_equal_single_designs(flank: str) -> None:
     for i, j in np.ndindex(2, 2):
         cell = design_at(design, "parabola", float(found.first[i]), float(found.second[j]))
         wanted = expected(cell, flank)
-        for name in FIGURES:
+        for name in QUANTITIES:
             value, rough = getattr(found, name)[i, j], {"peak_to_peak": 1e-7}.get(name, 1e-8)
             np.testing.assert_allclose(value, wanted[name], rtol=1e-8, atol=rough, err_msg=name)
 

@@ -25,7 +25,7 @@ from beveloid_geom import (
 )
 from beveloid_geom.analysis.mountings import PLACES, Mountings, swing_of
 from beveloid_geom.analysis.tolerance import (
-    UNIT,
+    MOUNTINGS_PER_BLOCK,
     ToleranceStudy,
     drawn_errors,
     tolerance_studies,
@@ -40,7 +40,7 @@ from tests.oracle.table1 import table1
 
 GIVEN = Tolerances(0.05, math.radians(0.01), 0.1, 0.1)
 MODIFIED = table1((0.001, -0.001))
-CASES = UNIT + 100
+CASES = MOUNTINGS_PER_BLOCK + 100
 SEED = 7
 
 
@@ -55,15 +55,15 @@ def study() -> ToleranceStudy:
     return tolerance_study(MODIFIED, GIVEN, "right", CASES, seed=SEED)
 
 
-def repeated(executor: Executor | None, units_per_task: int, cases: int = CASES) -> Mountings:
+def repeated(executor: Executor | None, blocks_per_task: int, cases: int = CASES) -> Mountings:
     return tolerance_study(
-        MODIFIED, GIVEN, "right", cases, seed=SEED, executor=executor, units_per_task=units_per_task
+        MODIFIED, GIVEN, "right", cases, seed=SEED, executor=executor, blocks_per_task=blocks_per_task
     ).mountings
 
 
-@pytest.mark.parametrize("units_per_task", [1, 2, 50])
-def test_the_size_of_tasks_does_not_change_the_result(study: ToleranceStudy, units_per_task: int) -> None:
-    assert same(repeated(None, units_per_task), study.mountings)
+@pytest.mark.parametrize("blocks_per_task", [1, 2, 50])
+def test_the_size_of_tasks_does_not_change_the_result(study: ToleranceStudy, blocks_per_task: int) -> None:
+    assert same(repeated(None, blocks_per_task), study.mountings)
 
 
 class Immediate(Executor):
@@ -127,15 +127,15 @@ def test_both_flanks_together_equal_single_studies(parabolas: tuple[float, float
 
 def test_seeds_differ_and_longer_studies_begin_with_the_same_mountings(study: ToleranceStudy) -> None:
     errors = study.mountings.errors
-    assert not np.isin(errors, drawn_errors(GIVEN, SEED + 1, 0, UNIT)).any()
+    assert not np.isin(errors, drawn_errors(GIVEN, SEED + 1, 0, MOUNTINGS_PER_BLOCK)).any()
     assert np.unique(errors, axis=0).shape == errors.shape
     np.testing.assert_array_equal(repeated(None, 1, 30).errors, errors[:30])
 
 
 def test_streams_are_spawned_from_the_seed(study: ToleranceStudy) -> None:
     child = np.random.default_rng(np.random.SeedSequence(SEED).spawn(2)[1])
-    expected = child.standard_normal((CASES - UNIT, 4)) * (GIVEN.values() / 3.0)
-    np.testing.assert_array_equal(study.mountings.errors[UNIT:], expected)
+    expected = child.standard_normal((CASES - MOUNTINGS_PER_BLOCK, 4)) * (GIVEN.values() / 3.0)
+    np.testing.assert_array_equal(study.mountings.errors[MOUNTINGS_PER_BLOCK:], expected)
 
 
 CROWNED = replace(table1(), pinion=table1().pinion.modified(Modification(helix_crowning_um=10.0)))
@@ -231,7 +231,10 @@ def test_share_off_the_flank_in_closed_form(distribution: Any) -> None:
 @pytest.mark.parametrize(("distribution", "deviation"), [("normal", 0.5), ("uniform", 1.0 / math.sqrt(3.0))])
 def test_mean_and_variance_of_the_errors(distribution: Any, deviation: float) -> None:
     given = replace(GIVEN, distribution=distribution, sigmas=2.0)
-    shares = np.concatenate([drawn_errors(given, 5, unit, UNIT) for unit in range(100)]) / given.values()
+    shares = (
+        np.concatenate([drawn_errors(given, 5, unit, MOUNTINGS_PER_BLOCK) for unit in range(100)])
+        / given.values()
+    )
     count = len(shares)
     assert np.abs(shares.mean(axis=0)).max() < 4.5 * deviation / math.sqrt(count)
     fourth = 3.0 if distribution == "normal" else 9.0 / 5.0  # over the variance squared
@@ -244,8 +247,8 @@ def test_mean_and_variance_of_the_errors(distribution: Any, deviation: float) ->
 
 def test_progress_counts_every_mounting() -> None:
     done: list[int] = []
-    tolerance_study(table1(), GIVEN, cases=UNIT + 1, units_per_task=1, progress=done.append)
-    assert done == [UNIT, 1]
+    tolerance_study(table1(), GIVEN, cases=MOUNTINGS_PER_BLOCK + 1, blocks_per_task=1, progress=done.append)
+    assert done == [MOUNTINGS_PER_BLOCK, 1]
 
 
 def test_jammed_mountings_are_counted() -> None:
@@ -265,7 +268,7 @@ def test_ten_times_the_usual_errors_jam_two_of_five() -> None:
     """Under ten times the usual errors, 40 % of the mountings jam. At least half of these jam with certainty;
     the others have a path that leaves the faces."""
     given = Tolerances(0.5, math.radians(0.1), 1.0, 1.0)
-    study = tolerance_study(table1(), given, cases=8 * UNIT)
+    study = tolerance_study(table1(), given, cases=8 * MOUNTINGS_PER_BLOCK)
     counts = jam_counts(study)
     assert counts["jammed"] / study.cases == pytest.approx(0.402, abs=0.02)
     assert 0.5 * counts["jammed"] < counts["jammed_for_sure"] < counts["jammed"]

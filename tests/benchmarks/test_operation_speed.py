@@ -37,7 +37,7 @@ from beveloid_geom.contact.ellipse import contact_ellipse
 from beveloid_geom.gear.flank_limits import tip_parameter
 from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.angular_clearance import angular_clearance
-from beveloid_geom.operation.engagement import middle_roll
+from beveloid_geom.operation.engagement import pitch_point_roll
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.pair.misalignment import mounted
 from beveloid_geom.pair.mounting import mounting_of
@@ -78,7 +78,7 @@ def test_separation_against_foot_points(parabola: tuple[float, float]) -> None:
 def test_first_contact_against_grids(parabola: tuple[float, float], flank: str) -> None:
     design = table1(parabola)
     own = surface_of(design.pinion, flank)
-    roll = float(middle_roll(design, flank)) + 2.0 * np.pi / 29 * np.linspace(0.0, 1.0, 500)
+    roll = float(pitch_point_roll(design, flank)) + 2.0 * np.pi / 29 * np.linspace(0.0, 1.0, 500)
     seconds = best(partial(first_contact, design, flank, roll), 3) / roll.size
     first = first_contact(design, flank, roll)
     z = own.half_width * np.linspace(-1.0, 1.0, 101)
@@ -141,9 +141,14 @@ LENGTHS: dict[str, Any] = {f"{name}_relief_length_mm": 3.0 for name in ("tip", "
     ("design", "given"),
     [
         (table1(), Modification(helix_crowning_um=10.0, profile_crowning_um=8.0, **EDGES, **LENGTHS)),
+        (table1(), Modification(helix_crowning_um=5.0, tip_relief_um=10.0, tip_relief_length_mm=2.0)),
         (HELICAL, Modification(tip_relief_um=10.0, tip_relief_length_mm=1.0)),
     ],
-    ids=("Table 1, crowning and reliefs of all edges", "helical gears on parallel axes, tip relief"),
+    ids=(
+        "Table 1, crowning and reliefs of all edges",
+        "Table 1, crowning and tip relief",
+        "helical gears on parallel axes, tip relief",
+    ),
 )
 def test_mesh_cycle_with_reliefs_against_unmodified_flanks(design: Design, given: Modification) -> None:
     """Modifications of both members; new errors in each run."""

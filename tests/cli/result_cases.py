@@ -32,7 +32,7 @@ from beveloid_geom import (
     tolerance_study,
     zero_backlash_layout,
 )
-from beveloid_geom.analysis.maps import FIGURES
+from beveloid_geom.analysis.maps import QUANTITIES
 from beveloid_geom.analysis.path_placement import place_path
 from beveloid_geom.analysis.tolerance import ToleranceStudy
 from beveloid_geom.operation.operating_ratio import operating_ratio
@@ -186,7 +186,7 @@ def map_(design: Design) -> Mapping[str, Any]:
         "over": "parabola",
         "errors/offset": 0.05,
         "pinion": found.first,
-        **{f"map/{name}": getattr(found, name) for name in FIGURES},
+        **{f"map/{name}": getattr(found, name) for name in QUANTITIES},
         "map/hollow": found.hollow,
     }
 

@@ -152,9 +152,8 @@ def test_defaults_scale_with_the_module(tmp_path: Path, module: float) -> None:
     assert "1000 N on" in messages[3]
     text = (tmp_path / "a.inp").read_text(encoding="ascii")
     assert "edges within 0.05 mm" in text
-    assert "module / 600, for viewers module / 200, hexahedra module / 120" in " ".join(
-        run("--help").stdout.split()
-    )
+    defaults = "module / 600 (0.01 mm at module 6 mm); .glb: module / 200 (0.03 mm); hexahedra: module / 120"
+    assert defaults in " ".join(run("--help").stdout.split())
 
 
 @pytest.mark.parametrize("suffix", [".stl", ".inp"])

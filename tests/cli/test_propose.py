@@ -41,10 +41,10 @@ def test_json_has_the_library_values() -> None:
     entry = data["designs"][0]
     assert entry["pinion_cone_angle"] == pytest.approx(float(first.design.pinion.cone_angle), abs=1e-5)
     assert entry["drive_crossing_angle"] == pytest.approx(radians(2.2957), abs=1e-5)
-    assert entry["coast_contact_ratio"] == pytest.approx(first.figures.contact_ratio[1, 0], abs=1e-3)
-    assert entry["coast_n_x"] == pytest.approx(first.figures.normal_x[1, 0], abs=1e-5)
-    assert entry["gear_undercut_margin"] == pytest.approx(first.figures.margin[1, 0], abs=1e-4)
-    assert entry["reserve"] == pytest.approx(first.figures.reserve[0], abs=1e-9)
+    assert entry["coast_contact_ratio"] == pytest.approx(first.criteria.contact_ratio[1, 0], abs=1e-3)
+    assert entry["coast_n_x"] == pytest.approx(first.criteria.normal_x[1, 0], abs=1e-5)
+    assert entry["gear_undercut_margin"] == pytest.approx(first.criteria.margin[1, 0], abs=1e-4)
+    assert entry["reserve"] == pytest.approx(first.criteria.reserve[0], abs=1e-9)
     written = parse_design(entry["toml"])
     for side, flank in (("drive", "right"), ("coast", "left")):
         angle = float(generator_angle_as_mounted(written, flank))

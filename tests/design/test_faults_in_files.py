@@ -54,8 +54,8 @@ BAD = {
         "leaves no flank, the unit is the normal module, not mm",
     "pinion.cone_angle_deg = 40": "must be between -39.1714 and 39.1714 deg at this helix and pressure "
         "angle, got 40.0: the tool cannot generate one of the flanks, increase the pressure angle",
-    "pinion.face_width = 9999": "must leave a tip radius above 0 mm at the small end of the face, got "
-        "-158.999: use a narrower face or a smaller cone angle",
+    "pinion.face_width = 9999": "must leave a radius of the tip cone above 0 mm at the small end of "
+        "the face, got -158.999: use a narrower face or a smaller cone angle",
     "gear.normal_module = 5": "cos(normal_pressure_angle_deg) must equal that of [pinion], 5.63815572472 "
         "mm, got 4.69846310393: change module or pressure angle, as meshing teeth need the same base pitch",
     "errors.offset = 229": "must be between -60 and 60 mm (10 modules), got 229.0: it is added to the "
@@ -84,7 +84,7 @@ def test_message(changed: str, message: str) -> None:
 
 def test_negative_cone_angle_and_wide_face() -> None:
     (fault,) = faults_of({"pinion.cone_angle_deg": -3.0, "pinion.face_width": 9999})
-    assert fault.startswith("[pinion] face_width must leave a tip radius")
+    assert fault.startswith("[pinion] face_width must leave a radius of the tip cone")
     assert "got -158.999: " in fault
 
 
@@ -273,8 +273,8 @@ def test_other_texts() -> None:
     [
         (
             {"pinion.tip_diameter": 100.0},
-            "[pinion] tip_diameter must be between 195.228 and 242.028 mm, got 100.0: it is twice the tip "
-            "radius at mid-face and includes the profile shift",
+            "[pinion] tip_diameter must be between 195.228 and 242.028 mm, got 100.0: it is the diameter "
+            "of the tip cone at mid-face and includes the profile shift",
         ),
         (
             {"pinion.tip_diameter": 206.0, "pinion.tip_alteration": 0.1},

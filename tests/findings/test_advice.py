@@ -15,7 +15,7 @@ from beveloid_geom import Design, Pair, Status, builtin_design, path_of_contact,
 from beveloid_geom.design.file import parse_design
 from beveloid_geom.findings.advice import design_remarks
 from beveloid_geom.findings.diagnostics import in_order, quiet
-from beveloid_geom.findings.layout import INTERFERENCE_TOLERANCE_MODULES, fits_zero_backlash, remarks_on
+from beveloid_geom.findings.layout import INTERFERENCE_TOLERANCE_MODULES, lines_meet, remarks_on
 from beveloid_geom.findings.reach import reach_of
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.pair.zero_backlash import layout_deviation
@@ -56,7 +56,7 @@ def assert_sound(design: Design) -> None:
     """Check that the lines of action meet, the gears reach each other, both flanks have contact, and
     nothing interferes."""
     deviation, module = layout_deviation(design), float(design.pinion.tool.normal_module)
-    assert fits_zero_backlash(design, deviation)
+    assert lines_meet(design, deviation)
     assert deviation.normal_backlash > -INTERFERENCE_TOLERANCE_MODULES * module
     reach = reach_of(design)
     assert reach.bottoming < float(design.pair.offset) < reach.touching

@@ -28,7 +28,7 @@ from beveloid_geom.findings.path import first_contact_reason, path_remarks
 from beveloid_geom.gear.flank_limits import root_parameter, tip_radius
 from beveloid_geom.operation.backlash import mounted_backlash
 from beveloid_geom.operation.backlash_by_tangency import Tangency, tangent_backlash
-from beveloid_geom.pair.tips import left_as_mounted
+from beveloid_geom.pair.tips import depth_below_tips_as_mounted
 from beveloid_geom.proposal.propose import propose
 from beveloid_geom.report.result import failure_of
 from beveloid_geom.report.tolerance import tolerance_remarks
@@ -89,7 +89,7 @@ def test_line_contact_at_the_ends_of_the_face_has_no_warning() -> None:
 def test_deep_tips_away_from_the_path_are_a_note() -> None:
     """The depth is that of `pair.tips`; a certificate shows that the tips touch nothing."""
     design = propose(list(random_requests(89, 11))[88], 1)[0].design
-    left = np.minimum(*(left_as_mounted(design.bare(), flank) for flank in ("right", "left")))
+    left = np.minimum(*(depth_below_tips_as_mounted(design.bare(), flank) for flank in ("right", "left")))
     notes = [remark for remark in remarks_on(design) if "form diameter" in remark.text]
     expected = [(name, -depth) for name, depth in zip(("pinion", "gear"), left, strict=True) if depth < 0.0]
     assert expected

@@ -26,7 +26,7 @@ from beveloid_geom.analysis.tolerance import drawn_errors
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.operation.backlash import JAM_MODULES, backlash_by_errors, play_at
 from beveloid_geom.operation.backlash_by_tangency import Tangency, tangent_backlash
-from beveloid_geom.operation.engagement import middle_roll
+from beveloid_geom.operation.engagement import pitch_point_roll
 from beveloid_geom.pair.misalignment import ERROR_NAMES, mounted
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import FirstStatus
@@ -41,7 +41,7 @@ NO_PARABOLA = (0.0, 0.0)
 def sampled_least(design: Design) -> float:
     """Return the minimum play (mm) of evenly spaced rolls, refined around the minimum."""
     pitch = 2.0 * pi / 29.0
-    roll = float(middle_roll(design, "right")) + pitch * (np.arange(200) + 0.4) / 200
+    roll = float(pitch_point_roll(design, "right")) + pitch * (np.arange(200) + 0.4) / 200
     least = roll[sampled(design, roll).argmin()]
     return float(sampled(design, least + pitch * np.linspace(-1.0, 1.0, 61) / 200).min())
 
@@ -109,7 +109,7 @@ def test_helix_slope_of_straight_teeth_takes_half_of_it(
 def test_play_above_half_a_pitch() -> None:
     """A play that is larger than half a normal pitch, 8.86 mm, is computed correctly and increases
     continuously with the offset error."""
-    roll = at_roll(middle_roll(table1(errors=Errors(offset=12.0)), "right"))
+    roll = at_roll(pitch_point_roll(table1(errors=Errors(offset=12.0)), "right"))
     (near, far), status = zip(
         *(play_at(table1(errors=Errors(offset=e)), roll) for e in (11.9, 12.0)), strict=True
     )

@@ -21,7 +21,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.gear.flank_limits import tip_parameter
 from beveloid_geom.gear.tooth_side import surface_of
-from beveloid_geom.operation.engagement import middle_roll
+from beveloid_geom.operation.engagement import pitch_point_roll
 from beveloid_geom.pair.frames import layout_of, member_frame
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import FirstStatus, Limit
@@ -36,7 +36,7 @@ def pitches(design: Design) -> tuple[float, float]:
 
 def cycle(design: Design, flank: str, count: int) -> FloatArray:
     """Return pinion rolls over one pitch."""
-    return float(middle_roll(design, flank)) + pitches(design)[0] * (np.arange(count) + 0.3) / count
+    return float(pitch_point_roll(design, flank)) + pitches(design)[0] * (np.arange(count) + 0.3) / count
 
 
 @pytest.mark.parametrize("errors", [Errors(), Errors(0.03, radians(0.003), 0.2, -0.1)])
@@ -145,7 +145,7 @@ def test_a_tip_on_a_fillet(
     """A gear mounted too close: its tips touch the fillets of the pinion, next to tangencies of the flanks
     that are nearly as early."""
     design = table1(parabola, Errors(offset))
-    roll = float(middle_roll(design, "right")) + pitches(design)[0] * share
+    roll = float(pitch_point_roll(design, "right")) + pitches(design)[0] * share
     first = first_contact(design, "right", roll)
     assert tuple(first.limit[0]) == limits
     assert first.on_fillet[0].tolist() == [True, False]

@@ -23,7 +23,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.angular_clearance import angular_clearance
 from beveloid_geom.operation.certificate import TOLERANCE_MODULES
-from beveloid_geom.operation.engagement import engagement_of, middle_roll
+from beveloid_geom.operation.engagement import engagement_of, pitch_point_roll
 from beveloid_geom.operation.search.local_clearance import hessian, local_at
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import FirstStatus, Limit, Verdict
@@ -265,7 +265,7 @@ def assert_first(design: Design, flank: str, roll: FloatArray, rows: tuple[int, 
 def test_first_contact_by_bisection(name: str, flank: str) -> None:
     design, rng = CASES[name], np.random.default_rng(len(name))
     roll = 2.0 * np.pi / float(design.pinion.teeth) * rng.uniform(0.0, 1.0, 2)
-    assert assert_first(design, flank, middle_roll(design, flank) + roll, (8, 30, 25)) < 3e-3
+    assert assert_first(design, flank, pitch_point_roll(design, flank) + roll, (8, 30, 25)) < 3e-3
 
 
 @pytest.mark.parametrize("case", HARD.values(), ids=HARD)
@@ -318,7 +318,7 @@ def test_derivatives_of_approach_and_margins() -> None:
     """First and second derivatives of the clearance and of the margins equal central differences, on flank
     and fillet."""
     design = table1((0.001, -0.0005), Errors(0.2, radians(0.01), 0.3, -0.4))
-    roll = np.full(1, float(middle_roll(design, "right")))
+    roll = np.full(1, float(pitch_point_roll(design, "right")))
     mesh, _ = engagement_of(design, "right", roll)
     place = np.array([[0.5, 3.0, -4.0, mesh.pinion.joint - 0.4], [2.0, -8.0, 10.0, -3.0]])
     task = mesh.task(np.zeros(4, dtype=int), np.zeros(4, dtype=int))
@@ -351,7 +351,7 @@ def test_random_pairs_by_bisection() -> None:
         design: Design = cases_of(designs, number)
         flank, share = BOTH[number % 2], np.random.default_rng(number).uniform(-0.5, 0.5, 1)
         try:
-            roll = middle_roll(design, flank) + 2.0 * np.pi / float(design.pinion.teeth) * share
+            roll = pitch_point_roll(design, flank) + 2.0 * np.pi / float(design.pinion.teeth) * share
         except ValueError:  # the tool's rounds overlap: no fillet
             continue
         first = first_contact(design, flank, roll)

@@ -22,7 +22,7 @@ from beveloid_geom import (
 )
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.tooth_side import surface_of
-from beveloid_geom.operation.engagement import engagement_of, middle_roll
+from beveloid_geom.operation.engagement import engagement_of, pitch_point_roll
 from beveloid_geom.operation.search.local_clearance import clearance_at, hessian, local_at
 from beveloid_geom.workshop.measured import deviations_of
 from tests.operation.test_first_contact_by_bisection import BOTH, Tooth, assert_first, clearance
@@ -110,7 +110,7 @@ def test_table_1_with_random_modifications(number: int, flank: str) -> None:
     rng = np.random.default_rng(number)
     errors = Errors(*(rng.uniform(-1.0, 1.0, 4) * (0.2, radians(0.02), 0.3, 0.3)).tolist())
     design = modified(rng, table1((0.0005 * (number % 2), 0.0), errors))
-    roll = middle_roll(design, flank) + 2.0 * np.pi / 29.0 * rng.uniform(0.0, 1.0, 2)
+    roll = pitch_point_roll(design, flank) + 2.0 * np.pi / 29.0 * rng.uniform(0.0, 1.0, 2)
     assert_first(design, flank, roll, (8, 30, 25))
     assert_earliest(design, flank, float(roll[0]))
 
@@ -162,7 +162,7 @@ def test_first_contacts_of_measured_flanks_with_scatter(amount: float, flank: st
     """First contacts agree with narrowed grids and with formulas of the tests. Only the spline of the
     deviations is shared code."""
     design = with_scatter(1, amount)
-    roll = middle_roll(design, flank) + 2.0 * np.pi / 29.0 * np.random.default_rng(3).uniform(0.0, 1.0)
+    roll = pitch_point_roll(design, flank) + 2.0 * np.pi / 29.0 * np.random.default_rng(3).uniform(0.0, 1.0)
     assert_earliest(design, flank, float(roll), (49, 61))
 
 
@@ -198,7 +198,7 @@ def test_random_pairs(part: int) -> None:
             design = modified(rng, cases_of(designs, number))
             if any(surface_of(member, flank).crossing for member in design.members):
                 continue
-            roll = middle_roll(design, flank)
+            roll = pitch_point_roll(design, flank)
         except ValueError:  # the tool's rounds overlap: no fillet
             continue
         roll = roll + 2.0 * np.pi / float(design.pinion.teeth) * rng.uniform(-0.5, 0.5, 1)
@@ -236,7 +236,7 @@ def test_derivatives_of_clearance_and_limits() -> None:
     kinds = Modification(profile_crowning_um=12.0, **amounts)
     design = replace(design, pinion=design.pinion.modified(kinds), gear=design.gear.modified(kinds))
     for flank in ("right", "left"):
-        mesh, _ = engagement_of(design, flank, np.full(1, float(middle_roll(design, flank))))
+        mesh, _ = engagement_of(design, flank, np.full(1, float(pitch_point_roll(design, flank))))
         places = rng.uniform((-9.0, -24.0), (7.0, 24.0), (200, 2)).T
         task = mesh.task(np.zeros(200, dtype=int), np.zeros(200, dtype=int))
         here, step = local_at(task, *places), 1e-5

@@ -25,7 +25,7 @@ from beveloid_geom import (
 from beveloid_geom.arrays import flank_sign
 from beveloid_geom.gear.active_flank import active_start
 from beveloid_geom.gear.tooth_side import angle_of, cut_at, profile_at, surface_of, undercut_edge
-from beveloid_geom.operation.engagement import middle_roll
+from beveloid_geom.operation.engagement import pitch_point_roll
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import FirstStatus, Limit, Status
 from beveloid_geom.validation.five_equations import path_of_contact_five_equations
@@ -95,7 +95,7 @@ def random_pairs(
 def assert_first(design: Design, flank: str, share: float) -> FirstStatus:
     """Check that no point touches earlier by 1e-6 mm, and that the contact touches."""
     sign, pitches = flank_sign(flank), [2.0 * np.pi / float(member.teeth) for member in design.members]
-    roll = float(middle_roll(design, flank)) + share * pitches[0]
+    roll = float(pitch_point_roll(design, flank)) + share * pitches[0]
     first = first_contact(design, flank, [roll])
     if first.status[0] != FirstStatus.SOLVED:
         return FirstStatus(int(first.status[0]))
@@ -150,14 +150,14 @@ def test_an_edge_of_undercut_touches_first(flank: str) -> None:
     gear = Member(Tool(MODULE, ALPHA), 60, radians(-4.0), radians(1.0), 0.6, 24.0)
     design = crossed(pinion, gear)
     assert 0.5 < float(contact_ratio(design, flank)) < 1.0
-    roll = middle_roll(design, flank) + 2.0 * np.pi / 17.0 * np.linspace(-0.5, 0.5, 120)
+    roll = pitch_point_roll(design, flank) + 2.0 * np.pi / 17.0 * np.linspace(-0.5, 0.5, 120)
     first = first_contact(design, flank, roll)
     assert (first.status == FirstStatus.SOLVED).all()
     edge = np.flatnonzero((first.limit == Limit.PINION_ROOT).any(axis=1))
     assert edge.size > 0
     start = active_start(pinion, flank, first.z1[edge])
     np.testing.assert_allclose(first.l1[edge], start, rtol=0.0, atol=1e-9)
-    share = (roll[edge[0]] - middle_roll(design, flank)) / (2.0 * np.pi / 17.0)
+    share = (roll[edge[0]] - pitch_point_roll(design, flank)) / (2.0 * np.pi / 17.0)
     assert assert_first(design, flank, float(share)) == FirstStatus.SOLVED
     cycle = mesh_cycle(design, flank)
     ahead = cycle.at(roll).gear_roll - first.gear_roll
@@ -196,7 +196,7 @@ def test_result_is_continuous_in_the_undercut(flank: str) -> None:
         ]
         assert undercut_edge(both[0].pinion, flank) is not None
         ratio = [float(contact_ratio(design, flank)) for design in both]
-        roll = middle_roll(both[1], flank) + np.linspace(-0.2, 0.2, 5)
+        roll = pitch_point_roll(both[1], flank) + np.linspace(-0.2, 0.2, 5)
         turned = [first_contact(design, flank, roll).gear_roll for design in both]
         play = [float(mounted_backlash(design).normal) for design in both]
         lost = float(active_start(both[0].pinion, flank, -10.0) - surface_of(both[0].pinion, flank).joint)

@@ -20,7 +20,7 @@ from beveloid_geom import (
     path_of_contact,
 )
 from beveloid_geom.operation.angular_clearance import angular_clearance
-from beveloid_geom.operation.engagement import middle_roll, spread
+from beveloid_geom.operation.engagement import pitch_point_roll, spread
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import Limit, PatternStatus, Verdict
@@ -53,7 +53,7 @@ def test_spread_is_that_of_the_trace_on_the_pitch_cylinder() -> None:
 @pytest.mark.parametrize("error", [-0.3, 0.1, 0.3])
 def test_all_teeth_of_a_wide_face_are_searched(error: float, flank: str) -> None:
     design = wide(error)
-    roll = float(middle_roll(design, flank)) + 2.0 * np.pi / 87 * np.array([0.1, 0.35, 0.6, 0.85])
+    roll = float(pitch_point_roll(design, flank)) + 2.0 * np.pi / 87 * np.array([0.1, 0.35, 0.6, 0.85])
     found, every = first_contact(design, flank, roll), first_contact(design, flank, roll, np.arange(-10, 11))
     np.testing.assert_allclose(found.gear_roll, every.gear_roll, rtol=0, atol=1e-12)
     np.testing.assert_array_equal(found.pair, every.pair)

@@ -22,7 +22,7 @@ from beveloid_geom import (
 )
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.operation.cycle.cycle_segments import SAMPLES_PER_PITCH
-from beveloid_geom.operation.engagement import middle_roll
+from beveloid_geom.operation.engagement import pitch_point_roll
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.status import FirstStatus, Limit
 from tests.oracle.table1 import table1
@@ -272,5 +272,5 @@ def test_start_of_the_cycle_does_not_depend_on_rounding(flank: str) -> None:
     """Similar pairs on intersecting axes have equal starts of the cycle, although rounding determines the
     sign of x of their pitch points."""
     design = builtin_design("marine-gearbox").with_errors(Errors(offset=0.1))
-    starts = [float(middle_roll(scaled(design, factor), flank)) for factor in (1.0, 3.0, 7.0)]
+    starts = [float(pitch_point_roll(scaled(design, factor), flank)) for factor in (1.0, 3.0, 7.0)]
     assert starts == pytest.approx([starts[0]] * 3, abs=1e-12)

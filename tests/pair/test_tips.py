@@ -13,7 +13,7 @@ from beveloid_geom.gear.flank import base_cylinder, flank_point
 from beveloid_geom.gear.flank_limits import root_parameter, tip_radius
 from beveloid_geom.pair.frames import Layout, layout_at
 from beveloid_geom.pair.generator_angle import closed_normal
-from beveloid_geom.pair.tips import TIP_EDGE_POSITIONS, left_below_tips
+from beveloid_geom.pair.tips import TIP_EDGE_POSITIONS, depth_below_tips
 from beveloid_geom.pair.zero_backlash import ZeroBacklashLayout, closed_layout
 from beveloid_geom.proposal.candidates import candidates_of, within
 from beveloid_geom.proposal.closure_equations import pair_at
@@ -24,13 +24,13 @@ from tests.proposal.requests import random_requests
 from tests.proposal.test_closure_equations import REQUESTS
 
 
-def depth_below_tips(
+def depth_in_pairs(
     request: Request, values: FloatArray, flank: str, places: FloatArray = TIP_EDGE_POSITIONS
 ) -> FloatArray:
     """Return the depth (2, n) of the flanks of pinion and gear below the tips, in pairs (7, n)."""
     design, closed = pair_at(request.members, values)
     normal_x = closed_normal(closed, flank, design.sense)[0]
-    return left_below_tips(design, axes_of(design, closed), closed.mounting, flank, normal_x, places)
+    return depth_below_tips(design, axes_of(design, closed), closed.mounting, flank, normal_x, places)
 
 
 def axes_of(design: Design, closed: ZeroBacklashLayout) -> Layout:
@@ -57,7 +57,7 @@ def test_start_of_active_profile_of_cylindrical_gears(helix_deg: float, flank: s
     angle = np.array([radians(22.0)])
     closed = closed_layout(design, angle)
     normal_x = closed_normal(closed, flank, np.ones(1))[0]
-    left = left_below_tips(design, axes_of(design, closed), closed.mounting, flank, normal_x)
+    left = depth_below_tips(design, axes_of(design, closed), closed.mounting, flank, normal_x)
     base = [float(base_cylinder(member, flank).radius) for member in members]
     tip = [float(tip_radius(member, 0.0)) for member in members]
     offset = float(closed.offset[0])
@@ -85,7 +85,7 @@ def test_depth_at_the_end_of_a_path_limited_by_a_tip(name: str) -> None:
                         continue
                     z, radius = (path.pinion_z, path.gear_z), (path.pinion_r, path.gear_r)
                     place = np.array([z[1 - j][end] / width])
-                    left = depth_below_tips(request, values[:, k : k + 1], flank, place)[j, 0]
+                    left = depth_in_pairs(request, values[:, k : k + 1], flank, place)[j, 0]
                     start = root_radius_at(design.members[j], flank, float(z[j][end]))
                     assert left == pytest.approx(radius[j][end] - start, abs=1e-8)
                     checked += 1
@@ -99,7 +99,7 @@ def test_overlapping_tips_reach_deeper_than_the_flank(number: int) -> None:
     request = list(random_requests(number + 1, seed=1))[number]
     pairs = candidates_of(request)
     values = pairs[:, within(request, pairs)]
-    left = np.stack([depth_below_tips(request, values, flank).min(axis=0) for flank in FLANKS])
+    left = np.stack([depth_in_pairs(request, values, flank).min(axis=0) for flank in FLANKS])
     module = request.module
     near = np.argsort(np.abs(left.min(axis=0) + 0.04 * module))[:12]
     cuts = 0

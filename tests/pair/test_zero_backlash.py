@@ -223,7 +223,7 @@ def test_pointed_and_thin_teeth_have_different_warnings() -> None:
 def test_undercut_remark_names_place_and_amount() -> None:
     convex = [text for text in warnings_on(TABLE1.with_parabola(-0.01, 0.0)) if "undercut" in text]
     where = "the right flank of the pinion is undercut from z = -25 to 19.91 mm"
-    assert convex[0].startswith(f"{where}, it loses up to 2.15 mm of its height")
+    assert convex[0].startswith(f"{where}, it loses up to 2.15 mm of its length along the profile")
     assert convex[1].startswith("the left flank of the pinion is undercut from z = -25 to -7.137 mm")
     assert len(convex) == 2
 

@@ -20,7 +20,7 @@ from beveloid_geom.findings.diagnostics import quiet
 from beveloid_geom.pair.generator_angle import closed_normal, generator_angle_as_mounted
 from beveloid_geom.pair.zero_backlash import layout_deviation
 from beveloid_geom.proposal.closure_equations import pair_at
-from beveloid_geom.proposal.merit import criteria_of, design_of, teeth_of
+from beveloid_geom.proposal.merit import criteria_of, design_of, tooth_criteria
 from beveloid_geom.proposal.request import Request
 
 POINTS, SEED = 2**10, 15
@@ -110,8 +110,8 @@ def grid_search_solves(request: Request) -> Design | None:
     if not values.size:
         return None
     values = values[:, np.sort(np.unique(np.round(values, 4), axis=1, return_index=True)[1])]
-    figures = criteria_of(request, values, teeth_of(request, values))
-    possible = np.flatnonzero(figures.possible)
-    best = possible[np.argsort(-figures.reserve[possible])][:MAX_CHECKS]
+    criteria = criteria_of(request, values, tooth_criteria(request, values))
+    possible = np.flatnonzero(criteria.possible)
+    best = possible[np.argsort(-criteria.reserve[possible])][:MAX_CHECKS]
     tried = (design_of(request, values[:, k]) for k in best)
     return next((design for design in tried if answers(request, design)), None)

@@ -16,7 +16,7 @@ from beveloid_geom.pair.generator_angle import generator_angle_as_mounted
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.pair.zero_backlash import layout_deviation
 from beveloid_geom.proposal.candidates import candidates_of, found_for_each, unknown_of, within
-from beveloid_geom.proposal.merit import Figures, criteria_of, design_of, teeth_of
+from beveloid_geom.proposal.merit import PairCriteria, criteria_of, design_of, tooth_criteria
 from beveloid_geom.proposal.request import Request
 from tests.oracle.pitch_point_mp import mounting_mp
 from tests.symmetry import mirrored, scaled
@@ -213,14 +213,14 @@ def test_parallel_axes_in_closed_form(offset: float | None) -> None:
 
 def test_criteria_of_parallel_axes() -> None:
     pairs = candidates_of(PARALLEL)
-    figures = all_figures(PARALLEL, pairs)
-    for k in np.flatnonzero(figures.possible)[:4]:
+    criteria = all_criteria(PARALLEL, pairs)
+    for k in np.flatnonzero(criteria.possible)[:4]:
         design = design_of(PARALLEL, pairs[:, k])
         for j, flank in enumerate(("right", "left")):
             path = path_of_contact(design, flank, 3)
-            assert figures.normal_x[j, k] == pytest.approx(path.normal[1, 0], abs=1e-9)
-            assert figures.contact_ratio[j, k] == pytest.approx(float(path.ends.contact_ratio), abs=1e-9)
-            assert figures.crossing[j, k] == pytest.approx(0.0, abs=1e-12)
+            assert criteria.normal_x[j, k] == pytest.approx(path.normal[1, 0], abs=1e-9)
+            assert criteria.contact_ratio[j, k] == pytest.approx(float(path.ends.contact_ratio), abs=1e-9)
+            assert criteria.crossing[j, k] == pytest.approx(0.0, abs=1e-12)
 
 
 @by_request
@@ -271,21 +271,21 @@ def test_number_of_unknowns() -> None:
     assert candidates_of(full).size == 0
 
 
-def all_figures(request: Request, values: FloatArray) -> Figures:
-    """Return the figures of pairs in the layout of the request."""
-    return criteria_of(request, values, teeth_of(request, values))
+def all_criteria(request: Request, values: FloatArray) -> PairCriteria:
+    """Return the criteria of pairs in the layout of the request."""
+    return criteria_of(request, values, tooth_criteria(request, values))
 
 
 def test_criteria_of_a_batch_and_of_single_pairs() -> None:
     """A batch has the criteria of single pairs, with contact ratio and n_x of the path."""
     request = TABLE1
     pairs = candidates_of(request)
-    figures = all_figures(request, pairs)
+    criteria = all_criteria(request, pairs)
     for k in range(pairs.shape[1]):
-        one = all_figures(request, pairs[:, [k]])
+        one = all_criteria(request, pairs[:, [k]])
         for name, values in vars(one).items():
             np.testing.assert_allclose(
-                values[..., 0], getattr(figures, name)[..., k], rtol=1e-9, err_msg=name
+                values[..., 0], getattr(criteria, name)[..., k], rtol=1e-9, err_msg=name
             )
 
 

@@ -57,7 +57,7 @@ def test_first_pair() -> None:
     assert_sound(FIRST, proposals)
     for one in proposals:
         assert [degrees(member.cone_angle) for member in one.design.members] == pytest.approx([3.0, 5.0])
-    reserves = [float(one.figures.reserve[0]) for one in proposals]
+    reserves = [float(one.criteria.reserve[0]) for one in proposals]
     assert reserves == sorted(reserves, reverse=True)
 
 
@@ -166,10 +166,10 @@ def test_criteria() -> None:
     for k, flank in enumerate(("right", "left")):
         path = path_of_contact(one.design, flank, 3)
         assert path.ends.status == Status.SOLVED
-        assert one.figures.contact_ratio[k, 0] == pytest.approx(float(path.ends.contact_ratio), abs=1e-9)
-        assert one.figures.normal_x[k, 0] == pytest.approx(path.normal[1, 0], abs=1e-9)
+        assert one.criteria.contact_ratio[k, 0] == pytest.approx(float(path.ends.contact_ratio), abs=1e-9)
+        assert one.criteria.normal_x[k, 0] == pytest.approx(path.normal[1, 0], abs=1e-9)
         crossing = float(generator_angle_as_mounted(one.design, flank))
-        assert one.figures.crossing[k, 0] == pytest.approx(crossing, abs=1e-9)
+        assert one.criteria.crossing[k, 0] == pytest.approx(crossing, abs=1e-9)
 
 
 def test_limits_are_kept() -> None:
@@ -236,7 +236,7 @@ def test_smallest_helix_angle_is_first_among_equal_pairs() -> None:
     """Among pairs with equal reserves, the pair with the smallest helix angle comes first. Many pairs on
     parallel axes have line contact and the largest reserve."""
     proposals = propose(replace(PARALLEL, cone_angles=None, least_cones=True))
-    assert [round(float(one.figures.reserve[0]), 2) for one in proposals] == [1.0] * 3
+    assert [round(float(one.criteria.reserve[0]), 2) for one in proposals] == [1.0] * 3
     helices = [abs(float(one.design.pinion.helix_angle)) for one in proposals]
     assert helices == sorted(helices)
     assert degrees(helices[0]) < 6.0

@@ -11,7 +11,7 @@ import numpy as np
 
 from beveloid_geom import ContactPath, Design, Status, first_contact, path_certificate, path_of_contact
 from beveloid_geom.findings.layout import remarks_on
-from beveloid_geom.operation.engagement import middle_roll
+from beveloid_geom.operation.engagement import pitch_point_roll
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.path import ContactReport, contact_report
 from beveloid_geom.shapes.proximity.triangle_contact import triangle_contact
@@ -139,7 +139,7 @@ def of_first_contact(case: Case, path: ContactPath) -> str:
         # Tangent flanks do not overlap by a module: another tooth was mistaken for this one.
         overlap = proof.separation < -float(case.design.pinion.tool.normal_module)
         return in_a_cell([WRONG] if overlap.any() else words)
-    roll = float(middle_roll(case.design, case.flank))
+    roll = float(pitch_point_roll(case.design, case.flank))
     pitch = 2.0 * np.pi / float(case.design.pinion.teeth)
     first = first_contact(case.design, case.flank, roll + pitch * np.arange(4) / 4.0)
     edge = (first.limit >= 0).any(axis=-1)

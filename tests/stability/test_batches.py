@@ -26,7 +26,7 @@ from beveloid_geom.analysis.sliding import least_sliding
 from beveloid_geom.contact.ellipse import contact_ellipse
 from beveloid_geom.design.member import unchecked
 from beveloid_geom.operation.backlash_by_tangency import tangent_backlash
-from beveloid_geom.operation.engagement import middle_roll
+from beveloid_geom.operation.engagement import pitch_point_roll
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from tests.contact.test_path import NUMBERS
 from tests.oracle.table1 import table1
@@ -48,7 +48,7 @@ FLAT = table1(errors=Errors(offset=np.array([-0.2, 0.0, 0.1])))
 VALUES = ("l", "z", "r", "pinion_roll", "contact_ratio", "peak_to_peak")
 RATES = " ".join((*VALUES, *(f"{name}_by" for name in VALUES), "face_shift_by square_shift_by status limit"))
 SLID = "specific specific_total profile lengthwise speed gear_rate sliding rolling contact_velocity"
-ROLL = float(middle_roll(table1(), "right")) + 2.0 * np.pi / 29.0 * (np.arange(4) + 0.3) / 4
+ROLL = float(pitch_point_roll(table1(), "right")) + 2.0 * np.pi / 29.0 * (np.arange(4) + 0.3) / 4
 
 
 def path(design: Design, points: int) -> ContactPath:

@@ -29,7 +29,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.flank import tip_thickness
 from beveloid_geom.gear.flank_limits import tip_radius
 from beveloid_geom.gear.rack import reference_radius
-from beveloid_geom.operation.engagement import conjugate_phase, middle_roll
+from beveloid_geom.operation.engagement import conjugate_phase, pitch_point_roll
 from beveloid_geom.operation.operating_ratio import operating_ratio, operating_ratios
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.operation import operation_report
@@ -224,7 +224,7 @@ def test_teeth_that_wind_operate_with_the_ratio_of_eq_16(teeth: int, helix: floa
 def test_a_requested_tooth_pair_belongs_to_this_turn(teeth: int, helix: float) -> None:
     design = wound(teeth, helix)
     pitch = 2.0 * np.pi / teeth
-    roll = float(middle_roll(design, "right")) + pitch * np.linspace(-4.0, 4.0, 49)
+    roll = float(pitch_point_roll(design, "right")) + pitch * np.linspace(-4.0, 4.0, 49)
     alone = first_contact(design, "right", roll, pairs=[0])
     assert (alone.pair == 0).all()
     on_path = path_of_contact(design, "right", 101).pinion_roll
@@ -241,7 +241,7 @@ def test_ratios_within_a_thickness_of_winding_teeth() -> None:
     found = operating_ratios(design, "right", (0.0, film, turn))
     assert found.status.tolist() == [RatioStatus.KNOWN, RatioStatus.KNOWN, RatioStatus.TOO_THICK]
     assert np.isnan(found.ratio[2])
-    roll = float(middle_roll(design, "right")) + pitch * np.linspace(-1.5, 1.5, 91)
+    roll = float(pitch_point_roll(design, "right")) + pitch * np.linspace(-1.5, 1.5, 91)
     error = [first_contact(design, "right", roll, pairs=pairs).transmission_error for pairs in (None, [0])]
     lever = turn * float(GEAR.teeth) / (2.0 * np.pi)
     counted = (lever * np.abs(error[1] - error[0]) <= film).sum() / 30

@@ -18,7 +18,7 @@ from beveloid_geom import (
     path_of_contact,
     sample_flank,
 )
-from beveloid_geom.operation.engagement import conjugate_phase, middle_roll
+from beveloid_geom.operation.engagement import conjugate_phase, pitch_point_roll
 from beveloid_geom.shapes.proximity.closest_points import closest_on_mesh
 from beveloid_geom.shapes.proximity.flank_mesh import FlankMesh, flank_mesh
 from beveloid_geom.shapes.proximity.triangle_contact import TriangleContact, triangle_contact
@@ -96,7 +96,7 @@ def test_no_position_is_nearer_than_a_polished_contact() -> None:
     for _ in range(40):
         a = float(random.uniform(1e-4, 8e-4))
         design = table1((a, a), Errors(random.uniform(-0.3, 0.3)))
-        roll = float(middle_roll(design, "right")) + random.uniform(-0.08, 0.08)
+        roll = float(pitch_point_roll(design, "right")) + random.uniform(-0.08, 0.08)
         gear = float(conjugate_phase(design, "right")) - 29.0 / 45.0 * roll + random.uniform(-1e-3, 1e-3)
         at: Pose = {"pinion_roll": roll, "gear_roll": gear}
         found = triangle_contact(design, "right", float(random.choice([1.0, 0.03, 0.003])), **at)

@@ -19,7 +19,7 @@ from beveloid_geom import (
 )
 from beveloid_geom.contact.flank_pair import pairing_of
 from beveloid_geom.contact.path import path_ends
-from beveloid_geom.operation.engagement import middle_roll
+from beveloid_geom.operation.engagement import pitch_point_roll
 from beveloid_geom.shapes.proximity.triangle_contact import triangle_contact
 from beveloid_geom.status import FirstStatus, Limit
 from tests.contact.test_path import five_equation_residual
@@ -69,7 +69,7 @@ def test_first_contacts_without_a_path(errors: Errors) -> None:
     """At every roll the first contact is on an edge; meshes report no tangency there, with a status."""
     design = table1(errors=errors)
     pitch = 2.0 * np.pi / 29.0
-    roll = float(middle_roll(design, "right")) + pitch * np.arange(8) / 8.0
+    roll = float(pitch_point_roll(design, "right")) + pitch * np.arange(8) / 8.0
     first = first_contact(design, "right", roll)
     assert (first.status == FirstStatus.SOLVED).all()
     assert (first.limit[:, 0] >= 0).all()

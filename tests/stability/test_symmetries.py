@@ -31,7 +31,7 @@ from beveloid_geom.contact.path import path_ends
 from beveloid_geom.operation.angular_clearance import angular_clearance
 from beveloid_geom.operation.contact_pattern.pattern import MemberPattern
 from beveloid_geom.operation.cycle.segment_fit import END_TOLERANCE_PITCHES
-from beveloid_geom.operation.engagement import middle_roll
+from beveloid_geom.operation.engagement import pitch_point_roll
 from beveloid_geom.shapes.proximity.triangle_contact import triangle_contact
 from beveloid_geom.shapes.proximity.triangle_separation import triangle_separation
 from beveloid_geom.status import FirstStatus, PatternStatus
@@ -182,7 +182,7 @@ def test_paths_of_exchanged_members(name: str, flank: str) -> None:
 
 def cycle_rolls(design: Design, flank: str, count: int = 7) -> FloatArray:
     pitch = 2.0 * np.pi / float(design.pinion.teeth)
-    return np.asarray(float(middle_roll(design, flank)) + pitch * (np.arange(count) + 0.37) / count)
+    return np.asarray(float(pitch_point_roll(design, flank)) + pitch * (np.arange(count) + 0.37) / count)
 
 
 @pytest.mark.slow

@@ -15,14 +15,14 @@ from beveloid_geom.arrays import FLANK_SIGN, FloatArray
 from beveloid_geom.gear.flank_limits import root_parameter, tip_parameter
 from beveloid_geom.gear.undercut import undercut_of
 from beveloid_geom.report.result import csv_text
-from beveloid_geom.report.workshop.grid import GridReport, Named
+from beveloid_geom.report.workshop.grid import GridOrigin, GridReport
 from beveloid_geom.validation.five_equations_mp import MP, precise_flank_surface, zero_shift
 from beveloid_geom.workshop.grid import MeasuringGrid, measuring_grid
 from beveloid_geom.workshop.measured import MeasuredError, deviations_of, read_deviations
 from beveloid_geom.workshop.tooth_data import tooth_data
 from tests.members import MEMBERS
 
-NAMED = Named("mine", "pinion", "10 %")
+NAMED = GridOrigin("mine", "pinion", "10 %")
 GRID = measuring_grid(MEMBERS["pinion"])
 
 

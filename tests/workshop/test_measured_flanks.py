@@ -28,7 +28,7 @@ from beveloid_geom import (
 from beveloid_geom.arrays import FLANK_SIGN, FloatArray
 from beveloid_geom.gear.closest_point import feet
 from beveloid_geom.gear.flank import flank_point, modification_of, trace_parameter
-from beveloid_geom.operation.engagement import engagement_of, middle_roll
+from beveloid_geom.operation.engagement import engagement_of, pitch_point_roll
 from beveloid_geom.operation.search.local_clearance import clearance_at, limits_at
 from beveloid_geom.workshop.grid import MeasuringGrid
 from beveloid_geom.workshop.measured import deviations_of
@@ -289,7 +289,7 @@ def test_waves_between_the_scanned_points_are_found() -> None:
         scatter = 0.003 * rng.normal(size=grid.l.shape)
         members.append(with_points(member, grid, grid.point + scatter[..., None] * grid.normal))
     design = replace(table1(), pinion=members[0], gear=members[1])
-    roll = middle_roll(design, "left") + 1.5 * np.pi / 29.0
+    roll = pitch_point_roll(design, "left") + 1.5 * np.pi / 29.0
     engagement, _ = engagement_of(design, "left", np.array([roll]))
     l, z = np.meshgrid(np.linspace(-5.9, 6.6, 81), np.linspace(-25.0, 25.0, 81))
     first = np.zeros(l.size, dtype=int)

@@ -3,7 +3,8 @@ The pair of the paper
 =====================
 
 Path of contact on the right flanks of Table 1 of Ni et al., along face and profile of the pinion. The
-parabola of the tool rotates the path: concave flanks on the pinion, convex flanks on the gear.
+parabolas of the tools rotate the path: concave pinion flanks with convex gear flanks (a1 > 0 > a2) in one
+sense, convex pinion flanks with concave gear flanks in the other.
 """
 
 import matplotlib.pyplot as plt

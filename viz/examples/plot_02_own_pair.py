@@ -16,8 +16,8 @@ pinion = from_degrees(Member, teeth=25, helix_angle_deg=25.0, profile_shift=0.2,
 gear = from_degrees(Member, teeth=31, helix_angle_deg=15.0, profile_shift=0.0, **blank)
 guess = from_degrees(Pair, offset=115.0, shaft_angle_deg=40.0)
 layout = zero_backlash_layout(Design(pinion, gear, guess))
-play = 0.05  # mm, by a larger offset
-pair = Pair(float(layout.offset) + play, float(layout.shaft_angle), *layout.mounting.tolist())
+extra_offset = 0.05  # mm; a larger offset gives backlash
+pair = Pair(float(layout.offset) + extra_offset, float(layout.shaft_angle), *layout.mounting.tolist())
 design = Design(pinion, gear, pair)
 
 figure, axes = plt.subplots(figsize=(5.0, 4.0), layout="constrained")
@@ -29,4 +29,5 @@ axes.legend()
 plt.show()
 
 offset = float(layout.offset)
-print(f"without backlash at an offset of {offset:.7f} mm and {np.degrees(layout.shaft_angle):.4f} deg")
+angle = np.degrees(layout.shaft_angle)
+print(f"without backlash at an offset of {offset:.7f} mm and a shaft angle of {angle:.4f} deg")

@@ -15,7 +15,7 @@ cycle = mesh_cycle(design, "right")
 roll = float(cycle.start) + np.linspace(0.0, 1.0, 241) * cycle.pitch
 first = cycle.at(roll)  # the same as first_contact(design, "right", roll), from the segments of the cycle
 error = np.degrees(first.transmission_error) * 3600.0
-edge = first.limit[:, 0] >= 0
+edge = first.limit[:, 0] >= 0  # first of up to two edges that touch, -1 for none
 
 figure, axes = plt.subplots(figsize=(5.0, 3.5), layout="constrained")
 axes.plot(np.degrees(roll), np.where(edge, np.nan, error), label="flank on flank")

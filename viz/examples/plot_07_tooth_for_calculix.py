@@ -32,4 +32,4 @@ axes.set_axis_off()
 plt.show()
 
 semi_axis = float(case.load.ellipse.semi_axes.max())
-print(f"{len(tooth.points)} nodes; the pressed ellipse reaches {semi_axis:.7f} mm from its middle")
+print(f"{len(tooth.points)} nodes; the contact ellipse has a major semi-axis of {semi_axis:.7f} mm")

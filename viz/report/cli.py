@@ -160,9 +160,9 @@ def _helpers(cases: int) -> Iterator[Executor | None]:
     """Start processes for the mountings if there are free cores and enough mountings."""
     # Number of blocks of mountings from which an additional process is worth its start.
     worth = 8
-    from beveloid_geom.analysis.tolerance import UNIT
+    from beveloid_geom.analysis.tolerance import MOUNTINGS_PER_BLOCK
 
-    number = min(usable_cores() - 1, cases // (worth * UNIT))
+    number = min(usable_cores() - 1, cases // (worth * MOUNTINGS_PER_BLOCK))
     if number < 1:
         yield None
         return

@@ -17,7 +17,7 @@ import numpy as np
 from beveloid_geom import ContactPath, Design, Tolerances, path_of_contact
 from beveloid_geom.analysis.pattern_matrix import PatternMatrix, pattern_matrix
 from beveloid_geom.analysis.pressure import Load
-from beveloid_geom.analysis.tolerance import UNIT, USUAL, ToleranceStudy, tolerance_studies
+from beveloid_geom.analysis.tolerance import MOUNTINGS_PER_BLOCK, USUAL, ToleranceStudy, tolerance_studies
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
 from beveloid_geom.findings.diagnostics import NOTE, UNKNOWN, Remark, in_order
 from beveloid_geom.findings.path import first_contact_fault, reason_of
@@ -82,7 +82,7 @@ class ReportSettings:
     def steps(self) -> int:
         """Number of calls of `progress` in `compute`: stages and blocks of mountings."""
         stages, stages_of_flank = 5, 6
-        return stages + stages_of_flank * len(FLANKS) + -(-self.cases // UNIT)
+        return stages + stages_of_flank * len(FLANKS) + -(-self.cases // MOUNTINGS_PER_BLOCK)
 
     @property
     def sizes(self) -> tuple[float, float] | None:
@@ -305,7 +305,7 @@ def _tolerances(
     def solved(cases: int) -> None:
         """Report the blocks completed by `cases` more mountings."""
         nonlocal done
-        units = range(-(-done // UNIT), -(-(done := done + cases) // UNIT))
+        units = range(-(-done // MOUNTINGS_PER_BLOCK), -(-(done := done + cases) // MOUNTINGS_PER_BLOCK))
         for _ in units:
             progress("tolerance")
 

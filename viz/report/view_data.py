@@ -21,7 +21,7 @@ from beveloid_geom.design.ends import end_names, limit_words
 from beveloid_geom.findings.path import reason_of
 from beveloid_geom.gear.flank_limits import tip_radius
 from beveloid_geom.operation.cycle.cycle_segments import DEGREE
-from beveloid_geom.operation.engagement import conjugate_phase, middle_roll
+from beveloid_geom.operation.engagement import conjugate_phase, pitch_point_roll
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.shapes.section import SIDES
 from beveloid_geom.shapes.surface_mesh import GearTriangles, gear_triangles
@@ -211,7 +211,7 @@ def _cycle(design: Design, flank: str, path: ContactPath, cycle: MeshCycle | Non
     cycle_steps = 120
     pitch, start = 2.0 * np.pi / float(design.pinion.teeth), 0.0
     try:
-        start = float(np.nan_to_num(middle_roll(design, flank)))
+        start = float(np.nan_to_num(pitch_point_roll(design, flank)))
         cycle = mesh_cycle(design, flank) if cycle is None else cycle
     except ValueError:
         pass  # the rounds of the tool overlap, so that there are no fillets

@@ -1,11 +1,11 @@
 """Amounts of modification with the smallest shift of the path, or the smallest transmission error.
 
 Objectives and constraints are those of an `Aim` (`analysis.optimise`), without its bounds of parabola
-coefficients. The variables are amounts of second order (slopes, crownings and twist) of both members on the
-driving flanks. Each is scaled by its bounds to x from 0 to 1. Starting values are the best points of a
-Halton sequence within the bounds. SciPy's SLSQP continues from there, with derivatives by differences of
-0.001, because paths of modified flanks have more rounding than those of generated flanks. All designs of a
-sequence or a difference are one batch.
+coefficients. The variables are amounts of modification (slopes, crownings, twists, and reliefs whose length
+is given) of both members on the driving flanks. Each is scaled by its bounds to x from 0 to 1. Starting
+values are the best points of a Halton sequence within the bounds. SciPy's SLSQP continues from there, with
+derivatives by differences of 0.001, because paths of modified flanks have more rounding than those of
+generated flanks. All designs of a sequence or a difference are one batch.
 
 The candidates are then checked by the mesh cycles of all teeth in all mountings, the best one first.
 """
@@ -64,9 +64,10 @@ def optimise_amounts(
     Raises
     ------
     ValueError
-        For a batch; for an aim without errors; for unknown names, reliefs without a length, and empty bounds;
-        if no amounts satisfy the constraints, or none of them can be assembled. If the aim excludes edge
-        contact, also if edges touch with all amounts found.
+        For a batch; for an aim without errors; for unknown names, reliefs without a length, bounds that do
+        not increase or exceed the limits of amounts, and more than 6 amounts; if no amounts satisfy the
+        constraints, or none of them can be assembled. If the aim excludes edge contact, also if edges touch
+        with all amounts found.
 
     Examples
     --------

@@ -5,7 +5,7 @@ profile crowning the transmission error, which is the error at the hand-over to 
 computed by the mesh cycle and by the pattern of the modified pair. The starting values are
 
     C_beta  = s (b / L)^2 / cos(beta_b)     depth s / cos(beta_b) at half the length L from mid-face
-    C_alpha = e r_b eps^2                   depth e r_b at half a pitch from the middle, with lam = 1 / eps
+    C_alpha = e r_b eps^2                   depth C_alpha / eps^2 = e r_b, half a pitch from the middle
 
 with the thickness s of the marking compound, the face width b, the transmission error e of the gear, its base
 radius r_b and the contact ratio eps. 1 / L^2 is nearly proportional to the helix crowning and e to the

@@ -71,7 +71,8 @@ class Aim:
 class Objectives:
     """Objectives and constrained quantities in the shape of the coefficients; NaN without a path.
 
-    `shift`, mm: root of the sum of the squared shifts under the errors, mean over both signs. `centre`, mm: z
+    `shift`, mm: the squared shifts under +error and -error are averaged and added over the errors; `shift` is
+    the root of this sum. `centre`, mm: z
     at mid-roll on the pinion. `peak_to_peak`, rad: transmission error over the path. `leads` (2 n, ...), rad:
     leads of other tooth pairs at the ends of the paths in the n mountings (`edge_contact`); empty if the aim
     allows edge contact. `goals` (k, ...): the objectives, mm or rad; the largest one is minimised."""
@@ -89,7 +90,7 @@ class Objectives:
         ratio = self.contact_ratio / aim.contact_ratio - 1.0
         off, swing = self.centre / aim.off_centre, self.peak_to_peak / aim.peak_to_peak
         moved = 1.0 - self.shift / aim.shift
-        # Lead of another tooth pair at the end of a path.
+        # Smallest lead of another tooth pair at the end of a path, and the lead that counts as a margin of 1.
         least_lead_rad, lead_scale_rad = 1e-9, 1e-4
         return np.array(
             [ratio, 1.0 - off, 1.0 + off, 1.0 - swing, moved, *(self.leads - least_lead_rad) / lead_scale_rad]
@@ -127,8 +128,8 @@ def objectives_of_designs(designs: Design, flank: str, aim: Aim) -> Objectives:
 
 
 def check_aim(design: Design, aim: Aim, flank: str) -> None:
-    """Raise ValueError for a batch, an unknown flank, and values of the aim other than the bounds of the
-    coefficients."""
+    """Raise ValueError for a batch, an unknown flank, and values of the aim outside their limits. The bounds
+    of the coefficients are not checked here."""
     flank_sign(flank)
     if design.batch_shape:
         raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")

@@ -1,1 +1,1 @@
-"""The commands of `beveloid-geom`: each module holds the one of its name, and `main` finds it here."""
+"""The commands of `beveloid-geom`: one package for each section of the help, one module for each command."""

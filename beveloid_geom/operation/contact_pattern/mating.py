@@ -1,4 +1,4 @@
-"""Points of one member in motion, and their distance from the mating flank."""
+"""Motion of one member relative to the mating flank, and the distance of its points from this flank."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ from ...arrays import FloatArray
 from ...design.model import Design
 from ...gear.closest_point import FlankSheet, foot_on, sheet_of
 from ...support.frozen_arrays import read_only
-from ..angular_clearance import Pose, pose_of, seen_by_other
+from ..angular_clearance import AxisPositions, axes_of, seen_by_other
 from .motion import Operation
 
 POSES_PER_PITCH = 10
 """Poses per pitch at which the separation is sampled."""
 LAST_STEP_MODULES = 1e-4
-"""Step towards a foot below which it is the last. The remaining error of the foot is the square of this over
-a radius. The distance is minimal at the foot, so that its error is the square of that: 1e-9 mm."""
+"""Newton step (modules) towards a foot of a perpendicular below which the step is the last. The remaining
+error of the foot is of the order of the square of this step, divided by a radius of curvature. The distance
+is stationary at the foot, so that the error of the distance is smaller still: 1e-9 mm."""
 DISTANCE, MARGIN = 0, 1
 """Rows of the state of a point at a pose: distance from the mating flank and margin of the foot within it,
 mm. Rows 2 and 3 are the derivatives of the distance by the rolls of the member and of the mate, mm/rad."""
@@ -26,18 +27,18 @@ mm. Rows 2 and 3 are the derivatives of the distance by the rolls of the member 
 
 @dataclass(frozen=True, eq=False)
 class Mating:
-    """Points of `member` (0 pinion, 1 gear) and the mate's flank `sheet` in the motion `operation`.
+    """Motion `operation` of `member` (0 pinion, 1 gear) relative to the mate's flank `sheet`.
 
     `rolls` (k,): sampled pinion rolls, rad, between which the motion is smooth."""
 
     member: int
     sheet: FlankSheet
-    pose: Pose
+    axes: AxisPositions
     operation: Operation
     rolls: FloatArray
 
     def at(self, points: FloatArray, turned: FloatArray) -> FloatArray:
-        """Return the rows (4, n) of points (n, 3), in the gear-fixed frame, at poses `turned` (4, n)."""
+        """Return the rows (4, n) of points (n, 3), in the frame of their member, at poses `turned` (4, n)."""
         # Points of one block, so that the arrays stay in the cache.
         points_per_block = 4096
         rows = np.empty((4, len(points)))
@@ -47,7 +48,7 @@ class Mating:
                 rows[:, part] = self._rows(points[part].T.copy(), turned[:, part])
         return rows
 
-    def valid(self, rows: FloatArray) -> FloatArray:
+    def distance_on_flank(self, rows: FloatArray) -> FloatArray:
         """Return the distances (n,) of rows (4, n), infinite where the foot is not on the mating flank."""
         return np.where(rows[MARGIN] >= 0.0, rows[DISTANCE], np.inf)
 
@@ -68,9 +69,9 @@ class Mating:
         # on parallel axes have common ends, where a foot is on the mating flank only at the instant
         # of contact.
         edge_tolerance_modules = 1e-6
-        (x, y, z), (cos, sin, mate_cos, mate_sin), pose = points, turned, self.pose
+        (x, y, z), (cos, sin, mate_cos, mate_sin), axes = points, turned, self.axes
         x, y = cos * x - sin * y, sin * x + cos * y
-        seen, moves = seen_by_other(pose, self.member, x, y, z), (y, -pose.cos * x, pose.sin * x)
+        seen, moves = seen_by_other(axes, self.member, x, y, z), (y, -axes.cos * x, axes.sin * x)
         (x, y, z), (u, v, w) = (
             (mate_cos * a + mate_sin * b, mate_cos * b - mate_sin * a, c) for a, b, c in (seen, moves)
         )
@@ -86,7 +87,7 @@ class Mating:
 
 
 def mating_of(design: Design, flank: str, member: int, operation: Operation) -> Mating:
-    """Return the points of a member in motion, with the mating flank.
+    """Return the motion of a member relative to the mating flank.
 
     Parameters
     ----------
@@ -102,7 +103,7 @@ def mating_of(design: Design, flank: str, member: int, operation: Operation) -> 
     Mating
     """
     sheet = sheet_of(design.members[1 - member], flank)
-    return Mating(member, sheet, pose_of(design), operation, sampled_rolls(design, operation))
+    return Mating(member, sheet, axes_of(design), operation, sampled_rolls(design, operation))
 
 
 def sampled_rolls(design: Design, operation: Operation) -> FloatArray:

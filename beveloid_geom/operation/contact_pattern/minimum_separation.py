@@ -36,7 +36,8 @@ class SeparationSamples:
         Distances at the rolls of a mating, mm; infinite where the foot is not on the flank or was not
         computed.
     rows : ndarray, shape (4, m)
-        All computed rows.
+        Computed states of points: distance, margin and two derivatives (`mating.DISTANCE`). Each of the m
+        columns is the state of one point at one sample; below, its index is the "number of the row".
     place : ndarray of int, shape (k, n)
         Numbers of the rows, -1 where not computed.
     sample, point : ndarray of int, shape (m,)
@@ -85,9 +86,11 @@ class SeparationSamples:
 
     @property
     def near(self) -> Mask:
-        """Return near which samples (k, n) the minimum may be: the `low` ones, all if there is none; those
-        from which the separation decreases while the foot leaves the mating flank; and those `passing`.
-        Samples without computed neighbours are not marked."""
+        """Return the samples (k, n) next to which the minimum may be, as a mask.
+
+        Marked are: the `low` samples, or all samples of a point that has none; the samples from which the
+        separation decreases while the foot leaves the mating flank; the `passing` samples; and the neighbours
+        of all these. A low or passing sample is marked only if its neighbours were computed."""
         low, passing, results = self.low, self.passing, np.zeros(self.table.shape, dtype=bool)
         results[self.sample[low], self.point[low]] = True
         alone, on = ~results.any(axis=0), np.isfinite(self.table)
@@ -119,7 +122,7 @@ def separation_samples(mating: Mating, points: FloatArray, near: Mask | None = N
     ----------
     mating : Mating
     points : ndarray, shape (n, 3)
-        In the gear-fixed frame, mm.
+        In the frame that rotates with the member, mm.
     near : ndarray of bool, shape (k, n), optional
         Samples that are computed. All samples of a point are computed if the smallest of these has no
         computed neighbours.
@@ -136,7 +139,7 @@ def separation_samples(mating: Mating, points: FloatArray, near: Mask | None = N
         numbers.append(np.flatnonzero(asked))
         at, column = np.divmod(numbers[-1], n)
         parts.append(mating.at(points.take(column, axis=0), mating.poses.take(at, axis=1)))
-        table.reshape(-1)[numbers[-1]] = mating.valid(parts[-1])
+        table.reshape(-1)[numbers[-1]] = mating.distance_on_flank(parts[-1])
         place.reshape(-1)[numbers[-1]] = done + np.arange(at.size)
         done += at.size
         best, each = table.argmin(axis=0), np.arange(n)
@@ -155,7 +158,7 @@ def minimum_separation(mating: Mating, points: FloatArray, near: Mask | None = N
     ----------
     mating : Mating
     points : ndarray, shape (n, 3)
-        In the gear-fixed frame, mm.
+        In the frame that rotates with the member, mm.
     near : ndarray of bool, shape (k, n), optional
         Samples near which the minimum may be, if known.
 
@@ -256,8 +259,8 @@ def _descents(
     beyond `low`, and not beyond `high`."""
     # Maximum number of evaluations of a descent.
     max_evaluations = 60
-    n, (begin, rounded_up) = len(points), (span[0], span[1] - span[0])
-    length, results, reached, going = rounded_up, np.empty((2, n)), np.zeros(n, dtype=bool), np.arange(n)
+    n, (begin, full_length) = len(points), (span[0], span[1] - span[0])
+    length, results, reached, going = full_length, np.empty((2, n)), np.zeros(n, dtype=bool), np.arange(n)
     f, t, low, high = ends[0][DISTANCE], *np.zeros((2, n)), np.ones(n)
     left = np.array((ends[0][MARGIN], falls[0]))  # margin and fall: the first to become zero ends the descent
     by_t = np.array((ends[1][MARGIN] - left[0], np.empty(n)))
@@ -295,7 +298,7 @@ def _descents(
         chord[1] += bent * (new - t)
         by_t = np.where(lost, by_t, chord)
         t, f, left = np.where(lost, t, new), np.where(lost, f, rows[DISTANCE]), np.where(lost, left, after)
-    return results[0], begin + results[1] * rounded_up, reached
+    return results[0], begin + results[1] * full_length, reached
 
 
 def _parabola(falls: FloatArray, lower: FloatArray, known: Mask) -> tuple[FloatArray, FloatArray]:

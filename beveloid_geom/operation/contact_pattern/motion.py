@@ -17,7 +17,7 @@ from ...contact.path import path_ends
 from ...design.field_limits import float64_of
 from ...design.model import Design
 from ...status import FirstStatus, Status
-from ..engagement import middle_roll, spread
+from ..engagement import pitch_point_roll, spread
 from ..mesh_cycle import MeshCycle, mesh_cycle
 
 DIFFERENCE_RAD = 1e-7
@@ -162,7 +162,7 @@ def first_contact_operation(
     ends = path_ends(design.without_modifications(), flank)
     start, stop = sorted(ends.pinion_roll.tolist())
     if ends.status != Status.SOLVED:
-        start = stop = float(middle_roll(design, flank))
+        start = stop = float(pitch_point_roll(design, flank))
     run_out = max(0.5, spread(design, flank)) * pitch
     reach = max(run_out, 0.5 * (3.0 * pitch - stop + start))
     start, stop = start - reach, stop + reach

@@ -51,7 +51,7 @@ class MemberPattern:
     l, z : ndarray
         Profile coordinate and distance from mid-face, mm.
     points : ndarray, shape (nl, nz, 3)
-        In the gear-fixed frame, mm.
+        In the frame that rotates with the member, mm.
     least : ndarray
         Minimum separation, mm, negative for overlap.
     pinion_roll : ndarray
@@ -65,8 +65,8 @@ class MemberPattern:
     area_error : float
         Bound on the relative error of both, independent of the grid.
     border : tuple of ndarray, shape (n, 3)
-        Closed polygons around the marked area, in the gear-fixed frame, mm. They are refined until the area
-        has the requested error.
+        Closed polygons around the marked area, in the frame that rotates with the member, mm. They are
+        refined until the area has the requested error.
     """
 
     __repr__ = short_repr
@@ -157,15 +157,15 @@ def contact_pattern(
     patterns = []
     for number, member in enumerate(design.members):
         side = _side_of(member, flank, mating_of(design, flank, number, operation))
-        coarse_grid = _found_on(side, CELLS[0])
+        smallest_grid = _found_on(side, CELLS[0])
         if resolution is not None:
             cells = _cells_of_size(member, resolution)
         else:
             error = separation / 20.0 if tolerance is None else tolerance
-            cells = _cells_within(coarse_grid, error, 4.0 * separation)
-        # The area is always computed from the coarse grid: it does not depend on the points of the output.
-        grid = coarse_grid if cells == CELLS[0] else _found_on(side, cells)
-        patterns.append(_member_pattern(side, grid, coarse_grid, separation, area_error))
+            cells = _cells_within(smallest_grid, error, 4.0 * separation)
+        # The area is always computed from the smallest grid: it does not depend on the points of the output.
+        grid = smallest_grid if cells == CELLS[0] else _found_on(side, cells)
+        patterns.append(_member_pattern(side, grid, smallest_grid, separation, area_error))
     return ContactPattern(flank, separation, operation.span, *patterns)
 
 
@@ -273,9 +273,9 @@ def _cells_within(grid: _Grid, tolerance: float, highest: float) -> tuple[int, i
 
 
 def _member_pattern(
-    side: _Side, grid: _Grid, coarse_grid: _Grid, separation: float, area_error: float
+    side: _Side, grid: _Grid, smallest_grid: _Grid, separation: float, area_error: float
 ) -> MemberPattern:
-    """Return the pattern on a `grid`, with the area from the `coarse_grid`. The border is interpolated in
+    """Return the pattern on a `grid`, with the area from the `smallest_grid`. The border is interpolated in
     the square root of the minimum separation, which is nearly linear next to the path of contact and
     past the reach of the mating edge."""
 
@@ -286,7 +286,7 @@ def _member_pattern(
         *_, points = side.at(*share.T)
         return excess(side.least(points, share).least)
 
-    marked = marked_area(excess_at, excess(coarse_grid.least), coarse_grid.points, area_error)
+    marked = marked_area(excess_at, excess(smallest_grid.least), smallest_grid.points, area_error)
     return MemberPattern(
         **vars(grid),
         marked=grid.least <= separation,

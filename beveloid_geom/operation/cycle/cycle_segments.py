@@ -24,7 +24,8 @@ DEGREE = 20
 EXTRAPOLATION_HALF_LENGTHS = 1.2
 """Half-lengths from its middle up to which the polynomials of a segment are evaluated."""
 QUANTITIES = 5
-"""Quantities of a segment: f, s1, z1, s2, z2, mm."""
+"""Quantities of a segment, mm: clearance f from the conjugate gear roll; profile coordinate s and distance z
+from mid-face of the contact on the pinion (s1, z1) and on the gear (s2, z2)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +35,7 @@ class CycleSegments:
     Attributes
     ----------
     case : ndarray of int, shape (n,)
+        Number of the design in the batch.
     low, high : ndarray, shape (n,)
         First and last pinion roll, rad.
     coefficients : ndarray, shape (5, n, DEGREE + 1)
@@ -281,7 +283,7 @@ def converged(engagement: Engagement, segments: CycleSegments, tolerances: Float
     segments : CycleSegments
     tolerances : ndarray, shape (QUANTITIES,)
         Largest trailing coefficients: of f relative to the lever, of the positions relative to the tooth
-        depth. Along lines of contact the positions are uncertain, and the limit is at least 1e-3.
+        depth. If `engagement.crowned`, the positions are uncertain, and their limit is at least 1e-3.
 
     Returns
     -------

@@ -1,14 +1,16 @@
 """Contacts that the samples of a mesh cycle miss, and segments that are later than a contact.
 
-A contact that is the first for less than the distance of two samples is one of the following. All but those
-of jumps are followed by Newton's method from contacts that are known:
+A contact that is the first for less than the distance of two samples is one of the following. A limit is an
+edge or an end of a flank or fillet (`status.Limit`); it is active if the contact lies on it.
 
-    a segment whose contact is the first again further on
-    a contact that was later than another one at the samples next to the end of a segment
-    a contact that is the first only between two samples
-    a contact on one limit less than a segment, as where an edge contact becomes a tangency
-    a contact on one limit more, where a segment violates a limit
-    a contact between two segments that do not meet
+    1. the contact of a segment, which is the first again before or after this segment
+    2. a contact that is later than the first one at the samples next to the end of a segment
+    3. a contact that is the first only between two samples
+    4. a contact with one active limit less than a segment, as where an edge contact becomes a tangency
+    5. a contact with one active limit more, where a segment violates a limit
+    6. a contact between two segments that do not meet
+
+Kinds 1 to 5 are followed by Newton's method from known contacts. For kind 6, first contacts are searched.
 """
 
 from __future__ import annotations
@@ -66,10 +68,11 @@ def checked_segments(
     Returns
     -------
     samples : Samples
-        The first contacts, with cuts where the segment is later. A segment may be earlier, within all limits:
-        then the search missed a contact, and its result is omitted.
+        The first contacts, with cuts where the segment is later. If the segment is earlier and its contact is
+        within all limits, the search missed this contact, and the sample is omitted. If its contact violates
+        a limit, the segment is cut as well.
     bad : ndarray of int
-        Segments that are later or have not converged.
+        Segments that are cut or have not converged.
     """
     values, bound = segments.values_at(segment, checks.roll), LATE_RAD * engagement.lever
     behind = values[0] - checks.contacts.f
@@ -100,13 +103,13 @@ def halved(engagement: Engagement, segments: CycleSegments, samples: Samples, ba
     samples : Samples
         First contacts.
     bad : ndarray of int
-        Segments that are later than a sample or have not converged.
+        Segments that disagree with a sample or have not converged.
 
     Returns
     -------
     Samples
-        The samples with one cut in each of these segments, if it has none after its first sample, and a
-        sample in its middle half.
+        The samples. A segment of `bad` is cut at the sample nearest to its middle if this sample is in its
+        middle half and no later sample of the segment than the first has a cut.
     """
     segment, cut = segments.number(engagement, samples.case, samples.roll), samples.cut.copy()
     for k in bad:
@@ -116,6 +119,46 @@ def halved(engagement: Engagement, segments: CycleSegments, samples: Samples, ba
         if middle and not cut[inside[1:]].any():
             cut[inside[away.argmin()]] = True
     return replace(samples, cut=cut)
+
+
+def past_reliefs(engagement: Engagement, segments: CycleSegments) -> Samples:
+    """Return contacts that are earlier than the segments, past their ends.
+
+    Where a contact passes the beginnings of two reliefs, or passes one shortly before another contact takes
+    over, the samples may miss the segment in between. The contacts of both segments are followed past their
+    common end, up to the distance of a sample.
+
+    Parameters
+    ----------
+    engagement : Engagement
+    segments : CycleSegments
+
+    Returns
+    -------
+    Samples
+    """
+    # Distances from the end of a segment, in sample steps.
+    steps = np.array((0.002, 0.01, 0.03, 0.1, 0.2, 0.4, 0.7))
+    inner, ends, jump = _at_ends(segments)
+    passed = np.bitwise_count(segments.reliefs[inner] ^ segments.reliefs[inner + 1])
+    passed[segments.pair[inner] != segments.pair[inner + 1]] = 0
+    chosen = np.flatnonzero((np.abs(jump) > LATE_RAD * engagement.lever) | (passed > 1))
+    # The first segment is followed to larger rolls, the second to smaller ones.
+    second, row = (index.ravel().repeat(steps.size) for index in np.meshgrid((0, 1), chosen, indexing="ij"))
+    segment, away = inner[row] + second, np.tile(steps, 2 * chosen.size) * (1 - 2 * second)
+    roll = segments.high[inner[row]] + engagement.pitch[0] / SAMPLES_PER_PITCH * away
+    place, limit = ends[second, 1:3, row].T, segments.limit[:, segment]
+    return _ahead(engagement, segments, (segments.case[segment], roll, place, limit, segments.pair[segment]))[
+        2
+    ]
+
+
+def _at_ends(segments: CycleSegments) -> tuple[Integers, FloatArray, FloatArray]:
+    """Return the segments (k,) that are followed by another segment of the same case, the values of both at
+    their common end, (2, rows, k), and the difference of f, mm: positive if the second is earlier."""
+    inner = _inner(segments)
+    ends = np.stack([segments.values_at(inner + k, segments.high[inner]) for k in (0, 1)])
+    return inner, ends, ends[0, 0] - ends[1, 0]
 
 
 def overtaken(
@@ -138,9 +181,7 @@ def overtaken(
     samples : Samples
         The samples, with such contacts corrected.
     """
-    inner = _inner(segments)
-    ends = np.stack([segments.values_at(inner + k, segments.high[inner]) for k in (0, 1)])
-    jump, contacts = ends[0, 0] - ends[1, 0], samples.contacts
+    (inner, ends, jump), contacts = _at_ends(segments), samples.contacts
     jumps = np.flatnonzero(np.abs(jump) > LATE_RAD * engagement.lever)
     if not jumps.size:
         return jumps, jumps, samples
@@ -171,7 +212,7 @@ def earlier(engagement: Engagement, segments: CycleSegments, near: Samples) -> S
     engagement : Engagement
     segments : CycleSegments
     near : Samples
-        All contacts found at the samples.
+        Local minima of the clearance at the samples, as `near` of `found_with_others`.
 
     Returns
     -------

@@ -1,16 +1,18 @@
 """Fit of the segments of a mesh cycle to sampled first contacts.
 
-With its active limits as equations, a contact solves two equations in (s1, z1) that are smooth in the pinion
-roll, also past the ends of the segment. Where a contact passes the beginning of a relief, a segment ends, and
-the surfaces with and without the relief both continue smoothly:
+A contact solves two equations in (s1, z1), which contain its active limits. The equations are smooth in the
+pinion roll, also past the ends of the segment:
 
     no limit      grad f = 0
     one limit     c = 0 and t.grad f = 0, with t along c = 0
     two limits    c1 = c2 = 0
 
-with f and the limits c of `search.local_clearance`. The samples give the kinds of contact. Newton's method
-gives the contacts of each kind at Chebyshev nodes of the roll. The polynomials through them give the roll at
-which the next contact takes over: its f is smaller, or it comes within its limits. Fit and ends are iterated.
+with f and the limits c of `search.local_clearance`. A segment ends where its contact passes the beginning of
+a relief. Each segment is fitted on the surface with or without the relief, which is smooth past this point.
+
+The samples give the kinds of contact. Newton's method gives the contacts of each kind at Chebyshev nodes of
+the roll. The polynomials through them give the roll at which the next contact takes over: its f is smaller,
+or it comes within its limits. Fit and ends are iterated.
 """
 
 from __future__ import annotations
@@ -66,13 +68,13 @@ def fitted(engagement: Engagement, samples: Samples) -> CycleSegments:
         starts = _starts(engagement, samples, segments, runs, former)
         fit = replace(segments, coefficients=_coefficients(engagement, segments, starts))
         joined = np.flatnonzero(segments.case[1:] == segments.case[:-1])
-        contacts = _ends(engagement, fit, joined, limits[:, joined])
+        end_rolls = _ends(engagement, fit, joined, limits[:, joined])
         low, high = segments.low.copy(), segments.high.copy()
-        low[joined + 1], high[joined] = contacts, contacts
+        low[joined + 1], high[joined] = end_rolls, end_rolls
         segments = replace(fit, low=low, high=high)
         # Cases are complete when their ends are stationary, or known from exact polynomials.
         steady = np.ones(segments.case.size, dtype=bool)
-        steady[joined] = np.abs(contacts - ends[joined]) <= END_TOLERANCE_PITCHES * engagement.pitch[0]
+        steady[joined] = np.abs(end_rolls - ends[joined]) <= END_TOLERANCE_PITCHES * engagement.pitch[0]
         slack = 1e-3 * (fit.high - fit.low)  # extrapolation beyond this amplifies rounding
         known = (low >= fit.low - slack) & (high <= fit.high + slack) & _resolved(engagement, fit)
         steady, known = (_of_whole_cases(mask, segments.case) for mask in (steady, known))

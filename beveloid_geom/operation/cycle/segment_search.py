@@ -17,7 +17,7 @@ from .cycle_segments import (
     concatenated,
     samples_of,
 )
-from .missed_contacts import beyond_limits, checked_segments, earlier, halved, overtaken
+from .missed_contacts import beyond_limits, checked_segments, earlier, halved, overtaken, past_reliefs
 from .segment_fit import fitted
 
 
@@ -59,7 +59,7 @@ def first_contact_segments(
     samples : Samples
         First contacts at the `pitch_rolls`.
     near : Samples
-        All contacts found there.
+        Local minima of the clearance found there, as `near` of `found_with_others`.
 
     Returns
     -------
@@ -96,7 +96,7 @@ def _divided(
         samples = samples.pick(status[samples.case] == FirstStatus.SOLVED)
         if not 0 < samples.case.size <= 1000 * cases:
             break
-        segments = fitted(engagement, samples)
+        samples, segments = _fitted_past_reliefs(engagement, samples)
         # Compare with the samples, which also covers segments whose neighbour could not be fitted.
         segment, strict = segments.number(engagement, samples.case, samples.roll), count < max_rounds // 2
         smooth = strict and not engagement.measured
@@ -131,6 +131,24 @@ def _divided(
         before = state
     status[samples.case] = np.where(status[samples.case], status[samples.case], FirstStatus.NOT_CONVERGED)
     return sorted_segments(done), status
+
+
+def _fitted_past_reliefs(engagement: Engagement, samples: Samples) -> tuple[Samples, CycleSegments]:
+    """Return the segments through the samples and through contacts past the beginnings of reliefs that lie
+    between them, and these samples."""
+    segments = fitted(engagement, samples)
+    if not engagement.has_reliefs:
+        return samples, segments
+    past = past_reliefs(engagement, segments)
+    if past.case.size:
+        samples = samples.and_also(past)
+        segments = sorted_segments(
+            [
+                segments.pick(~np.isin(segments.case, past.case)),
+                fitted(engagement, samples.pick(np.isin(samples.case, past.case))),
+            ]
+        )
+    return samples, segments
 
 
 def _between(

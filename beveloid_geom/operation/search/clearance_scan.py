@@ -1,11 +1,11 @@
 """Scan of the clearance over the pinion's tooth surface.
 
 The clearance of a point follows from the angle between the point and the gear's surface at the same radius
-and height (`angular_clearance`). A chart tabulates the angle of the gear's surface over radius and height,
-and is interpolated bilinearly, so that no equation is solved for a scanned point. Scans use single precision.
-The interpolation error is measured in the middle of the cells of the chart. Every point that can be the
-minimum within twice this error, plus rounding, is evaluated again in double precision: the minimum of
-a scan is exact."""
+and z (`angular_clearance`). A chart tabulates the angle of the gear's surface over radius and z, and is
+interpolated bilinearly, so that no equation is solved for a scanned point. Scans use single precision. The
+interpolation error is assumed to be at most twice the largest error in the middle of the cells of the chart.
+Every point that can be the minimum with this error, plus rounding, is evaluated again in double precision.
+The minimum over the scanned points is therefore exact."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Grid:
     Attributes
     ----------
     points : ndarray, shape (4, n)
-        x, y, z in the gear-fixed frame of the pinion at roll 0, and 1; mm.
+        Homogeneous coordinates x, y, z, 1 in the frame of the pinion, z from mid-face, mm.
     about : ndarray of float32, shape (4, n)
         The same in single precision.
     s, z : ndarray, shape (n,)
@@ -95,8 +95,8 @@ class Chart:
         along -= second
         first *= CHART_NODES[1] - 1
         first += second
-        engagement = first.astype(np.intp)
-        angle, on, out, both = (part.take(engagement, mode="clip") for part in self.parts)
+        cell = first.astype(np.intp)
+        angle, on, out, both = (part.take(cell, mode="clip") for part in self.parts)
         on *= along
         angle += on
         both *= along
@@ -115,7 +115,8 @@ class Scan:
     f : ndarray, shape (n, points)
         Clearance; infinite more than half a cell outside the limits.
     periods : ndarray of int, shape (n, points)
-        Number of periods of the task that were subtracted from the clearance.
+        Number of periods by which the reference roll of the gear is moved on (`Task.later`): sigma times the
+        number of periods that were subtracted from the clearance angle.
     gear_tip : ndarray, shape (n, low points)
         Distance from the gear's tip edge where this is near the pinion's fillet; otherwise infinite.
     pinion_tip : ndarray, shape (n, points along face)
@@ -234,7 +235,7 @@ def scan_of(task: Task, grid: Grid, chart: Chart, turns: bool = True) -> Scan:
     chart : Chart
         Of the gear.
     turns : bool
-        Whether contacts of the same teeth in later periods are included.
+        Whether contacts of the same teeth in other periods, later or earlier, are included.
 
     Returns
     -------
@@ -270,12 +271,12 @@ def scan_of(task: Task, grid: Grid, chart: Chart, turns: bool = True) -> Scan:
 
 def _moves(task: Task) -> FloatArray:
     """Return the matrices (3, n, 4) from the `points` of a grid to coordinates of the gear."""
-    pose, cos, sin = task.pose, np.cos(task.roll), np.sin(task.roll)
-    ahead, none = pose.position[0], np.zeros(task.roll.shape)
+    axes, cos, sin = task.axes, np.cos(task.roll), np.sin(task.roll)
+    ahead, none = axes.position[0], np.zeros(task.roll.shape)
     rows = (
-        (-cos, sin, none, pose.offset + none),
-        (-pose.cos * sin, -pose.cos * cos, pose.sin, pose.sin * ahead),
-        (pose.sin * sin, pose.sin * cos, pose.cos, pose.cos * ahead - pose.position[1]),
+        (-cos, sin, none, axes.offset + none),
+        (-axes.cos * sin, -axes.cos * cos, axes.sin, axes.sin * ahead),
+        (axes.sin * sin, axes.sin * cos, axes.cos, axes.cos * ahead - axes.position[1]),
     )
     return np.stack([np.stack(row, axis=-1) for row in rows])
 
@@ -305,7 +306,7 @@ def _scan_rows(
     r = np.sqrt(x * x + y * y)
     root, above = r - gear.root_taper * z - gear.root, r - gear.taper * z - gear.tip
     outside = np.maximum(above / grid.cell[0], (np.abs(z) - gear.half_width) / grid.cell[1])
-    rounding = single_rounding * (float(task.pose.offset.max()) + task.pinion.tip + gear.tip)
+    rounding = single_rounding * (float(task.axes.offset.max()) + task.pinion.tip + gear.tip)
     near, within = (outside <= 0.5) & (root > 0.0), outside <= -rounding / min(grid.cell)
     turn = np.arctan2(y, x) - chart.at(np.maximum(root, 0.0), z) - start[:, None]
     angle, before = _counted(task, gear.sigma * turn)

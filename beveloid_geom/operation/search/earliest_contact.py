@@ -1,4 +1,4 @@
-"""Earliest contact of all tooth pairs at given poses: scan, search and selection.
+"""Earliest contact of all tooth pairs at given pinion rolls: scan, search and selection.
 
 A coarse scan selects the tooth pairs that can touch first. A finer scan gives starting points, and a search
 from each of them gives the local minima of the clearance. The smallest minimum over all tooth pairs is the
@@ -28,7 +28,7 @@ from .undercut_edges import across_edges
 Grids: TypeAlias = tuple[Grid, Grid, Chart]
 """Coarse and fine scan points of the pinion, and the chart of the gear."""
 Numbered: TypeAlias = tuple[Integers, "Found"]
-"""Contacts, and the numbers of their positions."""
+"""Numbers of positions, and contacts at these positions."""
 
 GRID_POINTS = ((1, 5, 5), 36), ((4, 25, 19), 72)
 """Scan points, coarse and fine: on the fillet, on the flank, along the face, and along the face for each turn
@@ -130,7 +130,8 @@ def found_with_others(
     first : Found
         First contacts (n,).
     near : Numbered
-        All local minima that are not much later than the first contact, with their positions.
+        Local minima at most TIP_START_MODULES above the smallest scanned f of all tooth pairs (with `each`:
+        of their own tooth pair), with their positions.
     alone : Numbered
         First contacts of single tooth pairs, with their positions; empty unless `each`.
     """
@@ -310,9 +311,9 @@ def _chosen(
     # that rounding does not decide.
     behind = ~(f <= lowest[group] + TOGETHER_RAD * engagement.lever)
     order = np.lexsort((f, engagement.pinion.sigma * pair, least.limit[0] >= 0, behind, group))
-    contacts, first = np.unique(group[order], return_index=True)
+    groups, first = np.unique(group[order], return_index=True)
     index = np.full(n, -1)  # the appended last column: no contact
-    index[contacts] = order[first]
+    index[groups] = order[first]
     f = np.append(f, np.inf)[index]
     limit = np.append(least.limit, np.full((2, 1), np.int8(-1)), axis=1)[:, index]
     doubt = np.minimum(lost, scanned) < f - 1e-8 * depth

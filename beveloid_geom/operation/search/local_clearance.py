@@ -11,11 +11,14 @@ normal of the gear at the touched point, then
     dT = n.dP / (r_P2 n_y2),
 
 so that f is stationary where the normals of both surfaces are opposed. On a modified gear, r_P2 and n belong
-to the generated surface without the modification, whose rotation psi2(s2, z2) is added to f with its
-derivatives. The limits of both members are eight functions c(s1, z1) >= 0 in the order of `status.Limit`; the
-limits of the gear are evaluated at the touched point. The root limit is the end of the fillet. On an undercut
-tooth it is the edge at which flank and fillet intersect: a task is either on the flank or on the fillet, and
-both continue smoothly a little beyond the edge."""
+to the generated surface without the modification. The modification rotates its points by psi2(s2, z2), which
+adds -sigma g psi2 to f.
+
+The limits of both members are eight functions c(s1, z1) >= 0 in the order of `status.Limit`; the limits of
+the gear are evaluated at the touched point. The root limit is the beginning of the bottom land. An undercut
+tooth has an edge at which flank and fillet intersect. A task is either on its flank or on its fillet, and
+both continue smoothly a little beyond the edge. The root limit of the flank is then this edge. The root limit
+of the fillet is the edge or the bottom land, whichever is nearer."""
 
 from __future__ import annotations
 
@@ -33,7 +36,7 @@ from ...gear.tooth_side import (
     Cut,
     cut_at,
     cut_with_bends,
-    cut_with_turn,
+    cut_with_normal_rate,
     generated_bends,
     generated_cut,
     profile_at,
@@ -177,8 +180,8 @@ def _limits(
 
 
 def _nearer(bottom: FloatArray, edge: FloatArray, fillet: Mask) -> FloatArray:
-    """Return the limit at the end of the fillet, for places on the fillet that are closer to it than to
-    the undercut edge."""
+    """Return the limit at the undercut edge, replaced by the limit at the bottom land for places on the
+    fillet that are closer to the bottom land."""
     return np.where(fillet & (bottom[0] < edge[0]), bottom, edge)
 
 
@@ -274,8 +277,8 @@ def _modified(
     turn : ndarray, shape (6, n)
         `turn_rows` at the touched points.
     moves : tuple of ndarray
-        r^2 / 2 of the touched points (the first row is r^2) and z2, with derivatives by s1, z1, s1 s1, s1 z1
-        and z1 z1.
+        Of the touched points: r^2 with half of its derivatives, and z2 with its derivatives, by s1, z1 and,
+        with `bends`, s1 s1, s1 z1 and z1 z1.
     """
     squares, high = moves
     psi, by_s, by_z, by_ss, by_sz, by_zz = turn
@@ -296,8 +299,8 @@ def _modified(
 
 
 def _turn(task: Task, x: FloatArray, y: FloatArray, met: Cut) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return f of points x, y, and r^2 times cosine and sine of the angle from the touched points of the
-    gear's surface before they rotate."""
+    """Return f of points x, y, and r^2 cos(w) and r^2 sin(w). w is the angle about the gear's axis from the
+    points `met`, which are not yet rotated by phi and roll, to the points x, y."""
     gear, cos, sin = task.gear, x * met.x + y * met.y, y * met.x - x * met.y
     # One arctangent of both angles: exact to rounding where the difference is small, near contact.
     turn = np.arctan2(sin, cos) - met.phi - task.start
@@ -325,7 +328,7 @@ def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
     x, y, high = seen[:, 0]
     squares, moves = _squares_seen(seen), seen[:, 1:3]
     other_s = profile_at(gear, squares[0], high, None if task.fillet is None else task.fillet[1])
-    met, scaled_s = cut_with_turn(gear, other_s, high)
+    met, scaled_s = cut_with_normal_rate(gear, other_s, high)
     f, cos, sin = _turn(task, x, y, met)
     cos, sin = cos / squares[0], sin / squares[0]
     scaled = np.array((met.nx, met.ny, met.nz)) / met.ny

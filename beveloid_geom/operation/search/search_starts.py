@@ -29,7 +29,8 @@ TIP_STEP_CELLS = 0.05, 0.25
 """First step along the profile from a tip edge on a fillet, and from the point next to it. Larger steps could
 pass over the minimum."""
 NEAR_FILLET_CELLS = 2.0
-"""Distance from a fillet, or from a tip, above which no tip edge on a fillet is less than a cell away."""
+"""Distance, in cells along the profile, up to which a place counts as near a fillet or near a tip. Only
+within this distance can a tip edge that lies on a fillet be less than one cell away."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,9 +40,9 @@ class SearchStarts:
     Attributes
     ----------
     row : ndarray of int, shape (n,)
-        Number of the tooth pair.
+        Index of the tooth pair in the task.
     periods : ndarray of int, shape (n,)
-        Periods of the task after which the clearance is counted.
+        Number of periods by which the reference roll of the gear is moved on (`Task.later`).
     place, box : ndarray, shape (2, n)
         s1 and z1, and half-widths of the first trust box, mm.
     """
@@ -251,8 +252,8 @@ def beside_fillets(task: Task, place: FloatArray, grid: Grid) -> SearchStarts:
     Returns
     -------
     SearchStarts
-        On a tip edge at the same station, if it is on a fillet less than a cell away, and next to that
-        fillet. `row` counts the minima.
+        If a tip edge at the same position along the face is on a fillet and less than a cell away: one start
+        on this edge, and one half a cell from it towards the flank. `row` is the index of the minimum.
     """
     pinion, cell = task.pinion, np.array(grid.cell)[:, None]
     # Only minima near a fillet can have an edge on it within a cell.

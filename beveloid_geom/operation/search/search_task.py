@@ -8,16 +8,16 @@ import numpy as np
 
 from ...arrays import FloatArray, Integers, Mask
 from ...gear.tooth_side import Bends, Cut, ToothSurface, cut_at, tangents_of
-from ..angular_clearance import Pose
+from ..angular_clearance import AxisPositions
 
 OVERLAP_PERIODS = 0.25
-"""Part of the period after which two teeth meet again that is searched as overlap; the remainder is
-clearance."""
+"""Two teeth can meet again after one period. The clearance is searched over one period: this fraction of it
+as overlap (negative), the remainder as clearance."""
 
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """Tooth pairs whose clearance is evaluated, with their pinion rolls and poses, (n,).
+    """Tooth pairs whose clearance is evaluated, with their pinion rolls and axes, (n,).
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class Task:
         Tooth surfaces of pinion and gear.
     lever : float
         Clearance along the normal per rad of gear roll, g of `local_clearance`, mm.
-    pose : Pose
+    axes : AxisPositions
     roll, start : ndarray, shape (n,)
         Pinion roll, and reference roll T0 of the gear, rad.
     period : float
@@ -44,7 +44,7 @@ class Task:
     pinion: ToothSurface
     gear: ToothSurface
     lever: float
-    pose: Pose
+    axes: AxisPositions
     roll: FloatArray
     start: FloatArray
     period: float = 2.0 * np.pi
@@ -64,12 +64,12 @@ class Task:
 
     def pick(self, index: Integers) -> Task:
         """Return the tasks `index`."""
-        pinion, gear, lever, pose, roll, start, period, line, fillet, reliefs = vars(self).values()
+        pinion, gear, lever, axes, roll, start, period, line, fillet, reliefs = vars(self).values()
         line = None if line is None else line.take(index, axis=1)
         fillet = None if fillet is None else fillet[:, index]
         reliefs = None if reliefs is None else tuple(rows[:, index] for rows in reliefs)
         turns = roll.take(index), start.take(index)
-        return Task(pinion, gear, lever, pose.at(index), *turns, period, line, fillet, reliefs)
+        return Task(pinion, gear, lever, axes.at(index), *turns, period, line, fillet, reliefs)
 
     def beside(self, place: FloatArray) -> Task:
         """Return the tasks with `fillet` set for the places (2, n): flank or fillet of undercut teeth."""
@@ -89,8 +89,8 @@ class Task:
         return -OVERLAP_PERIODS * self.period
 
     def counted(self, angle: FloatArray) -> FloatArray:
-        """Return angles (rad) of plus or minus half a turn, shifted by one turn where they are below the
-        smallest angle of the search."""
+        """Return angles (rad) of plus or minus half a turn, with one turn added to those below
+        -pi - `earliest`."""
         least = -np.pi - self.earliest
         return np.where(angle < least, angle + 2.0 * np.pi, angle)
 
@@ -117,19 +117,19 @@ def seen_by_gear(task: Task, z: FloatArray, cut: Cut, bends: Bends | None = None
     ndarray, shape (3, 3, n) or (3, 6, n)
         x, y and z2, mm, with derivatives by s1, z1 and, with `bends`, s1 s1, s1 z1 and z1 z1.
     """
-    pose, turned = task.pose, cut.phi + task.roll
+    axes, turned = task.axes, cut.phi + task.roll
     x, y = tangents_of(cut, bends).swapaxes(0, 1)
     # Rotate by the pinion roll, then transform to the gear's frame (`seen_by_other`).
     cos, sin = np.cos(turned), np.sin(turned)
     across = sin * x + cos * y
     seen = np.empty((3, *x.shape))
     np.subtract(sin * y, cos * x, out=seen[0])
-    np.multiply(-pose.cos, across, out=seen[1])
-    np.multiply(pose.sin, across, out=seen[2])
-    seen[0, 0] += pose.offset  # only the points themselves, and z, are shifted
-    ahead = z + pose.position[0]
-    seen[1, 0] += pose.sin * ahead
-    seen[2, 0] += pose.cos * ahead - pose.position[1]
-    seen[1, 2] += pose.sin
-    seen[2, 2] += pose.cos
+    np.multiply(-axes.cos, across, out=seen[1])
+    np.multiply(axes.sin, across, out=seen[2])
+    seen[0, 0] += axes.offset  # only the points themselves, and z, are shifted
+    ahead = z + axes.position[0]
+    seen[1, 0] += axes.sin * ahead
+    seen[2, 0] += axes.cos * ahead - axes.position[1]
+    seen[1, 2] += axes.sin
+    seen[2, 2] += axes.cos
     return seen

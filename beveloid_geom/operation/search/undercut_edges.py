@@ -62,7 +62,7 @@ def _edges(task: Task) -> tuple[tuple[ToothSurface, Limit], tuple[ToothSurface, 
 
 def _on_edge(surface: ToothSurface, limited: Mask, place: FloatArray) -> Mask:
     """Return whether places (2, n) limited by the root (`limited`, (2, n)) are on an undercut edge and not
-    at the end of the fillet."""
+    at the bottom land."""
     if surface.crossing is None:
         return np.zeros(place.shape[1], dtype=bool)
     above = place[0] > 0.5 * (surface.bottom + surface.fillet_end(place[1]))

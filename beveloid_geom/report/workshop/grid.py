@@ -23,8 +23,11 @@ SHAPE = SECOND_ORDER | {"profile_slope": "slope from root to tip"}
 
 
 @dataclass(frozen=True)
-class Named:
-    """Origin of a grid: design, member and border."""
+class GridOrigin:
+    """Origin of a grid: names of design and member, and the border.
+
+    The border is the distance of the outermost points from the edges of the flank, as text such as '10%' or
+    '2mm'."""
 
     name: str
     member: str
@@ -68,7 +71,7 @@ class Named:
 class GridReport:
     """Nominal points of a member of a design."""
 
-    named: Named
+    named: GridOrigin
     grid: MeasuringGrid
     failure: Failure | None = None
 
@@ -98,7 +101,7 @@ class GridReport:
 class DeviationReport:
     """Deviations of measured points on the grid of a member."""
 
-    named: Named
+    named: GridOrigin
     result: Deviations
     failure: Failure | None = None
 

@@ -78,7 +78,7 @@ def scanned(
 def apart(mating: Mating, points: FloatArray, roll: float) -> FloatArray:
     """Return separations at one roll, infinite where the foot is not on the mating flank."""
     turned = mating.turned(np.array([roll]), mating.operation.gear_roll(np.array([roll])))
-    return mating.valid(mating.at(points, np.tile(turned, len(points))))
+    return mating.distance_on_flank(mating.at(points, np.tile(turned, len(points))))
 
 
 @pytest.mark.parametrize("member", [0, 1])

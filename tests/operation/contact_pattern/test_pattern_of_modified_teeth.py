@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from beveloid_geom import Modification, contact_pattern
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.flank import flank_point
-from beveloid_geom.operation.angular_clearance import pose_of, seen_by_other
+from beveloid_geom.operation.angular_clearance import axes_of, seen_by_other
 from beveloid_geom.operation.contact_pattern.motion import first_contact_operation
 from tests.oracle.table1 import table1
 
@@ -24,7 +24,7 @@ def test_least_separation_is_the_distance_from_the_modified_mate(flank: str) -> 
         design.gear.modified(Modification(profile_crowning_um=6.0)),
     )
     design = replace(design, pinion=pinion, gear=gear)
-    operation, pose = first_contact_operation(design, flank), pose_of(design)
+    operation, axes = first_contact_operation(design, flank), axes_of(design)
     side = contact_pattern(design, flank, operation=operation).pinion
     assert np.nanmin(side.least) > -1e-9
     for at in ((10, 10), (14, 20), (18, 12)):
@@ -32,7 +32,7 @@ def test_least_separation_is_the_distance_from_the_modified_mate(flank: str) -> 
         gear_roll = float(operation.gear_roll(np.array([roll]))[0])
         x, y, z = side.points[at]
         x, y = np.cos(roll) * x - np.sin(roll) * y, np.sin(roll) * x + np.cos(roll) * y
-        x, y, z = (float(value) for value in seen_by_other(pose, 0, x, y, z))
+        x, y, z = (float(value) for value in seen_by_other(axes, 0, x, y, z))
         turned = np.array(
             (
                 np.cos(gear_roll) * x + np.sin(gear_roll) * y,

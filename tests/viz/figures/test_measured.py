@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from beveloid_geom import builtin_design
-from beveloid_geom.report.workshop.grid import DeviationReport, Named
+from beveloid_geom.report.workshop.grid import DeviationReport, GridOrigin
 from beveloid_geom.workshop.grid import measuring_grid
 from beveloid_geom.workshop.measured import deviations_of
 from beveloid_viz.cli import main
@@ -29,7 +29,7 @@ def report(size: float = 0.01) -> DeviationReport:
     wave = size * np.sin(np.arange(grid.l.size)).reshape(grid.l.shape)
     wave[1, -1, 0] = -1.5 * size
     point = grid.point + wave[..., None] * grid.normal
-    return DeviationReport(Named("mine", "gear", "10 %"), deviations_of(grid, point))
+    return DeviationReport(GridOrigin("mine", "gear", "10 %"), deviations_of(grid, point))
 
 
 @pytest.mark.parametrize("size", [1e-5, 0.01, 0.3])

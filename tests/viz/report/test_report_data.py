@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Design, Errors, Pair, Tolerances, builtin_design, tolerance_study
-from beveloid_geom.analysis.tolerance import UNIT, USUAL
+from beveloid_geom.analysis.tolerance import MOUNTINGS_PER_BLOCK, USUAL
 from beveloid_geom.design.file import BUILTINS, builtin_text
 from beveloid_geom.findings.advice import design_remarks
 from beveloid_geom.report.tolerance import ToleranceReport, tolerance_remarks
@@ -119,7 +119,7 @@ def test_charts_keep_their_numbers_and_share_no_ids() -> None:
 @pytest.mark.slow
 def test_progress_counts_the_mountings() -> None:
     calls: list[str] = []
-    settings = ReportSettings(cases=2 * UNIT + 1)
+    settings = ReportSettings(cases=2 * MOUNTINGS_PER_BLOCK + 1)
     compute("ni-2017", builtin_design(), settings, calls.append)
     assert len(calls) == settings.steps
     assert calls.count("tolerance") == 1 + 3

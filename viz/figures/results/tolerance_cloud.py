@@ -18,7 +18,7 @@ from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.pair.misalignment import errors_below, mounted
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.result import table_of
-from beveloid_geom.report.tolerance import ToleranceReport, edges_carry, pattern_counts, size_words
+from beveloid_geom.report.tolerance import ToleranceReport, edge_contact_count, pattern_counts, size_words
 
 from ...components import charts, panels, paths_table, viewpoint
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, rows_of_cases
@@ -197,12 +197,12 @@ def _note(data: CloudFigure, stretch: float) -> str:
 
 def _in_operation(data: CloudFigure) -> str:
     """Return the sentence on the operation of the first mountings; empty if it is not known."""
-    known = [case.study.running for case in data.cases if case.study and case.study.running]
+    known = [case.study.cycles for case in data.cases if case.study and case.study.cycles]
     if len(known) < len(data.cases):
         return ""
     edges, ends = (
-        " and ".join(str(count(running)) for running in known)
-        for count in (edges_carry, lambda running: pattern_counts(running)["toe_or_heel"])
+        " and ".join(str(count(cycles)) for cycles in known)
+        for count in (edge_contact_count, lambda cycles: pattern_counts(cycles)["toe_or_heel"])
     )
     return (
         f" Edges touch in {edges} of {known[0].status.size} mountings; patterns reach a face end in {ends}"

@@ -16,7 +16,8 @@ from ...options import NumberRange, flank_option, no_result, option, override_op
         "--film",
         NumberRange(0.0, 10.0),
         0.00635,
-        "Film thickness of a second contact ratio: tooth pairs within this clearance count as in contact.",
+        "Film thickness (lubricant or marking compound) for a second contact ratio. Tooth pairs whose"
+        " clearance exceeds that of the first pair by at most this value count as in contact.",
         "MM",
     ),
     override_options,

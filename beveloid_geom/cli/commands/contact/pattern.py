@@ -11,8 +11,8 @@ from ...tolerance_options import TOLERANCES, errors_option, sizes_of, tolerance_
 POINTS = "Distance between the points on both flanks; the areas do not depend on it.  [default: module / 15]"
 ERROR = "Largest relative error of an area; it does not depend on --resolution."
 OVER = (
-    "Patterns under two errors, such as offset,shaft-angle (also E,Sigma; P, G: axial) or"
-    " centre-distance,in-plane, instead of one pattern."
+    "Compute patterns under two errors, such as offset,shaft-angle or centre-distance,in-plane, instead of"
+    " one pattern. E, Sigma, P and G stand for offset, shaft-angle, pinion-axial and gear-axial."
 )
 CELLS = click.Choice(["3", "5"])
 
@@ -53,10 +53,11 @@ def pattern_command(
 
     One tooth pair rolls from before its contact until after it; the gear is in the position of the first
     contact of all teeth. With --over, a matrix of patterns under two errors is computed, up to the tolerances
-    of these errors (if none is given, the usual tolerances of the command `tolerance`). For each pattern it
-    has the ellipse, the transmission error in operation, and the share of the mesh cycle in which edges
-    touch. The exit status is 1 if there is no contact or the pair cannot be assembled (with --over: if no
-    cell has a pattern), 4 if a first contact could not be computed."""
+    of these errors (if none is given, the usual tolerances of the command `tolerance`). For each pattern,
+    the matrix gives the ellipse with the same centre and second moments of area in the side view (z against
+    radius r), the transmission error in operation, and the share of the mesh cycle in which edges touch. The
+    exit status is 1 if there is no contact or the pair cannot be assembled (with --over: if no cell has a
+    pattern), 4 if a first contact could not be computed."""
     from ....findings.path import first_contact_fault
     from ....operation.contact_pattern.motion import UnknownOperationError
     from ....report.pattern import pattern_report

@@ -16,7 +16,7 @@ FORCE = (
     "Force on one tooth pair along the common normal, for contact ellipses and pressures (Hertz)."
     " On parallel axes it is the total force on all lines of contact."
 )
-TORQUE = "Torque on the pinion, instead of a force."
+TORQUE = "Torque on the pinion in N m, instead of a force."
 
 
 def load_of(
@@ -45,7 +45,8 @@ def load_of(
         "--method",
         click.Choice(["one-equation", "five-equation"]),
         "one-equation",
-        "One equation, or for comparison the five equations of the paper, which are slower.",
+        "Method: one equation, or for comparison the five equations of the paper, which are slower and give"
+        " the same path.",
     ),
     option("--force", NumberRange(0.0, 1e12, min_open=True), None, FORCE, "N"),
     option("--torque", NumberRange(0.0, 1e12, min_open=True), None, TORQUE, "NM"),
@@ -78,9 +79,9 @@ def tca(
 ) -> results.Result:
     """Compute the path of contact of a pair of flanks.
 
-    The roll angle of a member is 0 where its generating rack is in the middle (phi = 0 in Eq. 6). z is
-    measured from mid-face, l1 and l2 along the tool flank from the apex of its parabola towards the tip of
-    the member. The transmission error is positive where the gear is ahead. With --force or --torque, the
+    The roll angle of a member is 0 where its tooth 0 is on the x axis of its fixed frame (phi = 0 in Eq. 6).
+    z is measured from mid-face, l1 and l2 along the tool flank from the apex of its parabola towards the tip
+    of the member. The transmission error is positive where the gear is ahead. With --force or --torque, the
     contact ellipse and the largest pressure (Hertz) are computed at each position. If an ellipse extends
     beyond an edge of a flank, this edge is named; the true pressure is then larger. On parallel axes the load
     is distributed evenly over all lines of contact. JSON and CSV contain the status of each position, and

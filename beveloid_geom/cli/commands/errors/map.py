@@ -35,9 +35,9 @@ if TYPE_CHECKING:
     ),
     flank_option,
     bounds_options(
-        "Lower and upper limit of the quantity of the {}, 1/mm, mm or rad. If --over names two inputs,"
-        " --pinion-bounds is for the first and --gear-bounds for the second. Required for inputs without a"
-        " usual range, such as offset."
+        "Lower and upper limit of the quantity of the {}: 1/mm, mm, rad, or no unit for profile shifts. If"
+        " --over names two inputs, --pinion-bounds is for the first and --gear-bounds for the second."
+        " Required for inputs without a usual range, such as offset."
     ),
     option("--steps", click.IntRange(2, 201), 21, "Number of values of each input."),
     tolerance_options,
@@ -65,8 +65,9 @@ def map_(
 
     The shift is the movement of the middle of the path, perpendicular to the path, under errors that are as
     large as their tolerances (if none is given, the usual tolerances of the command `tolerance`). Each error
-    is applied alone and in both directions; the shift is the root of the sum of the squared movements,
-    averaged over both directions. The angle is that of the path to the axial direction, in the side view. The
+    is applied alone and in both directions. The squared movements, in the plane of z and l1 of the pinion,
+    are averaged over both directions and added for all errors; the shift is the root of this sum. The angle
+    is that between the chord of the path and the axial direction, in the side view (z against radius r). The
     normal backlash is without parabolas and errors, the mounted backlash with them.
 
     The text lists the extremes and their positions, JSON and CSV contain every cell. `render-figures --only

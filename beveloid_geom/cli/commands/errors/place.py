@@ -28,7 +28,8 @@ from ...tolerance_options import errors_option
         "--l1",
         float,
         None,
-        "Flank parameter l1 of the middle of the path on the pinion. Default: centred in profile.",
+        "l1 of the middle of the path: position along the pinion's tool flank from the apex of its parabola"
+        " towards the tip. Default: centred in profile.",
         "MM",
     ),
     flank_option,

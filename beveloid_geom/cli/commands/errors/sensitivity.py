@@ -19,8 +19,9 @@ if TYPE_CHECKING:
         "--errors-at",
         click.Choice(["perpendicular", "mesh"]),
         None,
-        "Errors about the common perpendicular, or at the mesh (about the pitch point). Default: as in"
-        " the design.",
+        "perpendicular: errors of offset, shaft angle and axial positions, about the common perpendicular."
+        " mesh: errors of centre distance, both tilts and axial positions, about the pitch point. Default:"
+        " as in the design.",
     ),
     override_options,
     csv="one quantity per row",

@@ -23,8 +23,9 @@ def _member_options(member: str) -> Option:
             f"--{member}-ball",
             NumberRange(0.01, 1000.0),
             None,
-            f"Diameter of the balls for the {member}.  [default: the smallest usual ball that touches on or"
-            " above the shifted reference cone]",
+            f"Diameter of the balls for the {member}.  [default: the smallest usual diameter of measuring"
+            " balls (0.17 to 200 mm) with which a ball at mid-face touches both flanks on or above the"
+            " shifted reference cone]",
             "MM",
         ),
         option(

@@ -71,13 +71,13 @@ def nominal_grid(
     border: tuple[str, float, float | None],
 ) -> GridReport:
     """Return the nominal grid of the options. Raises Refusal."""
-    from ....report.workshop.grid import GridReport, Named
+    from ....report.workshop.grid import GridOrigin, GridReport
     from ....workshop.grid import measuring_grid
 
     words, share, length = border
     with results.refused_values():
         points = measuring_grid(getattr(design, member), rows, columns, share, length)
-    return GridReport(Named(name, member, words), points)
+    return GridReport(GridOrigin(name, member, words), points)
 
 
 @results.result_command(

@@ -21,7 +21,7 @@ from ....export import (
     VOLUME_FORMATS,
     suffixes_by_purpose,
 )
-from ....shapes import TOLERANCES_PER_MODULE
+from ....shapes import MODULE_PER_TOLERANCE
 from ...mesh_options import PARTS, mesh_options
 from ...mesh_parts import FLANKS, GEARS, TEETH, WRITERS, MeshRequest, frames_text
 from ...options import (
@@ -56,14 +56,14 @@ class PartKind:
         Parts that can be written.
     description : str
         Text for messages.
-    steps : float or None
-        Module over default tolerance, None if no tolerance is needed.
+    module_per_tolerance : float or None
+        Module divided by the default tolerance, None if no tolerance is needed.
     """
 
     formats: dict[str, Any]
     parts: tuple[str, ...]
     description: str
-    steps: float | None = TOLERANCES_PER_MODULE
+    module_per_tolerance: float | None = MODULE_PER_TOLERANCE
 
 
 KINDS = {
@@ -253,8 +253,8 @@ def write_part(
     kind = kind_of(part, suffix, int(member.teeth))
     module = float(member.tool.normal_module)
     load, teeth = default_load_n * (module / 6.0) ** 2, 3 if kind == "contact" else 1
-    steps = KINDS[kind].steps
-    defaults = {"tolerance": None if steps is None else module / steps, "load": load, "teeth": teeth}
+    divisor = KINDS[kind].module_per_tolerance
+    defaults = {"tolerance": None if divisor is None else module / divisor, "load": load, "teeth": teeth}
     given |= {name: value for name, value in defaults.items() if given[name] is None}
     bores = {
         name: given.pop(name) for name in ("bore_radius", *(f"{member}_bore_radius" for member in MEMBERS))
