@@ -97,13 +97,13 @@ def _line(start: tuple[float, float], direction: tuple[float, float]) -> Geom2d_
     return Geom2d_Line(gp_Pnt2d(*start), gp_Dir2d(*direction))
 
 
-def _spline_surface(net: Net, trace: StripEdge) -> Geom_BSplineSurface:
+def _spline_surface(net: Net, edge: StripEdge) -> Geom_BSplineSurface:
     rows, columns = net.poles.shape[:2]
     poles = Array2_gp_Pnt(1, rows, 1, columns)
     for i, row in enumerate(net.poles.tolist(), 1):
         for j, pole in enumerate(row, 1):
             poles.SetValue(i, j, gp_Pnt(*pole))
-    (u, mu, du), (v, mv, dv) = _knots(net.knots, rows), _knots(trace.knots, columns)
+    (u, mu, du), (v, mv, dv) = _knots(net.knots, rows), _knots(edge.knots, columns)
     return Geom_BSplineSurface(poles, u, v, mu, mv, du, dv)
 
 
@@ -128,8 +128,8 @@ def _edge(
 class _Placed:
     """Strip in the form of the kernel.
 
-    `surface`; `arcs` at toe and heel with their `ranges`; `in_surface`: curves of toe, last trace, heel and
-    first trace in the parameters of the surface. `inward` is whether the strip runs against the first
+    `surface`; `arcs` at toe and heel with their `ranges`; `in_surface`: curves of toe, last edge, heel and
+    first edge in the parameters of the surface. `inward` is whether the strip runs against the first
     parameter of the surface, whose normal then points into the metal."""
 
     surface: Any
@@ -153,9 +153,10 @@ def _placed_net(strip: Strip, net: Net) -> _Placed:
 def _placed_revolved(strip: Strip, shape: Revolved) -> _Placed:
     """Return a strip of a cone or cylinder in the form of the kernel.
 
-    Angles are counted from the opposite side, so that no strip crosses the seam. The axis points in the
-    direction in which the cone widens, because STEP has no other cones. The angle of the cone is therefore
-    reversed if it narrows towards +z, and the angle of the arcs is reversed in a bore."""
+    The angular parameter starts on the opposite side of the axis, so that no strip crosses the seam of the
+    surface. The axis points in the direction in which the cone widens, because STEP has no other cones. If
+    the cone narrows towards +z, the axis therefore points to -z, and the sense of the angular parameter is
+    reversed. On the arcs of a bore, the sense of the angular parameter is reversed, too."""
     angles = np.concatenate((strip.first.angle, strip.last.angle))
     seam = 0.5 * float(angles.min() + angles.max()) - np.pi
     x = gp_Dir(float(np.cos(seam)), float(np.sin(seam)), 0.0)
@@ -173,7 +174,7 @@ def _placed_revolved(strip: Strip, shape: Revolved) -> _Placed:
     def turned(angle: Any, sense: float) -> Any:
         return angle - seam if sense > 0.0 else 2.0 * np.pi - (angle - seam)
 
-    def trace(line: StripEdge) -> Geom2d_BSplineCurve:
+    def edge_curve(line: StripEdge) -> Geom2d_BSplineCurve:
         along = up * line.points[:, 2] / np.cos(slope)
         return _plane_curve(line.knots, np.stack((turned(line.angle, up), along), axis=-1))
 
@@ -183,11 +184,11 @@ def _placed_revolved(strip: Strip, shape: Revolved) -> _Placed:
         frame = gp_Ax2(gp_Pnt(0.0, 0.0, z), gp_Dir(0.0, 0.0, spin), x)
         start = 0.0 if up * spin > 0.0 else 2.0 * np.pi
         line = _line((start, up * z / np.cos(slope)), (up * spin, 0.0))
-        ends = tuple(float(turned(trace.angle[end], spin)) for trace in (strip.first, strip.last))
+        ends = tuple(float(turned(edge.angle[end], spin)) for edge in (strip.first, strip.last))
         return Geom_Circle(frame, shape.radius + shape.growth * z), line, (ends[0], ends[1])
 
     (toe, on_toe, toe_range), (heel, on_heel, heel_range) = arc(0), arc(-1)
-    in_surface = on_toe, trace(strip.last), on_heel, trace(strip.first)
+    in_surface = on_toe, edge_curve(strip.last), on_heel, edge_curve(strip.first)
     return _Placed(surface, (toe, heel), (toe_range, heel_range), in_surface, inward)
 
 
@@ -201,7 +202,7 @@ def _wire(builder: BRep_Builder, edges: Sequence[TopoDS_Edge], forward: Sequence
 
 
 def _face_of(builder: BRep_Builder, placed: _Placed, edges: Sequence[TopoDS_Edge]) -> TopoDS_Face:
-    """Return the face of a strip between its edges at toe, last trace, heel and first trace."""
+    """Return the face of a strip between its edges: at toe, last, at heel and first."""
     face = TopoDS_Face()
     builder.MakeFace(face, placed.surface, PRECISION_MM)
     for edge, curve in zip(edges, placed.in_surface, strict=True):
@@ -216,7 +217,7 @@ def _loop_faces(
 ) -> tuple[list[TopoDS_Face], tuple[TopoDS_Wire, TopoDS_Wire]]:
     """Return the faces of a closed loop of strips and the wires that bound it at toe and heel."""
     corners = [[_vertex(builder, strip.first.points[end]) for end in (0, -1)] for strip in loop]
-    traces = [
+    lines = [
         _edge(builder, _curve(strip.first.knots, strip.first.points), (0.0, 1.0), ends)
         for strip, ends in zip(loop, corners, strict=True)
     ]
@@ -229,7 +230,7 @@ def _loop_faces(
         for end in (0, 1):
             vertices = corners[i][end], corners[j][end]
             rims[end].append(_edge(builder, placed.arcs[end], placed.ranges[end], vertices))
-        faces.append(_face_of(builder, placed, (rims[0][i], traces[j], rims[1][i], traces[i])))
+        faces.append(_face_of(builder, placed, (rims[0][i], lines[j], rims[1][i], lines[i])))
     toe, heel = (_wire(builder, rim, [True] * len(rim)) for rim in rims)
     return faces, (toe, heel)
 

@@ -29,14 +29,15 @@ from ..shapes.hexahedral_mesh import VolumeMesh
 from ..shapes.sampling import FlankGrid, sample_flank
 from ..shapes.sheet import grid_faces
 from ..shapes.solid import NAMES, gear_solid, rotated_copies
-from ..shapes.surface_mesh import gear_mesh
+from ..shapes.surface_mesh import gear_triangles
 from ..shapes.tooth_boundary import require_tolerance
 from .fea.abaqus import FIXED_SETS, LoadCase, nearest_node
 from .fea.load import ContactPlace, contact_load
 from .surfaces import SurfaceMesh, in_fixed, joined_surfaces
 
 COUNTING_TOLERANCE_MM = 1e-3
-"""Tolerance at which points are counted. The number at a finer one follows from 1 / tolerance."""
+"""Tolerance at which the points of a surface are counted. For a finer tolerance, their number is extrapolated
+in proportion to 1 / tolerance."""
 
 
 def memory_limit() -> int:
@@ -102,7 +103,7 @@ def gear_surface(
     )
     if suffix in FIELD_FORMATS:
         numbers = None if teeth is None else range(teeth)
-        mesh = gear_mesh(member, tolerance, numbers, bore_radius)
+        mesh = gear_triangles(member, tolerance, numbers, bore_radius)
         return SurfaceMesh(mesh.points, mesh.faces, {"normals": mesh.normals}, {"part": mesh.part}, NAMES)
     solid = gear_solid(member, tolerance, teeth, bore_radius)
     return SurfaceMesh(solid.points, solid.faces, {}, {"part": solid.part}, NAMES)
@@ -201,8 +202,8 @@ def contact_case(
     member : int
         0 for the pinion, 1 for the gear.
     force : float
-        Force along the inward normal of the flank, N. It is Hertz's pressure on the contact ellipse. If the
-        flanks touch along a line, the pressure is constant along the line of contact at this roll.
+        Force along the inward normal of the flank, N. It acts as Hertz's pressure on the contact ellipse. If
+        the flanks touch along a line, the pressure is constant along the line of contact at this roll.
     tooth : int
         Loaded tooth, from 0.
 

@@ -24,8 +24,10 @@ SPLINE_CONTINUOUS = 2
 
 
 class Seam(NamedTuple):
-    """Line l = `l` + `slope` z on a flank, mm, across which only the first `continuous` derivatives of its
-    edges do not jump."""
+    """Line l = `l` + `slope` z on a flank, mm.
+
+    Along a curve that crosses the line, the first `continuous` derivatives are continuous and the next one
+    jumps; 0 is a kink."""
 
     l: float
     slope: float
@@ -37,8 +39,8 @@ class Seam(NamedTuple):
 
 
 def seams_of(member: Member, flank: str) -> list[Seam]:
-    """Return the lines on a flank from its root to its tip at which reliefs of the profile begin, and the
-    rows of measured deviations.
+    """Return the lines along the face of a flank at which reliefs of the profile begin, and the rows of
+    measured deviations, in the order from root to tip.
 
     Rows that leave the flank or cross a line are omitted: there, B-splines need more spans.
 

@@ -14,8 +14,9 @@ DEGREE = 7
 
 
 class Break(NamedTuple):
-    """Parameter `place` (0 ... 1) at which only the first `continuous` derivatives of a function do not
-    jump; 0 if its slope jumps."""
+    """Parameter `place` (0 ... 1) at which a derivative of a function jumps.
+
+    The first `continuous` derivatives are continuous there; `continuous` is 0 if the slope jumps."""
 
     place: float
     continuous: int

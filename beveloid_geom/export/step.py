@@ -51,8 +51,8 @@ def write_step(
     Raises
     ------
     ValueError
-        For an undercut member, a pointed tooth, a pointed tool, a bore outside its limits, and teeth that are
-        not neighbours or overlap around the gear.
+        For a flank that undercut removes in a part of the face, a pointed tooth, a pointed tool, a bore
+        outside its limits, teeth that are not neighbours, and a tooth that winds around the complete gear.
     ImportError
         If OCP is not installed or cannot be loaded.
     OSError

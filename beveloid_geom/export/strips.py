@@ -36,7 +36,7 @@ Place: TypeAlias = Callable[[Any, FloatArray], FloatArray]
 1."""
 
 PROBES = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
-"""Parameters across the direction of the knots at which the distance is measured."""
+"""Knots are chosen for one parameter. The distance is measured at these values of the other parameter."""
 STRAIGHT = np.array([0.0, 0.0, 1.0, 1.0])
 """Knots of a straight line between two poles."""
 
@@ -55,9 +55,10 @@ class StripEdge:
 
 @dataclass(frozen=True, eq=False)
 class Net:
-    """Clamped B-spline surface over 0 ... 1 along the section and from toe to heel.
+    """Clamped B-spline surface over 0 ... 1 along the transverse section and from toe to heel.
 
-    `knots` along the section; `poles` (ns, nz, 3), mm. The outer rows of poles are those of the traces."""
+    `knots` along the section; `poles` (ns, nz, 3), mm. The outer rows of poles are those of the two edges
+    from toe to heel (`StripEdge`)."""
 
     knots: FloatArray
     poles: FloatArray
@@ -73,9 +74,9 @@ class Revolved:
 
 @dataclass(frozen=True, eq=False)
 class Strip:
-    """Face of the solid from toe to heel between two traces.
+    """Face of the solid from toe to heel between two edges, `first` and `last`.
 
-    Seen from +z, the metal is to the left of the direction from the first to the last trace. `tooth` is the
+    Seen from +z, the metal is to the left of the direction from the first to the last edge. `tooth` is the
     number of its tooth, if it has one, counted from 1 at angle 0."""
 
     name: str
@@ -89,7 +90,7 @@ class Strip:
 class _ToothStrips:
     """Strips of tooth 0 from the left to the right fillet, and its surroundings.
 
-    `root` is the root cone, `middle` the trace in the middle of the following tooth space; `has_land` is
+    `root` is the root cone, `middle` the edge in the middle of the following tooth space, and `has_land` is
     whether there is a bottom land."""
 
     strips: list[Strip]
@@ -216,7 +217,7 @@ def _places(member: Member) -> dict[str, Place]:
     }
 
 
-def _trace(knots: FloatArray, points: FloatArray) -> StripEdge:
+def _strip_edge(knots: FloatArray, points: FloatArray) -> StripEdge:
     """Return the line through points (n, 3) at the nodes of its knots."""
     angle = np.unwrap(np.arctan2(points[:, 1], points[:, 0]))
     angle -= 2.0 * pi * np.round(np.median(angle) / (2.0 * pi))
@@ -227,7 +228,7 @@ def _trace(knots: FloatArray, points: FloatArray) -> StripEdge:
 
 
 def _net(place: Place, first: StripEdge, last: StripEdge, breaks: Sequence[Break] = ()) -> Net:
-    """Return the surface between two traces; its outer rows of poles are those of the traces.
+    """Return the surface between two edges; its outer rows of poles are those of the edges.
 
     Derivatives may jump at the `breaks` across the section."""
     # Largest distance of flanks and fillets from the exact surfaces along the section.
@@ -254,7 +255,7 @@ def _cut_tooth(member: Member) -> _ToothStrips:
     )
     t, taper = nodes_of(knots), tan(float(member.cone_angle))
     tip, root = (Revolved(float(radius(member, 0.0)), taper) for radius in (tip_radius, root_radius))
-    starts, ends = ([_trace(knots, place(s, t)) for place in places.values()] for s in (0.0, 1.0))
+    starts, ends = ([_strip_edge(knots, place(s, t)) for place in places.values()] for s in (0.0, 1.0))
     left_root, left_tip, right_tip, right_root = starts[0], ends[1], starts[2], ends[3]
     if np.any((right_tip.angle - left_tip.angle) * tip.radius < narrow_land_mm):
         raise ValueError("the tooth tip is pointed: reduce addendum, profile shift or face width")
@@ -275,12 +276,14 @@ def _cut_tooth(member: Member) -> _ToothStrips:
 def _middle(member: Member, knots: FloatArray) -> StripEdge:
     """Return the middle of the tooth space after tooth 0 on the bottom land."""
     z = 0.5 * float(member.face_width) * (2.0 * nodes_of(knots) - 1.0)
-    return _trace(knots, bottom_point(member, "right", 0.5 * pi * float(member.tool.normal_module), z)[0])
+    return _strip_edge(
+        knots, bottom_point(member, "right", 0.5 * pi * float(member.tool.normal_module), z)[0]
+    )
 
 
-def _turned(trace: StripEdge, angle: float) -> StripEdge:
-    """Return a trace that is turned about the gear axis."""
-    return StripEdge(trace.knots, turned(angle, *np.moveaxis(trace.points, -1, 0)), trace.angle + angle)
+def _turned(edge: StripEdge, angle: float) -> StripEdge:
+    """Return an edge that is turned about the gear axis."""
+    return StripEdge(edge.knots, turned(angle, *np.moveaxis(edge.points, -1, 0)), edge.angle + angle)
 
 
 def _turned_strip(strip: Strip, angle: float, tooth: int) -> Strip:
@@ -294,8 +297,8 @@ def _complete_bore(member: Member, radius: float) -> list[Strip]:
     """Return the bore of a complete gear as two halves, in clockwise order."""
     half = 0.5 * float(member.face_width)
     line = StripEdge(STRAIGHT, np.array([[radius, 0.0, -half], [radius, 0.0, half]]), np.zeros(2))
-    traces = [_turned(line, -pi * i) for i in range(3)]
-    return [Strip("bore", *pair, Revolved(radius, 0.0)) for pair in pairwise(traces)]
+    edges = [_turned(line, -pi * i) for i in range(3)]
+    return [Strip("bore", *pair, Revolved(radius, 0.0)) for pair in pairwise(edges)]
 
 
 def _sector(
@@ -319,15 +322,15 @@ def _sector(
 
 
 def _ruled(first: StripEdge, last: StripEdge) -> Net:
-    """Return the ruled surface between two traces."""
+    """Return the ruled surface between two edges."""
     return Net(STRAIGHT, np.stack((first.points, last.points)))
 
 
-def _on_cylinder(trace: StripEdge, radius: float) -> StripEdge:
-    """Return the trace with the same angles on a cylinder."""
+def _on_cylinder(edge: StripEdge, radius: float) -> StripEdge:
+    """Return the edge with the same angles on a cylinder."""
     from scipy.interpolate import BSpline
 
-    angle = BSpline(trace.knots, trace.angle, DEGREE)(nodes_of(trace.knots))
-    points = np.stack((radius * np.cos(angle), radius * np.sin(angle), trace.points[:, 2]), axis=-1)
-    inner = _trace(trace.knots, points)
-    return StripEdge(inner.knots, inner.points, trace.angle)
+    angle = BSpline(edge.knots, edge.angle, DEGREE)(nodes_of(edge.knots))
+    points = np.stack((radius * np.cos(angle), radius * np.sin(angle), edge.points[:, 2]), axis=-1)
+    inner = _strip_edge(edge.knots, points)
+    return StripEdge(inner.knots, inner.points, edge.angle)

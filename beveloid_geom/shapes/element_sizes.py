@@ -1,9 +1,10 @@
 """Numbers of elements of a tooth, and the nodes of its boundary.
 
-Elements with straight edges stay within a tolerance of the cut surfaces. Their deviations fall with the
-square of the number of elements. They are measured on a trial division, from which the numbers follow
-(`cells_of`). The fillet has the smallest elements. Those of the flank, of the bottom land and across the
-tooth are at most a few times as large, and along the flank they grow gradually from the fillet on.
+Elements with straight edges stay within a tolerance of the surfaces that the tool cuts. Their deviations are
+inversely proportional to the square of the number of elements. They are measured on a trial division, from
+which the numbers follow (`cells_of`). The fillet has the smallest elements. Those of the flank, of the bottom
+land and across the tooth are at most a few times as large, and along the flank they grow gradually from the
+fillet on.
 
 If a tooth is thin at its tip, elements there would taper to a point, and the determinant of the Jacobian
 would vary too much within them. The steps towards this place, along the profile and along the face, are
@@ -62,7 +63,7 @@ def cells_of(member: Member, tolerance: float) -> Cells:
     member : Member
         A single member.
     tolerance : float
-        Largest distance of faces with 4 nodes from the cut surfaces, mm.
+        Largest distance of faces with 4 nodes from the surfaces that the tool cuts, mm.
 
     Returns
     -------
@@ -86,10 +87,12 @@ def cells_of(member: Member, tolerance: float) -> Cells:
 def _scaled(member: Member, sheets: dict[str, Sheet], measured: Cells, tolerance: float) -> Cells:
     """Return the numbers of elements that use half of the tolerance along profiles and half along the face.
 
-    Deviations are assumed to fall with the square of the number from those of the `measured` division."""
+    Deviations are assumed to be inversely proportional to the square of the number, starting from those of
+    the `measured` division."""
     # Smallest number of elements along a fillet and across a tooth.
     min_cells = 4
-    # Modules. If the elements of a short fillet are smaller, the other elements are not.
+    # Modules. The sizes of the other elements are multiples of the size on the fillet, or of this length if
+    # the elements of a short fillet are smaller.
     smallest_fillet_step = 0.08
     deviation = _deviations(sheets, measured)
     rows, length = dict.fromkeys(("bottom", "fillet", "flank", "tip"), 1), dict.fromkeys(sheets, 0.0)
@@ -126,7 +129,7 @@ def _count(number: float) -> int:
 
 
 def edge_deviation(member: Member, cells: Cells) -> float:
-    """Return the largest distance (mm) of straight element edges from the cut surfaces of a tooth."""
+    """Return the largest distance (mm) of straight element edges from the surfaces that the tool cuts."""
     return max(max(both) for both in _deviations(cut_sheets(member), cells).values())
 
 

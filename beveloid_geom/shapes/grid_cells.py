@@ -7,7 +7,8 @@
 
    with the upper sign for the diagonal along which s increases while z decreases. Cells are therefore about
    sqrt(8 tolerance / L) by sqrt(8 tolerance / N).
-2. Stations distribute the square roots of L and N evenly.
+2. Stations are placed such that the integrals of sqrt(|L|) along s, and of sqrt(|N|) along z, are the same
+   for each cell.
 3. The diagonal is the one that follows the surface. On an involute helicoid, which is developable, the
    correct diagonal adds no deviation, and the wrong one makes it four times as large.
 4. The number of cells is the smallest one for which the estimate keeps the tolerance. The estimate is scaled
@@ -24,19 +25,22 @@ from ..arrays import FloatArray
 from .sheet import Sheet, falling_diagonals, grid_of
 
 MAX_POINTS = 20_000_000
+"""Largest number of points of a surface or a solid."""
 CELL_STEPS = 6
 """Number of steps along each side of a cell, to points at which the deviation is measured."""
 RATIOS = np.vander(np.geomspace(1.0 / 16.0, 16.0, 17), 3, increasing=True)
+"""Powers 0, 1 and 2 of the ratios of the sides of a cell for which the largest deviation is looked up."""
 
 
 @dataclass(frozen=True, eq=False)
 class Form:
     """Second fundamental form of a surface in stretched coordinates (0 ... 1 along profile and face).
 
-    `shapes` (n, 3): factors (mm) of 1/ns^2, 1/(ns nz) and 1/nz^2 in deviations of one cell. `profile` and
-    `face`: s and relative z at even steps of the stretched coordinates."""
+    `factors` (n, 3), mm: factors of 1/ns^2, 1/(ns nz) and 1/nz^2 in each of the n deviations of a cell that
+    may be the largest one. `profile` and `face`: s and relative z (0 ... 1) at even steps of the stretched
+    coordinates."""
 
-    shapes: FloatArray
+    factors: FloatArray
     profile: FloatArray
     face: FloatArray
 
@@ -66,12 +70,13 @@ def form_of(sheet: Sheet, tolerance: float) -> Form:
 def _stretched(L: FloatArray, M: FloatArray, N: FloatArray, evenness: float) -> Form:
     (profile, stretch_s), (face, stretch_z) = _stretching(L, evenness), _stretching(N.T, evenness)
     stretched = L * stretch_s[:, None] ** 2, M * stretch_s[:, None] * stretch_z, N * stretch_z**2
-    return Form(_shapes(*(part.reshape(-1, 1) for part in stretched)), profile, face)
+    return Form(_factors(*(part.reshape(-1, 1) for part in stretched)), profile, face)
 
 
 def _stretching(curvature: FloatArray, evenness: float) -> tuple[FloatArray, FloatArray]:
-    """Return 129 stations that distribute the square root of the largest curvature (n, others) evenly, and
-    the derivative (n,) of the first coordinate by the even one at the given points."""
+    """Return 129 stations between which the integral of the square root of the largest `curvature` (n,
+    others) is the same, and the derivative (n,) of the first coordinate by the even one at the given
+    points."""
     greatest = np.abs(curvature).max(axis=1)
     density = np.sqrt(greatest + evenness * greatest.max() + 1e-24)
     even, fine = np.linspace(0.0, 1.0, density.size), np.linspace(0.0, 1.0, 129)
@@ -88,7 +93,7 @@ def stations(form: Form, ns: int, nz: int, half_width: float) -> tuple[FloatArra
     return s, half_width * (2.0 * np.interp(np.linspace(0.0, 1.0, nz + 1), even, form.face) - 1.0)
 
 
-def _shapes(L: FloatArray, M: FloatArray, N: FloatArray) -> FloatArray:
+def _factors(L: FloatArray, M: FloatArray, N: FloatArray) -> FloatArray:
     """Return the estimated deviations (n, 3) of one cell that may be the largest, for a second fundamental
     form (samples, 1).
 
@@ -99,15 +104,15 @@ def _shapes(L: FloatArray, M: FloatArray, N: FloatArray) -> FloatArray:
     in_triangle = np.array([(i, j) for i in range(5) for j in range(5 - i)]).T / 4.0
     s, z = in_triangle
     parts = np.broadcast_arrays(0.5 * L * s * (1.0 - s), -M * s * z, 0.5 * N * z * (1.0 - z))
-    shapes = np.stack([part.ravel() for part in parts])
+    factors = np.stack([part.ravel() for part in parts])
     # Only deviations that are the largest for some ratio of the sides matter.
     sides = np.concatenate((RATIOS * np.clip(balance, 1e-6, 1e6) ** (0.0, 0.5, 1.0), np.eye(3)))
-    return np.asarray(shapes.T[np.unique(np.abs(sides @ shapes).argmax(axis=1))])
+    return np.asarray(factors.T[np.unique(np.abs(sides @ factors).argmax(axis=1))])
 
 
 def estimated_deviation(form: Form, ns: float, nz: float) -> float:
     """Return the deviation (mm) of ns x nz cells that the second fundamental form predicts."""
-    return float(np.abs(form.shapes @ (1.0 / ns**2, 1.0 / (ns * nz), 1.0 / nz**2)).max()) + 1e-300
+    return float(np.abs(form.factors @ (1.0 / ns**2, 1.0 / (ns * nz), 1.0 / nz**2)).max()) + 1e-300
 
 
 def cells_for(form: Form, tolerance: float) -> tuple[int, int]:
@@ -115,12 +120,12 @@ def cells_for(form: Form, tolerance: float) -> tuple[int, int]:
     Raises ValueError for a tolerance that is not positive or needs too many points."""
     if not 0.0 < tolerance < np.inf:
         raise ValueError(f"tolerance must be a positive length in mm, got {tolerance:g}")
-    a, b, _ = np.concatenate((form.shapes, -form.shapes)).T
+    a, b, _ = np.concatenate((form.factors, -form.factors)).T
     bound = max(tolerance, 1e-50)  # smaller ones cannot be met, and their squares underflow
     least = max(1.0, np.ceil(np.sqrt(a.max() / bound) - 1e-9))
     most = 4.0 * least + np.floor(2.0 * np.sqrt(b.max() / bound)) + 2.0
     counts = np.unique(np.round(np.geomspace(least, most, 60))).astype(float)[:, None]
-    across = columns_for(form.shapes, counts, bound)
+    across = columns_for(form.factors, counts, bound)
     points = (counts[:, 0] + 1.0) * (across + 1.0)
     best = int(np.argmin(points))
     if points[best] > MAX_POINTS:
@@ -129,13 +134,13 @@ def cells_for(form: Form, tolerance: float) -> tuple[int, int]:
     return int(counts[best, 0]), int(across[best])
 
 
-def columns_for(shapes: FloatArray, rows: FloatArray, tolerance: float) -> FloatArray:
+def columns_for(factors: FloatArray, rows: FloatArray, tolerance: float) -> FloatArray:
     """Return the smallest numbers of columns (n,) for `rows` (n, 1) that keep a tolerance (mm) by the
-    estimate of the `shapes` (m, 3) of a Form.
+    estimate of the `factors` (m, 3) of a Form.
 
     Each deviation is a quadratic in 1/columns. The longest cell is that at which it first reaches the
     tolerance. If the rows alone exceed the tolerance, the number of columns is very large."""
-    a, b, c = np.concatenate((shapes, -shapes)).T
+    a, b, c = np.concatenate((factors, -factors)).T
     left, b = np.maximum(tolerance - a / rows**2, 1e-9 * tolerance), b / rows
     with np.errstate(invalid="ignore"):
         across = np.fmax.reduce((b + np.sqrt(b * b + 4.0 * c * left)) / (2.0 * left), axis=1)

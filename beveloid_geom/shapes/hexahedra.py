@@ -50,7 +50,7 @@ def tooth_hexahedra(
         Elements with 20 or 8 nodes. The reduced integration of C3D20R allows hourglass modes under a load on
         one face. C3D8I fails the patch test unless elements are parallelepipeds.
     tolerance : float
-        Largest distance of straight edges from the cut surfaces, mm; see `cells_of`.
+        Largest distance of straight edges from the surfaces that the tool cuts, mm; see `cells_of`.
     bore_radius : float, optional
         mm; 0.45 of the smallest root radius by default.
     cells : Cells or sequence of Cells, optional

@@ -20,7 +20,7 @@ from ..gear.rack import rack_normal, rack_of, rack_point
 from ..gear.tooth_side import side_points, surface_of
 from ..gear.undercut import require_cut
 from ..support.array_repr import short_repr
-from . import SURFACE_STEPS
+from . import MODULE_PER_TOLERANCE
 from .grid_cells import cells_for, estimated_deviation, form_of, measured_deviation, stations
 from .sheet import CHECK_STATIONS, Sheet, grid_of, series_of
 
@@ -79,8 +79,8 @@ def flank_sheet(member: Member, flank: str, to_fillet: bool = False) -> Sheet:
 
 
 def default_tolerance(member: Member) -> float:
-    """Return the default tolerance of surfaces, mm: the normal module / SURFACE_STEPS."""
-    return float(member.tool.normal_module) / SURFACE_STEPS
+    """Return the default tolerance of surfaces, mm: the normal module / MODULE_PER_TOLERANCE."""
+    return float(member.tool.normal_module) / MODULE_PER_TOLERANCE
 
 
 def sample_flank(member: Member, flank: str, tolerance: float | None = None) -> FlankGrid:

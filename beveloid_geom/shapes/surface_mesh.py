@@ -1,7 +1,7 @@
 """Triangles of teeth for pictures, with exact normals.
 
-The surfaces are those of the solid (`solid.tooth_surface`). Surfaces do not share points, so that edges are
-sharp and the normals are those of the exact surfaces.
+The surfaces are those of the solid (`tooth_body.tooth_surface`). Surfaces do not share points, so that
+edges are sharp and the normals are those of the exact surfaces.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .tooth_body import tooth_surface
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
+class GearTriangles:
     """Triangles of a gear.
 
     Attributes
@@ -45,7 +45,7 @@ class Mesh:
     part: Indices
     names: tuple[str, ...]
 
-    def of(self, *names: str) -> Mesh:
+    def of(self, *names: str) -> GearTriangles:
         """Return the faces of the named surfaces."""
         return self.where(self.is_of(*names))
 
@@ -53,18 +53,20 @@ class Mesh:
         """Return which faces (m,) belong to the named surfaces."""
         return np.isin(self.part, [self.names.index(name) for name in names])
 
-    def where(self, mask: Mask) -> Mesh:
+    def where(self, mask: Mask) -> GearTriangles:
         """Return the faces selected by a mask (m,), with the points that they use."""
         used, faces = np.unique(self.faces[mask], return_inverse=True)
-        return Mesh(self.points[used], self.normals[used], faces.reshape(-1, 3), self.part[mask], self.names)
+        return GearTriangles(
+            self.points[used], self.normals[used], faces.reshape(-1, 3), self.part[mask], self.names
+        )
 
 
-def gear_mesh(
+def gear_triangles(
     member: Member,
     tolerance: float,
     tooth_numbers: Sequence[int] | None = None,
     bore_radius: float | None = None,
-) -> Mesh:
+) -> GearTriangles:
     """Return triangles of a gear, or of some adjacent teeth, in the frame of the gear.
 
     Parameters
@@ -80,7 +82,7 @@ def gear_mesh(
 
     Returns
     -------
-    Mesh
+    GearTriangles
 
     Raises
     ------
@@ -100,6 +102,6 @@ def gear_mesh(
         faces.append((first[:, None, None] + piece.faces).reshape(-1, 3))
         part.append(np.full(len(faces[-1]), NAMES.index(piece.name)))
         start += len(points[-1])
-    return Mesh(
+    return GearTriangles(
         np.concatenate(points), np.concatenate(normals), np.concatenate(faces), np.concatenate(part), NAMES
     )

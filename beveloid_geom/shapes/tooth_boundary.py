@@ -67,7 +67,7 @@ def _straight_sheet(member: Member, place: Place, ends: tuple[float, float]) -> 
 
 def _bottom_ends(member: Member, flank: str) -> tuple[float, float, float]:
     """Return the width (mm) of half the bottom land in the tool, the length (mm) of the tip round that is
-    added to a narrow land, and the angle (rad) of the section normal at the end of the added part."""
+    added to a narrow land, and the profile parameter (rad, see `fillet_sheet`) at the end of this part."""
     rounding, module = tool_round(member.tool, flank), float(member.tool.normal_module)
     width = 0.5 * np.pi * module - abs(rounding.centre[1])
     added = max(MIN_LAND_MODULES * module - width, 0.0)
@@ -78,16 +78,18 @@ def _bottom_ends(member: Member, flank: str) -> tuple[float, float, float]:
 
 
 def fillet_sheet(member: Member, flank: str) -> Sheet:
-    """Return the fillet below one flank over the angle (rad) of the section normal, from the bottom land
-    on."""
+    """Return the fillet below one flank, from the bottom land to the flank.
+
+    The profile parameter is the angle (rad) of the normal of the tool's tip round in the normal section of
+    the tool: pi/2 at the bottom land, and smaller towards the flank."""
     ends = _bottom_ends(member, flank)[2], tool_round(member.tool, flank).angle
     sheet = _straight_sheet(member, lambda p, z: fillet_points(member, flank, p, z), ends)
     return replace(sheet, upper=partial(fillet_end_angle, member, flank))
 
 
 def fillet_end_angle(member: Member, flank: str, z: FloatArray) -> FloatArray:
-    """Return the angle (rad) of the section normal at which a fillet ends in the planes `z` (mm): at the
-    joint with the flank, or where undercut lets both intersect.
+    """Return the profile parameter (rad, see `fillet_sheet`) at which a fillet ends in the planes `z` (mm):
+    at the joint with the flank, or where undercut lets both intersect.
 
     Raises ValueError where the fillet intersects the flank above the joint."""
     surface, angle = surface_of(member, flank), tool_round(member.tool, flank).angle
@@ -271,7 +273,8 @@ def _require_wide_fillets(sheets: dict[str, Sheet]) -> None:
             least = f"{width.min():.3g} mm wide at z = {z[np.argmin(width)]:.4g} mm"
             text = f"the {name} is only {least}, and {width.max():.3g} mm elsewhere"
             raise ValueError(
-                f"{text}: increase the tip_radius of the tool to at least 0.05, or choose a narrower face"
+                f"{text}: increase the tip_radius of the tool to at least 0.05 modules, or choose a narrower"
+                " face"
             )
 
 
@@ -293,7 +296,7 @@ def require_memory(points: float, tolerance: float, teeth: int) -> None:
 
 def _rows_for(form: Form, columns: int, tolerance: float) -> float:
     """Return the smallest number of rows for a number of columns according to the estimate, else infinity."""
-    rows = float(columns_for(form.shapes[:, ::-1], np.array([[float(columns)]]), tolerance)[0])
+    rows = float(columns_for(form.factors[:, ::-1], np.array([[float(columns)]]), tolerance)[0])
     return rows if estimated_deviation(form, rows, columns) <= tolerance * (1.0 + 1e-9) else np.inf
 
 

@@ -59,7 +59,8 @@ def _derivation(size: int) -> FloatArray:
 
 
 def with_derivative(coefficients: FloatArray, orders: int = 1) -> FloatArray:
-    """Return the coefficients, followed by those of the derivatives up to `orders`."""
+    """Return `coefficients` (quantities, ...), followed along the first axis by those of their derivatives up
+    to `orders`: (quantities (1 + orders), ...)."""
     parts, matrix = [coefficients], _derivation(coefficients.shape[-1])
     for _ in range(orders):
         parts.append(product(parts[-1], matrix))

@@ -77,8 +77,8 @@ def marked_area(function: Function, table: FloatArray, points: FloatArray, bound
     Returns
     -------
     MarkedArea
-        The error exceeds the bound if 12 improvements are not sufficient or make it worse. The result
-        is the best of them.
+        The error exceeds the bound if 12 improvements are not sufficient, if an improvement makes it much
+        larger, or if the border has more than 20,000 vertices. The result is the best of them.
     """
     size = np.array([_length(points), _length(np.swapaxes(points, 0, 1))])
     amount = _amount(points)

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 NO_CONTACT, NOT_COMPUTED = 1, 4
 """Exit statuses: no contact, or a pair that cannot be assembled; a failed calculation."""
 CANNOT_WRITE = 2
-"""Exit status if standard output cannot be written, as for bad input. Status 3 is missing OpenGL, and 70 an
-error of the program. A signal gives 128 plus its number: 130 for Ctrl-C."""
+"""Exit status if standard output cannot be written; bad input has the same status. Status 3 means that OpenGL
+is missing, and 70 an error of the program. A signal gives 128 plus its number: 130 for Ctrl-C."""
 
 _unfinished: list[Callable[[], str]] = []
 

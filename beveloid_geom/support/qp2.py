@@ -14,7 +14,8 @@ from ..arrays import FloatArray, Integers, Mask
 from .frozen_arrays import kept
 
 USUAL_CONSTRAINTS = 2
-"""Number of constraints, except for the box, that usually restrict the box at the same time."""
+"""Number of constraints, apart from the sides of the box, that are tested first. More of them rarely
+intersect the box."""
 
 
 def quadratic_step(

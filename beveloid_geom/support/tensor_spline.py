@@ -112,7 +112,8 @@ def spline_through(first: FloatArray, second: FloatArray, values: FloatArray) ->
     Raises
     ------
     ValueError
-        If has coordinates that do not increase along the grid, or are too far from a rectangular grid.
+        If the coordinates do not increase along the grid, or are too far from a rectangular grid. The message
+        begins with "has", so that the caller can put the name of a file before it.
     """
     fit_iterations = 100
     # Largest difference from the given values, relative to the largest value, at which the fit ends.

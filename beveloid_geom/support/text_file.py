@@ -31,7 +31,7 @@ def read_text(path: str | PathLike[str], max_bytes: int, fallback: str | None = 
     TextFileError
         If the file is longer, or not in one of these encodings.
     OSError, ValueError
-        If the file cannot be read, or the path cannot be one.
+        If the file cannot be read, or `path` is not a valid path.
     """
     with open(path, "rb") as file:
         data = file.read(max_bytes + 1)

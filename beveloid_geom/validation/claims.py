@@ -196,7 +196,9 @@ def _course(row: FloatArray, size: FloatArray, unit: str) -> str:
 def _concavity(case: FlankCase) -> Measured:
     measures = concavity(case.design, case.flank, case.sign * 0.01)  # 1/mm, as in Fig. 6
     metal = measures["metal near root and tip"][0]
-    words = f"the pinion has {metal[0]:.3g} and {metal[1]:.3g} mm more metal near root and tip"
+    least = f"at least {metal[0]:.3g} mm with a = {case.sign * 0.01}"
+    most = f"at most {metal[1]:.3g} mm with a = {case.sign * -0.01} 1/mm"
+    words = f"additional metal near root and tip of the pinion: {least}, {most}"
     return {"concavity": measures}, words
 
 

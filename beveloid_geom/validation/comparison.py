@@ -4,16 +4,18 @@
 
 - "mesh alone", "mesh, polished": proximity query on flanks sampled to a tolerance. The gear is turned until
   the least separation vanishes, which takes two to four queries; all of them count.
-- "five equations": SciPy's `fsolve` in scalar `math` (`validation.five_equations_math`). Each position of a
-  run along the path starts from the previous one.
-- "one equation": `path_of_contact`. One position is solved at a given l1; a path includes its exact ends. On
-  flanks with a modification, this is the tangency of both surfaces, and the five equations are not supported.
+- "five equations": Eq. 15 of the paper, solved by SciPy's `fsolve` in Python floats without arrays
+  (`validation.five_equations_math`). Each position of a run along the path starts from the previous one.
+- "one equation": `path_of_contact`, which reduces the five equations to one equation in l1 and l2. One
+  position is solved at a given l1; a path includes its exact ends. On flanks with a modification, this is the
+  tangency of both surfaces, and the five equations are not supported.
 - "first contact": `first_contact` of all teeth, edges included.
 
 The first four methods are compared at five positions of the path of contact with the five equations solved to
 60 digits (`validation.five_equations_mp`), which share no code with them. The first contact is compared at
-five positions of the mesh cycle with the exact segments of the cycle. Mesh methods are not compared there:
-they find tangencies only, whereas a first contact may lie on an edge.
+five positions of the mesh cycle with the segments of `mesh_cycle`, which represent the cycle by polynomials
+in the pinion roll. Methods with triangle meshes are not compared there: they find tangencies only, whereas a
+first contact may lie on an edge.
 """
 
 from __future__ import annotations
@@ -37,7 +39,7 @@ from ..gear.flank import flank_patch
 from ..operation.first_contact import first_contact
 from ..operation.mesh_cycle import mesh_cycle
 from ..pair.mounting import mounting_of
-from ..shapes.proximity.mesh_contact import mesh_contact
+from ..shapes.proximity.triangle_contact import triangle_contact
 from ..status import FirstStatus, Status
 from . import five_equations_math, pitch_region
 
@@ -240,7 +242,7 @@ def _turned(
     limit = 1e-11 if polish else 1e-2 * tolerance  # mm
     gear_roll = exact_roll + 1e-4
     for _ in range(8):
-        contact = mesh_contact(
+        contact = triangle_contact(
             design, flank, tolerance, pinion_roll=pinion_roll, gear_roll=gear_roll, polish=polish
         )
         if contact.status != Status.SOLVED:

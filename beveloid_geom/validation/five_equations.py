@@ -1,11 +1,12 @@
 """Path of contact by the method of the paper: five equations for each position (Eq. 15).
 
 The contacts are followed as a curve by its length (`five_equations_curve`). Paths along which the pinion roll
-or l1 turns back, or n_x changes sign, need no special treatment. The ends are roots of the smallest distance
-inside the limits along the curve. The method shares with the one-equation method only the flanks, the frames
-and the first starting value, which is moved off the solution. If the one-equation method has no result, the
-start is the rough pitch point of the unmodified pair (`pitch_region`), from which coefficients and errors are
-introduced step by step.
+or l1 turns back, or n_x (the component of the common normal along the common perpendicular of the axes)
+changes sign, need no special treatment. At an end of the path, the contact reaches a limit of a flank: the
+smallest of its distances from the limits is zero there. The method shares with the one-equation method only
+the flanks, the frames and the first starting value, which is moved off the solution. If the one-equation
+method has no result, the start is the rough pitch point of the unmodified pair (`pitch_region`), from which
+coefficients and errors are introduced step by step.
 
 The method takes about a thousand times as long as the one equation, and solves single designs only. A curve
 of contacts that is not connected with the starting value is not found."""
@@ -65,10 +66,11 @@ def path_of_contact_five_equations(design: Design, flank: str = "right", points:
     if guide.ends.status == Status.UNDEFINED:
         return guide
     system = five_equations_of(design, flank)
-    first_guess = np.array([1e-3, -2e-3, -1e-3, 2e-3, 1e-5, 0.0])
+    # Displacement of the starting value from the solution of the one equation, mm and rad.
+    off_solution = np.array([1e-3, -2e-3, -1e-3, 2e-3, 1e-5, 0.0])
     with np.errstate(all="ignore"):
         if guide.ends.status == Status.SOLVED:
-            start = np.array([getattr(guide, one.name.lower())[1] for one in Unknown]) + first_guess
+            start = np.array([getattr(guide, one.name.lower())[1] for one in Unknown]) + off_solution
             start_contact = nearest_contact(system, start / system.scale)
         else:
             start_contact = _from_pitch_point(design, flank)

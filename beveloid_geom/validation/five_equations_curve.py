@@ -63,10 +63,12 @@ class FivePositions:
 class FiveEquations:
     """The five equations of one flank pair and the limits of its flanks.
 
-    `rack` contains pinion and gear, with shapes (2, 1, 1) after the components. `rotation` (2, 3, 3) and
-    `origin` (2, 3) transform the rotated members to S_f. `scale` (6,) is that of the unknowns. `limits` (4,
-    2): smallest l, radius of the tip cone at mid-face, tangent of its angle, half the face width. `reach`
-    (8,): distances beyond the limits to which a curve is followed, mm."""
+    `rack`: flanks of the racks of pinion and gear; vectors have the shape (3, 2, 1, 1), numbers (2, 1, 1).
+    `rotation` (2, 3, 3) and `origin` (2, 3), mm, transform the rotated members to S_f. The unknowns are
+    divided by `scale` (6,), mm and rad. `limits` (4, 2) of pinion and gear: smallest l (mm), radius of the
+    tip cone at mid-face (mm), tangent of its angle, half the face width (mm). `reach` (8,): distances beyond
+    the limits, in the order of `Limit`, to which a curve is followed, mm. `edges`: line at which undercut
+    ends the flank, for each member; None without undercut."""
 
     rack: Rack
     rotation: FloatArray

@@ -1,4 +1,4 @@
-"""The paper's five equations (Eqs. 1-15) in scalar `math`, solved with `scipy.optimize.fsolve`.
+"""The paper's five equations (Eqs. 1-15) in Python floats, solved with `scipy.optimize.fsolve`.
 
 This is the reference for speed. The rack is a polynomial in l with precomputed constants. An evaluation takes
 one square root and one sine and cosine per member, and uses no arrays. Profile shift is a radial displacement

@@ -1,7 +1,8 @@
 """The paper's five equations (Eqs. 1-15) at 60 digits.
 
-The rack is that of Eq. 4, without profile shift, and the member is placed as in Eq. 10, with its section of
-zero shift at `dw - bc`. Only the results are converted to the convention of the project, so that a wrong
+The rack is that of Eq. 4, without profile shift, and the member is placed as in Eq. 10: its section of zero
+shift is at dw - bc along the axis, with the mounting distance dw of mid-face and the height bc of mid-face
+above this section. Only the results are converted to the convention of the project, so that a wrong
 shift, rotation or height cannot cancel. The inputs are floats and are taken as exact. Lengths in mm, angles
 in rad."""
 
@@ -37,7 +38,8 @@ Surface: TypeAlias = Callable[[Mpf, Mpf, Mpf], tuple[Vector, Vector]]
 @dataclass(frozen=True)
 class ContactMp:
     """One contact: flank parameters and rolls in the convention of the project; point and outward unit normal
-    of the pinion in S_f; largest residual of the six equations."""
+    of the pinion in S_f; largest residual of the six components of R1 - R2 and n1 + n2, of which five are
+    solved."""
 
     l1: Mpf
     u1: Mpf

@@ -21,7 +21,7 @@ from ..design.model import Design
 from ..gear.rack import rack_of
 from ..pair.mounting import mounting_of
 from ..pair.zero_backlash import closing_offset
-from ..shapes.proximity.mesh_contact import mesh_contact
+from ..shapes.proximity.triangle_contact import triangle_contact
 from ..status import Status
 from . import five_equations_math
 from .comparison import ReferencePositions, by_five_equations, path_positions
@@ -78,7 +78,7 @@ def smallest_shaft_angle(design: Design, flank: str) -> float:
 def at_shaft_angle(design: Design, shaft_angle: float) -> Design:
     """Return the unmodified pair without errors at a shaft angle (rad) and the offset without backlash.
 
-    Raises ValueError if no offset has no backlash."""
+    Raises ValueError if there is no offset without backlash."""
     plain = design.bare()
     turned = replace(plain, pair=replace(plain.pair, shaft_angle=shaft_angle))
     offset = closing_offset(turned)
@@ -146,7 +146,7 @@ def _by_mesh(polish: bool) -> Callable[[ReferencePositions], Answer]:
         """Return the nearest points of the meshes."""
         rolls = zip(exact.pinion_roll.tolist(), exact.gear_roll.tolist(), strict=True)
         met = [
-            mesh_contact(
+            triangle_contact(
                 exact.design, exact.flank, mesh_tolerance_mm, pinion_roll=one, gear_roll=other, polish=polish
             )
             for one, other in rolls

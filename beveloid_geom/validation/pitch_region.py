@@ -25,7 +25,7 @@ class PitchRegion:
 
     mounting: tuple[float, float]
     plane_normal: tuple[float, float, float]  # of the common tangent plane, from pinion to gear
-    rolls: tuple[float, float]  # angle of the pitch point about each axis, in the member's own frame
+    pitch_point_angle: tuple[float, float]  # of the pitch point about each axis, before a rotation, rad
 
 
 def hand_of_pair(design: Design) -> float:
@@ -39,7 +39,10 @@ def hand_of_pair(design: Design) -> float:
 
 
 def pitch_region(design: Design) -> PitchRegion:
-    """Return the layout in which the two reference cones, through the mid-face radii, touch at one point.
+    """Return the layout in which the two pitch cones touch at one point.
+
+    A pitch cone has the cone angle of the member and, at mid-face, the reference radius plus the profile
+    shift.
 
     Parameters
     ----------
@@ -61,7 +64,7 @@ def pitch_region(design: Design) -> PitchRegion:
     normal_y = (sin(gamma2) - normal_z * cos(shaft)) / sin(shaft)
     squared = 1.0 - normal_y**2 - normal_z**2
     if squared <= -square_rounding:
-        raise ArithmeticError("the reference cones have no common tangent plane")
+        raise ArithmeticError("the pitch cones have no common tangent plane")
     normal: Vector = np.array([sqrt(max(squared, 0.0)), normal_y, normal_z])
     radial1 = (normal + sin(gamma1) * k1) / cos(gamma1)
     radial2 = (-normal + sin(gamma2) * k2) / cos(gamma2)
@@ -73,7 +76,7 @@ def pitch_region(design: Design) -> PitchRegion:
     return PitchRegion(
         mounting=(float(mounting1), float(mounting2)),
         plane_normal=(float(normal[0]), float(normal[1]), float(normal[2])),
-        rolls=(atan2(radial1[1], radial1[0]), angle2),
+        pitch_point_angle=(atan2(radial1[1], radial1[0]), angle2),
     )
 
 
@@ -85,7 +88,7 @@ def pitch_guess(design: Design, flank: str) -> Guess:
     roll1, roll2 = (
         # Minus half the angular thickness of the tooth at the rolling circle, s0 / (2 cos(beta) r_P).
         angle - FLANK_SIGN[flank] * pi / (2.0 * float(member.teeth))
-        for angle, member in zip(region.rolls, design.members, strict=True)
+        for angle, member in zip(region.pitch_point_angle, design.members, strict=True)
     )
     # On the reference lines of the tools; l is measured from the apex of the parabola.
     l1, l2 = (0.0 - float(member.tool.parabola_apex) for member in design.members)

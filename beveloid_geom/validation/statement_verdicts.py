@@ -2,9 +2,10 @@
 
 A statement consists of one or more claims. A claim can be measured in several ways
 (`analysis.path_measures`), on pinion and gear, and each measure gives an answer. A statement holds if all
-claims hold by all measures. It does not hold if a claim holds by no measure. Otherwise it depends on the
-measure. Measures without a value, for example of a path that has left the flanks, are ignored; a claim
-without any measure is not known."""
+claims hold by all measures. It does not hold if a claim holds by no measure. Measures without a value, for
+example of a path that has left the flanks, are ignored. A claim without any value is not known; then the
+statement is not known either, unless another claim does not hold. Otherwise the statement depends on the
+measure."""
 
 from __future__ import annotations
 

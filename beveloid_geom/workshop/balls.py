@@ -135,10 +135,10 @@ def ball_dimensions(member: Member, diameter: float, z: ArrayLike, change: Array
 
 
 def recommended_ball(member: Member) -> float:
-    """Return the smallest usual diameter of a ball that touches the flanks on or above the reference cone.
+    """Return the smallest usual diameter of a ball that touches on or above the shifted reference cone.
 
-    The ball touches both flanks at mid-face; the condition holds on average of both flanks, for the shifted
-    reference cone.
+    The centre of the ball is at mid-face. The mean radius of its contacts with both flanks must be at least
+    the radius of the cone. Diameters from 1 to 4 modules are tried.
 
     Parameters
     ----------

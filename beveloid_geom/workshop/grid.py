@@ -3,7 +3,7 @@
 Rows run from root to tip and columns from -z to +z. They are evenly distributed between borders that keep the
 probe away from fillet, tip and end faces. Borders are shares of the depth of the flank along its profile
 (parameter l) and of the face width, or lengths in mm. Points and normals are those of the exact flank in the
-frame of the blank: z along the axis, 0 at mid-face; x through tooth 0.
+frame of the gear: z along the axis, 0 at mid-face; x through tooth 0.
 """
 
 from __future__ import annotations
@@ -61,9 +61,10 @@ class MeasuringGrid:
 
 
 def border_of(text: str) -> tuple[str, float, float | None]:
-    """Return a border such as '10%' or '2mm' in standard form, as a share, and in mm or None.
+    """Return a border such as '10%' or '2mm': its text in standard form, its share, and its length (mm).
 
-    Raises ValueError for another text."""
+    For a percentage the length is None; for a length the share has no meaning. Raises ValueError for another
+    text."""
     match = re.fullmatch(r"\s*([-+.\deE]+)\s*(%|mm)\s*", text)
     try:
         size = float(match[1]) if match else float("nan")

@@ -180,7 +180,8 @@ def _require_places(grid: MeasuringGrid, point: FloatArray) -> None:
     """Raise MeasuredError unless all points are near their nominal positions."""
     # Largest distance of a measured point from its nominal position.
     max_offset_modules = 0.5
-    # Largest relative difference of distances by which such a unit is recognised.
+    # If all coordinates are wrong by the factor of another unit within this relative difference, the message
+    # names this unit.
     unit_tolerance = 0.05
     nominal, given = grid.point.reshape(-1, 3), point.reshape(-1, 3)
     away, swapped = np.linalg.norm(given - nominal, axis=-1), _swapped(nominal, given)

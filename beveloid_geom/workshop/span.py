@@ -12,7 +12,7 @@ Source: DIN 21773, ISO 21771. The number k is the one whose d_M is nearest to th
 unless it is given.
 
 Beveloids have no span: the base helix angles of their right and left flanks differ, so that no two parallel
-planes touch both. Flanks with a parabola are not involutes.
+planes touch both. Flanks with a parabola or a modification are not involutes; no span is computed for them.
 """
 
 from __future__ import annotations

@@ -7,8 +7,9 @@ a grid that is symmetric about the contact and finer than the faces. Their resul
 the contact for any mesh. If the ellipse is smaller than a face, the nodes of this face take all of it.
 
 An ellipse that exceeds the flank is cut at the edges of the flank, and by the same amount on the opposite
-side, so that the resultant stays at the contact. The remaining part carries the force: it is the part on the
-flank of the ellipse under a larger force. In the limit of a line contact this is Hertz's strip.
+side, so that the resultant stays at the contact. The remaining part has to carry the given force. Therefore
+the ellipse and its pressure are those of a larger force, of which the remaining part carries the given one.
+In the limit of a line contact this is Hertz's strip.
 
 A line of contact with known ends is loaded by a strip of this length, with constant pressure along the line.
 """

@@ -10,8 +10,8 @@ The output has, for each tooth pair, the contact force, its moment about the ori
 reactions at the reference nodes; and the displacement of a gauge node on each hub, from which its rotation
 follows.
 
-CDISP and CSTRESS are abbreviated to four letters in CalculiX. CFN includes the moment of the force there, but
-not in Abaqus."""
+CDISP and CSTRESS are the names in Abaqus. CalculiX calls them CDIS and CSTR, and accepts the long names. CFN
+includes the moment of the force in CalculiX, but not in Abaqus."""
 
 from __future__ import annotations
 
@@ -75,9 +75,9 @@ def facts_of(pair: PairMesh, torque: float) -> dict[str, object]:
 
 def _history(design: Design, pair: PairMesh, torque: float) -> Iterator[str]:
     """Yield the lines after the mesh: material, couplings, contact and the two steps."""
-    # N/mm^2: stiffness of teeth in mesh per mm of face width (ISO 6336-1), for the estimate of the
-    # rotation.
-    mesh_stiffness = 14e3
+    # N/mm^2: single stiffness c' = 14 N/(mm um) of a tooth pair per mm of face width (ISO 6336-1), for the
+    # estimate of the rotation.
+    single_stiffness = 14e3
     yield STEEL
     for name in MEMBERS:
         yield f"*SURFACE, NAME={name}_hub_nodes, TYPE=NODE\n{name}_hub\n"
@@ -90,7 +90,7 @@ def _history(design: Design, pair: PairMesh, torque: float) -> Iterator[str]:
         yield f"*CONTACT PAIR, INTERACTION=flanks, TYPE=SURFACE TO SURFACE\n{pinion}, {gear}\n"
     lever, sense = force_lever(design), flank_sign(pair.flank)
     face = min(float(member.face_width) for member in design.members)
-    turn = torque / (lever * lever * face * mesh_stiffness)
+    turn = torque / (lever * lever * face * single_stiffness)
     held = "gear_reference, 1, 6\npinion_reference, 1, 5\n"
     # Beginning of a step: initial increment, duration, smallest and largest increment.
     step_text = "*STEP, INC=50\n*STATIC\n1., 1., 1e-6, 1.\n"

@@ -1,4 +1,4 @@
-"""Hexahedral mesh of the pair in contact: some teeth of both members at the first contact of a pinion roll.
+"""Hexahedral mesh of the pair in contact: some teeth of both members, in the position of their first contact.
 
 Both members are in S_f. The pinion has a given roll, and the gear is turned until the first of all teeth
 touches. An odd number of teeth is meshed of each member. The middle teeth are in contact with each other;
@@ -33,13 +33,13 @@ from .abaqus import FIXED_SETS
 from .material import POISSON_RATIO, YOUNG_MPA
 
 ELEMENT = "C3D20"
-"""Plane faces of elements with 8 nodes miss the flank by tens of micrometres: contact would be late and too
-soft."""
+"""Type of all elements. Elements with 8 nodes have plane faces, which miss the flank by tens of micrometres:
+the flanks would touch too late and the contact would be too soft."""
 
 
 @dataclass(frozen=True, eq=False)
 class PairMesh:
-    """Some teeth of both members in S_f at the first contact of a pinion roll.
+    """Some teeth of both members in S_f, in the position of their first contact.
 
     Attributes
     ----------
@@ -209,8 +209,8 @@ def _touching(
 def _contact_size(design: Design, pose: MeshingPair, force: float) -> tuple[float, float]:
     """Return length and width (mm) of the contact ellipse in the middle of the path.
 
-    If the ellipse is longer than the faces, it is replaced by Hertz's strip of their width (Johnson, Contact
-    Mechanics, 4.2)."""
+    If the ellipse is longer than the narrower face, it is replaced by Hertz's strip over this face (Johnson,
+    Contact Mechanics, 4.2)."""
     smallest, largest = relative_curvature(pose.path).curvature[1]
     modulus = contact_modulus(YOUNG_MPA, POISSON_RATIO)
     if not largest > 0.0:

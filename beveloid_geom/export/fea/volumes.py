@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     import meshio
 
 ELEMENT_TYPES = {8: "hexahedron", 20: "hexahedron20"}
-"""Names of meshio by number of nodes."""
+"""Names of the element types in meshio, by number of nodes."""
 
 
 def write_volume(

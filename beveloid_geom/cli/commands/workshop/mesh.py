@@ -21,7 +21,7 @@ from ....export import (
     VOLUME_FORMATS,
     suffixes_by_purpose,
 )
-from ....shapes import SURFACE_STEPS
+from ....shapes import MODULE_PER_TOLERANCE
 from ...mesh_options import PARTS, mesh_options
 from ...mesh_parts import FLANKS, GEARS, TEETH, WRITERS, MeshRequest, frames_text
 from ...options import (
@@ -63,7 +63,7 @@ class PartKind:
     formats: dict[str, Any]
     parts: tuple[str, ...]
     description: str
-    module_per_tolerance: float | None = SURFACE_STEPS
+    module_per_tolerance: float | None = MODULE_PER_TOLERANCE
 
 
 KINDS = {

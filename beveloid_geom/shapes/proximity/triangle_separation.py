@@ -1,6 +1,7 @@
 """Separation of two flanks by proximity queries on sampled meshes.
 
-Both flanks are sampled to a tolerance (`sampling`) and placed at a pose. The separation of a vertex is its
+Both flanks are sampled to a tolerance (`sampling`) and placed at a pose, which is a roll of each member. The
+separation of a vertex is its
 distance from the closest point on the triangles of the other flank. Its error is of the order of the
 tolerance. The closest point on a triangle is the start of Newton's method for the foot on the exact flank
 (`closest_point.feet`).
@@ -26,7 +27,7 @@ from .flank_mesh import FlankMesh, flank_mesh
 
 
 @dataclass(frozen=True, eq=False)
-class MeshSeparation:
+class TriangleSeparation:
     """Separation of the grid points of a flank from the flank of the other member at a pose.
 
     Attributes
@@ -73,7 +74,7 @@ def in_frame_of(frames: tuple[Frame, Frame], member: int, points: FloatArray) ->
     return np.asarray((points - origin) @ rotation)
 
 
-def mesh_separation(
+def triangle_separation(
     design: Design,
     flank: str,
     member: int,
@@ -82,7 +83,7 @@ def mesh_separation(
     pinion_roll: float,
     gear_roll: float,
     polish: bool = True,
-) -> MeshSeparation:
+) -> TriangleSeparation:
     """Return the separation of the grid points of a flank from the mating flank.
 
     Parameters
@@ -97,11 +98,11 @@ def mesh_separation(
     pinion_roll, gear_roll : float
         rad.
     polish : bool
-        Whether separations and feet are refined on the exact flank. Otherwise those of its triangles.
+        Whether separations and feet are those of the exact flank. Otherwise they are those of its triangles.
 
     Returns
     -------
-    MeshSeparation
+    TriangleSeparation
 
     Raises
     ------
@@ -120,7 +121,7 @@ def mesh_separation(
     shape = grid.l.shape
     z = np.broadcast_to(grid.z, shape)
     distance, foot_l, foot_z = values.reshape(3, *shape)
-    return MeshSeparation(grid.l, z, points, distance, foot_l, foot_z, status.reshape(shape))
+    return TriangleSeparation(grid.l, z, points, distance, foot_l, foot_z, status.reshape(shape))
 
 
 def _facet_feet(mesh: FlankMesh, seen: FloatArray, tolerance: float) -> tuple[FloatArray, Codes]:

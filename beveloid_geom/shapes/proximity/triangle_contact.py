@@ -1,6 +1,6 @@
-"""Contact of two flanks: the point of smallest separation at a pose.
+"""Contact of two triangle meshes of flanks: the point of smallest separation at given rolls (a pose).
 
-1. The vertex of two sampled meshes with the smallest separation (`mesh_separation`) has an error of the
+1. The vertex of two sampled meshes with the smallest separation (`triangle_separation`) has an error of the
    square root of the tolerance over the relative curvature. In approximate line contact this is millimetres
    for a tolerance of a micrometre, and it depends on the positions of the vertices. `mesh_convergence`
    computes this error.
@@ -12,8 +12,9 @@
 
    where A_2' maps a step to the change of n2 on the parallel surface of the gear through the point. Where D
    is stationary, n2 = -n1 holds and n2.d2R1 is dn1.dR1, so that the steps converge quadratically. Steps lead
-   downhill only, so that they leave saddle points. The result must be a minimum beyond rounding. If the
-   smaller relative curvature vanishes, there is no result.
+   downhill only, so that they leave saddle points. The result is accepted only if the uncertainty of its
+   position (`doubt`) is at most 1e-8 of the flank depth. If the smaller relative curvature vanishes, there
+   is no result.
 """
 
 from __future__ import annotations
@@ -32,11 +33,11 @@ from ...gear.flank import flank_patch, flank_point, normal_rates, trace_paramete
 from ...gear.flank_limits import highest_parameter, root_parameter
 from ...pair.frames import normals_to_fixed, to_fixed
 from ...status import Status
-from .mesh_separation import MeshSeparation, frames_of, in_frame_of, mesh_separation
+from .triangle_separation import TriangleSeparation, frames_of, in_frame_of, triangle_separation
 
 
 @dataclass(frozen=True, eq=False)
-class MeshContact:
+class TriangleContact:
     """The point of smallest separation at a pose.
 
     Attributes
@@ -48,12 +49,12 @@ class MeshContact:
     l, z : array (2,)
         Flank parameters and axial coordinates on pinion and gear, mm.
     doubt : float
-        Uncertainty of the position, mm. Without refinement it is the distance of the grid points whose
-        separation is equal within the error: millimetres, or the length of the flank. With refinement it is
-        the effect of rounding.
+        Uncertainty of the position, mm. Without `polish` it is the largest distance from `point` to the grid
+        points whose separation equals the smallest one within the error of the meshes: millimetres, or the
+        length of the flank. With `polish` it is the effect of rounding.
     status : Status
-        As in `MeshSeparation`. NOT_CONVERGED also if the separation has no minimum beyond rounding. Values
-        are NaN unless SOLVED.
+        As in `TriangleSeparation`. NOT_CONVERGED also if the position of the minimum is uncertain. Values are
+        NaN unless SOLVED.
     """
 
     point: FloatArray
@@ -64,7 +65,7 @@ class MeshContact:
     status: Status
 
 
-def mesh_contact(
+def triangle_contact(
     design: Design,
     flank: str,
     tolerance: float = 1e-3,
@@ -72,8 +73,8 @@ def mesh_contact(
     pinion_roll: float,
     gear_roll: float,
     polish: bool = True,
-) -> MeshContact:
-    """Return the contact at a pose: the point of smallest separation of the flanks.
+) -> TriangleContact:
+    """Return the contact of two meshes at a pose: the point of smallest separation of the flanks.
 
     Parameters
     ----------
@@ -85,18 +86,19 @@ def mesh_contact(
     pinion_roll, gear_roll : float
         rad.
     polish : bool
-        Whether the contact is refined on the exact flanks. Without refinement it is a vertex of one mesh and
-        its closest point on the other.
+        Whether the contact is computed on the exact flanks, from the contact of the meshes. Otherwise it is
+        a vertex of one mesh and its closest point on the other.
 
     Returns
     -------
-    MeshContact
-        OFF_FLANK with refinement if the smallest separation is on an edge, which is no tangency.
+    TriangleContact
+        With `polish`, the status is OFF_FLANK if the separation is smallest on an edge of a flank: the flanks
+        are not tangent there.
 
     Raises
     ------
     ValueError
-        As `mesh_separation`.
+        As `triangle_separation`.
     """
     pose = {"pinion_roll": float(pinion_roll), "gear_roll": float(gear_roll)}
     rough = _facet_contact(design, flank, tolerance, pose)
@@ -105,18 +107,18 @@ def mesh_contact(
     return _polished_contact(design, flank, frames_of(design, **pose), rough)
 
 
-def _no_contact(status: Status) -> MeshContact:
+def _no_contact(status: Status) -> TriangleContact:
     pair = np.full(2, np.nan)
-    return MeshContact(np.full(3, np.nan), float("nan"), pair, pair, float("nan"), status)
+    return TriangleContact(np.full(3, np.nan), float("nan"), pair, pair, float("nan"), status)
 
 
-def _facet_contact(design: Design, flank: str, tolerance: float, pose: dict[str, float]) -> MeshContact:
+def _facet_contact(design: Design, flank: str, tolerance: float, pose: dict[str, float]) -> TriangleContact:
     """Return the vertex of smallest separation and its closest point on the other mesh."""
     # The contact may be next to grid points whose separation is larger than the smallest one by this
     # number of tolerances: one for each mesh, and one for the separation between the grid points of
     # each.
     near_tolerances = 4.0
-    sides = [mesh_separation(design, flank, j, tolerance, **pose, polish=False) for j in (0, 1)]
+    sides = [triangle_separation(design, flank, j, tolerance, **pose, polish=False) for j in (0, 1)]
     least = [np.nanmin(np.append(side.separation, np.inf)) for side in sides]
     member = int(np.argmin(least))
     if least[member] == np.inf:
@@ -128,10 +130,12 @@ def _facet_contact(design: Design, flank: str, tolerance: float, pose: dict[str,
     pinion_first, point = [member, other], 0.5 * (side.points[at] + foot)
     near = [_near_least(each, least[member] + near_tolerances * tolerance) for each in sides]
     doubt = float(np.linalg.norm(np.concatenate(near) - point, axis=-1).max())
-    return MeshContact(point, float(least[member]), l[pinion_first], z[pinion_first], doubt, Status.SOLVED)
+    return TriangleContact(
+        point, float(least[member]), l[pinion_first], z[pinion_first], doubt, Status.SOLVED
+    )
 
 
-def _near_least(side: MeshSeparation, bound: float) -> FloatArray:
+def _near_least(side: TriangleSeparation, bound: float) -> FloatArray:
     """Return the grid points (n, 3) in S_f of the cells around points whose separation is within the
     bound."""
     near = np.pad(side.separation <= bound, 1)  # False for NaN
@@ -141,8 +145,8 @@ def _near_least(side: MeshSeparation, bound: float) -> FloatArray:
 
 
 def _polished_contact(
-    design: Design, flank: str, frames: tuple[Frame, Frame], rough: MeshContact
-) -> MeshContact:
+    design: Design, flank: str, frames: tuple[Frame, Frame], rough: TriangleContact
+) -> TriangleContact:
     """Return the minimum of the exact separation, downhill from a contact of meshes. Steps are those of
     Newton's method where the separation is convex, and never increase it."""
     max_contact_steps = 60
@@ -153,7 +157,7 @@ def _polished_contact(
     last_step_ratio = 1e-6
     # Rounding of the separation over the depth of the flank.
     separation_rounding = 1e-12
-    # Largest uncertainty of the position of a refined contact over the depth of the flank.
+    # Largest uncertainty of the position of a polished contact over the depth of the flank.
     max_doubt_ratio = 1e-8
     pinion, reach = design.pinion, 1.0
     depth = float(highest_parameter(pinion, flank) - root_parameter(pinion, flank))
@@ -177,7 +181,7 @@ def _polished_contact(
         return _no_contact(Status.NOT_CONVERGED)
     middle = here.point - 0.5 * here.foot.distance * normals_to_fixed(frames[1], here.foot.normal)
     pair = (np.array((place[0], here.foot.l)), np.array((pinion_foot.z, here.foot.z)))
-    return MeshContact(middle, float(here.foot.distance), *pair, doubt, Status.SOLVED)
+    return TriangleContact(middle, float(here.foot.distance), *pair, doubt, Status.SOLVED)
 
 
 @dataclass(frozen=True, eq=False)
