@@ -29,7 +29,7 @@ from ..shapes.hexahedral_mesh import VolumeMesh
 from ..shapes.sampling import FlankGrid, sample_flank
 from ..shapes.sheet import grid_faces
 from ..shapes.solid import NAMES, gear_solid, rotated_copies
-from ..shapes.surface_mesh import gear_triangles
+from ..shapes.surface_mesh import gear_mesh
 from ..shapes.tooth_boundary import require_tolerance
 from .fea.abaqus import FIXED_SETS, LoadCase, nearest_node
 from .fea.load import ContactPlace, contact_load
@@ -103,7 +103,7 @@ def gear_surface(
     )
     if suffix in FIELD_FORMATS:
         numbers = None if teeth is None else range(teeth)
-        mesh = gear_triangles(member, tolerance, numbers, bore_radius)
+        mesh = gear_mesh(member, tolerance, numbers, bore_radius)
         return SurfaceMesh(mesh.points, mesh.faces, {"normals": mesh.normals}, {"part": mesh.part}, NAMES)
     solid = gear_solid(member, tolerance, teeth, bore_radius)
     return SurfaceMesh(solid.points, solid.faces, {}, {"part": solid.part}, NAMES)

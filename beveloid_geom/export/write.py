@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     from ..shapes.hexahedral_mesh import VolumeMesh
     from ..shapes.sampling import FlankGrid
     from ..shapes.solid import Solid
-    from ..shapes.surface_mesh import GearTriangles
+    from ..shapes.surface_mesh import TriangleMesh
     from .scene import SceneItem
     from .surfaces import SurfaceMesh
 
     Geometry: TypeAlias = (
-        SurfaceMesh | GearTriangles | Solid | FlankGrid | VolumeMesh | Member | Sequence[SceneItem]
+        SurfaceMesh | TriangleMesh | Solid | FlankGrid | VolumeMesh | Member | Sequence[SceneItem]
     )
 
 
@@ -30,8 +30,8 @@ def write(obj: Geometry, path: Path | str) -> None:
 
     Parameters
     ----------
-    obj : Solid, FlankGrid, GearTriangles, SurfaceMesh, VolumeMesh, Member or sequence of SceneItem
-        A solid (`gear_solid`), a sampled flank (`sample_flank`), a surface (`gear_triangles`, `gear_surface`)
+    obj : Solid, FlankGrid, TriangleMesh, SurfaceMesh, VolumeMesh, Member or sequence of SceneItem
+        A solid (`gear_solid`), a sampled flank (`sample_flank`), a surface (`gear_mesh`, `gear_surface`)
         or hexahedra (`tooth_hexahedra`); the items of a scene (`pair_scene`); or a member, which is written
         as a complete gear for CAD.
     path : Path or str
@@ -94,7 +94,7 @@ def _surface(obj: Geometry) -> SurfaceMesh:
     """Return the triangles of a surface, a solid or a flank. Raises TypeError for other objects."""
     from ..shapes.sampling import FlankGrid
     from ..shapes.solid import NAMES, Solid
-    from ..shapes.surface_mesh import GearTriangles
+    from ..shapes.surface_mesh import TriangleMesh
     from .parts import flank_triangles
     from .surfaces import SurfaceMesh
 
@@ -104,7 +104,7 @@ def _surface(obj: Geometry) -> SurfaceMesh:
         return flank_triangles(obj)
     if isinstance(obj, Solid):
         return SurfaceMesh(obj.points, obj.faces, {}, {"part": obj.part}, obj.names)
-    if isinstance(obj, GearTriangles):
+    if isinstance(obj, TriangleMesh):
         return SurfaceMesh(obj.points, obj.faces, {"normals": obj.normals}, {"part": obj.part}, NAMES)
     raise TypeError(
         f"cannot write a {type(obj).__name__}: pass a solid, a flank grid, a surface, hexahedra, a member or "

@@ -3,7 +3,7 @@
 The teeth are copies of one tooth with its part of the body (`tooth_body`), rotated about the axis.
 Neighbouring surfaces share the points of their common edge, so that the solid is closed by construction.
 
-Pictures are drawn from the same surfaces (`surface_mesh.gear_triangles`).
+Pictures are drawn from the same surfaces (`surface_mesh.gear_mesh`).
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ from .tooth_body import tooth_surface
 
 
 @dataclass(frozen=True, eq=False)
-class GearTriangles:
+class TriangleMesh:
     """Triangles of a gear.
 
     Attributes
@@ -45,7 +45,7 @@ class GearTriangles:
     part: Indices
     names: tuple[str, ...]
 
-    def of(self, *names: str) -> GearTriangles:
+    def of(self, *names: str) -> TriangleMesh:
         """Return the faces of the named surfaces."""
         return self.where(self.is_of(*names))
 
@@ -53,20 +53,20 @@ class GearTriangles:
         """Return which faces (m,) belong to the named surfaces."""
         return np.isin(self.part, [self.names.index(name) for name in names])
 
-    def where(self, mask: Mask) -> GearTriangles:
+    def where(self, mask: Mask) -> TriangleMesh:
         """Return the faces selected by a mask (m,), with the points that they use."""
         used, faces = np.unique(self.faces[mask], return_inverse=True)
-        return GearTriangles(
+        return TriangleMesh(
             self.points[used], self.normals[used], faces.reshape(-1, 3), self.part[mask], self.names
         )
 
 
-def gear_triangles(
+def gear_mesh(
     member: Member,
     tolerance: float,
     tooth_numbers: Sequence[int] | None = None,
     bore_radius: float | None = None,
-) -> GearTriangles:
+) -> TriangleMesh:
     """Return triangles of a gear, or of some adjacent teeth, in the frame of the gear.
 
     Parameters
@@ -82,7 +82,7 @@ def gear_triangles(
 
     Returns
     -------
-    GearTriangles
+    TriangleMesh
 
     Raises
     ------
@@ -102,6 +102,6 @@ def gear_triangles(
         faces.append((first[:, None, None] + piece.faces).reshape(-1, 3))
         part.append(np.full(len(faces[-1]), NAMES.index(piece.name)))
         start += len(points[-1])
-    return GearTriangles(
+    return TriangleMesh(
         np.concatenate(points), np.concatenate(normals), np.concatenate(faces), np.concatenate(part), NAMES
     )

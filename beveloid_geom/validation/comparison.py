@@ -39,7 +39,7 @@ from ..gear.flank import flank_patch
 from ..operation.first_contact import first_contact
 from ..operation.mesh_cycle import mesh_cycle
 from ..pair.mounting import mounting_of
-from ..shapes.proximity.triangle_contact import triangle_contact
+from ..shapes.proximity.mesh_contact import mesh_contact
 from ..status import FirstStatus, Status
 from . import five_equations_math, pitch_region
 
@@ -242,7 +242,7 @@ def _turned(
     limit = 1e-11 if polish else 1e-2 * tolerance  # mm
     gear_roll = exact_roll + 1e-4
     for _ in range(8):
-        contact = triangle_contact(
+        contact = mesh_contact(
             design, flank, tolerance, pinion_roll=pinion_roll, gear_roll=gear_roll, polish=polish
         )
         if contact.status != Status.SOLVED:

@@ -21,7 +21,7 @@ from ..design.model import Design
 from ..gear.rack import rack_of
 from ..pair.mounting import mounting_of
 from ..pair.zero_backlash import closing_offset
-from ..shapes.proximity.triangle_contact import triangle_contact
+from ..shapes.proximity.mesh_contact import mesh_contact
 from ..status import Status
 from . import five_equations_math
 from .comparison import ReferencePositions, by_five_equations, path_positions
@@ -146,7 +146,7 @@ def _by_mesh(polish: bool) -> Callable[[ReferencePositions], Answer]:
         """Return the nearest points of the meshes."""
         rolls = zip(exact.pinion_roll.tolist(), exact.gear_roll.tolist(), strict=True)
         met = [
-            triangle_contact(
+            mesh_contact(
                 exact.design, exact.flank, mesh_tolerance_mm, pinion_roll=one, gear_roll=other, polish=polish
             )
             for one, other in rolls

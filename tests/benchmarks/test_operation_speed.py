@@ -42,8 +42,8 @@ from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.pair.misalignment import mounted
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.shapes.proximity.flank_mesh import flank_mesh
-from beveloid_geom.shapes.proximity.triangle_contact import triangle_contact
-from beveloid_geom.shapes.proximity.triangle_separation import triangle_separation
+from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
+from beveloid_geom.shapes.proximity.mesh_separation import mesh_separation
 from beveloid_geom.validation.five_equations_math import solve_math
 from tests.benchmarks.timing import best, timed
 from tests.operation.test_angular_clearance import foot_distance
@@ -190,7 +190,7 @@ def test_meshes_against_flanks(tolerance: float) -> None:
         flank_mesh.cache_clear()
         flank_mesh(design.pinion, "right", tolerance)
 
-    apart = partial(triangle_separation, design, "right", 0, tolerance, **pose)
+    apart = partial(mesh_separation, design, "right", 0, tolerance, **pose)
     mesh = flank_mesh(design.pinion, "right", tolerance)
     turned = partial(
         angular_clearance, design, "right", 0, mesh.grid.l, np.tile(mesh.grid.z, (len(mesh.grid.l), 1))
@@ -203,7 +203,7 @@ def test_meshes_against_flanks(tolerance: float) -> None:
             "separation by facets": (partial(apart, polish=False), 5, 1),
             "separation, polished": (apart, 5, 1),
             "separation by turning to touch": (partial(turned, **pose), 5, 1),
-            "contact, polished": (partial(triangle_contact, design, "right", tolerance, **pose), 5, 1),
+            "contact, polished": (partial(mesh_contact, design, "right", tolerance, **pose), 5, 1),
             "path of contact, 101 points": (partial(path_of_contact, design, "right"), 20, 1),
         },
     )

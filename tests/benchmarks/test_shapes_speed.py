@@ -22,7 +22,7 @@ from beveloid_geom import gear_solid, sample_flank, tooth_hexahedra
 from beveloid_geom.shapes.element_sizes import Cells
 from beveloid_geom.shapes.sampling import flank_sheet
 from beveloid_geom.shapes.section import section_of
-from beveloid_geom.shapes.surface_mesh import gear_triangles
+from beveloid_geom.shapes.surface_mesh import gear_mesh
 from beveloid_geom.shapes.tooth_boundary import cut_sheets, outline_grids
 from tests.benchmarks.timing import timed
 from tests.oracle.table1 import table1
@@ -69,7 +69,7 @@ def test_whole_gear_against_its_exact_points(tolerance: float) -> None:
         "exact formulas at the outlines' points": (exact_points, 5, points),
         "solid of one tooth": (lambda: gear_solid(member, tolerance, 1), 5, points),
         "solid of 29 teeth": (lambda: gear_solid(member, tolerance), 5, points),
-        "29 teeth to look at": (lambda: gear_triangles(member, tolerance), 5, points),
+        "29 teeth to look at": (lambda: gear_mesh(member, tolerance), 5, points),
     }
     exact, one, whole, _ = timed(f"{tolerance:g} mm, times over the points of the solid", works).values()
     assert whole < 12.0 * exact

@@ -18,14 +18,14 @@ from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.export import SURFACE_FORMATS, VOLUME_FORMATS
 from beveloid_geom.export.parts import gear_surface
 from beveloid_geom.export.scene import pair_scene
-from beveloid_geom.shapes.surface_mesh import gear_triangles
+from beveloid_geom.shapes.surface_mesh import gear_mesh
 from tests.oracle.table1 import table1
 
 DESIGN = table1()
 SURFACES: dict[str, Callable[[], Any]] = {
     "solid": lambda: bg.gear_solid(DESIGN.pinion, 0.2, 1),
     "flank": lambda: bg.sample_flank(DESIGN.pinion, "right", 0.05),
-    "gear mesh": lambda: gear_triangles(DESIGN.pinion, 0.2, range(1)),
+    "gear mesh": lambda: gear_mesh(DESIGN.pinion, 0.2, range(1)),
     "surface": lambda: gear_surface(DESIGN.pinion, ".vtu", 0.2, 1),
 }
 

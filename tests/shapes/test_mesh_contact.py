@@ -16,9 +16,9 @@ from beveloid_geom.operation.angular_clearance import angular_clearance, surface
 from beveloid_geom.pair.frames import layout_of, member_frame
 from beveloid_geom.shapes.proximity.closest_points import closest_on_mesh
 from beveloid_geom.shapes.proximity.flank_mesh import flank_mesh
+from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
 from beveloid_geom.shapes.proximity.mesh_convergence import convergence
-from beveloid_geom.shapes.proximity.triangle_contact import triangle_contact
-from beveloid_geom.shapes.proximity.triangle_separation import triangle_separation
+from beveloid_geom.shapes.proximity.mesh_separation import mesh_separation
 from beveloid_geom.shapes.sheet import Faces
 from tests.oracle.table1 import table1
 
@@ -107,7 +107,7 @@ def test_agreement_with_angular_clearance(flank: str, member: int, parabola: tup
     own, other = (surface_of(design.members[j], flank).joint for j in (member, 1 - member))
     for k in (0, 2, 4):
         pose = pose_at(path, k)
-        found = triangle_separation(design, flank, member, 0.0003, **pose)
+        found = mesh_separation(design, flank, member, 0.0003, **pose)
         turned = angular_clearance(design, flank, member, found.l, found.z, **pose)
         solved = (found.status == Status.SOLVED) & (turned.other_l >= other) & (found.l >= own)
         assert solved.sum() > 0.6 * solved.size
@@ -126,8 +126,7 @@ def test_facets_stay_within_their_tolerance(flank: str) -> None:
     pose = pose_at(path_of_contact(design, flank, 3), 1)
     for tolerance in (0.03, 0.001):
         facets, exact = (
-            triangle_separation(design, flank, 0, tolerance, **pose, polish=polish)
-            for polish in (False, True)
+            mesh_separation(design, flank, 0, tolerance, **pose, polish=polish) for polish in (False, True)
         )
         both = (facets.status == Status.SOLVED) & (exact.status == Status.SOLVED)
         assert both.sum() > 0.6 * both.size
@@ -143,10 +142,10 @@ def test_overlap_is_negative() -> None:
     design = table1()
     pose = pose_at(path_of_contact(design, "right", 3), 1)
     lever = 0.5 * 6.0 * 45.0 * np.cos(np.radians(20.0))
-    apart = triangle_separation(design, "right", 0, 0.001, **pose)
+    apart = mesh_separation(design, "right", 0, 0.001, **pose)
     pose["gear_roll"] += 0.1 / lever
     for polish in (False, True):
-        found = triangle_separation(design, "right", 0, 0.001, **pose, polish=polish)
+        found = mesh_separation(design, "right", 0, 0.001, **pose, polish=polish)
         shift = (found.separation - apart.separation)[found.status == Status.SOLVED]
         assert np.nanmax(np.abs(shift + 0.1)) < (1e-11 if polish else 1.1e-3)
         assert np.nanmin(found.separation) < -0.09
@@ -158,7 +157,7 @@ def test_refined_contact_is_on_the_path(flank: str, parabola: tuple[float, float
     path = path_of_contact(design, flank, 7)
     for k in (1, 3, 5):
         for tolerance in (0.1, 0.004):
-            found = triangle_contact(design, flank, tolerance, **pose_at(path, k))
+            found = mesh_contact(design, flank, tolerance, **pose_at(path, k))
             assert found.status == Status.SOLVED
             assert abs(found.separation) < 1e-12
             assert np.abs(found.point - path.point[k]).max() < 1e-7
@@ -174,7 +173,7 @@ def test_contact_of_flanks_with_a_gap(flank: str) -> None:
     position = pairing_of(design, flank).position[:, 0, 0]
     for gap in (0.5, -0.2):
         roll = pose["gear_roll"] + gap / lever
-        found = triangle_contact(design, flank, 0.01, pinion_roll=pose["pinion_roll"], gear_roll=roll)
+        found = mesh_contact(design, flank, 0.01, pinion_roll=pose["pinion_roll"], gear_roll=roll)
         assert found.status == Status.SOLVED
         assert abs(found.separation - gap) < 1e-11
         for j, member in enumerate(design.members):
@@ -191,7 +190,7 @@ def test_contact_of_triangles_is_on_both_flanks(flank: str) -> None:
     pose = pose_at(path_of_contact(design, flank, 3), 1)
     position = pairing_of(design, flank).position[:, 0, 0]
     for tolerance in (0.03, 0.02, 0.01, 0.005, 0.002, 0.001):
-        found = triangle_contact(design, flank, tolerance, **pose, polish=False)
+        found = mesh_contact(design, flank, tolerance, **pose, polish=False)
         for j, member in enumerate(design.members):
             frame = member_frame(
                 layout_of(design), j, (pose["pinion_roll"], pose["gear_roll"])[j], position[j]
@@ -221,6 +220,6 @@ def test_convergence(flank: str) -> None:
 def test_batches_are_rejected() -> None:
     design: Design = table1((0.0, 0.0), Errors(offset=np.zeros(2)))
     with pytest.raises(ValueError, match="design must be a single design, got arrays of shape"):
-        triangle_contact(design, "right", pinion_roll=0.0, gear_roll=0.0)
+        mesh_contact(design, "right", pinion_roll=0.0, gear_roll=0.0)
     with pytest.raises(ValueError, match="no contact: the contact of meshes cannot be compared"):
         convergence(table1((0.0, 0.0), Errors(offset=30.0)), "right", [0.01])

@@ -14,7 +14,7 @@ from beveloid_geom.gear.flank_limits import tip_radius
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.shapes.section import SIDES
 from beveloid_geom.shapes.sheet import SheetGrid, grid_of
-from beveloid_geom.shapes.surface_mesh import gear_triangles
+from beveloid_geom.shapes.surface_mesh import gear_mesh
 from beveloid_geom.shapes.tooth_boundary import (
     bottom_sheet,
     cut_sheets,
@@ -98,7 +98,7 @@ def test_thickness_of_a_spur_gear(shift: float) -> None:
 def test_pictures_show_the_solid(name: str, teeth: range | None) -> None:
     """Pictures have the triangles of the solid, but surfaces do not share points."""
     member = MEMBERS[name]
-    mesh = gear_triangles(member, 0.05, teeth)
+    mesh = gear_mesh(member, 0.05, teeth)
     solid = gear_solid(member, 0.05, None if teeth is None else len(teeth))
     shown, true = (
         np.sort(np.round(surface.points[surface.faces].sum(axis=1), 7), axis=0) for surface in (mesh, solid)
@@ -110,7 +110,7 @@ def test_pictures_show_the_solid(name: str, teeth: range | None) -> None:
 @all_members
 def test_normals_are_those_of_the_surfaces(member: Member) -> None:
     """Triangles face along the normals of the surfaces, which are exact on cones, planes and cylinders."""
-    mesh, gamma = gear_triangles(member, 0.05, range(-1, 1)), float(member.cone_angle)
+    mesh, gamma = gear_mesh(member, 0.05, range(-1, 1)), float(member.cone_angle)
     np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-12)
     a, b, c = mesh.points[mesh.faces.T]
     normal = np.cross(b - a, c - a)
@@ -126,7 +126,7 @@ def test_normals_are_those_of_the_surfaces(member: Member) -> None:
 
 
 def test_surfaces_can_be_selected() -> None:
-    mesh = gear_triangles(GEAR, 0.05, range(2))
+    mesh = gear_mesh(GEAR, 0.05, range(2))
     flank = mesh.of("right flank")
     assert 0 < len(flank.faces) < len(mesh.faces)
     assert len(flank.points) == len(np.unique(flank.faces))

@@ -16,7 +16,7 @@ from beveloid_geom import ContactPath, Design, Member, Pair, Status, path_of_con
 from beveloid_geom.arrays import Flank
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.shapes.proximity.triangle_contact import triangle_contact
+from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
 from beveloid_geom.validation.five_equations import path_of_contact_five_equations
 from tests.shapes.test_mesh_contact import pose_at
 
@@ -136,6 +136,6 @@ def assert_every_method_agrees(
     bounds in mm."""
     assert_five_equations_agree(path, of_five)
     middle, tolerance = len(path.l1) // 2, 1e-3 * float(path.design.pinion.tool.normal_module)
-    met = triangle_contact(path.design, path.flank, tolerance, **pose_at(path, middle))
+    met = mesh_contact(path.design, path.flank, tolerance, **pose_at(path, middle))
     assert met.status == Status.SOLVED
     assert np.abs(met.point - path.point[middle]).max() < (of_meshes or 1e-9 * size_of(path.design))

@@ -14,7 +14,7 @@ from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.operation.engagement import pitch_point_roll
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.path import ContactReport, contact_report
-from beveloid_geom.shapes.proximity.triangle_contact import triangle_contact
+from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
 from beveloid_geom.status import FirstStatus, Verdict
 from beveloid_geom.validation.five_equations import path_of_contact_five_equations
 
@@ -116,7 +116,7 @@ def of_meshes(case: Case, polish: bool, moved: tuple[float, float, float], turne
         true = path_of_contact(design, case.flank, l1=[ends.l1[0] + case.share * float(np.diff(ends.l1)[0])])
         pose = {"pinion_roll": float(true.pinion_roll[0]), "gear_roll": float(true.gear_roll[0])}
     pose = {"pinion_roll": pose["pinion_roll"] + turned, "gear_roll": pose["gear_roll"] - 0.7 * turned}
-    met = triangle_contact(design, case.flank, case.tolerance, **pose, polish=polish)
+    met = mesh_contact(design, case.flank, case.tolerance, **pose, polish=polish)
     if met.status != Status.SOLVED:
         return f"`{met.status.name}`"
     if true is None:

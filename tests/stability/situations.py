@@ -16,7 +16,7 @@ from beveloid_geom.contact.mesh_position import Frame, frames_at
 from beveloid_geom.contact.path import path_ends
 from beveloid_geom.design.file import DesignError, builtin_text, parse_design
 from beveloid_geom.pair.misalignment_at_mesh import from_mesh
-from beveloid_geom.shapes.proximity import triangle_separation as proximity
+from beveloid_geom.shapes.proximity import mesh_separation as proximity
 from beveloid_geom.shapes.proximity.flank_mesh import FlankMesh, flank_mesh
 from tests.contact.test_path_search import TURNING
 from tests.oracle.table1 import table1

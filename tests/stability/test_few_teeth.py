@@ -34,7 +34,7 @@ from beveloid_geom.operation.operating_ratio import operating_ratio, operating_r
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.operation import operation_report
 from beveloid_geom.report.result import strict
-from beveloid_geom.shapes.proximity.triangle_contact import triangle_contact
+from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
 from beveloid_geom.shapes.section import section_of, section_size
 from beveloid_geom.shapes.sheet import grid_of
 from beveloid_geom.shapes.tooth_boundary import cut_sheets, tip_angle
@@ -314,7 +314,7 @@ def test_a_design_without_a_solution_has_a_reason(design: Design) -> None:
     assert path.ends.status == Status.UNDEFINED
     assert path.l1.size == 0
     with pytest.raises(ValueError, match=r"^the pair cannot be positioned: .*$"):
-        triangle_contact(design, "right", 0.1, pinion_roll=0.0, gear_roll=0.0)
+        mesh_contact(design, "right", 0.1, pinion_roll=0.0, gear_roll=0.0)
     first = first_contact(design, "right", [0.0, 0.1])
     assert (first.status == FirstStatus.UNDEFINED).all()
     assert np.isnan(first.gear_roll).all()

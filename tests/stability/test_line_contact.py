@@ -23,7 +23,7 @@ from beveloid_geom import (
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import contact_ellipse, relative_curvature
 from beveloid_geom.contact.path import path_ends
-from beveloid_geom.shapes.proximity.triangle_contact import TriangleContact, triangle_contact
+from beveloid_geom.shapes.proximity.mesh_contact import MeshContact, mesh_contact
 from beveloid_geom.status import EllipseStatus, FirstStatus, Verdict
 from tests.contact.test_path import five_equation_residual
 from tests.oracle.table1 import table1
@@ -183,11 +183,11 @@ def test_two_contacts_at_one_roll(a: float) -> None:
         assert np.sign(proof.curvature[0]) == np.sign(kappa)
         assert proof.separation[0] < -0.01  # edges touch earlier than both
         assert proof.verdict[0] == (Verdict.INTERFERENCE if kappa < 0.0 else Verdict.EDGE_CONTACT)
-        found = triangle_contact(design, "right", 0.001, **pose_at(path, 0))
+        found = mesh_contact(design, "right", 0.001, **pose_at(path, 0))
         check_mesh(found, path, kappa)
 
 
-def check_mesh(found: TriangleContact, path: ContactPath, curvature: float) -> None:
+def check_mesh(found: MeshContact, path: ContactPath, curvature: float) -> None:
     """Check that the result is the contact of the path, another one with a smaller separation, or none."""
     if found.status != Status.SOLVED:
         assert found.status in (Status.OFF_FLANK, Status.NOT_CONVERGED)
@@ -210,7 +210,7 @@ def test_meshes_near_the_fold(a: float) -> None:
         path = path_of_contact(design, l1=[middle + up * away])
         kappa = smaller_curvature(a, path)[0]
         assert np.sign(kappa) == np.sign(away) or away == 0.0
-        check_mesh(triangle_contact(design, "right", 0.001, **pose_at(path, 0)), path, kappa)
+        check_mesh(mesh_contact(design, "right", 0.001, **pose_at(path, 0)), path, kappa)
 
 
 @pytest.mark.parametrize("a", COEFFICIENTS)

@@ -21,8 +21,8 @@ from beveloid_geom import (
 from beveloid_geom.operation.engagement import conjugate_phase, pitch_point_roll
 from beveloid_geom.shapes.proximity.closest_points import closest_on_mesh
 from beveloid_geom.shapes.proximity.flank_mesh import FlankMesh, flank_mesh
-from beveloid_geom.shapes.proximity.triangle_contact import TriangleContact, triangle_contact
-from beveloid_geom.shapes.proximity.triangle_separation import triangle_separation
+from beveloid_geom.shapes.proximity.mesh_contact import MeshContact, mesh_contact
+from beveloid_geom.shapes.proximity.mesh_separation import mesh_separation
 from beveloid_geom.status import FirstStatus
 from tests.oracle.table1 import table1
 from tests.shapes.test_mesh_contact import Pose, on_triangle, pose_at
@@ -31,17 +31,17 @@ from tests.symmetry import exchanged
 FLANKS = ("right", "left")
 
 
-def check_both(design: Design, path: ContactPath, k: int, tolerance: float) -> TriangleContact:
+def check_both(design: Design, path: ContactPath, k: int, tolerance: float) -> MeshContact:
     """Check the contact of the facets within their error estimate, and the polished contact against the path;
     return the contact of the facets."""
     at = pose_at(path, k)
-    rough = triangle_contact(design, path.flank, tolerance, **at, polish=False)
+    rough = mesh_contact(design, path.flank, tolerance, **at, polish=False)
     assert np.linalg.norm(rough.point - path.point[k]) <= rough.doubt
-    assert check_polished(triangle_contact(design, path.flank, tolerance, **at), path, k)
+    assert check_polished(mesh_contact(design, path.flank, tolerance, **at), path, k)
     return rough
 
 
-def check_polished(found: TriangleContact, path: ContactPath, k: int) -> bool:
+def check_polished(found: MeshContact, path: ContactPath, k: int) -> bool:
     """Check that the result is the contact of the path within its error estimate, or missing; return whether
     a contact was found."""
     if found.status != Status.SOLVED:
@@ -80,8 +80,8 @@ def test_error_estimate_of_facets_includes_the_contact() -> None:
         at = pose_at(path, int(random.integers(1, 8)))
         at["gear_roll"] += random.uniform(-0.1, 0.1) / 130.0
         tolerance = float(10.0 ** random.uniform(-3.5, 0.6))
-        exact = triangle_contact(design, flank, 1e-3, **at)
-        rough = triangle_contact(design, flank, tolerance, **at, polish=False)
+        exact = mesh_contact(design, flank, 1e-3, **at)
+        rough = mesh_contact(design, flank, tolerance, **at, polish=False)
         if exact.status != Status.SOLVED or rough.status != Status.SOLVED:
             continue
         seen += 1
@@ -99,10 +99,10 @@ def test_no_position_is_nearer_than_a_polished_contact() -> None:
         roll = float(pitch_point_roll(design, "right")) + random.uniform(-0.08, 0.08)
         gear = float(conjugate_phase(design, "right")) - 29.0 / 45.0 * roll + random.uniform(-1e-3, 1e-3)
         at: Pose = {"pinion_roll": roll, "gear_roll": gear}
-        found = triangle_contact(design, "right", float(random.choice([1.0, 0.03, 0.003])), **at)
+        found = mesh_contact(design, "right", float(random.choice([1.0, 0.03, 0.003])), **at)
         if found.status == Status.SOLVED:
             seen += 1
-            sides = [triangle_separation(design, "right", j, 0.001, **at).separation for j in (0, 1)]
+            sides = [mesh_separation(design, "right", j, 0.001, **at).separation for j in (0, 1)]
             assert min(np.nanmin(side) for side in sides) > found.separation - 1e-10
     assert 2 < seen < 38
 
@@ -114,10 +114,10 @@ def test_a_corner_on_the_rim_counts_as_the_rim() -> None:
     path = path_of_contact(design, "right", 9)
     for tolerance in (0.0011826437646076965, 0.0012, 0.002, 0.003, 0.01):
         for k in (1, 4, 7):
-            rough = triangle_contact(design, "right", tolerance, **pose_at(path, k), polish=False)
+            rough = mesh_contact(design, "right", tolerance, **pose_at(path, k), polish=False)
             assert abs(rough.separation) < 3.0 * tolerance
-        side = triangle_separation(design, "right", 1, tolerance, **pose_at(path, 1), polish=False)
-        exact = triangle_separation(design, "right", 1, tolerance, **pose_at(path, 1))
+        side = mesh_separation(design, "right", 1, tolerance, **pose_at(path, 1), polish=False)
+        exact = mesh_separation(design, "right", 1, tolerance, **pose_at(path, 1))
         both = (side.status == Status.SOLVED) & (exact.status == Status.SOLVED)
         assert np.abs(side.separation - exact.separation)[both].max() <= tolerance
 
@@ -204,7 +204,7 @@ def test_symmetric_poses(tolerance: float, flank: str) -> None:
         at = pose_at(path, 0)
         assert abs(path.l2[0]) < 1e-13
         least = [
-            np.nanmin(triangle_separation(design, flank, j, tolerance, **at, polish=False).separation)
+            np.nanmin(mesh_separation(design, flank, j, tolerance, **at, polish=False).separation)
             for j in (0, 1)
         ]
         assert abs(least[0] - least[1]) < 1e-12
@@ -218,10 +218,10 @@ def test_equally_near_edges_are_no_tangency(flank: str) -> None:
     design = alike(0.02)
     path = path_of_contact(design, flank, l1=[0.0])
     at = pose_at(path, 0)
-    assert triangle_contact(design, flank, 0.003, **at).status in (Status.OFF_FLANK, Status.NOT_CONVERGED)
-    rough = triangle_contact(design, flank, 0.003, **at, polish=False)
+    assert mesh_contact(design, flank, 0.003, **at).status in (Status.OFF_FLANK, Status.NOT_CONVERGED)
+    rough = mesh_contact(design, flank, 0.003, **at, polish=False)
     if rough.status == Status.SOLVED:
-        least = [triangle_separation(design, flank, j, 0.003, **at).separation for j in (0, 1)]
+        least = [mesh_separation(design, flank, j, 0.003, **at).separation for j in (0, 1)]
         assert rough.separation <= min(np.nanmin(part) for part in least) + 0.006
 
 

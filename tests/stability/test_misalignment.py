@@ -20,7 +20,7 @@ from beveloid_geom import (
 from beveloid_geom.contact.flank_pair import pairing_of
 from beveloid_geom.contact.path import path_ends
 from beveloid_geom.operation.engagement import pitch_point_roll
-from beveloid_geom.shapes.proximity.triangle_contact import triangle_contact
+from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
 from beveloid_geom.status import FirstStatus, Limit
 from tests.contact.test_path import five_equation_residual
 from tests.oracle.table1 import table1
@@ -79,7 +79,7 @@ def test_first_contacts_without_a_path(errors: Errors) -> None:
             "pinion_roll": float(roll[k] + shift[0]),
             "gear_roll": float(first.gear_roll[k] + shift[1]),
         }
-        found = triangle_contact(design, "right", 0.01, **pose)
+        found = mesh_contact(design, "right", 0.01, **pose)
         assert found.status == Status.OFF_FLANK
         assert np.isnan((*found.point, found.separation, found.doubt)).all()
 

@@ -17,7 +17,7 @@ from beveloid_geom.gear.flank import flank_point, tip_thickness
 from beveloid_geom.gear.flank_limits import active_range, highest_parameter, root_parameter
 from beveloid_geom.gear.rack import rack_normal, rack_of, section_point
 from beveloid_geom.gear.undercut import undercut_of
-from beveloid_geom.shapes.proximity.triangle_contact import triangle_contact
+from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
 from beveloid_geom.validation.five_equations import path_of_contact_five_equations
 from tests.oracle.table1 import table1
 
@@ -111,7 +111,7 @@ def test_a_flank_that_cannot_be_cut_is_rejected_by_all_functions(a: float) -> No
         lambda: gear_solid(member, 0.1),
         lambda: undercut_of(member, "right"),
         lambda: sample_flank(member, "right", 0.01),
-        lambda: triangle_contact(design, "right", 0.01, pinion_roll=0.0, gear_roll=0.0),
+        lambda: mesh_contact(design, "right", 0.01, pinion_roll=0.0, gear_roll=0.0),
     ):
         with pytest.raises(ValueError, match=f"^the flanks {line}parabola must be between .*$"):
             refused()

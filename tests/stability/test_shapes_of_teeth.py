@@ -26,7 +26,7 @@ from beveloid_geom.gear.flank import tip_thickness
 from beveloid_geom.gear.flank_limits import tip_radius
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.gear.undercut import pointed_part, undercut_margin, undercut_of
-from beveloid_geom.shapes.proximity.triangle_contact import triangle_contact
+from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
 from beveloid_geom.status import FirstStatus, Limit, Verdict
 from beveloid_geom.validation.five_equations import path_of_contact_five_equations
 from tests.oracle.table1 import table1
@@ -92,7 +92,7 @@ def test_meshes_of_an_undercut_pair_find_the_tangency_or_nothing(design: Design,
     path = path_of_contact(design, flank, 5)
     for position in range(5):
         rolls = float(path.pinion_roll[position]), float(path.gear_roll[position])
-        met = triangle_contact(design, flank, 0.01, pinion_roll=rolls[0], gear_roll=rolls[1])
+        met = mesh_contact(design, flank, 0.01, pinion_roll=rolls[0], gear_roll=rolls[1])
         if met.status == Status.SOLVED:
             assert abs(met.separation) < 1e-9
             np.testing.assert_allclose(met.point, path.point[position], rtol=0.0, atol=1e-7)
@@ -153,7 +153,7 @@ def test_flanks_without_contact(design: Design, flank: str) -> None:
     assert not path_certificate(path).holds
     with pytest.raises(ValueError, match="no path of contact, so that the gears cannot be placed"):
         meshing_pair(design, flank)
-    met = triangle_contact(design, flank, 0.01, pinion_roll=0.0, gear_roll=0.0)
+    met = mesh_contact(design, flank, 0.01, pinion_roll=0.0, gear_roll=0.0)
     assert met.status != Status.SOLVED
     assert np.isnan(met.point).all()
 

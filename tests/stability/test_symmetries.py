@@ -32,8 +32,8 @@ from beveloid_geom.operation.angular_clearance import angular_clearance
 from beveloid_geom.operation.contact_pattern.pattern import MemberPattern
 from beveloid_geom.operation.cycle.segment_fit import END_TOLERANCE_PITCHES
 from beveloid_geom.operation.engagement import pitch_point_roll
-from beveloid_geom.shapes.proximity.triangle_contact import triangle_contact
-from beveloid_geom.shapes.proximity.triangle_separation import triangle_separation
+from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
+from beveloid_geom.shapes.proximity.mesh_separation import mesh_separation
 from beveloid_geom.status import FirstStatus, PatternStatus
 from tests.operation.test_angular_clearance import PARABOLAS
 from tests.operation.test_first_contact import EDGES
@@ -275,18 +275,18 @@ def test_contacts_of_meshes(name: str, flank: str) -> None:
     design = table1(DESIGNS[name], Errors(0.05, 1e-4, 0.1, -0.2))
     path = path_of_contact(design, flank, 9)
     pinion, gear = float(path.pinion_roll[3]), float(path.gear_roll[3])
-    found = triangle_contact(design, flank, 0.01, pinion_roll=pinion, gear_roll=gear)
+    found = mesh_contact(design, flank, 0.01, pinion_roll=pinion, gear_roll=gear)
     assert found.status == Status.SOLVED
     noise = OPERATIONS * EPS * 300.0  # of terms as large as E
     sides = [
-        triangle_separation(design, flank, j, 0.01, pinion_roll=pinion, gear_roll=gear, polish=False)
+        mesh_separation(design, flank, j, 0.01, pinion_roll=pinion, gear_roll=gear, polish=False)
         for j in (0, 1)
     ]
     swapped = Seen("exchanged", exchanged(design), flank, first=1)
     for seen in (*seen_otherwise(design, flank), swapped):
         rolls = (gear, pinion) if seen.first else (seen.sign * pinion, seen.sign * gear)
         pose: Pose = {"pinion_roll": rolls[0], "gear_roll": rolls[1]}
-        other = triangle_contact(seen.design, seen.flank, 0.01 * seen.factor, **pose)
+        other = mesh_contact(seen.design, seen.flank, 0.01 * seen.factor, **pose)
         assert other.status == Status.SOLVED
         order = [seen.first, 1 - seen.first]
         doubt = found.doubt + other.doubt / seen.factor
@@ -294,7 +294,7 @@ def test_contacts_of_meshes(name: str, flank: str) -> None:
         assert np.abs(other.z[order] / seen.factor - found.z).max() <= doubt, seen.name
         assert abs(other.separation / seen.factor - found.separation) <= noise, seen.name
         for j in (0, 1):
-            side = triangle_separation(
+            side = mesh_separation(
                 seen.design, seen.flank, order[j], 0.01 * seen.factor, **pose, polish=False
             )
             assert np.array_equal(side.status, sides[j].status)

@@ -12,7 +12,7 @@ import pytest
 
 import beveloid_geom as bg
 from beveloid_geom.contact.path import path_ends
-from beveloid_geom.shapes.proximity.triangle_separation import triangle_separation
+from beveloid_geom.shapes.proximity.mesh_separation import mesh_separation
 from beveloid_geom.support.array_repr import short_repr
 from tests.oracle.table1 import table1
 
@@ -30,7 +30,7 @@ RESULTS: dict[str, Callable[[], object]] = {
     "flank": lambda: bg.sample_flank(DESIGN.pinion, "right", 0.01),
     "backlash": lambda: bg.mounted_backlash(DESIGN),
     "closing": lambda: bg.layout_deviation(DESIGN),
-    "meshes": lambda: triangle_separation(DESIGN, "right", 0, 0.1, pinion_roll=0.0, gear_roll=0.0),
+    "meshes": lambda: mesh_separation(DESIGN, "right", 0, 0.1, pinion_roll=0.0, gear_roll=0.0),
 }
 
 

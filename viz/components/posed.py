@@ -15,7 +15,7 @@ from beveloid_geom.gear.flank import turned
 from beveloid_geom.gear.flank_limits import tip_radius
 from beveloid_geom.pair.frames import layout_of, member_frame, normals_to_fixed, to_fixed
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.shapes.surface_mesh import GearTriangles, gear_triangles
+from beveloid_geom.shapes.surface_mesh import TriangleMesh, gear_mesh
 
 from ..rendering.scene import Camera, Size, Surface, fit_camera, grid_surface
 
@@ -216,7 +216,7 @@ def mesh_camera(
     return replace(camera, half_height=max(camera.half_height, least_mm))
 
 
-def teeth_in_mesh(mesh: GearTriangles, camera: Camera, axis: FloatArray) -> GearTriangles:
+def teeth_in_mesh(mesh: TriangleMesh, camera: Camera, axis: FloatArray) -> TriangleMesh:
     """Return the faces of a mesh that such a camera shows: without the bore, the end of the face that is
     further away, and the cuts of a sector. `axis` (3,) is the axis of the member in S_f."""
     far = "toe" if camera.direction @ axis < 0.0 else "heel"
@@ -224,7 +224,7 @@ def teeth_in_mesh(mesh: GearTriangles, camera: Camera, axis: FloatArray) -> Gear
 
 
 def placed_surface(
-    mesh: GearTriangles, frame: Frame, colour: str, opacity: float = 1.0, edges: bool = False
+    mesh: TriangleMesh, frame: Frame, colour: str, opacity: float = 1.0, edges: bool = False
 ) -> Surface:
     """Return a mesh as a surface in S_f."""
     points, normals = to_fixed(frame, mesh.points), normals_to_fixed(frame, mesh.normals)
@@ -264,7 +264,7 @@ def gear_items(
         Reason why the teeth have no surface, or ''.
     """
     try:
-        mesh = gear_triangles(member, tolerance, teeth, bore_radius)
+        mesh = gear_mesh(member, tolerance, teeth, bore_radius)
     except ValueError as error:
         return blank(member, frame, colours[0], bore_radius), str(error)
     ends = mesh.is_of("toe", "heel")

@@ -10,19 +10,19 @@ from beveloid_geom.shapes.hexahedral_mesh import VolumeMesh
 from beveloid_geom.shapes.sampling import FlankGrid
 from beveloid_geom.shapes.sheet import grid_faces
 from beveloid_geom.shapes.solid import Solid
-from beveloid_geom.shapes.surface_mesh import GearTriangles
+from beveloid_geom.shapes.surface_mesh import TriangleMesh
 
 if TYPE_CHECKING:
     import pyvista as pv
 
 
-def to_pyvista(shape: FlankGrid | GearTriangles | Solid | VolumeMesh) -> pv.PolyData | pv.UnstructuredGrid:
+def to_pyvista(shape: FlankGrid | TriangleMesh | Solid | VolumeMesh) -> pv.PolyData | pv.UnstructuredGrid:
     """Convert a mesh of the library to a PyVista mesh.
 
     Parameters
     ----------
-    shape : FlankGrid, GearTriangles, Solid or VolumeMesh
-        Result of `sample_flank`, `gear_triangles`, `gear_solid` or `tooth_hexahedra`.
+    shape : FlankGrid, TriangleMesh, Solid or VolumeMesh
+        Result of `sample_flank`, `gear_mesh`, `gear_solid` or `tooth_hexahedra`.
 
     Returns
     -------

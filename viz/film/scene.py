@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION
 from beveloid_geom.report.columns import ARCSEC
-from beveloid_geom.shapes.surface_mesh import gear_triangles
+from beveloid_geom.shapes.surface_mesh import gear_mesh
 
 from ..components import posed
 from ..components.paths_table import MEMBERS, ratio_words
@@ -151,9 +151,7 @@ def _metal(
     member = film.path.design.members[number]
     opacity = 0.3 if number and not teeth else 1.0  # the gear hides the contacts
     try:
-        mesh = gear_triangles(
-            member, MESH_PX * camera.mm_per_px(size), teeth or teeth_near(film, number, camera)
-        )
+        mesh = gear_mesh(member, MESH_PX * camera.mm_per_px(size), teeth or teeth_near(film, number, camera))
     except ValueError as error:
         raise NoFilmError(f"{MEMBERS[number]}: {error}") from None
     skin = posed.teeth_in_mesh(mesh, camera, film.frames[number][0][0, :, 2])

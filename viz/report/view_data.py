@@ -24,7 +24,7 @@ from beveloid_geom.operation.cycle.cycle_segments import DEGREE
 from beveloid_geom.operation.engagement import conjugate_phase, pitch_point_roll
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.shapes.section import SIDES
-from beveloid_geom.shapes.surface_mesh import GearTriangles, gear_triangles
+from beveloid_geom.shapes.surface_mesh import TriangleMesh, gear_mesh
 from beveloid_geom.status import FirstStatus
 
 from ..components.paths_table import FLANKS, MEMBERS, points_on
@@ -87,7 +87,7 @@ def _member(name: str, member: Member, tolerance: float | None) -> dict[str, Any
     half, module = 0.5 * float(member.face_width), float(member.tool.normal_module)
     tooth, note = None, ""
     try:
-        mesh = gear_triangles(member, tolerance_modules * module if tolerance is None else tolerance, (0,))
+        mesh = gear_mesh(member, tolerance_modules * module if tolerance is None else tolerance, (0,))
         tooth = _tooth(mesh.where(~mesh.is_of(*SIDES)))
     except ValueError as error:
         note = f"The {name} is drawn without teeth: {error}."
@@ -102,7 +102,7 @@ def _member(name: str, member: Member, tolerance: float | None) -> dict[str, Any
     }
 
 
-def _tooth(mesh: GearTriangles) -> dict[str, Any]:
+def _tooth(mesh: TriangleMesh) -> dict[str, Any]:
     """Return the triangles of a tooth, end faces last, and the corners of its flanks."""
     ends = mesh.is_of("toe", "heel")
     faces = np.concatenate((mesh.faces[~ends], mesh.faces[ends]))

@@ -13,8 +13,8 @@ from ...design.model import Design
 from ...gear.closest_point import feet
 from ...status import Status
 from .flank_mesh import flank_mesh
-from .triangle_contact import triangle_contact
-from .triangle_separation import frames_of, in_frame_of, triangle_separation
+from .mesh_contact import mesh_contact
+from .mesh_separation import frames_of, in_frame_of, mesh_separation
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ def convergence(
     tolerances : array (n,)
         Sampling tolerances, mm.
     polish : bool
-        As in `triangle_contact`.
+        As in `mesh_contact`.
     share : float
         Position of the pose along the path, 0 ... 1.
 
@@ -71,7 +71,7 @@ def convergence(
     ------
     ValueError
         If the path has no contact on the flanks, if no vertex is opposite the other flank, and as
-        `triangle_separation`.
+        `mesh_separation`.
     """
     path = path_of_contact(design, flank, 3)
     if not len(path.l1):
@@ -82,8 +82,8 @@ def convergence(
     frames, rows = frames_of(design, **pose), []
     tolerance = np.atleast_1d(np.asarray(tolerances, dtype=float))
     for size in tolerance.tolist():
-        contact = triangle_contact(design, flank, size, **pose, polish=polish)
-        side = triangle_separation(design, flank, 0, size, **pose, polish=polish)
+        contact = mesh_contact(design, flank, size, **pose, polish=polish)
+        side = mesh_separation(design, flank, 0, size, **pose, polish=polish)
         exact = feet(design.gear, flank, in_frame_of(frames, 1, side.points))
         error = np.abs(side.separation - exact.distance)[exact.status == Status.SOLVED]
         if not error.size:

@@ -16,7 +16,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.mesh_position import frames_at
 from beveloid_geom.operation.engagement import conjugate_phase
 from beveloid_geom.pair.frames import to_fixed
-from beveloid_geom.shapes.surface_mesh import gear_triangles
+from beveloid_geom.shapes.surface_mesh import gear_mesh
 from beveloid_viz.report.picture import SHADE_COUNT, _eye, pair_picture
 
 PIXELS = 240
@@ -54,7 +54,7 @@ def seen(design: Design) -> NDArray[np.int8]:
     share = np.array([(i, j, FINE - i - j) for i in range(FINE + 1) for j in range(FINE + 1 - i)]) / FINE
     clouds, corners = [], []
     for member, frame in zip(design.members, frames_at(design, 0.0, phase), strict=True):
-        mesh = gear_triangles(member, 0.1 * float(member.tool.normal_module))
+        mesh = gear_mesh(member, 0.1 * float(member.tool.normal_module))
         points: FloatArray = to_fixed(frame, mesh.points) @ _eye().T
         corners.append(points[:, :2])
         clouds.append((share @ points[mesh.faces]).reshape(-1, 3))

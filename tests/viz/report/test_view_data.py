@@ -19,7 +19,7 @@ from scipy.spatial import cKDTree
 from beveloid_geom import Design, Errors, MeshCycle, first_contact, gear_solid, mesh_cycle, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.shapes.surface_mesh import gear_triangles
+from beveloid_geom.shapes.surface_mesh import gear_mesh
 from beveloid_geom.status import FirstStatus
 from beveloid_viz.report.view_data import carried_phase, view_data
 from tests.oracle.table1 import table1
@@ -119,7 +119,7 @@ def test_turned_teeth_are_the_gear(number: int) -> None:
     member = DESIGNS["modified"].members[number]
     stored = view_of("modified")["members"][number]
     points, _, faces = tooth_of(stored)
-    gear = gear_triangles(member, TOLERANCE)
+    gear = gear_mesh(member, TOLERANCE)
     # Without end faces, whose triangles depend on the number of teeth.
     tooth_faces = faces[: len(faces) - stored["tooth"]["end_faces"]]
     gear_faces = gear.faces[~gear.is_of("toe", "heel")]

@@ -12,7 +12,7 @@ from beveloid_geom import Design, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.design.ends import end_names
 from beveloid_geom.pair.frames import to_fixed
-from beveloid_geom.shapes.surface_mesh import gear_triangles
+from beveloid_geom.shapes.surface_mesh import gear_mesh
 
 from ...components import annotate, paths_table, posed
 from ...components.annotate import Overlay
@@ -51,7 +51,7 @@ def compute(design: Design, flank: str = "right") -> PairFigure:
     sections = []
     for member, frame in zip(design.members, pair.frames, strict=True):
         try:
-            mesh = gear_triangles(
+            mesh = gear_mesh(
                 member,
                 section_tolerance_modules * float(member.tool.normal_module),
                 bore_radius=posed.shaft_radius(member),

@@ -16,8 +16,8 @@ from matplotlib.tri import Triangulation
 from beveloid_geom import Design, Status, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.shapes.proximity.flank_mesh import flank_mesh
-from beveloid_geom.shapes.proximity.triangle_contact import TriangleContact, triangle_contact
-from beveloid_geom.shapes.proximity.triangle_separation import TriangleSeparation, triangle_separation
+from beveloid_geom.shapes.proximity.mesh_contact import MeshContact, mesh_contact
+from beveloid_geom.shapes.proximity.mesh_separation import MeshSeparation, mesh_separation
 from beveloid_geom.shapes.sheet import Faces
 
 from ...components import annotate
@@ -47,13 +47,13 @@ class MethodFigure:
     design: Design
     flank: str
     tolerance: float
-    query: TriangleSeparation | None = None
+    query: MeshSeparation | None = None
     faces: Faces | None = None
     triangles: tuple[int, ...] = ()
-    detail: TriangleSeparation | None = None
+    detail: MeshSeparation | None = None
     exact: FloatArray | None = None
     point: FloatArray | None = None
-    contacts: tuple[TriangleContact, ...] = ()
+    contacts: tuple[MeshContact, ...] = ()
     reason: str = ""
 
 
@@ -69,12 +69,12 @@ def compute(design: Design, flank: str = "right") -> MethodFigure:
             raise ValueError(f"the {flank} flanks have no path of contact")
         pose = {"pinion_roll": float(path.pinion_roll[1]), "gear_roll": float(path.gear_roll[1])}
         contacts = tuple(
-            triangle_contact(pair, flank, tolerance, **pose, polish=polish) for polish in (False, True)
+            mesh_contact(pair, flank, tolerance, **pose, polish=polish) for polish in (False, True)
         )
         if any(one.status != Status.SOLVED for one in contacts):
             raise ValueError(f"the meshes give {contacts[-1].status.name}")
-        query = triangle_separation(pair, flank, 0, tolerance, **pose, polish=False)
-        detail = triangle_separation(pair, flank, 0, fine_mm * scale, **pose, polish=True)
+        query = mesh_separation(pair, flank, 0, tolerance, **pose, polish=False)
+        detail = mesh_separation(pair, flank, 0, fine_mm * scale, **pose, polish=True)
     except ValueError as error:
         return MethodFigure(pair, flank, tolerance, reason=str(error))
     faces = [flank_mesh(member, flank, tolerance).faces for member in pair.members]
@@ -159,7 +159,7 @@ def _limits_um(scale: float) -> list[float]:
     return [two_digits(scale * band) for band in bands_um]
 
 
-def _separation(axes: Axes, side: TriangleSeparation, scale: float, faces: Faces | None = None) -> None:
+def _separation(axes: Axes, side: MeshSeparation, scale: float, faces: Faces | None = None) -> None:
     """Draw the separation in bands over z and l, and the edges of given triangles."""
     colours, bands = ListedColormap(list(BAND_COLOURS)), _limits_um(scale)
     known = np.isfinite(side.separation)

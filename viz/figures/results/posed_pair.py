@@ -17,7 +17,7 @@ from beveloid_geom.operation.contact_pattern.pattern import MemberPattern
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.report.pattern import pattern_report
 from beveloid_geom.shapes.sheet import grid_faces
-from beveloid_geom.shapes.surface_mesh import GearTriangles, gear_triangles
+from beveloid_geom.shapes.surface_mesh import TriangleMesh, gear_mesh
 
 from ...components import paths_table, posed
 from ...components.annotate import Overlay
@@ -34,7 +34,7 @@ class PosedFigure:
     contact, and the contact pattern on the pinion (None if unknown)."""
 
     pair: PosedPair
-    meshes: tuple[tuple[GearTriangles | None, str], ...]
+    meshes: tuple[tuple[TriangleMesh | None, str], ...]
     path: SolvedPath
     pattern: MemberPattern | None
 
@@ -51,10 +51,10 @@ def compute(design: Design, flank: str = "right") -> PosedFigure:
     pattern = None
     with suppress(ValueError):
         pattern = pattern_report("", design, flank, MARKING_SEPARATION).result.pinion
-    meshes: list[tuple[GearTriangles | None, str]] = []
+    meshes: list[tuple[TriangleMesh | None, str]] = []
     for member in design.members:
         try:
-            meshes.append((gear_triangles(member, tolerance_of(design)), ""))
+            meshes.append((gear_mesh(member, tolerance_of(design)), ""))
         except ValueError as error:
             meshes.append((None, str(error)))
     return PosedFigure(

@@ -27,7 +27,7 @@ from .flank_mesh import FlankMesh, flank_mesh
 
 
 @dataclass(frozen=True, eq=False)
-class TriangleSeparation:
+class MeshSeparation:
     """Separation of the grid points of a flank from the flank of the other member at a pose.
 
     Attributes
@@ -74,7 +74,7 @@ def in_frame_of(frames: tuple[Frame, Frame], member: int, points: FloatArray) ->
     return np.asarray((points - origin) @ rotation)
 
 
-def triangle_separation(
+def mesh_separation(
     design: Design,
     flank: str,
     member: int,
@@ -83,7 +83,7 @@ def triangle_separation(
     pinion_roll: float,
     gear_roll: float,
     polish: bool = True,
-) -> TriangleSeparation:
+) -> MeshSeparation:
     """Return the separation of the grid points of a flank from the mating flank.
 
     Parameters
@@ -102,7 +102,7 @@ def triangle_separation(
 
     Returns
     -------
-    TriangleSeparation
+    MeshSeparation
 
     Raises
     ------
@@ -121,7 +121,7 @@ def triangle_separation(
     shape = grid.l.shape
     z = np.broadcast_to(grid.z, shape)
     distance, foot_l, foot_z = values.reshape(3, *shape)
-    return TriangleSeparation(grid.l, z, points, distance, foot_l, foot_z, status.reshape(shape))
+    return MeshSeparation(grid.l, z, points, distance, foot_l, foot_z, status.reshape(shape))
 
 
 def _facet_feet(mesh: FlankMesh, seen: FloatArray, tolerance: float) -> tuple[FloatArray, Codes]:

@@ -1,6 +1,6 @@
 """Contact of two triangle meshes of flanks: the point of smallest separation at given rolls (a pose).
 
-1. The vertex of two sampled meshes with the smallest separation (`triangle_separation`) has an error of the
+1. The vertex of two sampled meshes with the smallest separation (`mesh_separation`) has an error of the
    square root of the tolerance over the relative curvature. In approximate line contact this is millimetres
    for a tolerance of a micrometre, and it depends on the positions of the vertices. `mesh_convergence`
    computes this error.
@@ -33,11 +33,11 @@ from ...gear.flank import flank_patch, flank_point, normal_rates, trace_paramete
 from ...gear.flank_limits import highest_parameter, root_parameter
 from ...pair.frames import normals_to_fixed, to_fixed
 from ...status import Status
-from .triangle_separation import TriangleSeparation, frames_of, in_frame_of, triangle_separation
+from .mesh_separation import MeshSeparation, frames_of, in_frame_of, mesh_separation
 
 
 @dataclass(frozen=True, eq=False)
-class TriangleContact:
+class MeshContact:
     """The point of smallest separation at a pose.
 
     Attributes
@@ -53,7 +53,7 @@ class TriangleContact:
         points whose separation equals the smallest one within the error of the meshes: millimetres, or the
         length of the flank. With `polish` it is the effect of rounding.
     status : Status
-        As in `TriangleSeparation`. NOT_CONVERGED also if the position of the minimum is uncertain. Values are
+        As in `MeshSeparation`. NOT_CONVERGED also if the position of the minimum is uncertain. Values are
         NaN unless SOLVED.
     """
 
@@ -65,7 +65,7 @@ class TriangleContact:
     status: Status
 
 
-def triangle_contact(
+def mesh_contact(
     design: Design,
     flank: str,
     tolerance: float = 1e-3,
@@ -73,7 +73,7 @@ def triangle_contact(
     pinion_roll: float,
     gear_roll: float,
     polish: bool = True,
-) -> TriangleContact:
+) -> MeshContact:
     """Return the contact of two meshes at a pose: the point of smallest separation of the flanks.
 
     Parameters
@@ -91,14 +91,14 @@ def triangle_contact(
 
     Returns
     -------
-    TriangleContact
+    MeshContact
         With `polish`, the status is OFF_FLANK if the separation is smallest on an edge of a flank: the flanks
         are not tangent there.
 
     Raises
     ------
     ValueError
-        As `triangle_separation`.
+        As `mesh_separation`.
     """
     pose = {"pinion_roll": float(pinion_roll), "gear_roll": float(gear_roll)}
     rough = _facet_contact(design, flank, tolerance, pose)
@@ -107,18 +107,18 @@ def triangle_contact(
     return _polished_contact(design, flank, frames_of(design, **pose), rough)
 
 
-def _no_contact(status: Status) -> TriangleContact:
+def _no_contact(status: Status) -> MeshContact:
     pair = np.full(2, np.nan)
-    return TriangleContact(np.full(3, np.nan), float("nan"), pair, pair, float("nan"), status)
+    return MeshContact(np.full(3, np.nan), float("nan"), pair, pair, float("nan"), status)
 
 
-def _facet_contact(design: Design, flank: str, tolerance: float, pose: dict[str, float]) -> TriangleContact:
+def _facet_contact(design: Design, flank: str, tolerance: float, pose: dict[str, float]) -> MeshContact:
     """Return the vertex of smallest separation and its closest point on the other mesh."""
     # The contact may be next to grid points whose separation is larger than the smallest one by this
     # number of tolerances: one for each mesh, and one for the separation between the grid points of
     # each.
     near_tolerances = 4.0
-    sides = [triangle_separation(design, flank, j, tolerance, **pose, polish=False) for j in (0, 1)]
+    sides = [mesh_separation(design, flank, j, tolerance, **pose, polish=False) for j in (0, 1)]
     least = [np.nanmin(np.append(side.separation, np.inf)) for side in sides]
     member = int(np.argmin(least))
     if least[member] == np.inf:
@@ -130,12 +130,10 @@ def _facet_contact(design: Design, flank: str, tolerance: float, pose: dict[str,
     pinion_first, point = [member, other], 0.5 * (side.points[at] + foot)
     near = [_near_least(each, least[member] + near_tolerances * tolerance) for each in sides]
     doubt = float(np.linalg.norm(np.concatenate(near) - point, axis=-1).max())
-    return TriangleContact(
-        point, float(least[member]), l[pinion_first], z[pinion_first], doubt, Status.SOLVED
-    )
+    return MeshContact(point, float(least[member]), l[pinion_first], z[pinion_first], doubt, Status.SOLVED)
 
 
-def _near_least(side: TriangleSeparation, bound: float) -> FloatArray:
+def _near_least(side: MeshSeparation, bound: float) -> FloatArray:
     """Return the grid points (n, 3) in S_f of the cells around points whose separation is within the
     bound."""
     near = np.pad(side.separation <= bound, 1)  # False for NaN
@@ -145,8 +143,8 @@ def _near_least(side: TriangleSeparation, bound: float) -> FloatArray:
 
 
 def _polished_contact(
-    design: Design, flank: str, frames: tuple[Frame, Frame], rough: TriangleContact
-) -> TriangleContact:
+    design: Design, flank: str, frames: tuple[Frame, Frame], rough: MeshContact
+) -> MeshContact:
     """Return the minimum of the exact separation, downhill from a contact of meshes. Steps are those of
     Newton's method where the separation is convex, and never increase it."""
     max_contact_steps = 60
@@ -181,7 +179,7 @@ def _polished_contact(
         return _no_contact(Status.NOT_CONVERGED)
     middle = here.point - 0.5 * here.foot.distance * normals_to_fixed(frames[1], here.foot.normal)
     pair = (np.array((place[0], here.foot.l)), np.array((pinion_foot.z, here.foot.z)))
-    return TriangleContact(middle, float(here.foot.distance), *pair, doubt, Status.SOLVED)
+    return MeshContact(middle, float(here.foot.distance), *pair, doubt, Status.SOLVED)
 
 
 @dataclass(frozen=True, eq=False)
