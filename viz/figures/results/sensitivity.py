@@ -81,9 +81,9 @@ def draw(data: tuple[SensitivityCase, ...], layout: theme.PageLayout) -> Drawing
     """Draw a row for each case and a column for each quantity; on a narrow page columns for cases and fewer
     quantities."""
     note = (
-        "Changes: derivatives at the errors of the design, multiplied by the error on the left{place}. Shift:"
-        " middle of the path along the face, at equal flank parameter l{square}, positive towards +z. Contact"
-        " ratio: Eq. 16. Transmission error: one tooth pair, peak to peak."
+        "Derivatives at the errors of the design, times the error on the left{place}. Shift: middle of the"
+        " path along the face, at equal flank parameter l{square}, positive towards +z. Contact ratio: Eq."
+        " 16. Transmission error: one tooth pair, peak to peak."
     )
     cells = PanelRows(left=1.6, right=0.438, across=0.358, down=1.1, most=4, least=1.4)
     perpendicular_note = ", or perpendicular to the path"

@@ -188,8 +188,8 @@ def _note(data: CloudFigure, stretch: float) -> str:
     """Return the note with the mountings drawn."""
     note = (
         "Flanks from outside, {stretch:g} times larger from root to tip: {drawn} mountings of the"
-        " design{which}; black and dots: without errors. (c), (d): cumulative distributions; title: range from 1 to 99 %."
-        " Transmission error of one tooth pair."
+        " design{which}; black and dots: without errors. (c), (d): cumulative distributions; title: range"
+        " from 1 to 99 %. Transmission error of one tooth pair."
     )
     shown = data.nominal.design
     which = "" if shown is data.cases[0].design else f" with {coefficients(shown)}"
