@@ -34,7 +34,7 @@ def test_the_larger_end_of_a_drawn_flank_is_its_heel(design: Design) -> None:
         expected = ("toe", "heel") if back < front else ("heel", "toe")
         expected = ("back", "front") if back == front else expected
         assert view.ends == expected
-        assert view.frame[1, 0, 1] < view.frame[1, 2, 1]  # drawn lower: the end at -z
+        assert view.marks[1, 0, 1] < view.marks[1, 2, 1]  # drawn lower: the end at -z
         drawn_ends.append(view.ends)
     assert [tuple(member["ends"]) for member in view_data(design)["members"]] == drawn_ends
 

@@ -78,10 +78,10 @@ def test_working_pitch_circles_are_dashed() -> None:
     ]
     count = {
         colour: sum(item.colour == colour for item in tubes)
-        for colour in (*fig_04_meshing.LINE_COLOURS, theme.RED)
+        for colour in (*fig_04_meshing.LINE_COLOURS, theme.VERMILLION)
     }
     assert [count[ink] for ink in fig_04_meshing.LINE_COLOURS] == [1, 1]
-    assert count[theme.RED] > 50
+    assert count[theme.VERMILLION] > 50
 
 
 def test_the_radius_of_the_round_ends_on_it() -> None:

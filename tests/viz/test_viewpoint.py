@@ -45,7 +45,7 @@ def test_views_are_what_they_are_called(number: int, flank: str, outside: bool) 
     assert view.outside == (outside or flank == "left")
     assert (view.axes[2] @ normal > 0.9) == view.outside
     assert ((tip - middle) @ view.axes[0] > 0.0) == (flank == "left" or not outside)
-    assert view.frame[2, 1, 0] * view.frame[0, 1, 0] < 0.0
+    assert view.marks[2, 1, 0] * view.marks[0, 1, 0] < 0.0
 
 
 @pytest.mark.parametrize("number", [0, 1])
@@ -59,11 +59,11 @@ def test_right_flanks_are_on_the_right_from_the_toe(number: int) -> None:
 @pytest.mark.parametrize(
     ("looks", "words", "eyes"),
     [
-        ([("right", False)], "right flanks from inside", [-1]),
+        ([("right", False)], "right flanks through the tooth", [-1]),
         ([("left", True)], "left flanks from outside", [-1]),
         ([("right", True)], "right flanks from outside", [1]),
         ([("right", True), ("left", True)], "flanks from outside", [1, -1]),
-        ([("right", False), ("left", True)], "right from inside, left from outside", [-1, -1]),
+        ([("right", False), ("left", True)], "right through the tooth, left from outside", [-1, -1]),
     ],
 )
 def test_the_sketch_has_an_eye_where_one_looks_from(

@@ -257,13 +257,13 @@ class Overlay:
             np.asarray(foot),
             *(share * radius * np.asarray(first) for share in reach),
         )
-        self.line(start, start + end, color=theme.RED, linestyle="--")
+        self.line(start, start + end, color=theme.VERMILLION, linestyle="--")
         curve = arc(start, first, second, radius)
-        self.arrow_along(curve, theme.RED)
+        self.arrow_along(curve, theme.VERMILLION)
         (x1, y1), (x2, y2) = np.diff(self.picture.project(np.stack((start, curve[0], curve[-1]))), axis=0)
-        above = x1 * y2 - y1 * x2 > 0.0  # pixels point down: the second side is below the first
-        sides, sign = (("right", "bottom"), 1.0) if above else (("left", "top"), -1.0)
-        style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.HEADING}
+        second_below = x1 * y2 - y1 * x2 > 0.0  # pixels are counted downwards
+        sides, sign = (("right", "bottom"), 1.0) if second_below else (("left", "top"), -1.0)
+        style: dict[str, Any] = {"color": theme.VERMILLION, "fontsize": theme.HEADING}
         style |= dict(zip(("ha", "va"), sides, strict=True))
         self.label(start + label_position, words, (sign * offset[0], sign * offset[1]), **style)
 

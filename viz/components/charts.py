@@ -1,7 +1,7 @@
 """Charts of results, used by figures and the report page. Each is a function of axes and a result.
 
-Sizes of text and lines follow the style in use (`theme.style`, `report.svg.style`). A curve that is zero
-except for rounding is replaced by a message.
+Sizes of text and lines follow the style in use (`theme.style`, `report.svg.chart_style`). A curve that is
+zero except for rounding is replaced by a message.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ ZERO_EASE_OFF_UM = 1e-6
 """Ease-offs below this, um, are counted as zero."""
 MIDDLE_INDEX = 1
 """Index of the mid-point of a path in a `Sensitivity`."""
-FLANK_COLOURS = {"right": theme.BLUE, "left": theme.RED}
+FLANK_COLOURS = {"right": theme.BLUE, "left": theme.VERMILLION}
 LEFT_DASHES = (0.0, (2.0, 1.0))
 """Dash pattern of the stems of the left flanks."""
 MEMBER_MARKERS = {"pinion": ("o", 0.0), "gear": ("D", 1.0), "": ("s", 0.5)}
@@ -41,8 +41,11 @@ Changes: TypeAlias = Mapping[tuple[str, str], FloatArray]
 
 
 class ErrorEffect(NamedTuple):
-    """Quantity that changes under errors: title, name of its derivatives, unit, scale, and True if the
-    members have different values."""
+    """Quantity that changes under errors.
+
+    `title`: of the chart, with unit. `name`: its derivatives are the attribute `<name>_by` of `Sensitivity`.
+    `unit`: of the chart. `scale`: factor from mm or rad to this unit. `members`: True if pinion and gear have
+    different values."""
 
     title: str
     name: str
@@ -60,7 +63,10 @@ QUANTITIES = (
 
 
 def error_over_rolls(axes: Axes, report: OperationReport, pitches: int) -> None:
-    """Draw the transmission error over the pinion roll, with edge contact and hand-over.
+    """Draw the transmission error over the pinion roll (rotation angle of the pinion).
+
+    The error is in arcsec, less its mean, positive if the gear is ahead. Edge contact has another colour. A
+    dot marks each hand-over: the roll at which the next tooth pair takes over the contact.
 
     Parameters
     ----------
@@ -69,7 +75,7 @@ def error_over_rolls(axes: Axes, report: OperationReport, pitches: int) -> None:
     report : OperationReport
         Mesh cycle.
     pitches : int
-        Number of pitches. The mean is subtracted; arcsec, positive: gear ahead.
+        Number of pitches drawn.
     """
     first, cycle = report.first, report.cycle
     edge = np.tile((first.limit[:, 0] >= 0) & (not report.along_lines), pitches)
@@ -77,7 +83,7 @@ def error_over_rolls(axes: Axes, report: OperationReport, pitches: int) -> None:
     each = np.linspace(0.0, 1.0, first.pinion_roll.size)
     share = np.concatenate([each + pitch for pitch in range(pitches)])
     axes.plot(share, error, color=theme.BLUE, label="flank on flank")
-    axes.plot(share, np.where(edge, error, np.nan), color=theme.RED, label="edge contact")
+    axes.plot(share, np.where(edge, error, np.nan), color=theme.VERMILLION, label="edge contact")
     changes = cycle.changes[cycle.hand_over]
     there = np.tile(ARCSEC * (cycle.at(changes).transmission_error - float(cycle.mean)), pitches)
     at = np.concatenate([(changes - float(cycle.start)) / cycle.pitch + pitch for pitch in range(pitches)])
@@ -219,7 +225,7 @@ def cloud(
     place : callable
         Converts points (..., 3), mm, to coordinates (..., 2) of the axes.
     paths : ndarray, shape (paths, points, 3)
-        Paths, mm; NaN points are left out.
+        Paths, mm. A path with any NaN is left out completely.
     colour : str
         Colour.
     alpha : float

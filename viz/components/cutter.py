@@ -14,12 +14,14 @@ from beveloid_geom.gear.fillet import tool_round
 from ..rendering.scene import Surface, grid_surface
 
 SPACE_DEPTH_ADDENDA = 1.25
-"""Depth of the spaces of the tool above its pitch line, in addenda."""
+"""Height of the bottom of the tool spaces above the pitch line of the tool, divided by its addendum."""
 
 
 @dataclass(frozen=True, eq=False)
 class SectionFrame:
-    """Frame S_n of the normal section of a rack.
+    """Frame S_n of the normal section of a rack, in the frame S_c of the rack.
+
+    S_c is the frame in which the rack cutter slides along y_c while the gear rolls (Fig. 3).
 
     Attributes
     ----------
@@ -34,7 +36,8 @@ class SectionFrame:
 
 
 def fitting(tool: Tool) -> Tool:
-    """Return the tool with a tip radius, and if necessary a tip height, that fits between its flanks."""
+    """Return the tool with its tip radius, and if necessary its dedendum, reduced until the tip round fits
+    between the flanks. If no trial fits: tip radius 0 and dedendum 0.2 modules."""
     for depth in (1.0, 0.8, 0.6, 0.4):
         for share in np.linspace(1.0, 0.0, 21):
             fitted = replace(tool, tip_radius=share * tool.tip_radius, dedendum=depth * tool.dedendum)

@@ -35,8 +35,8 @@ class Cell:
         View.
     px_per_mm : float
         Scale.
-    limits : float or None
-        Position of the labels, see `panels.draw_flank`.
+    labels_at : float or None
+        Position of the labels of root and tip, from mid-face (0) to +z (1); None for no labels.
     under : tuple of float
         Upper middle of the text below the flank, fractions of the page.
     width : float
@@ -48,7 +48,7 @@ class Cell:
     box: PageBox
     view: FlankView | None
     px_per_mm: float
-    limits: float | None
+    labels_at: float | None
     under: tuple[float, float]
     width: float
 
@@ -66,10 +66,10 @@ class FlankArrangement:
     ----------
     cases : sequence of tuple
         Heading, design and flank of each case.
-    text : sequence of float
+    text_heights_in : sequence of float
         Height of the text below the flanks of each row, inches.
     stretch : float
-        Factor across the face.
+        Magnification from root to tip, relative to the direction of the face width.
     outside : bool
         True for views from outside; otherwise as in the paper.
     by_case : bool
@@ -80,7 +80,7 @@ class FlankArrangement:
     """
 
     cases: Sequence[tuple[str, Design, str]]
-    text: Sequence[float]
+    text_heights_in: Sequence[float]
     stretch: float = FACE_STRETCH
     outside: bool = False
     by_case: bool = False
@@ -94,8 +94,12 @@ class FlankArrangement:
 
     def tall(self, layout: theme.PageLayout) -> float:
         """Return the height in print, inches."""
-        rows = len(self.text)
-        words = (rows if self.by_case else 1) * self.heading_in + sum(self.text) + 2.0 * rows * LABEL_IN
+        rows = len(self.text_heights_in)
+        words = (
+            (rows if self.by_case else 1) * self.heading_in
+            + sum(self.text_heights_in)
+            + 2.0 * rows * LABEL_IN
+        )
         flank = min(3.0 * CELLS.width(layout, self.columns) / self.stretch, 3.6)
         return CELLS.tall(layout, self.columns, words + rows * flank)
 
@@ -105,13 +109,13 @@ class FlankArrangement:
             both = range(len(MEMBERS))
             return [
                 ([(case, member) for member in both], self.heading_in, under)
-                for case, under in enumerate(self.text)
+                for case, under in enumerate(self.text_heights_in)
             ]
         count, per_row = len(self.cases), CELLS.columns(layout, self.columns)
         return [
             ([(case, member) for case in range(first, min(first + per_row, count))], *heights)
             for first in range(0, count, per_row)
-            for member, heights in enumerate(zip((self.heading_in, 0.0), self.text, strict=True))
+            for member, heights in enumerate(zip((self.heading_in, 0.0), self.text_heights_in, strict=True))
         ]
 
     def heading(self, case: int, member: int) -> str:
@@ -176,9 +180,9 @@ def draw_grid(
                 page.text(0.012, y + 0.5 * height, MEMBERS[member].capitalize(), **style)
             box = theme.place(page, x + 0.01 * width, y, 0.98 * width, height)
             view, kind = views[case][member], (member, grid.cases[case][2])
-            limits = None if kind in labelled else 0.0
+            labels_at = None if kind in labelled else 0.0
             under_it = (x + 0.5 * width, y), 0.97 * width * page_width
-            picture = draw(Cell(case, member, box, view, px_per_mm, limits, *under_it))
+            picture = draw(Cell(case, member, box, view, px_per_mm, labels_at, *under_it))
             if view is not None:
                 labelled.add(kind)
             if picture is not None:

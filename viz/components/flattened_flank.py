@@ -30,7 +30,8 @@ from .paths_table import LINE_COUNT, points_on
 from .viewpoint import FlankView, flank_view
 
 BAND_FRACTIONS = (0.25, 0.5, 1.0)
-"""Fractions of the separation of a pattern at which its shading changes."""
+"""Fractions of the thickness of the marking compound at which the shading of a pattern changes. Separation:
+distance of the flanks along the normal. Pattern: area whose separation is below this thickness."""
 ROLLS_PER_POINT = 8
 """Number of rolls of a mesh cycle per contact point drawn."""
 
@@ -50,7 +51,7 @@ class FlatFlank:
     def place(self, points: FloatArray) -> FloatArray:
         """Return the coordinates (..., 2) of points (..., 3) in the frame of the member, mm."""
         flat = self.view.place(points)[..., 1::-1]
-        return np.asarray(flat - self.view.frame[0, 1, 1::-1] * (0.0, 1.0))
+        return np.asarray(flat - self.view.marks[0, 1, 1::-1] * (0.0, 1.0))
 
     def at(self, l: FloatArray, z: FloatArray) -> FloatArray:
         """Return the coordinates (..., 2) of flank parameters l in the planes z, mm."""
@@ -96,7 +97,7 @@ def outline(axes: Axes, flat: FlatFlank, scale: float, colour: str, width: float
     axes.spines["bottom"].set_bounds(ticks[0], ticks[-1])
     axes.set_yticks([])
     axes.tick_params(length=3.0, pad=2.0)
-    root, _, tip = flat.view.frame[:, 1]
+    root, _, tip = flat.view.marks[:, 1]
     back, front = flat.view.ends
     sides = (
         (back, (low[0], 0.5 * (low[1] + high[1])), (-7.0, 0.0), "right", "center"),
@@ -116,9 +117,15 @@ def path(axes: Axes, flat: FlatFlank, contact: ContactPath, number: int, width: 
     points = flat.place(points_on(contact, number))[good]
     if len(points) < 2:
         return
-    axes.plot(*points.T, color=theme.RED, linewidth=width, clip_on=False, solid_capstyle="butt", zorder=4)
-    axes.plot(*points[0], "o", color=theme.RED, markersize=2.7 * width, clip_on=False, zorder=4)
-    arrow = {"arrowstyle": "-|>,head_width=0.3,head_length=0.6", "color": theme.RED, "linewidth": width}
+    axes.plot(
+        *points.T, color=theme.VERMILLION, linewidth=width, clip_on=False, solid_capstyle="butt", zorder=4
+    )
+    axes.plot(*points[0], "o", color=theme.VERMILLION, markersize=2.7 * width, clip_on=False, zorder=4)
+    arrow = {
+        "arrowstyle": "-|>,head_width=0.3,head_length=0.6",
+        "color": theme.VERMILLION,
+        "linewidth": width,
+    }
     arrow |= {"shrinkA": 0.0, "shrinkB": 0.0}
     start = points[max(len(points) - 8, 0)]
     axes.annotate("", tuple(points[-1]), tuple(start), arrowprops=arrow, annotation_clip=False, zorder=4)
@@ -145,7 +152,10 @@ def contacts(axes: Axes, flat: FlatFlank, report: OperationReport, number: int) 
 
 
 def shade_pattern(axes: Axes, flat: FlatFlank, side: MemberPattern, separation: float) -> None:
-    """Shade the area where the flanks are close, in bands of the square root of the separation."""
+    """Shade the area whose separation is below `separation`, mm, in bands at its BAND_FRACTIONS.
+
+    Contours are interpolated in the square root of the separation, which is nearly linear next to the
+    path."""
     x, y = np.moveaxis(flat.place(side.points), -1, 0)
     root = np.ma.masked_invalid(np.sqrt(np.maximum(side.least, 0.0)))
     if root.count() == 0 or float(root.min()) > np.sqrt(separation):
@@ -162,8 +172,8 @@ def boundary_of(*grids: FloatArray) -> FloatArray:
 
 
 def side_view(axes: Axes, z: FloatArray, r: FloatArray, least: FloatArray, separation: float) -> FloatArray:
-    """Shade the area of a flank over z and r, mm, where the flanks are close, in bands; return its boundary
-    (n, 2)."""
+    """Shade the area of a flank over z and r, mm, in bands at BAND_FRACTIONS of `separation`; return the
+    boundary (n, 2) of the flank. `least`: smallest separation at each point during the mesh; both in mm."""
     # Colours of BAND_FRACTIONS in side views.
     shades = ("#6baed6", "#9ecae1", "#d0e3f2")
     root = np.ma.masked_invalid(np.sqrt(np.maximum(least, 0.0)))

@@ -24,7 +24,10 @@ class Extreme:
 
 
 def most_ratio(design: Design, flank: str, largest: float) -> Extreme:
-    """Return the largest contact ratio within the range of the map, without hollow flanks.
+    """Return the largest contact ratio within the range of the map, for sums of coefficients up to 0.
+
+    A sum above 0 gives flanks with a negative relative curvature. `largest`: usual largest coefficient, 1/mm,
+    which sets the range.
 
     The ridge of the ratio has a kink, so the search begins at the best of 101 sums times 21 differences. Then
     it computes smaller and smaller grids around the best point."""
@@ -58,11 +61,12 @@ def most_ratio(design: Design, flank: str, largest: float) -> Extreme:
 def least_shift(
     design: Design, flank: str, errors: Errors | MeshErrors, ratio: float, most: float, largest: float
 ) -> Extreme:
-    """Return the least shift with a contact ratio not below that of the design as given.
+    """Return the coefficients with the least shift of the path under `errors`, mm.
 
-    `most`: largest contact ratio of the map. If no design has a larger ratio than that given, as for
-    unmodified flanks on parallel axes, only the given coefficients meet the condition, and nothing is
-    searched."""
+    Condition: the contact ratio is not below `ratio`, that of the design as given. Coefficients are searched
+    between -`largest` and `largest`, 1/mm. `most`: largest contact ratio of the map. If no coefficients have
+    a larger ratio than the given ones, as for unmodified flanks on parallel axes, only the given ones meet
+    the condition, and nothing is searched."""
     if not ratio > 0.0:
         return Extreme()
     face = float(design.pinion.face_width)
@@ -80,7 +84,7 @@ def least_shift(
 
 
 def _is_exceeded(design: Design, flank: str, ratio: float, most: float, largest: float) -> bool:
-    """Return True if any coefficients without hollow flanks have a larger contact ratio than `ratio`."""
+    """Return True if any coefficients with a sum up to 0 have a larger contact ratio than `ratio`."""
     least_gain = 1e-6
     first, second = np.meshgrid(*2 * [largest * np.linspace(-1.0, 1.0, 21)])
     full = first + second <= 0.0

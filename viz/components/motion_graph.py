@@ -70,9 +70,10 @@ class MotionGraph:
     def limits(self) -> tuple[float, float]:
         """Lower and upper limit of the chart, rad.
 
-        Below the curve in operation, the chart extends by the thickness of marking compound at the module of
-        Table 1, in proportion to the module, or by the peak to peak value if it is larger, because separated
-        tooth pairs are there.
+        Curves of separated tooth pairs are below the curve in operation. Therefore the chart extends below it
+        by the larger of two angles: 1.2 times the peak-to-peak value, and the thickness of the marking
+        compound (scaled with the module from that of Table 1) at the pitch circle of the gear. Above, it
+        extends by 0.12 times this angle.
         """
         runs = self.report.first.transmission_error - self.mean
         low, high = float(runs.min()), float(runs.max())
@@ -116,9 +117,9 @@ def motion_graph(report: OperationReport, steps: int | None = 64) -> MotionGraph
 
 
 def draw_graph(axes: Axes, graph: MotionGraph) -> None:
-    """Draw all tooth pairs over some pitches (edges dotted), and in front the pair in contact with edges in
-    red and the points of hand-over. The left axis is in arcsec, the right in um at the pitch circle of the
-    gear."""
+    """Draw all tooth pairs over some pitches (edges dotted), and in front the pair in contact, with edge
+    contact as wider orange lines and with the points of hand-over. The left axis is in arcsec, the right in
+    um at the pitch circle of the gear."""
     report, mean = graph.report, graph.mean
     edges = (
         np.convolve(graph.edge, np.ones(3), "same") > 0.0
@@ -136,7 +137,11 @@ def draw_graph(axes: Axes, graph: MotionGraph) -> None:
     for pitch in range(SHOWN_PITCHES):
         axes.plot(share + pitch, runs, color=theme.BLUE, zorder=3.0)
         axes.plot(
-            share + pitch, np.where(edge, runs, np.nan), color=theme.RED, linewidth=EDGE_LINE_PT, zorder=3.1
+            share + pitch,
+            np.where(edge, runs, np.nan),
+            color=theme.VERMILLION,
+            linewidth=EDGE_LINE_PT,
+            zorder=3.1,
         )
         axes.plot(at + pitch, ARCSEC * there, "o", color=theme.INK, ms=5.5, zorder=3.2)
     low, high = (ARCSEC * limit for limit in graph.limits)
@@ -152,7 +157,7 @@ def legend_entries() -> list[Line2D]:
     grey: dict[str, Any] = {"color": theme.GREY, "linewidth": 1.2}
     return [
         Line2D([], [], color=theme.BLUE, label="in operation, flank contact"),
-        Line2D([], [], color=theme.RED, lw=EDGE_LINE_PT, label="in operation, edge contact"),
+        Line2D([], [], color=theme.VERMILLION, lw=EDGE_LINE_PT, label="in operation, edge contact"),
         Line2D([], [], color=theme.INK, ls="", marker="o", ms=5.5, label="hand-over"),
         Line2D([], [], **grey, label="one tooth pair alone"),
         Line2D([], [], ls=":", **grey, label="one pair, edge contact"),

@@ -29,18 +29,19 @@ from . import annotate
 from .paths_table import SolvedPath, both_ratios
 from .viewpoint import FlankView, greatest_span, looks_of, scale_bars
 
-LINE_POINTS = 2.6
-"""Half the width of a path on a wide page."""
+HALF_WIDTH_PT = 2.6
+"""Half the width of a path on a wide page, points."""
 OUTLINE_PX = 0.03
 """Largest deviation of the triangles of a flank, pixels. Root and tip curve more within the flank than the
 flank curves out of its plane."""
 SOLID: tuple[float, ...] = ()
 FACE_STRETCH = 2.0
-"""Factor across the face for flanks that are drawn side by side."""
+"""Magnification from root to tip for flanks that are drawn side by side."""
 LABEL_IN = 0.27
 """Inches above and below a flank for labels."""
 THIN_WIDTH_RATIO = 0.45
-"""Width of the parts of a path that are not first contact, relative to other paths."""
+"""Width of the parts of a path that are not first contact, relative to the parts that are. First contact: no
+other tooth pair and no edge touches earlier."""
 DASHED = (5.0, 3.0)
 DOTTED = (1.6, 2.4)
 """Lengths of dash and gap in widths of the path."""
@@ -58,10 +59,16 @@ class Trace:
         Mask of the first contacts; None for all.
     bare : bool
         True to draw no symbols at the ends.
+    dashes : tuple of float
+        Lengths of dash and gap in widths of the path.
+    width : float
+        Factor of the line width.
+    lift : float
+        Height above the flank, in half widths of the path.
     """
 
     points: FloatArray
-    colour: str = theme.RED
+    colour: str = theme.VERMILLION
     dashes: tuple[float, ...] = SOLID
     width: float = 1.0
     lift: float = 0.0
@@ -84,7 +91,8 @@ def dashed_circle(points: FloatArray, radius: float) -> Iterable[FloatArray]:
 
 def trace_items(trace: Trace, view: FlankView, radius: float) -> list[Item]:
     """Return a tube with a ball at its start and an arrow head at its end, in front of the flank."""
-    # Length of an arrow head in half widths of a path, and factor of the ends that are not first contact.
+    # Length of an arrow head in half widths of a path, and factor of the size of ball or arrow head at an end
+    # that is not first contact.
     head_length, smaller = 8.0, 0.65
     if len(trace.points) < 2 and not trace.bare:
         return []
@@ -119,13 +127,13 @@ def trace_items(trace: Trace, view: FlankView, radius: float) -> list[Item]:
 
 
 def edge_traces(path: SolvedPath, member: int, look: Trace | None = None) -> list[Trace]:
-    """Return the lines of edge contact on pinion (0) or gear (1), with width, height and colour of `look` if
+    """Return the lines of edge contact on pinion (0) or gear (1), with colour, width and lift of `look` if
     given."""
     look = look or Trace(path.points[member], theme.BLUE, lift=1.5)
     return [replace(look, points=line, bare=True) for line in path.edge_lines(member)]
 
 
-def line_points(page: Page) -> float:
+def half_width_pt(page: Page) -> float:
     """Return half the width of a path on a page.
 
     Parameters
@@ -137,17 +145,17 @@ def line_points(page: Page) -> float:
     float
         Points; less on narrow pages, where flanks are smaller.
     """
-    return LINE_POINTS if page.layout.width > theme.NARROW_PAGE_IN else 1.5  # smaller flanks
+    return HALF_WIDTH_PT if page.layout.width > theme.NARROW_PAGE_IN else 1.5  # smaller flanks
 
 
 def touching_legend(
     page: Page,
     paths: Sequence[SolvedPath],
-    colours: tuple[str, str, str] = (theme.RED, theme.RED, theme.BLUE),
+    colours: tuple[str, str, str] = (theme.VERMILLION, theme.VERMILLION, theme.BLUE),
 ) -> list[Line2D]:
     """Return the legend of the parts that some of the paths have: first contact, not first, and edge
     contact."""
-    wide = 2.0 * line_points(page)
+    wide = 2.0 * half_width_pt(page)
     looks = (
         ("first contact", wide, SOLID),
         ("not first", THIN_WIDTH_RATIO * wide, DASHED),
@@ -210,7 +218,7 @@ def draw_flank(
     view: FlankView | None,
     traces: Iterable[Trace],
     px_per_mm: float,
-    limits: float | None = 0.0,
+    labels_at: float | None = 0.0,
 ) -> Panel | None:
     """Draw a flank into a box of the page.
 
@@ -232,7 +240,7 @@ def draw_flank(
         Paths on the flank.
     px_per_mm : float
         Scale.
-    limits : float or None
+    labels_at : float or None
         Position of the labels of root and tip from mid-face (0) to +z (1); None for no labels.
 
     Returns
@@ -250,25 +258,25 @@ def draw_flank(
         return None
     items: list[Item] = [lit_flank(grid.points, grid.normals, view, theme.METALS[number])]
     items += path_items(page, traces, view, px_per_mm)
-    return show_items(page, box, view, items, px_per_mm, limits)
+    return show_items(page, box, view, items, px_per_mm, labels_at)
 
 
 def draw_lines(panel: Panel, path: SolvedPath, member: int) -> None:
     """Draw the lines of contact on pinion (0) or gear (1) over the picture. As tubes in the picture, such
     thin and nearly vertical lines would have steps."""
     for line in path.contact_lines(member):
-        look: dict[str, Any] = {"color": theme.INK, "linewidth": 0.4 * 2.0 * line_points(panel.page)}
+        look: dict[str, Any] = {"color": theme.INK, "linewidth": 0.4 * 2.0 * half_width_pt(panel.page)}
         panel.axes.plot(*panel.place(line).T, solid_capstyle="butt", **look)
 
 
 def path_items(page: Page, traces: Iterable[Trace], view: FlankView, px_per_mm: float) -> list[Item]:
     """Return the paths on a flank with the line width of the page."""
-    radius = line_points(page) * page.dpi / 72.0 / px_per_mm
+    radius = half_width_pt(page) * page.dpi / 72.0 / px_per_mm
     return [item for trace in traces for item in trace_items(trace, view, radius)]
 
 
 def flank_camera(view: FlankView, half_height: float) -> Camera:
-    """Return the camera for a flank at the centre of the picture; half of the picture height in mm."""
+    """Return the camera that shows a flank at the centre. `half_height`: half of the picture height, mm."""
     return Camera(
         np.array([0.0, 0.0, -1.0]),
         np.array([0.0, 1.0, 0.0]),
@@ -283,20 +291,20 @@ def show_items(
     view: FlankView,
     items: Sequence[Item],
     px_per_mm: float,
-    limits: float | None = 0.0,
+    labels_at: float | None = 0.0,
 ) -> Panel:
-    """Draw items in the frame of a flank view into a box, with labels of the four sides unless `limits` is
-    None."""
+    """Draw items in the frame of a flank view into a box, with labels of the four sides unless `labels_at`
+    is None."""
     picture = render(Scene(items, flank_camera(view, 0.5 * box.height / px_per_mm)), box.size)
     axes = theme.show_picture(page, box, picture)
-    if limits is None:
+    if labels_at is None:
         return Panel(axes, picture, view, items)
-    root, middle, tip = view.frame
+    root, middle, tip = view.marks
     side = 1.0 if tip[1, 0] > root[1, 0] else -1.0
     aligned = ("right", "left")[:: int(side)]
     for text, place, offset, ha, va, rotation in (
-        ("root", root[1] + limits * (root[2] - root[1]), (-10 * side, 0), aligned[0], "center", 90),
-        ("tip", tip[1] + limits * (tip[2] - tip[1]), (10 * side, 0), aligned[1], "center", 90),
+        ("root", root[1] + labels_at * (root[2] - root[1]), (-10 * side, 0), aligned[0], "center", 90),
+        ("tip", tip[1] + labels_at * (tip[2] - tip[1]), (10 * side, 0), aligned[1], "center", 90),
         (view.ends[1], middle[2], (0, 5), "center", "bottom", 0),
         (view.ends[0], middle[0], (0, -5), "center", "top", 0),
     ):
@@ -322,11 +330,12 @@ def how_drawn(flank: str, stretch: float, outside: bool = False) -> str:
     flanks."""
     seen_from = "from outside" if outside or flank == "left" else "through the tooth"
     return (
-        f"View along the normal {seen_from}, {stretch:g} times larger across the face. Paths run from ball to"
-        " arrow head. "
+        f"View along the normal {seen_from}, {stretch:g} times larger from root to tip. Paths run from ball"
+        " to arrow head. "
     )
 
 
 def ratios(path: SolvedPath) -> tuple[str, str]:
-    """Return the contact ratios of a path: of one tooth pair (Eq. 16) and in operation."""
+    """Return both contact ratios of a path as text: that of one tooth pair (Eq. 16), and that in
+    operation."""
     return both_ratios(path.ratio, path.touching.ratio if path.touching else float("nan"))

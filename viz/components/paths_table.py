@@ -78,7 +78,8 @@ class SolvedPath:
         return np.asarray(0.5 * (points[(len(points) - 1) // 2] + points[len(points) // 2]))
 
     def length(self, member: int) -> float:
-        """Return the length in the side view, mm (`path_measures`)."""
+        """Return the length in the side view (radius r over the axial coordinate z), mm; see
+        `path_measures`."""
         return float(in_side_view(self.path)[0][member])
 
     def angle(self, member: int) -> float:
@@ -218,14 +219,14 @@ def _plain(value: float) -> str:
     return f"{value:.7f}".rstrip("0").rstrip(".").replace("-", "\u2212")
 
 
-def both_ratios(path: float, running: float) -> tuple[str, str]:
+def both_ratios(one_pair: float, operating: float) -> tuple[str, str]:
     """Return the contact ratio of one tooth pair (Eq. 16) and that in operation as text; NaN is "unknown"."""
-    return f"{path:.3f}", f"{running:.3f}" if np.isfinite(running) else "unknown"
+    return f"{one_pair:.3f}", f"{operating:.3f}" if np.isfinite(operating) else "unknown"
 
 
-def ratio_words(path: float, running: float) -> str:
+def ratio_words(one_pair: float, operating: float) -> str:
     """Return both contact ratios as a phrase; arguments as in `both_ratios`."""
-    return "ratio {}, in operation {}".format(*both_ratios(path, running))
+    return "ratio {}, in operation {}".format(*both_ratios(one_pair, operating))
 
 
 def points_on(path: ContactPath, member: int) -> FloatArray:

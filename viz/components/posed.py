@@ -20,12 +20,13 @@ from beveloid_geom.shapes.surface_mesh import TriangleMesh, gear_mesh
 from ..rendering.scene import Camera, Size, Surface, fit_camera, grid_surface
 
 VIEW, UP = np.array([-0.5, 0.52, 0.7]), np.array([0.0, -1.0, 0.0])
-"""Viewing direction for a complete pair, and upward direction, in S_f."""
+"""Viewing direction for a complete pair, and upward direction, in the fixed frame S_f: z along the pinion
+axis, x along the common perpendicular towards the gear axis."""
 
 
 @dataclass(frozen=True, eq=False)
 class PosedPair:
-    """Pair at a position of rotation.
+    """Pair at given rotation angles of pinion and gear (a pose).
 
     Attributes
     ----------
@@ -36,7 +37,7 @@ class PosedPair:
     roll : ndarray, shape (2,)
         Rolls, rad.
     position : ndarray, shape (2,)
-        Positions along the axes, mm.
+        Positions of the mid-faces along their axes, mm, from the common perpendicular.
     contact : ndarray, shape (3,)
         Point of contact in S_f, mm; NaN if the flanks do not touch.
     """
@@ -217,8 +218,10 @@ def mesh_camera(
 
 
 def teeth_in_mesh(mesh: TriangleMesh, camera: Camera, axis: FloatArray) -> TriangleMesh:
-    """Return the faces of a mesh that such a camera shows: without the bore, the end of the face that is
-    further away, and the cuts of a sector. `axis` (3,) is the axis of the member in S_f."""
+    """Return the faces of a mesh that a camera of `mesh_camera` shows.
+
+    Left out are the bore, the end face that is further away, and the cuts of a sector. `axis` (3,): axis of
+    the member in S_f."""
     far = "toe" if camera.direction @ axis < 0.0 else "heel"
     return mesh.where(~mesh.is_of("bore", "first side", "last side", far))
 

@@ -38,15 +38,16 @@ class FlankView:
     middle : ndarray, shape (3,)
         Point at the centre of the picture, mm.
     stretch : float
-        Factor by which the flank is drawn larger across than along the face.
+        Magnification from root to tip, relative to the direction of the face width.
     flank : str
         'right' or 'left'.
     outside : bool
         True if the flank is seen from outside, False if through the tooth.
     bounds : ndarray, shape (2, 2)
         Smallest and largest x and y, mm, stretched.
-    frame : ndarray, shape (3, 3, 3)
-        Points at root, mid-depth and tip, at -z, mid-face and +z, in the frame of the picture, mm.
+    marks : ndarray, shape (3, 3, 3)
+        Points at root, mid-depth and tip (axis 0), at -z, mid-face and +z (axis 1), in the frame of the
+        picture, mm.
     ends : tuple of str
         Printed names of the ends of the face at -z and +z.
     """
@@ -57,7 +58,7 @@ class FlankView:
     flank: str
     outside: bool
     bounds: FloatArray
-    frame: FloatArray
+    marks: FloatArray
     ends: tuple[str, str]
 
     @property
@@ -70,7 +71,8 @@ class FlankView:
         return np.asarray((points - self.middle) @ self.axes.T * (self.stretch, 1.0, 1.0))
 
     def turn(self, normals: FloatArray) -> FloatArray:
-        """Return outward normals (..., 3) in the frame of the picture."""
+        """Return outward normals (..., 3) of the member in the frame of the picture. They are reversed if the
+        flank is seen through the tooth, so that they point towards the viewer."""
         return np.asarray(normals @ self.axes.T * (1.0 if self.outside else -1.0))
 
 
@@ -84,7 +86,7 @@ def flank_view(member: Member, flank: str, stretch: float = 1.0, outside: bool =
     flank : {'right', 'left'}
         Flank.
     stretch : float
-        Factor across the face.
+        Magnification from root to tip, relative to the direction of the face width.
     outside : bool
         True to look from outside. Otherwise the view has the tip on the right, as in the paper.
 
@@ -115,7 +117,7 @@ def flank_view(member: Member, flank: str, stretch: float = 1.0, outside: bool =
     )
     seen = view.place(patch.point)
     bounds = np.stack((seen.min(axis=(0, 1)), seen.max(axis=(0, 1))))[:, :2]
-    return replace(view, bounds=bounds, frame=seen[::4])
+    return replace(view, bounds=bounds, marks=seen[::4])
 
 
 def flank_views(design: Design, flank: str, stretch: float, outside: bool = False) -> list[FlankView | None]:
@@ -219,6 +221,11 @@ def _words(looks: Sequence[Look]) -> str:
     """Return the direction of view as text."""
     sides = {outside for _, outside in looks}
     if len(sides) > 1:
-        return ", ".join(f"{flank} from {'outside' if outside else 'inside'}" for flank, outside in looks)
+        return ", ".join(f"{flank} {_seen(outside)}" for flank, outside in looks)
     flank = f"{looks[0][0]} flanks" if len(looks) == 1 else "flanks"
-    return f"{flank} from {'outside' if sides.pop() else 'inside'}"
+    return f"{flank} {_seen(sides.pop())}"
+
+
+def _seen(outside: bool) -> str:
+    """Return where a flank is seen from, in the words of the captions (`panels.how_drawn`)."""
+    return "from outside" if outside else "through the tooth"

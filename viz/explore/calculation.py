@@ -74,7 +74,7 @@ class Calculation:
         )
 
     def motion(self) -> dict[str, Any]:
-        """Return path, first contacts, motion graph and their figures, or status and reason."""
+        """Return path, first contacts, motion graph and their main numbers, or status and reason."""
         reason = reason_of(self.path) or first_contact_fault(self.design)
         # The backlash takes as long as all the rest, so that it is computed first only if it may be lost.
         if not reason and unmodified_backlash(self.design) < SMALL_BACKLASH_MM and self.backlash.jam:
@@ -143,11 +143,11 @@ class Calculation:
         yield from self.operation.edge_remarks
 
     def _motion_figures(self) -> Iterator[MainNumber]:
-        """Yield the figures of contact and motion."""
+        """Yield the main numbers of contact and motion."""
         operation = self.operation
         ratios = (operation.eq16, operation.operating, operation.within_film)
         names = ("Contact ratio of one pair (Eq. 16)", "Contact ratio in operation")
-        labels = (*names, f"Contact ratio within {1e3 * operation.film:g} µm")
+        labels = (*names, f"Contact ratio, separation below {1e3 * operation.film:g} µm")
         for name, label, value in zip(("ratio", "operating", "film_ratio"), labels, ratios, strict=True):
             yield MainNumber(name, label, f"{value:.4f}" if math.isfinite(value) else "not known")
         swing = ARCSEC * float(operation.cycle.peak_to_peak)

@@ -24,7 +24,7 @@ from beveloid_geom.cli.options import (
 
 from ..options import command, option
 
-FILM = "Thickness of the marking compound of the pattern, and of the film of a second contact ratio."
+FILM = "Thickness of the marking compound: largest separation in the pattern and in a second contact ratio."
 TORQUE = "Torque on the pinion for the largest pressure (Hertz); 0 for none."
 
 
@@ -42,7 +42,7 @@ def main(
     """Show a DESIGN, a TOML file or a built-in name, in the browser, and change it with sliders.
 
     The teeth in mesh, the flattened flanks with path, first contacts and pattern, the motion graph and the
-    main figures follow the sliders. The page comes from this machine; nothing is sent to the network. The
+    main numbers follow the sliders. The page comes from this machine; nothing is sent to the network. The
     address contains a random token. Ctrl-C ends the program."""
     install = "pip install 'beveloid-geom[explore]'"
     changed = changed_design(load_design(design), changes)

@@ -23,8 +23,8 @@ from ..components.motion_graph import REACH_PITCHES, motion_graph
 from ..components.paths_table import MEMBERS, points_on
 
 LIFT_MODULES = 0.01
-"""Distance of this pattern from the tooth surface in modules, so that the triangles of the tooth do not hide
-it."""
+"""Height of the contact pattern above the tooth surface in the 3D view, in modules, so that the triangles of
+the tooth do not hide it."""
 
 
 def rows(values: ArrayLike, decimals: int = 3) -> list[Any]:
@@ -89,8 +89,8 @@ def pattern_panels(design: Design, flank: str, pattern: ContactPattern) -> list[
     """Return the pattern on pinion and gear: areas on the flattened flank, and a patch for the 3D view.
 
     `bands` are areas of growing separation, each a list of closed polygons; the last is the pattern. The
-    patch has points (mm, in the frame of the member), the level, which is negative inside the pattern, and
-    the tolerance of its triangles in mm.
+    patch has points (mm, in the frame of the member), the level (square root of the separation less that of
+    the limit, both in mm; negative inside the pattern), and the tolerance of its triangles in mm.
     """
     panels = []
     for member, side in zip(design.members, (pattern.pinion, pattern.gear), strict=True):

@@ -88,7 +88,7 @@ FIGURES = (
     ),
     Figure(
         "method",
-        "Contact by coarse meshes, and polished on the exact flanks",
+        "Contact point by coarse meshes, and refined on the exact flanks",
         "results.method",
         of_flank=True,
         flat=True,
@@ -136,7 +136,7 @@ FIGURES = (
         of_flank=True,
         flat=True,
     ),
-    Figure("posed-pair", "The posed pair as exported", "results.posed_pair", of_flank=True),
+    Figure("posed-pair", "The pair in mesh as exported", "results.posed_pair", of_flank=True),
     Figure("meshed-tooth", "A tooth meshed for finite elements", "results.meshed_tooth"),
     Figure(
         "mesh-convergence",
@@ -166,7 +166,7 @@ MEASURED = Figure(
 LOADED = Figure(
     "load-sharing", "Load sharing and transmission error under load", "results.load_sharing", flat=True
 )
-"""Figures of measured points and of solved decks of the pair; they belong to no set."""
+"""Figures of measured points and of finite element results of the pair; they belong to no set."""
 SETS = ("paper", "results", "methods")
 UNASKED = ("paper", "results")
 """Sets of figures, and the sets that are drawn by default."""

@@ -66,7 +66,13 @@ def _removed(folder: str) -> str:
 )
 @option("--pitches", click.IntRange(1, 100), 1, "Number of pitches of the pinion.")
 @option("--seconds", NumberRange(0.1, 60.0), 3.0, "Duration of a pitch.", metavar="S")
-@option("--fps", NumberRange(1.0, 60.0), 20.0, "Frames per second; for a GIF 100/n, up to 50.", metavar="N")
+@option(
+    "--fps",
+    NumberRange(1.0, 60.0),
+    20.0,
+    "Frames per second; for a GIF 100/n with a whole number n of at least 2.",
+    metavar="N",
+)
 @size_option("960x720")
 @override_options
 def main(

@@ -21,7 +21,8 @@ from ..components.posed import on_tooth
 
 
 class NoFilmError(ValueError):
-    """Motion of a pair that is not available; `reason` is `NotComputed` if the calculation failed."""
+    """Raised if the motion of a pair is not available. `reason` says why; it is a `NotComputed` (a subclass
+    of str) if the calculation failed."""
 
     def __init__(self, reason: str) -> None:
         """Store the reason."""

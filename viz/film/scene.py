@@ -136,7 +136,7 @@ def _flank_view(plotter: Any, film: Film, number: int, size: Size) -> FilmView:
     if flank is None:
         raise NoFilmError(f"{MEMBERS[number]}: the flank does not reach the tip over the full face width")
     size = int((1.0 - MESH_WIDTH_FRACTION) * size[0]), size[1] // 2
-    corners = flank.frame @ flank.axes + flank.middle  # from the frame of the picture to that of the member
+    corners = flank.marks @ flank.axes + flank.middle  # from the frame of the picture to that of the member
     camera = fit_camera(corners, -flank.axes[2], flank.axes[1], size, margin=0.12)
     items: list[Item] = [_metal(film, number, camera, size, [0]), _path(film, number, camera, 0)]
     view = FilmView(plotter, (1 + number, 1), camera, [items], len(film.pairs))
@@ -175,7 +175,7 @@ def teeth_near(film: Film, number: int, camera: Camera) -> range | None:
 def _path(film: Film, number: int, camera: Camera, tooth: int) -> Tube:
     """Return the path of contact on a tooth of pinion (0) or gear (1), in the frame of the member."""
     points = posed.on_tooth(film.path.points[number], film.path.design.members[number], tooth)
-    return Tube(points, theme.RED, 0.012 * camera.half_height)
+    return Tube(points, theme.VERMILLION, 0.012 * camera.half_height)
 
 
 def _move(plotter: Any, film: Film, views: Sequence[FilmView], step: int) -> None:

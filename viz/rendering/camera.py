@@ -52,7 +52,8 @@ class Camera:
 
     @property
     def distance(self) -> float:
-        """Distance of the viewer from the focal point, mm; any in parallel projection."""
+        """Distance of the viewer from the focal point, mm. In parallel projection it does not change the
+        picture."""
         if not self.perspective:
             return 20.0 * self.half_height
         return float(self.half_height / np.tan(0.5 * np.radians(VIEW_ANGLE_DEG)))

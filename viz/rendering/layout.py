@@ -1,8 +1,8 @@
 """Page layout: at a size in pixels, or for a width in print; rows of panels on a page.
 
 Lengths are inches of the layout, in which text and lines have their usual sizes. In print, one inch of the
-layout is SCALE inches of paper: text of 13 points becomes 8 points. A narrow page has less space, not smaller
-text.
+layout is PAPER_INCHES_PER_INCH inches of paper: text of 13 points becomes 8 points. A narrow page has less
+space, not smaller text.
 """
 
 from __future__ import annotations
@@ -53,7 +53,9 @@ class PageLayout:
 
 
 def of_size(size_px: Size, plain: bool = False, inches: tuple[float, float] = (16.0, 12.0)) -> PageLayout:
-    """Return the layout for a page of width and height in pixels. Text scales with the page."""
+    """Return the layout for a page of width and height in pixels.
+
+    `inches`: smallest width and height of the layout. Text scales with the page."""
     width, height = size_px
     dpi = min(width / inches[0], height / inches[1])
     return PageLayout((width + 1e-6) / dpi, (height + 1e-6) / dpi, dpi, plain)
@@ -91,8 +93,8 @@ class PanelRows:
     least: float
 
     def columns(self, layout: PageLayout, count: int) -> int:
-        """Return the number of columns for `count` panels: the fewest columns with the fewest possible
-        rows."""
+        """Return the number of columns for `count` panels: the smallest number that does not need more rows
+        than the largest number of columns that fits."""
         room = layout.width - self.left - self.right + self.across
         most = max(1, min(self.most, count, int(room / (self.least + self.across) + 1e-9)))
         return -(-count // -(-count // most))

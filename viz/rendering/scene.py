@@ -25,7 +25,6 @@ ROUND_SIDES = 16
 """Sides of balls and arrow heads."""
 JOINED_MM = 1e-6
 """Largest distance of points that are joined."""
-# Lights: direction in the frame of the camera (right, up, towards the viewer) and intensity.
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,9 +150,9 @@ def render(scene: Scene, size_px: Size) -> Picture:
     import pyvista as pv  # takes half a second to import
 
     plotter: Any = pv.Plotter(off_screen=True, window_size=list(size_px), lighting="none")
-    # Reach of ambient occlusion, and depth below which it is ignored, as fractions of half the picture
-    # height. The depths of VTK have about 11 bits, so that a smaller bias or a more distant camera gives
-    # stripes.
+    # Ambient occlusion, as fractions of half the picture height: radius within which neighbouring points
+    # darken a point, and bias. Neighbours nearer to the viewer by less than the bias do not darken it. The
+    # depths of VTK have about 11 bits: a smaller bias or a more distant camera gives stripes.
     occlusion_radius, occlusion_bias = 0.09, 0.01
     try:
         plotter.set_background("white")
@@ -172,6 +171,7 @@ def render(scene: Scene, size_px: Size) -> Picture:
 
 def aim(plotter: Any, camera: Camera) -> None:
     """Set lights and camera of the active view. The lights move with the camera."""
+    # Lights: direction in the frame of the camera (right, up, towards the viewer), and intensity.
     lights = (((-1.0, 0.75, 0.6), 0.62), ((-0.42, 0.12, 1.0), 0.4), ((0.9, -0.3, 0.7), 0.16))
     import pyvista as pv
 

@@ -31,7 +31,7 @@ INK = "#1a1a1a"
 ORANGE = "#e69f00"
 GREEN = "#009e73"
 BLUE = "#0072b2"
-RED = "#d55e00"
+VERMILLION = "#d55e00"  # "orange" in captions
 GREY = "#6b6b6b"
 PALE = "#d9d9d9"
 
@@ -44,7 +44,7 @@ HEADING = 15.0
 LABEL = 13.0
 SMALL = 11.5
 
-MARGIN, WORDS = 0.4, 0.85  # inches: margin of a page, and height of title and subtitle
+MARGIN_IN, TITLE_HEIGHT_IN = 0.4, 0.85  # margin of a page, and height of title and subtitle
 UNUSED_SPACE_IN = 1.0
 """Inches above and below a page of unknown height; the unused part is cut off."""
 FONT = "DejaVu Sans"
@@ -124,7 +124,7 @@ def new_page(
     note: str,
     below: float = 0.0,
     above: float = 0.0,
-    columns: int = 158,
+    characters: int = 158,
     tall: float = 8.0,
 ) -> tuple[Page, float, float]:
     """Return a white page with title, subtitle and note, and the limits of the space between them.
@@ -137,7 +137,7 @@ def new_page(
         Text above and below the figure.
     below, above : float
         Additional space below and above the figure, inches.
-    columns : int
+    characters : int
         Characters per line of the note.
     tall : float
         Height of the figure, inches, for a page in print. There, `typeset.finish_page` adds the text later.
@@ -155,13 +155,13 @@ def new_page(
         return page, inches(page, below + UNUSED_SPACE_IN), 1.0 - inches(page, above + UNUSED_SPACE_IN)
     page = Page(layout, layout.height, title, subtitle, note)
     if not layout.plain:
-        x, y = MARGIN / page.get_figwidth(), 1.0 - MARGIN / page.get_figheight()
+        x, y = MARGIN_IN / page.get_figwidth(), 1.0 - MARGIN_IN / page.get_figheight()
         heading = page.text(x, y, title, fontsize=TITLE, fontweight="bold", va="top", ha="left")
         width = layout.width * layout.dpi
         heading.set_fontsize(TITLE * min(1.0, (1.0 - 2.0 * x) * width / heading.get_window_extent().width))
         y -= 0.42 / page.get_figheight()
         page.text(x, y, subtitle, fontsize=15.0, color=GREY, va="top", ha="left", linespacing=1.35)
-    low = caption(page, note, columns) + inches(page, below)
+    low = caption(page, note, characters) + inches(page, below)
     return page, low, top(page) - inches(page, above)
 
 
@@ -226,7 +226,7 @@ def pair_of_boxes(
 
 def top(page: Page) -> float:
     """Return the height below title and subtitle, as a fraction of the page height."""
-    return float(1.0 - (MARGIN + (0.0 if page.layout.plain else WORDS)) / page.get_figheight())
+    return float(1.0 - (MARGIN_IN + (0.0 if page.layout.plain else TITLE_HEIGHT_IN)) / page.get_figheight())
 
 
 def inches(page: Page, length: float) -> float:
@@ -234,16 +234,16 @@ def inches(page: Page, length: float) -> float:
     return float(length / page.get_figheight())
 
 
-def caption(page: Page, text: str, columns: int = 158) -> float:
+def caption(page: Page, text: str, characters: int = 158) -> float:
     """Write the note at the foot of the page; return the height above the note, as a fraction of the page.
     Plain pages have no note, and in print the note is written later."""
     page.note = text
     if page.layout.plain or page.layout.printed:
-        return inches(page, 0.6 * MARGIN)
-    lines = textwrap.wrap(text, columns)
-    x, y = MARGIN / page.get_figwidth(), inches(page, 0.6 * MARGIN)
+        return inches(page, 0.6 * MARGIN_IN)
+    lines = textwrap.wrap(text, characters)
+    x, y = MARGIN_IN / page.get_figwidth(), inches(page, 0.6 * MARGIN_IN)
     page.text(x, y, "\n".join(lines), fontsize=SMALL, color=GREY, va="bottom", ha="left", linespacing=1.35)
-    return inches(page, 0.6 * MARGIN + 0.22 * len(lines) + 0.15)
+    return inches(page, 0.6 * MARGIN_IN + 0.22 * len(lines) + 0.15)
 
 
 def wrap_text(text: Text, words: str, width: float) -> None:
@@ -254,14 +254,14 @@ def wrap_text(text: Text, words: str, width: float) -> None:
     if seen <= width:
         return
     longest = max(len(line) for line in words.splitlines())
-    for columns in range(min(longest, int(1.3 * longest * width / seen) + 1), 6, -1):
-        lines = (textwrap.fill(line, columns, break_long_words=False) for line in words.splitlines())
+    for characters in range(min(longest, int(1.3 * longest * width / seen) + 1), 6, -1):
+        lines = (textwrap.fill(line, characters, break_long_words=False) for line in words.splitlines())
         text.set_text("\n".join(lines))
         if text.get_window_extent().width <= width:
             return
 
 
-def message(axes: Axes, words: str, columns: int = 36, height: float = 0.5, **style: Any) -> None:
+def message(axes: Axes, words: str, characters: int = 36, height: float = 0.5, **style: Any) -> None:
     """Write a message in the middle of axes that have nothing to show.
 
     Parameters
@@ -270,7 +270,7 @@ def message(axes: Axes, words: str, columns: int = 36, height: float = 0.5, **st
         Axes for the message.
     words : str
         Message.
-    columns : int
+    characters : int
         Characters per line.
     height : float
         Vertical position, as a fraction of the axes.
@@ -278,7 +278,7 @@ def message(axes: Axes, words: str, columns: int = 36, height: float = 0.5, **st
         Properties of the text.
     """
     settings = {"ha": "center", "va": "center", "transform": axes.transAxes, **style}
-    axes.text(0.5, height, textwrap.fill(words, columns), **settings)
+    axes.text(0.5, height, textwrap.fill(words, characters), **settings)
 
 
 def legend(
@@ -301,7 +301,7 @@ def legend(
     **style
         Properties of the legend; `loc` and `bbox_to_anchor` override its position.
     """
-    below -= 0.5 * WORDS if page.layout.plain else 0.0
+    below -= 0.5 * TITLE_HEIGHT_IN if page.layout.plain else 0.0
     corner, loc = (left or 0.985, 1.0 - inches(page, below)), "upper left" if left else "upper right"
     style = {"loc": loc, "bbox_to_anchor": corner, "borderaxespad": 0.0, **style}
     if page.layout.printed:
@@ -387,6 +387,7 @@ def scale_bar(axes: Axes, x: float, y: float, px_per_mm: float, length_mm: float
 
 
 def round_length(length: float) -> float:
-    """Return the largest of 1, 2, 5, 10, 20, ... that is not longer: the length of a scale bar."""
+    """Return the length of a scale bar: the largest number 1, 2 or 5 times a power of ten that does not
+    exceed `length`."""
     decade: float = 10.0 ** int(f"{length:e}".split("e")[1])
     return max(step * decade for step in (1.0, 2.0, 5.0) if step * decade <= length * (1.0 + 1e-9))

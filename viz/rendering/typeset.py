@@ -98,7 +98,7 @@ def _break_titles(axes: Axes) -> None:
 
 
 def _fit_legend(legend: Legend | None, width: float) -> None:
-    """Break the entries of a legend with one column that is wider than a width, pixels."""
+    """Break the lines of a legend with one column, if the legend is wider than `width`, pixels."""
     over = legend.get_window_extent().width - width if legend else 0.0
     if legend and over > 0.0:
         longest = max(text.get_window_extent().width for text in legend.get_texts())

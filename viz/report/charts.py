@@ -48,7 +48,7 @@ class Flats:
     Attributes
     ----------
     flanks : dict
-        Pinion and gear flank by side; None if a flank does not reach its tip.
+        Flanks of pinion and gear, by 'right' and 'left'; None if a flank does not reach its tip.
     scales : dict
         Pixels per mm of each flank.
     heights : tuple of float
@@ -170,8 +170,8 @@ def ease_off_chart(results: FlankResults, report: EaseOffReport) -> Figure | Non
         path = results.contact.path
         if case == GIVEN:
             points = np.stack((path.pinion_z, path.l1), axis=-1)[path.status == Status.SOLVED]
-            axes.plot(*points.T, color=theme.RED, linewidth=2.0)
-            axes.plot(*points[0], "o", color=theme.RED, markersize=6.0)
+            axes.plot(*points.T, color=theme.VERMILLION, linewidth=2.0)
+            axes.plot(*points[0], "o", color=theme.VERMILLION, markersize=6.0)
     return chart
 
 
@@ -224,7 +224,7 @@ def pressure_chart(report: ContactReport) -> Figure | None:
     axes.plot(roll, np.where(past, np.nan, pressed.pressure), color=theme.BLUE, label=label)
     if past.any():
         edge = np.where(crossing, pressed.pressure, np.nan)
-        axes.plot(roll, edge, "--", color=theme.RED, label="ellipse beyond an edge")
+        axes.plot(roll, edge, "--", color=theme.VERMILLION, label="ellipse beyond an edge")
     axes.set_ylim(0.0, 1.12 * float(np.nanmax(pressed.pressure)))
     axes.margins(x=0.02)
     axes.grid(True)

@@ -111,7 +111,7 @@ class FlankResults:
         Reasons of missing results by section.
     operation, sliding, sensitivity, pattern : report or None
         Results of these commands.
-    pressed : ContactReport or None
+    hertz : ContactReport or None
         Path with Hertzian pressures.
     matrix : PatternMatrix or None
         Patterns under two errors.
@@ -126,7 +126,7 @@ class FlankResults:
     sliding: SlidingReport | None
     sensitivity: SensitivityReport | None
     pattern: PatternReport | None
-    pressed: ContactReport | None
+    hertz: ContactReport | None
     matrix: PatternMatrix | None
 
     @cached_property
@@ -267,7 +267,6 @@ def _results_of(design: Design, flank: str, sections: dict[str, Section]) -> Fla
     reasons = {section: reason for section, (*_, reason) in sections.items() if reason}
     contact, study = results.pop("tca"), results.pop("tolerance")
     known = {section: None if section in reasons else result for section, result in results.items()}
-    known["pressed"] = known.pop("hertz")
     cloud = None if "tolerance" in reasons else _cloud(design, study)
     return FlankResults(flank, contact, study, cloud, reasons, **known)
 

@@ -1,14 +1,17 @@
 // The pair as things to draw: gears, paths of contact, points of contact, posed at a roll of the pinion.
 //
-// Lengths are mm, the world is S_f. Tooth pair k is tooth k of the pinion on tooth -k of the gear; at the
-// pinion's roll r it touches where pair 0 touches at r + k pitch.
+// Lengths are mm, in the fixed frame S_f (z along the pinion axis). Tooth pair k is tooth k of the pinion and
+// tooth -k of the gear. All tooth pairs have the same path: at the pinion roll r, pair k is at the point
+// where pair 0 is at the roll r + k times the angular pitch.
 "use strict";
 
 window.beveloidGears = function (data) {
   const T = window.THREE;
-  const TOUCHING = data.module / 3e4; // mm of clearance that may be the path's, a line from point to point
+  // Clearance, mm, below which a pair counts as touching: the path is interpolated linearly between
+  // its points.
+  const TOUCHING = data.module / 3e4;
   const MOST = 8; // tooth pairs shown in contact at a time
-  const DOT = 7; // its radius, pixels
+  const DOT = 7; // radius of the dot at a point of contact, pixels
   const OVER = 1; // layer of all that is drawn over the teeth
 
   const vector = (values) => new T.Vector3(...values);
@@ -120,7 +123,7 @@ window.beveloidGears = function (data) {
     frame.add(spin, lines([[0, 0, -reach, 0, 0, reach]], ink.axis));
     scene.add(frame);
     const pitch = (2 * Math.PI) / member.teeth;
-    return setFrame({ ...member, frame, spin, materials, depth, inside, pitch, way: "solid" });
+    return setFrame({ ...member, frame, spin, materials, depth, inside, pitch, display: "solid" });
   }
 
   const members = data.members.map(gearOf);
@@ -194,7 +197,8 @@ window.beveloidGears = function (data) {
 
   /* ---- who touches ---- */
 
-  // Value at x, from -1 to 1, of part n of so many of a row of Chebyshev series (Clenshaw).
+  // Returns the value at x (-1 to 1) of the Chebyshev series number n. `rows` holds the coefficients of
+  // `parts` series of equal length, one after the other (Clenshaw's algorithm).
   function series(rows, parts, n, x) {
     const size = rows.length / parts;
     let [sum, before] = [0, 0];
@@ -289,12 +293,12 @@ window.beveloidGears = function (data) {
 
   /* ---- how it looks ---- */
 
-  function show(j, way, section) {
+  function show(j, display, section) {
     const member = members[j],
       { side, end } = member.materials,
-      glass = way === "glass";
-    member.way = way;
-    member.frame.visible = way !== "hidden";
+      glass = display === "glass";
+    member.display = display;
+    member.frame.visible = display !== "hidden";
     member.depth.visible = glass;
     member.inside.visible = section && !glass;
     for (const material of Object.values(member.materials)) {
@@ -351,7 +355,8 @@ window.beveloidGears = function (data) {
     return [0, 1].flatMap((end) => directions.map((direction) => onRim(member, end, direction)));
   }
 
-  // Of a tooth pair's flank: root and tip at the toe, root and tip at the heel; of a blank nothing.
+  // Returns the corners of the flank of a tooth pair: root and tip at the toe, then root and tip at the heel;
+  // undefined for a blank without teeth.
   function corners(member, flankName, pair) {
     const turn = member.angle + (member === gear ? -1 : 1) * pair * member.pitch;
     return member.tooth?.corners[flankName].map((point) =>

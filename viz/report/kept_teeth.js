@@ -55,10 +55,10 @@ window.beveloidKeptTeeth = function (renderer, gears) {
     const { width, height } = renderer.domElement;
     scene.updateMatrixWorld();
     const view = [width, height, ...camera.matrixWorld.elements, ...camera.projectionMatrix.elements].join();
-    const teeth = members.flatMap(({ spin, way }) => [way, ...spin.matrixWorld.elements]).join();
+    const teeth = members.flatMap(({ spin, display }) => [display, ...spin.matrixWorld.elements]).join();
     const shows = [view, teeth, look].join();
     // What is behind a see-through gear must be drawn before it.
-    const keeps = !moving && view === lastView && !members.some(({ way }) => way === "glass");
+    const keeps = !moving && view === lastView && !members.some(({ display }) => display === "glass");
     lastView = view;
     if (keeps && shows !== kept) {
       drawTeeth(camera);

@@ -42,7 +42,7 @@
   window.addEventListener("scroll", mark, { passive: true });
   mark();
 
-  // A link into a folded section, and paper, open what is folded.
+  // A link to a folded section opens this section; printing opens all sections.
   const unfold = (fold) => {
     if (fold) fold.open = true;
   };

@@ -106,7 +106,7 @@ def _drawn(
     data: PageData, results: FlankResults, flats: Flats, quantities: dict[ErrorEffect, float]
 ) -> Drawn:
     """Draw the charts of a flank pair that have contents; by name, with title."""
-    moving = None if results.flank in still(data) else results.operation
+    moving = None if results.flank in without_transmission_error(data) else results.operation
     graph = results.motion if moving else None
     scattered = results if results.cloud else None
     study = results.study if scattered else None
@@ -119,7 +119,7 @@ def _drawn(
     drawings: tuple[tuple[str, str, Any, Callable[[Any], Figure | None]], ...] = (
         ("path", "Path of contact, points of first contact and pattern", results, path_chart),
         ("ease-off", "Contour lines of the ease-off of the pinion", results, ease_off_chart),
-        ("pressure", "Hertzian pressure over the pinion roll", results.pressed, charts.pressure_chart),
+        ("pressure", "Hertzian pressure over the pinion roll", results.hertz, charts.pressure_chart),
         (
             "motion",
             "Transmission error of every tooth pair alone, and in operation",
@@ -159,7 +159,7 @@ def draw_charts(data: PageData) -> Charts:
         }
 
 
-def still(data: PageData) -> list[str]:
+def without_transmission_error(data: PageData) -> list[str]:
     """Return the flanks whose transmission error is zero within rounding."""
     return [
         flank
@@ -232,7 +232,7 @@ def _limit_words(design: Design, end: Any) -> str:
 
 def peaks_of(data: PageData) -> dict[str, int]:
     """Return by flank the position of the largest pressure along the path; 0 without pressures."""
-    pressed = {flank: one.pressed.pressed for flank, one in data.flanks.items() if one.pressed is not None}
+    pressed = {flank: one.hertz.pressed for flank, one in data.flanks.items() if one.hertz is not None}
     pressures = {flank: np.nan_to_num(one.pressure) for flank, one in pressed.items() if one is not None}
     return {flank: int(pressures[flank].argmax()) if flank in pressures else 0 for flank in data.flanks}
 
@@ -347,7 +347,7 @@ def _of_data(data: PageData) -> dict[str, Any]:
     """Return the variables of the template that depend on the results."""
     flanks = data.flanks
     matrices = {flank: one.matrix for flank, one in flanks.items() if one.matrix is not None}
-    pressed = [one.pressed.pressed for one in flanks.values() if one.pressed is not None]
+    pressed = [one.hertz.pressed for one in flanks.values() if one.hertz is not None]
     return {
         "name": data.name,
         "short_name": PurePath(data.name).name,
@@ -358,7 +358,7 @@ def _of_data(data: PageData) -> dict[str, Any]:
         "verdict": data.verdict,
         "levels": Counter(remark.level for remark in data.remarks),
         "clean": quiet(data.remarks),
-        "still": still(data),
+        "without_transmission_error": without_transmission_error(data),
         "unlisted": _unlisted(data),
         "pressure_remarks": dict.fromkeys(
             remark for one in pressed if one is not None for remark in pressure_remarks(one)

@@ -68,7 +68,7 @@ def svg_of(chart: Figure, name: str, title: str) -> str:
         theme.GREY: "muted",
         theme.PALE: "line",
         theme.BLUE: "accent",
-        theme.RED: "path",
+        theme.VERMILLION: "path",
         theme.METALS[0]: "pinion",
         theme.METALS[1]: "gear",
     }

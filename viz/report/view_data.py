@@ -1,8 +1,9 @@
 """Data of the 3D view of the pair in mesh, as JSON: teeth, frames, paths, and contacts.
 
 One tooth of each member is stored in the frame of the member; the page rotates copies. Tooth pair k is tooth
-k of the pinion and tooth -k of the gear. At pinion roll r it touches where pair 0 touches at r + k pitch; all
-paths are fixed in S_f.
+k of the pinion and tooth -k of the gear. All tooth pairs have the same path in the fixed frame S_f (z along
+the pinion axis). At the pinion roll r, pair k is at the point of this path where pair 0 is at the roll r + k
+times the angular pitch.
 """
 
 from __future__ import annotations
@@ -129,10 +130,12 @@ def _corners(points: FloatArray) -> FloatArray:
 def flank_data(
     design: Design, flank: str, mesh: MeshCycle | None = None, tolerance: float = 0.0
 ) -> dict[str, Any]:
-    """Return the path of contact of tooth pair 0, and one mesh cycle; `mesh` if it is known.
+    """Return the path of contact of tooth pair 0 and one mesh cycle, as data of the view.
 
-    The lines on the teeth deviate from the path by at most a tolerance, mm; 0 for all its
-    points."""
+    `mesh`: the mesh cycle, if it has been computed already. `tolerance`: largest deviation, mm, of the lines
+    on the teeth from the path; with 0 they have all points of the path. Keys of the result: `path` (None if
+    there is none), `middle` (pinion roll at the middle of the path, rad), `lever` (mm per rad of gear
+    rotation), `note` (reason for a missing path), `cycle`."""
     path_points = 65
     path = path_of_contact(design, flank, path_points)
     solved = path.status == Status.SOLVED
@@ -246,7 +249,8 @@ def _edges(cycle: MeshCycle) -> list[dict[str, Any] | None]:
 def carried_phase(path: ContactPath, roll: FloatArray) -> FloatArray:
     """Return the phase, rad, at pinion rolls (n,) from the path of contact alone.
 
-    This is the phase of the tooth pair that turns the gear furthest: lowest on right, highest on left flanks.
+    Phase: gear roll plus N1/N2 times the pinion roll, with the numbers of teeth N1 and N2. The result is the
+    phase of the tooth pair that turns the gear furthest: lowest on right, highest on left flanks.
     NaN where no tooth pair is on its path.
     """
     design, good = path.design, path.status == Status.SOLVED

@@ -90,15 +90,15 @@ window.beveloidView = function (container, data) {
   const named = Object.entries(VIEWS).map(([key, [name]]) => [key, name]);
   const viewChoice = choice("View", Object.fromEntries(named), look);
   const flankChoice = choice("Driving flanks", { right: "Right flanks", left: "Left flanks" }, drive);
-  const ways = members.map((member, j) => {
+  const displays = members.map((member, j) => {
     const options = ["solid", "glass", "hidden"].map((value) =>
       element("option", { value }, value === "glass" ? "see-through" : value),
     );
-    return element("select", { onchange: () => show(j, ways[j].value) }, ...options);
+    return element("select", { onchange: () => show(j, displays[j].value) }, ...options);
   });
   const wayLabels = members.map(({ name }, j) => {
     const swatch = element("span", { className: "bv-swatch", style: `background: var(--${name})` });
-    return element("label", {}, swatch, `${name} `, ways[j]);
+    return element("label", {}, swatch, `${name} `, displays[j]);
   });
   const controlsBox = element(
     "div",
@@ -159,9 +159,9 @@ window.beveloidView = function (container, data) {
     draw();
   }
 
-  function show(j, way) {
-    ways[j].value = way;
-    gears.show(j, way, view === "section");
+  function show(j, display) {
+    displays[j].value = display;
+    gears.show(j, display, view === "section");
     draw();
   }
 
@@ -215,7 +215,8 @@ window.beveloidView = function (container, data) {
       );
       return { back: along, up: along.clone().cross(radial), points }; // from the toe, pinion on the left
     }
-    // Square to the flank, but over the tip of the next tooth.
+    // Look perpendicular to the flank, but inclined towards the tip, so that the next tooth does not hide the
+    // flank.
     const square = there.normal.clone().addScaledVector(radial, -there.normal.dot(radial)).normalize();
     const back = square.multiplyScalar(member === pinion ? 0.75 : -0.75).addScaledVector(radial, 0.66);
     return { back, up: radial, points: gears.corners(member, flank, there.pair) ?? gears.rims(member) };
@@ -266,7 +267,7 @@ window.beveloidView = function (container, data) {
   // Beside the ends of the flank that is looked at, or on the rims, both ends apart.
   function labelPlace({ j, end }) {
     const member = members[j];
-    if (member.way === "hidden" || view === "section") return null;
+    if (member.display === "hidden" || view === "section") return null;
     if (view === member.name && member.tooth) {
       const at = gears.corners(member, flank, gears.middleOf(flanks[flank], roll).pair);
       const ends = [0, 1].map((n) => at[2 * n].lerp(at[2 * n + 1], 0.5));

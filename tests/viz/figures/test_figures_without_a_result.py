@@ -59,7 +59,7 @@ REASONS: list[tuple[Design, dict[str, str]]] = [
         TABLE.with_parabola(0.0005, 0.0005),
         {
             "map-parabola": "",
-            "sensitivity": "no middle, the roll turns back along the path",
+            "sensitivity": "no mid-roll, the roll is not monotonic along the path",
         },
     ),
     (

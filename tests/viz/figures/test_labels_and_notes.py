@@ -252,7 +252,7 @@ def test_paths_are_thinner_on_narrow_pages() -> None:
     wide, narrow = (
         theme.new_page(layout, "title", "", "")[0] for layout in (of_size((800, 600)), of_width(90.0))
     )
-    assert panels.line_points(narrow) < panels.line_points(wide) == panels.LINE_POINTS
+    assert panels.half_width_pt(narrow) < panels.half_width_pt(wide) == panels.HALF_WIDTH_PT
 
 
 @pytest.mark.parametrize(

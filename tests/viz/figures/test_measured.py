@@ -48,7 +48,7 @@ def test_sticks_are_as_long_as_the_deviations(size: float) -> None:
             rtol=1e-9,
             atol=1e-15,
         )
-        red = [line.get_color() == theme.RED for line in sticks]
+        red = [line.get_color() == theme.VERMILLION for line in sticks]
         assert red == (values.ravel() <= 0.0).tolist()
         scales.add((axes.get_ylim(), axes.bbox.height))
         shown = {text.get_text() for text in axes.texts}

@@ -31,7 +31,7 @@ pixels per inch."""
 FINEST = 0.4
 """Tolerance of the reference picture as a fraction of the tolerance of the figures."""
 STRETCHED = 2.0
-"""Magnification across the face as in Figs. 7 to 10."""
+"""Magnification from root to tip as in Figs. 7 to 10."""
 
 
 def worst_place(image: NDArray[Any], finest: NDArray[Any]) -> float:

@@ -234,10 +234,12 @@ def test_a_posed_pair_without_contact_says_why() -> None:
 def test_marks_of_the_posed_pair_are_on_its_teeth(flank: str) -> None:
     """Path and pattern lie on the flanks of teeth -1, 0, 1; the camera looks at lit flanks, gear on top."""
     data = fig_posed.compute(builtin_design().with_parabola(0.001, -0.001), flank)
-    items, camera = fig_posed.close(data, (400, 300))
+    items, camera = fig_posed.mesh_view(data, (400, 300))
     pinion, frame = data.pair.design.pinion, data.pair.frames[0]
     lines = [item for item in items if isinstance(item, Tube) and len(item.points) > 1]
-    paths, outlines = ([line for line in lines if line.colour == colour] for colour in (theme.RED, "white"))
+    paths, outlines = (
+        [line for line in lines if line.colour == colour] for colour in (theme.VERMILLION, "white")
+    )
     assert len(paths) == len(outlines) == 3
     for path, outline, tooth in zip(paths, outlines, (-1, 0, 1), strict=True):
         own = (outline.points - frame[1]) @ frame[0]

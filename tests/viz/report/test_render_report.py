@@ -134,7 +134,9 @@ def test_verdict_lists_errors_and_warnings_first(page: ReportPage) -> None:
             named = text.replace("geom operation`", f"geom operation {shlex.quote(str(NAME))}`")
             assert (words.index(" ".join(named.replace("`", " ").split())) < contents) is before
     assert any("an edge touches earlier" in text for text in data["check"]["warnings"])
-    assert re.search(r"mountings fails? under the tolerances given", words[:contents])
+    assert re.search(
+        r"mountings with random assembly errors fails? under the tolerances given", words[:contents]
+    )
 
 
 @pytest.mark.parametrize(
@@ -157,7 +159,7 @@ def test_verdicts(options: tuple[str, ...], verdict: str, level: str, tmp_path: 
     failed = 40 if options else 0
     assert data["mountings"]["failed"] == data["mountings"]["jammed"] == failed
     share = (
-        "100 % of 40 mountings fail under usual tolerances: 100 % jammed."
+        "100 % of 40 mountings with random assembly errors fail under usual tolerances: 100 % jammed."
         if failed
         else "None of 40 mountings"
     )

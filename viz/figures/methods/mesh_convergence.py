@@ -1,4 +1,8 @@
-"""Error of the mesh method against the tolerance of its meshes, with and without the polish."""
+"""Error of the mesh method against the tolerance of its meshes, with and without the polish.
+
+The method finds the point of one mesh with the smallest distance from the other mesh. The polish is Newton's
+method on the exact flanks, started from this point.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +32,7 @@ PATH_FRACTIONS = (0.3, 0.4, 0.5, 0.6, 0.7)
 
 @dataclass(frozen=True, eq=False)
 class ConvergenceFigure:
-    """Errors at every position by flank and polish; the reason for a flank without errors."""
+    """Errors at every position by flank and polish. `reasons`: why a flank has no result."""
 
     convergence: dict[tuple[str, bool], tuple[Convergence, ...]]
     reasons: dict[str, str]
@@ -91,7 +95,7 @@ def draw(data: ConvergenceFigure, layout: theme.PageLayout) -> Drawing:
 def _panel(axes: Axes, data: ConvergenceFigure, flank: str) -> list[Line2D]:
     """Draw the errors (mm) of one flank at every position and their maximum; return the lines of a legend."""
     looks = {
-        "point": ("contact point", theme.RED, "o"),
+        "point": ("contact point", theme.VERMILLION, "o"),
         "separation": ("separation", theme.BLUE, "s"),
     }
     smallest_error_mm = 1e-16

@@ -20,8 +20,8 @@ from .curves import MethodStyle, curve, log_axes
 
 RUN_COUNT = 5
 LOOKS = {
-    "mesh alone": MethodStyle("mesh alone", theme.RED, "o", True, 7.0),
-    "mesh, polished": MethodStyle("mesh, polished", theme.RED, "o", size=7.0),
+    "mesh alone": MethodStyle("mesh alone", theme.VERMILLION, "o", True, 7.0),
+    "mesh, polished": MethodStyle("mesh, polished", theme.VERMILLION, "o", size=7.0),
     "five equations": MethodStyle("five equations", theme.BLUE, "s", size=7.0),
     "one equation": MethodStyle("one equation", theme.GREEN, "D", size=7.0),
     "first contact": MethodStyle("first contact of all teeth", theme.INK, "^", size=8.0),
@@ -66,10 +66,10 @@ def compute(design: Design, flank: str = "right") -> SpeedAccuracy:
 def draw(data: SpeedAccuracy, layout: theme.PageLayout) -> Drawing:
     """Draw error against time. No text outside the axes depends on a measured time."""
     note = (
-        "Median and range of {runs} runs, largest error of five positions; sampling of meshes and constants"
-        " of the pair excluded. Along each curve: mesh tolerance, xtol of the five equations, positions per"
-        " call. Reference: five equations at 60 digits; first contact: segments of the mesh cycle. Mesh"
-        " methods find tangencies only, no contact on edges."
+        "Time: median and range of {runs} runs, without sampling of meshes and constants of the pair. Error:"
+        " largest of five positions, against five equations at 60 digits (first contact: against segments of"
+        " the mesh cycle). Along each curve: mesh tolerance, xtol of the five equations, positions per call."
+        " Mesh methods find tangencies only, no contact on edges."
     )
     cells = PanelRows(left=1.25, right=0.4, across=0.0, down=0.0, most=1, least=4.0)
     # Places of the comparison of times that are tried: upper left corner, as fractions of the axes.

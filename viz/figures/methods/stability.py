@@ -52,8 +52,9 @@ class Stability:
 
 def compute(design: Design, flank: str = "right") -> Stability:
     """Compute the errors of the methods, and the map about the offsets without backlash."""
-    # Shaft angles of the map: its ends, and those whose offsets without backlash it shows, as fractions
-    # of the distance of the design's shaft angle from the smallest one.
+    # Distances of shaft angles from the smallest one, as fractions of the distance of the design's shaft
+    # angle from it. The first and the last are the ends of the map. The map covers the offsets without
+    # backlash of the last three.
     shares = np.array((-0.25, 0.05, 1.0, 3.0))
     map_cells = 131  # along each axis, so that a column has the smallest shaft angle
     smallest = smallest_shaft_angle(design, flank)
@@ -90,7 +91,7 @@ def draw(data: Stability, layout: theme.PageLayout) -> Drawing:
         (
             "(a) Largest error of five positions against 60 digits; meshes sampled to 0.01 mm. Crosses: no"
             " answer. Dotted: error bound that the mesh methods state. (b) Members at fixed axial positions."
-            " Rings: the five equations agree. Crosses: they have no answer."
+            " Rings: the five equations give the same answer. Crosses: another one or none."
         )
         if data.errors
         else "",
@@ -180,10 +181,10 @@ def _map(axes: Axes, data: Stability, answers: StatusMap) -> list[Patch]:
         place = x[columns[mask]], y[rows[mask]]
         axes.plot(*place, marker, color=theme.INK, mfc="none", ms=5.0, mew=1.2)
     here = float(np.degrees(float(data.design.pair.shaft_angle))), float(data.design.pair.offset)
-    axes.plot(*here, "s", color=theme.RED, ms=7.0, mec="white")
+    axes.plot(*here, "s", color=theme.VERMILLION, ms=7.0, mec="white")
     shifts = ((-14.0, 8.0, "right"), (14.0, -16.0, "left"), (14.0, 8.0, "left"), (-14.0, -16.0, "right"))
-    if not Labels(axes).put("the design", here, shifts, theme.RED, path_effects=HALO, zorder=5.0):
-        annotate.text(axes, here, "the design", (44.0, -12.0), fontsize=theme.SMALL, color=theme.RED)
+    if not Labels(axes).put("the design", here, shifts, theme.VERMILLION, path_effects=HALO, zorder=5.0):
+        annotate.text(axes, here, "the design", (44.0, -12.0), fontsize=theme.SMALL, color=theme.VERMILLION)
     axes.set(xlabel="shaft angle (deg)", ylabel="offset (mm)")
     shown = [number for number in range(len(codes)) if (index == number).any()]
     return [

@@ -280,8 +280,10 @@ def _draw_section(page: theme.Page, box: theme.PageBox, data: PairFigure) -> Non
         for outline in outlines:
             seen = data.axes @ (outline - pair.contact).T
             axes.fill(*seen, facecolor=colour, edgecolor=theme.INK, linewidth=1.4)
-    axes.annotate("", (0.0, -0.55 * half), (0.0, 0.0), arrowprops={"arrowstyle": "-|>", "color": theme.RED})
-    axes.plot(0.0, 0.0, "o", ms=8, color=theme.RED)
+    axes.annotate(
+        "", (0.0, -0.55 * half), (0.0, 0.0), arrowprops={"arrowstyle": "-|>", "color": theme.VERMILLION}
+    )
+    axes.plot(0.0, 0.0, "o", ms=8, color=theme.VERMILLION)
     high = half * box.height / box.width
     axes.set_axis_on()
     axes.set(xlim=(-half, half), ylim=(-high, high), xticks=[], yticks=[])

@@ -107,7 +107,7 @@ def _draw_tool(axes: Axes, data: RackFigure, wide: float, back: float, narrow: b
     for drawn in (
         *axes.fill(*outline.T, color=tool_colour, zorder=0),
         *axes.plot(*parabolic.T, color=theme.INK, linewidth=3.0, zorder=2),
-        *axes.plot(*straight.T, color=theme.RED, linewidth=2.0, dashes=(5, 3), zorder=3),
+        *axes.plot(*straight.T, color=theme.VERMILLION, linewidth=2.0, dashes=(5, 3), zorder=3),
     ):
         drawn.set_clip_path(window)
     height = 1.28 if narrow else 0.75  # on a narrow page above the angle alpha_n
@@ -144,10 +144,10 @@ def _draw_lines(axes: Axes, data: RackFigure, wide: float, space: str) -> None:
         centre = np.array([-tip.centre[1], tip.centre[0]])
         turn = np.radians(-62.0)  # direction to the mirror image of the round
         rim = centre + tip.radius * np.array([np.cos(turn), np.sin(turn)])
-        axes.plot(*centre, "+", ms=9, color=theme.RED, mew=1.5, zorder=5)
-        annotate.arrow(axes, centre, rim, theme.RED, 1.2)
+        axes.plot(*centre, "+", ms=9, color=theme.VERMILLION, mew=1.5, zorder=5)
+        annotate.arrow(axes, centre, rim, theme.VERMILLION, 1.2)
         words = f"tip round {float(tool.tip_radius):g} $m_n$"
-        annotate.text(axes, rim, words, (0.0, -22.0), color=theme.RED)
+        annotate.text(axes, rim, words, (0.0, -22.0), color=theme.VERMILLION)
 
 
 def _draw_frames(axes: Axes, data: RackFigure) -> None:

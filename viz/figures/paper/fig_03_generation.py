@@ -22,27 +22,28 @@ CUTTER_AXES_PITCH_RADII = 0.2
 """Length of the axes of S_c in panel (b), in pitch radii."""
 GEAR_VIEW = np.array([0.22, 0.3, 0.92])
 """Direction to the viewer of panel (b)."""
-FRAME_COLOURS = {"n": theme.INK, "P": theme.BLUE, "c": theme.GREEN, "b": theme.INK, "j": theme.RED}
+FRAME_COLOURS = {"n": theme.INK, "P": theme.BLUE, "c": theme.GREEN, "b": theme.INK, "j": theme.VERMILLION}
 
 
 @dataclass(frozen=True, eq=False)
 class GenerationFigure:
     """Generation of a member.
 
-    `drawn`: the member with the angles of panel (a). `profile` (n, 2): profile of the rack over five spaces.
-    `frames`: frames of the normal section of both. Pitch radius in mm, roll in rad."""
+    `drawn`: the member with the angles of panel (a). `profile` (n, 2): profile of the rack over five spaces,
+    mm. `frames`: frames of the normal section of `drawn` and of `member`. `reference_radius`: radius r_P of
+    the pitch circle of the generation, mm. `roll`: rad."""
 
     member: Member
     drawn: Member
     profile: FloatArray
     frames: tuple[SectionFrame, SectionFrame]
-    pitch_radius: float
+    reference_radius: float
     roll: float
 
     @property
     def slide(self) -> float:
         """Displacement of the rack, r_P phi, mm."""
-        return self.pitch_radius * self.roll
+        return self.reference_radius * self.roll
 
     @property
     def module(self) -> float:
@@ -60,7 +61,7 @@ class GenerationFigure:
         x, y, z = GEAR_VIEW
         far_end_rise = x * z / (y * y + z * z) * float(self.member.face_width)
         rack_top = self.back + far_end_rise + 0.4 * self.module
-        return float(max(rack_top, CUTTER_AXES_PITCH_RADII * self.pitch_radius + 1.6 * self.module))
+        return float(max(rack_top, CUTTER_AXES_PITCH_RADII * self.reference_radius + 1.6 * self.module))
 
 
 def compute(design: Design) -> GenerationFigure:
@@ -84,7 +85,7 @@ def compute(design: Design) -> GenerationFigure:
         drawn=drawn,
         profile=cutter.profile(right, float(tool.normal_module), 5, left),
         frames=(cutter.cutter_frame(drawn), cutter.cutter_frame(member)),
-        pitch_radius=float(reference_radius(member)),
+        reference_radius=float(reference_radius(member)),
         roll=roll_pitches * 2.0 * np.pi / float(member.teeth),
     )
 
@@ -191,7 +192,7 @@ def _gear_panel(page: theme.Page, box: theme.PageBox, data: GenerationFigure) ->
     """Draw in S_b the gear turned by -phi and the rack displaced by -r_P phi."""
     teeth_drawn = 7
     member, half = data.member, 0.5 * float(data.member.face_width)
-    origin = np.array([data.pitch_radius, -data.slide, 0.0])
+    origin = np.array([data.reference_radius, -data.slide, 0.0])
     frame = SectionFrame(origin + data.frames[1].origin, data.frames[1].axes)
     plane = np.array([0.0, 0.0, 1.0])
     ends = (np.append(plane, -half), np.append(plane, half))
@@ -200,8 +201,8 @@ def _gear_panel(page: theme.Page, box: theme.PageBox, data: GenerationFigure) ->
     reach = [np.asarray(item.points) for item in items if isinstance(item, Surface)]
     count = min(teeth_drawn, int(member.teeth))
     side = np.linspace(-1.0, 1.0, 9) * np.pi * count / float(member.teeth)
-    rim = (data.pitch_radius + data.module) * np.stack((np.cos(side), np.sin(side), 0.0 * side), axis=-1)
-    above = np.array([[data.pitch_radius + data.dimension_height + data.module, 0.0, half]])
+    rim = (data.reference_radius + data.module) * np.stack((np.cos(side), np.sin(side), 0.0 * side), axis=-1)
+    above = np.array([[data.reference_radius + data.dimension_height + data.module, 0.0, half]])
     shown = np.concatenate((*reach, rim + half * plane, rim - half * plane, above, np.zeros((1, 3))))
     camera = fit_camera(shown, -GEAR_VIEW, (1.0, 0.0, 0.0), box.size, 0.07)
     items += _gear_items(data, count, MESH_PX * camera.mm_per_px(box.size))
@@ -215,14 +216,14 @@ def _gear_items(data: GenerationFigure, count: int, tolerance: float) -> list[It
     face_colour = "#d3dce4"
     frame = posed.turn_about_axis(-data.roll), np.zeros(3)
     first = round(data.roll * float(data.member.teeth) / (2.0 * np.pi)) - count // 2
-    bore = 0.1 * data.pitch_radius
+    bore = 0.1 * data.reference_radius
     teeth = range(first, first + count)
     return [*posed.gear_items(data.member, frame, tolerance, (theme.METALS[0], face_colour), bore, teeth)[0]]
 
 
 def _annotate_gear(over: Overlay, data: GenerationFigure) -> None:
     """Draw pitch circle and pitch line, S_b, S_j and S_c, roll and displacement."""
-    radius, roll = data.pitch_radius, data.roll
+    radius, roll = data.reference_radius, data.roll
     place = np.array([0.0, 0.0, 0.5 * float(data.member.face_width)])
     turned = posed.turn_about_axis(roll)
     length = 0.33 * radius
@@ -236,10 +237,10 @@ def _annotate_gear(over: Overlay, data: GenerationFigure) -> None:
     rimmed: dict[str, Any] = {"linewidth": 1.4, "path_effects": annotate.rim(1.4)}
     over.line(line, color=FRAME_COLOURS["c"], dashes=(12, 3, 2, 3), **rimmed)
     over.dimension(place, pitch, f"$r_P$ = {radius:.5g} mm", (-8.0, 0.0), at=0.62, ha="right")
-    over.line(place, place + radius * turned[0], color=theme.RED, **rimmed)
+    over.line(place, place + radius * turned[0], color=theme.VERMILLION, **rimmed)
     curve = annotate.arc(place, x, turned[0], 0.55 * radius)
-    over.arrow_along(curve, theme.RED)
-    over.label(curve[16], "$\\varphi$", (0.0, 12.0), color=theme.RED, fontsize=theme.HEADING)
+    over.arrow_along(curve, theme.VERMILLION)
+    over.label(curve[16], "$\\varphi$", (0.0, 12.0), color=theme.VERMILLION, fontsize=theme.HEADING)
     over.triad(place, np.eye(3), length, ("x_b", "y_b", "z_b = z_j"), FRAME_COLOURS["b"], "S_b")
     over.triad(place, turned, length, ("x_j", "y_j", ""), FRAME_COLOURS["j"], "S_j", (18.0, 20.0))
     names = ("x_c", "y_c", "z_c")
@@ -262,7 +263,7 @@ def rows(data: GenerationFigure) -> Table:
         ("cone_angle", "rad", float(data.member.cone_angle)),
         ("helix_angle_drawn_in_a", "rad", float(data.drawn.helix_angle)),
         ("cone_angle_drawn_in_a", "rad", float(data.drawn.cone_angle)),
-        ("pitch_radius", "mm", data.pitch_radius),
+        ("pitch_radius", "mm", data.reference_radius),
         ("roll_in_b", "rad", data.roll),
         ("slide_in_b", "mm", data.slide),
         *(line for letter, axis in axes for line in vector(f"{letter}_n_along_{{}}_c", "1", axis)),

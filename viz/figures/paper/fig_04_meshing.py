@@ -30,8 +30,8 @@ LINE_COLOURS = (theme.BLUE, "#8a5a00")
 class MeshingFigure:
     """The unmodified pair without errors at roll 0.
 
-    For pinion and gear (2,): `reference_radius` r_P and `shift_distance` b_c (infinite for cylindrical
-    members), mm."""
+    For pinion and gear (2,), mm: `reference_radius` r_P, and `shift_distance` b_c from the section without
+    profile shift to mid-face (infinite for cylindrical members with profile shift, 0 without)."""
 
     pair: PosedPair
     reference_radius: FloatArray
@@ -43,7 +43,7 @@ class MeshingFigure:
         return mounting_of(self.pair.design)
 
     @property
-    def level(self) -> bool:
+    def parallel(self) -> bool:
         """Whether the axes are parallel, so that the common perpendicular is not unique."""
         return bool(layout_of(self.pair.design).parallel)
 
@@ -70,7 +70,8 @@ class MeshingFigure:
         return bool(np.isfinite(self.mounting.pitch_point).all())
 
     def in_line(self, number: int) -> bool:
-        """Return whether the pitch point is on the side of the y axis of a member."""
+        """Return whether the radius to the pitch point has nearly the direction of the y axis of a member, so
+        that the arrows of both hide each other."""
         # Cosine of the angle between two radii above which they hide each other.
         hiding_cosine = 0.9
         _, up, _ = self.pair.frames[number][0].T
@@ -156,9 +157,8 @@ def draw(data: MeshingFigure, layout: theme.PageLayout) -> Drawing:
         f"Offset $E$ = {offset:g} mm, shaft angle $\\delta$ = {angle}; reference cones of pinion"
         " (blue) and gear (brown), working pitch circles (orange, dashed)",
         f"Unmodified pair. {_where_p_is(data)} $S_1$ and $S_2$ are at mid-face, at roll 0. In the"
-        " paper they are at the distance $b_c$, where the profile shift is zero and the radius is $r_P$."
-        + _axes_words(unnamed)
-        + posed.far_words(data.pair),
+        " paper they are at the distance $b_c$ from mid-face, where the profile shift is zero and the radius"
+        " is $r_P$." + _axes_words(unnamed) + posed.far_words(data.pair),
         tall=sum(heights),
     )
     table, detail = theme.inches(page, heights[2]), theme.inches(page, heights[1])
@@ -188,7 +188,7 @@ def draw(data: MeshingFigure, layout: theme.PageLayout) -> Drawing:
             middle = data.pair.foot[0] + data.mounting.distance[0] * data.pair.axis[0]
             over.label(middle, "$S_1$", (-10.0, 10.0), color=LINE_COLOURS[0], fontsize=theme.HEADING)
         _annotate_member(closer, data, 0, named=0 not in unnamed)
-        style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.TITLE, "fontweight": "bold"}
+        style: dict[str, Any] = {"color": theme.VERMILLION, "fontsize": theme.TITLE, "fontweight": "bold"}
         label_offset = (
             (20.0, -4.0) if data.in_line(0) else (14.0, -18.0) if data.together(0) else (12.0, 20.0)
         )
@@ -221,7 +221,7 @@ def _where_p_is(data: MeshingFigure) -> str:
     """Return the sentence that defines the pitch point."""
     # Largest distance of lines of action that meet, mm.
     meeting_distance_mm = 1e-6
-    if data.level:
+    if data.parallel:
         return (
             "$P$ is midway between the mid-faces on the pitch line, the intersection of the planes of action."
         )
@@ -255,16 +255,16 @@ def _items(data: MeshingFigure, radius: float) -> list[Item]:
             z = float(data.mounting.pitch_distance[number] - data.mounting.distance[number])
             working = float(data.mounting.working_radius[number])
             pieces = panels.dashed_circle(_ring(data, number, working, z), 1.2 * radius)
-            items += [Tube(piece, theme.RED, 1.2 * radius) for piece in pieces]
+            items += [Tube(piece, theme.VERMILLION, 1.2 * radius) for piece in pieces]
     if data.has_pitch_point:
-        items.append(Tube(data.mounting.pitch_point[None], theme.RED, 4.5 * radius))
+        items.append(Tube(data.mounting.pitch_point[None], theme.VERMILLION, 4.5 * radius))
     return items
 
 
 def _annotate_layout(over: Overlay, data: MeshingFigure) -> None:
     """Draw both axes, offset, shaft angle, and the fixed frames."""
     reach = float(np.nan_to_num(data.mounting.distance).max()) - data.pair.nearer
-    if data.level:
+    if data.parallel:
         reach = max(reach, 0.5 * data.pair.apart)
     feet, directions = data.feet, data.pair.axis
     length = 0.19 * data.pair.apart
@@ -273,7 +273,7 @@ def _annotate_layout(over: Overlay, data: MeshingFigure) -> None:
         end = data.pair.foot[number] + (far + 0.2 * reach) * directions[number]
         over.axis(feet[number], end, theme.INK, data.breaks[number] if data.pair.nearer else None)
     style: dict[str, Any] = {"color": theme.INK, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
-    if data.level:  # the dimension of the offset would cover the working radii
+    if data.parallel:  # the dimension of the offset would cover the working radii
         down = 1.25 * _radius(data, 1, _cone_ends(data, 1)[1])
         ends = feet + np.array([0.0, down, 0.0])
         for foot, end in zip(feet, ends, strict=True):
@@ -296,14 +296,15 @@ def _annotate_layout(over: Overlay, data: MeshingFigure) -> None:
 
 
 def _out(data: MeshingFigure) -> FloatArray:
-    """Return the vectors (2, 3) from the axes to the dimensions of the mounting distances, mm."""
+    """Return the vectors (2, 3) from the axes to the dimensions of the distances d_w, mm."""
     pinion, gear = (_radius(data, number, _cone_ends(data, number)[1]) for number in (0, 1))
-    # The label of b_c is between the pinion and its mounting distance.
+    # The label of b_c is between the pinion and its d_w.
     return np.array([[-1.08 * pinion - 0.17 * data.pair.apart, 0.0, 0.0], [0.0, 1.36 * gear, 0.0]])
 
 
 def _annotate_distance(over: Overlay, data: MeshingFigure, number: int) -> None:
-    """Draw the mounting distance of one member: of the pinion on its far side, of the gear below it."""
+    """Draw the distance d_w of the pitch point from the common perpendicular along the axis of one member: of
+    the pinion on its far side, of the gear below it."""
     start, out, colour = data.feet[number], _out(data)[number], LINE_COLOURS[number]
     pitch = data.pair.foot[number] + data.mounting.pitch_distance[number] * data.pair.axis[number]
     style: dict[str, Any] = {"color": colour, "fontsize": theme.HEADING}
@@ -334,7 +335,7 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int, named: boo
         offset = over.clear_offset(zero + near, middle + near, near, name, fontsize=theme.HEADING)
         over.dimension(zero + near, middle + near, name, offset, **style)
     to_pitch, name = mounting.pitch_point - pitch, f"$r_{{w{index}}}$"
-    over.arrow(pitch, mounting.pitch_point, theme.RED, 1.4)
+    over.arrow(pitch, mounting.pitch_point, theme.VERMILLION, 1.4)
     turn = data.pair.frames[number][0] @ np.array([0.0, 1.0, 0.0])
     # Another direction if the working radius has this one, or if the y axis of the frame is so close that
     # their labels could be exchanged.
@@ -349,7 +350,7 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int, named: boo
         for arrow in ((-axis, axis) if number == 0 else (axis, -axis))
     ]
     places = [(pitch + share * to_pitch, offset) for offset in sides for share in (0.66, 0.85, 0.3)]
-    over.label_clear_of((zero, rim), name, places, color=theme.RED, fontsize=theme.HEADING)
+    over.label_clear_of((zero, rim), name, places, color=theme.VERMILLION, fontsize=theme.HEADING)
     places = [(zero + share * (rim - zero), (right, 0.0)) for share in (0.6, 0.3) for right in (16.0, -16.0)]
     over.label_clear_of((pitch, mounting.pitch_point), f"$r_{{P{index}}}$", places, **style)
     also = f" = {{}}_{'fg'[number]}" if data.together(number) else ""

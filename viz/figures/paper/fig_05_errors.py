@@ -71,9 +71,10 @@ class ErrorFigure:
 def paper_frames(design: Design, distance: FloatArray) -> dict[str, Frame]:
     """Return the frames of the paper (Eqs. 9-14) in S_f with the errors of a design, at roll 0.
 
-    Frames: S_f, S_delta, S_q1, S_d1 of the pinion, S_g, S_e, S_q2, S_d2 of the gear. `distance` (2,):
-    mounting distances, mm. S_delta turns the pinion axis, whereas `pair.frames` turns the gear axis; both
-    describe the same pair."""
+    Pinion: S_f fixed, S_delta turned by the shaft-angle error, S_q1 at mid-face, S_d1 displaced by the axial
+    error. Gear: S_g on the gear axis, S_e displaced by the offset error, S_q2 at mid-face, S_d2 displaced by
+    the axial error. `distance` (2,): positions of the mid-faces along the axes, mm. S_delta turns
+    the pinion axis, whereas `pair.frames` turns the gear axis; both describe the same pair."""
     plain, errors = layout_of(design, with_errors=False), design.errors
     turn = float(layout_of(design).shaft_angle - plain.shaft_angle)
     cos, sin = np.cos(turn), np.sin(turn)
@@ -123,8 +124,10 @@ def _scale(pair: PosedPair) -> float:
 def draw(data: ErrorFigure, layout: theme.PageLayout) -> Drawing:
     """Draw a panel for each error, all with one direction of view and one scale."""
     cells = PanelRows(left=0.28, right=0.16, across=0.0, down=0.45, most=2, least=4.0)
-    # Lengths of the axes of frames, also in one column of print, as fractions of the distance of the members.
+    # Lengths of the axes of frames as fractions of the distance of the members: usual, and largest, which is
+    # used if the panels are in one column.
     usual_fraction, largest_fraction = 0.26, 0.36
+    # Fraction of the width of such a panel for its text.
     print_text_fraction = 0.34
     one_column = cells.columns(layout, len(PANELS)) == 1
     if one_column:
@@ -264,19 +267,19 @@ def _annotate(
     for (frame, colour, name), letters in zip(looks, names, strict=True):
         title, offset = f"S_{{{name}}}", label_offsets_pt[name]
         over.triad(frame[1], frame[0].T, length, letters, colour, title, offset, covered)
-    style: dict[str, Any] = {"color": theme.RED, "fontsize": theme.HEADING, "fontweight": "bold"}
+    style: dict[str, Any] = {"color": theme.VERMILLION, "fontsize": theme.HEADING, "fontweight": "bold"}
     words = f"${panel.symbol}$"
     if tilted:
         arc = annotate.arc(before[1], before[0][:, 2], after[0][:, 2], 2.6 * length)
-        over.line(arc[0], before[1], arc[-1], color=theme.RED, linewidth=0.9)
-        over.arrow_along(arc, theme.RED, 2.2)
+        over.line(arc[0], before[1], arc[-1], color=theme.VERMILLION, linewidth=0.9)
+        over.arrow_along(arc, theme.VERMILLION, 2.2)
         over.label(arc[16], words, (-24.0, 0.0), **style)
         return
     aside = -dimension_fraction * length * before[0][:, 1]
     start, end = before[1] + aside, after[1] + aside
     for origin, foot in ((before[1], start), (after[1], end)):
-        over.line(origin, origin + 1.1 * (foot - origin), color=theme.RED, linewidth=0.9)
-    over.arrow(start, end, theme.RED, 2.4)
+        over.line(origin, origin + 1.1 * (foot - origin), color=theme.VERMILLION, linewidth=0.9)
+    over.arrow(start, end, theme.VERMILLION, 2.4)
     offset = over.clear_offset(start, end, aside, words, fontsize=theme.HEADING, fontweight="bold")
     over.label(0.5 * (start + end), words, offset, **style)
 

@@ -34,7 +34,7 @@ class FlankStyle(NamedTuple):
 
 
 LOOKS = {
-    -1: FlankStyle("convex", "#f0b98a", theme.RED, (1.0, 0.36)),
+    -1: FlankStyle("convex", "#f0b98a", theme.VERMILLION, (1.0, 0.36)),
     0: FlankStyle("involute", "#c4ccd4", theme.INK, (0.36, -0.3)),
     1: FlankStyle("concave", "#8fc3e8", theme.BLUE, (-0.3, -1.0)),
 }
@@ -48,8 +48,8 @@ class FlankSection:
     """Flank at mid-face.
 
     `l`, `radius` and `deviation` from the involute flank (n,), mm; `across` and `up` (n,), mm, with the
-    middle of the involute on the vertical through the axis. `base` (2, n): involute at equal radius; `way`
-    (2, n): displacement in the section for 1 mm along the normal."""
+    middle of the involute on the vertical through the axis. `base` (2, n): involute at equal radius, mm;
+    `per_mm` (2, n): displacement in the section, mm, for 1 mm of deviation along the normal."""
 
     l: FloatArray
     radius: FloatArray

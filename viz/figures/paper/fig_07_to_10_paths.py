@@ -93,10 +93,9 @@ def draw(data: PathFigure, layout: theme.PageLayout) -> Drawing:
         f"{flank.capitalize()} flanks of pinion (top) and gear (bottom), the pinion drives;"
         f" $a_2$ = {sign}$a_1$, mm$^{{\u22121}}$",
         panels.how_drawn(flank, grid.stretch)
-        + "Below: length, angle to the axial direction in the side view; limits at the ends, if changed. "
-        + panels.what_touches(data.paths)
-        + panels.lines_drawn(data.paths),
-        columns=viewpoint.NOTE_CHARACTERS,
+        + "Below: length, angle to axial direction (side view); edges where paths begin and end, if"
+        " changed. " + panels.what_touches(data.paths) + panels.lines_drawn(data.paths),
+        characters=viewpoint.NOTE_CHARACTERS,
         tall=grid.tall(layout),
     )
     theme.legend(page, panels.touching_legend(page, data.paths), 3, 0.8, handlelength=3.5)
@@ -106,7 +105,7 @@ def draw(data: PathFigure, layout: theme.PageLayout) -> Drawing:
         path, row = data.paths[cell.case], cell.member
         traces = [Trace(path.points[row], first=path.first), *panels.edge_traces(path, row)]
         where = page, cell.box, path.design, row, flank, cell.view
-        drawn = panels.draw_flank(*where, traces, cell.px_per_mm, cell.limits)
+        drawn = panels.draw_flank(*where, traces, cell.px_per_mm, cell.labels_at)
         if drawn is None:
             return None
         panels.draw_lines(drawn, path, row)

@@ -86,7 +86,7 @@ def draw(data: RatioFigure, layout: theme.PageLayout) -> Drawing:
         " with edge contact (right scale)."
     )
     cells = PanelRows(left=0.96, right=0.96, across=1.76, down=1.35, most=2, least=3.4)
-    kinks_note = " Labelled dots: other limits begin to end the path of the right flank."
+    kinks_note = " Labelled dots: from here on, the path of the right flank runs between the edges named."
     unknown_note = " Without circle: contact ratio of all teeth unknown."
     along_lines = " Unmodified flanks touch along lines."
     labelled = np.concatenate([ends.contact_ratio[_kinks(ends)] for ends in data.ends["right"]])

@@ -47,7 +47,7 @@ class PathStyle(NamedTuple):
 LOOKS = (
     PathStyle(theme.BLUE, panels.DASHED, 0.85, 0.5, (2.5, 1.5), (0.65, 0.65)),
     PathStyle(theme.INK, panels.SOLID, 1.0, 0.0, (1.0, 0.0), (1.1, 1.1)),
-    PathStyle(theme.RED, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), (0.6, 0.35)),
+    PathStyle(theme.VERMILLION, panels.DOTTED, 0.85, 1.0, (0.8, 1.2), (0.6, 0.35)),
 )
 """Styles of a negative error, no error, and a positive error."""
 ROW_HEIGHT_IN, TABLE_WIDTH_IN = 0.21, 2.9
@@ -73,7 +73,8 @@ class ErrorCase:
         return round(float(np.degrees(self.size)), 12) if self.unit == "deg" else self.size
 
     def at(self, design: Design) -> ErrorCase:
-        """Return the error at the module of a design; for errors at the mesh, the corresponding one there."""
+        """Return the error scaled to the module of a design. If the errors of the design are at the mesh,
+        return the corresponding error at the mesh (centre distance, or shaft angle in plane)."""
         # Fields and names of errors at the mesh; axial errors are the same.
         at_mesh = {
             "offset": ("centre_distance", "centre-distance error at the mesh"),
@@ -104,7 +105,7 @@ CASES = (
         ANGLE_ERROR,
         "deg",
         "shaft-angle error",
-        " Shaft-angle error: our choice; paths fill the face.",
+        " Shaft-angle error: chosen here, not the paper's.",
     ),
     ErrorCase(14, "pinion_axial", AXIAL_ERROR, "mm", "axial position error of the pinion"),
     ErrorCase(15, "gear_axial", AXIAL_ERROR, "mm", "axial position error of the gear"),
@@ -167,7 +168,7 @@ def draw(data: MisalignmentFigure, layout: theme.PageLayout) -> Drawing:
     # Width of the widest flank as a fraction of its column if a table is next to it.
     flank_share = 0.6
     grid = FlankArrangement(cases, (0.0, 0.0), by_case=True, share=flank_share)
-    # Magnification across the face in print, where tables are below the flanks, and on a narrow page.
+    # Magnification from root to tip in print, where tables are below the flanks, and on a narrow page.
     print_stretch, narrow_stretch = 4.0, 3.0
     if layout.printed:  # pinion above gear, so that flanks with a table below are large enough
         lost = max(sum(not path.has_path for path in paths) for paths in data.paths)
@@ -188,7 +189,7 @@ def draw(data: MisalignmentFigure, layout: theme.PageLayout) -> Drawing:
         + case.note
         + panels.lines_drawn(data.without_error),
         above=0.3,
-        columns=viewpoint.NOTE_CHARACTERS,
+        characters=viewpoint.NOTE_CHARACTERS,
         tall=grid.tall(layout),
     )
     _legend(page, data)
@@ -210,7 +211,7 @@ def draw(data: MisalignmentFigure, layout: theme.PageLayout) -> Drawing:
             )
         ]
         where = page, cell.box, paths[1].design, member, flank, cell.view
-        drawn = panels.draw_flank(*where, traces, cell.px_per_mm, cell.limits)
+        drawn = panels.draw_flank(*where, traces, cell.px_per_mm, cell.labels_at)
         if drawn is None:
             return None
         panels.draw_lines(drawn, paths[1], member)
@@ -225,7 +226,7 @@ def draw(data: MisalignmentFigure, layout: theme.PageLayout) -> Drawing:
 
 def _legend(page: theme.Page, data: MisalignmentFigure) -> None:
     """Draw the legend of the errors and of the parts of the paths."""
-    width = 4.0 * panels.line_points(page) / panels.LINE_POINTS
+    width = 4.0 * panels.half_width_pt(page) / panels.HALF_WIDTH_PT
     handles = [
         Line2D([], [], label=data.case.label(sign), color=look.colour, dashes=look.legend, linewidth=width)
         for look, sign in zip(LOOKS, SIGNS, strict=True)

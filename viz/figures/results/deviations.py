@@ -31,7 +31,8 @@ def draw(report: DeviationReport, layout: theme.PageLayout) -> Drawing:
     page, low, high = theme.new_page(
         layout,
         "Deviations of measured points from the flanks",
-        f"{named.member.capitalize()}, {teeth} teeth; normal thickness {thickness} \u00b5m off in the mean",
+        f"{named.member.capitalize()}, {teeth} teeth; mean deviation of the normal thickness"
+        f" {thickness} \u00b5m",
         (
             "Grey: nominal grid, tip at the back, \u2212z on the left. Deviation along the normal, drawn"
             " upwards: blue for excess, orange for missing metal, \u00b5m. One scale for both flanks. Below:"
@@ -79,7 +80,7 @@ def _grid(axes: Axes, values: FloatArray, ends: tuple[str, str], greatest: float
         for line in (*points, *np.moveaxis(points, 1, 0)):
             axes.plot(*line.T, color=colour, linewidth=width, zorder=2.0 if points is surface else 1.0)
     for foot, top, value in zip(plane.reshape(-1, 2), surface.reshape(-1, 2), values.ravel(), strict=True):
-        colour = theme.BLUE if value > 0.0 else theme.RED
+        colour = theme.BLUE if value > 0.0 else theme.VERMILLION
         axes.plot(*np.array((foot, top)).T, color=colour, linewidth=2.4, zorder=3.0, solid_capstyle="butt")
     _numbers(axes, values, surface, every)
     length, right = theme.round_length(greatest), 1.0 + tip_shift + 0.25

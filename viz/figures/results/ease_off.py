@@ -128,8 +128,8 @@ def _axes(box: Axes) -> tuple[Axes, Axes]:
 def _wires(axes: Axes, panel: EaseOffPanel, result: EaseOff, span: FloatArray, printed: bool) -> None:
     """Draw the surface as wires over the plane of zero, tip behind, without hidden lines.
 
-    The height of the surface corresponds to the range from zero or the minimum to the maximum of the `span`
-    (2,), um."""
+    The full height of the surface corresponds to the `span` (2,), um: minimum and maximum, extended to
+    contain zero."""
     # Lengths in half face widths: displacement of the tip to the right of the root and above it, and
     # height of the surface.
     tip_shift, tip_height, surface_height = 0.42, 0.46, 1.25
@@ -220,9 +220,9 @@ def _levels(axes: Axes, panel: EaseOffPanel, result: EaseOff) -> None:
 def _path(axes: Axes, points: FloatArray) -> None:
     """Draw a path (n, 2) from its dot to its arrow head."""
     points = points[np.isfinite(points).all(axis=1)]
-    axes.plot(*points.T, color=theme.RED, linewidth=2.2, zorder=3.0, path_effects=annotate.rim(2.2))
-    axes.plot(*points[:1].T, "o", color=theme.RED, markersize=6.0, zorder=3.0)
-    arrow = {"arrowstyle": "-|>,head_width=0.3,head_length=0.6", "color": theme.RED, "linewidth": 2.2}
+    axes.plot(*points.T, color=theme.VERMILLION, linewidth=2.2, zorder=3.0, path_effects=annotate.rim(2.2))
+    axes.plot(*points[:1].T, "o", color=theme.VERMILLION, markersize=6.0, zorder=3.0)
+    arrow = {"arrowstyle": "-|>,head_width=0.3,head_length=0.6", "color": theme.VERMILLION, "linewidth": 2.2}
     arrow["path_effects"] = annotate.rim(2.2)
     last_points = tuple(points[-1]), tuple(points[-3])
     axes.annotate("", *last_points, arrowprops={**arrow, "shrinkA": 0.0, "shrinkB": 0.0}, zorder=3.0)

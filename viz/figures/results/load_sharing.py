@@ -25,8 +25,9 @@ from ...rendering.layout import PanelRows
 class Loaded:
     """Results by roll (n,) of a design under one torque.
 
-    `middle`, `ends` (2,): pinion rolls of the path, rad. `rigid` (m,): transmission error of rigid
-    teeth, rad, at `rolls` of the pinion; `unloaded` (n,): at the rolls of the decks."""
+    `middle`, `ends` (2,): pinion rolls at the middle and at the ends of the path, rad. `rigid` (m,):
+    transmission error of rigid teeth, rad, at the pinion rolls `rolls` (m,); `unloaded` (n,): the same at the
+    rolls of the decks. Deck: input file of CalculiX for one roll."""
 
     design: Design
     results: tuple[PairResult, ...]
@@ -42,8 +43,8 @@ class Loaded:
         return float(2.0 * np.pi / self.design.pinion.teeth)
 
     @property
-    def ratio(self) -> float:
-        """N1 / N2."""
+    def speed_ratio(self) -> float:
+        """Number of teeth of the pinion divided by that of the gear, N1/N2."""
         return float(self.design.pinion.teeth / self.design.gear.teeth)
 
     @property
@@ -61,7 +62,7 @@ class Loaded:
     def loaded(self) -> FloatArray:
         """Transmission error (n,) under load, rad."""
         sense = gear_sense(self.results[0].flank)
-        return np.asarray(self.unloaded + sense * self.ratio * self.turns)
+        return np.asarray(self.unloaded + sense * self.speed_ratio * self.turns)
 
     def pitches(self, rolls: FloatArray) -> FloatArray:
         """Return rolls in pitches from the middle of the path."""
@@ -151,9 +152,9 @@ def draw(result: Loaded, layout: theme.PageLayout) -> Drawing:
         f"{one.torque / 1e3:.4g} N m on the pinion, {one.flank} flanks; {rolls}, solved by CalculiX",
         (
             "(a) Fraction of the pinion torque on one tooth pair during its mesh; a mark for each tooth pair"
-            " of each deck; dashed: start and end of contact of rigid flanks. (b) Positive: gear ahead; the"
-            " mean of each curve is subtracted. The loaded curve includes N1/N2 times the elastic rotation of"
-            " the pinion, a lag of the gear."
+            " at each roll; dashed: start and end of contact of rigid flanks. (b) Positive: gear ahead; the"
+            " mean of each curve is subtracted. Loaded: the gear also lags by N1/N2 (tooth numbers) times the"
+            " elastic rotation of the pinion."
         ),
         below=0.75,
         above=0.75,

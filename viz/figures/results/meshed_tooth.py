@@ -123,8 +123,8 @@ def draw(data: MeshedFigure, layout: theme.PageLayout) -> Drawing:
     cells = PanelRows(left=0.32, right=0.32, across=0.32, down=0.6, most=2, least=4.0)
     note = (
         "Lines: edges of the elements, straight between corner nodes. The tooth includes its sector of the"
-        " body from the bore to the middle of the adjacent tooth spaces; (b) shows it completely. Sets toe"
-        " and heel: ends at \u2212z and +z."
+        " body from the bore to the middle of the adjacent tooth spaces; (b): complete sector. Surfaces"
+        " toe and heel: ends at \u2212z and +z."
     )
     mesh, views = data.mesh, _views()
     page, low, high = theme.new_page(

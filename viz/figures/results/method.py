@@ -1,4 +1,7 @@
-"""The method in one picture: coarse meshes, the proximity query, and the contact on the exact flanks."""
+"""The method in one picture: coarse meshes, proximity query, and contact on the exact flanks.
+
+Proximity query: search for the smallest distance of the vertices of one mesh from the other mesh.
+"""
 
 from __future__ import annotations
 
@@ -29,8 +32,8 @@ from ...rendering.layout import PanelRows
 BAND_COLOURS = ("#08306b", "#2166ac", "#4393c3", "#92c5de", "#c6dfee", "#e3eef6", "#f7f7f7")
 """Colours of the bands of separation, scaled with the module."""
 MARKS = {
-    "nearest vertices of the meshes": ("o", "white", theme.RED, 11.0),
-    "polished": ("o", theme.RED, "white", 13.0),
+    "nearest vertices of the meshes": ("o", "white", theme.VERMILLION, 11.0),
+    "polished": ("o", theme.VERMILLION, "white", 13.0),
     "path of contact": ("x", theme.INK, theme.INK, 7.0),
 }
 
@@ -41,8 +44,8 @@ class MethodFigure:
 
     `query` has the separation at the vertices of the pinion's coarse mesh, `faces` its triangles, `triangles`
     the numbers by member, `detail` the exact separation. `exact` (2,) are l and z on the pinion, mm, of the
-    path of contact, and `point` (3,) its position. `found` has the contacts by the meshes alone and
-    polished."""
+    path of contact, and `point` (3,) its position. `contacts` has the contact by the meshes alone,
+    and the polished one."""
 
     design: Design
     flank: str
@@ -176,7 +179,7 @@ def _distance(axes: Axes, data: MethodFigure) -> None:
     assert data.point is not None
     (alone, polished), point = data.contacts, data.point
     (l, z), _, (l0, z0) = points(data).values()
-    line: dict[str, Any] = {"color": theme.RED, "linewidth": 1.6, "path_effects": annotate.rim(1.6)}
+    line: dict[str, Any] = {"color": theme.VERMILLION, "linewidth": 1.6, "path_effects": annotate.rim(1.6)}
     axes.plot((z, z0), (l, l0), "--", zorder=1.5, **line)
     off = [float(np.linalg.norm(one.point - point)) for one in (alone, polished)]
     ends = axes.transData.transform(((z, l), (z0, l0)))

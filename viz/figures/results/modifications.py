@@ -1,5 +1,9 @@
-"""Comparison of modified flanks: measured with nominal flanks, those of the design with unmodified flanks, or
-for an unmodified design, the paper's parabolas with helix crowning."""
+"""Comparison of flanks.
+
+Design with measured flanks: nominal and measured flanks. Modified design: flanks without and with its
+modification. Unmodified design: unmodified flanks, flanks with the paper's parabolas, and flanks with helix
+crowning.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +32,7 @@ from ...rendering.layout import PanelRows
 
 STYLES: tuple[tuple[str, Any, str], ...] = (
     (theme.INK, "-", "o"),
-    (theme.RED, "--", "s"),
+    (theme.VERMILLION, "--", "s"),
     (theme.BLUE, "-.", "D"),
 )
 """Colour, dashes and marker of the cases."""

@@ -46,7 +46,7 @@ from ...rendering import theme
 from ...rendering.layout import PanelRows
 
 INTERVAL_COUNT = 20
-"""Intervals of the difference; the sum has as many."""
+"""Intervals of the difference. The sum has 24 intervals, of equal size in its square root."""
 HALF_TURN_DEG = 180.0
 """Period of the angle of a path."""
 HATCHES = {"hollow": "//", "no path": "xxx", "not known": "...."}
@@ -113,8 +113,10 @@ class ParabolaMap:
 
 
 def compute(design: Design, flank: str = "right") -> ParabolaMap:
-    """Compute the map and its extremes. The largest difference is twice the usual coefficient, and the sums
-    reach from minus one half to one fifth of it, which includes the paper's Figs. 7 to 10."""
+    """Compute the map and its extremes.
+
+    With the usual largest coefficient c, differences reach from -2 c to 2 c, and sums from -0.5 c to 0.18 c.
+    This includes the paper's Figs. 7 to 10."""
     largest = min(high for _, high in usual_bounds(design, "parabola"))
     difference = 2.0 * largest * np.linspace(-1.0, 1.0, INTERVAL_COUNT + 1)
     root = np.linspace(-1.0, 1.0, 3 * INTERVAL_COUNT // 2 + 1)
@@ -162,7 +164,7 @@ def draw(data: ParabolaMap, layout: theme.PageLayout) -> Drawing:
     note = (
         "Angle: chord to axial direction, in the pinion's side view. Shift: perpendicular to the path at"
         " mid-roll, root of the sum of squares under {errors}. Transmission error, edge contact: all teeth."
-        " Sum: square-root scale. Interpolated between {cells} cells; pointed ends of bars: also beyond."
+        " Sum: square-root scale. Interpolated between {cells} cells. Pointed ends of bars: values beyond."
     )
     cells = PanelRows(left=1.2, right=1.0, across=1.16, down=0.65, most=3, least=1.0)
     errors = error_words(data.errors).replace("+", "\u00b1") + paths_table.at_the_mesh(data.design)
@@ -218,8 +220,8 @@ def _set_axes(axes: Axes, data: ParabolaMap) -> None:
 
 def _colours(page: theme.Page, axes: Axes, data: ParabolaMap, name: str) -> None:
     """Draw a quantity with colour bar, contours and hatches, or the reason why nothing is drawn."""
-    # Smallest interval without angles at which the colours begin and end. Without such an interval, the
-    # colours are cyclic.
+    # Angles of a path have a period of 180 deg. If an interval at least this wide contains no angle, the
+    # colour scale begins and ends in it; otherwise the colours are cyclic.
     least_gap_deg = 10.0
     quantity, values = QUANTITIES[name], QUANTITIES[name].factor * data.quantities[name]
     # Values below this are zero, in the units of the headings.

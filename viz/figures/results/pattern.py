@@ -165,7 +165,8 @@ def _rings(design: Design, path: SolvedPath, number: int) -> tuple[FloatArray, .
 def compute_separation(design: Design, flank: str = "right") -> BandFigure:
     """Compute the separation of three neighbouring tooth pairs at one position of a flank."""
     bands_um = (0.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)
-    # Tooth pairs of a separation that are drawn if some separations are within the bands.
+    # Tooth pairs computed. A pair is drawn if some of its separations are within the bands; all are drawn if
+    # there is no such pair.
     pairs = (-1, 0, 1)
     # Position of the separation as a fraction of the path in roll, where two tooth pairs touch.
     position_fraction = 0.3
@@ -252,7 +253,7 @@ def draw(data: BandFigure, layout: theme.PageLayout) -> Drawing:
     """Draw pinion flanks above gear flanks, one column for each case."""
     text_heights_in, bar_height_in = (0.4, 0.4), 0.9  # of pinion and gear flanks
     flanks = " and ".join(sorted({column.flank for column in data.columns}, reverse=True))
-    stretch = 4.0 if layout.width > theme.NARROW_PAGE_IN else 3.0  # magnification across the face
+    stretch = 4.0 if layout.width > theme.NARROW_PAGE_IN else 3.0  # magnification from root to tip
     # Width of paths relative to those of other figures, so that they hide less of the bands, and line width
     # of ellipses and lines of contact, points.
     path_width, ring_pt = (0.7, 1.3) if layout.width > theme.NARROW_PAGE_IN else (1.0, 0.7)
@@ -262,7 +263,7 @@ def draw(data: BandFigure, layout: theme.PageLayout) -> Drawing:
     grid = FlankArrangement(cases, text_heights(layout, len(cases), text_heights_in), stretch, outside=True)
     tall = grid.tall(layout) + bar_height_in
     title = data.title, data.subtitle, note
-    page, low, high = theme.new_page(layout, *title, columns=viewpoint.NOTE_CHARACTERS, tall=tall)
+    page, low, high = theme.new_page(layout, *title, characters=viewpoint.NOTE_CHARACTERS, tall=tall)
     _colour_bar(page, data, low)
 
     def panel(cell: Cell) -> Picture | None:
@@ -275,7 +276,7 @@ def draw(data: BandFigure, layout: theme.PageLayout) -> Drawing:
         items = _painted(data, layer, cell.view, BARE[cell.member])
         trace = replace(layer.trace, width=path_width)
         items += panels.path_items(page, [trace], cell.view, cell.px_per_mm)
-        drawn = panels.show_items(page, cell.box, cell.view, items, cell.px_per_mm, cell.limits)
+        drawn = panels.show_items(page, cell.box, cell.view, items, cell.px_per_mm, cell.labels_at)
         rim = drawn.place(flattened_flank.boundary_of(layer.points))
         drawn.axes.plot(*rim.T, color=theme.GREY, linewidth=1.0)
         for ring in layer.rings:
@@ -293,7 +294,8 @@ def _painted(data: BandFigure, layer: Layer, view: FlankView, metal: str) -> lis
 
     Values are counted in bands, so that bands may have different widths. An additional band of bare metal
     contains larger values."""
-    # Distance from the border of the mating flank of points without a point on that flank, mm.
+    # Distance from the border of the mating flank, mm, that is assumed (outside) for points without a
+    # counterpart on that flank.
     no_point_mm = 0.1
     bands = np.array([*data.bands, 2.0 * data.bands[-1] - data.bands[-2]])
 

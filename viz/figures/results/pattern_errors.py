@@ -195,12 +195,12 @@ def _cell(axes: Axes, cell: PatternCell, separation: float, limits: tuple[float,
     boundary = side_view(axes, z, r, least, separation)
     shape = (one.z, one.r), 2.0 * one.major, 2.0 * one.minor
     for width, within in ((0.7, False), (2.0, True)):
-        look: dict[str, Any] = {"fill": False, "edgecolor": theme.RED, "clip_on": within}
+        look: dict[str, Any] = {"fill": False, "edgecolor": theme.VERMILLION, "clip_on": within}
         ring = Ellipse(*shape, angle=np.degrees(one.angle), linewidth=width, **look)
         axes.add_patch(ring)
         if within:
             ring.set_clip_path(Polygon(boundary, transform=axes.transData))
-    axes.plot(one.z, one.r, "+", color=theme.RED, markersize=9.0, markeredgewidth=1.6)
+    axes.plot(one.z, one.r, "+", color=theme.VERMILLION, markersize=9.0, markeredgewidth=1.6)
     axes.set_aspect("equal", anchor="N")
     margin = 0.03 * np.ptp(z)
     axes.set(xlim=limits, ylim=(r.min() - margin, r.max() + margin))

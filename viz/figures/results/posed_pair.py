@@ -1,4 +1,4 @@
-"""The posed pair as exported: closed triangle meshes in contact."""
+"""The pair in mesh as exported: closed triangle meshes in contact."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def draw(data: PosedFigure, layout: theme.PageLayout) -> Drawing:
     )
     page, low, heading = theme.new_page(
         layout,
-        "The posed pair as exported",
+        "The pair in mesh as exported",
         f"Closed meshes with a tolerance of {tolerance_of(data.pair.design):.3g} mm, {pose}",
         f"{counts.capitalize()}.{_marks(data)}{_export_note(data.pair.design)}",
         above=0.25,
@@ -83,13 +83,13 @@ def draw(data: PosedFigure, layout: theme.PageLayout) -> Drawing:
     pictures: dict[str, Picture] = {}
     high = heading - theme.inches(page, 0.1)
     places = theme.pair_of_boxes(page, low, high, ((0.02, 0.42), (0.45, 0.53)), 0.35)
-    for letter, place, scene in zip("ab", places, (_whole, close), strict=True):
+    for letter, place, scene in zip("ab", places, (_whole, mesh_view), strict=True):
         name = "the pair" if scene is _whole else "teeth in mesh"
         y = place[1] + place[3] + theme.inches(page, 0.1)
         x = max(place[0], 0.4 / layout.width)  # below the title
         page.text(x, y, f"({letter})  {name}", fontsize=theme.HEADING)
         box, drawn = theme.place(page, *place), [mesh for mesh, _ in data.meshes if mesh is not None]
-        if not drawn or (scene is close and not data.pair.touching):
+        if not drawn or (scene is mesh_view and not data.pair.touching):
             missing = f"the {flank} flanks have no contact point" if drawn else "no member can be drawn"
             theme.message(theme.overlay(page, box), missing, 60)
             continue
@@ -147,7 +147,7 @@ def _whole(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
     return items, fit_camera(reach, posed.VIEW, posed.UP, size, 0.06, perspective=True)
 
 
-def close(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
+def mesh_view(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
     """Return the teeth in mesh with paths, pattern and point of contact, and the camera."""
     gear_opacity = 0.3
     # Smallest half height of the close picture, in normal modules.
@@ -158,9 +158,10 @@ def close(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
     points, normal = np.concatenate(paths), np.nanmean(data.path.path.normal, axis=0)
     camera = posed.mesh_camera(pair.design, pair.frames[0], points, normal, size, half_height_modules)
     radius = tube_share * camera.half_height
-    # A white tube behind each path is its outline. It is deeper the more it runs along the line of sight.
+    # A wider white tube behind each path is its outline. The path is moved towards the viewer by twice its
+    # width, so that the outline does not cover it where the path runs along the line of sight.
     ahead = -4.0 * radius * camera.direction
-    items: list[Item] = [Tube(line + ahead, theme.RED, radius) for line in paths]
+    items: list[Item] = [Tube(line + ahead, theme.VERMILLION, radius) for line in paths]
     items += [Tube(line, "white", 1.8 * radius) for line in paths]
     items.append(Tube(pair.contact[None] + ahead, theme.INK, 3.0 * radius))
     line = line_of_contact(data)

@@ -52,7 +52,7 @@ class SensitivityCase:
                 words.append("both flanks: line contact")
             elif np.isnan(rates.face_shift_by[MIDDLE_INDEX]).any():
                 still = np.ptp(rates.l[:, 0]) < profile_movement_mm
-                turned = f"{rates.flank} flanks: no middle, the roll turns back along the path"
+                turned = f"{rates.flank} flanks: no mid-roll, the roll is not monotonic along the path"
                 words.append("both flanks: path along the face" if still else turned)
         return "; ".join(dict.fromkeys(words))
 
@@ -81,9 +81,9 @@ def draw(data: tuple[SensitivityCase, ...], layout: theme.PageLayout) -> Drawing
     """Draw a row for each case and a column for each quantity; on a narrow page columns for cases and fewer
     quantities."""
     note = (
-        "Derivatives at the errors of the design, times the errors named{place}. Shift: middle of the path"
-        " along the face, at equal flank parameter l{square}, positive towards +z. Contact ratio: Eq. 16."
-        " Transmission error: one tooth pair, peak to peak."
+        "Derivatives at the errors of the design, times the error on the left{place}. Shift: middle of the"
+        " path along the face, at equal flank parameter l{square}, positive towards +z. Contact ratio: Eq."
+        " 16. Transmission error: one tooth pair, peak to peak."
     )
     cells = PanelRows(left=1.6, right=0.438, across=0.358, down=1.1, most=4, least=1.4)
     perpendicular_note = ", or perpendicular to the path"

@@ -29,7 +29,8 @@ from ...rendering.layout import PanelRows
 from ...rendering.scene import Picture
 
 MOUNTINGS, CYCLE_MOUNTINGS, PATHS_DRAWN, SEED = 1024, 64, 300, 0
-"""Number of mountings of a study, numbers of them with operation and of those drawn, and seed."""
+"""Number of mountings of a study (a mounting: the pair with one set of random errors), number of those whose
+mesh cycle is computed, number of those whose path is drawn, and seed."""
 CLOUDS = ((5.0, "white", 0.4), (1.0, theme.BLUE, 0.12))
 """Multiples of the tolerances, colour and opacity of the paths drawn, the lowest first."""
 
@@ -71,8 +72,8 @@ class CloudFigure:
 
     @property
     def moved(self) -> float:
-        """Range of the middle of the path along the pinion face between 1 and 99 %, mm, of the design as
-        drawn; NaN if unknown."""
+        """Distance between the 1 % and 99 % quantiles of z at the middle of the path on the pinion, mm, for
+        the design whose paths are drawn; NaN if unknown."""
         study = next((case.solved for case in self.cases if case.design is self.nominal.design), None)
         if study is None:
             return float("nan")
@@ -84,7 +85,7 @@ def compute(design: Design, flank: str = "right") -> CloudFigure:
     """Compute paths and studies, as designed and with the paper's modification."""
     bent = paper_modified(design)
     shown = bent if is_line_contact(design).any() else design
-    cases = ("as designed", design, theme.BLUE, 3.2), (coefficients(bent), bent, theme.RED, 1.6)
+    cases = ("as designed", design, theme.BLUE, 3.2), (coefficients(bent), bent, theme.VERMILLION, 1.6)
     return CloudFigure(
         flank,
         paths_table.solved_case(shown, flank),
@@ -121,7 +122,7 @@ def _cloud_of(design: Design, flank: str, factor: float) -> tuple[FloatArray, Fl
 def draw(data: CloudFigure, layout: theme.PageLayout) -> Drawing:
     """Draw the clouds on pinion and gear above the distributions of position and transmission error."""
     cells = PanelRows(left=0.95, right=0.3, across=1.0, down=1.1, most=2, least=1.6)
-    stretch = 4.0  # magnification of the flanks across the face
+    stretch = 4.0  # magnification of the flanks from root to tip
     # Name, factor, heading and label of the axis.
     quantities = (
         ("pinion_z_middle", 1.0, "middle of the path", "pinion z (mm)"),
@@ -134,7 +135,7 @@ def draw(data: CloudFigure, layout: theme.PageLayout) -> Drawing:
         _note(data, stretch) + _in_operation(data),
         below=0.9,
         above=0.7,
-        columns=viewpoint.NOTE_CHARACTERS,
+        characters=viewpoint.NOTE_CHARACTERS,
         tall=cells.tall(layout, 4, 2.6) + 0.6,
     )
     boxes = cells.boxes(layout, 4, page.get_figheight(), low, high)
@@ -186,9 +187,9 @@ def _tolerances(data: CloudFigure) -> str:
 def _note(data: CloudFigure, stretch: float) -> str:
     """Return the note with the mountings drawn."""
     note = (
-        "Flanks from outside, {stretch:g} times larger across: {drawn} mountings of the design{which}; black"
-        " and dots: without errors. (c), (d): cumulative distributions; title: range from 1 to 99 %."
-        " Transmission error of one tooth pair."
+        "Flanks from outside, {stretch:g} times larger from root to tip: {drawn} mountings of the"
+        " design{which}; black and dots: without errors. (c), (d): cumulative distributions; title: range"
+        " from 1 to 99 %. Transmission error of one tooth pair."
     )
     shown = data.nominal.design
     which = "" if shown is data.cases[0].design else f" with {coefficients(shown)}"
