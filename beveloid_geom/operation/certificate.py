@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Codes, FloatArray
+from ..arrays import Codes, FloatArray, flank_sign
 from ..contact.path import ContactPath
 from ..design.arguments import require_path
 from ..status import FirstStatus, Status, Verdict
@@ -107,6 +107,8 @@ def path_certificate(path: ContactPath) -> Certificate:
     solved &= first.status == FirstStatus.SOLVED
     ahead = without_turns(first.gear_roll - path.gear_roll)
     moment = (contact_normals(design, path.flank, first) * moved_by_gear(design, first.point)).sum(axis=-1)
+    # The normal of an edge on an edge can have either sense. All other moments have the sign of the flank.
+    moment = flank_sign(path.flank) * np.abs(moment)
     separation = np.where(solved, ahead * moment, np.nan)
     curvature = np.where(solved, _curvature(path, engagement), np.nan)
     tangent, same = first.limit[..., 0] < 0, first.pair == 0

@@ -7,12 +7,13 @@ from math import radians
 import numpy as np
 import pytest
 
-from beveloid_geom import Errors, path_certificate, path_of_contact
+from beveloid_geom import Errors, builtin_design, path_certificate, path_of_contact
 from beveloid_geom.gear.flank_limits import tip_parameter
 from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.angular_clearance import angular_clearance
 from beveloid_geom.status import Limit, Verdict
 from tests.oracle.table1 import table1
+from tests.symmetry import mirrored
 
 
 @pytest.mark.parametrize("errors", [Errors(), Errors(-0.05, radians(0.002), 0.1, 0.1)])
@@ -101,6 +102,16 @@ def test_separation_is_the_minimum(parabola: tuple[float, float], flank: str) ->
         )
         least = np.where(met.inside, met.distance, np.inf).min()
         assert proof.separation[k] - 1e-7 < least < proof.separation[k] + 0.01
+
+
+def test_overlap_of_an_edge_with_an_edge_is_negative(flank: str) -> None:
+    """The teeth overlap at all positions, also where an edge of the pinion touches an edge of the gear. The
+    normal of this contact is perpendicular to both edges; its sense does not affect the result."""
+    design = builtin_design("awd-transfer").with_errors(Errors(offset=0.0952, shaft_angle=-0.00042))
+    proof = path_certificate(path_of_contact(design if flank == "left" else mirrored(design), flank, 7))
+    assert list(proof.first.limit[5]) == [Limit.GEAR_HEEL, Limit.PINION_TIP]
+    assert (proof.separation < -0.06).all()
+    assert (proof.verdict == Verdict.INTERFERENCE).all()
 
 
 def test_batches_and_positions_without_a_path() -> None:
