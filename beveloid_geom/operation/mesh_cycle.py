@@ -58,8 +58,11 @@ class MeshCycle:
     pitch : float
         Angular pitch of the pinion, rad.
     changes : ndarray, shape (..., k)
-        Rolls at which the tooth pair or the edges in contact change, rad, ascending, padded with NaN. The
-        transmission error is smooth between them.
+        Rolls inside the cycle at which the tooth pair, the touching edges, or the members that touch with
+        their fillet change; rad, ascending, padded with NaN. `segments` has further ends, at which all these
+        remain the same. On measured flanks, the first derivative of the transmission error jumps at such an
+        end if the contact moves to another place of the same flanks. The second derivative jumps if the
+        contact passes the beginning of a relief.
     hand_over : ndarray of bool, shape (..., k)
         Whether another tooth pair comes into contact at these rolls; False where several pairs are in contact
         at the same time (`along_lines`).

@@ -29,7 +29,7 @@ mm. Rows 2 and 3 are the derivatives of the distance by the rolls of the member 
 class Mating:
     """Motion `operation` of `member` (0 pinion, 1 gear) relative to the mate's flank `sheet`.
 
-    `rolls` (k,): sampled pinion rolls, rad, between which the motion is smooth."""
+    `rolls` (k,): sampled pinion rolls, rad. They include the known kinks of the motion."""
 
     member: int
     sheet: FlankSheet

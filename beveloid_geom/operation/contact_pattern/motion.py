@@ -45,7 +45,7 @@ def unknown_contact(flank: str, code: int, where: str = "") -> str:
     code : int
         Code of its `FirstStatus`.
     where : str
-        Appended to the subject of the sentence.
+        Where the first contact is not known, with a leading space: " at some rolls".
 
     Returns
     -------
@@ -68,7 +68,8 @@ class Operation:
     gear_roll : callable
         Gear rolls (rad) at pinion rolls (rad) of any shape.
     kinks : ndarray, shape (n,)
-        Known pinion rolls between which the function is smooth, rad.
+        Known kinks: pinion rolls at which the rate of the gear may jump, rad. On measured flanks, the motion
+        of first contact may have more kinks (`MeshCycle.changes`).
     exact : callable, optional
         Function with the same result as `motion`, without finite differences.
     """
