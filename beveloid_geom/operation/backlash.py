@@ -131,7 +131,7 @@ def _play_of(design: Design, right: FirstContact, left: FirstContact) -> tuple[F
 
 
 def mounted_backlash(design: Design) -> Backlash:
-    """Compute the minimum normal backlash over a mesh cycle, with errors and parabolas.
+    """Compute the minimum normal backlash over a mesh cycle, with errors, parabolas and modifications.
 
     Parameters
     ----------

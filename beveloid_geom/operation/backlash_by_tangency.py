@@ -2,8 +2,9 @@
 
 The play of `backlash` takes some hundred first contacts. For flanks that are extended past toe and heel, it
 follows from their two paths of contact: each path gives the limit of the gear on its side relative to the
-unmodified pair without errors, and the first of several tooth pairs counts. Without parabolas, the play is
-constant along the path under any error, and follows in closed form (`pair.mounting`).
+unmodified pair without errors, and the first of several tooth pairs counts. Without parabolas and
+modifications, the play is constant along the path under any error, and follows in closed form
+(`pair.mounting`).
 
 If the flanks curve away from each other, the extended flanks touch before the real teeth with their edges,
 or at the same roll of the gear. The result is then a lower bound of the backlash. It is the backlash itself

@@ -42,7 +42,9 @@ class Engagement:
     reach : int
         Number of tooth pairs on either side that can touch.
     period : float
-        Rotation of the gear after which the same two teeth can meet again, rad.
+        Rotation of the gear after which a pinion tooth forms a tooth pair again, rad: as many gear pitches as
+        the smaller number of teeth. If the pinion has fewer teeth, this pair has another gear tooth.
+        Otherwise it has the same gear tooth, after a full turn.
     again : int
         Decrease of the number of a tooth pair when the gear is moved on by one `period`: the number of pinion
         teeth if the pinion has fewer teeth than the gear, otherwise 0, because a period is then a full turn.

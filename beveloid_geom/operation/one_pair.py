@@ -93,9 +93,10 @@ def segments_of_one_pair(
 ) -> tuple[CycleSegments, Mask]:
     """Return the segments of tooth pair 0 alone, and whether they are reliable (cases,).
 
-    They are reliable if they agree with the samples, end beyond the largest of the `thicknesses` (mm), and
-    meet, except for jumps that are too small to change whether the pair is within a thickness. Where they
-    do not meet, they are divided."""
+    They are reliable on three conditions. They agree with the samples. At the first and last sample of each
+    run, the clearance is above that of the first contact by more than the largest of the `thicknesses` (mm).
+    They meet, except for jumps that are too small to change whether the pair is within a thickness. Where
+    they do not meet, they are divided."""
     engagement, lost = cycle.engagement, cycle.lost.reshape(-1)
     thickness = float(thicknesses.max())
     samples = samples.pick(np.flatnonzero(~lost[samples.case]))

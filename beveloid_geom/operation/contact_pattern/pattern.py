@@ -122,8 +122,10 @@ def contact_pattern(
     resolution : float, optional
         Distance of the grid points, mm.
     tolerance : float, optional
-        Error of the minimum separation interpolated between grid points, mm. If neither `resolution` nor
-        `tolerance` is given, it is a twentieth of the separation.
+        Required error of the minimum separation interpolated between grid points, mm. The number of cells is
+        estimated where the minimum is stationary and at most four times the separation. It is limited to 250
+        in each direction, so that a small tolerance may not be reached. If neither `resolution` nor
+        `tolerance` is given, the tolerance is a twentieth of the separation.
     area_error : float
         Relative error of each area, independent of the grid. `MemberPattern.area_error` is the bound that was
         reached; it is larger only if the refinement of the border had to stop.

@@ -235,7 +235,7 @@ def scan_of(task: Task, grid: Grid, chart: Chart, turns: bool = True) -> Scan:
     chart : Chart
         Of the gear.
     turns : bool
-        Whether contacts of the same teeth in other periods, later or earlier, are included.
+        Whether contacts of the same pinion teeth in other periods, later or earlier, are included.
 
     Returns
     -------

@@ -5,14 +5,15 @@ roll T(s1, z1) (`angular_clearance`). The clearance along the normal is
 
     f = sigma (T - T0) g,   g = m_n N2 cos(alpha) / 2,
 
-with a reference roll T0 and the lever g of the gear, mm. If the pinion's point moves by dP and n is the unit
-normal of the gear at the touched point, then
+with sigma = +1 on right flanks and -1 on left flanks, a reference roll T0, and the lever g of the gear, mm.
+If the pinion's point moves by dP and n is the unit normal of the gear at the touched point, then
 
     dT = n.dP / (r_P2 n_y2),
 
-so that f is stationary where the normals of both surfaces are opposed. On a modified gear, r_P2 and n belong
-to the generated surface without the modification. The modification rotates its points by psi2(s2, z2), which
-adds -sigma g psi2 to f.
+so that f is stationary where the normals of both surfaces are opposed. r_P2 is the pitch radius of the gear,
+and n_y2 is the component of n in the gear's frame of generation (`gear.generation`). On a modified gear, n
+belongs to the generated surface without the modification. The modification rotates the points of this surface
+about +z by psi2(s2, z2) (`turn_rows`; -sigma psi of `gear.modification`), which adds -sigma g psi2 to f.
 
 The limits of both members are eight functions c(s1, z1) >= 0 in the order of `status.Limit`; the limits of
 the gear are evaluated at the touched point. The root limit is the beginning of the bottom land. An undercut
@@ -294,7 +295,7 @@ def _modified(
         sz = s[pairs[0],] * z[pairs[1],] + z[pairs[0],] * s[pairs[1],]
         s_bend = squares[3:] - of_met[3] * ss - of_met[4] * sz - of_met[5] * zz - of_met[2] * high[3:]
         rows[3:] = by_ss * ss + by_sz * sz + by_zz * zz + by_s * s_bend / of_met[1] + by_z * high[3:]
-    # The rotation is against psi2 on right flanks.
+    # A rotation psi2 about +z decreases f on right flanks and increases it on left flanks.
     return -task.gear.sigma * task.lever * rows
 
 

@@ -67,7 +67,9 @@ def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: flo
         Of the tasks.
     grid : Grid
     least : ndarray, shape (tasks,)
-        Smallest clearance known for each tooth pair, mm.
+        Smallest known clearance with which the starts of each tooth pair are compared, mm: that of all tooth
+        pairs at the same position, or that of this tooth pair if each pair is solved alone. Minus infinity
+        for no starts.
     module : float
         Normal module, mm.
 

@@ -11,8 +11,8 @@ from ...gear.tooth_side import Bends, Cut, ToothSurface, cut_at, tangents_of
 from ..angular_clearance import AxisPositions
 
 OVERLAP_PERIODS = 0.25
-"""Two teeth can meet again after one period. The clearance is searched over one period: this fraction of it
-as overlap (negative), the remainder as clearance."""
+"""A pinion tooth forms a tooth pair again after one period (`Task.period`). The clearance is searched over
+one period: this fraction of it as overlap (negative), the remainder as clearance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class Task:
     roll, start : ndarray, shape (n,)
         Pinion roll, and reference roll T0 of the gear, rad.
     period : float
-        Rotation of the gear after which the same two teeth can meet again, rad.
+        Rotation of the gear after which a pinion tooth forms a tooth pair again, rad (`Engagement.period`).
     line : ndarray, shape (4, n), optional
         For flanks that touch along lines: f on the line, s1 and z1 of the path of contact across the lines
         (mm), and the position along this path, from 0 (the tooth pair comes into mesh) to 1. NaN for point
