@@ -78,7 +78,7 @@ def gear_surface(
     member : Member
         A single member.
     suffix : str
-        Format to be written. For a format with fields the surface has exact normals, and its parts do not
+        Format to be written. For a format with fields the surface has normals, and its parts do not
         share points. For the other formats it is closed, with each point once.
     tolerance : float
         Largest distance of the triangles from the exact surfaces, mm.

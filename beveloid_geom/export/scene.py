@@ -1,8 +1,8 @@
 """Scene of the pair in mesh for viewers (.glb): both gears, paths of contact and patterns.
 
-A glTF 2.0 scene is in metres with y up. The z axis of S_f, the axis of the pinion, becomes y. Paths and
-patterns are raised a little from the flank so that they are visible. Their nodes are children of the node of
-their gear: a viewer that hides one gear shows the flank of the other."""
+A glTF 2.0 scene is in metres with y up. The z axis of S_f, the axis of the pinion, becomes y. So that
+they are visible, a path is a tube around its points, and a pattern is raised a little from the flank. Their
+nodes are children of the node of their gear: a viewer that hides one gear shows the flank of the other."""
 
 from __future__ import annotations
 

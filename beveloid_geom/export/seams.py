@@ -1,7 +1,8 @@
 """Seams: lines of a tooth across which derivatives of its surface jump, so that B-splines need knots there.
 
-Where a relief or undercut begins, the curvature jumps and edges of the tooth have kinks. Measured deviations
-are cubic splines, whose third derivatives jump at the rows and columns of the grid."""
+Where a relief begins, the curvature jumps. Where undercut begins, edges of the tooth have kinks. B-splines
+may have a kink at both (`continuous` = 0). Measured deviations are cubic splines, whose third derivatives
+jump at the rows and columns of the grid."""
 
 from __future__ import annotations
 
@@ -26,8 +27,8 @@ SPLINE_CONTINUOUS = 2
 class Seam(NamedTuple):
     """Line l = `l` + `slope` z on a flank, mm.
 
-    Along a curve that crosses the line, the first `continuous` derivatives are continuous and the next one
-    jumps; 0 is a kink."""
+    Along a curve that crosses the line, the first `continuous` derivatives of a B-spline are continuous. The
+    next one may jump; 0 allows a kink."""
 
     l: float
     slope: float
@@ -114,7 +115,7 @@ def _terms(member: Member, flank: str) -> tuple[Term, ...]:
 
 
 def _planes(member: Member, flank: str) -> Iterator[tuple[float, int]]:
-    """Yield planes z (mm) across which derivatives of a flank jump, and how many are continuous."""
+    """Yield planes z (mm) across which derivatives of a flank jump, and `continuous` of a Seam there."""
     for term in _terms(member, flank):
         if term.relief == 1:
             yield float(term.origin[1]), 0

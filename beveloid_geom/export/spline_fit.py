@@ -16,7 +16,8 @@ DEGREE = 7
 class Break(NamedTuple):
     """Parameter `place` (0 ... 1) at which a derivative of a function jumps.
 
-    The first `continuous` derivatives are continuous there; `continuous` is 0 if the slope jumps."""
+    The first `continuous` derivatives of a B-spline are continuous there. The next one may jump; 0 allows a
+    kink."""
 
     place: float
     continuous: int

@@ -4,7 +4,8 @@ A solid is bounded by its end planes and by strips from toe to heel, which follo
 loops. Flanks and fillets are B-spline surfaces of degree 7 through exact points. Their distance from the
 exact surfaces is measured, and knots are added until it is within 1e-6 mm. Tip lands, bottom lands and bore
 are surfaces of revolution. Along the face all B-splines have the same knots and the parameter z, so that a
-strip and its neighbour have the same line, a `StripEdge`, as their common edge."""
+strip and its neighbour have the same line, a `StripEdge`, as their common edge. Poles are the control points
+of B-splines."""
 
 from __future__ import annotations
 
@@ -45,8 +46,8 @@ STRAIGHT = np.array([0.0, 0.0, 1.0, 1.0])
 class StripEdge:
     """Line from toe to heel as a clamped B-spline over 0 ... 1, with z linear in the parameter.
 
-    `knots` (k,); poles `points` (n, 3), mm; poles of the `angle` (n,) about the gear axis, rad, without
-    jumps. The degree is k - n - 1."""
+    `knots` (k,); `points` (n, 3), mm: poles of the line; `angle` (n,), rad: poles of its angle about the gear
+    axis, without jumps. The degree is k - n - 1."""
 
     knots: FloatArray
     points: FloatArray

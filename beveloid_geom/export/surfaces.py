@@ -36,8 +36,8 @@ class SurfaceMesh:
     faces : array (m, 3)
         Point indices of the triangles, counterclockwise seen from outside.
     point_fields, cell_fields : mapping of str to array
-        Values on points (n,) or (n, 3) and on triangles (m,) or (m, 3). The point field 'normals' holds the
-        exact unit normals, which point out of the metal.
+        Values on points (n,) or (n, 3) and on triangles (m,) or (m, 3). The point field 'normals' holds unit
+        normals, which point out of the metal and are exact except on cut sides.
     part_names : tuple of str
         Names of the values 0, 1, ... of the cell field 'part'.
     """

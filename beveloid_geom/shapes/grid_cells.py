@@ -75,8 +75,8 @@ def _stretched(L: FloatArray, M: FloatArray, N: FloatArray, evenness: float) -> 
 
 def _stretching(curvature: FloatArray, evenness: float) -> tuple[FloatArray, FloatArray]:
     """Return 129 stations between which the integral of the square root of the largest `curvature` (n,
-    others) is the same, and the derivative (n,) of the first coordinate by the even one at the given
-    points."""
+    others) is the same, and the derivative (n,) of the coordinate (0 ... 1) by the stretched coordinate
+    (see Form) at the n given points."""
     greatest = np.abs(curvature).max(axis=1)
     density = np.sqrt(greatest + evenness * greatest.max() + 1e-24)
     even, fine = np.linspace(0.0, 1.0, density.size), np.linspace(0.0, 1.0, 129)
@@ -94,8 +94,8 @@ def stations(form: Form, ns: int, nz: int, half_width: float) -> tuple[FloatArra
 
 
 def _factors(L: FloatArray, M: FloatArray, N: FloatArray) -> FloatArray:
-    """Return the estimated deviations (n, 3) of one cell that may be the largest, for a second fundamental
-    form (samples, 1).
+    """Return the `factors` (n, 3) of a Form, for those deviations in a cell that may be the largest one. The
+    second fundamental form is given as L, M and N (samples, 1).
 
     The diagonal is the one that follows the surface. In cells of the sizes chosen here, edges along s and z
     deviate by similar amounts, so that the sign of M (L + N) decides."""

@@ -3,8 +3,8 @@
 The quadrilaterals of the transverse section (`section`) are the same at all stations along the face.
 Between two stations they form a layer of hexahedra. Nodes of the outline are on the surfaces that the tool
 cuts, nodes of the bore on its cylinder. Elements with 20 nodes have mid-side nodes on these surfaces, too. On
-edges along the face, mid-side nodes are those of the section half-way between two stations. Within a
-section they are in the middle of their edges.
+edges along the face, mid-side nodes are those of the section half-way between two stations. The other edges
+of a section are straight, with mid-side nodes in their middle.
 
 `element_sizes` has the numbers of elements and the nodes of the outline.
 """

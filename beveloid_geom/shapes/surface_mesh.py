@@ -1,7 +1,7 @@
-"""Triangles of teeth for pictures, with exact normals.
+"""Triangles of teeth for pictures, with normals.
 
 The surfaces are those of the solid (`tooth_body.tooth_surface`). Surfaces do not share points, so that
-edges are sharp and the normals are those of the exact surfaces.
+edges are sharp. The normals are those of the exact surfaces, except on cut sides.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class TriangleMesh:
     points : array (n, 3)
         mm. Surfaces do not share points, so that edges are sharp.
     normals : array (n, 3)
-        Outward unit normals of the exact surfaces.
+        Outward unit normals of the exact surfaces; on cut sides computed from differences of the points.
     faces : array (m, 3)
         Indices of points, counter-clockwise seen from outside.
     part : array (m,)

@@ -26,8 +26,10 @@ from .tooth_boundary import MAX_ASPECT_RATIO, cut_sheets, outline_grids, require
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """One surface of a tooth: `points` (p, 3), mm, with exact outward unit `normals` (p, 3), the indices
-    `nodes` (p,) of these points in the tooth, and `faces` (f, 3), indices of `points`."""
+    """One surface of a tooth: `points` (p, 3), mm, with outward unit `normals` (p, 3), the indices
+    `nodes` (p,) of these points in the tooth, and `faces` (f, 3), indices of `points`.
+
+    Normals are exact, except on the sides: there they are computed from differences of the points."""
 
     name: str
     nodes: Indices

@@ -222,7 +222,7 @@ def outline_grids(
     tolerance : float
         mm.
     teeth : int
-        Number of teeth that are limited to MAX_POINTS.
+        Number of teeth with these grids. Together they have MAX_POINTS points at most.
     bore_step : float
         Width of the cells of the bore, which must not become slivers either, mm.
 

@@ -1,4 +1,4 @@
-"""Smooth surface through values on a grid, with a bounded continuation beyond the grid.
+"""Smooth surface through values on a grid, continued beyond the grid by a parabola.
 
 Inside the grid, the surface is the tensor product of cubic splines (not-a-knot). Beyond its border, along
 each coordinate, a spline is continued as the sum of two parts:

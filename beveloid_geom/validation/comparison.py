@@ -12,10 +12,11 @@
 - "first contact": `first_contact` of all teeth, edges included.
 
 The first four methods are compared at five positions of the path of contact with the five equations solved to
-60 digits (`validation.five_equations_mp`), which share no code with them. The first contact is compared at
-five positions of the mesh cycle with the segments of `mesh_cycle`, which represent the cycle by polynomials
-in the pinion roll. Methods with triangle meshes are not compared there: they find tangencies only, whereas a
-first contact may lie on an edge.
+60 digits (`validation.five_equations_mp`). These share with the methods only the mounting distances, and with
+`five_equations_math` also the sign of the shaft angle (`hand_of_pair`). The first contact is compared at five
+positions of the mesh cycle with the segments of `mesh_cycle`, which represent the cycle by polynomials in the
+pinion roll. Methods with triangle meshes are not compared there: they find tangencies only, whereas a first
+contact may lie on an edge.
 """
 
 from __future__ import annotations

@@ -272,7 +272,8 @@ class FiveCurve:
         return edges.reshape(-1, 2)
 
     def turns(self, row: int, piece: tuple[float, float]) -> FloatArray:
-        """Return the lengths between two lengths at which one unknown turns back."""
+        """Return the positions s (lengths along the curve) in the range `piece` at which an unknown turns
+        back."""
         extrema = np.asarray(self.spline.derivative().roots(extrapolate=False)[row])
         return _sign_changes(lambda s: self.rate(s, row), extrema, piece, np.empty(0))
 
@@ -308,9 +309,9 @@ def _trace(system: FiveEquations, start: FloatArray, tangent: FloatArray, reach:
     """Return nodes from `start` to beyond the limits by `reach`, to the end of contact outside them, or back
     to the start."""
     trace, step = _Trace([start], [tangent]), 0.05
-    most_nodes = 3000
+    max_steps = 3000
     least_step = 1e-6
-    for _ in range(most_nodes):
+    for _ in range(max_steps):
         here, along = trace.nodes[-1], trace.tangents[-1]
         margins = system.margins(here)
         if (margins < -reach).any():
@@ -330,7 +331,8 @@ def _trace(system: FiveEquations, start: FloatArray, tangent: FloatArray, reach:
         trace.nodes.append(node)
         trace.tangents.append(ahead[1])
         step = min(1.5 * step, LARGEST_STEP)
-    raise ArithmeticError("the five equations follow the contact further than a path on the flanks can be")
+    text = f"the curve of contacts of the five equations does not end within {max_steps} steps"
+    raise ArithmeticError(f"{text}: use the one-equation method")
 
 
 def _ahead(

@@ -2,9 +2,9 @@
 
 The rack is that of Eq. 4, without profile shift, and the member is placed as in Eq. 10: its section of zero
 shift is at dw - bc along the axis, with the mounting distance dw of mid-face and the height bc of mid-face
-above this section. Only the results are converted to the convention of the project, so that a wrong
-shift, rotation or height cannot cancel. The inputs are floats and are taken as exact. Lengths in mm, angles
-in rad."""
+above this section. The equations contain only the variables of the paper. Starting values, the given
+parameter and the results are converted outside the equations, so that a wrong shift, rotation or height
+cannot cancel. The inputs are floats and are taken as exact. Lengths in mm, angles in rad."""
 
 from __future__ import annotations
 

@@ -23,9 +23,10 @@ Guess = tuple[float, float, float, float, float, float]
 class PitchRegion:
     """Layout of the unmodified pair without errors near the pitch point, in S_f."""
 
-    mounting: tuple[float, float]
+    mounting: tuple[float, float]  # mounting distances of pinion and gear, mm
     plane_normal: tuple[float, float, float]  # of the common tangent plane, from pinion to gear
-    pitch_point_angle: tuple[float, float]  # of the pitch point about each axis, before a rotation, rad
+    # Angle of the pitch point about each axis, rad, from the x axis of the member's frame at roll 0.
+    pitch_point_angle: tuple[float, float]
 
 
 def hand_of_pair(design: Design) -> float:

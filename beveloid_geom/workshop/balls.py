@@ -7,7 +7,9 @@ that Newton's method needs nothing else. The tooth space of a beveloid has no pl
 touches its two flanks at different radii and on different sides of the plane z. The method is exact with and
 without parabolas.
 
-For cylindrical gears the equations are (30), (31), (35) and (36) of DIN 21773,
+For cylindrical gears, the dimension M over balls of the diameter D_M follows from the diameter d_K on which
+their centres lie, the transverse pressure angle alpha_K there, and half the angle eta of a tooth space on the
+reference cylinder. The equations are (30), (31), (35) and (36) of DIN 21773,
 
     inv(alpha_K) = D_M / (N m_n cos(alpha_n)) - eta + inv(alpha_t),  d_K = d_b / cos(alpha_K),  M = d_K + D_M,
 

@@ -4,7 +4,8 @@
 order, another unit, another gear.
 
 The deviation is the distance of a point from its foot on the exact flank, positive for excess material. It
-is not taken along the nominal normal. The two differ by the square of the lateral offset of the probe.
+is not taken along the nominal normal. The difference between both is proportional to the square of the
+lateral offset of the probe.
 """
 
 from __future__ import annotations
@@ -120,7 +121,8 @@ def read_deviations(path: Path, grid: MeasuringGrid) -> Deviations:
     OSError
         If the file cannot be read.
     MeasuredError
-        If the file does not fit the grid. The message names the line.
+        If the file does not fit the grid. If a single point is at fault, the message names its line, or its
+        flank, row and column.
 
     Examples
     --------

@@ -54,7 +54,7 @@ def points_of(text: str, grid: MeasuringGrid) -> FloatArray:
     Raises
     ------
     MeasuredError
-        For a table that has other points. The message names the line.
+        For a table that has other points. The message names the line, except for a wrong number of points.
     """
     rows, columns = grid.shape
     places = [(flank, i + 1, j + 1) for flank in FLANK_SIGN for i in range(rows) for j in range(columns)]

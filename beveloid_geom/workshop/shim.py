@@ -7,10 +7,10 @@ position is required, it is the smallest movement, the minimum of P^2 + G^2,
 
     P dj/dG - G dj/dP = 0.
 
-Derivatives are exact (`backlash_by_errors`, `path_sensitivity`), and the root is found by SciPy. For flanks
-without parabolas, j is linear in both. If the search does not converge, for example at a kink of the
-backlash, and no position is required, the backlash is bracketed along one direction. The movement may then
-not be the smallest one.
+SciPy finds the root. The derivatives of j and z are exact (`backlash_by_errors`, `path_sensitivity`). Those
+of the condition of smallest movement neglect the second derivatives of j. For flanks without parabolas, j is
+linear in P and G. If the search does not converge, for example at a kink of the backlash, and no position is
+required, the backlash is bracketed along one direction. The movement may then not be the smallest one.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ tan(alpha_t) = tan(alpha_n) cos(gamma). The chord is given where a caliper measu
 cone, with the height of the tip above it.
 
 A tooth that is thicker by A in the normal section of the tool has the same flanks, each rotated by
-A / (2 r_P cos(beta)). The normal backlash changes by -A cos(alpha).
+A / (2 r_P cos(beta)). The normal backlash changes by -A cos(alpha_n).
 """
 
 from __future__ import annotations
@@ -69,7 +69,8 @@ class ToothData:
     chordal_thickness, chordal_height : array (k, 3)
     root_cone_angle : float
     infeed : float
-        Change of the distance of the hob from the axis, per axial feed towards +z.
+        Increase of the distance of the hob from the axis, mm per mm of feed towards +z; tan(gamma). It is
+        positive where the hob is withdrawn, and negative where it approaches the axis.
     swivel : float
         Angle by which the head of the hob is turned about the radial line, for a hob with the lead angle 0.
     """

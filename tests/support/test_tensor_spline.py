@@ -1,4 +1,4 @@
-"""Surfaces through values on a grid: exact cubics, continuous second derivatives, bounded continuations."""
+"""Surfaces through values on a grid: exact cubics, continuous second derivatives, parabolas outside."""
 
 from __future__ import annotations
 

@@ -5,8 +5,8 @@
    for a tolerance of a micrometre, and it depends on the positions of the vertices. `mesh_convergence`
    computes this error.
 2. This vertex is the start of Newton's method for the point where the exact separation D, as a function of
-   the flank parameters of the pinion, is stationary. With the outward unit normals n1 at the point and n2 at
-   its foot on the gear,
+   the flank parameters of the pinion, is stationary. With the point R1 on the pinion, its outward unit
+   normal n1, and the outward unit normal n2 at its foot on the gear,
 
        dD = n2.dR1 = 0,    d2D = dR1.A_2' dR1 + n2.d2R1,
 

@@ -127,7 +127,8 @@ def mesh_separation(
 def _facet_feet(mesh: FlankMesh, seen: FloatArray, tolerance: float) -> tuple[FloatArray, Codes]:
     """Return the signed distance, l and z (3, n) of the closest points on a mesh, and their status.
 
-    A foot on the rim is accepted if the point is above it within the tolerance."""
+    A foot on the rim is accepted if the distance of the point from the normal through the foot is at most the
+    tolerance."""
     # Barycentric coordinate below which a closest point is on an edge of its triangle.
     edge_coordinate = 1e-9
     grid, faces = mesh.grid, mesh.faces
