@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from typing import IO, TYPE_CHECKING, Any, TypeAlias
 
 import click
+from click.core import ParameterSource
 
 from ..status import NotComputed
 from ..support.process import NO_CONTACT, NOT_COMPUTED
@@ -147,6 +148,19 @@ def block(*options: Option) -> Option:
 def option_name(argument: str) -> str:
     """Return the name of the option for an argument."""
     return "--" + argument.replace("_", "-")
+
+
+def given_options(arguments: Iterable[str]) -> list[str]:
+    """Return the names of those options of the arguments that are on the command line."""
+    source = click.get_current_context().get_parameter_source
+    return [option_name(each) for each in arguments if source(each) is ParameterSource.COMMANDLINE]
+
+
+def refuse_without(needed: str, arguments: Iterable[str]) -> None:
+    """Raise Refusal for options on the command line that have no effect without the option `needed`."""
+    if given := given_options(arguments):
+        texts = (f"{name} has no effect without {needed}: add {needed}, or omit {name}" for name in given)
+        raise Refusal(texts)
 
 
 def option(

@@ -5,7 +5,16 @@ from __future__ import annotations
 import click
 
 from ... import results
-from ...options import NumberRange, Refusal, flank_option, no_result, option, override_options, progress_bar
+from ...options import (
+    NumberRange,
+    Refusal,
+    flank_option,
+    no_result,
+    option,
+    override_options,
+    progress_bar,
+    refuse_without,
+)
 from ...tolerance_options import TOLERANCES, errors_option, sizes_of, tolerance_options
 
 POINTS = "Distance between the points on both flanks; the areas do not depend on it.  [default: module / 15]"
@@ -62,6 +71,8 @@ def pattern_command(
     from ....operation.contact_pattern.motion import UnknownOperationError
     from ....report.pattern import pattern_report
 
+    if over is None:
+        refuse_without("--over", ("cells",))
     sizes = _sizes(over, tolerances)
     if fault := first_contact_fault(design):
         raise no_result(fault, "no pattern")

@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from click.core import ParameterSource
 
 from ... import results
-from ...options import Number, Refusal, bounds_options, flank_option, option, option_name, renamed
+from ...options import Number, Refusal, bounds_options, flank_option, given_options, option, renamed
 from ...tolerance_options import errors_of, sizes_of, tolerance_options
 
 if TYPE_CHECKING:
@@ -114,11 +113,9 @@ def optimise(
     results.check_measured(design, sorted(members), flank, out)
     if len(amounts) < len(vary):
         raise Refusal(["--vary names an amount twice: remove one of them"])
-    source = click.get_current_context().get_parameter_source
-    for parameter in ("pinion_bounds", "gear_bounds") if vary else ():
-        if source(parameter) is ParameterSource.COMMANDLINE:
-            cure = "omit it, --vary contains the limits of the amounts"
-            raise Refusal([f"{option_name(parameter)} is for parabola coefficients: {cure}"])
+    for given in given_options(("pinion_bounds", "gear_bounds")) if vary else ():
+        cure = "omit it, --vary contains the limits of the amounts"
+        raise Refusal([f"{given} is for parabola coefficients: {cure}"])
     report: AmountsReport | ParabolaReport
     with results.refused_values():
         if amounts:
