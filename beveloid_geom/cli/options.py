@@ -211,8 +211,8 @@ MODIFIED = tuple(
         f"{member}_modification",
         "AMOUNTS",
         f"Modification of the {member}, in place of [{member}.modification]: amounts in um and lengths in mm,"
-        ' such as "helix_crowning=10, tip_relief=15, tip_relief_length=2.5", with right. or left. before a'
-        " name for one flank; none for no modification.",
+        ' such as "helix_crowning=10, tip_relief=15, tip_relief_length=2.5". "right.helix_crowning=10" is for'
+        ' the right flanks only, "left." likewise; "none" removes the modification.',
     )
     for member in MEMBERS
 )

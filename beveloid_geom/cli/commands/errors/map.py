@@ -30,7 +30,7 @@ if TYPE_CHECKING:
         "--over",
         str,
         "parabola",
-        "parabola (coefficients), mounting (changes of the distances), shift (profile shift"
+        "parabola (coefficients), mounting (changes of the mounting distances), shift (profile shift"
         " coefficients), or two inputs such as offset,shaft_angle; an unknown name lists all inputs.",
         "INPUTS",
     ),
@@ -65,15 +65,17 @@ def map_(
     """Compute contact ratio, angle, shift and transmission error over two quantities of a design.
 
     The shift is the movement of the middle of the path, perpendicular to the path, under errors that are as
-    large as their tolerances (if none is given, the usual tolerances of the command `tolerance`). Each error
-    is applied alone and in both directions. The squared movements, in the plane of z and l1 of the pinion,
-    are averaged over both directions and added for all errors; the shift is the root of this sum. The angle
-    is that between the chord of the path and the axial direction, in the side view (z against radius r). The
-    normal backlash is without parabolas and errors, the mounted backlash with them.
+    large as their tolerances (if all are 0, as by default, the usual tolerances of the command `tolerance`).
+    Each error is applied alone and in both directions. The squared movements, in the plane of z and l1 of the
+    pinion (l1 is the position along its tool flank), are averaged over both directions and added for all
+    errors; the shift is the root of this sum. The angle is that between the chord of the path and the axial
+    direction, in the side view (z against radius r). The normal backlash is without parabolas, modifications
+    and errors, the mounted backlash with them.
 
     The text lists the extremes and their positions, JSON and CSV contain every cell. `render-figures --only
     map-parabola` draws the map. The calculation takes some seconds, and minutes for 201 steps or near line
-    contact. The exit status is 1 if no cell has a path."""
+    contact. The exit status is 1 if no cell has a path, 4 if no path was found and not all could be
+    computed."""
     if over == "parabola":
         coefficients = (name for name, *_ in PARABOLAS if not name.startswith("parabola_apex"))
         for given in given_options(coefficients):

@@ -82,11 +82,11 @@ def optimise(
 
     Constraints are the contact ratio, the position of the middle of the path on the face, and a positive
     relative curvature of the flanks; with --no-edges, no edge contact. The errors are as large as their
-    tolerances (if none is given, the usual tolerances of the command `tolerance`), each alone and in both
-    directions. The shift is the movement of the middle of the path, perpendicular to the path, as root of the
-    sum of squares over the errors (as in `map`). --vary changes only the driving flanks, and keeps the
-    parabolas and all other amounts of the design. If the optimum is on a bound, this is reported. The
-    calculation takes some seconds. The exit status is 2 if no values meet the constraints."""
+    tolerances (if all are 0, as by default, the usual tolerances of the command `tolerance`), each alone and
+    in both directions. The shift is the movement of the middle of the path, perpendicular to the path, as
+    root of the sum of squares over the errors (as in `map`). --vary changes only the driving flanks, and
+    keeps the parabolas and all other amounts of the design. If the optimum is on a bound, this is reported.
+    The calculation takes some seconds. The exit status is 2 if no values meet the constraints."""
     sizes = sizes_of(tolerances, design)
     if least == "transmission-error" and not no_edges:
         raise Refusal([f"--least {least} requires teeth without edge contact: add --no-edges"])
