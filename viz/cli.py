@@ -12,15 +12,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
-from click.core import ParameterSource
 
 from beveloid_geom.cli.commands.workshop.grid import grid_options, measured_report
 from beveloid_geom.cli.options import (
     BUILTIN_DESIGN,
     Refusal,
     block,
+    given_options,
     load_design,
     note_equal_teeth,
+    refuse_without,
     worker_processes,
     write_out,
 )
@@ -222,7 +223,8 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     "--measured",
     click.Path(path_type=Path),
     None,
-    "Draw only the deviations of measured points. FILE has the points of the grid of the command `grid`.",
+    "Draw only the deviations of measured points. FILE has the points of the grid of the command `grid`;"
+    " --member, --rows, --columns and --border define this grid and need --measured.",
     "FILE",
 )
 @option(
@@ -258,14 +260,15 @@ def main(
 ) -> None:
     """Draw figures, each with its numbers as CSV: the figures of Ni et al. 2017, results such as contact
     pattern and transmission error, and comparisons of the methods."""
-    asked = click.get_current_context().get_parameter_source("size")
-    if width_mm is not None and asked == ParameterSource.COMMANDLINE:
+    if width_mm is not None and given_options(("size",)):
         raise Refusal(["--size and --width-mm cannot both be given: leave one of them out"])
     layout = of_size(size, plain) if width_mm is None else of_width(width_mm, plain)
     if sum((measured is not None, loaded is not None, bool(names or sets))) > 1:
         raise Refusal(
             ["--measured and --loaded draw a single figure: leave out --only, --set and the other option"]
         )
+    if measured is None:
+        refuse_without("--measured", grid)
     given = load_design(design)
     note_equal_teeth(given)
     shown: Design | DeviationReport | Loaded = given

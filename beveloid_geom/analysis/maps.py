@@ -29,15 +29,18 @@ from ..operation.mesh_cycle import mesh_cycle
 from ..pair.misalignment import ERROR_CLASSES, errors_below
 from ..pair.mounting import mounting_of, within_half_pitch
 from ..pair.named_inputs import (
+    INPUTS,
     PRESETS,
     Bounds,
     Inputs,
     bound_faults,
+    bounds_argument,
     design_at,
     inputs_of,
     own_values,
 )
 from ..status import Status
+from ..support.argument import ArgumentError
 from ..support.array_repr import short_repr
 from .optimise import Aim, objectives_of
 from .path_measures import measures_of
@@ -168,7 +171,7 @@ def usual_bounds(design: Design, over: str | Inputs) -> tuple[Bounds, Bounds]:
     to 11 of the paper), or to the largest coefficient of the member, but not beyond `parabola_limit`. Apexes
     reach one module to both sides of the reference line. Mounting distances change by 0.6 times the larger
     face width; with more than half of it, some paths are lost. Profile shift coefficients change by 0.3.
-    Raises ValueError for other inputs."""
+    Raises ArgumentError for other inputs."""
     first, second = (_usual(design, name) for name in inputs_of(over))
     return first, second
 
@@ -186,7 +189,9 @@ def _usual(design: Design, name: str) -> Bounds:
         return -change, change
     if name.startswith("profile_shift"):
         return float(member.profile_shift) - 0.3, float(member.profile_shift) + 0.3
-    raise ValueError(f"bounds of {name} must be given, because it has no usual range")
+    unit = INPUTS[name][1] or "normal modules"
+    text = f"must be given, because it has no usual range: give the lower and the upper limit in {unit}"
+    raise ArgumentError(bounds_argument(name), text)
 
 
 def usual_errors(design: Design) -> Errors | MeshErrors:
@@ -234,9 +239,11 @@ def design_map(
 
     Raises
     ------
+    ArgumentError
+        For unknown inputs; for bounds that are missing, do not increase, are outside the limits of their
+        input, or with which a member cannot be generated.
     ValueError
-        For a batch; for unknown inputs; for bounds that do not increase or with which a member cannot be
-        generated; for errors that are not finite or all 0; for steps outside the limits.
+        For a batch; for errors that are not finite or all 0; for steps outside the limits.
 
     Notes
     -----
@@ -354,8 +361,7 @@ def _check(
             )
     for name, (low, high) in zip(over, bounds, strict=True):
         if not (-np.inf < low < high < np.inf and float(high) - float(low) < np.inf):
-            raise ValueError(
-                f"bounds of {name} must be two finite values, lower one first, got {low}, {high}"
-            )
+            text = f"must be two finite values, lower one first, got {low}, {high}"
+            raise ArgumentError(bounds_argument(name), text)
     for fault in bound_faults(design, over, bounds):
-        raise ValueError(fault)
+        raise fault

@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from typing import IO, TYPE_CHECKING, Any, TypeAlias
 
 import click
+from click.core import ParameterSource
 
 from ..status import NotComputed
 from ..support.process import NO_CONTACT, NOT_COMPUTED
@@ -149,6 +150,19 @@ def option_name(argument: str) -> str:
     return "--" + argument.replace("_", "-")
 
 
+def given_options(arguments: Iterable[str]) -> list[str]:
+    """Return the names of those options of the arguments that are on the command line."""
+    source = click.get_current_context().get_parameter_source
+    return [option_name(each) for each in arguments if source(each) is ParameterSource.COMMANDLINE]
+
+
+def refuse_without(needed: str, arguments: Iterable[str]) -> None:
+    """Raise Refusal for options on the command line that have no effect without the option `needed`."""
+    if given := given_options(arguments):
+        texts = (f"{name} has no effect without {needed}: add {needed}, or omit {name}" for name in given)
+        raise Refusal(texts)
+
+
 def option(
     name: str, kind: Any, default: Any, text: str, metavar: str | None = None, argument: str = ""
 ) -> Option:
@@ -197,8 +211,8 @@ MODIFIED = tuple(
         f"{member}_modification",
         "AMOUNTS",
         f"Modification of the {member}, in place of [{member}.modification]: amounts in um and lengths in mm,"
-        ' such as "helix_crowning=10, tip_relief=15, tip_relief_length=2.5", with right. or left. before a'
-        " name for one flank; none for no modification.",
+        ' such as "helix_crowning=10, tip_relief=15, tip_relief_length=2.5". "right.helix_crowning=10" is for'
+        ' the right flanks only, "left." likewise; "none" removes the modification.',
     )
     for member in MEMBERS
 )

@@ -11,9 +11,11 @@ from operator import attrgetter
 from typing import Any, TypeAlias
 
 from ..arrays import Quantity
+from ..design.field_limits import DesignError
 from ..design.limits import member_faults
 from ..design.member import unchecked
 from ..design.model import Design
+from ..support.argument import ArgumentError
 from .mounting import mounting_of
 
 Bounds: TypeAlias = tuple[float, float]
@@ -46,12 +48,13 @@ PRESETS: dict[str, Inputs] = {
 
 
 def inputs_of(over: str | Inputs) -> Inputs:
-    """Return the names of two inputs, given by a preset or by both names. Raises ValueError for others."""
+    """Return the names of two inputs, given by a preset or by both names. Raises ArgumentError for others."""
     first, second = PRESETS.get(over, ("", "")) if isinstance(over, str) else over
     if first == second or not {first, second} <= set(INPUTS):
         presets, names = ", ".join(PRESETS), ", ".join(INPUTS)
         shown = over if isinstance(over, str) else ",".join(over)
-        raise ValueError(f"over must be one of {presets}, or two different inputs of {names}, got {shown!r}")
+        text = f"must be one of {presets}, or two different inputs of {names}, got {shown!r}"
+        raise ArgumentError("over", text)
     return first, second
 
 
@@ -123,14 +126,28 @@ def _replaced(part: Any, attribute: str, value: Quantity) -> Any:
     return replace(part, **{name: _replaced(getattr(part, name), inner, value) if inner else value})
 
 
-def bound_faults(design: Design, over: Inputs, bounds: tuple[Bounds, ...]) -> Iterator[str]:
-    """Return the faults that members have at the bounds but not in the design."""
+def bounds_argument(name: str) -> str:
+    """Return the argument of an `ArgumentError` for the bounds of an input."""
+    return f"bounds of {name}"
+
+
+def bound_faults(design: Design, over: Inputs, bounds: tuple[Bounds, ...]) -> Iterator[ArgumentError]:
+    """Yield the faults of bounds outside the limits of their input, and the faults that members have at the
+    bounds but not in the design."""
     for name, limits in zip(over, bounds, strict=True):
+        argument = bounds_argument(name)
         if name.startswith("profile_shift") and max(map(abs, limits)) > 3.0:
-            yield f"bounds of {name} must be between -3 and 3, got {limits[0]:g}, {limits[1]:g}"
+            yield ArgumentError(argument, f"must be between -3 and 3, got {limits[0]:g}, {limits[1]:g}")
         attribute = INPUTS[name][0]
         part = attribute.partition(".")[0]
-        for bound in limits if part in ("pinion", "gear") else ():
-            known = {str(fault) for fault in member_faults(part, getattr(design, part))}
-            member = getattr(_replaced(design, attribute, float(bound)), part)
-            yield from (text for text in map(str, member_faults(part, member)) if text not in known)
+        # A change of a mounting distance has no limits.
+        for bound in () if name.endswith("mounting_change") else limits:
+            try:
+                changed = getattr(_replaced(design, attribute, float(bound)), part)
+            except DesignError as error:
+                yield from (ArgumentError(argument, fault.text) for fault in error.parts)
+                continue
+            if part in ("pinion", "gear"):
+                known = {str(fault) for fault in member_faults(part, getattr(design, part))}
+                faults = (text for text in map(str, member_faults(part, changed)) if text not in known)
+                yield from (ArgumentError(argument, f"cannot be used: {text}") for text in faults)

@@ -17,6 +17,7 @@ from tests.cli.running import refused, run
 NARROW = "--pinion-bounds 0 0.0005 --gear-bounds -0.0005 0"
 PAIR = "--module 4 --teeth 25 31 --shaft-angle-deg 20"
 SOME = "--offset-tolerance 1"
+OVER_ANGLE = "map --over offset,shaft_angle --pinion-bounds"
 BAD = {
     "": ("turn",),
     "design": ("missing.toml", "ni-2017 ni-2017"),
@@ -139,6 +140,28 @@ MESSAGES = {
     "propose --module 3 --teeth 25 31": "--shaft-angle-deg is",
     "shim --backlash 0.1 --offset 300": "--offset minus that of the design must be between",
     "tca --parabola-pinion 1": "--parabola-pinion must be",
+    "pattern --cells 5": "--cells has no effect without --over: add --over, or omit --cells\n",
+    "map --over colour": "--over must be one of parabola, mounting, shift, or two different inputs of ",
+    "map --over offset,shaft_angle": (
+        "--pinion-bounds of offset must be given, because it has no usual range: give the lower and the "
+        "upper limit in mm\n"
+    ),
+    f"{OVER_ANGLE} 228.9 229.1 --gear-bounds 14.9 15.1": (
+        "--gear-bounds of shaft_angle must be between -3.14159 and 3.14159 rad, got 14.9: was it given in "
+        "degrees?\n"
+    ),
+    f"{OVER_ANGLE} -5 229 --gear-bounds 0.2 0.3": (
+        "--pinion-bounds of offset must be between 0 and 1e+09 mm, got -5.0: give the distance"
+    ),
+    f"{OVER_ANGLE} 229 228 --gear-bounds 0.2 0.3": (
+        "--pinion-bounds of offset must be two finite values, lower one first, got 229.0, 228.0\n"
+    ),
+    "map --over helix_angle_gear,offset --pinion-bounds -6 0 --gear-bounds 228 229": (
+        "--pinion-bounds of helix_angle_gear must be between -1.39626 and 1.39626 rad, got -6.0: was it given"
+    ),
+    "map --gear-bounds -0.1 0.1": (
+        "--gear-bounds of parabola_gear cannot be used: [gear] parabola must be between -0.02"
+    ),
     **{
         f"map --steps 2 --parabola-{member} 0.001": (
             f"--parabola-{member} cannot be given, as the map is over the parabola coefficients: "
@@ -254,6 +277,10 @@ DRAWINGS = {
         "--design nowhere.toml": "nowhere.toml",
         "--nonsense": "--nonsense",
         "--only fig-11 --out file/out": "cannot write to",
+        **{
+            f"--only fig-02 {given}": f"{given.split()[0]} has no effect without --measured: add --measured,"
+            for given in ("--member gear", "--rows 5", "--columns 9", "--border 5%")
+        },
     },
     "render-animation": {
         "--out mesh.avi": "neither .gif nor .mp4",

@@ -168,7 +168,7 @@ def paper_modified(design: Design) -> Design:
     """Return a design with the paper's modification, converted to its module.
 
     On parallel axes, the paper's modification leaves no contact on the flanks, or lines that any shaft-angle
-    error moves to an edge. These pairs get convex flanks of the same size.
+    error moves to an edge. These pairs get negative coefficients (convex flanks) of the same magnitude.
 
     Parameters
     ----------

@@ -2,8 +2,8 @@
 A tooth for CalculiX
 ====================
 
-A tooth of hexahedra, loaded with 1 kN by the Hertzian pressure of the mating flank and fixed at its cut
-sides. Run ``ccx tooth`` to solve ``tooth.inp``.
+A tooth of hexahedra, loaded with 1 kN by the Hertzian pressure of the mating flank, and fixed in the bore
+and at its cut sides. Run ``ccx tooth`` to solve ``tooth.inp``.
 """
 
 from pathlib import Path

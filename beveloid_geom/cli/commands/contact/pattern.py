@@ -5,7 +5,16 @@ from __future__ import annotations
 import click
 
 from ... import results
-from ...options import NumberRange, Refusal, flank_option, no_result, option, override_options, progress_bar
+from ...options import (
+    NumberRange,
+    Refusal,
+    flank_option,
+    no_result,
+    option,
+    override_options,
+    progress_bar,
+    refuse_without,
+)
 from ...tolerance_options import TOLERANCES, errors_option, sizes_of, tolerance_options
 
 POINTS = "Distance between the points on both flanks; the areas do not depend on it.  [default: module / 15]"
@@ -53,15 +62,17 @@ def pattern_command(
 
     One tooth pair rolls from before its contact until after it; the gear is in the position of the first
     contact of all teeth. With --over, a matrix of patterns under two errors is computed, up to the tolerances
-    of these errors (if none is given, the usual tolerances of the command `tolerance`). For each pattern,
-    the matrix gives the ellipse with the same centre and second moments of area in the side view (z against
-    radius r), the transmission error in operation, and the share of the mesh cycle in which edges touch. The
-    exit status is 1 if there is no contact or the pair cannot be assembled (with --over: if no cell has a
-    pattern), 4 if a first contact could not be computed."""
+    of these errors (if all are 0, as by default, the usual tolerances of the command `tolerance`). For each
+    pattern, the matrix gives the ellipse with the same centre and second moments of area in the side view (z
+    against radius r), the transmission error in operation, and the share of the mesh cycle in which edges
+    touch. The exit status is 1 if there is no contact or the pair cannot be assembled (with --over: if no
+    cell has a pattern), 4 if a first contact could not be computed."""
     from ....findings.path import first_contact_fault
     from ....operation.contact_pattern.motion import UnknownOperationError
     from ....report.pattern import pattern_report
 
+    if over is None:
+        refuse_without("--over", ("cells",))
     sizes = _sizes(over, tolerances)
     if fault := first_contact_fault(design):
         raise no_result(fault, "no pattern")

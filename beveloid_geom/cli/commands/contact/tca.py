@@ -79,15 +79,17 @@ def tca(
 ) -> results.Result:
     """Compute the path of contact of a pair of flanks.
 
-    The roll angle of a member is 0 where its tooth 0 is on the x axis of its fixed frame (phi = 0 in Eq. 6).
-    z is measured from mid-face, l1 and l2 along the tool flank from the apex of its parabola towards the tip
-    of the member. The transmission error is positive where the gear is ahead. With --force or --torque, the
-    contact ellipse and the largest pressure (Hertz) are computed at each position. If an ellipse extends
-    beyond an edge of a flank, this edge is named; the true pressure is then larger. On parallel axes the load
-    is distributed evenly over all lines of contact. JSON and CSV contain the status of each position, and
-    JSON also the status of the path: solved, no_common_normal, not_converged, off_flank, endless or
-    undefined; a position can also have the status several_contacts. The exit status is 1 if there is no
-    contact on the flanks or the pair cannot be assembled, 4 if the path could not be computed."""
+    The roll angle of a member is 0 where its tooth 0 points along the common perpendicular towards the axis
+    of the other member (phi = 0 in Eq. 6). z is measured from mid-face, l1 and l2 along the tool flank from
+    the apex of its parabola towards the tip of the member. The transmission error is positive where the gear
+    is ahead. With --force or --torque, the contact ellipse and the largest pressure (Hertz) are computed at
+    each position. If an ellipse extends beyond an edge of a flank, this edge is named; the true pressure is
+    then larger. On parallel axes the load is distributed evenly over all lines of contact. JSON and CSV
+    contain the status of each position: solved, no_common_normal, not_converged, off_flank, several_contacts
+    (more than one contact at this l1) or undefined (the inputs define no problem). JSON also contains the
+    status of the path, which can be endless (a closed curve on the flanks), but not several_contacts. The
+    exit status is 1 if there is no contact on the flanks or the pair cannot be assembled, 4 if the path could
+    not be computed."""
     from ....report.path import contact_report
     from ....status import NotComputed
 

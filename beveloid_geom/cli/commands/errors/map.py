@@ -5,14 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import click
-from click.core import ParameterSource
 
 from ... import results
 from ...options import (
+    MEMBERS,
     PARABOLAS,
     Refusal,
     bounds_options,
     flank_option,
+    given_options,
     option,
     option_name,
     override_options,
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
         "--over",
         str,
         "parabola",
-        "parabola (coefficients), mounting (changes of the distances), shift (profile shift"
+        "parabola (coefficients), mounting (changes of the mounting distances), shift (profile shift"
         " coefficients), or two inputs such as offset,shaft_angle; an unknown name lists all inputs.",
         "INPUTS",
     ),
@@ -64,38 +65,53 @@ def map_(
     """Compute contact ratio, angle, shift and transmission error over two quantities of a design.
 
     The shift is the movement of the middle of the path, perpendicular to the path, under errors that are as
-    large as their tolerances (if none is given, the usual tolerances of the command `tolerance`). Each error
-    is applied alone and in both directions. The squared movements, in the plane of z and l1 of the pinion,
-    are averaged over both directions and added for all errors; the shift is the root of this sum. The angle
-    is that between the chord of the path and the axial direction, in the side view (z against radius r). The
-    normal backlash is without parabolas and errors, the mounted backlash with them.
+    large as their tolerances (if all are 0, as by default, the usual tolerances of the command `tolerance`).
+    Each error is applied alone and in both directions. The squared movements, in the plane of z and l1 of the
+    pinion (l1 is the position along its tool flank), are averaged over both directions and added for all
+    errors; the shift is the root of this sum. The angle is that between the chord of the path and the axial
+    direction, in the side view (z against radius r). The normal backlash is without parabolas, modifications
+    and errors, the mounted backlash with them.
 
     The text lists the extremes and their positions, JSON and CSV contain every cell. `render-figures --only
     map-parabola` draws the map. The calculation takes some seconds, and minutes for 201 steps or near line
-    contact. The exit status is 1 if no cell has a path."""
-    context = click.get_current_context()
-    for parameter, *_ in PARABOLAS if over == "parabola" else ():
-        given = context.get_parameter_source(parameter) is ParameterSource.COMMANDLINE
-        if given and not parameter.startswith("parabola_apex"):
-            cure = f"give --{parameter.rpartition('_')[2]}-bounds, or another --over"
+    contact. The exit status is 1 if no cell has a path, 4 if no path was found and not all could be
+    computed."""
+    if over == "parabola":
+        coefficients = (name for name, *_ in PARABOLAS if not name.startswith("parabola_apex"))
+        for given in given_options(coefficients):
+            cure = f"give --{given.rpartition('-')[2]}-bounds, or another --over"
             reason = "cannot be given, as the map is over the parabola coefficients"
-            raise Refusal([f"{option_name(parameter)} {reason}: {cure}"])
+            raise Refusal([f"{given} {reason}: {cure}"])
     from ....analysis.maps import design_map
     from ....report.map import MapReport
+    from ....support.argument import ArgumentError
 
     first, comma, second = over.replace("-", "_").partition(",")
     inputs = (first, second) if comma else over
     errors = errors_of(sizes_of(tolerances)) if any(tolerances.values()) else None
-    with results.refused_values(), progress_bar(steps**2, "cell") as bar:
-        result = design_map(
-            design,
-            inputs,
-            flank,
-            first=pinion_bounds,
-            second=gear_bounds,
-            steps=steps,
-            errors=errors,
-            operation=operation,
-            progress=bar.update,
-        )
+    try:
+        with results.refused_values(), progress_bar(steps**2, "cell") as bar:
+            result = design_map(
+                design,
+                inputs,
+                flank,
+                first=pinion_bounds,
+                second=gear_bounds,
+                steps=steps,
+                errors=errors,
+                operation=operation,
+                progress=bar.update,
+            )
+    except ArgumentError as error:
+        raise Refusal([f"{_option_of(error.argument, inputs)} {error.text}"]) from None
     return MapReport(name, design, result)
+
+
+def _option_of(argument: str, inputs: str | tuple[str, str]) -> str:
+    """Return the option for an argument of `design_map`: `over`, or the bounds of one of the inputs."""
+    from ....pair.named_inputs import bounds_argument, inputs_of
+
+    if argument == "over":
+        return option_name(argument)
+    bounds = [bounds_argument(name) for name in inputs_of(inputs)]
+    return f"--{MEMBERS[bounds.index(argument)]}-{argument}"  # such as --gear-bounds of shaft_angle

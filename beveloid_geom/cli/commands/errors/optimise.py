@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from click.core import ParameterSource
 
 from ... import results
-from ...options import Number, Refusal, bounds_options, flank_option, option, option_name, renamed
+from ...options import Number, Refusal, bounds_options, flank_option, given_options, option, renamed
 from ...tolerance_options import errors_of, sizes_of, tolerance_options
 
 if TYPE_CHECKING:
@@ -83,11 +82,11 @@ def optimise(
 
     Constraints are the contact ratio, the position of the middle of the path on the face, and a positive
     relative curvature of the flanks; with --no-edges, no edge contact. The errors are as large as their
-    tolerances (if none is given, the usual tolerances of the command `tolerance`), each alone and in both
-    directions. The shift is the movement of the middle of the path, perpendicular to the path, as root of the
-    sum of squares over the errors (as in `map`). --vary changes only the driving flanks, and keeps the
-    parabolas and all other amounts of the design. If the optimum is on a bound, this is reported. The
-    calculation takes some seconds. The exit status is 2 if no values meet the constraints."""
+    tolerances (if all are 0, as by default, the usual tolerances of the command `tolerance`), each alone and
+    in both directions. The shift is the movement of the middle of the path, perpendicular to the path, as
+    root of the sum of squares over the errors (as in `map`). --vary changes only the driving flanks, and
+    keeps the parabolas and all other amounts of the design. If the optimum is on a bound, this is reported.
+    The calculation takes some seconds. The exit status is 2 if no values meet the constraints."""
     sizes = sizes_of(tolerances, design)
     if least == "transmission-error" and not no_edges:
         raise Refusal([f"--least {least} requires teeth without edge contact: add --no-edges"])
@@ -114,11 +113,9 @@ def optimise(
     results.check_measured(design, sorted(members), flank, out)
     if len(amounts) < len(vary):
         raise Refusal(["--vary names an amount twice: remove one of them"])
-    source = click.get_current_context().get_parameter_source
-    for parameter in ("pinion_bounds", "gear_bounds") if vary else ():
-        if source(parameter) is ParameterSource.COMMANDLINE:
-            cure = "omit it, --vary contains the limits of the amounts"
-            raise Refusal([f"{option_name(parameter)} is for parabola coefficients: {cure}"])
+    for given in given_options(("pinion_bounds", "gear_bounds")) if vary else ():
+        cure = "omit it, --vary contains the limits of the amounts"
+        raise Refusal([f"{given} is for parabola coefficients: {cure}"])
     report: AmountsReport | ParabolaReport
     with results.refused_values():
         if amounts:

@@ -22,8 +22,9 @@ from ...options import option
 def statements(name: str, design: results.Design, flank: str) -> results.Result:
     """Check the statements of the paper on modified flanks and misaligned pairs.
 
-    Each statement is computed for the DESIGN without its parabola coefficients and errors. The verdict is:
-    holds, does not hold, depends on the measure, or not known. Measures, numbers and reasons are printed."""
+    Each statement is computed for the DESIGN without its parabola coefficients, modifications and errors. The
+    verdict is: holds, does not hold, depends on the measure, or not known. Measures, numbers and reasons are
+    printed."""
     from ....report.statements import StatementsReport
     from ....validation.statements import paper_statements
 

@@ -29,8 +29,8 @@ MAX_CASES = 1_000_000
         "--operation",
         click.IntRange(0, MAX_CASES),
         0,
-        "Number of mountings for which the mesh cycle is computed as well. Patterns are computed for 24"
-        " of them.",
+        "Number of mountings, the first ones, for which the mesh cycle is computed as well. Patterns are"
+        " computed for the 24 of them that move the path furthest along the face.",
     ),
     option("--seed", click.IntRange(0), 0, "Seed of the random numbers."),
     option("--jobs", click.IntRange(1, 1024), 1, "Number of processes; the result does not depend on it."),
@@ -52,13 +52,14 @@ def tolerance(
 ) -> results.Result:
     """Monte Carlo study of the path of contact under random assembly errors.
 
-    With --operation the mesh cycle is computed as well: edge contact, transmission error of all teeth,
-    contact ratio within a film of 6.35 um, and the edges at which contact patterns end. This takes about 5 to
-    10 ms per mounting. The errors are added to the errors of the design. If no tolerance is given, the usual
-    tolerances are used: 0.05 mm of offset, 0.01 deg of shaft angle, and 0.1 mm of each axial position. For a
-    design with errors at the mesh they are 0.05 mm of centre distance, 0.01 deg in plane and out of plane,
-    and 0.1 mm of each axial position. Quantiles are computed from the mountings with a path on the flanks.
-    The exit status is 1 if no mounting has a path, or if the design cannot be assembled."""
+    With --operation the mesh cycle is computed as well: edge contact, transmission error of all teeth, a
+    contact ratio that counts tooth pairs with clearances up to 6.35 um, and the edges at which contact
+    patterns end. This takes about 5 to 10 ms per mounting. The errors are added to the errors of the design.
+    If all tolerances are 0, as by default, the usual tolerances are used: 0.05 mm of offset, 0.01 deg of
+    shaft angle, and 0.1 mm of each axial position. For a design with errors at the mesh they are 0.05 mm of
+    centre distance, 0.01 deg in plane and out of plane, and 0.1 mm of each axial position. Quantiles are
+    computed from the mountings with a path on the flanks. The exit status is 1 if no mounting has a path, or
+    if the design cannot be assembled, 4 if no path was found and not all could be computed."""
     sizes = sizes_of(tolerances, design)
     from ....analysis.tolerance import CYCLE_COST, Tolerances, tolerance_study
     from ....report.tolerance import ToleranceReport

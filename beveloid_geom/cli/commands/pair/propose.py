@@ -51,7 +51,7 @@ propose_options = block(
         "--least-cones",
         is_flag=True,
         help="Minimise the larger of the two cone angles. This is the default without --cones-deg,"
-        " --crossing-deg and --gear.",
+        " --crossing-deg and --gear, but not for --helix-deg with --offset 0.",
     ),
     option("--gear", str, None, "Design whose gear and tool are given; the pinion is computed.", "DESIGN"),
     option(

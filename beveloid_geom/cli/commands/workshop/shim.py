@@ -78,7 +78,8 @@ def _measured(design: results.Design, offset: float | None, shaft_angle_deg: flo
     try:
         return changed_design(design, changes)
     except Refusal as refusal:
-        # The difference from the design is refused as an error of assembly would be, with another cure.
+        # A measured value is the design value plus an assembly error. If the error exceeds its limits, the
+        # message names the option of this command instead of the error, and has another cure.
         faults = (fault.partition(": ")[0] for fault in refusal.faults)
         words = {
             f"--{error}".replace("_", "-"): f"--{name}".replace("_", "-") for name, error in errors.items()
