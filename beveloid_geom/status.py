@@ -79,8 +79,8 @@ class FirstStatus(IntEnum):
     """Undercut removes a flank completely in a part of the face."""
     OUT_OF_STEP = 5
     """The gear is so far from the contact of the unmodified pair without errors that the tooth pair is not
-    certain: the same gear roll is an overlap now, or a clearance up to the next meeting of the same teeth.
-    This happens with few teeth."""
+    certain: an overlap of two teeth cannot be distinguished from their clearance one turn later. This happens
+    with few teeth."""
     UNDEFINED = 6
     """The inputs define no problem: a member that its tool cannot cut, a pair without pitch point (its
     unmodified flanks have no common normal), or NaN."""

@@ -46,7 +46,8 @@ class FlankDeviations:
     file : str
         Absolute path of the file from which they were read; empty if there is none.
     border : str
-        Border of the grid of this file, such as '10%'.
+        Distance of the outermost points of this file from the edges of the flank, as a share of flank depth
+        and face width ('10%') or as a length ('2mm').
     nominal : Member or None
         Member whose flanks were compared with the points of this file.
     teeth : tuple of FlankDeviations

@@ -2,10 +2,10 @@
 
 Limits of single keys are in `field_limits`. Here, the finished inputs of a file are checked:
 
-- The radial component of the generating normal must point outwards on both flanks, tan(alpha) > sin|beta|
-  tan|gamma|. Where it vanishes, the generating roll angle of Eq. 6 is infinite.
+- The normal of the rack, out of the tooth, must have a positive radial component on both flanks,
+  tan(alpha) > sin|beta| tan|gamma|. Where it vanishes, the generating roll angle of Eq. 6 is infinite.
 - The same holds along a parabolic flank, and the parabolic profile must not fold.
-- The tool must have a flank between its tip round and the point where its two flanks intersect.
+- The flank of the tool must reach at least 0.5 modules below its reference line before the tip round begins.
 - On parallel axes the angles of both members must be opposite.
 """
 
@@ -45,7 +45,7 @@ def parabola_limit(member: Member) -> float:
     Let l0 be the distance of the apex from the reference line of the tool along the flank. Up to the height
     h = max(tip height, dedendum) m_n + |l0| cos(alpha) on both sides of the apex, the local pressure angle
     alpha - tau with tan(tau) = 2 a l must stay 1 deg above the angle at which the radial component of the
-    generating normal vanishes, atan(sin|beta| tan|gamma|), and below 60 deg; the rack profile folds at 90
+    normal of the rack vanishes, atan(sin|beta| tan|gamma|), and below 60 deg; the rack profile folds at 90
     deg. With l = tan(tau)/(2 a) and l cos(alpha) + a l^2 sin(alpha) = h, the coefficient is
 
         a = tan(tau) (cos(alpha) + tan(tau) sin(alpha)/2) / (2 h).

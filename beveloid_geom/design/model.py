@@ -74,8 +74,9 @@ class Pair:
     offset : float or array
         Shortest distance of the axes, mm.
     shaft_angle : float or array
-        Magnitude of the shaft angle, rad. With a negative value the axes are inclined in the other sense, and
-        no contact is found.
+        Magnitude of the shaft angle, rad. With a negative value the axes are inclined in the other sense. At
+        offset 0 this is the same pair, rotated by half a turn. Otherwise no contact is found, unless the
+        helix angles nearly cancel.
     pinion_mounting, gear_mounting : float, array or None
         Distance along the axis from the common perpendicular to mid-face, mm. If None, it is computed from
         the pitch point (`pair.mounting`).

@@ -139,7 +139,8 @@ def intersections(surface: ToothSurface, z: FloatArray, near: FloatArray | None 
     slight_undercut = 3e-5
     with np.errstate(invalid="ignore", divide="ignore"):
         top, cusp = _cusps(surface, z)
-        # Next to the beginning of undercut, the angle between both is below rounding and its limit is exact.
+        # Next to the beginning of undercut, the angle between fillet and flank is below rounding. The limit
+        # t = e / 2 of the module docstring is exact there.
         slight = (top == surface.joint) & (cusp - top < slight_undercut * surface.pitch_radius)
         place, at, left = np.full((2, z.size), np.nan), *map(np.flatnonzero, (slight, ~slight & (cusp > top)))
         if at.size:

@@ -52,11 +52,11 @@ class BaseCylinder:
 
 @dataclass(frozen=True, eq=False)
 class FlankPatch:
-    """Points, unit normals and tangents of a flank in its gear frame, each (..., 3), mm.
+    """Points (mm), unit normals and tangents of a flank in its gear frame, each (..., 3).
 
     `normal` points out of the tooth. `tangent_l` and `tangent_u` are the derivatives by the flank
-    parameters. `regularity` is positive on a sound flank, vanishes on the edge of regression and is negative
-    on the part that folds back. It is not affected by a modification.
+    parameters, without unit. `regularity` (...), without unit, is positive on a sound flank, vanishes on the
+    edge of regression and is negative on the part that folds back. It is not affected by a modification.
     """
 
     point: FloatArray

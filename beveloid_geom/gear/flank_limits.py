@@ -48,8 +48,8 @@ def active_range(member: Member, flank: str) -> tuple[FloatArray, FloatArray]:
     """Return the lowest flank parameter of an active flank and an upper bound of the highest one.
 
     Both are NaN if the tool cannot cut the flank between them: if the profile of the rack folds, or if the
-    generating normal of this flank or of its mirror image has no radial component out of the tooth. Eq. 6
-    gives a surface beyond such a place, but the tool does not produce it.
+    normal of the rack, out of the tooth, has no positive radial component on this flank or on its mirror
+    image. Eq. 6 gives a surface beyond such a place, but the tool does not produce it.
 
     Parameters
     ----------

@@ -59,7 +59,8 @@ def normal_x_as_mounted(design: Design, flank: str) -> tuple[FloatArray, FloatAr
 def closed_normal(layout: ZeroBacklashLayout, flank: str, sense: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return n_x of the common normal and the angle between the generators, in a closed layout.
 
-    In the working pitch plane, by components across the tooth trace, along it and along N, the axes are
+    Closed layouts, N and the working angles a_w, b_j = b_w and g_j = g_w are explained in `zero_backlash`. In
+    the working pitch plane, by components across the tooth trace, along it and along N, the axes are
     k_1 = (-sin b_1 cos g_1, cos b_1 cos g_1, -sin g_1), k_2 = (sin b_2 cos g_2, cos b_2 cos g_2, sin g_2) and
     the normal is n = (s cos a_w, 0, sin a_w) with s = 1 on the right flank; n_x = -n.(k_1 x k_2)/sin d. On
     parallel axes x points from the axis to the pitch point, x = (N + k_1 sin g_1)/cos g_1.
@@ -67,7 +68,7 @@ def closed_normal(layout: ZeroBacklashLayout, flank: str, sense: FloatArray) -> 
     Parameters
     ----------
     layout : ZeroBacklashLayout
-        Layout without backlash, single or a batch.
+        Closed layout, with or without backlash, single or a batch.
     flank : {'right', 'left'}
     sense : ndarray
         Sense of the axes, 1 or -1.

@@ -168,11 +168,20 @@ def from_mesh(design: Design, errors: MeshErrors) -> Errors:
     Returns
     -------
     Errors
-        NaN if the pair has no pitch point, or if its axes are rotated past parallel. They may exceed the
-        limits for errors in design files.
+        NaN if the pair has no pitch point, or if `in_plane` rotates the axes past parallel. The errors may
+        exceed the limits for errors in design files.
     """
     nominal = _nominal(design, design.sense * errors.in_plane)
-    return _made(Errors(), _about_perpendicular(nominal, errors))
+    result = _about_perpendicular(nominal, errors)
+    past = _past_parallel(design, errors)
+    return _made(Errors(), {name: np.where(past, np.nan, value) for name, value in result.items()})
+
+
+def _past_parallel(design: Design, errors: MeshErrors) -> Mask:
+    """Return whether the rotation in the plane changes the sign of D; always False on parallel axes."""
+    layout = layout_of(design, with_errors=False)
+    turned = layout.shaft_angle + layout.sense * errors.in_plane
+    return np.asarray(~layout.parallel & (layout.shaft_angle * turned < 0.0))
 
 
 def _about_perpendicular(nominal: _Nominal, errors: MeshErrors) -> dict[str, Complex]:

@@ -1,12 +1,13 @@
 """Pitch point, mounting distances, working radii and backlash of a pair.
 
-Without a parabola all points of a flank have the same normal. The common normal of a flank pair is then
-fixed in space, and the contact moves along one straight line, the line of action, tangent to both base
-cylinders. It depends on offset, shaft angle and flanks only, not on the axial positions. The pitch point P
-is the intersection of the lines of action of right and left flanks. Its axial coordinates are the mounting
-distances d_w1, d_w2, and its distances from the axes the working radii r_w1, r_w2 (Fig. 4). The lines of
-rounded designs pass each other at a distance: P is the middle of their closest approach, and this gap is
-reported.
+Without a parabola the rack generates all points of a flank with the same normal. The axial component of the
+normal of the flank and its moment about the axis are therefore constant. The common normal of a flank pair
+is then fixed in space, and the contact moves along one straight line, the line of action, tangent to both
+base cylinders. It depends on offset, shaft angle and flanks only, not on the axial positions. The pitch
+point P is the intersection of the lines of action of right and left flanks. Its axial coordinates are the
+mounting distances d_w1, d_w2, and its distances from the axes the working radii r_w1, r_w2 (Fig. 4). If the
+numbers of a design are rounded, the lines pass each other at a distance. P is then the middle of their
+closest approach, and this gap is reported.
 
 n_x, the component of a common normal along the common perpendicular, is known up to its sign, which is a
 property of the design: positive on both flanks of ordinary pairs, negative on one flank if steep cones move

@@ -2,10 +2,11 @@
 
 Unmodified flanks in contact lie on opposite sides of their common tangent plane: a section of an involute
 helicoid is an involute, which lies for half a turn on one side of each of its tangents. (At the ends of wide
-faces with a large helix angle, the plane touches the section below its base circle, and a flank crosses it
-near its root; no pair is known whose flanks overlap there.) A fillet is concave and crosses this plane: only
-a tip that reaches deep enough can overlap with the mate. A point X of the tip edge with the outward normal N
-is in mesh with the conjugate flank of the mate if
+faces with a large helix angle, the generator through the point of contact extends beyond its point on the
+base cylinder. In such a section the plane touches the other branch of the involute, and the flank crosses
+the plane near its root. No pair is known whose flanks overlap there.) A fillet is concave and crosses this
+plane: only a tip that reaches deep enough can overlap with the mate. A point X of the tip edge with the
+outward normal N is in mesh with the conjugate flank of the mate if
 
     k_j.(X x N) = -(N_j / N_m) k_m.((X - C) x N),
 
@@ -67,8 +68,8 @@ def depth_below_tips(
     -------
     ndarray, shape (2, n)
         Least radial distance on pinion and gear, mm. It is negative if a tip reaches deeper than the flank,
-        NaN if a flank does not reach its tip, and -inf if a tip is nowhere in mesh. Points of a tip edge that
-        meet the mate beyond the ends of its face are ignored.
+        NaN if a flank does not reach its tip, and -inf if any point of the tip edge is in mesh at no roll.
+        Points of a tip edge that meet the mate beyond the ends of its face are ignored.
     """
     members = design.members
     racks = [rack_of(member, flank) for member in members]

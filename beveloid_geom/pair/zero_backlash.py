@@ -1,8 +1,9 @@
 """Layouts in which the two lines of action meet, and the deviation of a design from them.
 
-The lines of action of a rounded design do not meet exactly. The layouts in which they do ("closed layouts")
-are a family of one parameter, the working normal pressure angle a_w. Both common normals then have the angle
-a_w to the working pitch plane and lie symmetrically on both sides of its normal N,
+The lines of action of a design with rounded numbers ("rounded design") do not meet exactly. The layouts in
+which they do ("closed layouts") are a family of one parameter, the working normal pressure angle a_w. Both
+common normals then have the angle a_w to the working pitch plane and lie symmetrically on both sides of its
+normal N,
 
     n = sin(a_w) N +/- cos(a_w) b,   b perpendicular to the tooth trace in this plane.
 
@@ -228,8 +229,8 @@ def zero_backlash_layout(design: Design) -> ZeroBacklashLayout:
     -------
     ZeroBacklashLayout
         `offset`, `mounting` in mm, `shaft_angle` in rad. A negative offset occurs if the helix angles nearly
-        cancel. The sense of the axes is then opposite to `Design.sense`, so that no design has this layout.
-        If the offset is zero, the axes intersect.
+        cancel. The sense of the axes is then opposite to `Design.sense`. A design file cannot describe this
+        layout; in Python it is `Pair(-offset, -shaft_angle)`. If the offset is zero, the axes intersect.
 
     Raises
     ------

@@ -25,8 +25,10 @@ from beveloid_geom import (
     read_design,
 )
 from beveloid_geom.pair.frames import layout_of
+from beveloid_geom.pair.misalignment import mounted
 from beveloid_geom.pair.misalignment_at_mesh import at_mesh, from_mesh, holds_tilt
 from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.status import Status
 from tests.oracle.table1 import table1
 from tests.symmetry import mirrored
 from tests.validation.test_intersecting_axes import EQUAL, FILE, LARGE, STRAIGHT
@@ -282,6 +284,38 @@ def test_errors_without_an_equivalent_are_nan() -> None:
     assert np.isnan(at_mesh(nowhere.with_errors(Errors(0.1))).in_plane)
     # Such a tilt of the gear always changes the shaft angle.
     assert np.isnan(at_mesh(EQUAL.with_errors(Errors(offset=3000.0))).out_of_plane)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 1e-3])
+@pytest.mark.parametrize("design", [EQUAL, mirrored(EQUAL)], ids=["37/37", "mirrored"])
+def test_axes_rotated_past_parallel_are_nan(design: Design, tilt: float) -> None:
+    """The errors are finite up to parallel axes, and NaN beyond, single or in a batch."""
+    shaft = float(design.pair.shaft_angle)
+    in_plane = np.array((0.01, -0.99 * shaft, -shaft, np.nextafter(-shaft, -1.0), -1.2 * shaft))
+    past = np.array((False, False, False, True, True))
+    batch = from_mesh(design, MeshErrors(in_plane=in_plane, out_of_plane=tilt))
+    for name, values in vars(batch).items():
+        assert np.array_equal(np.isnan(values), past), name
+    for k, turn in enumerate(in_plane):
+        for name, value in vars(from_mesh(design, MeshErrors(in_plane=turn, out_of_plane=tilt))).items():
+            np.testing.assert_equal(value, getattr(batch, name)[k])
+
+
+def test_rotation_past_parallel_of_a_batch_of_layouts() -> None:
+    """Each case has its sign; with negative shaft angles, positive errors rotate the axes past parallel. Axes
+    that count as parallel may be rotated in both directions."""
+    angle = np.radians((4.0, 1.0, -1.0, -1.0, 0.0, 1e-8))
+    design = replace(EQUAL, pair=Pair(110.0, angle))
+    below, above = (from_mesh(design, MeshErrors(in_plane=radians(turn))) for turn in (-2.0, 2.0))
+    assert np.isnan(below.shaft_angle).tolist() == [False, True, False, False, False, False]
+    assert np.isnan(above.shaft_angle).tolist() == [False, False, True, True, False, False]
+
+
+def test_study_of_axes_rotated_past_parallel_has_a_status() -> None:
+    """Such cases of a study are undefined; the other cases keep their paths."""
+    errors = np.array(((0.0,), (-1.2 * float(EQUAL.pair.shaft_angle),)))
+    ends = path_of_contact(mounted(EQUAL, errors, ("in_plane",)), "right", 3).ends
+    assert ends.status.tolist() == [Status.SOLVED, Status.UNDEFINED]
 
 
 @pytest.mark.parametrize(
