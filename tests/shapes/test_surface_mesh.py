@@ -131,3 +131,17 @@ def test_surfaces_can_be_selected() -> None:
     assert 0 < len(flank.faces) < len(mesh.faces)
     assert len(flank.points) == len(np.unique(flank.faces))
     assert {"first side", "last side", "bore", "toe", "heel", "tip", "bottom"} <= set(mesh.names)
+
+
+def test_normals_of_cut_sides_do_not_depend_on_the_mesh() -> None:
+    """At the corners of the side, coarse and fine meshes have the same points. Differences over the uneven
+    stations along z give the direction of the root there."""
+    corners = []
+    for tolerance in (0.05, 0.0005):
+        mesh = gear_mesh(PINION, tolerance, [0])
+        side = mesh.where(mesh.is_of("first side"))
+        order = np.lexsort((np.hypot(*side.points[:, :2].T), side.points[:, 2]))[[0, -1]]
+        corners.append((side.points[order], side.normals[order]))
+    (coarse, normals), (fine, exact) = corners
+    np.testing.assert_allclose(coarse, fine, atol=1e-9)
+    assert np.linalg.norm(normals - exact, axis=-1).max() < radians(0.02)
