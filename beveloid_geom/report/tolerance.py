@@ -107,7 +107,7 @@ class ToleranceReport(ResultReport[ToleranceStudy]):
             "at other limits of the flanks than in the design in"
             f" {_percent(study.limits_changed(), study.cases)} of the mountings",
         )
-        text += line("path", _limit_words(study))
+        text += line("path", _limit_words(self.design, study))
         text += line(
             "contact ratio", f"below 1 in {_percent(below_one(study), study.cases)} of the mountings"
         )
@@ -289,10 +289,14 @@ def _percent(count: int, cases: int) -> str:
     return f"{100.0 * count / cases:.{decimals}f} %"
 
 
-def _limit_words(study: ToleranceStudy) -> str:
-    """Return the most frequent pairs of limits at which paths enter and leave the flanks."""
+def _limit_words(design: Design, study: ToleranceStudy) -> str:
+    """Return the most frequent pairs of limits at which paths enter and leave the flanks, with the printed
+    names of the ends of the faces."""
     counts, shown = list(study.limit_counts().items()), 8
-    words = [f"{enter} to {leave} {_percent(count, study.cases)}" for (enter, leave), count in counts[:shown]]
+    words = [
+        f"{limit_words(design, enter)} to {limit_words(design, leave)} {_percent(count, study.cases)}"
+        for (enter, leave), count in counts[:shown]
+    ]
     more = [f"{len(counts) - shown} more"] if len(counts) > shown else []
     return ", ".join(words + more)
 
