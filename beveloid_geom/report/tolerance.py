@@ -215,7 +215,7 @@ def tolerance_remarks(design: Design, study: ToleranceStudy) -> tuple[Remark, ..
     mountings = study.mountings
     failed = np.isin(mountings.status, (Status.NOT_CONVERGED, Status.UNDEFINED))
     faces = np.isin(mountings.limit, FACE_ENDS).any(axis=1)
-    jammed = "{} of mountings cannot be assembled, judged by the backlash between tangent flanks"
+    jammed = "{} of mountings cannot be assembled, judged by the backlash of the flanks without edge contact"
     counts = [
         (f"{lead} of mountings have no contact", ~mountings.solved & ~failed, WARNING),
         (f"{lead} of mountings could not be computed", failed, UNKNOWN),
@@ -256,7 +256,8 @@ def _jam_words(study: ToleranceStudy) -> str:
     """Return the share of mountings that cannot be assembled, and how certain it is."""
     counts = jam_counts(study)
     jammed, certain, unknown = (_percent(count, study.cases) for count in counts.values())
-    text = f"{jammed} of the mountings cannot be assembled, judged by the backlash between tangent flanks"
+    text = f"{jammed} of the mountings cannot be assembled, judged by the backlash of the flanks without edge"
+    text += " contact"
     if (study.mountings.tangency == Tangency.ESTIMATE).any():
         text += "; an estimate, because negative relative curvature or tips near fillets reduce the backlash"
     if counts["jammed_for_sure"] < counts["jammed"]:
