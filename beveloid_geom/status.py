@@ -155,9 +155,10 @@ class PlaceStatus(IntEnum):
     """Newton's method found no such errors within the limits; all values are NaN."""
     OFF_CENTRE = 2
     """At the required position the pair cannot be assembled. The values belong to the nearest position in
-    profile, at the same position along the face, at which the pair can be assembled; NaN if there is none."""
+    profile, at the same position along the face, at which the pair can be assembled; NaN if it jams at all
+    trial positions, up to a quarter of the profile depth away."""
     NO_PATH = 3
-    """The design itself has no path to start from."""
+    """Neither the design nor any mounting that was tried has a path; all values are NaN."""
 
 
 class BallStatus(IntEnum):

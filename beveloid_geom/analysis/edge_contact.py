@@ -8,8 +8,9 @@ tooth pair, some pitches further on the same path, is ahead. With the transmissi
 
 where phi_end is the roll at this end, and s = 1 or -1 points from this end into the path.
 
-A mesh cycle has no edge contact if the leads at both ends are positive and edge contact occurs only at the
-end of a path. `leads_of` assumes the latter; `cycle_extremes` computes the mesh cycle."""
+A mesh cycle has no edge contact if two conditions are met: the leads at both ends of the path are positive,
+and edges can touch only where a path ends. `leads_of` assumes the second condition; `cycle_extremes` computes
+the mesh cycle and needs no assumption."""
 
 from __future__ import annotations
 
@@ -102,8 +103,8 @@ def swing_of_all(path: ContactPath) -> FloatArray:
         """Return the lead of this pair over the pair one pitch further."""
         return _at(error, share) - _at(error, share + pitch)
 
-    # Secant method between the shares at which the next pair enters and this pair leaves. Six steps are
-    # enough because the transmission error is nearly a parabola.
+    # Secant method between the share 0, at which this pair enters, and the share 1 - pitch, at which the pair
+    # one pitch further leaves. Six steps are enough because the transmission error is nearly a parabola.
     last, share = low, high
     before, value = ahead(last), ahead(share)
     for _ in range(6):

@@ -3,8 +3,9 @@
 The objective is the shift of the path on the pinion flank under given assembly errors, or the transmission
 error of all teeth under any of them. Constraints are a minimum contact ratio (Eq. 16), a path centred on the
 face, bounds of the coefficients a1 (pinion) and a2 (gear), and optional limits on the shift and on the
-transmission error of the path. Starting values are the local minima on a grid that does not depend on the
-bounds. SciPy's SLSQP continues from there.
+transmission error of the path. Starting values are the local minima on two grids: an even grid between the
+bounds, and a grid of sums and differences of the coefficients whose steps do not depend on the bounds.
+SciPy's SLSQP continues from there.
 
 If the sum of the coefficients is positive, the relative curvature of the flanks is negative and their
 tangency is not the first contact. Such coefficients are excluded.
@@ -12,11 +13,11 @@ tangency is not the first contact. Such coefficients are excluded.
 Edges. If the path of a tooth pair ends and no other pair is ahead, an edge touches. An aim may exclude this
 in the mounting as designed and under each error in both directions. This is no bound on the sum of the
 coefficients: on Table 1's right flanks, edges touch for sums close to 0, and again for sums far below 0,
-where an error moves the path towards one of its ends. The leads at the ends of all these paths
-(`edge_contact`) are therefore constraints. The candidates are then checked by the mesh cycles of all teeth,
-the best one first; the first one without edge contact is the result. If edges touch for another reason than
-the end of a path, the optimum may be missed, or nothing is found; then the message states the share of edge
-contact at the optimum without this constraint.
+where an error moves the largest transmission error towards one end of the path. The leads at the ends of all
+these paths (`edge_contact`) are therefore constraints. The candidates are then checked by the mesh cycles of
+all teeth, the best one first; the first one without edge contact is the result. If edges touch for another
+reason than the end of a path, the optimum may be missed, or nothing is found; then the message states the
+share of edge contact at the optimum without this constraint.
 
 Transmission error. Without edge contact, that of all teeth follows from the path
 (`edge_contact.swing_of_all`). Its largest value over the mountings is minimised. Nearly unmodified flanks

@@ -11,11 +11,13 @@ which is near the middle of its flank. With the two errors e,
 is solved by Newton's method, which starts from the design and takes exact derivatives of the middle from
 `sensitivity`. A step is shortened until it reduces the distance. If the iteration does not converge within
 the limits of the errors (`search_limits`), it is repeated from the grid points whose paths lie nearest to the
-wanted position. If these do not converge either, all results are NaN and the status is NOT_CONVERGED.
+wanted position. If these do not converge either, all results are NaN and the status is NOT_CONVERGED, or
+NO_PATH if the grid, which contains the design, has no path at all.
 
 If the errors use up the backlash, the pair cannot be assembled. The middle then keeps z_wanted and leaves the
 centre of the profile, no further than until the backlash is 0 (OFF_CENTRE). This is a root of the backlash as
-a function of l1, bracketed by trial positions on both sides of the centre."""
+a function of l1, bracketed by trial positions on both sides of the centre. The trial positions extend to a
+quarter of the profile depth; if the pair jams at all of them, the values are NaN."""
 
 from __future__ import annotations
 
@@ -67,9 +69,10 @@ class Placement:
         (n,), transmission error of all teeth, rad, and share of the mesh cycle in which edges touch.
     status : Codes
         (n,), codes of `PlaceStatus`. NOT_CONVERGED: all values are NaN. OFF_CENTRE: the values belong to the
-        nearest position in profile at which the pair can be assembled.
+        nearest position in profile at which the pair can be assembled, and are NaN if it jams at all trial
+        positions; `exact` is known. NO_PATH: neither the design nor any mounting that was tried has a path.
     jammed : Mask
-        (n,): the pair cannot be assembled.
+        (n,): the pair cannot be assembled with `errors`; False if they are NaN.
     exact : FloatArray
         (n, 2), errors that move the middle to the required position, even if the pair cannot be assembled
         there; NaN if there are none.
@@ -227,19 +230,20 @@ def _found(search: _PlacementSearch, wanted: FloatArray) -> tuple[FloatArray, Fl
     reached = _reached(search, shares, wanted)
     # Points of the starting grid in each error, and starting values taken from it.
     grid_points, grid_starts = 41, 3
+    missed = PlaceStatus.NOT_CONVERGED
     if not reached.all():
         side = np.linspace(-1.0, 1.0, grid_points)
         grid = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
         places = search.places(grid)
+        if not np.isfinite(places).all(axis=-1).any():
+            missed = PlaceStatus.NO_PATH  # Newton's method has no starting value
     for k in np.flatnonzero(~reached):
         start = grid[np.argsort(search.apart(places, wanted[k]), kind="stable")[:grid_starts]]
         goal = np.broadcast_to(wanted[k], start.shape)
         ends = _newton(search, goal, start)
         if len(ends := ends[_reached(search, ends, goal)]):
             shares[k], reached[k] = ends[np.abs(ends).max(axis=-1).argmin()], True  # the smallest errors
-    status = np.where(reached, PlaceStatus.REACHED, PlaceStatus.NOT_CONVERGED)
-    if not np.isfinite(search.places(np.zeros((1, 2)))).all():
-        status[:] = PlaceStatus.NO_PATH  # Newton's method has no starting value
+    status = np.where(reached, PlaceStatus.REACHED, missed)
     exact = np.where(reached[:, None], shares, np.nan)
     assembled, jams = exact.copy(), reached & np.asarray(mounted_backlash(search.under(exact)).jammed)
     for k in np.flatnonzero(jams):

@@ -43,7 +43,7 @@ class PatternMatrix:
     separation : float
         Thickness of the marking compound, mm.
     over : tuple of str
-        Names of the errors: along the rows and along the columns.
+        Names of the errors: the first changes from row to row, the second from column to column.
     first, second : FloatArray
         (n,), values added to the errors of the design, mm or rad.
     status : Codes
@@ -119,7 +119,7 @@ def pattern_matrix(
     design : Design
         A single design.
     over : (str, str)
-        Names of two errors: along the rows and along the columns.
+        Names of two errors: the first changes from row to row, the second from column to column.
     flank : {'right', 'left'}
     like : PatternMatrix, optional
         Matrix of the other flanks under the same errors. Its backlash is used, because backlash belongs to

@@ -66,7 +66,8 @@ class Sensitivity:
 
     Axes: batch, position (enter, middle, leave), member (pinion, gear), error. Names ending in `_by` are
     derivatives with an additional axis for the errors, mm and rad. All values are NaN, and `limit` -1, unless
-    `status` is SOLVED. The middle is NaN if the roll turns back along the path.
+    `status` is SOLVED. The middle is NaN if the roll turns back along the path. In line contact the
+    derivatives do not exist and are NaN. `face_shift_by` is also NaN if the path runs along the face.
 
     Attributes
     ----------
@@ -80,7 +81,7 @@ class Sensitivity:
         (..., 3, 2, errors), derivative of z of the path at constant l, positive towards +z.
     square_shift_by : FloatArray
         (..., 3, 2, errors), derivative of the position of the path on the flank, perpendicular to the path,
-        positive towards +z.
+        positive towards +z; "square" means perpendicular, not squared.
     l_by, z_by, r_by, pinion_roll_by : FloatArray
         Derivatives of `l`, `z`, `r` and `pinion_roll`.
     contact_ratio_by, peak_to_peak_by : FloatArray

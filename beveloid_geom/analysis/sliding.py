@@ -88,8 +88,9 @@ class Sliding:
         (..., 2), components of v_1 - v_2 perpendicular to the tooth trace of the member, from root to tip,
         and along it, towards +z.
     specific, specific_total : FloatArray
-        (..., 2), specific sliding along the profile, above 1 where an undercut flank touches inside its base
-        circle; sliding in all directions divided by the distance that the contact moves on the flank.
+        (..., 2), specific sliding along the profile; sliding in all directions divided by the distance that
+        the contact moves on the flank. `specific` is above 1 where an undercut flank touches on the branch
+        beyond the base circle, whose radius of curvature is negative.
     status : Codes
         Codes of `Status` of the path.
     """

@@ -349,14 +349,14 @@ def _check(design: Design, tolerances: Tolerances, flank: str, seed: int) -> Non
             )
 
 
-def drawn_errors(tolerances: Tolerances, seed: int, unit: int, cases: int) -> FloatArray:
-    """Return random errors (cases, names) of the first mountings of a unit, in the order of
-    `Tolerances.names`, mm and rad.
+def drawn_errors(tolerances: Tolerances, seed: int, block: int, cases: int) -> FloatArray:
+    """Return random errors (cases, names) of the first mountings of block number `block`, in the
+    order of `Tolerances.names`, mm and rad.
 
-    The random stream is that of the child `unit` of NumPy's SeedSequence of the seed. A tolerance affects
+    The random stream is that of the child `block` of NumPy's SeedSequence of the seed. A tolerance affects
     only the random values of its error."""
     # SeedSequence(seed).spawn gives its children this key, so that a task needs no other stream.
-    stream = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(unit,)))
+    stream = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(block,)))
     shape = (cases, len(tolerances.names))
     if tolerances.distribution == "uniform":
         drawn = stream.uniform(-1.0, 1.0, shape) * tolerances.values()
@@ -366,8 +366,8 @@ def drawn_errors(tolerances: Tolerances, seed: int, unit: int, cases: int) -> Fl
 
 
 def _solved_task(task: _Task) -> list[Mountings]:
-    """Return the mountings of a task by flank. Units are solved one by one, because rounding depends on the
-    batch."""
+    """Return the mountings of a task by flank. Blocks are solved one by one, because rounding depends on the
+    size of the batch."""
     parts = []
     for k, start in enumerate(range(0, task.cases, MOUNTINGS_PER_BLOCK)):
         errors = drawn_errors(

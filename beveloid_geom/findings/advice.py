@@ -224,8 +224,8 @@ def _fitted(design: Design, name: str, hand: float) -> Design | None:
         ideal = ideal_layout(changed)
         if ideal is None:
             return None
-        crossing = rolling_generator_angle(ideal.cone_angle, required) if hand else 0.0
-        missing = hand * crossing - float(np.sum(ideal.helix_angle))
+        helix_sum = rolling_generator_angle(ideal.cone_angle, required) if hand else 0.0
+        missing = hand * helix_sum - float(np.sum(ideal.helix_angle))
         helix = float(getattr(changed, name).helix_angle)
         if abs(missing) < angle_tolerance_rad:
             layout = (max(float(ideal.offset), 0.0), required) if hand else (0.0, float(ideal.shaft_angle))

@@ -155,8 +155,8 @@ def undercut_path_remarks(design: Design) -> Iterator[Remark]:
 
 
 def tooth_remarks(name: str, member: Member) -> Iterator[Remark]:
-    """Yield warnings on flanks that cannot be cut, undercut, pointed teeth and thin tips of the member
-    `name`."""
+    """Yield warnings on flanks that cannot be cut, undercut, pointed teeth and tips thinner than
+    LEAST_TIP_MODULES of the member `name`, and notes on other thin tips."""
     # Tip thickness below which a case-hardened tip may be hardened through, modules: a note.
     thin_tip = 0.2
     if fault := cut_fault(member):

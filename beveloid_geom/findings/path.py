@@ -265,7 +265,13 @@ def _path_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
                 " and the contact ratio covers all rolls of the path"
             ),
         ),
-        (path.l1, "l1 turns back along the path: the pinion flank has two contacts at some l1"),
+        (
+            path.l1,
+            (
+                "l1 turns back along the path: the pinion flank has two contacts at some l1, the position"
+                " along its tool flank"
+            ),
+        ),
     ):
         steps = np.diff(values)
         if steps.size and steps.min() < -monotone_tolerance and steps.max() > monotone_tolerance:

@@ -232,9 +232,9 @@ def _starts(
         values[Variable.GEAR_CONE] = shaft - values[Variable.PINION_CONE]
     for variable, value in given.items():
         values[variable] = value
-    crossing = _crossing(request, values) if request.offset != 0.0 else 0.0 * hand
+    helix_sum = _helix_sum(request, values) if request.offset != 0.0 else 0.0 * hand
     pairs = (
-        (Variable.PINION_HELIX, Variable.GEAR_HELIX, hand * crossing),
+        (Variable.PINION_HELIX, Variable.GEAR_HELIX, hand * helix_sum),
         (Variable.PINION_CONE, Variable.GEAR_CONE, 0.0),
     )
     for first, second, total in pairs if shaft == 0.0 else pairs[:1]:
@@ -246,9 +246,9 @@ def _starts(
     return ClosureStarts(np.vstack((values, pressure)), hand, side, turn, np.full(count, owner))
 
 
-def _crossing(request: Request, values: FloatArray) -> FloatArray:
-    """Return an estimate of the sum of the working helix angles, from the offset and approximate radii if it
-    is given."""
+def _helix_sum(request: Request, values: FloatArray) -> FloatArray:
+    """Return an estimate of the sum of the working helix angles: from the offset and approximate radii if the
+    offset is given, otherwise the shaft angle."""
     if request.offset is None or request.shaft_angle == 0.0:
         return np.full(values.shape[1], request.shaft_angle)
     module, (first, second) = float(request.members[0].tool.normal_module), request.teeth

@@ -108,8 +108,8 @@ def design_of(request: Request, values: FloatArray) -> Design:
 
 def tooth_criteria(request: Request, values: FloatArray) -> PairCriteria:
     """Return the criteria of pairs (7, n) that do not need their paths of contact."""
-    # Range of the tip clearance in which its reserve rises from 0 to 1. The range begins at half of
-    # this value, because the estimate may be too large by this amount.
+    # Range of the tip clearance in which its reserve rises from 0 to 1: 0.05 to 0.15 modules. It does not
+    # begin at 0, the limit of `check`, because the estimate may be too large by up to 0.05 modules.
     clearance_range_modules = 0.1
     design, layout = pair_at(request.members, values)
     module, members = float(request.members[0].tool.normal_module), design.members

@@ -54,7 +54,7 @@ class Request:
     helix_angle : float or None
         Helix angle of the pinion, rad, right hand positive.
     crossing : float or None
-        Angle between the generators of the drive flanks, rad; 0 is line contact.
+        Crossing angle of the generators of the drive flanks, rad, not of the axes; 0 is line contact.
     least_cones : bool
         Whether the larger cone angle is minimised.
     shifts : tuple of float or None
@@ -128,7 +128,7 @@ def _single_faults(request: Request) -> Iterator[Fault]:
     if text := number_fault(request.module, tool["normal_module"]):  # limits of other lengths depend on it
         yield Fault("", "module", text)
         return
-    pressure = FieldLimit(5.0, 32.0, "deg", "the usual basic rack is pointed, usual are 14.5 to 25")
+    pressure = FieldLimit(5.0, 32.0, "deg", "usual are 14.5 to 25; at more than 32 the basic rack is pointed")
     smaller = "it is the smaller angle between the axes, give 180 deg minus this angle"
     shaft = FieldLimit(0.0, 90.0, "deg", smaller, ((0.0, "give its magnitude, 0 is parallel axes"),))
     crossing = FieldLimit(0.0, 90.0, "deg", "give its magnitude, 0 is line contact")

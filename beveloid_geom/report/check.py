@@ -236,9 +236,9 @@ class ProposalReport:
         """Definition of the reserve."""
         return (
             "smallest distance from a warning of `check`, divided by a sufficient distance, over these"
-            " criteria: contact ratio, tip thickness, tip clearance, undercut, depth of the tips below the"
-            " active flank of the mate, shift of the path under errors; computed before the numbers are"
-            " rounded"
+            " criteria: contact ratio, tip thickness, tip clearance, undercut, depth of active flank that"
+            " remains below the tips of the mate (depth of tips), shift of the path under errors; computed"
+            " before the numbers are rounded"
         )
 
     def text_of(self, k: int) -> str:

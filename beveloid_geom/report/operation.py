@@ -118,7 +118,8 @@ class OperationReport(Report):
         remarks = list(self.edge_remarks)
         if self.pitch_cycle is not None:
             words = self._pitch_words(self.pitch_cycle)
-            remarks.append(Remark(NOTE, f"{self.flank} flanks, deviations of all teeth: {words}"))
+            error = f"{self.flank} flanks, transmission error with the deviations of all teeth"
+            remarks.append(Remark(NOTE, f"{error}: {words}"))
         pattern = f"the contact pattern for a film of {1e3 * self.film:g} um reaches {self.edges_reached}"
         return (*remarks, Remark(NOTE, f"{self.flank} flanks: {pattern}"))
 

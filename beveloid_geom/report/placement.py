@@ -85,7 +85,8 @@ class PlaceReport(ResultReport[Placement]):
             "face, z, dl",
             "middle of the path on the pinion: share of the face from the end at -z, distance from mid-face,"
             f" and l1 minus the required l1 = {result.wanted_l:.4f} mm, which is centred in profile by"
-            " default",
+            " default; l1 is the position along the tool flank from the apex of its parabola, positive"
+            " towards the tip",
         )
         text += line(
             "ratio, TE, edges",

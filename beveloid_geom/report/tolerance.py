@@ -107,7 +107,7 @@ class ToleranceReport(ResultReport[ToleranceStudy]):
             "at other limits of the flanks than in the design in"
             f" {_percent(study.limits_changed(), study.cases)} of the mountings",
         )
-        text += line("path", _limit_words(study))
+        text += line("path", _limit_words(self.design, study))
         text += line(
             "contact ratio", f"below 1 in {_percent(below_one(study), study.cases)} of the mountings"
         )
@@ -215,7 +215,7 @@ def tolerance_remarks(design: Design, study: ToleranceStudy) -> tuple[Remark, ..
     mountings = study.mountings
     failed = np.isin(mountings.status, (Status.NOT_CONVERGED, Status.UNDEFINED))
     faces = np.isin(mountings.limit, FACE_ENDS).any(axis=1)
-    jammed = "{} of mountings cannot be assembled, judged by the backlash between tangent flanks"
+    jammed = "{} of mountings cannot be assembled, judged by the backlash of the flanks without edge contact"
     counts = [
         (f"{lead} of mountings have no contact", ~mountings.solved & ~failed, WARNING),
         (f"{lead} of mountings could not be computed", failed, UNKNOWN),
@@ -256,7 +256,8 @@ def _jam_words(study: ToleranceStudy) -> str:
     """Return the share of mountings that cannot be assembled, and how certain it is."""
     counts = jam_counts(study)
     jammed, certain, unknown = (_percent(count, study.cases) for count in counts.values())
-    text = f"{jammed} of the mountings cannot be assembled, judged by the backlash between tangent flanks"
+    text = f"{jammed} of the mountings cannot be assembled, judged by the backlash of the flanks without edge"
+    text += " contact"
     if (study.mountings.tangency == Tangency.ESTIMATE).any():
         text += "; an estimate, because negative relative curvature or tips near fillets reduce the backlash"
     if counts["jammed_for_sure"] < counts["jammed"]:
@@ -289,10 +290,14 @@ def _percent(count: int, cases: int) -> str:
     return f"{100.0 * count / cases:.{decimals}f} %"
 
 
-def _limit_words(study: ToleranceStudy) -> str:
-    """Return the most frequent pairs of limits at which paths enter and leave the flanks."""
+def _limit_words(design: Design, study: ToleranceStudy) -> str:
+    """Return the most frequent pairs of limits at which paths enter and leave the flanks, with the printed
+    names of the ends of the faces."""
     counts, shown = list(study.limit_counts().items()), 8
-    words = [f"{enter} to {leave} {_percent(count, study.cases)}" for (enter, leave), count in counts[:shown]]
+    words = [
+        f"{limit_words(design, enter)} to {limit_words(design, leave)} {_percent(count, study.cases)}"
+        for (enter, leave), count in counts[:shown]
+    ]
     more = [f"{len(counts) - shown} more"] if len(counts) > shown else []
     return ", ".join(words + more)
 

@@ -157,6 +157,26 @@ def test_a_pair_without_contact_has_no_path() -> None:
     assert np.isnan(found.errors).all()
 
 
+def test_a_position_is_reached_from_a_design_without_a_path() -> None:
+    """A shaft-angle error of 0.1 deg moves the path of Table 1 off the flanks. The search that starts from a
+    grid finds a mounting with the path at mid-face, and none with the path at 98 % of the face."""
+    design = table1(errors=Errors(shaft_angle=np.radians(0.1)))
+    found = place_path(design, (0.5, 0.98))
+    assert found.status.tolist() == [PlaceStatus.REACHED, PlaceStatus.NOT_CONVERGED]
+    assert middle_of(under(design, found, 0), "right") == pytest.approx((0.0, found.wanted_l), abs=1e-6)
+    assert np.isnan(found.errors[1]).all()
+
+
+def test_a_pair_that_jams_at_all_trial_positions_has_no_values() -> None:
+    found = place_path(table1(), (0.05,), flank="left")
+    assert found.status[0] == PlaceStatus.OFF_CENTRE
+    assert np.isfinite(found.exact).all()
+    assert mounted_backlash(mounted(table1(), found.exact[0], found.by)).jammed
+    assert np.isnan(found.errors).all()
+    assert np.isnan(found.z).all()
+    assert not found.jammed[0]
+
+
 def test_the_position_along_the_face_is_kept_if_the_pair_jams() -> None:
     """The offset error of -0.255 mm that centres the path of the right flanks jams the pair. The result keeps
     the position along the face and has a backlash of nearly zero."""

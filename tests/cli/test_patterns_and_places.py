@@ -77,6 +77,20 @@ def test_a_position_without_a_mounting_has_a_note() -> None:
     assert max(map(len, result.stdout.splitlines())) <= 100
 
 
+def test_place_from_a_design_without_a_path() -> None:
+    arguments = ("place", "--at", "50", "--shaft-angle-error-deg", "0.1")
+    data, text = (run(*arguments, *form) for form in (("--json",), ()))
+    (place,) = strict_json(data.stdout)["places"]
+    assert (data.exit_code, data.stderr, text.exit_code, text.stderr) == (0, "", 0, "")
+    assert place["status"] == "reached"
+    assert place["shaft_angle_error"] == pytest.approx(np.radians(-0.10046), abs=1e-7)
+    assert text.stdout.splitlines()[3].endswith("  reached")
+    without = run("place", "--at", "50", "--offset-error", "60")
+    assert without.exit_code == 1
+    assert without.stdout.splitlines()[3].endswith("  no path")
+    assert without.stderr == "No contact: no mounting tried has a path on the right flanks\n"
+
+
 def test_place_where_the_pair_jams() -> None:
     data, text = (run("place", "--at", "25", *form) for form in (("--json",), ()))
     (place,) = strict_json(data.stdout)["places"]

@@ -154,6 +154,20 @@ def test_text_of_a_tolerance_study_has_its_shares() -> None:
     assert float(line.split()[7]) == pytest.approx(study.quantiles((0.5,))["pinion_z_middle"][0], abs=5.1e-4)
 
 
+def test_text_of_a_tolerance_study_has_the_printed_names_of_the_ends() -> None:
+    """The pinion of awd-transfer is cylindrical: the end at -z, toe in JSON, is printed as its back."""
+    given = ("tolerance", "awd-transfer", "--shaft-angle-tolerance-deg", "0.2", "--cases", "50")
+    text, data = run(*given), run(*given, "--json")
+    words = " ".join(text.stdout.split())
+    pairs = [(one["enter"], one["leave"]) for one in strict_json(data.stdout)["limits"]]
+    assert any("pinion_toe" in pair for pair in pairs)
+    printed_ends = {"pinion_toe": "pinion back", "pinion_heel": "pinion front"}
+    enter, leave = (printed_ends.get(name, name.replace("_", " ")) for name in pairs[-1])
+    assert f"{enter} to {leave} " in words
+    assert "pinion toe" not in words
+    assert "pinion heel" not in words
+
+
 def test_tolerance_study_without_a_path(design_file: Callable[..., Path]) -> None:
     source = design_file("[errors]\noffset = 0.0", "[errors]\noffset = 4.0")
     result = run("tolerance", source, "--offset-tolerance", "0.1", "--cases", "5", "--jobs", "2")

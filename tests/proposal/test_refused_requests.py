@@ -94,7 +94,7 @@ BAD = {
     ),
     "pointed tool": (
         replace(FIRST, pressure_angle=radians(33.0)),
-        "pressure_angle_deg must be between 5 and 32 deg, got 33.0: the usual basic rack is pointed",
+        "pressure_angle_deg must be between 5 and 32 deg, got 33.0: usual are 14.5 to 25; at more than 32",
     ),
     "no fillets": (
         replace(MARINE, offset=180.0, gear=replace(GEAR, tool=replace(GEAR.tool, tip_radius=0.6))),

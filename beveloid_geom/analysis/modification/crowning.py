@@ -178,7 +178,7 @@ class _Trial:
         """Return transmission error, rad, length, mm, and share on edges."""
         changed = self.crowned(x)
         cycle = mesh_cycle(changed, self.flank, 1)
-        # Number of grid points of a pattern along the face.
+        # Distance of the grid points of a pattern, mm: 80 steps along the face.
         resolution = float(getattr(self.design, self.member).face_width) / 80
         pattern = contact_pattern(changed, self.flank, self.separation, resolution=resolution)
         reached_length = pattern_length(getattr(pattern, self.member), self.separation)
