@@ -207,7 +207,7 @@ def _inner_walls(
         points = np.stack((plane.real, plane.imag, np.broadcast_to(z, plane.shape)), axis=-1)
         normals = -points * (1.0, 1.0, 0.0)
         if name in SIDES:
-            along = np.gradient(points, z, axis=1, edge_order=min(2, len(z) - 1))
+            along = np.gradient(points, z, axis=1, edge_order=2 if len(z) > 2 else 1)
             normals = np.cross(np.gradient(points, axis=0), along)
             normals *= -1.0 if name == SIDES[0] else 1.0
         walls[name] = points, normals / np.linalg.norm(normals, axis=-1, keepdims=True)
