@@ -1,15 +1,43 @@
-"""Limits of paths by undercut."""
+"""Limits of paths and of contact lines by undercut."""
 
 from __future__ import annotations
 
-from math import radians
+from math import cos, radians
 
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Errors, Member, Pair, Tool, path_of_contact
+from beveloid_geom import Design, Errors, Member, Pair, Tool, contact_lines, path_of_contact
 from beveloid_geom.gear.active_flank import active_start
 from beveloid_geom.pair.zero_backlash import zero_backlash_layout
+from tests.stability.answers import without_undercut
+from tests.stability.five_residuals import batch_of_one
+
+
+@pytest.mark.parametrize(("helix_deg", "cone_deg"), [(0.0, 0.0), (10.0, 0.0), (0.0, 3.0)])
+def test_contact_lines_of_a_path_without_limits_by_undercut(
+    helix_deg: float, cone_deg: float, flank: str
+) -> None:
+    """Undercut does not limit the lines of such a path either. They pass through its contacts, and on
+    cylinders its contact ratio is the sum of both parts."""
+    tool, helix, cone = Tool(2.0, radians(20.0)), radians(helix_deg), radians(cone_deg)
+    pinion = Member(tool, 10, helix, cone, 0.0, 20.0)
+    gear = Member(tool, 30, -helix, -cone, 0.0, 20.0)
+    design = Design(pinion, gear, Pair(40.0 / cos(helix), 0.0))
+    path = path_of_contact(design, flank, 9, undercut=False)
+    assert path.contact_ratio > path_of_contact(design, flank, 9).contact_ratio + 0.1
+    lines = contact_lines(path)
+    assert (lines.length[1:-1] > 0.1).all()
+    assert (lines.l1.min(axis=-1) <= path.l1 + 1e-9).all()
+    assert (lines.l1.max(axis=-1) >= path.l1 - 1e-9).all()
+    if cone == 0.0:
+        parts = float(lines.transverse_ratio + lines.overlap_ratio)
+        assert parts == pytest.approx(float(path.contact_ratio), abs=1e-9)
+    with without_undercut():
+        whole = contact_lines(path_of_contact(batch_of_one(design), flank, 9))
+    np.testing.assert_allclose(whole.point[0], lines.point, atol=1e-9)
+    few = path_of_contact(design, flank, l1=path.l1[2:7], undercut=False)
+    np.testing.assert_allclose(contact_lines(few).length, lines.length[2:7], atol=1e-6)
 
 
 def test_part_with_the_largest_range_of_roll_between_edges_of_undercut() -> None:
