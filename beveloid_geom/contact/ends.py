@@ -123,53 +123,76 @@ def _before_edges(pairing: FlankPair, series: PathSeries, ends: Ends) -> Ends:
     The part above the edges of both flanks with the largest range of roll is used. The edges are not
     polynomials of the path, so that crossings are sampled and then bisected.
     """
-    # Rows of a series from which z of a contact on both members follows.
-    toe_rows = ROW_COUNT + Limit.PINION_TOE, ROW_COUNT + Limit.GEAR_TOE
-    # Bisection steps for the point at which a path meets an edge of undercut.
-    edge_bisections = 55
-
-    def inside(x: FloatArray) -> FloatArray:
-        values = evaluate(series.coefficients[[0, 1, *toe_rows]], x)
-        return edge_margins(pairing, values[:2], values[2:] - pairing.half_width)
-
     low, high = np.sort(ends.x, axis=-1).T[..., None]
     x = low + (high - low) * FINE_POSITIONS
-    depth = inside(x).min(axis=0)
+    depth = _edge_depths(pairing, series.coefficients, x).min(axis=0)
     cut = np.flatnonzero(((depth < 0.0).any(axis=-1)) & (ends.status == Status.SOLVED))
     if not cut.size:
         return ends
-    x, depth = x[cut], depth[cut]
-    # Longest run of samples above both edges, with its ends refined by bisection.
-    first, last, pieces = _longest_run(depth >= 0.0)
-    row, limits = np.arange(cut.size), ends.limit[cut]
-    result = np.empty((cut.size, 2))
-    swapped = ends.x[cut, 0] > ends.x[cut, 1]
-    part, coefficients = pairing.cases(cut), series.coefficients[:, cut]
+    # Longest run of samples above both edges. If there are several, their ranges of roll are compared.
+    above = depth[cut] >= 0.0
+    first, last, pieces = _longest_run(above)
+    shortened = _cut_to_run(pairing.cases(cut), series.cases(cut), ends.cases(cut), x[cut], first, last)
+    for place in np.flatnonzero(pieces > 1):
+        one = cut[place, None]
+        case = pairing.cases(one), series.cases(one), ends.cases(one), x[one]
+        changes = np.flatnonzero(np.diff(above[place], prepend=False, append=False))
+        runs = changes.reshape(-1, 2, 1)
+        for start, stop in runs[runs[:, 0, 0] != first[place]]:
+            part = _cut_to_run(*case, start, stop - 1)
+            if part.span[0] > shortened.span[place]:
+                shortened.put(np.array([place]), part)
+    shortened.pieces[:] += pieces - 1
+    gone = np.flatnonzero(pieces == 0)
+    shortened.put(gone, no_ends(np.full(gone.size, np.int8(Status.OFF_FLANK))))
+    ends.put(cut, shortened)
+    return ends
+
+
+def _edge_depths(pairing: FlankPair, coefficients: FloatArray, x: FloatArray) -> FloatArray:
+    """Return the distance (2, cases, positions), mm, of contacts at x above the edges of both flanks."""
+    # Rows of a series from which z of a contact on both members follows.
+    toe_rows = ROW_COUNT + Limit.PINION_TOE, ROW_COUNT + Limit.GEAR_TOE
+    values = evaluate(coefficients[[0, 1, *toe_rows]], x)
+    return edge_margins(pairing, values[:2], values[2:] - pairing.half_width)
+
+
+def _cut_to_run(
+    pairing: FlankPair,
+    series: PathSeries,
+    ends: Ends,
+    x: FloatArray,
+    first: NDArray[np.int_],
+    last: NDArray[np.int_],
+) -> Ends:
+    """Return the ends of the parts of paths in which the samples x (cases, samples) from `first` to `last`
+    (cases) are above the edges of undercut, refined by bisection; NaN if `first` exceeds `last`.
+    """
+    # Bisection steps for the point at which a path meets an edge of undercut.
+    edge_bisections = 55
+    row, limit = np.arange(len(x)), ends.limit.copy()
+    result = np.empty((len(x), 2))
+    swapped = ends.x[:, 0] > ends.x[:, 1]
     for end, (place, sense) in enumerate(((first, -1), (last, 1))):
         beyond = np.clip(place + sense, 0, FINE_POSITIONS.size - 1)
         good, bad = x[row, place], x[row, beyond]
         for _ in range(edge_bisections):
             middle = 0.5 * (good + bad)
-            values = evaluate(coefficients[[0, 1, *toe_rows]], middle[:, None])
-            margins = edge_margins(part, values[:2], values[2:] - part.half_width)[..., 0]
+            margins = _edge_depths(pairing, series.coefficients, middle[:, None])[..., 0]
             holds = margins.min(axis=0) >= 0.0
             good, bad = np.where(holds, middle, good), np.where(holds, bad, middle)
         result[:, end] = good
         side = np.where(swapped, 1 - end, end)
         moved = beyond != place
-        limits[row[moved], side[moved]] = margins.argmin(axis=0)[moved]
+        limit[row[moved], side[moved]] = margins.argmin(axis=0)[moved]
     # Restore the order of entering and leaving.
     result[swapped] = result[swapped, ::-1]
-    gone = pieces == 0
-    result[gone], limits[gone] = np.nan, -1
-    values = evaluate(coefficients[[0, 1, ROLL]], result)
-    span, turning = _roll_span(series.cases(cut), result, values[2])
-    for name, value in (("x", result), ("roll", values[2]), ("limit", limits), ("span", span)):
-        getattr(ends, name)[cut] = value
-    ends.l[:, cut], ends.turning[cut] = values[:2], turning & ~gone
-    ends.pieces[cut] = np.where(gone, 0, ends.pieces[cut] + pieces - 1)
-    ends.status[cut[gone]] = Status.OFF_FLANK
-    return ends
+    result[first > last] = np.nan
+    l1, l2, roll = evaluate(series.coefficients[[0, 1, ROLL]], result)
+    span, turning = _roll_span(series, result, roll)
+    return Ends(
+        result, np.array((l1, l2)), roll, limit, span, turning, ends.pieces.copy(), ends.status.copy()
+    )
 
 
 def _ends(pairing: FlankPair, series: PathSeries, x: FloatArray, pieces: NDArray[np.int_]) -> Ends:

@@ -185,8 +185,10 @@ def _flanks(members: Member, flank: str, each: Each | None, undercut: bool = Tru
 
 
 def _distinct(members: Member, folding: Mask) -> Each:
-    """Return the different pinions and gears among the cases whose flanks may be `folding` (2, cases), and
-    the number (cases,) of the member of each case, -1 for a sound one.
+    """Return the different pinions and gears that may be undercut, and the number (cases,) of the member of
+    each case, -1 for a member without undercut.
+
+    `folding` (2, cases) states where the generated surface may turn back on itself, which is undercut.
     """
     tool, result = members.tool, []
     for j, folds in enumerate(folding.reshape(2, -1)):

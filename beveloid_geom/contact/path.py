@@ -29,7 +29,7 @@ from ..design.model import Design
 from ..status import Limit, Status
 from ..support.array_repr import html_table, short_repr
 from .ends import Ends, no_ends
-from .flank_pair import FlankPair, generated_pairing, is_modified, pairing_of
+from .flank_pair import FlankPair, generated_pairing, is_modified
 from .path_polynomial import NORMAL, PHASE, POINT, ROW_COUNT, ROWS
 from .path_positions import (
     middles_of,
@@ -112,6 +112,7 @@ class ContactPath:
 
     __repr__ = short_repr
     _repr_html_ = html_table
+    _undercut = True  # argument of `path_of_contact`; no field, because it is no result
 
     design: Design = field(repr=False)
     flank: str
@@ -164,9 +165,8 @@ def path_of_contact(
         Flank of both members. The paper does not say which flanks its figures show.
     points : int
         Number of positions, from the exact point where the path enters both flanks to the exact point where
-        it leaves them, evenly spaced in pinion roll. If the roll turns back along the path, they are evenly
-        spaced in l1. If the path is not a function of l1, they are evenly spaced along its chord or along the
-        curve.
+        it leaves them, evenly spaced in pinion roll. Only if the roll turns back along the path, they are
+        evenly spaced in l1, or along the chord or the curve of a path that is not a function of l1.
     l1 : array_like, shape (positions) or batch shape and positions, optional
         Replaces `points`: pinion flank parameters of the contacts, mm. They may be outside the limits of the
         flanks, with the status OFF_FLANK.
@@ -177,7 +177,8 @@ def path_of_contact(
     -------
     ContactPath
         If there is no contact on the flanks, the arrays of a single design are empty, and those of a batch
-        have rows of NaN.
+        have rows of NaN. With `l1`, there is one entry for each given value, with its own status, also
+        without contact on the flanks.
 
     Raises
     ------
@@ -204,11 +205,11 @@ def path_of_contact(
     cases = pairing.branch.shape[0]
     given = None if l1 is None else _by_case(l1, shape)
     if is_modified(design, flank):
-        return _on_surfaces(design, flank, pairing, points, given)
+        return _on_surfaces(design, flank, pairing, points, given, undercut)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         # Up to 16 given l1 are solved one by one, if each has one contact.
         if given is not None and given.shape[-1] <= 16 and (alone := rows_alone(pairing, given)):
-            return _result(design, flank, *alone, undercut=undercut)
+            return _result(design, flank, *alone, None, undercut)
         groups = paths_on_flanks(pairing)
         table, status = _rows_of_groups(groups, points, given, cases)
         middle = None if given is None else middles_of(groups, given)
@@ -218,11 +219,21 @@ def path_of_contact(
         table[PHASE] -= middle
     elif not shape and path_ends.status != Status.SOLVED:
         table, status = table[..., :0], status[:, :0]
-    return _result(design, flank, table, status, path_ends)
+    return _result(design, flank, table, status, path_ends, undercut)
+
+
+def pairing_of_path(path: ContactPath) -> FlankPair:
+    """Return the constants of the generated flanks of a path, limited by undercut only if the path is."""
+    return generated_pairing(path.design, path.flank, path._undercut)
 
 
 def _on_surfaces(
-    design: Design, flank: str, pairing: FlankPair, points: int, given: FloatArray | None
+    design: Design,
+    flank: str,
+    pairing: FlankPair,
+    points: int,
+    given: FloatArray | None,
+    undercut: bool,
 ) -> ContactPath:
     """Return the path of modified flanks, to which the one equation does not apply."""
     cases = pairing.branch.shape[0]
@@ -235,7 +246,7 @@ def _on_surfaces(
         path_ends = _of_batch(pairing, surface_ends(paths, cases), design.batch_shape)
     if given is None and not design.batch_shape and path_ends.status != Status.SOLVED:
         table, status = table[..., :0], status[:, :0]
-    return _result(design, flank, table, status, path_ends)
+    return _result(design, flank, table, status, path_ends, undercut)
 
 
 def _rows_of_groups(
@@ -366,8 +377,8 @@ def _result(
     flank: str,
     table: FloatArray,
     status: NDArray[np.int8],
-    ends: PathEnds | None = None,
-    undercut: bool = True,
+    ends: PathEnds | None,
+    undercut: bool,
 ) -> ContactPath:
     """Return the path with these rows (ROW_COUNT, cases, positions).
 
@@ -380,16 +391,18 @@ def _result(
     rows = {name: table[row] for name, row in ROWS.items()}
     if ends is not None:
         rows["transmission_error"] = gear_sense(flank) * rows["transmission_error"]
-        return ContactPath(design=design, flank=flank, status=status, ends=ends, **rows, **vectors)
-    del rows["transmission_error"]
-    path = object.__new__(ContactPath)
-    vars(path).update(design=design, flank=flank, status=status, _undercut=undercut, **rows, **vectors)
+        path = ContactPath(design=design, flank=flank, status=status, ends=ends, **rows, **vectors)
+    else:
+        del rows["transmission_error"]
+        path = object.__new__(ContactPath)
+        vars(path).update(design=design, flank=flank, status=status, **rows, **vectors)
+    vars(path)["_undercut"] = undercut
     return path
 
 
 def _searched(path: ContactPath) -> dict[str, Any]:
     """Return ends and transmission error of contacts that were solved one by one."""
-    pairing = pairing_of(path.design, path.flank, undercut=vars(path)["_undercut"])
+    pairing = pairing_of_path(path)
     shape = path.l1.shape
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         groups = paths_on_flanks(pairing)

@@ -77,8 +77,8 @@ class PathSeries:
     """Paths as polynomials of a parameter x in [-1, 1].
 
     `coefficients` (FULL_ROW_COUNT, cases, degree + 1). `middle`, `half` (cases, 1), mm: l1 = middle + half x.
-    They are NaN if x is another parameter: the position along a chord or guide, or w1. `status` (cases):
-    SOLVED, or the reason why there is no series.
+    They are NaN if x is another parameter: w1, or the position along a chord or along the polynomial through
+    traced points (`curves.curve_series`). `status` (cases): SOLVED, or the reason why there is no series.
     """
 
     coefficients: FloatArray

@@ -200,8 +200,8 @@ def _near_faces(pairing: FlankPair, known: NDArray[np.bool_]) -> tuple[list[Grou
     """Return paths where the cells of l1 and l2 leave at most one curve near the faces for each sign of n_x.
 
     The cells shrink from round to round. The other results are the remaining cases, and bounds in l1 and l2,
-    mm, of all contacts near their faces. Cases that are `known` from a series over all l1, for which the
-    cells give no further result, are in neither list.
+    mm, of all contacts near their faces. Cases that are `known` from a series over l1 or a part of it, and
+    whose cells show no other curve, are in neither list: they keep this series.
     """
     undefined = pairing.undefined
     status = np.where(undefined, np.int8(Status.UNDEFINED), np.int8(Status.OFF_FLANK))

@@ -163,6 +163,7 @@ def linearised(pairing: FlankPair, z: FloatArray, units: FloatArray) -> tuple[Fl
     y = np.ascontiguousarray(np.moveaxis(z * units, -1, 0))
     (nx, w), layout, size = y[2:], pairing.layout, pairing.scale
     residual, met = meet_on_curve(pairing, y)
+    # eta replaces A (`level`), which `met` does not contain: neither derivative below uses it.
     terms = MemberTerms(met.normal, met.start, met.square, met.moment, met.along, met.slope)
     rates, both = term_rates(pairing.rack, pairing.position, y[:2], terms), (terms.of(0), terms.of(1))
     # The positions of each entry are contiguous in memory.

@@ -9,8 +9,9 @@ points (`chains_of`).
 
 Its part near the flanks is solved at Chebyshev points, starting from these points: where the curve crosses
 planes perpendicular to the l1 axis or to the chord of this part (`chain_series`). The chord is in the space
-of l1, l2, n_x and w_1. Along the chord, degree 16 resolves most curves that no degree over l1 does. Nodes of
-a degree are every second node of twice this degree, so that none is solved twice.
+of l1, l2, n_x and w_1. The degrees 10, 20, 40 and 80 are tried in this order. Along the chord, 20 or 40
+resolves most curves that no degree over l1 does. Nodes of a degree are every second node of twice this
+degree, so that none is solved twice.
 
 Curves that had to be traced have a guide in place of the chord: a polynomial through the traced points
 (`series_along`). The point with parameter x is where the curve crosses the plane perpendicular to the guide

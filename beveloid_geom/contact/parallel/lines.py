@@ -28,7 +28,7 @@ from ...status import Limit, Status
 from ...support.array_repr import short_repr
 from ..equation import axial_and_radius, edge_margins, limit_margins, roll_angles
 from ..flank_pair import FlankPair, generated_pairing, is_modified, pairing_of
-from ..path import ContactPath
+from ..path import ContactPath, pairing_of_path
 from ..path_polynomial import POINT, ROW_COUNT, ROWS, rows_of
 from ..surfaces.problems import problems_of
 from .equation import along_axes, meet_on_parallel
@@ -72,9 +72,9 @@ def touches_along_lines(design: Design, flank: str = "right") -> NDArray[np.bool
     """Return whether flanks without modification have line contact, if they touch at all.
 
     They have line contact on parallel axes, with the errors of the design, in three cases: without parabolas
-    if normals and rack lines of both members agree; with teeth parallel to the axes; and with parabolas of
-    one rack (a_1 = -a_2) on reference cylinders that touch. The result is False for flanks with a
-    modification; use `is_line_contact` for them.
+    if both members have the same normal and the same direction of the generators (lines of constant l) in the
+    plane of action; with teeth parallel to the axes; and with parabolas of one rack (a_1 = -a_2) on reference
+    cylinders that touch. The result is False for flanks with a modification; use `is_line_contact` for them.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def contact_lines(path: ContactPath) -> ContactLines:
     Parameters
     ----------
     path : ContactPath
-        Path with evenly spaced positions.
+        Path with evenly spaced positions. Undercut limits the lines only if it limits the path.
 
     Returns
     -------
@@ -191,7 +191,7 @@ def _lines_at(path: ContactPath, l1: FloatArray, roll: FloatArray) -> ContactLin
     """Return the lines of a path at rolls (..., lines), rad, each through the contact at l1, mm."""
     # Quantities of both ends of a line, named as in `ContactPath`.
     end_quantities = ("l1", "l2", "u1", "u2", "pinion_z", "pinion_r", "gear_z", "gear_r")
-    pairing, shape = generated_pairing(path.design, path.flank), path.design.batch_shape
+    pairing, shape = pairing_of_path(path), path.design.batch_shape
     l1 = l1.reshape(len(pairing.branch), -1)
     roll = roll.reshape(l1.shape)
     # NaN for cases that do not touch along lines.

@@ -30,8 +30,8 @@ class ErrorRates:
     """Quantities at contacts and their derivatives.
 
     `value` (COUNT, n); `by_state` (COUNT, 3, n), by s1, z1 and the pinion roll; `by_error` (COUNT, 4, n), by
-    the errors at constant state. `gradient` (2, 3, n) and `change` (2, 4, n) belong to the equations of
-    tangency.
+    the errors at constant s1, z1 and pinion roll, with s2 from the equation of equal radii. `gradient` (2, 3,
+    n) and `change` (2, 4, n) are the same derivatives of the two equations G.P_s = 0 and G.P_z = 0.
     """
 
     value: FloatArray

@@ -14,8 +14,8 @@ def positions_on(problem: Problem, segment: Segment, share: FloatArray) -> tuple
     """Return exact contacts (cases * positions) from enter (0) to leave (1), and whether they were solved,
     (cases, positions).
 
-    `share` (positions,) are the fractions of the way. The way is measured in pinion roll, or along the curve
-    if the roll turns back.
+    `share` (positions,) are the fractions of the way. The way is measured in pinion roll. If the roll turns
+    back, it is measured in the parameter x of the segment: s1, or the length of a traced curve.
     """
     cases, count = segment.span.size, share.size
     # At given rolls, or in planes across the curve: a given roll is a plane across its axis.

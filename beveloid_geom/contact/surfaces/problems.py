@@ -3,12 +3,12 @@
 Members are single, the placement (errors, offset, shaft angle, mounting) may be a batch. Batches of members
 are divided into pairs of different members.
 
-On parallel axes, unmodified flanks touch along lines. Modified flanks still do where the modifications do not
-vary along these lines, as on spur gears with tip relief, or where neither flank is relieved. Every point of
-these lines is a contact, so that the equations have no single solution. The pinion then has an additional
-helix crowning of LINE_CROWNING_MODULES: the contact on each line is now the point nearest to mid-face, which
-is the limit for crownings that tend to zero. Searches for a first contact use it as well
-(`with_line_crowning`).
+On parallel axes, unmodified flanks touch along lines in the cases of `along_lines`, for example without
+parabolas. Modified flanks still do where the modifications do not vary along these lines, as on spur gears
+with tip relief, or where neither flank is relieved. Every point of these lines is a contact, so that the
+equations have no single solution. The pinion then has an additional helix crowning of LINE_CROWNING_MODULES:
+the contact on each line is now the point nearest to mid-face, which is the limit for crownings that tend to
+zero. Searches for a first contact use it as well (`with_line_crowning`).
 """
 
 from __future__ import annotations
