@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import Codes, FloatArray, Integers, Mask
-from ..contact.ellipse import MARKING_SEPARATION
+from ..contact.ellipse import MARKING_SEPARATION_MM
 from ..design.model import Design
 from ..gear.active_flank import place_at
 from ..gear.flank import flank_point
@@ -93,7 +93,7 @@ def cycle_statistics(mountings: Design, flank: str) -> CycleStatistics:
     ValueError
         For members of arrays, and if the tip rounds of a tool overlap.
     """
-    ratios = operating_ratios(mountings, flank, (MARKING_SEPARATION,))
+    ratios = operating_ratios(mountings, flank, (MARKING_SEPARATION_MM,))
     cycle = ratios.cycle
     return CycleStatistics(
         status=cycle.status.reshape(-1).astype(np.int8),
@@ -106,7 +106,7 @@ def cycle_statistics(mountings: Design, flank: str) -> CycleStatistics:
 
 
 def pattern_ends(
-    design: Design, flank: str, separation: float = MARKING_SEPARATION, cycle: MeshCycle | None = None
+    design: Design, flank: str, separation: float = MARKING_SEPARATION_MM, cycle: MeshCycle | None = None
 ) -> Mask:
     """Return the edges of both flanks at which the contact pattern of a single design ends.
 

@@ -48,8 +48,8 @@ from .modification.objectives import (
 
 Vector: TypeAlias = np.ndarray[tuple[int], np.dtype[np.float64]]
 
-COEFFICIENT_UNIT = 1e-3  # 1/mm, so that the coefficients are near 1 in the optimiser
-EVEN_STEPS = 12
+COEFFICIENT_UNIT_PER_MM = 1e-3  # 1/mm, so that the coefficients are near 1 in the optimiser
+EVEN_GRID_STEPS = 12
 """Number of even steps of the graded search grid, before its steps double; the even search grid between the
 bounds has half as many."""
 CONSTRAINT_TOLERANCE = 1e-6  # relative to the bound of the constraint
@@ -163,10 +163,10 @@ def at_limits(values: Mapping[str, tuple[float, tuple[float, float]]]) -> tuple[
 def _candidates(design: Design, flank: str, aim: Aim) -> tuple[FloatArray, str]:
     """Return coefficients (n, 2), 1/mm, that satisfy an aim by its paths, the best first; or none and the
     reason."""
-    limits = np.array([aim.pinion_parabola, aim.gear_parabola]) / COEFFICIENT_UNIT
+    limits = np.array([aim.pinion_parabola, aim.gear_parabola]) / COEFFICIENT_UNIT_PER_MM
     starts = _starts(design, flank, aim, limits)
     x = np.hstack((starts, *(_refined(design, flank, aim, limits, start) for start in starts.T)))
-    paths = objectives_of(design, flank, aim, COEFFICIENT_UNIT * x[0], COEFFICIENT_UNIT * x[1])
+    paths = objectives_of(design, flank, aim, COEFFICIENT_UNIT_PER_MM * x[0], COEFFICIENT_UNIT_PER_MM * x[1])
     met = (_margins(paths, aim, x) >= -CONSTRAINT_TOLERANCE).all(axis=0) & np.isfinite(paths.shift)
     if not met.any():
         best = float(np.max(paths.contact_ratio, initial=0.0, where=~np.isnan(paths.contact_ratio)))
@@ -177,7 +177,9 @@ def _candidates(design: Design, flank: str, aim: Aim) -> tuple[FloatArray, str]:
             f" {aim.off_centre:g} mm of mid-face{swing}; the largest ratio tried is {best:.3f}:"
             " relax the constraints, or widen the bounds"
         )
-    backlash = tangent_backlash(design.with_parabola(COEFFICIENT_UNIT * x[0], COEFFICIENT_UNIT * x[1])).normal
+    backlash = tangent_backlash(
+        design.with_parabola(COEFFICIENT_UNIT_PER_MM * x[0], COEFFICIENT_UNIT_PER_MM * x[1])
+    ).normal
     met &= ~jammed(backlash, float(design.pinion.tool.normal_module))
     if not met.any():
         return x[:, :0].T, (
@@ -186,7 +188,7 @@ def _candidates(design: Design, flank: str, aim: Aim) -> tuple[FloatArray, str]:
             " reduce the profile shift, or increase the offset of crossed axes"
         )
     order = np.argsort(np.where(met, paths.goals.max(axis=0), np.inf), kind="stable")[: np.count_nonzero(met)]
-    return COEFFICIENT_UNIT * x[:, order].T, ""
+    return COEFFICIENT_UNIT_PER_MM * x[:, order].T, ""
 
 
 def _without_edges(design: Design, flank: str, aim: Aim) -> FloatArray:
@@ -224,19 +226,24 @@ def operation_of(design: Design, flank: str, aim: Aim) -> CycleExtremes:
 
 def _margins(paths: Objectives, aim: Aim, x: FloatArray) -> FloatArray:
     """Return the margins of all constraints (constraints, ...) at coefficients x (2, ...), in
-    COEFFICIENT_UNIT."""
+    COEFFICIENT_UNIT_PER_MM."""
     return np.concatenate((paths.margins(aim), -x.sum(axis=0)[None]))
 
 
 def _refined(design: Design, flank: str, aim: Aim, limits: FloatArray, start: Vector) -> FloatArray:
-    """Return the results (2, 2) of two SLSQP runs, in COEFFICIENT_UNIT: one in a box around the start, then
-    one within all bounds. In a single run, the first step might leave the valley of the start."""
+    """Return the results (2, 2) of two SLSQP runs, in units of COEFFICIENT_UNIT_PER_MM: one in a box around
+    the start, then one within all bounds. In a single run, the first step might leave the valley of the
+    start."""
     from scipy.optimize import Bounds, NonlinearConstraint, minimize
 
     @kept(8)  # SLSQP evaluates the constraints several times at the same coefficients
     def paths(first: float, second: float) -> Objectives:
         return objectives_of(
-            design, flank, aim, np.asarray(COEFFICIENT_UNIT * first), np.asarray(COEFFICIENT_UNIT * second)
+            design,
+            flank,
+            aim,
+            np.asarray(COEFFICIENT_UNIT_PER_MM * first),
+            np.asarray(COEFFICIENT_UNIT_PER_MM * second),
         )
 
     def greatest(x: Vector) -> float:
@@ -266,8 +273,8 @@ def _refined(design: Design, flank: str, aim: Aim, limits: FloatArray, start: Ve
 
 
 def _step(design: Design) -> float:
-    """Return the grid step, 0.001 over the module, in COEFFICIENT_UNIT."""
-    return 0.001 / (COEFFICIENT_UNIT * float(design.pinion.tool.normal_module))
+    """Return the grid step, 0.001 over the module, in COEFFICIENT_UNIT_PER_MM."""
+    return 0.001 / (COEFFICIENT_UNIT_PER_MM * float(design.pinion.tool.normal_module))
 
 
 def _check_bounds(aim: Aim) -> None:
@@ -283,12 +290,12 @@ def _check_bounds(aim: Aim) -> None:
 
 
 def _starts(design: Design, flank: str, aim: Aim, limits: FloatArray) -> FloatArray:
-    """Return starting coefficients (2, n), in COEFFICIENT_UNIT, the best first.
+    """Return starting coefficients (2, n), in COEFFICIENT_UNIT_PER_MM, the best first.
 
     They are the local minima of the constraint violation, then of the objective, on two grids: an even one
     between the bounds, and one of sums and differences of the coefficients that is the same for all bounds
     and finer in the sums."""
-    first, second = (np.linspace(low, high, EVEN_STEPS // 2 + 1) for low, high in limits.tolist())
+    first, second = (np.linspace(low, high, EVEN_GRID_STEPS // 2 + 1) for low, high in limits.tolist())
     even = np.meshgrid(first, second, indexing="ij")
     step, most = _step(design), float(np.abs(limits).sum())
     sums, apart = -_graded(0.25 * step, most), 2.0 * _graded(step, 0.5 * most)
@@ -313,11 +320,11 @@ def _least_of(
     missed, goal = np.full((2, *inside.shape), np.inf)
     if not inside.any():
         return x[:, :0, 0], missed[:0, 0], goal[:0, 0]
-    shown = objectives_of(design, flank, aim, *(COEFFICIENT_UNIT * x[:, inside]))
+    shown = objectives_of(design, flank, aim, *(COEFFICIENT_UNIT_PER_MM * x[:, inside]))
     missed[inside] = np.maximum(np.nan_to_num(-shown.margins(aim), nan=np.inf).max(axis=0), 0.0)
     goal[inside] = shown.goals.max(axis=0)
     met = inside & (missed == missed.min())
-    backlash = tangent_backlash(design.with_parabola(*(COEFFICIENT_UNIT * x[:, met]))).normal
+    backlash = tangent_backlash(design.with_parabola(*(COEFFICIENT_UNIT_PER_MM * x[:, met]))).normal
     missed[met] += jammed(backlash, float(design.pinion.tool.normal_module))
     rank = np.empty(missed.shape)
     rank.flat[np.lexsort((goal.ravel(), missed.ravel()))] = np.arange(rank.size)
@@ -328,8 +335,10 @@ def _least_of(
 
 
 def _graded(step: float, most: float) -> FloatArray:
-    """Return values from 0 to `most`: EVEN_STEPS even steps, then steps that double with the value."""
-    doublings = int(np.log2(max(1.0, most / (EVEN_STEPS * step)))) + 1
-    beyond = [2.0**k * n for k in range(doublings) for n in range(EVEN_STEPS + 2, 2 * EVEN_STEPS + 1, 2)]
-    values = step * np.append(np.arange(EVEN_STEPS + 1), beyond)
+    """Return values from 0 to `most`: EVEN_GRID_STEPS even steps, then steps that double with the value."""
+    doublings = int(np.log2(max(1.0, most / (EVEN_GRID_STEPS * step)))) + 1
+    beyond = [
+        2.0**k * n for k in range(doublings) for n in range(EVEN_GRID_STEPS + 2, 2 * EVEN_GRID_STEPS + 1, 2)
+    ]
+    values = step * np.append(np.arange(EVEN_GRID_STEPS + 1), beyond)
     return values[values <= most]

@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Codes, FloatArray, Mask, flank_sign
-from ..contact.ellipse import MARKING_SEPARATION
+from ..contact.ellipse import MARKING_SEPARATION_MM
 from ..design.arguments import require_design
 from ..design.model import Design
 from ..operation.backlash import mounted_backlash
 from ..operation.contact_pattern.motion import first_contact_operation
-from ..operation.contact_pattern.pattern import AREA_ERROR, ContactPattern, contact_pattern
+from ..operation.contact_pattern.pattern import RELATIVE_AREA_ERROR, ContactPattern, contact_pattern
 from ..operation.mesh_cycle import mesh_cycle
 from ..pair.misalignment import ALL_NAMES, errors_below, mounted, place_of
 from ..status import FirstStatus
@@ -106,9 +106,9 @@ def pattern_matrix(
     like: PatternMatrix | None = None,
     sizes: tuple[float, float] | None = None,
     cells: int = 3,
-    separation: float = MARKING_SEPARATION,
+    separation: float = MARKING_SEPARATION_MM,
     resolution: float | None = None,
-    area_error: float = AREA_ERROR,
+    area_error: float = RELATIVE_AREA_ERROR,
     progress: Callable[[int], object] | None = None,
 ) -> PatternMatrix:
     """Compute contact patterns under `cells` times `cells` values of two errors, evenly spaced from minus to

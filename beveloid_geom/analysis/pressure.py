@@ -38,7 +38,7 @@ from ..status import EllipseStatus, Status
 from ..support.array_repr import short_repr
 from .sliding import tooth_traces
 
-WHOLE = -1
+NO_LIMIT_REACHED = -1
 """Code of an ellipse that exceeds no limit."""
 
 
@@ -105,8 +105,8 @@ class PathPressure:
         pressure are those at the point of the line with the largest pressure; the pressure is NaN if the
         lines have no length.
     reaches : Codes
-        Codes of the `Limit` that the ellipse exceeds most, WHOLE if it exceeds none. If it exceeds one, the
-        true pressure is higher.
+        Codes of the `Limit` that the ellipse exceeds most, NO_LIMIT_REACHED if it exceeds none. If it exceeds
+        one, the true pressure is higher.
     status : Codes
         Codes of `EllipseStatus`.
     total_length : FloatArray
@@ -235,4 +235,4 @@ def _reaches(path: ContactPath, axes: FloatArray) -> Codes:
     if pairing.edges:
         margins[:2] = np.minimum(margins[:2], edge_margins(pairing, l, z))
     least = margins.reshape(8, *shape, 4).min(axis=-1)
-    return np.where(least.min(axis=0) < 0.0, least.argmin(axis=0), WHOLE).astype(np.int8)
+    return np.where(least.min(axis=0) < 0.0, least.argmin(axis=0), NO_LIMIT_REACHED).astype(np.int8)

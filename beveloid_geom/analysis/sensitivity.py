@@ -57,7 +57,7 @@ from .mountings import PLACES
 
 # Rows of `_quantities`: pinion roll, and the first margin. The transmission error is the row before it.
 _ROLL, _MARGINS = 8, 11
-_WIDTH = _MARGINS * (len(ERROR_NAMES) + 2)
+_COLUMNS = _MARGINS * (len(ERROR_NAMES) + 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,7 +165,10 @@ def path_sensitivity(
         raise ValueError("the design contains an array without elements: give at least one case")
     pairing = generated_pairing(design, flank)
     cases = pairing.branch.shape[0]
-    table, limit = np.full((_WIDTH, cases, len(PLACES)), np.nan), np.full((cases, 2), -1, dtype=np.int8)
+    table, limit = (
+        np.full((_COLUMNS, cases, len(PLACES)), np.nan),
+        np.full((cases, 2), -1, dtype=np.int8),
+    )
     scalars, status = np.full((2, cases, 1 + len(ERROR_NAMES)), np.nan), np.empty(cases, dtype=np.int8)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         modified = is_modified(design, flank)
@@ -174,7 +177,7 @@ def path_sensitivity(
             sense = np.broadcast_to(pairing.layout.sense, (cases, 1))[:, 0]
             for path in surface_paths(design, flank, pairing):
                 places, scalars[:, path.cases] = surface_rates(path, sense[path.cases])
-                table[:, path.cases] = places.reshape(_WIDTH, *places.shape[2:])
+                table[:, path.cases] = places.reshape(_COLUMNS, *places.shape[2:])
                 limit[path.cases], status[path.cases] = path.segment.limit, path.segment.status
                 lines[path.cases] = path.problem.line_contact
         cases_per_block = 256
@@ -198,8 +201,8 @@ def _by_mesh_errors(design: Design, sensitivity: Sensitivity) -> Sensitivity:
 
 
 def _of_group(group: Group) -> tuple[FloatArray, FloatArray]:
-    """Return rows (_WIDTH, cases, positions) of values, derivatives by the errors and direction of the path;
-    and roll and transmission error between their extrema (2, cases, 5), each with its derivatives."""
+    """Return rows (_COLUMNS, cases, positions) of values, derivatives by the errors and direction of the
+    path; and roll and transmission error between their extrema (2, cases, 5), each with its derivatives."""
     # Distance, in the parameter of the series, within which an extremum is at the end of the path.
     at_end = 1e-12
     series, ends = group.series, group.ends
@@ -230,7 +233,7 @@ def _of_group(group: Group) -> tuple[FloatArray, FloatArray]:
         )
         for row, k in ((_ROLL, 3), (_MARGINS - 1, 5))
     ]
-    return np.moveaxis(places, -1, 1).reshape(_WIDTH, *x.shape[:1], 3), np.stack(swing)
+    return np.moveaxis(places, -1, 1).reshape(_COLUMNS, *x.shape[:1], 3), np.stack(swing)
 
 
 def _curve_points(series: PathSeries, x: FloatArray) -> FloatArray:

@@ -41,9 +41,9 @@ from .mountings import Mountings, solved_mountings
 Distribution: TypeAlias = Literal["normal", "uniform"]
 MOUNTINGS_PER_BLOCK = 1024
 """Number of mountings that are drawn from one random stream and solved in one call."""
-CYCLE_COST = 48
+CYCLE_COST_PATHS = 48
 """Cost of a mounting in operation relative to that of its path, for the progress."""
-SHARES = (0.0, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 1.0)
+QUANTILE_SHARES = (0.0, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 1.0)
 """Probabilities for which a report has quantiles."""
 
 
@@ -151,7 +151,7 @@ class ToleranceStudy:
         changed = (self.mountings.limit != self.nominal.limit).any(axis=1)
         return int(np.count_nonzero(changed & self.mountings.solved))
 
-    def quantiles(self, shares: Sequence[float] = SHARES) -> dict[str, FloatArray]:
+    def quantiles(self, shares: Sequence[float] = QUANTILE_SHARES) -> dict[str, FloatArray]:
         """Return the quantiles (shares) of all quantities, over the mountings with a path or with a known
         mesh cycle; NaN if there are none."""
         solved = self.mountings.solved
@@ -203,8 +203,8 @@ def tolerance_study(
         Distributes the work, `blocks_per_task` blocks of mountings at a time. Neither `executor` nor
         `blocks_per_task` changes the result.
     progress : callable, optional
-        Called with the work done since the last call: 1 for each mounting, and CYCLE_COST more for a mounting
-        whose mesh cycle is computed.
+        Called with the work done since the last call: 1 for each mounting, and CYCLE_COST_PATHS more for a
+        mounting whose mesh cycle is computed.
 
     Returns
     -------
@@ -255,7 +255,7 @@ def tolerance_study(
     for part in distribute(partial(cycle_statistics, flank=flank), batches):
         parts.append(part)
         if progress is not None:
-            progress(CYCLE_COST * part.status.size)
+            progress(CYCLE_COST_PATHS * part.status.size)
     cycles, nominal = (
         joined(parts, axis=0),
         cycle_statistics(mounted(design, np.zeros((1, len(names))), names), flank),

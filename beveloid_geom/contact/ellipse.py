@@ -30,7 +30,7 @@ from .flank_pair import is_modified, pairing_of
 from .path import ContactPath
 from .surfaces.second_order import tangents_and_turns
 
-MARKING_SEPARATION = 0.00635
+MARKING_SEPARATION_MM = 0.00635
 """mm: thickness of the marking compound for which contact patterns are usually drawn."""
 
 
@@ -76,7 +76,7 @@ def relative_curvature(path: ContactPath) -> RelativeCurvature:
     return RelativeCurvature(curvature.reshape(*shape, 2), direction.reshape(*shape, 2, 3))
 
 
-def contact_ellipse(path: ContactPath, separation: float = MARKING_SEPARATION) -> ContactEllipse:
+def contact_ellipse(path: ContactPath, separation: float = MARKING_SEPARATION_MM) -> ContactEllipse:
     """Return the contact ellipses at the positions of a path.
 
     Parameters

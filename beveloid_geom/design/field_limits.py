@@ -24,9 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .written_numbers import (
-    DEGREE,
     IN_RADIANS,
     MM_PER_INCH,
+    RAD_PER_DEGREE,
     number_cure,
     refused as refused,
 )
@@ -102,8 +102,8 @@ class FieldLimit(NamedTuple):
         cure = next((text for bound, text in self.cures if value <= bound), self.cure)
         # A value that lies inside the range in another unit was probably given in that unit.
         other = {
-            "deg": (1.0 / DEGREE, IN_RADIANS),
-            "rad": (DEGREE, "was it given in degrees?"),
+            "deg": (1.0 / RAD_PER_DEGREE, IN_RADIANS),
+            "rad": (RAD_PER_DEGREE, "was it given in degrees?"),
             "mm": (MM_PER_INCH, "was it given in inches?"),
         }.get(self.unit)
         if other and value * other[0] != 0.0 and self.low <= value * other[0] <= self.high:

@@ -9,7 +9,7 @@ import numpy as np
 
 IN_RADIANS = "was it given in radians?"
 MM_PER_INCH = 25.4
-DEGREE = math.pi / 180.0
+RAD_PER_DEGREE = math.pi / 180.0
 
 
 def shown_value(value: object) -> str:
@@ -54,13 +54,13 @@ def _conversions(unit: str) -> dict[str, float]:
     """Return the factors to a unit by the unit in which a quantity was written."""
     lengths_mm = {"mm": 1.0, "um": 1e-3, "µm": 1e-3, "cm": 10.0, "m": 1e3}
     lengths_mm |= dict.fromkeys(("in", "inch", "inches", '"', "″"), MM_PER_INCH)
-    angles_rad = {"rad": 1.0} | dict.fromkeys(("deg", "°", "degree", "degrees"), DEGREE)
-    angles_rad |= {"arcmin": DEGREE / 60.0, "arcsec": DEGREE / 3600.0}
+    angles_rad = {"rad": 1.0} | dict.fromkeys(("deg", "°", "degree", "degrees"), RAD_PER_DEGREE)
+    angles_rad |= {"arcmin": RAD_PER_DEGREE / 60.0, "arcsec": RAD_PER_DEGREE / 3600.0}
     return {
         "mm": lengths_mm,
         "um": {name: size / 1e-3 for name, size in lengths_mm.items()},
         "rad": angles_rad,
-        "deg": {name: size / DEGREE for name, size in angles_rad.items()},
+        "deg": {name: size / RAD_PER_DEGREE for name, size in angles_rad.items()},
     }.get(unit, {})
 
 

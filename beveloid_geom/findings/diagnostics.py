@@ -31,7 +31,7 @@ ERROR, UNKNOWN, WARNING, NOTE = "error", "unknown", "warning", "note"
 LEVELS = (ERROR, UNKNOWN, WARNING, NOTE)
 """Levels of remarks, the most important first. An error: the pair does not work. Unknown: a calculation
 failed, so that the pair cannot be judged. A warning: the pair may fail in use. A note: information."""
-LEAST_TIP_MODULES = 0.1
+LEAST_TIP_THICKNESS_MODULES = 0.1
 """Tip thickness below which a tip may chip, modules: a warning."""
 
 
@@ -156,7 +156,7 @@ def undercut_path_remarks(design: Design) -> Iterator[Remark]:
 
 def tooth_remarks(name: str, member: Member) -> Iterator[Remark]:
     """Yield warnings on flanks that cannot be cut, undercut, pointed teeth and tips thinner than
-    LEAST_TIP_MODULES of the member `name`, and notes on other thin tips."""
+    LEAST_TIP_THICKNESS_MODULES of the member `name`, and notes on other thin tips."""
     # Tip thickness below which a case-hardened tip may be hardened through, modules: a note.
     thin_tip = 0.2
     if fault := cut_fault(member):
@@ -174,5 +174,5 @@ def tooth_remarks(name: str, member: Member) -> Iterator[Remark]:
             yield Remark(WARNING, f"{text}: reduce the profile shift or the addendum")
         elif thickness < thin_tip * module:
             at = f"{thickness:.3g} mm, {thickness / module:.2g} modules, at the {end}"
-            level = NOTE if thickness >= LEAST_TIP_MODULES * module else WARNING
+            level = NOTE if thickness >= LEAST_TIP_THICKNESS_MODULES * module else WARNING
             yield Remark(level, f"the tooth tip of the {name} is thin: {at}")

@@ -211,9 +211,9 @@ def remarks_on(
     Errors: no contact on a flank, with the reason; teeth that interfere. Unknown: a path that could not be
     computed. Warnings: lengths that are probably in inches, displaced paths of right and left flanks that
     leave the face, tips that run into bottom lands, overlapping tip rounds of the tool, undercut, pointed
-    teeth, tips thinner than LEAST_TIP_MODULES, on parallel axes tips below the mate's active flank. Notes:
-    whether undercut ends a path of contact, displaced paths that stay on the face, on other axes tips below
-    the mate's active flank, thin tips, a small tip clearance. Raises ValueError for arrays."""
+    teeth, tips thinner than LEAST_TIP_THICKNESS_MODULES, on parallel axes tips below the mate's active
+    flank. Notes: whether undercut ends a path of contact, displaced paths that stay on the face, on other
+    axes tips below the mate's active flank, thin tips, a small tip clearance. Raises ValueError for arrays."""
     deviation = layout_deviation(design) if deviation is None else deviation
     meshing = meshes(design)
     remarks = [*layout_remarks(design, deviation, jam=jam, meshing=meshing), *unit_remarks(design)]

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ..analysis.pressure import WHOLE, PathPressure
+from ..analysis.pressure import NO_LIMIT_REACHED, PathPressure
 from ..analysis.sensitivity import Sensitivity, path_sensitivity
 from ..analysis.tolerance import USUAL_AT
 from ..arrays import FLANK_SIGN, Codes, FloatArray
@@ -323,7 +323,7 @@ def pressure_remarks(hertz: PathPressure) -> Iterator[Remark]:
         yield Remark(NOTE, f"{shared}; the pressure is the maximum over these lines")
         return
     count, lead = hertz.status.size, f"{hertz.path.flank} flanks: at"
-    past = hertz.reaches != WHOLE
+    past = hertz.reaches != NO_LIMIT_REACHED
     if past.any():
         limits = ", ".join(
             limit_words(hertz.path.design, int(code)) for code in np.unique(hertz.reaches[past])

@@ -9,7 +9,7 @@ plus N1/N2 pinion roll at either limit, the play along the normal is
 Rolls alone give j only up to a multiple of a pitch. Therefore j is computed as the backlash of the layout
 (`pair.mounting`) minus the transmission errors of both sides times m_n N2 cos(alpha) / 2. It may exceed half
 a pitch. The minimum of j over a mesh cycle is the backlash. If it is negative, teeth in mesh would overlap at
-that roll. Beyond an overlap of JAM_MODULES, the pair counts as one that cannot be assembled.
+that roll. Beyond an overlap of JAM_OVERLAP_MODULES, the pair counts as one that cannot be assembled.
 
 Both limits are known as segments of two mesh cycles (`mesh_cycle`). Between the rolls at which a segment of
 either cycle begins, j is a polynomial, whose minimum is computed."""
@@ -30,12 +30,12 @@ from ..support.array_repr import short_repr
 from ..support.chebyshev import basis_of, evaluate, greatest
 from ..support.frozen_arrays import kept, restored
 from .contact_normals import contact_normals, moved_by_gear, touches_undercut_edge, with_tangencies
-from .cycle.cycle_segments import DEGREE, rolls_between
+from .cycle.cycle_segments import SEGMENT_DEGREE, rolls_between
 from .engagement import conjugate_phase
 from .first_contact import FirstContact, first_contact
 from .mesh_cycle import MeshCycle, mesh_cycle
 
-JAM_MODULES = 2e-5
+JAM_OVERLAP_MODULES = 2e-5
 """Overlap, modules, up to which a pair is not reported as jammed. A layout without backlash can have this
 overlap if its offset (mm) and shaft angle (deg) are rounded to four decimals."""
 
@@ -57,8 +57,9 @@ class Backlash:
         that of the left flanks. If it is not SOLVED, `normal` and `pinion_roll` are NaN, and `right` and
         `left` are the first contacts at the beginning of the cycle of the right flanks.
     jammed : ndarray of bool
-        Whether the pair cannot be assembled: the play is below -JAM_MODULES modules at some roll, or a tip
-        reaches the bottom land of the mate. One such roll is sufficient, even if other rolls are not solved.
+        Whether the pair cannot be assembled: the play is below -JAM_OVERLAP_MODULES modules at some roll, or
+        a tip reaches the bottom land of the mate. One such roll is sufficient, even if other rolls are not
+        solved.
     """
 
     normal: FloatArray
@@ -171,7 +172,7 @@ def _backlash(design: Design) -> Backlash:
     roll = _roll_of_minimum(cycles, known.reshape(-1)).reshape(known.shape)
     contacts = [cycle.at(roll[..., None]) for cycle in cycles]
     play = np.where(known, _play_of(design, *contacts)[0][..., 0], np.nan)
-    overlap = -JAM_MODULES * float(design.pinion.tool.normal_module)
+    overlap = -JAM_OVERLAP_MODULES * float(design.pinion.tool.normal_module)
     jammed = (play < overlap) | (status == FirstStatus.MEETS_BOTTOM)
     if not known.all():  # negative play at one roll is a jam, even if other rolls are not known
         pitch = 2.0 * np.pi / int(design.pinion.teeth)
@@ -201,7 +202,7 @@ def _roll_of_minimum(cycles: list[MeshCycle], known: Mask) -> FloatArray:
     high = np.where(np.append(case[1:] == case[:-1], False), np.append(low[1:], 0.0), pitch)
     low, high, case = (row[high > low] for row in (low + start[case], high + start[case], case))
     # In each interval, add the clearances on both sides at the nodes of a polynomial.
-    basis = basis_of(DEGREE)
+    basis = basis_of(SEGMENT_DEGREE)
     roll = rolls_between(low, high, basis.nodes)
     clearance = np.zeros(roll.shape)
     for cycle in cycles:

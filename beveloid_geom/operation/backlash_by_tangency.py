@@ -33,7 +33,7 @@ from ..pair.mounting import mounting_of, unmodified_backlash, within_half_pitch
 from ..pair.tips import CLEAR_DEPTH_MODULES, depth_below_tips_as_mounted
 from ..status import Limit, Status
 from ..support.frozen_arrays import kept
-from .backlash import JAM_MODULES, lever_of
+from .backlash import JAM_OVERLAP_MODULES, lever_of
 from .engagement import conjugate_phase
 
 PATH_POINTS = 17
@@ -94,7 +94,7 @@ def jammed(backlash: FloatArray, module: float) -> Mask:
     -------
     ndarray of bool
     """
-    return np.asarray(backlash < -JAM_MODULES * module)
+    return np.asarray(backlash < -JAM_OVERLAP_MODULES * module)
 
 
 def tangent_backlash(design: Design, known: dict[str, PathEnds] | None = None) -> TangentBacklash:

@@ -28,7 +28,7 @@ from .first_contact import FirstContact, first_contact_in
 from .mesh_cycle import mesh_cycle
 from .search.local_clearance import local_at
 
-TOLERANCE_MODULES = 2e-7
+OVERLAP_TOLERANCE_MODULES = 2e-7
 """Overlap that a certified contact may have, modules: 1.2e-6 mm on Table 1."""
 
 
@@ -52,7 +52,7 @@ class Certificate:
     Notes
     -----
     `separation` and `curvature` are NaN where the position or its first contact is not solved. The verdict is
-    then NOT_SOLVED. It is also NOT_SOLVED if `separation` is larger than TOLERANCE_MODULES modules.
+    then NOT_SOLVED. It is also NOT_SOLVED if `separation` is larger than OVERLAP_TOLERANCE_MODULES modules.
     """
 
     __repr__ = short_repr
@@ -117,8 +117,8 @@ def path_certificate(path: ContactPath) -> Certificate:
     within = (tangent & same) | first.on_fillet.any(axis=-1)
     cases = (
         # The position touches, so that the smallest clearance cannot be positive.
-        (~solved | (separation > TOLERANCE_MODULES * module), Verdict.NOT_SOLVED),
-        (separation >= -TOLERANCE_MODULES * module, Verdict.FIRST_CONTACT),
+        (~solved | (separation > OVERLAP_TOLERANCE_MODULES * module), Verdict.NOT_SOLVED),
+        (separation >= -OVERLAP_TOLERANCE_MODULES * module, Verdict.FIRST_CONTACT),
         (saddle | within, Verdict.INTERFERENCE),
         (~tangent, Verdict.EDGE_CONTACT),
     )

@@ -192,7 +192,7 @@ class MeshCycle:
         return at
 
     def phase_series(self) -> FloatArray:
-        """Return Chebyshev coefficients (segments, DEGREE + 1) of gear roll plus N1/N2 pinion roll, rad."""
+        """Return Chebyshev coefficients (segments, degree + 1) of gear roll plus N1/N2 pinion roll, rad."""
         series: FloatArray = (
             self.engagement.gear.sigma / self.engagement.lever * self.segments.coefficients[0]
         )

@@ -14,13 +14,13 @@ from ..arrays import FloatArray, Integers, Mask
 from ..design.model import Design
 from ..status import FirstStatus
 from .cycle.cycle_segments import SAMPLES_PER_PITCH, CycleSegments, Samples, samples_of
-from .cycle.missed_contacts import LATE_RAD
+from .cycle.missed_contacts import LATE_ROLL_RAD
 from .cycle.segment_fit import fitted
 from .cycle.segment_search import sorted_segments
 from .engagement import Engagement
 from .first_contact import FirstContact, result_of
 from .mesh_cycle import MeshCycle, cycle_and_pairs
-from .search.earliest_contact import TOGETHER_RAD, Found, Grids, found_at
+from .search.earliest_contact import SAME_ROLL_RAD, Found, Grids, found_at
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +110,7 @@ def segments_of_one_pair(
     many = engagement.near.size > 2 * engagement.reach
     followed, case = (np.bincount(samples.case, minlength=lost.size) > 0) & many, samples.case
     samples, ends = _in_runs(engagement, samples)
-    followed[case[ends[off[ends] <= thickness + TOGETHER_RAD * engagement.lever]]] = False
+    followed[case[ends[off[ends] <= thickness + SAME_ROLL_RAD * engagement.lever]]] = False
     # The fit treats each run as a case.
     case, parts = case[ends[0]], [cycle.segments.pick(np.zeros(0, dtype=np.int64))]
     runs = replace(engagement.at(case, samples.roll[ends[0]]), span=2.0 * engagement.reach + 2.0)
@@ -144,7 +144,7 @@ def _in_doubt(
     whether a segment is cut there: in segments that do not agree with the samples, and between the
     samples next to ends at which segments do not meet. `runs`: as an engagement, and the cases of the
     runs."""
-    (engagement, case), bound = runs, LATE_RAD * cycle.engagement.lever
+    (engagement, case), bound = runs, LATE_ROLL_RAD * cycle.engagement.lever
     single = segments.number(engagement, samples.case, samples.roll)
     behind = np.abs(segments.values_at(single, samples.roll, 1)[0] - samples.contacts.f)
     inner = np.flatnonzero(segments.case[1:] == segments.case[:-1])

@@ -29,7 +29,7 @@ from .one_pair import (
     searched_contacts,
     segments_of_one_pair,
 )
-from .search.earliest_contact import TOGETHER_RAD
+from .search.earliest_contact import SAME_ROLL_RAD
 from .search.search_task import OVERLAP_PERIODS
 
 Contacts: TypeAlias = Callable[[Integers, FloatArray], PairCurve]
@@ -203,7 +203,7 @@ def _ratio(
 
     def touching(first: PairCurve, single: PairCurve) -> Integers:
         # An edge does not touch if a tangency of another pair is earlier, even by rounding only.
-        spare = engagement.lever * np.where(single.edge & ~first.edge, -TOGETHER_RAD, TOGETHER_RAD)
+        spare = engagement.lever * np.where(single.edge & ~first.edge, -SAME_ROLL_RAD, SAME_ROLL_RAD)
         return np.asarray(single.f - first.f <= thickness + spare).astype(int)
 
     def touches(cases: Integers, rolls: FloatArray) -> Integers:

@@ -29,7 +29,7 @@ from ..arrays import FLANKS, FloatArray, Mask
 from ..contact.path import path_of_contact
 from ..design.member import Member
 from ..design.model import Design, Pair
-from ..findings.diagnostics import LEAST_TIP_MODULES
+from ..findings.diagnostics import LEAST_TIP_THICKNESS_MODULES
 from ..findings.path import SENSITIVE, shares_of_flank, usual_sizes
 from ..gear.fillet import root_radius
 from ..gear.flank import tip_thickness
@@ -134,7 +134,7 @@ def tooth_criteria(request: Request, values: FloatArray) -> PairCriteria:
     ample_undercut_margin = 0.2
     ample_depth_modules = 0.1
     reserves = _reserves(
-        (tip / module - LEAST_TIP_MODULES) / (ample_tip_modules - LEAST_TIP_MODULES),
+        (tip / module - LEAST_TIP_THICKNESS_MODULES) / (ample_tip_modules - LEAST_TIP_THICKNESS_MODULES),
         clearance / (clearance_range_modules * module) - 0.5,
         margin / ample_undercut_margin,
         left / (ample_depth_modules * module),

@@ -15,13 +15,18 @@ from ..analysis.pattern_matrix import PatternCell, PatternMatrix
 from ..arrays import FloatArray
 from ..design.model import Design
 from ..findings.backlash import backlash_report
-from ..operation.contact_pattern.pattern import AREA_ERROR, ContactPattern, MemberPattern, contact_pattern
+from ..operation.contact_pattern.pattern import (
+    RELATIVE_AREA_ERROR,
+    ContactPattern,
+    MemberPattern,
+    contact_pattern,
+)
 from ..status import FirstStatus, NotComputed
 from .columns import number, scaled
 from .result import MEMBERS, ResultReport, Rows, flattened, picked, plain, stacked_rows
-from .text import SHORT, SYMBOLS, line, mounted_lines, symbol_words, unit_of
+from .text import ERROR_SYMBOLS, SYMBOLS, line, mounted_lines, symbol_words, unit_of
 
-FINE = 15
+POINTS_PER_MODULE = 15
 """Points of a pattern per module."""
 SIZES = ("area", "area_share", "area_error")
 """Quantities of the pattern on one member."""
@@ -105,12 +110,13 @@ def pattern_report(
     flank: str,
     separation: float,
     resolution: float | None = None,
-    area_error: float = AREA_ERROR,
+    area_error: float = RELATIVE_AREA_ERROR,
 ) -> PatternReport:
     """Return the pattern of a single design.
 
     The default `resolution` is 1/15 of the module. Arguments and ValueError as in `contact_pattern`."""
-    resolution = float(design.pinion.tool.normal_module) / FINE if resolution is None else resolution
+    if resolution is None:
+        resolution = float(design.pinion.tool.normal_module) / POINTS_PER_MODULE
     pattern = contact_pattern(design, flank, separation, resolution=resolution, area_error=area_error)
     return PatternReport(name, design, pattern, resolution, area_error)
 
@@ -158,7 +164,7 @@ ELLIPSE = ("z", "r", "major", "minor", "angle")
 """Quantities of an ellipse."""
 FIGURES = ("normal_backlash", "cycle_peak_to_peak", "edge_share")
 """Quantities of a cell."""
-WIDTHS = (10, 12, 12, 10, 9, 9, 16, 12, 10)
+COLUMN_WIDTHS = (10, 12, 12, 10, 9, 9, 16, 12, 10)
 """Characters of the columns of the text."""
 
 
@@ -215,12 +221,16 @@ class PatternMatrixReport(ResultReport[PatternMatrix]):
         """Return the cells with the pattern on the pinion, and the definitions of the columns."""
         matrix = self.result
         text = f"Contact patterns of {self.name} under two errors, {self.flank} flanks, on the pinion\n\n"
-        headings = [*(f"{SHORT[name]}, {unit_of(name)}" for name in matrix.over)]
+        headings = [*(f"{ERROR_SYMBOLS[name]}, {unit_of(name)}" for name in matrix.over)]
         headings += ["TE, arcsec", "edges, %", "z, mm", "r, mm", "semi-axes, mm", "angle, deg", "marked, %"]
-        text += "".join(f"{head:>{width}}" for head, width in zip(headings, WIDTHS, strict=True)) + "\n"
+        text += (
+            "".join(f"{head:>{width}}" for head, width in zip(headings, COLUMN_WIDTHS, strict=True)) + "\n"
+        )
         for cell, record in zip(matrix.cells, self._records, strict=True):
             errors = (scaled(key, record[key]) for key in (f"{name}_error" for name in matrix.over))
-            text += "".join(f"{value:z{width}.4g}" for value, width in zip(errors, WIDTHS[:2], strict=True))
+            text += "".join(
+                f"{value:z{width}.4g}" for value, width in zip(errors, COLUMN_WIDTHS[:2], strict=True)
+            )
             if cell is None:
                 text += f"  {record['status'].replace('_', ' ')}\n"
                 continue
@@ -231,7 +241,7 @@ class PatternMatrixReport(ResultReport[PatternMatrix]):
                 f"{ellipse.major:.2f} x {ellipse.minor:.2f}",
                 *(f"{np.degrees(ellipse.angle):z.1f}", f"{100.0 * side.area_share:.1f}"),
             )
-            text += "".join(f"{c:>{width}}" for c, width in zip(cells, WIDTHS[2:], strict=True)) + "\n"
+            text += "".join(f"{c:>{width}}" for c, width in zip(cells, COLUMN_WIDTHS[2:], strict=True)) + "\n"
         text += "\n" + mounted_lines(self.design)
         text += line("errors added", ", ".join(symbol_words(name) for name in matrix.over))
         text += line("marking compound", f"{1e3 * matrix.separation:g} um thick")

@@ -15,7 +15,7 @@ from ..status import PlaceStatus
 from .columns import number, scaled
 from .result import ResultReport, Rows, picked, plain, stacked_rows
 from .text import (
-    SHORT,
+    ERROR_SYMBOLS,
     SYMBOLS,
     line,
     mounted_lines,
@@ -73,7 +73,7 @@ class PlaceReport(ResultReport[Placement]):
         result = self.result
         by = " and ".join(name.replace("_", " ") for name in result.by)
         text = f"Placing the path of {self.name} by {by}, {result.flank} flanks\n\n"
-        headings = ["face, %", *(f"{SHORT[name]}, {unit_of(name)}" for name in result.by)]
+        headings = ["face, %", *(f"{ERROR_SYMBOLS[name]}, {unit_of(name)}" for name in result.by)]
         headings += ["z, mm", "dl, mm", "ratio", "TE, arcsec", "edges, %"]
         text += "".join(f"{head:>{w}}" for head, w in zip(headings, place_widths, strict=True)) + "  status\n"
         for place in self.places:
@@ -160,7 +160,7 @@ def distances_of(result: Placement) -> dict[str, FloatArray]:
 def _error_words(result: Placement, errors: FloatArray) -> str:
     """Return two errors with symbols and units."""
     return ", ".join(
-        f"{SHORT[name]} {scaled(f'{name}_error', size):+.6f} {unit_of(name)}"
+        f"{ERROR_SYMBOLS[name]} {scaled(f'{name}_error', size):+.6f} {unit_of(name)}"
         for name, size in zip(result.by, errors, strict=True)
     )
 

@@ -28,7 +28,7 @@ LINE_WIDTH = 100
 """Characters in a line of a text."""
 SYMBOLS = {"offset": "E", "shaft_angle": "Sigma", "pinion_axial": "P", "gear_axial": "G"}
 """Usual symbols of the assembly errors about the common perpendicular."""
-SHORT = SYMBOLS | {"centre_distance": "a", "in_plane": "in", "out_of_plane": "out"}
+ERROR_SYMBOLS = SYMBOLS | {"centre_distance": "a", "in_plane": "in", "out_of_plane": "out"}
 """Symbols of errors in the headings of a text."""
 
 
@@ -146,7 +146,7 @@ def unit_of(error: str) -> str:
 
 def symbol_words(error: str) -> str:
     """Return the symbol and the name of an error, such as 'E: offset'."""
-    return f"{SHORT[error]}: {error.replace('_', ' ')}"
+    return f"{ERROR_SYMBOLS[error]}: {error.replace('_', ' ')}"
 
 
 def mounted_lines(design: Design) -> str:

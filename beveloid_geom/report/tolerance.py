@@ -10,9 +10,9 @@ import numpy as np
 
 from ..analysis.cycle_statistics import CycleStatistics
 from ..analysis.mountings import PLACES
-from ..analysis.tolerance import SHARES, Tolerances, ToleranceStudy
+from ..analysis.tolerance import QUANTILE_SHARES, Tolerances, ToleranceStudy
 from ..arrays import MEMBERS, Mask
-from ..contact.ellipse import MARKING_SEPARATION
+from ..contact.ellipse import MARKING_SEPARATION_MM
 from ..contact.parallel.lines import is_line_contact
 from ..design.ends import limit_words
 from ..design.model import Design
@@ -59,7 +59,7 @@ class ToleranceReport(ResultReport[ToleranceStudy]):
             "contact_ratio_below_1": below_one(study),
             **jam_counts(study),
             **_cycle_data(study),
-            "quantiles": {"share": SHARES, **study.quantiles()},
+            "quantiles": {"share": QUANTILE_SHARES, **study.quantiles()},
             **remarks_data(tolerance_remarks(self.design, study)),
         }
 
@@ -156,7 +156,7 @@ def _cycle_data(study: ToleranceStudy) -> dict[str, Any]:
             "cases": cycles.status.size,
             "status": {name_in_files(status): int(count[status]) for status in FirstStatus},
             "edges_carry": edge_contact_count(cycles),
-            "pattern": {"separation": MARKING_SEPARATION, **pattern_counts(cycles)},
+            "pattern": {"separation": MARKING_SEPARATION_MM, **pattern_counts(cycles)},
             "nominal": {
                 **{name: float(value[0]) for name, value in nominal.quantities().items()},
                 "pattern_ends_at": _ends_in_files(nominal.pattern_ends[0]) if nominal.solved[0] else None,
@@ -178,7 +178,7 @@ def _pattern_words(design: Design, cycles: CycleStatistics) -> str:
     counts = pattern_counts(cycles)
     if not (known := counts["known"]):
         return "not known"
-    words = f"for marking compound of {1e3 * MARKING_SEPARATION:g} um, they reach an end of a face in"
+    words = f"for marking compound of {1e3 * MARKING_SEPARATION_MM:g} um, they reach an end of a face in"
     words += f" {_percent(counts['toe_or_heel'], known)} of the {known} mountings that move the path furthest"
     ends = counts["ends_at"]
     at = {limit_words(design, limit): ends[name_in_files(limit)] for limit in Limit}
@@ -314,7 +314,7 @@ def _quantile_lines(study: ToleranceStudy) -> str:
     )
     labels = {
         "cycle_peak_to_peak": "error of all teeth, arcsec",
-        "film_ratio": f"contact ratio, {1e3 * MARKING_SEPARATION:g} um film",
+        "film_ratio": f"contact ratio, {1e3 * MARKING_SEPARATION_MM:g} um film",
     }
     for name in (*quantities, *cycle_values):
         values = np.append(nominal[name], spread[name])

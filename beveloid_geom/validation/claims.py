@@ -25,13 +25,13 @@ from ..support.frozen_arrays import read_only
 
 SMALL_PARABOLA_PER_MM = 0.0002
 """1/mm: largest coefficient of Figs. 7 and 8."""
-MODIFIED = (0.001, -0.001)
+CLAIM_PARABOLAS_PER_MM = (0.001, -0.001)
 """1/mm: coefficients of Figs. 12 to 15."""
 OFFSET_ERROR, ANGLE_ERROR, AXIAL_ERROR = 0.5, radians(0.015), 0.5
 """mm, rad and mm."""
 LITTLE, CLEAR = 0.01, 0.03
 """Changes of the contact ratio, relative to the unmodified one, that count as little and as clear."""
-NOTICEABLE = 0.02
+NOTICEABLE_RELATIVE_CHANGE = 0.02
 """Shift that counts as a move, relative to the face width."""
 Measures = dict[str, FloatArray]
 """Values (n,), or (2 members, n), by the name of the measure."""
@@ -52,8 +52,8 @@ class FlankCase:
 
     @cached_property
     def modified(self) -> Design:
-        """The design with the coefficients MODIFIED."""
-        return self.design.with_parabola(*(self.sign * value for value in MODIFIED))
+        """The design with the coefficients CLAIM_PARABOLAS_PER_MM."""
+        return self.design.with_parabola(*(self.sign * value for value in CLAIM_PARABOLAS_PER_MM))
 
     @cached_property
     def sweeps(self) -> dict[str, Sweep]:
@@ -134,7 +134,7 @@ CLAIMS: dict[str, list[tuple[str, str, Test | Mapping[str, Test]]]] = {
     "C2": [
         ("the path gets longer", "length", LONGER),
         ("the angle falls", "angle", angle_falls),
-        ("it moves towards the heel", "location", lambda row: row[-1] - row[0] > NOTICEABLE),
+        ("it moves towards the heel", "location", lambda row: row[-1] - row[0] > NOTICEABLE_RELATIVE_CHANGE),
     ],
     "C3": [
         ("the path gets longer", "length", LONGER),
@@ -147,7 +147,7 @@ CLAIMS: dict[str, list[tuple[str, str, Test | Mapping[str, Test]]]] = {
                 "by less than 50 %": lambda row: 0.0 < row[0] - row[1] < 0.5 * row[0],
             },
         ),
-        ("it moves towards the toe", "location", lambda row: row[-1] - row[0] < -NOTICEABLE),
+        ("it moves towards the toe", "location", lambda row: row[-1] - row[0] < -NOTICEABLE_RELATIVE_CHANGE),
     ],
     "C4": [
         ("shorter, then longer", "length", shorter_first),
@@ -175,7 +175,7 @@ CLAIMS: dict[str, list[tuple[str, str, Test | Mapping[str, Test]]]] = {
     "M4": [("the shift is smaller", "shift", lambda row: row[1] < row[0])],
     "M5": [("the shift is smaller", "shift", lambda row: row[1] < row[0])],
     "M6": [
-        ("the path hardly moves", "shift", lambda row: row.max() < NOTICEABLE),
+        ("the path hardly moves", "shift", lambda row: row.max() < NOTICEABLE_RELATIVE_CHANGE),
         ("the contact ratio hardly changes", "ratio", lambda row: row.max() < LITTLE),
     ],
 }
@@ -294,7 +294,7 @@ def _moves(error: str, size: float, case: FlankCase) -> Measured:
 
 
 def _lengths(case: FlankCase) -> Measured:
-    both = case.design.with_parabola(*(np.array((0.0, case.sign * a)) for a in MODIFIED))
+    both = case.design.with_parabola(*(np.array((0.0, case.sign * a)) for a in CLAIM_PARABOLAS_PER_MM))
     lengths = measures_of(both, case.flank).length
     before, after = lengths["side view"][0]
     words = f"the pinion's path in the side view is {before:.4g} mm long unmodified, {after:.4g} mm modified"

@@ -44,11 +44,11 @@ from ..shapes.proximity.mesh_contact import mesh_contact
 from ..status import FirstStatus, Status
 from . import five_equations_math, pitch_region
 
-POSITIONS = 5
+POSITION_COUNT = 5
 """Positions compared: the middles of as many equal parts of the path or of the mesh cycle."""
 
 Answer: TypeAlias = tuple[FloatArray, FloatArray]
-"""Points (POSITIONS, 3) in S_f, mm, and gear rolls (POSITIONS,), rad."""
+"""Points (POSITION_COUNT, 3) in S_f, mm, and gear rolls (POSITION_COUNT,), rad."""
 Prepared: TypeAlias = tuple[Callable[[], Answer], int]
 """A call to be timed and the number of positions that it solves."""
 
@@ -163,7 +163,7 @@ def path_positions(design: Design, flank: str) -> ReferencePositions:
 
     The solution is stored for Table 1 with the paper's modification; mpmath computes it for other designs.
     Raises ValueError if the flanks have no contact or the equations are singular."""
-    path = path_of_contact(design, flank, 2 * POSITIONS + 1)
+    path = path_of_contact(design, flank, 2 * POSITION_COUNT + 1)
     if not path.l1.size or (path.status != Status.SOLVED).any():
         status = Status(int(path.status.max() if path.l1.size else path.ends.status))
         raise ValueError(
@@ -209,7 +209,7 @@ def cycle_positions(design: Design, flank: str) -> ReferencePositions:
     if cycle.status != FirstStatus.SOLVED:
         name = FirstStatus(int(cycle.status)).name
         raise ValueError(f"first contacts of the {flank} flanks could not be computed at all rolls ({name})")
-    exact = cycle.at(cycle.start + cycle.pitch * (np.arange(POSITIONS) + 0.5) / POSITIONS)
+    exact = cycle.at(cycle.start + cycle.pitch * (np.arange(POSITION_COUNT) + 0.5) / POSITION_COUNT)
     return ReferencePositions(design, flank, exact.pinion_roll, exact.gear_roll, exact.l1, exact.point)
 
 
@@ -226,7 +226,7 @@ def _by_mesh(polish: bool) -> Callable[[ReferencePositions, float], Prepared]:
             points, gear_rolls = zip(*solutions, strict=True)
             return np.array(points), np.array(gear_rolls)
 
-        return work, POSITIONS
+        return work, POSITION_COUNT
 
     return prepare
 
@@ -265,7 +265,7 @@ def by_five_equations(
 
     A residual above `residual_limit` raises ArithmeticError when the call is made."""
     design, flank, distance = positions.design, positions.flank, mounting_of(positions.design).distance
-    rolls = path_of_contact(design, flank, 4 * POSITIONS + 1).pinion_roll.copy()
+    rolls = path_of_contact(design, flank, 4 * POSITION_COUNT + 1).pinion_roll.copy()
     compared = slice(2, None, 4)
     rolls[compared] = positions.pinion_roll
 
@@ -285,7 +285,7 @@ def by_five_equations(
 
 def _by_one_equation(positions: ReferencePositions, size: float) -> Prepared:
     """Solve single positions at given l1, or paths of 10 k + 1 positions, which include those compared."""
-    design, flank, step = positions.design, positions.flank, int(size) // (2 * POSITIONS)
+    design, flank, step = positions.design, positions.flank, int(size) // (2 * POSITION_COUNT)
 
     def single() -> Answer:
         paths = [path_of_contact(design, flank, l1=l1) for l1 in positions.l1[:, None]]
@@ -295,14 +295,14 @@ def _by_one_equation(positions: ReferencePositions, size: float) -> Prepared:
         contact_path, compared = path_of_contact(design, flank, int(size)), slice(step, None, 2 * step)
         return contact_path.point[compared], contact_path.gear_roll[compared]
 
-    return (path, int(size)) if step else (single, POSITIONS)
+    return (path, int(size)) if step else (single, POSITION_COUNT)
 
 
 def _by_first_contact(positions: ReferencePositions, size: float) -> Prepared:
     """Compute the first contact at single rolls, or at `size` rolls, which begin with those compared."""
     low, high = positions.pinion_roll[[0, -1]]
-    rolls = np.append(positions.pinion_roll, np.linspace(low, high, max(0, int(size) - POSITIONS)))
-    ends = [*range(POSITIONS), POSITIONS] if size < POSITIONS else [0, rolls.size]
+    rolls = np.append(positions.pinion_roll, np.linspace(low, high, max(0, int(size) - POSITION_COUNT)))
+    ends = [*range(POSITION_COUNT), POSITION_COUNT] if size < POSITION_COUNT else [0, rolls.size]
 
     def work() -> Answer:
         """Compute the first contacts."""
@@ -311,7 +311,7 @@ def _by_first_contact(positions: ReferencePositions, size: float) -> Prepared:
             for begin, end in pairwise(ends)
         ]
         points, gear_rolls = ([getattr(one, name) for one in blocks] for name in ("point", "gear_roll"))
-        return np.concatenate(points)[:POSITIONS], np.concatenate(gear_rolls)[:POSITIONS]
+        return np.concatenate(points)[:POSITION_COUNT], np.concatenate(gear_rolls)[:POSITION_COUNT]
 
     return work, rolls.size
 

@@ -9,8 +9,8 @@ import pytest
 
 from beveloid_geom import Errors, Tolerances, mesh_cycle, tolerance_study
 from beveloid_geom.analysis.cycle_statistics import CycleStatistics, cycle_statistics
-from beveloid_geom.analysis.tolerance import CYCLE_COST, USUAL, ToleranceStudy
-from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.analysis.tolerance import CYCLE_COST_PATHS, USUAL, ToleranceStudy
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.pair.misalignment import mounted
 from beveloid_geom.report.tolerance import ToleranceReport, edge_contact_count, pattern_counts
@@ -40,7 +40,7 @@ def test_each_mounting_equals_the_single_design(study: ToleranceStudy, number: i
     cycle, found = mesh_cycle(alone), in_operation(study)
     assert found.cycle_peak_to_peak[number] == pytest.approx(float(cycle.peak_to_peak), abs=1e-10)
     assert found.edge_share[number] == pytest.approx(float(cycle.edge_share), abs=1e-9)
-    alone_ratio = float(operating_ratio(alone, "right", MARKING_SEPARATION))
+    alone_ratio = float(operating_ratio(alone, "right", MARKING_SEPARATION_MM))
     assert found.film_ratio[number] == pytest.approx(alone_ratio, abs=1e-8)
 
 
@@ -59,7 +59,7 @@ def test_threads_do_not_change_the_result(study: ToleranceStudy) -> None:
         )
     for name, values in in_operation(study).quantities().items():
         np.testing.assert_array_equal(values, getattr(in_operation(again), name))
-    assert sum(done) == CASES + CYCLE_COST * OPERATION
+    assert sum(done) == CASES + CYCLE_COST_PATHS * OPERATION
 
 
 def test_results_that_are_not_requested_are_missing() -> None:

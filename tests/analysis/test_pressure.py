@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Design, Errors, Member, Pair, Tool, builtin_design, path_of_contact
-from beveloid_geom.analysis.pressure import WHOLE, Load, path_pressure
+from beveloid_geom.analysis.pressure import NO_LIMIT_REACHED, Load, path_pressure
 from beveloid_geom.contact.ellipse import relative_curvature
 from beveloid_geom.contact.hertz import contact_modulus
 from beveloid_geom.contact.parallel.lines import contact_lines
@@ -144,7 +144,7 @@ def test_lines_share_the_load_by_their_length(
     assert found.pressure == pytest.approx(np.sqrt(load * modulus * greatest / pi), rel=1e-9)
     assert found.semi_axes[:, 1] == pytest.approx(2.0 * load / (pi * found.pressure), rel=1e-9)
     assert (found.status == EllipseStatus.LINE_CONTACT).all()
-    assert (found.reaches == WHOLE).all()
+    assert (found.reaches == NO_LIMIT_REACHED).all()
 
 
 def test_a_spur_pair_at_its_pitch_point_as_in_iso_6336() -> None:
@@ -228,8 +228,8 @@ def test_vertices_are_on_the_named_flanks(flank: str, parabola: tuple[float, flo
     least = np.min(margin, axis=(0, 2))
     clear = np.abs(least) > 0.02
     assert clear.sum() > 30
-    assert np.array_equal(found.reaches[clear] == WHOLE, least[clear] > 0.0)
-    assert 0 < np.count_nonzero(found.reaches == WHOLE) < 41 or flank == "right"
+    assert np.array_equal(found.reaches[clear] == NO_LIMIT_REACHED, least[clear] > 0.0)
+    assert 0 < np.count_nonzero(found.reaches == NO_LIMIT_REACHED) < 41 or flank == "right"
 
 
 def test_the_angle_is_measured_from_the_tooth_trace(flank: str) -> None:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from beveloid_geom import Errors, contact_pattern, path_of_contact, sample_flank
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM
 from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.export import FIELD_FORMATS, SURFACE_FORMATS, parts
 from beveloid_geom.export.surfaces import SurfaceMesh, in_fixed, joined_surfaces, write_surface
@@ -300,7 +300,7 @@ def test_pattern_and_separation_in_one_file(tmp_path: Path) -> None:
     write_surface(surface, tmp_path / "a.vtu")
     data = pv.read(tmp_path / "a.vtu").point_data
     least, middle = (np.asarray(data[name]) for name in ("pattern", "separation"))
-    assert -1e-9 < np.nanmin(least) < MARKING_SEPARATION < np.nanmax(least)
+    assert -1e-9 < np.nanmin(least) < MARKING_SEPARATION_MM < np.nanmax(least)
     near = middle < 0.02
     assert near.sum() > 10
     assert (least - middle)[near].max() < 2e-5

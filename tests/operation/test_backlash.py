@@ -24,7 +24,7 @@ from beveloid_geom import (
 )
 from beveloid_geom.analysis.tolerance import drawn_errors
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.operation.backlash import JAM_MODULES, backlash_by_errors, play_at
+from beveloid_geom.operation.backlash import JAM_OVERLAP_MODULES, backlash_by_errors, play_at
 from beveloid_geom.operation.backlash_by_tangency import Tangency, tangent_backlash
 from beveloid_geom.operation.engagement import pitch_point_roll
 from beveloid_geom.pair.misalignment import ERROR_NAMES, mounted
@@ -163,7 +163,7 @@ def test_a_layout_without_backlash_is_not_jammed() -> None:
     offset, turn = round(float(layout.offset), 4), round(float(np.degrees(layout.shaft_angle)), 4)
     pair = Pair(offset, radians(turn), *(round(float(each), 3) for each in layout.mounting))
     design = replace(table1(), pair=pair)
-    assert abs(float(mounted_backlash(design).normal)) < JAM_MODULES * 6.0
+    assert abs(float(mounted_backlash(design).normal)) < JAM_OVERLAP_MODULES * 6.0
     assert not mounted_backlash(design).jammed
 
 

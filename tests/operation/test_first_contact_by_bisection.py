@@ -22,7 +22,7 @@ from beveloid_geom import (
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.angular_clearance import angular_clearance
-from beveloid_geom.operation.certificate import TOLERANCE_MODULES
+from beveloid_geom.operation.certificate import OVERLAP_TOLERANCE_MODULES
 from beveloid_geom.operation.engagement import engagement_of, pitch_point_roll
 from beveloid_geom.operation.search.local_clearance import hessian, local_at
 from beveloid_geom.pair.mounting import mounting_of
@@ -287,7 +287,7 @@ def test_slight_overlap_is_not_certified() -> None:
     """Nearly unmodified flanks are not certified where the next pair is earlier by less than a micrometre."""
     design = table1((-1e-5, -1e-5))
     proof = path_certificate(path_of_contact(design, "left", 31))
-    slight = (proof.separation < -TOLERANCE_MODULES) & (proof.separation > -6e-4)
+    slight = (proof.separation < -OVERLAP_TOLERANCE_MODULES) & (proof.separation > -6e-4)
     assert slight.sum() > 10
     assert (proof.verdict[slight] == Verdict.NEXT_PAIR).all()
 

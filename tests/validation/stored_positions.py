@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from beveloid_geom import builtin_design, path_of_contact
-from beveloid_geom.validation.comparison import POSITIONS, solved_positions
+from beveloid_geom.validation.comparison import POSITION_COUNT, solved_positions
 
 PARABOLA = (0.001, -0.001)
 
@@ -20,7 +20,7 @@ def cases() -> list[dict[str, Any]]:
     """Return pinion and gear roll (rad), l1 and the point in S_f (mm) of each position of both flanks."""
     found = []
     for flank in ("right", "left"):
-        path = path_of_contact(builtin_design().with_parabola(*PARABOLA), flank, 2 * POSITIONS + 1)
+        path = path_of_contact(builtin_design().with_parabola(*PARABOLA), flank, 2 * POSITION_COUNT + 1)
         columns = (path.l1, path.u1, path.l2, path.u2, path.pinion_roll, path.gear_roll)
         numbers = solved_positions(path.design, flank, np.stack(columns, axis=-1)[1::2])
         found.append({"flank": flank, "parabola": PARABOLA, "positions": numbers.tolist()})

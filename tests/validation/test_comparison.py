@@ -12,7 +12,7 @@ import pytest
 from beveloid_geom import Errors, Modification, builtin_design
 from beveloid_geom.validation.comparison import (
     METHODS,
-    POSITIONS,
+    POSITION_COUNT,
     Measurement,
     Method,
     compare,
@@ -88,7 +88,7 @@ def test_a_wrong_answer_has_its_error() -> None:
 
     def answer_of(point: np.ndarray, roll: np.ndarray) -> Measurement:
         method = Method(
-            "a method", "a", (1.0,), lambda *_: (lambda: (point, roll), POSITIONS), path_positions
+            "a method", "a", (1.0,), lambda *_: (lambda: (point, roll), POSITION_COUNT), path_positions
         )
         return compare(table1(MODIFIED), "right", (method,), 1)[0]
 

@@ -15,7 +15,7 @@ from matplotlib.lines import Line2D
 
 from beveloid_geom import first_contact
 from beveloid_geom.arrays import FloatArray, Mask
-from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM
 from beveloid_geom.operation.cycle.cycle_segments import SAMPLES_PER_PITCH
 from beveloid_geom.operation.one_pair import contacts_of_one_pair
 from beveloid_geom.pair.mounting import mounting_of
@@ -77,7 +77,7 @@ class MotionGraph:
         """
         runs = self.report.first.transmission_error - self.mean
         low, high = float(runs.min()), float(runs.max())
-        compound = MARKING_SEPARATION * as_large(self.report.design)
+        compound = MARKING_SEPARATION_MM * as_large(self.report.design)
         deep = max(compound / self.pitch_radius, 1.2 * (high - low))
         return low - deep, high + 0.12 * deep
 

@@ -18,7 +18,7 @@ from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.pair.frames import layout_of
 from beveloid_geom.report.result import MEMBERS as MEMBERS, status_name
 from beveloid_geom.status import Verdict
-from beveloid_geom.validation.claims import MODIFIED
+from beveloid_geom.validation.claims import CLAIM_PARABOLAS_PER_MM
 
 from .figure_steps import Table
 from .touching import Touching, joined_contacts, limit_code, touching_along
@@ -179,7 +179,7 @@ def paper_modified(design: Design) -> Design:
     Design
         With the coefficients of the parabolas replaced.
     """
-    sizes = (-abs(value) for value in MODIFIED) if _parallel(design) else MODIFIED
+    sizes = (-abs(value) for value in CLAIM_PARABOLAS_PER_MM) if _parallel(design) else CLAIM_PARABOLAS_PER_MM
     return design.with_parabola(*(two_digits(value / as_large(design)) for value in sizes))
 
 

@@ -14,7 +14,7 @@ from typing import Any
 from beveloid_geom import Design, Member
 from beveloid_geom.analysis.tolerance import USUAL_AT
 from beveloid_geom.arrays import FLANK_SIGN
-from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM
 from beveloid_geom.design.ends import end_names
 from beveloid_geom.design.model import ErrorsAt
 from beveloid_geom.design.modification import kinds_of, length_of
@@ -80,7 +80,7 @@ def controls_of(design: Design) -> tuple[Control, ...]:
     return (
         *_error_controls(),
         *(row for name in MEMBERS for flank in FLANKS for row in _flank_controls(design, name, flank)),
-        Control("film", "contact", "Film thickness", "mm", 0.0, 4.0 * MARKING_SEPARATION),
+        Control("film", "contact", "Film thickness", "mm", 0.0, 4.0 * MARKING_SEPARATION_MM),
         Control("torque", "contact", "Torque on the pinion", "Nm", 0.0, _torque_scale(design)),
     )
 

@@ -7,7 +7,7 @@ import html
 import threading
 
 from beveloid_geom import Design
-from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM
 from beveloid_geom.design.arguments import require_design
 
 from .server import Server
@@ -53,7 +53,7 @@ def explore(
     design: Design,
     flank: str = "right",
     *,
-    film: float = MARKING_SEPARATION,
+    film: float = MARKING_SEPARATION_MM,
     torque: float = 0.0,
     name: str = "design",
     port: int = 0,

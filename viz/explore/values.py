@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from beveloid_geom import Design, Errors, MeshErrors, from_degrees
-from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM
 from beveloid_geom.design.amounts import amounts_text
 from beveloid_geom.design.field_limits import DesignError, Fault, refused
 from beveloid_geom.design.file import override
@@ -37,7 +37,7 @@ class ViewSettings:
     (Nm, 0 for none)."""
 
     flank: str = "right"
-    film: float = MARKING_SEPARATION
+    film: float = MARKING_SEPARATION_MM
     torque: float = 0.0
 
 

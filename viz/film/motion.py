@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from beveloid_geom import Design, first_contact
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM
 from beveloid_geom.contact.mesh_position import frames_at
 from beveloid_geom.findings.path import first_contact_fault, reason_of
 from beveloid_geom.operation.engagement import engagement_of
@@ -68,7 +68,7 @@ class Film:
     @property
     def near(self) -> NDArray[np.bool_]:
         """Mask (k, n) of the tooth pairs with a gap below the thickness of marking compound."""
-        return np.asarray(self.gap <= MARKING_SEPARATION)
+        return np.asarray(self.gap <= MARKING_SEPARATION_MM)
 
     def on_tooth_0(self, number: int) -> FloatArray:
         """Return the contacts (k, n, 3) turned to tooth 0 of pinion (0) or gear (1), in its frame, mm."""
@@ -106,7 +106,7 @@ def film_of(design: Design, flank: str, steps: int, name: str = "") -> Film:
     path = paths_table.solved_case(design, flank)
     if reason := reason_of(path.path) or first_contact_fault(design):
         raise NoFilmError(reason)
-    report = operation_report(name, design, flank, steps + 1, 1, MARKING_SEPARATION)
+    report = operation_report(name, design, flank, steps + 1, 1, MARKING_SEPARATION_MM)
     if report.reason:
         raise NoFilmError(report.reason)
     roll = float(report.cycle.start) + report.cycle.pitch * np.arange(steps) / steps

@@ -11,7 +11,7 @@ from matplotlib.font_manager import findfont
 from numpy.typing import NDArray
 
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.shapes.surface_mesh import gear_mesh
 
@@ -205,7 +205,7 @@ def film_title(film: Film) -> str:
     name = theme.in_font(film.report.name or "design")
     name = name if len(name) <= 40 else f"{name[:19]}\u2026{name[-20:]}"
     ratios = ratio_words(film.path.ratio, film.report.operating)
-    gap_um = 1e3 * MARKING_SEPARATION
+    gap_um = 1e3 * MARKING_SEPARATION_MM
     return f"{name}, {film.report.flank} flanks: {ratios}\nblue: contact; white: gap below {gap_um:g} \u00b5m"
 
 

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from beveloid_geom import Design, EaseOff, Status
-from beveloid_geom.analysis.pressure import WHOLE
+from beveloid_geom.analysis.pressure import NO_LIMIT_REACHED
 from beveloid_geom.analysis.tolerance import ToleranceStudy
 from beveloid_geom.design.ends import end_names
 from beveloid_geom.report.ease_off import GIVEN, PLAIN, EaseOffReport
@@ -216,7 +216,7 @@ def pressure_chart(report: ContactReport) -> Figure | None:
         return None
     chart = new_chart(210.0)
     axes = chart.add_subplot()
-    roll, past = np.degrees(path.pinion_roll), pressed.reaches != WHOLE
+    roll, past = np.degrees(path.pinion_roll), pressed.reaches != NO_LIMIT_REACHED
     crossing = (
         past | np.append(past[1:], False) | np.append(False, past[:-1])
     )  # overlap by one point, so that there is no gap

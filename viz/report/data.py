@@ -18,7 +18,7 @@ from beveloid_geom import ContactPath, Design, Tolerances, path_of_contact
 from beveloid_geom.analysis.pattern_matrix import PatternMatrix, pattern_matrix
 from beveloid_geom.analysis.pressure import Load
 from beveloid_geom.analysis.tolerance import MOUNTINGS_PER_BLOCK, USUAL, ToleranceStudy, tolerance_studies
-from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM
 from beveloid_geom.findings.diagnostics import NOTE, UNKNOWN, Remark, in_order
 from beveloid_geom.findings.path import first_contact_fault, reason_of
 from beveloid_geom.operation.contact_pattern.motion import UnknownOperationError
@@ -291,7 +291,7 @@ def _operation(name: str, design: Design, flank: str, *_: object) -> Section:
     rolls = 121
     if fault := first_contact_fault(design):
         return _missing(name, flank, fault)
-    return _reported(operation_report(name, design, flank, rolls, HARMONICS, MARKING_SEPARATION))
+    return _reported(operation_report(name, design, flank, rolls, HARMONICS, MARKING_SEPARATION_MM))
 
 
 def _tolerances(
@@ -334,7 +334,7 @@ def _matrices(name: str, design: Design, settings: ReportSettings, progress: Pro
             if fault := first_contact_fault(design):
                 raise UnknownOperationError(fault)
             last = pattern_matrix(
-                design, over, flank, sizes=settings.sizes, separation=MARKING_SEPARATION, like=last
+                design, over, flank, sizes=settings.sizes, separation=MARKING_SEPARATION_MM, like=last
             )
         except ValueError as error:
             results[flank] = _missing(name, flank, getattr(error, "reason", str(error)))
@@ -353,7 +353,7 @@ def _hertz(name: str, design: Design, flank: str, settings: ReportSettings, *_: 
 
 def _pattern(name: str, design: Design, flank: str, *_: object) -> Section:
     try:
-        report = pattern_report(name, design, flank, MARKING_SEPARATION)
+        report = pattern_report(name, design, flank, MARKING_SEPARATION_MM)
     except ValueError as error:
         return _missing(name, flank, getattr(error, "reason", str(error)))
     return report, json_text(report.data()), None

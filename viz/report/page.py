@@ -21,7 +21,7 @@ from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
 from beveloid_geom import Design, __version__
-from beveloid_geom.analysis.tolerance import SHARES
+from beveloid_geom.analysis.tolerance import QUANTILE_SHARES
 from beveloid_geom.design.ends import end_names, limit_words
 from beveloid_geom.design.file import BUILTINS
 from beveloid_geom.findings.diagnostics import ERROR, NOTE, UNKNOWN, WARNING, quiet
@@ -380,7 +380,7 @@ def _of_page(design: Design) -> dict[str, Any]:
         "flanks": FLANKS,
         "harmonics": HARMONICS,
         "positions": POSITIONS,
-        "quantile_places": [SHARES.index(share) for share in SHOWN_SHARES],
+        "quantile_places": [QUANTILE_SHARES.index(share) for share in SHOWN_SHARES],
         "verdicts": {  # by the level of the most severe remark
             ERROR: "Does not work in this form",
             UNKNOWN: "Not assessed: a calculation failed",

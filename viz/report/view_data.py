@@ -21,7 +21,7 @@ from beveloid_geom.contact.mesh_position import Frame, frames_at
 from beveloid_geom.design.ends import end_names, limit_words
 from beveloid_geom.findings.path import reason_of
 from beveloid_geom.gear.flank_limits import tip_radius
-from beveloid_geom.operation.cycle.cycle_segments import DEGREE
+from beveloid_geom.operation.cycle.cycle_segments import SEGMENT_DEGREE
 from beveloid_geom.operation.engagement import conjugate_phase, pitch_point_roll
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.shapes.section import SIDES
@@ -237,11 +237,11 @@ def _edges(cycle: MeshCycle) -> list[dict[str, Any] | None]:
     """Return the edges in contact and the coordinates of their contact for each segment; None for flanks and
     lines of contact."""
     edges: list[dict[str, Any] | None] = []
-    nodes = chebpts1(DEGREE + 1)
+    nodes = chebpts1(SEGMENT_DEGREE + 1)
     for roll, limit in zip(cycle.segments.rolls(nodes), cycle.segments.limit.T, strict=True):
         carry = [int(code) for code in limit if code >= 0 and not cycle.along_lines]
         names = " and ".join(limit_words(cycle.design, code) for code in carry)
-        point = chebfit(nodes, cycle.at(roll).point, DEGREE).T
+        point = chebfit(nodes, cycle.at(roll).point, SEGMENT_DEGREE).T
         edges.append({"point": packed(point), "edge": names} if names else None)
     return edges
 

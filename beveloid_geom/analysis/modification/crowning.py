@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import FloatArray, flank_sign
-from ...contact.ellipse import MARKING_SEPARATION
+from ...contact.ellipse import MARKING_SEPARATION_MM
 from ...contact.path import path_of_contact
 from ...design.arguments import require_design
 from ...design.field_limits import DesignError
@@ -73,7 +73,7 @@ def fit_crowning(
     flank: str = "right",
     *,
     member: str = "pinion",
-    separation: float = MARKING_SEPARATION,
+    separation: float = MARKING_SEPARATION_MM,
 ) -> Crowning:
     """Compute the helix and profile crowning that give a transmission error and a length of the pattern.
 

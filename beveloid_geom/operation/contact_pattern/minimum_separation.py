@@ -23,7 +23,7 @@ import numpy as np
 from ...arrays import Codes, FloatArray, Integers, Mask
 from ...status import PatternStatus
 from .mating import DISTANCE, MARGIN, Mating
-from .motion import DIFFERENCE_RAD
+from .motion import ROLL_DIFFERENCE_RAD
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,7 +223,7 @@ def _between(mating: Mating, points: FloatArray, samples: SeparationSamples) -> 
         if not point.size or count == max_rounds:
             break
         roll = (three[0, 0] + share * (three[0, 2] - three[0, 0])).ravel()
-        gear_roll, _ = mating.operation.motion(roll, roll + DIFFERENCE_RAD)
+        gear_roll, _ = mating.operation.motion(roll, roll + ROLL_DIFFERENCE_RAD)
         rows = mating.at(np.tile(points[point], (closer_rolls, 1)), mating.turned(roll, gear_roll))
         closer = np.concatenate((roll[None], rows)).reshape(5, closer_rolls, point.size)
         margin = _known_margin(closer, samples.room)

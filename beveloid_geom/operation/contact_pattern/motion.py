@@ -20,7 +20,7 @@ from ...status import FirstStatus, Status
 from ..engagement import pitch_point_roll, spread
 from ..mesh_cycle import MeshCycle, mesh_cycle
 
-DIFFERENCE_RAD = 1e-7
+ROLL_DIFFERENCE_RAD = 1e-7
 """Difference of rolls from which a rate is computed."""
 
 
@@ -84,7 +84,9 @@ class Operation:
         kink, the rate is that on the side of the rolls `towards` (n,)."""
         if self.exact is not None:
             return self.exact(roll, towards)
-        next_to = roll + np.minimum(np.maximum(0.25 * (towards - roll), -DIFFERENCE_RAD), DIFFERENCE_RAD)
+        next_to = roll + np.minimum(
+            np.maximum(0.25 * (towards - roll), -ROLL_DIFFERENCE_RAD), ROLL_DIFFERENCE_RAD
+        )
         here, there = self.gear_roll(np.array((roll, next_to)))
         return np.array((here, (there - here) / (next_to - roll)))
 

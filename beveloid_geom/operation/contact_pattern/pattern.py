@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ...arrays import Codes, FloatArray, Integers, Mask
-from ...contact.ellipse import MARKING_SEPARATION
+from ...contact.ellipse import MARKING_SEPARATION_MM
 from ...design.arguments import require_design
 from ...design.member import Member
 from ...design.model import Design
@@ -38,7 +38,7 @@ CELLS = ((24, 32), (250, 250))
 the mating tip does not reach."""
 COARSE_CELLS = 12, 16
 """Cells at whose corners the separation is sampled over all rolls."""
-AREA_ERROR = 0.01
+RELATIVE_AREA_ERROR = 0.01
 """Default relative error of areas."""
 
 
@@ -101,11 +101,11 @@ class ContactPattern:
 def contact_pattern(
     design: Design,
     flank: str = "right",
-    separation: float = MARKING_SEPARATION,
+    separation: float = MARKING_SEPARATION_MM,
     *,
     resolution: float | None = None,
     tolerance: float | None = None,
-    area_error: float = AREA_ERROR,
+    area_error: float = RELATIVE_AREA_ERROR,
     pinion_roll: ArrayLike | None = None,
     gear_roll: ArrayLike | None = None,
     operation: Operation | None = None,

@@ -19,11 +19,11 @@ from ..search.earliest_contact import Found
 
 SAMPLES_PER_PITCH = 24
 """Pinion rolls per pitch at which first contacts are searched."""
-DEGREE = 20
+SEGMENT_DEGREE = 20
 """Degree of the polynomials."""
 EXTRAPOLATION_HALF_LENGTHS = 1.2
 """Half-lengths from its middle up to which the polynomials of a segment are evaluated."""
-QUANTITIES = 5
+QUANTITY_COUNT = 5
 """Quantities of a segment, mm: clearance f from the conjugate gear roll; profile coordinate s and distance z
 from mid-face of the contact on the pinion (s1, z1) and on the gear (s2, z2)."""
 
@@ -38,7 +38,7 @@ class CycleSegments:
         Number of the design in the batch.
     low, high : ndarray, shape (n,)
         First and last pinion roll, rad.
-    coefficients : ndarray, shape (5, n, DEGREE + 1)
+    coefficients : ndarray, shape (5, n, SEGMENT_DEGREE + 1)
         Chebyshev coefficients of f, s1, z1, s2, z2, mm.
     pair : ndarray of int, shape (n,)
     limit : ndarray of int, shape (2, n)
@@ -92,7 +92,7 @@ class CycleSegments:
             np.maximum((2.0 * roll - (low + high)) / (high - low), -EXTRAPOLATION_HALF_LENGTHS),
             EXTRAPOLATION_HALF_LENGTHS,
         )
-        powers = polynomials(place, DEGREE)
+        powers = polynomials(place, SEGMENT_DEGREE)
         return np.array([(row.T[:, index] * powers).sum(axis=0) for row in self.coefficients[:rows]])
 
 
@@ -184,12 +184,12 @@ def tails_of(segments: CycleSegments) -> FloatArray:
 
     Returns
     -------
-    ndarray, shape (QUANTITIES, n)
+    ndarray, shape (QUANTITY_COUNT, n)
         mm.
     """
     # Number of trailing coefficients by which convergence is judged.
     tail_coefficients = 4
-    return np.asarray(np.abs(segments.coefficients[:QUANTITIES, :, -tail_coefficients:]).max(axis=2))
+    return np.asarray(np.abs(segments.coefficients[:QUANTITY_COUNT, :, -tail_coefficients:]).max(axis=2))
 
 
 def rolls_between(low: FloatArray, high: FloatArray, nodes: FloatArray) -> FloatArray:
@@ -234,7 +234,7 @@ def extremes(series: FloatArray) -> tuple[FloatArray, FloatArray]:
 
     Parameters
     ----------
-    series : ndarray, shape (1, n, DEGREE + 1)
+    series : ndarray, shape (1, n, SEGMENT_DEGREE + 1)
 
     Returns
     -------
@@ -281,7 +281,7 @@ def converged(engagement: Engagement, segments: CycleSegments, tolerances: Float
     ----------
     engagement : Engagement
     segments : CycleSegments
-    tolerances : ndarray, shape (QUANTITIES,)
+    tolerances : ndarray, shape (QUANTITY_COUNT,)
         Largest trailing coefficients: of f relative to the lever, of the positions relative to the tooth
         depth. With `engagement.line_contact`, the positions are uncertain, and their limit is at least 1e-3.
 
@@ -294,5 +294,5 @@ def converged(engagement: Engagement, segments: CycleSegments, tolerances: Float
     if engagement.line_contact:
         most[1:] = np.maximum(most[1:], line_tolerance)
     depth = engagement.pinion.tip - engagement.pinion.root
-    sizes = np.array((engagement.lever, *[depth] * (QUANTITIES - 1)))
+    sizes = np.array((engagement.lever, *[depth] * (QUANTITY_COUNT - 1)))
     return np.asarray((tails_of(segments) <= (most * sizes)[:, None]).all(axis=0))

@@ -28,7 +28,7 @@ from ..search.earliest_contact import Found
 from ..search.local_clearance import local_at
 from ..search.minimum_clearance import ON_LIMIT_DEPTHS
 from .cycle_segments import (
-    QUANTITIES,
+    QUANTITY_COUNT,
     SAMPLES_PER_PITCH,
     CycleSegments,
     Samples,
@@ -43,7 +43,7 @@ Followed: TypeAlias = tuple[Integers, FloatArray, FloatArray, Codes, Integers]
 """Contacts to follow: case, roll (rad), place near the contact (2, n), mm, active limits (2, n), tooth
 pair."""
 
-LATE_RAD = 3e-11
+LATE_ROLL_RAD = 3e-11
 """Gear roll by which a segment may be later than a first contact."""
 BETWEEN_SAMPLES = np.linspace(-0.5, 0.5, 5)
 """Distances from a sample, in sample steps, at which later contacts are followed."""
@@ -74,7 +74,7 @@ def checked_segments(
     bad : ndarray of int
         Segments that are cut or have not converged.
     """
-    values, bound = segments.values_at(segment, checks.roll), LATE_RAD * engagement.lever
+    values, bound = segments.values_at(segment, checks.roll), LATE_ROLL_RAD * engagement.lever
     behind = values[0] - checks.contacts.f
     good, earlier = np.abs(behind) <= bound, np.asarray(behind < -bound)
     if earlier.any():
@@ -87,7 +87,7 @@ def checked_segments(
     # Convergence limits for the trailing Chebyshev coefficients of f (relative to the lever) and of the
     # positions (relative to the tooth depth).
     tail_tolerances = np.array((1e-14, 1e-11, 1e-11, 1e-11, 1e-11))
-    bad = ~converged(engagement, segments, tail_tolerances if strict else np.full(QUANTITIES, np.inf))
+    bad = ~converged(engagement, segments, tail_tolerances if strict else np.full(QUANTITY_COUNT, np.inf))
     bad[segment[~good & ~earlier]] = True
     checks = replace(checks, cut=checks.cut | ~good)
     return checks.pick(~earlier), np.flatnonzero(bad)
@@ -142,7 +142,7 @@ def past_reliefs(engagement: Engagement, segments: CycleSegments) -> Samples:
     inner, ends, jump = _at_ends(segments)
     passed = np.bitwise_count(segments.reliefs[inner] ^ segments.reliefs[inner + 1])
     passed[segments.pair[inner] != segments.pair[inner + 1]] = 0
-    chosen = np.flatnonzero((np.abs(jump) > LATE_RAD * engagement.lever) | (passed > 1))
+    chosen = np.flatnonzero((np.abs(jump) > LATE_ROLL_RAD * engagement.lever) | (passed > 1))
     # The first segment is followed to larger rolls, the second to smaller ones.
     second, row = (index.ravel().repeat(steps.size) for index in np.meshgrid((0, 1), chosen, indexing="ij"))
     segment, away = inner[row] + second, np.tile(steps, 2 * chosen.size) * (1 - 2 * second)
@@ -182,7 +182,7 @@ def overtaken(
         The samples, with such contacts corrected.
     """
     (inner, ends, jump), contacts = _at_ends(segments), samples.contacts
-    jumps = np.flatnonzero(np.abs(jump) > LATE_RAD * engagement.lever)
+    jumps = np.flatnonzero(np.abs(jump) > LATE_ROLL_RAD * engagement.lever)
     if not jumps.size:
         return jumps, jumps, samples
     # Follow the contact of the earlier segment to the samples of the later one.
@@ -197,7 +197,7 @@ def overtaken(
         np.argsort(-values[0, better], kind="stable")
     ]  # of two neighbours, the earlier is written last
     row, values, segment, which = row[better], values[:, better], segment[better], which[better]
-    which = which[values[0] < contacts.f[row] - LATE_RAD * engagement.lever]
+    which = which[values[0] < contacts.f[row] - LATE_ROLL_RAD * engagement.lever]
     contacts.f[row], contacts.place[:, row], contacts.meeting[:, row] = values[0], values[1:3], values[3:]
     contacts.limit[:, row], contacts.pair[row] = segments.limit[:, segment], segments.pair[segment]
     jumps = inner[jumps]
@@ -256,7 +256,7 @@ def _ahead(
     case, roll, place, limit, pair = followed
     values, margin, within = _followed(engagement, case, roll, place, limit, pair)
     ahead = values[0] - segments.values_at(segments.number(engagement, case, roll), roll, 1)[0]
-    row = np.flatnonzero(within & (ahead < -LATE_RAD * engagement.lever))
+    row = np.flatnonzero(within & (ahead < -LATE_ROLL_RAD * engagement.lever))
     values, solved = values[:, row], np.full(row.size, FirstStatus.SOLVED, dtype=np.int8)
     contacts = Found(values[0], values[1:3], values[3:], limit[:, row], pair[row], solved)
     return ahead, margin, samples_of(case[row], roll[row], contacts)
@@ -308,7 +308,7 @@ def _not_first(engagement: Engagement, segments: CycleSegments, near: Samples) -
     """Return the contacts `near` samples that are not the first there."""
     near = near.pick(np.isin(near.case, segments.case))
     there = segments.values_at(segments.number(engagement, near.case, near.roll), near.roll, 1)[0]
-    return near.pick(np.flatnonzero(near.contacts.f > there + LATE_RAD * engagement.lever))
+    return near.pick(np.flatnonzero(near.contacts.f > there + LATE_ROLL_RAD * engagement.lever))
 
 
 def _halfway(engagement: Engagement, later: Samples) -> Followed:
@@ -420,5 +420,5 @@ def _followed(
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         task = engagement.at(case, roll).task(np.arange(case.size), pair).beside(place)
         values = held_to(task, place, limit, 4)
-        margin = np.where(holding(limit), 0.0, values[QUANTITIES:])
-    return values[:QUANTITIES], margin, np.asarray((margin >= -ON_LIMIT_DEPTHS * task.depth).all(axis=0))
+        margin = np.where(holding(limit), 0.0, values[QUANTITY_COUNT:])
+    return values[:QUANTITY_COUNT], margin, np.asarray((margin >= -ON_LIMIT_DEPTHS * task.depth).all(axis=0))

@@ -25,13 +25,13 @@ from ...arrays import Codes, FloatArray, Integers, Mask
 from ...status import Limit
 from ...support.chebyshev import basis_of, evaluate
 from ..engagement import Engagement
-from ..search.earliest_contact import TOGETHER_RAD
+from ..search.earliest_contact import SAME_ROLL_RAD
 from ..search.local_clearance import Local, hessian, local_at
 from ..search.search_task import Task
 from .cycle_segments import (
-    DEGREE,
     EXTRAPOLATION_HALF_LENGTHS,
-    QUANTITIES,
+    QUANTITY_COUNT,
+    SEGMENT_DEGREE,
     CycleSegments,
     Samples,
     concatenated,
@@ -80,8 +80,8 @@ def fitted(engagement: Engagement, samples: Samples) -> CycleSegments:
         steady, known = (_of_whole_cases(mask, segments.case) for mask in (steady, known))
         ready = steady | known | (count == max_fits - 1)
         moved = np.flatnonzero(ready & ~steady)  # refit between the new ends
-        values = fit.values(moved, segments.pick(moved).rolls(basis_of(DEGREE).nodes))
-        segments.coefficients[:, moved] = basis_of(DEGREE).coefficients(values)
+        values = fit.values(moved, segments.pick(moved).rolls(basis_of(SEGMENT_DEGREE).nodes))
+        segments.coefficients[:, moved] = basis_of(SEGMENT_DEGREE).coefficients(values)
         ended, on = np.flatnonzero(ready), np.flatnonzero(~ready)
         done.append((number[ended], segments.pick(ended)))
         if not on.size:
@@ -156,8 +156,8 @@ def _resolved(engagement: Engagement, segments: CycleSegments) -> Mask:
     """Return whether all polynomials of a segment are exact to rounding on their range: the contact does
     not cross a joint of flank and fillet, where it is not smooth, and the trailing coefficients are
     rounding."""
-    s = evaluate(segments.coefficients[[1, 3]], np.linspace(-1.0, 1.0, DEGREE + 1))
-    z = evaluate(segments.coefficients[[2, 4]], np.linspace(-1.0, 1.0, DEGREE + 1))
+    s = evaluate(segments.coefficients[[1, 3]], np.linspace(-1.0, 1.0, SEGMENT_DEGREE + 1))
+    z = evaluate(segments.coefficients[[2, 4]], np.linspace(-1.0, 1.0, SEGMENT_DEGREE + 1))
     below = engagement.on_fillets((s[0], z[0]), (s[1], z[1]))
     smooth = (below == segments.on_fillet[..., None]).all(axis=(0, 2))
     # Trailing coefficients that are rounding: of f relative to the lever, of the positions relative to the
@@ -172,7 +172,7 @@ def _without_short(engagement: Engagement, segments: CycleSegments, samples: Sam
     # Shorter segments are removed: rounding may exchange two contacts at a change.
     shortest_pitches = 1e-9
     long = segments.high - segments.low > shortest_pitches * engagement.pitch[0]
-    segments = replace(segments.pick(long), coefficients=segments.coefficients[:QUANTITIES, long])
+    segments = replace(segments.pick(long), coefficients=segments.coefficients[:QUANTITY_COUNT, long])
     same = segments.case[1:] == segments.case[:-1]
     low, high = segments.low.copy(), segments.high.copy()
     start, stop = samples.ends(segments.case)
@@ -190,10 +190,10 @@ def _starts(
     runs: Integers,
     former: CycleSegments | None,
 ) -> FloatArray:
-    """Return starting points (2, n * (DEGREE + 1)) of Newton's method at the nodes: from a `former` fit
-    where it is accurate, otherwise by linear interpolation between the samples of the segment, from the
+    """Return starting points (2, n * (SEGMENT_DEGREE + 1)) of Newton's method at the nodes: from a `former`
+    fit where it is accurate, otherwise by linear interpolation between the samples of the segment, from the
     first to the last of its `runs` (2, n)."""
-    roll = segments.rolls(basis_of(DEGREE).nodes)
+    roll = segments.rolls(basis_of(SEGMENT_DEGREE).nodes)
     order = order_of(engagement, samples.case, samples.roll)
     after = np.searchsorted(order, order_of(engagement, segments.case.repeat(roll.shape[1]), roll.ravel()))
     first, last = (run.repeat(roll.shape[1]) for run in runs)
@@ -212,9 +212,9 @@ def _starts(
 
 
 def _coefficients(engagement: Engagement, segments: CycleSegments, starts: FloatArray) -> FloatArray:
-    """Return Chebyshev coefficients (13, n, DEGREE + 1) of f, positions and limits; NaN where a contact is
-    not found."""
-    basis = basis_of(DEGREE)
+    """Return Chebyshev coefficients (13, n, SEGMENT_DEGREE + 1) of f, positions and limits; NaN where a
+    contact is not found."""
+    basis = basis_of(SEGMENT_DEGREE)
     roll = segments.rolls(basis.nodes)
     case = segments.case.repeat(roll.shape[1])
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
@@ -263,7 +263,7 @@ def held_to(task: Task, place: FloatArray, limit: Codes, most: int = 12) -> Floa
     ndarray, shape (13, n)
         f, s1, z1, s2, z2 and the eight limits, mm; NaN where the iteration does not converge.
     """
-    contacts = np.full((QUANTITIES + len(Limit), limit.shape[1]), np.nan)
+    contacts = np.full((QUANTITY_COUNT + len(Limit), limit.shape[1]), np.nan)
     going, last = np.arange(limit.shape[1]), np.zeros(limit.shape[1], dtype=bool)
     for _ in range(most + 1):
         here = local_at(task, *place)
@@ -346,7 +346,7 @@ def _taken_over(engagement: Engagement, segments: CycleSegments, before: Integer
     edge, pair = (
         row[both].reshape(2, -1) for row in (segments.limit[0] >= 0, engagement.pinion.sigma * segments.pair)
     )
-    together = np.abs(f[1] - f[0]) <= TOGETHER_RAD * engagement.lever
+    together = np.abs(f[1] - f[0]) <= SAME_ROLL_RAD * engagement.lever
     prior = np.where(edge[0] == edge[1], pair[1] < pair[0], edge[0])[:, None]
     sooner = np.where(together, prior, f[1] < f[0])
     return np.asarray(np.where(outside[0] == outside[1], sooner, outside[1] < outside[0]))
@@ -357,7 +357,9 @@ def _outside(
 ) -> FloatArray:
     """Return by how much (mm) contacts violate limits that are not active, or lie beyond a joint with the
     fillet or the beginning of a relief; infinite where there is no contact."""
-    margin = np.where(holding(segments.limit[:, index])[..., None], np.inf, values[QUANTITIES:]).min(axis=0)
+    margin = np.where(holding(segments.limit[:, index])[..., None], np.inf, values[QUANTITY_COUNT:]).min(
+        axis=0
+    )
     for surface, (s, z), fillet in zip(
         (engagement.pinion, engagement.gear),
         (values[1:3], values[3:5]),

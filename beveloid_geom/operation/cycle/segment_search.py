@@ -9,9 +9,9 @@ from ...status import FirstStatus
 from ..engagement import Engagement
 from ..search.earliest_contact import Grids, found_at
 from .cycle_segments import (
-    DEGREE,
-    QUANTITIES,
+    QUANTITY_COUNT,
     SAMPLES_PER_PITCH,
+    SEGMENT_DEGREE,
     CycleSegments,
     Samples,
     concatenated,
@@ -181,6 +181,8 @@ def sorted_segments(parts: list[CycleSegments]) -> CycleSegments:
     CycleSegments
     """
     none, no, rows = np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros((2, 0), dtype=np.int8)
-    empty = CycleSegments(none, no, no, np.zeros((QUANTITIES, 0, DEGREE + 1)), none, rows, rows > 0, none)
+    empty = CycleSegments(
+        none, no, no, np.zeros((QUANTITY_COUNT, 0, SEGMENT_DEGREE + 1)), none, rows, rows > 0, none
+    )
     segments = concatenated([empty, *parts])
     return segments.pick(np.lexsort((segments.low, segments.case)))

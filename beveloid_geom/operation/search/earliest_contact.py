@@ -33,7 +33,7 @@ Numbered: TypeAlias = tuple[Integers, "Found"]
 GRID_POINTS = ((1, 5, 5), 36), ((4, 25, 19), 72)
 """Scan points, coarse and fine: on the fillet, on the flank, along the face, and along the face for each turn
 of a tooth round its axis, if this gives more."""
-TOGETHER_RAD = 1.6e-14
+SAME_ROLL_RAD = 1.6e-14
 """Difference of the gear roll within which tooth pairs touch at the same time."""
 
 
@@ -309,7 +309,7 @@ def _chosen(
     np.minimum.at(lost, group, np.where(on & ~least.converged, least.f, np.inf))
     # Among contacts at the same time, prefer tangencies to edges, then the pair that came into mesh last, so
     # that rounding does not decide.
-    behind = ~(f <= lowest[group] + TOGETHER_RAD * engagement.lever)
+    behind = ~(f <= lowest[group] + SAME_ROLL_RAD * engagement.lever)
     order = np.lexsort((f, engagement.pinion.sigma * pair, least.limit[0] >= 0, behind, group))
     groups, first = np.unique(group[order], return_index=True)
     index = np.full(n, -1)  # the appended last column: no contact

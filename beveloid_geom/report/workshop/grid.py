@@ -18,7 +18,7 @@ from ..ease_off import SECOND_ORDER
 from ..result import Failure, Rows, plain
 from ..text import line
 
-SHAPE = SECOND_ORDER | {"profile_slope": "slope from root to tip"}
+SHAPE_LABELS = SECOND_ORDER | {"profile_slope": "slope from root to tip"}
 """Labels of the coefficients of the quadratic surface fitted to the deviations."""
 
 
@@ -143,7 +143,9 @@ class DeviationReport:
                     f"  row {k:>3} {row}\n" for k, row in zip(range(len(values), 0, -1), rows, strict=True)
                 )
             fit = self.second_order[flank]
-            shape = (f"{words} {number('deviation', getattr(fit, name))}" for name, words in SHAPE.items())
+            shape = (
+                f"{words} {number('deviation', getattr(fit, name))}" for name, words in SHAPE_LABELS.items()
+            )
             least, most = (number("deviation", value) for value in (values.min(), values.max()))
             text += line("extent", f"{least} to {most} um") + line("shape, um", ", ".join(shape))
         text += "\n" + "".join(line(*words.split(": ", 1)) for words in self.named.lines(grid)[1:])

@@ -29,7 +29,7 @@ from beveloid_geom import (
 from beveloid_geom.analysis.pattern_matrix import pattern_matrix
 from beveloid_geom.analysis.tolerance import USUAL
 from beveloid_geom.arrays import FloatArray, Mask
-from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.operation import OperationReport, operation_report
@@ -273,7 +273,7 @@ MODIFIED = builtin_design().with_parabola(0.001, -0.001)
 
 @pytest.fixture(scope="module")
 def report() -> OperationReport:
-    return operation_report("", MODIFIED, "right", 61, 10, MARKING_SEPARATION)
+    return operation_report("", MODIFIED, "right", 61, 10, MARKING_SEPARATION_MM)
 
 
 def test_a_tooth_pair_has_one_text_on_both_members() -> None:
@@ -291,7 +291,7 @@ def test_the_figure_of_the_pattern_has_the_commands_points() -> None:
     """The figure of the pattern has the points of the command, also for a module other than that of Table
     1."""
     small = scaled(MODIFIED, 0.5 / 6.0)
-    found = pattern_report("", small, "left", MARKING_SEPARATION).result
+    found = pattern_report("", small, "left", MARKING_SEPARATION_MM).result
     layers = fig_pattern.compute_pattern(small).columns[2].layers
     assert layers is not None
     for layer, side in zip(layers, (found.pinion, found.gear), strict=True):
@@ -316,7 +316,7 @@ def test_the_error_repeats_and_its_dots_are_hand_overs(report: OperationReport) 
 def test_what_runs_is_the_first_of_the_tooth_pairs_alone(flank: str) -> None:
     """The curve in operation is the upper envelope of the curves of all tooth pairs, which are displaced by
     whole pitches."""
-    graph = motion_graph.motion_graph(operation_report("", MODIFIED, flank, 65, 3, MARKING_SEPARATION))
+    graph = motion_graph.motion_graph(operation_report("", MODIFIED, flank, 65, 3, MARKING_SEPARATION_MM))
     steps = 64
     pairs = np.stack(
         [graph.alone[k * steps : (k + 1) * steps + 1] for k in range(2 * motion_graph.REACH_PITCHES)]
@@ -325,7 +325,7 @@ def test_what_runs_is_the_first_of_the_tooth_pairs_alone(flank: str) -> None:
     np.testing.assert_allclose(first, graph.report.first.transmission_error, atol=1e-12)
     low, high = graph.limits
     assert low < graph.report.first.transmission_error.min() - graph.mean
-    assert (high - low) * graph.pitch_radius >= MARKING_SEPARATION
+    assert (high - low) * graph.pitch_radius >= MARKING_SEPARATION_MM
     assert abs(low) > abs(high)
 
 
@@ -333,7 +333,7 @@ def test_what_runs_is_the_first_of_the_tooth_pairs_alone(flank: str) -> None:
 def test_contacts_of_the_mesh_cycle_give_the_curve_of_one_pair(design: Design, flank: str) -> None:
     """The curve of one pair from contacts of the mesh cycle equals that of separate searches. Parts that it
     lacks are below the chart."""
-    report = operation_report("", design, flank, 65, 3, MARKING_SEPARATION)
+    report = operation_report("", design, flank, 65, 3, MARKING_SEPARATION_MM)
     graph, whole = motion_graph.motion_graph(report, None), motion_graph.motion_graph(report, 24)
     known = np.isfinite(graph.alone)
     np.testing.assert_array_equal(graph.pitches, whole.pitches)

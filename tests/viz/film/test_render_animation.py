@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image as Pillow, ImageSequence
 
 from beveloid_geom import builtin_design
-from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM
 from beveloid_viz.film import scene
 from beveloid_viz.film.cli import main
 from beveloid_viz.film.motion import Film, film_of
@@ -67,7 +67,7 @@ def test_teeth_do_not_overlap(modified: Film) -> None:
     gap = modified.gap
     assert np.nanmin(gap) > -1e-9
     assert (modified.touching.sum(axis=0) == 1).all()
-    assert MARKING_SEPARATION > np.nanmin(gap[~modified.touching]) > 0.0
+    assert MARKING_SEPARATION_MM > np.nanmin(gap[~modified.touching]) > 0.0
 
 
 @pytest.mark.slow

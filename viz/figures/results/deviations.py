@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from beveloid_geom.arrays import FLANK_SIGN, FloatArray
 from beveloid_geom.design.ends import end_names
 from beveloid_geom.report.columns import header_of
-from beveloid_geom.report.workshop.grid import SHAPE, DeviationReport
+from beveloid_geom.report.workshop.grid import SHAPE_LABELS, DeviationReport
 
 from ...components.figure_steps import Drawing, Recipe, Table, rows_of_cases
 from ...components.map_panel import HALO
@@ -54,7 +54,7 @@ def draw(report: DeviationReport, layout: theme.PageLayout) -> Drawing:
         }
         lines = [
             f"{words} {coefficients_um[name].lstrip('+') if name == 'rest' else coefficients_um[name]}"
-            for name, words in SHAPE.items()
+            for name, words in SHAPE_LABELS.items()
         ]
         words = "\n".join(", ".join(lines[k : k + 2]) for k in range(0, len(lines), 2))
         axes.text(0.0, -0.03, words, transform=axes.transAxes, va="top", fontsize=theme.SMALL)

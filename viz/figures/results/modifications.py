@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 
 from beveloid_geom import ContactPath, Design, Modification, path_of_contact
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM
 from beveloid_geom.design.ends import end_names
 from beveloid_geom.operation.contact_pattern.pattern import ContactPattern
 from beveloid_geom.pair.misalignment import NAMES, mounted
@@ -106,10 +106,10 @@ def _case(name: str, label: str, design: Design, flank: str) -> ModificationCase
     )
     rolls, harmonics = 181, 1
     try:
-        operation = operation_report("", design, flank, rolls, harmonics, MARKING_SEPARATION)
+        operation = operation_report("", design, flank, rolls, harmonics, MARKING_SEPARATION_MM)
         if operation.reason:
             raise ValueError(operation.reason)
-        pattern = pattern_report("", design, flank, MARKING_SEPARATION).result
+        pattern = pattern_report("", design, flank, MARKING_SEPARATION_MM).result
     except ValueError as error:
         reason = str(getattr(error, "reason", error))
         return ModificationCase(name, label, flank, design, path, None, None, sizes, shifts, reason)
@@ -152,7 +152,7 @@ def draw(comparison: Comparison, layout: theme.PageLayout) -> Drawing:
         layout,
         comparison.title,
         f"{first.flank.capitalize()} flanks, the pinion drives",
-        note.format(ends=end_names(first.design.pinion), film=1e3 * MARKING_SEPARATION)
+        note.format(ends=end_names(first.design.pinion), film=1e3 * MARKING_SEPARATION_MM)
         + _unknown_shifts(data),
         below=0.65,
         above=1.35,
@@ -200,7 +200,7 @@ def _pattern(axes: Axes, case: ModificationCase) -> None:
         return
     side = case.pattern.pinion
     r = np.hypot(side.points[..., 0], side.points[..., 1])
-    side_view(axes, side.z, r, side.least, MARKING_SEPARATION)
+    side_view(axes, side.z, r, side.least, MARKING_SEPARATION_MM)
     if case.path.l1.size:
         colour = STYLES[0][0]
         axes.plot(case.path.pinion_z, case.path.pinion_r, color=colour, linewidth=1.8)

@@ -12,7 +12,7 @@ from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from beveloid_geom import Design, Status, path_of_contact
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.ellipse import MARKING_SEPARATION, contact_ellipse
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM, contact_ellipse
 from beveloid_geom.contact.mesh_position import frames_at
 from beveloid_geom.contact.parallel.lines import touches_along_lines
 from beveloid_geom.findings.path import first_contact_fault
@@ -97,7 +97,7 @@ def compute_pattern(design: Design) -> BandFigure:
         ("left", design, "left flanks, as designed"),
     ):
         try:
-            pattern = pattern_report("", changed, flank, MARKING_SEPARATION).result
+            pattern = pattern_report("", changed, flank, MARKING_SEPARATION_MM).result
         except ValueError as error:
             columns.append(PatternColumn(heading, changed, flank, None, str(getattr(error, "reason", error))))
             continue
@@ -152,7 +152,7 @@ def _rings(design: Design, path: SolvedPath, number: int) -> tuple[FloatArray, .
     if path.first is not None:
         touching = touching[path.first]
     shown = touching[np.linspace(0, len(touching) - 1, ellipses + 2).round().astype(int)[1:-1]]
-    ellipse = contact_ellipse(at, MARKING_SEPARATION)
+    ellipse = contact_ellipse(at, MARKING_SEPARATION_MM)
     turn = np.linspace(0.0, 2.0 * np.pi, 721)[:, None]
     semi_axes, directions = ellipse.semi_axes[shown], ellipse.direction[shown]
     first, second = (semi_axes[:, k, None, None] * directions[:, k, None, :] for k in (0, 1))

@@ -20,7 +20,7 @@ from beveloid_geom.design.model import ErrorsAt
 from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.pair.misalignment import NAMES
 from beveloid_geom.report.columns import ARCSEC, header_of
-from beveloid_geom.report.pattern import FIGURES, FINE, added_of, flat_data, status_of
+from beveloid_geom.report.pattern import FIGURES, POINTS_PER_MODULE, added_of, flat_data, status_of
 
 from ...components import paths_table, posed
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, rows_of_cases
@@ -52,7 +52,7 @@ def _block(design: Design, flank: str, like: PatternMatrix | None) -> Block:
     try:
         if fault := first_contact_fault(design):
             raise ValueError(fault)
-        resolution = float(design.pinion.tool.normal_module) / FINE  # as in the command pattern
+        resolution = float(design.pinion.tool.normal_module) / POINTS_PER_MODULE  # as in the command pattern
         over, sizes = _errors(design)
         matrix = pattern_matrix(design, over, flank, sizes=sizes, resolution=resolution, like=like)
         return Block(flank, design, matrix)

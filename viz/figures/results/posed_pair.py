@@ -11,7 +11,7 @@ import numpy as np
 
 from beveloid_geom import Design
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM
 from beveloid_geom.gear.flank import flank_patch
 from beveloid_geom.operation.contact_pattern.pattern import MemberPattern
 from beveloid_geom.pair.frames import to_fixed
@@ -50,7 +50,7 @@ def compute(design: Design, flank: str = "right") -> PosedFigure:
     """Compute the meshes of both gears, and path and pattern."""
     pattern = None
     with suppress(ValueError):
-        pattern = pattern_report("", design, flank, MARKING_SEPARATION).result.pinion
+        pattern = pattern_report("", design, flank, MARKING_SEPARATION_MM).result.pinion
     meshes: list[tuple[TriangleMesh | None, str]] = []
     for member in design.members:
         try:
@@ -110,7 +110,7 @@ def _marks(data: PosedFigure) -> str:
         f" tooth pair. Ball: point of contact{along}."
     )
     if data.pattern is not None:
-        band = f"separation below {1e3 * MARKING_SEPARATION:g} \u00b5m"
+        band = f"separation below {1e3 * MARKING_SEPARATION_MM:g} \u00b5m"
         words += f" Blue, darker in front of the gear: contact pattern, {band}."
     return words
 
@@ -193,12 +193,12 @@ def _pattern(data: PosedFigure) -> list[Surface]:
     faces: Any = grid_faces(side.points, normals)
     # Points without a separation are as far above the limit as the limit is above zero.
     above = np.where(
-        side.marked, np.minimum(side.least, MARKING_SEPARATION), np.fmax(side.least, MARKING_SEPARATION)
+        side.marked, np.minimum(side.least, MARKING_SEPARATION_MM), np.fmax(side.least, MARKING_SEPARATION_MM)
     )
-    above = np.where(np.isfinite(side.least), above, 2.0 * MARKING_SEPARATION)
+    above = np.where(np.isfinite(side.least), above, 2.0 * MARKING_SEPARATION_MM)
     surface = pv.PolyData.from_regular_faces((side.points + lift * normals).reshape(-1, 3), faces)
     surface.point_data["separation"] = above.ravel()
-    marked = surface.clip_scalar(scalars="separation", value=MARKING_SEPARATION).triangulate()
+    marked = surface.clip_scalar(scalars="separation", value=MARKING_SEPARATION_MM).triangulate()
     if not marked.n_cells:
         return []
     return [

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from beveloid_geom import Design
-from beveloid_geom.contact.ellipse import MARKING_SEPARATION
+from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM
 from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.operation import operation_report
@@ -50,7 +50,7 @@ def compute(design: Design, flank: str = "right") -> tuple[CycleCase, ...]:
     for (name, changed), (colour, _) in zip(named, LOOKS, strict=True):
         graph, reason = None, first_contact_fault(changed)
         if not reason:
-            report = operation_report("", changed, flank, rolls, HARMONICS, MARKING_SEPARATION)
+            report = operation_report("", changed, flank, rolls, HARMONICS, MARKING_SEPARATION_MM)
             reason = report.reason
             graph = None if reason else motion_graph.motion_graph(report)
         cases.append(CycleCase(name, colour, flank, changed, graph, reason or ""))

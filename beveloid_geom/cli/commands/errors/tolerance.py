@@ -61,14 +61,14 @@ def tolerance(
     computed from the mountings with a path on the flanks. The exit status is 1 if no mounting has a path, or
     if the design cannot be assembled, 4 if no path was found and not all could be computed."""
     sizes = sizes_of(tolerances, design)
-    from ....analysis.tolerance import CYCLE_COST, Tolerances, tolerance_study
+    from ....analysis.tolerance import CYCLE_COST_PATHS, Tolerances, tolerance_study
     from ....report.tolerance import ToleranceReport
 
     given = Tolerances(**sizes, distribution=distribution, sigmas=sigmas)
     with (
         results.refused_values(),
         nullcontext() if jobs == 1 else worker_processes(jobs, "try fewer --jobs") as executor,
-        progress_bar(cases + CYCLE_COST * operation, "mounting") as bar,
+        progress_bar(cases + CYCLE_COST_PATHS * operation, "mounting") as bar,
     ):
         study = tolerance_study(
             design,
