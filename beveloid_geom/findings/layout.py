@@ -213,7 +213,8 @@ def remarks_on(
     leave the face, tips that run into bottom lands, overlapping tip rounds of the tool, undercut, pointed
     teeth, tips thinner than LEAST_TIP_THICKNESS_MODULES, on parallel axes tips below the mate's active
     flank. Notes: whether undercut ends a path of contact, displaced paths that stay on the face, on other
-    axes tips below the mate's active flank, thin tips, a small tip clearance. Raises ValueError for arrays."""
+    axes tips below the mate's active flank, thin tips, a small tip clearance. Raises ValueError for arrays.
+    """
     deviation = layout_deviation(design) if deviation is None else deviation
     meshing = meshes(design)
     remarks = [*layout_remarks(design, deviation, jam=jam, meshing=meshing), *unit_remarks(design)]
