@@ -90,7 +90,7 @@ class MeshRequest:
 
     @property
     def tolerance_mm(self) -> float:
-        """Tolerance, mm. Only the pair in contact needs none."""
+        """Tolerance, mm. The pair in contact and solids need none."""
         assert self.tolerance is not None
         return self.tolerance
 

@@ -186,6 +186,9 @@ def test_memory_that_runs_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     cure = "use a smaller --across or fewer --teeth"
     line = refused("--part", "pair", "--out", tmp_path / "a.inp")
     assert line == f"Error: not enough memory for the pair in contact: {cure}\n"
+    monkeypatch.setitem(WRITERS, "solid", much)
+    line = refused("--part", "gear", "--out", tmp_path / "a.step")
+    assert line == "Error: not enough memory for gear as .step: write a smaller part, such as a tooth\n"
     assert not list(tmp_path.iterdir())
 
 

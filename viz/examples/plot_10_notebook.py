@@ -17,8 +17,8 @@ path = path_of_contact(builtin_design().with_parabola(pinion=0.001, gear=-0.001)
 path
 
 # %%
-# Distance of the gear flank from the pinion flank along the normal of the pinion flank, in the middle of
-# the path.
+# Distance of the pinion flank from the gear flank along the normal of the gear flank, in the middle of the
+# path, at points of the pinion flank.
 grid = sample_flank(path.design.pinion, "right", tolerance=0.0005)
 rolls = path.pinion_roll[50], path.gear_roll[50]
 apart = angular_clearance(path.design, "right", 0, grid.l, grid.z, *rolls).distance

@@ -193,7 +193,9 @@ def refused_writing(request: MeshRequest) -> Iterator[None]:
         raise Refusal([f"cannot write {name} ({reason}): choose another --out"]) from None
     except MemoryError:
         cure = "the pair in contact: use a smaller --across or fewer --teeth"
-        if request.tolerance is not None:
+        if request.kind == "solid":
+            cure = f"{request.part} as {request.suffix}: write a smaller part, such as a tooth"
+        elif request.tolerance is not None:
             cure = f"--tolerance {request.tolerance:g}: use a larger value"
         raise Refusal([f"not enough memory for {cure}"]) from None
     except ArgumentError as error:
