@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from click.testing import Result
 
+from beveloid_geom.cli.mesh_parts import WRITERS
 from tests.cli import running
 
 
