@@ -128,6 +128,11 @@ def ease_off(design: Design, flank: str = "right", shape: tuple[int, int] = (15,
     ValueError
         For a batch; for too few points; and if the flanks have no path of contact.
 
+    References
+    ----------
+    Conjugate surfaces: Litvin and Fuentes, Gear Geometry and Applied Theory, 2004; definitions:
+    beveloid_geom/analysis/README.md, Ease-off.
+
     Examples
     --------
     >>> import beveloid_geom as bg

@@ -249,6 +249,10 @@ def design_map(
     -----
     A cell takes as long as 1 to 20 paths of 101 positions, a mesh cycle as long as 20 to 30.
 
+    References
+    ----------
+    Definitions: beveloid_geom/analysis/README.md, Maps and the recommendation of the paper.
+
     Examples
     --------
     >>> import beveloid_geom as bg

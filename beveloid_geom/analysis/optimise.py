@@ -113,6 +113,10 @@ def optimise_parabola(design: Design, aim: Aim, flank: str = "right") -> Optimum
         the aim excludes edge contact, also if edges touch with all coefficients or if the tip rounds of a
         tool overlap.
 
+    References
+    ----------
+    Method: beveloid_geom/analysis/README.md, Optimum without edge contact.
+
     Examples
     --------
     >>> import beveloid_geom as bg

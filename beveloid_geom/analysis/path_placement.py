@@ -168,6 +168,10 @@ def place_path(
         For a batch; for parallel axes; for unknown errors; for shares outside their limits; for `l` outside
         the active profile of the pinion; and if the tip rounds of a tool overlap.
 
+    References
+    ----------
+    Method: beveloid_geom/analysis/README.md, Placement of a path.
+
     Examples
     --------
     >>> import beveloid_geom as bg

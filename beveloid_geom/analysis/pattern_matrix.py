@@ -142,6 +142,10 @@ def pattern_matrix(
         For a batch; for unknown errors or sizes outside their limits; for another number of cells; for `like`
         with other errors; if the tip rounds of a tool overlap; and as in `contact_pattern`.
 
+    References
+    ----------
+    Definitions: beveloid_geom/analysis/README.md, Contact patterns under errors.
+
     Examples
     --------
     >>> import beveloid_geom as bg

@@ -144,6 +144,10 @@ def path_pressure(path: ContactPath, load: Load) -> PathPressure:
         together. NaN on crossed axes if the contact is a line to rounding (LINE_CONTACT), and if the flanks
         intersect near the contact (INTERFERENCE).
 
+    References
+    ----------
+    Hertzian contact: beveloid_geom/analysis/README.md, Pressure.
+
     Examples
     --------
     >>> import beveloid_geom as bg

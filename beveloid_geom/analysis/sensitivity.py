@@ -151,6 +151,10 @@ def path_sensitivity(
     ValueError
         For arrays without elements and for an unknown flank.
 
+    References
+    ----------
+    Method: beveloid_geom/analysis/README.md, Sensitivity.
+
     Examples
     --------
     >>> import beveloid_geom as bg

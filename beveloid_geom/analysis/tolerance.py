@@ -223,6 +223,10 @@ def tolerance_study(
     paths of 101 positions. The search for the edges at which a pattern ends takes the same time as a mesh
     cycle.
 
+    References
+    ----------
+    Definitions: beveloid_geom/analysis/README.md, Tolerances.
+
     Examples
     --------
     >>> import beveloid_geom as bg

@@ -94,6 +94,10 @@ def design_remarks(
     tuple of Remark
         The most important first.
 
+    References
+    ----------
+    Remarks and their levels: beveloid_geom/findings/README.md.
+
     Examples
     --------
     >>> import beveloid_geom as bg
@@ -141,6 +145,10 @@ def layout_advice(design: Design) -> tuple[Advice, ...]:
     ------
     ValueError
         For arrays.
+
+    References
+    ----------
+    Candidates: beveloid_geom/findings/README.md.
 
     Examples
     --------

@@ -149,6 +149,10 @@ def mounted_backlash(design: Design) -> Backlash:
     ValueError
         If a field of a member is an array.
 
+    References
+    ----------
+    Definition and method: beveloid_geom/operation/README.md.
+
     Examples
     --------
     >>> import beveloid_geom as bg

@@ -85,6 +85,10 @@ def path_certificate(path: ContactPath) -> Certificate:
     ValueError
         If a field of a member is an array; pair and errors may be arrays.
 
+    References
+    ----------
+    Method: beveloid_geom/operation/README.md.
+
     Examples
     --------
     >>> import beveloid_geom as bg

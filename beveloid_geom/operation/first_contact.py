@@ -108,6 +108,10 @@ def first_contact(
         If a field of a member is an array, if rolls are not finite or of another shape, or if pairs are not
         whole numbers.
 
+    References
+    ----------
+    Method: beveloid_geom/operation/README.md.
+
     Examples
     --------
     >>> import beveloid_geom as bg

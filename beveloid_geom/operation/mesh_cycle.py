@@ -230,6 +230,10 @@ def mesh_cycle(design: Design, flank: str = "right", harmonics: int = 10) -> Mes
     ValueError
         If a field of a member is an array, or for fewer than one harmonic.
 
+    References
+    ----------
+    Method: beveloid_geom/operation/README.md.
+
     Examples
     --------
     >>> import beveloid_geom as bg

@@ -108,6 +108,10 @@ def operating_ratios(
     ValueError
         If a field of a member is an array, for a negative thickness, or for fewer than one harmonic.
 
+    References
+    ----------
+    Method: beveloid_geom/operation/README.md.
+
     Examples
     --------
     >>> import beveloid_geom as bg

@@ -100,6 +100,10 @@ def pitch_cycle(design: Design, flank: str = "right", points: int = 24) -> Pitch
         For a batch of designs, for points that are not a whole number of at least 1, for more than
         20,000 pitches or 400 pairs of measured teeth.
 
+    References
+    ----------
+    Method: beveloid_geom/operation/README.md.
+
     Examples
     --------
     >>> import beveloid_geom as bg

@@ -237,6 +237,10 @@ def zero_backlash_layout(design: Design) -> ZeroBacklashLayout:
     ValueError
         For arrays, and if the members have backlash in every layout in which their lines of action meet.
 
+    References
+    ----------
+    Equations: beveloid_geom/pair/README.md, layouts in which the lines of action meet exactly.
+
     Examples
     --------
     >>> import beveloid_geom as bg
@@ -337,6 +341,10 @@ def layout_deviation(design: Design) -> LayoutDeviation:
     ------
     ValueError
         For arrays.
+
+    References
+    ----------
+    Equations: beveloid_geom/pair/README.md, layouts in which the lines of action meet exactly.
 
     Examples
     --------

@@ -92,6 +92,10 @@ def propose(request: Request, most: int = 3) -> tuple[Proposal, ...]:
     Refused
         If no pair was found.
 
+    References
+    ----------
+    Equations: beveloid_geom/proposal/README.md.
+
     Examples
     --------
     >>> import beveloid_geom as bg

@@ -68,6 +68,10 @@ def tooth_hexahedra(
         elements, cells that do not match those of the next tooth, and as `cut_sheets`,
         `bore_of` and `section_of`.
 
+    References
+    ----------
+    Points: Eq. (6) of Ni et al. 2017; elements: beveloid_geom/shapes/README.md.
+
     Examples
     --------
     >>> from beveloid_geom import builtin_design, tooth_hexahedra

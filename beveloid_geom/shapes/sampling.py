@@ -104,6 +104,10 @@ def sample_flank(member: Member, flank: str, tolerance: float | None = None) -> 
     ValueError
         If the tolerance cannot be met, for example because undercut removes the flank at one end.
 
+    References
+    ----------
+    Points: Eq. (6) of Ni et al. 2017; spacing: beveloid_geom/shapes/README.md.
+
     Examples
     --------
     >>> from beveloid_geom import builtin_design, sample_flank

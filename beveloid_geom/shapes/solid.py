@@ -110,6 +110,10 @@ def gear_solid(
     ValueError
         As `tooth_surface`, and for a number of teeth that is not between 1 and that of the gear.
 
+    References
+    ----------
+    Points: Eq. (6) of Ni et al. 2017; triangles: beveloid_geom/shapes/README.md.
+
     Examples
     --------
     >>> from beveloid_geom import builtin_design, gear_solid

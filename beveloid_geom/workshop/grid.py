@@ -100,6 +100,10 @@ def measuring_grid(
         For numbers of points and borders outside their limits, flanks that undercut removes in a part of the
         face, and flanks that do not reach their tip cone.
 
+    References
+    ----------
+    Order of the points: beveloid_geom/workshop/README.md, Measuring.
+
     Examples
     --------
     >>> import beveloid_geom as bg

@@ -124,6 +124,10 @@ def read_deviations(path: Path, grid: MeasuringGrid) -> Deviations:
         If the file does not fit the grid. If a single point is at fault, the message names its line, or its
         flank, row and column.
 
+    References
+    ----------
+    Formats: beveloid_geom/workshop/README.md, Measuring.
+
     Examples
     --------
     >>> import tempfile

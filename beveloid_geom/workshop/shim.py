@@ -111,6 +111,10 @@ def shim(design: Design, backlash: float, at: float | None = None, flank: str = 
         For a batch of designs, a backlash that is not finite, a share outside its limits, and tip rounds of a
         tool that overlap.
 
+    References
+    ----------
+    Conditions: beveloid_geom/workshop/README.md, Shims.
+
     Examples
     --------
     >>> import beveloid_geom as bg

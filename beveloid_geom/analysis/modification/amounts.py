@@ -69,6 +69,10 @@ def optimise_amounts(
         constraints, or none of them can be assembled. If the aim excludes edge contact, also if edges touch
         with all amounts found.
 
+    References
+    ----------
+    Modifications: ISO 21771; method: beveloid_geom/analysis/README.md, Amounts of modification.
+
     Examples
     --------
     >>> import beveloid_geom as bg

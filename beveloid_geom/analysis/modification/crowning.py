@@ -102,6 +102,10 @@ def fit_crowning(
         For a batch, values that are not positive, a length that exceeds the face; or if no crownings that
         remove material give both values.
 
+    References
+    ----------
+    Modifications: ISO 21771; method: beveloid_geom/analysis/README.md, Amounts of modification.
+
     Examples
     --------
     >>> import beveloid_geom as bg

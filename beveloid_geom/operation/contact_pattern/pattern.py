@@ -145,6 +145,10 @@ def contact_pattern(
         For a batch; for lengths or an area error that are not positive or too small; if rolls are given for
         one member only; or if the first contact is not known.
 
+    References
+    ----------
+    Definition and method: beveloid_geom/operation/README.md.
+
     Examples
     --------
     >>> import beveloid_geom as bg
