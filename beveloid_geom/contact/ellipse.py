@@ -2,9 +2,9 @@
 
 Let n1 be the outward normal of the pinion, and A_j the map from a step in the tangent plane to the change of
 the outward normal of member j (dn_j = A_j dR). The separation near a contact is y.(A_1 + A_2) y / 2 along the
-common normal: positive curvature is clearance. A_j follows from the derivatives of the normal. It rotates
-with phi and, on a parabola, also with l. With the rack vectors d along the straight profile and m along its
-normal (`gear.rack`),
+common normal: positive curvature is clearance. A_j follows from the derivatives of the normal. The normal
+rotates with the generating roll phi (Eq. 6) and, on a parabola, also with l. With the rack vectors d along
+the straight profile and m along its normal (`gear.rack`),
 
     n_l = Rz(phi) (n' + phi_l k x n),    n_u = phi_u k x n,    n' = -2 a T / (1 + 4 a^2 l^2)^(3/2),
 

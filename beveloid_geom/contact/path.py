@@ -10,7 +10,7 @@ The contact ratio is Eq. 16: the range of pinion roll over which the flanks of a
 divided by the pitch. If the roll turns back along the path, this range exceeds the roll between the ends, and
 the pair is tangent twice at some rolls. The contact ratio describes the geometry of one tooth pair. If the
 gear runs ahead towards the ends of the path, as on the right flanks of Table 1 with both parabola
-coefficients positive, the edge of the next tooth touches first. The ratio in operation is then different
+coefficients 0.0002 1/mm, the edge of the next tooth touches first. The ratio in operation is then different
 (`operating_ratio`).
 """
 

@@ -379,7 +379,7 @@ def meshing_start(surfaces: Surfaces, placed: PairPlacement, s1: FloatArray, z1:
     y2 = placed.sin * along - placed.cos * across
     z2 = placed.sin * across + placed.cos * along - placed.position[1]
     s2 = profile_at(surfaces.gear, x2 * x2 + y2 * y2, z2)
-    # Below the base cylinder: the middle of the flank.
+    # Below the base cylinder: halfway between l = 0 and the tip.
     s2 = np.where(np.isnan(s2), 0.5 * surfaces.gear.highest, s2)
     return np.array((s1, z1, angle - jet.phi, s2))
 
