@@ -50,8 +50,8 @@ class Mounting:
     computed from the pitch point; `working_radius` (2, ...); `pitch_distance` (2, ...): axial coordinates of
     the pitch point; `pitch_point` (..., 3) in S_f; `gap`: least distance from the line of action of the right
     flanks to that of the left flanks, positive along n_right x n_left; `normal_backlash`: clearance along the
-    normal, reduced to plus/minus half a pitch, negative for interference; all in mm. `branch` (2, ...): sign of n_x on the right and on the left flank. NaN where the
-    pair has no common normal.
+    normal, reduced to plus/minus half a pitch, negative for interference; all in mm. `branch`
+    (2, ...): sign of n_x on the right and on the left flank. NaN where the pair has no common normal.
     """
 
     distance: FloatArray
