@@ -2,10 +2,10 @@
 
 The closest flank point (foot) F of a point P is the one whose normal n passes through P. This normal meets
 the pitch line when the rack cuts F (Eq. 6), so that P lies on the same line. Rotate P with the gear into the
-fixed frame of generation (rotation Rz(-phi) about z), and subtract the slide of the rack along y (unit vector
-e_y) and its apex p,
+fixed frame of generation (rotation Rz(-phi) about z), and subtract the position of the rack (r_P along the
+unit vector e_x, -r_P phi along e_y) and its apex p,
 
-    V(phi) = Rz(-phi) P + r_P phi e_y - p,    W = dV/dphi.
+    V(phi) = Rz(-phi) P - r_P e_x + r_P phi e_y - p,    W = dV/dphi.
 
 The foot of V on the rack R = p + l d + a l^2 m + u t, at stationary distance, satisfies
 

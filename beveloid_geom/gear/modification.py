@@ -113,9 +113,9 @@ class FlankModification:
     def rows(self, l: Numbers, z: Numbers, on: Mask | None = None) -> Numbers:
         """Return `turn` and its derivatives by l, z, l l, l z and z z: (6, ...).
 
-        `on` (reliefs, ...) states for each point which reliefs apply, on both sides of their beginnings. A
-        relief that applies is continued smoothly before its beginning. The surface without a relief that does
-        not apply is continued smoothly after it.
+        `on` (reliefs, ...) states for each point which reliefs apply, whether or not the point is past the
+        beginning of the relief. A relief that applies is also added before its beginning, by the same
+        formula. A relief that does not apply is left out, also after its beginning.
         """
         shape = np.broadcast_shapes(self.batch_shape, np.shape(l), np.shape(z))
         rows: list[Any] = [0.0] * 6

@@ -37,7 +37,7 @@ from .backlash import JAM_OVERLAP_MODULES, lever_of
 from .engagement import conjugate_phase
 
 PATH_POINTS = 17
-"""Positions of a path at which the play is computed."""
+"""Positions of a path at which the play is computed on flanks without a `Modification`."""
 
 
 class Tangency(IntEnum):

@@ -2,12 +2,13 @@
 
 An unmodified flank is swept by straight generators, perpendicular to its normal n and parallel to the plane
 that is tangent to the base cylinder. With the axial component v_j of the normal of member j, the generators
-of two flanks in contact have the directions n x (k_1 - v_1 n) and n x (k_2 + v_2 n), and their angle is
+of two flanks in contact have the directions k_1 - v_1 n and k_2 + v_2 n, and their angle is
 
     sin(angle) = n_x sin(d) / sqrt((1 - v_1^2) (1 - v_2^2)).
 
 It has the sign of n_x and is 0 in line contact. For crossed helical gears of small shaft angle it is about
-d sin(a_n). The literature calls it the angle of first principal directions (FPD).
+d sin(a_n) / cos^2(b_b), with the base helix angle b_b. The literature calls it the angle of first principal
+directions (FPD).
 """
 
 from __future__ import annotations

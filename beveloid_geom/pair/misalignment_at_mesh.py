@@ -51,7 +51,7 @@ class _Nominal:
 
     `offset` E, mm; `sense` of the design, s; signed shaft `angle` s d, rad, and its `sign` (on parallel axes,
     the sign of the rotation); `arm`, mm: the foot (E, 0, 0) seen from the pitch point, by components along
-    x, k2 and x x k2; `centre_line`: the unit vector u, by components.
+    x, k2 and k2 x x; `centre_line`: the unit vector u, by components in S_f.
     """
 
     offset: FloatArray
@@ -103,7 +103,8 @@ def _turned(nominal: _Nominal, turn: Any, tilt: Any) -> _Turned:
     sin, cos, sin_tilt, cos_tilt = np.sin(angle), np.cos(angle), np.sin(tilt), np.cos(tilt)
     versed = 2.0 * np.sin(0.5 * np.asarray(tilt)) ** 2
     out, down, aside = nominal.arm
-    # k2 and x x k2 change by 2 sin(turn/2) along their mean directions.
+    # k2 changes by 2 sin(turn/2) along the mean direction of k2 x x, and k2 x x by as much against the mean
+    # direction of k2.
     step, middle = 2.0 * np.sin(0.5 * np.asarray(turn)), nominal.angle + 0.5 * np.asarray(turn)
     change = -out * sin_tilt - down * versed  # along k2 as turned in the plane
     moved = (
@@ -307,8 +308,7 @@ def _turn(nominal: _Nominal, errors: Errors, tilt: Any) -> FloatArray:
     total = nominal.sign * (nominal.angle + error)
     rise = -(np.sin(tilt) ** 2) / (np.sqrt(np.sin(total - tilt) * np.sin(total + tilt)) + np.sin(total))
     rise = np.where(np.asarray(tilt) == 0.0, 0.0, rise)
-    # Decrease of the angle by the tilt: the difference of the angles with the tangents
-    # (sin D' + rise)/cos D' and sin D'/cos D'.
+    # |D| - d', the difference of the angles with the tangents (sin d' + rise)/cos d' and sin d'/cos d'.
     less = np.arctan2(rise * np.cos(total), 1.0 + rise * np.sin(total))
     return np.asarray(error + nominal.sign * less)
 

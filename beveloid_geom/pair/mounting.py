@@ -48,10 +48,10 @@ class Mounting:
 
     `distance` (2, ...): position of the mid-faces of pinion and gear along their axes, given by the design or
     computed from the pitch point; `working_radius` (2, ...); `pitch_distance` (2, ...): axial coordinates of
-    the pitch point; `pitch_point` (..., 3) in S_f; `gap`: least distance of the two lines of action;
-    `normal_backlash`: clearance along the normal, reduced to plus/minus half a pitch, negative for
-    interference; all in mm. `branch` (2, ...): sign of n_x on the right and on the left flank. NaN where the
-    pair has no common normal.
+    the pitch point; `pitch_point` (..., 3) in S_f; `gap`: least distance from the line of action of the right
+    flanks to that of the left flanks, positive along n_right x n_left; `normal_backlash`: clearance along the
+    normal, reduced to plus/minus half a pitch, negative for interference; all in mm. `branch`
+    (2, ...): sign of n_x on the right and on the left flank. NaN where the pair has no common normal.
     """
 
     distance: FloatArray

@@ -69,7 +69,7 @@ class SeparationSamples:
 
     def _least(self, values: FloatArray, those: Mask) -> Integers:
         """Return the numbers (l) of rows, among `those` (m), whose values (m) are not above their
-        neighbours, as far as these were computed."""
+        neighbours. Rows next to a sample that was not computed are left out."""
         row = np.flatnonzero(those)
         return row[(values[row] <= np.append(values, -np.inf)[self._three(row)]).all(axis=0)]
 
@@ -124,8 +124,8 @@ def separation_samples(mating: Mating, points: FloatArray, near: Mask | None = N
     points : ndarray, shape (n, 3)
         In the frame that rotates with the member, mm.
     near : ndarray of bool, shape (k, n), optional
-        Samples that are computed. All samples of a point are computed if the smallest of these has no
-        computed neighbours.
+        Samples that are computed first. The other samples of a point are computed as well if a neighbour of
+        the smallest of these is missing, or if the foot is on the flank at none of these.
 
     Returns
     -------
