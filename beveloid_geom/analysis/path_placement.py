@@ -9,15 +9,17 @@ which is near the middle of its flank. With the two errors e,
     F(e) = (z(e) - z_wanted, l1(e) - l1_wanted) = 0
 
 is solved by Newton's method, which starts from the design and takes exact derivatives of the middle from
-`sensitivity`. A step is shortened until it reduces the distance. If the iteration does not converge within
-the limits of the errors (`search_limits`), it is repeated from the grid points whose paths lie nearest to the
-wanted position. If these do not converge either, all results are NaN and the status is NOT_CONVERGED, or
-NO_PATH if the grid, which contains the design, has no path at all.
+`sensitivity`. Of the full step and its seven halvings, the one that comes nearest is taken, if it reduces the
+distance. If the iteration does not converge within the limits of the errors (`search_limits`), it is repeated
+from the grid points whose paths lie nearest to the wanted position. If these do not converge either, all
+results are NaN and the status is NOT_CONVERGED, or NO_PATH if the grid, which contains the design, has no
+path at all.
 
 If the errors use up the backlash, the pair cannot be assembled. The middle then keeps z_wanted and leaves the
 centre of the profile, no further than until the backlash is 0 (OFF_CENTRE). This is a root of the backlash as
-a function of l1, bracketed by trial positions on both sides of the centre. The trial positions extend to a
-quarter of the profile depth; if the pair jams at all of them, the values are NaN."""
+a function of l1. Positions on both sides of the centre are tried, up to a quarter of the profile depth. The
+root lies between the nearest one at which the pair can be assembled and the next one towards the centre; it
+is found by bisection. If the pair jams at all trial positions, the values are NaN."""
 
 from __future__ import annotations
 

@@ -28,10 +28,9 @@ import numpy as np
 from ..arrays import Codes, FloatArray, Mask, flank_sign
 from ..contact.ellipse import curvature_ellipse, relative_curvature, steps_and_turns
 from ..contact.equation import edge_margins, limit_margins
-from ..contact.flank_pair import generated_pairing
 from ..contact.hertz import POISSON_RATIO, YOUNG_MPA, contact_modulus, hertz_ellipse, hertz_strip
 from ..contact.parallel.lines import ContactLines, carrying_length, contact_lines, touches_along_lines
-from ..contact.path import ContactPath
+from ..contact.path import ContactPath, pairing_of_path
 from ..design.arguments import require_path
 from ..gear.flank import flank_point
 from ..status import EllipseStatus, Status
@@ -234,7 +233,7 @@ def _reaches(path: ContactPath, axes: FloatArray) -> Codes:
         moved[:, member] = np.stack([values.reshape(-1, 1) for values in parameters]) + step
     l, u = moved.reshape(2, 2, cases, -1)
     x, y, z = np.moveaxis(flank_point(design.stacked_members(), path.flank, l, u), -1, 0)
-    pairing = generated_pairing(design, path.flank)
+    pairing = pairing_of_path(path)
     margins = limit_margins(pairing, l, z, np.hypot(x, y))
     if pairing.edges:
         margins[:2] = np.minimum(margins[:2], edge_margins(pairing, l, z))

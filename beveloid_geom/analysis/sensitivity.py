@@ -9,7 +9,7 @@ rolls of both ends. Differentiation gives
 
     [R_y; c_y] dy/de = -[R_e; c_e],   dq/de = q_y dy/de + q_e
 
-for any quantity q of the contact. All derivatives on the right-hand side come from complex steps in y, in the
+for any quantity q of the contact. The partial derivatives of R, c and q come from complex steps in y, in the
 layout and in the axial positions. The mounting is constant: errors displace members that were mounted without
 errors. Derivatives by errors at the mesh follow from those by the four errors about the common perpendicular
 by the chain rule (`pair.misalignment_at_mesh.by_mesh_errors`).
@@ -55,7 +55,7 @@ from ..support.array_repr import short_repr
 from ..support.chebyshev import evaluate, greatest
 from .mountings import PLACES
 
-# Rows of `_quantities`: pinion roll, and the first margin. The transmission error is the row before it.
+# Rows of `_Rates.q`: pinion roll, and the first margin. The row before the margins is the transmission error.
 _ROLL, _MARGINS = 8, 11
 _COLUMNS = _MARGINS * (len(ERROR_NAMES) + 2)
 

@@ -129,8 +129,8 @@ class _Placed:
     """Strip in the form of the kernel.
 
     `surface`; `arcs` at toe and heel with their `ranges`; `in_surface`: curves of toe, last edge, heel and
-    first edge in the parameters of the surface. `inward` is whether the strip runs against the first
-    parameter of the surface, whose normal then points into the metal."""
+    first edge in the parameters of the surface. `inward` is whether the strip runs clockwise seen from +z,
+    as in a bore. The normal of the surface then points into the metal."""
 
     surface: Any
     arcs: tuple[Any, Any]

@@ -129,7 +129,10 @@ def iter_findings(
 
 
 def layout_advice(design: Design) -> tuple[Advice, ...]:
-    """Return changes of a layout that has an error or a warning, the smallest change first.
+    """Return at most three changes of a layout that has an error or a warning, in the order of trial.
+
+    If the shaft angle does not fit the helix angles, one helix angle is tried first; otherwise the mounting
+    distances, if they are given. The offset, the shaft angle, and both together follow.
 
     Parameters
     ----------

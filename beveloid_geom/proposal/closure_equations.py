@@ -7,8 +7,8 @@ which the lines of action of both flanks meet (offset, shaft angle, backlash) in
 Newton's method solves them for all starts at the same time. If more quantities are free than there are
 equations, the shortest steps are used.
 
-On parallel axes, cone angles and helix angles of both members cancel. The remaining equation is the offset,
-the sum of the working radii.
+On parallel axes, cone angles and helix angles of both members cancel. The remaining equations are the
+backlash and, if it is given, the offset, which is the sum of the working radii.
 """
 
 from __future__ import annotations

@@ -40,7 +40,7 @@ from .sheet import Place, Sheet, SheetGrid, grid_of
 MAX_ASPECT_RATIO = 20.0
 """Largest ratio of the sides of a cell. The triangles of the most oblique cells then have angles of 2 deg."""
 MIN_LAND_MODULES = 0.02
-"""Half a bottom land that is narrower includes the end of the fillet, for triangles of good shape."""
+"""Half a bottom land that is narrower includes the start of the fillet, for triangles of good shape."""
 
 
 def require_tolerance(tolerance: float) -> None:
@@ -104,7 +104,7 @@ def bottom_sheet(member: Member, flank: str) -> Sheet:
     """Return the bottom land from the middle of the tooth space to the fillet of one flank.
 
     The profile parameter is the length (mm) along the tool from the start of the fillet, negative on the
-    land. A very narrow land includes the end of the fillet, for triangles of good shape."""
+    land. A very narrow land includes the start of the fillet, for triangles of good shape."""
     width, added, last = _bottom_ends(member, flank)
     sigma, start = flank_sign(flank), abs(tool_round(member.tool, flank).centre[1])
     modified = member.modification(flank) is not None

@@ -180,10 +180,11 @@ def _resolved(
 
 
 def _hidden(rows: FloatArray, line: FloatArray) -> FloatArray:
-    """Return widths (n - 1, m), mm, of strips between lines (n,) in which positive values may be negative.
+    """Return widths (n - 1, m), mm, of strips between lines (n,) in which the function may be negative,
+    although its values on both lines are positive; 0 where there is none.
 
-    A strip is possible where the values decrease from both sides, with twice the slope next
-    to it."""
+    From both lines, the values are extrapolated into the interval between them, with twice the slope of the
+    neighbouring interval. The strip lies between the zeros of both extrapolations."""
     step = np.diff(line)[:, None]
     with np.errstate(invalid="ignore", divide="ignore"):
         fall = -np.diff(rows, axis=0) / step

@@ -1,8 +1,8 @@
 """The paper's statements on modified flanks and misaligned pairs, computed for a design and judged.
 
-The statements (`statements.toml`), with their coefficients and errors, are those of the paper. The parabola
-coefficients and errors of the design are ignored. The paper does not say which flanks its figures show. We
-infer right flanks; verdicts for left flanks are a comparison only."""
+The statements (`statements.toml`), their coefficients and the offset error are those of the paper. The other
+errors are ours (`claims`). The parabola coefficients and errors of the design are ignored. The paper does not
+say which flanks its figures show. We infer right flanks; verdicts for left flanks are a comparison only."""
 
 from __future__ import annotations
 

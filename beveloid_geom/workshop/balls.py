@@ -8,7 +8,7 @@ touches its two flanks at different radii and on different sides of the plane z.
 without parabolas.
 
 For cylindrical gears, the dimension M over balls of the diameter D_M follows from the diameter d_K on which
-their centres lie, the transverse pressure angle alpha_K there, and half the angle eta of a tooth space on the
+their centres lie, the transverse pressure angle alpha_K there, and the half angle eta of a tooth space on the
 reference cylinder. The equations are (30), (31), (35) and (36) of DIN 21773,
 
     inv(alpha_K) = D_M / (N m_n cos(alpha_n)) - eta + inv(alpha_t),  d_K = d_b / cos(alpha_K),  M = d_K + D_M,

@@ -18,6 +18,7 @@ from beveloid_geom.gear.closest_point import feet
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.pair.frames import layout_of, member_frame, to_fixed
 from beveloid_geom.pair.mounting import mounting_of
+from beveloid_geom.pair.zero_backlash import zero_backlash_layout
 from beveloid_geom.status import EllipseStatus, Limit
 from tests.oracle.table1 import table1
 from tests.symmetry import exchanged, mirrored, scaled
@@ -230,6 +231,21 @@ def test_vertices_are_on_the_named_flanks(flank: str, parabola: tuple[float, flo
     assert clear.sum() > 30
     assert np.array_equal(found.reaches[clear] == NO_LIMIT_REACHED, least[clear] > 0.0)
     assert 0 < np.count_nonzero(found.reaches == NO_LIMIT_REACHED) < 41 or flank == "right"
+
+
+@pytest.mark.parametrize("cone_deg", [0.0, 3.0])
+def test_ellipses_have_the_limits_of_their_path(cone_deg: float, flank: str) -> None:
+    """On a path that undercut does not limit, small ellipses below the edge of undercut exceed no limit."""
+    tool = Tool(2.0, radians(20.0))
+    pinion = Member(tool, 10, radians(12.0), radians(cone_deg), 0.0, 20.0)
+    gear = Member(tool, 30, radians(12.0), 0.0, 0.0, 20.0)
+    layout = zero_backlash_layout(Design(pinion, gear, Pair(40.0, radians(20.0))))
+    design = Design(pinion, gear, Pair(float(layout.offset), float(layout.shaft_angle)))
+    path = path_of_contact(design, flank, 21, undercut=False)
+    found = path_pressure(path, Load(force=0.01))
+    below = path.l1 < path_of_contact(design, flank, 2).l1.min()
+    assert np.count_nonzero(below & (found.status == EllipseStatus.ELLIPSE)) > 0
+    assert (found.reaches[1:-1] == NO_LIMIT_REACHED).all()
 
 
 def test_the_angle_is_measured_from_the_tooth_trace(flank: str) -> None:

@@ -210,13 +210,13 @@ class _AmountSearch:
         goals, scale = len(given), float(np.nan_to_num(given.max(), nan=1.0)) or 1.0
 
         def rows(x: FloatArray) -> FloatArray:
-            """Return the margins and the objectives (rows, k) at x (n, k)."""
+            """Return the margins and the negative objectives / scale (rows, k) at x (n, k)."""
             objectives = self.at(x)
             values = np.concatenate((objectives.margins(self.aim), -objectives.goals / scale))
             return np.asarray(np.nan_to_num(values, nan=-1.0))
 
         def conditions(x: Vector) -> FloatArray:
-            """Return the constraints, and the objectives plus their common bound x[count]."""
+            """Return the margins, and the common bound x[count] minus each objective / scale."""
             values = rows(x[:count, None])[:, 0]
             return values + np.where(np.arange(values.size) >= values.size - goals, x[count], 0.0)
 

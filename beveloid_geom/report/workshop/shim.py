@@ -42,7 +42,9 @@ class ShimReport(ResultReport[Shim]):
 
     @property
     def failure(self) -> Failure | None:
-        """Failure if there are no shims: exit status 4 if a first contact could not be computed."""
+        """Failure if there are no shims: exit status 4 if the search failed (NOT_FOUND), otherwise 1.
+
+        NOT_FOUND does not tell a failed calculation from requirements without a solution."""
         status = NOT_COMPUTED if self.result.status == ShimStatus.NOT_FOUND else NO_CONTACT
         return Failure(f"No shims: {self.reason}", status) if self.reason else None
 

@@ -57,8 +57,9 @@ def shim_command(
 
     With --at, the middle of the path is also moved to this position; otherwise the displacements are as small
     as possible. The backlash is reached to 1e-9 mm; this is checked by solving the displaced pair. The
-    calculation takes some seconds. The exit status is 1 if there are no such positions, or only more than a
-    face width away, 4 if they could not be computed."""
+    calculation takes some seconds. The exit status is 1 if axial positions do not change the backlash, if no
+    position that was tried has a path, or if the positions are more than a face width away; 4 if the search
+    found none, because there are none or because a calculation failed."""
     from ....findings.path import first_contact_fault
     from ....report.workshop.shim import shim_report
 
