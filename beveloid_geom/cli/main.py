@@ -1,9 +1,9 @@
 """The command `beveloid-geom`: the commands of the packages in `commands`, one module for each.
 
 Exit status: 0 success, with or without warnings; 1 no contact on the flanks, a pair that cannot be assembled,
-axial positions out of reach of `shim`, no result of `gear-data`, or errors found by `check`; 2 bad input, or no
-solution of `propose`, `optimise` or `modify`; 4 a failed calculation, or no axial positions found by `shim`.
-`support.process` has the statuses of interrupted commands.
+axial positions out of reach of `shim`, no result of `gear-data`, or errors found by `check`; 2 bad input, or
+no solution of `propose`, `optimise` or `modify`; 4 a failed calculation, or no axial positions found by
+`shim`. `support.process` has the statuses of interrupted commands.
 """
 
 from __future__ import annotations
