@@ -97,10 +97,9 @@ def draw(data: MethodFigure, layout: theme.PageLayout) -> Drawing:
         f"{data.flank.capitalize()} flanks, {coefficients(data.design)}, one position."
         f" Meshes within {data.tolerance:.2g} mm: {' + '.join(map(str, data.triangles))} triangles",
         (
-            "(a) Proximity query: search for the smallest distance of the vertices of the pinion flank from"
-            " the mesh of the gear; colours: distance. (b) Separation of the exact flanks. Polished: solved"
-            " by Newton's method from the nearest vertices. A query finds tangent flanks only; the first"
-            " contact of all teeth includes edges."
+            "(a) Proximity query: distance of the vertices of the pinion flank (colours) from the gear mesh."
+            " (b) Separation of the exact flanks. Polished: by Newton's method from the nearest vertices. A"
+            " query finds tangencies only, a search of all teeth also edge contact."
         ),
         below=0.75,
         above=1.15,
