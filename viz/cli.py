@@ -27,7 +27,7 @@ from beveloid_geom.cli.options import (
 )
 from beveloid_geom.support.atomic_file import atomic_file
 
-from .figures import FIGURES, LOADED, MEASURED, SETS, UNASKED, Figure
+from .figures import DEFAULT_SETS, FIGURES, LOADED, MEASURED, SETS, Figure
 from .options import (
     DEFAULT_PROCESSES,
     command,
@@ -55,7 +55,7 @@ def chosen_figures(names: Sequence[str], sets: Sequence[str] = ()) -> list[Figur
     if unknown:
         raise Refusal([f"no figure named {', '.join(map(repr, unknown))}: known are {', '.join(known)}"])
     if not names:
-        sets = sets or UNASKED
+        sets = sets or DEFAULT_SETS
     return [figure for figure in FIGURES if figure.name in names or figure.set in sets]
 
 
@@ -184,7 +184,7 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     "sets",
     type=click.Choice(SETS),
     multiple=True,
-    show_default=" and ".join(UNASKED),
+    show_default=" and ".join(DEFAULT_SETS),
     help="Draw the figures of this set. Can be repeated.",
 )
 @option("--out", click.Path(path_type=Path), "outputs/figures", "Folder for pictures and CSV files.", "DIR")

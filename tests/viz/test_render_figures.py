@@ -7,17 +7,19 @@ import math
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 from matplotlib.image import imread
 
-from beveloid_geom import builtin_design
+from beveloid_geom import Modification, builtin_design
 from beveloid_geom.design.file import builtin_text
 from beveloid_viz.cli import chosen_figures, main
 from beveloid_viz.figures import FIGURES
 from beveloid_viz.figures.paper import fig_11_contact_ratio as fig_ratio
+from beveloid_viz.figures.results import ease_off
 from beveloid_viz.rendering import opengl
 
 from ..symmetry import scaled
@@ -185,6 +187,19 @@ def test_coefficients_and_errors_scale_with_the_module() -> None:
         column = list(header).index("a1_per_mm" if name == "fig-09" else "offset_error_mm")
         greatest, expected = (max(float(str(row[column])) for row in rows) for rows in (own, usual))
         assert greatest == pytest.approx(times * expected, rel=0.03)  # to two digits
+
+
+def test_ease_off_of_modified_flanks_is_compared_with_unmodified_flanks() -> None:
+    """A design with modifications only has the cases "unmodified" and "as designed". Crowning moves the flank
+    at both ends of the face away from the mate."""
+    design = builtin_design()
+    crowned = replace(design, pinion=design.pinion.modified(Modification(helix_crowning_um=10.0)))
+    plain, after = ease_off.compute(crowned)[:2]
+    assert (plain.case, after.case) == ("unmodified", "as designed")
+    assert plain.result is not None
+    assert after.result is not None
+    change = after.result.second_order.face_crowning - plain.result.second_order.face_crowning
+    assert change == pytest.approx(0.010, rel=0.1)
 
 
 def test_a_faulty_design_names_every_fault(tmp_path: Path) -> None:

@@ -1,4 +1,6 @@
-"""Extremes of contact ratio and shift over the parabola coefficients of a design."""
+"""Extremes of contact ratio and shift over the parabola coefficients.
+
+They are marked in the map of the figure `map-parabola`."""
 
 from __future__ import annotations
 
@@ -26,8 +28,9 @@ class Extreme:
 def most_ratio(design: Design, flank: str, largest: float) -> Extreme:
     """Return the largest contact ratio within the range of the map, for sums of coefficients up to 0.
 
-    A sum above 0 gives flanks with a negative relative curvature. `largest`: usual largest coefficient, 1/mm,
-    which sets the range.
+    A sum above 0 gives flanks with a negative relative curvature. `largest`: largest coefficient of
+    the map, 1/mm (`analysis.maps.usual_bounds`). Sums are searched from -0.5 to 0 times, differences from -2
+    to 2 times this coefficient.
 
     The ridge of the ratio has a kink, so the search begins at the best of 101 sums times 21 differences. Then
     it computes smaller and smaller grids around the best point."""

@@ -168,5 +168,6 @@ LOADED = Figure(
 )
 """Figures of measured points and of finite element results of the pair; they belong to no set."""
 SETS = ("paper", "results", "methods")
-UNASKED = ("paper", "results")
-"""Sets of figures, and the sets that are drawn by default."""
+"""All sets of figures."""
+DEFAULT_SETS = ("paper", "results")
+"""Sets that are drawn by default."""

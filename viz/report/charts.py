@@ -149,11 +149,10 @@ def same_heights(drawn: Sequence[Figure]) -> None:
 
 
 def ease_off_chart(results: FlankResults, report: EaseOffReport) -> Figure | None:
-    """Draw contour lines of the ease-off of the pinion with the path of contact, as designed and without
-    parabolas. Returns None without an ease-off."""
-    names = {GIVEN: "as designed", PLAIN: "without parabolas"}
-    bent = report.design.has_parabola
-    cases = {case: report.known.get((results.flank, case)) for case in names if bent or case == GIVEN}
+    """Draw contour lines of the ease-off of the pinion with the path of contact, as designed and unmodified
+    (without parabolas and modifications). Returns None without an ease-off."""
+    names = {GIVEN: "as designed", PLAIN: "unmodified"} if report.modified else {GIVEN: ""}
+    cases = {case: report.known.get((results.flank, case)) for case in names}
     given = cases[GIVEN]
     if given is None or not np.isfinite(given.deviation).any():
         return None
@@ -161,7 +160,7 @@ def ease_off_chart(results: FlankResults, report: EaseOffReport) -> Figure | Non
     for axes, (case, one) in zip(
         chart.subplots(len(cases), 1, squeeze=False)[:, 0], cases.items(), strict=True
     ):
-        axes.set_title(names[case].capitalize() if bent else "")
+        axes.set_title(names[case].capitalize())
         if one is None or not np.isfinite(one.deviation).any():
             axes.set_axis_off()
             theme.message(axes, "no path of contact")

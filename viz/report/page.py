@@ -360,6 +360,7 @@ def _of_data(data: PageData) -> dict[str, Any]:
         "clean": quiet(data.remarks),
         "without_transmission_error": without_transmission_error(data),
         "unlisted": _unlisted(data),
+        "modified": data.ease_off.modified,
         "pressure_remarks": dict.fromkeys(
             remark for one in pressed if one is not None for remark in pressure_remarks(one)
         ),

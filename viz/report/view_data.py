@@ -45,7 +45,8 @@ def view_data(design: Design, tolerance: float | None = None) -> dict[str, Any]:
     -------
     dict
         `members`: pinion and gear with frame at roll 0 in S_f and tooth, or the reason. `flanks`: right and
-        left with the path of tooth pair 0 and one mesh `cycle`, or the reason.
+        left with the path of tooth pair 0 and one mesh `cycle`, or the reason. `module`: normal module, mm.
+        `roll`: pinion roll at which the view starts, rad. `mesh_point`: centre of the view in S_f, mm.
 
     Raises
     ------

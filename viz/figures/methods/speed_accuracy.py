@@ -1,4 +1,10 @@
-"""Error against time per position of five methods that find the contact."""
+"""Error against time per position of five methods that find the contact.
+
+"Five equations": Eq. 15 of the paper, solved by `fsolve` of SciPy to its relative tolerance xtol. "One
+equation": `path_of_contact`, which reduces them to one equation. "Mesh": smallest distance of two triangle
+meshes, alone or polished by Newton's method on the exact flanks. "First contact": `first_contact` of all
+teeth. See `validation.comparison`.
+"""
 
 from __future__ import annotations
 
@@ -66,10 +72,10 @@ def compute(design: Design, flank: str = "right") -> SpeedAccuracy:
 def draw(data: SpeedAccuracy, layout: theme.PageLayout) -> Drawing:
     """Draw error against time. No text outside the axes depends on a measured time."""
     note = (
-        "Time: median and range of {runs} runs, without sampling of meshes and constants of the pair. Error:"
-        " largest of five positions, against five equations at 60 digits (first contact: against segments of"
-        " the mesh cycle). Along each curve: mesh tolerance, xtol of the five equations, positions per call."
-        " Mesh methods find tangencies only, no contact on edges."
+        "Five equations: Eq. 15 of the paper; one equation: reduced from these. Time: median and range of"
+        " {runs} runs, without meshing and constants of the pair. Error: largest of five positions, against"
+        " five equations at 60 digits (first contact: against polynomials of the mesh cycle). Along curves:"
+        " mesh tolerance, solver tolerance xtol, positions per call. Meshes: no contact on edges."
     )
     cells = PanelRows(left=1.25, right=0.4, across=0.0, down=0.0, most=1, least=4.0)
     # Places of the comparison of times that are tried: upper left corner, as fractions of the axes.

@@ -89,9 +89,10 @@ def draw(data: Stability, layout: theme.PageLayout) -> Drawing:
         f"{data.flank.capitalize()} flanks, unmodified. Smallest shaft angle with a common normal:"
         f" {np.degrees(data.smallest):.4f} deg",
         (
-            "(a) Largest error of five positions against 60 digits; meshes sampled to 0.01 mm. Crosses: no"
-            " answer. Dotted: error bound that the mesh methods state. (b) Members at fixed axial positions."
-            " Rings: the five equations give the same answer. Crosses: another one or none."
+            "Five equations: Eq. 15 of the paper; one equation: reduced from these. (a) Largest error of five"
+            " positions against 60 digits; meshes sampled to 0.01 mm. Crosses: no answer. Dotted: error bound"
+            " that meshes state. (b) Axial positions fixed. Rings: five equations give the same answer."
+            " Crosses: another or none."
         )
         if data.errors
         else "",

@@ -156,9 +156,9 @@ def draw(data: MeshingFigure, layout: theme.PageLayout) -> Drawing:
         f"Fig. 4   Meshing model of the {'crossed ' if data.pair.crossed else ''}beveloid gears",
         f"Offset $E$ = {offset:g} mm, shaft angle $\\delta$ = {angle}; reference cones of pinion"
         " (blue) and gear (brown), working pitch circles (orange, dashed)",
-        f"Unmodified pair. {_where_p_is(data)} $S_1$ and $S_2$ are at mid-face, at roll 0. In the"
-        " paper they are at the distance $b_c$ from mid-face, where the profile shift is zero and the radius"
-        " is $r_P$." + _axes_words(unnamed) + posed.far_words(data.pair),
+        f"Unmodified pair. {_where_p_is(data)} $d_w$: axial distance of $P$ from the common perpendicular"
+        " (dw1, dw2: of mid-face). $S_1$, $S_2$: at mid-face; in the paper at $b_c$ from it,"
+        " with zero profile shift and the radius $r_P$." + _axes_words(unnamed) + posed.far_words(data.pair),
         tall=sum(heights),
     )
     table, detail = theme.inches(page, heights[2]), theme.inches(page, heights[1])

@@ -139,8 +139,8 @@ def draw(data: ErrorFigure, layout: theme.PageLayout) -> Drawing:
         (
             "View as in Fig. 4, exaggerated. $S_e$: $S_g$ moved away from the pinion along the common"
             " perpendicular; $S_\\delta$: $S_f$ turned about it, so that the shaft angle increases;"
-            " $S_{d1}$, $S_{d2}$: $S_{q1}$, $S_{q2}$ moved"
-            " along their axes towards +z."
+            " $S_{q1}$, $S_{q2}$: at mid-face without axial errors; $S_{d1}$, $S_{d2}$: these moved along"
+            " their axes towards +z."
         )
         + posed.far_words(data.pair),
         tall=cells.tall(layout, len(PANELS), 5.2),

@@ -93,7 +93,7 @@ def draw(data: PathFigure, layout: theme.PageLayout) -> Drawing:
         f"{flank.capitalize()} flanks of pinion (top) and gear (bottom), the pinion drives;"
         f" $a_2$ = {sign}$a_1$, mm$^{{\u22121}}$",
         panels.how_drawn(flank, grid.stretch)
-        + "Below: length, angle to axial direction (side view); edges where paths begin and end, if"
+        + "Below: length, angle to axial direction (in r over z); edges at path ends, if"
         " changed. " + panels.what_touches(data.paths) + panels.lines_drawn(data.paths),
         characters=viewpoint.NOTE_CHARACTERS,
         tall=grid.tall(layout),

@@ -52,10 +52,12 @@ class EaseOffPanel:
 
 
 def compute(design: Design) -> tuple[EaseOffPanel, ...]:
-    """Compute the ease-off of both flanks without parabolas and with those of the design, or with the paper's
-    if it has none."""
-    after = design if design.has_parabola else paper_modified(design)
-    cases = ("without parabolas", design.unmodified()), (coefficients(after), after)
+    """Compute the ease-off of both flanks, unmodified and as designed. If the design has no parabolas and no
+    modifications, the second case has the parabolas of the paper."""
+    plain = design.unmodified()
+    after = design if plain != design else paper_modified(design)
+    only_parabolas = after.without_modifications() == after
+    cases = ("unmodified", plain), (coefficients(after) if only_parabolas else "as designed", after)
     return tuple(_panel(flank, case, one) for flank in FLANKS for case, one in cases)
 
 

@@ -99,7 +99,7 @@ def loaded_pair(design: Design, path: Path) -> Loaded:
     Raises ValueError for decks of another design, of several torques, flanks or numbers of teeth, for an
     incomplete set, and as `read_pair_result`; OSError if a file cannot be read."""
     # Tolerances for a deck that belongs to a design: gear roll against the first contact (rad), and
-    # position of the mid-faces relative to their distance.
+    # position of the mid-faces relative to their largest coordinate in S_f.
     deck_tolerance = 1e-9
     decks = decks_of(path)
     results = sorted((read_pair_result(deck) for deck in decks), key=lambda one: float(one.rolls[0]))

@@ -97,9 +97,9 @@ def draw(data: MethodFigure, layout: theme.PageLayout) -> Drawing:
         f"{data.flank.capitalize()} flanks, {coefficients(data.design)}, one position."
         f" Meshes within {data.tolerance:.2g} mm: {' + '.join(map(str, data.triangles))} triangles",
         (
-            "(a) Pinion flank; colours: distance of its vertices from the mesh of the gear. (b) Separation of"
-            " the exact flanks. Newton's method starts at the nearest vertices. A proximity query finds"
-            " tangent flanks only; contact on an edge is found by the first contact of all teeth."
+            "(a) Proximity query: distance of the vertices of the pinion flank (colours) from the gear mesh."
+            " (b) Separation of the exact flanks. Polished: by Newton's method from the nearest vertices. A"
+            " query finds tangencies only, a search of all teeth also edge contact."
         ),
         below=0.75,
         above=1.15,

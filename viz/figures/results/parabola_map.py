@@ -162,8 +162,8 @@ def _in_operation(design: Design, flank: str, pinion: float, gear: float) -> tup
 def draw(data: ParabolaMap, layout: theme.PageLayout) -> Drawing:
     """Draw six maps of one design."""
     note = (
-        "Angle: chord to axial direction, in the pinion's side view. Shift: perpendicular to the path at"
-        " mid-roll, root of the sum of squares under {errors}. Transmission error, edge contact: all teeth."
+        "Angle: chord to axial direction (pinion, r over z). Shift: perpendicular to the path at mid-roll,"
+        " root of the sum of squares under {errors}. Transmission error, edge contact: all teeth."
         " Sum: square-root scale. Interpolated between {cells} cells. Pointed ends of bars: values beyond."
     )
     cells = PanelRows(left=1.2, right=1.0, across=1.16, down=0.65, most=3, least=1.0)

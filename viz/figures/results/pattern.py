@@ -110,8 +110,8 @@ def compute_pattern(design: Design) -> BandFigure:
         "Contact pattern under marking compound",
         f"Separation below {pattern_bands[-1]} \u00b5m during the mesh of a tooth pair; pinion (top), gear"
         " (bottom)",
-        "The gear is at the first contact of all teeth, edges included. Thin, dashed: other teeth touch"
-        f" earlier. Black: {drawn}.",
+        "The gear is at the first contact of all teeth, edges included. Thin, dashed: another tooth pair"
+        f" or an edge touches earlier. Black: {drawn}.",
         "smallest separation over the cycle (\u00b5m)",
         pattern_bands,
         BLUES,

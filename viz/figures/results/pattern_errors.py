@@ -78,9 +78,9 @@ def _errors(design: Design) -> tuple[tuple[str, str], tuple[float, float]]:
 def draw(data: tuple[Block, ...], layout: theme.PageLayout) -> Drawing:
     """Draw a row for each distance error and a column for each angle error, right flanks first."""
     note = (
-        "Pinion flank in the side view, {face:.4g} mm from {ends[0]} (left) to {ends[1]}. Shaded: separation"
-        " below a quarter, half and all of {film:g} \u00b5m. Orange: ellipse with centre and second moments"
-        " of the pattern. {meant} TE: transmission error of all teeth"
+        "Pinion flank in r over z, {face:.4g} mm wide, {ends[0]} left, {ends[1]} right. Shaded: separation"
+        " below a quarter, half and all of {film:g} \u00b5m. Orange: ellipse of the pattern's centre and"
+        " second moments. {meant} TE: peak-to-peak transmission error; edges: share of edge contact"
     )
     # Part of the note that is left out on narrow pages.
     ellipse_note = "; below: centre and semi-axes (mm), angle to the axial direction"

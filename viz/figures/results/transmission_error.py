@@ -71,8 +71,8 @@ def draw(data: tuple[CycleCase, ...], layout: theme.PageLayout) -> Drawing:
         f"{data[0].flank.capitalize()} flanks, the pinion drives; {motion_graph.SHOWN_PITCHES} mesh cycles",
         (
             "Rigid teeth without load. Grey: single tooth pair, dotted on an edge. Thick: pair in"
-            " contact, with the gear furthest ahead. Positive: gear ahead of the unmodified pair"
-            " without errors; the mean is subtracted. Above: peak to peak, fraction of edge contact,"
+            " contact, with the gear furthest ahead. Positive: gear ahead of its mean position over"
+            " the mesh cycle. Above: peak to peak, fraction of edge contact,"
             " contact ratio by Eq. 16, and in operation."
         ),
         below=0.65,
@@ -86,8 +86,6 @@ def draw(data: tuple[CycleCase, ...], layout: theme.PageLayout) -> Drawing:
             theme.message(axes, case.reason, 36)
             continue
         motion_graph.draw_graph(axes, case.graph)
-        if index + cells.columns(layout, count) < len(graphs):
-            axes.set_xlabel("")  # the panel below has the label
         style: dict[str, Any] = {"xycoords": "axes fraction", "va": "bottom", "fontsize": theme.SMALL}
         theme.label_point(axes, (0.0, 1.0), motion_graph.graph_text(case.graph), (0.0, 6.0), **style)
     _amplitudes(bars, data)
