@@ -49,7 +49,7 @@ QUANTILE_SHARES = (0.0, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 1.0)
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Tolerances of the assembly errors, at least 0. An error with the tolerance 0 is not drawn.
+    """Tolerances of the assembly errors, at least 0. An error with the tolerance 0 is 0 in all mountings.
 
     Either the errors about the common perpendicular or those at the mesh have tolerances, not both.
 
@@ -213,8 +213,9 @@ def tolerance_study(
     Raises
     ------
     ValueError
-        For a batch; for tolerances that are negative, not finite or at least as large as the offset or shaft
-        angle of the layout; for counts below 1.
+        For a batch; for tolerances that are negative, not finite or not below their limits
+        (`pair.misalignment.errors_below`: 10 modules of offset, the shaft angle of the pair); for tolerances
+        of angles if the flanks touch along lines; for counts below 1.
 
     Notes
     -----

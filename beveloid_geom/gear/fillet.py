@@ -55,8 +55,9 @@ def tool_round(tool: Tool, flank: str) -> ToolRound:
     a, apex = float(tool.parabola_of(flank)), float(tool.parabola_apex) * np.cos(alpha)
     depth, radius = float(tool.dedendum) * module, float(tool.tip_radius) * module
     folds = f"parabola {a:g} 1/mm leaves no space for the tool's tip round: reduce its magnitude"
+    # The joint is less than a radius above the tip of the tool: the flank must reach down to depth - radius.
     if not 4.0 * abs(a) * (depth - radius + abs(apex)) * np.sin(alpha) < np.cos(alpha) ** 2:
-        raise ValueError(folds)  # the joint is less than a radius above the tip
+        raise ValueError(folds)
     depth += apex  # below the apex, from which l is measured
     l = (radius * (1.0 - np.sin(alpha)) - depth) / np.cos(alpha)
     for _ in range(30):

@@ -25,8 +25,8 @@ from .search.earliest_contact import SAME_ROLL_RAD, Found, Grids, found_at
 
 @dataclass(frozen=True, eq=False)
 class PairCurve:
-    """Contacts (cases, rolls): f (mm), infinite without contact; whether it is an edge contact; and
-    whether the search has not converged."""
+    """Contacts (cases, rolls): clearance `f` from the conjugate gear roll (mm), infinite without contact;
+    whether it is an edge contact; and whether the search has not converged."""
 
     f: FloatArray
     edge: Mask
@@ -93,10 +93,11 @@ def segments_of_one_pair(
 ) -> tuple[CycleSegments, Mask]:
     """Return the segments of tooth pair 0 alone, and whether they are reliable (cases,).
 
-    They are reliable on three conditions. They agree with the samples. At the first and last sample of each
-    run, the clearance is above that of the first contact by more than the largest of the `thicknesses` (mm).
-    They meet, except for jumps that are too small to change whether the pair is within a thickness. Where
-    they do not meet, they are divided."""
+    They are reliable on five conditions. The pinion has at least 2 reach + 1 teeth. All contacts that are
+    searched here in addition to the samples are SOLVED. The segments agree with the samples. At the first
+    and last sample of each run, the clearance is above that of the first contact by more than the largest
+    of the `thicknesses` (mm). The segments meet, except for jumps that are too small to change whether the
+    pair is within a thickness. Where they do not meet, they are divided."""
     engagement, lost = cycle.engagement, cycle.lost.reshape(-1)
     thickness = float(thicknesses.max())
     samples = samples.pick(np.flatnonzero(~lost[samples.case]))

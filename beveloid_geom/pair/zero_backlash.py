@@ -20,8 +20,9 @@ axes, and with them shaft angle, offset and mounting distances. The rolls at whi
 pass P give its tooth thickness there, and hence the backlash.
 
 One a_w gives zero backlash, one the offset of the design and one its shaft angle; in a rounded design these
-are three different values. The backlash first decreases with a_w and then increases. (If a cone angle is not
-zero, it has a false zero far below the pressure angle of the tool.) The zero at which it increases is used.
+are three different values. The backlash increases with a_w. (If a member has a cone angle and a helix angle,
+it can first decrease, with a false zero far below the pressure angle of the tool.) The zero at which it
+increases is used.
 
 All equations hold for unmodified flanks without assembly errors.
 """

@@ -136,13 +136,14 @@ def _fillet_turn(member: Member, flank: str, z: FloatArray) -> FloatArray:
 
 
 def _require_land(member: Member, flank: str, width: float) -> None:
-    """Raise ValueError if the modification moves a fillet by a large part of the bottom land's `width`."""
+    """Raise ValueError if the modification moves a fillet by more than half of `width`: half the land, mm."""
     z = 0.5 * float(member.face_width) * np.linspace(-1.0, 1.0, 9)
     moved = float(np.abs(_fillet_turn(member, flank, z) * root_radius(member, z)).max())
     if moved > 0.5 * width:
         raise ValueError(
-            f"the modification of the {flank} flank moves its fillet by {moved:.3g} mm, more than half of "
-            f"the bottom land of {width:.3g} mm: reduce the amounts or the tip_radius"
+            f"the modification of the {flank} flank moves its fillet by {moved:.3g} mm, more than half of"
+            f" the {width:.3g} mm from it to the middle of the tooth space: reduce the amounts or the"
+            " tip_radius"
         )
 
 

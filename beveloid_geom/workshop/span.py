@@ -8,8 +8,8 @@ normal base pitches and one normal base thickness,
 
 with A the change of the normal thickness. The planes touch at the diameter d_M,
 d_M^2 = d_b^2 + (W_k cos(beta_b))^2, and the points of contact are W_k sin(beta_b) apart along the axis.
-Source: DIN 21773, ISO 21771. The number k is the one whose d_M is nearest to the V-cylinder d + 2 x m_n,
-unless it is given.
+Source: DIN 21773, ISO 21771. If k is not given, it is the number, 2 or more, whose W_k is nearest to the span
+with contact on the V-cylinder d_V = d + 2 x m_n, which is sqrt(d_V^2 - d_b^2) / cos(beta_b).
 
 Beveloids have no span: the base helix angles of their right and left flanks differ, so that no two parallel
 planes touch both. Flanks with a parabola or a modification are not involutes; no span is computed for them.
@@ -67,8 +67,8 @@ def span_measurement(member: Member, teeth: int | None = None, change: ArrayLike
     ----------
     member : Member
     teeth : int, optional
-        Number of teeth in the span. By default, the number for which the contact is nearest to the
-        V-cylinder.
+        Number of teeth in the span. By default, the number, 2 or more, whose span is nearest to that with
+        contact on the V-cylinder.
     change : float or array (k,)
         Change of the normal thickness, mm; negative for a thinner tooth.
 

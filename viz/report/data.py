@@ -273,10 +273,9 @@ def _results_of(design: Design, flank: str, sections: dict[str, Section]) -> Fla
 
 def _cycle_remarks(results: FlankResults) -> tuple[Remark, ...]:
     """Return remarks on the operation of a flank pair, and on sections that could not be computed."""
+    known = () if results.operation is None else results.operation.remarks
     failed = {reason for reason in results.reasons.values() if isinstance(reason, NotComputed)}
-    if results.operation is not None:
-        return results.operation.remarks
-    return tuple(Remark(UNKNOWN, f"{results.flank} flanks: {reason}") for reason in sorted(failed))
+    return (*known, *(Remark(UNKNOWN, f"{results.flank} flanks: {reason}") for reason in sorted(failed)))
 
 
 def _missing(name: str, flank: str, reason: str) -> Section:

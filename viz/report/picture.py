@@ -83,7 +83,8 @@ def _surfaces(member: Member, frame: Frame, eye: FloatArray) -> Iterator[tuple[F
     Yields
     ------
     tuple of ndarray
-        Polygons (m, corners, 3), counterclockwise seen from outside, and depths (m,).
+        Depths (m,), mm, larger towards the viewer, and polygons (m, corners, 3), counterclockwise seen from
+        outside.
     """
     # Sections along the face, in half face widths.
     stations = np.linspace(-1.0, 1.0, 5)

@@ -27,11 +27,12 @@ class Aim:
     errors : Errors or MeshErrors
         Assembly errors, mm and rad; each is applied alone and in both directions.
     contact_ratio : float
-        Smallest contact ratio.
+        Smallest contact ratio of the mounting without these errors.
     off_centre, shift : float
-        Largest distance of the position at mid-roll from mid-face, and largest shift, mm.
+        Largest distance of the position at mid-roll from mid-face without these errors, and largest shift
+        under them, mm.
     peak_to_peak : float
-        Largest transmission error of the path, rad.
+        Largest transmission error of the path without these errors, rad.
     pinion_parabola, gear_parabola : tuple of float
         Bounds of the coefficients, 1/mm.
     edges : bool

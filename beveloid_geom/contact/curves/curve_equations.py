@@ -142,7 +142,7 @@ def action_rates(
     x_squared_by = -2.0 * normal_y[0] * y_by[0]
     first_by = -layout.offset * square * y_by[1] + moment / square * shared_by
     ratio, ratio_by = shared / square, shared_by / square
-    # l2 changes g_2 only; l1 changes S_1, g_1 and v_1.
+    # Other terms: l2 changes g_2 and v_2; l1 changes S_1, g_1 and v_1.
     if member:
         first_by = first_by + square * rate.moment
         side_by = layout.offset * v_by

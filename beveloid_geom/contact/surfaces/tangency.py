@@ -1,9 +1,10 @@
 """Tangency of two flanks given as surfaces (s, z), with its derivatives.
 
 A flank point of the pinion is rotated by its roll rho and seen from the fixed frame of the gear, where it has
-the position P(s1, z1, rho). The gear touches this point at z2 = P_z - c2 with the profile coordinate s2 and
-the gear roll that give the same radius and angle. With the normal G of the gear at the touched point,
-rotated by the gear roll, the flanks are tangent if
+the position P(s1, z1, rho). P_s and P_z are its derivatives by s1 and z1. The gear touches this point at
+z2 = k2.P - c2, where k2 is the unit vector along the gear axis and c2 the mounting distance of the gear's
+mid-face with the axial error, with the profile coordinate s2 and the gear roll that give the same radius and
+angle. With the normal G of the gear at the touched point, rotated by the gear roll, the flanks are tangent if
 
     |P|^2 - r2(s2, z2)^2 = 0  (distance from the gear axis),   G.P_s = 0,   G.P_z = 0.
 

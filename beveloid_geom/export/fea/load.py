@@ -140,10 +140,12 @@ def contact_load(mesh: VolumeMesh, surface: str, place: ContactPlace, force: flo
     Raises
     ------
     ValueError
-        If the contact is not on the surface, the flanks intersect next to it, or a number is not finite.
+        If the contact is not on the surface, the flanks intersect next to it, a number is not finite, or the
+        force is not above 0.
     """
     if not (np.isfinite(place.point).all() and np.isfinite(place.normal).all() and 0.0 < force < np.inf):
-        raise ValueError(f"point and force must be finite, got {place.point} mm and {force} N")
+        text = "point and normal must be finite, the force finite and above 0"
+        raise ValueError(f"{text}, got {place.point} mm, {place.normal} and {force} N")
     nodes = face_nodes(mesh, mesh.surfaces[surface])
     view = _view(mesh.points[nodes], place)
     gap = _gap(view, surface, place)

@@ -98,9 +98,9 @@ def fitted(engagement: Engagement, samples: Samples) -> CycleSegments:
 
 
 def _runs_of(engagement: Engagement, samples: Samples) -> tuple[CycleSegments, Integers, FloatArray]:
-    """Return segments without coefficients, as long as their contacts may reach; the first and last sample
-    of each, (2, n); and the rolls (2, n), rad, between which the next segment of the same case takes
-    over."""
+    """Return segments without coefficients, each over all rolls at which its contact can be the first; the
+    first and last sample of each, (2, n); and the rolls (2, n), rad, between which the next segment of the
+    same case takes over."""
     contacts, case = samples.contacts, samples.case
     on_fillet = engagement.on_fillets(contacts.place, contacts.meeting)
     past = engagement.past_reliefs(contacts.place, contacts.meeting)
