@@ -134,9 +134,7 @@ def test_verdict_lists_errors_and_warnings_first(page: ReportPage) -> None:
             named = text.replace("geom operation`", f"geom operation {shlex.quote(str(NAME))}`")
             assert (words.index(" ".join(named.replace("`", " ").split())) < contents) is before
     assert any("an edge touches earlier" in text for text in data["check"]["warnings"])
-    assert re.search(
-        r"random mountings fails? under the tolerances given", words[:contents]
-    )
+    assert re.search(r"random mountings fails? under the tolerances given", words[:contents])
 
 
 @pytest.mark.parametrize(
