@@ -21,7 +21,7 @@ SPACE_DEPTH_ADDENDA = 1.25
 class SectionFrame:
     """Frame S_n of the normal section of a rack, in the frame S_c of the rack.
 
-    S_c is the frame in which the rack cutter slides along y_c while the gear rolls (Fig. 3).
+    S_c is fixed to the rack cutter and slides with it along y_c while the gear rolls (Fig. 3).
 
     Attributes
     ----------

@@ -10,7 +10,8 @@ edge or an end of a flank or fillet (`status.Limit`); it is active if the contac
     5. a contact with one active limit more, where a segment violates a limit
     6. a contact between two segments that do not meet
 
-Kinds 1 to 5 are followed by Newton's method from known contacts. For kind 6, first contacts are searched.
+Kinds 1 to 4 are followed by Newton's method from known contacts. A contact of kind 2 or 3 is also followed
+to the corner at which it reaches a second limit. For kinds 5 and 6, first contacts are searched.
 """
 
 from __future__ import annotations

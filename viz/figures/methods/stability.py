@@ -195,7 +195,7 @@ def _map(axes: Axes, data: Stability, answers: StatusMap) -> list[Patch]:
 
 
 def finding(data: Stability) -> str:
-    """Return the title: the finding if the one equation alone is right down to the smallest distance."""
+    """Return the title: the finding if the one equation is right at more distances than each other method."""
     if data.errors is not None:
         *others, last = range(len(METHODS))
         limit = wrong_mm(data.design)

@@ -157,7 +157,7 @@ def draw(data: MeshingFigure, layout: theme.PageLayout) -> Drawing:
         f"Offset $E$ = {offset:g} mm, shaft angle $\\delta$ = {angle}; reference cones of pinion"
         " (blue) and gear (brown), working pitch circles (orange, dashed)",
         f"Unmodified pair. {_where_p_is(data)} $d_w$: axial distance of $P$ from the common perpendicular"
-        " (printed dw1, dw2: of mid-face). $S_1$, $S_2$: at mid-face; in the paper at $b_c$ from it,"
+        " (commands: dw1, dw2 of mid-face). $S_1$, $S_2$: at mid-face; in the paper at $b_c$ from it,"
         " with zero profile shift and the radius $r_P$." + _axes_words(unnamed) + posed.far_words(data.pair),
         tall=sum(heights),
     )
