@@ -41,7 +41,7 @@ PARALLEL_TRACE_TOLERANCE = 1e-12
 def meet_on_parallel(pairing: FlankPair, l: Numbers, w: Numbers) -> ContactTerms:
     """Return F and its terms at l (2, cases, positions) and w1 (cases, positions), mm.
 
-    Only the `reach` of the pinion is meaningful. The caller silences NumPy's warnings.
+    The caller silences NumPy's warnings.
     """
     terms = terms_of(pairing, l)
     v, moment = terms.normal[2], terms.moment

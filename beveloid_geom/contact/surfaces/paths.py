@@ -87,8 +87,9 @@ def _block(problem: Problem, undefined: Mask) -> Segment:
 def _sampled_closer(problem: Problem, curve: Curve) -> dict[int, Segment]:
     """Return the segments of cases that are decided by more samples of their curves.
 
-    The result is empty on measured flanks, whose random deviations may cause several curves, and in line
-    contact, where contacts at given s1 are seldom found."""
+    The result is empty on measured flanks, whose random deviations may cause several curves. It is also empty
+    if the flanks without their modifications would touch along lines (`Problem.generated_lines`): contacts at
+    given s1 are then seldom found."""
     if problem.surfaces.measured or problem.generated_lines:
         return {}
     # Number of times that intervals are divided.
