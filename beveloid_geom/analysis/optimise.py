@@ -21,8 +21,8 @@ share of edge contact at the optimum without this constraint.
 
 Transmission error. Without edge contact, that of all teeth follows from the path
 (`edge_contact.swing_of_all`). Its largest value over the mountings is minimised. Nearly unmodified flanks
-have almost no transmission error but the largest shift, so this objective needs a limit on the shift. Section
-5 (D1) of the paper judges coefficients by eye."""
+have almost no transmission error but the largest shift, so this objective needs a limit on the shift. The
+paper judges coefficients by eye (statement D1 in beveloid_geom/validation/README.md)."""
 
 from __future__ import annotations
 

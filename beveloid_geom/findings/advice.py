@@ -151,7 +151,7 @@ def layout_advice(design: Design) -> tuple[Advice, ...]:
 
     References
     ----------
-    Candidates: beveloid_geom/findings/README.md.
+    Changes of a layout: beveloid_geom/findings/README.md.
 
     Examples
     --------

@@ -320,7 +320,7 @@ def pressure_remarks(hertz: PathPressure) -> Iterator[Remark]:
         shared = (
             "the load is distributed evenly over all lines in contact at the same roll, as for rigid teeth"
         )
-        yield Remark(NOTE, f"{shared}; the pressure is the maximum over these lines")
+        yield Remark(NOTE, f"{shared}; the pressure is the maximum along the line of the tooth pair")
         return
     count, lead = hertz.status.size, f"{hertz.path.flank} flanks: at"
     past = hertz.reaches != NO_LIMIT_REACHED
