@@ -54,8 +54,8 @@ def flank_surface(member: Member, flank: str) -> Surface:
     sa, ca, sb, cb, sg, cg = sin(alpha), cos(alpha), sin(beta), cos(beta), sin(gamma), cos(gamma)
     r_p = m_n * float(member.teeth) / (2.0 * cb)
     half_space = pi * m_n / 4.0
-    # Eq. 4: position = p + q l + e l^2 + t u, each a row of the same rotation; p is the apex, and e
-    # contains the coefficient a.
+    # Eq. 4: position = p + q l + e l^2 + t u, all in S_c; p is the apex at u = 0, and e contains the
+    # coefficient a.
     px = float(member.profile_shift) * m_n - sb * sg * sigma * half_space
     py, pz = cb * sigma * half_space, -cg * sb * sigma * half_space
     qx, qy, qz = cg * ca + sb * sg * sigma * sa, -cb * sigma * sa, -sg * ca + cg * sb * sigma * sa

@@ -54,7 +54,7 @@ def pitch_region(design: Design) -> PitchRegion:
     -------
     PitchRegion
     """
-    # Rounding error of N_x squared if the axes intersect and the plane contains both.
+    # Rounding error of n_x squared if the axes intersect and the normal lies in the plane of both axes.
     square_rounding = 1e-12
     gamma1, gamma2 = (float(member.cone_angle) for member in design.members)
     shaft = hand_of_pair(design) * float(design.pair.shaft_angle)

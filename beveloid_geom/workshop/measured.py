@@ -86,7 +86,7 @@ class Deviations:
         l, z, amount = np.empty((3, *self.deviation.shape))
         for side, (flank, sigma) in enumerate(FLANK_SIGN.items()):
             surface = surface_of(member, flank)
-            # Points of excess material at the root lie below the joint with the fillet.
+            # Points of missing material at the root lie below the joint with the fillet.
             margin = surface.highest - surface.joint
             surface = replace(surface, joint=surface.joint - margin, crossing=None)
             x, y, high = (self.point[side, ..., k].ravel() for k in range(3))
