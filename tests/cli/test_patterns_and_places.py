@@ -91,6 +91,19 @@ def test_place_from_a_design_without_a_path() -> None:
     assert without.stderr == "No contact: no mounting tried has a path on the right flanks\n"
 
 
+def test_place_without_a_position_that_has_values() -> None:
+    jams = ("place", "awd-transfer", "--at", "75", "--pinion-modification", "helix_slope=30")
+    for arguments, status, words in (
+        (("place", "--at", "99.999"), 4, "Not computed: none of the positions could be computed"),
+        (jams, 1, "Jammed: the pair cannot be assembled at the required positions"),
+    ):
+        text, data = run(*arguments), run(*arguments, "--json")
+        assert (text.exit_code, data.exit_code) == (status, status)
+        assert words in text.stderr
+        assert strict_json(data.stdout)["reason"] in words + text.stderr
+    assert run(*jams, "--at", "50").exit_code == 0  # one position has values
+
+
 def test_place_where_the_pair_jams() -> None:
     data, text = (run("place", "--at", "25", *form) for form in (("--json",), ()))
     (place,) = strict_json(data.stdout)["places"]
