@@ -370,3 +370,12 @@ def test_missing_shims_are_reported_with_those_for_the_backlash_alone() -> None:
     alone = found["by_backlash_alone"]
     assert (alone["status"], alone["backlash"]) == ("reached", pytest.approx(0.12, abs=1e-9))
     assert f"{alone['pinion_axial']:+.6f} mm, to dw1 = " in text.stdout
+
+
+def test_a_map_whose_cells_have_no_common_normal_has_no_contact() -> None:
+    """`tca` has exit status 1 for the offset 230 mm and the shaft angle 0.25 rad, 14.3239448783 deg."""
+    over = ("map", "--over", "offset,shaft_angle", "--pinion-bounds", "228", "230", "--steps", "3")
+    result = run(*over, "--gear-bounds", "0.25", "0.27")
+    assert result.exit_code == 1
+    words = "no cell of the map has a path on the right flanks, in 3 the flanks have no common normal"
+    assert result.stderr == f"No contact: {words}\n"
