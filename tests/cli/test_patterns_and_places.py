@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from beveloid_geom import builtin_design
+from beveloid_geom import builtin_design, path_of_contact
 from beveloid_geom.analysis.pattern_matrix import pattern_matrix
 from tests.cli.running import refused, rows_of, run, strict_json
 
@@ -51,6 +51,18 @@ def test_names_and_symbols_of_errors() -> None:
     ]
     assert tables[0] == tables[1]
     assert tables[0].startswith("pinion_axial_error_mm,gear_axial_error_mm,status,")
+
+
+def test_the_marked_range_of_z_is_that_of_the_path_for_a_very_thin_compound() -> None:
+    """Without transmission error the marked area is a narrow strip along the path of contact. The range of
+    its z does not depend on the grid."""
+    arguments = ("pattern", "--separation", "1e-9", "--json")
+    coarse, fine = (strict_json(run(*arguments, "--resolution", size).stdout) for size in ("3", "0.8"))
+    path = path_of_contact(builtin_design())
+    for member in ("pinion", "gear"):
+        z = getattr(path, f"{member}_z")
+        assert coarse[member]["z_range"] == pytest.approx([z.min(), z.max()], abs=0.3)
+        assert fine[member]["z_range"] == coarse[member]["z_range"]
 
 
 def test_the_ellipse_of_a_single_pattern() -> None:
