@@ -379,3 +379,17 @@ def test_a_map_whose_cells_have_no_common_normal_has_no_contact() -> None:
     assert result.exit_code == 1
     words = "no cell of the map has a path on the right flanks, in 3 the flanks have no common normal"
     assert result.stderr == f"No contact: {words}\n"
+
+
+@pytest.mark.parametrize("command", ["operation", "check"])
+def test_the_backlash_is_reported_to_ignore_pitch_deviations(command: str, tmp_path: Path) -> None:
+    """One tooth of the gear is 0.3 mm thicker on each flank, which is more than the backlash of 0.243 mm."""
+    source, deviations = tmp_path / "pitches.toml", ", ".join(["0", "300", *["0"] * 59])
+    text = builtin_text("marine-gearbox")
+    source.write_text(
+        f"{text}\n[gear.modification]\npitch_deviations_um = [{deviations}]\n", encoding="utf-8"
+    )
+    note = "the backlash as mounted ignores pitch deviations"
+    assert note in " ".join(run(command, source).stdout.split())
+    assert any(note in one for one in strict_json(run(command, source, "--json").stdout)["notes"])
+    assert note not in " ".join(run(command, "marine-gearbox").stdout.split())
