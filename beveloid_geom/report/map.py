@@ -77,6 +77,11 @@ class MapReport(ResultReport[DesignMap]):
             )
         )
         text += line("values", ", ".join(sides)) + line("cells", cell_words(result))
+        text += line(
+            "mounted backlash",
+            "with errors and modifications, of the flanks without edge contact, as in `tolerance`; `check`"
+            " includes edges, which can touch earlier",
+        )
         if self.reason:
             return text
         sound = bool(result.sound.any())
@@ -89,6 +94,9 @@ class MapReport(ResultReport[DesignMap]):
         both = " and ".join(dict.fromkeys(unit for unit in units if unit))
         values = "values of the members" if result.preset else "values of the inputs"
         unit_words = f"{values} in {both}" if both else f"{values} have no unit"
+        # Cells with an unknown backlash are not excluded by `sound`.
+        if unknown := np.count_nonzero(cells & np.isnan(result.mounted_backlash)):
+            which += f" (the mounted backlash is unknown in {unknown})"
         extremes = f"Extremes over the {np.count_nonzero(cells)} cells {which}, {unit_words}:"
         text += f"\n{textwrap.fill(extremes, LINE_WIDTH)}\n"
         return text + _extreme_lines(result, cells) + _quadrant_lines(result)
@@ -125,6 +133,7 @@ def cell_words(result: DesignMap) -> str:
         (result.hollow, "the relative curvature of the flanks is negative"),
         (result.interferes, "the backlash is negative"),
         (result.jammed, "the pair cannot be assembled"),
+        (np.isnan(result.mounted_backlash), "the mounted backlash is unknown"),
     ):
         if count := int(np.count_nonzero(mask)):
             words.append(f"in {count} {text}")

@@ -393,3 +393,17 @@ def test_the_backlash_is_reported_to_ignore_pitch_deviations(command: str, tmp_p
     assert note in " ".join(run(command, source).stdout.split())
     assert any(note in one for one in strict_json(run(command, source, "--json").stdout)["notes"])
     assert note not in " ".join(run(command, "marine-gearbox").stdout.split())
+
+
+def test_a_map_names_its_backlash_and_counts_the_cells_in_which_it_is_unknown() -> None:
+    """With both coefficients at 0.002 1/mm the map does not know the backlash, and `check` reports a jam."""
+    given = ("map", "marine-gearbox", "--steps", "3")
+    text, rows = " ".join(run(*given).stdout.split()), rows_of(run(*given, "--csv"))
+    unknown = [row for row in rows if not row["mounted_backlash_mm"]]
+    assert [(float(row["parabola_pinion_per_mm"]), row["jammed"]) for row in unknown] == [(0.002, "0")]
+    assert "in 1 the mounted backlash is unknown" in text
+    assert "of the flanks without edge contact, as in `tolerance`" in text
+    cell = ("--parabola-pinion", "0.002", "--parabola-gear", "0.002")
+    assert run("check", "marine-gearbox", *cell).stderr.startswith("Jammed: ")
+    known = ("--pinion-bounds", "-0.002", "-0.001", "--gear-bounds", "-0.002", "-0.001")
+    assert "unknown" not in run(*given, *known).stdout
