@@ -91,7 +91,8 @@ class DesignMap:
         Normal backlash without parabolas and errors, mm. It is not reduced to half a pitch: it changes
         continuously over the map, starting from the backlash of the design.
     mounted_backlash : FloatArray
-        Smallest backlash over a mesh cycle with parabolas and errors, by tangency, mm.
+        Smallest backlash over a mesh cycle with parabolas and errors, mm, of the flanks without edge contact
+        (`tangent_backlash`); NaN if unknown. Edges can touch earlier (`operation.backlash.mounted_backlash`).
     cycle_peak_to_peak, edge_share : FloatArray
         Transmission error of all teeth, rad, and share of the mesh cycle in which edges touch; NaN where not
         computed.
@@ -143,12 +144,13 @@ class DesignMap:
 
     @property
     def jammed(self) -> Mask:
-        """Cells that cannot be assembled, with errors and modifications."""
+        """Cells that cannot be assembled, with errors and modifications, by `mounted_backlash`. Cells with an
+        unknown backlash are False."""
         return jammed(self.mounted_backlash, float(self.design.pinion.tool.normal_module))
 
     @property
     def sound(self) -> Mask:
-        """Cells with a path that are not `hollow`, do not interfere and can be assembled."""
+        """Cells with a path that are not `hollow`, do not interfere and are not known to be `jammed`."""
         return self.solved & ~self.hollow & ~self.interferes & ~self.jammed
 
     def quadrants(self) -> dict[str, Mask]:

@@ -27,7 +27,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import COMPLEX_STEP, Codes, FloatArray, Integers
+from ..arrays import COMPLEX_STEP, Codes, FloatArray, Integers, Mask
 from ..contact.equation import ContactTerms, axial_and_radius, limit_margins, trace_parameters
 from ..contact.flank_pair import FlankPair, generated_pairing, is_modified
 from ..contact.parallel.paths import along_lines
@@ -85,7 +85,8 @@ class Sensitivity:
     l_by, z_by, r_by, pinion_roll_by : FloatArray
         Derivatives of `l`, `z`, `r` and `pinion_roll`.
     contact_ratio_by, peak_to_peak_by : FloatArray
-        (..., errors), derivatives of `contact_ratio` and `peak_to_peak`.
+        (..., errors), derivatives of `contact_ratio` and `peak_to_peak`. If the transmission error is 0 along
+        the path, `peak_to_peak_by` is NaN for errors of which both signs increase it.
     contact_ratio, peak_to_peak : FloatArray
         Eq. 16, and transmission error over the path, rad.
     limit : Codes
@@ -193,8 +194,23 @@ def path_sensitivity(
                 limit[group_cases], status[group_cases] = group.ends.limit, group.ends.status
         table.reshape(_MARGINS, -1, cases, len(PLACES))[:, 1:, lines] = np.nan
         scalars[:, lines, 1:] = np.nan
+        generated = pairing.without_parabola & (not modified)  # has no transmission error under any error
+        scalars[1, :, 1:][_at_kink(table, scalars[1, :, 0]) & ~generated[:, None]] = np.nan
         sensitivity = _result(design, flank, pairing, table, scalars, limit, status)
     return sensitivity if errors_at == "perpendicular" else _by_mesh_errors(design, sensitivity)
+
+
+def _at_kink(table: FloatArray, swing: FloatArray) -> Mask:
+    """Return (cases, errors) where errors of both signs increase the transmission error, so that its
+    peak-to-peak value `swing` (cases), rad, has no derivative.
+
+    The transmission error is then 0 along the path, and its derivatives at the `PLACES` differ."""
+    zero_tolerance_rad = 1e-12
+    rate_tolerance = 1e-9  # rad per mm or rad
+    rates = table.reshape(_MARGINS, -1, *table.shape[1:])[_MARGINS - 1, 1:-1]
+    spread = np.fmax.reduce(rates, axis=-1) - np.fmin.reduce(rates, axis=-1)
+    zero = np.abs(swing) <= zero_tolerance_rad
+    return np.asarray((spread > rate_tolerance).T & zero[:, None])
 
 
 def _by_mesh_errors(design: Design, sensitivity: Sensitivity) -> Sensitivity:

@@ -13,7 +13,7 @@ from ..operation.backlash import Backlash, mounted_backlash
 from ..operation.first_contact import FirstContact
 from ..pair.mounting import unmodified_backlash
 from ..status import FirstStatus, Limit
-from .diagnostics import UNKNOWN, Remark
+from .diagnostics import NOTE, UNKNOWN, Remark
 from .path import WHY_NO_FIRST_CONTACT, first_contact_fault
 
 
@@ -100,6 +100,14 @@ def _contact(design: Design, first: FirstContact) -> str:
 def _edges(first: FirstContact) -> list[int]:
     """Return the codes of the edges in a first contact at one position."""
     return [int(code) for code in first.limit.ravel() if code >= 0]
+
+
+def equal_teeth_remarks(design: Design) -> tuple[Remark, ...]:
+    """Return a note if the teeth of a member differ: the backlash is that of equal teeth; otherwise empty."""
+    if not any(member.differs_by_tooth(flank) for member in design.members for flank in FLANKS):
+        return ()
+    text = "the backlash as mounted ignores pitch deviations and uses the mean of measured teeth"
+    return (Remark(NOTE, f"{text}: thicker single teeth can jam even if it is positive"),)
 
 
 def backlash_report(design: Design) -> BacklashReport:

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import FLANKS, Codes, FloatArray, Mask
+from ..contact.flank_pair import is_modified
 from ..design.arguments import require_design
 from ..design.model import Design
 from ..pair.frames import layout_of
@@ -238,7 +239,8 @@ def backlash_by_errors(design: Design) -> FloatArray:
     -------
     ndarray, shape (..., 4)
         By offset, shaft angle, pinion and gear axial error; mm per mm and mm per rad. NaN where the backlash
-        is not known, and where an undercut edge touches an edge.
+        is not known, where an undercut edge touches an edge, and for errors by which the derivatives differ
+        between several rolls at which the play is smallest.
 
     Notes
     -----
@@ -248,18 +250,48 @@ def backlash_by_errors(design: Design) -> FloatArray:
     backlash = mounted_backlash(design)
     right, left = (_turn_by_errors(design, flank, getattr(backlash, flank)) for flank in FLANKS)
     known = (backlash.status == FirstStatus.SOLVED)[..., None]
-    return np.where(known, lever_of(design) * (right - left), np.nan)
+    rates = np.where(known, lever_of(design) * (right - left), np.nan)[..., 0, :]
+    modified = design.has_parabola or any(is_modified(design, flank) for flank in FLANKS)
+    if not (modified and known.any()):
+        return np.asarray(rates)  # the play of unmodified flanks is the same at all rolls under any error
+    return np.where(_at_kink(design, backlash), np.nan, rates)
+
+
+def _at_kink(design: Design, backlash: Backlash) -> Mask:
+    """Return (..., 4) whether the play is smallest at several rolls at which its derivatives by an error
+    differ."""
+    rolls_per_pitch, tie_tolerance = 64, 1e-11  # the tolerance in modules, as for the smallest play
+    rate_tolerance = 1e-5  # relative to the lever arms, mm per mm
+    pitch = 2.0 * np.pi / float(design.pinion.teeth)
+    steps = pitch * np.arange(rolls_per_pitch) / rolls_per_pitch
+    start = np.where(np.isnan(backlash.pinion_roll), 0.0, backlash.pinion_roll)
+    contacts = [mesh_cycle(design, flank, 1).at(start[..., None] + steps) for flank in FLANKS]
+    play = _play_of(design, *contacts)[0]
+    with np.errstate(invalid="ignore"):
+        least = play <= backlash.normal[..., None] + tie_tolerance * float(design.pinion.tool.normal_module)
+    if not least[..., 1:].any():
+        return np.zeros((*backlash.normal.shape, 4), dtype=bool)
+    right, left = (
+        _turn_by_errors(design, flank, with_tangencies(design, flank, contact))
+        for flank, contact in zip(FLANKS, contacts, strict=True)
+    )
+    rates = np.where(least[..., None], lever_of(design)[..., None, None] * (right - left), np.nan)
+    spread = np.fmax.reduce(rates, axis=-2) - np.fmin.reduce(rates, axis=-2)
+    arms = np.array((1.0, float(design.gear.tool.normal_module * design.gear.teeth), 1.0, 1.0))
+    return np.asarray(spread > rate_tolerance * arms)
 
 
 def _turn_by_errors(design: Design, flank: str, first: FirstContact) -> FloatArray:
-    """Return the rotation of the gear (..., 4), rad, by which first contacts (..., 1) follow each
-    error."""
+    """Return the rotation of the gear (..., positions, 4), rad, by which first contacts (..., positions)
+    follow each error."""
     unknown = touches_undercut_edge(first)[..., None]
-    normal = np.where(unknown, np.nan, contact_normals(design, flank, first))[..., 0, :]
-    turned = moved_by_gear(design, first.point)[..., 0, :]
-    _, y, z = np.moveaxis(first.point[..., 0, :], -1, 0)
+    normal = np.where(unknown, np.nan, contact_normals(design, flank, first))
+    turned = moved_by_gear(design, first.point)
+    _, y, z = np.moveaxis(first.point, -1, 0)
     layout, zero, one = layout_of(design), np.zeros_like(z), np.ones_like(z)
-    sin, cos, sense = one * layout.sin_angle, one * layout.cos_angle, layout.sense
+    sin, cos, sense = (
+        one * np.asarray(value)[..., None] for value in (layout.sin_angle, layout.cos_angle, layout.sense)
+    )
     moved = ((one, zero, zero), (zero, sense * z, -sense * y), (zero, zero, -one), (zero, sin, cos))
     along = np.stack([(normal * np.stack(v, axis=-1)).sum(axis=-1) for v in moved], axis=-1)
     return np.asarray(-along / (normal * turned).sum(axis=-1, keepdims=True))

@@ -12,7 +12,7 @@ from ..contact.path import contact_ratio
 from ..design.model import Design
 from ..design.text import design_text
 from ..findings.advice import Advice, design_remarks, layout_advice
-from ..findings.backlash import backlash_report
+from ..findings.backlash import backlash_report, equal_teeth_remarks
 from ..findings.diagnostics import ERROR, UNKNOWN, Remark, in_order, quiet, remarks_data, tip_clearances
 from ..findings.layout import meshes
 from ..gear.undercut import undercut_margin
@@ -160,7 +160,8 @@ def check_report(name: str, design: Design) -> CheckReport:
     except ValueError as error:
         ideal = str(error)
     backlash = backlash_report(design)
-    remarks = in_order((*design_remarks(design, deviation, backlash.jam), *backlash.remarks))
+    on_backlash = (*backlash.remarks, *equal_teeth_remarks(design))
+    remarks = in_order((*design_remarks(design, deviation, backlash.jam), *on_backlash))
     proposal = None if meshes(design) else proposal_like(design)
     return CheckReport(name, design, deviation, ideal, remarks, layout_advice(design), proposal, backlash.jam)
 

@@ -13,7 +13,8 @@ from ..analysis.maps import IN_OPERATION, QUANTITIES, DesignMap
 from ..arrays import Mask
 from ..design.model import Design
 from ..findings.path import batch_reason
-from ..pair.named_inputs import INPUTS, own_values
+from ..pair.mounting import mounting_of
+from ..pair.named_inputs import INPUTS, design_at, own_values
 from ..status import Status
 from .columns import column, label, scaled
 from .result import ResultReport, Rows, flattened, picked
@@ -26,8 +27,18 @@ class MapReport(ResultReport[DesignMap]):
 
     @property
     def reason(self) -> str | None:
-        """Reason why no cell has a path, None if one has."""
-        return batch_reason(f"no cell of the map has a path on the {self.flank} flanks", self.result.status)
+        """Reason why no cell has a path, None if one has; `NotComputed` if a calculation failed."""
+        result = self.result
+        if result.solved.any():
+            return None
+        undefined = result.status == Status.UNDEFINED
+        cells = design_at(result.design, result.over, result.first[:, None], result.second)
+        # Without a common normal there is no contact, as in `reason_of` for a single path.
+        missing = undefined & np.isnan(mounting_of(cells).gap)
+        words = f"no cell of the map has a path on the {self.flank} flanks"
+        if missing.any():
+            words += f", in {np.count_nonzero(missing)} the flanks have no common normal"
+        return batch_reason(words, np.where(missing, Status.NO_COMMON_NORMAL, result.status))
 
     def values(self) -> dict[str, Any]:
         """Return the map, one row for each value of the first input.
@@ -66,6 +77,11 @@ class MapReport(ResultReport[DesignMap]):
             )
         )
         text += line("values", ", ".join(sides)) + line("cells", cell_words(result))
+        text += line(
+            "mounted backlash",
+            "with errors and modifications, of the flanks without edge contact, as in `tolerance`; `check`"
+            " includes edges, which can touch earlier",
+        )
         if self.reason:
             return text
         sound = bool(result.sound.any())
@@ -78,6 +94,9 @@ class MapReport(ResultReport[DesignMap]):
         both = " and ".join(dict.fromkeys(unit for unit in units if unit))
         values = "values of the members" if result.preset else "values of the inputs"
         unit_words = f"{values} in {both}" if both else f"{values} have no unit"
+        # Cells with an unknown backlash are not excluded by `sound`.
+        if unknown := np.count_nonzero(cells & np.isnan(result.mounted_backlash)):
+            which += f" (the mounted backlash is unknown in {unknown})"
         extremes = f"Extremes over the {np.count_nonzero(cells)} cells {which}, {unit_words}:"
         text += f"\n{textwrap.fill(extremes, LINE_WIDTH)}\n"
         return text + _extreme_lines(result, cells) + _quadrant_lines(result)
@@ -114,6 +133,7 @@ def cell_words(result: DesignMap) -> str:
         (result.hollow, "the relative curvature of the flanks is negative"),
         (result.interferes, "the backlash is negative"),
         (result.jammed, "the pair cannot be assembled"),
+        (np.isnan(result.mounted_backlash), "the mounted backlash is unknown"),
     ):
         if count := int(np.count_nonzero(mask)):
             words.append(f"in {count} {text}")

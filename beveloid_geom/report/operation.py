@@ -14,7 +14,7 @@ from ..analysis.cycle_statistics import pattern_ends
 from ..contact.path import contact_ratio
 from ..design.ends import limit_words
 from ..design.model import Design
-from ..findings.backlash import backlash_report
+from ..findings.backlash import backlash_report, equal_teeth_remarks
 from ..findings.diagnostics import NOTE, UNKNOWN, WARNING, Remark, remarks_data
 from ..findings.path import first_contact_reason
 from ..operation.first_contact import FirstContact
@@ -173,7 +173,7 @@ class OperationReport(Report):
             **picked(cycle, "edge_share", "changes", "hand_over"),
             **({} if self.pitch_cycle is None else {"pitch_cycle": picked(self.pitch_cycle, *pitch_fields)}),
             "positions": self.positions,
-            **remarks_data(self.remarks),
+            **remarks_data((*self.remarks, *equal_teeth_remarks(self.design))),
             **{f"{key}_reason": doubt for key, doubt in zip(ratios, self.doubts, strict=True) if doubt},
         }
 
@@ -185,13 +185,10 @@ class OperationReport(Report):
         """Return some positions of the cycle, contact ratios and transmission error."""
         text = f"Operation of {self.name}, {self.flank} flanks: first contact of all teeth, one mesh cycle\n"
         eq16 = "not known" if math.isnan(self.eq16) else number("contact_ratio", self.eq16)
+        mounted = mounted_lines(self.design) + remark_lines(equal_teeth_remarks(self.design))
         if self.reason:
-            return (
-                text
-                + mounted_lines(self.design)
-                + line("contact ratio", f"{eq16} of one tooth pair (Eq. 16)")
-            )
-        text += "\n" + self._position_lines() + "\n" + mounted_lines(self.design) + remark_lines(self.remarks)
+            return text + mounted + line("contact ratio", f"{eq16} of one tooth pair (Eq. 16)")
+        text += "\n" + self._position_lines() + "\n" + mounted + remark_lines(self.remarks)
         operating, near = (
             f"{'could not be computed' if isinstance(doubt, NotComputed) else 'not known'} ({doubt})"
             if doubt

@@ -122,8 +122,8 @@ def pattern_report(
 
 
 def marked_face(side: MemberPattern) -> tuple[float, float]:
-    """Return the smallest and the largest z of the marked points, mm; NaN without any."""
-    z = side.z[side.marked]
+    """Return the smallest and the largest z of the marked area, mm, from its border; NaN without any."""
+    z = np.concatenate([polygon[:, 2] for polygon in (*side.border, np.empty((0, 3)))])
     return (float(z.min()), float(z.max())) if z.size else (math.nan, math.nan)
 
 

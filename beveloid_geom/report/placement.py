@@ -11,9 +11,9 @@ from ..analysis.path_placement import Placement, place_path
 from ..arrays import FloatArray
 from ..design.model import Design
 from ..pair.mounting import mounting_of
-from ..status import PlaceStatus
+from ..status import NotComputed, PlaceStatus
 from .columns import number, scaled
-from .result import ResultReport, Rows, picked, plain, stacked_rows
+from .result import Failure, ResultReport, Rows, picked, plain, stacked_rows
 from .text import (
     ERROR_SYMBOLS,
     SYMBOLS,
@@ -36,9 +36,24 @@ class PlaceReport(ResultReport[Placement]):
 
     @property
     def reason(self) -> str | None:
-        """Reason why no mounting has a path, None if one has."""
-        none = (self.result.status == PlaceStatus.NO_PATH).all()
-        return f"no mounting tried has a path on the {self.flank} flanks" if none else None
+        """Reason why no position has values, None if one has; `NotComputed` if a search did not converge."""
+        status = self.result.status
+        if np.isfinite(self.result.z).any():
+            return None
+        if (status == PlaceStatus.NO_PATH).all():
+            return f"no mounting tried has a path on the {self.flank} flanks"
+        if (status == PlaceStatus.NOT_CONVERGED).any():
+            which = "none" if (status == PlaceStatus.NOT_CONVERGED).all() else "not all"
+            return NotComputed(f"{which} of the positions could be computed: the search did not converge")
+        return "the pair cannot be assembled at the required positions or at nearby positions in profile"
+
+    @property
+    def failure(self) -> Failure | None:
+        """Failure if no position has values."""
+        jams = (self.result.status == PlaceStatus.OFF_CENTRE).any()
+        if self.reason and jams and not isinstance(self.reason, NotComputed):
+            return Failure(f"Jammed: {self.reason}")
+        return super().failure
 
     @property
     def places(self) -> list[dict[str, Any]]:

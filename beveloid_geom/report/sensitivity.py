@@ -182,12 +182,27 @@ class SensitivityReport(ResultReport[Sensitivity]):
                 f"of the path: {ALONG_LINES}. The backlash decreases for both signs of this error; the table"
                 " shows a dash"
             )
+        reasons = []
         if np.isnan(result.pinion_roll_by[1]).any():
-            return "of the middle of the path: the roll is not monotone along the path"
-        if np.isnan(result.face_shift_by[1]).any():
-            return "of a shift along the face: the path is parallel to the face"
-        unknown = np.isnan(self.backlash_by).any()
-        return "of the backlash: it is unknown or limited by the contact of two edges" if unknown else ""
+            reasons.append("of the middle of the path: the roll is not monotone along the path")
+        elif np.isnan(result.face_shift_by[1]).any():
+            reasons.append("of a shift along the face: the path is parallel to the face")
+        if self._at_kink(result.peak_to_peak_by):
+            reasons.append("of the transmission error: it is 0, and errors of both signs increase it")
+        if self._at_kink(self.backlash_by):
+            reasons.append(
+                "of the backlash: it is smallest at several rolls, at which its derivatives differ"
+            )
+        elif not reasons and np.isnan(self.backlash_by).any():
+            reasons.append("of the backlash: it is unknown or limited by the contact of two edges")
+        return "; ".join(reasons)
+
+    def _at_kink(self, rates: FloatArray) -> bool:
+        """Return whether derivatives are missing for single errors, because both signs of them have different
+        effects."""
+        missing = np.isnan(rates)
+        of_ratio = np.isnan(self.result.contact_ratio_by)  # also missing for a tilt of parallel axes
+        return bool((missing & ~of_ratio).any() and not missing.all())
 
 
 def sensitivity_report(

@@ -133,7 +133,7 @@ def sensitivity(design: Design) -> Mapping[str, Any]:
 
 def pattern(design: Design) -> Mapping[str, Any]:
     found = contact_pattern(design, "left", 0.01, resolution=2.0)
-    z = found.gear.z[found.gear.marked]
+    z = np.concatenate(found.gear.border)[:, 2]
     sizes = ("area", "area_share", "area_error")
     return {
         "roll_range": found.roll_range,

@@ -91,6 +91,21 @@ def test_sensitivity_of_line_contact() -> None:
         assert any(row[name] for name in row if name not in ("quantity", "place", "member"))
 
 
+@pytest.mark.parametrize("errors_at", ["perpendicular", "mesh"])
+def test_no_derivative_where_both_signs_of_an_error_have_the_same_effect(errors_at: str) -> None:
+    """With one parabola the path runs along the face at a transmission error of 0. Shaft-angle errors of
+    +-1e-5 deg increase the transmission error by 0.01003 arcsec and change the backlash by -1.77e-6 mm."""
+    given = ("sensitivity", NAME, "--parabola-pinion", "-0.001", "--errors-at", errors_at)
+    text, data = run(*given).stdout, json.loads(run(*given, "--json").stdout)
+    for key in ("peak_to_peak_by", "mounted_backlash_by"):
+        assert data[key][1] is None
+        assert None not in (data[key][0], *data[key][-2:])
+    assert data["contact_ratio_by"][1] == pytest.approx(-26.56, abs=0.01)
+    words = " ".join(text.split())
+    assert "of the transmission error: it is 0, and errors of both signs increase it" in words
+    assert "of the backlash: it is smallest at several rolls, at which its derivatives differ" in words
+
+
 def test_lines_in_text_json_and_csv() -> None:
     design = builtin_design(NAME)
     lines = contact_lines(path_of_contact(design, "left", 5))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from beveloid_geom import builtin_design
+from beveloid_geom import builtin_design, path_of_contact
 from beveloid_geom.analysis.pattern_matrix import pattern_matrix
 from tests.cli.running import refused, rows_of, run, strict_json
 
@@ -53,6 +53,18 @@ def test_names_and_symbols_of_errors() -> None:
     assert tables[0].startswith("pinion_axial_error_mm,gear_axial_error_mm,status,")
 
 
+def test_the_marked_range_of_z_is_that_of_the_path_for_a_very_thin_compound() -> None:
+    """Without transmission error the marked area is a narrow strip along the path of contact. The range of
+    its z does not depend on the grid."""
+    arguments = ("pattern", "--separation", "1e-9", "--json")
+    coarse, fine = (strict_json(run(*arguments, "--resolution", size).stdout) for size in ("3", "0.8"))
+    path = path_of_contact(builtin_design())
+    for member in ("pinion", "gear"):
+        z = getattr(path, f"{member}_z")
+        assert coarse[member]["z_range"] == pytest.approx([z.min(), z.max()], abs=0.3)
+        assert fine[member]["z_range"] == coarse[member]["z_range"]
+
+
 def test_the_ellipse_of_a_single_pattern() -> None:
     result = run("pattern", "--resolution", "2", *MODIFIED)
     data = strict_json(run("pattern", "--resolution", "2", *MODIFIED, "--json").stdout)
@@ -89,6 +101,19 @@ def test_place_from_a_design_without_a_path() -> None:
     assert without.exit_code == 1
     assert without.stdout.splitlines()[3].endswith("  no path")
     assert without.stderr == "No contact: no mounting tried has a path on the right flanks\n"
+
+
+def test_place_without_a_position_that_has_values() -> None:
+    jams = ("place", "awd-transfer", "--at", "75", "--pinion-modification", "helix_slope=30")
+    for arguments, status, words in (
+        (("place", "--at", "99.999"), 4, "Not computed: none of the positions could be computed"),
+        (jams, 1, "Jammed: the pair cannot be assembled at the required positions"),
+    ):
+        text, data = run(*arguments), run(*arguments, "--json")
+        assert (text.exit_code, data.exit_code) == (status, status)
+        assert words in text.stderr
+        assert strict_json(data.stdout)["reason"] in words + text.stderr
+    assert run(*jams, "--at", "50").exit_code == 0  # one position has values
 
 
 def test_place_where_the_pair_jams() -> None:

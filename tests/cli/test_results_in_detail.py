@@ -370,3 +370,40 @@ def test_missing_shims_are_reported_with_those_for_the_backlash_alone() -> None:
     alone = found["by_backlash_alone"]
     assert (alone["status"], alone["backlash"]) == ("reached", pytest.approx(0.12, abs=1e-9))
     assert f"{alone['pinion_axial']:+.6f} mm, to dw1 = " in text.stdout
+
+
+def test_a_map_whose_cells_have_no_common_normal_has_no_contact() -> None:
+    """`tca` has exit status 1 for the offset 230 mm and the shaft angle 0.25 rad, 14.3239448783 deg."""
+    over = ("map", "--over", "offset,shaft_angle", "--pinion-bounds", "228", "230", "--steps", "3")
+    result = run(*over, "--gear-bounds", "0.25", "0.27")
+    assert result.exit_code == 1
+    words = "no cell of the map has a path on the right flanks, in 3 the flanks have no common normal"
+    assert result.stderr == f"No contact: {words}\n"
+
+
+@pytest.mark.parametrize("command", ["operation", "check"])
+def test_the_backlash_is_reported_to_ignore_pitch_deviations(command: str, tmp_path: Path) -> None:
+    """One tooth of the gear is 0.3 mm thicker on each flank, which is more than the backlash of 0.243 mm."""
+    source, deviations = tmp_path / "pitches.toml", ", ".join(["0", "300", *["0"] * 59])
+    text = builtin_text("marine-gearbox")
+    source.write_text(
+        f"{text}\n[gear.modification]\npitch_deviations_um = [{deviations}]\n", encoding="utf-8"
+    )
+    note = "the backlash as mounted ignores pitch deviations"
+    assert note in " ".join(run(command, source).stdout.split())
+    assert any(note in one for one in strict_json(run(command, source, "--json").stdout)["notes"])
+    assert note not in " ".join(run(command, "marine-gearbox").stdout.split())
+
+
+def test_a_map_names_its_backlash_and_counts_the_cells_in_which_it_is_unknown() -> None:
+    """With both coefficients at 0.002 1/mm the map does not know the backlash, and `check` reports a jam."""
+    given = ("map", "marine-gearbox", "--steps", "3")
+    text, rows = " ".join(run(*given).stdout.split()), rows_of(run(*given, "--csv"))
+    unknown = [row for row in rows if not row["mounted_backlash_mm"]]
+    assert [(float(row["parabola_pinion_per_mm"]), row["jammed"]) for row in unknown] == [(0.002, "0")]
+    assert "in 1 the mounted backlash is unknown" in text
+    assert "of the flanks without edge contact, as in `tolerance`" in text
+    cell = ("--parabola-pinion", "0.002", "--parabola-gear", "0.002")
+    assert run("check", "marine-gearbox", *cell).stderr.startswith("Jammed: ")
+    known = ("--pinion-bounds", "-0.002", "-0.001", "--gear-bounds", "-0.002", "-0.001")
+    assert "unknown" not in run(*given, *known).stdout

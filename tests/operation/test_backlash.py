@@ -212,6 +212,21 @@ def test_derivatives_where_an_edge_stops_an_edge(number: int, axial: tuple[float
         assert rate == pytest.approx((beside[0] - beside[1]) / (2.0 * step), rel=1e-4, abs=1e-6)
 
 
+@pytest.mark.parametrize("parabola", [(-0.001, 0.0), (-0.001, -0.001), (0.001, -0.002)])
+def test_no_derivative_where_both_signs_reduce_the_backlash(
+    parabola: tuple[float, float],
+) -> None:
+    design, step = builtin_design("anti-backlash").with_parabola(*parabola), 1e-7
+    angles = Errors(shaft_angle=np.array([-step, 0.0, step]))
+    before, own, after = mounted_backlash(replace(design, errors=angles)).normal
+    assert after - own == pytest.approx(before - own, rel=1e-3)
+    assert (after - own) / step < -1.0
+    assert np.isnan(backlash_by_errors(design)).tolist() == [False, True, False, False]
+    both = backlash_by_errors(replace(design, errors=Errors(offset=np.array([0.0, 0.1]))))
+    np.testing.assert_allclose(both[0], backlash_by_errors(design), rtol=1e-12)
+    assert np.isnan(both[1]).tolist() == [False, True, False, False]
+
+
 def test_derivative_of_the_minimum() -> None:
     design = table1((-0.0005, -0.0005))
     rate = backlash_by_errors(design)[0]

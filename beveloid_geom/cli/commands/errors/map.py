@@ -70,7 +70,9 @@ def map_(
     pinion (l1 is the position along its tool flank), are averaged over both directions and added for all
     errors; the shift is the root of this sum. The angle is that between the chord of the path and the axial
     direction, in the side view (z against radius r). The normal backlash is without parabolas, modifications
-    and errors, the mounted backlash with them.
+    and errors, the mounted backlash with them. The mounted backlash is that of the flanks without edge
+    contact, as in `tolerance`; `check` and `operation` include edges, which can touch earlier. Where it is
+    unknown, the cell is empty and `jammed` is 0.
 
     The text lists the extremes and their positions, JSON and CSV contain every cell. `render-figures --only
     map-parabola` draws the map. The calculation takes some seconds, and minutes for 201 steps or near line

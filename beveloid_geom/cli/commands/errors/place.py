@@ -49,8 +49,9 @@ def place_command(
     The positions are reached to 1e-6 mm; this is checked by solving the contact with the computed errors.
     Errors are named by words or by symbols: E (offset), Sigma (shaft angle), P and G (axial errors of pinion
     and gear). If the pair jams at a position, the nearest position in profile at which it can be assembled is
-    printed. The calculation takes some seconds. The exit status is 1 if no mounting has a path, 4 if first
-    contacts could not be computed."""
+    printed. The calculation takes some seconds. The exit status is 1 if no position has values because no
+    mounting has a path or the pair jams at all of them, 4 if no position has values because the search did
+    not converge, or if first contacts could not be computed."""
     from ....findings.path import first_contact_fault
     from ....report.placement import place_report
 

@@ -30,7 +30,8 @@ def sensitivity(name: str, design: results.Design, flank: str, errors_at: Errors
     """Compute the derivatives of path, contact ratio, transmission error and backlash with respect to the
     assembly errors.
 
-    The derivatives are exact and evaluated at the errors of the design. Movements are those of the middle of
+    The derivatives are exact and evaluated at the errors of the design. Where a derivative does not exist,
+    the table has a dash and the line "no derivatives" gives the reason. Movements are those of the middle of
     the path, positive towards +z. The exit status is 1 if there is no path on the flanks or the pair cannot
     be assembled, 4 if the path could not be computed."""
     from ....report.sensitivity import sensitivity_report
