@@ -6,6 +6,7 @@ Commands import other packages inside their functions, so that `--help` is fast.
 from __future__ import annotations
 
 import math
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -56,8 +57,8 @@ def _usage_in_a_line() -> Iterator[None]:
             raise
         help_command = f" (see {error.ctx.command_path} --help)" if error.ctx else ""
         message = " ".join(error.format_message().split())
-        for words, plain in (("float range", "number"), ("integer range", "whole number")):
-            message = message.replace(f"is not a valid {words}", f"is not a {plain}")
+        for words, plain in (("float", "number"), ("integer", "whole number")):
+            message = re.sub(f"is not a valid {words}( range)?", f"is not a {plain}", message)
         raise Refusal([message + help_command]) from None
 
 
@@ -141,6 +142,9 @@ class NumberRange(click.FloatRange):
         if math.isnan(number):
             self.fail(f"{value} is not in the range {self._describe_range()}.", param, ctx)
         return number
+
+
+ABOVE_ZERO = NumberRange(0.0, math.inf, min_open=True, max_open=True)
 
 
 def block(*options: Option) -> Option:

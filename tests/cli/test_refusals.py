@@ -147,6 +147,7 @@ MESSAGES = {
     "place --at 10,20,5": "--at must be a number, got '10,20,5': repeat the option, --at 10 --at 20 --at 5",
     "place --at 50%": "Invalid value for '--at': '50%' is not a number. (see",
     "tca --force '1 kN'": "Invalid value for '--force': '1 kN' is not a number. (see",
+    "tca --offset-error much": "Invalid value for '--offset-error': 'much' is not a number. (see",
     "tca --points 2.5": "Invalid value for '--points': '2.5' is not a whole number. (see",
     "ease-off --grid 3.5 4": "Invalid value for '--grid': '3.5' is not a whole number. (see",
     "tca --force 1,000": (
@@ -204,12 +205,12 @@ MESSAGES = {
     },
     "check ''": "'': cannot be read",
     f"{GEAR} --pressure-angle-deg 25": (
-        "--pressure-angle-deg must be 20, the pressure angle of --gear, got 25: omit it\n"
+        "--pressure-angle-deg must be 20, the pressure angle of --gear, got 25: omit the option, or give"
     ),
     f"{GEAR} --face-widths 30 20": (
-        "second value of --face-widths must be 60, the face width of --gear, got 20: give 30 60\n"
+        "second value of --face-widths must be 60, the face width of --gear, got 20: omit the option"
     ),
-    f"{GEAR} --module 3": "--module must be 6, the module of --gear, got 3: omit it\n",
+    f"{GEAR} --module 3": "--module must be 6, the module of --gear, got 3: omit the option",
     "check --pinion-modification 'right.helix_crowning=10; left.helix_crowning=5'": (
         '--pinion-modification must have commas between the amounts, not ";": write them such as'
     ),

@@ -10,6 +10,7 @@ import click
 
 from ... import results
 from ...options import (
+    ABOVE_ZERO,
     MEMBERS,
     Number,
     NumberRange,
@@ -25,7 +26,6 @@ from ...tolerance_options import errors_of, sizes_of, tolerance_options
 if TYPE_CHECKING:
     from ....pair.named_inputs import Bounds
 
-ABOVE_ZERO = NumberRange(0.0, math.inf, min_open=True, max_open=True)
 UPPER_LIMIT = NumberRange(0.0, min_open=True)  # infinity is no limit
 
 

@@ -167,18 +167,17 @@ def request_of(source: str, **given: Any) -> Request:
             raise Refusal([f"{text}: omit one of them"])
     pressure_angle = given["pressure_angle_deg"]
     if gear is not None:
-        first, second = given["face_widths"] or (None, None)
-        widths = f"give {first or 0.0:g} {gear.face_width:g}"
+        width = None if given["face_widths"] is None else given["face_widths"][1]
         tool_angle = math.degrees(float(gear.tool.normal_pressure_angle))
-        for option_words, words, value, known, cure in (
-            ("--module", "module", given["module"], module, "omit it"),
-            ("--pressure-angle-deg", "pressure angle", pressure_angle, tool_angle, "omit it"),
-            ("second value of --face-widths", "face width", second, float(gear.face_width), widths),
+        for name, quantity, value, known in (
+            ("--module", "module", given["module"], module),
+            ("--pressure-angle-deg", "pressure angle", pressure_angle, tool_angle),
+            ("second value of --face-widths", "face width", width, float(gear.face_width)),
         ):
             # The echoed command line has six digits.
             if value is not None and not math.isclose(value, known, rel_tol=1e-5):
-                limit = f"must be {known:g}, the {words} of --gear, got {value:g}"
-                raise Refusal([f"{option_words} {limit}: {cure}"])
+                limit = f"must be {known:g}, the {quantity} of --gear, got {value:g}"
+                raise Refusal([f"{name} {limit}: omit the option, or give this value"])
 
     def angles(key: str) -> Any:
         """Return one or two angles in rad."""
