@@ -110,7 +110,7 @@ REFUSED: Cases = [
         ({"over": "parabola", "second": (-0.1, 0.0)}, r"\[gear\] parabola must be between"),
         ({"over": "shift", "second": (0.0, 4.0)}, "bounds of profile_shift_gear must be between -3 and 3"),
         ({"over": "shift", "errors": bg.Errors()}, "not all 0"),
-        ({"over": "shift", "errors": bg.Errors(offset=300.0)}, "offset must be less than 60 on this pair"),
+        ({"over": "shift", "errors": bg.Errors(offset=300.0)}, "offset must be less than 60 mm on this pair"),
     ),
     *of(
         optimise,
@@ -159,7 +159,7 @@ REFUSED: Cases = [
         ({"offset": -0.1}, "tolerance of offset must be finite and at least 0 mm, got -0.1"),
         ({"gear_axial": nan}, "tolerance of gear_axial must be finite and at least 0 mm, got nan"),
         ({"pinion_axial": inf}, "tolerance of pinion_axial must be finite"),
-        ({"shaft_angle": 1.0}, "tolerance of shaft_angle must be less than 0.261799 rad on this pair"),
+        ({"shaft_angle": 1.0}, r"tolerance of shaft_angle must be less than 0.261799 rad \(15 deg\)"),
         ({"sigmas": 0.0}, "sigmas must be positive"),
         ({"sigmas": inf}, "sigmas must be positive and finite, got inf"),
         ({"distribution": "even"}, "distribution must be 'normal' or 'uniform', got 'even'"),

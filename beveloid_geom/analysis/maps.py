@@ -26,7 +26,7 @@ from ..design.limits import parabola_limit
 from ..design.model import Design, Errors, MeshErrors
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
 from ..operation.mesh_cycle import mesh_cycle
-from ..pair.misalignment import ERROR_CLASSES, errors_below
+from ..pair.misalignment import ERROR_CLASSES, errors_below, size_words
 from ..pair.mounting import mounting_of, within_half_pitch
 from ..pair.named_inputs import (
     INPUTS,
@@ -362,9 +362,8 @@ def _check(
         raise ValueError(f"errors of a map must be finite and not all 0, got {values}")
     for name, most in errors_below(design).items():
         if abs(error := float(getattr(errors, name, 0.0))) >= most:
-            raise ValueError(
-                f"error of {name} must be less than {most:g} on this pair, got {error:g}: is the unit right?"
-            )
+            text = f"must be less than {size_words(name, most)} on this pair, got {size_words(name, error)}"
+            raise ArgumentError(f"error of {name}", f"{text}: is the unit right?")
     for name, (low, high) in zip(over, bounds, strict=True):
         if not (-np.inf < low < high < np.inf and float(high) - float(low) < np.inf):
             text = f"must be two finite values, lower one first, got {low}, {high}"

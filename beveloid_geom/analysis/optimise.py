@@ -36,6 +36,8 @@ from ..arrays import FloatArray
 from ..design.arguments import require_design, require_unmodified
 from ..design.model import Design
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
+from ..pair.named_inputs import PRESETS, bound_faults
+from ..support.argument import ArgumentError
 from ..support.array_repr import short_repr
 from ..support.frozen_arrays import kept
 from .edge_contact import CycleExtremes, cycle_extremes
@@ -128,7 +130,7 @@ def optimise_parabola(design: Design, aim: Aim, flank: str = "right") -> Optimum
     require_design(design)
     require_unmodified(None, "optimisations of parabola coefficients", pinion=design.pinion, gear=design.gear)
     check_aim(design, aim, flank)
-    _check_bounds(aim)
+    _check_bounds(design, aim)
     if aim.edges:
         candidates, fault = _candidates(design, flank, aim)
         if fault:
@@ -281,13 +283,14 @@ def _step(design: Design) -> float:
     return 0.001 / (COEFFICIENT_UNIT_PER_MM * float(design.pinion.tool.normal_module))
 
 
-def _check_bounds(aim: Aim) -> None:
+def _check_bounds(design: Design, aim: Aim) -> None:
     for name in ("pinion_parabola", "gear_parabola"):
         low, high = getattr(aim, name)
         if not -np.inf < low < high < np.inf:
-            raise ValueError(
-                f"{name} of the aim must be two finite bounds, lower one first, got {low}, {high}"
-            )
+            text = f"must be two finite bounds, the first below the second, got {low}, {high}"
+            raise ArgumentError(f"{name} of the aim", text)
+    for fault in bound_faults(design, PRESETS["parabola"], (aim.pinion_parabola, aim.gear_parabola)):
+        raise fault
     if (total := aim.pinion_parabola[0] + aim.gear_parabola[0]) >= 0.0:
         limit = "the lower bounds of both coefficients must have a negative sum"
         raise ValueError(f"{limit}, got {total:g} 1/mm: reduce one of them")

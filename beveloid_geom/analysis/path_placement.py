@@ -37,6 +37,7 @@ from ..operation.backlash import mounted_backlash
 from ..operation.mesh_cycle import mesh_cycle
 from ..pair.misalignment import ANGLES, NAMES, mounted, place_of
 from ..status import Limit, PlaceStatus, Status
+from ..support.argument import ArgumentError
 from ..support.array_repr import short_repr
 from .pattern_matrix import check_names
 from .sensitivity import path_sensitivity
@@ -197,7 +198,8 @@ def place_path(
     wanted_l = centred(design, flank) if l is None else float(l)
     if not low <= wanted_l <= high:
         limits = f"from {low:.4g} to {high:.4g} mm"
-        raise ValueError(f"l must be on the pinion profile, {limits}, got {wanted_l:g}")
+        text = f"must be on the pinion profile, {limits}, got {wanted_l:g}"
+        raise ArgumentError("l", f"{text}: omit it for the centre of the profile")
     face = float(design.pinion.face_width)
     search = _PlacementSearch(design, flank, by, search_limits(design, by), np.array((face, high - low)))
     wanted = np.stack((face * (share - 0.5), np.full(share.shape, wanted_l)), axis=-1)

@@ -19,8 +19,9 @@ from ..operation.backlash import mounted_backlash
 from ..operation.contact_pattern.motion import first_contact_operation
 from ..operation.contact_pattern.pattern import RELATIVE_AREA_ERROR, ContactPattern, contact_pattern
 from ..operation.mesh_cycle import mesh_cycle
-from ..pair.misalignment import ALL_NAMES, errors_below, mounted, place_of
+from ..pair.misalignment import ALL_NAMES, errors_below, mounted, place_of, size_words
 from ..status import FirstStatus
+from ..support.argument import ArgumentError
 from ..support.array_repr import short_repr
 from .pattern_ellipse import MarkedEllipse, marked_ellipse
 from .tolerance import USUAL_AT
@@ -94,8 +95,9 @@ def check_size(design: Design, name: str, size: float) -> None:
     """Raise ValueError unless the size of an error is positive and below its limit."""
     limit = errors_below(design).get(name, np.inf)
     if not 0.0 < size < limit:
-        most = f", less than {limit:g} on this pair" if np.isfinite(limit) else ""
-        raise ValueError(f"the size of the error of {name} must be positive, mm or rad{most}, got {size:g}")
+        most = f" and less than {size_words(name, limit)} on this pair" if np.isfinite(limit) else ""
+        text = f"must be positive{most}, got {size_words(name, size)}"
+        raise ArgumentError(f"the size of the error of {name}", text)
 
 
 def pattern_matrix(

@@ -31,8 +31,9 @@ from ..arrays import FloatArray, Integers, flank_sign
 from ..contact.parallel.lines import is_line_contact
 from ..design.arguments import require_design
 from ..design.model import Design, ErrorsAt
-from ..pair.misalignment import ANGLES, ERROR_NAMES, NAMES, errors_below, mounted
+from ..pair.misalignment import ANGLES, ERROR_NAMES, NAMES, errors_below, mounted, size_words
 from ..status import Limit, Status
+from ..support.argument import ArgumentError
 from ..support.array_records import joined
 from ..support.array_repr import short_repr
 from .cycle_statistics import CYCLES_PER_CALL, CycleStatistics, cycle_statistics, pattern_ends
@@ -238,7 +239,8 @@ def tolerance_study(
     """
     require_design(design)
     if not 0 <= operation <= cases:
-        raise ValueError(f"operation must be 0 to {cases}, the number of mountings, got {operation}")
+        limit = f"must be 0 to {cases}, the number of mountings, got {operation}"
+        raise ArgumentError("operation", f"{limit}: reduce it, or increase cases")
     (study,) = tolerance_studies(
         design,
         tolerances,
@@ -348,10 +350,9 @@ def _check(design: Design, tolerances: Tolerances, flank: str, seed: int) -> Non
                 f"tolerance of {name} must be finite and at least 0 {unit}, got {value}: it applies both ways"
             )
         if value >= most.get(name, np.inf):
-            raise ValueError(
-                f"tolerance of {name} must be less than {most[name]:g} {unit} on this pair,"
-                f" got {value:g}: is the unit right?"
-            )
+            text = f"must be less than {size_words(name, most[name])} on this pair"
+            text += f", got {size_words(name, value)}"
+            raise ArgumentError(f"tolerance of {name}", f"{text}: is the unit right?")
 
 
 def drawn_errors(tolerances: Tolerances, seed: int, block: int, cases: int) -> FloatArray:

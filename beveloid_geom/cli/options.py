@@ -6,6 +6,7 @@ Commands import other packages inside their functions, so that `--help` is fast.
 from __future__ import annotations
 
 import math
+import re
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -55,7 +56,10 @@ def _usage_in_a_line() -> Iterator[None]:
         if type(error).show is not click.UsageError.show:  # the help, without a command
             raise
         help_command = f" (see {error.ctx.command_path} --help)" if error.ctx else ""
-        raise Refusal([" ".join(error.format_message().split()) + help_command]) from None
+        message = " ".join(error.format_message().split())
+        for words, plain in (("float", "number"), ("integer", "whole number")):
+            message = re.sub(f"is not a valid {words}( range)?", f"is not a {plain}", message)
+        raise Refusal([message + help_command]) from None
 
 
 class OneLineCommand(click.Command):
@@ -107,7 +111,13 @@ def _require_number(value: Any, param: click.Parameter | None) -> None:
 
     metavar = str(getattr(param, "metavar", "") or "").lower()
     unit = metavar if metavar in ("mm", "deg") else ""
-    if param is not None and isinstance(value, str) and (cure := number_cure(value, unit)):
+    if param is None or not isinstance(value, str):
+        return
+    cure = number_cure(value, unit)
+    if param.multiple and param.nargs == 1 and "," in value:
+        repeated = " ".join(f"{param.opts[0]} {part.strip()}" for part in value.split(","))
+        cure = f"{cure}, or repeat the option, {repeated}" if cure else f"repeat the option, {repeated}"
+    if cure:
         raise Refusal([f"{param.opts[0]} {refused('be a number', value, cure)}"])
 
 
@@ -132,6 +142,9 @@ class NumberRange(click.FloatRange):
         if math.isnan(number):
             self.fail(f"{value} is not in the range {self._describe_range()}.", param, ctx)
         return number
+
+
+ABOVE_ZERO = NumberRange(0.0, math.inf, min_open=True, max_open=True)
 
 
 def block(*options: Option) -> Option:
@@ -302,7 +315,7 @@ def load_design(source: str) -> Design:
     try:
         return read_design(source)
     except DesignError as error:
-        name = click.format_filename(error.source)
+        name = click.format_filename(error.source) or "''"
         raise Refusal(f"{name}: {fault}" for fault in error.faults) from None
 
 

@@ -16,13 +16,14 @@ from __future__ import annotations
 import errno
 import inspect
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..support.argument import ArgumentError
 from .options import (
     BUILTIN_DESIGN,
     OVERRIDES,
@@ -32,6 +33,8 @@ from .options import (
     changed_design,
     load_design,
     note_equal_teeth,
+    option_name,
+    refuse_without,
     write_out,
 )
 
@@ -109,10 +112,16 @@ def show(context: click.Context, result: Result, as_json: bool, as_csv: bool) ->
 
 
 @contextmanager
-def refused_values() -> Iterator[None]:
-    """Convert a ValueError of the calculation to a Refusal with the same message."""
+def refused_values(options: Mapping[str, str] | None = None) -> Iterator[None]:
+    """Convert a ValueError of the calculation to a Refusal with the same message.
+
+    An ArgumentError is converted to a message with the option of the argument: that in `options`, or the
+    option with the name of the argument."""
     try:
         yield
+    except ArgumentError as error:
+        name = (options or {}).get(error.argument) or option_name(error.argument)
+        raise Refusal([f"{name} {error.text}"]) from None
     except ValueError as error:
         if type(error) is not ValueError:  # subclasses such as LinAlgError are not faults of the input
             raise
@@ -131,7 +140,9 @@ out_options = block(
 def check_out(out: Path | None, overwrite: bool) -> None:
     """Raise Refusal for a folder that does not exist, and for a file that exists without `overwrite`."""
     if out is None:
+        refuse_without("--out", ("overwrite",))
         return
+    _check_file_name(out)
     if not out.parent.is_dir():
         raise _cannot_write(out, os.strerror(errno.ENOENT))
     if out.exists() and not overwrite:
@@ -166,12 +177,18 @@ def unfinished_file(out: Path) -> AbstractContextManager[Path]:
     """Return `atomic_file` of a path. Raises Refusal for a folder, and for a file in a missing folder."""
     from ..support.atomic_file import atomic_file
 
-    if out.is_dir():
-        raise Refusal([f"--out: {click.format_filename(out)} is a folder: give the name of a file"])
+    _check_file_name(out)
     if not out.parent.is_dir():
         folder = click.format_filename(out.parent)
         raise Refusal([f"--out: the folder {folder} does not exist: create it first"])
     return atomic_file(out)
+
+
+def _check_file_name(out: Path) -> None:
+    """Raise Refusal for a folder, and for `-`, the usual name of standard output."""
+    if out.is_dir() or str(out) == "-":
+        kind = "standard output, which is for the result" if str(out) == "-" else "a folder"
+        raise Refusal([f"--out: {click.format_filename(out)} is {kind}: give the name of a file"])
 
 
 def _cannot_write(out: Path, reason: object) -> Refusal:

@@ -34,14 +34,19 @@ option, if any."""
 def _tolerance(argument: str, name: str, metavar: str, most: float, quantity: str, _: str) -> Option:
     """Return the option for the size of an assembly error."""
     text = f"Tolerance of the {quantity}, in both directions."
-    return option(name, NumberRange(0.0, most), 0.0, text, metavar, argument=argument)
+    return option(name, NumberRange(0.0, most), None, text, metavar, argument=argument)
 
 
 tolerance_options = block(
     *(_tolerance(*each) for each in TOLERANCES),
     *(renamed(old, option) for _, option, *_, old in TOLERANCES if old),
 )
-"""Options for the sizes of all assembly errors."""
+"""Options for the sizes of all assembly errors; None if they are not on the command line."""
+
+
+def tolerance_names(prefix: str) -> dict[str, str]:
+    """Return the options of the tolerances by the argument of an ArgumentError, `prefix` and the error."""
+    return {f"{prefix} {argument.removesuffix('_deg')}": option for argument, option, *_ in TOLERANCES}
 
 
 def errors_option(name: str, default: str | None, text: str) -> Option:
@@ -87,14 +92,19 @@ def errors_option(name: str, default: str | None, text: str) -> Option:
     return option(name, read, default, text, "ERROR,ERROR")
 
 
-def sizes_of(values: Mapping[str, float], usual_of: Design | None = None) -> dict[str, float]:
+def sizes_of(values: Mapping[str, float | None], usual_of: Design | None = None) -> dict[str, float]:
     """Return the tolerances that are not 0 by name of their errors, in mm and rad.
 
-    If all are 0 and a design `usual_of` is given, the usual tolerances of its errors are returned. Raises
-    Refusal if errors about the common perpendicular are mixed with errors at the mesh."""
+    If no tolerance is given (all are None) and a design `usual_of` is given, the usual tolerances of its
+    errors are returned. Raises Refusal if all given tolerances are 0, or if errors about the common
+    perpendicular are mixed with errors at the mesh."""
     from ..pair.misalignment import NAMES, place_of
 
-    if usual_of is not None and not any(values.values()):
+    given = [option for argument, option, *_ in TOLERANCES if values[argument] is not None]
+    if given and not any(values.values()):
+        words = f"at least one tolerance must be above 0, got 0 for {', '.join(given)}"
+        raise Refusal([f"{words}: omit all of them for the usual tolerances"])
+    if usual_of is not None and not given:
         from ..analysis.tolerance import USUAL_AT
 
         usual = USUAL_AT[usual_of.errors_at]

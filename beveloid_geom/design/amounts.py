@@ -33,11 +33,13 @@ def read_amounts(text: str) -> dict[str, Any]:
     table: dict[str, Any] = {}
     # Amounts in um and lengths in mm; their names may end in the unit, as in a design file.
     example = "helix_crowning=10, tip_relief=15, tip_relief_length=2.5"
+    if ";" in text:
+        raise ValueError(f'must have commas between the amounts, not ";": write them such as "{example}"')
     for entry in [] if text.strip() == "none" else text.split(","):
         words, _, amount = (part.strip() for part in entry.partition("="))
         flank, dot, name = words.rpartition(".")
         if not name or not amount:
-            cure = f'write amounts such as "{example}", or none'
+            cure = f'write amounts such as "{example}", with decimal points, or none'
             raise ValueError(f"cannot be read at {entry.strip()!r}: {cure}")
         # Lead is another word for helix.
         key = keys.get(name.replace("lead_", "helix_"), name)

@@ -47,7 +47,13 @@ def number_cure(text: str, unit: str = "") -> str | None:
     if suffix:
         size = _conversions(unit).get(suffix.lower())
         return None if size is None else f"give it in {unit} without a unit, {number * size:.10g}"
-    return f"write it with a decimal point, {number:g}" if "," in match[1] else None
+    if "," not in match[1]:
+        return None
+    point, thousands = match[1].replace(",", "."), match[1].replace(",", "")
+    # A comma before three digits may separate thousands.
+    if re.fullmatch(r"[+-]?[1-9]\d{0,2},\d{3}", match[1]):
+        return f"write it with a decimal point, {point}, or without the comma, {thousands}"
+    return f"write it with a decimal point, {number:g}"
 
 
 def _conversions(unit: str) -> dict[str, float]:

@@ -6,6 +6,7 @@ at the mesh; axial errors are the same in both. All studies add errors to a desi
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import fields
 from typing import TypeVar
@@ -86,6 +87,11 @@ def mounted(design: Design, values: FloatArray, names: Sequence[str] = ERROR_NAM
 
 def _sum(errors: Kind, names: Sequence[str], values: FloatArray) -> Kind:
     return unchecked(errors, **{name: getattr(errors, name) + values[..., k] for k, name in enumerate(names)})
+
+
+def size_words(name: str, size: float) -> str:
+    """Return the size of an error with its unit, mm or rad, and angles also in deg."""
+    return f"{size:g} rad ({math.degrees(size):g} deg)" if name in ANGLES else f"{size:g} mm"
 
 
 def errors_below(design: Design) -> dict[str, float]:

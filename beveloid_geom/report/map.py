@@ -71,9 +71,9 @@ class MapReport(ResultReport[DesignMap]):
         text = f"Map of {self.name} over the {inputs}, {self.flank} flanks: {shape}\n"
         text += head_lines(result.design) + line("errors for shift", both_signs_words(result.errors))
         sides = (
-            f"{member} {values[0]:.6g} to {values[-1]:.6g} {unit}".rstrip()
-            for member, values, unit in zip(
-                _headings(result), (result.first, result.second), units, strict=True
+            f"{member} {texts[0]} to {texts[-1]} {unit}".rstrip()
+            for member, unit, texts in zip(
+                _headings(result), units, ([*side.values()] for side in _printed(result, 6)), strict=True
             )
         )
         text += line("values", ", ".join(sides)) + line("cells", cell_words(result))
@@ -105,6 +105,20 @@ class MapReport(ResultReport[DesignMap]):
 def _headings(result: DesignMap) -> tuple[str, str]:
     """Return the printed names of both inputs."""
     return ("pinion", "gear") if result.preset else result.over
+
+
+def _printed(result: DesignMap, digits: int = 4) -> list[dict[float, str]]:
+    """Return the text of each value of both inputs, with at least `digits` significant digits.
+
+    There are as many digits as the step needs: rounding changes no value by more than 1 % of the step."""
+    sides = []
+    for values in (result.first, result.second):
+        for count in range(digits, 18):
+            texts = [f"{value + 0.0:.{count}g}" for value in values]
+            if np.abs(np.array(texts, dtype=float) - values).max() <= 0.01 * abs(values[1] - values[0]):
+                break
+        sides.append(dict(zip(values.tolist(), texts, strict=True)))
+    return sides
 
 
 def map_rows(result: DesignMap) -> Rows:
@@ -144,8 +158,11 @@ def _extreme_lines(result: DesignMap, cells: Mask) -> str:
     """Return smallest and largest value of each result over some cells, and their positions; magnitudes of
     angles."""
     equal_tolerance = 1e-9
-    first, second = (name[:10] for name in _headings(result))
-    lines = [f"{'':<27}{'smallest':>10}{first:>11}{second:>11}{'largest':>12}{first:>11}{second:>11}"]
+    printed = _printed(result)
+    names = [(name, *texts.values()) for name, texts in zip(_headings(result), printed, strict=True)]
+    columns = [max(11, 1 + max(map(len, texts))) for texts in names]
+    heading = "".join(f"{name:>{width}}" for (name, *_), width in zip(names, columns, strict=True))
+    lines = [f"{'':<27}{'smallest':>10}{heading}{'largest':>12}{heading}"]
     for figure in map_results(result):
         values = np.where(cells, scaled(figure, getattr(result, figure)), np.nan)
         values = np.abs(values) if figure == "angle" else values
@@ -157,8 +174,8 @@ def _extreme_lines(result: DesignMap, cells: Mask) -> str:
             continue
         for width, pick in ((10, np.nanargmin), (12, np.nanargmax)):
             i, j = np.unravel_index(pick(values), values.shape)
-            at = result.first[i], result.second[j]
-            text += f"{values[i, j]:z{width}.{digits}f}" + "".join(f"{v + 0.0:11.4g}" for v in at)
+            at = names[0][1 + i], names[1][1 + j]
+            text += f"{values[i, j]:z{width}.{digits}f}{at[0]:>{columns[0]}}{at[1]:>{columns[1]}}"
         lines.append(text)
     return "\n".join(lines) + "\n"
 
@@ -216,11 +233,12 @@ def _quadrant_lines(result: DesignMap) -> str:
     )
     text = f"\n{textwrap.fill(least, LINE_WIDTH)}\n"
     sign_words = {"C1": "both positive", "C2": "both negative", "C3": "a1 > 0 > a2", "C4": "a1 < 0 < a2"}
+    first, second = _printed(result)
     for name, (count, shift, where) in quadrant_bests(result, ratio).items():
         case = f"{name}, {sign_words[name]}"
         if math.isnan(shift):
             text += f"{case:<20}no cell\n"
         else:
-            at = "pinion {:.4g}, gear {:.4g}".format(*where)
+            at = f"pinion {first[where[0]]}, gear {second[where[1]]}"
             text += f"{case:<20}{shift:10.4f} mm at {at}, of {count} cell{'s' * (count > 1)}\n"
     return text

@@ -159,10 +159,13 @@ def test_option_for_the_other_kind_of_errors(tmp_path: Path) -> None:
         ),
         (
             ("tolerance", "--in-plane-tolerance-deg", "4"),
-            "in_plane must be less than 0.0698132 rad on this pair",
+            "--in-plane-tolerance-deg must be less than 0.0698132 rad (4 deg) on this pair",
         ),
-        (("map", "--centre-distance-tolerance", "30"), "centre_distance must be less than 30 on this pair"),
-        (("tolerance", "--offset-tolerance", "60"), "tolerance of offset must be less than"),
+        (
+            ("map", "--centre-distance-tolerance", "30"),
+            "--centre-distance-tolerance must be less than 30 mm",
+        ),
+        (("tolerance", "--offset-tolerance", "60"), "--offset-tolerance must be less than 30 mm"),
         (("tolerance", "--out-of-plane-tolerance-deg", "5.1"), "5.1 is not in the range 0.0<=x<=5.0"),
         (("sensitivity", "--errors-at", "apex"), "'apex' is not one of 'perpendicular', 'mesh'"),
     ],

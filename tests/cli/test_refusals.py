@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 
@@ -17,6 +18,8 @@ from tests.cli.running import refused, run
 NARROW = "--pinion-bounds 0 0.0005 --gear-bounds -0.0005 0"
 PAIR = "--module 4 --teeth 25 31 --shaft-angle-deg 20"
 SOME = "--offset-tolerance 1"
+CROWNED = "modify --transmission-error-arcsec 2 --length 20"
+GEAR = "propose --gear ni-2017 --teeth 30 45 --shaft-angle-deg 15 --offset 235"
 OVER_ANGLE = "map --over offset,shaft_angle --pinion-bounds"
 BAD = {
     "": ("turn",),
@@ -135,7 +138,113 @@ MESSAGES = {
     "pattern --over E,E": "--over must be two different errors, separated by a comma, got 'E,E': ",
     "pattern --offset-tolerance 1": "--offset-tolerance is for patterns under two errors",
     "place --by E,H": "--by must be two different errors",
-    "place --l1 30": "l must be on the pinion profile",
+    "place --l1 30": "--l1 must be on the pinion profile",
+    "place --l1 nan": "--l1 must be on the pinion profile",
+    "place --at 10,20": (
+        "--at must be a number, got '10,20': write it with a decimal point, 10.2, or repeat the option, "
+        "--at 10 --at 20\n"
+    ),
+    "place --at 10,20,5": "--at must be a number, got '10,20,5': repeat the option, --at 10 --at 20 --at 5",
+    "place --at 50%": "Invalid value for '--at': '50%' is not a number. (see",
+    "tca --force '1 kN'": "Invalid value for '--force': '1 kN' is not a number. (see",
+    "tca --offset-error much": "Invalid value for '--offset-error': 'much' is not a number. (see",
+    "tca --points 2.5": "Invalid value for '--points': '2.5' is not a whole number. (see",
+    "ease-off --grid 3.5 4": "Invalid value for '--grid': '3.5' is not a whole number. (see",
+    "tca --force 1,000": (
+        "--force must be a number, got '1,000': write it with a decimal point, 1.000, or without the comma, "
+        "1000\n"
+    ),
+    **{
+        f"{command} --offset-tolerance 0": (
+            f"at least one tolerance must be above 0, got 0 for --offset-tolerance{others}: "
+            "omit all of them for the usual tolerances\n"
+        )
+        for command, others in {
+            "tolerance": "",
+            "tolerance --shaft-angle-tolerance-deg 0": ", --shaft-angle-tolerance-deg",
+            "pattern --over E,G --gear-axial-tolerance 0": ", --gear-axial-tolerance",
+            "map": "",
+            "optimise": "",
+        }.items()
+    },
+    "pattern --over E,G --offset-tolerance 0 --gear-axial-tolerance 0.1": (
+        "--offset-tolerance must be positive and less than 60 mm on this pair, got 0 mm\n"
+    ),
+    "tolerance --offset-tolerance 100": "--offset-tolerance must be less than 60 mm on this pair, got 100 mm",
+    "map --offset-tolerance 100": "--offset-tolerance must be less than 60 mm on this pair, got 100 mm",
+    "tolerance --cases 10 --operation 100": (
+        "--operation must be 0 to 10, the number of mountings, got 100: reduce it, or increase cases\n"
+    ),
+    "tolerance --distribution uniform --sigmas 2": (
+        "--sigmas has no effect without --distribution normal: add --distribution normal, or omit --sigmas\n"
+    ),
+    "pattern --resolution 0.01": (
+        "--resolution 0.01 mm needs more than 1,000,000 points: give at least 0.0247 mm\n"
+    ),
+    "design nope --list": "--list is for all designs and has no NAME, got 'nope': omit one of them\n",
+    "design ni-2017 --list": "--list is for all designs and has no NAME, got 'ni-2017': omit one of them\n",
+    f"propose {PAIR} --shifts 0.1 0.1 --shift-limits -0.1 0": (
+        "--shift-limits has no effect with --shifts: omit one of them\n"
+    ),
+    f"propose {PAIR} --cones-deg 3 5 --cone-limits-deg 0 1": (
+        "--cone-limits-deg has no effect with --cones-deg: omit one of them\n"
+    ),
+    f"propose {PAIR} --count 3 --pick 2": "--pick has no effect without --out: add --out, or omit --pick\n",
+    **{
+        f"{command} --overwrite": "--overwrite has no effect without --out: add --out, or omit --overwrite\n"
+        for command in (f"propose {PAIR}", "optimise", CROWNED)
+    },
+    **{
+        f"{command} --overwrite --out {given}": f"--out: {shown}: give the name of a file\n"
+        for command in (f"propose {PAIR}", "optimise", CROWNED)
+        for given, shown in {
+            "''": ". is a folder",
+            ".": ". is a folder",
+            "-": "- is standard output, which is for the result",
+        }.items()
+    },
+    "check ''": "'': cannot be read",
+    f"{GEAR} --pressure-angle-deg 25": (
+        "--pressure-angle-deg must be 20, the pressure angle of --gear, got 25: omit the option, or give"
+    ),
+    f"{GEAR} --face-widths 30 20": (
+        "second value of --face-widths must be 60, the face width of --gear, got 20: omit the option"
+    ),
+    f"{GEAR} --module 3": "--module must be 6, the module of --gear, got 3: omit the option",
+    "check --pinion-modification 'right.helix_crowning=10; left.helix_crowning=5'": (
+        '--pinion-modification must have commas between the amounts, not ";": write them such as'
+    ),
+    "check --pinion-modification helix_crowning=1,5": (
+        "--pinion-modification cannot be read at '5': write amounts such as "
+        '"helix_crowning=10, tip_relief=15, tip_relief_length=2.5", with decimal points, or none\n'
+    ),
+    "modify --transmission-error-arcsec 3 --length 100": (
+        "--length must be below the face width of the pinion, 50 mm, got 100: reduce it\n"
+    ),
+    "modify --transmission-error-arcsec 3 --length 1e-6": (
+        "no crownings within their limits give both values: the length is too small, or the separation or "
+        "transmission error is too large\n"
+    ),
+    **{
+        f"optimise {name} {value}": f"Invalid value for '{name}': {float(value)} is not in the range"
+        for name, value in {
+            "--transmission-error-arcsec": "-1",
+            "--contact-ratio": "-1",
+            "--off-centre": "0",
+            "--shift": "0",
+        }.items()
+    },
+    **{
+        f"optimise --{member}-bounds {values}": f"--{member}-bounds {text}"
+        for member in ("pinion", "gear")
+        for values, text in {
+            "-1 1": f"cannot be used: [{member}] parabola must be between -0.02",
+            "0 0": "must be two finite bounds, the first below the second, got 0.0, 0.0\n",
+        }.items()
+    },
+    "optimise --vary foo 0 20": "--vary foo is not an amount that can vary: known are pinion.helix_slope",
+    "optimise --vary pinion.lead_crowning 9 0": "--vary pinion.lead_crowning must be two numbers, lower one",
+    "optimise --vary pinion.tip_relief 0 9": "--vary pinion.tip_relief can vary only if its length is given",
     "propose --teeth -25 31": "--teeth must be at least 1, got -25: internal gears are not supported",
     "propose --module 3 --teeth 25 31": "--shaft-angle-deg is",
     "shim --backlash 0.1 --offset 300": "--offset minus that of the design must be between",
@@ -306,6 +415,8 @@ DRAWINGS = {
         "--shaft-angle-tolerance-deg 4 --offset-tolerance 300": "must be less than 60 mm on this pair",
         "--parabola-pinion 100": "--parabola-pinion must be",
         "--offset-tolerance -1": "--offset-tolerance",
+        "--offset-tolerance 0": "at least one tolerance must be above 0, got 0 for --offset-tolerance: omit",
+        "--offset-tolerance 100": "--offset-tolerance must be less than 60 mm on this pair",
         "--pinion-axial-tolerance nan": "'--pinion-axial-tolerance': nan is not in the range",
         "--cases 0": "--cases",
         "--flank left": "--flank",
@@ -347,7 +458,7 @@ def test_bad_input(program: str, arguments: str, tmp_path: Path, monkeypatch: py
     file."""
     monkeypatch.chdir(tmp_path)
     Path("file").touch()
-    result = CliRunner().invoke(PROGRAMS[program], arguments.split())
+    result = CliRunner().invoke(PROGRAMS[program], shlex.split(arguments))
     assert (result.exit_code, result.stdout) == (2, ""), result.output
     assert result.stderr.startswith("Error: ")
     assert result.stderr.count("\n") == 1
@@ -372,6 +483,12 @@ def test_several_faults_of_a_file(design_file: Callable[..., Path]) -> None:
     lines = run("check", path).stderr.splitlines()
     keys = [line.split(": ")[2].split(" must")[0] for line in lines]
     assert keys == ["[pinion] teeth", "[gear] face_width"]
+
+
+def test_tolerances_have_no_default() -> None:
+    """A tolerance of 0 is used as such, so that the help must not show 0 as the default."""
+    for command in ("tolerance", "map", "optimise", "pattern"):
+        assert "default: 0.0;" not in run(command, "--help").stdout
 
 
 @pytest.mark.parametrize("old", RENAMED)

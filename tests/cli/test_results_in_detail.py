@@ -252,6 +252,17 @@ def test_texts_of_other_maps(over: str) -> None:
     assert errors in result.stdout
 
 
+def test_positions_in_a_map_have_the_digits_of_its_step() -> None:
+    bounds = ("--pinion-bounds", "228.95", "229.05", "--gear-bounds", "0.26175", "0.26185")
+    text = run("map", "--over", "offset,shaft_angle", *bounds, "--steps", "3").stdout
+    heading, row = (
+        next(line for line in text.splitlines() if word in line) for word in ("smallest", "contact")
+    )
+    assert heading.split() == ["smallest", "offset", "shaft_angle", "largest", "offset", "shaft_angle"]
+    assert row.split()[3:5] == ["229.05", "0.26175"]
+    assert heading.index("offset") + len("offset") == row.index("229.05") + len("229.05")
+
+
 def test_map_without_a_contact_ratio_and_map_in_operation(tmp_path: Path) -> None:
     source = tmp_path / "thin.toml"
     text = builtin_text().replace("face_width = 50.0", "face_width = 0.1")

@@ -277,7 +277,7 @@ def test_formulas_are_spelled_in_a_file_of_words() -> None:
     [
         (["--width-mm", "90", "--size", "800x600"], "--size and --width-mm cannot both be given"),
         (["--width-mm", "70"], "80<=x<=260"),
-        (["--width-mm", "wide"], "'wide' is not a valid float"),
+        (["--width-mm", "wide"], "'wide' is not a number"),
         (["--format", "bmp"], "'bmp' is not one of 'png', 'pdf', 'svg'"),
     ],
 )

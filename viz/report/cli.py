@@ -27,7 +27,8 @@ from beveloid_geom.cli.options import (
     worker_processes,
     write_out,
 )
-from beveloid_geom.cli.tolerance_options import TOLERANCES, sizes_of, tolerance_options
+from beveloid_geom.cli.results import refused_values
+from beveloid_geom.cli.tolerance_options import TOLERANCES, sizes_of, tolerance_names, tolerance_options
 from beveloid_geom.support.atomic_file import atomic_file, replaceable_mode
 from beveloid_geom.support.process import source_date
 
@@ -69,7 +70,7 @@ def main(
 
     The page has a verdict with a picture, checks, and for both flanks: path of contact, pattern, ease-off,
     pressure, transmission error, sliding, sensitivity and tolerances, and a 3D view of the pair in mesh.
-    If all tolerances are 0, as by default, the usual tolerances of `beveloid-geom tolerance` are used. The
+    If no tolerance is given, the usual tolerances of `beveloid-geom tolerance` are used. The
     exit status is 1 if neither flank has contact, 4 if contact or operation of a flank pair could not be
     computed. The page is written in both cases and gives the reason.
     """
@@ -132,10 +133,8 @@ def settings_of(design: Design, sizes: dict[str, float], cases: int, seed: int) 
     if not sizes:
         return ReportSettings(USUAL_AT[design.errors_at], False, cases, seed)
     given = Tolerances(**sizes)  # type: ignore[arg-type]  # all are numbers
-    try:
+    with refused_values(tolerance_names("tolerance of")):
         tolerance_study(design, given, cases=1)
-    except ValueError as error:
-        raise Refusal([str(error)]) from None
     return ReportSettings(given, True, cases, seed)
 
 

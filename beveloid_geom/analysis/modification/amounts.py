@@ -24,6 +24,7 @@ from ...design.model import Design
 from ...design.modification import AMOUNT, Modification, kinds_of, length_of
 from ...operation.backlash_by_tangency import jammed, tangent_backlash
 from ...pair.named_inputs import Bounds
+from ...support.argument import ArgumentError
 from ...support.array_repr import short_repr
 from ..optimise import CONSTRAINT_TOLERANCE, Optimised, Vector, at_limits, operation_of
 from .objectives import Aim, Objectives, check_aim, objectives_of_designs
@@ -255,12 +256,12 @@ def _check_amounts(design: Design, flank: str, bounds: Mapping[str, Bounds]) -> 
     known = [f"{member}.{name}" for member in MEMBERS for name in kinds]
     for name, (low, high) in bounds.items():
         if name not in known:
-            raise ValueError(f"{name!r} is not an amount that can vary: known are {', '.join(known)}")
+            raise ArgumentError(name, f"is not an amount that can vary: known are {', '.join(known)}")
         member, _, amount = name.partition(".")
         given = getattr(getattr(design, member), MODIFICATIONS[flank])
         if kinds[amount].has_length and getattr(given, length_of(amount), None) is None:
             cure = f"write {amount} = 0.0 and {length_of(amount)} in [{member}.modification]"
-            raise ValueError(f"{name} can vary only if its length is given: {cure}")
+            raise ArgumentError(name, f"can vary only if its length is given: {cure}")
         if not AMOUNT.low <= low < high <= AMOUNT.high:
             limit = f"be two numbers, lower one first, between {AMOUNT.low:g} and {AMOUNT.high:g} um"
-            raise ValueError(f"bounds of {name} must {limit}, got {low:g}, {high:g}")
+            raise ArgumentError(f"bounds of {name}", f"must {limit}, got {low:g}, {high:g}")

@@ -29,6 +29,7 @@ from ...gear.flank import base_cylinder
 from ...operation.contact_pattern.motion import UnknownOperationError
 from ...operation.contact_pattern.pattern import MemberPattern, contact_pattern
 from ...operation.mesh_cycle import mesh_cycle
+from ...support.argument import ArgumentError
 from ...support.array_repr import short_repr
 from .amounts import with_amounts
 
@@ -135,8 +136,9 @@ def fit_crowning(
         error, reached_length, edges = trial.reached(x)
     except UnknownOperationError as unknown:
         raise ValueError(f"the contact could not be computed for some crownings: {unknown}") from None
-    except DesignError as beyond:
-        raise ValueError(f"no crownings within their limits give both values: {beyond}") from None
+    except DesignError:
+        reason = "the length is too small, or the separation or transmission error is too large"
+        raise ValueError(f"no crownings within their limits give both values: {reason}") from None
     # Largest relative difference of length and transmission error from their given values.
     residual = 1e-3
     if max(abs(error / transmission_error - 1.0), abs(reached_length / length - 1.0)) > residual:
@@ -221,4 +223,5 @@ def _check(design: Design, transmission_error: float, length: float, member: str
             raise ValueError(f"{name} must be positive and finite, got {value}")
     face = float(getattr(design, member).face_width)
     if length >= face:
-        raise ValueError(f"length must be below the face width of the {member}, {face:g} mm, got {length:g}")
+        text = f"must be below the face width of the {member}, {face:g} mm, got {length:g}"
+        raise ArgumentError("length", f"{text}: reduce it")

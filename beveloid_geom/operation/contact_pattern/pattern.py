@@ -14,6 +14,7 @@ the latter case, the minimum separation is not negative, apart from rounding.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,6 +28,7 @@ from ...design.model import Design
 from ...gear.active_flank import place_at
 from ...gear.flank import flank_point
 from ...status import PatternStatus
+from ...support.argument import ArgumentError
 from ...support.array_repr import short_repr
 from ...support.marked_area import marked_area
 from .mating import Mating, mating_of, rounded_up
@@ -257,9 +259,14 @@ def _found_on(side: _Side, cells: tuple[int, int]) -> _Grid:
 def _cells_of_size(member: Member, resolution: float) -> tuple[int, int]:
     max_points = 1_000_000
     depth = 2.0 * float(member.tip_height * np.asarray(member.tool.normal_module))
-    cells = rounded_up(depth / resolution), rounded_up(float(member.face_width) / resolution)
+    face = float(member.face_width)
+    cells = rounded_up(depth / resolution), rounded_up(face / resolution)
     if (cells[0] + 1) * (cells[1] + 1) > max_points:
-        raise ValueError(f"resolution {resolution:g} mm needs more than {max_points:,} points: increase it")
+        # (depth / x + 2) (face / x + 2) = max_points, with the cells rounded up
+        half, number = depth + face, max_points - 4
+        least = (half + math.sqrt(half**2 + number * depth * face)) / number
+        text = f"{resolution:g} mm needs more than {max_points:,} points"
+        raise ArgumentError("resolution", f"{text}: give at least {1.005 * least:.3g} mm")
     return cells
 
 

@@ -15,7 +15,7 @@ from ...options import (
     progress_bar,
     refuse_without,
 )
-from ...tolerance_options import TOLERANCES, errors_option, sizes_of, tolerance_options
+from ...tolerance_options import TOLERANCES, errors_option, sizes_of, tolerance_names, tolerance_options
 
 POINTS = "Distance between the points on both flanks; the areas do not depend on it.  [default: module / 15]"
 ERROR = "Largest relative error of an area; it does not depend on --resolution."
@@ -55,14 +55,14 @@ def pattern_command(
     area_error: float,
     over: tuple[str, str] | None,
     cells: str,
-    **tolerances: float,
+    **tolerances: float | None,
 ) -> results.Result:
     """Compute the contact pattern: the area in which the flanks come within the thickness of marking
     compound.
 
     One tooth pair rolls from before its contact until after it; the gear is in the position of the first
     contact of all teeth. With --over, a matrix of patterns under two errors is computed, up to the tolerances
-    of these errors (if all are 0, as by default, the usual tolerances of the command `tolerance`). For each
+    of these errors (if none is given, the usual tolerances of the command `tolerance`). For each
     pattern, the matrix gives the ellipse with the same centre and second moments of area in the side view (z
     against radius r), the transmission error in operation, and the share of the mesh cycle in which edges
     touch. The exit status is 1 if there is no contact or the pair cannot be assembled (with --over: if no
@@ -85,11 +85,13 @@ def pattern_command(
         raise no_result(error.reason, "no pattern") from None
 
 
-def _sizes(over: tuple[str, str] | None, tolerances: dict[str, float]) -> tuple[float, float] | None:
+def _sizes(over: tuple[str, str] | None, tolerances: dict[str, float | None]) -> tuple[float, float] | None:
     """Return the sizes of both errors, mm or rad, None if none is given. Raises Refusal for tolerances of
     other errors, or of only one error."""
     given = {
-        argument.removesuffix("_deg"): option for argument, option, *_ in TOLERANCES if tolerances[argument]
+        argument.removesuffix("_deg"): option
+        for argument, option, *_ in TOLERANCES
+        if tolerances[argument] is not None
     }
     if not given:
         return None
@@ -103,7 +105,7 @@ def _sizes(over: tuple[str, str] | None, tolerances: dict[str, float]) -> tuple[
         cure = "give the tolerances of both errors in --over, or none"
         raise Refusal([f"{next(iter(given.values()))} is the only tolerance: {cure}"])
     values = sizes_of(tolerances)
-    return values[over[0]], values[over[1]]
+    return values.get(over[0], 0.0), values.get(over[1], 0.0)
 
 
 def _matrix(
@@ -121,7 +123,8 @@ def _matrix(
     from ....analysis.pattern_matrix import pattern_matrix
     from ....report.pattern import PatternMatrixReport
 
-    with results.refused_values(), progress_bar(cells**2, "cell") as bar:
+    options = tolerance_names("the size of the error of")
+    with results.refused_values(options), progress_bar(cells**2, "cell") as bar:
         matrix = pattern_matrix(
             design,
             over,

@@ -15,11 +15,10 @@ from ...options import (
     flank_option,
     given_options,
     option,
-    option_name,
     override_options,
     progress_bar,
 )
-from ...tolerance_options import errors_of, sizes_of, tolerance_options
+from ...tolerance_options import errors_of, sizes_of, tolerance_names, tolerance_options
 
 if TYPE_CHECKING:
     from ....pair.named_inputs import Bounds
@@ -60,12 +59,12 @@ def map_(
     gear_bounds: Bounds | None,
     steps: int,
     operation: bool,
-    **tolerances: float,
+    **tolerances: float | None,
 ) -> results.Result:
     """Compute contact ratio, angle, shift and transmission error over two quantities of a design.
 
     The shift is the movement of the middle of the path, perpendicular to the path, under errors that are as
-    large as their tolerances (if all are 0, as by default, the usual tolerances of the command `tolerance`).
+    large as their tolerances (if none is given, the usual tolerances of the command `tolerance`).
     Each error is applied alone and in both directions. The squared movements, in the plane of z and l1 of the
     pinion (l1 is the position along its tool flank), are averaged over both directions and added for all
     errors; the shift is the root of this sum. The angle is that between the chord of the path and the axial
@@ -85,35 +84,27 @@ def map_(
             reason = "cannot be given, as the map is over the parabola coefficients"
             raise Refusal([f"{given} {reason}: {cure}"])
     from ....analysis.maps import design_map
+    from ....pair.named_inputs import bounds_argument, inputs_of
     from ....report.map import MapReport
-    from ....support.argument import ArgumentError
 
     first, comma, second = over.replace("-", "_").partition(",")
     inputs = (first, second) if comma else over
-    errors = errors_of(sizes_of(tolerances)) if any(tolerances.values()) else None
-    try:
-        with results.refused_values(), progress_bar(steps**2, "cell") as bar:
-            result = design_map(
-                design,
-                inputs,
-                flank,
-                first=pinion_bounds,
-                second=gear_bounds,
-                steps=steps,
-                errors=errors,
-                operation=operation,
-                progress=bar.update,
-            )
-    except ArgumentError as error:
-        raise Refusal([f"{_option_of(error.argument, inputs)} {error.text}"]) from None
+    errors = errors_of(sizes) if (sizes := sizes_of(tolerances)) else None
+    with results.refused_values():
+        names = map(bounds_argument, inputs_of(inputs))
+    # Such as --gear-bounds of shaft_angle.
+    options = {argument: f"--{member}-{argument}" for member, argument in zip(MEMBERS, names, strict=True)}
+    options |= tolerance_names("error of")
+    with results.refused_values(options), progress_bar(steps**2, "cell") as bar:
+        result = design_map(
+            design,
+            inputs,
+            flank,
+            first=pinion_bounds,
+            second=gear_bounds,
+            steps=steps,
+            errors=errors,
+            operation=operation,
+            progress=bar.update,
+        )
     return MapReport(name, design, result)
-
-
-def _option_of(argument: str, inputs: str | tuple[str, str]) -> str:
-    """Return the option for an argument of `design_map`: `over`, or the bounds of one of the inputs."""
-    from ....pair.named_inputs import bounds_argument, inputs_of
-
-    if argument == "over":
-        return option_name(argument)
-    bounds = [bounds_argument(name) for name in inputs_of(inputs)]
-    return f"--{MEMBERS[bounds.index(argument)]}-{argument}"  # such as --gear-bounds of shaft_angle

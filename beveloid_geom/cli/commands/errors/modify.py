@@ -8,9 +8,7 @@ from pathlib import Path
 import click
 
 from ... import results
-from ...options import NumberRange, flank_option, option, override_options
-
-ABOVE_ZERO = NumberRange(0.0, math.inf, min_open=True, max_open=True)
+from ...options import ABOVE_ZERO, flank_option, option, override_options
 
 
 @results.result_command(

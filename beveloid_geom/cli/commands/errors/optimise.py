@@ -9,11 +9,24 @@ from typing import TYPE_CHECKING
 import click
 
 from ... import results
-from ...options import Number, Refusal, bounds_options, flank_option, given_options, option, renamed
+from ...options import (
+    ABOVE_ZERO,
+    MEMBERS,
+    Number,
+    NumberRange,
+    Refusal,
+    bounds_options,
+    flank_option,
+    given_options,
+    option,
+    renamed,
+)
 from ...tolerance_options import errors_of, sizes_of, tolerance_options
 
 if TYPE_CHECKING:
     from ....pair.named_inputs import Bounds
+
+UPPER_LIMIT = NumberRange(0.0, min_open=True)  # infinity is no limit
 
 
 @results.result_command(
@@ -25,11 +38,13 @@ if TYPE_CHECKING:
         "shift",
         "Minimised quantity under errors; transmission-error (of all teeth) requires --no-edges.",
     ),
-    option("--contact-ratio", float, 1.6, "Minimum contact ratio of one tooth pair (Eq. 16).", "RATIO"),
-    option("--off-centre", float, 1.0, "Largest distance of the middle of the path from mid-face.", "MM"),
+    option("--contact-ratio", ABOVE_ZERO, 1.6, "Minimum contact ratio of one tooth pair (Eq. 16).", "RATIO"),
+    option(
+        "--off-centre", ABOVE_ZERO, 1.0, "Largest distance of the middle of the path from mid-face.", "MM"
+    ),
     option(
         "--transmission-error-arcsec",
-        float,
+        UPPER_LIMIT,
         math.inf,
         "Upper limit of the transmission error of the path, peak to peak. Default: no limit.",
         "ARCSEC",
@@ -37,7 +52,7 @@ if TYPE_CHECKING:
     renamed("--transmission-error", "--transmission-error-arcsec"),
     option(
         "--shift",
-        float,
+        UPPER_LIMIT,
         math.inf,
         "Upper limit of the shift of the path under the errors. Default: no limit.",
         "MM",
@@ -75,14 +90,14 @@ def optimise(
     vary: tuple[tuple[str, float, float], ...],
     out: Path | None,
     overwrite: bool,
-    **tolerances: float,
+    **tolerances: float | None,
 ) -> results.Result:
     """Compute the parabola coefficients with the smallest shift of the path under errors, or with the
     smallest transmission error of all teeth; with --vary, amounts of modification.
 
     Constraints are the contact ratio, the position of the middle of the path on the face, and a positive
     relative curvature of the flanks; with --no-edges, no edge contact. The errors are as large as their
-    tolerances (if all are 0, as by default, the usual tolerances of the command `tolerance`), each alone and
+    tolerances (if none is given, the usual tolerances of the command `tolerance`), each alone and
     in both directions. The shift is the movement of the middle of the path, perpendicular to the path, as
     root of the sum of squares over the errors (as in `map`). --vary changes only the driving flanks, and
     keeps the parabolas and all other amounts of the design. If the optimum is on a bound, this is reported.
@@ -108,7 +123,17 @@ def optimise(
         shift=shift,
         least="transmission_error" if least == "transmission-error" else "shift",
     )
-    amounts = {name.removesuffix("_um") + "_um": (low, high) for name, low, high in vary}
+    # Lead is another word for helix.
+    keys = [name.replace(".lead_", ".helix_").removesuffix("_um") + "_um" for name, *_ in vary]
+    amounts = {key: (low, high) for key, (_, low, high) in zip(keys, vary, strict=True)}
+    options = {
+        f"{what}{key}": f"--vary {name}"
+        for key, (name, *_) in zip(keys, vary, strict=True)
+        for what in ("", "bounds of ")
+    }
+    for member in MEMBERS:
+        names = f"{member}_parabola of the aim", f"bounds of parabola_{member}"
+        options |= dict.fromkeys(names, f"--{member}-bounds")
     members = {name.partition(".")[0] for name in amounts} & {"pinion", "gear"}
     results.check_measured(design, sorted(members), flank, out)
     if len(amounts) < len(vary):
@@ -117,7 +142,7 @@ def optimise(
         cure = "omit it, --vary contains the limits of the amounts"
         raise Refusal([f"{given} is for parabola coefficients: {cure}"])
     report: AmountsReport | ParabolaReport
-    with results.refused_values():
+    with results.refused_values(options):
         if amounts:
             optimum = optimise_amounts(design, aim, amounts, flank)
             report = AmountsReport(name, design, aim, flank, optimum, amounts)

@@ -57,5 +57,5 @@ def place_command(
 
     if fault := first_contact_fault(design):
         raise no_result(fault)
-    with results.refused_values():
+    with results.refused_values({"l": "--l1"}):
         return place_report(name, design, tuple(share / 100.0 for share in at), by, flank, l1)

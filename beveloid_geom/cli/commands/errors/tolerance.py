@@ -8,8 +8,16 @@ from typing import Literal
 import click
 
 from ... import results
-from ...options import NumberRange, flank_option, option, progress_bar, tooth_options, worker_processes
-from ...tolerance_options import sizes_of, tolerance_options
+from ...options import (
+    NumberRange,
+    flank_option,
+    option,
+    progress_bar,
+    refuse_without,
+    tooth_options,
+    worker_processes,
+)
+from ...tolerance_options import sizes_of, tolerance_names, tolerance_options
 
 MAX_CASES = 1_000_000
 
@@ -48,25 +56,27 @@ def tolerance(
     operation: int,
     seed: int,
     jobs: int,
-    **tolerances: float,
+    **tolerances: float | None,
 ) -> results.Result:
     """Monte Carlo study of the path of contact under random assembly errors.
 
     With --operation the mesh cycle is computed as well: edge contact, transmission error of all teeth, a
     contact ratio that counts tooth pairs with clearances up to 6.35 um, and the edges at which contact
     patterns end. This takes about 5 to 10 ms per mounting. The errors are added to the errors of the design.
-    If all tolerances are 0, as by default, the usual tolerances are used: 0.05 mm of offset, 0.01 deg of
+    If no tolerance is given, the usual tolerances are used: 0.05 mm of offset, 0.01 deg of
     shaft angle, and 0.1 mm of each axial position. For a design with errors at the mesh they are 0.05 mm of
     centre distance, 0.01 deg in plane and out of plane, and 0.1 mm of each axial position. Quantiles are
     computed from the mountings with a path on the flanks. The exit status is 1 if no mounting has a path, or
     if the design cannot be assembled, 4 if no path was found and not all could be computed."""
+    if distribution != "normal":
+        refuse_without("--distribution normal", ("sigmas",))
     sizes = sizes_of(tolerances, design)
     from ....analysis.tolerance import CYCLE_COST_PATHS, Tolerances, tolerance_study
     from ....report.tolerance import ToleranceReport
 
     given = Tolerances(**sizes, distribution=distribution, sigmas=sigmas)
     with (
-        results.refused_values(),
+        results.refused_values(tolerance_names("tolerance of")),
         nullcontext() if jobs == 1 else worker_processes(jobs, "try fewer --jobs") as executor,
         progress_bar(cases + CYCLE_COST_PATHS * operation, "mounting") as bar,
     ):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import click
+from click.core import ParameterSource
 
 from ...options import BUILTIN_DESIGN, Refusal, write_out
 
@@ -18,6 +19,8 @@ def design(name: str, listed: bool) -> None:
     from ....design.file import BUILTINS, DesignError, builtin_text
 
     if listed:
+        if click.get_current_context().get_parameter_source("name") is ParameterSource.COMMANDLINE:
+            raise Refusal([f"--list is for all designs and has no NAME, got {name!r}: omit one of them"])
         width = max(map(len, BUILTINS))
         write_out("".join(f"{key:{width}}  {description}\n" for key, description in BUILTINS.items()))
         return

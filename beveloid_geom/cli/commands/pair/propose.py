@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ...options import SIDES, Refusal, block, load_design, option, option_name
+from ...options import (
+    SIDES,
+    Refusal,
+    block,
+    given_options,
+    load_design,
+    option,
+    option_name,
+    refuse_without,
+)
 from ...results import check_out, named, out_options, show, write_design
 
 if TYPE_CHECKING:
@@ -68,7 +77,9 @@ propose_options = block(
         "Face widths of pinion and gear.  [default: 10 modules]",
         "B1 B2",
     ),
-    option("--pressure-angle-deg", float, 20.0, "Normal pressure angle of both tools.", "DEG"),
+    option(
+        "--pressure-angle-deg", float, None, "Normal pressure angle of both tools.  [default: 20.0]", "DEG"
+    ),
     option(
         "--cone-limits-deg", (float, float), (-15.0, 15.0), "Limits of the computed cone angles.", "LOW HIGH"
     ),
@@ -120,6 +131,8 @@ def propose_command(
     from ....report.check import proposal_report
 
     check_out(out, overwrite)
+    if out is None:
+        refuse_without("--out", ("pick",))
     try:
         report = proposal_report(request, count, source)
     except DesignError as error:
@@ -148,9 +161,23 @@ def request_of(source: str, **given: Any) -> Request:
             "--shaft-angle-deg": "give it in deg, 0 for parallel axes",
         }
         raise Refusal(f"{name} is missing: {cures[name]}" for name in missing)
-    if gear is not None and given["module"] not in (None, module):
-        given_module = f"got {given['module']:g}"
-        raise Refusal([f"--module must be {module:g}, the module of --gear, {given_module}: omit it"])
+    for limits, fixed in (("cone_limits_deg", "cones_deg"), ("shift_limits", "shifts")):
+        if given[fixed] is not None and given_options((limits,)):
+            text = f"{option_name(limits)} has no effect with {option_name(fixed)}"
+            raise Refusal([f"{text}: omit one of them"])
+    pressure_angle = given["pressure_angle_deg"]
+    if gear is not None:
+        width = None if given["face_widths"] is None else given["face_widths"][1]
+        tool_angle = math.degrees(float(gear.tool.normal_pressure_angle))
+        for name, quantity, value, known in (
+            ("--module", "module", given["module"], module),
+            ("--pressure-angle-deg", "pressure angle", pressure_angle, tool_angle),
+            ("second value of --face-widths", "face width", width, float(gear.face_width)),
+        ):
+            # The echoed command line has six digits.
+            if value is not None and not math.isclose(value, known, rel_tol=1e-5):
+                limit = f"must be {known:g}, the {quantity} of --gear, got {value:g}"
+                raise Refusal([f"{name} {limit}: omit the option, or give this value"])
 
     def angles(key: str) -> Any:
         """Return one or two angles in rad."""
@@ -174,7 +201,7 @@ def request_of(source: str, **given: Any) -> Request:
         least_cones=given["least_cones"] or not (chosen or helix_alone),
         shifts=given["shifts"],
         gear=gear,
-        pressure_angle=angles("pressure_angle_deg")
+        pressure_angle=math.radians(20.0 if pressure_angle is None else pressure_angle)
         if gear is None
         else float(gear.tool.normal_pressure_angle),
         cone_limits=Bounds(*angles("cone_limits_deg")),
