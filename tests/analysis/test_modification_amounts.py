@@ -145,7 +145,7 @@ def test_no_solution_in_one_line() -> None:
         ({}, "bounds must have 1 to 6 amounts, got 0"),
         (
             {"pinion.tip_relief_length_mm": (0.0, 1.0)},
-            "'pinion.tip_relief_length_mm' is not an amount that can",
+            "pinion.tip_relief_length_mm is not an amount that can",
         ),
         (
             {TIP: (0.0, 1.0)},

@@ -256,7 +256,7 @@ def test_positions_in_a_map_have_the_digits_of_its_step() -> None:
     bounds = ("--pinion-bounds", "228.95", "229.05", "--gear-bounds", "0.26175", "0.26185")
     text = run("map", "--over", "offset,shaft_angle", *bounds, "--steps", "3").stdout
     heading, row = (
-        next(line for line in text.splitlines() if word in line) for word in ("smallest", "contact")
+        next(line for line in text.splitlines() if word in line) for word in ("smallest", "contact ratio")
     )
     assert heading.split() == ["smallest", "offset", "shaft_angle", "largest", "offset", "shaft_angle"]
     assert row.split()[3:5] == ["229.05", "0.26175"]

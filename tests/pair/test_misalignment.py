@@ -186,7 +186,7 @@ def test_limits_of_offset_errors_on_intersecting_axes(design: Design) -> None:
         (lambda: tolerance_study(EQUAL, Tolerances(centre_distance=30.0)), "must be less than 30 mm on this"),
         (
             lambda: design_map(EQUAL, "shift", errors=MeshErrors(in_plane=0.08)),
-            "less than 0.0698132 on this pair",
+            "less than 0.0698132 rad",
         ),
         (
             lambda: design_map(EQUAL, "shift", errors=MeshErrors()),
