@@ -49,7 +49,8 @@ class PathEnds:
     (codes of `Limit`, -1 without a path). With the batch shape: `contact_ratio` (Eq. 16), 0 without a path
     and NaN where the path could not be computed; `pieces`, the number of segments of the path on the flanks,
     of which the one with the largest range of roll is used; `status` (codes of `Status`). Contacts with the
-    opposite sign of n_x are not searched if the path is one series over l1 on which the magnitude of n_x is above 0.05.
+    opposite sign of n_x are not searched if the path is one series over l1 on which the magnitude of n_x is
+    above 0.05.
     """
 
     __repr__ = short_repr
