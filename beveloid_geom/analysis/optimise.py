@@ -244,6 +244,7 @@ def _refined(design: Design, flank: str, aim: Aim, limits: FloatArray, start: Ve
 
     @kept(8)  # SLSQP evaluates the constraints several times at the same coefficients
     def paths(first: float, second: float) -> Objectives:
+        """Return the results at two coefficients, in units of COEFFICIENT_UNIT_PER_MM."""
         return objectives_of(
             design,
             flank,

@@ -86,7 +86,7 @@ class Sensitivity:
         Derivatives of `l`, `z`, `r` and `pinion_roll`.
     contact_ratio_by, peak_to_peak_by : FloatArray
         (..., errors), derivatives of `contact_ratio` and `peak_to_peak`. If the transmission error is 0 along
-        the path, `peak_to_peak_by` is NaN for errors of which both signs increase it.
+        the path, `peak_to_peak_by` is NaN for an error if both its signs increase it.
     contact_ratio, peak_to_peak : FloatArray
         Eq. 16, and transmission error over the path, rad.
     limit : Codes

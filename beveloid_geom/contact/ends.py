@@ -32,9 +32,9 @@ class Ends:
     """Where the path enters and leaves the flanks, (cases, 2); NaN and -1 without a path.
 
     `x` is the parameter of the series, `l` (2, cases, 2) are l1 and l2 (mm), `roll` is the pinion roll (rad),
-    and `limit` has codes of `Limit`. Per case: `span`, the range of pinion
-    roll of the path (rad); `turning`, whether the roll turns back; `pieces`, the number of segments on the
-    flanks, of which the one with the largest span is used; `status`.
+    and `limit` has codes of `Limit`. Per case: `span`, the range of pinion roll of the path (rad); `turning`,
+    whether the roll turns back; `pieces`, the number of segments on the flanks, of which the one with the
+    largest span is used; `status`.
     """
 
     x: FloatArray

@@ -2,9 +2,8 @@
 
 The path is a polynomial through exact solutions (`path_polynomial`). For up to 255 positions it is evaluated
 at the parameters that give the requested rolls. For more, it is first expanded in the pinion roll between its
-ends. The pinion drives, so that its roll increases along
-the path of right flanks and decreases along that of left flanks. The path usually enters at the root side of
-the pinion and leaves towards its tip.
+ends. The pinion drives, so that its roll increases along the path of right flanks and decreases along the
+path of left flanks. The path usually enters at the root side of the pinion and leaves towards its tip.
 
 The contact ratio is Eq. 16: the range of pinion roll over which the flanks of a tooth pair are tangent,
 divided by the pitch. If the roll turns back along the path, this range exceeds the roll between the ends, and

@@ -1,4 +1,4 @@
-"""Contacts that the samples of a mesh cycle miss, and segments that are later than a contact.
+"""Contacts that the samples of a mesh cycle miss.
 
 A contact that is the first for less than the distance of two samples is one of the following. A limit is an
 edge or an end of a flank or fillet (`status.Limit`); it is active if the contact lies on it.
@@ -10,13 +10,13 @@ edge or an end of a flank or fillet (`status.Limit`); it is active if the contac
     5. a contact with one active limit more, where a segment violates a limit
     6. a contact between two segments that do not meet
 
-Kinds 1 to 4 are followed by Newton's method from known contacts. A contact of kind 2 or 3 is also followed
-to the corner at which it reaches a second limit. For kinds 5 and 6, first contacts are searched.
+If a flank has reliefs, contacts are first followed past the ends of the segments (`past_ends`). Kinds 1 to 4
+are followed by Newton's method from known contacts. A contact of kind 2 or 3 is also followed to the corner
+at which it reaches a second limit. For kinds 5 and 6, first contacts are searched.
 """
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
@@ -26,14 +26,12 @@ from ...status import FirstStatus
 from ...support.chebyshev import basis_of
 from ..engagement import Engagement
 from ..search.earliest_contact import Found
-from ..search.local_clearance import local_at
 from ..search.minimum_clearance import ON_LIMIT_DEPTHS
 from .cycle_segments import (
     QUANTITY_COUNT,
     SAMPLES_PER_PITCH,
     CycleSegments,
     Samples,
-    converged,
     holding,
     order_of,
     samples_of,
@@ -50,79 +48,7 @@ BETWEEN_SAMPLES = np.linspace(-0.5, 0.5, 5)
 """Distances from a sample, in sample steps, at which later contacts are followed."""
 
 
-def checked_segments(
-    engagement: Engagement, segments: CycleSegments, segment: Integers, checks: Samples, strict: bool
-) -> tuple[Samples, Integers]:
-    """Compare segments with first contacts at the same rolls.
-
-    Parameters
-    ----------
-    engagement : Engagement
-    segments : CycleSegments
-    segment : ndarray of int, shape (n,)
-        Segments at the samples.
-    checks : Samples
-        First contacts (n,).
-    strict : bool
-        Whether the polynomials must have converged.
-
-    Returns
-    -------
-    samples : Samples
-        The first contacts, with cuts where the segment is later. If the segment is earlier and its contact is
-        within all limits, the search missed this contact, and the sample is omitted. If its contact violates
-        a limit, the segment is cut as well.
-    bad : ndarray of int
-        Segments that are cut or have not converged.
-    """
-    values, bound = segments.values_at(segment, checks.roll), LATE_ROLL_RAD * engagement.lever
-    behind = values[0] - checks.contacts.f
-    good, earlier = np.abs(behind) <= bound, np.asarray(behind < -bound)
-    if earlier.any():
-        row = np.flatnonzero(earlier)
-        carriers = segments.limit[:, segment[row]], segments.pair[segment[row]]
-        there, _, within = _followed(
-            engagement, checks.case[row], checks.roll[row], values[1:3, row], *carriers
-        )
-        earlier[row] = within & (np.abs(values[0, row] - there[0]) <= bound)
-    # Convergence limits for the trailing Chebyshev coefficients of f (relative to the lever) and of the
-    # positions (relative to the tooth depth).
-    tail_tolerances = np.array((1e-14, 1e-11, 1e-11, 1e-11, 1e-11))
-    bad = ~converged(engagement, segments, tail_tolerances if strict else np.full(QUANTITY_COUNT, np.inf))
-    bad[segment[~good & ~earlier]] = True
-    checks = replace(checks, cut=checks.cut | ~good)
-    return checks.pick(~earlier), np.flatnonzero(bad)
-
-
-def halved(engagement: Engagement, segments: CycleSegments, samples: Samples, bad: Integers) -> Samples:
-    """Cut segments without convergence next to their middle.
-
-    Parameters
-    ----------
-    engagement : Engagement
-    segments : CycleSegments
-    samples : Samples
-        First contacts.
-    bad : ndarray of int
-        Segments that disagree with a sample or have not converged.
-
-    Returns
-    -------
-    Samples
-        The samples. A segment of `bad` is cut at the sample nearest to its middle if this sample is in its
-        middle half and no later sample of the segment than the first has a cut.
-    """
-    segment, cut = segments.number(engagement, samples.case, samples.roll), samples.cut.copy()
-    for k in bad:
-        inside = np.flatnonzero(segment == k)
-        away = np.abs(samples.roll[inside] - 0.5 * (segments.low[k] + segments.high[k]))
-        middle = away.min(initial=np.inf) < 0.25 * (segments.high[k] - segments.low[k])
-        if middle and not cut[inside[1:]].any():
-            cut[inside[away.argmin()]] = True
-    return replace(samples, cut=cut)
-
-
-def past_reliefs(engagement: Engagement, segments: CycleSegments) -> Samples:
+def past_ends(engagement: Engagement, segments: CycleSegments) -> Samples:
     """Return contacts that are earlier than the segments, past their ends.
 
     Where a contact passes the beginnings of two reliefs, or passes one shortly before another contact takes
@@ -192,7 +118,7 @@ def overtaken(
     which, row = np.nonzero(at_sample == (inner[jumps] + 1 - early)[:, None])
     segment, place = (inner[jumps] + early)[which], ends[early, 1:3, jumps].T[:, which]
     carriers = segments.limit[:, segment], segments.pair[segment]
-    values, _, within = _followed(engagement, samples.case[row], samples.roll[row], place, *carriers)
+    values, _, within = followed_contacts(engagement, samples.case[row], samples.roll[row], place, *carriers)
     better = np.flatnonzero(within & (values[0] < contacts.f[row]))
     better = better[
         np.argsort(-values[0, better], kind="stable")
@@ -255,36 +181,12 @@ def _ahead(
     """Return f of followed contacts minus f of the segments (n,) and their limits (8, n), mm, NaN without
     a contact; and the contacts within the limits that are earlier than the segments."""
     case, roll, place, limit, pair = followed
-    values, margin, within = _followed(engagement, case, roll, place, limit, pair)
+    values, margin, within = followed_contacts(engagement, case, roll, place, limit, pair)
     ahead = values[0] - segments.values_at(segments.number(engagement, case, roll), roll, 1)[0]
     row = np.flatnonzero(within & (ahead < -LATE_ROLL_RAD * engagement.lever))
     values, solved = values[:, row], np.full(row.size, FirstStatus.SOLVED, dtype=np.int8)
     contacts = Found(values[0], values[1:3], values[3:], limit[:, row], pair[row], solved)
     return ahead, margin, samples_of(case[row], roll[row], contacts)
-
-
-def beyond_limits(engagement: Engagement, segments: CycleSegments) -> Integers:
-    """Return the segments whose contacts violate limits that are not active.
-
-    Parameters
-    ----------
-    engagement : Engagement
-    segments : CycleSegments
-
-    Returns
-    -------
-    ndarray of int
-        Numbers of the segments.
-    """
-    places = np.array((-1.0, -0.5, 0.0, 0.5, 1.0))
-    every, roll = np.arange(segments.case.size), segments.rolls(places)
-    segment, place = every.repeat(places.size), segments.values(every, roll)[1:3].reshape(2, -1)
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        task = engagement.at(segments.case[segment], roll.ravel()).task(
-            np.arange(segment.size), segments.pair[segment]
-        )
-        margin = np.where(holding(segments.limit[:, segment]), 0.0, local_at(task, *place).margin).min(axis=0)
-    return np.unique(segment[~(margin >= -1e-6 * task.depth)])
 
 
 def _beside(engagement: Engagement, segments: CycleSegments) -> Followed:
@@ -413,7 +315,7 @@ def _inner(segments: CycleSegments) -> Integers:
     return np.flatnonzero(segments.case[1:] == segments.case[:-1])
 
 
-def _followed(
+def followed_contacts(
     engagement: Engagement, case: Integers, roll: FloatArray, place: FloatArray, limit: Codes, pair: Integers
 ) -> tuple[FloatArray, FloatArray, Mask]:
     """Return contacts of tooth pairs (n,) near places (2, n) with the active limits (2, n): f, s1, z1, s2,

@@ -17,7 +17,8 @@ from .cycle_segments import (
     concatenated,
     samples_of,
 )
-from .missed_contacts import beyond_limits, checked_segments, earlier, halved, overtaken, past_reliefs
+from .missed_contacts import earlier, overtaken, past_ends
+from .segment_checks import beyond_limits, checked_segments, halved
 from .segment_fit import fitted
 
 
@@ -96,7 +97,7 @@ def _divided(
         samples = samples.pick(status[samples.case] == FirstStatus.SOLVED)
         if not 0 < samples.case.size <= 1000 * cases:
             break
-        samples, segments = _fitted_past_reliefs(engagement, samples)
+        samples, segments = _fitted_past_ends(engagement, samples)
         # Compare with the samples, which also covers segments whose neighbour could not be fitted.
         segment, strict = segments.number(engagement, samples.case, samples.roll), count < max_rounds // 2
         smooth = strict and not engagement.measured
@@ -133,13 +134,13 @@ def _divided(
     return sorted_segments(done), status
 
 
-def _fitted_past_reliefs(engagement: Engagement, samples: Samples) -> tuple[Samples, CycleSegments]:
+def _fitted_past_ends(engagement: Engagement, samples: Samples) -> tuple[Samples, CycleSegments]:
     """Return the segments through the samples and through contacts past the beginnings of reliefs that lie
     between them, and these samples."""
     segments = fitted(engagement, samples)
     if not engagement.has_reliefs:
         return samples, segments
-    past = past_reliefs(engagement, segments)
+    past = past_ends(engagement, segments)
     if past.case.size:
         samples = samples.and_also(past)
         segments = sorted_segments(

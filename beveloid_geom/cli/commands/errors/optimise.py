@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -124,16 +125,8 @@ def optimise(
         least="transmission_error" if least == "transmission-error" else "shift",
     )
     # Lead is another word for helix.
-    keys = [name.replace(".lead_", ".helix_").removesuffix("_um") + "_um" for name, *_ in vary]
-    amounts = {key: (low, high) for key, (_, low, high) in zip(keys, vary, strict=True)}
-    options = {
-        f"{what}{key}": f"--vary {name}"
-        for key, (name, *_) in zip(keys, vary, strict=True)
-        for what in ("", "bounds of ")
-    }
-    for member in MEMBERS:
-        names = f"{member}_parabola of the aim", f"bounds of parabola_{member}"
-        options |= dict.fromkeys(names, f"--{member}-bounds")
+    keys = {each: each.replace(".lead_", ".helix_").removesuffix("_um") + "_um" for each, *_ in vary}
+    amounts = {keys[each]: (low, high) for each, low, high in vary}
     members = {name.partition(".")[0] for name in amounts} & {"pinion", "gear"}
     results.check_measured(design, sorted(members), flank, out)
     if len(amounts) < len(vary):
@@ -142,7 +135,7 @@ def optimise(
         cure = "omit it, --vary contains the limits of the amounts"
         raise Refusal([f"{given} is for parabola coefficients: {cure}"])
     report: AmountsReport | ParabolaReport
-    with results.refused_values(options):
+    with results.refused_values(_options_of(keys)):
         if amounts:
             optimum = optimise_amounts(design, aim, amounts, flank)
             report = AmountsReport(name, design, aim, flank, optimum, amounts)
@@ -151,3 +144,13 @@ def optimise(
     if out is not None:
         results.write_design(design_text(report.optimum.design, f"Optimum of {name}, {flank} flanks."), out)
     return report
+
+
+def _options_of(keys: Mapping[str, str]) -> dict[str, str]:
+    """Return the options by the arguments that messages of the optimisation name: --vary by the `keys` of
+    the amounts, and the bounds of the parabola coefficients."""
+    options = {f"{what}{key}": f"--vary {name}" for name, key in keys.items() for what in ("", "bounds of ")}
+    for member in MEMBERS:
+        names = f"{member}_parabola of the aim", f"bounds of parabola_{member}"
+        options |= dict.fromkeys(names, f"--{member}-bounds")
+    return options

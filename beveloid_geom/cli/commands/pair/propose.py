@@ -24,6 +24,7 @@ from ...results import check_out, named, out_options, show, write_design
 
 if TYPE_CHECKING:
     from ....design.field_limits import Fault
+    from ....design.member import Member
     from ....proposal.request import Request
 
 propose_options = block(
@@ -161,23 +162,8 @@ def request_of(source: str, **given: Any) -> Request:
             "--shaft-angle-deg": "give it in deg, 0 for parallel axes",
         }
         raise Refusal(f"{name} is missing: {cures[name]}" for name in missing)
-    for limits, fixed in (("cone_limits_deg", "cones_deg"), ("shift_limits", "shifts")):
-        if given[fixed] is not None and given_options((limits,)):
-            text = f"{option_name(limits)} has no effect with {option_name(fixed)}"
-            raise Refusal([f"{text}: omit one of them"])
+    _refuse_contradictions(given, gear)
     pressure_angle = given["pressure_angle_deg"]
-    if gear is not None:
-        width = None if given["face_widths"] is None else given["face_widths"][1]
-        tool_angle = math.degrees(float(gear.tool.normal_pressure_angle))
-        for name, quantity, value, known in (
-            ("--module", "module", given["module"], module),
-            ("--pressure-angle-deg", "pressure angle", pressure_angle, tool_angle),
-            ("second value of --face-widths", "face width", width, float(gear.face_width)),
-        ):
-            # The echoed command line has six digits.
-            if value is not None and not math.isclose(value, known, rel_tol=1e-5):
-                limit = f"must be {known:g}, the {quantity} of --gear, got {value:g}"
-                raise Refusal([f"{name} {limit}: omit the option, or give this value"])
 
     def angles(key: str) -> Any:
         """Return one or two angles in rad."""
@@ -208,6 +194,28 @@ def request_of(source: str, **given: Any) -> Request:
         helix_limits=Bounds(*angles("helix_limits_deg")),
         shift_limits=Bounds(*given["shift_limits"]),
     )
+
+
+def _refuse_contradictions(given: dict[str, Any], gear: Member | None) -> None:
+    """Raise Refusal for limits of values that are given, and for data of the tool and the gear that differ
+    from those of `gear`."""
+    for limits, fixed in (("cone_limits_deg", "cones_deg"), ("shift_limits", "shifts")):
+        if given[fixed] is not None and given_options((limits,)):
+            text = f"{option_name(limits)} has no effect with {option_name(fixed)}"
+            raise Refusal([f"{text}: omit one of them"])
+    if gear is None:
+        return
+    width = None if given["face_widths"] is None else given["face_widths"][1]
+    tool_angle = math.degrees(float(gear.tool.normal_pressure_angle))
+    for name, quantity, value, known in (
+        ("--module", "module", given["module"], float(gear.tool.normal_module)),
+        ("--pressure-angle-deg", "pressure angle", given["pressure_angle_deg"], tool_angle),
+        ("second value of --face-widths", "face width", width, float(gear.face_width)),
+    ):
+        # The echoed command line has six digits.
+        if value is not None and not math.isclose(value, known, rel_tol=1e-5):
+            limit = f"must be {known:g}, the {quantity} of --gear, got {value:g}"
+            raise Refusal([f"{name} {limit}: omit the option, or give this value"])
 
 
 def refusal_of(faults: Iterable[Fault]) -> Refusal:
