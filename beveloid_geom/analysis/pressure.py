@@ -28,12 +28,13 @@ import numpy as np
 from ..arrays import Codes, FloatArray, Mask, flank_sign
 from ..contact.ellipse import curvature_ellipse, relative_curvature, steps_and_turns
 from ..contact.equation import edge_margins, limit_margins
+from ..contact.flank_pair import is_modified
 from ..contact.hertz import POISSON_RATIO, YOUNG_MPA, contact_modulus, hertz_ellipse, hertz_strip
-from ..contact.parallel.lines import ContactLines, carrying_length, contact_lines, touches_along_lines
+from ..contact.parallel.lines import ContactLines, carrying_length, contact_lines, is_line_contact
 from ..contact.path import ContactPath, pairing_of_path
 from ..design.arguments import require_path
 from ..gear.flank import flank_point
-from ..status import EllipseStatus, Status
+from ..status import EllipseStatus
 from ..support.array_repr import short_repr
 from .sliding import tooth_traces
 
@@ -155,10 +156,11 @@ def path_pressure(path: ContactPath, load: Load) -> PathPressure:
     array([152.3, 137.7, 138.7])
     """
     require_path(path)
-    along = touches_along_lines(path.design, path.flank) & (path.ends.status == Status.SOLVED)
+    lines = contact_lines(path) if is_line_contact(path.design, path.flank).any() else None
+    along = np.zeros(path.l1.shape, dtype=bool) if lines is None else np.isfinite(lines.length)
     relative, modulus = relative_curvature(path), contact_modulus(load.young, load.poisson)
     status = curvature_ellipse(relative, 1.0).status
-    elliptical = (status == EllipseStatus.ELLIPSE) & ~along[..., None]
+    elliptical = (status == EllipseStatus.ELLIPSE) & ~along
     (x, y, _), (nx, ny, _) = np.moveaxis(path.point, -1, 0), np.moveaxis(path.normal, -1, 0)
     lever = np.abs(x * ny - y * nx)  # n.(k1 x R)
     force = load.force + 0.0 * lever if load.torque_nm is None else 1e3 * load.torque_nm / lever
@@ -171,20 +173,21 @@ def path_pressure(path: ContactPath, load: Load) -> PathPressure:
         pressure=ellipse.pressure,
         semi_axes=ellipse.semi_axes,
         direction=relative.direction,
-        angle=np.where(elliptical | along[..., None], _angle(path, relative.direction[..., 0, :]), np.nan),
+        angle=np.where(elliptical | along, _angle(path, relative.direction[..., 0, :]), np.nan),
         curvature=relative.curvature,
         reaches=_reaches(path, ellipse.semi_axes[..., None] * relative.direction),
         status=status,
         total_length=np.full(status.shape, np.nan),
     )
-    return _along_lines(pressed, along[..., None], modulus) if along.any() else pressed
+    return pressed if lines is None else _along_lines(pressed, lines, along, modulus)
 
 
-def _along_lines(given: PathPressure, along: Mask, modulus: float) -> PathPressure:
-    """Return the pressures with strips for the cases `along` (..., 1) whose flanks touch along lines."""
-    path, lines = given.path, contact_lines(given.path)
-    along = along & np.isfinite(lines.length)
-    greatest = np.fmax(_curvature_at_ends(lines, path).max(axis=-1), given.curvature[..., 1])
+def _along_lines(given: PathPressure, lines: ContactLines, along: Mask, modulus: float) -> PathPressure:
+    """Return the pressures with strips at the positions `along` where flanks touch along lines."""
+    path = given.path
+    greatest = _curvature_at_ends(lines, path).max(axis=-1)
+    if not is_modified(path.design, path.flank):  # the path may run along the beginning of a relief
+        greatest = np.fmax(greatest, given.curvature[..., 1])
     total = np.where(along, carrying_length(path), np.nan)
     with np.errstate(divide="ignore"):
         half_width, pressure = hertz_strip(greatest, given.force / total, modulus)
@@ -202,8 +205,15 @@ def _along_lines(given: PathPressure, along: Mask, modulus: float) -> PathPressu
 
 def _curvature_at_ends(lines: ContactLines, path: ContactPath) -> FloatArray:
     """Return the greater relative curvature (..., positions, 2), 1/mm, at both ends of the lines."""
+    # Distance of the points from the ends, as a fraction of the line: a relief can begin at an end, and its
+    # curvature does not belong to the line.
+    inset = 1e-9 if is_modified(path.design, path.flank) else 0.0
     shape = lines.l1.shape
-    both = {name: getattr(lines, name).reshape(*shape[:-2], -1) for name in ("l1", "u1", "l2", "u2")}
+    names = ("l1", "u1", "l2", "u2", "pinion_z", "gear_z")
+    both = {
+        name: (ends + inset * (ends[..., ::-1] - ends)).reshape(*shape[:-2], -1)
+        for name, ends in ((name, getattr(lines, name)) for name in names)
+    }
     both |= {name: np.repeat(getattr(path, name), 2, axis=-1) for name in ("pinion_roll", "gear_roll")}
     values: dict[str, Any] = both | {"normal": np.repeat(path.normal, 2, axis=-2)}
     ends = replace(path, **values)

@@ -14,7 +14,7 @@ import numpy as np
 from ..arrays import MEMBERS, FloatArray
 from ..contact.ellipse import relative_curvature
 from ..contact.mesh_position import Frame, MeshingPair
-from ..contact.parallel.lines import contact_lines, touches_along_lines
+from ..contact.parallel.lines import contact_lines, is_line_contact
 from ..design.member import Member
 from ..design.model import Design
 from ..export import FIELD_FORMATS
@@ -223,9 +223,10 @@ def contact_case(
     turn = np.array([2.0 * np.pi / float(gear.teeth) * tooth])
     (rotation, origin), path = pose.frames[member], pose.path
     relative, contact, length = relative_curvature(path), pose.point[member], None
-    if touches_along_lines(design, pose.flank):
+    if is_line_contact(design, pose.flank):
         lines = contact_lines(path)
-        contact, length = (lines.point[1].mean(axis=0) - origin) @ rotation, float(lines.length[1])
+        if np.isfinite(lines.length[1]):  # not on a relief
+            contact, length = (lines.point[1].mean(axis=0) - origin) @ rotation, float(lines.length[1])
     axes = relative.direction[1] @ rotation  # from S_f to the frame of the gear
     vectors = np.stack((contact, pose.normal[member], edge, *axes))
     point, normal, edge, *axes = rotated_copies(vectors, turn)[0]

@@ -12,7 +12,7 @@ from ..analysis.sensitivity import Sensitivity, path_sensitivity
 from ..analysis.tolerance import USUAL_AT
 from ..arrays import FLANK_SIGN, Codes, FloatArray
 from ..contact.flank_pair import is_modified
-from ..contact.parallel.lines import is_line_contact, touches_along_lines
+from ..contact.parallel.lines import is_line_contact
 from ..contact.path import ContactPath, path_of_contact
 from ..contact.rounding import rounding_error
 from ..design.ends import limit_names, limit_words
@@ -316,7 +316,7 @@ def _certificate_remarks(design: Design, certificate: Certificate) -> Iterator[t
 def pressure_remarks(hertz: PathPressure) -> Iterator[Remark]:
     """Yield remarks on the positions where the theory of Hertz does not apply, or on the load distribution of
     line contact."""
-    if touches_along_lines(hertz.path.design, hertz.path.flank):
+    if is_line_contact(hertz.path.design, hertz.path.flank):
         shared = (
             "the load is distributed evenly over all lines in contact at the same roll, as for rigid teeth"
         )

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from ..analysis.pressure import Load, PathPressure, path_pressure
-from ..contact.parallel.lines import ContactLines, contact_lines, touches_along_lines
+from ..contact.flank_pair import is_modified
+from ..contact.parallel.lines import ContactLines, contact_lines, is_line_contact
 from ..contact.path import ContactPath, path_of_contact
 from ..design.ends import limit_words
 from ..design.model import Design
@@ -273,7 +274,7 @@ def contact_report(
     advice = layout_advice(design) if reason else ()
     pressed = None if load is None else path_pressure(path, load)
     remarks += [] if pressed is None else pressure_remarks(pressed)
-    lines = contact_lines(path) if not reason and touches_along_lines(design, flank) else None
+    lines = contact_lines(path) if not reason and is_line_contact(design, flank) else None
     return ContactReport(
         name, design, method, path, backlash, certificate, reason, in_order(remarks), advice, pressed, lines
     )
@@ -305,13 +306,20 @@ def lines_table(design: Design, lines: ContactLines) -> str:
         for k, end in enumerate(LINE_ENDS)
         for name in ("pinion_z", "pinion_r", "gear_r")
     }
-    words = {"from, to": [" to ".join(limit_words(design, int(code)) for code in row) for row in lines.limit]}
-    return table_lines(columns, ["solved"] * lines.length.size, words)
+    lost = np.isnan(lines.length)
+    words = {
+        "from, to": [
+            "" if none else " to ".join(limit_words(design, int(code)) for code in row)
+            for none, row in zip(lost, lines.limit, strict=True)
+        ]
+    }
+    return table_lines(columns, np.where(lost, "no line", "solved").tolist(), words)
 
 
 def ratio_lines(lines: ContactLines) -> str:
     """Return the line with the contact ratios of ISO 21771."""
     ratios = lines.transverse_ratio, lines.overlap_ratio, lines.total_ratio
     transverse, overlap, total = (number("contact_ratio", ratio) for ratio in ratios)
-    text = f"transverse {transverse} at mid-face, overlap {overlap}, total {total}"
+    text = f"transverse {transverse} at mid-face, overlap {overlap}"
+    text += " without modification" if is_modified(lines.design, lines.flank) else f", total {total}"
     return line("line contact", f"on parallel axes; contact ratios: {text}")

@@ -12,7 +12,7 @@ import numpy as np
 from beveloid_geom import ContactPath, Design, Errors, Status, path_of_contact
 from beveloid_geom.analysis.path_measures import in_side_view
 from beveloid_geom.arrays import FloatArray, Mask
-from beveloid_geom.contact.parallel.lines import contact_lines, touches_along_lines
+from beveloid_geom.contact.parallel.lines import contact_lines, is_line_contact
 from beveloid_geom.design.ends import limit_words
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.pair.frames import layout_of
@@ -117,7 +117,7 @@ class SolvedPath:
         pairs have none.
         """
         design, flank = self.design, self.path.flank
-        if not (self.has_path and touches_along_lines(design, flank)):
+        if not (self.has_path and is_line_contact(design, flank)):
             return np.empty((0, 2, 3))
         lines = contact_lines(path_of_contact(design, flank, LINE_COUNT + 2))
         l, z = ((lines.l1, lines.pinion_z), (lines.l2, lines.gear_z))[member]

@@ -16,22 +16,31 @@ last line.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...arrays import FloatArray
+from ...arrays import FloatArray, Mask
 from ...design.arguments import require_path
 from ...design.model import Design
 from ...status import Limit, Status
 from ...support.array_repr import short_repr
 from ..equation import axial_and_radius, edge_margins, limit_margins, roll_angles
 from ..flank_pair import FlankPair, generated_pairing, is_modified, pairing_of
-from ..path import ContactPath, pairing_of_path
+from ..path import ContactPath, pairing_of_path, path_of_contact
 from ..path_polynomial import POINT, ROW_COUNT, ROWS, rows_of
 from ..surfaces.problems import problems_of
 from .equation import along_axes, meet_on_parallel
+from .modified_lines import (
+    LINEAR,
+    LineEnds,
+    across_the_face,
+    has_reliefs_only,
+    length_between,
+    without_reliefs,
+)
 from .paths import along_lines, greatest_at, interval, on_lines
 
 
@@ -41,9 +50,10 @@ class ContactLines:
 
     Arrays (..., lines): `pinion_roll`, `gear_roll` (rad) and `length` (mm). For both ends, (..., lines, 2):
     `point` (mm, in S_f, with a last axis of 3), `l1, l2, u1, u2, pinion_z, pinion_r, gear_z, gear_r` (mm) as
-    in `ContactPath`, and `limit`, the code of the `Limit` that ends the line. Batch shape:
-    `transverse_ratio`, `overlap_ratio` and `total_ratio`, the contact ratio of the path. NaN, and limits -1,
-    where flanks do not touch along lines.
+    in `ContactPath`, and `limit`, the code of the `Limit` that ends the line, also if the line ends where a
+    relief of this edge begins. Batch shape: `transverse_ratio` and `overlap_ratio` of the flanks without
+    modification, and `total_ratio`, the contact ratio of the path (NaN with a modification). NaN, and limits
+    -1, where flanks do not touch along lines.
     """
 
     __repr__ = short_repr
@@ -97,7 +107,8 @@ def is_line_contact(design: Design, flank: str = "right") -> NDArray[np.bool_]:
     """Return whether flanks touch along lines, with or without modifications.
 
     Modified flanks do on parallel axes where the modifications do not vary along the lines. Their path of
-    contact connects the points of these lines that are nearest to mid-face; `contact_lines` does not apply.
+    contact connects the points of these lines that are nearest to mid-face. It ends where this point leaves
+    the flanks, although a part of the next lines may still be on them.
 
     Parameters
     ----------
@@ -130,7 +141,9 @@ def contact_lines(path: ContactPath) -> ContactLines:
     Returns
     -------
     ContactLines
-        NaN where flanks touch in points, or not at all.
+        NaN where flanks touch in points, or not at all, and for modifications other than reliefs on helical
+        teeth. A line ends where a relief begins, except for tip and root reliefs of teeth parallel to the
+        axes, which touch along the complete line at any depth.
 
     References
     ----------
@@ -144,6 +157,8 @@ def contact_lines(path: ContactPath) -> ContactLines:
     1.911
     """
     require_path(path)
+    if is_modified(path.design, path.flank):
+        return _modified_lines(path)
     return _lines_at(path, path.l1, path.pinion_roll)
 
 
@@ -151,7 +166,7 @@ def carrying_length(path: ContactPath) -> FloatArray:
     """Return the total length of the contact lines of all tooth pairs at each roll of a path.
 
     Rigid flanks without transmission error touch on all tooth pairs in mesh at the same time. Flanks with a
-    transmission error touch on one tooth pair, and the length is that of its line.
+    transmission error, or on a relief, touch on one tooth pair, and the length is that of its line.
 
     Parameters
     ----------
@@ -161,6 +176,30 @@ def carrying_length(path: ContactPath) -> FloatArray:
     -------
     array (..., positions)
         mm; NaN where flanks touch in points, 0 for a case of a batch without a path.
+    """
+    if not is_modified(path.design, path.flank):
+        lines, touches = _lines_of_all_pairs(path)
+        return _total_length(lines.length, touches)
+    # Where a pair with reliefs touches as without them, so do its neighbours. Elsewhere it is ahead of them.
+    own, generated = contact_lines(path).length, _generated_path(path)
+    if not has_reliefs_only(path.design, path.flank):
+        return own
+    lines, touches = _lines_of_all_pairs(generated)
+    rest = without_reliefs(path.design, path.flank, _ends_of(lines))
+    return np.where(_conjugate(path, generated), _total_length(np.nan_to_num(rest.length), touches), own)
+
+
+def _total_length(length: FloatArray, touches: Mask) -> FloatArray:
+    """Return the sum of the lengths (..., positions * pairs), mm, of the pairs (..., positions, pairs) that
+    touch.
+    """
+    length = np.where(touches, length.reshape(touches.shape), 0.0)
+    return np.asarray(length.sum(axis=-1))
+
+
+def _lines_of_all_pairs(path: ContactPath) -> tuple[ContactLines, Mask]:
+    """Return the lines (..., positions * pairs) of neighbouring tooth pairs at each position of a path, and
+    which of them touch, (..., positions, pairs).
     """
     # Transmission error along a path below which neighbouring tooth pairs touch at the same time.
     conjugate_rad = 1e-10
@@ -183,8 +222,69 @@ def carrying_length(path: ContactPath) -> FloatArray:
     order = np.argsort(~touches, axis=-1, kind="stable")[..., : int(touches.sum(axis=-1).max())]
     touches, l1, roll = (np.take_along_axis(values, order, axis=-1) for values in (touches, l1, roll))
     flat = (*shape[:-1], -1)
-    length = _lines_at(path, l1.reshape(flat), roll.reshape(flat)).length.reshape(*shape, -1)
-    return np.asarray(np.where(touches, length, 0.0).sum(axis=-1))
+    return _lines_at(path, l1.reshape(flat), roll.reshape(flat)), touches
+
+
+def _generated_path(path: ContactPath) -> ContactPath:
+    """Return the contacts of the flanks without modification at the rolls of a path, or at the nearest rolls
+    of their own path.
+    """
+    design, shape = path.design.without_modifications(), path.design.batch_shape
+    if design.batch_shape != shape:  # the amounts of the modifications are a batch
+        offset = np.array(np.broadcast_to(design.pair.offset, shape))
+        design = replace(design, pair=replace(design.pair, offset=offset))
+    ends = path_of_contact(design, path.flank, 2, undercut=path._undercut).ends
+    first, last = np.moveaxis(ends.pinion_roll, -1, 0)[..., None]
+    share = np.clip((path.pinion_roll - first) / (last - first), 0.0, 1.0)
+    # Along the straight path across lines without transmission error, l1 is linear in the roll.
+    l1 = ends.l1[..., :1] + share * np.diff(ends.l1)
+    return path_of_contact(design, path.flank, l1=l1, undercut=path._undercut)
+
+
+def _conjugate(path: ContactPath, generated: ContactPath) -> Mask:
+    """Return where a path has the same rolls as that of the generated flanks."""
+    # Larger than the effect of the additional crowning of modified flanks (`surfaces.problems`).
+    largest_difference_rad = 1e-9
+    rolls = (path.pinion_roll - generated.pinion_roll, path.gear_roll - generated.gear_roll)
+    return np.asarray(np.abs(rolls).max(axis=0) <= largest_difference_rad)
+
+
+def _ends_of(lines: ContactLines) -> LineEnds:
+    """Return both ends of lines."""
+    return LineEnds(**{name: getattr(lines, name) for name in (*LINEAR, "limit")})
+
+
+def _modified_lines(path: ContactPath) -> ContactLines:
+    """Return the lines of modified flanks (`modified_lines`)."""
+    design, flank = path.design, path.flank
+    generated, pairing = _generated_path(path), pairing_of_path(path)
+    lines = _lines_at(generated, generated.l1, generated.pinion_roll)
+    spur = along_axes(pairing).reshape(*design.batch_shape, 1)
+    contact = {name: getattr(path, name)[..., None] for name in LINEAR[:-1]}
+    contact |= {"point": path.point[..., None, :], "limit": np.full((*path.l1.shape, 1), np.int8(-1))}
+    across = without_reliefs(design, flank, across_the_face(pairing, LineEnds(**contact)), profile=False)
+    rest = without_reliefs(design, flank, _ends_of(lines))
+    touches = is_line_contact(design, flank)[..., None] & (path.status == Status.SOLVED)
+    fits = _conjugate(path, generated) if has_reliefs_only(design, flank) else np.zeros_like(touches)
+    values: dict[str, Any] = {}
+    for name in (*LINEAR, "limit"):
+        own, shared = getattr(across, name), getattr(rest, name)
+        axes = (..., *(None,) * (own.ndim - touches.ndim))
+        none = np.int8(-1) if name == "limit" else np.nan
+        values[name] = np.where((touches & spur)[axes], own, np.where((touches & fits)[axes], shared, none))
+    x, y = values["point"][..., 0], values["point"][..., 1]
+    offset = np.asarray(pairing.layout.offset).reshape(*design.batch_shape, 1, 1)
+    return replace(
+        lines,
+        design=design,
+        pinion_roll=np.where(touches, path.pinion_roll, np.nan),
+        gear_roll=np.where(touches, path.gear_roll, np.nan),
+        pinion_r=np.hypot(x, y),
+        gear_r=np.hypot(x - offset, y),
+        length=length_between(values["point"]),
+        total_ratio=np.full(design.batch_shape, np.nan),
+        **values,
+    )
 
 
 def _lines_at(path: ContactPath, l1: FloatArray, roll: FloatArray) -> ContactLines:
@@ -215,7 +315,7 @@ def _lines_at(path: ContactPath, l1: FloatArray, roll: FloatArray) -> ContactLin
     return ContactLines(
         design=path.design,
         flank=path.flank,
-        length=np.linalg.norm(point[..., 1, :] - point[..., 0, :], axis=-1).reshape(*shape, -1),
+        length=length_between(point).reshape(*shape, -1),
         pinion_roll=named["pinion_roll"][..., 0],
         gear_roll=named["gear_roll"][..., 0],
         point=point.reshape(*shape, -1, 2, 3),
