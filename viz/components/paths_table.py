@@ -120,9 +120,10 @@ class SolvedPath:
         if not (self.has_path and is_line_contact(design, flank)):
             return np.empty((0, 2, 3))
         lines = contact_lines(path_of_contact(design, flank, LINE_COUNT + 2))
+        drawn = np.isfinite(lines.length[1:-1])  # a contact on a relief has no line
         l, z = ((lines.l1, lines.pinion_z), (lines.l2, lines.gear_z))[member]
         part = design.members[member]
-        return flank_point(part, flank, l, z=z)[1:-1]
+        return flank_point(part, flank, l, z=z)[1:-1][drawn]
 
     @property
     def ratio(self) -> float:

@@ -14,7 +14,7 @@ from beveloid_geom import Design, Status, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM, contact_ellipse
 from beveloid_geom.contact.mesh_position import frames_at
-from beveloid_geom.contact.parallel.lines import touches_along_lines
+from beveloid_geom.contact.parallel.lines import is_line_contact
 from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.gear.active_flank import active_start
 from beveloid_geom.gear.flank import flank_patch
@@ -102,7 +102,7 @@ def compute_pattern(design: Design) -> BandFigure:
             columns.append(PatternColumn(heading, changed, flank, None, str(getattr(error, "reason", error))))
             continue
         columns.append(PatternColumn(heading, changed, flank, _pattern_layers(changed, flank, pattern)))
-    along_lines = [bool(touches_along_lines(column.design, column.flank)) for column in columns]
+    along_lines = [bool(is_line_contact(column.design, column.flank)) for column in columns]
     drawn = "contact ellipses of this pair"
     if any(along_lines):
         drawn = "some lines of contact" + ("" if all(along_lines) else f", or {drawn} (with parabolas)")
