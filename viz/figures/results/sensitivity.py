@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 
 from beveloid_geom import Design, Status, path_sensitivity
 from beveloid_geom.analysis.sensitivity import Sensitivity
-from beveloid_geom.contact.parallel.lines import touches_along_lines
+from beveloid_geom.contact.parallel.lines import is_line_contact
 from beveloid_geom.report.sensitivity import steps_of
 
 from ...components import charts
@@ -48,7 +48,7 @@ class SensitivityCase:
             if status != Status.SOLVED:
                 reason = REASONS.get(status, "nothing to solve")
                 words.append(f"{rates.flank} flanks: no path of contact, {reason}")
-            elif bool(touches_along_lines(self.design, rates.flank)):
+            elif bool(is_line_contact(self.design, rates.flank)):
                 words.append("both flanks: line contact")
             elif np.isnan(rates.face_shift_by[MIDDLE_INDEX]).any():
                 still = np.ptp(rates.l[:, 0]) < profile_movement_mm
