@@ -155,10 +155,12 @@ class PlaceStatus(IntEnum):
     """Newton's method found no such errors within the limits; all values are NaN."""
     OFF_CENTRE = 2
     """At the required position the pair cannot be assembled. The values belong to the nearest position in
-    profile, at the same position along the face, at which the pair can be assembled; NaN if it jams at all
-    trial positions, up to a quarter of the profile depth away."""
+    profile, at the same position along the face, at which the pair can be assembled."""
     NO_PATH = 3
     """Neither the design nor any mounting that was tried has a path; all values are NaN."""
+    JAMMED = 4
+    """The pair cannot be assembled at the required position, nor at any trial position up to a quarter of the
+    profile depth away. All values are NaN, except for `Placement.exact`."""
 
 
 class BallStatus(IntEnum):

@@ -72,10 +72,11 @@ class Placement:
         (n,), transmission error of all teeth, rad, and share of the mesh cycle in which edges touch.
     status : Codes
         (n,), codes of `PlaceStatus`. NOT_CONVERGED: all values are NaN. OFF_CENTRE: the values belong to the
-        nearest position in profile at which the pair can be assembled, and are NaN if it jams at all trial
-        positions; `exact` is known. NO_PATH: neither the design nor any mounting that was tried has a path.
+        nearest position in profile at which the pair can be assembled. JAMMED: it cannot be assembled at any
+        trial position; only `exact` is known. NO_PATH: neither the design nor any mounting that was tried has
+        a path.
     jammed : Mask
-        (n,): the pair cannot be assembled with `errors`; False if they are NaN.
+        (n,): the pair cannot be assembled with `errors`, or at no trial position (JAMMED).
     exact : FloatArray
         (n, 2), errors that move the middle to the required position, even if the pair cannot be assembled
         there; NaN if there are none.
@@ -255,8 +256,8 @@ def _found(search: _PlacementSearch, wanted: FloatArray) -> tuple[FloatArray, Fl
     exact = np.where(reached[:, None], shares, np.nan)
     assembled, jams = exact.copy(), reached & np.asarray(mounted_backlash(search.under(exact)).jammed)
     for k in np.flatnonzero(jams):
-        status[k] = PlaceStatus.OFF_CENTRE
         assembled[k] = _off_centre(search, wanted[k], exact[k])
+        status[k] = PlaceStatus.JAMMED if np.isnan(assembled[k]).any() else PlaceStatus.OFF_CENTRE
     return exact, assembled, status.astype(np.int8)
 
 
@@ -362,6 +363,6 @@ def _forward(
         cycle_peak_to_peak=cycle.peak_to_peak,
         edge_share=cycle.edge_share,
         status=status,
-        jammed=backlash.jammed,
+        jammed=backlash.jammed | (status == PlaceStatus.JAMMED),
         exact=exact * search.limits,
     )

@@ -41,6 +41,8 @@ def rounded_design(request: Request, design: Design) -> Design:
         candidate = _rounded(request, design, decimals)
         deviation = layout_deviation(candidate)
         near = abs(deviation.normal_backlash - backlash) <= backlash_change_modules * module
+        # A pair without backlash must not jam.
+        near &= deviation.normal_backlash >= min(backlash, 0.0)
         if deviation.gap <= line_distance_share * face and near:
             return candidate
     return design

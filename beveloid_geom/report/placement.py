@@ -50,7 +50,7 @@ class PlaceReport(ResultReport[Placement]):
     @property
     def failure(self) -> Failure | None:
         """Failure if no position has values."""
-        jams = (self.result.status == PlaceStatus.OFF_CENTRE).any()
+        jams = (self.result.status == PlaceStatus.JAMMED).any()
         if self.reason and jams and not isinstance(self.reason, NotComputed):
             return Failure(f"Jammed: {self.reason}")
         return super().failure
@@ -132,12 +132,12 @@ class PlaceReport(ResultReport[Placement]):
         result, at = self.result, f"{100.0 * self.result.at[k]:g} %"
         status, face = PlaceStatus(int(result.status[k])), float(result.design.pinion.face_width)
         nearest = f"{100.0 * (result.z[k] / face + 0.5):.1f} % of the face, {_off(result, k)}"
-        if status == PlaceStatus.OFF_CENTRE:
+        if status in (PlaceStatus.OFF_CENTRE, PlaceStatus.JAMMED):
             lead = (
                 f"{at} of the face at the required l1 needs {_error_words(result, result.exact[k])}, but the"
                 " pair jams there"
             )
-            if np.isnan(result.z[k]):
+            if status == PlaceStatus.JAMMED:
                 return [f"{lead}; it also jams at all nearby positions in profile"]
             return [f"{lead}; the nearest position at which it can be assembled is {nearest}"]
         if status == PlaceStatus.NOT_CONVERGED:

@@ -169,7 +169,7 @@ def test_a_position_is_reached_from_a_design_without_a_path() -> None:
 
 def test_a_pair_that_jams_at_all_trial_positions_has_no_values() -> None:
     found = place_path(table1(), (0.05,), flank="left")
-    assert found.status[0] == PlaceStatus.OFF_CENTRE
+    assert found.status[0] == PlaceStatus.JAMMED
     assert np.isfinite(found.exact).all()
     assert mounted_backlash(mounted(table1(), found.exact[0], found.by)).jammed
     assert np.isnan(found.errors).all()

@@ -113,6 +113,8 @@ def test_place_without_a_position_that_has_values() -> None:
         assert (text.exit_code, data.exit_code) == (status, status)
         assert words in text.stderr
         assert strict_json(data.stdout)["reason"] in words + text.stderr
+    place = strict_json(run(*jams, "--json").stdout)["places"][0]
+    assert (place["status"], place["jammed"], place["z"]) == ("jammed", True, None)
     assert run(*jams, "--at", "50").exit_code == 0  # one position has values
 
 

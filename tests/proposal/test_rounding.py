@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import degrees
+from math import degrees, radians
 
 import pytest
 
@@ -14,6 +14,7 @@ from beveloid_geom.pair.zero_backlash import layout_deviation
 from beveloid_geom.proposal.candidates import given_of
 from beveloid_geom.proposal.closure_equations import Variable
 from beveloid_geom.proposal.propose import Refused, propose
+from beveloid_geom.proposal.request import Request
 from beveloid_geom.proposal.rounding import rounded_design
 from tests.proposal.requests import random_requests
 
@@ -56,3 +57,10 @@ def test_rounded_proposals() -> None:
         assert request.offset in (None, float(design.pair.offset))
         checked += 1
     assert checked > 8
+
+
+def test_a_pair_without_backlash_is_not_rounded_to_one_that_jams() -> None:
+    request = Request(4.0, (25, 31), (40.0, 40.0), radians(10.0), 0.0, least_cones=True)
+    for proposal in propose(request, 4):
+        backlash = float(layout_deviation(rounded_design(request, proposal.design)).normal_backlash)
+        assert -1e-9 < backlash < 0.002 * 4.0
