@@ -174,7 +174,7 @@ def test_a_pair_that_jams_at_all_trial_positions_has_no_values() -> None:
     assert mounted_backlash(mounted(table1(), found.exact[0], found.by)).jammed
     assert np.isnan(found.errors).all()
     assert np.isnan(found.z).all()
-    assert not found.jammed[0]
+    assert found.jammed[0]
 
 
 def test_the_position_along_the_face_is_kept_if_the_pair_jams() -> None:
