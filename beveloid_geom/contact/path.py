@@ -99,8 +99,8 @@ class ContactPath:
         Distance from the axis of the member, mm.
     transmission_error : ndarray
         Gear roll plus N1/N2 pinion roll, rad, minus its value at mid-roll of the path on the flanks (the
-        middle of the path parameter if the roll turns back; the middle of the given l1 without a path).
-        Positive if the gear is ahead in the sense of driving (`gear_sense`).
+        middle of the path parameter if the roll turns back; the middle of the given l1 without a path), times
+        `gear_sense` (-1 on right flanks, +1 on left flanks). Positive if the gear is ahead.
     status : ndarray
         Codes of `Status`. Values that are not solved are NaN.
     ends : PathEnds
@@ -176,9 +176,9 @@ def path_of_contact(
     Returns
     -------
     ContactPath
-        If there is no contact on the flanks, the arrays of a single design are empty, and those of a batch
-        have rows of NaN. With `l1`, there is one entry for each given value, with its own status, also
-        without contact on the flanks.
+        Without a path (no contact on the flanks, or a path that could not be computed: `ends.status`), the
+        arrays of a single design are empty, and those of a batch have rows of NaN. With `l1`, there is one
+        entry for each given value, with its own status, also without a path.
 
     Raises
     ------

@@ -21,7 +21,8 @@ from .paths import SurfacePaths
 from .tangency import contacts_at, cross, normals_of
 
 L, U, Z, R, ROLLS, PHASE, COUNT = 0, 2, 4, 6, 8, 10, 11
-"""Rows of the quantities: l, u, z and r (mm) and rolls (rad) of both members, and the phase (rad)."""
+"""Rows of the quantities: l, u, z and r (mm) and rolls (rad) of both members, and the phase (rad): gear
+roll plus N1/N2 pinion roll."""
 ERRORS = 4
 
 
