@@ -36,8 +36,8 @@ def surface_rates(path: SurfacePaths, sense: FloatArray) -> tuple[FloatArray, Fl
         the path, which have an arbitrary common factor at each of the three places. The middle is NaN if the
         roll turns back.
     spans : ndarray, shape (2, cases, 5)
-        Range of roll and of the phase along the path (rad) and their derivatives. The derivatives of the roll
-        are NaN if it turns back.
+        Ranges of the roll and of the phase (gear roll plus N1/N2 pinion roll) along the path, rad, and their
+        derivatives by the errors. The derivatives of the range of the roll are NaN if the roll turns back.
     """
     segment, count = path.segment, path.cases.size
     cases = np.arange(count)
