@@ -118,7 +118,8 @@ def sample_flank(member: Member, flank: str, tolerance: float | None = None) -> 
     require_member(member)
     # Largest number of grids that are tried.
     max_attempts = 12
-    # Ratio of measured and estimated deviation from which on a surface is called folded.
+    # Largest ratio of measured and estimated deviation. With a larger one the flank may be folded and cannot
+    # be sampled.
     max_estimate_ratio = 100.0
     # Smaller grids are tried with one row less, because the estimate is rough for large cells.
     small_grid_points = 40
