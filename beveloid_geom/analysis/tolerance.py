@@ -221,9 +221,9 @@ def tolerance_study(
     Notes
     -----
     A mounting takes 50 to 300 us, half of it for the backlash. Paths that have to be traced take about 10 ms,
-    lines of contact on parallel axes 3 to 5 ms. A mesh cycle, with the contact ratio in a film, takes 5 to 10 ms
-    more (ratio to a path: beveloid_geom/operation/README.md, Cost). The search for the edges at which a pattern ends takes the same time as a mesh
-    cycle.
+    lines of contact on parallel axes 3 to 5 ms. A mesh cycle, with the contact ratio in a film, takes 5 to
+    10 ms more (ratio to a path: beveloid_geom/operation/README.md, Cost). The search for the edges at which
+    a pattern ends takes the same time as a mesh cycle.
 
     References
     ----------
