@@ -217,10 +217,3 @@ def test_mirrored_and_exchanged_pairs(flank: str) -> None:
     swapped = exchanged(design)
     seen = relative_curvature(path_of_contact(swapped, flank, l1=path.l2)).curvature
     assert seen == pytest.approx(wanted, rel=1e-7)
-
-
-def test_an_empty_path_has_no_ellipses() -> None:
-    found = contact_ellipse(path_of_contact(table1(errors=Errors(offset=30.0)), "right"))
-    assert found.semi_axes.shape == (0, 2)
-    batch = contact_ellipse(path_of_contact(table1(errors=Errors(offset=np.array([0.0, 30.0]))), "right", 3))
-    assert (batch.status[1] == EllipseStatus.NO_CONTACT).all()

@@ -95,16 +95,6 @@ def test_a_very_long_ellipse_is_a_strip() -> None:
     assert found.semi_axes[1] == pytest.approx(1e-12 * found.semi_axes[0], rel=1e-12)
 
 
-def test_a_batch_equals_single_ellipses() -> None:
-    curvature = np.array([[1e-5, 0.04], [0.02, 0.04], [-1e-5, 0.04], [0.04, 0.04]])
-    force = np.array([10.0, 100.0, 1000.0, 1e4])
-    found = hertz_ellipse(curvature, force, STEEL)
-    for k, own in enumerate(curvature):
-        alone = hertz_ellipse(own, force[k], STEEL)
-        np.testing.assert_allclose(found.semi_axes[k], alone.semi_axes, rtol=1e-14)
-        np.testing.assert_allclose(found.pressure[k], alone.pressure, rtol=1e-14)
-
-
 @pytest.mark.parametrize("curvature", [(-1e-5, 0.04), (np.nan, np.nan), (0.0, 0.0)])
 def test_overlapping_flanks_have_no_ellipse(curvature: tuple[float, float]) -> None:
     found = hertz_ellipse(np.array(curvature), 1000.0, STEEL)

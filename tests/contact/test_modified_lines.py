@@ -173,22 +173,6 @@ def test_helix_slope_leaves_contact_at_an_edge_only() -> None:
     assert path.ends.status == Status.OFF_FLANK
 
 
-def test_cases_of_a_batch_are_those_of_single_designs() -> None:
-    """Some cases are parallel and touch along lines, others have an error of the shaft angle."""
-    relieved = modified(SPUR, {**TIP, **HEEL})
-    offsets, angles = np.array((0.0, 0.02, 0.0, -0.01)), np.array((0.0, 0.0, 2e-5, 0.0))
-    batch = replace(relieved, errors=Errors(offset=offsets, shaft_angle=angles))
-    path, lines = path_of_contact(batch, points=9), is_line_contact(batch)
-    assert lines.tolist() == [True, True, False, True]
-    for k, (offset, angle) in enumerate(zip(offsets.tolist(), angles.tolist(), strict=True)):
-        single = replace(relieved, errors=Errors(offset=offset, shaft_angle=angle))
-        alone = path_of_contact(single, points=9)
-        assert np.asarray(path.ends.status)[k] == alone.ends.status
-        np.testing.assert_allclose(
-            np.asarray(path.ends.contact_ratio)[k], alone.ends.contact_ratio, atol=1e-9
-        )
-
-
 def test_line_contact_is_reported_and_has_no_derivatives() -> None:
     design = modified(SPUR, TIP)
     found = path_sensitivity(design)

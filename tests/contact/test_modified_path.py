@@ -213,28 +213,6 @@ def test_helix_slope_on_parallel_axes_has_no_tangency() -> None:
     assert contact_ratio(design) == 0.0
 
 
-def test_batches_give_the_results_of_their_cases() -> None:
-    design = modified(table1((0.0005, -0.0005)), {"helix_crowning_um": 10.0})
-    rng = np.random.default_rng(1)
-    offset, shaft_angle = rng.uniform(-0.05, 0.05, 6), np.radians(rng.uniform(-0.02, 0.02, 6))
-    errors = Errors(offset=offset, shaft_angle=shaft_angle)
-    both = path_of_contact(design.with_errors(errors), "right", 7)
-    crownings = modified(table1((0.0, 0.0)), {"helix_crowning_um": np.array([[5.0], [10.0]])})
-    tools = path_of_contact(crownings.with_parabola(np.array([0.0, 0.0005, 0.001])), "right", 7)
-    assert tools.l1.shape == (2, 3, 7)
-    for k in range(6):
-        alone = Errors(offset=offset[k], shaft_angle=shaft_angle[k])
-        path = path_of_contact(design.with_errors(alone), "right", 7)
-        for name in ROWS:
-            np.testing.assert_allclose(getattr(both, name)[k], getattr(path, name), atol=1e-9)
-        assert both.ends.limit[k].tolist() == path.ends.limit.tolist()
-    for j, amount in enumerate((5.0, 10.0)):
-        for k, parabola in enumerate((0.0, 0.0005, 0.001)):
-            one = modified(table1((parabola, 0.0)), {"helix_crowning_um": amount})
-            path = path_of_contact(one, "right", 7)
-            np.testing.assert_allclose(tools.point[j, k], path.point, atol=1e-9)
-
-
 def test_given_l1_agree_with_the_path() -> None:
     design = modified(
         table1((0.0, 0.0)), {"helix_crowning_um": 10.0, "tip_relief_um": 15.0, "tip_relief_length_mm": 2.5}

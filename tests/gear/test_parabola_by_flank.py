@@ -145,30 +145,6 @@ def test_flank_surface_and_fillet_have_the_same_points(flank: str, apex: float) 
     np.testing.assert_allclose(normal, patch.normal, atol=1e-12)
 
 
-def test_batches_equal_single_designs(flank: str) -> None:
-    rng = np.random.default_rng(31)
-    values = [
-        {
-            name: rng.uniform(-size, size, 4)
-            for name, size in (("parabola_right", 1e-3), ("parabola_left", 1e-3), ("parabola_apex", 3.0))
-        }
-        for _ in range(2)
-    ]
-    batch = path_of_contact(with_tools(table1(), *values), flank, 5)
-    assert batch.l1.shape == (4, 5)
-    for k in range(4):
-        one = with_tools(
-            table1(), *({name: float(rows[k]) for name, rows in each.items()} for each in values)
-        )
-        np.testing.assert_allclose(batch.point[k], path_of_contact(one, flank, 5).point, atol=1e-10)
-    mixed = path_of_contact(
-        with_tools(table1(), {"parabola_right": values[0]["parabola_right"]}, {}), "left", 5
-    )
-    np.testing.assert_allclose(
-        mixed.point, np.broadcast_to(path_of_contact(table1(), "left", 5).point, (4, 5, 3)), atol=1e-10
-    )
-
-
 def spur_pair(parabola: float, apex: float) -> Design:
     """Return spur gears on parallel axes; only the gear has parabolas."""
     tool = Tool(4.0, radians(20.0))
