@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from beveloid_geom import ContactPath, Design, Errors, Status, path_of_contact
+from beveloid_geom import ContactPath, Design, Status, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import (
     RelativeCurvature,
@@ -20,7 +20,6 @@ from beveloid_geom.gear.flank import base_cylinder, flank_patch, flank_point, no
 from beveloid_geom.pair.frames import layout_of, member_frame, to_fixed
 from beveloid_geom.status import EllipseStatus
 from tests.oracle.table1 import table1
-from tests.symmetry import exchanged, mirrored, scaled
 
 PARABOLAS = ((0.0, 0.0), (0.001, -0.001), (-0.003, 0.005))
 L, Z = (grid.ravel() for grid in np.meshgrid(np.linspace(-5.5, 5.5, 7), np.linspace(-20.0, 20.0, 5)))
@@ -202,18 +201,3 @@ def test_curvatures_without_an_ellipse_have_a_status() -> None:
     for separation in (0.0, -1.0, np.inf, np.nan):
         with pytest.raises(ValueError, match="separation must be a positive length"):
             contact_ellipse(path_of_contact(table1(), "left", 3), separation)
-
-
-def test_mirrored_and_exchanged_pairs(flank: str) -> None:
-    design = table1((0.001, -0.0005), Errors(0.05, 0.0001, 0.1, -0.1))
-    other = {"right": "left", "left": "right"}[flank]
-    path = path_of_contact(design, flank, 4)
-    wanted = relative_curvature(path).curvature
-    bigger, mirror = scaled(design, 2.0), mirrored(design)
-    seen = relative_curvature(path_of_contact(bigger, flank, 4)).curvature
-    assert 2.0 * seen == pytest.approx(wanted, rel=1e-9)
-    seen = relative_curvature(path_of_contact(mirror, other, 4)).curvature
-    assert seen == pytest.approx(wanted, rel=1e-9)
-    swapped = exchanged(design)
-    seen = relative_curvature(path_of_contact(swapped, flank, l1=path.l2)).curvature
-    assert seen == pytest.approx(wanted, rel=1e-7)

@@ -13,7 +13,6 @@ from beveloid_geom import (
     Design,
     Errors,
     FlankDeviations,
-    Limit,
     Modification,
     Status,
     builtin_design,
@@ -24,19 +23,17 @@ from beveloid_geom import (
     path_sensitivity,
     path_sliding,
 )
-from beveloid_geom.analysis import sensitivity
 from beveloid_geom.analysis.optimise import Aim, optimise_parabola
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import relative_curvature
 from beveloid_geom.contact.flank_pair import pairing_of
 from beveloid_geom.contact.parallel.lines import contact_lines
-from beveloid_geom.contact.path import ContactPath, path_ends
+from beveloid_geom.contact.path import ContactPath
 from beveloid_geom.contact.path_polynomial import ROWS
 from beveloid_geom.contact.rounding import rounding_error
 from beveloid_geom.contact.surfaces.paths import rows_between_ends, surface_ends, surface_paths
 from beveloid_geom.contact.surfaces.second_order import tangents_and_turns
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.report.operation import operation_report
 from tests.oracle.modified_flank import flank as oracle_flank, residuals
 from tests.oracle.table1 import table1
 from tests.stability.five_residuals import mapped, margins
@@ -186,17 +183,6 @@ def test_zero_amounts_give_the_path_of_the_generated_flanks() -> None:
         assert np.array_equal(getattr(path, name), getattr(known, name))
 
 
-def test_small_amounts_approach_the_generated_flanks() -> None:
-    plain = table1((0.001, -0.001))
-    known, last = path_of_contact(plain, "right", 11), np.inf
-    for amount in (1.0, 1e-2, 1e-4):
-        path = path_of_contact(modified(plain, {"helix_crowning_um": amount}), "right", 11)
-        away = np.abs(path.point - known.point).max()
-        assert away < 0.05 * last
-        last = away
-    assert last < 1e-3
-
-
 def test_spur_pair_with_lead_crowning_touches_at_mid_face() -> None:
     spur = pair_of(3.0, (25, 50), 0.0, 112.5)
     design = modified(spur, {"helix_crowning_um": 10.0})
@@ -205,12 +191,6 @@ def test_spur_pair_with_lead_crowning_touches_at_mid_face() -> None:
     assert np.abs(path.pinion_z).max() < 1e-9
     assert np.abs(path.transmission_error).max() < 1e-13
     assert path.ends.contact_ratio == pytest.approx(float(contact_ratio(spur)), abs=1e-9)
-
-
-def test_helix_slope_on_parallel_axes_has_no_tangency() -> None:
-    design = modified(pair_of(3.0, (25, 50), 0.0, 112.5), {"helix_slope_um": 10.0})
-    assert path_ends(design).status == Status.OFF_FLANK
-    assert contact_ratio(design) == 0.0
 
 
 def test_given_l1_agree_with_the_path() -> None:
@@ -225,28 +205,6 @@ def test_given_l1_agree_with_the_path() -> None:
     beyond = path_of_contact(design, "left", l1=[path.l1.max() + 0.5])
     assert beyond.status[0] == Status.OFF_FLANK
     checked(design, path)
-
-
-def test_exchange_of_the_members() -> None:
-    design = modified(
-        table1((0.0005, 0.0)),
-        {"helix_crowning_um": 10.0, "twist_um": 8.0},
-        {"tip_relief_um": 9.0, "tip_relief_length_mm": 3.0},
-    )
-    path = path_of_contact(design, "right", 9)
-    # Exchange of the members: positions in the opposite order along the flank of the other member.
-    swapped = replace(
-        design,
-        pinion=design.gear,
-        gear=design.pinion,
-        pair=replace(design.pair, pinion_mounting=None, gear_mounting=None),
-    )
-    other = path_of_contact(swapped, "right", 9)
-    assert np.ptp(other.gear_roll) == pytest.approx(np.ptp(path.pinion_roll), abs=1e-12)
-    assert np.sort(other.l2[[0, -1]]) == pytest.approx(np.sort(path.l1[[0, -1]]), abs=1e-9)
-    assert {str(Limit(code)).split()[1] for code in other.ends.limit} == {
-        str(Limit(code)).split()[1] for code in path.ends.limit
-    }
 
 
 def test_curvatures_follow_from_the_derivatives_of_the_normals() -> None:
@@ -288,16 +246,6 @@ def test_sliding_of_modified_flanks() -> None:
     assert np.isnan(contact_lines(path_of_contact(spur, "right", 3)).length).all()
 
 
-def test_derivatives_by_errors_are_those_of_the_one_equation(monkeypatch: pytest.MonkeyPatch) -> None:
-    design = table1((0.001, -0.001)).with_errors(Errors(offset=0.01, shaft_angle=1e-4, gear_axial=-0.03))
-    known = path_sensitivity(design, "right")
-    monkeypatch.setattr(sensitivity, "is_modified", lambda *_: True)
-    found = path_sensitivity(design, "right")
-    for name, values in vars(known).items():
-        if name.endswith("_by") or name in ("l", "z", "r", "pinion_roll", "contact_ratio", "peak_to_peak"):
-            np.testing.assert_allclose(getattr(found, name), values, rtol=1e-9, atol=1e-11)
-
-
 def test_derivatives_of_modified_paths_equal_differences() -> None:
     """The extremum of the transmission error is at an end on the right flanks and inside on the left."""
     made = {"helix_crowning_um": 10.0, "twist_um": 5.0}
@@ -313,14 +261,6 @@ def test_derivatives_of_modified_paths_equal_differences() -> None:
                 change = (getattr(both[0], row) - getattr(both[1], row)) / (2.0 * step[k])
                 by = getattr(found, f"{row}_by")[..., k]
                 np.testing.assert_allclose(by, change, rtol=2e-4, atol=1e-6 * np.abs(by).max() + 1e-9)
-
-
-def test_the_operation_report_has_the_contact_ratio_of_the_path(flank: str) -> None:
-    design = modified(table1((0.0, 0.0)), {"helix_crowning_um": 10.0})
-    report = operation_report("", design, flank, 3, 3, 0.00635)
-    path = path_of_contact(design, flank, 2001)
-    span = abs(path.pinion_roll[-1] - path.pinion_roll[0])
-    assert report.eq16 == pytest.approx(span * float(design.pinion.teeth) / (2.0 * np.pi), abs=1e-9)
 
 
 def test_optimisations_of_modified_pairs_are_refused_in_one_line() -> None:

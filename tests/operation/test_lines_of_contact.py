@@ -37,7 +37,7 @@ from tests.stability.parallel_pairs import (
     nearly_parallel_pairs,
     pair_of,
     parallel_pairs,
-    total_ratio_of_iso,
+    ratios_of_iso,
 )
 
 FILM, ALPHA = 0.00635, radians(20.0)
@@ -92,7 +92,7 @@ def assert_along_lines(designs: Iterable[Design]) -> int:
             assert not cycle.hand_over.any()
             assert (found.status == RatioStatus.KNOWN).all(), (design, flank)
             # With cones, compare with the ratio of the path, which is tested against the five equations.
-            total = contact_ratio(design, flank) if design.pinion.cone_angle else total_ratio_of_iso(design)
+            total = contact_ratio(design, flank) if design.pinion.cone_angle else sum(ratios_of_iso(design))
             assert abs(float(ratio[0]) - float(total)) < 1e-9
             assert np.isfinite(ratio[1])
             assert ratio[1] > ratio[0]
@@ -121,12 +121,14 @@ def test_many_parallel_pairs() -> None:
     assert assert_along_lines(parallel_pairs(40, 4)) > 8
 
 
-def test_first_contacts_are_points_of_the_path(flank: str) -> None:
+@pytest.mark.parametrize("name", ["helical", "helical, cones"])
+def test_first_contacts_are_points_of_the_path(name: str, flank: str) -> None:
     """First contacts are the points of the path of the pair that came into mesh last, by searches and in the
     mesh cycle. Nothing touches earlier."""
-    path = path_of_contact(HELICAL, flank, 41)
+    design = NAMED[name]
+    path = path_of_contact(design, flank, 41)
     roll = path.pinion_roll[1:11]  # within 0.6 pitches after the pair comes into mesh
-    first, cycle = first_contact(HELICAL, flank, roll), mesh_cycle(HELICAL, flank)
+    first, cycle = first_contact(design, flank, roll), mesh_cycle(design, flank)
     for found in (first, cycle.at(roll)):
         assert (found.status == FirstStatus.SOLVED).all()
         assert (found.limit == -1).all()
@@ -134,8 +136,8 @@ def test_first_contacts_are_points_of_the_path(flank: str) -> None:
         np.testing.assert_allclose(found.point, path.point[1:11], atol=1e-9)
         np.testing.assert_allclose(found.gear_roll, path.gear_roll[1:11], atol=1e-14)
     assert path_certificate(path).holds
-    assert path_certificate(path_of_contact(HELICAL, flank, 7)).holds
-    assert assert_first(HELICAL, flank, roll[3:5], (20, 60, 41)) < 3e-3
+    assert path_certificate(path_of_contact(design, flank, 7)).holds
+    assert assert_first(design, flank, roll[3:5], (20, 60, 41)) < 3e-3
 
 
 def test_report_and_pattern_of_lines() -> None:

@@ -19,7 +19,7 @@ from beveloid_geom.proposal.candidates import candidates_of, found_for_each, unk
 from beveloid_geom.proposal.merit import PairCriteria, criteria_of, design_of, tooth_criteria
 from beveloid_geom.proposal.request import Request
 from tests.oracle.pitch_point_mp import mounting_mp
-from tests.symmetry import mirrored, scaled
+from tests.symmetry import scaled
 
 TABLE1 = Request(
     module=6.0,
@@ -287,9 +287,3 @@ def test_criteria_of_a_batch_and_of_single_pairs() -> None:
             np.testing.assert_allclose(
                 values[..., 0], getattr(criteria, name)[..., k], rtol=1e-9, err_msg=name
             )
-
-
-def test_mirrored_designs_have_equal_backlash() -> None:
-    for design in found(TABLE1):
-        image = layout_deviation(mirrored(design))
-        assert image.normal_backlash == pytest.approx(TABLE1.backlash, abs=1e-10)

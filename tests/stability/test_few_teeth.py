@@ -182,13 +182,6 @@ def test_a_single_thread_is_certified(face: float, flank: str) -> None:
     np.testing.assert_allclose(proof.separation, 0.0, atol=1e-9)
 
 
-def test_a_single_thread_operates_with_the_ratio_of_eq_16() -> None:
-    """The contact ratio in operation of a pinion with one tooth is that of Eq. 16: for pair 0, only the turn
-    that meets tooth 0 of the gear counts."""
-    design = closed(few(1, 75.0, 20.0), changed(GEAR, helix_angle=radians(5.0)))
-    assert operating_ratio(design, "left") == pytest.approx(float(contact_ratio(design, "left")), abs=1e-8)
-
-
 def wound(teeth: int, helix: float) -> Design:
     """Return a pinion with teeth of full height."""
     return closed(changed(PINION, teeth=teeth, helix_angle=radians(helix)), GEAR)
