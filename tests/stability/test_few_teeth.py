@@ -40,8 +40,8 @@ from beveloid_geom.shapes.sheet import grid_of
 from beveloid_geom.shapes.tooth_boundary import cut_sheets, tip_angle
 from beveloid_geom.status import FirstStatus, RatioStatus
 from beveloid_geom.validation.five_equations import path_of_contact_five_equations
-from tests.operation.test_first_contact_by_bisection import Tooth
 from tests.oracle.table1 import table1
+from tests.oracle.tooth import Tooth, seen_from_gear
 from tests.shapes.test_solid import assert_closed
 
 from .answers import FLANKS, changed, closed
@@ -79,20 +79,14 @@ def dense_points(tooth: Tooth, rows: int, per_turn: int) -> tuple[FloatArray, Fl
 def shut(design: Design, roll: float, sign: float, rows: int = 40, per_turn: int = 160) -> FloatArray:
     """Return gear rolls (2, n), rad, at which its right flank meets points of a flank of any pinion tooth and
     its left flank leaves them."""
-    errors, distance = design.errors, mounting_of(design).distance
-    hand = -1.0 if design.pinion.helix_angle + design.gear.helix_angle < 0.0 else 1.0
-    angle = hand * (design.pair.shaft_angle + errors.shaft_angle)
     radius, theta, z = dense_points(Tooth(design.pinion, sign), rows, per_turn)
     teeth = np.arange(int(design.pinion.teeth))[:, None, None]
     turned = theta + roll + 2.0 * np.pi * teeth / design.pinion.teeth
-    y1, z1 = radius * np.sin(turned), z + distance[0] + errors.pinion_axial
-    x = design.pair.offset + errors.offset - radius * np.cos(turned)
-    y = np.sin(angle) * z1 - np.cos(angle) * y1
-    z = np.sin(angle) * y1 + np.cos(angle) * z1 - distance[1] - errors.gear_axial
+    x, y, z = seen_from_gear(design, radius, turned, z)
     reach, right, left = np.hypot(x, y), *(Tooth(design.gear, sign) for sign in SIGNS)
     inside = (np.abs(z) <= 0.5 * design.gear.face_width) & (reach <= right.tip(z))
     at, reach, z = np.arctan2(y, x)[inside], reach[inside], z[inside]
-    meets, leaves = (at - flank.polar(flank.profile(reach, z), z)[1] for flank in (right, left))
+    meets, leaves = (at - flank.angle_at(reach, z) for flank in (right, left))
     assert np.isfinite(meets).all()
     assert np.isfinite(leaves).all()
     return np.stack((meets, meets + np.remainder(leaves - meets, 2.0 * np.pi)))

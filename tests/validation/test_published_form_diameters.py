@@ -30,7 +30,7 @@ from beveloid_geom import (
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.status import FirstStatus, Limit
 from beveloid_geom.workshop.tooth_data import tooth_data
-from tests.oracle.cut_tooth import CutTooth
+from tests.oracle.tooth import CutTooth
 from tests.stability.answers import closed
 from tests.stability.parallel_pairs import ratios_of_iso
 
@@ -73,14 +73,17 @@ def swept(member: Member, z: float = 0.0) -> float:
     tool."""
     tooth, plane = CutTooth(member, 1.0), np.array([z])
 
-    def apart(l: float) -> float:
-        radius, angle = (float(x[0]) for x in tooth.polar("flank", np.array([l]), plane))
-        turned = brentq(lambda p: tooth.polar("round", np.array([p]), plane)[0][0] - radius, ALPHA, 0.5 * pi)
-        return angle - float(tooth.polar("round", np.array([turned]), plane)[1][0])
+    def polar(w: float) -> tuple[float, float]:
+        radius, angle = tooth.polar(np.array([w]), plane)
+        return float(radius[0]), float(angle[0])
+
+    def apart(w: float) -> float:
+        radius, angle = polar(w)
+        return angle - polar(brentq(lambda on_round: polar(on_round)[0] - radius, 0.0, 1.0))[1]
 
     cusp = float(tooth.lowest(plane)[0])
-    most = cusp + 0.98 * (cusp - tooth.joint)  # as high as the round's top, on the other branch
-    return 2.0 * float(tooth.polar("flank", np.array([brentq(apart, cusp, most, xtol=1e-14)]), plane)[0][0])
+    most = cusp + 0.98 * (cusp - 1.0)  # as high as the round's top, on the other branch
+    return 2.0 * polar(brentq(apart, cusp, most, xtol=1e-14))[0]
 
 
 def where_the_round_begins(member: Member) -> float:
