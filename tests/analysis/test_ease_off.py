@@ -25,7 +25,7 @@ from beveloid_geom.contact.mesh_position import frames_at, meshing_pair
 from beveloid_geom.gear.flank import flank_patch, flank_point, trace_parameter
 from beveloid_geom.pair.frames import layout_of, normals_to_fixed, to_fixed
 from tests.oracle.table1 import table1
-from tests.stability.five_residuals import mapped
+from tests.stability.five_residuals import cases_of
 from tests.stability.named_designs import CROSSING
 from tests.stability.random_designs import random_designs
 
@@ -193,7 +193,7 @@ def test_random_pairs_have_a_smooth_ease_off() -> None:
     flank. All points are solved except some near undercut or beyond the involute of the mate."""
     designs, known = random_designs("usual", 40, 11), []
     for k in range(40):
-        design = mapped(lambda value, k=k: float(value[k]) if np.ndim(value) else value, designs)
+        design: Design = cases_of(designs, k)
         for side in ("right", "left"):
             if path_of_contact(design, side, 2).ends.status == Status.SOLVED:
                 share = ease_off(design, side, (7, 9)).deviation / float(design.pinion.tool.normal_module)

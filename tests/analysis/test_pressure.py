@@ -4,7 +4,7 @@ flanks."""
 from __future__ import annotations
 
 from dataclasses import replace
-from math import cos, pi, radians, sin, sqrt
+from math import cos, degrees, pi, radians, sin, sqrt
 
 import numpy as np
 import pytest
@@ -18,9 +18,10 @@ from beveloid_geom.gear.closest_point import feet
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.pair.frames import layout_of, member_frame, to_fixed
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.pair.zero_backlash import zero_backlash_layout
 from beveloid_geom.status import EllipseStatus
 from tests.oracle.table1 import table1
+from tests.stability.answers import closed
+from tests.stability.parallel_pairs import pair_of
 
 LOAD = Load(force=1e4, young=210000.0)
 
@@ -77,12 +78,7 @@ def test_crossed_cylinders() -> None:
 def helical(helix: float, widths: tuple[float, float], shifts: tuple[float, float]) -> Design:
     """Return a pair on parallel axes, module 3, 25 and 40 teeth, with a centre distance 0.5 mm larger than
     that of the reference circles."""
-    tool = Tool(3.0, radians(20.0))
-    pinion, gear = (
-        Member(tool, n, h, 0.0, x, b)
-        for n, h, x, b in zip((25, 40), (helix, -helix), shifts, widths, strict=True)
-    )
-    return Design(pinion, gear, Pair(1.5 * 65 / cos(helix) + 0.5, 0.0, 0.0, 0.0))
+    return pair_of(3.0, (25, 40), degrees(helix), 1.5 * 65 / cos(helix) + 0.5, shifts, widths)
 
 
 @pytest.mark.parametrize("helix", [0.0, 0.15, -0.45])
@@ -132,12 +128,8 @@ def test_lines_share_the_load_by_their_length(
 def counterparts() -> Design:
     """Return a pair with parabolas of opposite sign on reference cylinders that touch: one rack generates
     both members, so that they touch along lines."""
-    design = helical(0.2, (30.0, 25.0), (0.0, 0.0))
-    pinion, gear = (
-        replace(m, tool=replace(m.tool, parabola=a))
-        for m, a in zip(design.members, (0.002, -0.002), strict=True)
-    )
-    return Design(pinion, gear, replace(design.pair, offset=1.5 * 65 / cos(0.2)))
+    design = helical(0.2, (30.0, 25.0), (0.0, 0.0)).with_parabola(0.002, -0.002)
+    return replace(design, pair=replace(design.pair, offset=1.5 * 65 / cos(0.2)))
 
 
 @pytest.mark.parametrize("design", [builtin_design("anti-backlash"), counterparts()])
@@ -208,8 +200,7 @@ def test_ellipses_have_the_limits_of_their_path(cone_deg: float, flank: str) -> 
     tool = Tool(2.0, radians(20.0))
     pinion = Member(tool, 10, radians(12.0), radians(cone_deg), 0.0, 20.0)
     gear = Member(tool, 30, radians(12.0), 0.0, 0.0, 20.0)
-    layout = zero_backlash_layout(Design(pinion, gear, Pair(40.0, radians(20.0))))
-    design = Design(pinion, gear, Pair(float(layout.offset), float(layout.shaft_angle)))
+    design = closed(pinion, gear)
     path = path_of_contact(design, flank, 21, undercut=False)
     found = path_pressure(path, Load(force=0.01))
     below = path.l1 < path_of_contact(design, flank, 2).l1.min()

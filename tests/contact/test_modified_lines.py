@@ -14,7 +14,6 @@ from beveloid_geom import (
     Design,
     Errors,
     Limit,
-    Modification,
     Status,
     contact_ratio,
     first_contact,
@@ -26,17 +25,13 @@ from beveloid_geom.contact.parallel.lines import is_line_contact
 from beveloid_geom.findings.path import path_remarks
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.sensitivity import sensitivity_report
+from tests.contact.test_modified_path import modified
 from tests.oracle.modified_flank import residuals
 from tests.stability.parallel_pairs import HELICAL, pair_of, parallel_pairs
 
 SPUR = pair_of(2.0, (20, 35), 0.0, 55.1)
 TIP = {"tip_relief_um": 10.0, "tip_relief_length_mm": 1.0}
 HEEL = {"heel_relief_um": 10.0, "heel_relief_length_mm": 4.0}
-
-
-def modified(design: Design, pinion: dict[str, Any], gear: dict[str, Any] | None = None) -> Design:
-    changed = replace(design, pinion=design.pinion.modified(Modification(**pinion)))
-    return replace(changed, gear=design.gear.modified(Modification(**gear))) if gear else changed
 
 
 @pytest.mark.parametrize(

@@ -36,7 +36,7 @@ from beveloid_geom.contact.surfaces.second_order import tangents_and_turns
 from beveloid_geom.pair.mounting import mounting_of
 from tests.oracle.modified_flank import flank as oracle_flank, residuals
 from tests.oracle.table1 import table1
-from tests.stability.five_residuals import mapped, margins
+from tests.stability.five_residuals import cases_of, margins
 from tests.stability.parallel_pairs import pair_of
 from tests.stability.random_designs import random_designs
 
@@ -59,7 +59,7 @@ def random_modified(count: int, seed: int) -> Iterator[tuple[Design, str]]:
     rng = np.random.default_rng(seed)
     batch = random_designs("usual", count, seed)
     for k in range(count):
-        design = mapped(lambda values, k=k: float(values[k]) if np.ndim(values) else values, batch)
+        design: Design = cases_of(batch, k)
         rows = []
         for member in design.members:
             amounts: dict[str, float] = {}
@@ -114,7 +114,7 @@ def test_random_modified_pairs_fulfil_the_five_equations() -> None:
 def test_surfaces_reproduce_the_one_equation() -> None:
     batch, compared = random_designs("usual", 100, 7), 0
     for k in range(100):
-        design = mapped(lambda values, k=k: float(values[k]) if np.ndim(values) else values, batch)
+        design: Design = cases_of(batch, k)
         for flank in FLANKS:
             known = path_of_contact(design, flank, 9)
             if known.ends.status != Status.SOLVED:

@@ -32,6 +32,7 @@ from beveloid_geom.pair.zero_backlash import zero_backlash_layout
 from beveloid_geom.status import Limit
 from tests.contact.test_path import NUMBERS, five_equation_residual
 from tests.oracle.table1 import table1
+from tests.stability.answers import closed
 from tests.stability.five_residuals import margins
 from tests.symmetry import exchanged, mirrored
 
@@ -286,8 +287,7 @@ def test_ends_of_a_few_given_l1_without_limits_by_undercut(flank: str) -> None:
     tool = Tool(2.0, radians(20.0))
     pinion = Member(replace(tool, parabola=2e-4), 12, radians(10.0), radians(4.0), 0.0, 20.0)
     gear = Member(tool, 40, radians(-3.0), radians(2.0), 0.1, 24.0)
-    layout = zero_backlash_layout(Design(pinion, gear, Pair(52.0, 0.1)))
-    design = Design(pinion, gear, Pair(float(layout.offset), float(layout.shaft_angle)))
+    design = closed(pinion, gear)
     ratios = []
     for undercut in (True, False):
         ends = path_of_contact(design, flank, 5, undercut=undercut).ends

@@ -2,32 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Pair, builtin_design, first_contact, mesh_cycle, path_of_contact
+from beveloid_geom import Design, builtin_design, first_contact, mesh_cycle, path_of_contact
 from beveloid_geom.arrays import gear_sense
 from beveloid_geom.pair.frames import layout_of
 from tests.oracle.table1 import table1
-
-
-def spur() -> Design:
-    """Return straight teeth on parallel axes."""
-    straight = table1()
-    pinion, gear = (
-        replace(member, helix_angle=0.0, cone_angle=0.0, profile_shift=0.0) for member in straight.members
-    )
-    return Design(pinion, gear, Pair(0.5 * 6.0 * (29 + 45) + 0.05, 0.0))
-
+from tests.stability.parallel_pairs import pair_of
 
 DESIGNS = {
     "crossed": table1(),
     "intersecting": builtin_design("awd-transfer"),
     "crossed, marine": builtin_design("marine-gearbox"),
     "parallel, conical": builtin_design("anti-backlash"),
-    "parallel, spur": spur(),
+    "parallel, spur": pair_of(6.0, (29, 45), 0.0, 222.05),
 }
 
 

@@ -30,6 +30,7 @@ from beveloid_geom.pair.misalignment_at_mesh import at_mesh, from_mesh, holds_ti
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import Status
 from tests.oracle.table1 import table1
+from tests.stability.five_residuals import cases_of
 from tests.symmetry import mirrored
 from tests.validation.test_intersecting_axes import EQUAL, FILE, LARGE, STRAIGHT
 
@@ -155,27 +156,13 @@ def by_lines(design: Design, given: MeshErrors) -> list[float]:
         ]
 
 
-def single(design: Design, case: int) -> Design:
-    """Return one case of a batch."""
-
-    def at(part: Any) -> Any:
-        values = {
-            name: at(value) if isinstance(value, Tool) else np.ravel(value)[case % np.size(value)].item()
-            for name, value in vars(part).items()
-            if value is not None
-        }
-        return replace(part, **values)
-
-    return Design(at(design.pinion), at(design.gear), at(design.pair))
-
-
 SINGLES = {
     "Table 1": table1(),
     "mirrored": mirrored(table1()),
     "24/61": LARGE,
     "37/37": EQUAL,
     "straight": STRAIGHT,
-    **{f"{name} {case}": single(design, case) for name, design in DESIGNS.items() for case in range(10)},
+    **{f"{name} {case}": cases_of(design, case) for name, design in DESIGNS.items() for case in range(10)},
 }
 
 
