@@ -178,16 +178,6 @@ def test_curvature_is_that_of_the_separation(flank: str, parabola: tuple[float, 
     assert 0.5 * (gap[:2] + gap[2:]) == pytest.approx(2.0 * 0.01 * 0.00635, rel=5e-3)
 
 
-def test_ellipse_scales_with_the_root_of_the_separation() -> None:
-    design = table1()
-    path = path_of_contact(design, "left", 5)
-    one, four = (contact_ellipse(path, s) for s in (0.001, 0.004))
-    assert (one.status == EllipseStatus.ELLIPSE).all()
-    assert np.array_equal(four.semi_axes, 2.0 * one.semi_axes)
-    assert (one.semi_axes[:, 0] > one.semi_axes[:, 1]).all()
-    assert 0.5 * one.curvature * one.semi_axes**2 == pytest.approx(0.001)
-
-
 def test_curvatures_without_an_ellipse_have_a_status() -> None:
     """A line contact, a saddle, two surfaces that overlap all around, and a position without contact have
     their status."""

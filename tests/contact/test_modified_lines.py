@@ -81,17 +81,6 @@ def test_operation_of_a_spur_pair_with_tip_relief(flank: str) -> None:
     assert cycle.peak_to_peak < 1e-8
 
 
-def test_lines_of_a_helical_pair(flank: str) -> None:
-    """With heel relief, the contacts at mid-face are those of a crowned pair."""
-    design = modified(HELICAL, HEEL)
-    path = path_of_contact(design, flank, 21)
-    crowned = path_of_contact(modified(HELICAL, {"helix_crowning_um": 5.0}), flank, 21)
-    assert is_line_contact(design, flank)
-    assert path.ends.status == Status.SOLVED
-    np.testing.assert_allclose(path.pinion_roll, crowned.pinion_roll, atol=1e-9)
-    np.testing.assert_allclose(path.pinion_z, 0.0, atol=1e-6)
-
-
 RELIEVED = {
     "the path turns by 87 deg": (
         pair_of(1.676, (33, 55), 3.04, 73.59, (-0.0866, -0.1007), (5.704, 11.31)),

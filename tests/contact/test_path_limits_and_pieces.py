@@ -116,11 +116,6 @@ def test_steep_cones_have_a_negative_n_x_on_one_flank_only() -> None:
         assert path.ends.contact_ratio > 1.5
 
 
-def test_given_gear_mounting_is_used() -> None:
-    pair = Pair(229.0, radians(15.0), None, 205.0)
-    assert mounting_of(replace(table1(), pair=pair)).distance == pytest.approx([211.594669, 205.0], abs=1e-6)
-
-
 def test_two_contacts_on_the_flanks_are_marked() -> None:
     """Two contacts with one l1 and different l2 are marked. If the members are exchanged, l2 is the given
     parameter and distinguishes them."""
@@ -248,14 +243,6 @@ def test_tip_and_undercut_are_searched_along_the_entire_face() -> None:
     member = Member(Tool(2.0, radians(20.0)), 22, radians(20.0), radians(5.0), 0.0, 30.0)
     narrow = replace(member, face_width=1.0)
     assert undercut_margin(member, "right") < 0.0 < undercut_margin(narrow, "right")
-
-
-def test_positions_are_even_in_l1_where_the_roll_turns_back() -> None:
-    path = path_of_contact(table1((0.00045, 0.00045)), points=41)
-    steps = np.diff(path.l1)
-    np.testing.assert_allclose(steps, steps.mean(), rtol=1e-9)
-    rolls = np.diff(path.pinion_roll)
-    assert rolls.min() < 0.0 < rolls.max()
 
 
 @pytest.mark.parametrize("teeth", [(9, 23), (11, 30), (12, 44)])

@@ -17,7 +17,7 @@ from beveloid_geom.contact.curves.curve_equations import linearised, meet_on_cur
 from beveloid_geom.contact.flank_pair import pairing_of
 from beveloid_geom.contact.path import path_ends
 from beveloid_geom.contact.path_polynomial import PathSeries
-from beveloid_geom.contact.path_search import _followed, paths_on_flanks
+from beveloid_geom.contact.path_search import paths_on_flanks
 from tests.contact.test_path import five_equation_residual
 from tests.oracle.sixty_digits import exact_at, off_by
 from tests.oracle.table1 import table1
@@ -89,21 +89,6 @@ def test_members_exchanged_give_the_same_path(design: Design) -> None:
     assert there.status == Status.SOLVED
     np.testing.assert_allclose(np.sort(here.l1), np.sort(there.l2), atol=1e-10)
     np.testing.assert_allclose(np.sort(here.l2), np.sort(there.l1), atol=1e-10)
-
-
-@pytest.mark.parametrize("a", [(0.0, 0.0), (0.001, -0.001), (0.0002, 0.0002), (0.0005, 0.0005)])
-def test_ordinary_paths_are_the_same_when_followed(flank: str, a: tuple[float, float]) -> None:
-    pairing = pairing_of(table1(a), flank)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        (plain,), (followed,) = paths_on_flanks(pairing), _followed(pairing)
-    assert np.isfinite(plain.series.half).all()
-    assert np.isnan(followed.series.half).all()
-    assert followed.ends.status.tolist() == [Status.SOLVED]
-    one, other = plain.ends, followed.ends
-    np.testing.assert_allclose(one.l, other.l, atol=1e-11)
-    np.testing.assert_allclose(one.roll, other.roll, atol=1e-13)
-    np.testing.assert_allclose(one.span, other.span, atol=1e-12)
-    assert one.limit.tolist() == other.limit.tolist()
 
 
 def test_a_batch_mixes_both_kinds() -> None:

@@ -19,7 +19,7 @@ from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.angular_clearance import angular_clearance
 from beveloid_geom.operation.certificate import OVERLAP_TOLERANCE_MODULES
 from beveloid_geom.operation.engagement import pitch_point_roll
-from beveloid_geom.status import FirstStatus, Verdict
+from beveloid_geom.status import FirstStatus, Limit, Verdict
 from tests.operation.test_first_contact import EDGES
 from tests.oracle.table1 import table1
 from tests.oracle.tooth import Tooth, clearance
@@ -59,12 +59,21 @@ CASES = {
 }
 
 
+def off_edge(tooth: Tooth, flank: str, limit: Limit, l: FloatArray, z: FloatArray) -> float:
+    """Return the distance (mm) of a flank point from the reported edge."""
+    if limit.limit == "tip":
+        return float(abs(tooth.radius(coordinate(tooth, flank, l), z) - tooth.tip(z))[0])
+    half = 0.5 * float(tooth.member.face_width)
+    return abs(float(z[0]) - (half if limit.limit == "heel" else -half))
+
+
 def assert_first(design: Design, flank: str, roll: FloatArray, rows: tuple[int, int, int]) -> float:
-    """Check that the contact touches and that no point of the pinion touches earlier, on a grid with
-    `rows` points along fillet, flank and face. Return the largest minimum clearance."""
+    """Check that the contact touches, on the reported edges, and that no point of the pinion touches earlier,
+    on a grid with `rows` points along fillet, flank and face. Return the largest minimum clearance."""
     first = first_contact(design, flank, roll)
     assert (first.status == FirstStatus.SOLVED).all()
-    pinion = Tooth(design.pinion, 1.0 if flank == "right" else -1.0)
+    pinion, gear = (Tooth(member, 1.0 if flank == "right" else -1.0) for member in design.members)
+    places = (first.l1, first.z1), (first.l2, first.z2)
     pitch = [2.0 * np.pi / float(member.teeth) for member in design.members]
     z = 0.5 * float(design.pinion.face_width) * np.linspace(-1.0, 1.0, rows[2])
     top = pinion.profile(pinion.tip(z), z)
@@ -78,6 +87,9 @@ def assert_first(design: Design, flank: str, roll: FloatArray, rows: tuple[int, 
             for pair in range(at - 1, at + 2)
         ]
         assert abs(float(clearance(design, flank, own, first.z1[k : k + 1], turned[1])[0])) < 1e-11
+        for limit in [Limit(code) for code in first.limit[k].tolist() if code >= 0]:
+            l, z_edge = (values[k : k + 1] for values in places[limit % 2])
+            assert off_edge((pinion, gear)[limit % 2], flank, limit, l, z_edge) < 1e-8
         least.append(min(clearance(design, flank, w, z + 0.0 * w, rolls).min() for rolls in turned))
     assert min(least) > -1e-12
     return float(max(least))

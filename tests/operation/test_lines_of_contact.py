@@ -204,13 +204,6 @@ def test_small_tilts_continue_the_lines(flank: str) -> None:
     assert abs(float(found.ratio[0]) - float(level)) < 2e-6
 
 
-def test_other_errors_leave_lines() -> None:
-    """Errors of offset and axial position leave line contact, because involutes stay conjugate."""
-    for errors in (Errors(offset=0.3), Errors(offset=1e-7), Errors(pinion_axial=0.5, gear_axial=-0.2)):
-        for design in (HELICAL, NAMED["helical, cones"]):
-            assert_along_lines([design.with_errors(errors)])
-
-
 def test_a_batch_of_tilted_and_parallel_mountings() -> None:
     tilt = np.array((0.0, 1e-5, 0.0, -1e-5))
     offset = np.array((0.0, 0.0, 0.2, 0.0))
@@ -271,65 +264,37 @@ def test_backlash_of_hardly_tilted_layouts() -> None:
     assert float(mounted_backlash(tilted).normal) == pytest.approx(level, abs=1e-4)
 
 
-def late_pinion(
-    module: float, teeth: tuple[int, int], helix: float, pressure: float, **other: float
-) -> Design:
-    """Return a nearly parallel pair with a parabola on the gear only."""
-    members = [
-        Member(
-            Tool(module, radians(pressure), tip_radius=0.3, parabola=other["parabola"] * k),
-            teeth[k],
-            side * radians(helix),
-            side * radians(other.get("cone", 0.0)),
-            other[f"shift{k}"],
-            other[f"face{k}"],
-        )
-        for k, side in enumerate((1.0, -1.0))
-    ]
-    return Design(members[0], members[1], Pair(other["offset"], 0.0))
-
-
+TILT = Errors(
+    -0.001623889547543522,
+    radians(-0.004315071967856513),
+    *(-0.03125527509163334, -0.019994625635074773),
+)
 VALLEYS = {
     "tilted": (
-        replace(
-            late_pinion(
-                2.0700928088238393,
-                (13, 22),
-                30.546456425833412,
-                25.0,
-                parabola=0.0001896386078772842,
-                shift0=0.5151924639246189,
-                shift1=0.03632030834800826,
-                face0=21.870977962142756,
-                face1=18.883916182879418,
-                offset=43.20562908629057,
-            ),
-            errors=Errors(
-                -0.001623889547543522,
-                radians(-0.004315071967856513),
-                -0.03125527509163334,
-                -0.019994625635074773,
-            ),
-        ),
+        pair_of(
+            *(2.0700928088238393, (13, 22), 30.546456425833412, 43.20562908629057),
+            shift=(0.5151924639246189, 0.03632030834800826),
+            face=(21.870977962142756, 18.883916182879418),
+            pressure_deg=25.0,
+            tip_radius=0.3,
+        )
+        .with_parabola(0.0, 0.0001896386078772842)
+        .with_errors(TILT),
         0.24045377355675612,
     ),
     "cones": (
-        late_pinion(
-            7.74847288927552,
-            (9, 60),
-            32.32816753754794,
-            21.08217817920544,
-            parabola=5.66441747966033e-06,
-            cone=1.5128063347588245,
-            shift0=0.5174587921726561,
-            shift1=-0.2120113922549709,
-            face0=163.72294901158878,
-            face1=232.0359794310103,
-            offset=319.0603527369567,
-        ),
+        pair_of(
+            *(7.74847288927552, (9, 60), 32.32816753754794, 319.0603527369567),
+            shift=(0.5174587921726561, -0.2120113922549709),
+            face=(163.72294901158878, 232.0359794310103),
+            cone_deg=1.5128063347588245,
+            pressure_deg=21.08217817920544,
+            tip_radius=0.3,
+        ).with_parabola(0.0, 5.66441747966033e-06),
         0.7230937195177376,
     ),
 }
+"""Parabolas on the gear only, and rolls of the pinion."""
 
 
 @pytest.mark.parametrize("name", VALLEYS)

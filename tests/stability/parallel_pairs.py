@@ -25,9 +25,10 @@ def pair_of(
     face: tuple[float, float] = (30.0, 30.0),
     cone_deg: float = 0.0,
     pressure_deg: float = 20.0,
+    tip_radius: float = 0.38,
 ) -> Design:
     """Return members with opposite helix and cone angles on parallel axes."""
-    tool = Tool(module, radians(pressure_deg))
+    tool = Tool(module, radians(pressure_deg), tip_radius=tip_radius)
     pinion, gear = (
         Member(tool, teeth[k], side * radians(helix_deg), side * radians(cone_deg), shift[k], face[k])
         for k, side in enumerate((1.0, -1.0))

@@ -13,7 +13,6 @@ from beveloid_geom import (
     Design,
     Pair,
     Status,
-    contact_ratio,
     gear_solid,
     path_certificate,
     sample_flank,
@@ -23,12 +22,10 @@ from beveloid_geom.contact.path import path_ends
 from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.pair.mounting import mounting_of
 from tests.oracle.table1 import table1
-from tests.validation.test_crossed_helical import closed_form
 
 from .answers import (
     FLANKS,
     changed,
-    checked_path,
     closed,
     held,
     solved_path,
@@ -66,17 +63,6 @@ def test_cone_angles_through_zero_are_continuous(ratio: tuple[float, float], fla
     for angle in TINY:
         path = solved_path(with_cones(PLAIN, ratio[0] * angle, ratio[1] * angle), flank)
         assert_near(path, zero, angle, 3e4)
-
-
-def test_without_cones_the_closed_form_of_crossed_helical_gears_holds(flank: str) -> None:
-    helix = (float(PINION.helix_angle), float(GEAR.helix_angle))
-    offset, ratio = closed_form((29, 45), helix)
-    pair = Pair(offset, abs(sum(helix)), 0.0, 0.0)
-    bare = [changed(m, cone_angle=0.0, profile_shift=0.0, face_width=400.0) for m in (PINION, GEAR)]
-    for angle in (0.0, 1e-16, -1e-14, 1e-13):
-        design = with_cones(Design(bare[0], bare[1], pair), angle, -angle)
-        assert contact_ratio(design, flank) == pytest.approx(ratio, rel=2e-12)
-        checked_path(design, flank)
 
 
 def test_mounting_distances_vanish_with_the_cone_angles() -> None:

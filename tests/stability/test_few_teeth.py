@@ -26,8 +26,6 @@ from beveloid_geom import (
     path_of_contact,
 )
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.gear.flank import tip_thickness
-from beveloid_geom.gear.flank_limits import tip_radius
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.operation.engagement import conjugate_phase, pitch_point_roll
 from beveloid_geom.operation.operating_ratio import operating_ratio, operating_ratios
@@ -37,7 +35,7 @@ from beveloid_geom.report.result import strict
 from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
 from beveloid_geom.shapes.section import section_of, section_size
 from beveloid_geom.shapes.sheet import grid_of
-from beveloid_geom.shapes.tooth_boundary import cut_sheets, tip_angle
+from beveloid_geom.shapes.tooth_boundary import cut_sheets
 from beveloid_geom.status import FirstStatus, RatioStatus
 from beveloid_geom.validation.five_equations import path_of_contact_five_equations
 from tests.oracle.table1 import table1
@@ -335,16 +333,4 @@ def test_two_teeth_make_a_closed_solid(helix: float, face: float) -> None:
     same = np.lexsort(np.round(np.stack((x, y, solid.points[:, 2])), 6))
     np.testing.assert_allclose(
         solid.points[turned] * (-1.0, -1.0, 1.0), solid.points[same], rtol=0.0, atol=2e-6
-    )
-
-
-@pytest.mark.parametrize("teeth", [1, 2, 3])
-def test_the_tip_of_a_winding_tooth_continues_to_rotate(teeth: int) -> None:
-    member = few(teeth, 80.0, 60.0, 0.3, 0.0)
-    z = np.linspace(-30.0, 30.0, 101)
-    right, left = (tip_angle(member, flank, z) for flank in FLANKS)
-    turn = z * np.tan(member.helix_angle) / reference_radius(member)
-    np.testing.assert_allclose(right - right[50], np.sign(right[-1] - right[50]) * turn, rtol=0.0, atol=1e-9)
-    np.testing.assert_allclose(
-        (right - left) * tip_radius(member, z), tip_thickness(member, z), rtol=0.0, atol=1e-9
     )

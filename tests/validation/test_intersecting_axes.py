@@ -179,26 +179,6 @@ def test_unmodified_flanks_transmit_evenly_under_every_error(name: str, flank: s
         assert np.ptp(path.transmission_error) < 1e-14
 
 
-@pytest.mark.parametrize("errors", [Errors(), *ERRORS])
-def test_straight_teeth_are_their_own_mirror_image(errors: Errors) -> None:
-    """The plane of the axes mirrors right flanks into left flanks, and reverses an offset error."""
-    design = STRAIGHT.with_parabola(0.0006, -0.0004)
-    right = path_of_contact(design.with_errors(errors), "right", 9)
-    turned = replace(errors, offset=-float(errors.offset))
-    left = path_of_contact(design.with_errors(turned), "left", 9)
-    assert float(left.ends.contact_ratio) == pytest.approx(float(right.ends.contact_ratio), abs=1e-12)
-    for name in ("l1", "l2", "u1", "u2", "pinion_z", "pinion_r", "gear_z", "gear_r"):
-        np.testing.assert_allclose(getattr(left, name), getattr(right, name), rtol=0.0, atol=1e-12)
-    np.testing.assert_allclose(left.transmission_error, right.transmission_error, rtol=0.0, atol=1e-12)
-    image = right.point - (0.0, 0.0, *[mounting_of(design).distance[0]])
-    np.testing.assert_allclose(
-        left.point - (0.0, 0.0, *[mounting_of(design).distance[0]]),
-        image * (-1.0, 1.0, 1.0),
-        rtol=0.0,
-        atol=1e-12,
-    )
-
-
 @pytest.mark.parametrize("name", DESIGNS)
 def test_both_senses_of_the_shaft_angle_are_one_pair(name: str, flank: str) -> None:
     """The pair is rotated by half a turn about the pinion axis, which also reverses the sense of an offset

@@ -41,15 +41,6 @@ def poses_of(operation: Operation) -> tuple[FloatArray, FloatArray]:
     return roll, operation.gear_roll(roll)
 
 
-def conjugate_pattern(flank: str, separation: float = SEPARATION, resolution: float = 1.5) -> ContactPattern:
-    design = table1()
-    operation = conjugate(design, flank)
-    poses = poses_of(operation)
-    return contact_pattern(
-        design, flank, separation, resolution=resolution, pinion_roll=poses[0], gear_roll=poses[1]
-    )
-
-
 def scanned(
     design: Design, flank: str, member: int, l: FloatArray, z: FloatArray, operation: Operation
 ) -> FloatArray:
@@ -250,7 +241,7 @@ def whole_area(member: Member, flank: str) -> float:
 def test_areas_follow_the_separation() -> None:
     """Marked fractions increase with the separation. At 0.2 mm the complete flank of the pinion is marked."""
     design = table1()
-    sides = [conjugate_pattern("right", s).pinion for s in (1e-4, 0.00635, 0.2)]
+    sides = [contact_pattern(design, "right", s, resolution=1.5).pinion for s in (1e-4, 0.00635, 0.2)]
     shares = [side.area_share for side in sides]
     assert 0.0 < shares[0] < shares[1] < 1.0
     assert shares[2] == pytest.approx(1.0, abs=1e-12)
