@@ -139,11 +139,3 @@ def test_points_are_checked() -> None:
         path_of_contact_five_equations(table1(), points=1)
     with pytest.raises(ValueError, match="single designs"):
         path_of_contact_five_equations(table1(errors=Errors(offset=np.zeros(3))))
-
-
-def test_no_contact_is_an_empty_path() -> None:
-    for design in (
-        table1(errors=Errors(offset=5.0)),
-        replace(table1(), pair=Pair(229.0, radians(14.8), 211.6, 210.2)),
-    ):
-        assert path_of_contact_five_equations(design).l1.size == 0

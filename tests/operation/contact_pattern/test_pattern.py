@@ -36,11 +36,6 @@ def conjugate(design: Design, flank: str) -> Operation:
     return Operation(span, lambda roll: path.gear_roll[0] + 29.0 / 45.0 * (path.pinion_roll[0] - roll))
 
 
-def poses_of(operation: Operation) -> tuple[FloatArray, FloatArray]:
-    roll = np.linspace(*operation.span, 40)
-    return roll, operation.gear_roll(roll)
-
-
 def scanned(
     design: Design, flank: str, member: int, l: FloatArray, z: FloatArray, operation: Operation
 ) -> FloatArray:
@@ -345,7 +340,8 @@ def test_density_follows_from_a_tolerance() -> None:
 def test_given_poses() -> None:
     design = table1()
     operation = conjugate(design, "left")
-    roll, gear_roll = poses_of(operation)
+    roll = np.linspace(*operation.span, 40)
+    gear_roll = operation.gear_roll(roll)
     wanted = pattern(design, "left")
     for order in (1, -1):
         found = contact_pattern(
