@@ -1,4 +1,4 @@
-"""Ease-off: 0 for conjugate flanks; brute force along the normal, parabolas, transmission error, pattern."""
+"""Ease-off: 0 for conjugate flanks; brute force along the normal, and the transmission error."""
 
 from __future__ import annotations
 

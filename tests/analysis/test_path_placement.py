@@ -1,4 +1,4 @@
-"""Two errors that place a path: contact of the result, mirror image, scaling, grids, and backlash."""
+"""Two errors that place a path: contact of the result, grids, and backlash."""
 
 from __future__ import annotations
 

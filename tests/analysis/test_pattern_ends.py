@@ -1,4 +1,4 @@
-"""Edges at which patterns end: against complete patterns, and symmetries."""
+"""Edges at which patterns end: against complete patterns."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Patterns under two errors: each cell equals a single design with its errors, and so does the mirror
-image."""
+"""Patterns under two errors: each cell equals a single design with its errors."""
 
 from __future__ import annotations
 

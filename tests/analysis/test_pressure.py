@@ -1,5 +1,4 @@
-"""Hertzian ellipses along a path: lever of a torque, cylinders in the limit of a spur gear, edges of
-flanks."""
+"""Hertzian pressure along a path: lever of a torque, crossed cylinders, lines of contact, edges of flanks."""
 
 from __future__ import annotations
 

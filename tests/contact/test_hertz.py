@@ -1,6 +1,4 @@
-"""Hertzian contact ellipse against closed forms of circle and strip, elliptic integrals to 50 digits, and the
-integral of the pressure.
-"""
+"""Hertzian contact ellipse against closed forms of circle and strip, and elliptic integrals to 50 digits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Paths of contact: exact ends, both methods, symmetry, batches, and results without a path."""
+"""Paths of contact: exact ends, even rolls, both methods, and contacts at given l1."""
 
 from __future__ import annotations
 

@@ -1,6 +1,4 @@
-"""Errors at the mesh: against two lines in space at 40 digits, both conversions, and a pair with a distant
-apex.
-"""
+"""Errors at the mesh: against two lines in space at 40 digits, both conversions, and design files."""
 
 from __future__ import annotations
 

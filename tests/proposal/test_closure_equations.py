@@ -1,4 +1,4 @@
-"""Solutions of the closure equations: lines of action as mounted, roots by SciPy, 60 digits, symmetries."""
+"""Solutions of the closure equations: mounted pairs, 60 digits, closed forms, mirror images."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Contact by meshes under adverse conditions: very coarse, slender, in single precision, far from the origin,
-and in symmetric poses. Every result is correct within its stated doubt, or missing."""
+"""Contact by meshes under adverse conditions: very coarse, far from the origin, and between equally
+near edges and teeth. Every result is correct within its stated doubt, or missing."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Parabola coefficients through 0 in steps of 1e-14, and so large that the rack profile folds."""
+"""Parabola coefficients near 0, and so large that the rack profile folds."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""Shaft angles: down to the fold at which the common normal vanishes and beyond, to 0, to 90 deg, and of
-the other sign; equal and opposite hands."""
+"""Shaft angles: down to the fold at which the common normal vanishes and beyond, to 0, and of the
+other sign; equal and opposite hands."""
 
 from __future__ import annotations
 

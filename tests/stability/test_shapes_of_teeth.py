@@ -1,5 +1,4 @@
-"""Teeth of all shapes and sizes: undercut, pointed, without contact, one tooth, a thousand teeth, very
-small and large."""
+"""Teeth of all shapes and sizes: undercut, pointed, winding, a thousand teeth, very small and large."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""The five equations traced by arc length: turning points, n_x = 0, segments; other positions corrected to
-the curve."""
+"""The five equations traced by arc length: turning points, n_x = 0, segments, distant starts."""
 
 from __future__ import annotations
 

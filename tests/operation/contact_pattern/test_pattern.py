@@ -1,4 +1,4 @@
-"""Contact patterns compared with dense scans, paths of contact and symmetry."""
+"""Contact patterns compared with dense scans, given motions and brute-force areas."""
 
 from __future__ import annotations
 
