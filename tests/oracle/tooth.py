@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from beveloid_geom import Design, Member
-from beveloid_geom.arrays import FloatArray
+from beveloid_geom.arrays import FloatArray, Mask
 from beveloid_geom.pair.mounting import mounting_of
 
 from .bracketed import EPSILON, roots_between
@@ -131,8 +131,8 @@ class Tooth:
         """Return the angle of the tooth at radii."""
         return self.polar(self.profile(radius, z), z)[1]
 
-    def is_left(self, radius: FloatArray, angle: FloatArray, z: FloatArray, spare: float) -> FloatArray:
-        """Return whether points of flank or fillet are part of the tooth."""
+    def remains(self, radius: FloatArray, angle: FloatArray, z: FloatArray, spare: float) -> Mask:
+        """Return the mask of points of flank or fillet that are part of the tooth."""
         return np.ones(radius.shape, dtype=bool)
 
 
@@ -166,8 +166,8 @@ class CutTooth(Tooth):
         on_fillet = roots_between(lambda w: self.radius(w, z) - radius, low, high, EPSILON * radius)
         return np.asarray(self.sign * np.fmin(self.sign * flank, self.sign * self.polar(on_fillet, z)[1]))
 
-    def is_left(self, radius: FloatArray, angle: FloatArray, z: FloatArray, spare: float) -> FloatArray:
-        """Return whether the tool leaves points of flank or fillet."""
+    def remains(self, radius: FloatArray, angle: FloatArray, z: FloatArray, spare: float) -> Mask:
+        """Return the mask of points that the tool does not cut away."""
         return np.asarray(self.sign * (angle - self.angle_at(radius, z)) <= spare)
 
 
@@ -205,7 +205,7 @@ def clearance(
     reach = np.hypot(x, y)
     slack = max(1e-9, 2.5e-10 * float(gear.member.tool.normal_module))
     inside = (np.abs(height) <= 0.5 * gear.member.face_width + slack) & (reach <= gear.tip(height) + slack)
-    inside[inside] = pinion.is_left(radius[inside], theta[inside], z[inside], spare)
+    inside[inside] = pinion.remains(radius[inside], theta[inside], z[inside], spare)
     gap = np.full(reach.shape, np.inf)
     turn = np.arctan2(y, x)[inside] - gear.angle_at(reach[inside], height[inside]) - rolls[1]
     gap[inside] = sign * (np.remainder(turn + np.pi, 2.0 * np.pi) - np.pi)
