@@ -220,7 +220,7 @@ def area_by_l_and_z(member: Member, flank: str, l: FloatArray, z: FloatArray) ->
     """Return the area of the flank for 1 mm of l and 1 mm of z."""
     patch = flank_patch(member, flank, l, z=z)
     along = patch.tangent_l - patch.tangent_u * (patch.tangent_l[..., 2:] / patch.tangent_u[..., 2:])
-    return np.linalg.norm(np.cross(along, patch.tangent_u / patch.tangent_u[..., 2:]), axis=-1)
+    return np.asarray(np.linalg.norm(np.cross(along, patch.tangent_u / patch.tangent_u[..., 2:]), axis=-1))
 
 
 def whole_area(member: Member, flank: str) -> float:
