@@ -1,10 +1,9 @@
-"""Hertzian ellipses along a path: lever of a torque, cylinders in the limit of a spur gear, edges of
-flanks."""
+"""Hertzian pressure along a path: lever of a torque, crossed cylinders, lines of contact, edges of flanks."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from math import cos, pi, radians, sin, sqrt
+from math import cos, degrees, pi, radians, sin, sqrt
 
 import numpy as np
 import pytest
@@ -18,10 +17,10 @@ from beveloid_geom.gear.closest_point import feet
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.pair.frames import layout_of, member_frame, to_fixed
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.pair.zero_backlash import zero_backlash_layout
-from beveloid_geom.status import EllipseStatus, Limit
+from beveloid_geom.status import EllipseStatus
 from tests.oracle.table1 import table1
-from tests.symmetry import exchanged, mirrored, scaled
+from tests.stability.answers import closed
+from tests.stability.parallel_pairs import pair_of
 
 LOAD = Load(force=1e4, young=210000.0)
 
@@ -75,33 +74,10 @@ def test_crossed_cylinders() -> None:
     assert np.ptp(found.curvature[0]) == pytest.approx(difference, rel=1e-9)
 
 
-def test_the_strip_of_two_cylinders() -> None:
-    """Spur gears on nearly parallel axes have a long ellipse with p0 = E* b / (2 R) across it. The force
-    per length is that of a strip, p0 = 2 q / (pi b), with q = 3 F / (4 a) in the middle."""
-    found = path_pressure(path_of_contact(spur(1e-3), "right", 5), LOAD)
-    assert (found.status == EllipseStatus.ELLIPSE).all()
-    modulus, (a, b) = contact_modulus(210000.0, 0.3), found.semi_axes.T
-    assert (b / a < 1e-3).all()
-    radius = 1.0 / found.curvature[:, 1]
-    assert found.pressure == pytest.approx(modulus * b / (2.0 * radius), rel=1e-4)
-    assert found.pressure == pytest.approx(2.0 / (pi * b) * 0.75 * 1e4 / a, rel=1e-12)
-    assert set(found.reaches.tolist()) <= {
-        Limit.PINION_TOE,
-        Limit.GEAR_TOE,
-        Limit.PINION_HEEL,
-        Limit.GEAR_HEEL,
-    }
-
-
 def helical(helix: float, widths: tuple[float, float], shifts: tuple[float, float]) -> Design:
     """Return a pair on parallel axes, module 3, 25 and 40 teeth, with a centre distance 0.5 mm larger than
     that of the reference circles."""
-    tool = Tool(3.0, radians(20.0))
-    pinion, gear = (
-        Member(tool, n, h, 0.0, x, b)
-        for n, h, x, b in zip((25, 40), (helix, -helix), shifts, widths, strict=True)
-    )
-    return Design(pinion, gear, Pair(1.5 * 65 / cos(helix) + 0.5, 0.0, 0.0, 0.0))
+    return pair_of(3.0, (25, 40), degrees(helix), 1.5 * 65 / cos(helix) + 0.5, shifts, widths)
 
 
 @pytest.mark.parametrize("helix", [0.0, 0.15, -0.45])
@@ -148,27 +124,11 @@ def test_lines_share_the_load_by_their_length(
     assert (found.reaches == NO_LIMIT_REACHED).all()
 
 
-def test_a_spur_pair_at_its_pitch_point_as_in_iso_6336() -> None:
-    """sigma_H0 = sqrt(F E' / (2 pi R b)), E' = E / (1 - nu^2); one tooth pair is in contact at the pitch
-    point."""
-    design = spur(0.0)
-    found = path_pressure(path_of_contact(design, "right", l1=[0.0]), Load(torque_nm=300.0))
-    assert found.total_length == pytest.approx(30.0, rel=1e-9)
-    radii = np.array([46.0, 74.0]) * sin(radians(20.0))
-    force, young = 300e3 / (46.0 * cos(radians(20.0))), 206000.0 / (1.0 - 0.3**2)
-    wanted = sqrt(force * young / (2.0 * pi * (1.0 / (1.0 / radii).sum()) * 30.0))
-    assert found.pressure == pytest.approx(wanted, rel=1e-9)
-
-
 def counterparts() -> Design:
     """Return a pair with parabolas of opposite sign on reference cylinders that touch: one rack generates
     both members, so that they touch along lines."""
-    design = helical(0.2, (30.0, 25.0), (0.0, 0.0))
-    pinion, gear = (
-        replace(m, tool=replace(m.tool, parabola=a))
-        for m, a in zip(design.members, (0.002, -0.002), strict=True)
-    )
-    return Design(pinion, gear, replace(design.pair, offset=1.5 * 65 / cos(0.2)))
+    design = helical(0.2, (30.0, 25.0), (0.0, 0.0)).with_parabola(0.002, -0.002)
+    return replace(design, pair=replace(design.pair, offset=1.5 * 65 / cos(0.2)))
 
 
 @pytest.mark.parametrize("design", [builtin_design("anti-backlash"), counterparts()])
@@ -239,8 +199,7 @@ def test_ellipses_have_the_limits_of_their_path(cone_deg: float, flank: str) -> 
     tool = Tool(2.0, radians(20.0))
     pinion = Member(tool, 10, radians(12.0), radians(cone_deg), 0.0, 20.0)
     gear = Member(tool, 30, radians(12.0), 0.0, 0.0, 20.0)
-    layout = zero_backlash_layout(Design(pinion, gear, Pair(40.0, radians(20.0))))
-    design = Design(pinion, gear, Pair(float(layout.offset), float(layout.shaft_angle)))
+    design = closed(pinion, gear)
     path = path_of_contact(design, flank, 21, undercut=False)
     found = path_pressure(path, Load(force=0.01))
     below = path.l1 < path_of_contact(design, flank, 2).l1.min()
@@ -265,29 +224,3 @@ def test_the_angle_is_measured_from_the_tooth_trace(flank: str) -> None:
     assert np.cos(found.angle) == pytest.approx(np.abs(cosine), abs=1e-6)
     across = np.einsum("ni,ni->n", up - here, trace)
     assert np.array_equal(np.sign((rise - cosine * across) * np.sign(cosine)), np.sign(found.angle))
-
-
-def test_symmetries_of_the_pattern(flank: str) -> None:
-    design = table1((0.001, -0.0005), Errors(0.05, 0.0001, 0.1, -0.1))
-    other = {"right": "left", "left": "right"}[flank]
-    path = path_of_contact(design, flank, 4)
-    wanted = path_pressure(path, LOAD)
-    mirror = path_pressure(path_of_contact(mirrored(design), other, 4), LOAD)
-    assert mirror.pressure == pytest.approx(wanted.pressure, rel=1e-9)
-    assert mirror.angle == pytest.approx(wanted.angle, abs=1e-9)
-    assert np.array_equal(mirror.reaches, wanted.reaches)
-    bigger = path_pressure(path_of_contact(scaled(design, 2.0), flank, 4), replace(LOAD, force=4e4))
-    assert bigger.pressure == pytest.approx(wanted.pressure, rel=1e-9)
-    swapped = path_pressure(path_of_contact(exchanged(design), flank, l1=path.l2), LOAD)
-    assert swapped.pressure == pytest.approx(wanted.pressure, rel=1e-7)
-
-
-def test_batches_equal_single_designs(flank: str) -> None:
-    offsets = np.array([0.0, 0.05, 30.0])
-    found = path_pressure(path_of_contact(table1(errors=Errors(offset=offsets)), flank, 5), LOAD)
-    for k, offset in enumerate(offsets[:2]):
-        alone = path_pressure(path_of_contact(table1(errors=Errors(offset=offset)), flank, 5), LOAD)
-        for name in ("force", "pressure", "semi_axes", "angle", "reaches", "status"):
-            np.testing.assert_allclose(getattr(found, name)[k], getattr(alone, name), rtol=1e-7)
-    assert (found.status[2] == EllipseStatus.NO_CONTACT).all()
-    assert np.isnan(found.pressure[2]).all()

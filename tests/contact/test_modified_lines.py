@@ -14,7 +14,6 @@ from beveloid_geom import (
     Design,
     Errors,
     Limit,
-    Modification,
     Status,
     contact_ratio,
     first_contact,
@@ -26,17 +25,13 @@ from beveloid_geom.contact.parallel.lines import is_line_contact
 from beveloid_geom.findings.path import path_remarks
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.sensitivity import sensitivity_report
+from tests.contact.test_modified_path import modified
 from tests.oracle.modified_flank import residuals
 from tests.stability.parallel_pairs import HELICAL, pair_of, parallel_pairs
 
 SPUR = pair_of(2.0, (20, 35), 0.0, 55.1)
 TIP = {"tip_relief_um": 10.0, "tip_relief_length_mm": 1.0}
 HEEL = {"heel_relief_um": 10.0, "heel_relief_length_mm": 4.0}
-
-
-def modified(design: Design, pinion: dict[str, Any], gear: dict[str, Any] | None = None) -> Design:
-    changed = replace(design, pinion=design.pinion.modified(Modification(**pinion)))
-    return replace(changed, gear=design.gear.modified(Modification(**gear))) if gear else changed
 
 
 @pytest.mark.parametrize(
@@ -84,17 +79,6 @@ def test_operation_of_a_spur_pair_with_tip_relief(flank: str) -> None:
     assert not cycle.lost
     assert cycle.edge_share == 0.0
     assert cycle.peak_to_peak < 1e-8
-
-
-def test_lines_of_a_helical_pair(flank: str) -> None:
-    """With heel relief, the contacts at mid-face are those of a crowned pair."""
-    design = modified(HELICAL, HEEL)
-    path = path_of_contact(design, flank, 21)
-    crowned = path_of_contact(modified(HELICAL, {"helix_crowning_um": 5.0}), flank, 21)
-    assert is_line_contact(design, flank)
-    assert path.ends.status == Status.SOLVED
-    np.testing.assert_allclose(path.pinion_roll, crowned.pinion_roll, atol=1e-9)
-    np.testing.assert_allclose(path.pinion_z, 0.0, atol=1e-6)
 
 
 RELIEVED = {
@@ -171,22 +155,6 @@ def test_which_flanks_touch_along_lines(design: Design, lines: bool) -> None:
 def test_helix_slope_leaves_contact_at_an_edge_only() -> None:
     path = path_of_contact(modified(SPUR, {"helix_slope_um": 5.0}))
     assert path.ends.status == Status.OFF_FLANK
-
-
-def test_cases_of_a_batch_are_those_of_single_designs() -> None:
-    """Some cases are parallel and touch along lines, others have an error of the shaft angle."""
-    relieved = modified(SPUR, {**TIP, **HEEL})
-    offsets, angles = np.array((0.0, 0.02, 0.0, -0.01)), np.array((0.0, 0.0, 2e-5, 0.0))
-    batch = replace(relieved, errors=Errors(offset=offsets, shaft_angle=angles))
-    path, lines = path_of_contact(batch, points=9), is_line_contact(batch)
-    assert lines.tolist() == [True, True, False, True]
-    for k, (offset, angle) in enumerate(zip(offsets.tolist(), angles.tolist(), strict=True)):
-        single = replace(relieved, errors=Errors(offset=offset, shaft_angle=angle))
-        alone = path_of_contact(single, points=9)
-        assert np.asarray(path.ends.status)[k] == alone.ends.status
-        np.testing.assert_allclose(
-            np.asarray(path.ends.contact_ratio)[k], alone.ends.contact_ratio, atol=1e-9
-        )
 
 
 def test_line_contact_is_reported_and_has_no_derivatives() -> None:

@@ -13,12 +13,11 @@ import pytest
 
 from beveloid_geom import Design, Errors, Status, contact_ratio, path_of_contact
 from beveloid_geom.arrays import COMPLEX_STEP
-from beveloid_geom.contact.curves.curve_equations import _solved, linearised, meet_on_curve, units_of
-from beveloid_geom.contact.curves.curve_tracing import MAX_DISTANCE_FACES, _within, curves_of
+from beveloid_geom.contact.curves.curve_equations import linearised, meet_on_curve, units_of
 from beveloid_geom.contact.flank_pair import pairing_of
 from beveloid_geom.contact.path import path_ends
 from beveloid_geom.contact.path_polynomial import PathSeries
-from beveloid_geom.contact.path_search import _followed, paths_on_flanks
+from beveloid_geom.contact.path_search import paths_on_flanks
 from tests.contact.test_path import five_equation_residual
 from tests.oracle.sixty_digits import exact_at, off_by
 from tests.oracle.table1 import table1
@@ -92,21 +91,6 @@ def test_members_exchanged_give_the_same_path(design: Design) -> None:
     np.testing.assert_allclose(np.sort(here.l2), np.sort(there.l1), atol=1e-10)
 
 
-@pytest.mark.parametrize("a", [(0.0, 0.0), (0.001, -0.001), (0.0002, 0.0002), (0.0005, 0.0005)])
-def test_ordinary_paths_are_the_same_when_followed(flank: str, a: tuple[float, float]) -> None:
-    pairing = pairing_of(table1(a), flank)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        (plain,), (followed,) = paths_on_flanks(pairing), _followed(pairing)
-    assert np.isfinite(plain.series.half).all()
-    assert np.isnan(followed.series.half).all()
-    assert followed.ends.status.tolist() == [Status.SOLVED]
-    one, other = plain.ends, followed.ends
-    np.testing.assert_allclose(one.l, other.l, atol=1e-11)
-    np.testing.assert_allclose(one.roll, other.roll, atol=1e-13)
-    np.testing.assert_allclose(one.span, other.span, atol=1e-12)
-    assert one.limit.tolist() == other.limit.tolist()
-
-
 def test_a_batch_mixes_both_kinds() -> None:
     offsets = np.array([0.0, -6.0, 0.1, -6.0, 2000.0])
     shaft = np.radians([0.0, -0.08, 0.0, -0.1, 0.0])
@@ -144,39 +128,6 @@ def test_derivatives_are_those_of_a_complex_step(design: Design) -> None:
         moved = np.moveaxis((z + COMPLEX_STEP * 1j * np.eye(4)[k]) * units, -1, 0)
         exact = np.moveaxis(meet_on_curve(pairing, moved)[0].imag, 0, -1) / COMPLEX_STEP
         np.testing.assert_allclose(jacobian[..., k], exact, rtol=1e-12, atol=1e-15)
-
-
-def test_a_singular_system_leaves_the_others_alone() -> None:
-    systems = np.random.default_rng(6).normal(size=(5, 4, 4))
-    right = np.arange(20.0).reshape(5, 4)
-    alone = _solved([*systems.transpose(1, 0, 2)], [*right.T])
-    np.testing.assert_allclose(alone, np.linalg.solve(systems, right[..., None])[..., 0], rtol=1e-12)
-    systems[2, 3] = 0.0
-    found = _solved([*systems.transpose(1, 0, 2)], [*right.T])
-    assert np.isnan(found[2]).all()
-    assert np.delete(found, 2, axis=0).tolist() == np.delete(alone, 2, axis=0).tolist()
-
-
-@both
-def test_traces_leave_the_window_and_pass_through_the_path(design: Design) -> None:
-    pairing, path = pairing_of(design, "right"), path_of_contact(design, points=21)
-    units = units_of(pairing)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        curves, _ = curves_of(pairing)
-    assert not any(curve.lost for curve in curves)
-    line = np.concatenate([curve.points for curve in curves]) * units[0]
-    for l1, l2 in zip(path.l1, path.l2, strict=True):
-        steps = np.abs(line[:, :2] - (l1, l2)) / units[0, 0, :2]
-        assert steps.max(axis=1).min() < 0.05
-    for curve in curves:
-        part = pairing.cases(np.zeros(len(curve.points), dtype=int))
-        faces = np.abs(_within(part, curve.points[:, None], units_of(part), MAX_DISTANCE_FACES)[1]).max(
-            axis=-1
-        )
-        steps = np.linalg.norm(np.diff(curve.points, axis=0), axis=-1)
-        far = np.maximum(1.0, 4.0 * np.maximum(faces[1:], faces[:-1]))
-        assert (steps < 0.1 * far).all()
-        assert np.abs(meet_on_curve(pairing, (curve.points * units[0]).T[:, None])[0]).max() < 1e-12
 
 
 def test_a_curve_is_not_left_for_another_far_from_the_faces() -> None:

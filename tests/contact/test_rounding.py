@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Errors, path_of_contact
+from beveloid_geom import Design, path_of_contact
 from beveloid_geom.contact.rounding import rounding_error
 from tests.oracle.sixty_digits import exact_at
 from tests.oracle.table1 import table1
@@ -34,15 +34,3 @@ def test_paths_that_cross_n_x_0_lose_no_digits(design: Design) -> None:
     estimate = rounding_error(path_of_contact(design, points=5)).max()
     assert estimate < 1e-11
     assert true_error(design) < 20.0 * estimate
-
-
-def test_batches_and_no_path() -> None:
-    batch = table1((0.001, -0.001), Errors(offset=np.array([0.0, 0.1, 500.0])))
-    path = path_of_contact(batch, points=4)
-    moved = rounding_error(path)
-    assert moved.shape == (3, 4)
-    assert np.isnan(moved[2]).all()
-    single = table1((0.001, -0.001), Errors(offset=0.1))
-    np.testing.assert_allclose(moved[1], rounding_error(path_of_contact(single, points=4)), rtol=1e-3)
-    none = table1(errors=Errors(offset=500.0))
-    assert rounding_error(path_of_contact(none, points=4)).size == 0

@@ -9,8 +9,7 @@ import pytest
 
 from beveloid_geom import Design, Errors, Member, Pair, Tool, contact_lines, path_of_contact
 from beveloid_geom.gear.active_flank import active_start
-from beveloid_geom.pair.zero_backlash import zero_backlash_layout
-from tests.stability.answers import without_undercut
+from tests.stability.answers import closed, without_undercut
 from tests.stability.five_residuals import batch_of_one
 
 
@@ -46,9 +45,8 @@ def test_part_with_the_largest_range_of_roll_between_edges_of_undercut() -> None
     tools = [Tool(2.0, radians(20.0), parabola=parabola) for parabola in (0.00072, 0.00382)]
     pinion = Member(tools[0], 9, radians(28.8146), radians(3.95216), -0.1656, 33.87967)
     gear = Member(tools[1], 15, radians(-21.12072), radians(-8.81663), -0.19173, 23.578)
-    layout = zero_backlash_layout(Design(pinion, gear, Pair(30.0, 0.1)))
-    pair = Pair(float(layout.offset), float(layout.shaft_angle))
-    design = Design(pinion, gear, pair, Errors(offset=0.50554, shaft_angle=radians(0.09103)))
+    errors = Errors(offset=0.50554, shaft_angle=radians(0.09103))
+    design = closed(pinion, gear).with_errors(errors)
     path = path_of_contact(design, "left", 3)
     whole = path_of_contact(design, "left", 20001, undercut=False)
     above = [

@@ -130,12 +130,6 @@ def test_flank_and_fillet_meet(flank: str) -> None:
     assert surface_of(few, flank).crossing is not None
 
 
-def test_zero_amounts_change_nothing(flank: str) -> None:
-    design = table1((0.001, -0.001))
-    same = replace(design, pinion=design.pinion.modified(Modification()))
-    assert np.array_equal(path_of_contact(design, flank).l1, path_of_contact(same, flank).l1)
-
-
 def test_modifications_belong_to_their_side(flank: str) -> None:
     design = table1()
     other = "left" if flank == "right" else "right"

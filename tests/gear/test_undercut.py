@@ -116,15 +116,6 @@ def test_the_neck_is_tangent_to_the_tool_round(name: str) -> None:
     assert found.neck[0] > 0.1
 
 
-@undercut_members
-def test_mirrored_member_has_its_flanks_exchanged(member: Member) -> None:
-    mirrored = replace(member, helix_angle=-member.helix_angle)
-    right, left = undercut_of(member, "right", 4), undercut_of(mirrored, "left", 4)
-    np.testing.assert_allclose(right.start, left.start, atol=1e-9)
-    np.testing.assert_allclose(right.neck, left.neck, atol=1e-9)
-    assert right.limits == pytest.approx(left.limits)
-
-
 def test_table_1_is_sound_and_convex_its_pinion_is_undercut() -> None:
     for member in (PINION, GEAR, replace(GEAR, tool=CONVEX.tool)):
         require_flanks(member)

@@ -147,16 +147,6 @@ def test_pairs_are_turned_by_pitches() -> None:
         assert np.allclose(shifted.distance[row], turned.distance, atol=1e-12, equal_nan=True)
 
 
-def test_arrays_of_errors() -> None:
-    offsets = np.array([[-0.2], [0.0], [0.3]])
-    l, z = places(table1(), "right", 0, 20, seed=3)
-    together = angular_clearance(table1(errors=Errors(offset=offsets)), "right", 0, l, z, 0.1, -0.06)
-    assert together.angle.shape == (3, 20)
-    for row, offset in enumerate(offsets.ravel()):
-        alone = angular_clearance(table1(errors=Errors(offset=float(offset))), "right", 0, l, z, 0.1, -0.06)
-        assert np.allclose(together.distance[row], alone.distance, atol=1e-12, equal_nan=True)
-
-
 def test_inside_ends_at_the_limits() -> None:
     """Points of the gear that are just inside its limits are recognised as inside, and points just outside as
     outside."""

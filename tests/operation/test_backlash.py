@@ -227,13 +227,6 @@ def test_no_derivative_where_both_signs_reduce_the_backlash(
     assert np.isnan(both[1]).tolist() == [False, True, False, False]
 
 
-def test_derivative_of_the_minimum() -> None:
-    design = table1((-0.0005, -0.0005))
-    rate = backlash_by_errors(design)[0]
-    far = mounted_backlash(replace(design, errors=Errors(offset=np.array([1e-2, -1e-2])))).normal
-    assert rate == pytest.approx((far[0] - far[1]) / 2e-2, rel=2e-4)
-
-
 @pytest.mark.slow
 def test_by_tangency_without_parabolas() -> None:
     """Without parabolas, the backlash by tangency is exact where flanks touch, and a lower bound where edges

@@ -50,19 +50,6 @@ def test_both_concave_flanks_interpenetrate(coefficient: float) -> None:
     assert (proof.separation < -0.03).all()
 
 
-def test_a_saddle_overlaps_close_by() -> None:
-    """Next to the tangency there is overlap where the curvature is negative, and none where it is
-    positive."""
-    for coefficient, overlaps in ((0.0006, True), (0.0, False)):
-        design = table1((coefficient, coefficient))
-        path = path_of_contact(design, "right", 3)
-        place = np.radians(np.arange(0.0, 360.0, 0.5))
-        l, z = path.l1[1] + 0.5 * np.cos(place), path.pinion_z[1] + 5.0 * np.sin(place)
-        met = angular_clearance(design, "right", 0, l, z, path.pinion_roll[1], path.gear_roll[1])
-        assert bool((met.distance < 0.0).any()) == overlaps
-        assert bool(path_certificate(path).curvature[1] < 0.0) == overlaps
-
-
 def test_convex_flanks_hand_over(flank: str) -> None:
     """Convex flanks touch first in the middle of their path. At its ends, the flanks of the next pair touch
     earlier."""

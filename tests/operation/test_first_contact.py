@@ -18,12 +18,8 @@ from beveloid_geom import (
     path_of_contact,
 )
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.gear.flank import flank_point
-from beveloid_geom.gear.flank_limits import tip_parameter
 from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.engagement import pitch_point_roll
-from beveloid_geom.pair.frames import layout_of, member_frame
-from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import FirstStatus, Limit
 from tests.oracle.table1 import table1
 
@@ -56,18 +52,6 @@ def test_unmodified_flanks_touch_along_the_path(flank: str, errors: Errors) -> N
     assert np.ptp(first.transmission_error) < 1e-13
 
 
-def edge_point(design: Design, flank: str, limit: Limit, along: float, roll: float) -> FloatArray:
-    """Return a point of S_f on an edge of a flank: `along` is z on a tip and the flank parameter at the
-    ends."""
-    member = 0 if limit.member == "pinion" else 1
-    own = design.members[member]
-    half = 0.5 * float(own.face_width) * (-1.0 if limit.limit == "toe" else 1.0)
-    l, z = (float(tip_parameter(own, flank, along)), along) if limit.limit == "tip" else (along, half)
-    axial = (design.errors.pinion_axial, design.errors.gear_axial)[member]
-    frame = member_frame(layout_of(design), member, roll, mounting_of(design).distance[member] + axial)
-    return np.asarray(frame[0] @ flank_point(own, flank, l, z=z) + frame[1])
-
-
 EDGES = {
     "tips, both concave": table1((0.0002, 0.0002)),
     "tips, more so": table1((0.0006, 0.0006)),
@@ -75,27 +59,6 @@ EDGES = {
     "ends": table1((0.0005, -0.0005), Errors(shaft_angle=radians(0.1))),
     "other ends": table1((0.0005, -0.0005), Errors(shaft_angle=radians(-0.1))),
 }
-
-
-@pytest.mark.parametrize("name", EDGES)
-def test_edge_contacts_lie_on_the_reported_edge(name: str, flank: str) -> None:
-    """The contact point lies on the reported edge (`test_first_contact_by_bisection` tests that it touches
-    first)."""
-    design, seen = EDGES[name], 0
-    first = first_contact(design, flank, cycle(design, flank, 6))
-    for k in range(6):
-        codes = first.limit[k]
-        if codes[0] < 0 or codes[1] >= 0 or first.on_fillet[k].any():
-            continue
-        limit = Limit(int(codes[0]))
-        member = 0 if limit.member == "pinion" else 1
-        l, z = ((first.l1[k], first.z1[k]), (first.l2[k], first.z2[k]))[member]
-        turned = first.pair[k] * np.array(pitches(design)) * (1.0, -1.0)
-        roll = (first.pinion_roll[k], first.gear_roll[k])[member] + turned[member]
-        at = edge_point(design, flank, limit, float(z if limit.limit == "tip" else l), float(roll))
-        assert np.linalg.norm(at - first.point[k]) < 1e-8
-        seen += 1
-    assert seen or flank == "left"
 
 
 def test_expected_edges() -> None:

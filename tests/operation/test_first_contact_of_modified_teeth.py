@@ -20,17 +20,15 @@ from beveloid_geom import (
     mesh_cycle,
     path_of_contact,
 )
-from beveloid_geom.arrays import FloatArray
 from beveloid_geom.gear.tooth_side import surface_of
 from beveloid_geom.operation.engagement import engagement_of, pitch_point_roll
 from beveloid_geom.operation.search.local_clearance import clearance_at, hessian, local_at
 from beveloid_geom.workshop.measured import deviations_of
-from tests.operation.test_first_contact_by_bisection import BOTH, Tooth, assert_first, clearance
+from tests.operation.test_first_contact_by_bisection import BOTH, assert_first
 from tests.oracle.table1 import table1
+from tests.oracle.tooth import least_turn
 from tests.stability.five_residuals import cases_of
 from tests.stability.random_designs import random_designs
-
-ZOOMS, NARROWER = 24, 0.35
 
 
 def random_modification(rng: np.random.Generator, design: Design) -> Modification:
@@ -56,41 +54,6 @@ def modified(rng: np.random.Generator, design: Design) -> Design:
         for member in design.members
     )
     return replace(design, pinion=pinion, gear=gear)
-
-
-def least_turn(design: Design, flank: str, rolls: tuple[float, float], count: tuple[int, int]) -> float:
-    """Return the least angle (rad) by which the gear may turn towards the pinion, over flank and fillet, from
-    a grid that is narrowed around its lowest points."""
-    pinion = Tooth(design.pinion, 1.0 if flank == "right" else -1.0)
-    half = 0.5 * float(design.pinion.face_width)
-    u, v = np.meshgrid(np.linspace(0.0, 1.0, count[0]), np.linspace(-1.0, 1.0, count[1]), indexing="ij")
-
-    def placed(u: FloatArray, v: FloatArray) -> tuple[FloatArray, FloatArray]:
-        z = half * v
-        top = pinion.profile(pinion.tip(z), z)
-        return np.where(u < 0.25, 4.0 * u, 1.0 + (u - 0.25) / 0.75 * (top - 1.0)), z
-
-    gap = clearance(design, flank, *placed(u.ravel(), v.ravel()), rolls).reshape(u.shape)
-    padded = np.pad(gap, 1, constant_values=np.inf)
-    around = np.min(
-        [padded[i : i + u.shape[0], j : j + u.shape[1]] for i in range(3) for j in range(3)], axis=0
-    )
-    best = np.inf
-    for i, j in np.argwhere((gap <= around) & (gap <= gap.min() + 1e-3)):
-        at, least = np.array((u[i, j], v[i, j])), gap[i, j]
-        width = np.array((1.0 / count[0], 2.0 / count[1]))
-        offsets = np.stack(np.meshgrid(np.linspace(-1.0, 1.0, 9), np.linspace(-1.0, 1.0, 9)), axis=-1)
-        for _ in range(ZOOMS):
-            places = at + width * offsets.reshape(-1, 2)
-            places = np.clip(places, (1e-3, -1.0), (1.0, 1.0))
-            found = clearance(design, flank, *placed(*places.T), rolls)
-            k = int(found.argmin())
-            if found[k] < least:
-                at, least = places[k], found[k]
-            else:
-                width = NARROWER * width
-        best = min(best, least)
-    return float(best)
 
 
 def assert_earliest(design: Design, flank: str, roll: float, count: tuple[int, int] = (33, 25)) -> None:
@@ -223,8 +186,8 @@ def test_tangent_flanks_that_face_the_same_way_are_no_contact() -> None:
 
 
 def test_derivatives_of_clearance_and_limits() -> None:
-    """Derivatives equal central differences on flank and fillet, on both sides of the beginning of
-    reliefs."""
+    """Derivatives of clearance and margins equal central differences on flank and fillet, on both sides of
+    the beginning of reliefs."""
     rng = np.random.default_rng(4)
     design = modified(rng, table1((0.001, -0.0005), Errors(0.2, radians(0.01), 0.3, -0.4)))
     amounts: dict[str, Any] = {
@@ -250,6 +213,10 @@ def test_derivatives_of_clearance_and_limits() -> None:
             above, below = local_at(task, *(places + shift)), local_at(task, *(places - shift))
             rate = (above.f - below.f) / (2.0 * step) - here.slope[axis]
             bend = (above.slope - below.slope) / (2.0 * step) - hessian(here.bend)[axis]
+            margin = (above.margin - below.margin) / (2.0 * step) - here.rate[:, axis]
+            curve = (above.rate - below.rate) / (2.0 * step) - hessian(here.curve)[:, axis]
             # Places within a step of the joint or of the beginning of a relief have no second derivative.
             assert np.quantile(np.abs(rate[known]), 0.97) < 1e-7
             assert np.quantile(np.abs(bend[:, known]), 0.97) < 1e-7
+            assert np.quantile(np.abs(margin[:, known]), 0.97) < 1e-7
+            assert np.quantile(np.abs(curve[..., known]), 0.97) < 1e-7

@@ -1,4 +1,4 @@
-"""Undercut teeth: contours, first contacts and paths compared with independent sampling (`cut_tooth`)."""
+"""Undercut teeth: contours, first contacts and paths compared with independent sampling (`oracle.tooth`)."""
 
 from __future__ import annotations
 
@@ -13,23 +13,22 @@ from beveloid_geom import (
     Design,
     Errors,
     Member,
-    Pair,
     Tool,
     contact_ratio,
     first_contact,
     mesh_cycle,
     mounted_backlash,
     path_of_contact,
-    zero_backlash_layout,
 )
 from beveloid_geom.arrays import flank_sign
 from beveloid_geom.gear.active_flank import active_start
 from beveloid_geom.gear.tooth_side import angle_of, cut_at, profile_at, surface_of, undercut_edge
 from beveloid_geom.operation.engagement import pitch_point_roll
-from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import FirstStatus, Limit, Status
 from beveloid_geom.validation.five_equations import path_of_contact_five_equations
-from tests.oracle.cut_tooth import CutTooth, clearance, least_turn
+from tests.operation.test_first_contact_by_bisection import coordinate
+from tests.oracle.tooth import CutTooth, clearance, least_turn
+from tests.stability.answers import closed
 
 ALPHA, MODULE = radians(20.0), 3.0
 FACES = {
@@ -56,7 +55,7 @@ def test_contours_of_undercut_teeth(member: Member, flank: str) -> None:
     with np.errstate(invalid="ignore"):
         s = profile_at(surface, radius.ravel() ** 2, plane)
         angle = angle_of(cut_at(surface, s, plane))
-    exact = -flank_sign(flank) * tooth.surface(radius.ravel(), plane)
+    exact = tooth.angle_at(radius.ravel(), plane)
     assert (np.abs(angle - exact) * radius.ravel()).max() < 1e-9
 
 
@@ -86,31 +85,28 @@ def random_pairs(
         if any(s.lost for s in surfaces) or all(s.crossing is None for s in surfaces):
             continue
         try:
-            layout = zero_backlash_layout(Design(members[0], members[1], Pair(80.0, radians(12.0))))
+            design = closed(*members)
         except ValueError:
             continue
-        yield Design(members[0], members[1], Pair(float(layout.offset), float(layout.shaft_angle)), errors)
+        yield design.with_errors(errors)
 
 
 def assert_first(design: Design, flank: str, share: float) -> FirstStatus:
     """Check that no point touches earlier by 1e-6 mm, and that the contact touches."""
-    sign, pitches = flank_sign(flank), [2.0 * np.pi / float(member.teeth) for member in design.members]
+    pitches = [2.0 * np.pi / float(member.teeth) for member in design.members]
     roll = float(pitch_point_roll(design, flank)) + share * pitches[0]
     first = first_contact(design, flank, [roll])
     if first.status[0] != FirstStatus.SOLVED:
         return FirstStatus(int(first.status[0]))
-    lever, distance = 0.5 * MODULE * design.gear.teeth * np.cos(ALPHA), mounting_of(design).distance
-    pair, gear = int(first.pair[0]), float(first.gear_roll[0])
+    lever, pair = 0.5 * MODULE * design.gear.teeth * np.cos(ALPHA), int(first.pair[0])
     settings = [
-        (roll + k * pitches[0], gear - k * pitches[1], float(distance[0]), float(distance[1]))
+        (roll + k * pitches[0], float(first.gear_roll[0]) - k * pitches[1])
         for k in (pair - 1, pair, pair + 1)
     ]
-    assert min(lever * least_turn(design, sign, setting) for setting in settings) > -1e-6
-    tooth, l1 = CutTooth(design.pinion, sign), float(first.l1[0])
-    rounded = max(float(design.pinion.tool.tip_radius), 0.1) * MODULE
-    on_fillet = bool(first.on_fillet[0, 0])
-    place = np.array([ALPHA + (tooth.joint - l1) / rounded if on_fillet else l1]), first.z1
-    touch = clearance(design, sign, "round" if on_fillet else "flank", place, settings[1], spare=1e-9)
+    turns = [least_turn(design, flank, rolls, (49, 25), CutTooth) for rolls in settings]
+    assert lever * min(turns) > -1e-6
+    w = coordinate(CutTooth(design.pinion, flank_sign(flank)), flank, first.l1)
+    touch = clearance(design, flank, w, first.z1, settings[1], CutTooth, 1e-9)
     assert abs(lever * float(touch[0])) < 1e-8
     return FirstStatus.SOLVED
 
@@ -134,12 +130,6 @@ def test_first_contacts_of_deeply_undercut_and_misaligned_members(count: int) ->
     assert found.count(FirstStatus.SOLVED) >= 0.6 * count
 
 
-def crossed(pinion: Member, gear: Member) -> Design:
-    """Return the pair without backlash on axes crossed by the sum of the helix angles."""
-    layout = zero_backlash_layout(Design(pinion, gear, Pair(80.0, radians(12.0))))
-    return Design(pinion, gear, Pair(float(layout.offset), float(layout.shaft_angle)))
-
-
 GEAR = Member(Tool(MODULE, ALPHA), 40, radians(-5.0), radians(2.0), 0.2, 34.0, 0.15)
 
 
@@ -148,7 +138,7 @@ def test_an_edge_of_undercut_touches_first(flank: str) -> None:
     the pinion."""
     pinion = Member(Tool(MODULE, ALPHA), 17, radians(10.0), radians(1.0), -0.8, 20.0)
     gear = Member(Tool(MODULE, ALPHA), 60, radians(-4.0), radians(1.0), 0.6, 24.0)
-    design = crossed(pinion, gear)
+    design = closed(pinion, gear)
     assert 0.5 < float(contact_ratio(design, flank)) < 1.0
     roll = pitch_point_roll(design, flank) + 2.0 * np.pi / 17.0 * np.linspace(-0.5, 0.5, 120)
     first = first_contact(design, flank, roll)
@@ -168,7 +158,7 @@ def test_an_edge_of_undercut_touches_first(flank: str) -> None:
 def test_paths_end_at_the_edge_of_the_flank(name: str, flank: str) -> None:
     """The path agrees with the five equations under errors that move it to the edge."""
     pinion = replace(FACES[name], teeth=11, profile_shift=0.1)
-    design = crossed(pinion, GEAR)
+    design = closed(pinion, GEAR)
     path, other = path_of_contact(design, flank, 9), path_of_contact_five_equations(design, flank, 9)
     assert path.ends.status == Status.SOLVED
     assert Limit.PINION_ROOT in path.ends.limit
@@ -181,13 +171,13 @@ def test_paths_end_at_the_edge_of_the_flank(name: str, flank: str) -> None:
 
 def test_result_is_continuous_in_the_undercut(flank: str) -> None:
     """The difference from the sound tooth tends to zero with the undercut."""
-    sound = crossed(Member(Tool(MODULE, ALPHA), 15, radians(15.0), radians(3.0), 0.4, 20.0), GEAR)
+    sound = closed(Member(Tool(MODULE, ALPHA), 15, radians(15.0), radians(3.0), 0.4, 20.0), GEAR)
     low, high = 0.0, 0.4
     for _ in range(60):  # the profile shift at which the toe begins to be undercut
         middle = 0.5 * (low + high)
         edge = undercut_edge(replace(sound.pinion, profile_shift=middle), flank)
         low, high = (low, middle) if edge is None else (middle, high)
-    pair = crossed(replace(sound.pinion, profile_shift=high), GEAR).pair
+    pair = closed(replace(sound.pinion, profile_shift=high), GEAR).pair
     changes = []
     for change in (1e-2, 1e-4, 1e-6):
         both = [

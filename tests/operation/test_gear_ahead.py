@@ -2,33 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Errors, Pair, builtin_design, first_contact, mesh_cycle, path_of_contact
+from beveloid_geom import Design, builtin_design, first_contact, mesh_cycle, path_of_contact
 from beveloid_geom.arrays import gear_sense
 from beveloid_geom.pair.frames import layout_of
-from beveloid_geom.validation.five_equations import path_of_contact_five_equations
 from tests.oracle.table1 import table1
-
-
-def spur() -> Design:
-    """Return straight teeth on parallel axes."""
-    straight = table1()
-    pinion, gear = (
-        replace(member, helix_angle=0.0, cone_angle=0.0, profile_shift=0.0) for member in straight.members
-    )
-    return Design(pinion, gear, Pair(0.5 * 6.0 * (29 + 45) + 0.05, 0.0))
-
+from tests.stability.parallel_pairs import pair_of
 
 DESIGNS = {
     "crossed": table1(),
     "intersecting": builtin_design("awd-transfer"),
     "crossed, marine": builtin_design("marine-gearbox"),
     "parallel, conical": builtin_design("anti-backlash"),
-    "parallel, spur": spur(),
+    "parallel, spur": pair_of(6.0, (29, 45), 0.0, 222.05),
 }
 
 
@@ -84,10 +72,3 @@ def test_the_pair_furthest_ahead_is_in_contact(name: str, parabola: tuple[float,
     mean = first_contact(design, flank, cycle.start + cycle.pitch * np.arange(96) / 96.0)
     swing = float(cycle.peak_to_peak)
     assert float(cycle.mean) == pytest.approx(mean.transmission_error.mean(), abs=2e-3 * swing + 1e-13)
-
-
-def test_sign_agrees_with_the_five_equations(flank: str) -> None:
-    design = table1((-0.0004, -0.0002), Errors(0.1, 1e-4, 0.2, -0.1))
-    found, path = path_of_contact_five_equations(design, flank, 9), path_of_contact(design, flank, 9)
-    assert np.ptp(path.transmission_error) > 1e-6
-    np.testing.assert_allclose(found.transmission_error, path.transmission_error, rtol=0.0, atol=1e-11)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from beveloid_geom import (
     FlankDeviations,
     Member,
     Modification,
+    PitchCycle,
     builtin_design,
     design_text,
     first_contact,
@@ -84,6 +86,19 @@ def test_without_deviations_it_is_the_mesh_cycle(flank: str) -> None:
     assert np.abs(cycle.transmission_error - expected).max() < 1e-11
 
 
+def assert_furthest_pair(cycle: PitchCycle, pitch: int, designs: Callable[[int, int], Design]) -> None:
+    """Check that the tooth pair that is furthest ahead is in contact, with its first contact in the design of
+    its two teeth."""
+    roll, errors = cycle.pinion_roll[pitch, 0], {}
+    for pair in range(-pitch - 1, -pitch + 2):
+        teeth = pair % 29, -pair % 45
+        first = first_contact(designs(*teeth), cycle.flank, [roll], (pair,))
+        errors[teeth] = float(np.nan_to_num(first.transmission_error[0], nan=-np.inf))
+    best = max(errors, key=errors.__getitem__)
+    assert cycle.transmission_error[pitch, 0] == pytest.approx(errors[best], abs=1e-11)
+    assert (cycle.pinion_tooth[pitch, 0], cycle.gear_tooth[pitch, 0]) == best
+
+
 @pytest.mark.parametrize(("pitch", "flank"), [(0, "right"), (700, "left")])
 def test_the_mating_teeth_are_displaced_flanks(pitch: int, flank: str) -> None:
     """The error of each tooth pair equals the first contact of single tooth pairs of designs whose flanks
@@ -92,17 +107,12 @@ def test_the_mating_teeth_are_displaced_flanks(pitch: int, flank: str) -> None:
     amounts = rng.uniform(-9.0, 9.0, 29), rng.uniform(-9.0, 9.0, 45)
     cycle = pitch_cycle(with_pitch(plain, *amounts), flank, 1)
     assert cycle.pitches == 29 * 45
-    roll = cycle.pinion_roll[pitch, 0]
-    errors = {}
-    for pair in range(-pitch - 1, -pitch + 2):
-        teeth = pair % 29, -pair % 45
+
+    def with_teeth(*teeth: int) -> Design:
         members = [displaced(m, a[k]) for m, a, k in zip(plain.members, amounts, teeth, strict=True)]
-        design = replace(plain, pinion=members[0], gear=members[1])
-        first = first_contact(design, flank, [roll], (pair,))
-        errors[teeth] = float(np.nan_to_num(first.transmission_error[0], nan=-np.inf))
-    best = max(errors, key=errors.__getitem__)
-    assert cycle.transmission_error[pitch, 0] == pytest.approx(errors[best], abs=1e-11)
-    assert (cycle.pinion_tooth[pitch, 0], cycle.gear_tooth[pitch, 0]) == best
+        return replace(plain, pinion=members[0], gear=members[1])
+
+    assert_furthest_pair(cycle, pitch, with_teeth)
 
 
 def test_equal_displacements_of_measured_teeth_are_pitch_deviations(flank: str) -> None:
@@ -139,18 +149,13 @@ def test_each_tooth_has_its_table() -> None:
     assert np.allclose(table_of(members[0]).deviation_um, mean)
     cycle = pitch_cycle(replace(plain, pinion=members[0], gear=members[1]), "right", 1)
     assert cycle.pitches == 29 * 3
-    for pitch in (80,):
-        errors = {}
-        for pair in range(-pitch - 1, -pitch + 2):
-            teeth = pair % 29, -pair % 45
-            own = (tables[0][teeth[0] % 2], tables[1][teeth[1] % 3])
-            parts = [m.modified(Modification(deviations=x)) for m, x in zip(plain.members, own, strict=True)]
-            design = replace(plain, pinion=parts[0], gear=parts[1])
-            first = first_contact(design, "right", [cycle.pinion_roll[pitch, 0]], (pair,))
-            errors[teeth] = float(np.nan_to_num(first.transmission_error[0], nan=-np.inf))
-        best = max(errors, key=errors.__getitem__)
-        assert cycle.transmission_error[pitch, 0] == pytest.approx(errors[best], abs=1e-11)
-        assert (cycle.pinion_tooth[pitch, 0], cycle.gear_tooth[pitch, 0]) == best
+
+    def with_teeth(pinion: int, gear: int) -> Design:
+        own = (tables[0][pinion % 2], tables[1][gear % 3])
+        parts = [m.modified(Modification(deviations=x)) for m, x in zip(plain.members, own, strict=True)]
+        return replace(plain, pinion=parts[0], gear=parts[1])
+
+    assert_furthest_pair(cycle, 80, with_teeth)
 
 
 def test_files_of_single_teeth(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ need no formula. Nothing of `gear` or `contact` is used. Single members; lengths
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -47,6 +48,7 @@ def _generated(member: Member, sigma: float, l: Any, z: Any) -> tuple[Any, Any, 
     return pitch + x, along, (y - along) / pitch
 
 
+@cache
 def limits(member: Member, sigma: float) -> tuple[float, float]:
     """Return l at the start of the active flank and at the tip, at mid-face, for a usual tool."""
     tool = member.tool
@@ -78,7 +80,7 @@ def depth(member: Member, sigma: float, l: Any, z: Any) -> Any:
     given = member.modification_right if sigma > 0.0 else member.modification_left
     if given is None:
         return 0.0 * l
-    low, tip = limits(member, sigma)
+    low, tip = limits(member.modified(None), sigma)
     half = 0.5 * member.face_width
     lam, zeta = (2.0 * l - low - tip) / (tip - low), z / half
 

@@ -1,6 +1,4 @@
-"""Errors at the mesh: against two lines in space at 40 digits, both conversions, and a pair with a distant
-apex.
-"""
+"""Errors at the mesh: against two lines in space at 40 digits, both conversions, and design files."""
 
 from __future__ import annotations
 
@@ -24,12 +22,12 @@ from beveloid_geom import (
     path_of_contact,
     read_design,
 )
-from beveloid_geom.pair.frames import layout_of
 from beveloid_geom.pair.misalignment import mounted
 from beveloid_geom.pair.misalignment_at_mesh import at_mesh, from_mesh, holds_tilt
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import Status
 from tests.oracle.table1 import table1
+from tests.stability.five_residuals import cases_of
 from tests.symmetry import mirrored
 from tests.validation.test_intersecting_axes import EQUAL, FILE, LARGE, STRAIGHT
 
@@ -155,27 +153,13 @@ def by_lines(design: Design, given: MeshErrors) -> list[float]:
         ]
 
 
-def single(design: Design, case: int) -> Design:
-    """Return one case of a batch."""
-
-    def at(part: Any) -> Any:
-        values = {
-            name: at(value) if isinstance(value, Tool) else np.ravel(value)[case % np.size(value)].item()
-            for name, value in vars(part).items()
-            if value is not None
-        }
-        return replace(part, **values)
-
-    return Design(at(design.pinion), at(design.gear), at(design.pair))
-
-
 SINGLES = {
     "Table 1": table1(),
     "mirrored": mirrored(table1()),
     "24/61": LARGE,
     "37/37": EQUAL,
     "straight": STRAIGHT,
-    **{f"{name} {case}": single(design, case) for name, design in DESIGNS.items() for case in range(10)},
+    **{f"{name} {case}": cases_of(design, case) for name, design in DESIGNS.items() for case in range(10)},
 }
 
 
@@ -187,39 +171,6 @@ def test_lines_in_space(name: str) -> None:
         found = [float(value) for value in vars(from_mesh(design, given)).values()]
         scale = max(1.0, *np.abs(mounting_of(design).pitch_distance))
         np.testing.assert_allclose(found, by_lines(design, given), rtol=1e-12, atol=1e-14 * scale)
-
-
-@pytest.mark.parametrize("name", SINGLES)
-def test_single_errors_have_their_defined_effect(name: str) -> None:
-    design = SINGLES[name]
-    assert (
-        from_mesh(design, MeshErrors())
-        == Errors()
-        == from_mesh(design.with_errors(Errors(0.1)), MeshErrors())
-    )
-    assert from_mesh(design, MeshErrors(pinion_axial=0.2, gear_axial=-0.3)) == Errors(0, 0, 0.2, -0.3)
-    turned = from_mesh(design, MeshErrors(in_plane=1e-3))
-    assert turned.shaft_angle == 1e-3
-    assert abs(float(turned.offset)) < 1e-12
-    # A rotation about the pitch point keeps its distance from the gear axis, and its foot at mid-face.
-    layout = layout_of(design.with_errors(turned))
-    x, y, z = mounting_of(design).pitch_point + np.array((0.0, 0.0, float(turned.pinion_axial)))
-    along = layout.sin_angle * y + layout.cos_angle * z
-    radius = np.hypot(x - layout.offset, layout.cos_angle * y - layout.sin_angle * z)
-    assert radius == pytest.approx(mounting_of(design).working_radius[1], abs=1e-9)
-    assert along == pytest.approx(mounting_of(design).pitch_distance[1] + turned.gear_axial, abs=1e-9)
-
-
-def test_a_distant_apex() -> None:
-    """37/37 teeth: a shaft-angle error about the common perpendicular acts mostly as a shift at the mesh."""
-    error = radians(0.02)
-    at_the_mesh = from_mesh(EQUAL, MeshErrors(in_plane=error))
-    assert (at_the_mesh.pinion_axial, at_the_mesh.gear_axial) == pytest.approx((-8.42, -8.42), abs=0.005)
-    places = [
-        path_of_contact(EQUAL.with_errors(errors), "right", 3).pinion_z[1]
-        for errors in (Errors(), at_the_mesh, Errors(shaft_angle=error))
-    ]
-    assert np.subtract(places[1:], places[0]) == pytest.approx((-1.37, -10.01), abs=0.005)
 
 
 AT_MESH = """
@@ -269,12 +220,6 @@ def test_invalid_files_give_one_line(errors: str, tmp_path: Path) -> None:
         read_design(file)
     assert len(caught.value.faults) == 1, caught.value.faults
     assert caught.value.faults[0].startswith(f"[errors] {FAULTS[errors]}")
-
-
-def test_mirrored_pairs_have_the_same_errors() -> None:
-    given = MeshErrors(centre_distance=0.05, in_plane=2e-3, out_of_plane=3e-3, gear_axial=1.0)
-    for design in (table1(), LARGE):
-        assert differences(from_mesh(mirrored(design), given), from_mesh(design, given)) < 1e-12
 
 
 def test_errors_without_an_equivalent_are_nan() -> None:

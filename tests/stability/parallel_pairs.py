@@ -25,9 +25,10 @@ def pair_of(
     face: tuple[float, float] = (30.0, 30.0),
     cone_deg: float = 0.0,
     pressure_deg: float = 20.0,
+    tip_radius: float = 0.38,
 ) -> Design:
     """Return members with opposite helix and cone angles on parallel axes."""
-    tool = Tool(module, radians(pressure_deg))
+    tool = Tool(module, radians(pressure_deg), tip_radius=tip_radius)
     pinion, gear = (
         Member(tool, teeth[k], side * radians(helix_deg), side * radians(cone_deg), shift[k], face[k])
         for k, side in enumerate((1.0, -1.0))
@@ -106,9 +107,9 @@ def nearly_parallel_pairs(number: int, seed: int) -> Iterator[Design]:
         yield design.with_parabola(*bends).with_errors(replace(design.errors, shaft_angle=tilt))
 
 
-def total_ratio_of_iso(design: Design) -> float:
-    """Return eps_alpha + eps_beta of a cylindrical pair with errors of offset and axial position. Flanks
-    reach from the tip down to one addendum below the reference line of the rack."""
+def ratios_of_iso(design: Design) -> tuple[float, float]:
+    """Return eps_alpha and eps_beta of a cylindrical pair with errors of offset and axial position. Flanks
+    reach from the tip down to the joint with the fillet."""
     module, pressure = (
         float(v) for v in (design.pinion.tool.normal_module, design.pinion.tool.normal_pressure_angle)
     )
@@ -123,8 +124,12 @@ def total_ratio_of_iso(design: Design) -> float:
     reach = []
     for member, radius, inner in zip(design.members, radii, base, strict=True):
         shift, addendum = module * float(member.profile_shift), module * float(member.tool.addendum)
-        outer = sqrt((radius + shift + addendum) ** 2 - inner**2)
-        lowest = radius * sin(transverse) - (addendum - shift) / sin(transverse)
+        altered = module * float(member.tip_alteration)
+        outer = sqrt((radius + shift + addendum + altered) ** 2 - inner**2)
+        joint = float(member.tool.dedendum - member.tool.tip_radius * (1.0 - sin(pressure)))
+        # A tip radius of 0.38 modules is rounded: its joint lies at the depth of the addendum.
+        depth = addendum if abs(joint - float(member.tool.addendum)) < 1e-4 else module * joint
+        lowest = radius * sin(transverse) - (depth - shift) / sin(transverse)
         reach.append((lowest, outer))
     start, stop = max(reach[0][0], length - reach[1][1]), min(reach[0][1], length - reach[1][0])
     half = [0.5 * float(member.face_width) for member in design.members]
@@ -132,4 +137,4 @@ def total_ratio_of_iso(design: Design) -> float:
     width = min(p + h for p, h in zip(position, half, strict=True))
     width -= max(p - h for p, h in zip(position, half, strict=True))
     pitch = 2.0 * pi * base[0] / float(design.pinion.teeth)
-    return (stop - start + width * tan(helix) * cos(transverse)) / pitch
+    return (stop - start) / pitch, width * tan(helix) * cos(transverse) / pitch

@@ -13,10 +13,7 @@ from beveloid_geom import (
     Design,
     Pair,
     Status,
-    contact_ratio,
     gear_solid,
-    path_certificate,
-    path_of_contact,
     sample_flank,
     zero_backlash_layout,
 )
@@ -24,13 +21,10 @@ from beveloid_geom.contact.path import path_ends
 from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.pair.mounting import mounting_of
 from tests.oracle.table1 import table1
-from tests.validation.test_crossed_helical import closed_form
 
 from .answers import (
     FLANKS,
-    assert_every_method_agrees,
     changed,
-    checked_path,
     closed,
     held,
     solved_path,
@@ -70,17 +64,6 @@ def test_cone_angles_through_zero_are_continuous(ratio: tuple[float, float], fla
         assert_near(path, zero, angle, 3e4)
 
 
-def test_without_cones_the_closed_form_of_crossed_helical_gears_holds(flank: str) -> None:
-    helix = (float(PINION.helix_angle), float(GEAR.helix_angle))
-    offset, ratio = closed_form((29, 45), helix)
-    pair = Pair(offset, abs(sum(helix)), 0.0, 0.0)
-    bare = [changed(m, cone_angle=0.0, profile_shift=0.0, face_width=400.0) for m in (PINION, GEAR)]
-    for angle in (0.0, 1e-16, -1e-14, 1e-13):
-        design = with_cones(Design(bare[0], bare[1], pair), angle, -angle)
-        assert contact_ratio(design, flank) == pytest.approx(ratio, rel=2e-12)
-        checked_path(design, flank)
-
-
 def test_mounting_distances_vanish_with_the_cone_angles() -> None:
     """Mounting distances are proportional to the cone angles, with the relative accuracy of the helix angles:
     no term divides by a cone angle."""
@@ -90,14 +73,6 @@ def test_mounting_distances_vanish_with_the_cone_angles() -> None:
         design = replace(with_cones(PLAIN, angle, angle), pair=pair)
         np.testing.assert_allclose(mounting_of(design).distance, per_degree * angle, rtol=1e-3, atol=1e-10)
         assert abs(zero_backlash_layout(design).offset - PLAIN.pair.offset) < abs(angle) * 10.0 + 1e-10
-
-
-@pytest.mark.parametrize("angle", [0.0, 1e-13])
-def test_every_method_holds_without_cones(angle: float) -> None:
-    design = with_cones(PLAIN, angle, -angle)
-    path = path_of_contact(design, "right", 5)
-    assert_every_method_agrees(path, 1e-9, 1e-8)
-    assert path_certificate(path).holds
 
 
 def test_samples_and_solids_are_continuous_at_zero() -> None:
@@ -110,16 +85,6 @@ def test_samples_and_solids_are_continuous_at_zero() -> None:
         )
         points = gear_solid(tilted, 0.1, teeth=1).points
         np.testing.assert_allclose(points, solid.points, rtol=0.0, atol=1e-9)
-
-
-def test_one_member_may_be_spur(flank: str) -> None:
-    spur = held(closed(PINION, changed(GEAR, helix_angle=0.0)))
-    zero = solved_path(spur, flank)
-    for angle in TINY:
-        turned = replace(spur, gear=changed(spur.gear, helix_angle=radians(angle)))
-        assert_near(solved_path(turned, flank), zero, angle, 1e5)
-    other = closed(changed(PINION, helix_angle=0.0), changed(GEAR, helix_angle=radians(20.0)))
-    assert path_certificate(solved_path(other, flank, 5)).holds
 
 
 @pytest.mark.parametrize("helix", [0.0, 25.0])

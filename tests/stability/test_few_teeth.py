@@ -26,8 +26,6 @@ from beveloid_geom import (
     path_of_contact,
 )
 from beveloid_geom.arrays import FloatArray
-from beveloid_geom.gear.flank import tip_thickness
-from beveloid_geom.gear.flank_limits import tip_radius
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.operation.engagement import conjugate_phase, pitch_point_roll
 from beveloid_geom.operation.operating_ratio import operating_ratio, operating_ratios
@@ -37,11 +35,11 @@ from beveloid_geom.report.result import strict
 from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
 from beveloid_geom.shapes.section import section_of, section_size
 from beveloid_geom.shapes.sheet import grid_of
-from beveloid_geom.shapes.tooth_boundary import cut_sheets, tip_angle
+from beveloid_geom.shapes.tooth_boundary import cut_sheets
 from beveloid_geom.status import FirstStatus, RatioStatus
 from beveloid_geom.validation.five_equations import path_of_contact_five_equations
-from tests.operation.test_first_contact_by_bisection import Tooth
 from tests.oracle.table1 import table1
+from tests.oracle.tooth import Tooth, seen_from_gear
 from tests.shapes.test_solid import assert_closed
 
 from .answers import FLANKS, changed, closed
@@ -79,20 +77,14 @@ def dense_points(tooth: Tooth, rows: int, per_turn: int) -> tuple[FloatArray, Fl
 def shut(design: Design, roll: float, sign: float, rows: int = 40, per_turn: int = 160) -> FloatArray:
     """Return gear rolls (2, n), rad, at which its right flank meets points of a flank of any pinion tooth and
     its left flank leaves them."""
-    errors, distance = design.errors, mounting_of(design).distance
-    hand = -1.0 if design.pinion.helix_angle + design.gear.helix_angle < 0.0 else 1.0
-    angle = hand * (design.pair.shaft_angle + errors.shaft_angle)
     radius, theta, z = dense_points(Tooth(design.pinion, sign), rows, per_turn)
     teeth = np.arange(int(design.pinion.teeth))[:, None, None]
     turned = theta + roll + 2.0 * np.pi * teeth / design.pinion.teeth
-    y1, z1 = radius * np.sin(turned), z + distance[0] + errors.pinion_axial
-    x = design.pair.offset + errors.offset - radius * np.cos(turned)
-    y = np.sin(angle) * z1 - np.cos(angle) * y1
-    z = np.sin(angle) * y1 + np.cos(angle) * z1 - distance[1] - errors.gear_axial
+    x, y, z = seen_from_gear(design, radius, turned, z)
     reach, right, left = np.hypot(x, y), *(Tooth(design.gear, sign) for sign in SIGNS)
     inside = (np.abs(z) <= 0.5 * design.gear.face_width) & (reach <= right.tip(z))
     at, reach, z = np.arctan2(y, x)[inside], reach[inside], z[inside]
-    meets, leaves = (at - flank.polar(flank.profile(reach, z), z)[1] for flank in (right, left))
+    meets, leaves = (at - flank.angle_at(reach, z) for flank in (right, left))
     assert np.isfinite(meets).all()
     assert np.isfinite(leaves).all()
     return np.stack((meets, meets + np.remainder(leaves - meets, 2.0 * np.pi)))
@@ -180,13 +172,6 @@ def test_a_single_thread_is_certified(face: float, flank: str) -> None:
     proof = path_certificate(path_of_contact(design, flank, 5))
     assert proof.holds
     np.testing.assert_allclose(proof.separation, 0.0, atol=1e-9)
-
-
-def test_a_single_thread_operates_with_the_ratio_of_eq_16() -> None:
-    """The contact ratio in operation of a pinion with one tooth is that of Eq. 16: for pair 0, only the turn
-    that meets tooth 0 of the gear counts."""
-    design = closed(few(1, 75.0, 20.0), changed(GEAR, helix_angle=radians(5.0)))
-    assert operating_ratio(design, "left") == pytest.approx(float(contact_ratio(design, "left")), abs=1e-8)
 
 
 def wound(teeth: int, helix: float) -> Design:
@@ -348,16 +333,4 @@ def test_two_teeth_make_a_closed_solid(helix: float, face: float) -> None:
     same = np.lexsort(np.round(np.stack((x, y, solid.points[:, 2])), 6))
     np.testing.assert_allclose(
         solid.points[turned] * (-1.0, -1.0, 1.0), solid.points[same], rtol=0.0, atol=2e-6
-    )
-
-
-@pytest.mark.parametrize("teeth", [1, 2, 3])
-def test_the_tip_of_a_winding_tooth_continues_to_rotate(teeth: int) -> None:
-    member = few(teeth, 80.0, 60.0, 0.3, 0.0)
-    z = np.linspace(-30.0, 30.0, 101)
-    right, left = (tip_angle(member, flank, z) for flank in FLANKS)
-    turn = z * np.tan(member.helix_angle) / reference_radius(member)
-    np.testing.assert_allclose(right - right[50], np.sign(right[-1] - right[50]) * turn, rtol=0.0, atol=1e-9)
-    np.testing.assert_allclose(
-        (right - left) * tip_radius(member, z), tip_thickness(member, z), rtol=0.0, atol=1e-9
     )

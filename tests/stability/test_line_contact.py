@@ -16,7 +16,6 @@ from beveloid_geom import (
     Design,
     Status,
     first_contact,
-    mesh_cycle,
     path_certificate,
     path_of_contact,
 )
@@ -239,19 +238,3 @@ def test_certificate_and_first_contact_agree(a: float) -> None:
         ellipse.status == EllipseStatus.INTERFERENCE, kappa < -1e-9 * ellipse.curvature[:, 1]
     )
     assert np.isnan(ellipse.semi_axes[ellipse.status != EllipseStatus.ELLIPSE, 0]).all()
-
-
-def test_cycles_over_the_range() -> None:
-    """Edges are in contact instead of the tangency: the result is smooth through the change of sign and
-    equals the curve of the first contacts."""
-    a = np.array([0.0003, 0.0004, 0.0005, 0.0006])
-    cycles = [mesh_cycle(concave(x), "right", 3) for x in a.tolist()]
-    swing = np.array([float(cycle.peak_to_peak) for cycle in cycles])
-    assert not any(cycle.lost for cycle in cycles)
-    assert (np.diff(swing) > 0.0).all()
-    assert np.ptp(np.diff(swing) / np.diff(a)) < 0.2 * np.diff(swing).sum() / np.ptp(a)
-    for x, cycle in zip(a.tolist(), cycles, strict=True):
-        roll = cycle.start + cycle.pitch * np.linspace(0.0, 1.0, 97)
-        error = first_contact(concave(x), "right", roll).transmission_error
-        assert np.ptp(error) <= cycle.peak_to_peak + 1e-13
-        assert np.ptp(error) > 0.95 * cycle.peak_to_peak

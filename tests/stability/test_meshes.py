@@ -1,5 +1,5 @@
-"""Contact by meshes under adverse conditions: very coarse, slender, in single precision, far from the origin,
-and in symmetric poses. Every result is correct within its stated doubt, or missing."""
+"""Contact by meshes under adverse conditions: very coarse, far from the origin, and between equally
+near edges and teeth. Every result is correct within its stated doubt, or missing."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from beveloid_geom import (
 )
 from beveloid_geom.operation.engagement import conjugate_phase, pitch_point_roll
 from beveloid_geom.shapes.proximity.closest_points import closest_on_mesh
-from beveloid_geom.shapes.proximity.flank_mesh import FlankMesh, flank_mesh
+from beveloid_geom.shapes.proximity.flank_mesh import flank_mesh
 from beveloid_geom.shapes.proximity.mesh_contact import MeshContact, mesh_contact
 from beveloid_geom.shapes.proximity.mesh_separation import mesh_separation
 from beveloid_geom.status import FirstStatus
@@ -130,24 +130,6 @@ def narrow(width: float) -> tuple[Design, ContactPath]:
     return design, path_of_contact(design, "left", 3)
 
 
-def slenderness(mesh: FlankMesh) -> float:
-    """Return the largest ratio of the longest side of a triangle to its height."""
-    corners = mesh.grid.points.reshape(-1, 3)[mesh.faces]
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=-1).max(axis=1)
-    area = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=-1)
-    return float((longest**2 / area).max())
-
-
-@pytest.mark.parametrize("width", [1e-2, 1e-3, 1e-4])
-def test_slender_triangles(width: float) -> None:
-    """Facets and polished contact are correct for a very thin pinion, with triangles of 1 : 1e4 and more."""
-    design, path = narrow(width)
-    assert path.status[1] == Status.SOLVED
-    assert slenderness(flank_mesh(design.pinion, "left", 1.0)) > 10.0 / width  # 11.6 mm deep
-    for tolerance in (1.0, 0.01, 0.001):
-        check_both(design, path, 1, tolerance)
-
-
 @pytest.mark.parametrize("slender", [1.0, 1e4, 1e6, 1e8])
 @pytest.mark.parametrize("shift", [0.0, 1e4])
 def test_closest_points_on_slender_triangles_far_away(slender: float, shift: float) -> None:
@@ -191,24 +173,6 @@ def alike(parabola: float, teeth: int = 30) -> Design:
     )
     offset = 6.0 * teeth / np.cos(np.radians(20.0))
     return Design(member, member, Pair(offset, np.radians(40.0)))
-
-
-@pytest.mark.parametrize("tolerance", [1.0, 0.05, 0.002])
-def test_symmetric_poses(tolerance: float, flank: str) -> None:
-    """The vertices of both members are equally near, up to rounding. The facets give one of them; their
-    error estimate includes both and the middle. The polished contact is the middle for both starting
-    points."""
-    for parabola in (0.0, -0.001):
-        design = alike(parabola)
-        path = path_of_contact(design, flank, l1=[0.0])
-        at = pose_at(path, 0)
-        assert abs(path.l2[0]) < 1e-13
-        least = [
-            np.nanmin(mesh_separation(design, flank, j, tolerance, **at, polish=False).separation)
-            for j in (0, 1)
-        ]
-        assert abs(least[0] - least[1]) < 1e-12
-        check_both(design, path, 0, tolerance)
 
 
 def test_equally_near_edges_are_no_tangency(flank: str) -> None:

@@ -12,19 +12,15 @@ from beveloid_geom import (
     Errors,
     Status,
     contact_ratio,
-    first_contact,
     mesh_cycle,
     path_certificate,
     path_of_contact,
 )
 from beveloid_geom.contact.flank_pair import pairing_of
 from beveloid_geom.contact.path import path_ends
-from beveloid_geom.operation.engagement import pitch_point_roll
-from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
-from beveloid_geom.status import FirstStatus, Limit
+from beveloid_geom.status import Limit
 from tests.contact.test_path import five_equation_residual
 from tests.oracle.table1 import table1
-from tests.shapes.test_mesh_contact import Pose
 from tests.stability.five_residuals import margins
 
 from .named_designs import SPLIT, Named
@@ -62,26 +58,6 @@ def test_off_the_face(errors: Errors) -> None:
     assert five_equation_residual(design, at) < 1e-9
     assert margins(design, at).min(axis=0).max() < 0.0
     assert path_certificate(path).verdict.size == 0
-
-
-@pytest.mark.parametrize("errors", OFF[1:5])
-def test_first_contacts_without_a_path(errors: Errors) -> None:
-    """At every roll the first contact is on an edge; meshes report no tangency there, with a status."""
-    design = table1(errors=errors)
-    pitch = 2.0 * np.pi / 29.0
-    roll = float(pitch_point_roll(design, "right")) + pitch * np.arange(8) / 8.0
-    first = first_contact(design, "right", roll)
-    assert (first.status == FirstStatus.SOLVED).all()
-    assert (first.limit[:, 0] >= 0).all()
-    for k in (0, 3):
-        shift = first.pair[k] * pitch * np.array((1.0, -29.0 / 45.0))
-        pose: Pose = {
-            "pinion_roll": float(roll[k] + shift[0]),
-            "gear_roll": float(first.gear_roll[k] + shift[1]),
-        }
-        found = mesh_contact(design, "right", 0.01, **pose)
-        assert found.status == Status.OFF_FLANK
-        assert np.isnan((*found.point, found.separation, found.doubt)).all()
 
 
 def test_the_cycle_without_a_path() -> None:

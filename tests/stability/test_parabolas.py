@@ -1,4 +1,4 @@
-"""Parabola coefficients through 0 in steps of 1e-14, and so large that the rack profile folds."""
+"""Parabola coefficients near 0, and so large that the rack profile folds."""
 
 from __future__ import annotations
 
@@ -25,26 +25,8 @@ from .answers import FLANKS, assert_no_path, changed, check, checked_path, solve
 
 SHARES = {"both": (1.0, -1.0), "pinion": (1.0, 0.0), "gear": (0.0, 1.0), "same": (1.0, 1.0)}
 shares = pytest.mark.parametrize("share", SHARES.values(), ids=SHARES)
-STEPS: FloatArray = np.arange(-6.0, 7.0) * 1e-14
-"""1/mm"""
 STRONG = [0.0285, -0.0285, 0.05, -0.05, 0.2, -0.2, 10.0, -10.0, 1e6, 1e200, -1e200]
 """1/mm: coefficients that the tool of Table 1's pinion cannot generate."""
-
-
-@shares
-def test_steps_of_1e_14_are_continuous(share: tuple[float, float], flank: str) -> None:
-    """Points, contact ratio and transmission error change in proportion, as at larger coefficients."""
-    zero, size = solved_path(table1(), flank), 1e-9
-    large = solved_path(table1((share[0] * size, share[1] * size)), flank)
-    shift, error = large.point - zero.point, large.transmission_error
-    ratio = large.ends.contact_ratio - zero.ends.contact_ratio
-    for a in STEPS:
-        path, part = solved_path(table1((share[0] * a, share[1] * a)), flank), a / size
-        np.testing.assert_allclose(path.point - zero.point, shift * part, rtol=0.0, atol=1e-11)
-        np.testing.assert_allclose(path.transmission_error, error * part, rtol=0.0, atol=1e-14)
-        assert abs(path.ends.contact_ratio - zero.ends.contact_ratio - ratio * part) < 1e-13
-        assert path.ends.enter == zero.ends.enter
-        assert path.ends.leave == zero.ends.leave
 
 
 @shares

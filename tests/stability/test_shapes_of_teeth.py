@@ -1,5 +1,4 @@
-"""Teeth of all shapes and sizes: undercut, pointed, without contact, one tooth, a thousand teeth, very
-small and large."""
+"""Teeth of all shapes and sizes: undercut, pointed, winding, a thousand teeth, very small and large."""
 
 from __future__ import annotations
 
@@ -12,31 +11,23 @@ import pytest
 from beveloid_geom import (
     Design,
     Errors,
-    Status,
     first_contact,
     gear_solid,
     path_certificate,
-    path_of_contact,
     sample_flank,
 )
-from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.findings.layout import remarks_on
-from beveloid_geom.gear.active_flank import active_start
 from beveloid_geom.gear.flank import tip_thickness
 from beveloid_geom.gear.flank_limits import tip_radius
 from beveloid_geom.gear.rack import reference_radius
-from beveloid_geom.gear.undercut import pointed_part, undercut_margin, undercut_of
-from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
-from beveloid_geom.status import FirstStatus, Limit, Verdict
-from beveloid_geom.validation.five_equations import path_of_contact_five_equations
+from beveloid_geom.gear.undercut import pointed_part, undercut_of
+from beveloid_geom.status import FirstStatus, Verdict
 from tests.oracle.table1 import table1
 from tests.symmetry import scaled
 
 from .answers import (
     FLANKS,
     assert_every_method_agrees,
-    assert_five_equations_agree,
-    assert_no_path,
     changed,
     closed,
     solved_path,
@@ -64,41 +55,6 @@ MANY = {
 def of_module(module: float) -> Design:
     """Return Table 1 without backlash in another size."""
     return closed(*scaled(table1(), module / 6.0).members)
-
-
-@pytest.mark.parametrize("design", UNDERCUT.values(), ids=UNDERCUT)
-def test_the_path_of_an_undercut_pair_ends_at_the_end_of_the_flank(design: Design, flank: str) -> None:
-    path = solved_path(design, flank, 5)
-    assert_five_equations_agree(path)
-    assert Limit.PINION_ROOT in path.ends.limit
-    end = int(np.flatnonzero(path.ends.limit == Limit.PINION_ROOT)[0])
-    z = path.pinion_z[[0, -1][end]]
-    assert path.ends.l1[end] == pytest.approx(float(active_start(design.pinion, flank, z)), abs=1e-9)
-    certificate = path_certificate(path)
-    assert (certificate.first.status == FirstStatus.SOLVED).all()
-    assert certificate.holds
-    assert float(undercut_margin(design.pinion, flank)) < 0.0
-    assert undercut_of(design.pinion, flank).undercut
-    remarks = remarks_on(design)
-    texts = [r.text for r in remarks if r.text.startswith(f"the {flank} flank of the pinion is undercut")]
-    assert len(texts) == 1
-    assert "use more teeth, more profile shift or a smaller dedendum" in texts[0]
-    ends = f"the path of contact of the {flank} flanks ends at the undercut of the pinion"
-    assert [r.level for r in remarks if r.text == ends] == ["note"]
-
-
-@pytest.mark.parametrize("design", UNDERCUT.values(), ids=UNDERCUT)
-def test_meshes_of_an_undercut_pair_find_the_tangency_or_nothing(design: Design, flank: str) -> None:
-    path = path_of_contact(design, flank, 5)
-    for position in range(5):
-        rolls = float(path.pinion_roll[position]), float(path.gear_roll[position])
-        met = mesh_contact(design, flank, 0.01, pinion_roll=rolls[0], gear_roll=rolls[1])
-        if met.status == Status.SOLVED:
-            assert abs(met.separation) < 1e-9
-            np.testing.assert_allclose(met.point, path.point[position], rtol=0.0, atol=1e-7)
-        else:
-            assert np.isnan(met.point).all()
-            assert np.isnan(met.separation)
 
 
 @pytest.mark.parametrize("design", UNDERCUT.values(), ids=UNDERCUT)
@@ -139,31 +95,6 @@ APART = {
         table1(), pinion=changed(PINION, **FLAT), gear=changed(GEAR, **FLAT, profile_shift=-0.9)
     ),
 }
-
-
-@pytest.mark.parametrize("design", APART.values(), ids=APART)
-def test_flanks_without_contact(design: Design, flank: str) -> None:
-    assert_no_path(design, flank, Status.OFF_FLANK)
-    path = path_of_contact(design, flank)
-    assert path.ends.pieces == 0
-    assert path.ends.enter is None
-    assert path_of_contact_five_equations(design, flank, 5).l1.size == 0
-    beyond = path_of_contact(design, flank, l1=np.linspace(-6.0, 6.0, 7))
-    assert set(np.unique(beyond.status)) <= {int(Status.OFF_FLANK), int(Status.NO_COMMON_NORMAL)}
-    assert not path_certificate(path).holds
-    with pytest.raises(ValueError, match="no path of contact, so that the gears cannot be placed"):
-        meshing_pair(design, flank)
-    met = mesh_contact(design, flank, 0.01, pinion_roll=0.0, gear_roll=0.0)
-    assert met.status != Status.SOLVED
-    assert np.isnan(met.point).all()
-
-
-def test_one_tooth(flank: str) -> None:
-    path = solved_path(ONE, flank, 5)
-    assert {path.ends.enter, path.ends.leave} == {Limit.PINION_HEEL, Limit.PINION_TOE}
-    assert_every_method_agrees(path)
-    grid = sample_flank(ONE.pinion, flank, 0.05)
-    assert grid.deviation <= 0.05
 
 
 @pytest.mark.parametrize("helix", [70.0, 80.0, -80.0])

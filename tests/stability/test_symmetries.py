@@ -28,17 +28,12 @@ from beveloid_geom import (
 )
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.path import path_ends
-from beveloid_geom.operation.angular_clearance import angular_clearance
 from beveloid_geom.operation.contact_pattern.pattern import MemberPattern
 from beveloid_geom.operation.cycle.segment_fit import END_TOLERANCE_PITCHES
 from beveloid_geom.operation.engagement import pitch_point_roll
-from beveloid_geom.shapes.proximity.mesh_contact import mesh_contact
-from beveloid_geom.shapes.proximity.mesh_separation import mesh_separation
-from beveloid_geom.status import FirstStatus, PatternStatus
-from tests.operation.test_angular_clearance import PARABOLAS
+from beveloid_geom.status import FirstStatus
 from tests.operation.test_first_contact import EDGES
 from tests.oracle.table1 import table1
-from tests.shapes.test_mesh_contact import Pose
 from tests.symmetry import OTHER, exchanged, mirrored, scaled
 
 EPS = float(np.finfo(float).eps)
@@ -268,60 +263,6 @@ def test_mesh_cycles() -> None:
     assert abs(swapped.peak_to_peak * 29.0 / 45.0 - cycle.peak_to_peak) <= bound
 
 
-@pytest.mark.parametrize("name", DESIGNS)
-def test_contacts_of_meshes(name: str, flank: str) -> None:
-    """Polished contacts agree within their error estimates. With facets, equal grids have equal
-    separations to rounding, because the grid points are exact."""
-    design = table1(DESIGNS[name], Errors(0.05, 1e-4, 0.1, -0.2))
-    path = path_of_contact(design, flank, 9)
-    pinion, gear = float(path.pinion_roll[3]), float(path.gear_roll[3])
-    found = mesh_contact(design, flank, 0.01, pinion_roll=pinion, gear_roll=gear)
-    assert found.status == Status.SOLVED
-    noise = OPERATIONS * EPS * 300.0  # of terms as large as E
-    sides = [
-        mesh_separation(design, flank, j, 0.01, pinion_roll=pinion, gear_roll=gear, polish=False)
-        for j in (0, 1)
-    ]
-    swapped = Seen("exchanged", exchanged(design), flank, first=1)
-    for seen in (*seen_otherwise(design, flank), swapped):
-        rolls = (gear, pinion) if seen.first else (seen.sign * pinion, seen.sign * gear)
-        pose: Pose = {"pinion_roll": rolls[0], "gear_roll": rolls[1]}
-        other = mesh_contact(seen.design, seen.flank, 0.01 * seen.factor, **pose)
-        assert other.status == Status.SOLVED
-        order = [seen.first, 1 - seen.first]
-        doubt = found.doubt + other.doubt / seen.factor
-        assert np.abs(other.l[order] / seen.factor - found.l).max() <= doubt, seen.name
-        assert np.abs(other.z[order] / seen.factor - found.z).max() <= doubt, seen.name
-        assert abs(other.separation / seen.factor - found.separation) <= noise, seen.name
-        for j in (0, 1):
-            side = mesh_separation(
-                seen.design, seen.flank, order[j], 0.01 * seen.factor, **pose, polish=False
-            )
-            assert np.array_equal(side.status, sides[j].status)
-            apart = side.separation / seen.factor - sides[j].separation
-            assert np.nanmax(np.abs(apart)) <= noise, seen.name
-
-
-@pytest.mark.parametrize("parabola", PARABOLAS)
-def test_least_separation_by_turning(parabola: tuple[float, float], flank: str) -> None:
-    design = table1(parabola, Errors(0.05, 1e-4, 0.1, -0.2))
-    path = path_of_contact(design, flank, 3)
-    l, z = np.meshgrid(np.linspace(-5.0, 5.0, 9), np.linspace(-24.0, 24.0, 7), indexing="ij")
-    pinion, gear = path.pinion_roll[1], path.gear_roll[1]
-    met = angular_clearance(design, flank, 0, l, z, pinion, gear)
-    noise = OPERATIONS * EPS * 300.0
-    for seen in seen_otherwise(design, flank):
-        k = seen.factor
-        other = angular_clearance(
-            seen.design, seen.flank, 0, l * k, z * k, seen.sign * pinion, seen.sign * gear
-        )
-        assert np.array_equal(other.inside, met.inside)
-        assert np.abs(other.distance / k - met.distance)[met.inside].max() <= noise, seen.name
-    other = angular_clearance(exchanged(design), flank, 1, l, z, gear, pinion)
-    assert np.array_equal(other.inside, met.inside)
-    assert np.abs(other.distance - met.distance)[met.inside].max() <= noise
-
-
 def marked(pattern: MemberPattern) -> NDArray[np.bool_]:
     return np.isfinite(pattern.least)
 
@@ -345,19 +286,3 @@ def test_contact_patterns(flank: str) -> None:
             # The border depends on the root of the separation, which grows across it: the error of the area
             # is the noise over the thickness, times the number of cells across the pattern.
             assert abs(same.area / k**2 - one.area) <= one.least.size * noise / 0.00635 * one.area
-
-
-def test_patterns_over_other_rolls(flank: str) -> None:
-    """The smallest separation does not depend on the rolls of the first samples."""
-    design, noise = table1(errors=Errors(0.05, 1e-4, 0.1, -0.2)), OPERATIONS * EPS * 300.0
-    path = path_of_contact(design, flank, 3)
-    phase = float(path.gear_roll[1] + path.pinion_roll[1] * 29.0 / 45.0)
-    found = []
-    for early, late in ((0.35, 0.35), (0.3613, 0.3471)):
-        roll = float(path.pinion_roll[1]) + np.array((-early, late))
-        gear = phase - roll * 29.0 / 45.0
-        found.append(contact_pattern(design, flank, resolution=5.0, pinion_roll=roll, gear_roll=gear))
-    for one, other in ((found[0].pinion, found[1].pinion), (found[0].gear, found[1].gear)):
-        both = (one.status == PatternStatus.STANDSTILL) & (other.status == PatternStatus.STANDSTILL)
-        assert both.mean() > 0.5
-        assert np.abs(one.least - other.least)[both].max() <= noise

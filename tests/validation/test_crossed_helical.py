@@ -173,16 +173,6 @@ def test_the_exact_layout_of_khk_screw_gears() -> None:
     assert exact == pytest.approx((67.19306, 22.91258, 51.09151), abs=5.1e-6)
 
 
-def test_axial_errors_do_not_move_the_path_of_cylindrical_gears_in_space() -> None:
-    helix = (radians(25.0), radians(-10.57))
-    offset, _ = closed_form((29, 45), helix)
-    design = Shifted(MODULE, ALPHA, (29, 45), helix, (0.0, 0.0)).design(offset, abs(sum(helix)))
-    plain = path_of_contact(design, points=5)
-    moved = path_of_contact(design.with_errors(Errors(pinion_axial=3.0, gear_axial=-2.0)), points=5)
-    np.testing.assert_allclose(moved.point, plain.point, atol=1e-10)
-    np.testing.assert_allclose(moved.pinion_z, plain.pinion_z - 3.0, atol=1e-10)
-
-
 @pytest.mark.parametrize("seed", range(6))
 def test_backlash_under_an_offset_error(seed: int) -> None:
     """Under an offset error that leads to another layout in closed form, the backlash is that of the closed

@@ -1,5 +1,4 @@
-"""The five equations traced by arc length: turning points, n_x = 0, segments; other positions corrected to
-the curve."""
+"""The five equations traced by arc length: turning points, n_x = 0, segments, distant starts."""
 
 from __future__ import annotations
 
@@ -20,13 +19,9 @@ from beveloid_geom import (
 from beveloid_geom.contact.path import path_ends
 from beveloid_geom.validation import five_equations
 from beveloid_geom.validation.five_equations import path_of_contact_five_equations
-from beveloid_geom.validation.five_equations_curve import (
-    five_equations_of,
-)
 from tests.contact.test_path import NUMBERS, five_equation_residual
 from tests.contact.test_path_search import FROM_AFAR
-from tests.oracle.refined import Refined, refine
-from tests.oracle.sixty_digits import SIX, off_by
+from tests.oracle.sixty_digits import off_by
 from tests.oracle.table1 import table1
 from tests.stability.five_residuals import margins
 from tests.stability.named_designs import CROSSING, OTHER, SPLIT, Named
@@ -34,10 +29,6 @@ from tests.stability.test_line_contact import COEFFICIENTS
 from tests.symmetry import exchanged
 
 L1_TURNS = table1((-0.002, -0.002), Errors(offset=-6.0, shaft_angle=radians(-0.08)))
-
-
-def refined(design: Design, path: ContactPath) -> Refined:
-    return refine(design, path.flank, **{name: getattr(path, name) for name in SIX})
 
 
 @pytest.mark.parametrize("a", COEFFICIENTS)
@@ -147,58 +138,3 @@ def test_points_are_checked() -> None:
         path_of_contact_five_equations(table1(), points=1)
     with pytest.raises(ValueError, match="single designs"):
         path_of_contact_five_equations(table1(errors=Errors(offset=np.zeros(3))))
-
-
-def test_no_contact_is_an_empty_path() -> None:
-    for design in (
-        table1(errors=Errors(offset=5.0)),
-        replace(table1(), pair=Pair(229.0, radians(14.8), 211.6, 210.2)),
-    ):
-        assert path_of_contact_five_equations(design).l1.size == 0
-
-
-@pytest.mark.parametrize("parabola", [(0.0, 0.0), (-0.002, 0.002), (0.0002, 0.0002)])
-def test_the_one_equation_is_on_the_curve(parabola: tuple[float, float], flank: str) -> None:
-    design = table1(parabola, Errors(0.2, 1e-4, 0.3, 0.1))
-    path = path_of_contact(design, flank, 9)
-    there = refined(design, path)
-    assert (there.status == Status.SOLVED).all()
-    assert there.moved.max() < 2e-11
-    assert there.turned.max() < 1e-12
-    assert there.gap.max() < 2e-11
-    assert there.normal_gap.max() < 1e-12
-    np.testing.assert_allclose(there.point, path.point, atol=2e-11)
-    np.testing.assert_allclose(there.normal, path.normal, atol=1e-12)
-
-
-def test_positions_next_to_the_curve_are_corrected_perpendicular_to_it() -> None:
-    """Positions that are displaced by a small step perpendicular to the tangent return to their original
-    place."""
-    path = path_of_contact_five_equations(L1_TURNS, points=5)
-    rows = (path.l1, path.u1, path.l2, path.u2, path.gear_roll, path.pinion_roll)
-    system, given = five_equations_of(L1_TURNS, "right"), np.stack(rows, axis=-1)
-    beside = given.copy()
-    for k, scaled in enumerate(given / system.scale):
-        tangent = system.tangent(scaled)
-        assert tangent is not None
-        step = np.eye(6)[k] - tangent[k] * tangent
-        beside[k] = (scaled + 1e-5 * step) * system.scale
-    there = refine(L1_TURNS, "right", *beside.T)
-    back = np.stack((there.l1, there.u1, there.l2, there.u2, there.gear_roll, there.pinion_roll), axis=-1)
-    np.testing.assert_allclose(back, given, atol=1e-7)
-    np.testing.assert_allclose(there.moved, np.abs(back - beside)[:, :4].max(axis=-1), atol=1e-15)
-    np.testing.assert_allclose(there.turned, np.abs(back - beside)[:, 4:].max(axis=-1), atol=1e-15)
-    assert (there.moved + there.turned > 1e-7).all()
-    assert (there.gap + there.normal_gap > 1e-9).all()
-
-
-def test_positions_without_a_contact_are_named() -> None:
-    l1 = np.array([[0.0, np.nan], [np.inf, 1e6]])
-    there = refine(table1(), "right", l1, 0.0, 0.0, 0.0, 0.0, 0.0)
-    assert there.point.shape == (2, 2, 3)
-    assert there.status.shape == there.l1.shape == (2, 2)
-    bad = there.status != Status.SOLVED
-    assert bad.ravel()[1:].all()
-    assert (there.status[bad] == Status.NOT_CONVERGED).all()
-    assert np.isnan(there.moved[bad]).all()
-    assert np.isnan(there.point[bad]).all()

@@ -16,7 +16,6 @@ from beveloid_geom import (
 from beveloid_geom.contact.parallel.lines import contact_lines, touches_along_lines
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import Status
-from beveloid_geom.validation.five_equations import path_of_contact_five_equations
 from tests.stability.five_residuals import residuals
 from tests.validation.test_parallel_axes import ANGLES, CONVEX, CYLINDRICAL, pair
 
@@ -47,14 +46,6 @@ def test_a_point_moves_along_the_face(name: str, parabola: tuple[float, float], 
         turn = width * abs(tan(float(design.pinion.helix_angle)))
         radius = 1.5 * 25 / cos(float(design.pinion.helix_angle))
         assert float(path.ends.contact_ratio) == pytest.approx(turn / radius * 25 / (2.0 * pi), abs=1e-12)
-
-
-def test_the_five_equations_give_the_same_point() -> None:
-    design = pair(15.0, 3.0, CONVEX)
-    own = path_of_contact(design, "right", 4)
-    other = path_of_contact_five_equations(design, "right", 4)
-    np.testing.assert_allclose(other.point, own.point, atol=1e-9)
-    np.testing.assert_allclose(other.gear_roll, own.gear_roll, atol=1e-12)
 
 
 def test_conjugate_parabolas_touch_along_lines(flank: str) -> None:

@@ -9,7 +9,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import acos, atan, pi, radians, sin, sqrt
+from math import atan, pi, radians, sin, sqrt
 from typing import Any
 
 import numpy as np
@@ -26,12 +26,13 @@ from beveloid_geom import (
     mounted_backlash,
     path_certificate,
     path_of_contact,
-    zero_backlash_layout,
 )
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.status import FirstStatus, Limit
 from beveloid_geom.workshop.tooth_data import tooth_data
-from tests.oracle.cut_tooth import CutTooth
+from tests.oracle.tooth import CutTooth
+from tests.stability.answers import closed
+from tests.stability.parallel_pairs import ratios_of_iso
 
 ALPHA = radians(20.0)
 STPLUS: dict[str, dict[str, Any]] = {
@@ -72,14 +73,17 @@ def swept(member: Member, z: float = 0.0) -> float:
     tool."""
     tooth, plane = CutTooth(member, 1.0), np.array([z])
 
-    def apart(l: float) -> float:
-        radius, angle = (float(x[0]) for x in tooth.polar("flank", np.array([l]), plane))
-        turned = brentq(lambda p: tooth.polar("round", np.array([p]), plane)[0][0] - radius, ALPHA, 0.5 * pi)
-        return angle - float(tooth.polar("round", np.array([turned]), plane)[1][0])
+    def polar(w: float) -> tuple[float, float]:
+        radius, angle = tooth.polar(np.array([w]), plane)
+        return float(radius[0]), float(angle[0])
+
+    def apart(w: float) -> float:
+        radius, angle = polar(w)
+        return angle - polar(brentq(lambda on_round: polar(on_round)[0] - radius, 0.0, 1.0))[1]
 
     cusp = float(tooth.lowest(plane)[0])
-    most = cusp + 0.98 * (cusp - tooth.joint)  # as high as the round's top, on the other branch
-    return 2.0 * float(tooth.polar("flank", np.array([brentq(apart, cusp, most, xtol=1e-14)]), plane)[0][0])
+    most = cusp + 0.98 * (cusp - 1.0)  # as high as the round's top, on the other branch
+    return 2.0 * polar(brentq(apart, cusp, most, xtol=1e-14))[0]
 
 
 def where_the_round_begins(member: Member) -> float:
@@ -114,7 +118,7 @@ def test_fzg_c_in_operation() -> None:
     """The tips end the path above the undercut: every position is a first contact, and the ratio is that of
     the tip diameters (ISO 21771)."""
     design = replace(stplus("FZG type C", "shift"), pair=Pair(91.7, 0.0))
-    ratio = iso_ratio(4.5, (16, 24), (82.45, 118.35), 91.7)
+    ratio = ratios_of_iso(design)[0]
     assert ratio == pytest.approx(1.396954, abs=1e-6)
     assert float(contact_ratio(design)) == pytest.approx(ratio, abs=1e-9)
     assert float(operating_ratio(design)) == pytest.approx(ratio, abs=1e-9)
@@ -122,14 +126,6 @@ def test_fzg_c_in_operation() -> None:
     play = mounted_backlash(design)
     assert play.status == FirstStatus.SOLVED
     assert float(play.normal) == pytest.approx(0.153591, abs=1e-6)
-
-
-def iso_ratio(module: float, teeth: tuple[int, int], tips: tuple[float, float], offset: float) -> float:
-    """Return the transverse contact ratio of spur gears whose tips end the path."""
-    base = [0.5 * module * n * np.cos(ALPHA) for n in teeth]
-    working = acos(sum(base) / offset)
-    ways = [sqrt(0.25 * tip * tip - r * r) for tip, r in zip(tips, base, strict=True)]
-    return float((sum(ways) - offset * sin(working)) / (pi * module * np.cos(ALPHA)))
 
 
 def test_undercut_ends_the_path_of_twelve_teeth() -> None:
@@ -152,8 +148,7 @@ def test_backlash_of_brauers_pair_over_an_axial_shift() -> None:
     """23/23 teeth, profile shift -0.3 at the toe and 1.0 at the heel, on parallel axes."""
     cone = atan(1.3 * 4.0 / 15.0)
     members = [Member(Tool(4.0, ALPHA), 23, 0.0, sense * cone, 0.35, 15.0) for sense in (1.0, -1.0)]
-    design = Design(members[0], members[1], Pair(100.0, 0.0))
-    design = replace(design, pair=Pair(float(zero_backlash_layout(design).offset), 0.0))
+    design = closed(*members)
     assert float(design.pair.offset) == pytest.approx(94.531833, abs=1e-6)
     play = mounted_backlash(design.with_errors(Errors(pinion_axial=1.0)))
     assert float(play.normal) == pytest.approx(0.224053, abs=1e-6)
@@ -170,10 +165,8 @@ def test_the_flank_reaches_down_to_the_fillet_for_any_tip(
     for teeth, shift, height in zip((30, 45), (0.2, 0.0), addenda, strict=True):
         tool = Tool(3.0, ALPHA, height if by == "tool" else 1.0, 1.45, 0.2)
         members.append(Member(tool, teeth, 0.0, 0.0, shift, 20.0, 0.0 if by == "tool" else height - 1.0))
-    design = Design(members[0], members[1], Pair(100.0, 0.0))
-    design = replace(design, pair=Pair(float(zero_backlash_layout(design).offset), 0.0))
-    tips = [3.0 * (n + 2.0 * (x + h)) for n, x, h in zip((30, 45), (0.2, 0.0), addenda, strict=True)]
-    expected = iso_ratio(3.0, (30, 45), (tips[0], tips[1]), float(design.pair.offset))
+    design = closed(*members)
+    expected = ratios_of_iso(design)[0]
     assert expected == pytest.approx(ratio, abs=6e-6)
     assert float(contact_ratio(design)) == pytest.approx(expected, abs=1e-9)
     assert float(operating_ratio(design)) == pytest.approx(expected, abs=1e-9)

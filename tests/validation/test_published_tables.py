@@ -1,8 +1,6 @@
 """Published tables of spur, helical and beveloid gears, within half a unit of their last printed digit.
 
-Helical gears on parallel axes are the limit of crossed ones: what depends on a pair is computed at
-shaft angles of 4, 2, 1 and 0.5 deg and extrapolated to 0. Nothing in a table is fitted: the inputs are
-those printed.
+Nothing in a table is fitted: the inputs are those printed.
 """
 
 from __future__ import annotations
@@ -15,19 +13,16 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from beveloid_geom import Design, Member, Pair, Tool, path_of_contact
+from beveloid_geom import Design, Member, Pair, Tool, contact_lines, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.hertz import contact_modulus, hertz_ellipse
 from beveloid_geom.gear.flank import base_cylinder, flank_patch, half_thickness_angle, tip_thickness
 from beveloid_geom.gear.flank_limits import root_parameter, tip_parameter, tip_radius
 from beveloid_geom.gear.rack import reference_radius
-from beveloid_geom.pair.zero_backlash import closed_layout
+from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import Limit
 
-from .test_spur_and_helical_limits import limit_of
-
 ALPHA = radians(20.0)
-STEPS_DEG = (1.0, 0.5, 0.25, 0.125)
 
 
 def made(
@@ -47,39 +42,22 @@ def made(
 
 
 def parallel(pinion: Member, gear: Member, centre: float) -> dict[str, FloatArray]:
-    """Return results for helical gears at a centre distance, in the limit of parallel axes.
+    """Return results for gears on parallel axes at a centre distance.
 
     The results are the `transverse` working pressure angle (rad), the `backlash` along the normal (mm), the
     working pitch `diameter` (2) (mm), the diameters (2) `active` at which the tips of the mates end the path
-    (mm), and the transverse contact `ratio`. The contact ratio of points is larger than the transverse one by
-    1/cos^2(b_b), because the point moves along the normal."""
-    rows = np.array([_leaned(pinion, gear, centre, 0.5 * radians(step)) for step in STEPS_DEG])
-    limit = limit_of(rows, 1)
-    ratio = limit[6] * cos(float(base_cylinder(pinion, "right").helix_angle)) ** 2
+    (mm), and the transverse contact `ratio`."""
+    design = Design(pinion, gear, Pair(centre, 0.0))
+    mounting, lines = mounting_of(design), contact_lines(path_of_contact(design, points=3))
+    assert {Limit.GEAR_TIP, Limit.PINION_TIP} <= set(lines.limit.ravel().tolist())
+    base = np.array([float(base_cylinder(member, "right").radius) for member in design.members])
     return {
-        "transverse": limit[0],
-        "backlash": limit[1],
-        "diameter": limit[2:4],
-        "active": limit[4:6],
-        "ratio": ratio,
+        "transverse": np.arccos(base / mounting.working_radius)[0],
+        "backlash": mounting.normal_backlash,
+        "diameter": 2.0 * mounting.working_radius,
+        "active": 2.0 * np.array((lines.pinion_r.min(), lines.gear_r.min())),
+        "ratio": lines.transverse_ratio,
     }
-
-
-def _leaned(pinion: Member, gear: Member, centre: float, lean: float) -> FloatArray:
-    pinion, gear = (replace(member, helix_angle=member.helix_angle + lean) for member in (pinion, gear))
-    design = Design(pinion, gear, Pair(centre, 0.1, 0.0, 0.0))
-
-    def excess(angle: float) -> float:
-        return float(closed_layout(design, np.asarray(angle)).offset) - centre
-
-    aw = brentq(excess, radians(15.0), radians(32.0))
-    layout = closed_layout(design, np.asarray(aw))
-    path = path_of_contact(replace(design, pair=Pair(centre, float(layout.shaft_angle), 0.0, 0.0)), points=2)
-    assert (path.ends.enter, path.ends.leave) == (Limit.GEAR_TIP, Limit.PINION_TIP)
-    transverse = atan(tan(aw) / cos(float(layout.helix_angle[0])))
-    active = 2 * float(path.pinion_r[0]), 2 * float(path.gear_r[1])
-    ratio = float(path.ends.contact_ratio)
-    return np.array([transverse, float(layout.normal_backlash), *2 * layout.working_radius, *active, ratio])
 
 
 def on_flank(member: Member, value: str, wanted: float) -> tuple[FloatArray, FloatArray]:

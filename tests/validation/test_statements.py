@@ -11,8 +11,7 @@ import pytest
 
 from beveloid_geom import Errors, contact_ratio
 from beveloid_geom.analysis.path_measures import measures_of
-from beveloid_geom.validation.claims import angle_falls, grows, shorter_first, turns_over
-from beveloid_geom.validation.statement_verdicts import Claim, Statement, StatementVerdict, claim_of
+from beveloid_geom.validation.statement_verdicts import Claim, Statement, StatementVerdict
 from beveloid_geom.validation.statements import is_table1, paper_statements
 
 from ..oracle.table1 import table1
@@ -127,20 +126,6 @@ def test_verdict_of_claims() -> None:
     assert verdict(claim(True), claim(None)) == StatementVerdict.NOT_KNOWN
 
 
-def test_tests_of_rows() -> None:
-    assert turns_over(np.array((-40.0, -70.0, 85.0, 30.0)))
-    assert not turns_over(np.array((-40.0, -20.0, 10.0)))  # through the axial direction
-    assert not turns_over(np.array((-40.0, -70.0, -30.0)))
-    assert not turns_over(np.array((40.0, 60.0, 80.0)))
-    assert angle_falls(np.array((-40.0, -20.0, -10.0)))
-    assert not angle_falls(np.array((-40.0, -20.0, 10.0)))
-    assert shorter_first(np.array((3.0, 2.0, 2.5)))
-    assert not shorter_first(np.array((3.0, 2.0, 1.0)))
-    assert not shorter_first(np.array((3.0, 2.0, 4.0, 3.5)))
-    found = claim_of("x", {"a": np.array(((1.0, 2.0), (2.0, np.nan)))}, grows)
-    assert found.holds == {"pinion, a": True, "gear, a": None}
-
-
 def test_coefficients_of_the_other_sign() -> None:
     """With the sign reversed, a statement on positive coefficients is measured with negative coefficients,
     and has the numbers of the opposite case."""
@@ -155,15 +140,10 @@ def test_coefficients_of_the_other_sign() -> None:
         measures_of(table1().with_parabola(np.array((-0.001,)), 0.001), "right").length["side view"][0, 0]
     )
     assert numbers(other["M3"])["it is longer: pinion, side view"][1] == pytest.approx(after, abs=1e-9)
-    assert not np.array_equal(
-        *(numbers(s)["the shift is smaller: gear, at mid-roll"] for s in m4_of_both(other))
-    )
+    both = (numbers(of["M4"])["the shift is smaller: gear, at mid-roll"] for of in (judged("right"), other))
+    assert not np.array_equal(*both)
 
 
 def test_r2_says_what_its_first_claim_rests_on() -> None:
     half = float(contact_ratio(table1((-0.0001, -0.0001)), "right"))
     assert f"Eq. 16 at 0.0001 1/mm: {half:.4g}" in judged("right")["R2"].why
-
-
-def m4_of_both(other: dict[str, Statement]) -> tuple[Statement, Statement]:
-    return judged("right")["M4"], other["M4"]
