@@ -207,7 +207,8 @@ def _by_member(ideal: ZeroBacklashLayout) -> list[tuple[str, float]]:
 RESERVE = (
     "smallest distance from a warning of `check`, divided by a sufficient distance, over these criteria:"
     " contact ratio, tip thickness, tip clearance, undercut, depth of active flank that remains below the"
-    " tips of the mate (depth of tips), shift of the path under errors; computed before the numbers are rounded"
+    " tips of the mate (depth of tips), shift of the path under errors; computed before the numbers are"
+    " rounded"
 )
 """Definition of the reserve."""
 

@@ -54,8 +54,10 @@ BAD = {
         "leaves no flank, the unit is the normal module, not mm",
     "pinion.cone_angle_deg = 40": "must be between -39.1714 and 39.1714 deg at this helix and pressure "
         "angle, got 40.0: the tool cannot generate one of the flanks, increase the pressure angle",
-    "pinion.face_width = 9999": "must leave a radius of the tip cone above 0 mm at the small end of "
-        "the face, got -158.999: use a narrower face or a smaller cone angle",
+    "pinion.tip_diameter = 100.0": "must be between 195.228 and 242.028 mm, got 100.0: it is the diameter "
+        "of the tip cone at mid-face and includes the profile shift",
+    "gear.tip_alteration = -0.95": "must leave the tip at least 0.1 modules above the shifted pitch cone, "
+        "got -0.95: increase it or the tip diameter, the addendum is 1",
     "gear.normal_module = 5": "cos(normal_pressure_angle_deg) must equal that of [pinion], 5.63815572472 "
         "mm, got 4.69846310393: change module or pressure angle, as meshing teeth need the same base pitch",
     "errors.offset = 229": "must be between -60 and 60 mm (10 modules), got 229.0: it is added to the "
@@ -83,9 +85,10 @@ def test_message(changed: str, message: str) -> None:
 
 
 def test_negative_cone_angle_and_wide_face() -> None:
-    (fault,) = faults_of({"pinion.cone_angle_deg": -3.0, "pinion.face_width": 9999})
-    assert fault.startswith("[pinion] face_width must leave a radius of the tip cone")
-    assert "got -158.999: " in fault
+    assert faults_of({"pinion.cone_angle_deg": -3.0, "pinion.face_width": 9999}) == (
+        "[pinion] face_width must leave a radius of the tip cone above 0 mm at the small end of the face, got"
+        " -158.999: use a narrower face or a smaller cone angle",
+    )
 
 
 def test_all_faults_are_reported_together() -> None:
@@ -260,34 +263,12 @@ def test_decimal_commas_and_units_are_recognised(path: str, quoted: bool) -> Non
         assert faults == (f"[{table}] {key} must be a number, got '{written}': {cure}",)
 
 
-def test_other_texts() -> None:
-    assert faults_of({"pair.offset": "'wide'"}) == (
-        "[pair] offset must be a number, got 'wide': write it without quotes, such as 1.5",
-    )
+def test_unknown_units() -> None:
     (fault,) = faults_of({"pair.offset": "229 ft"})
     assert fault.startswith("is not valid TOML: ")
 
 
-@pytest.mark.parametrize(
-    ("keys", "text"),
-    [
-        (
-            {"pinion.tip_diameter": 100.0},
-            "[pinion] tip_diameter must be between 195.228 and 242.028 mm, got 100.0: it is the diameter "
-            "of the tip cone at mid-face and includes the profile shift",
-        ),
-        (
-            {"pinion.tip_diameter": 206.0, "pinion.tip_alteration": 0.1},
-            "[pinion] tip_diameter is given together with tip_alteration: remove one of them",
-        ),
-        (
-            {"gear.tip_alteration": -0.95},
-            "[gear] tip_alteration must leave the tip at least 0.1 modules above the shifted pitch cone, got "
-            "-0.95: increase it or the tip diameter, the addendum is 1",
-        ),
-    ],
-)
-def test_tip_diameter_and_alteration_out_of_range(keys: dict[str, object], text: str) -> None:
-    with pytest.raises(DesignError) as error:
-        parse_design(toml(keys))
-    assert error.value.faults == (text,)
+def test_tip_diameter_and_tip_alteration() -> None:
+    assert faults_of({"pinion.tip_diameter": 206.0, "pinion.tip_alteration": 0.1}) == (
+        "[pinion] tip_diameter is given together with tip_alteration: remove one of them",
+    )
