@@ -57,8 +57,6 @@ def test_numbers_in_the_comments(name: str) -> None:
     backlash = -2.0 * module * shift * sin(alpha)
     np.testing.assert_allclose(mounting.working_radius, (r1, r2), rtol=1e-11)
     np.testing.assert_allclose(mounting.distance, distance, rtol=1e-11)
-    assert deviation.gap < 1e-10
-    assert deviation.offset_difference == deviation.shaft_angle_difference == 0.0
     assert deviation.normal_backlash == pytest.approx(backlash, abs=1e-10)
     assert 0.03 < backlash / module < 0.05
     assert f"= {backlash:.3f} mm" in text
@@ -83,13 +81,9 @@ def test_specific_sliding_of_the_marine_pair_is_balanced() -> None:
 
 def test_numbers_in_the_comments_of_the_anti_backlash_pair() -> None:
     design, text = builtin_design(PARALLEL), builtin_text(PARALLEL)
-    mounting, deviation, pinion = mounting_of(design), layout_deviation(design), design.pinion
+    deviation, pinion = layout_deviation(design), design.pinion
     module, alpha = float(pinion.tool.normal_module), float(pinion.tool.normal_pressure_angle)
     cone = float(pinion.cone_angle)
-    np.testing.assert_allclose(mounting.working_radius, (18.0, 54.0), rtol=1e-14)
-    np.testing.assert_array_equal(mounting.distance, 0.0)
-    assert deviation.gap == deviation.shaft_angle_difference == 0.0
-    assert abs(deviation.offset_difference) < 1e-12
     shift = sum(float(m.profile_shift) for m in design.members)
     backlash, rate = -2.0 * module * shift * cos(cone) * sin(alpha), 2.0 * sin(alpha) * sin(cone)
     assert deviation.normal_backlash == pytest.approx(backlash, abs=1e-12)

@@ -6,7 +6,6 @@ from dataclasses import replace
 from math import radians
 
 import numpy as np
-import pytest
 
 from beveloid_geom import Design, Errors, Pair, builtin_design
 from beveloid_geom.design.file import parse_design
@@ -15,12 +14,6 @@ from beveloid_geom.design.text import design_text
 
 def numbers(design: Design) -> list[float]:
     return [float(value) for value in design._quantities()]
-
-
-@pytest.mark.parametrize("name", ["ni-2017", "awd-transfer", "marine-gearbox"])
-def test_built_in_designs(name: str) -> None:
-    design = builtin_design(name)
-    assert parse_design(design_text(design)) == design
 
 
 def test_all_numbers_are_exact() -> None:
