@@ -15,7 +15,7 @@ from ...options import (
     progress_bar,
     refuse_without,
 )
-from ...tolerance_options import TOLERANCES, errors_option, sizes_of, tolerance_names, tolerance_options
+from ...tolerance_options import errors_option, given_tolerances, sizes_of, tolerance_names, tolerance_options
 
 POINTS = "Distance between the points on both flanks; the areas do not depend on it.  [default: module / 15]"
 ERROR = "Largest relative error of an area; it does not depend on --resolution."
@@ -102,11 +102,7 @@ def pattern_command(
 def _sizes(over: tuple[str, str] | None, tolerances: dict[str, float | None]) -> tuple[float, float] | None:
     """Return the sizes of both errors, mm or rad, None if none is given. Raises Refusal for tolerances of
     other errors, or of only one error."""
-    given = {
-        argument.removesuffix("_deg"): option
-        for argument, option, *_ in TOLERANCES
-        if tolerances[argument] is not None
-    }
+    given = given_tolerances(tolerances)
     if not given:
         return None
     if over is None:
