@@ -51,8 +51,6 @@ class CheckReport(Report):
         Reason why the pair cannot be assembled.
     """
 
-    name: str
-    design: Design
     deviation: LayoutDeviation
     ideal: ZeroBacklashLayout | str
     remarks: tuple[Remark, ...]

@@ -41,8 +41,6 @@ class EaseOffReport(Report):
     `results` contains the ease-off by flank and by GIVEN or PLAIN, or the reason for a missing path of
     contact."""
 
-    name: str
-    design: Design
     results: dict[tuple[str, str], EaseOff | str]
 
     @property

@@ -58,11 +58,12 @@ class Result(Protocol):
         """Return the text: mm, deg and arcsec, at most 100 characters wide, the conclusions last."""
 
 
+@dataclass(frozen=True, eq=False)
 class Report:
     """Base class of reports on a single design.
 
-    Subclasses are frozen dataclasses with `name` and `design`, with `flank` if the result belongs to one
-    flank pair, and with `reason` if the result can be missing."""
+    Subclasses are frozen dataclasses, with `flank` if the result belongs to one flank pair, and with `reason`
+    if the result can be missing."""
 
     name: str
     design: Design
@@ -104,8 +105,6 @@ ResultT = TypeVar("ResultT", bound=OnFlank)
 class ResultReport(Report, Generic[ResultT]):
     """Report on a single `result` that stores its flank."""
 
-    name: str
-    design: Design
     result: ResultT
 
     @property

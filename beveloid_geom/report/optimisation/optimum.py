@@ -29,8 +29,6 @@ class OptimumReport(Report):
     `subject` names the variables in the title, `variables` are their entries in JSON, `words` their values
     and `bounds` their bounds in the text, and `columns` returns those of a design in CSV."""
 
-    name: str
-    design: Design
     aim: Aim
     flank: str
     optimum: Optimised
