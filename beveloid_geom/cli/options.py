@@ -76,9 +76,8 @@ class OneLineCommand(click.Command):
             try:
                 return super().invoke(ctx)
             except ValueError as error:
-                from ..design.arguments import (
-                    ModifiedFlanksError,  # imports NumPy, which --help does not need
-                )
+                # Imported here, because NumPy is not needed for --help.
+                from ..design.arguments import ModifiedFlanksError
 
                 if isinstance(error, ModifiedFlanksError):
                     raise Refusal([str(error)]) from None

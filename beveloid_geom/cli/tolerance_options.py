@@ -49,6 +49,12 @@ def tolerance_names(prefix: str) -> dict[str, str]:
     return {f"{prefix} {argument.removesuffix('_deg')}": option for argument, option, *_ in TOLERANCES}
 
 
+def given_tolerances(values: Mapping[str, float | None]) -> dict[str, str]:
+    """Return the options of the tolerances that are not None by the name of their error."""
+    given = (row for row in TOLERANCES if values[row[0]] is not None)
+    return {argument.removesuffix("_deg"): option for argument, option, *_ in given}
+
+
 def errors_option(name: str, default: str | None, text: str) -> Option:
     """Return an option for two different assembly errors, such as offset,shaft-angle.
 
@@ -100,9 +106,9 @@ def sizes_of(values: Mapping[str, float | None], usual_of: Design | None = None)
     perpendicular are mixed with errors at the mesh."""
     from ..pair.misalignment import NAMES, place_of
 
-    given = [option for argument, option, *_ in TOLERANCES if values[argument] is not None]
+    given = given_tolerances(values)
     if given and not any(values.values()):
-        words = f"at least one tolerance must be above 0, got 0 for {', '.join(given)}"
+        words = f"at least one tolerance must be above 0, got 0 for {', '.join(given.values())}"
         raise Refusal([f"{words}: omit all of them for the usual tolerances"])
     if usual_of is not None and not given:
         from ..analysis.tolerance import USUAL_AT

@@ -17,12 +17,13 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ..support.frozen_arrays import restored
 from .written_numbers import (
     IN_RADIANS,
     MM_PER_INCH,
@@ -210,23 +211,34 @@ _FROM_PYTHON = {
 }
 
 
-def take(kind: str, values: dict[str, Any]) -> None:
-    """Check the quantities of an input and replace them by the values for the calculation.
+class Input:
+    """Base class of the inputs of a design. The quantities of those in `LIMITS` are checked."""
+
+    __setstate__ = restored
+
+    def __post_init__(self) -> None:
+        """Check the values. Raises DesignError with all faults."""
+        kind = type(self).__name__
+        if faults := take(_FROM_PYTHON[kind], vars(self)):
+            raise DesignError(faults, kind)
+
+
+def take(limits: Mapping[str, FieldLimit], values: dict[str, Any]) -> list[Fault]:
+    """Replace the quantities of an input by the values for the calculation, and return the faults of others.
 
     Parameters
     ----------
-    kind : str
-        Name of a class in `LIMITS`.
+    limits : mapping
+        Limits of the quantities by name.
     values : dict
         Quantities by name; replaced in place by a float (teeth: an int) or a read-only float64 copy.
 
-    Raises
-    ------
-    DesignError
-        With all faults.
+    Returns
+    -------
+    list of Fault
     """
     faults = []
-    for name, limit in _FROM_PYTHON[kind].items():
+    for name, limit in limits.items():
         value = values[name]
         if type(value) is (int if limit.whole else float) and limit.low <= value <= limit.high:
             continue
@@ -237,8 +249,7 @@ def take(kind: str, values: dict[str, Any]) -> None:
             faults.append(Fault("", name, result))
         else:
             values[name] = result
-    if faults:
-        raise DesignError(faults, kind)
+    return faults
 
 
 def in_radians(kind: str, values: dict[str, Any]) -> dict[str, Any]:

@@ -14,9 +14,9 @@ import numpy as np
 
 from ..arrays import FloatArray, Quantity, T, flank_sign
 from ..support.array_repr import call_repr
-from ..support.frozen_arrays import equal, restored
+from ..support.frozen_arrays import equal
 from .deviations import FlankDeviations, StackedDeviations
-from .field_limits import DesignError, require_classes, take
+from .field_limits import DesignError, Input, require_classes
 from .modification import PITCH, Modification, limits_of
 from .written_numbers import refused
 
@@ -36,7 +36,7 @@ def unchecked(given: T, **values: Any) -> T:
 
 
 @dataclass(frozen=True)
-class Tool:
+class Tool(Input):
     """Normal section of the generating rack (Fig. 2 of the paper).
 
     Parameters
@@ -79,11 +79,6 @@ class Tool:
 
     __eq__ = equal
     __repr__ = call_repr
-    __setstate__ = restored
-
-    def __post_init__(self) -> None:
-        """Check the values. Raises DesignError."""
-        take("Tool", vars(self))
 
     def parabola_of(self, flank: str) -> Quantity:
         """Return the parabola coefficient of a flank ('right' or 'left'), 1/mm."""
@@ -111,7 +106,7 @@ class Tool:
 
 
 @dataclass(frozen=True)
-class Member:
+class Member(Input):
     """One gear: the tool and the generating motion.
 
     Parameters
@@ -147,14 +142,13 @@ class Member:
 
     __eq__ = equal
     __repr__ = call_repr
-    __setstate__ = restored
 
     def __post_init__(self) -> None:
         """Check the values. Raises DesignError."""
         require_classes(self, tool=Tool)
         given = [name for name in MODIFICATIONS.values() if getattr(self, name) is not None]
         require_classes(self, **dict.fromkeys(given, Modification))
-        take("Member", vars(self))
+        super().__post_init__()
         faults = [
             f"{name}.{PITCH} {text}"
             for name in given

@@ -20,8 +20,8 @@ import numpy as np
 
 from ..arrays import FloatArray, Quantity, T
 from ..support.array_repr import call_repr, html_table
-from ..support.frozen_arrays import equal, restored
-from .field_limits import DesignError, base_pitch_fault, in_radians, require_classes, take
+from ..support.frozen_arrays import equal
+from .field_limits import DesignError, Input, base_pitch_fault, in_radians, require_classes
 from .member import Member, stacked
 from .written_numbers import refused
 
@@ -66,7 +66,7 @@ def from_degrees(kind: type[T], **values: Any) -> T:
 
 
 @dataclass(frozen=True)
-class Pair:
+class Pair(Input):
     """Layout of the axes.
 
     Parameters
@@ -89,15 +89,10 @@ class Pair:
 
     __eq__ = equal
     __repr__ = call_repr
-    __setstate__ = restored
-
-    def __post_init__(self) -> None:
-        """Check the values. Raises DesignError."""
-        take("Pair", vars(self))
 
 
 @dataclass(frozen=True)
-class Errors:
+class Errors(Input):
     """Assembly errors about the common perpendicular of the axes (Fig. 5 of the paper).
 
     Parameters
@@ -117,15 +112,10 @@ class Errors:
 
     __eq__ = equal
     __repr__ = call_repr
-    __setstate__ = restored
-
-    def __post_init__(self) -> None:
-        """Check the values. Raises DesignError."""
-        take("Errors", vars(self))
 
 
 @dataclass(frozen=True)
-class MeshErrors:
+class MeshErrors(Input):
     """Assembly errors at the mesh: the gear is turned about the pitch point.
 
     `pair.misalignment_at_mesh` converts them to `Errors`.
@@ -151,15 +141,10 @@ class MeshErrors:
 
     __eq__ = equal
     __repr__ = call_repr
-    __setstate__ = restored
-
-    def __post_init__(self) -> None:
-        """Check the values. Raises DesignError."""
-        take("MeshErrors", vars(self))
 
 
 @dataclass(frozen=True)
-class Design:
+class Design(Input):
     """A pair of beveloid gears as mounted.
 
     Parameters
@@ -183,7 +168,6 @@ class Design:
 
     __eq__ = equal
     __repr__ = call_repr
-    __setstate__ = restored
     _repr_html_ = html_table
 
     def __post_init__(self) -> None:

@@ -25,9 +25,9 @@ import numpy as np
 
 from ..arrays import Quantity
 from ..support.array_repr import call_repr
-from ..support.frozen_arrays import equal, restored
+from ..support.frozen_arrays import equal
 from .deviations import FlankDeviations, Shape
-from .field_limits import DesignError, Fault, FieldLimit, checked
+from .field_limits import DesignError, Fault, FieldLimit, Input, checked, take
 from .written_numbers import refused
 
 AMOUNT_SUFFIX, LENGTH_SUFFIX = "_um", "_length_mm"
@@ -85,7 +85,7 @@ def _face_relief(lam: Any, t: Any) -> tuple[Any, ...]:
 
 
 @dataclass(frozen=True)
-class Modification:
+class Modification(Input):
     """Modification of one flank of a member, with the names and symbols of ISO 21771.
 
     Parameters
@@ -156,19 +156,11 @@ class Modification:
 
     __eq__ = equal
     __repr__ = call_repr
-    __setstate__ = restored
 
     def __post_init__(self) -> None:
         """Check the values. Raises DesignError."""
-        faults, values = [], vars(self)
-        for name, limit in limits_of(type(self)).items():
-            if values[name] is None and limit.optional:
-                continue
-            result = checked(values[name], limit)
-            if isinstance(result, str):
-                faults.append(Fault("", name, result))
-            else:
-                values[name] = result
+        values = vars(self)
+        faults = take(limits_of(type(self)), values)
         if not isinstance(self.deviations, FlankDeviations | None):
             cure = "pass the attribute on_flanks of the result of read_deviations"
             text = refused("be of the class FlankDeviations", self.deviations, cure)

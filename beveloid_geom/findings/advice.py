@@ -15,7 +15,7 @@ import numpy as np
 
 from ..arrays import FLANKS
 from ..contact.path import path_of_contact
-from ..design.arguments import require_design
+from ..design.arguments import require_single_design
 from ..design.model import Design, Pair
 from ..operation.certificate import path_certificate
 from ..pair.zero_backlash import LayoutDeviation, layout_deviation
@@ -162,9 +162,7 @@ def layout_advice(design: Design) -> tuple[Advice, ...]:
     >>> bg.layout_advice(tight)[0].offset
     229.0751
     """
-    require_design(design)
-    if design.batch_shape:
-        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
+    require_single_design(design)
     plain = design.bare()
     if quiet(layout_remarks(plain)):
         return ()

@@ -10,7 +10,7 @@ import numpy as np
 from ..analysis.pressure import NO_LIMIT_REACHED, PathPressure
 from ..analysis.sensitivity import Sensitivity, path_sensitivity
 from ..analysis.tolerance import USUAL_AT
-from ..arrays import FLANK_SIGN, Codes, FloatArray
+from ..arrays import FLANK_SIGN, MEMBERS, Codes, FloatArray
 from ..contact.flank_pair import is_modified
 from ..contact.parallel.lines import is_line_contact
 from ..contact.path import ContactPath, path_of_contact
@@ -80,13 +80,11 @@ def reason_of(path: ContactPath) -> str | None:
     text = f"the path of contact does not meet the {path.flank} flanks"
     middle = 0.5 * sum(active_range(design.pinion, path.flank))
     extended = path_of_contact(design, path.flank, l1=[float(middle)])
+    axial = extended.pinion_z[0], extended.gear_z[0]
     places = [
-        (name, float(axial[0]), 0.5 * float(member.face_width))
-        for name, axial, member in (
-            ("pinion", extended.pinion_z, design.pinion),
-            ("gear", extended.gear_z, design.gear),
-        )
-        if math.isfinite(axial[0])
+        (name, float(z), 0.5 * float(member.face_width))
+        for name, z, member in zip(MEMBERS, axial, design.members, strict=True)
+        if math.isfinite(z)
     ]
     if not places:
         return text
@@ -101,19 +99,13 @@ def reason_of(path: ContactPath) -> str | None:
 def first_contact_fault(design: Design) -> str | None:
     """Return the reason why first contacts cannot be computed: a tip round that does not fit on the tool.
     Otherwise None."""
-    for name, member in zip(("pinion", "gear"), design.members, strict=True):
+    for name, member in zip(MEMBERS, design.members, strict=True):
         try:
             for flank in FLANK_SIGN:
                 tool_round(member.tool, flank)
         except ValueError as error:
             return NotComputed(f"the first contact could not be computed: {name}: {error}")
     return None
-
-
-def line_contact_text(design: Design, flank: str) -> str:
-    """Return what line contact means for the path of contact."""
-    modified = is_modified(design, flank)
-    return ALONG_LINES + ("; the path runs through the points nearest to mid-face" if modified else "")
 
 
 def path_remarks(path: ContactPath) -> Iterator[Remark]:
@@ -123,17 +115,43 @@ def path_remarks(path: ContactPath) -> Iterator[Remark]:
     Without a path on the flanks there is no remark; `reason_of` returns the reason."""
     if path.ends.status != Status.SOLVED:
         return
-    lines = bool(is_line_contact(path.design, path.flank))
-    line_contact = ((NOTE, line_contact_text(path.design, path.flank)),)
-    remarks = line_contact if lines else (*_sensitivity_remarks(path), *_loss_remarks(path))
+    if is_line_contact(path.design, path.flank):
+        modified = is_modified(path.design, path.flank)
+        middle = "; the path runs through the points nearest to mid-face" if modified else ""
+        remarks = [(NOTE, ALONG_LINES + middle)]
+    else:
+        remarks = [*_sensitivity_remarks(path), *_loss_remarks(path)]
     for level, text in (*remarks, *_path_remarks(path)):
         yield Remark(level, f"{path.flank} flanks: {text}")
 
 
 def certificate_remarks(path: ContactPath, certificate: Certificate) -> Iterator[Remark]:
-    """Yield remarks on the positions of a path at which something touches earlier."""
-    for level, text in _certificate_remarks(path.design, certificate):
-        yield Remark(level, f"{path.flank} flanks: {text}")
+    """Yield remarks on the positions of a path where the tangency of the flanks is not the first contact of
+    the teeth."""
+    lead, verdict = f"{path.flank} flanks:", certificate.verdict
+    codes = certificate.first.limit[verdict == Verdict.EDGE_CONTACT]
+    edges = ", ".join(limit_words(path.design, int(code)) for code in np.unique(codes[codes >= 0]))
+    interference = "the flanks interfere away from their tangency, or a tip interferes with a fillet"
+    texts = {
+        Verdict.INTERFERENCE: (WARNING, interference),
+        Verdict.EDGE_CONTACT: (WARNING, f"an edge touches earlier ({edges})"),
+        Verdict.NEXT_PAIR: (NOTE, "the flanks of a neighbouring tooth pair touch earlier"),
+    }
+    for code, (level, words) in texts.items():
+        mask = verdict == code
+        if mask.any():
+            depth = -1e3 * float(certificate.separation[mask].min())
+            count = f"at {np.count_nonzero(mask)} of {verdict.size} positions"
+            yield Remark(level, f"{lead} {count} {words}, by up to {depth:.3g} um")
+    if np.isin(verdict, tuple(texts)).any():
+        text = "the contact ratio of one tooth pair (Eq. 16) is not the operating contact ratio"
+        yield Remark(NOTE, f"{lead} {text}: see `beveloid-geom operation`")
+    unknown = certificate.first.status[verdict == Verdict.NOT_SOLVED]
+    for status in map(FirstStatus, np.unique(unknown).tolist()):
+        level = NOTE if status.reason_type is str else UNKNOWN
+        where = f"at {np.count_nonzero(unknown == status)} of {verdict.size} positions"
+        reason = WHY_NO_FIRST_CONTACT[status]
+        yield Remark(level, f"{lead} {where} it is unknown whether something touches earlier: {reason}")
 
 
 def usual_shifts(sensitivity: Sensitivity, sizes: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -197,7 +215,7 @@ def _sensitivity_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
     yield (
         level,
         f"sensitive to errors, because it is close to line contact: {math.degrees(sizes[1]):g} deg of"
-        f" {names[1]} shifts the path on the {('pinion', 'gear')[member]} by {angle:.3g} mm {where},"
+        f" {names[1]} shifts the path on the {MEMBERS[member]} by {angle:.3g} mm {where},"
         f" {sizes[0]:g} mm of {names[0]} by {offset:.3g} mm; the face is {width:g} mm wide",
     )
 
@@ -257,22 +275,15 @@ def _path_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
     if path.ends.pieces > 1:
         segments = f"the path has {int(path.ends.pieces)} segments on the flanks"
         yield NOTE, f"{segments}: positions and contact ratio are those of the longest one in roll"
-    for values, words in (
-        (
-            path.pinion_roll,
-            (
-                "the roll turns back along the path: the flanks are tangent twice at some rolls,"
-                " and the contact ratio covers all rolls of the path"
-            ),
-        ),
-        (
-            path.l1,
-            (
-                "l1 turns back along the path: the pinion flank has two contacts at some l1, the position"
-                " along its tool flank"
-            ),
-        ),
-    ):
+    roll_words = (
+        "the roll turns back along the path: the flanks are tangent twice at some rolls, and the contact"
+        " ratio covers all rolls of the path"
+    )
+    l1_words = (
+        "l1 turns back along the path: the pinion flank has two contacts at some l1, the position along its"
+        " tool flank"
+    )
+    for values, words in ((path.pinion_roll, roll_words), (path.l1, l1_words)):
         steps = np.diff(values)
         if steps.size and steps.min() < -monotone_tolerance and steps.max() > monotone_tolerance:
             yield NOTE, words
@@ -283,34 +294,6 @@ def _path_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
     if moved > rounding_tolerance_mm:
         words = f"rounding of the inputs moves the contact by about {moved:.1g} mm"
         yield NOTE, f"{words}; mounting errors move it much further"
-
-
-def _certificate_remarks(design: Design, certificate: Certificate) -> Iterator[tuple[str, str]]:
-    """Yield levels and texts on the positions where the tangency of the flanks is not the first contact of
-    the teeth."""
-    verdict, all_positions = certificate.verdict, certificate.verdict.size
-    codes = certificate.first.limit[verdict == Verdict.EDGE_CONTACT]
-    edges = ", ".join(limit_words(design, int(code)) for code in np.unique(codes[codes >= 0]))
-    interference = "the flanks interfere away from their tangency, or a tip interferes with a fillet"
-    texts = {
-        Verdict.INTERFERENCE: (WARNING, interference),
-        Verdict.EDGE_CONTACT: (WARNING, f"an edge touches earlier ({edges})"),
-        Verdict.NEXT_PAIR: (NOTE, "the flanks of a neighbouring tooth pair touch earlier"),
-    }
-    for code, (level, words) in texts.items():
-        mask = verdict == code
-        if mask.any():
-            depth = -1e3 * float(certificate.separation[mask].min())
-            count = f"at {np.count_nonzero(mask)} of {all_positions} positions"
-            yield level, f"{count} {words}, by up to {depth:.3g} um"
-    if np.isin(verdict, tuple(texts)).any():
-        text = "the contact ratio of one tooth pair (Eq. 16) is not the operating contact ratio"
-        yield NOTE, f"{text}: see `beveloid-geom operation`"
-    unknown = certificate.first.status[verdict == Verdict.NOT_SOLVED]
-    for status in map(FirstStatus, np.unique(unknown).tolist()):
-        where = f"at {np.count_nonzero(unknown == status)} of {all_positions} positions"
-        text = f"{where} it is unknown whether something touches earlier: {WHY_NO_FIRST_CONTACT[status]}"
-        yield NOTE if status.reason_type is str else UNKNOWN, text
 
 
 def pressure_remarks(hertz: PathPressure) -> Iterator[Remark]:

@@ -51,8 +51,6 @@ class CheckReport(Report):
         Reason why the pair cannot be assembled.
     """
 
-    name: str
-    design: Design
     deviation: LayoutDeviation
     ideal: ZeroBacklashLayout | str
     remarks: tuple[Remark, ...]
@@ -204,6 +202,15 @@ def _by_member(ideal: ZeroBacklashLayout) -> list[tuple[str, float]]:
     ]
 
 
+RESERVE = (
+    "smallest distance from a warning of `check`, divided by a sufficient distance, over these criteria:"
+    " contact ratio, tip thickness, tip clearance, undercut, depth of active flank that remains below the"
+    " tips of the mate (depth of tips), shift of the path under errors; computed before the numbers are"
+    " rounded"
+)
+"""Definition of the reserve."""
+
+
 @dataclass(frozen=True, eq=False)
 class ProposalReport:
     """Proposals for a request; `gear` is the file of a given gear."""
@@ -232,16 +239,6 @@ class ProposalReport:
         )
         return f"{by_cones} ones; among equal cone angles, {by_reserve}"
 
-    @property
-    def reserve(self) -> str:
-        """Definition of the reserve."""
-        return (
-            "smallest distance from a warning of `check`, divided by a sufficient distance, over these"
-            " criteria: contact ratio, tip thickness, tip clearance, undercut, depth of active flank that"
-            " remains below the tips of the mate (depth of tips), shift of the path under errors; computed"
-            " before the numbers are rounded"
-        )
-
     def text_of(self, k: int) -> str:
         """Return design `k`, counted from 1, as the text of a design file."""
         return design_text(self.proposals[k - 1].design, f"Proposal {k} of: {self.command}")
@@ -262,7 +259,7 @@ class ProposalReport:
         """Return the request and the designs, the best first, with their quantities and design files."""
         request = {name: value for name, value in plain(self.request).items() if name != "members"}
         designs = [record | {"toml": self.text_of(k)} for k, record in enumerate(self._records, 1)]
-        measure = f"{self.order}. Reserve: {self.reserve}"
+        measure = f"{self.order}. Reserve: {RESERVE}"
         return {"request": request, "command": self.command, "measure": measure, "designs": designs}
 
     def rows(self) -> Rows:
@@ -284,7 +281,7 @@ class ProposalReport:
                 rows.append((label(name), ["negative" if cell == "-inf" else cell for cell in shown]))
         text = f"Proposed pairs\n  {typed(self.command)}\n\n"
         text += labelled_lines(rows, label_width=34, cell_width=12)
-        text += "\n" + line("order", self.order) + line("reserve", self.reserve)
+        text += "\n" + line("order", self.order) + line("reserve", RESERVE)
         weakest = (f"{name} (pair {k})" for k, name in enumerate(self.weakest, 1))
         text += line("smallest reserve", ", ".join(weakest)) + self._tip_lines()
         coast = FLANKS[1 - FLANKS.index(self.request.flank)]

@@ -128,6 +128,11 @@ def labelled_lines(rows: Iterable[tuple[str, Iterable[str]]], label_width: int, 
     return "\n".join(lines) + "\n"
 
 
+def aligned(cells: Iterable[str], widths: Iterable[int]) -> str:
+    """Return right-aligned cells of the given widths."""
+    return "".join(f"{cell:>{width}}" for cell, width in zip(cells, widths, strict=True))
+
+
 def table_lines(
     columns: Mapping[str, Any], status: Sequence[str], words: Mapping[str, Sequence[str]] | None = None
 ) -> str:
@@ -152,11 +157,8 @@ def table_lines(
     rows = [row if state == "solved" else f"{state:>24}" for row, state in zip(rows, status, strict=True)]
     # Headings of different heights are aligned at the unit, their last line.
     depth = max(map(len, headings))
-    aligned = ([""] * (depth - len(lines)) + lines for lines in headings)
-    top = [
-        "".join(f"{word:>{width}}" for word, width in zip(row, widths, strict=True))
-        for row in zip(*aligned, strict=True)
-    ]
+    same_height = ([""] * (depth - len(lines)) + lines for lines in headings)
+    top = [aligned(row, widths) for row in zip(*same_height, strict=True)]
     for name, texts in (words or {}).items():
         top[-2] += f"  {name}"
         rows = [f"{row}  {text}" for row, text in zip(rows, texts, strict=True)]

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 
 from ..analysis.ease_off import EaseOff, ease_off
-from ..arrays import FLANK_SIGN, MEMBERS
+from ..arrays import FLANK_SIGN
 from ..contact.path import path_of_contact
 from ..design.ends import end_names
 from ..design.model import Design
 from ..findings.path import reason_of
 from ..status import Status
 from .columns import known_number, labelled_lines
-from .result import Report, Rows, flattened, picked, stacked_rows
+from .result import Report, Rows, flattened, parabola_data, picked, stacked_rows
 from .text import head_lines, line
 
 GIVEN, PLAIN = "as_given", "without_parabola"
@@ -41,8 +41,6 @@ class EaseOffReport(Report):
     `results` contains the ease-off by flank and by GIVEN or PLAIN, or the reason for a missing path of
     contact."""
 
-    name: str
-    design: Design
     results: dict[tuple[str, str], EaseOff | str]
 
     @property
@@ -63,15 +61,11 @@ class EaseOffReport(Report):
 
     def values(self) -> dict[str, Any]:
         """Return grids, corners and coefficients; mm."""
-        tools = {name: getattr(self.design, name).tool for name in MEMBERS}
-        flanks: dict[str, Any] = {
-            flank: {"parabola": {name: tool.parabola_of(flank) for name, tool in tools.items()}}
-            for flank in FLANK_SIGN
-        }
+        parabolas = {flank: parabola_data(self.design, flank) for flank in FLANK_SIGN}
+        flanks: dict[str, Any] = {flank: {"parabola": data["parabola"]} for flank, data in parabolas.items()}
         for (flank, state), result in self.results.items():
             flanks[flank][state] = {"reason": result} if isinstance(result, str) else _numbers(result)
-        apex = {name: tool.parabola_apex for name, tool in tools.items()}
-        return {"parabola": flanks["right"]["parabola"], "parabola_apex": apex, **flanks}
+        return {**parabolas["right"], **flanks}
 
     def rows(self) -> Rows:
         """Return the points."""

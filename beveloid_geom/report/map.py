@@ -11,7 +11,7 @@ import numpy as np
 
 from ..analysis.maps import IN_OPERATION, QUANTITIES, DesignMap
 from ..arrays import Mask
-from ..design.model import Design
+from ..contact.path import contact_ratio
 from ..findings.path import batch_reason
 from ..pair.mounting import mounting_of
 from ..pair.named_inputs import INPUTS, design_at, own_values
@@ -55,7 +55,9 @@ class MapReport(ResultReport[DesignMap]):
 
     def rows(self) -> Rows:
         """Return the cells."""
-        return map_rows(self.result)
+        sides = np.meshgrid(self.result.first, self.result.second, indexing="ij")
+        inputs = dict(zip(self.result.over, sides, strict=True))
+        return flattened(inputs | map_cells(self.result))
 
     def summary(self) -> str:
         """Return the extremes of the results and their positions."""
@@ -119,13 +121,6 @@ def _printed(result: DesignMap, digits: int = 4) -> list[dict[float, str]]:
                 break
         sides.append(dict(zip(values.tolist(), texts, strict=True)))
     return sides
-
-
-def map_rows(result: DesignMap) -> Rows:
-    """Return the cells of a map as columns."""
-    sides = np.meshgrid(result.first, result.second, indexing="ij")
-    inputs = dict(zip(result.over, sides, strict=True))
-    return flattened(inputs | map_cells(result))
 
 
 def map_cells(result: DesignMap) -> dict[str, Any]:
@@ -212,18 +207,11 @@ def quadrant_bests(result: DesignMap, ratio: float) -> dict[str, tuple[int, floa
     return bests
 
 
-def ratio_as_given(design: Design, flank: str) -> float:
-    """Return the contact ratio of the design, NaN if it is unknown."""
-    from ..contact.path import contact_ratio
-
-    return float(contact_ratio(design, flank))
-
-
 def _quadrant_lines(result: DesignMap) -> str:
     """Return a comparison of the cases C1 to C4 of the paper at the contact ratio of the design or above."""
     if result.preset != "parabola":
         return ""
-    ratio = ratio_as_given(result.design, result.flank)
+    ratio = float(contact_ratio(result.design, result.flank))  # NaN if it is unknown
     if not ratio > 0.0:
         return "\nThe design has no contact ratio: the cases are not compared.\n"
     values = "pinion {:g}, gear {:g}".format(*own_values(result.design, result.over, result.flank))

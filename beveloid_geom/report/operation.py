@@ -53,8 +53,6 @@ class OperationReport(Report):
         Transmission error over all pairs of teeth; None if all teeth of each member are equal.
     """
 
-    name: str
-    design: Design
     flank: str
     cycle: MeshCycle
     first: FirstContact

@@ -58,8 +58,6 @@ class ContactReport(Report):
     """
 
     needs_assembly = True
-    name: str
-    design: Design
     method: str
     path: ContactPath
     backlash: BacklashReport

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..analysis.pattern_ellipse import marked_ellipse
 from ..analysis.pattern_matrix import PatternCell, PatternMatrix
-from ..arrays import FloatArray
+from ..arrays import MEMBERS
 from ..design.model import Design
 from ..findings.backlash import backlash_report
 from ..operation.contact_pattern.pattern import (
@@ -22,8 +22,8 @@ from ..operation.contact_pattern.pattern import (
     contact_pattern,
 )
 from ..status import FirstStatus, NotComputed
-from .columns import number, scaled
-from .result import MEMBERS, ResultReport, Rows, flattened, picked, plain, stacked_rows
+from .columns import aligned, number, scaled
+from .result import ResultReport, Rows, flattened, picked, plain, stacked_rows
 from .text import ERROR_SYMBOLS, SYMBOLS, line, mounted_lines, symbol_words, unit_of
 
 POINTS_PER_MODULE = 15
@@ -192,7 +192,7 @@ class PatternMatrixReport(ResultReport[PatternMatrix]):
             {f"{name}_error": value for name, value in zip(matrix.over, errors, strict=True)}
             | {"status": status[k]}
             | {name: float(getattr(matrix, name).ravel()[k]) for name in FIGURES}
-            for k, errors in enumerate(added_of(matrix).tolist())
+            for k, errors in enumerate(matrix.added.tolist())
         ]
 
     def values(self) -> dict[str, Any]:
@@ -223,14 +223,10 @@ class PatternMatrixReport(ResultReport[PatternMatrix]):
         text = f"Contact patterns of {self.name} under two errors, {self.flank} flanks, on the pinion\n\n"
         headings = [*(f"{ERROR_SYMBOLS[name]}, {unit_of(name)}" for name in matrix.over)]
         headings += ["TE, arcsec", "edges, %", "z, mm", "r, mm", "semi-axes, mm", "angle, deg", "marked, %"]
-        text += (
-            "".join(f"{head:>{width}}" for head, width in zip(headings, COLUMN_WIDTHS, strict=True)) + "\n"
-        )
+        text += aligned(headings, COLUMN_WIDTHS) + "\n"
         for cell, record in zip(matrix.cells, self._records, strict=True):
             errors = (scaled(key, record[key]) for key in (f"{name}_error" for name in matrix.over))
-            text += "".join(
-                f"{value:z{width}.4g}" for value, width in zip(errors, COLUMN_WIDTHS[:2], strict=True)
-            )
+            text += aligned((f"{value:z.4g}" for value in errors), COLUMN_WIDTHS[:2])
             if cell is None:
                 text += f"  {record['status'].replace('_', ' ')}\n"
                 continue
@@ -241,7 +237,7 @@ class PatternMatrixReport(ResultReport[PatternMatrix]):
                 f"{ellipse.major:.2f} x {ellipse.minor:.2f}",
                 *(f"{np.degrees(ellipse.angle):z.1f}", f"{100.0 * side.area_share:.1f}"),
             )
-            text += "".join(f"{c:>{width}}" for c, width in zip(cells, COLUMN_WIDTHS[2:], strict=True)) + "\n"
+            text += aligned(cells, COLUMN_WIDTHS[2:]) + "\n"
         text += "\n" + mounted_lines(self.design)
         text += line("errors added", ", ".join(symbol_words(name) for name in matrix.over))
         text += line("marking compound", f"{1e3 * matrix.separation:g} um thick")
@@ -257,11 +253,6 @@ class PatternMatrixReport(ResultReport[PatternMatrix]):
         jams = np.count_nonzero(matrix.jammed)
         note = f"jammed: {jams} of {matrix.jammed.size} mountings cannot be assembled"
         return text + (line("note", note) if jams else "")
-
-
-def added_of(matrix: PatternMatrix) -> FloatArray:
-    """Return the values (cells, 2) of both errors of each cell, mm or rad."""
-    return matrix.added
 
 
 def status_of(matrix: PatternMatrix) -> list[str]:

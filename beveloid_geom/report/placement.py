@@ -12,16 +12,9 @@ from ..arrays import FloatArray
 from ..design.model import Design
 from ..pair.mounting import mounting_of
 from ..status import NotComputed, PlaceStatus
-from .columns import number, scaled
+from .columns import aligned, number, scaled
 from .result import Failure, ResultReport, Rows, picked, plain, stacked_rows
-from .text import (
-    ERROR_SYMBOLS,
-    SYMBOLS,
-    line,
-    mounted_lines,
-    symbol_words,
-    unit_of,
-)
+from .text import ERROR_SYMBOLS, SYMBOLS, line, mounted_lines, symbol_words, unit_of
 
 PLACED = (
     *("z", "l", "off_centre", "contact_ratio", "cycle_peak_to_peak", "edge_share"),
@@ -58,8 +51,8 @@ class PlaceReport(ResultReport[Placement]):
     @property
     def places(self) -> list[dict[str, Any]]:
         """Results of each place by name, mm and rad."""
-        result, figures = self.result, placement_results(self.result)
-        places = []
+        result, places = self.result, []
+        figures = vars(result) | {"off_centre": result.l - result.wanted_l}
         for k, code in enumerate(result.status.tolist()):
             place: dict[str, Any] = {"at": result.at[k], "status": plain(PlaceStatus(code))}
             place |= {f"{name}_error": result.errors[k, j] for j, name in enumerate(result.by)}
@@ -90,10 +83,9 @@ class PlaceReport(ResultReport[Placement]):
         text = f"Placing the path of {self.name} by {by}, {result.flank} flanks\n\n"
         headings = ["face, %", *(f"{ERROR_SYMBOLS[name]}, {unit_of(name)}" for name in result.by)]
         headings += ["z, mm", "dl, mm", "ratio", "TE, arcsec", "edges, %"]
-        text += "".join(f"{head:>{w}}" for head, w in zip(headings, place_widths, strict=True)) + "  status\n"
+        text += aligned(headings, place_widths) + "  status\n"
         for place in self.places:
-            text += "".join(f"{cell:>{w}}" for cell, w in zip(self._cells(place), place_widths, strict=True))
-            text += f"  {place['status'].replace('_', ' ')}\n"
+            text += aligned(self._cells(place), place_widths) + f"  {place['status'].replace('_', ' ')}\n"
         text += "\n" + mounted_lines(result.design)
         text += line("errors added", ", ".join(symbol_words(name) for name in result.by))
         text += line(
@@ -141,21 +133,13 @@ class PlaceReport(ResultReport[Placement]):
                 return [f"{lead}; it also jams at all nearby positions in profile"]
             return [f"{lead}; the nearest position at which it can be assembled is {nearest}"]
         if status == PlaceStatus.NOT_CONVERGED:
+            not_converged = "Newton's method did not converge"
             limits = " and ".join(
                 f"{scaled(f'{name}_error', size):.4g} {unit_of(name)} of {name.replace('_', ' ')}"
                 for name, size in zip(result.by, result.limits, strict=True)
             )
-            return [
-                f"{at}: no mounting was found within {limits} to either side (Newton's method did not"
-                f" converge)"
-            ]
+            return [f"{at}: no mounting was found within {limits} to either side ({not_converged})"]
         return []
-
-
-def placement_results(result: Placement) -> dict[str, FloatArray]:
-    """Return the results of all mountings by name, each (n,)."""
-    values = {name: getattr(result, name) for name in PLACED if name != "off_centre"}
-    return values | {"off_centre": result.l - result.wanted_l}
 
 
 def distances_of(result: Placement) -> dict[str, FloatArray]:

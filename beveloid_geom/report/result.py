@@ -58,11 +58,12 @@ class Result(Protocol):
         """Return the text: mm, deg and arcsec, at most 100 characters wide, the conclusions last."""
 
 
+@dataclass(frozen=True, eq=False)
 class Report:
     """Base class of reports on a single design.
 
-    Subclasses are frozen dataclasses with `name` and `design`, with `flank` if the result belongs to one
-    flank pair, and with `reason` if the result can be missing."""
+    Subclasses are frozen dataclasses, with `flank` if the result belongs to one flank pair, and with `reason`
+    if the result can be missing."""
 
     name: str
     design: Design
@@ -84,10 +85,7 @@ class Report:
         flank, reason = getattr(self, "flank", None), getattr(self, "reason", None)
         head = layout_data(self.name, self.design)
         if flank is not None:
-            tools = {member: getattr(self.design, member).tool for member in MEMBERS}
-            parabola = {member: tool.parabola_of(flank) for member, tool in tools.items()}
-            apex = {member: tool.parabola_apex for member, tool in tools.items()}
-            head = {"flank": flank, **head, "parabola": parabola, "parabola_apex": apex}
+            head = {"flank": flank, **head, **parabola_data(self.design, flank)}
         head |= modification_data(self.design)
         return plain(head | self.values() | ({"reason": reason} if reason else {}))
 
@@ -107,8 +105,6 @@ ResultT = TypeVar("ResultT", bound=OnFlank)
 class ResultReport(Report, Generic[ResultT]):
     """Report on a single `result` that stores its flank."""
 
-    name: str
-    design: Design
     result: ResultT
 
     @property
@@ -162,6 +158,15 @@ def layout_data(name: str, design: Design) -> dict[str, Any]:
         "mounting": dict(zip(("dw1", "dw2", "rw1", "rw2", "pitch_point"), values, strict=True)),
         "normal_backlash": mounting.normal_backlash,
         **backlash_data(design),
+    }
+
+
+def parabola_data(design: Design, flank: str) -> dict[str, dict[str, Any]]:
+    """Return the entries of JSON on the parabolas of a flank by member: coefficients (1/mm), apexes (mm)."""
+    tools = {name: getattr(design, name).tool for name in MEMBERS}
+    return {
+        "parabola": {name: tool.parabola_of(flank) for name, tool in tools.items()},
+        "parabola_apex": {name: tool.parabola_apex for name, tool in tools.items()},
     }
 
 

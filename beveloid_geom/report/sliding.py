@@ -39,8 +39,6 @@ class SlidingReport(Report):
         Reason for missing contact on the flanks; all arrays are empty then.
     """
 
-    name: str
-    design: Design
     path: ContactPath
     sliding: Sliding
     least_roll: float

@@ -8,20 +8,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..design.ends import end_names
-from ..design.model import Design
 from ..validation.statement_verdicts import Statement
-from .result import Failure, Rows, by_columns
+from .result import Report, Rows, by_columns
 from .text import LINE_WIDTH, head_lines, line
 
 
 @dataclass(frozen=True, eq=False)
-class StatementsReport:
+class StatementsReport(Report):
     """The `statements` as judged for a single design."""
 
-    name: str
-    design: Design
     statements: Sequence[Statement]
-    failure: Failure | None = None
 
     def data(self) -> list[dict[str, Any]]:
         """Return the statements; the measure gives the units of the values (mm, deg, shares)."""

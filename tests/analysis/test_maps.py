@@ -30,7 +30,7 @@ from beveloid_geom.design.limits import parabola_limit
 from beveloid_geom.operation.backlash_by_tangency import tangent_backlash
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.pair.named_inputs import PRESETS, design_at, own_values
-from beveloid_geom.report.map import MapReport, cell_words, quadrant_bests, ratio_as_given
+from beveloid_geom.report.map import MapReport, cell_words, quadrant_bests
 from tests.oracle.table1 import table1
 
 OFFSET = Errors(offset=0.05)
@@ -269,7 +269,9 @@ def test_a_design_reaches_its_own_ratio() -> None:
         found = design_map(
             design, "parabola", "left", first=(0.0, first), second=(second, 0.0), steps=2, errors=OFFSET
         )
-        assert quadrant_bests(found, ratio_as_given(design, "left"))["C3"][0] == 1
+        assert (
+            quadrant_bests(found, float(path_of_contact(design, "left", 2).ends.contact_ratio))["C3"][0] == 1
+        )
 
 
 def test_faults_that_a_design_has_anyway_are_not_those_of_the_bounds() -> None:

@@ -31,6 +31,11 @@ def toml(changes: dict[str, object]) -> str:
 
 def faults_of(changes: dict[str, object]) -> tuple[str, ...]:
     """Return the messages for Table 1 with changes."""
+    return faults_in(toml(changes))
+
+
+def faults_in(text: str) -> tuple[str, ...]:
+    """Return the messages for the text of a design file."""
     with pytest.raises(DesignError) as caught:
-        parse_design(toml(changes))
+        parse_design(text)
     return caught.value.faults

@@ -14,27 +14,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from beveloid_geom import (
-    DesignError,
-    Pair,
-    builtin_design,
-    path_certificate,
-    path_of_contact,
-    path_sliding,
-    read_design,
-)
+from beveloid_geom import DesignError, Pair, builtin_design, path_of_contact, path_sliding, read_design
 from beveloid_geom.contact.parallel.lines import contact_lines
 from beveloid_geom.design import file
 from beveloid_geom.design.file import BUILTINS, builtin_text, parse_design
 from beveloid_geom.findings.diagnostics import NOTE, tip_clearances
 from beveloid_geom.operation.backlash import mounted_backlash
-from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.pair.zero_backlash import layout_deviation
 from beveloid_geom.report.check import check_report
-from beveloid_geom.status import Limit, Status
-from tests.oracle.sixty_digits import off_by
-from tests.validation.test_intersecting_axes import closed_form
 
 NAMES = ("awd-transfer", "marine-gearbox")
 PARALLEL = "anti-backlash"
@@ -69,8 +57,6 @@ def test_numbers_in_the_comments(name: str) -> None:
     backlash = -2.0 * module * shift * sin(alpha)
     np.testing.assert_allclose(mounting.working_radius, (r1, r2), rtol=1e-11)
     np.testing.assert_allclose(mounting.distance, distance, rtol=1e-11)
-    assert deviation.gap < 1e-10
-    assert deviation.offset_difference == deviation.shaft_angle_difference == 0.0
     assert deviation.normal_backlash == pytest.approx(backlash, abs=1e-10)
     assert 0.03 < backlash / module < 0.05
     assert f"= {backlash:.3f} mm" in text
@@ -87,34 +73,6 @@ def test_numbers_in_the_comments(name: str) -> None:
         assert float(member.profile_shift) - at_toe > least + 0.3
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_contact_ratios_in_closed_form(name: str, flank: str) -> None:
-    design = builtin_design(name)
-    path = path_of_contact(design, flank, 5)
-    assert {path.ends.enter, path.ends.leave} == {Limit.GEAR_TIP, Limit.PINION_TIP}
-    ratio = float(path.ends.contact_ratio)
-    assert ratio == pytest.approx(closed_form(design, flank), abs=1e-11)
-    assert ratio > 1.4
-    assert path_certificate(path).holds
-    assert float(operating_ratio(design, flank)) == pytest.approx(ratio, abs=1e-9)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_sixty_digits(name: str, flank: str) -> None:
-    """Three positions of the path, ends included, agree with the five equations at 60 digits. The contact
-    ratio from their roll angles equals the closed form."""
-    design = builtin_design(name)
-    path = path_of_contact(design, flank, 3)
-    assert path.ends.status == Status.SOLVED
-    for k in range(3):
-        position_error, roll_error = off_by(path, k, "l1")
-        assert position_error < 1e-11
-        assert roll_error < 1e-13
-    roll = abs(float(path.pinion_roll[-1] - path.pinion_roll[0]))
-    ratio = roll * float(design.pinion.teeth) / (2.0 * pi)
-    assert ratio == pytest.approx(closed_form(design, flank), abs=1e-11)
-
-
 def test_specific_sliding_of_the_marine_pair_is_balanced() -> None:
     paths = [path_of_contact(builtin_design("marine-gearbox"), side, 21) for side in ("right", "left")]
     least = np.min([path_sliding(path).specific.min(axis=0) for path in paths], axis=0)
@@ -123,13 +81,9 @@ def test_specific_sliding_of_the_marine_pair_is_balanced() -> None:
 
 def test_numbers_in_the_comments_of_the_anti_backlash_pair() -> None:
     design, text = builtin_design(PARALLEL), builtin_text(PARALLEL)
-    mounting, deviation, pinion = mounting_of(design), layout_deviation(design), design.pinion
+    deviation, pinion = layout_deviation(design), design.pinion
     module, alpha = float(pinion.tool.normal_module), float(pinion.tool.normal_pressure_angle)
     cone = float(pinion.cone_angle)
-    np.testing.assert_allclose(mounting.working_radius, (18.0, 54.0), rtol=1e-14)
-    np.testing.assert_array_equal(mounting.distance, 0.0)
-    assert deviation.gap == deviation.shaft_angle_difference == 0.0
-    assert abs(deviation.offset_difference) < 1e-12
     shift = sum(float(m.profile_shift) for m in design.members)
     backlash, rate = -2.0 * module * shift * cos(cone) * sin(alpha), 2.0 * sin(alpha) * sin(cone)
     assert deviation.normal_backlash == pytest.approx(backlash, abs=1e-12)
@@ -148,19 +102,15 @@ def test_numbers_in_the_comments_of_the_anti_backlash_pair() -> None:
 
 
 def test_lines_of_contact_of_the_anti_backlash_pair(flank: str) -> None:
-    """Right and left flanks are mirror images and have the same ratios. A line is as long as the common face
-    divided by the cosine of the base helix angle."""
+    """A line is as long as the common face divided by the cosine of the base helix angle."""
     design = builtin_design(PARALLEL)
     path = path_of_contact(design, flank, 9)
-    lines, other = contact_lines(path), path_of_contact(design, {"right": "left", "left": "right"}[flank], 3)
-    assert float(path.ends.contact_ratio) == pytest.approx(float(other.ends.contact_ratio), abs=1e-13)
+    lines = contact_lines(path)
     assert float(lines.transverse_ratio) > 1.5
     alpha, cone = float(design.pinion.tool.normal_pressure_angle), float(design.pinion.cone_angle)
     sine = sin(alpha) * sin(cone)  # of the base helix angle
     assert lines.length.max() == pytest.approx(15.0 / np.sqrt(1.0 - sine**2), abs=1e-9)
     pitch = pi * 1.5 * cos(alpha)
     assert float(lines.overlap_ratio) == pytest.approx(15.0 * sine / pitch, abs=1e-12)
-    assert path_certificate(path).holds
-    assert float(operating_ratio(design, flank)) == float(path.ends.contact_ratio)
     least = path_sliding(path).specific.min(axis=0)
     np.testing.assert_allclose(least, (-1.7, -1.6), rtol=0.0, atol=0.05)

@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from beveloid_geom import Design, Errors, Member, builtin_design
 from beveloid_geom.analysis.pressure import Load
 from beveloid_geom.cli.main import main
-from beveloid_geom.design.ends import end_names, limit_words
+from beveloid_geom.design.ends import end_names
 from beveloid_geom.findings.backlash import backlash_data, backlash_report
 from beveloid_geom.findings.diagnostics import tooth_remarks
 from beveloid_geom.gear.flank_limits import tip_radius
@@ -23,7 +23,6 @@ from beveloid_geom.report.operation import operation_report
 from beveloid_geom.report.path import contact_report
 from beveloid_geom.report.result import csv_text
 from beveloid_geom.report.workshop.gear_data import gear_data_report
-from beveloid_geom.status import Limit
 from tests.symmetry import exchanged
 
 BUILTINS = ("ni-2017", "awd-transfer", "marine-gearbox", "anti-backlash")
@@ -78,18 +77,6 @@ def test_gear_data_have_the_larger_tip_at_the_heel(name: str) -> None:
         assert row["place"] == {-1: "toe", 0: "middle", 1: "heel"}[int(np.sign(float(row["z_mm"])))]
 
 
-@pytest.mark.parametrize("name", DESIGNS)
-def test_printed_names_and_codes_of_limits(name: str) -> None:
-    design = DESIGNS[name]
-    for limit in Limit:
-        member = getattr(design, limit.member)
-        if limit.limit in ("toe", "heel"):
-            end = end_names(member)[int(limit.limit == "heel")]
-            assert limit_words(design, limit) == f"{limit.member} {end}"
-        else:
-            assert limit_words(design, limit) == str(limit)
-
-
 def test_edges_in_contact() -> None:
     """Edges in contact have the printed names of the ends of the face, and the codes of these ends. The pair
     has convex flanks, a shaft-angle error, and a gear with a negative cone angle."""
@@ -107,12 +94,11 @@ def test_edges_in_contact() -> None:
 
 
 def test_printed_ends_of_lines_of_contact() -> None:
-    design = builtin_design("anti-backlash")
-    text = contact_report("x", design, "right", 5).summary()
+    report = contact_report("x", builtin_design("anti-backlash"), "right", 5)
+    text = report.summary()
     assert "gear heel to gear toe" in text  # from -z to +z
     assert "flanks touch at" not in text  # lines of contact
-    data = contact_report("x", builtin_design("anti-backlash"), "right", 5).data()
-    assert data["contact_lines"]["limit"][2] == ["gear_toe", "gear_heel"]
+    assert report.data()["contact_lines"]["limit"][2] == ["gear_toe", "gear_heel"]
 
 
 def test_edges_that_limit_the_backlash() -> None:

@@ -6,14 +6,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
 
 from beveloid_geom import Errors, Pair, Tool, builtin_design, read_design
 from beveloid_geom.design.file import DesignError, builtin_text, override, parse_design
 from beveloid_geom.design.text import design_text
 from beveloid_geom.gear.flank_limits import tip_radius
 
-from .table1_file import DESIGN_1, NUMBER, faults_of, toml
+from .table1_file import DESIGN_1, faults_of, toml
 
 
 def test_builtin_is_table_1() -> None:
@@ -55,6 +54,7 @@ LEGAL: list[dict[str, object]] = [
     {"gear.helix_angle_deg": 10.57, "pair.shaft_angle_deg": 36.0},
     {"pinion.helix_angle_deg": 45, "gear.helix_angle_deg": 45, "pair.shaft_angle_deg": 90},
     {"pair.shaft_angle_deg": 14.84},
+    {"pair.shaft_angle_deg": 0.01, "gear.helix_angle_deg": -24.99, "gear.cone_angle_deg": -3.0},
     {"pinion.parabola": 0.01, "gear.parabola": -0.01},
     {"pair.shaft_angle_deg": 90.0, "errors.shaft_angle_deg": 0.02},
     {"gear.normal_module": 6 * 0.9396926207859084 / 0.9063077870366499, "gear.normal_pressure_angle_deg": 25},
@@ -80,9 +80,8 @@ def test_accepted_designs(changes: dict[str, object]) -> None:
         (b"x = " + 5_000 * b"9", "is not valid TOML: "),
         (b"\x89PNG\r\n", "is not UTF-8 text (byte 0): is it a design file?"),
         (b"\xff\xfe\x00\xd8", "is not UTF-16 text (byte 2): is it a design file?"),
-        (b"#" * 1_000_001, "is longer than 1,000,000 bytes: is it a design file?"),
     ],
-    ids=["missing", "syntax", "nested", "digits", "binary", "half of UTF-16", "too long"],
+    ids=["missing", "syntax", "nested", "digits", "binary", "half of UTF-16"],
 )
 def test_unreadable_files(tmp_path: Path, content: bytes | None, reason: str) -> None:
     path = tmp_path / "mine.toml"
@@ -115,11 +114,6 @@ def test_folder(tmp_path: Path) -> None:
         read_design(tmp_path)
 
 
-def test_unknown_builtin() -> None:
-    with pytest.raises(DesignError, match=r"^there is no built-in design 'x': give one of ni-2017, "):
-        builtin_text("x")
-
-
 def test_override() -> None:
     assert override(DESIGN_1) == DESIGN_1
     design = override(DESIGN_1, offset_error=0.5, shaft_angle_error_deg=-0.02, parabola_gear=-0.001)
@@ -133,13 +127,6 @@ def test_override() -> None:
 @pytest.mark.parametrize(
     ("values", "faults"),
     [
-        (
-            {"offset_error": float("nan"), "parabola_pinion": True},
-            (
-                "offset_error must be a finite number, got nan: give a number such as 1.5",
-                f"parabola_pinion must be a number, got true: {NUMBER}",
-            ),
-        ),
         (
             {"offset_error": -200, "parabola_gear": 0.03},
             (
@@ -165,39 +152,6 @@ def test_override_reports_the_argument(values: dict[str, Any], faults: tuple[str
         override(DESIGN_1, **values)
     assert caught.value.faults == faults
     assert str(caught.value) == "\n".join(faults)
-
-
-@settings(deadline=None, max_examples=40)
-@given(
-    module=st.floats(0.5, 20.0),
-    shift=st.floats(-1.0, 1.0),
-    pinion_helix=st.floats(5.0, 40.0),
-    gear_helix=st.floats(-4.0, 40.0),
-    offset=st.floats(10.0, 900.0),
-)
-def test_numbers_are_exact(
-    module: float, shift: float, pinion_helix: float, gear_helix: float, offset: float
-) -> None:
-    changes: dict[str, object] = {
-        "tool.normal_module": module,
-        "pinion.profile_shift": shift,
-        "pinion.helix_angle_deg": pinion_helix,
-        "gear.helix_angle_deg": gear_helix,
-        "pair.offset": offset,
-        "pair.shaft_angle_deg": max(1.0, abs(pinion_helix + gear_helix)),
-    }
-    design = parse_design(toml(changes))
-    assert design.pinion.tool.normal_module == design.gear.tool.normal_module == module
-    assert (design.pinion.profile_shift, design.pair.offset) == (shift, offset)
-    assert design.pinion.helix_angle == radians(pinion_helix)
-    assert design.gear.helix_angle == radians(gear_helix)
-
-
-@pytest.mark.parametrize("degrees", [0.01, 0.3, 0.49])
-def test_small_shaft_angles_are_read(degrees: float) -> None:
-    small = {"pinion.helix_angle_deg": 15, "gear.helix_angle_deg": degrees - 15, "gear.cone_angle_deg": 0}
-    design = parse_design(toml({**small, "pinion.cone_angle_deg": 0, "pair.shaft_angle_deg": degrees}))
-    assert float(design.pair.shaft_angle) == pytest.approx(np.radians(degrees))
 
 
 def test_tip_diameter_and_tip_alteration() -> None:

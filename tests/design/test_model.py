@@ -26,7 +26,6 @@ from beveloid_geom import (
     path_of_contact,
 )
 from beveloid_geom.design.field_limits import LIMITS
-from beveloid_geom.gear.tooth_side import _surface, surface_of
 from beveloid_geom.operation.angular_clearance import angular_clearance
 from tests.oracle.table1 import table1
 
@@ -43,29 +42,6 @@ KINDS: dict[str, Any] = {
 
 def changed(given: T, name: str, value: Any) -> T:
     return replace(given, **{name: value})  # type: ignore[type-var]
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float16])
-@pytest.mark.parametrize("name", ["shaft_angle", "offset", "gear_axial"])
-def test_float32_errors(name: str, dtype: type) -> None:
-    narrow: Any = np.array([-1e-3, 2e-4, 1e-3], dtype=dtype)
-    wide = narrow.astype(float)
-    paths = [path_of_contact(TABLE.with_errors(Errors(**{name: x})), points=5) for x in (narrow, wide)]
-    np.testing.assert_array_equal(paths[0].point, paths[1].point)
-    alone = path_of_contact(TABLE.with_errors(Errors(**{name: narrow[1]})), points=5)
-    np.testing.assert_allclose(alone.point, paths[1].point[1], rtol=0.0, atol=1e-11)
-
-
-def test_float32_member() -> None:
-    """A float32 member and its float64 copy have equal flanks."""
-    for name in ("helix_angle", "cone_angle", "face_width"):
-        narrow: Any = np.float32(getattr(PINION, name) * 1.01)
-        surface = surface_of(changed(PINION, name, narrow), "right")
-        twin = changed(PINION, name, float(narrow))
-        fresh = _surface(twin, "right")
-        for key, value in vars(fresh).items():
-            np.testing.assert_array_equal(value, getattr(surface, key))
-            np.testing.assert_array_equal(value, getattr(surface_of(twin, "right"), key))
 
 
 @pytest.mark.parametrize(
@@ -85,16 +61,18 @@ def test_teeth_become_an_int(value: Any) -> None:
     assert member == PINION
 
 
-@pytest.mark.parametrize("value", [[0.1, 0.2], (0.1, 0.2), np.array([0.1, 0.2]), np.array([0.1, 0.2], ">f8")])
+@pytest.mark.parametrize(
+    "value", [[0.5, 0.25], (0.5, 0.25), *(np.array([0.5, 0.25], kind) for kind in ("f8", ">f8", "f4", "f2"))]
+)
 def test_arrays_are_copied_and_read_only(value: Any) -> None:
     errors = Errors(offset=value)
     stored = errors.offset
     assert isinstance(stored, np.ndarray)
     assert stored.dtype == np.dtype(np.float64)
-    np.testing.assert_array_equal(stored, [0.1, 0.2])
+    np.testing.assert_array_equal(stored, [0.5, 0.25])
     if isinstance(value, np.ndarray):
         value[0] = 9.0
-        assert stored[0] == 0.1
+        assert stored[0] == 0.5
     with pytest.raises(ValueError, match="read-only"):
         stored[0] = 9.0
     assert TABLE.with_errors(errors).batch_shape == (2,)
@@ -149,20 +127,11 @@ def test_all_faults_are_reported_together() -> None:
 
 
 OTHER: dict[str, tuple[Callable[[], object], str]] = {
-    "modules": (
-        lambda: replace(TABLE, gear=replace(TABLE.gear, tool=replace(TOOL, normal_module=5.0))),
-        "Design: gear normal_module cos(normal_pressure_angle) must equal that of the pinion, 5.63815572472 "
-        "mm, got 4.69846310393: change module or pressure angle, as meshing teeth need the same base pitch",
-    ),
     "modules in a batch": (
         lambda: replace(TABLE, pinion=replace(PINION, tool=changed(TOOL, "normal_module", [6.0, 5.0]))),
         "Design: gear normal_module cos(normal_pressure_angle) must equal that of the pinion, 4.69846310393 "
         "mm, got 5.63815572472 at [1]: change module or pressure angle, as meshing teeth need the same base "
         "pitch",
-    ),
-    "no tool": (
-        lambda: replace(PINION, tool=6.0),  # type: ignore[arg-type]
-        "Member: tool must be of the class Tool, got 6.0: create it with Tool(...)",
     ),
     "no errors": (
         lambda: replace(TABLE, errors=None),  # type: ignore[arg-type]

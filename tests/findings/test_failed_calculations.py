@@ -63,12 +63,6 @@ def test_failed_contact_ratio(monkeypatch: pytest.MonkeyPatch) -> None:
         assert "arcsec peak to peak" in result.stdout
 
 
-def test_no_contact_has_status_1() -> None:
-    result = run("operation", "--offset-error", "20", "--points", "3")
-    assert result.exit_code == 1
-    assert result.stderr.startswith("No contact: no first contact of the right teeth: no tooth reaches")
-
-
 def test_keys_of_the_peak_to_peak_transmission_error() -> None:
     """`cycle_peak_to_peak` is the error of all teeth in operation, `path_peak_to_peak` that of one tooth pair
     along its path. Both are equal to the older key `peak_to_peak` of their command."""

@@ -4,25 +4,24 @@ from __future__ import annotations
 
 import pytest
 
-from beveloid_geom import Design, builtin_design
-from beveloid_geom.design.file import BUILTINS, builtin_text, parse_design
+from beveloid_geom import Design
+from beveloid_geom.design.file import builtin_text, parse_design
 from beveloid_geom.findings.units import unit_remarks
 
 
-def written_in_inches(name: str, *keys: str) -> Design:
-    """Return a built-in design whose values of the given keys are divided by 25.4."""
+def with_lengths(name: str, factor: float, *keys: str) -> Design:
+    """Return a built-in design whose values of the given keys are multiplied by a factor."""
     lines = []
     for line in builtin_text(name).splitlines():
-        key, _, value = line.partition("=")
-        factor = 25.4 if key.strip() in keys else 1.0
-        lines.append(f"{key} = {float(value.split('#')[0]) / factor!r}" if factor > 1.0 else line)
+        key, _, value = line.partition("#")[0].partition("=")
+        lines.append(f"{key} = {float(value) * factor!r}" if key.strip() in keys else line)
     return parse_design("\n".join(lines))
 
 
 @pytest.mark.parametrize("key", ["normal_module", "face_width", "offset"])
 @pytest.mark.parametrize("name", ["ni-2017", "anti-backlash"])
 def test_single_lengths_in_inches_are_named(name: str, key: str) -> None:
-    texts = [remark.text for remark in unit_remarks(written_in_inches(name, key))]
+    texts = [remark.text for remark in unit_remarks(with_lengths(name, 1.0 / 25.4, key))]
     assert texts
     assert all(text.startswith(f"the {key}") and "was it given in inches?" in text for text in texts)
     wanted = {"normal_module": "6 mm", "face_width": "50 mm", "offset": "229 mm"}[key]
@@ -34,17 +33,5 @@ def test_single_lengths_in_inches_are_named(name: str, key: str) -> None:
 )
 def test_modules_of_usual_diametral_pitches(module: float, expected: bool) -> None:
     """1/12 in is the module of a diametral pitch of 12; 0.1 and 0.05 are standard modules in mm."""
-    scale, table, lines = module / 6.0, "", []
-    for line in builtin_text("ni-2017").splitlines():
-        table = line if line.startswith("[") else table
-        key, _, value = line.partition("=")
-        if key.strip() in ("normal_module", "face_width", "offset") and table != "[errors]":
-            line = f"{key} = {float(value) * scale!r}"
-        lines.append(line)
-    text = "\n".join(lines)
-    assert bool(list(unit_remarks(parse_design(text)))) is expected
-
-
-@pytest.mark.parametrize("name", BUILTINS)
-def test_built_in_designs_have_no_warning(name: str) -> None:
-    assert not list(unit_remarks(builtin_design(name)))
+    design = with_lengths("ni-2017", module / 6.0, "normal_module", "face_width", "offset")
+    assert bool(list(unit_remarks(design))) is expected

@@ -14,6 +14,7 @@ import time
 from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -30,6 +31,23 @@ LONG = {
     "mesh": ("beveloid-geom", "mesh", "--part", "pair", "--tolerance", "1e-4", "--out", "{}/pair.stl"),
 }
 COMMANDS = ("beveloid-geom", "render-figures", "render-animation", "render-report")
+
+
+def python(code: str, **options: Any) -> subprocess.CompletedProcess[str]:
+    """Return the result of a Python program."""
+    command = [sys.executable, "-c", code]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, **options)
+
+
+def as_command(main: str) -> str:
+    """Return a program that runs the function `main`, which the text defines, as a command."""
+    return (
+        "import os, signal, sys, types\nfrom beveloid_geom.support import process\n"
+        f"{main}\n"
+        "if __name__ == '__main__':\n"
+        "    process.import_module = lambda _: types.SimpleNamespace(main=main)\n"
+        "    process.run('')\n"
+    )
 
 
 def restore_ctrl_c() -> None:
@@ -89,31 +107,20 @@ def test_an_interrupt_at_any_time(command: str, number: signal.Signals, tmp_path
 @POSIX
 def test_an_interrupt_while_workers_start() -> None:
     """Ctrl-C, which reaches all processes of a terminal, just after the first worker was started."""
-    code = (
-        "import os, signal, sys\n"
-        "from multiprocessing import util\n"
-        "import beveloid_geom.support.process as process\n"
-        "def start(*arguments):\n"
-        "    child = spawn(*arguments)\n"
-        "    if '--multiprocessing-fork' in arguments[1]:\n"
-        "        os.killpg(0, signal.SIGINT)\n"
-        "    return child\n"
+    code = as_command(
         "def main():\n"
+        "    from multiprocessing import util\n"
+        "    spawn = util.spawnv_passfds\n"
+        "    def start(*arguments):\n"
+        "        child = spawn(*arguments)\n"
+        "        if '--multiprocessing-fork' in arguments[1]:\n"
+        "            os.killpg(0, signal.SIGINT)\n"
+        "        return child\n"
+        "    util.spawnv_passfds = start\n"
         "    with process.workers(2) as pool:\n"
-        "        print(pool.submit(int).result())\n"
-        "if __name__ == '__main__':\n"
-        "    spawn, util.spawnv_passfds = util.spawnv_passfds, start\n"
-        "    process.import_module = lambda _: type('Starter', (), {'main': staticmethod(main)})\n"
-        "    process.run('starter')\n"
+        "        print(pool.submit(int).result())"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        capture_output=True,
-        text=True,
-        timeout=60,
-        start_new_session=True,
-        preexec_fn=restore_ctrl_c,
-    )
+    done = python(code, start_new_session=True, preexec_fn=restore_ctrl_c)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "Error: interrupted\n")
 
 
@@ -121,14 +128,7 @@ def test_an_interrupt_while_workers_start() -> None:
 def test_an_interrupt_during_a_message() -> None:
     """An interrupt while standard error is being written prints its message after the output and ends the
     process with status 143."""
-    code = (
-        "import os, signal, sys, beveloid_geom.support.process as process\n"
-        "process.import_module = lambda _: type('Talker', (), {'main': staticmethod(talk)})\n"
-        "def talk():\n"
-        "    while True:\n"
-        "        sys.stderr.write('.' * 100)\n"
-        "process.run('talker')\n"
-    )
+    code = as_command("def main():\n    while True:\n        sys.stderr.write('.' * 100)")
     for _ in range(4):
         with subprocess.Popen([sys.executable, "-c", code], stderr=subprocess.PIPE) as process:
             assert process.stderr is not None
@@ -178,8 +178,7 @@ def test_output_that_cannot_be_written(command: str, status: int, errors: str, t
 
 
 def test_an_internal_error_has_another_status_than_no_contact() -> None:
-    code = "from beveloid_geom.support.process import run; run('beveloid_geom.no_such_module')"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    done = python("from beveloid_geom.support.process import run; run('beveloid_geom.no_such_module')")
     assert done.returncode == 70
     assert "ModuleNotFoundError" in done.stderr
 
@@ -190,19 +189,15 @@ def test_an_internal_error_has_another_status_than_no_contact() -> None:
     [(1, "0.stl is not written"), (20, "0.stl is not written, nor are 19 others")],
 )
 def test_an_interrupt_of_many_files_is_one_short_line(count: int, line: str, tmp_path: Path) -> None:
-    code = (
-        "import os, signal, sys, types\nfrom contextlib import ExitStack\nfrom pathlib import Path\n"
-        "import beveloid_geom.support.process as process\n"
+    code = as_command(
+        "from contextlib import ExitStack\nfrom pathlib import Path\n"
         "from beveloid_geom.support.atomic_file import atomic_file\n"
         "def main():\n"
         "    with ExitStack() as stack:\n"
         f"        [stack.enter_context(atomic_file(Path(f'{{i}}.stl'))) for i in range({count})]\n"
-        "        os.kill(os.getpid(), signal.SIGTERM)\n"
-        "process.import_module = lambda _: types.SimpleNamespace(main=main)\nprocess.run('')\n"
+        "        os.kill(os.getpid(), signal.SIGTERM)"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
+    done = python(code, cwd=tmp_path)
     assert (done.returncode, done.stderr) == (143, f"Error: interrupted: {line}\n")
     assert not list(tmp_path.iterdir())
 
@@ -241,13 +236,12 @@ def test_every_command_has_its_version(command: str) -> None:
 def test_the_version_is_known_without_metadata() -> None:
     """The version is printed without metadata of the package, which frozen programs and zip files do not
     have."""
-    code = (
+    done = python(
         "import importlib.metadata as metadata\n"
         "def missing(name):\n    raise metadata.PackageNotFoundError(name)\n"
         "metadata.version = metadata.distribution = missing\n"
         "from beveloid_geom.cli.main import main\nmain(['--version'])\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.endswith(f", version {beveloid_geom.__version__}\n")
     assert version("beveloid-geom") == beveloid_geom.__version__
 
@@ -307,7 +301,5 @@ print("same")
 
 def test_the_library_does_not_change_the_process() -> None:
     """The import and public functions do not change the environment, the umask and the signal handlers."""
-    run = subprocess.run(
-        [sys.executable, "-c", UNCHANGED_STATE_SCRIPT], capture_output=True, text=True, check=False
-    )
+    run = python(UNCHANGED_STATE_SCRIPT)
     assert (run.stdout, run.stderr) == ("same\n", "")

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any
 
 from ...analysis.edge_contact import CycleExtremes
 from ...analysis.modification.amounts import AmountsOptimum
@@ -21,42 +21,22 @@ from ..path import ContactReport, contact_report
 from ..result import Report, Rows, stacked_rows
 from ..text import both_signs_words, head_lines, line, remark_lines
 
-OptimisedT = TypeVar("OptimisedT", bound=Optimised)
-
 
 @dataclass(frozen=True, eq=False)
-class OptimumReport(Report, Generic[OptimisedT]):
+class OptimumReport(Report):
     """Optimum of a single design for one flank pair.
 
-    Subclasses describe the variables: `subject` names them in the title, `variables` are their entries in
-    JSON, `words` their values and `bounds_words` their bounds in the text, and `columns` are those of a
-    design in CSV."""
+    `subject` names the variables in the title, `variables` are their entries in JSON, `words` their values
+    and `bounds` their bounds in the text, and `columns` returns those of a design in CSV."""
 
-    name: str
-    design: Design
     aim: Aim
     flank: str
-    optimum: OptimisedT
-    subject: ClassVar[str]
-
-    @property
-    def variables(self) -> dict[str, Any]:
-        """Entries of JSON."""
-        raise NotImplementedError
-
-    @property
-    def words(self) -> str:
-        """Values of the variables."""
-        raise NotImplementedError
-
-    @property
-    def bounds_words(self) -> str:
-        """Bounds of the variables."""
-        raise NotImplementedError
-
-    def columns(self, design: Design) -> dict[str, float]:
-        """Return the columns of CSV for a design."""
-        raise NotImplementedError
+    optimum: Optimised
+    subject: str
+    variables: dict[str, Any]
+    words: str
+    bounds: str
+    columns: Callable[[Design], dict[str, float]]
 
     @property
     def contact(self) -> ContactReport:
@@ -108,11 +88,7 @@ class OptimumReport(Report, Generic[OptimisedT]):
         }
         optimum, contact, results = self.optimum, self.contact, self._results
         title = f"{self.subject} for {self.name}, {self.flank} flanks: {objectives[self.aim.least]}\n"
-        text = (
-            title
-            + head_lines(self.design)
-            + line("constraints", f"{_aim_words(self.aim)}; {self.bounds_words}")
-        )
+        text = title + head_lines(self.design) + line("constraints", f"{_aim_words(self.aim)}; {self.bounds}")
         text += line("errors", both_signs_words(self.aim.errors))
         text += line("optimum", self.words)
         if optimum.at_limits:
@@ -128,67 +104,44 @@ class OptimumReport(Report, Generic[OptimisedT]):
         return text + "\n" + labelled_lines(rows, label_width=42, cell_width=14)
 
 
-class ParabolaReport(OptimumReport[Optimum]):
-    """Optimum of the parabola coefficients."""
+def parabola_report(name: str, design: Design, aim: Aim, flank: str, optimum: Optimum) -> OptimumReport:
+    """Return the report of an optimum of the parabola coefficients, 1/mm."""
+    coefficients = {"pinion": optimum.pinion_parabola, "gear": optimum.gear_parabola}
+    words = "pinion {:.6g} 1/mm, gear {:.6g} 1/mm".format(*coefficients.values())
+    if any(list(member.tool.parabolas) != ["parabola"] for member in design.members):
+        words += " on both flanks, in place of the coefficients of right and left flanks"
+    bounds = "pinion {:g} to {:g}, gear {:g} to {:g} 1/mm".format(*aim.pinion_parabola, *aim.gear_parabola)
 
-    subject = "Parabola coefficients"
-
-    @property
-    def variables(self) -> dict[str, Any]:
-        """Coefficients, 1/mm."""
-        return {"parabola": {"pinion": self.optimum.pinion_parabola, "gear": self.optimum.gear_parabola}}
-
-    @property
-    def words(self) -> str:
-        """Coefficients of both members."""
-        coefficients = self.optimum.pinion_parabola, self.optimum.gear_parabola
-        words = "pinion {:.6g} 1/mm, gear {:.6g} 1/mm".format(*coefficients)
-        if any(list(member.tool.parabolas) != ["parabola"] for member in self.design.members):
-            words += " on both flanks, in place of the coefficients of right and left flanks"
-        return words
-
-    @property
-    def bounds_words(self) -> str:
-        """Bounds of both coefficients."""
-        bounds = *self.aim.pinion_parabola, *self.aim.gear_parabola
-        return "pinion {:g} to {:g}, gear {:g} to {:g} 1/mm".format(*bounds)
-
-    def columns(self, design: Design) -> dict[str, float]:
+    def columns(design: Design) -> dict[str, float]:
         """Return the coefficients of a design."""
         members = {name: getattr(design, name) for name in MEMBERS}
-        return {f"parabola_{name}": float(one.tool.parabola_of(self.flank)) for name, one in members.items()}
+        return {f"parabola_{name}": float(one.tool.parabola_of(flank)) for name, one in members.items()}
+
+    variables = {"parabola": coefficients}
+    subject = "Parabola coefficients"
+    return OptimumReport(name, design, aim, flank, optimum, subject, variables, words, bounds, columns)
 
 
-@dataclass(frozen=True, eq=False)
-class AmountsReport(OptimumReport[AmountsOptimum]):
-    """Optimum of amounts of modification between their `bounds`, um by name."""
+def amounts_report(
+    name: str, design: Design, aim: Aim, flank: str, optimum: AmountsOptimum, bounds: Mapping[str, Bounds]
+) -> OptimumReport:
+    """Return the report of an optimum of amounts of modification between `bounds`, um by name."""
+    amounts = optimum.amounts
+    words = ", ".join(f"{shown(name)} {value:.4g} um" for name, value in amounts.items())
+    limits = ", ".join(f"{shown(name)} {low:g} to {high:g} um" for name, (low, high) in bounds.items())
 
-    subject = "Amounts of modification"
-    bounds: Mapping[str, Bounds]
-
-    @property
-    def variables(self) -> dict[str, Any]:
-        """Amounts, um."""
-        return {"amounts": self.optimum.amounts}
-
-    @property
-    def words(self) -> str:
-        """Amounts by name."""
-        return ", ".join(f"{shown(name)} {value:.4g} um" for name, value in self.optimum.amounts.items())
-
-    @property
-    def bounds_words(self) -> str:
-        """Bounds by name."""
-        return ", ".join(f"{shown(name)} {low:g} to {high:g} um" for name, (low, high) in self.bounds.items())
-
-    def columns(self, design: Design) -> dict[str, float]:
+    def columns(design: Design) -> dict[str, float]:
         """Return the amounts of a design."""
         values = {}
-        for name in self.optimum.amounts:
+        for name in amounts:
             member, _, key = name.partition(".")
-            given = getattr(design, member).modification(self.flank)
+            given = getattr(design, member).modification(flank)
             values[f"{member}_{key}"] = 0.0 if given is None else float(getattr(given, key))
         return values
+
+    variables = {"amounts": amounts}
+    subject = "Amounts of modification"
+    return OptimumReport(name, design, aim, flank, optimum, subject, variables, words, limits, columns)
 
 
 def shown(name: str) -> str:

@@ -57,8 +57,6 @@ class GearDataReport(Report):
 
     `allowances` are the upper and lower allowances of the normal thickness of each member, mm, or None."""
 
-    name: str
-    design: Design
     allowances: tuple[tuple[float, float] | None, ...]
     members: dict[str, MemberData | str]
 

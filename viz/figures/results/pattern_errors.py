@@ -20,7 +20,7 @@ from beveloid_geom.design.model import ErrorsAt
 from beveloid_geom.findings.path import first_contact_fault
 from beveloid_geom.pair.misalignment import NAMES
 from beveloid_geom.report.columns import ARCSEC, header_of
-from beveloid_geom.report.pattern import FIGURES, POINTS_PER_MODULE, added_of, flat_data, status_of
+from beveloid_geom.report.pattern import FIGURES, POINTS_PER_MODULE, flat_data, status_of
 
 from ...components import paths_table, posed
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, rows_of_cases
@@ -150,7 +150,7 @@ def _matrix(
     lines, height = theme.split_rows(bottom, bottom + half, count)
     under = theme.inches(page, _under(page.layout))
     start, width = (part / page.layout.width for part in _columns(page.layout, count))
-    for k, (cell, added) in enumerate(zip(matrix.cells, added_of(matrix), strict=True)):
+    for k, (cell, added) in enumerate(zip(matrix.cells, matrix.added, strict=True)):
         row, column = divmod(k, count)
         left = start + width * column
         cell_width = 0.96 * width
@@ -257,7 +257,7 @@ def rows(data: tuple[Block, ...]) -> Table:
             if matrix is None:
                 yield *case, *[""] * (len(header) - len(case) - 1), block.reason
                 continue
-            for k, (cell, added) in enumerate(zip(matrix.cells, added_of(matrix).tolist(), strict=True)):
+            for k, (cell, added) in enumerate(zip(matrix.cells, matrix.added.tolist(), strict=True)):
                 figures = [float(getattr(matrix, name).flat[k]) for name in FIGURES]
                 cell_values = [*case, matrix.separation, *added, status_of(matrix)[k], *figures]
                 if cell is None:

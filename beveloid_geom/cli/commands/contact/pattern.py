@@ -15,7 +15,7 @@ from ...options import (
     progress_bar,
     refuse_without,
 )
-from ...tolerance_options import TOLERANCES, errors_option, sizes_of, tolerance_names, tolerance_options
+from ...tolerance_options import errors_option, given_tolerances, sizes_of, tolerance_names, tolerance_options
 
 POINTS = "Distance between the points on both flanks; the areas do not depend on it.  [default: module / 15]"
 ERROR = "Largest relative error of an area; it does not depend on --resolution."
@@ -67,32 +67,42 @@ def pattern_command(
     against radius r), the transmission error in operation, and the share of the mesh cycle in which edges
     touch. The exit status is 1 if there is no contact or the pair cannot be assembled (with --over: if no
     cell has a pattern), 4 if a first contact could not be computed."""
+    from ....analysis.pattern_matrix import pattern_matrix
     from ....findings.path import first_contact_fault
     from ....operation.contact_pattern.motion import UnknownOperationError
-    from ....report.pattern import pattern_report
+    from ....report.pattern import PatternMatrixReport, pattern_report
 
     if over is None:
         refuse_without("--over", ("cells",))
     sizes = _sizes(over, tolerances)
     if fault := first_contact_fault(design):
         raise no_result(fault, "no pattern")
-    if over is not None:
-        return _matrix(name, design, over, flank, sizes, int(cells), separation, resolution, area_error)
-    try:
-        with results.refused_values():
-            return pattern_report(name, design, flank, separation, resolution, area_error)
-    except UnknownOperationError as error:
-        raise no_result(error.reason, "no pattern") from None
+    if over is None:
+        try:
+            with results.refused_values():
+                return pattern_report(name, design, flank, separation, resolution, area_error)
+        except UnknownOperationError as error:
+            raise no_result(error.reason, "no pattern") from None
+    options, count = tolerance_names("the size of the error of"), int(cells)
+    with results.refused_values(options), progress_bar(count**2, "cell") as bar:
+        matrix = pattern_matrix(
+            design,
+            over,
+            flank,
+            sizes=sizes,
+            cells=count,
+            separation=separation,
+            resolution=resolution,
+            area_error=area_error,
+            progress=bar.update,
+        )
+    return PatternMatrixReport(name, design, matrix)
 
 
 def _sizes(over: tuple[str, str] | None, tolerances: dict[str, float | None]) -> tuple[float, float] | None:
     """Return the sizes of both errors, mm or rad, None if none is given. Raises Refusal for tolerances of
     other errors, or of only one error."""
-    given = {
-        argument.removesuffix("_deg"): option
-        for argument, option, *_ in TOLERANCES
-        if tolerances[argument] is not None
-    }
+    given = given_tolerances(tolerances)
     if not given:
         return None
     if over is None:
@@ -106,34 +116,3 @@ def _sizes(over: tuple[str, str] | None, tolerances: dict[str, float | None]) ->
         raise Refusal([f"{next(iter(given.values()))} is the only tolerance: {cure}"])
     values = sizes_of(tolerances)
     return values.get(over[0], 0.0), values.get(over[1], 0.0)
-
-
-def _matrix(
-    name: str,
-    design: results.Design,
-    over: tuple[str, str],
-    flank: str,
-    sizes: tuple[float, float] | None,
-    cells: int,
-    separation: float,
-    resolution: float | None,
-    area_error: float,
-) -> results.Result:
-    """Return the matrix of patterns."""
-    from ....analysis.pattern_matrix import pattern_matrix
-    from ....report.pattern import PatternMatrixReport
-
-    options = tolerance_names("the size of the error of")
-    with results.refused_values(options), progress_bar(cells**2, "cell") as bar:
-        matrix = pattern_matrix(
-            design,
-            over,
-            flank,
-            sizes=sizes,
-            cells=cells,
-            separation=separation,
-            resolution=resolution,
-            area_error=area_error,
-            progress=bar.update,
-        )
-    return PatternMatrixReport(name, design, matrix)

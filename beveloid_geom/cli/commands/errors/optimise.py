@@ -110,7 +110,7 @@ def optimise(
     from ....analysis.modification.amounts import optimise_amounts
     from ....analysis.optimise import Aim, optimise_parabola
     from ....design.text import design_text
-    from ....report.optimisation.optimum import AmountsReport, ParabolaReport
+    from ....report.optimisation.optimum import amounts_report, parabola_report
 
     peak_to_peak = math.radians(transmission_error_arcsec / 3600.0)
     aim = Aim(
@@ -134,13 +134,12 @@ def optimise(
     for given in given_options(("pinion_bounds", "gear_bounds")) if vary else ():
         cure = "omit it, --vary contains the limits of the amounts"
         raise Refusal([f"{given} is for parabola coefficients: {cure}"])
-    report: AmountsReport | ParabolaReport
     with results.refused_values(_options_of(keys)):
         if amounts:
-            optimum = optimise_amounts(design, aim, amounts, flank)
-            report = AmountsReport(name, design, aim, flank, optimum, amounts)
+            found = optimise_amounts(design, aim, amounts, flank)
+            report = amounts_report(name, design, aim, flank, found, amounts)
         else:
-            report = ParabolaReport(name, design, aim, flank, optimise_parabola(design, aim, flank))
+            report = parabola_report(name, design, aim, flank, optimise_parabola(design, aim, flank))
     if out is not None:
         results.write_design(design_text(report.optimum.design, f"Optimum of {name}, {flank} flanks."), out)
     return report

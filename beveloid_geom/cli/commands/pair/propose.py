@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -141,8 +141,10 @@ def propose_command(
     except Refused as error:
         raise Refusal([refusal(request, error.reason, error.nearest)]) from None
     if out is not None:
-        write_proposal(report.text_of, pick, len(report.proposals), out)
-        summary = f"proposal {pick} of {len(report.proposals)}, {report.words_of(pick)}"
+        if pick > (found := len(report.proposals)):
+            raise Refusal([f"--pick must be between 1 and {found}, the number of proposals, got {pick}"])
+        write_design(report.text_of(pick), out)
+        summary = f"proposal {pick} of {found}, {report.words_of(pick)}"
         click.echo(f"{click.format_filename(out)}: {summary}", err=as_json or as_csv)
     show(context, report, as_json, as_csv)
 
@@ -222,13 +224,6 @@ def refusal_of(faults: Iterable[Fault]) -> Refusal:
     """Return the Refusal for faults, with the names of the options."""
     named_faults = ((fault.key and option_name(fault.key), fault.text) for fault in faults)
     return Refusal(" ".join(part for part in parts if part) for parts in named_faults)
-
-
-def write_proposal(text_of: Callable[[int], str], pick: int, count: int, out: Path) -> None:
-    """Write a proposal. Raises Refusal if there is no proposal `pick` or the file cannot be written."""
-    if pick > count:
-        raise Refusal([f"--pick must be between 1 and {count}, the number of proposals, got {pick}"])
-    write_design(text_of(pick), out)
 
 
 command = named(propose_command, propose_options(propose_command))

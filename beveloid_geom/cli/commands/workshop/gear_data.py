@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import click
 
 from ... import results
-from ...options import NumberRange, Option, Refusal, block, option, override_options
+from ...options import MEMBERS, NumberRange, Option, Refusal, block, option, override_options
 
 
 def _member_options(member: str) -> Option:
@@ -48,23 +50,11 @@ def _member_options(member: str) -> Option:
 
 
 @results.result_command(
-    _member_options("pinion"),
-    _member_options("gear"),
+    *map(_member_options, MEMBERS),
     override_options,
     csv="one plane of a member per row",
 )
-def gear_data(
-    name: str,
-    design: results.Design,
-    pinion_allowances: tuple[float, float] | None,
-    gear_allowances: tuple[float, float] | None,
-    pinion_ball: float | None,
-    gear_ball: float | None,
-    pinion_span: int | None,
-    gear_span: int | None,
-    pinion_datum: float | None,
-    gear_datum: float | None,
-) -> results.Result:
+def gear_data(name: str, design: results.Design, **given: Any) -> results.Result:
     """Compute the data for the drawings of both members, at both ends and in the middle of the face.
 
     The data are tip, root and form diameters, normal thickness, chordal thickness and height, the dimension
@@ -77,19 +67,20 @@ def gear_data(
     max_allowance_modules = 0.3
     from ....report.workshop.gear_data import gear_data_report
 
-    allowances = pinion_allowances, gear_allowances
-    for member, given in zip(("pinion", "gear"), allowances, strict=True):
-        if given is not None:
-            _require_allowances(
-                member, given, max_allowance_modules * float(design.pinion.tool.normal_module)
-            )
-    for member, teeth in zip(("pinion", "gear"), (pinion_span, gear_span), strict=True):
+    allowances, balls, spans, datums = (
+        tuple(given[f"{member}_{kind}"] for member in MEMBERS)
+        for kind in ("allowances", "ball", "span", "datum")
+    )
+    largest = max_allowance_modules * float(design.pinion.tool.normal_module)
+    for member, limits in zip(MEMBERS, allowances, strict=True):
+        if limits is not None:
+            _require_allowances(member, limits, largest)
+    for member, teeth in zip(MEMBERS, spans, strict=True):
         most = int(getattr(design, member).teeth) - 1
         if teeth is not None and teeth > most:
             limit = f"be between 1 and {most}, got {teeth}"
             raise Refusal([f"--{member}-span must {limit}: the {member} has {most + 1} teeth"])
-    balls, spans = (pinion_ball, gear_ball), (pinion_span, gear_span)
-    return gear_data_report(name, design, allowances, balls, spans, (pinion_datum, gear_datum))
+    return gear_data_report(name, design, allowances, balls, spans, datums)
 
 
 def _require_allowances(member: str, given: tuple[float, float], most: float) -> None:

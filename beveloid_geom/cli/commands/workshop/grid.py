@@ -39,20 +39,13 @@ grid_options = (
 """Options that define the grid."""
 
 
-def measured_report(
-    name: str,
-    design: results.Design,
-    measured: Path,
-    member: str,
-    rows: int,
-    columns: int,
-    border: tuple[str, float, float | None],
-) -> DeviationReport:
-    """Return the deviations of measured points on a grid. Raises Refusal."""
+def measured_report(name: str, design: results.Design, measured: Path, **options: Any) -> DeviationReport:
+    """Return the deviations of measured points on a grid, whose options are those of `nominal_grid`. Raises
+    Refusal."""
     from ....report.workshop.grid import DeviationReport
     from ....workshop.measured import MeasuredError, read_deviations
 
-    nominal, file = nominal_grid(name, design, member, rows, columns, border), click.format_filename(measured)
+    nominal, file = nominal_grid(name, design, **options), click.format_filename(measured)
     try:
         return DeviationReport(nominal.named, read_deviations(measured, nominal.grid))
     except MeasuredError as error:
