@@ -120,11 +120,6 @@ def _nominal_rolls(design: Design, flank: str) -> FloatArray:
         return np.zeros(2)
 
 
-def displaced(pair: PosedPair, errors: Errors) -> PosedPair:
-    """Return the pair with other assembly errors at the same rolls. The flanks need not touch."""
-    return placed(pair.design.with_errors(errors), pair.roll)
-
-
 def placed(design: Design, roll: FloatArray) -> PosedPair:
     """Return the pair as mounted, with its errors, at rolls (2,), rad."""
     axial = np.array([design.errors.pinion_axial, design.errors.gear_axial], dtype=float)

@@ -60,11 +60,6 @@ class MeshingFigure:
         return not self.together(number) and not (number == 1 and self.pair.remote)
 
     @property
-    def small_pinion(self) -> bool:
-        """Whether the pinion is too small for its symbols on a narrow page."""
-        return bool(self.reference_radius[0] < 0.35 * self.pair.apart)
-
-    @property
     def has_pitch_point(self) -> bool:
         """Whether there is a pitch point."""
         return bool(np.isfinite(self.mounting.pitch_point).all())
@@ -144,7 +139,8 @@ def _ring(data: MeshingFigure, number: int, radius: float, z: float) -> FloatArr
 def draw(data: MeshingFigure, layout: theme.PageLayout) -> Drawing:
     """Draw reference cones, axes and circles with their dimensions."""
     narrow = layout.width < theme.NARROW_PAGE_IN
-    detailed = narrow and data.small_pinion and data.has_pitch_point
+    small_pinion = bool(data.reference_radius[0] < 0.35 * data.pair.apart)  # too small for its symbols
+    detailed = narrow and small_pinion and data.has_pitch_point
     # Heights of the picture and, on a narrow page, of the detail of a small pinion and the table, inches.
     heights = (4.3, 3.0, 1.9) if detailed else (4.6, 0.0, 2.0) if narrow else (7.2, 0.0, 0.0)
     # A narrow page has no room for the names of axes that are parallel to those of a fixed frame.

@@ -133,11 +133,6 @@ class MisalignmentFigure:
         ]
         return bool((np.abs(shifts) < face_fraction).all())
 
-    @property
-    def without_error(self) -> list[SolvedPath]:
-        """Paths without the error, for which lines of contact are drawn."""
-        return [paths[1] for paths in self.paths]
-
 
 def compute(case: ErrorCase, design: Design, flank: str = "right") -> MisalignmentFigure:
     """Compute the six paths. The error is added to those of the design."""
@@ -187,7 +182,7 @@ def draw(data: MisalignmentFigure, layout: theme.PageLayout) -> Drawing:
         + "Shift: along the face at mid-roll, positive towards +z. "
         + panels.what_touches([path for paths in data.paths for path in paths])
         + case.note
-        + panels.lines_drawn(data.without_error),
+        + panels.lines_drawn(paths[1] for paths in data.paths),
         above=0.3,
         characters=viewpoint.NOTE_CHARACTERS,
         tall=grid.tall(layout),
