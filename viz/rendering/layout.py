@@ -52,12 +52,11 @@ class PageLayout:
         return PAPER_INCHES_PER_INCH if self.printed else 1.0
 
 
-def of_size(size_px: Size, plain: bool = False, inches: tuple[float, float] = (16.0, 12.0)) -> PageLayout:
-    """Return the layout for a page of width and height in pixels.
-
-    `inches`: smallest width and height of the layout. Text scales with the page."""
+def of_size(size_px: Size, plain: bool = False) -> PageLayout:
+    """Return the layout for a page of width and height in pixels: at least 16 x 12 inches. Text scales with
+    the page."""
     width, height = size_px
-    dpi = min(width / inches[0], height / inches[1])
+    dpi = min(width / 16.0, height / 12.0)
     return PageLayout((width + 1e-6) / dpi, (height + 1e-6) / dpi, dpi, plain)
 
 
@@ -128,12 +127,10 @@ class PanelRows:
         columns, width = self.columns(layout, count), self.width(layout, count)
         rows = -(-count // columns)
         height = ((high - low) * page_height - (rows - 1) * self.down) / rows
-        return [
-            (
-                (self.left + column * (width + self.across)) / layout.width,
-                high - ((row + 1) * height + row * self.down) / page_height,
-                width / layout.width,
-                height / page_height,
-            )
-            for row, column in (divmod(number, columns) for number in range(count))
-        ]
+        boxes = []
+        for number in range(count):
+            row, column = divmod(number, columns)
+            left = (self.left + column * (width + self.across)) / layout.width
+            bottom = high - ((row + 1) * height + row * self.down) / page_height
+            boxes.append((left, bottom, width / layout.width, height / page_height))
+        return boxes

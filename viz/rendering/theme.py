@@ -376,14 +376,12 @@ def overlay(page: Page, box: PageBox) -> Axes:
     return axes
 
 
-def scale_bar(axes: Axes, x: float, y: float, px_per_mm: float, length_mm: float, colour: str = INK) -> None:
+def scale_bar(axes: Axes, x: float, y: float, px_per_mm: float, length_mm: float) -> None:
     """Draw a scale bar `length_mm` long from pixel (x, y), with its length below."""
     end = x + length_mm * px_per_mm
-    axes.plot([x, end], [y, y], color=colour, linewidth=3.0, solid_capstyle="butt", clip_on=False)
+    axes.plot([x, end], [y, y], color=INK, linewidth=3.0, solid_capstyle="butt", clip_on=False)
     middle = (x + end) / 2.0, y
-    label_point(
-        axes, middle, f"{length_mm:g} mm", (0, -4), ha="center", va="top", fontsize=SMALL, color=colour
-    )
+    label_point(axes, middle, f"{length_mm:g} mm", (0, -4), ha="center", va="top", fontsize=SMALL, color=INK)
 
 
 def round_length(length: float) -> float:
