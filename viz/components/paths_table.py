@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from beveloid_geom import ContactPath, Design, Errors, Status, path_of_contact
+from beveloid_geom import ContactPath, Design, Status, path_of_contact
 from beveloid_geom.analysis.path_measures import in_side_view
 from beveloid_geom.arrays import FloatArray, Mask
 from beveloid_geom.contact.parallel.lines import contact_lines, touches_along_lines
@@ -97,14 +97,10 @@ class SolvedPath:
         """Return the lines (n, 3) of edge contact on pinion (0) or gear (1), in its frame, mm."""
         if self.touching is None:
             return []
-        touching, gear, flank = (
-            joined_contacts(self.touching, self.between),
-            self.design.members[member],
-            self.path.flank,
-        )
+        touching = joined_contacts(self.touching, self.between)
         edges = [set(name.split(" on ")) - {""} for name in touching.edges]
         (l, z), pair = touching.places(member), touching.first.pair
-        points = flank_point(gear, flank, l, z=z)
+        points = flank_point(self.design.members[member], self.path.flank, l, z=z)
         goes_on = [bool(a & b) for a, b in pairwise(edges)] & (pair[1:] == pair[:-1])
         cuts = np.flatnonzero(~goes_on) + 1
         lines = [line[np.isfinite(line).all(axis=-1)] for line in np.split(points, cuts)]
@@ -121,8 +117,7 @@ class SolvedPath:
             return np.empty((0, 2, 3))
         lines = contact_lines(path_of_contact(design, flank, LINE_COUNT + 2))
         l, z = ((lines.l1, lines.pinion_z), (lines.l2, lines.gear_z))[member]
-        part = design.members[member]
-        return flank_point(part, flank, l, z=z)[1:-1]
+        return flank_point(design.members[member], flank, l, z=z)[1:-1]
 
     @property
     def ratio(self) -> float:
@@ -179,18 +174,9 @@ def paper_modified(design: Design) -> Design:
     Design
         With the coefficients of the parabolas replaced.
     """
-    sizes = (-abs(value) for value in CLAIM_PARABOLAS_PER_MM) if _parallel(design) else CLAIM_PARABOLAS_PER_MM
+    parallel = layout_of(design, with_errors=False).parallel
+    sizes = [-abs(value) if parallel else value for value in CLAIM_PARABOLAS_PER_MM]
     return design.with_parabola(*(two_digits(value / as_large(design)) for value in sizes))
-
-
-def modification(design: Design) -> str:
-    """Return the name of the modification of `paper_modified`."""
-    return "convex flanks" if _parallel(design) else "the paper's modification"
-
-
-def _parallel(design: Design) -> bool:
-    """Return True if the axes are parallel without errors."""
-    return bool(layout_of(design.with_errors(Errors())).parallel)
 
 
 def parabolas(design: Design, flank: str) -> tuple[float, float]:

@@ -73,13 +73,10 @@ def compute(design: Design) -> GenerationFigure:
     member = design.pinion
     tool = cutter.fitting(member.tool)
     right, left = (cutter.half_profile(tool, flank) for flank in ("right", "left"))
-    angles = [
-        np.copysign(max(abs(angle), least), angle) if angle else 0.0
-        for angle, least in zip(
-            (float(member.helix_angle), float(member.cone_angle)), smallest_rad, strict=True
-        )
-    ]
-    drawn = replace(member, helix_angle=angles[0], cone_angle=angles[1], profile_shift=0.0)
+    given = np.array((member.helix_angle, member.cone_angle), dtype=float)
+    larger = np.copysign(np.maximum(np.abs(given), smallest_rad), given)
+    helix, cone = np.where(given == 0.0, 0.0, larger).tolist()
+    drawn = replace(member, helix_angle=helix, cone_angle=cone, profile_shift=0.0)
     return GenerationFigure(
         member=member,
         drawn=drawn,

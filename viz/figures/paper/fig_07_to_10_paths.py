@@ -104,7 +104,7 @@ def draw(data: PathFigure, layout: theme.PageLayout) -> Drawing:
         """Draw one flank with its text."""
         path, row = data.paths[cell.case], cell.member
         traces = [Trace(path.points[row], first=path.first), *panels.edge_traces(path, row)]
-        where = page, cell.box, path.design, row, flank, cell.view
+        where = page, cell.box, path.design, row, cell.view
         drawn = panels.draw_flank(*where, traces, cell.px_per_mm, cell.labels_at)
         if drawn is None:
             return None

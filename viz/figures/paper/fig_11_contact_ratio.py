@@ -154,17 +154,10 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> list[Li
         (colour, width, _, edge_marker), every = LOOKS[flank], a[CYCLE_POINTS]
         running: dict[str, Any] = {"color": colour, "linestyle": "", "clip_on": False}
         running["markersize"] = 4.5 if width > 2.0 else 8.5
-        lines += axes.plot(
-            every, data.ratio[flank][index], marker="o", label=f"{flank}, all teeth", **running
-        )
+        ratio, edges = data.ratio[flank][index], 100.0 * data.edges[flank][index]
+        lines += axes.plot(every, ratio, marker="o", label=f"{flank}, all teeth", **running)
         running |= {"markersize": 4.5, "markerfacecolor": "white", "linestyle": ":", "linewidth": 1.0}
-        lines += edge_axes.plot(
-            every,
-            100.0 * data.edges[flank][index],
-            marker=edge_marker,
-            label=f"{flank}, edges",
-            **running,
-        )
+        lines += edge_axes.plot(every, edges, marker=edge_marker, label=f"{flank}, edges", **running)
     axes.set_title(f"({'abcd'[index]})  {_name(case)}", loc="left", pad=10.0)
     axes.set_ylabel("contact ratio")
     other = "$a_2$" if case.pinion == case.gear else "\u2212$a_2$"
@@ -203,14 +196,11 @@ def _mark_kinks(axes: Axes, edge_axes: Axes, a: FloatArray, design: Design, ends
     for at, place in zip(kinks, places, strict=True):
         text = " \u2192 ".join(limit_words(design, code) for code in ends.limit[at].tolist())
         along = float(axes.transAxes.inverted().transform(axes.transData.transform(place))[0])
-        side = (
-            "left"
-            if along < label_margin_fraction
-            else "right"
-            if along > 1.0 - label_margin_fraction
-            else "center"
-        )
-        aside = {"left": 24.0, "right": -24.0, "center": 0.0}[side]
+        side, aside = "center", 0.0
+        if along < label_margin_fraction:
+            side, aside = "left", 24.0
+        elif along > 1.0 - label_margin_fraction:
+            side, aside = "right", -24.0
         shifts = [(across, up, side) for across in (0.0, aside) for up in label_heights_pt]
         if not labels.put(text, place, shifts, theme.INK):
             theme.label_point(axes, place, text, (0, 8), ha=side, fontsize=theme.SMALL)

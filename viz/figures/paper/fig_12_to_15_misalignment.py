@@ -97,16 +97,10 @@ class ErrorCase:
         return f"{theme.signed(sign * self.shown, self.digits) if sign else '0'}\u00a0{self.unit}"
 
 
+ANGLE_NOTE = " Shaft-angle error: chosen here, not the paper's."
 CASES = (
     ErrorCase(12, "offset", OFFSET_ERROR, "mm", "offset error"),
-    ErrorCase(
-        13,
-        "shaft_angle",
-        ANGLE_ERROR,
-        "deg",
-        "shaft-angle error",
-        " Shaft-angle error: chosen here, not the paper's.",
-    ),
+    ErrorCase(13, "shaft_angle", ANGLE_ERROR, "deg", "shaft-angle error", ANGLE_NOTE),
     ErrorCase(14, "pinion_axial", AXIAL_ERROR, "mm", "axial position error of the pinion"),
     ErrorCase(15, "gear_axial", AXIAL_ERROR, "mm", "axial position error of the gear"),
 )
@@ -197,15 +191,12 @@ def draw(data: MisalignmentFigure, layout: theme.PageLayout) -> Drawing:
         # Tables, or details in print, are to the right of the flanks.
         room = SIDE_DETAIL_IN[0] if detail_at_side else 0.0 if layout.printed else TABLE_WIDTH_IN
         cell = replace(cell, box=replace(full, width=full.width - round(room * page.dpi)))
-        traces = [
-            trace
-            for path, look in zip(paths, LOOKS, strict=True)
-            for trace in (
-                Trace(path.points[member], look.colour, look.dashes, look.width, look.lift, path.first),
-                *panels.edge_traces(path, member, look.on_edge(data.close)),
-            )
-        ]
-        where = page, cell.box, paths[1].design, member, flank, cell.view
+        traces = []
+        for path, look in zip(paths, LOOKS, strict=True):
+            style = look.colour, look.dashes, look.width, look.lift
+            traces.append(Trace(path.points[member], *style, path.first))
+            traces += panels.edge_traces(path, member, look.on_edge(data.close))
+        where = page, cell.box, paths[1].design, member, cell.view
         drawn = panels.draw_flank(*where, traces, cell.px_per_mm, cell.labels_at)
         if drawn is None:
             return None
@@ -258,11 +249,8 @@ def _table(
         for at, word in zip(column_ends, line, strict=False):
             place = left + at * width, y - theme.inches(page, ROW_HEIGHT_IN * (number + 0.7))
             page.text(*place, word, color=colour, ha="right", va="baseline", fontsize=theme.SMALL)
-    reasons = [
-        f"{case.label(sign)}: {path.reason}"
-        for sign, path in zip(SIGNS, paths, strict=True)
-        if not path.has_path
-    ]
+    lost = [(sign, path) for sign, path in zip(SIGNS, paths, strict=True) if not path.has_path]
+    reasons = [f"{case.label(sign)}: {path.reason}" for sign, path in lost]
     low = y - theme.inches(page, ROW_HEIGHT_IN * len(lines))
     if reasons and cell.member:
         pixels = width * page.layout.width * page.dpi
@@ -284,18 +272,14 @@ def _inset(
     times = 5.0  # magnification
     page, scale = panel.page, panel.picture.px_per_mm
     if isinstance(place, theme.PageBox):
-        (wide, high), (across, up) = (
-            SIDE_DETAIL_IN,
-            (place.left + place.width, place.bottom + 0.5 * place.height),
-        )
-        left, top = across / page.dpi - wide, up / page.dpi + 0.5 * high
+        wide, high = SIDE_DETAIL_IN
+        left = (place.left + place.width) / page.dpi - wide
+        top = (place.bottom + 0.5 * place.height) / page.dpi + 0.5 * high
     else:
         wide, high = INSET_IN
         left, top = place[0] * page.layout.width - 0.5 * wide, place[1] * page.get_figheight() - 0.1
-    low = theme.inches(page, top - high + 0.15)
-    box = theme.place(
-        page, left / page.layout.width, low, wide / page.layout.width, theme.inches(page, high - 0.15)
-    )
+    low, height = theme.inches(page, top - high + 0.15), theme.inches(page, high - 0.15)
+    box = theme.place(page, left / page.layout.width, low, wide / page.layout.width, height)
     middle = panel.view.place(path.middle(member))[:2]
     half = 0.5 * np.array(box.size) / (times * scale)
     view = replace(panel.view, bounds=np.stack((middle - half, middle + half)))
@@ -354,18 +338,11 @@ def _shift(path: SolvedPath, zero: SolvedPath, member: int) -> float:
 def rows(data: MisalignmentFigure) -> Table:
     """List every position of every path on both members."""
     header = "modified", f"{data.case.field}_error_{data.case.unit}", "pinion_shift_mm", "gear_shift_mm"
-    paths = (
-        (
-            (
-                modified,
-                sign * data.case.shown + 0.0,
-                *(_shift(path, of_error[1], member) for member in (0, 1)),
-            ),
-            path,
-        )
-        for modified, of_error in zip(("no", "yes"), data.paths, strict=True)
-        for sign, path in zip(SIGNS, of_error, strict=True)
-    )
+    paths = []
+    for modified, of_error in zip(("no", "yes"), data.paths, strict=True):
+        for sign, path in zip(SIGNS, of_error, strict=True):
+            shifts = (_shift(path, of_error[1], member) for member in (0, 1))
+            paths.append(((modified, sign * data.case.shown + 0.0, *shifts), path))
     return paths_table.table(header, paths)
 
 
