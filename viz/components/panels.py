@@ -145,7 +145,7 @@ def half_width_pt(page: Page) -> float:
     float
         Points; less on narrow pages, where flanks are smaller.
     """
-    return HALF_WIDTH_PT if page.layout.width > theme.NARROW_PAGE_IN else 1.5  # smaller flanks
+    return HALF_WIDTH_PT if page.layout.wide else 1.5  # smaller flanks
 
 
 def touching_legend(

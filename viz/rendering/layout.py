@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 PAPER_INCHES_PER_INCH = 8.0 / 13.0
 """Inches of paper per inch of the layout in print."""
+WIDE_PAGE_IN = 9.0
+"""Width of a page above which two panels fit side by side, inches."""
 MAX_HEIGHT_IN = 9.28
 """Largest height of a figure in print, inches, so that the page with title and note fits on a journal
 page."""
@@ -45,6 +47,11 @@ class PageLayout:
     def printed(self) -> bool:
         """True if the page is laid out for a width in print."""
         return self.height is None
+
+    @property
+    def wide(self) -> bool:
+        """True if two panels fit side by side; otherwise they are placed one above the other."""
+        return self.width > WIDE_PAGE_IN
 
     @property
     def scale(self) -> float:

@@ -111,10 +111,10 @@ def draw(data: PairFigure, layout: theme.PageLayout) -> Drawing:
         f"Fig. 1   The {'crossed ' if pair.crossed else ''}beveloid gear pair in mesh",
         f"The {data.flank} flanks are in contact; {_layout_words(pair)}",
         "",
-        tall=6.6 if layout.width > theme.NARROW_PAGE_IN else 4.4 + section_height_in,
+        tall=6.6 if layout.wide else 4.4 + section_height_in,
     )
     low = theme.inches(page, 0.72 if not layout.printed else theme.UNUSED_SPACE_IN)
-    if layout.width > theme.NARROW_PAGE_IN:
+    if layout.wide:
         box = theme.place(page, 0.14, low, 0.83, high - low)
     else:
         over = low + theme.inches(page, section_height_in)
@@ -136,11 +136,11 @@ def draw(data: PairFigure, layout: theme.PageLayout) -> Drawing:
     room = FreeSpace(view.axes)
     if pair.touching and len(data.sections) == 2:
         corner = _free_corner(page, room)
-        if layout.width < theme.NARROW_PAGE_IN:
+        if not layout.wide:
             corner = theme.place(page, 0.25, low, 0.5, theme.inches(page, section_height_in - 0.8))
         room.take(corner)
         _draw_section(page, corner, data)
-    _name(view, room, pair, layout.width < theme.NARROW_PAGE_IN)
+    _name(view, room, pair, not layout.wide)
     return Drawing(page, {"pair": view.picture})
 
 

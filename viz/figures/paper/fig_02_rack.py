@@ -61,7 +61,7 @@ def draw(data: RackFigure, layout: theme.PageLayout) -> Drawing:
     # Space for text next to the dimensions, inches.
     text_width_in = 0.9
     module, coefficient = data.module, float(data.tools[1].parabola)
-    narrow = layout.printed and layout.width < theme.NARROW_PAGE_IN
+    narrow = layout.printed and not layout.wide
     # Half the width of the tool drawn, in normal modules; on a narrow page with less text.
     wide = 1.75 if narrow else 2.08
     space, angle = f" = $\\pi m_n/2$ = {data.space:.5g} mm", f" = {np.degrees(data.alpha):g}\u00b0"

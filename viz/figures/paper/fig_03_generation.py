@@ -133,7 +133,7 @@ def _rack_panel(page: theme.Page, box: theme.PageBox, data: GenerationFigure) ->
     back = np.array([0.5, -0.3, 0.81])
     reach = np.concatenate([np.asarray(item.points) for item in items if isinstance(item, Surface)])
     # Labels take more of a narrow page, that of y_c most.
-    axes = np.diag((6.6, 6.6 if page.layout.width > theme.NARROW_PAGE_IN else 7.8, 6.6))
+    axes = np.diag((6.6, 6.6 if page.layout.wide else 7.8, 6.6))
     reach = np.concatenate((reach, frame.axes * 4.8 * module, axes * module))
     over = Overlay.drawn(page, box, items, fit_camera(reach, -back, (1.0, 0.0, 0.0), box.size, 0.09))
     _annotate_rack(over, data, corners[3])

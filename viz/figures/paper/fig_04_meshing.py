@@ -129,7 +129,7 @@ def _ring(data: MeshingFigure, number: int, radius: float, z: float) -> FloatArr
 
 def draw(data: MeshingFigure, layout: theme.PageLayout) -> Drawing:
     """Draw reference cones, axes and circles with their dimensions."""
-    narrow = layout.width < theme.NARROW_PAGE_IN
+    narrow = not layout.wide
     small_pinion = bool(data.reference_radius[0] < 0.35 * data.pair.apart)  # too small for its symbols
     detailed = narrow and small_pinion and data.has_pitch_point
     # Heights of the picture and, on a narrow page, of the detail of a small pinion and the table, inches.

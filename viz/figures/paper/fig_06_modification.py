@@ -189,7 +189,7 @@ def draw(data: ModificationFigure, layout: theme.PageLayout) -> Drawing:
         " mm$^{\u22121}$",
         note.format(factor=data.factor, end=data.ends[1]) + "".join(remarks),
         above=0.3,
-        tall=6.4 if layout.width > theme.NARROW_PAGE_IN else 4.6 + charts_height_in,
+        tall=6.4 if layout.wide else 4.6 + charts_height_in,
     )
     if not data.members:
         page.text(0.5, 0.5, "the pinion's flank ends short of its tip: there is nothing to draw", ha="center")
@@ -206,8 +206,8 @@ def _places(
 ) -> list[tuple[float, float, float, float]]:
     """Return the boxes (fractions of the page) of the flanks and of both charts next to or below them."""
     cells = PanelRows(left=0.85, right=0.25, across=0.85, down=1.0, most=2, least=2.5)
-    gap, width = theme.inches(page, 0.95), page.layout.width
-    if width > theme.NARROW_PAGE_IN:
+    gap = theme.inches(page, 0.95)
+    if page.layout.wide:
         over, height = theme.inches(page, 0.3), (high - low - 1.6 * gap) / 2.0
         upper = low + height + 1.6 * gap
         flanks = 0.01, low, 0.625, high + over - low

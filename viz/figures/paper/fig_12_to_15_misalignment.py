@@ -161,13 +161,11 @@ def draw(data: MisalignmentFigure, layout: theme.PageLayout) -> Drawing:
     print_stretch, narrow_stretch = 4.0, 3.0
     if layout.printed:  # pinion above gear, so that flanks with a table below are large enough
         lost = max(sum(not path.has_path for path in paths) for paths in data.paths)
-        below = data.close and layout.width < theme.NARROW_PAGE_IN
+        below = data.close and not layout.wide
         rows = len(SIGNS) + 1 + (INSET_IN[1] / ROW_HEIGHT_IN if below else 0.0)
         text = ROW_HEIGHT_IN * rows, ROW_HEIGHT_IN * (rows + 2 * lost)
         cases = [(f"{name[0].upper()}{name[1:]}", design, flank) for name, design, _ in cases]
-        grid = FlankArrangement(
-            cases, text, print_stretch if layout.width > theme.NARROW_PAGE_IN else narrow_stretch
-        )
+        grid = FlankArrangement(cases, text, print_stretch if layout.wide else narrow_stretch)
     page, low, high = theme.new_page(
         layout,
         f"Fig. {case.number}   Paths of contact under {case.name}",
@@ -187,7 +185,7 @@ def draw(data: MisalignmentFigure, layout: theme.PageLayout) -> Drawing:
     def panel(cell: Cell) -> Picture | None:
         """Draw one flank with its three paths and its table."""
         paths, member = data.paths[cell.case], cell.member
-        detail_at_side, full = data.close and layout.printed and layout.width > theme.NARROW_PAGE_IN, cell.box
+        detail_at_side, full = data.close and layout.printed and layout.wide, cell.box
         # Tables, or details in print, are to the right of the flanks.
         room = SIDE_DETAIL_IN[0] if detail_at_side else 0.0 if layout.printed else TABLE_WIDTH_IN
         cell = replace(cell, box=replace(full, width=full.width - round(room * page.dpi)))

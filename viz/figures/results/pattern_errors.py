@@ -101,7 +101,7 @@ def draw(data: tuple[Block, ...], layout: theme.PageLayout) -> Drawing:
             ends=end_names(data[0].design.pinion),
             meant=errors_note[_at(data[0].design)],
         )
-        + (ellipse_note if layout.width > theme.NARROW_PAGE_IN else "")
+        + (ellipse_note if layout.wide else "")
         + ".",
         below=0.05,
         above=0.3,
@@ -128,7 +128,7 @@ def _columns(layout: theme.PageLayout, count: int) -> tuple[float, float]:
 
 def _under(layout: theme.PageLayout) -> float:
     """Return the height of the two lines of text below a flank, inches."""
-    return 0.44 if layout.width > theme.NARROW_PAGE_IN else 0.52
+    return 0.44 if layout.wide else 0.52
 
 
 def _matrix(
@@ -163,7 +163,7 @@ def _matrix(
         _cell(axes, cell, matrix.separation, limits)
         at = left + 0.5 * cell_width, lines[row] + 0.95 * under
         text = page.text(*at, "", ha="center", va="top", fontsize=theme.SMALL, linespacing=1.2)
-        words = _words(matrix, k, cell, page.layout.width > theme.NARROW_PAGE_IN)
+        words = _words(matrix, k, cell, page.layout.wide)
         theme.wrap_text(text, words, cell_width * page.layout.width * page.dpi)
 
 
