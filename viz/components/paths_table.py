@@ -11,19 +11,18 @@ import numpy as np
 
 from beveloid_geom import ContactPath, Design, Status, path_of_contact
 from beveloid_geom.analysis.path_measures import in_side_view
-from beveloid_geom.arrays import FloatArray, Mask
+from beveloid_geom.arrays import FLANKS as FLANKS, MEMBERS as MEMBERS, FloatArray, Mask
 from beveloid_geom.contact.parallel.lines import contact_lines, touches_along_lines
 from beveloid_geom.design.ends import limit_words
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.pair.frames import layout_of
-from beveloid_geom.report.result import MEMBERS as MEMBERS, status_name
+from beveloid_geom.report.result import status_name
 from beveloid_geom.status import Verdict
 from beveloid_geom.validation.claims import CLAIM_PARABOLAS_PER_MM
 
 from .figure_steps import Table
 from .touching import Touching, joined_contacts, limit_code, touching_along
 
-FLANKS = ("right", "left")
 LINE_COUNT = 5
 """Number of lines of contact drawn."""
 PARABOLAS = ("parabola_pinion_per_mm", "parabola_gear_per_mm")
