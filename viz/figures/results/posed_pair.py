@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from ...components.figure_steps import Drawing, Recipe, Table
 from ...components.paths_table import SolvedPath
 from ...components.posed import PosedPair
 from ...rendering import theme
-from ...rendering.scene import Camera, Item, Picture, Size, Surface, Tube, divided, fit_camera
+from ...rendering.scene import Camera, Item, Picture, Size, Surface, Tube, fit_camera
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,20 +183,28 @@ def mesh_view(data: PosedFigure, size: Size) -> tuple[Sequence[Item], Camera]:
 
 def _pattern(data: PosedFigure) -> list[Surface]:
     """Return the contact pattern on each of the teeth, slightly above the flank, cut at its border."""
+    import pyvista as pv  # takes half a second to import
+
     side, member, flank = data.pattern, data.pair.design.pinion, data.path.path.flank
     if side is None:
         return []
     normals = flank_patch(member, flank, side.l, z=side.z).normal
     lift = 0.004 * float(member.tool.normal_module)
+    faces: Any = grid_faces(side.points, normals)
     # Points without a separation are as far above the limit as the limit is above zero.
     above = np.where(
         side.marked, np.minimum(side.least, MARKING_SEPARATION_MM), np.fmax(side.least, MARKING_SEPARATION_MM)
     )
     above = np.where(np.isfinite(side.least), above, 2.0 * MARKING_SEPARATION_MM)
-    points, faces = (side.points + lift * normals).reshape(-1, 3), grid_faces(side.points, normals)
-    surface = Surface(points, faces, None, "#2f78b7")
-    _, marked = divided(surface, (above - MARKING_SEPARATION_MM).ravel())
-    return [replace(marked, points=placed) for placed in on_teeth(data, marked.points) if len(marked.faces)]
+    surface = pv.PolyData.from_regular_faces((side.points + lift * normals).reshape(-1, 3), faces)
+    surface.point_data["separation"] = above.ravel()
+    marked = surface.clip_scalar(scalars="separation", value=MARKING_SEPARATION_MM).triangulate()
+    if not marked.n_cells:
+        return []
+    return [
+        Surface(points, marked.regular_faces, None, "#2f78b7")
+        for points in on_teeth(data, np.asarray(marked.points, dtype=float))
+    ]
 
 
 def on_teeth(data: PosedFigure, points: FloatArray) -> list[FloatArray]:
