@@ -25,21 +25,8 @@ if TYPE_CHECKING:
         render as render,
     )
 
-_MODULES = dict.fromkeys(
-    (
-        "Arrow",
-        "Camera",
-        "Paint",
-        "Picture",
-        "Scene",
-        "Surface",
-        "Tube",
-        "fit_camera",
-        "grid_surface",
-        "render",
-    ),
-    "rendering.scene",
-)
+_SCENE = ("Arrow", "Camera", "Paint", "Picture", "Scene", "Surface", "Tube")
+_MODULES = dict.fromkeys((*_SCENE, "fit_camera", "grid_surface", "render"), "rendering.scene")
 _MODULES |= {"require_opengl": "rendering.opengl", "to_pyvista": "components.to_pyvista"}
 __all__ = sorted(_MODULES)
 

@@ -21,6 +21,8 @@ Offset = tuple[float, float]
 UNNAMED = "unnamed"
 """Name of an axis of a frame that has no label."""
 CENTRE_LINE: dict[str, Any] = {"linewidth": 1.3, "dashes": (12, 3, 2, 3)}
+PATH_ARROW = {"arrowstyle": "-|>,head_width=0.3,head_length=0.6", "shrinkA": 0.0, "shrinkB": 0.0}
+"""Style of the arrow head at the end of a path in a chart."""
 
 
 def text(axes: Axes, pixel: ArrayLike, words: str, offset: Offset = (0.0, 0.0), **style: Any) -> None:
@@ -253,19 +255,16 @@ class Overlay:
         offset : tuple of float
             Offset of the label, points, if the second side is below the first; otherwise the opposite.
         """
-        start, end, label_position = (
-            np.asarray(foot),
-            *(share * radius * np.asarray(first) for share in reach),
-        )
-        self.line(start, start + end, color=theme.VERMILLION, linestyle="--")
+        start, side = np.asarray(foot), np.asarray(first)
+        self.line(start, start + reach[0] * radius * side, color=theme.VERMILLION, linestyle="--")
         curve = arc(start, first, second, radius)
         self.arrow_along(curve, theme.VERMILLION)
         (x1, y1), (x2, y2) = np.diff(self.picture.project(np.stack((start, curve[0], curve[-1]))), axis=0)
         second_below = x1 * y2 - y1 * x2 > 0.0  # pixels are counted downwards
-        sides, sign = (("right", "bottom"), 1.0) if second_below else (("left", "top"), -1.0)
-        style: dict[str, Any] = {"color": theme.VERMILLION, "fontsize": theme.HEADING}
-        style |= dict(zip(("ha", "va"), sides, strict=True))
-        self.label(start + label_position, words, (sign * offset[0], sign * offset[1]), **style)
+        ha, va, sign = ("right", "bottom", 1.0) if second_below else ("left", "top", -1.0)
+        style: dict[str, Any] = {"color": theme.VERMILLION, "fontsize": theme.HEADING, "ha": ha, "va": va}
+        at = start + reach[1] * radius * side
+        self.label(at, words, (sign * offset[0], sign * offset[1]), **style)
 
     def arrow_along(self, points: FloatArray, colour: str, width: float = 1.5) -> None:
         """Draw a curve (n, 3) with an arrow head at its end."""

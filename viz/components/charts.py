@@ -306,9 +306,8 @@ def changes_under_errors(
     axes.minorticks_off()
     for (flank, member), row in changes.items():
         marker, line = MEMBER_MARKERS[member]
-        dashed = flank != flanks[0]
-        look: dict[str, Any] = {"color": FLANK_COLOURS[flank], "ls": LEFT_DASHES if dashed else "-"}
-        look["marker"] = marker
+        dashes = LEFT_DASHES if flank != flanks[0] else "-"
+        look: dict[str, Any] = {"color": FLANK_COLOURS[flank], "ls": dashes, "marker": marker}
         at = blocks + 2.0 * flanks.index(flank) + line
         _stems(axes, np.where(np.abs(row) > zero * greatest, row, 0.0 * row), at, look, narrow)
 
@@ -352,17 +351,10 @@ def marks_of_changes(flanks: Sequence[str], quantities: Sequence[ErrorEffect] = 
     """Return legend entries for `changes_under_errors`: flanks, if there are several, and the members or the
     pair to which the quantities belong."""
     by_member = {one.members for one in quantities}
-    several = flanks if len(flanks) > 1 else ()
-    entries = [
-        Line2D(
-            [],
-            [],
-            color=FLANK_COLOURS[flank],
-            ls=LEFT_DASHES if flank != flanks[0] else "-",
-            label=f"{flank} flank",
-        )
-        for flank in several
-    ]
+    entries = []
+    for flank in flanks if len(flanks) > 1 else ():
+        dashes = LEFT_DASHES if flank != flanks[0] else "-"
+        entries.append(Line2D([], [], color=FLANK_COLOURS[flank], ls=dashes, label=f"{flank} flank"))
     for member, (marker, _) in MEMBER_MARKERS.items():
         if bool(member) not in by_member:
             continue

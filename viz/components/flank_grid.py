@@ -95,11 +95,8 @@ class FlankArrangement:
     def tall(self, layout: theme.PageLayout) -> float:
         """Return the height in print, inches."""
         rows = len(self.text_heights_in)
-        words = (
-            (rows if self.by_case else 1) * self.heading_in
-            + sum(self.text_heights_in)
-            + 2.0 * rows * LABEL_IN
-        )
+        headings = (rows if self.by_case else 1) * self.heading_in
+        words = headings + sum(self.text_heights_in) + 2.0 * rows * LABEL_IN
         flank = min(3.0 * CELLS.width(layout, self.columns) / self.stretch, 3.6)
         return CELLS.tall(layout, self.columns, words + rows * flank)
 

@@ -26,6 +26,7 @@ from beveloid_geom.status import FirstStatus
 from beveloid_geom.support.frozen_arrays import kept
 
 from ..rendering import theme
+from .annotate import PATH_ARROW
 from .paths_table import LINE_COUNT, points_on
 from .viewpoint import FlankView, flank_view
 
@@ -121,12 +122,7 @@ def path(axes: Axes, flat: FlatFlank, contact: ContactPath, number: int, width: 
         *points.T, color=theme.VERMILLION, linewidth=width, clip_on=False, solid_capstyle="butt", zorder=4
     )
     axes.plot(*points[0], "o", color=theme.VERMILLION, markersize=2.7 * width, clip_on=False, zorder=4)
-    arrow = {
-        "arrowstyle": "-|>,head_width=0.3,head_length=0.6",
-        "color": theme.VERMILLION,
-        "linewidth": width,
-    }
-    arrow |= {"shrinkA": 0.0, "shrinkB": 0.0}
+    arrow = {**PATH_ARROW, "color": theme.VERMILLION, "linewidth": width}
     start = points[max(len(points) - 8, 0)]
     axes.annotate("", tuple(points[-1]), tuple(start), arrowprops=arrow, annotation_clip=False, zorder=4)
 

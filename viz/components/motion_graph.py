@@ -130,19 +130,13 @@ def draw_graph(axes: Axes, graph: MotionGraph) -> None:
             axes.plot(graph.pitches + pair, shown, style, color=theme.GREY, linewidth=1.2, zorder=2.0)
     first, cycle = report.first, report.cycle
     runs, edge = ARCSEC * (first.transmission_error - mean), first.limit[:, 0] >= 0
-    edge &= not report.along_lines
+    on_edge = np.where(edge & (not report.along_lines), runs, np.nan)
     share = np.linspace(0.0, 1.0, runs.size)
     changes = cycle.changes[cycle.hand_over]
     at, there = (changes - float(cycle.start)) / cycle.pitch, cycle.at(changes).transmission_error - mean
     for pitch in range(SHOWN_PITCHES):
         axes.plot(share + pitch, runs, color=theme.BLUE, zorder=3.0)
-        axes.plot(
-            share + pitch,
-            np.where(edge, runs, np.nan),
-            color=theme.VERMILLION,
-            linewidth=EDGE_LINE_PT,
-            zorder=3.1,
-        )
+        axes.plot(share + pitch, on_edge, color=theme.VERMILLION, linewidth=EDGE_LINE_PT, zorder=3.1)
         axes.plot(at + pitch, ARCSEC * there, "o", color=theme.INK, ms=5.5, zorder=3.2)
     low, high = (ARCSEC * limit for limit in graph.limits)
     axes.set(xlim=(0.0, SHOWN_PITCHES), ylim=(low, high))
@@ -171,7 +165,6 @@ def graph_text(graph: MotionGraph) -> str:
         text = "peak to peak zero within rounding"
     else:
         text = f"peak to peak {ARCSEC * swing:.3g} arcsec = {1e3 * swing * graph.pitch_radius:.3g} \u00b5m"
-    share = f"edge contact {100.0 * float(report.cycle.edge_share):.3g} %"
-    if report.along_lines:
-        share = "contact along lines"
+    edges = f"edge contact {100.0 * float(report.cycle.edge_share):.3g} %"
+    share = "contact along lines" if report.along_lines else edges
     return f"{text}\n{share}; {ratio_words(report.eq16, report.operating)}"

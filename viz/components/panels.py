@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import chain, pairwise
+from itertools import pairwise
 from typing import Any, cast
 
 import numpy as np
@@ -145,7 +145,7 @@ def half_width_pt(page: Page) -> float:
     float
         Points; less on narrow pages, where flanks are smaller.
     """
-    return HALF_WIDTH_PT if page.layout.width > theme.NARROW_PAGE_IN else 1.5  # smaller flanks
+    return HALF_WIDTH_PT if page.layout.wide else 1.5  # smaller flanks
 
 
 def touching_legend(
@@ -157,18 +157,13 @@ def touching_legend(
     contact."""
     wide = 2.0 * half_width_pt(page)
     looks = (
-        ("first contact", wide, SOLID),
-        ("not first", THIN_WIDTH_RATIO * wide, DASHED),
-        ("edge contact", wide, SOLID),
-    )
-    drawn = (
-        any(path.has_path for path in paths),
-        _any_not_first(paths),
-        any(path.edge_lines(0) for path in paths),
+        ("first contact", wide, (1.0, 0.0), any(path.has_path for path in paths)),
+        ("not first", THIN_WIDTH_RATIO * wide, DASHED, _any_not_first(paths)),
+        ("edge contact", wide, (1.0, 0.0), any(path.edge_lines(0) for path in paths)),
     )
     return [
-        Line2D([], [], color=colour, linewidth=width, label=words, dashes=dashes or (1.0, 0.0))
-        for (words, width, dashes), colour, occurs in zip(looks, colours, drawn, strict=True)
+        Line2D([], [], color=colour, linewidth=width, label=words, dashes=dashes)
+        for (words, width, dashes, occurs), colour in zip(looks, colours, strict=True)
         if occurs
     ]
 
@@ -214,7 +209,6 @@ def draw_flank(
     box: PageBox,
     design: Design,
     number: int,
-    flank: str,
     view: FlankView | None,
     traces: Iterable[Trace],
     px_per_mm: float,
@@ -232,8 +226,6 @@ def draw_flank(
         The pair.
     number : int
         Pinion (0) or gear (1).
-    flank : str
-        'right' or 'left'.
     view : FlankView or None
         View of the flank; None writes a message instead.
     traces : iterable of Trace
@@ -252,7 +244,7 @@ def draw_flank(
         theme.message(theme.overlay(page, box), "no drawing: the flank does not reach the tip", 24)
         return None
     try:
-        grid = sample_flank(design.members[number], flank, OUTLINE_PX / (px_per_mm * view.stretch))
+        grid = sample_flank(design.members[number], view.flank, OUTLINE_PX / (px_per_mm * view.stretch))
     except ValueError:
         theme.message(theme.overlay(page, box), "no drawing: the flank is undercut", 24)
         return None
@@ -277,12 +269,8 @@ def path_items(page: Page, traces: Iterable[Trace], view: FlankView, px_per_mm: 
 
 def flank_camera(view: FlankView, half_height: float) -> Camera:
     """Return the camera that shows a flank at the centre. `half_height`: half of the picture height, mm."""
-    return Camera(
-        np.array([0.0, 0.0, -1.0]),
-        np.array([0.0, 1.0, 0.0]),
-        np.append(view.bounds.mean(axis=0), 0.0),
-        half_height,
-    )
+    middle = np.append(view.bounds.mean(axis=0), 0.0)
+    return Camera(np.array([0.0, 0.0, -1.0]), np.array([0.0, 1.0, 0.0]), middle, half_height)
 
 
 def show_items(
@@ -313,15 +301,13 @@ def show_items(
     return Panel(axes, picture, view, items)
 
 
-def shared_scale(
-    page: Page, views: Sequence[Sequence[FlankView | None]], width: float, height: float
-) -> float:
+def shared_scale(page: Page, views: Sequence[FlankView | None], width: float, height: float) -> float:
     """Return the scale, pixels per mm, at which every flank and its text fit into a box of width and height,
     as fractions of the page; also draw the scale bars."""
     room = theme.place(page, 0.0, 0.0, width, height - theme.inches(page, 2.0 * LABEL_IN))
-    px_per_mm = float(min(room.size / greatest_span(chain(*views))))
-    stretch = next((view.stretch for view in chain(*views) if view), FACE_STRETCH)
-    scale_bars(page, px_per_mm, stretch, looks_of(chain(*views)))
+    px_per_mm = float(min(room.size / greatest_span(views)))
+    stretch = next((view.stretch for view in views if view), FACE_STRETCH)
+    scale_bars(page, px_per_mm, stretch, looks_of(views))
     return px_per_mm
 
 

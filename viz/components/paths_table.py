@@ -9,21 +9,20 @@ from itertools import pairwise
 
 import numpy as np
 
-from beveloid_geom import ContactPath, Design, Errors, Status, path_of_contact
+from beveloid_geom import ContactPath, Design, Status, path_of_contact
 from beveloid_geom.analysis.path_measures import in_side_view
-from beveloid_geom.arrays import FloatArray, Mask
+from beveloid_geom.arrays import FLANKS as FLANKS, MEMBERS as MEMBERS, FloatArray, Mask
 from beveloid_geom.contact.parallel.lines import contact_lines, is_line_contact
 from beveloid_geom.design.ends import limit_words
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.pair.frames import layout_of
-from beveloid_geom.report.result import MEMBERS as MEMBERS, status_name
+from beveloid_geom.report.result import status_name
 from beveloid_geom.status import Verdict
 from beveloid_geom.validation.claims import CLAIM_PARABOLAS_PER_MM
 
 from .figure_steps import Table
 from .touching import Touching, joined_contacts, limit_code, touching_along
 
-FLANKS = ("right", "left")
 LINE_COUNT = 5
 """Number of lines of contact drawn."""
 PARABOLAS = ("parabola_pinion_per_mm", "parabola_gear_per_mm")
@@ -97,14 +96,10 @@ class SolvedPath:
         """Return the lines (n, 3) of edge contact on pinion (0) or gear (1), in its frame, mm."""
         if self.touching is None:
             return []
-        touching, gear, flank = (
-            joined_contacts(self.touching, self.between),
-            self.design.members[member],
-            self.path.flank,
-        )
+        touching = joined_contacts(self.touching, self.between)
         edges = [set(name.split(" on ")) - {""} for name in touching.edges]
         (l, z), pair = touching.places(member), touching.first.pair
-        points = flank_point(gear, flank, l, z=z)
+        points = flank_point(self.design.members[member], self.path.flank, l, z=z)
         goes_on = [bool(a & b) for a, b in pairwise(edges)] & (pair[1:] == pair[:-1])
         cuts = np.flatnonzero(~goes_on) + 1
         lines = [line[np.isfinite(line).all(axis=-1)] for line in np.split(points, cuts)]
@@ -122,8 +117,7 @@ class SolvedPath:
         lines = contact_lines(path_of_contact(design, flank, LINE_COUNT + 2))
         drawn = np.isfinite(lines.length[1:-1])  # a contact on a relief has no line
         l, z = ((lines.l1, lines.pinion_z), (lines.l2, lines.gear_z))[member]
-        part = design.members[member]
-        return flank_point(part, flank, l, z=z)[1:-1][drawn]
+        return flank_point(design.members[member], flank, l, z=z)[1:-1][drawn]
 
     @property
     def ratio(self) -> float:
@@ -180,18 +174,9 @@ def paper_modified(design: Design) -> Design:
     Design
         With the coefficients of the parabolas replaced.
     """
-    sizes = (-abs(value) for value in CLAIM_PARABOLAS_PER_MM) if _parallel(design) else CLAIM_PARABOLAS_PER_MM
+    parallel = layout_of(design, with_errors=False).parallel
+    sizes = [-abs(value) if parallel else value for value in CLAIM_PARABOLAS_PER_MM]
     return design.with_parabola(*(two_digits(value / as_large(design)) for value in sizes))
-
-
-def modification(design: Design) -> str:
-    """Return the name of the modification of `paper_modified`."""
-    return "convex flanks" if _parallel(design) else "the paper's modification"
-
-
-def _parallel(design: Design) -> bool:
-    """Return True if the axes are parallel without errors."""
-    return bool(layout_of(design.with_errors(Errors())).parallel)
 
 
 def parabolas(design: Design, flank: str) -> tuple[float, float]:

@@ -71,10 +71,14 @@ class PosedPair:
         return max(float(self.foot[1, 0]), 0.9 * float(np.linalg.norm(middle[1] - middle[0])))
 
     @property
+    def parallel(self) -> bool:
+        """True if the axes are parallel, so that the common perpendicular is not unique."""
+        return bool(layout_of(self.design).parallel)
+
+    @property
     def crossed(self) -> bool:
         """True if the axes neither intersect nor are parallel."""
-        layout = layout_of(self.design)
-        return bool(layout.offset) and not bool(layout.parallel)
+        return bool(layout_of(self.design).offset) and not self.parallel
 
     @property
     def remote(self) -> bool:
@@ -86,17 +90,17 @@ class PosedPair:
     def nearer(self) -> float:
         """Distance, mm, by which a remote common perpendicular is drawn closer along the pinion axis,
         otherwise 0. The pinion axis stays straight; the gear axis bends at its break."""
-        drawn = self._toes.max() + 2.5 * self.apart
+        drawn = self.half_widths.max() + 2.5 * self.apart
         away = float(self.position[0])
         return float(np.copysign(max(abs(away) - drawn, 0.0), away)) if self.remote else 0.0
 
     @property
     def breaks(self) -> FloatArray:
         """Distances (2,) of the break symbols from mid-face along the axes, mm."""
-        return np.copysign(self._toes + 0.55 * self.apart, -self.position)
+        return np.copysign(self.half_widths + 0.55 * self.apart, -self.position)
 
     @property
-    def _toes(self) -> FloatArray:
+    def half_widths(self) -> FloatArray:
         """Half face widths (2,), mm."""
         return 0.5 * np.array([float(member.face_width) for member in self.design.members])
 
@@ -118,11 +122,6 @@ def _nominal_rolls(design: Design, flank: str) -> FloatArray:
         return meshing_pair(replace(design.unmodified(), errors=Errors()), flank).roll
     except ValueError:
         return np.zeros(2)
-
-
-def displaced(pair: PosedPair, errors: Errors) -> PosedPair:
-    """Return the pair with other assembly errors at the same rolls. The flanks need not touch."""
-    return placed(pair.design.with_errors(errors), pair.roll)
 
 
 def placed(design: Design, roll: FloatArray) -> PosedPair:

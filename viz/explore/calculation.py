@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -36,16 +35,6 @@ VIEW_TOLERANCE_MODULES = 0.01
 """Deviation of the triangles of the teeth, and of the paths on them, in the 3D view."""
 SMALL_BACKLASH_MM = 0.02
 """Backlash of the unmodified flanks below which the pair is checked for jamming before anything is shown."""
-
-
-@dataclass(frozen=True)
-class MainNumber:
-    """One number of the table of quantities: label, value as text with its digits, and unit."""
-
-    name: str
-    label: str
-    text: str
-    unit: str = ""
 
 
 class Calculation:
@@ -88,7 +77,7 @@ class Calculation:
             "flank": self.settings.flank,
             "flanks": flank_panels(operation, self.path),
             "graph": graph_panel(operation),
-            "figures": [vars(figure) for figure in self._motion_figures()],
+            "figures": list(self._motion_figures()),
             "remarks": _data(self._first_remarks()),
         }
 
@@ -107,14 +96,10 @@ class Calculation:
         result = contact_pattern(design, flank, film, operation=motion)
         sides = {"pinion": result.pinion, "gear": result.gear}
         figures = [
-            MainNumber(f"{name}_pattern", f"Pattern on the {name}", f"{100.0 * side.area_share:.1f}", "%")
+            _number(f"{name}_pattern", f"Pattern on the {name}", f"{100.0 * side.area_share:.1f}", "%")
             for name, side in sides.items()
         ]
-        return {
-            "patterns": pattern_panels(design, flank, result),
-            "figures": [vars(figure) for figure in figures],
-            **teeth,
-        }
+        return {"patterns": pattern_panels(design, flank, result), "figures": figures, **teeth}
 
     def remarks(self) -> dict[str, Any]:
         """Return all remarks, backlash, and the largest pressure under the torque; or that the pair jams."""
@@ -127,14 +112,14 @@ class Calculation:
             remarks += self.operation.remarks
         backlash = self.backlash.normal
         text = f"{backlash:z.4f}" if math.isfinite(backlash) else "not known"
-        figures = [MainNumber("backlash", "Normal backlash as mounted", text, "mm")]
+        figures = [_number("backlash", "Normal backlash as mounted", text, "mm")]
         if self.settings.torque > 0.0:
             pressed = path_pressure(self.path, Load(torque_nm=float(self.settings.torque)))
             remarks += pressure_remarks(pressed)
             known = pressed.pressure[np.isfinite(pressed.pressure)]
             text = f"{known.max():.1f}" if known.size else "not known"
-            figures.append(MainNumber("pressure", "Largest pressure (Hertz)", text, "MPa"))
-        return {"status": "solved", "remarks": _data(remarks), "figures": [vars(one) for one in figures]}
+            figures.append(_number("pressure", "Largest pressure (Hertz)", text, "MPa"))
+        return {"status": "solved", "remarks": _data(remarks), "figures": figures}
 
     def _first_remarks(self) -> Iterator[Remark]:
         """Yield the remarks that need no further calculation: edge contact and unknown contact ratios."""
@@ -142,18 +127,23 @@ class Calculation:
             yield Remark(UNKNOWN, f"{self.settings.flank} flanks, in operation: {failure.text}")
         yield from self.operation.edge_remarks
 
-    def _motion_figures(self) -> Iterator[MainNumber]:
+    def _motion_figures(self) -> Iterator[dict[str, str]]:
         """Yield the main numbers of contact and motion."""
         operation = self.operation
         ratios = (operation.eq16, operation.operating, operation.within_film)
         names = ("Contact ratio of one pair (Eq. 16)", "Contact ratio in operation")
         labels = (*names, f"Contact ratio, separation below {1e3 * operation.film:g} µm")
         for name, label, value in zip(("ratio", "operating", "film_ratio"), labels, ratios, strict=True):
-            yield MainNumber(name, label, f"{value:.4f}" if math.isfinite(value) else "not known")
+            yield _number(name, label, f"{value:.4f}" if math.isfinite(value) else "not known")
         swing = ARCSEC * float(operation.cycle.peak_to_peak)
-        yield MainNumber("error", "Transmission error, peak to peak", f"{swing:.3f}", "arcsec")
+        yield _number("error", "Transmission error, peak to peak", f"{swing:.3f}", "arcsec")
         share = 0.0 if operation.along_lines else 100.0 * float(operation.cycle.edge_share)
-        yield MainNumber("edges", "Mesh cycle with edge contact", f"{share:.1f}", "%")
+        yield _number("edges", "Mesh cycle with edge contact", f"{share:.1f}", "%")
+
+
+def _number(name: str, label: str, text: str, unit: str = "") -> dict[str, str]:
+    """Return one number of the table of quantities: label, value as text with its digits, and unit."""
+    return {"name": name, "label": label, "text": text, "unit": unit}
 
 
 def _nothing(status: str, reason: str) -> dict[str, Any]:

@@ -13,14 +13,12 @@ from typing import Any
 
 from beveloid_geom import Design, Member
 from beveloid_geom.analysis.tolerance import USUAL_AT
-from beveloid_geom.arrays import FLANK_SIGN
+from beveloid_geom.arrays import FLANKS, MEMBERS
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM
 from beveloid_geom.design.ends import end_names
 from beveloid_geom.design.model import ErrorsAt
 from beveloid_geom.design.modification import kinds_of, length_of
 
-FLANKS = tuple(FLANK_SIGN)
-MEMBERS = ("pinion", "gear")
 PLACES: tuple[ErrorsAt, ...] = ("perpendicular", "mesh")
 """Places at which errors are measured: the common perpendicular, or the pitch point."""
 ERRORS: dict[ErrorsAt, dict[str, tuple[str, str]]] = {

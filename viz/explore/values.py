@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from beveloid_geom import Design, Errors, MeshErrors, from_degrees
+from beveloid_geom.arrays import FLANKS, MEMBERS
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM
 from beveloid_geom.design.amounts import amounts_text
 from beveloid_geom.design.field_limits import DesignError, Fault, refused
@@ -24,7 +25,7 @@ from beveloid_geom.design.model import ErrorsAt
 from beveloid_geom.design.modification import LENGTH_SUFFIX, kinds_of, length_of
 from beveloid_geom.pair.misalignment_at_mesh import at_mesh, from_mesh
 
-from .controls import ERRORS, FLANKS, MEMBERS, PLACES, Control, controls_of, measured
+from .controls import ERRORS, PLACES, Control, controls_of, measured
 
 Values = Mapping[str, Any]
 MAX_FILM_MM, MAX_TORQUE_NM = 10.0, 1e12
@@ -179,12 +180,10 @@ class Start:
         if design.errors != self.design.errors:
             if self.design.errors_at == "mesh" and any(vars(self.design.errors).values()):
                 return "", "the options are about the common perpendicular: save the design and use its file"
-            old, now = self.design.errors, design.errors
-            equivalent = {name: getattr(now, field) for name, (field, _) in ERRORS["perpendicular"].items()}
-            for name, value in equivalent.items():
-                if value != getattr(old, ERRORS["perpendicular"][name][0]):
-                    exact = math.degrees(value) if name.endswith("_deg") else value
-                    changes.setdefault(name, exact)
+            for name, (field, _) in ERRORS["perpendicular"].items():
+                value = getattr(design.errors, field)
+                if value != getattr(self.design.errors, field):
+                    changes.setdefault(name, math.degrees(value) if name.endswith("_deg") else value)
         words = ["beveloid-geom", "operation", self.name, "--flank", settings.flank]
         words += ["--film", repr(settings.film)]
         for name, value in {**self.given, **changes}.items():

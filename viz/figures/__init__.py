@@ -39,126 +39,66 @@ class Figure:
         return recipes[self.name]
 
 
-FIGURES = (
-    Figure("fig-01", "The crossed beveloid gear pair", "paper.fig_01_pair", of_flank=True),
-    Figure("fig-02", "Normal section of the rack cutter", "paper.fig_02_rack", flat=True),
-    Figure("fig-03", "Frames of the generation", "paper.fig_03_generation"),
-    Figure("fig-04", "Meshing model of the pair", "paper.fig_04_meshing"),
-    Figure("fig-05", "Assembly errors", "paper.fig_05_errors"),
-    Figure(
-        "fig-06",
-        "Effect of the parabola coefficient's sign on the flank",
-        "paper.fig_06_modification",
-        of_flank=True,
-    ),
-    Figure(
-        "fig-07", "Paths of contact, both coefficients positive", "paper.fig_07_to_10_paths", of_flank=True
-    ),
-    Figure(
-        "fig-08", "Paths of contact, both coefficients negative", "paper.fig_07_to_10_paths", of_flank=True
-    ),
-    Figure(
-        "fig-09",
-        "Paths of contact, pinion positive and gear negative",
-        "paper.fig_07_to_10_paths",
-        of_flank=True,
-    ),
-    Figure(
-        "fig-10",
-        "Paths of contact, pinion negative and gear positive",
-        "paper.fig_07_to_10_paths",
-        of_flank=True,
-    ),
-    Figure("fig-11", "Contact ratio against the coefficient", "paper.fig_11_contact_ratio", flat=True),
-    Figure("fig-12", "Paths of contact under offset error", "paper.fig_12_to_15_misalignment", of_flank=True),
-    Figure(
-        "fig-13", "Paths of contact under shaft-angle error", "paper.fig_12_to_15_misalignment", of_flank=True
-    ),
-    Figure(
-        "fig-14",
-        "Paths of contact under axial error of the pinion",
-        "paper.fig_12_to_15_misalignment",
-        of_flank=True,
-    ),
-    Figure(
-        "fig-15",
-        "Paths of contact under axial error of the gear",
-        "paper.fig_12_to_15_misalignment",
-        of_flank=True,
-    ),
-    Figure(
-        "method",
-        "Contact point by coarse meshes, and refined on the exact flanks",
-        "results.method",
-        of_flank=True,
-        flat=True,
-    ),
-    Figure("separation", "Separation of the flanks at one position", "results.pattern", of_flank=True),
-    Figure("pattern", "Contact pattern under marking compound", "results.pattern"),
-    Figure("pattern-errors", "Contact pattern under two errors", "results.pattern_errors", flat=True),
-    Figure(
-        "transmission-error",
-        "Motion graph: transmission error of every tooth pair, and of the pair in contact",
-        "results.transmission_error",
-        of_flank=True,
-        flat=True,
-    ),
-    Figure(
-        "modifications",
-        "Modified or measured flanks compared",
-        "results.modifications",
-        of_flank=True,
-        flat=True,
-    ),
-    Figure("ease-off", "Ease-off of the pinion's flanks", "results.ease_off", flat=True),
-    Figure(
-        "sliding",
-        "Sliding speed and specific sliding along the path of contact",
-        "results.sliding",
-        flat=True,
-    ),
-    Figure(
-        "sensitivity",
-        "Sensitivity of the path of contact to assembly errors",
-        "results.sensitivity",
-        flat=True,
-    ),
-    Figure(
-        "tolerance-cloud",
-        "Paths of contact under random assembly errors",
-        "results.tolerance_cloud",
-        of_flank=True,
-    ),
-    Figure(
-        "map-parabola",
-        "Map over sum and difference of the parabola coefficients",
-        "results.parabola_map",
-        of_flank=True,
-        flat=True,
-    ),
-    Figure("posed-pair", "The pair in mesh as exported", "results.posed_pair", of_flank=True),
-    Figure("meshed-tooth", "A tooth meshed for finite elements", "results.meshed_tooth"),
-    Figure(
-        "mesh-convergence",
-        "Error of the mesh method against the mesh tolerance",
-        "methods.mesh_convergence",
-        flat=True,
-    ),
-    Figure(
-        "stability",
-        "Where methods fail: near the smallest shaft angle with a common normal",
-        "methods.stability",
-        of_flank=True,
-        flat=True,
-    ),
-    Figure(
-        "speed-accuracy",
-        "Error and time of five methods that find the contact",
-        "methods.speed_accuracy",
-        of_flank=True,
-        timed=True,
-        flat=True,
-    ),
+TITLES = {
+    "paper.fig_01_pair": {"fig-01": "The crossed beveloid gear pair"},
+    "paper.fig_02_rack": {"fig-02": "Normal section of the rack cutter"},
+    "paper.fig_03_generation": {"fig-03": "Frames of the generation"},
+    "paper.fig_04_meshing": {"fig-04": "Meshing model of the pair"},
+    "paper.fig_05_errors": {"fig-05": "Assembly errors"},
+    "paper.fig_06_modification": {"fig-06": "Effect of the parabola coefficient's sign on the flank"},
+    "paper.fig_07_to_10_paths": {
+        "fig-07": "Paths of contact, both coefficients positive",
+        "fig-08": "Paths of contact, both coefficients negative",
+        "fig-09": "Paths of contact, pinion positive and gear negative",
+        "fig-10": "Paths of contact, pinion negative and gear positive",
+    },
+    "paper.fig_11_contact_ratio": {"fig-11": "Contact ratio against the coefficient"},
+    "paper.fig_12_to_15_misalignment": {
+        "fig-12": "Paths of contact under offset error",
+        "fig-13": "Paths of contact under shaft-angle error",
+        "fig-14": "Paths of contact under axial error of the pinion",
+        "fig-15": "Paths of contact under axial error of the gear",
+    },
+    "results.method": {"method": "Contact point by coarse meshes, and refined on the exact flanks"},
+    "results.pattern": {
+        "separation": "Separation of the flanks at one position",
+        "pattern": "Contact pattern under marking compound",
+    },
+    "results.pattern_errors": {"pattern-errors": "Contact pattern under two errors"},
+    "results.transmission_error": {
+        "transmission-error": "Motion graph: transmission error of every tooth pair, and of the pair in"
+        " contact"
+    },
+    "results.modifications": {"modifications": "Modified or measured flanks compared"},
+    "results.ease_off": {"ease-off": "Ease-off of the pinion's flanks"},
+    "results.sliding": {"sliding": "Sliding speed and specific sliding along the path of contact"},
+    "results.sensitivity": {"sensitivity": "Sensitivity of the path of contact to assembly errors"},
+    "results.tolerance_cloud": {"tolerance-cloud": "Paths of contact under random assembly errors"},
+    "results.parabola_map": {"map-parabola": "Map over sum and difference of the parabola coefficients"},
+    "results.posed_pair": {"posed-pair": "The pair in mesh as exported"},
+    "results.meshed_tooth": {"meshed-tooth": "A tooth meshed for finite elements"},
+    "methods.mesh_convergence": {"mesh-convergence": "Error of the mesh method against the mesh tolerance"},
+    "methods.stability": {
+        "stability": "Where methods fail: near the smallest shaft angle with a common normal"
+    },
+    "methods.speed_accuracy": {"speed-accuracy": "Error and time of five methods that find the contact"},
+}
+"""Titles by module and name, in the order of the figures."""
+OF_FLANK = {
+    *("fig-01", "fig-06", "fig-07", "fig-08", "fig-09", "fig-10", "fig-12", "fig-13", "fig-14", "fig-15"),
+    *("method", "separation", "transmission-error", "modifications", "tolerance-cloud", "map-parabola"),
+    *("posed-pair", "stability", "speed-accuracy"),
+}
+"""Figures that show one flank."""
+FLAT = {
+    *("fig-02", "fig-11", "method", "pattern-errors", "transmission-error", "modifications", "ease-off"),
+    *("sliding", "sensitivity", "map-parabola", "mesh-convergence", "stability", "speed-accuracy"),
+}
+"""Figures without 3D pictures."""
+FIGURES = tuple(
+    Figure(name, title, module, name in OF_FLANK, name == "speed-accuracy", name in FLAT)
+    for module, titles in TITLES.items()
+    for name, title in titles.items()
 )
 MEASURED = Figure(
     "deviations", "Deviations of measured points from the flanks", "results.deviations", flat=True

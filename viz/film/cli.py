@@ -119,7 +119,7 @@ def main(
             write_film(film, made, size, fps, order)
             part.write_bytes(made.read_bytes())
     except NoFilmError as error:
-        raise no_result(error.reason, "no animation") from None
+        raise no_result(error.args[0], "no animation") from None
     count, megabytes = steps * pitches, 1e-6 * out.stat().st_size
     seconds_taken = time.perf_counter() - begin
     write_out(

@@ -21,13 +21,8 @@ from ..components.posed import on_tooth
 
 
 class NoFilmError(ValueError):
-    """Raised if the motion of a pair is not available. `reason` says why; it is a `NotComputed` (a subclass
-    of str) if the calculation failed."""
-
-    def __init__(self, reason: str) -> None:
-        """Store the reason."""
-        self.reason = reason
-        super().__init__(reason)
+    """Raised if the motion of a pair is not available. The argument is the reason: a `NotComputed` (a
+    subclass of str) if the calculation failed."""
 
 
 @dataclass(frozen=True, eq=False)

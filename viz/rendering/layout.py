@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 PAPER_INCHES_PER_INCH = 8.0 / 13.0
 """Inches of paper per inch of the layout in print."""
+WIDE_PAGE_IN = 9.0
+"""Width of a page above which two panels fit side by side, inches."""
 MAX_HEIGHT_IN = 9.28
 """Largest height of a figure in print, inches, so that the page with title and note fits on a journal
 page."""
@@ -47,17 +49,21 @@ class PageLayout:
         return self.height is None
 
     @property
+    def wide(self) -> bool:
+        """True if two panels fit side by side; otherwise they are placed one above the other."""
+        return self.width > WIDE_PAGE_IN
+
+    @property
     def scale(self) -> float:
         """Inches in the file per inch of the layout."""
         return PAPER_INCHES_PER_INCH if self.printed else 1.0
 
 
-def of_size(size_px: Size, plain: bool = False, inches: tuple[float, float] = (16.0, 12.0)) -> PageLayout:
-    """Return the layout for a page of width and height in pixels.
-
-    `inches`: smallest width and height of the layout. Text scales with the page."""
+def of_size(size_px: Size, plain: bool = False) -> PageLayout:
+    """Return the layout for a page of width and height in pixels: at least 16 x 12 inches. Text scales with
+    the page."""
     width, height = size_px
-    dpi = min(width / inches[0], height / inches[1])
+    dpi = min(width / 16.0, height / 12.0)
     return PageLayout((width + 1e-6) / dpi, (height + 1e-6) / dpi, dpi, plain)
 
 
@@ -128,12 +134,10 @@ class PanelRows:
         columns, width = self.columns(layout, count), self.width(layout, count)
         rows = -(-count // columns)
         height = ((high - low) * page_height - (rows - 1) * self.down) / rows
-        return [
-            (
-                (self.left + column * (width + self.across)) / layout.width,
-                high - ((row + 1) * height + row * self.down) / page_height,
-                width / layout.width,
-                height / page_height,
-            )
-            for row, column in (divmod(number, columns) for number in range(count))
-        ]
+        boxes = []
+        for number in range(count):
+            row, column = divmod(number, columns)
+            left = (self.left + column * (width + self.across)) / layout.width
+            bottom = high - ((row + 1) * height + row * self.down) / page_height
+            boxes.append((left, bottom, width / layout.width, height / page_height))
+        return boxes

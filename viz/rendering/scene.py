@@ -175,9 +175,9 @@ def aim(plotter: Any, camera: Camera) -> None:
     lights = (((-1.0, 0.75, 0.6), 0.62), ((-0.42, 0.12, 1.0), 0.4), ((0.9, -0.3, 0.7), 0.16))
     import pyvista as pv
 
-    right, up, back = camera.axes
+    _, up, back = camera.axes
     for place, strength in lights:
-        towards = np.asarray(place) @ np.stack((right, up, back))
+        towards = np.asarray(place) @ camera.axes
         light = pv.Light(position=camera.focal_point + 1e5 * towards, focal_point=camera.focal_point)
         light.positional = False
         light.intensity = strength
@@ -262,14 +262,14 @@ def cut(surface: Surface, point: FloatArray, normal: FloatArray) -> list[FloatAr
     """Intersect a closed surface with a plane through `point` (3,). Returns closed outlines (n, 3), mm."""
     import pyvista as pv
 
-    faces = np.column_stack((np.full(len(surface.faces), surface.faces.shape[1]), surface.faces))
-    lines: Any = pv.PolyData(surface.points, faces.ravel()).slice(normal=normal, origin=point)
+    faces: Any = surface.faces
+    lines: Any = pv.PolyData.from_regular_faces(surface.points, faces).slice(normal=normal, origin=point)
     lines = lines.clean(tolerance=JOINED_MM, absolute=True).strip(join=True, max_length=lines.n_cells)
     return [np.asarray(lines.get_cell(k).points) for k in range(lines.n_cells)]
 
 
 def divided(surface: Surface, level: FloatArray) -> tuple[Surface, Surface]:
-    """Divide a painted surface of triangles where the values `level` (n,) at its points are zero.
+    """Divide a surface of triangles where the values `level` (n,) at its points are zero.
 
     Returns the parts with positive and negative values."""
     import pyvista as pv
@@ -279,20 +279,15 @@ def divided(surface: Surface, level: FloatArray) -> tuple[Surface, Surface]:
     mesh.point_data["level"] = level
     if surface.paint is not None:
         mesh.point_data["values"] = surface.paint.values
-    parts = (
-        mesh.clip_scalar(scalars="level", value=0.0, invert=below).triangulate() for below in (False, True)
-    )
-    first, second = (
-        replace(
-            surface,
-            points=np.asarray(part.points),
-            faces=part.regular_faces,
-            normals=None,
-            paint=surface.paint and replace(surface.paint, values=np.asarray(part["values"])),
-        )
-        for part in parts
-    )
-    return first, second
+
+    def side(below: bool) -> Surface:
+        """Return the part with negative values (`below`), or that with positive values."""
+        part = mesh.clip_scalar(scalars="level", value=0.0, invert=below).triangulate()
+        paint = surface.paint and replace(surface.paint, values=np.asarray(part["values"]))
+        points, faces = np.asarray(part.points), part.regular_faces
+        return replace(surface, points=points, faces=faces, normals=None, paint=paint)
+
+    return side(False), side(True)
 
 
 def _bands(paint: Paint, nothing: str) -> dict[str, Any]:

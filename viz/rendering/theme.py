@@ -193,13 +193,9 @@ def panels(page: Page, cells: PanelRows, count: int, low: float, high: float) ->
     return [page.add_axes(box) for box in boxes]
 
 
-NARROW_PAGE_IN = 9.0
-"""Page width in inches below which two panels are placed one above the other."""
-
-
 def stacked_height(layout: PageLayout, tall: float) -> float:
     """Return the height of two panels in print, inches; `tall` is their height if placed side by side."""
-    return tall if layout.width > NARROW_PAGE_IN else min(2.0 * tall, MAX_HEIGHT_IN)
+    return tall if layout.wide else min(2.0 * tall, MAX_HEIGHT_IN)
 
 
 def pair_of_boxes(
@@ -210,7 +206,7 @@ def pair_of_boxes(
     Parameters
     ----------
     page : Page
-        Page. Below a width of NARROW_PAGE_IN, the panels are placed one above the other.
+        Page. If it is not wide, the panels are placed one above the other.
     low, high : float
         Limits of the space for the panels, as fractions of the page height.
     places : sequence of tuple
@@ -218,7 +214,7 @@ def pair_of_boxes(
     over : float
         Space for the title of each panel, inches.
     """
-    if page.layout.width > NARROW_PAGE_IN:
+    if page.layout.wide:
         return [(left, low, width, high - low) for left, width in places]
     bottoms, height = split_rows(low, high, 2, inches(page, over))
     return [(0.01, bottom, 0.98, height) for bottom in bottoms]
@@ -376,14 +372,12 @@ def overlay(page: Page, box: PageBox) -> Axes:
     return axes
 
 
-def scale_bar(axes: Axes, x: float, y: float, px_per_mm: float, length_mm: float, colour: str = INK) -> None:
+def scale_bar(axes: Axes, x: float, y: float, px_per_mm: float, length_mm: float) -> None:
     """Draw a scale bar `length_mm` long from pixel (x, y), with its length below."""
     end = x + length_mm * px_per_mm
-    axes.plot([x, end], [y, y], color=colour, linewidth=3.0, solid_capstyle="butt", clip_on=False)
+    axes.plot([x, end], [y, y], color=INK, linewidth=3.0, solid_capstyle="butt", clip_on=False)
     middle = (x + end) / 2.0, y
-    label_point(
-        axes, middle, f"{length_mm:g} mm", (0, -4), ha="center", va="top", fontsize=SMALL, color=colour
-    )
+    label_point(axes, middle, f"{length_mm:g} mm", (0, -4), ha="center", va="top", fontsize=SMALL, color=INK)
 
 
 def round_length(length: float) -> float:

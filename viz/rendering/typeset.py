@@ -202,22 +202,15 @@ def _surround(page: Page) -> None:
         under = [_line(page, page.note, width, {"fontsize": theme.SMALL, **quiet})] if page.note else []
     for entries in page.legend_entries:
         over.append(_legend(page, entries, width))
-    heights = (
-        [artist.get_window_extent().height for artist in over],
-        [a.get_window_extent().height for a in under],
-    )
     gap, edge = space_in * dpi, margin_in * dpi
-    bottom = round(edge + sum(height + gap for height in heights[1]))
-    top = bottom + (body.y1 - body.y0) + sum(height + gap for height in heights[0]) + edge
+    heights = {artist: artist.get_window_extent().height + gap for artist in (*over, *under)}
+    bottom = round(edge + sum(heights[artist] for artist in under))
+    top = bottom + (body.y1 - body.y0) + sum(heights[artist] for artist in over) + edge
     _resize(page, round(bottom - body.y0), float(np.ceil(top)))
-    y = page.get_figheight() * dpi - edge
-    for artist, height in zip(over, heights[0], strict=True):
-        _stand(page, artist, margin_in / page.layout.width, y)
-        y -= height + gap
-    y = bottom - gap
-    for artist, height in zip(under, heights[1], strict=True):
-        _stand(page, artist, margin_in / page.layout.width, y)
-        y -= height + gap
+    for artists, y in ((over, page.get_figheight() * dpi - edge), (under, bottom - gap)):
+        for artist in artists:
+            _stand(page, artist, margin_in / page.layout.width, y)
+            y -= heights[artist]
 
 
 def _body(page: Page) -> Bbox:

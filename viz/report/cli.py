@@ -6,8 +6,7 @@ import os
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -83,13 +82,9 @@ def main(
     if load is not None:
         settings = replace(settings, load=load, loaded=True)
     prepare(out)
-    origin = Origin(
-        click.format_filename(design),
-        _written(design),
-        _now(),
-        design_options(values),
-        tolerances_of(tolerances, cases, seed),
-    )
+    # Every run writes the same page if SOURCE_DATE_EPOCH is set.
+    made, study = source_date() or datetime.now(UTC).astimezone(), tolerances_of(tolerances, cases, seed)
+    origin = Origin(click.format_filename(design), _written(design), made, design_options(values), study)
     with writing(click.format_filename(out)):
         data, text = _made(origin, changed, settings)
         with atomic_file(out) as part:
@@ -138,11 +133,6 @@ def settings_of(design: Design, sizes: dict[str, float], cases: int, seed: int) 
     return ReportSettings(given, True, cases, seed)
 
 
-def _now() -> datetime:
-    """Return the time of the page: SOURCE_DATE_EPOCH if set, so that every run writes the same page."""
-    return source_date() or datetime.now(UTC).astimezone()
-
-
 def _written(design: str) -> datetime | None:
     """Return the time at which a design file was last written, or SOURCE_DATE_EPOCH if earlier, so that later
     copies give the same page. None for a built-in design."""
@@ -154,19 +144,14 @@ def _written(design: str) -> datetime | None:
     return written.astimezone() if epoch is None else min(written, epoch)
 
 
-@contextmanager
-def _helpers(cases: int) -> Iterator[Executor | None]:
+def _helpers(cases: int) -> AbstractContextManager[Executor | None]:
     """Start processes for the mountings if there are free cores and enough mountings."""
     # Number of blocks of mountings from which an additional process is worth its start.
     worth = 8
     from beveloid_geom.analysis.tolerance import MOUNTINGS_PER_BLOCK
 
     number = min(usable_cores() - 1, cases // (worth * MOUNTINGS_PER_BLOCK))
-    if number < 1:
-        yield None
-        return
-    with worker_processes(number, "try fewer --cases") as pool:
-        yield pool
+    return worker_processes(number, "try fewer --cases") if number >= 1 else nullcontext()
 
 
 def _made(origin: Origin, design: Design, settings: ReportSettings) -> tuple[PageData, str]:

@@ -47,8 +47,8 @@ POSITIONS, HARMONICS = 101, 10
 EASE_OFF_GRID = (9, 13)
 """Points along profile and face for the numbers of the ease-off."""
 Progress: TypeAlias = Callable[[str], object]
-Section: TypeAlias = tuple[Any, str, str | None]
-"""Result, its JSON, and the reason if there is no result, otherwise None."""
+Section: TypeAlias = tuple[Any, Any, str | None]
+"""Result, its data as in JSON, and the reason if there is no result, otherwise None."""
 
 
 @dataclass(frozen=True)
@@ -173,6 +173,11 @@ class PageData:
         return next((one.level for one in self.remarks if one.level != NOTE), NOTE)
 
 
+def plain(data: Any) -> Any:
+    """Return data as in JSON: without arrays, NaN and enumerations."""
+    return json.loads(json_text(data))
+
+
 def compute(
     name: str,
     design: Design,
@@ -205,7 +210,7 @@ def compute(
     ValueError
         If given tolerances do not suit the design.
     """
-    numbers: dict[str, Any] = {"design": json.loads(json_text(asdict(design)))}
+    numbers: dict[str, Any] = {"design": plain(asdict(design))}
     for name_of, member in (("pinion", design.pinion), ("gear", design.gear)):
         coefficients = {f"parabola_{flank}": float(member.tool.parabola_of(flank)) for flank in FLANKS}
         numbers["design"][name_of]["tool"] |= coefficients
@@ -214,28 +219,28 @@ def compute(
         studied = study if executor is None else thread.submit(study).result
         progress("check")
         checked = check_report(name, design)
-        numbers["check"] = json.loads(json_text(checked.data()))
-        numbers["gear_data"] = json.loads(json_text(gear_data_report(name, design).data()))
+        numbers["check"] = plain(checked.data())
+        numbers["gear_data"] = plain(gear_data_report(name, design).data())
         sections = {flank: _sections(name, design, flank, settings, progress) for flank in FLANKS}
         matrices = _matrices(name, design, settings, progress)
         progress("ease-off")
         eased = ease_off_report(name, design, (21, 31))  # grid for the contour lines
-        numbers["ease_off"] = json.loads(json_text(ease_off_report(name, design, EASE_OFF_GRID).data()))
+        numbers["ease_off"] = plain(ease_off_report(name, design, EASE_OFF_GRID).data())
         progress("statements")
         if is_table1(design):
             judged = [one for flank in FLANKS for one in paper_statements(design, flank)]
-            numbers["statements"] = json.loads(json_text(StatementsReport(name, design, judged).data()))
+            numbers["statements"] = plain(StatementsReport(name, design, judged).data())
         tolerances = studied()
     for flank, results in sections.items():
         results |= {"tolerance": tolerances[flank], "matrix": matrices[flank]}
     for section in sections[FLANKS[0]]:
-        numbers[section] = {flank: json.loads(results[section][1]) for flank, results in sections.items()}
+        numbers[section] = {flank: results[section][1] for flank, results in sections.items()}
     if design.measured:
         progress("nominal flanks")
         nominal = design.nominal()
         for section in ("tca", "operation", "sliding"):
-            solved = {flank: SECTIONS[section](name, nominal, flank, settings)[1] for flank in FLANKS}
-            numbers[section]["nominal"] = {flank: json.loads(text) for flank, text in solved.items()}
+            solved = {flank: SECTIONS[section](name, nominal, flank, settings) for flank in FLANKS}
+            numbers[section]["nominal"] = {flank: data for flank, (_, data, _) in solved.items()}
         patterns = numbers["pattern"]
         patterns["nominal"] = {flank: patterns[flank].get("nominal") for flank in FLANKS}
     flanks = {flank: _results_of(design, flank, results) for flank, results in sections.items()}
@@ -279,11 +284,11 @@ def _cycle_remarks(results: FlankResults) -> tuple[Remark, ...]:
 
 
 def _missing(name: str, flank: str, reason: str) -> Section:
-    return None, json_text({"design": name, "flank": flank, "reason": reason}), reason
+    return None, plain({"design": name, "flank": flank, "reason": reason}), reason
 
 
 def _reported(report: ContactReport | OperationReport | SlidingReport | SensitivityReport) -> Section:
-    return report, json_text(report.data()), report.reason
+    return report, plain(report.data()), report.reason
 
 
 def _operation(name: str, design: Design, flank: str, *_: object) -> Section:
@@ -319,7 +324,7 @@ def _tolerances(
 
 def _studied(name: str, design: Design, study: ToleranceStudy) -> Section:
     none = None if study.mountings.solved.any() else f"no mounting has a path on the {study.flank} flanks"
-    return study, json_text(ToleranceReport(name, design, study).data()), none
+    return study, plain(ToleranceReport(name, design, study).data()), none
 
 
 def _matrices(name: str, design: Design, settings: ReportSettings, progress: Progress) -> dict[str, Section]:
@@ -339,7 +344,7 @@ def _matrices(name: str, design: Design, settings: ReportSettings, progress: Pro
             results[flank] = _missing(name, flank, getattr(error, "reason", str(error)))
             continue
         report = PatternMatrixReport(name, last.design, last)
-        results[flank] = last, json_text(report.data()), report.reason
+        results[flank] = last, plain(report.data()), report.reason
     return results
 
 
@@ -347,7 +352,7 @@ def _hertz(name: str, design: Design, flank: str, settings: ReportSettings, *_: 
     if reason := reason_of(path_of_contact(design, flank, 2)):
         return _missing(name, flank, reason)
     report = contact_report(name, design, flank, POSITIONS, certified=False, load=settings.load)
-    return report, json_text(report.data()["hertz"]), None
+    return report, plain(report.data()["hertz"]), None
 
 
 def _pattern(name: str, design: Design, flank: str, *_: object) -> Section:
@@ -355,7 +360,7 @@ def _pattern(name: str, design: Design, flank: str, *_: object) -> Section:
         report = pattern_report(name, design, flank, MARKING_SEPARATION_MM)
     except ValueError as error:
         return _missing(name, flank, getattr(error, "reason", str(error)))
-    return report, json_text(report.data()), None
+    return report, plain(report.data()), None
 
 
 SECTIONS: dict[str, Callable[[str, Design, str, ReportSettings], Section]] = {

@@ -6,7 +6,6 @@ outside, such as names, is escaped.
 
 from __future__ import annotations
 
-import json
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -17,6 +16,7 @@ from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from jinja2.utils import htmlsafe_json_dumps
 from markupsafe import Markup, escape
 from matplotlib.figure import Figure
 
@@ -90,10 +90,7 @@ def number_of(
 
 def script_json(data: Any) -> Markup:
     """Return strict JSON that is safe inside a script element."""
-    text = json.dumps(data, allow_nan=False, separators=(",", ":"))
-    for sign in "<>&":
-        text = text.replace(sign, f"\\u{ord(sign):04x}")
-    return Markup(text)
+    return htmlsafe_json_dumps(data, allow_nan=False, separators=(",", ":"))
 
 
 def asset(name: str) -> Markup:
@@ -292,14 +289,9 @@ def _unlisted(data: PageData) -> list[str]:
 
 def _stamped(data: PageData, origin: Origin) -> dict[str, Any]:
     """Return the numbers of a page with name of the design, version and dates."""
-    stamp = {
-        "name": data.name,
-        "version": __version__,
-        "made": origin.made.isoformat(timespec="seconds"),
-    }
-    if origin.written is not None:
-        stamp["written"] = origin.written.isoformat(timespec="seconds")
-    return stamp | data.numbers
+    dates = {"made": origin.made, "written": origin.written}
+    stamp = {name: date.isoformat(timespec="seconds") for name, date in dates.items() if date is not None}
+    return {"name": data.name, "version": __version__, **stamp, **data.numbers}
 
 
 def page_text(data: PageData, drawn: Charts, picture: str, view: dict[str, Any], origin: Origin) -> str:

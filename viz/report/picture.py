@@ -23,8 +23,12 @@ from beveloid_geom.shapes.solid import rotated_copies
 from beveloid_geom.shapes.tooth_body import bore_of
 from beveloid_geom.shapes.tooth_boundary import cut_sheets
 
+from ..rendering.camera import Camera
+
 SHADE_COUNT = 8
 """Number of shades of a metal, darkest first: classes p0 ... of the pinion, g0 ... of the gear."""
+EYE = Camera(np.array([-0.2, 0.55, 0.8]), np.array([0.0, -1.0, 0.0]), np.zeros(3), 1.0).axes
+"""Unit vectors right, up and towards the viewer (rows) in S_f: pinion on the left, gear on the right."""
 
 
 def pair_picture(design: Design) -> str:
@@ -34,11 +38,11 @@ def pair_picture(design: Design) -> str:
     """
     # Width of the picture in units; coordinates are rounded to whole units.
     width = 3000
-    phase, eye = float(np.nan_to_num(conjugate_phase(design, "right"))), _eye()
+    phase = float(np.nan_to_num(conjugate_phase(design, "right")))
     frames = frames_at(design, 0.0, phase)
     pieces: list[tuple[float, str, FloatArray]] = []
     for letter, member, frame in zip("pg", design.members, frames, strict=True):
-        for depth, polygons in _surfaces(member, frame, eye):
+        for depth, polygons in _surfaces(member, frame):
             seen = np.isfinite(depth) & (_area(polygons) > 0.0)
             names = [f"{letter}{shade}" for shade in _shades(polygons[seen]).tolist()]
             pieces += zip(depth[seen].tolist(), names, polygons[seen, :, :2], strict=True)
@@ -57,17 +61,7 @@ def pair_picture(design: Design) -> str:
     return f'<svg class="pair-picture" viewBox="{box}" role="img" aria-label="{title}">\n{paths}\n</svg>'
 
 
-def _eye() -> FloatArray:
-    """Return the unit vectors right, up and towards the viewer, (3, 3)."""
-    # Directions in S_f for which the pinion is on the left and the gear on the right.
-    back, up = np.array([0.2, -0.55, -0.8]), np.array([0.0, -1.0, 0.0])
-    back /= np.linalg.norm(back)
-    right = np.cross(up, back)
-    right /= np.linalg.norm(right)
-    return np.stack((right, np.cross(back, right), back))
-
-
-def _surfaces(member: Member, frame: Frame, eye: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
+def _surfaces(member: Member, frame: Frame) -> Iterator[tuple[FloatArray, FloatArray]]:
     """Return the polygons of a gear with the depths by which they are sorted: teeth, bore, and end faces in
     one piece per tooth.
 
@@ -77,8 +71,6 @@ def _surfaces(member: Member, frame: Frame, eye: FloatArray) -> Iterator[tuple[F
         Gear.
     frame : tuple
         Rotation and origin in S_f.
-    eye : ndarray, shape (3, 3)
-        Axes of the picture.
 
     Yields
     ------
@@ -92,7 +84,7 @@ def _surfaces(member: Member, frame: Frame, eye: FloatArray) -> Iterator[tuple[F
     adjacent = 2
 
     def seen_at(points: FloatArray) -> FloatArray:
-        return np.asarray(to_fixed(frame, points) @ eye.T)
+        return np.asarray(to_fixed(frame, points) @ EYE.T)
 
     teeth = int(member.teeth)
     tooth = _outline(member, 0.5 * float(member.face_width) * stations)

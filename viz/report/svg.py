@@ -50,12 +50,8 @@ def chart_style() -> Iterator[None]:
 
 def new_chart(height: float) -> Figure:
     """Return an empty chart of a height in pixels, with constrained layout."""
-    pad = 4.0 / 72.0
-    return Figure(
-        figsize=(WIDTH_PX / 72.0, height / 72.0),
-        dpi=72.0,
-        layout=ConstrainedLayoutEngine(h_pad=pad, w_pad=pad),
-    )
+    layout = ConstrainedLayoutEngine(h_pad=4.0 / 72.0, w_pad=4.0 / 72.0)
+    return Figure(figsize=(WIDTH_PX / 72.0, height / 72.0), dpi=72.0, layout=layout)
 
 
 def svg_of(chart: Figure, name: str, title: str) -> str:

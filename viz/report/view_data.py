@@ -29,6 +29,7 @@ from beveloid_geom.shapes.surface_mesh import TriangleMesh, gear_mesh
 from beveloid_geom.status import FirstStatus
 
 from ..components.paths_table import FLANKS, MEMBERS, points_on
+from ..rendering.polylines import simplified
 
 
 def view_data(design: Design, tolerance: float | None = None) -> dict[str, Any]:
@@ -157,26 +158,8 @@ def flank_data(
     data["middle"] = float(path.pinion_roll[solved][solved.sum() // 2])
     packed_path = {name: packed(values[solved]) for name, values in shown.items()}
     if tolerance > 0.0:
-        packed_path |= {name: packed(_thinned(shown[name][solved], tolerance)) for name in MEMBERS}
+        packed_path |= {name: packed(simplified(shown[name][solved], tolerance)) for name in MEMBERS}
     return data | {"lever": _lever(path), "path": packed_path}
-
-
-def _thinned(points: FloatArray, tolerance: float) -> FloatArray:
-    """Return those of points (n, 3) through which a polyline passes the others within a tolerance, mm
-    (Douglas and Peucker)."""
-    used, parts = {0, len(points) - 1}, [(0, len(points) - 1)]
-    while parts:
-        first, last = parts.pop()
-        chord, between = points[last] - points[first], points[first + 1 : last] - points[first]
-        if not len(between):
-            continue
-        share = np.clip(between @ chord / max(chord @ chord, 1e-300), 0.0, 1.0)
-        away = np.linalg.norm(between - share[:, None] * chord, axis=1)
-        if away.max() > tolerance:
-            middle = first + 1 + int(away.argmax())
-            used.add(middle)
-            parts += [(first, middle), (middle, last)]
-    return points[sorted(used)]
 
 
 def _phase(design: Design, pinion_roll: FloatArray, gear_roll: FloatArray) -> FloatArray:

@@ -449,7 +449,7 @@ def test_own_modifications_are_compared_without_them() -> None:
     assert modified.operation is not None
     assert expected.operation is not None
     assert modified.operation.cycle.peak_to_peak == expected.operation.cycle.peak_to_peak
-    assert plain.design == design
+    assert plain.path.design == design
 
 
 @pytest.mark.slow
@@ -464,7 +464,7 @@ def test_measured_flanks_are_compared_with_nominal_ones() -> None:
     assert comparison.title.startswith("Measured")
     nominal, measured = comparison.cases
     assert [case.name for case in comparison.cases] == ["nominal", "measured"]
-    assert nominal.design == design
+    assert nominal.path.design == design
     assert measured.operation is not None
     assert ARCSEC * float(measured.operation.cycle.peak_to_peak) == pytest.approx(0.13, abs=0.01)
     np.testing.assert_allclose(measured.shifts[1, [0, -1]], (3.9, -3.9), atol=0.3)

@@ -17,7 +17,7 @@ from beveloid_geom.contact.mesh_position import frames_at
 from beveloid_geom.operation.engagement import conjugate_phase
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.surface_mesh import gear_mesh
-from beveloid_viz.report.picture import SHADE_COUNT, _eye, pair_picture
+from beveloid_viz.report.picture import EYE, SHADE_COUNT, pair_picture
 
 PIXELS = 240
 """Width of the compared pictures."""
@@ -55,7 +55,7 @@ def seen(design: Design) -> NDArray[np.int8]:
     clouds, corners = [], []
     for member, frame in zip(design.members, frames_at(design, 0.0, phase), strict=True):
         mesh = gear_mesh(member, 0.1 * float(member.tool.normal_module))
-        points: FloatArray = to_fixed(frame, mesh.points) @ _eye().T
+        points: FloatArray = to_fixed(frame, mesh.points) @ EYE.T
         corners.append(points[:, :2])
         clouds.append((share @ points[mesh.faces]).reshape(-1, 3))
     low, high = np.concatenate(corners).min(axis=0), np.concatenate(corners).max(axis=0)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import re
@@ -88,11 +87,11 @@ def test_failing_mountings_give_a_warning() -> None:
 def test_usual_tolerances_too_wide_for_a_pair_are_a_reason_and_given_ones_a_refusal() -> None:
     design = scaled(builtin_design(), 0.004 / 6.0)  # 0.05 mm are more than ten modules
     done = list[str]()
-    for result, text, reason in _tolerances(
+    for result, data, reason in _tolerances(
         "small", design, ReportSettings(cases=5), done.append, None
     ).values():
         assert result is None
-        assert json.loads(text)["reason"] == reason
+        assert data["reason"] == reason
         assert "tolerance of offset must be less" in str(reason)
     with pytest.raises(ValueError, match="tolerance of offset must be less"):
         _tolerances("small", design, ReportSettings(Tolerances(offset=1.0), True, 5), done.append, None)

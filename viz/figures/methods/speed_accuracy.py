@@ -103,7 +103,7 @@ def draw(data: SpeedAccuracy, layout: theme.PageLayout) -> Drawing:
             axes.hlines(one.error_mm, one.seconds[0], one.seconds[2], look.colour, linewidth=1.2)
     _set_limits(axes, data)
     labels, lines = Labels(axes), finding(data)
-    if layout.width < theme.NARROW_PAGE_IN:  # so that the block fits next to the five equations
+    if not layout.wide:  # so that the block fits next to the five equations
         lines = [line.replace(" times ", " \u00d7 ").replace(" against", "\nagainst") for line in lines]
     labels.block("\n".join(lines), corners, linespacing=1.4, fontsize=theme.SMALL)
     marks = {(one.method, one.value): one for one in data.measurements if one.status == "solved"}

@@ -13,15 +13,8 @@ from matplotlib.patches import Patch
 from beveloid_geom import Design, Status
 from beveloid_geom.arrays import Integers
 from beveloid_geom.report.result import status_name
-from beveloid_geom.validation.near_singular import (
-    METHODS,
-    MethodErrors,
-    StatusMap,
-    at_shaft_angle,
-    errors_above_smallest_shaft_angle,
-    smallest_shaft_angle,
-    status_map,
-)
+from beveloid_geom.validation import near_singular
+from beveloid_geom.validation.near_singular import METHODS, MethodErrors, StatusMap
 
 from ...components import annotate, paths_table
 from ...components.figure_steps import Drawing, Recipe, Table
@@ -57,26 +50,23 @@ def compute(design: Design, flank: str = "right") -> Stability:
     # backlash of the last three.
     shares = np.array((-0.25, 0.05, 1.0, 3.0))
     map_cells = 131  # along each axis, so that a column has the smallest shaft angle
-    smallest = smallest_shaft_angle(design, flank)
+    smallest = near_singular.smallest_shaft_angle(design, flank)
     above = float(design.pair.shaft_angle) - smallest
     try:
         if above <= 0.0:
             raise ValueError("the shaft angle is the smallest with a common normal")
-        errors = errors_above_smallest_shaft_angle(design, flank, np.radians(ABOVE_DEG))
+        errors = near_singular.errors_above_smallest_shaft_angle(design, flank, np.radians(ABOVE_DEG))
         if np.isnan(errors.error).all():
             raise ValueError("without backlash, these flanks do not touch near the smallest shaft angle")
         angles = smallest + above * shares[1:]
-        offsets = [float(at_shaft_angle(design, angle).pair.offset) for angle in angles.tolist()]
+        changed = (near_singular.at_shaft_angle(design, angle) for angle in angles.tolist())
+        offsets = [float(one.pair.offset) for one in changed]
     except (ValueError, ImportError) as error:
         return Stability(design, flank, smallest, reason=str(error))
     margin = 0.15 * float(np.ptp(offsets))
-    answers = status_map(
-        design,
-        flank,
-        smallest + above * np.linspace(shares[0], shares[-1], map_cells),
-        np.linspace(min(offsets) - margin, max(offsets) + margin, map_cells),
-        COMPARED_CELLS,
-    )
+    angles = smallest + above * np.linspace(shares[0], shares[-1], map_cells)
+    rows = np.linspace(min(offsets) - margin, max(offsets) + margin, map_cells)
+    answers = near_singular.status_map(design, flank, angles, rows, COMPARED_CELLS)
     return Stability(design, flank, smallest, errors, answers)
 
 

@@ -51,11 +51,8 @@ def compute(design: Design, flank: str = "right") -> PairFigure:
     sections = []
     for member, frame in zip(design.members, pair.frames, strict=True):
         try:
-            mesh = gear_mesh(
-                member,
-                section_tolerance_modules * float(member.tool.normal_module),
-                bore_radius=posed.shaft_radius(member),
-            )
+            tolerance = section_tolerance_modules * float(member.tool.normal_module)
+            mesh = gear_mesh(member, tolerance, bore_radius=posed.shaft_radius(member))
         except ValueError:
             break
         sections.append(cut(posed.placed_surface(mesh, frame, ""), pair.contact, along))
@@ -64,8 +61,7 @@ def compute(design: Design, flank: str = "right") -> PairFigure:
 
 def _ends(pair: PosedPair) -> FloatArray:
     """Return the ends of each shaft along its axis, (2, 2), mm from the common perpendicular."""
-    half = 0.5 * np.array([float(member.face_width) for member in pair.design.members])
-    over = 0.2 * pair.apart
+    half, over = pair.half_widths, 0.2 * pair.apart
     return np.stack((pair.position - half - over, pair.position + half + over), axis=-1)
 
 
@@ -95,9 +91,8 @@ def items_of(pair: PosedPair, tolerance: float) -> tuple[list[Item], list[str]]:
     lengths = _ends(pair) - pair.position[:, None]
     for number, (member, frame) in enumerate(zip(pair.design.members, pair.frames, strict=True)):
         bore = posed.shaft_radius(member)
-        gear, reason = posed.gear_items(
-            member, frame, tolerance, (theme.METALS[number], face_colours[number]), bore
-        )
+        colours = theme.METALS[number], face_colours[number]
+        gear, reason = posed.gear_items(member, frame, tolerance, colours, bore)
         if reason:
             remarks.append(f"The {paths_table.MEMBERS[number]} is drawn without teeth: {reason}.")
         items += [*gear, *posed.shaft(frame, bore, *lengths[number].tolist())]
@@ -116,10 +111,10 @@ def draw(data: PairFigure, layout: theme.PageLayout) -> Drawing:
         f"Fig. 1   The {'crossed ' if pair.crossed else ''}beveloid gear pair in mesh",
         f"The {data.flank} flanks are in contact; {_layout_words(pair)}",
         "",
-        tall=6.6 if layout.width > theme.NARROW_PAGE_IN else 4.4 + section_height_in,
+        tall=6.6 if layout.wide else 4.4 + section_height_in,
     )
     low = theme.inches(page, 0.72 if not layout.printed else theme.UNUSED_SPACE_IN)
-    if layout.width > theme.NARROW_PAGE_IN:
+    if layout.wide:
         box = theme.place(page, 0.14, low, 0.83, high - low)
     else:
         over = low + theme.inches(page, section_height_in)
@@ -141,11 +136,11 @@ def draw(data: PairFigure, layout: theme.PageLayout) -> Drawing:
     room = FreeSpace(view.axes)
     if pair.touching and len(data.sections) == 2:
         corner = _free_corner(page, room)
-        if layout.width < theme.NARROW_PAGE_IN:
+        if not layout.wide:
             corner = theme.place(page, 0.25, low, 0.5, theme.inches(page, section_height_in - 0.8))
         room.take(corner)
         _draw_section(page, corner, data)
-    _name(view, room, pair, layout.width < theme.NARROW_PAGE_IN)
+    _name(view, room, pair, not layout.wide)
     return Drawing(page, {"pair": view.picture})
 
 
@@ -160,7 +155,7 @@ def _ends_words(design: Design) -> str:
 def _layout_words(pair: PosedPair) -> str:
     """Return the text on the layout, with the symbols of offset and shaft angle if they are drawn."""
     offset = f"offset $E$ = {pair.foot[1, 0]:.4g}\u00a0mm"
-    if _parallel(pair):
+    if pair.parallel:
         return f"{offset}, parallel axes"
     if not pair.remote:
         return f"{offset}, shaft angle $\\delta$ = {_degrees(pair):.4g}\u00b0"
@@ -171,12 +166,8 @@ def _layout_words(pair: PosedPair) -> str:
 
 def _feet(pair: PosedPair) -> FloatArray:
     """Return the ends (2, 3) of the common perpendicular, mm; on parallel axes in front of the shafts."""
-    ahead = float(_ends(pair).min()) - 0.1 * pair.apart if _parallel(pair) else 0.0
+    ahead = float(_ends(pair).min()) - 0.1 * pair.apart if pair.parallel else 0.0
     return pair.foot + ahead * pair.axis
-
-
-def _parallel(pair: PosedPair) -> bool:
-    return bool(np.linalg.norm(np.cross(*pair.axis)) < 1e-12)
 
 
 def _axis_items(pair: PosedPair, radius: float) -> list[Item]:
@@ -241,7 +232,7 @@ def _annotate_layout(over: Overlay, pair: PosedPair, reach: float) -> None:
     feet = _feet(pair)
     style: dict[str, Any] = {"color": theme.BLUE, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
     over.dimension(feet[0], feet[1], "$E$", (-4.0, -6.0), at=0.6, **style)
-    if _parallel(pair):
+    if pair.parallel:
         return
     over.angle(pair.foot[1], pair.axis[0], pair.axis[1], reach, "$\\delta$", (1.2, 0.75), (-6.0, 2.0))
 
@@ -257,8 +248,7 @@ def _kind(pair: PosedPair, member: int) -> str:
 def _free_corner(page: theme.Page, room: FreeSpace) -> theme.PageBox:
     """Return the box of the section: the corner and size that hide least of the picture."""
     # Width and height of the section on a wide page, as fractions of the page.
-    section_page_fractions = 0.25, 0.31
-    width, height = section_page_fractions
+    width, height = 0.25, 0.31
     sizes = [(size * width, size * height) for size in (1.0, 0.9, 0.8)]
     boxes = [
         theme.place(page, x, y, across, up)

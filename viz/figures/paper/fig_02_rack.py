@@ -61,7 +61,7 @@ def draw(data: RackFigure, layout: theme.PageLayout) -> Drawing:
     # Space for text next to the dimensions, inches.
     text_width_in = 0.9
     module, coefficient = data.module, float(data.tools[1].parabola)
-    narrow = layout.printed and layout.width < theme.NARROW_PAGE_IN
+    narrow = layout.printed and not layout.wide
     # Half the width of the tool drawn, in normal modules; on a narrow page with less text.
     wide = 1.75 if narrow else 2.08
     space, angle = f" = $\\pi m_n/2$ = {data.space:.5g} mm", f" = {np.degrees(data.alpha):g}\u00b0"
@@ -185,14 +185,8 @@ def _draw_parameters(axes: Axes, data: RackFigure, angle: str) -> None:
     arc = np.stack((-half + 0.66 * module * np.sin(turn), 0.66 * module * np.cos(turn)), axis=-1)
     axes.plot(*arc.T, color=theme.BLUE, linewidth=1.5, zorder=4)
     annotate.arrow(axes, arc[-3], arc[-1], theme.BLUE, 1.5)
-    annotate.text(
-        axes,
-        arc[0],
-        f"$\\alpha_n${angle}",
-        (-38.0 if angle else -16.0, 6.0),
-        color=theme.BLUE,
-        fontsize=theme.HEADING,
-    )
+    blue: dict[str, Any] = {"color": theme.BLUE, "fontsize": theme.HEADING}
+    annotate.text(axes, arc[0], f"$\\alpha_n${angle}", (-38.0 if angle else -16.0, 6.0), **blue)
     l = dimension_l_modules * module
     apex, along, out = np.array([half, 0.0]), np.array([-sin, cos]), np.array([cos, sin])
     foot = apex + l * along

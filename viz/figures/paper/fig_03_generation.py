@@ -73,13 +73,10 @@ def compute(design: Design) -> GenerationFigure:
     member = design.pinion
     tool = cutter.fitting(member.tool)
     right, left = (cutter.half_profile(tool, flank) for flank in ("right", "left"))
-    angles = [
-        np.copysign(max(abs(angle), least), angle) if angle else 0.0
-        for angle, least in zip(
-            (float(member.helix_angle), float(member.cone_angle)), smallest_rad, strict=True
-        )
-    ]
-    drawn = replace(member, helix_angle=angles[0], cone_angle=angles[1], profile_shift=0.0)
+    given = np.array((member.helix_angle, member.cone_angle), dtype=float)
+    larger = np.copysign(np.maximum(np.abs(given), smallest_rad), given)
+    helix, cone = np.where(given == 0.0, 0.0, larger).tolist()
+    drawn = replace(member, helix_angle=helix, cone_angle=cone, profile_shift=0.0)
     return GenerationFigure(
         member=member,
         drawn=drawn,
@@ -136,7 +133,7 @@ def _rack_panel(page: theme.Page, box: theme.PageBox, data: GenerationFigure) ->
     back = np.array([0.5, -0.3, 0.81])
     reach = np.concatenate([np.asarray(item.points) for item in items if isinstance(item, Surface)])
     # Labels take more of a narrow page, that of y_c most.
-    axes = np.diag((6.6, 6.6 if page.layout.width > theme.NARROW_PAGE_IN else 7.8, 6.6))
+    axes = np.diag((6.6, 6.6 if page.layout.wide else 7.8, 6.6))
     reach = np.concatenate((reach, frame.axes * 4.8 * module, axes * module))
     over = Overlay.drawn(page, box, items, fit_camera(reach, -back, (1.0, 0.0, 0.0), box.size, 0.09))
     _annotate_rack(over, data, corners[3])

@@ -42,11 +42,6 @@ class MeshingFigure:
         """Pitch point, working radii and mounting distances."""
         return mounting_of(self.pair.design)
 
-    @property
-    def parallel(self) -> bool:
-        """Whether the axes are parallel, so that the common perpendicular is not unique."""
-        return bool(layout_of(self.pair.design).parallel)
-
     def together(self, number: int) -> bool:
         """Return whether mid-face of a member is at its foot of the common perpendicular."""
         return self.is_short(float(self.mounting.distance[number]))
@@ -58,11 +53,6 @@ class MeshingFigure:
     def parallel_frame(self, number: int) -> bool:
         """Return whether the fixed frame with the axes of the frame of a member is drawn as well."""
         return not self.together(number) and not (number == 1 and self.pair.remote)
-
-    @property
-    def small_pinion(self) -> bool:
-        """Whether the pinion is too small for its symbols on a narrow page."""
-        return bool(self.reference_radius[0] < 0.35 * self.pair.apart)
 
     @property
     def has_pitch_point(self) -> bool:
@@ -121,12 +111,8 @@ def _drawn_shift(data: MeshingFigure, number: int) -> float:
     """Return b_c if it is drawn, else 0, mm."""
     # Sections without profile shift are drawn up to this distance from mid-face, in face widths.
     largest_shift_face_widths = 2.5
-    shift = float(data.shift_distance[number])
-    return (
-        shift
-        if abs(shift) < largest_shift_face_widths * float(data.pair.design.members[number].face_width)
-        else 0.0
-    )
+    shift, face = float(data.shift_distance[number]), float(data.pair.design.members[number].face_width)
+    return shift if abs(shift) < largest_shift_face_widths * face else 0.0
 
 
 def _cone_ends(data: MeshingFigure, number: int) -> tuple[float, float]:
@@ -143,8 +129,9 @@ def _ring(data: MeshingFigure, number: int, radius: float, z: float) -> FloatArr
 
 def draw(data: MeshingFigure, layout: theme.PageLayout) -> Drawing:
     """Draw reference cones, axes and circles with their dimensions."""
-    narrow = layout.width < theme.NARROW_PAGE_IN
-    detailed = narrow and data.small_pinion and data.has_pitch_point
+    narrow = not layout.wide
+    small_pinion = bool(data.reference_radius[0] < 0.35 * data.pair.apart)  # too small for its symbols
+    detailed = narrow and small_pinion and data.has_pitch_point
     # Heights of the picture and, on a narrow page, of the detail of a small pinion and the table, inches.
     heights = (4.3, 3.0, 1.9) if detailed else (4.6, 0.0, 2.0) if narrow else (7.2, 0.0, 0.0)
     # A narrow page has no room for the names of axes that are parallel to those of a fixed frame.
@@ -221,7 +208,7 @@ def _where_p_is(data: MeshingFigure) -> str:
     """Return the sentence that defines the pitch point."""
     # Largest distance of lines of action that meet, mm.
     meeting_distance_mm = 1e-6
-    if data.parallel:
+    if data.pair.parallel:
         return (
             "$P$ is midway between the mid-faces on the pitch line, the intersection of the planes of action."
         )
@@ -244,13 +231,11 @@ def _items(data: MeshingFigure, radius: float) -> list[Item]:
         low, high = _cone_ends(data, number)
         cone = np.array([[_radius(data, number, z), z] for z in (low, high)])
         items += posed.lathe(cone, frame, cone_colours[number], opacity=0.38)
-    for number in (0, 1):
-        for z in _cone_ends(data, number):
+        for z in (low, high):
             items.append(Tube(_ring(data, number, _radius(data, number, z), z), theme.GREY, 0.5 * radius))
         shift = _drawn_shift(data, number)
-        items.append(
-            Tube(_ring(data, number, _radius(data, number, -shift), -shift), LINE_COLOURS[number], radius)
-        )
+        ring = _ring(data, number, _radius(data, number, -shift), -shift)
+        items.append(Tube(ring, LINE_COLOURS[number], radius))
         if data.has_pitch_point:
             z = float(data.mounting.pitch_distance[number] - data.mounting.distance[number])
             working = float(data.mounting.working_radius[number])
@@ -264,7 +249,7 @@ def _items(data: MeshingFigure, radius: float) -> list[Item]:
 def _annotate_layout(over: Overlay, data: MeshingFigure) -> None:
     """Draw both axes, offset, shaft angle, and the fixed frames."""
     reach = float(np.nan_to_num(data.mounting.distance).max()) - data.pair.nearer
-    if data.parallel:
+    if data.pair.parallel:
         reach = max(reach, 0.5 * data.pair.apart)
     feet, directions = data.feet, data.pair.axis
     length = 0.19 * data.pair.apart
@@ -273,7 +258,7 @@ def _annotate_layout(over: Overlay, data: MeshingFigure) -> None:
         end = data.pair.foot[number] + (far + 0.2 * reach) * directions[number]
         over.axis(feet[number], end, theme.INK, data.breaks[number] if data.pair.nearer else None)
     style: dict[str, Any] = {"color": theme.INK, "fontsize": theme.HEADING, "ha": "right", "va": "top"}
-    if data.parallel:  # the dimension of the offset would cover the working radii
+    if data.pair.parallel:  # the dimension of the offset would cover the working radii
         down = 1.25 * _radius(data, 1, _cone_ends(data, 1)[1])
         ends = feet + np.array([0.0, down, 0.0])
         for foot, end in zip(feet, ends, strict=True):
@@ -286,8 +271,8 @@ def _annotate_layout(over: Overlay, data: MeshingFigure) -> None:
             over.label(feet[0], "$E$ = 0", (-9.0, -6.0), **style)
         arc = (0.4 if data.pair.nearer else 0.6) * reach
         over.angle(feet[1], directions[0], data.gear_direction, arc, "$\\delta$", (1.25, 0.8), (-5.0, 2.0))
-    for number, name in enumerate("f" if data.pair.remote else "fg"):
-        if data.together(number):
+    for number, name in enumerate("fg"):
+        if not data.parallel_frame(number):
             continue
         rotation = data.pair.frames[number][0]
         names = tuple(f"{letter}_{name}" for letter in "xyz")
@@ -355,17 +340,9 @@ def _annotate_member(over: Overlay, data: MeshingFigure, number: int, named: boo
     over.label_clear_of((pitch, mounting.pitch_point), f"$r_{{P{index}}}$", places, **style)
     also = f" = {{}}_{'fg'[number]}" if data.together(number) else ""
     names = tuple(f"{letter}_{index}{also.format(letter)}" if named else UNNAMED for letter in "xyz")
-    length = 0.17 * data.pair.apart
-    over.triad(
-        middle,
-        data.pair.frames[number][0].T,
-        length,
-        names,
-        colour,
-        f"S_{index}{also.format('S')}",
-        ((-14.0, 12.0), (14.0, -16.0))[number],
-        to_pitch,
-    )
+    length, offset = 0.17 * data.pair.apart, ((-14.0, 12.0), (14.0, -16.0))[number]
+    title = f"S_{index}{also.format('S')}"
+    over.triad(middle, data.pair.frames[number][0].T, length, names, colour, title, offset, to_pitch)
 
 
 def _table(page: theme.Page, data: MeshingFigure, place: tuple[float, float, float, float]) -> None:

@@ -81,9 +81,7 @@ def paper_frames(design: Design, distance: FloatArray) -> dict[str, Frame]:
     tilted = np.array([[1.0, 0.0, 0.0], [0.0, cos, -sin], [0.0, sin, cos]]), np.zeros(3)
     fixed = member_frame(plain, 0, 0.0, 0.0), member_frame(plain, 1, 0.0, 0.0)
     offset = fixed[1][0], fixed[1][1] + np.array([float(errors.offset), 0.0, 0.0])
-    first, second = (
-        _along(frame, mounting) for frame, mounting in zip((tilted, offset), distance, strict=True)
-    )
+    first, second = _along(tilted, distance[0]), _along(offset, distance[1])
     return {
         "f": fixed[0],
         "\\delta": tilted,
@@ -231,18 +229,11 @@ def _panel(
             pieces = (piece for ring in rings for piece in panels.dashed_circle(ring, radius))
             items += [Tube(piece, theme.BLUE, radius) for piece in pieces]
     over = Overlay.drawn(page, box, items, camera)
-    _annotate(over, data, index, nominal, moved, length)
+    _annotate(over, data, index, length)
     return over.picture
 
 
-def _annotate(
-    over: Overlay,
-    data: ErrorFigure,
-    index: int,
-    nominal: dict[str, Frame],
-    moved: dict[str, Frame],
-    length: float,
-) -> None:
+def _annotate(over: Overlay, data: ErrorFigure, index: int, length: float) -> None:
     """Draw axes and frames before and after, and the error between them."""
     # Distance of a dimension from the origins, in lengths of the axes of frames.
     dimension_fraction = 0.75
@@ -251,7 +242,7 @@ def _annotate(
         **{"f": (-16.0, 16.0), "\\delta": (-16.0, -16.0), "q1": (-22.0, 5.0), "d1": (30.0, 3.0)},
         **{"g": (-18.0, -16.0), "e": (22.0, -15.0), "q2": (-22.0, -16.0), "d2": (24.0, -15.0)},
     }
-    panel = PANELS[index]
+    panel, nominal, moved = PANELS[index], data.seen(data.nominal), data.seen(data.displaced[index])
     over.line(nominal["f"][1], nominal["g"][1], linewidth=0.9)
     for number in (0, 1):
         _axis(over, data, nominal, number, theme.GREY)
@@ -298,15 +289,13 @@ def rows(data: ErrorFigure) -> Table:
     places = [f"origin_{component}_mm" for component in "xyz"]
     header = ("error", "drawn_mm", "drawn_rad", "frame", *places, *vectors)
     keys, drawn = ("none", *(panel.key for panel in PANELS)), (0.0, *data.drawn)
-    sizes = [
-        ("", size) if key == "shaft_angle" else (size, "") for key, size in zip(keys, drawn, strict=True)
-    ]
-    cases = zip(keys, sizes, (data.nominal, *data.displaced), strict=True)
-    return header, [
-        (key, *size, f"S_{name.strip(chr(92))}", *origin.tolist(), *rotation.T.ravel().tolist())
-        for key, size, frames in cases
-        for name, (rotation, origin) in frames.items()
-    ]
+    lines = []
+    for key, size, frames in zip(keys, drawn, (data.nominal, *data.displaced), strict=True):
+        sizes = ("", size) if key == "shaft_angle" else (size, "")
+        for name, (rotation, origin) in frames.items():
+            numbers = *origin.tolist(), *rotation.T.ravel().tolist()
+            lines.append((key, *sizes, f"S_{name.strip(chr(92))}", *numbers))
+    return header, lines
 
 
 RECIPES = {"fig-05": Recipe(compute, draw, rows)}

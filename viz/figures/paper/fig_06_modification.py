@@ -98,9 +98,8 @@ class ModificationFigure:
         greatest = max(sizes, default=0.0)
         if greatest < 1e-6:
             return 1.0
-        return theme.round_length(
-            largest_deviation_fraction * float(np.ptp(self.sections[0].radius)) / greatest
-        )
+        height = float(np.ptp(self.sections[0].radius))
+        return theme.round_length(largest_deviation_fraction * height / greatest)
 
 
 def compute(design: Design, flank: str = "right") -> ModificationFigure:
@@ -149,9 +148,8 @@ def _section(member: Member, involute: Member, flank: str) -> FlankSection:
     # A displacement s in the section along the projection of the normal n is s |n_xy| along n.
     per_mm = normal / (normal**2).sum(axis=0)
     side = flank_sign(flank)
-    (across, up), foot = (
-        _upright(radius, side * (polar - middle_angle)) for polar in (angle, base_at_radius)
-    )
+    across, up = _upright(radius, side * (angle - middle_angle))
+    foot = _upright(radius, side * (base_at_radius - middle_angle))
     cos, sin = np.cos(middle_angle), np.sin(middle_angle)
     per_mm = np.array([[side * sin, -side * cos], [cos, sin]]) @ per_mm
     return FlankSection(l[:, 0], radius, deviation, across, up, foot, per_mm)
@@ -191,7 +189,7 @@ def draw(data: ModificationFigure, layout: theme.PageLayout) -> Drawing:
         " mm$^{\u22121}$",
         note.format(factor=data.factor, end=data.ends[1]) + "".join(remarks),
         above=0.3,
-        tall=6.4 if layout.width > theme.NARROW_PAGE_IN else 4.6 + charts_height_in,
+        tall=6.4 if layout.wide else 4.6 + charts_height_in,
     )
     if not data.members:
         page.text(0.5, 0.5, "the pinion's flank ends short of its tip: there is nothing to draw", ha="center")
@@ -208,8 +206,8 @@ def _places(
 ) -> list[tuple[float, float, float, float]]:
     """Return the boxes (fractions of the page) of the flanks and of both charts next to or below them."""
     cells = PanelRows(left=0.85, right=0.25, across=0.85, down=1.0, most=2, least=2.5)
-    gap, width = theme.inches(page, 0.95), page.layout.width
-    if width > theme.NARROW_PAGE_IN:
+    gap = theme.inches(page, 0.95)
+    if page.layout.wide:
         over, height = theme.inches(page, 0.3), (high - low - 1.6 * gap) / 2.0
         upper = low + height + 1.6 * gap
         flanks = 0.01, low, 0.625, high + over - low
@@ -227,9 +225,8 @@ def _overlay(page: theme.Page, data: ModificationFigure, box: theme.PageBox) -> 
     _, patch = _patch(data.members[0], data.flank, np.linspace(0.0, 1.0, 9), z)
     depth, length = patch.point[8, 4] - patch.point[0, 4], patch.point[4, 8] - patch.point[4, 0]
     parts = patch.normal[4, 4], depth, length
-    stand = sum(
-        share * part / np.linalg.norm(part) for share, part in zip(view_direction, parts, strict=True)
-    )
+    shares = zip(view_direction, parts, strict=True)
+    stand = sum(share * part / np.linalg.norm(part) for share, part in shares)
     camera = fit_camera(patch.point, -np.asarray(stand), depth, box.size, margin=0.11)
     mm_per_px = camera.mm_per_px(box.size)
     mm_per_point = mm_per_px * page.dpi / 72.0
@@ -288,14 +285,13 @@ def _terraces(
             lines(below, under)
         labels[sign] = patch.point[-1]
         below = sign
-    near = {
-        sign: _patch(one, flank, share, np.array([half]))[1].point[:, 0] for sign, one in data.members.items()
-    }
-    for sign, points in near.items():
+    involute = _patch(data.members[0], flank, share, np.array([half]))[1].point[:, 0]
+    for sign, member in data.members.items():
+        points = _patch(member, flank, share, np.array([half]))[1].point[:, 0]
         lines(sign, points)
         if sign:
-            surface = grid_surface(np.stack((points, near[0])), None, LOOKS[sign].colour, opacity=0.75)
-            items.append(surface)
+            both = np.stack((points, involute))
+            items.append(grid_surface(both, None, LOOKS[sign].colour, opacity=0.75))
     return items, labels
 
 
@@ -382,19 +378,11 @@ def rows(data: ModificationFigure) -> Table:
     """List the points of the sections."""
     header = ("a_per_mm", "l_mm", "r_mm", "deviation_mm", "across_mm", "up_mm")
     magnified = ("factor", "magnified_across_mm", "magnified_up_mm")
-    return header + magnified, rows_of_cases(
-        (
-            a * data.coefficient,
-            s.l,
-            s.radius,
-            s.deviation,
-            s.across,
-            s.up,
-            data.factor,
-            *s.magnified(data.factor),
-        )
-        for a, s in data.sections.items()
-    )
+    cases = []
+    for sign, one in data.sections.items():
+        drawn = data.factor, *one.magnified(data.factor)
+        cases.append((sign * data.coefficient, one.l, one.radius, one.deviation, one.across, one.up, *drawn))
+    return header + magnified, rows_of_cases(cases)
 
 
 RECIPES = {"fig-06": Recipe(compute, draw, rows)}

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 from beveloid_geom import Design
+from beveloid_geom.arrays import Quantity
 
 from ...components import panels, paths_table, viewpoint
 from ...components.figure_steps import Drawing, Recipe, Table
@@ -49,9 +50,9 @@ class SignCase:
         """Return the case at the module of a design."""
         return replace(self, greatest=paths_table.two_digits(self.greatest / paths_table.as_large(design)))
 
-    def heading(self, column: int) -> str:
-        """Return the heading of a column: the coefficient of the pinion."""
-        return f"$a_1$ = {coefficient_texts([pinion for pinion, _ in self.coefficients])[column]}"
+    def changed(self, design: Design, size: Quantity) -> Design:
+        """Return a design with coefficients of the magnitude `size`, 1/mm, and the signs of this case."""
+        return design.with_parabola(self.pinion * size + 0.0, self.gear * size + 0.0)
 
 
 CASES = (
@@ -85,7 +86,8 @@ def draw(data: PathFigure, layout: theme.PageLayout) -> Drawing:
     text_heights_in = 0.35, 0.85
     case, flank = data.case, data.flank
     sign = "" if case.pinion == case.gear else "\u2212"
-    cases = [(case.heading(k), path.design, flank) for k, path in enumerate(data.paths)]
+    names = coefficient_texts([pinion for pinion, _ in case.coefficients])
+    cases = [(f"$a_1$ = {name}", path.design, flank) for name, path in zip(names, data.paths, strict=True)]
     grid = FlankArrangement(cases, text_heights(layout, len(cases), text_heights_in))
     page, low, high = theme.new_page(
         layout,
@@ -104,7 +106,7 @@ def draw(data: PathFigure, layout: theme.PageLayout) -> Drawing:
         """Draw one flank with its text."""
         path, row = data.paths[cell.case], cell.member
         traces = [Trace(path.points[row], first=path.first), *panels.edge_traces(path, row)]
-        where = page, cell.box, path.design, row, flank, cell.view
+        where = page, cell.box, path.design, row, cell.view
         drawn = panels.draw_flank(*where, traces, cell.px_per_mm, cell.labels_at)
         if drawn is None:
             return None

@@ -50,31 +50,17 @@ class RatioFigure:
 def compute(design: Design) -> RatioFigure:
     """Compute the ends of all paths, one call for each flank and sign case, and the mesh cycles."""
     size = np.stack([np.linspace(0.0, case.at(design).greatest, 161) for case in CASES])
-    ends = {
-        flank: tuple(
-            path_ends(design.with_parabola(case.pinion * a + 0.0, case.gear * a + 0.0), flank)
-            for case, a in zip(CASES, size, strict=True)
-        )
-        for flank in FLANKS
-    }
+    designs = [case.changed(design, a) for case, a in zip(CASES, size, strict=True)]
+    ends = {flank: tuple(path_ends(one, flank) for one in designs) for flank in FLANKS}
     cases = list(zip(CASES, size[:, CYCLE_POINTS], strict=True))
     running = {flank: np.stack([_running(design, flank, *case) for case in cases]) for flank in FLANKS}
-    return RatioFigure(
-        design,
-        size,
-        ends,
-        {flank: values[..., 0] for flank, values in running.items()},
-        {flank: values[..., 1] for flank, values in running.items()},
-        bool(touches_along_lines(design.unmodified())),
-    )
+    ratio, edges = ({flank: values[..., k] for flank, values in running.items()} for k in (0, 1))
+    return RatioFigure(design, size, ends, ratio, edges, bool(touches_along_lines(design.unmodified())))
 
 
 def _running(design: Design, flank: str, case: SignCase, size: FloatArray) -> FloatArray:
     """Return contact ratio of all teeth and fraction of edge contact (n, 2) for the magnitudes `size`."""
-    ratios = [
-        operating_ratios(design.with_parabola(case.pinion * a + 0.0, case.gear * a + 0.0), flank, (0.0,))
-        for a in size.tolist()
-    ]
+    ratios = [operating_ratios(case.changed(design, a), flank, (0.0,)) for a in size.tolist()]
     return np.array([(float(one.ratio[0]), float(one.cycle.edge_share)) for one in ratios])
 
 
@@ -103,9 +89,7 @@ def draw(data: RatioFigure, layout: theme.PageLayout) -> Drawing:
     )
     paths = [ends.contact_ratio for flank in FLANKS for ends in data.ends[flank]]
     values = np.concatenate([*paths, *(data.ratio[flank].ravel() for flank in FLANKS)])
-    limits = _limits(
-        values[np.isfinite(values)], labelled[:0] if layout.width > theme.NARROW_PAGE_IN else labelled
-    )
+    limits = _limits(values[np.isfinite(values)], labelled[:0] if layout.wide else labelled)
     for index, (case, axes) in enumerate(
         zip(CASES, theme.panels(page, cells, len(CASES), low, high), strict=True)
     ):
@@ -154,17 +138,10 @@ def _panel(axes: Axes, data: RatioFigure, index: int, case: SignCase) -> list[Li
         (colour, width, _, edge_marker), every = LOOKS[flank], a[CYCLE_POINTS]
         running: dict[str, Any] = {"color": colour, "linestyle": "", "clip_on": False}
         running["markersize"] = 4.5 if width > 2.0 else 8.5
-        lines += axes.plot(
-            every, data.ratio[flank][index], marker="o", label=f"{flank}, all teeth", **running
-        )
+        ratio, edges = data.ratio[flank][index], 100.0 * data.edges[flank][index]
+        lines += axes.plot(every, ratio, marker="o", label=f"{flank}, all teeth", **running)
         running |= {"markersize": 4.5, "markerfacecolor": "white", "linestyle": ":", "linewidth": 1.0}
-        lines += edge_axes.plot(
-            every,
-            100.0 * data.edges[flank][index],
-            marker=edge_marker,
-            label=f"{flank}, edges",
-            **running,
-        )
+        lines += edge_axes.plot(every, edges, marker=edge_marker, label=f"{flank}, edges", **running)
     axes.set_title(f"({'abcd'[index]})  {_name(case)}", loc="left", pad=10.0)
     axes.set_ylabel("contact ratio")
     other = "$a_2$" if case.pinion == case.gear else "\u2212$a_2$"
@@ -203,14 +180,11 @@ def _mark_kinks(axes: Axes, edge_axes: Axes, a: FloatArray, design: Design, ends
     for at, place in zip(kinks, places, strict=True):
         text = " \u2192 ".join(limit_words(design, code) for code in ends.limit[at].tolist())
         along = float(axes.transAxes.inverted().transform(axes.transData.transform(place))[0])
-        side = (
-            "left"
-            if along < label_margin_fraction
-            else "right"
-            if along > 1.0 - label_margin_fraction
-            else "center"
-        )
-        aside = {"left": 24.0, "right": -24.0, "center": 0.0}[side]
+        side, aside = "center", 0.0
+        if along < label_margin_fraction:
+            side, aside = "left", 24.0
+        elif along > 1.0 - label_margin_fraction:
+            side, aside = "right", -24.0
         shifts = [(across, up, side) for across in (0.0, aside) for up in label_heights_pt]
         if not labels.put(text, place, shifts, theme.INK):
             theme.label_point(axes, place, text, (0, 8), ha=side, fontsize=theme.SMALL)

@@ -97,16 +97,10 @@ class ErrorCase:
         return f"{theme.signed(sign * self.shown, self.digits) if sign else '0'}\u00a0{self.unit}"
 
 
+ANGLE_NOTE = " Shaft-angle error: chosen here, not the paper's."
 CASES = (
     ErrorCase(12, "offset", OFFSET_ERROR, "mm", "offset error"),
-    ErrorCase(
-        13,
-        "shaft_angle",
-        ANGLE_ERROR,
-        "deg",
-        "shaft-angle error",
-        " Shaft-angle error: chosen here, not the paper's.",
-    ),
+    ErrorCase(13, "shaft_angle", ANGLE_ERROR, "deg", "shaft-angle error", ANGLE_NOTE),
     ErrorCase(14, "pinion_axial", AXIAL_ERROR, "mm", "axial position error of the pinion"),
     ErrorCase(15, "gear_axial", AXIAL_ERROR, "mm", "axial position error of the gear"),
 )
@@ -132,11 +126,6 @@ class MisalignmentFigure:
             for member in (0, 1)
         ]
         return bool((np.abs(shifts) < face_fraction).all())
-
-    @property
-    def without_error(self) -> list[SolvedPath]:
-        """Paths without the error, for which lines of contact are drawn."""
-        return [paths[1] for paths in self.paths]
 
 
 def compute(case: ErrorCase, design: Design, flank: str = "right") -> MisalignmentFigure:
@@ -172,13 +161,11 @@ def draw(data: MisalignmentFigure, layout: theme.PageLayout) -> Drawing:
     print_stretch, narrow_stretch = 4.0, 3.0
     if layout.printed:  # pinion above gear, so that flanks with a table below are large enough
         lost = max(sum(not path.has_path for path in paths) for paths in data.paths)
-        below = data.close and layout.width < theme.NARROW_PAGE_IN
+        below = data.close and not layout.wide
         rows = len(SIGNS) + 1 + (INSET_IN[1] / ROW_HEIGHT_IN if below else 0.0)
         text = ROW_HEIGHT_IN * rows, ROW_HEIGHT_IN * (rows + 2 * lost)
         cases = [(f"{name[0].upper()}{name[1:]}", design, flank) for name, design, _ in cases]
-        grid = FlankArrangement(
-            cases, text, print_stretch if layout.width > theme.NARROW_PAGE_IN else narrow_stretch
-        )
+        grid = FlankArrangement(cases, text, print_stretch if layout.wide else narrow_stretch)
     page, low, high = theme.new_page(
         layout,
         f"Fig. {case.number}   Paths of contact under {case.name}",
@@ -187,7 +174,7 @@ def draw(data: MisalignmentFigure, layout: theme.PageLayout) -> Drawing:
         + "Shift: along the face at mid-roll, positive towards +z. "
         + panels.what_touches([path for paths in data.paths for path in paths])
         + case.note
-        + panels.lines_drawn(data.without_error),
+        + panels.lines_drawn(paths[1] for paths in data.paths),
         above=0.3,
         characters=viewpoint.NOTE_CHARACTERS,
         tall=grid.tall(layout),
@@ -198,19 +185,16 @@ def draw(data: MisalignmentFigure, layout: theme.PageLayout) -> Drawing:
     def panel(cell: Cell) -> Picture | None:
         """Draw one flank with its three paths and its table."""
         paths, member = data.paths[cell.case], cell.member
-        detail_at_side, full = data.close and layout.printed and layout.width > theme.NARROW_PAGE_IN, cell.box
+        detail_at_side, full = data.close and layout.printed and layout.wide, cell.box
         # Tables, or details in print, are to the right of the flanks.
         room = SIDE_DETAIL_IN[0] if detail_at_side else 0.0 if layout.printed else TABLE_WIDTH_IN
         cell = replace(cell, box=replace(full, width=full.width - round(room * page.dpi)))
-        traces = [
-            trace
-            for path, look in zip(paths, LOOKS, strict=True)
-            for trace in (
-                Trace(path.points[member], look.colour, look.dashes, look.width, look.lift, path.first),
-                *panels.edge_traces(path, member, look.on_edge(data.close)),
-            )
-        ]
-        where = page, cell.box, paths[1].design, member, flank, cell.view
+        traces = []
+        for path, look in zip(paths, LOOKS, strict=True):
+            style = look.colour, look.dashes, look.width, look.lift
+            traces.append(Trace(path.points[member], *style, path.first))
+            traces += panels.edge_traces(path, member, look.on_edge(data.close))
+        where = page, cell.box, paths[1].design, member, cell.view
         drawn = panels.draw_flank(*where, traces, cell.px_per_mm, cell.labels_at)
         if drawn is None:
             return None
@@ -263,11 +247,8 @@ def _table(
         for at, word in zip(column_ends, line, strict=False):
             place = left + at * width, y - theme.inches(page, ROW_HEIGHT_IN * (number + 0.7))
             page.text(*place, word, color=colour, ha="right", va="baseline", fontsize=theme.SMALL)
-    reasons = [
-        f"{case.label(sign)}: {path.reason}"
-        for sign, path in zip(SIGNS, paths, strict=True)
-        if not path.has_path
-    ]
+    lost = [(sign, path) for sign, path in zip(SIGNS, paths, strict=True) if not path.has_path]
+    reasons = [f"{case.label(sign)}: {path.reason}" for sign, path in lost]
     low = y - theme.inches(page, ROW_HEIGHT_IN * len(lines))
     if reasons and cell.member:
         pixels = width * page.layout.width * page.dpi
@@ -289,18 +270,14 @@ def _inset(
     times = 5.0  # magnification
     page, scale = panel.page, panel.picture.px_per_mm
     if isinstance(place, theme.PageBox):
-        (wide, high), (across, up) = (
-            SIDE_DETAIL_IN,
-            (place.left + place.width, place.bottom + 0.5 * place.height),
-        )
-        left, top = across / page.dpi - wide, up / page.dpi + 0.5 * high
+        wide, high = SIDE_DETAIL_IN
+        left = (place.left + place.width) / page.dpi - wide
+        top = (place.bottom + 0.5 * place.height) / page.dpi + 0.5 * high
     else:
         wide, high = INSET_IN
         left, top = place[0] * page.layout.width - 0.5 * wide, place[1] * page.get_figheight() - 0.1
-    low = theme.inches(page, top - high + 0.15)
-    box = theme.place(
-        page, left / page.layout.width, low, wide / page.layout.width, theme.inches(page, high - 0.15)
-    )
+    low, height = theme.inches(page, top - high + 0.15), theme.inches(page, high - 0.15)
+    box = theme.place(page, left / page.layout.width, low, wide / page.layout.width, height)
     middle = panel.view.place(path.middle(member))[:2]
     half = 0.5 * np.array(box.size) / (times * scale)
     view = replace(panel.view, bounds=np.stack((middle - half, middle + half)))
@@ -359,18 +336,11 @@ def _shift(path: SolvedPath, zero: SolvedPath, member: int) -> float:
 def rows(data: MisalignmentFigure) -> Table:
     """List every position of every path on both members."""
     header = "modified", f"{data.case.field}_error_{data.case.unit}", "pinion_shift_mm", "gear_shift_mm"
-    paths = (
-        (
-            (
-                modified,
-                sign * data.case.shown + 0.0,
-                *(_shift(path, of_error[1], member) for member in (0, 1)),
-            ),
-            path,
-        )
-        for modified, of_error in zip(("no", "yes"), data.paths, strict=True)
-        for sign, path in zip(SIGNS, of_error, strict=True)
-    )
+    paths = []
+    for modified, of_error in zip(("no", "yes"), data.paths, strict=True):
+        for sign, path in zip(SIGNS, of_error, strict=True):
+            shifts = (_shift(path, of_error[1], member) for member in (0, 1))
+            paths.append(((modified, sign * data.case.shown + 0.0, *shifts), path))
     return paths_table.table(header, paths)
 
 

@@ -49,13 +49,9 @@ def draw(report: DeviationReport, layout: theme.PageLayout) -> Drawing:
         axes.set_axis_off()
         axes.set_title(f"({letter})  {flank.capitalize()} flank", loc="left")
         _grid(axes, 1e3 * values, end_names(deviations.grid.member), greatest, not layout.printed)
-        coefficients_um = {
-            name: theme.signed(1e3 * size, 1) for name, size in vars(report.second_order[flank]).items()
-        }
-        lines = [
-            f"{words} {coefficients_um[name].lstrip('+') if name == 'rest' else coefficients_um[name]}"
-            for name, words in SHAPE_LABELS.items()
-        ]
+        sizes = {name: theme.signed(1e3 * mm, 1) for name, mm in vars(report.second_order[flank]).items()}
+        sizes["rest"] = sizes["rest"].lstrip("+")
+        lines = [f"{words} {sizes[name]}" for name, words in SHAPE_LABELS.items()]
         words = "\n".join(", ".join(lines[k : k + 2]) for k in range(0, len(lines), 2))
         axes.text(0.0, -0.03, words, transform=axes.transAxes, va="top", fontsize=theme.SMALL)
     limits = np.array([axes.get_ylim() for axes in panels])
@@ -84,16 +80,10 @@ def _grid(axes: Axes, values: FloatArray, ends: tuple[str, str], greatest: float
         axes.plot(*np.array((foot, top)).T, color=colour, linewidth=2.4, zorder=3.0, solid_capstyle="butt")
     _numbers(axes, values, surface, every)
     length, right = theme.round_length(greatest), 1.0 + tip_shift + 0.25
-    low, high = (
-        min(float(surface[..., 1].min()), -tip_height),
-        max(float(surface[..., 1].max()), tip_height),
-    )
-    axes.plot(
-        [right, right],
-        [-tip_height, -tip_height + largest_height * length / greatest],
-        color=theme.INK,
-        linewidth=3.0,
-    )
+    low = min(float(surface[..., 1].min()), -tip_height)
+    high = max(float(surface[..., 1].max()), tip_height)
+    bar = [-tip_height, -tip_height + largest_height * length / greatest]
+    axes.plot([right, right], bar, color=theme.INK, linewidth=3.0)
     style: dict[str, Any] = {"ha": "center", "fontsize": theme.SMALL}
     theme.label_point(axes, (right, -tip_height), f"{length:g} \u00b5m", (0.0, -4.0), va="top", **style)
     sides = (
@@ -111,11 +101,9 @@ def _numbers(axes: Axes, values: FloatArray, ends: FloatArray, every: bool) -> N
     """Write deviations next to their points: all points with `every`, else corners, minimum and maximum."""
     # Largest numbers of columns and rows for which every point has a label. Otherwise, and in print,
     # the corners, the minimum and the maximum have one.
-    largest_labelled_grid = 11, 5
-    shown = np.full(
-        values.shape,
-        every and values.shape[1] <= largest_labelled_grid[0] and len(values) <= largest_labelled_grid[1],
-    )
+    most_columns, most_rows = 11, 5
+    every = every and values.shape[1] <= most_columns and len(values) <= most_rows
+    shown = np.full(values.shape, every)
     shown[:: len(values) - 1, :: values.shape[1] - 1] = True
     shown.ravel()[[values.argmin(), values.argmax()]] = True
     for row, column in np.argwhere(shown):

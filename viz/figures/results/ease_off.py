@@ -47,8 +47,7 @@ class EaseOffPanel:
         member = self.path.design.pinion
         z = self.path.pinion_z
         root, tip = active_start(member, self.flank, z), tip_parameter(member, self.flank, z)
-        face = 2.0 * self.path.pinion_z / float(member.face_width)
-        return face, 2.0 * (self.path.l1 - root) / (tip - root) - 1.0
+        return 2.0 * z / float(member.face_width), 2.0 * (self.path.l1 - root) / (tip - root) - 1.0
 
 
 def compute(design: Design) -> tuple[EaseOffPanel, ...]:
@@ -103,13 +102,8 @@ def draw(data: tuple[EaseOffPanel, ...], layout: theme.PageLayout) -> Drawing:
             levels.set_axis_off()
             continue
         same = [one.result.deviation for one in data if one.flank == panel.flank and one.result is not None]
-        _wires(
-            surface,
-            panel,
-            panel.result,
-            1e3 * np.array((np.nanmin(same), np.nanmax(same))),
-            layout.printed,
-        )
+        span = 1e3 * np.array((np.nanmin(same), np.nanmax(same)))
+        _wires(surface, panel, panel.result, span, layout.printed)
         _levels(levels, panel, panel.result)
         words = _second_order_words(panel.result)
         style: dict[str, Any] = {"xycoords": "axes fraction", "va": "top", "fontsize": theme.SMALL}
@@ -169,11 +163,9 @@ def _wires(axes: Axes, panel: EaseOffPanel, result: EaseOff, span: FloatArray, p
                 axes, at, words, (2.0 * f, 5.0 * p), fontsize=theme.SMALL, zorder=5.0, **place
             )
             text.set_path_effects(HALO)
-    length, floor = (
-        theme.round_length(max(0.5 * (greatest - lowest), ZERO_EASE_OFF_UM)),
-        scale * lowest - tip_height - 0.4,
-    )
+    floor = scale * lowest - tip_height - 0.4
     if greatest - lowest > ZERO_EASE_OFF_UM:
+        length = theme.round_length(max(0.5 * (greatest - lowest), ZERO_EASE_OFF_UM))
         right, foot = bar_position
         axes.plot([right, right], [foot, foot + scale * length], color=theme.INK, linewidth=3.0)
         unit, style = f"{length:g} \u00b5m", {"fontsize": theme.SMALL}
@@ -224,10 +216,9 @@ def _path(axes: Axes, points: FloatArray) -> None:
     points = points[np.isfinite(points).all(axis=1)]
     axes.plot(*points.T, color=theme.VERMILLION, linewidth=2.2, zorder=3.0, path_effects=annotate.rim(2.2))
     axes.plot(*points[:1].T, "o", color=theme.VERMILLION, markersize=6.0, zorder=3.0)
-    arrow = {"arrowstyle": "-|>,head_width=0.3,head_length=0.6", "color": theme.VERMILLION, "linewidth": 2.2}
+    arrow = {**annotate.PATH_ARROW, "color": theme.VERMILLION, "linewidth": 2.2}
     arrow["path_effects"] = annotate.rim(2.2)
-    last_points = tuple(points[-1]), tuple(points[-3])
-    axes.annotate("", *last_points, arrowprops={**arrow, "shrinkA": 0.0, "shrinkB": 0.0}, zorder=3.0)
+    axes.annotate("", tuple(points[-1]), tuple(points[-3]), arrowprops=arrow, zorder=3.0)
 
 
 def _second_order_words(result: EaseOff) -> str:

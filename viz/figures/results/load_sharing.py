@@ -43,11 +43,6 @@ class Loaded:
         return float(2.0 * np.pi / self.design.pinion.teeth)
 
     @property
-    def speed_ratio(self) -> float:
-        """Number of teeth of the pinion divided by that of the gear, N1/N2."""
-        return float(self.design.pinion.teeth / self.design.gear.teeth)
-
-    @property
     def turns(self) -> FloatArray:
         """Rotation of the pinion due to the load (n,), rad, with the sign of its roll."""
         turns = np.array([one.turn for one in self.results])
@@ -62,7 +57,8 @@ class Loaded:
     def loaded(self) -> FloatArray:
         """Transmission error (n,) under load, rad."""
         sense = gear_sense(self.results[0].flank)
-        return np.asarray(self.unloaded + sense * self.speed_ratio * self.turns)
+        speed_ratio = float(self.design.pinion.teeth / self.design.gear.teeth)  # N1/N2
+        return np.asarray(self.unloaded + sense * speed_ratio * self.turns)
 
     def pitches(self, rolls: FloatArray) -> FloatArray:
         """Return rolls in pitches from the middle of the path."""
@@ -125,11 +121,8 @@ def loaded_pair(design: Design, path: Path) -> Loaded:
         raise ValueError(f"the decks of {path} belong to another design: name it with --design")
     pose = meshing_pair(design, flank)
     half = np.pi / float(design.pinion.teeth)
-    middle, low, high = (
-        float(pose.roll[0]),
-        float(rolls_of_decks[:, 0].min()),
-        float(rolls_of_decks[:, 0].max()),
-    )
+    middle, loaded = float(pose.roll[0]), rolls_of_decks[:, 0]
+    low, high = float(loaded.min()), float(loaded.max())
     rolls = np.linspace(min(low, middle - half), max(high, middle + half), 201)
     rigid = first_contact(design, flank, rolls).transmission_error
     ends = np.sort(pose.path.pinion_roll[[0, -1]])
@@ -212,19 +205,8 @@ def rows(loaded: Loaded) -> Table:
 
     Pitches of a tooth pair are those without load. Forces act at their points in S_f. Rigid teeth and the
     ends of the path follow."""
-    header = (
-        "kind",
-        "pinion_roll_rad",
-        "pitches",
-        "error_rad",
-        "tooth_pair",
-        "tooth_pair_pitches",
-        "share",
-        "force_N",
-        "x_mm",
-        "y_mm",
-        "z_mm",
-    )
+    of_pair = ("tooth_pair", "tooth_pair_pitches", "share", "force_N", "x_mm", "y_mm", "z_mm")
+    header = ("kind", "pinion_roll_rad", "pitches", "error_rad", *of_pair)
 
     def cases() -> Rows:
         """Yield the columns of every roll."""
@@ -233,8 +215,9 @@ def rows(loaded: Loaded) -> Table:
             force = np.linalg.norm(one.force, axis=1)
             at, before = float(loaded.pitches(roll)), loaded.pitches(one.rolls[0]) + pairs
             yield "loaded", float(roll), at, float(error), pairs, before, one.share, force, *one.centre.T
-        yield "rigid", loaded.rolls, loaded.pitches(loaded.rolls), loaded.rigid, *[""] * (len(header) - 4)
-        yield "end of path", loaded.ends, loaded.pitches(loaded.ends), *[""] * (len(header) - 3)
+        nothing = [""] * len(of_pair)
+        yield "rigid", loaded.rolls, loaded.pitches(loaded.rolls), loaded.rigid, *nothing
+        yield "end of path", loaded.ends, loaded.pitches(loaded.ends), "", *nothing
 
     return header, rows_of_cases(cases())
 

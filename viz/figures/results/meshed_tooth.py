@@ -51,13 +51,9 @@ def _views() -> tuple[View, View]:
     on = (0.0, 0.0)  # label on the surface
     first = {"tip": (46.0, 34.0), "right flank": on, "right fillet": on, "bottom": (24.0, -36.0)}
     second = {"left flank": on, "left fillet": (-12.0, -40.0), "toe": on, "first side": on, "bore": on}
+    first |= {"heel": on, "last side": on}
     return (
-        View(
-            "right flank, fillet and heel",
-            np.array([-0.5, -0.7, -0.5]),
-            1.6,
-            first | {"heel": on, "last side": on},
-        ),
+        View("right flank, fillet and heel", np.array([-0.5, -0.7, -0.5]), 1.6, first),
         View("left flank, toe, cut side and bore", np.array([0.3, 0.65, 0.7]), np.inf, second),
     )
 
@@ -96,16 +92,12 @@ def places(
     Surfaces that are narrower than a pixel are searched in a finer picture."""
     turn = np.linspace(0.0, 2.0 * np.pi, len(COLOURS), endpoint=False)
     circle = np.stack((np.cos(turn), np.sin(turn), np.full_like(turn, -1.0)), axis=-1)
-    marks = dict(
-        zip(COLOURS, np.rint(127.5 + 127.5 * circle).astype(int), strict=True)
-    )  # blended pixels differ from all marks
-    flat = np.zeros(len(mesh.points))
-    items = [
-        replace(
-            named_surface(mesh, name, lines=False), paint=Paint(flat, (to_hex(mark / 255.0),), (-1.0, 1.0))
-        )
-        for name, mark in marks.items()
-    ]
+    # Blended pixels differ from all marks.
+    marks = dict(zip(COLOURS, np.rint(127.5 + 127.5 * circle).astype(int), strict=True))
+    flat, items = np.zeros(len(mesh.points)), []
+    for name, mark in marks.items():
+        paint = Paint(flat, (to_hex(mark / 255.0),), (-1.0, 1.0))
+        items.append(replace(named_surface(mesh, name, lines=False), paint=paint))
     missing = [name for name in marks if name in names]
     for finer in (1, 2):
         image = render(Scene(items, camera), (finer * size[0], finer * size[1])).image

@@ -50,8 +50,6 @@ class ModificationCase:
 
     name: str
     label: str
-    flank: str
-    design: Design
     path: ContactPath
     pattern: ContactPattern | None
     operation: OperationReport | None
@@ -101,9 +99,8 @@ def _case(name: str, label: str, design: Design, flank: str) -> ModificationCase
     path = path_of_contact(design, flank)
     distance = two_digits(distance_mm * as_large(design))
     sizes = np.array((distance, angle_rad))[:, None] * np.linspace(-1.0, 1.0, 9)
-    shifts = np.array(
-        [_shifts(design, flank, size, error) for size, error in zip(sizes, _errors(design), strict=True)]
-    )
+    cases = zip(sizes, _errors(design), strict=True)
+    shifts = np.array([_shifts(design, flank, size, error) for size, error in cases])
     rolls, harmonics = 181, 1
     try:
         operation = operation_report("", design, flank, rolls, harmonics, MARKING_SEPARATION_MM)
@@ -112,8 +109,8 @@ def _case(name: str, label: str, design: Design, flank: str) -> ModificationCase
         pattern = pattern_report("", design, flank, MARKING_SEPARATION_MM).result
     except ValueError as error:
         reason = str(getattr(error, "reason", error))
-        return ModificationCase(name, label, flank, design, path, None, None, sizes, shifts, reason)
-    return ModificationCase(name, label, flank, design, path, pattern, operation, sizes, shifts)
+        return ModificationCase(name, label, path, None, None, sizes, shifts, reason)
+    return ModificationCase(name, label, path, pattern, operation, sizes, shifts)
 
 
 def _errors(design: Design) -> tuple[str, str]:
@@ -144,7 +141,7 @@ def draw(comparison: Comparison, layout: theme.PageLayout) -> Drawing:
     data = comparison.cases
     # Indents a second line of a title below the first word of the first.
     new_line = "\n       "
-    count, first = len(data) + 3, data[0]
+    count, first = len(data) + 3, data[0].path
     single = cells.columns(layout, count) == 1
     if single:
         cells = replace(cells, left=1.2, down=0.85)
@@ -184,7 +181,7 @@ def _unknown_shifts(data: tuple[ModificationCase, ...]) -> str:
     for k in (1, 0):
         lost = [case.label for case in data if np.isnan(case.shifts[k][case.sizes[k] != 0.0]).all()]
         if lost:
-            words += f" No path under the {_error_name(data[0].design, k)}: {', '.join(lost)}."
+            words += f" No path under the {_error_name(data[0].path.design, k)}: {', '.join(lost)}."
     return words
 
 
@@ -202,8 +199,7 @@ def _pattern(axes: Axes, case: ModificationCase) -> None:
     r = np.hypot(side.points[..., 0], side.points[..., 1])
     side_view(axes, side.z, r, side.least, MARKING_SEPARATION_MM)
     if case.path.l1.size:
-        colour = STYLES[0][0]
-        axes.plot(case.path.pinion_z, case.path.pinion_r, color=colour, linewidth=1.8)
+        axes.plot(case.path.pinion_z, case.path.pinion_r, color=theme.INK, linewidth=1.8)
     axes.set(xlabel="z (mm)", ylabel="r (mm)")
 
 
@@ -216,18 +212,14 @@ def _errors_of_all_teeth(axes: Axes, data: tuple[ModificationCase, ...], letter:
         error = ARCSEC * (case.operation.first.transmission_error - float(case.operation.cycle.mean))
         both = np.append(error, error[1:])
         axes.plot(np.linspace(0.0, 2.0, both.size), both, dashes, color=colour, linewidth=2.0)
-    axes.set(
-        xlabel="pinion roll (pitches)",
-        ylabel="arcsec",
-        xlim=(0.0, 2.0),
-        xticks=(0.0, 0.5, 1.0, 1.5, 2.0),
-    )
+    axes.set(xlabel="pinion roll (pitches)", ylabel="arcsec")
+    axes.set(xlim=(0.0, 2.0), xticks=(0.0, 0.5, 1.0, 1.5, 2.0))
     axes.grid(True, axis="y")
 
 
 def _shifted(axes: Axes, data: tuple[ModificationCase, ...], letter: str, k: int) -> None:
     """Draw the shift of all cases under error `k` (0 distance, 1 angle)."""
-    words = _error_name(data[0].design, k)
+    words = _error_name(data[0].path.design, k)
     axes.set_title(f"({letter})  shift under the {words}", loc="left", pad=8.0, fontsize=theme.LABEL)
     for case, (colour, dashes, marker) in zip(data, STYLES, strict=False):
         x = np.degrees(case.sizes[k]) if k else case.sizes[k]
@@ -255,10 +247,11 @@ def rows(comparison: Comparison) -> Table:
     def cases() -> Rows:
         """Yield the columns of every case."""
         for case in comparison.cases:
-            given = case.design.pinion.modification(case.flank)
+            path, design = case.path, case.path.design
+            given = design.pinion.modification(path.flank)
             crowning = 0.0 if given is None else given.helix_crowning_um
-            who = case.name, *parabolas(case.design, case.flank), crowning
-            yield *who, "path", case.path.pinion_z, case.path.pinion_r, *[""] * 8
+            who = case.name, *parabolas(design, path.flank), crowning
+            yield *who, "path", path.pinion_z, path.pinion_r, *[""] * 8
             if case.pattern is None or case.operation is None:
                 yield *who, "pattern", *[""] * 9, case.reason
             else:
@@ -267,9 +260,8 @@ def rows(comparison: Comparison) -> Table:
                 yield *who, "pattern", side.z.ravel(), r.ravel(), side.least.ravel(), *[""] * 7
                 error = case.operation.first.transmission_error - float(case.operation.cycle.mean)
                 yield *who, "cycle", *[""] * 3, np.linspace(0.0, 1.0, error.size), error, *[""] * 5
-            for name, unit, size, shift in zip(
-                _errors(case.design), ("mm", "rad"), case.sizes, case.shifts, strict=True
-            ):
+            errors = zip(_errors(design), ("mm", "rad"), case.sizes, case.shifts, strict=True)
+            for name, unit, size, shift in errors:
                 yield *who, "shift", *[""] * 5, name, size, unit, shift, ""
 
     return header, rows_of_cases(cases())

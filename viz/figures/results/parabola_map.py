@@ -30,18 +30,9 @@ from beveloid_geom.report.result import status_name
 from beveloid_geom.report.text import error_words, status_words
 from beveloid_geom.status import Status
 
-from ...components import paths_table
+from ...components import map_panel, paths_table
 from ...components.figure_steps import Drawing, Recipe, Table
 from ...components.map_extremes import Extreme, least_shift, most_ratio
-from ...components.map_panel import (
-    HALO,
-    between_cells,
-    contours,
-    hatch,
-    next_to_unknown,
-    thin_out,
-    widest_gap,
-)
 from ...rendering import theme
 from ...rendering.layout import PanelRows
 
@@ -126,10 +117,8 @@ def compute(design: Design, flank: str = "right") -> ParabolaMap:
     pinion, gear = (0.5 * (second + sign * first).ravel() for sign in (1.0, -1.0))
     errors, cells = usual_errors(design), design.with_parabola(pinion, gear)
     with np.errstate(invalid="ignore"):  # a path of a single point has no direction
-        measures, shown = (
-            measures_of(cells, flank),
-            objectives_of(design, flank, Aim(errors), pinion, gear),
-        )
+        measures = measures_of(cells, flank)
+        shown = objectives_of(design, flank, Aim(errors), pinion, gear)
     status, lost = np.full(pinion.size, Status.SOLVED, dtype=np.int8), measures.limit[:, 0] < 0
     if lost.any():
         status[lost] = path_ends(design.with_parabola(pinion[lost], gear[lost]), flank).status
@@ -187,7 +176,7 @@ def draw(data: ParabolaMap, layout: theme.PageLayout) -> Drawing:
         axes.set_xlabel("$a_1 - a_2$ (10$^{-3}$/mm)" if lowest else "")
         axes.set_ylabel("$a_1 + a_2$ (10$^{-3}$/mm)" if leftmost else "")
         axes.tick_params(labelbottom=lowest, labelleft=leftmost)
-        thin_out(axes, places)
+        map_panel.thin_out(axes, places)
     _legend(page, data, low - theme.inches(page, 0.95))
     return Drawing(page, {})
 
@@ -229,7 +218,7 @@ def _colours(page: theme.Page, axes: Axes, data: ParabolaMap, name: str) -> None
     # Rounding errors of zero are set to one value, so that they have no contour lines.
     values = np.where(np.abs(values) < rounding, rounding, values)
     x, y = 1e3 * data.difference, 1e3 * data.total
-    hatch(axes, x, y, ~data.solved, HATCHES["no path"])
+    map_panel.hatch(axes, x, y, ~data.solved, HATCHES["no path"])
     if not np.isfinite(values).any():
         codes = np.unique(data.status[~data.solved]).tolist()
         reasons = ", ".join(status_words(code) for code in codes)
@@ -241,13 +230,13 @@ def _colours(page: theme.Page, axes: Axes, data: ParabolaMap, name: str) -> None
     fine_x, fine_y, fine = _finer(x, y, values, HALF_TURN_DEG if cyclic else math.inf)
     # Values change suddenly within two cells of a cell without a value: the colours do not cover the range
     # of these cells, and there are no contour lines.
-    border = next_to_unknown(values, 2)
+    border = map_panel.next_to_unknown(values, 2)
     # The colours cover the range of the cells that a pair can use.
     usable = values[~border & (y <= 0.0)] if (~border & (y <= 0.0)).any() else values[:, y <= 0.0]
     usable = usable[np.isfinite(usable)] if np.isfinite(usable).any() else values[np.isfinite(values)]
     colours = quantity.colours
     if cyclic:
-        start, gap = widest_gap(usable, HALF_TURN_DEG)
+        start, gap = map_panel.widest_gap(usable, HALF_TURN_DEG)
         cyclic = gap < least_gap_deg
         colours = colours if cyclic else "viridis"
         start = -0.5 * HALF_TURN_DEG if cyclic else start - HALF_TURN_DEG
@@ -267,24 +256,24 @@ def _colours(page: theme.Page, axes: Axes, data: ParabolaMap, name: str) -> None
     scale.ax.minorticks_off()
     words = _angle if quantity.scale == "cyclic" else _plain
     scale.ax.set_yticklabels([words(level) for level in levels], fontsize=theme.SMALL)
-    fine = np.where(between_cells((border | ~data.solved).astype(float)) > 0.5, np.nan, fine)
+    fine = np.where(map_panel.between_cells((border | ~data.solved).astype(float)) > 0.5, np.nan, fine)
     if cyclic:
         for level in levels[:-1]:
             turns = 2.0 * np.pi * (fine - level) / HALF_TURN_DEG
             crossed = np.where(np.cos(turns) > 0.0, np.sin(turns), np.nan)
-            contours(axes, fine_x, fine_y, crossed, np.zeros(1), [words(level)])
+            map_panel.contours(axes, fine_x, fine_y, crossed, np.zeros(1), [words(level)])
     elif quantity.scale != "share":
         shown = np.where(fine_y <= 1e-9, fine, np.nan)
-        contours(axes, fine_x, fine_y, shown, levels, [words(level) for level in levels])
-    hatch(axes, x, y, np.broadcast_to(y > 1e-9, values.shape), HATCHES["hollow"])
-    hatch(axes, x, y, np.isnan(values) & data.solved, HATCHES["not known"])
+        map_panel.contours(axes, fine_x, fine_y, shown, levels, [words(level) for level in levels])
+    map_panel.hatch(axes, x, y, np.broadcast_to(y > 1e-9, values.shape), HATCHES["hollow"])
+    map_panel.hatch(axes, x, y, np.isnan(values) & data.solved, HATCHES["not known"])
 
 
 def _finer(
     x: FloatArray, y: FloatArray, values: FloatArray, period: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return axes and values of a map interpolated between its cells, evenly along the axes as drawn."""
-    fine = between_cells(values, period)
+    fine = map_panel.between_cells(values, period)
     root = np.sign(y) * np.sqrt(np.abs(y))
     across, up = (np.linspace(0.0, 1.0, count) for count in fine.shape)
     at = np.interp(up, np.linspace(0.0, 1.0, y.size), root)
@@ -317,7 +306,7 @@ def _marks(axes: Axes, data: ParabolaMap, named: bool) -> list[tuple[float, floa
     Returns the places of the marks in data coordinates."""
     axes.axhline(0.0, color=theme.INK, linewidth=1.0, zorder=3.0)
     axes.axvline(0.0, color=theme.INK, linewidth=1.0, zorder=3.0)
-    style: dict[str, Any] = {"fontsize": theme.SMALL, "zorder": 7.0, "path_effects": HALO}
+    style: dict[str, Any] = {"fontsize": theme.SMALL, "zorder": 7.0, "path_effects": map_panel.HALO}
     names = [("C1", 0.5, 0.97, "left", "top"), ("C2", 0.5, 0.03, "left", "bottom")]
     height = float(axes.transAxes.inverted().transform(axes.transData.transform((0.0, 0.0)))[1])
     names += [("C3", 0.98, height, "right", "top"), ("C4", 0.02, height, "left", "top")]

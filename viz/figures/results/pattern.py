@@ -253,10 +253,10 @@ def draw(data: BandFigure, layout: theme.PageLayout) -> Drawing:
     """Draw pinion flanks above gear flanks, one column for each case."""
     text_heights_in, bar_height_in = (0.4, 0.4), 0.9  # of pinion and gear flanks
     flanks = " and ".join(sorted({column.flank for column in data.columns}, reverse=True))
-    stretch = 4.0 if layout.width > theme.NARROW_PAGE_IN else 3.0  # magnification from root to tip
+    stretch = 4.0 if layout.wide else 3.0  # magnification from root to tip
     # Width of paths relative to those of other figures, so that they hide less of the bands, and line width
     # of ellipses and lines of contact, points.
-    path_width, ring_pt = (0.7, 1.3) if layout.width > theme.NARROW_PAGE_IN else (1.0, 0.7)
+    path_width, ring_pt = (0.7, 1.3) if layout.wide else (1.0, 0.7)
     halo: list[AbstractPathEffect] = [withStroke(linewidth=2.0 * ring_pt, foreground="white")]
     note = panels.how_drawn(flanks, stretch, outside=True) + data.note
     cases = [(column.heading, column.design, column.flank) for column in data.columns]
@@ -321,7 +321,7 @@ def _painted(data: BandFigure, layer: Layer, view: FlankView, metal: str) -> lis
 
 def _colour_bar(page: theme.Page, data: BandFigure, low: float) -> None:
     """Draw the colour bar above `low`, a fraction of the page."""
-    width = 0.45 if page.layout.width > 9.0 else 0.85
+    width = 0.45 if page.layout.wide else 0.85
     axes = page.add_axes(
         (LEFT_MARGIN_FRACTION, low + theme.inches(page, 0.5), width, theme.inches(page, 0.22))
     )

@@ -101,7 +101,7 @@ def draw(data: tuple[Block, ...], layout: theme.PageLayout) -> Drawing:
             ends=end_names(data[0].design.pinion),
             meant=errors_note[_at(data[0].design)],
         )
-        + (ellipse_note if layout.width > theme.NARROW_PAGE_IN else "")
+        + (ellipse_note if layout.wide else "")
         + ".",
         below=0.05,
         above=0.3,
@@ -110,13 +110,8 @@ def draw(data: tuple[Block, ...], layout: theme.PageLayout) -> Drawing:
     halves, half = theme.split_rows(low, high, len(data), theme.inches(page, 0.1))
     limits = _face_limits([block.matrix for block in data if block.matrix])
     for block, bottom in zip(data, halves, strict=True):
-        page.text(
-            *(0.012, bottom + 0.5 * half),
-            block.flank.capitalize(),
-            rotation=90,
-            va="center",
-            fontsize=theme.HEADING,
-        )
+        style: dict[str, Any] = {"rotation": 90, "va": "center", "fontsize": theme.HEADING}
+        page.text(0.012, bottom + 0.5 * half, block.flank.capitalize(), **style)
         if block.matrix is None:
             box = theme.place(page, 0.05, bottom, 0.9, half)
             theme.message(theme.overlay(page, box), f"no pattern: {block.reason}", 60)
@@ -133,7 +128,7 @@ def _columns(layout: theme.PageLayout, count: int) -> tuple[float, float]:
 
 def _under(layout: theme.PageLayout) -> float:
     """Return the height of the two lines of text below a flank, inches."""
-    return 0.44 if layout.width > theme.NARROW_PAGE_IN else 0.52
+    return 0.44 if layout.wide else 0.52
 
 
 def _matrix(
@@ -152,8 +147,7 @@ def _matrix(
     start, width = (part / page.layout.width for part in _columns(page.layout, count))
     for k, (cell, added) in enumerate(zip(matrix.cells, matrix.added, strict=True)):
         row, column = divmod(k, count)
-        left = start + width * column
-        cell_width = 0.96 * width
+        left, cell_width = start + width * column, 0.96 * width
         axes = page.add_axes((left, lines[row] + under, cell_width, height - 1.05 * under))
         axes.set_axis_off()
         if row == 0 and bottom + half > high - 1e-9:
@@ -169,11 +163,8 @@ def _matrix(
         _cell(axes, cell, matrix.separation, limits)
         at = left + 0.5 * cell_width, lines[row] + 0.95 * under
         text = page.text(*at, "", ha="center", va="top", fontsize=theme.SMALL, linespacing=1.2)
-        theme.wrap_text(
-            text,
-            _words(matrix, k, cell, page.layout.width > theme.NARROW_PAGE_IN),
-            cell_width * page.layout.width * page.dpi,
-        )
+        words = _words(matrix, k, cell, page.layout.wide)
+        theme.wrap_text(text, words, cell_width * page.layout.width * page.dpi)
 
 
 def _face_limits(matrices: Sequence[PatternMatrix]) -> tuple[float, float]:
@@ -235,18 +226,10 @@ def rows(data: tuple[Block, ...]) -> Table:
         *("area_mm2", "area_share", "area_error"),
         *("ellipse_z_mm", "ellipse_r_mm", "major_mm", "minor_mm", "angle_rad"),
     )
-    over, _ = _errors(data[0].design)
+    errors = [header_of(f"{name}_error") for name in _errors(data[0].design)[0]]
     header = (
         *("flank", "parabola_pinion_per_mm", "parabola_gear_per_mm", "marking_compound_mm"),
-        *(
-            *(header_of(f"{name}_error") for name in over),
-            "status",
-            *names,
-            "z_mm",
-            "r_mm",
-            "least_mm",
-            "reason",
-        ),
+        *(*errors, "status", *names, "z_mm", "r_mm", "least_mm", "reason"),
     )
 
     def cases() -> Rows:

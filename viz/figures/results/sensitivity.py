@@ -13,18 +13,10 @@ from beveloid_geom.analysis.sensitivity import Sensitivity
 from beveloid_geom.contact.parallel.lines import is_line_contact
 from beveloid_geom.report.sensitivity import steps_of
 
-from ...components import charts
+from ...components import charts, paths_table
 from ...components.charts import MIDDLE_INDEX, QUANTITIES, ErrorEffect, changes_under_steps
 from ...components.figure_steps import Drawing, Recipe, Rows, Table, rows_of_cases
-from ...components.paths_table import (
-    FLANKS,
-    PARABOLAS,
-    REASONS,
-    at_the_mesh,
-    coefficients,
-    paper_modified,
-    parabolas,
-)
+from ...components.paths_table import FLANKS, PARABOLAS
 from ...rendering import theme
 from ...rendering.layout import PanelRows
 
@@ -46,7 +38,7 @@ class SensitivityCase:
         for rates in self.sensitivities:
             status = Status(int(rates.status))
             if status != Status.SOLVED:
-                reason = REASONS.get(status, "nothing to solve")
+                reason = paths_table.REASONS.get(status, "nothing to solve")
                 words.append(f"{rates.flank} flanks: no path of contact, {reason}")
             elif bool(is_line_contact(self.design, rates.flank)):
                 words.append("both flanks: line contact")
@@ -69,8 +61,8 @@ class SensitivityCase:
 
 def compute(design: Design) -> tuple[SensitivityCase, ...]:
     """Compute both cases on both flanks."""
-    bent = paper_modified(design)
-    cases = {"as designed": design, coefficients(bent): bent}
+    bent = paths_table.paper_modified(design)
+    cases = {"as designed": design, paths_table.coefficients(bent): bent}
     return tuple(
         SensitivityCase(name, one, tuple(path_sensitivity(one, f, one.errors_at) for f in FLANKS))
         for name, one in cases.items()
@@ -88,7 +80,7 @@ def draw(data: tuple[SensitivityCase, ...], layout: theme.PageLayout) -> Drawing
     cells = PanelRows(left=1.6, right=0.438, across=0.358, down=1.1, most=4, least=1.4)
     perpendicular_note = ", or perpendicular to the path"
     narrow_note = " (perpendicular to the path: see the CSV file)"
-    steps = steps_of(data[0].sensitivities[0].errors)
+    steps, where = steps_of(data[0].sensitivities[0].errors), paths_table.at_the_mesh(data[0].design)
     left_out = [f" Unknown {case.name} ({case.remarks})." for case in data if not case.known]
     data = tuple(case for case in data if case.known) if len(left_out) < len(data) else data
     narrow = layout.printed and cells.columns(layout, len(QUANTITIES)) < len(QUANTITIES)
@@ -102,7 +94,7 @@ def draw(data: tuple[SensitivityCase, ...], layout: theme.PageLayout) -> Drawing
         layout,
         "Sensitivity of the path of contact to assembly errors",
         "Changes under one error each, from exact derivatives",
-        note.format(place=at_the_mesh(data[0].design), square=narrow_note if narrow else perpendicular_note)
+        note.format(place=where, square=narrow_note if narrow else perpendicular_note)
         + scales
         + "".join(left_out),
         below=0.45,
@@ -158,7 +150,7 @@ def rows(data: tuple[SensitivityCase, ...]) -> Table:
         for case, quantity in product(data, QUANTITIES):
             names, shown, units, sizes = zip(*steps_of(case.sensitivities[0].errors), strict=True)
             for (flank, member), row in changes_under_steps(case.sensitivities, quantity).items():
-                who = *parabolas(case.design, flank), flank, quantity.name, member
+                who = *paths_table.parabolas(case.design, flank), flank, quantity.name, member
                 rates = row / np.array(sizes) / quantity.scale
                 yield *who, list(names), list(shown), list(units), row, quantity.unit, rates
 

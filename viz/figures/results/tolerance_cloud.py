@@ -140,7 +140,7 @@ def draw(data: CloudFigure, layout: theme.PageLayout) -> Drawing:
     )
     boxes = cells.boxes(layout, 4, page.get_figheight(), low, high)
     views = viewpoint.flank_views(data.nominal.design, data.flank, stretch, outside=True)
-    px_per_mm = panels.shared_scale(page, [views], boxes[0][2], boxes[0][3])
+    px_per_mm = panels.shared_scale(page, views, boxes[0][2], boxes[0][3])
     pictures: dict[str, Picture] = {}
     over = theme.inches(page, 0.12)
     for number, (member, box, view) in enumerate(zip(paths_table.MEMBERS, boxes[:2], views, strict=True)):
@@ -148,7 +148,7 @@ def draw(data: CloudFigure, layout: theme.PageLayout) -> Drawing:
         heading = f"({'ab'[number]})  {member}"
         page.text(left, bottom + height + over, heading, fontsize=theme.HEADING)
         place = page, theme.place(page, *box), data.nominal.design
-        drawn = panels.draw_flank(*place, number, data.flank, view, (), px_per_mm)
+        drawn = panels.draw_flank(*place, number, view, (), px_per_mm)
         if drawn is not None:
             _cloud(drawn, data, number)
             pictures[member] = drawn.picture

@@ -139,18 +139,8 @@ def rows(data: tuple[CycleCase, ...]) -> Table:
             edges = ["edge" if edge else "flanks" for edge in graph.edge.tolist()]
             yield *who, "alone", graph.pitches, "", graph.alone - graph.mean, "", radius, edges, 0, *of_case
             amplitudes = np.abs(cycle.harmonics)
-            yield (
-                *who,
-                "amplitude",
-                "",
-                1 + np.arange(amplitudes.size),
-                "",
-                amplitudes,
-                radius,
-                "",
-                "",
-                *of_case,
-            )
+            multiples = 1 + np.arange(amplitudes.size)
+            yield *who, "amplitude", "", multiples, "", amplitudes, radius, "", "", *of_case
 
     return header, rows_of_cases(cases())
 
