@@ -6,6 +6,7 @@ the same layout. Pages for print are laid out for their width (`layout`).
 
 from __future__ import annotations
 
+import math
 import re
 import textwrap
 from collections.abc import Sequence
@@ -383,5 +384,6 @@ def scale_bar(axes: Axes, x: float, y: float, px_per_mm: float, length_mm: float
 def round_length(length: float) -> float:
     """Return the length of a scale bar: the largest number 1, 2 or 5 times a power of ten that does not
     exceed `length`."""
-    decade: float = 10.0 ** int(f"{length:e}".split("e")[1])
-    return max(step * decade for step in (1.0, 2.0, 5.0) if step * decade <= length * (1.0 + 1e-9))
+    longest = length * (1.0 + 1e-9)  # rounding must not drop an equal length
+    decade = 10.0 ** math.floor(math.log10(longest))
+    return max(step * decade for step in (1.0, 2.0, 5.0) if step * decade <= longest)
