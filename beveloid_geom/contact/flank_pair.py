@@ -156,6 +156,10 @@ class MemberTerms:
         normal, start, *remaining = vars(self).values()
         return MemberTerms(normal[:, member], start[:, member], *(value[member] for value in remaining))
 
+    def pick(self, *index: Any) -> MemberTerms:
+        """Return the terms of one member at an `index` of cases and positions."""
+        return MemberTerms(*(value[..., *index] for value in vars(self).values()))
+
 
 Distinct: TypeAlias = tuple[list[Member], Integers]
 Each: TypeAlias = tuple[Member | Distinct, Member | Distinct]

@@ -218,7 +218,8 @@ def _bisected(part: FlankPair, ends: FloatArray, gap: FloatArray, halvings: int)
     near, far = ends
     for _ in range(halvings):
         between = 0.5 * (near + far)
-        same = np.signbit(guarded_gap(part, meet(part, between))) == np.signbit(gap)
+        pinion, gear = (terms_of_one(part, between[member], member) for member in (0, 1))
+        same = np.signbit(guarded_gap(part, gap_of(part, pinion, gear))) == np.signbit(gap)
         near, far = np.where(same, between, near), np.where(same, far, between)
     y = np.full((4, gap.shape[0]), np.nan)
     for l in (near, far):

@@ -30,9 +30,8 @@ from numpy.typing import NDArray
 
 from ...arrays import COMPLEX_STEP, FloatArray
 from ...gear.rack import Numbers
-from ...pair.mounting import across_of_gear
-from ..equation import ContactTerms, gap_tolerance
-from ..flank_pair import FlankPair, MemberTerms, terms_of
+from ..equation import ContactTerms, gap_tolerance, meeting_at
+from ..flank_pair import FlankPair, terms_of
 
 PARALLEL_TRACE_TOLERANCE = 1e-12
 """Components of a trace below which teeth are parallel to the axis."""
@@ -48,30 +47,6 @@ def meet_on_parallel(pairing: FlankPair, l: Numbers, w: Numbers) -> ContactTerms
     normal_y = (moment[0] + moment[1]) / pairing.layout.offset
     normal_x = pairing.branch * np.sqrt(1.0 - v[0] * v[0] - normal_y * normal_y)
     return meeting_at(pairing, terms, w + 0.0 * normal_x, normal_x, np.array((normal_y, normal_y)))
-
-
-def meeting_at(
-    pairing: FlankPair, terms: MemberTerms, w: Numbers, normal_x: Numbers, normal_y: Numbers
-) -> ContactTerms:
-    """Return F and its terms at w1 (cases, positions), mm, for given terms of both members and the common
-    normal in both fixed frames: `normal_x` (cases, positions) and `normal_y` (2, cases, positions).
-    """
-    layout, v = pairing.layout, terms.normal[2]
-    across = np.array((w, across_of_gear(layout, v, terms.square, terms.moment, w, normal_x)))
-    along = terms.level + terms.slope * across
-    return ContactTerms(
-        gap=along[0] + along[1] - layout.offset * normal_x,
-        along=along,
-        across=across,
-        slope=terms.slope,
-        reach=normal_x * across,
-        normal_x=normal_x,
-        normal_y=normal_y,
-        square=terms.square,
-        moment=terms.moment,
-        normal=terms.normal,
-        start=terms.start,
-    )
 
 
 def mate_parameter(pairing: FlankPair, l1: FloatArray, w: FloatArray) -> FloatArray:

@@ -21,9 +21,8 @@ from numpy.typing import NDArray
 from ...arrays import COMPLEX_STEP, FloatArray
 from ...gear.rack import Numbers
 from ..curves.curve_equations import LAST_STEP, NORMAL_UNIT, units_of
-from ..equation import ContactTerms
+from ..equation import ContactTerms, meeting_at
 from ..flank_pair import FlankPair, MemberTerms, terms_of
-from .equation import meeting_at
 
 UNKNOWN_COUNT = 5
 
