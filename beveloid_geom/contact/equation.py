@@ -109,7 +109,14 @@ def joined_terms(pinion: MemberTerms, gear: MemberTerms, met: Gap) -> ContactTer
 def _joined_terms(terms: MemberTerms, met: Gap) -> ContactTerms:
     across = met.reach / met.normal_x
     along = terms.level + terms.slope * across
-    return ContactTerms(*vars(terms).values(), met.gap, along, across, met.normal_x, met.normal_y)
+    return ContactTerms(
+        **vars(terms),
+        gap=met.gap,
+        along=along,
+        across=across,
+        normal_x=met.normal_x,
+        normal_y=met.normal_y,
+    )
 
 
 def meeting_at(
@@ -123,7 +130,9 @@ def meeting_at(
     across = np.array((w, across_gear))
     along = terms.level + terms.slope * across
     gap = along[0] + along[1] - layout.offset * normal_x
-    return ContactTerms(*vars(terms).values(), gap, along, across, normal_x, normal_y)
+    return ContactTerms(
+        **vars(terms), gap=gap, along=along, across=across, normal_x=normal_x, normal_y=normal_y
+    )
 
 
 def gap_of(pairing: FlankPair, pinion: MemberTerms, gear: MemberTerms) -> Gap:

@@ -25,7 +25,7 @@ from ..gear.flank_limits import active_range, may_fold, tip_radius
 from ..gear.rack import Numbers, Rack, rack_at, rack_of
 from ..gear.tooth_side import is_batch, undercut_edge
 from ..pair.frames import Layout, layout_by_case
-from ..pair.mounting import Mounting, mounting_of
+from ..pair.mounting import mounting_of
 from ..support.frozen_arrays import kept, read_only
 
 
@@ -232,9 +232,7 @@ def _kept_flanks(pinion: Member, gear: Member, flank: str) -> Mapping[str, Any]:
     return MappingProxyType(_flanks(stacked(pinion, gear), flank, (pinion, gear)))
 
 
-def pairing_of(
-    design: Design, flank: str, mounting: Mounting | None = None, undercut: bool = True
-) -> FlankPair:
+def pairing_of(design: Design, flank: str, undercut: bool = True) -> FlankPair:
     """Return the constants of the contact of `flank` ('right' or 'left') of both members.
 
     Without `undercut` the flanks are not limited by undercut. Results of single designs are cached, and so
@@ -248,9 +246,9 @@ def pairing_of(
     require_unmodified(
         flank, "calculations with the one equation of contact", pinion=design.pinion, gear=design.gear
     )
-    if mounting is None and undercut and not design.batch_shape:
+    if undercut and not design.batch_shape:
         return _kept_pairing(design, flank)
-    return _pairing(design, flank, mounting_of(design) if mounting is None else mounting, undercut)
+    return _pairing(design, flank, undercut)
 
 
 def is_modified(design: Design, flank: str) -> bool:
@@ -270,7 +268,7 @@ def generated_pairing(design: Design, flank: str, undercut: bool = True) -> Flan
         shape = design.batch_shape  # amounts may be arrays
         pinion, gear = (member.modified(None) for member in design.members)
         design = unchecked(design, pinion=pinion, gear=gear, batch_shape=shape)
-    return pairing_of(design, flank, undercut=undercut)
+    return pairing_of(design, flank, undercut)
 
 
 def may_be_undercut(design: Design, flank: str) -> bool:
@@ -279,13 +277,8 @@ def may_be_undercut(design: Design, flank: str) -> bool:
     return bool(may_fold(members, rack_of(members, flank), *active_range(members, flank)).any())
 
 
-@kept(8)
-def _kept_pairing(design: Design, flank: str) -> FlankPair:
-    return _pairing(design, flank, mounting_of(design))
-
-
-def _pairing(design: Design, flank: str, mounting: Mounting, undercut: bool = True) -> FlankPair:
-    shape = design.batch_shape
+def _pairing(design: Design, flank: str, undercut: bool = True) -> FlankPair:
+    shape, mounting = design.batch_shape, mounting_of(design)
     if shape or not undercut:
         single = not any(map(is_batch, design.members))
         each = design.members if single else None
@@ -303,6 +296,9 @@ def _pairing(design: Design, flank: str, mounting: Mounting, undercut: bool = Tr
         position=position.reshape(2, -1, 1),
         **flanks,
     )
+
+
+_kept_pairing = kept(8)(_pairing)
 
 
 def terms_of(pairing: FlankPair, l: Numbers) -> MemberTerms:

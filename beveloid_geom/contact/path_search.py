@@ -25,14 +25,7 @@ from .flank_pair import FlankPair
 from .parallel.no_contact_bound import clear_of_flanks
 from .parallel.paths import parallel_series
 from .parallel.small_angle_paths import NEARLY_PARALLEL_SINE, nearly_parallel, series_over_w1
-from .path_polynomial import (
-    FULL_ROW_COUNT,
-    NORMAL,
-    SMALL_NORMAL_X,
-    PathSeries,
-    not_over_l1,
-    series_over_l1,
-)
+from .path_polynomial import FULL_ROW_COUNT, NORMAL, SMALL_NORMAL_X, PathSeries, not_over_l1, series_over_l1
 from .root_samples import RootSamples
 
 
@@ -88,14 +81,11 @@ def paths_on_flanks(pairing: FlankPair) -> list[Group]:
             decided = (full.ends.status == Status.SOLVED) | parallel[index]
             groups.append(full.part(np.flatnonzero(decided)))
     groups = [group for group in groups if group.cases.size]
-    remaining = np.setdiff1d(
-        np.arange(parallel.size), np.concatenate([[], *(group.cases for group in groups)])
-    )
-    remaining = remaining.astype(int)
-    return groups + [
-        group.renumbered(remaining)
-        for group in (_crossed(pairing.cases(remaining)) if remaining.size else [])
-    ]
+    done = np.concatenate([np.empty(0, dtype=int), *(group.cases for group in groups)])
+    remaining = np.setdiff1d(np.arange(parallel.size), done)
+    if remaining.size:
+        groups += [group.renumbered(remaining) for group in _crossed(pairing.cases(remaining))]
+    return groups
 
 
 def _crossed(pairing: FlankPair) -> list[Group]:

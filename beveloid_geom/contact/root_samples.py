@@ -37,8 +37,9 @@ class RootSamples:
 
     def cases(self, index: NDArray[np.int_]) -> RootSamples:
         """Return the samples of the cases `index`."""
-        rows = (self.l2, self.values, self.real, self.change)
-        return RootSamples(self.pinion.pick(index, slice(None)), *(row[:, index] for row in rows))
+        pinion = self.pinion.pick(index, slice(None))
+        l2, values, real, change = self.l2, self.values, self.real, self.change
+        return RootSamples(pinion, l2[:, index], values[:, index], real[:, index], change[:, index])
 
     def first(self) -> Bracket:
         """Return the bracket of the first change of sign of each position; undefined where there is none."""

@@ -211,19 +211,16 @@ def five_equations_of(design: Design, flank: str) -> FiveEquations:
 
 @dataclass(frozen=True, eq=False)
 class FiveCurve:
-    """A curve of contacts: nodes and a spline through them, by the length `s` along the curve.
+    """A curve of contacts: a spline through nodes, by the length `s` along the curve.
 
-    `s` (nodes,), `nodes` and `tangents` (nodes, 6), `margins` and their `rates` by s (nodes, 8), unknowns
-    scaled; `spline` through the nodes. `closed`: the curve returns to its start."""
+    `s` (nodes,); `margins` of the nodes and their `rates` by s (nodes, 8); `spline` of the scaled
+    unknowns."""
 
     system: FiveEquations
     s: FloatArray
-    nodes: FloatArray
-    tangents: FloatArray
     margins: FloatArray
     rates: FloatArray
     spline: CubicHermiteSpline[Any]
-    closed: bool
 
     def at(self, s: float) -> FloatArray:
         """Return the scaled unknowns (6,) at length s, in the plane perpendicular to the spline."""
@@ -380,4 +377,4 @@ def follow_five_equations(system: FiveEquations, start: FloatArray) -> FiveCurve
         y, t = (np.concatenate((x[first:-1], x[: first + 1])) for x in (y, t))
     s = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(y, axis=0), axis=-1))))
     rates = system.margins(y + COMPLEX_STEP * 1j * t).imag / COMPLEX_STEP
-    return FiveCurve(system, s, y, t, system.margins(y), rates, CubicHermiteSpline(s, y, t), ahead.closed)
+    return FiveCurve(system, s, system.margins(y), rates, CubicHermiteSpline(s, y, t))

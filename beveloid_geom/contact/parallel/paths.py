@@ -15,7 +15,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -28,13 +27,7 @@ from ...support.chebyshev import basis_of
 from ..equation import ContactTerms, gap_tolerance, roll_angles
 from ..flank_pair import FlankPair, terms_of
 from ..path_polynomial import FULL_ROW_COUNT, ROW_COUNT, PathSeries, fitted_series, not_over_l1, rows_of
-from .equation import (
-    along_axes,
-    at_mid_face,
-    mate_parameter,
-    meet_on_parallel,
-    one_rack,
-)
+from .equation import along_axes, at_mid_face, mate_parameter, meet_on_parallel, one_rack
 
 NEGLIGIBLE_RATE = 1e-14
 """Relative rate that is dominated by rounding and treated as zero."""
@@ -254,8 +247,9 @@ def _ends_of_lines(pairing: FlankPair) -> FloatArray:
     cases = len(pairing.branch)
     twice = pairing.cases(np.tile(np.arange(cases), 2))
     lines, sense = on_lines(twice), np.array((-1.0, 1.0)).repeat(cases)[:, None]
-    roll = partial(_extreme_roll, twice, lines, sense)
-    l1 = greatest_at(roll, twice.lowest[0], twice.highest[0], sense)
+    l1 = greatest_at(
+        lambda l1: _extreme_on(twice, lines, sense, l1)[1], twice.lowest[0], twice.highest[0], sense
+    )
     w = _extreme_on(twice, lines, sense, l1)[0]
     return np.array((l1, w)).reshape(2, 2, cases).swapaxes(1, 2)
 
@@ -288,10 +282,6 @@ def on_lines(pairing: FlankPair) -> Lines:
         return np.array((l1, l2)), replace(met, along=along, start=start)
 
     return between
-
-
-def _extreme_roll(pairing: FlankPair, lines: Lines, sense: FloatArray, l1: FloatArray) -> FloatArray:
-    return _extreme_on(pairing, lines, sense, l1)[1]
 
 
 def _extreme_on(
