@@ -162,9 +162,8 @@ def _modified(design: Design) -> TangentBacklash:
         bends = [np.diff(curve.clearance, n=2, axis=0).min(axis=0) for curve in curves]
     # On parallel axes, a path runs along the face and does not show the relative curvature along the profile.
     first, second = (sum(np.asarray(m.tool.parabola_of(flank)) for m in design.members) for flank in FLANKS)
-    along_face = (np.maximum(first, second) > 0.0) & (
-        np.abs(layout_of(design).sin_angle) <= NEARLY_PARALLEL_SINE
-    )
+    along_face = np.abs(layout_of(design).sin_angle) <= NEARLY_PARALLEL_SINE
+    along_face = along_face & (np.maximum(first, second) > 0.0)
     concave = (np.minimum(*bends) < -1e-8 * module) | np.broadcast_to(along_face, shape).reshape(-1)
     concave |= curves[0].hollow | curves[1].hollow
     # Start from the middle of either path, so that the mirrored pair is evaluated at the mirrored rolls.

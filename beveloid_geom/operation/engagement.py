@@ -115,9 +115,8 @@ class Engagement:
         share = (roll - ends[0]) / (ends[1] - ends[0])
         ahead = self.gear.sigma * self.lever * (phase - self.phase[position])
         # The path of a line contact ends on limits. At the joint, rounding must not place it on the fillet.
-        s = np.maximum(
-            s[0] + share * (s[1] - s[0]), np.where((share < 0.0) | (share > 1.0), -np.inf, self.pinion.joint)
-        )
+        joint = np.where((share < 0.0) | (share > 1.0), -np.inf, self.pinion.joint)
+        s = np.maximum(s[0] + share * (s[1] - s[0]), joint)
         return np.array((ahead, s, z[0] + share * (z[1] - z[0]), share))
 
     def on_fillets(
