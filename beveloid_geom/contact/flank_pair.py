@@ -14,7 +14,6 @@ from types import MappingProxyType
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..arrays import FloatArray, Integers, Mask, flank_sign
 from ..design.arguments import require_unmodified
@@ -79,7 +78,7 @@ class FlankPair:
     half_width: FloatArray
     edges: tuple[Edges | None, ...] = ()
 
-    def cases(self, index: NDArray[np.int_] | slice) -> FlankPair:
+    def cases(self, index: Integers | slice) -> FlankPair:
         """Return the flank pairs of the cases `index`."""
         pick = {name: getattr(self, name)[..., index, :] for name in _BY_CASE}
         layout = {name: value[index] for name, value in vars(self.layout).items()}
@@ -98,13 +97,13 @@ class FlankPair:
         return read_only((l2, terms_of_one(self, l2, 1)))
 
     @cached_property
-    def undefined(self) -> NDArray[np.bool_]:
+    def undefined(self) -> Mask:
         """Whether a case (cases) has no flanks, or no mounting."""
         known = (self.lowest + self.highest + self.position).sum(axis=0) + self.layout.offset
         return read_only(np.asarray(~np.isfinite(known)[:, 0]))
 
     @cached_property
-    def edged(self) -> NDArray[np.bool_]:
+    def edged(self) -> Mask:
         """Whether a flank of each case (cases) has an edge of undercut that depends on z."""
         result = np.zeros(len(self.branch), dtype=bool)
         for edges in self.edges:
@@ -113,14 +112,14 @@ class FlankPair:
         return read_only(result)
 
     @cached_property
-    def parallel(self) -> NDArray[np.bool_]:
+    def parallel(self) -> Mask:
         """Whether the axes of each case (cases) are parallel. Their contacts are those of
         `parallel.equation`.
         """
         return read_only(np.asarray(self.layout.parallel[:, 0]))
 
     @cached_property
-    def without_parabola(self) -> NDArray[np.bool_]:
+    def without_parabola(self) -> Mask:
         """Whether the racks of both members of each case (cases) have no parabola."""
         coefficients = np.broadcast_to(self.rack.parabola, (2, *self.branch.shape))
         return read_only((coefficients == 0.0).all(axis=(0, 2)))

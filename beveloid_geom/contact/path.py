@@ -19,9 +19,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ..arrays import FloatArray, gear_sense
+from ..arrays import Codes, FloatArray, Integers, gear_sense
 from ..design.arguments import require_design
 from ..design.field_limits import float64_of
 from ..design.model import Design
@@ -52,10 +52,10 @@ class PathEnds:
     l1: FloatArray
     l2: FloatArray
     pinion_roll: FloatArray
-    limit: NDArray[np.int8]
+    limit: Codes
     contact_ratio: FloatArray
-    pieces: NDArray[np.int_]
-    status: NDArray[np.int8]
+    pieces: Integers
+    status: Codes
 
     @property
     def enter(self) -> Limit | None:
@@ -124,7 +124,7 @@ class ContactPath:
     gear_z: FloatArray
     gear_r: FloatArray
     transmission_error: FloatArray
-    status: NDArray[np.int8]
+    status: Codes
     ends: PathEnds
 
     @property
@@ -323,7 +323,7 @@ def _result(
     design: Design,
     flank: str,
     table: FloatArray,
-    status: NDArray[np.int8],
+    status: Codes,
     ends: PathEnds | None,
     undercut: bool,
 ) -> ContactPath:

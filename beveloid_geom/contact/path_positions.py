@@ -10,9 +10,8 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import Codes, FloatArray, Mask
 from ..status import Status
 from ..support.chebyshev import basis_of, evaluate, inverted, real_roots, resolved_degree, with_derivative
 from ..support.frozen_arrays import kept
@@ -27,7 +26,7 @@ from .roots import sole_roots
 
 def rows_of_groups(
     groups: list[Group], points: int, given: FloatArray | None, cases: int
-) -> tuple[FloatArray, NDArray[np.int8]]:
+) -> tuple[FloatArray, Codes]:
     """Return rows (ROW_COUNT, cases, positions) and status of all cases at evenly spaced positions, or at the
     `given` l1 (cases, positions), mm.
     """
@@ -60,7 +59,7 @@ def _shares(points: int) -> FloatArray:
     return np.append(np.linspace(-1.0, 1.0, points), 0.0)
 
 
-def _rows_on_path(group: Group, points: int) -> tuple[FloatArray, NDArray[np.int8]]:
+def _rows_on_path(group: Group, points: int) -> tuple[FloatArray, Codes]:
     """Return rows and status at positions evenly spaced from enter to leave."""
     share, series, ends = _shares(points), group.series, group.ends
     # Number of positions from which the expansion in roll is used.
@@ -89,7 +88,7 @@ def _by_roll(group: Group, share: FloatArray) -> tuple[FloatArray, FloatArray]:
     return _by_blocks(by_roll[..., : degree + 1], share), middle
 
 
-def _rows_at_given(group: Group, l1: FloatArray) -> tuple[FloatArray, NDArray[np.int8]]:
+def _rows_at_given(group: Group, l1: FloatArray) -> tuple[FloatArray, Codes]:
     """Return rows and status at given l1: from the series, and outside its window solved one by one."""
     pairing, series, ends = group.pairing, group.series, group.ends
     x, several = parameters_at_l1(series, ends, l1)
@@ -109,8 +108,8 @@ def _rows_at_given(group: Group, l1: FloatArray) -> tuple[FloatArray, NDArray[np
 
 
 def _limited(
-    pairing: FlankPair, l1: FloatArray, values: FloatArray, status: NDArray[np.int8]
-) -> tuple[FloatArray, NDArray[np.int8]]:
+    pairing: FlankPair, l1: FloatArray, values: FloatArray, status: Codes
+) -> tuple[FloatArray, Codes]:
     """Return rows and status at given l1; positions outside the limits are OFF_FLANK."""
     # Tolerance of the limits, in gap tolerances.
     limit_tolerance = 64.0
@@ -126,7 +125,7 @@ def _limited(
     return values[:ROW_COUNT], status
 
 
-def rows_alone(pairing: FlankPair, l1: FloatArray) -> tuple[FloatArray, NDArray[np.int8]] | None:
+def rows_alone(pairing: FlankPair, l1: FloatArray) -> tuple[FloatArray, Codes] | None:
     """Return rows and status at given l1 (cases, positions), solved one by one, if each l1 has one contact
     near the flanks. This contact is then on the path, which need not be computed. None otherwise.
     """
@@ -198,7 +197,7 @@ def at_shares(series: PathSeries, ends: Ends, share: FloatArray) -> FloatArray:
     return x
 
 
-def parameters_at_l1(series: PathSeries, ends: Ends, l1: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+def parameters_at_l1(series: PathSeries, ends: Ends, l1: FloatArray) -> tuple[FloatArray, Mask]:
     """Return series parameters x (cases, positions) at `l1` (cases, positions), mm, and where the path on the
     flanks has several contacts with this l1.
 

@@ -13,9 +13,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray, Mask
+from ..arrays import Codes, FloatArray, Mask
 from ..status import Status
 from .equation import (
     ContactTerms,
@@ -48,10 +47,10 @@ class Roots:
 
     l2: FloatArray
     slope: FloatArray
-    status: NDArray[np.int8]
+    status: Codes
     met: ContactTerms | None = None
 
-    def where(self, mask: NDArray[np.bool_], other: Roots) -> Roots:
+    def where(self, mask: Mask, other: Roots) -> Roots:
         """Return these roots where the mask is true, elsewhere the other ones."""
         return Roots(
             np.where(mask, self.l2, other.l2),
@@ -68,10 +67,10 @@ class _Search:
 
     low: FloatArray
     high: FloatArray
-    rising: NDArray[np.bool_]
+    rising: Mask
     l2: FloatArray
     slope: FloatArray
-    done: NDArray[np.bool_]
+    done: Mask
 
 
 def _newton(pairing: FlankPair, pinion: MemberTerms, search: _Search, passes: int) -> _Search:

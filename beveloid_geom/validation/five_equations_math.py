@@ -11,16 +11,14 @@ from dataclasses import dataclass
 from math import cos, pi, sin, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import fsolve
 
-from ..arrays import FLANK_SIGN, Mask
+from ..arrays import FLANK_SIGN, FloatArray, Mask
 from ..design.arguments import require_unmodified
 from ..design.member import Member
 from ..design.model import Design
 from .pitch_region import hand_of_pair
 
-FloatArray = NDArray[np.float64]
 Surface = Callable[[float, float, float], tuple[float, float, float, float, float, float]]
 RESIDUAL_LIMIT = 1e-10
 """Largest residual of an accepted position, mm for points and 1 for normals."""

@@ -28,9 +28,8 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...arrays import FloatArray
+from ...arrays import FloatArray, Mask
 from ...gear.rack import Numbers, Rack, rack_tangent, turn_rate
 from ...pair.frames import Layout, common_normal
 from ...pair.mounting import across_action
@@ -181,7 +180,7 @@ def direction_of(jacobian: FloatArray) -> FloatArray:
 
 def onto_curve(
     pairing: FlankPair, start: FloatArray, normal: FloatArray, units: FloatArray, passes: int
-) -> tuple[FloatArray, NDArray[np.bool_]]:
+) -> tuple[FloatArray, Mask]:
     """Return where the curve crosses planes, and which points are solved to rounding.
 
     At most `passes` steps of Newton's method from `start` (cases, positions, 4), in the planes through it

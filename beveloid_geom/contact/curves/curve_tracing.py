@@ -20,9 +20,8 @@ from enum import IntEnum
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...arrays import FloatArray
+from ...arrays import FloatArray, Integers, Mask
 from ...gear.rack import rack_normal
 from ..equation import axial_and_radius, gap_of, guarded_gap, limit_margins, meet
 from ..flank_pair import FlankPair, MemberTerms, terms_of_one
@@ -75,7 +74,7 @@ class CurvePart:
     endless: bool
 
 
-def curves_of(pairing: FlankPair, near: Window | None = None) -> tuple[list[TracedCurve], NDArray[np.bool_]]:
+def curves_of(pairing: FlankPair, near: Window | None = None) -> tuple[list[TracedCurve], Mask]:
     """Return all curves of contact in the window, and for which cases a sampled normal does not exist.
 
     `near`: bounds (2, cases, 1) in l1 and l2, mm, of all contacts near the faces. The grid then covers only
@@ -110,7 +109,7 @@ def curves_of(pairing: FlankPair, near: Window | None = None) -> tuple[list[Trac
 
 def _points_on_curves(
     pairing: FlankPair, units: FloatArray, window: Window, farthest: float
-) -> tuple[NDArray[np.int_], FloatArray, NDArray[np.bool_], NDArray[np.bool_]]:
+) -> tuple[Integers, FloatArray, Mask, Mask]:
     """Return points of curves on lines of constant l1 and of constant l2.
 
     The results are their cases, z (points, 4), which are solved to rounding, and for which cases some sample
@@ -199,7 +198,7 @@ def _terms_on_lines(pairing: FlankPair, l: FloatArray, member: int) -> tuple[Mem
 
 def _solved_between(
     part: FlankPair, units: FloatArray, sides: FloatArray, side: FloatArray, halvings: int
-) -> tuple[FloatArray, NDArray[np.bool_]]:
+) -> tuple[FloatArray, Mask]:
     """Return points z (points, 1, 4) of curves between `sides` (2, 2, points, 1), and which are solved. The
     others are only bisected, NaN without a common normal.
     """
@@ -229,9 +228,7 @@ def _bisected(part: FlankPair, ends: FloatArray, gap: FloatArray, halvings: int)
     return y
 
 
-def _within(
-    pairing: FlankPair, z: FloatArray, units: FloatArray, farthest: float
-) -> tuple[NDArray[np.bool_], FloatArray]:
+def _within(pairing: FlankPair, z: FloatArray, units: FloatArray, farthest: float) -> tuple[Mask, FloatArray]:
     """Return whether points (cases, 1, 4) are in the window, up to `farthest`, and their distance from
     mid-face along the axes of both members, (cases, 2), in face widths.
     """
@@ -258,7 +255,7 @@ def _distance(z: FloatArray, line: FloatArray) -> FloatArray:
 
 
 def _traced_both_ways(
-    pairing: FlankPair, units: FloatArray, start: FloatArray, names: NDArray[np.int_], farthest: float
+    pairing: FlankPair, units: FloatArray, start: FloatArray, names: Integers, farthest: float
 ) -> list[TracedCurve]:
     """Return the curves through `start` (cases, 4), one per case; `names` are the numbers of the cases."""
     twice = np.tile(np.arange(len(names)), 2)
@@ -278,7 +275,7 @@ def _traced_both_ways(
 
 def _trace(
     pairing: FlankPair, units: FloatArray, start: FloatArray, tangent: FloatArray, farthest: float
-) -> tuple[list[FloatArray], NDArray[np.int_]]:
+) -> tuple[list[FloatArray], Integers]:
     """Return the points of traces from `start` (traces, 4) along `tangent`, and the codes of `Stop`."""
     # Largest step along the axis of either member near its face, in face widths.
     max_axial_step_faces = 0.2
@@ -328,7 +325,7 @@ def _far(faces: FloatArray) -> FloatArray:
 
 def _one_step(
     part: FlankPair, units: FloatArray, z: FloatArray, tangent: FloatArray, step: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.bool_]]:
+) -> tuple[FloatArray, FloatArray, FloatArray, Mask]:
     """Return points and tangents after a step, cosines of the rotation, and whether the steps are accepted.
 
     In long steps far from the faces w1 has less weight: l1, l2 and n_x distinguish one curve from the next.
@@ -379,7 +376,7 @@ def near_flanks(pairing: FlankPair, curves: list[TracedCurve]) -> list[CurvePart
     return parts
 
 
-def _cut(curve: TracedCurve, near: NDArray[np.bool_], margins: FloatArray) -> list[CurvePart]:
+def _cut(curve: TracedCurve, near: Mask, margins: FloatArray) -> list[CurvePart]:
     """Return the parts of one curve around its points that are `near` the flanks, except for parts that are
     off the flanks by the `margins` (8, points) of the points."""
     points = curve.points

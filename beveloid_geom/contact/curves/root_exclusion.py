@@ -20,9 +20,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...arrays import FloatArray
+from ...arrays import FloatArray, Integers, Mask
 from ...gear.rack import rack_normal
 from ...pair.frames import common_normal
 from ...pair.mounting import across_action
@@ -30,8 +29,6 @@ from ..flank_pair import FlankPair, terms_of
 
 GRID_LINES = 9
 """Default number of grid lines of each member."""
-
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +60,7 @@ class Box:
     CASE_AXES: ClassVar = {"low": 1, "high": 1, "lines": 1}
     """Axes of cases that are not the first."""
 
-    def cases(self, index: NDArray[np.int_]) -> Box:
+    def cases(self, index: Integers) -> Box:
         """Return the results of the cases `index`."""
         return Box(**{name: x.take(index, Box.CASE_AXES.get(name, 0)) for name, x in vars(self).items()})
 

@@ -26,9 +26,8 @@ Arrays have the shape (2, cases, positions), as in `equation`.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...arrays import COMPLEX_STEP, FloatArray
+from ...arrays import COMPLEX_STEP, FloatArray, Mask
 from ...gear.rack import Numbers
 from ..equation import ContactTerms, gap_tolerance, meeting_at
 from ..flank_pair import FlankPair, terms_of
@@ -70,7 +69,7 @@ def at_mid_face(pairing: FlankPair, l: FloatArray) -> FloatArray:
     return np.asarray((middle - start) / (end - start))
 
 
-def contact_at_l1(pairing: FlankPair, l1: FloatArray) -> tuple[FloatArray, ContactTerms, NDArray[np.bool_]]:
+def contact_at_l1(pairing: FlankPair, l1: FloatArray) -> tuple[FloatArray, ContactTerms, Mask]:
     """Return l (2, cases, positions) and terms of the contacts at l1 (cases, positions), mm, midway between
     the mid-faces, and where these exist.
     """
@@ -82,7 +81,7 @@ def contact_at_l1(pairing: FlankPair, l1: FloatArray) -> tuple[FloatArray, Conta
     return l, met, good & (np.abs(met.normal[2].sum(axis=0)) <= PARALLEL_TRACE_TOLERANCE)
 
 
-def one_rack(pairing: FlankPair) -> NDArray[np.bool_]:
+def one_rack(pairing: FlankPair) -> Mask:
     """Return for which cases the racks of both members are two sides of one rack, by normal and trace."""
     normal, trace = pairing.rack.normal, pairing.rack.trace
     mirrored = np.array((1.0, 1.0, -1.0)).reshape(3, 1, 1)
@@ -91,6 +90,6 @@ def one_rack(pairing: FlankPair) -> NDArray[np.bool_]:
     return np.asarray((apart <= PARALLEL_TRACE_TOLERANCE).all(axis=(0, 2)))
 
 
-def along_axes(pairing: FlankPair) -> NDArray[np.bool_]:
+def along_axes(pairing: FlankPair) -> Mask:
     """Return for which cases the teeth of both members are parallel to the axes: no helix and no cone."""
     return np.asarray((np.abs(pairing.rack.trace[:2]) <= PARALLEL_TRACE_TOLERANCE).all(axis=(0, 1, 3)))

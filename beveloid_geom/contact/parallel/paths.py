@@ -18,9 +18,8 @@ from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...arrays import FloatArray, Quantity
+from ...arrays import Codes, FloatArray, Integers, Mask, Quantity
 from ...design.model import NORMAL_MATCH_TOLERANCE
 from ...status import Status
 from ...support.chebyshev import basis_of
@@ -126,7 +125,7 @@ def _under_tip(
     return np.where(empty, np.inf, low), np.where(empty, -np.inf, high)
 
 
-def contact_types(pairing: FlankPair) -> tuple[NDArray[np.bool_], NDArray[np.bool_], FloatArray]:
+def contact_types(pairing: FlankPair) -> tuple[Mask, Mask, FloatArray]:
     """Return which cases have line contact, which have point contact, and s of `on_racks` of a point (cases),
     mm.
     """
@@ -147,7 +146,7 @@ def contact_types(pairing: FlankPair) -> tuple[NDArray[np.bool_], NDArray[np.boo
     return lines, points, s
 
 
-def along_lines(pairing: FlankPair) -> NDArray[np.bool_]:
+def along_lines(pairing: FlankPair) -> Mask:
     """Return whether the generated flanks of each case touch along lines.
 
     The caller silences NumPy's warnings.
@@ -177,7 +176,7 @@ def on_racks(pairing: FlankPair, s: FloatArray) -> FloatArray:
     return np.asarray(s * a[::-1] / np.abs(a).max(axis=0))
 
 
-def single_contact(pairing: FlankPair) -> tuple[FloatArray, NDArray[np.bool_]]:
+def single_contact(pairing: FlankPair) -> tuple[FloatArray, Mask]:
     """Return s (cases), mm, of the contact with the smallest |s|, and whether all s are contacts.
 
     Contacts on both flanks are preferred. s is NaN if F has no zero up to the largest |l| of the flanks.
@@ -327,7 +326,7 @@ def parallel_series(pairing: FlankPair) -> PathSeries:
 
 
 def _along(
-    pairing: FlankPair, guide: FloatArray, l2: FloatArray, cases: NDArray[np.int_], status: NDArray[np.int8]
+    pairing: FlankPair, guide: FloatArray, l2: FloatArray, cases: Integers, status: Codes
 ) -> PathSeries:
     """Return the series of the `cases` along straight lines of l1 and w1, with l2 where it is known."""
     # Distance, relative to the size of a pair, by which a path may be beyond limits along which it
