@@ -104,9 +104,7 @@ def _trimmed_ends(pairing: FlankPair, series: PathSeries) -> Ends:
     return ends
 
 
-def _longest_run(
-    inside: Mask,
-) -> tuple[Integers, Integers, Integers]:
+def _longest_run(inside: Mask) -> tuple[Integers, Integers, Integers]:
     """Return the first and the last index of the longest run of True in each row, and the number of runs."""
     index = np.arange(inside.shape[-1])
     before = np.maximum.accumulate(np.where(inside, -1, index), axis=-1)
@@ -157,12 +155,7 @@ def _edge_depths(pairing: FlankPair, coefficients: FloatArray, x: FloatArray) ->
 
 
 def _cut_to_run(
-    pairing: FlankPair,
-    series: PathSeries,
-    ends: Ends,
-    x: FloatArray,
-    first: Integers,
-    last: Integers,
+    pairing: FlankPair, series: PathSeries, ends: Ends, x: FloatArray, first: Integers, last: Integers
 ) -> Ends:
     """Return the ends of the parts of paths in which the samples x (cases, samples) from `first` to `last`
     (cases) are above the edges of undercut, refined by bisection; NaN if `first` exceeds `last`.

@@ -320,12 +320,7 @@ def _of_batch(pairing: FlankPair, ends: Ends, shape: tuple[int, ...]) -> PathEnd
 
 
 def _result(
-    design: Design,
-    flank: str,
-    table: FloatArray,
-    status: Codes,
-    ends: PathEnds | None,
-    undercut: bool,
+    design: Design, flank: str, table: FloatArray, status: Codes, ends: PathEnds | None, undercut: bool
 ) -> ContactPath:
     """Return the path with these rows (ROW_COUNT, cases, positions).
 

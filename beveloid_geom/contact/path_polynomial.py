@@ -268,11 +268,9 @@ def series_over_l1(
     coefficients, good = fitted_series(part, rows, basis)
     status[at[~result.any(axis=-1) & good]] = Status.SOLVED
     if at.size < len(status):
-        of_some, coefficients = (
-            coefficients,
-            np.full((FULL_ROW_COUNT, len(status), coefficients.shape[-1]), np.nan),
-        )
-        coefficients[:, at] = of_some
+        of_all = np.full((FULL_ROW_COUNT, len(status), coefficients.shape[-1]), np.nan)
+        of_all[:, at] = coefficients
+        coefficients = of_all
     return PathSeries(coefficients, middle, half, status), samples
 
 

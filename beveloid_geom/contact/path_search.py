@@ -173,10 +173,8 @@ def _over_some_of_l1(full: Group, samples: RootSamples, cases: Integers) -> Grou
     """Return those of the `cases` whose path is described by a series over a part of l1: the part in which
     their contacts, known approximately from `samples` at the nodes of their series, seem to be on the flanks.
     """
-    pairing, l1 = (
-        full.pairing.cases(cases),
-        (full.series.middle + full.series.half * basis_of(16).nodes)[cases],
-    )
+    pairing, series = full.pairing.cases(cases), full.series.cases(cases)
+    l1 = series.middle + series.half * basis_of(16).nodes
     low, high = rough_window(pairing, np.array((l1, samples.cases(cases).one_way().rough())))
     seen = np.flatnonzero(high[0, :, 0] > low[0, :, 0])
     part, low, high = pairing.cases(seen), low[:, seen], high[:, seen]

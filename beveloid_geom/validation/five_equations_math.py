@@ -57,11 +57,8 @@ def flank_surface(member: Member, flank: str) -> Surface:
     py, pz = cb * sigma * half_space, -cg * sb * sigma * half_space
     qx, qy, qz = cg * ca + sb * sg * sigma * sa, -cb * sigma * sa, -sg * ca + cg * sb * sigma * sa
     px, py, pz = px + apex * qx, py + apex * qy, pz + apex * qz
-    ex, ey, ez = (
-        (cg * sa - sb * sg * sigma * ca) * a,
-        cb * sigma * ca * a,
-        -(sg * sa + cg * sb * sigma * ca) * a,
-    )
+    ex, ey = (cg * sa - sb * sg * sigma * ca) * a, cb * sigma * ca * a
+    ez = -(sg * sa + cg * sb * sigma * ca) * a
     tx, ty, tz = cb * sg, sb, cb * cg
     # Eq. 5: (q + 2 e l) x t, of length sqrt(1 + 4 a^2 l^2), out of the tooth.
     nx0, ny0, nz0 = (-sigma * c for c in (qy * tz - qz * ty, qz * tx - qx * tz, qx * ty - qy * tx))

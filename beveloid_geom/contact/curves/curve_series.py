@@ -129,12 +129,9 @@ def _crossings(
     number = np.where(left, np.arange(left.shape[1] ** 2).reshape(left.shape[1:]), -1)
     edges = []
     for axis, cuts in enumerate(cut):
-        pad = ((0, 0), (0, 0), (1, 1)) if axis == 0 else ((0, 0), (1, 1), (0, 0))
-        neighbours = np.pad(number, pad, constant_values=-1)
+        outside = np.full_like(number.take([0], axis=2 - axis), -1)
         before, after = (
-            (neighbours[:, :, :-1], neighbours[:, :, 1:])
-            if axis == 0
-            else (neighbours[:, :-1], neighbours[:, 1:])
+            np.concatenate(parts, axis=2 - axis) for parts in ((outside, number), (number, outside))
         )
         case, i, j = np.nonzero(cuts & ((before >= 0) | (after >= 0)) & good[:, None, None])
         other = (i + 1, j) if axis == 0 else (i, j + 1)
@@ -290,11 +287,8 @@ def chain_series(pairing: FlankPair, chains: Chains, over_l1: bool) -> Iterator[
         # Continue only with cases whose coefficients predict convergence at the highest degree.
         bends = basis.coefficients(z.transpose(2, 0, 1))
         tail = np.abs(bends[..., -3:]).max(axis=(0, 2))
-        left = (
-            ~good
-            & solved.all(axis=-1)
-            & (tail < predicted_coefficient_limit ** (len(basis.nodes) / len(bases[-1].nodes)))
-        )
+        share = len(basis.nodes) / len(bases[-1].nodes)
+        left = ~good & solved.all(axis=-1) & (tail < predicted_coefficient_limit**share)
         pending, z, rows, bends = pending[left], z[left], rows[:, left], bends[:, left]
         if pending.size == 0:
             return

@@ -16,7 +16,6 @@ All cases are traced together, since a step costs little more for many cases tha
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from enum import IntEnum
 from typing import TypeAlias
 
 import numpy as np
@@ -41,14 +40,6 @@ LONGEST_STEP = 0.08
 
 Window: TypeAlias = tuple[FloatArray, FloatArray]
 """Bounds (2, cases, 1) in l1 and l2, mm."""
-
-
-class Stop(IntEnum):
-    """Reason for the end of a trace."""
-
-    WINDOW = 0
-    CLOSED = 1
-    LOST = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -262,21 +253,21 @@ def _traced_both_ways(
     pairing, units, z = pairing.cases(twice), units[twice], start[twice]
     tangent = direction_of(linearised(pairing, z[:, None], units)[1])[:, 0]
     tangent[len(names) :] *= -1.0
-    lines, stops = _trace(pairing, units, z, tangent, farthest)
+    lines, closes, lost = _trace(pairing, units, z, tangent, farthest)
     curves = []
     for k, name in enumerate(names.tolist()):
         ahead, back = lines[k], lines[k + len(names)]
-        closed = bool(stops[k] == Stop.CLOSED)
-        points = ahead if closed else np.concatenate((back[:0:-1], ahead))
-        lost = bool((stops[[k, k + len(names)]] == Stop.LOST).any())
-        curves.append(TracedCurve(name, points, closed, lost))
+        points = ahead if closes[k] else np.concatenate((back[:0:-1], ahead))
+        curves.append(TracedCurve(name, points, bool(closes[k]), bool(lost[[k, k + len(names)]].any())))
     return curves
 
 
 def _trace(
     pairing: FlankPair, units: FloatArray, start: FloatArray, tangent: FloatArray, farthest: float
-) -> tuple[list[FloatArray], Integers]:
-    """Return the points of traces from `start` (traces, 4) along `tangent`, and the codes of `Stop`."""
+) -> tuple[list[FloatArray], Mask, Mask]:
+    """Return the points of traces from `start` (traces, 4) along `tangent`, and which of them close or are
+    lost. The others leave the window.
+    """
     # Largest step along the axis of either member near its face, in face widths.
     max_axial_step_faces = 0.2
     z, first, (_, faces) = start.copy(), tangent, _within(pairing, start[:, None], units, farthest)
@@ -286,7 +277,7 @@ def _trace(
     growth_turn_cosine = 0.998
     step, faces = first_step * _far(faces).max(axis=-1), faces.copy()
     tangent, taken = tangent.copy(), np.zeros(len(start), dtype=int)
-    stops = np.full(len(start), int(Stop.LOST))
+    closes, lost = np.zeros(len(start), dtype=bool), np.ones(len(start), dtype=bool)
     active, steps = np.arange(len(start)), [start.copy()]
     for _ in range(most_steps):
         # Predictor and corrector step of all active traces.
@@ -308,13 +299,13 @@ def _trace(
         home = np.linalg.norm(z[active] - start[active], axis=-1) < step[active]
         home &= np.einsum("...i,...i", tangent[active], first[active]) > 0.5
         outside, closed = good & ~inside, good & home & (taken[active] > 4)
-        stops[active[outside]], stops[active[closed]] = Stop.WINDOW, Stop.CLOSED
+        lost[active[outside | closed]], closes[active[closed]] = False, True
         steps[-1][active[closed]] = start[active[closed]]
         active = active[~(outside | closed | (step[active] < shortest_step))]
         if active.size == 0:
             break
     history = np.stack(steps)
-    return [history[~np.isnan(history[:, k, 0]), k] for k in range(len(start))], stops
+    return [history[~np.isnan(history[:, k, 0]), k] for k in range(len(start))], closes, lost
 
 
 def _far(faces: FloatArray) -> FloatArray:

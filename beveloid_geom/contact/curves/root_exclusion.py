@@ -71,10 +71,8 @@ def window_of(pairing: FlankPair) -> tuple[FloatArray, FloatArray]:
     window_margin_depths = 0.05
     slack = window_margin_depths * (pairing.highest - pairing.lowest)
     shape = (2, *pairing.branch.shape)
-    return (
-        np.broadcast_to(pairing.lowest - slack, shape),
-        np.broadcast_to(pairing.highest + slack, shape),
-    )
+    low, high = pairing.lowest - slack, pairing.highest + slack
+    return np.broadcast_to(low, shape), np.broadcast_to(high, shape)
 
 
 def vanishing(pairing: FlankPair) -> Mask:

@@ -96,11 +96,7 @@ def _above_edges(
 
 
 def _under_tip(
-    tip: FloatArray,
-    taper: FloatArray,
-    q: tuple[FloatArray, FloatArray],
-    arm: FloatArray,
-    spare: float,
+    tip: FloatArray, taper: FloatArray, q: tuple[FloatArray, FloatArray], arm: FloatArray, spare: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return the range of w in which sqrt((q0 + q1 w)^2 + arm^2) <= tip + taper w.
 
@@ -108,10 +104,8 @@ def _under_tip(
     """
     a, b = taper * taper - q[1] * q[1], taper * tip - q[0] * q[1]
     c = tip * tip - q[0] * q[0] - arm * arm
-    a, b = (
-        np.where(np.abs(a) <= NEGLIGIBLE_RATE, 0.0, a),
-        np.where(np.abs(b) <= NEGLIGIBLE_RATE * tip, 0.0, b),
-    )
+    a = np.where(np.abs(a) <= NEGLIGIBLE_RATE, 0.0, a)
+    b = np.where(np.abs(b) <= NEGLIGIBLE_RATE * tip, 0.0, b)
     root = np.sqrt(b * b - a * c)
     far = -(b + np.copysign(root, b))
     lower, upper = np.sort(np.array((far / a, c / far)), axis=0)
