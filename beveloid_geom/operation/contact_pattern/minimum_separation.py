@@ -230,8 +230,8 @@ def _between(mating: Mating, points: FloatArray, samples: SeparationSamples) -> 
         away = np.where(margin.max(axis=0) >= 0.0, closer_rolls, 1)
         three = np.clip(best + away * np.array([[-1], [0], [1]]), 0, closer_rolls - 1)
         three = np.take_along_axis(closer, three[None], axis=1)
-    found, rows = zip(*results, strict=True)
-    return np.concatenate(found), np.concatenate(rows, axis=-1)
+    points_between, known = zip(*results, strict=True)
+    return np.concatenate(points_between), np.concatenate(known, axis=-1)
 
 
 def _known_margin(known: FloatArray, room: float) -> FloatArray:
