@@ -22,7 +22,7 @@ import numpy as np
 
 from ...arrays import FloatArray, Integers, Mask
 from ...gear.rack import rack_normal
-from ..equation import axial_and_radius, gap_of, guarded_gap, limit_margins, meet
+from ..equation import axial_and_radius, gap_of, guarded_gap, meet, relative_margins
 from ..flank_pair import FlankPair, MemberTerms, terms_of_one
 from .curve_equations import direction_of, linearised, meet_on_curve, onto_curve, units_of
 from .root_exclusion import window_of
@@ -351,14 +351,11 @@ def near_flanks(pairing: FlankPair, curves: list[TracedCurve]) -> list[CurvePart
     part = pairing.cases(case)
     y = np.concatenate([curve.points for curve in curves])[:, None] * units_of(part)
     y = np.moveaxis(y, -1, 0)
-    axial, radius = axial_and_radius(part, meet_on_curve(part, y)[1])
-    margins = limit_margins(part, y[:2], axial, radius)[..., 0]
+    met = meet_on_curve(part, y)[1]
+    (axial, _), margins = axial_and_radius(part, met), relative_margins(part, y[:2], met)[..., 0]
     # Half face widths beyond toe and heel to which a part reaches.
     part_margin_half_widths = 0.5
-    # Points near both faces, and margins in flank depths and face widths.
     near = np.all(np.abs(axial) <= (1.0 + part_margin_half_widths) * part.half_width, axis=0)[:, 0]
-    depth, face = (part.highest - part.lowest)[..., 0], 2.0 * part.half_width[..., 0]  # as in `Limit`
-    margins /= np.concatenate((depth, depth, face, face))
     parts, start = [], 0
     for curve in curves:
         here = slice(start, start + len(curve.points))
