@@ -19,9 +19,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import Codes, FloatArray
 from ..gear.flank import flank_patch, normal_rates
 from ..pair.frames import layout_by_case, member_frame, normals_to_fixed
 from ..status import EllipseStatus
@@ -60,7 +59,7 @@ class ContactEllipse:
     semi_axes: FloatArray
     direction: FloatArray
     curvature: FloatArray
-    status: NDArray[np.int8]
+    status: Codes
 
 
 def relative_curvature(path: ContactPath) -> RelativeCurvature:

@@ -9,9 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import Codes, FloatArray, Integers, Mask
 from ..status import Limit, Status
 from ..support.chebyshev import evaluate, inverted, polynomials, real_roots, with_derivative
 from ..support.products import product
@@ -40,20 +39,20 @@ class Ends:
     x: FloatArray
     l: FloatArray
     roll: FloatArray
-    limit: NDArray[np.int8]
+    limit: Codes
     span: FloatArray
-    turning: NDArray[np.bool_]
-    pieces: NDArray[np.int_]
-    status: NDArray[np.int8]
+    turning: Mask
+    pieces: Integers
+    status: Codes
 
-    def cases(self, index: NDArray[np.int_]) -> Ends:
+    def cases(self, index: Integers) -> Ends:
         """Return the ends of the cases `index`."""
         picked = {
             name: value[:, index] if name == "l" else value[index] for name, value in vars(self).items()
         }
         return Ends(**picked)
 
-    def put(self, index: NDArray[np.int_], ends: Ends) -> None:
+    def put(self, index: Integers, ends: Ends) -> None:
         """Overwrite the ends of the cases `index`."""
         for name, value in vars(ends).items():
             getattr(self, name)[(slice(None), index) if name == "l" else index] = value
@@ -70,7 +69,7 @@ def find_ends(pairing: FlankPair, series: PathSeries) -> Ends:
     return ends
 
 
-def no_ends(status: NDArray[np.int8]) -> Ends:
+def no_ends(status: Codes) -> Ends:
     """Return the ends of cases without a path, with the reasons `status`."""
     void = np.full((len(status), 2), np.nan)
     return Ends(
@@ -105,9 +104,7 @@ def _trimmed_ends(pairing: FlankPair, series: PathSeries) -> Ends:
     return ends
 
 
-def _longest_run(
-    inside: NDArray[np.bool_],
-) -> tuple[NDArray[np.int_], NDArray[np.int_], NDArray[np.int_]]:
+def _longest_run(inside: Mask) -> tuple[Integers, Integers, Integers]:
     """Return the first and the last index of the longest run of True in each row, and the number of runs."""
     index = np.arange(inside.shape[-1])
     before = np.maximum.accumulate(np.where(inside, -1, index), axis=-1)
@@ -158,12 +155,7 @@ def _edge_depths(pairing: FlankPair, coefficients: FloatArray, x: FloatArray) ->
 
 
 def _cut_to_run(
-    pairing: FlankPair,
-    series: PathSeries,
-    ends: Ends,
-    x: FloatArray,
-    first: NDArray[np.int_],
-    last: NDArray[np.int_],
+    pairing: FlankPair, series: PathSeries, ends: Ends, x: FloatArray, first: Integers, last: Integers
 ) -> Ends:
     """Return the ends of the parts of paths in which the samples x (cases, samples) from `first` to `last`
     (cases) are above the edges of undercut, refined by bisection; NaN if `first` exceeds `last`.
@@ -195,7 +187,7 @@ def _cut_to_run(
     )
 
 
-def _ends(pairing: FlankPair, series: PathSeries, x: FloatArray, pieces: NDArray[np.int_]) -> Ends:
+def _ends(pairing: FlankPair, series: PathSeries, x: FloatArray, pieces: Integers) -> Ends:
     """Return the ends of solved paths near the starting values x (cases, 2), and their numbers of `pieces`.
 
     Among the margins that decrease towards the outside, the one whose zero is furthest inside ends the path.
@@ -243,7 +235,7 @@ def halley_step(value: FloatArray, rate: FloatArray, bend: FloatArray) -> FloatA
     return -newton / np.maximum(1.0 - 0.5 * newton * bend / rate, 0.5)
 
 
-def _rough_ends(series: PathSeries) -> tuple[FloatArray, NDArray[np.int_]]:
+def _rough_ends(series: PathSeries) -> tuple[FloatArray, Integers]:
     """Return starting values (cases, 2) for the ends of the path, and the number of its segments.
 
     A scan of the least margin suffices if it crosses zero twice. If it has several runs inside, or an
@@ -298,7 +290,7 @@ def _exact_runs(coefficients: FloatArray) -> tuple[FloatArray, FloatArray]:
     return runs, np.array(spans)
 
 
-def _crossing(x: FloatArray, depth: FloatArray, edge: NDArray[np.int_]) -> FloatArray:
+def _crossing(x: FloatArray, depth: FloatArray, edge: Integers) -> FloatArray:
     """Return at which x (cases, samples) the depth crosses zero before the first and after the second of two
     samples `edge` (cases, 2), by linear interpolation.
     """
@@ -332,7 +324,7 @@ def rough_window(pairing: FlankPair, l: FloatArray) -> tuple[FloatArray, FloatAr
     return low, high
 
 
-def _roll_span(series: PathSeries, x: FloatArray, roll: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+def _roll_span(series: PathSeries, x: FloatArray, roll: FloatArray) -> tuple[FloatArray, Mask]:
     """Return the range of pinion roll of the path (cases), rad, and whether the roll turns back. If it does
     not, the range is the difference between the ends.
     """
@@ -354,7 +346,7 @@ def _roll_span(series: PathSeries, x: FloatArray, roll: FloatArray) -> tuple[Flo
     return span, turning
 
 
-def _turns(rate: FloatArray, ends: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+def _turns(rate: FloatArray, ends: FloatArray) -> tuple[FloatArray, Mask]:
     """Return where polynomials (cases, degree + 1) change sign between `ends` (cases, 2), as (cases, steps)
     with NaN in steps without a change; and which cases have a change.
 

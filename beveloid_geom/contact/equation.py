@@ -50,7 +50,7 @@ import numpy as np
 from ..arrays import COMPLEX_STEP, FloatArray
 from ..gear.rack import Numbers
 from ..pair.frames import common_normal
-from ..pair.mounting import across_action
+from ..pair.mounting import across_action, across_of_gear
 from .flank_pair import FlankPair, MemberTerms, terms_of, terms_of_one
 
 
@@ -76,29 +76,18 @@ class Gap:
 
 
 @dataclass(frozen=True, eq=False)
-class ContactTerms:
-    """Terms of F at given flank parameters, (2, cases, positions); `gap` and `normal_x` are (cases,
-    positions).
+class ContactTerms(MemberTerms):
+    """Terms of both members and F at given flank parameters, (2, cases, positions); `gap` and `normal_x` are
+    (cases, positions).
 
-    `along` is eta and `across` is w; the other fields are those of `MemberTerms` and `Gap`.
+    `along` is eta and `across` is w; `gap`, `normal_x` and `normal_y` are those of `Gap`.
     """
 
     gap: Numbers
     along: Numbers
     across: Numbers
-    slope: Numbers
-    reach: Numbers
     normal_x: Numbers
     normal_y: Numbers
-    square: Numbers
-    moment: Numbers
-    normal: Numbers
-    start: Numbers
-
-    @property
-    def pole(self) -> Numbers:
-        """Sum of B n_x w, as in `Gap`."""
-        return np.asarray(self.slope[0] * self.reach[0] + self.slope[1] * self.reach[1])
 
 
 def meet(pairing: FlankPair, l: Numbers) -> ContactTerms:
@@ -121,17 +110,28 @@ def _joined_terms(terms: MemberTerms, met: Gap) -> ContactTerms:
     across = met.reach / met.normal_x
     along = terms.level + terms.slope * across
     return ContactTerms(
+        **vars(terms),
         gap=met.gap,
         along=along,
         across=across,
-        slope=terms.slope,
-        reach=met.reach,
         normal_x=met.normal_x,
         normal_y=met.normal_y,
-        square=terms.square,
-        moment=terms.moment,
-        normal=terms.normal,
-        start=terms.start,
+    )
+
+
+def meeting_at(
+    pairing: FlankPair, terms: MemberTerms, w: Numbers, normal_x: Numbers, normal_y: Numbers
+) -> ContactTerms:
+    """Return F and its terms at w1 (cases, positions), mm, for given terms of both members and the common
+    normal in both fixed frames: `normal_x` (cases, positions) and `normal_y` (2, cases, positions).
+    """
+    layout = pairing.layout
+    across_gear = across_of_gear(layout, terms.normal[2], terms.square, terms.moment, w, normal_x)
+    across = np.array((w, across_gear))
+    along = terms.level + terms.slope * across
+    gap = along[0] + along[1] - layout.offset * normal_x
+    return ContactTerms(
+        **vars(terms), gap=gap, along=along, across=across, normal_x=normal_x, normal_y=normal_y
     )
 
 
@@ -154,7 +154,7 @@ def gap_of(pairing: FlankPair, pinion: MemberTerms, gear: MemberTerms) -> Gap:
     return Gap(gap, pole, reach, normal_x, normal.y)
 
 
-def guarded_gap(pairing: FlankPair, met: Gap | ContactTerms) -> FloatArray:
+def guarded_gap(pairing: FlankPair, met: Gap) -> FloatArray:
     """Return F (mm); beyond the pole at n_x = 0, where F is not real, infinity with the sign to which F
     diverges.
     """

@@ -14,7 +14,6 @@ from types import MappingProxyType
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..arrays import FloatArray, Integers, Mask, flank_sign
 from ..design.arguments import require_unmodified
@@ -25,7 +24,7 @@ from ..gear.flank_limits import active_range, may_fold, tip_radius
 from ..gear.rack import Numbers, Rack, rack_at, rack_of
 from ..gear.tooth_side import is_batch, undercut_edge
 from ..pair.frames import Layout, layout_by_case
-from ..pair.mounting import Mounting, mounting_of
+from ..pair.mounting import mounting_of
 from ..support.frozen_arrays import kept, read_only
 
 
@@ -79,7 +78,7 @@ class FlankPair:
     half_width: FloatArray
     edges: tuple[Edges | None, ...] = ()
 
-    def cases(self, index: NDArray[np.int_] | slice) -> FlankPair:
+    def cases(self, index: Integers | slice) -> FlankPair:
         """Return the flank pairs of the cases `index`."""
         pick = {name: getattr(self, name)[..., index, :] for name in _BY_CASE}
         layout = {name: value[index] for name, value in vars(self.layout).items()}
@@ -98,13 +97,13 @@ class FlankPair:
         return read_only((l2, terms_of_one(self, l2, 1)))
 
     @cached_property
-    def undefined(self) -> NDArray[np.bool_]:
+    def undefined(self) -> Mask:
         """Whether a case (cases) has no flanks, or no mounting."""
         known = (self.lowest + self.highest + self.position).sum(axis=0) + self.layout.offset
         return read_only(np.asarray(~np.isfinite(known)[:, 0]))
 
     @cached_property
-    def edged(self) -> NDArray[np.bool_]:
+    def edged(self) -> Mask:
         """Whether a flank of each case (cases) has an edge of undercut that depends on z."""
         result = np.zeros(len(self.branch), dtype=bool)
         for edges in self.edges:
@@ -113,14 +112,14 @@ class FlankPair:
         return read_only(result)
 
     @cached_property
-    def parallel(self) -> NDArray[np.bool_]:
+    def parallel(self) -> Mask:
         """Whether the axes of each case (cases) are parallel. Their contacts are those of
         `parallel.equation`.
         """
         return read_only(np.asarray(self.layout.parallel[:, 0]))
 
     @cached_property
-    def without_parabola(self) -> NDArray[np.bool_]:
+    def without_parabola(self) -> Mask:
         """Whether the racks of both members of each case (cases) have no parabola."""
         coefficients = np.broadcast_to(self.rack.parabola, (2, *self.branch.shape))
         return read_only((coefficients == 0.0).all(axis=(0, 2)))
@@ -155,6 +154,10 @@ class MemberTerms:
         """Return the terms of pinion (0) or gear (1) from those of both."""
         normal, start, *remaining = vars(self).values()
         return MemberTerms(normal[:, member], start[:, member], *(value[member] for value in remaining))
+
+    def pick(self, *index: Any) -> MemberTerms:
+        """Return the terms of one member at an `index` of cases and positions."""
+        return MemberTerms(*(value[..., *index] for value in vars(self).values()))
 
 
 Distinct: TypeAlias = tuple[list[Member], Integers]
@@ -228,9 +231,7 @@ def _kept_flanks(pinion: Member, gear: Member, flank: str) -> Mapping[str, Any]:
     return MappingProxyType(_flanks(stacked(pinion, gear), flank, (pinion, gear)))
 
 
-def pairing_of(
-    design: Design, flank: str, mounting: Mounting | None = None, undercut: bool = True
-) -> FlankPair:
+def pairing_of(design: Design, flank: str, undercut: bool = True) -> FlankPair:
     """Return the constants of the contact of `flank` ('right' or 'left') of both members.
 
     Without `undercut` the flanks are not limited by undercut. Results of single designs are cached, and so
@@ -244,9 +245,9 @@ def pairing_of(
     require_unmodified(
         flank, "calculations with the one equation of contact", pinion=design.pinion, gear=design.gear
     )
-    if mounting is None and undercut and not design.batch_shape:
+    if undercut and not design.batch_shape:
         return _kept_pairing(design, flank)
-    return _pairing(design, flank, mounting_of(design) if mounting is None else mounting, undercut)
+    return _pairing(design, flank, undercut)
 
 
 def is_modified(design: Design, flank: str) -> bool:
@@ -266,7 +267,7 @@ def generated_pairing(design: Design, flank: str, undercut: bool = True) -> Flan
         shape = design.batch_shape  # amounts may be arrays
         pinion, gear = (member.modified(None) for member in design.members)
         design = unchecked(design, pinion=pinion, gear=gear, batch_shape=shape)
-    return pairing_of(design, flank, undercut=undercut)
+    return pairing_of(design, flank, undercut)
 
 
 def may_be_undercut(design: Design, flank: str) -> bool:
@@ -275,13 +276,8 @@ def may_be_undercut(design: Design, flank: str) -> bool:
     return bool(may_fold(members, rack_of(members, flank), *active_range(members, flank)).any())
 
 
-@kept(8)
-def _kept_pairing(design: Design, flank: str) -> FlankPair:
-    return _pairing(design, flank, mounting_of(design))
-
-
-def _pairing(design: Design, flank: str, mounting: Mounting, undercut: bool = True) -> FlankPair:
-    shape = design.batch_shape
+def _pairing(design: Design, flank: str, undercut: bool = True) -> FlankPair:
+    shape, mounting = design.batch_shape, mounting_of(design)
     if shape or not undercut:
         single = not any(map(is_batch, design.members))
         each = design.members if single else None
@@ -299,6 +295,9 @@ def _pairing(design: Design, flank: str, mounting: Mounting, undercut: bool = Tr
         position=position.reshape(2, -1, 1),
         **flanks,
     )
+
+
+_kept_pairing = kept(8)(_pairing)
 
 
 def terms_of(pairing: FlankPair, l: Numbers) -> MemberTerms:

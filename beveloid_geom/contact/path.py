@@ -19,24 +19,19 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from ..arrays import FloatArray, gear_sense
+from ..arrays import Codes, FloatArray, Integers, gear_sense
 from ..design.arguments import require_design
 from ..design.field_limits import float64_of
 from ..design.model import Design
 from ..status import Limit, Status
 from ..support.array_repr import html_table, short_repr
-from .ends import Ends, no_ends
+from .ends import Ends
 from .flank_pair import FlankPair, generated_pairing, is_modified
 from .path_polynomial import NORMAL, PHASE, POINT, ROW_COUNT, ROWS
-from .path_positions import (
-    middles_of,
-    rows_alone,
-    rows_at_given,
-    rows_on_path,
-)
-from .path_search import Group, paths_on_flanks
+from .path_positions import ends_of_groups, middles_of, rows_alone, rows_of_groups
+from .path_search import paths_on_flanks
 from .surfaces.paths import rows_at_l1, rows_between_ends, surface_ends, surface_paths
 
 
@@ -57,10 +52,10 @@ class PathEnds:
     l1: FloatArray
     l2: FloatArray
     pinion_roll: FloatArray
-    limit: NDArray[np.int8]
+    limit: Codes
     contact_ratio: FloatArray
-    pieces: NDArray[np.int_]
-    status: NDArray[np.int8]
+    pieces: Integers
+    status: Codes
 
     @property
     def enter(self) -> Limit | None:
@@ -129,7 +124,7 @@ class ContactPath:
     gear_z: FloatArray
     gear_r: FloatArray
     transmission_error: FloatArray
-    status: NDArray[np.int8]
+    status: Codes
     ends: PathEnds
 
     @property
@@ -204,72 +199,32 @@ def path_of_contact(
     pairing, shape = _solvable(design, flank, undercut), design.batch_shape
     cases = pairing.branch.shape[0]
     given = None if l1 is None else _by_case(l1, shape)
-    if is_modified(design, flank):
-        return _on_surfaces(design, flank, pairing, points, given, undercut)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        if is_modified(design, flank):  # the one equation does not apply
+            paths = surface_paths(design, flank, pairing)
+            if given is None:
+                table, status = rows_between_ends(paths, cases, np.linspace(0.0, 1.0, points))
+            else:
+                table, status = rows_at_l1(paths, given)
+            ends = surface_ends(paths, cases)
         # Up to 16 given l1 are solved one by one, if each has one contact.
-        if given is not None and given.shape[-1] <= 16 and (alone := rows_alone(pairing, given)):
+        elif given is not None and given.shape[-1] <= 16 and (alone := rows_alone(pairing, given)):
             return _result(design, flank, *alone, None, undercut)
-        groups = paths_on_flanks(pairing)
-        table, status = _rows_of_groups(groups, points, given, cases)
-        middle = None if given is None else middles_of(groups, given)
-    path_ends = _path_ends(pairing, groups, shape)
-    # Transmission error relative to mid-roll; a single design without a path gives empty arrays.
-    if middle is not None:
-        table[PHASE] -= middle
-    elif not shape and path_ends.status != Status.SOLVED:
-        table, status = table[..., :0], status[:, :0]
+        else:
+            groups = paths_on_flanks(pairing)
+            table, status = rows_of_groups(groups, points, given, cases)
+            if given is not None:  # transmission error relative to mid-roll
+                table[PHASE] -= middles_of(groups, given)
+            ends = ends_of_groups(groups, cases)
+    path_ends = _of_batch(pairing, ends, shape)
+    if given is None and not shape and path_ends.status != Status.SOLVED:
+        table, status = table[..., :0], status[:, :0]  # a single design without a path
     return _result(design, flank, table, status, path_ends, undercut)
 
 
 def pairing_of_path(path: ContactPath) -> FlankPair:
     """Return the constants of the generated flanks of a path, limited by undercut only if the path is."""
     return generated_pairing(path.design, path.flank, path._undercut)
-
-
-def _on_surfaces(
-    design: Design,
-    flank: str,
-    pairing: FlankPair,
-    points: int,
-    given: FloatArray | None,
-    undercut: bool,
-) -> ContactPath:
-    """Return the path of modified flanks, to which the one equation does not apply."""
-    cases = pairing.branch.shape[0]
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        paths = surface_paths(design, flank, pairing)
-        if given is None:
-            table, status = rows_between_ends(paths, cases, np.linspace(0.0, 1.0, points))
-        else:
-            table, status = rows_at_l1(paths, given)
-        path_ends = _of_batch(pairing, surface_ends(paths, cases), design.batch_shape)
-    if given is None and not design.batch_shape and path_ends.status != Status.SOLVED:
-        table, status = table[..., :0], status[:, :0]
-    return _result(design, flank, table, status, path_ends, undercut)
-
-
-def _rows_of_groups(
-    groups: list[Group], points: int, given: FloatArray | None, cases: int
-) -> tuple[FloatArray, NDArray[np.int8]]:
-    """Return rows (ROW_COUNT, cases, positions) and status of all cases at evenly spaced positions, or at the
-    `given` l1 (cases, positions), mm.
-    """
-    table, status = np.empty((ROW_COUNT, 0, 0)), np.empty((0, 0), dtype=np.int8)
-    for group in groups:
-        if given is None:
-            rows, codes = rows_on_path(group, points)
-        else:
-            rows, codes = rows_at_given(group, given[group.cases])
-        if len(groups) == 1:
-            return rows, codes
-        if table.size == 0:
-            table, status = (
-                np.empty((ROW_COUNT, cases, rows.shape[-1])),
-                np.empty((cases, rows.shape[-1]), np.int8),
-            )
-        table[:, group.cases], status[group.cases] = rows, codes
-    return table, status
 
 
 def require_points(points: object) -> None:
@@ -338,21 +293,13 @@ def path_ends(design: Design, flank: str = "right") -> PathEnds:
     PathEnds
     """
     pairing = _solvable(design, flank)
+    cases = pairing.branch.shape[0]
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         if is_modified(design, flank):
-            paths = surface_paths(design, flank, pairing)
-            return _of_batch(pairing, surface_ends(paths, pairing.branch.shape[0]), design.batch_shape)
-        return _path_ends(pairing, paths_on_flanks(pairing), design.batch_shape)
-
-
-def _path_ends(pairing: FlankPair, groups: list[Group], shape: tuple[int, ...]) -> PathEnds:
-    ends = groups[0].ends
-    # Collect the ends of all groups.
-    if len(groups) > 1:
-        ends = no_ends(np.empty(pairing.branch.shape[0], dtype=np.int8))
-        for group in groups:
-            ends.put(group.cases, group.ends)
-    return _of_batch(pairing, ends, shape)
+            ends = surface_ends(surface_paths(design, flank, pairing), cases)
+        else:
+            ends = ends_of_groups(paths_on_flanks(pairing), cases)
+    return _of_batch(pairing, ends, design.batch_shape)
 
 
 def _of_batch(pairing: FlankPair, ends: Ends, shape: tuple[int, ...]) -> PathEnds:
@@ -373,12 +320,7 @@ def _of_batch(pairing: FlankPair, ends: Ends, shape: tuple[int, ...]) -> PathEnd
 
 
 def _result(
-    design: Design,
-    flank: str,
-    table: FloatArray,
-    status: NDArray[np.int8],
-    ends: PathEnds | None,
-    undercut: bool,
+    design: Design, flank: str, table: FloatArray, status: Codes, ends: PathEnds | None, undercut: bool
 ) -> ContactPath:
     """Return the path with these rows (ROW_COUNT, cases, positions).
 
@@ -409,4 +351,5 @@ def _searched(path: ContactPath) -> dict[str, Any]:
         middle = middles_of(groups, path.l1.reshape(-1, shape[-1])).reshape(*shape[:-1], 1)
     ratio = (pairing.teeth[0] / pairing.teeth[1] + 0.0 * middle.reshape(-1, 1)).reshape(middle.shape)
     error = gear_sense(path.flank) * (path.gear_roll + ratio * path.pinion_roll - middle)
-    return {"ends": _path_ends(pairing, groups, shape[:-1]), "transmission_error": error}
+    ends = _of_batch(pairing, ends_of_groups(groups, pairing.branch.shape[0]), shape[:-1])
+    return {"ends": ends, "transmission_error": error}

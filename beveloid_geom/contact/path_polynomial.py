@@ -15,9 +15,8 @@ import sys
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray, Quantity
+from ..arrays import Codes, FloatArray, Integers, Mask, Quantity
 from ..gear.rack import rack_normal
 from ..pair.frames import common_normal
 from ..status import Limit, Status
@@ -84,24 +83,22 @@ class PathSeries:
     coefficients: FloatArray
     middle: FloatArray
     half: FloatArray
-    status: NDArray[np.int8]
+    status: Codes
 
-    def cases(self, index: NDArray[np.int_]) -> PathSeries:
+    def cases(self, index: Integers) -> PathSeries:
         """Return the series of the cases `index`."""
         return PathSeries(
             self.coefficients[:, index], self.middle[index], self.half[index], self.status[index]
         )
 
 
-def not_over_l1(coefficients: FloatArray, status: NDArray[np.int8]) -> PathSeries:
+def not_over_l1(coefficients: FloatArray, status: Codes) -> PathSeries:
     """Return series whose parameter is not a linear function of l1."""
     void = np.full((len(status), 1), np.nan)
     return PathSeries(coefficients, void, void, status)
 
 
-def exact_rows(
-    pairing: FlankPair, l1: FloatArray, roots: Roots | None = None
-) -> tuple[FloatArray, NDArray[np.int8]]:
+def exact_rows(pairing: FlankPair, l1: FloatArray, roots: Roots | None = None) -> tuple[FloatArray, Codes]:
     """Return the rows (FULL_ROW_COUNT, cases, positions) at every l1 (cases, positions), mm, and the Status
     of each position.
 
@@ -136,9 +133,7 @@ def exact_rows(
     return rows, status
 
 
-def _exact_rows_by_axes(
-    pairing: FlankPair, l1: FloatArray, parallel: NDArray[np.bool_]
-) -> tuple[FloatArray, NDArray[np.int8]]:
+def _exact_rows_by_axes(pairing: FlankPair, l1: FloatArray, parallel: Mask) -> tuple[FloatArray, Codes]:
     """Return the result of `exact_rows` if some cases have parallel axes: their contacts midway between the
     mid-faces.
     """
@@ -154,9 +149,7 @@ def _exact_rows_by_axes(
     return rows, status
 
 
-def _rows_and_settled(
-    pairing: FlankPair, l: FloatArray, met: ContactTerms, good: NDArray[np.bool_]
-) -> FloatArray:
+def _rows_and_settled(pairing: FlankPair, l: FloatArray, met: ContactTerms, good: Mask) -> FloatArray:
     """Return rows of contacts at `l` (2, cases, positions).
 
     Where |n_x| is below SMALL_NORMAL_X, l2 determines n_x only with large rounding errors. These contacts are
@@ -224,7 +217,7 @@ def fitted_series(
     basis: Basis,
     loosened: Quantity = 1.0,
     loosest: float = MAX_ROUNDING_DEPTHS,
-) -> tuple[FloatArray, NDArray[np.bool_]]:
+) -> tuple[FloatArray, Mask]:
     """Return coefficients through `rows` at the nodes of a basis, and which cases they resolve."""
     coefficients, scale = basis.coefficients(rows), rounding_scale(pairing, loosened, loosest)
     degree = resolved_degree(coefficients, scale)
@@ -275,15 +268,13 @@ def series_over_l1(
     coefficients, good = fitted_series(part, rows, basis)
     status[at[~result.any(axis=-1) & good]] = Status.SOLVED
     if at.size < len(status):
-        of_some, coefficients = (
-            coefficients,
-            np.full((FULL_ROW_COUNT, len(status), coefficients.shape[-1]), np.nan),
-        )
-        coefficients[:, at] = of_some
+        of_all = np.full((FULL_ROW_COUNT, len(status), coefficients.shape[-1]), np.nan)
+        of_all[:, at] = coefficients
+        coefficients = of_all
     return PathSeries(coefficients, middle, half, status), samples
 
 
-def _hopeless(pairing: FlankPair, l: FloatArray, basis: Basis) -> NDArray[np.bool_]:
+def _hopeless(pairing: FlankPair, l: FloatArray, basis: Basis) -> Mask:
     """Return for which cases, approximately at l (2, cases, positions), mm, n_x changes too much for this
     degree.
 

@@ -7,17 +7,15 @@ if each has exactly one contact.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import Codes, FloatArray, Mask
 from ..status import Status
 from ..support.chebyshev import basis_of, evaluate, inverted, real_roots, resolved_degree, with_derivative
 from ..support.frozen_arrays import kept
-from .ends import HALLEY_MAX_STEPS, LAST_HALLEY_STEP, Ends, halley_step
+from .ends import HALLEY_MAX_STEPS, LAST_HALLEY_STEP, Ends, halley_step, no_ends
 from .equation import edge_margins, gap_tolerance
 from .flank_pair import FlankPair
 from .parallel.small_angle_paths import NEARLY_PARALLEL_SINE
@@ -26,42 +24,33 @@ from .path_search import Group
 from .roots import sole_roots
 
 
-@dataclass(frozen=True, eq=False)
-class PathByRoll:
-    """A path from enter to leave.
-
-    `coefficients` (ROW_COUNT, cases, degree + 1) are polynomials of the relative position in [-1, 1] or, if
-    `by_roll` is False, of the parameter of the series. `middle_phase` (cases, 1), rad, is the value of PHASE
-    in the middle of the path, which `rows` subtracts.
+def rows_of_groups(
+    groups: list[Group], points: int, given: FloatArray | None, cases: int
+) -> tuple[FloatArray, Codes]:
+    """Return rows (ROW_COUNT, cases, positions) and status of all cases at evenly spaced positions, or at the
+    `given` l1 (cases, positions), mm.
     """
-
-    coefficients: FloatArray
-    by_roll: bool
-    series: PathSeries
-    ends: Ends
-    middle_phase: FloatArray
-
-    def rows(self, share: FloatArray) -> FloatArray:
-        """Return rows (ROW_COUNT, cases, positions) at relative positions."""
-        values = _by_blocks(
-            self.coefficients, share if self.by_roll else at_shares(self.series, self.ends, share)
-        )
-        values[PHASE] -= self.middle_phase
-        return values
+    parts = [
+        _rows_on_path(group, points) if given is None else _rows_at_given(group, given[group.cases])
+        for group in groups
+    ]
+    if len(parts) == 1:
+        return parts[0]
+    count = parts[0][1].shape[-1]
+    table, status = np.empty((ROW_COUNT, cases, count)), np.empty((cases, count), np.int8)
+    for group, (rows, codes) in zip(groups, parts, strict=True):
+        table[:, group.cases], status[group.cases] = rows, codes
+    return table, status
 
 
-def expanded_in_roll(group: Group) -> PathByRoll:
-    """Return the paths, expanded in roll if this resolves them."""
-    series, ends, rows = group.series, group.ends, group.series.coefficients[:ROW_COUNT]
-    # Evaluate at Chebyshev points of the roll and fit again.
-    basis = basis_of(40)
-    values = evaluate(rows, at_shares(series, ends, basis.nodes))
-    middle, by_roll = values[PHASE, :, basis.nodes.size // 2, None], basis.coefficients(values)
-    solved = ends.status == Status.SOLVED
-    degree = resolved_degree(by_roll[:, solved], rounding_scale(group.pairing)[:ROW_COUNT, solved])
-    if degree is None:
-        return PathByRoll(rows, False, series, ends, middle)
-    return PathByRoll(by_roll[..., : degree + 1], True, series, ends, middle)
+def ends_of_groups(groups: list[Group], cases: int) -> Ends:
+    """Return the ends of the paths of all cases."""
+    if len(groups) == 1:
+        return groups[0].ends
+    ends = no_ends(np.empty(cases, dtype=np.int8))
+    for group in groups:
+        ends.put(group.cases, group.ends)
+    return ends
 
 
 @kept(4)
@@ -70,20 +59,36 @@ def _shares(points: int) -> FloatArray:
     return np.append(np.linspace(-1.0, 1.0, points), 0.0)
 
 
-def rows_on_path(group: Group, points: int) -> tuple[FloatArray, NDArray[np.int8]]:
+def _rows_on_path(group: Group, points: int) -> tuple[FloatArray, Codes]:
     """Return rows and status at positions evenly spaced from enter to leave."""
     share, series, ends = _shares(points), group.series, group.ends
     # Number of positions from which the expansion in roll is used.
     if points < 256:
         values = evaluate(series.coefficients[:ROW_COUNT], at_shares(series, ends, share))
         values, middle = values[..., :-1], values[PHASE, :, -1:].copy()
-        values[PHASE] -= middle
     else:
-        values = expanded_in_roll(group).rows(share[:-1])
+        values, middle = _by_roll(group, share[:-1])
+    values[PHASE] -= middle
     return values, np.broadcast_to(ends.status[:, None], values.shape[1:])
 
 
-def rows_at_given(group: Group, l1: FloatArray) -> tuple[FloatArray, NDArray[np.int8]]:
+def _by_roll(group: Group, share: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return rows at relative positions `share` from polynomials of the roll, if these resolve the path, else
+    from the series; and PHASE (cases, 1) in the middle of the path, rad.
+    """
+    series, ends, rows = group.series, group.ends, group.series.coefficients[:ROW_COUNT]
+    # Evaluate at Chebyshev points of the roll and fit again.
+    basis = basis_of(40)
+    values = evaluate(rows, at_shares(series, ends, basis.nodes))
+    middle, by_roll = values[PHASE, :, basis.nodes.size // 2, None], basis.coefficients(values)
+    solved = ends.status == Status.SOLVED
+    degree = resolved_degree(by_roll[:, solved], rounding_scale(group.pairing)[:ROW_COUNT, solved])
+    if degree is None:
+        return _by_blocks(rows, at_shares(series, ends, share)), middle
+    return _by_blocks(by_roll[..., : degree + 1], share), middle
+
+
+def _rows_at_given(group: Group, l1: FloatArray) -> tuple[FloatArray, Codes]:
     """Return rows and status at given l1: from the series, and outside its window solved one by one."""
     pairing, series, ends = group.pairing, group.series, group.ends
     x, several = parameters_at_l1(series, ends, l1)
@@ -103,8 +108,8 @@ def rows_at_given(group: Group, l1: FloatArray) -> tuple[FloatArray, NDArray[np.
 
 
 def _limited(
-    pairing: FlankPair, l1: FloatArray, values: FloatArray, status: NDArray[np.int8]
-) -> tuple[FloatArray, NDArray[np.int8]]:
+    pairing: FlankPair, l1: FloatArray, values: FloatArray, status: Codes
+) -> tuple[FloatArray, Codes]:
     """Return rows and status at given l1; positions outside the limits are OFF_FLANK."""
     # Tolerance of the limits, in gap tolerances.
     limit_tolerance = 64.0
@@ -120,7 +125,7 @@ def _limited(
     return values[:ROW_COUNT], status
 
 
-def rows_alone(pairing: FlankPair, l1: FloatArray) -> tuple[FloatArray, NDArray[np.int8]] | None:
+def rows_alone(pairing: FlankPair, l1: FloatArray) -> tuple[FloatArray, Codes] | None:
     """Return rows and status at given l1 (cases, positions), solved one by one, if each l1 has one contact
     near the flanks. This contact is then on the path, which need not be computed. None otherwise.
     """
@@ -192,7 +197,7 @@ def at_shares(series: PathSeries, ends: Ends, share: FloatArray) -> FloatArray:
     return x
 
 
-def parameters_at_l1(series: PathSeries, ends: Ends, l1: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+def parameters_at_l1(series: PathSeries, ends: Ends, l1: FloatArray) -> tuple[FloatArray, Mask]:
     """Return series parameters x (cases, positions) at `l1` (cases, positions), mm, and where the path on the
     flanks has several contacts with this l1.
 

@@ -12,9 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray
+from ..arrays import Codes, FloatArray, Integers, Mask
 from ..status import Status
 from ..support.chebyshev import basis_of
 from .curves.curve_series import chain_series, chains_of, missed, series_along
@@ -25,14 +24,7 @@ from .flank_pair import FlankPair
 from .parallel.no_contact_bound import clear_of_flanks
 from .parallel.paths import parallel_series
 from .parallel.small_angle_paths import NEARLY_PARALLEL_SINE, nearly_parallel, series_over_w1
-from .path_polynomial import (
-    FULL_ROW_COUNT,
-    NORMAL,
-    SMALL_NORMAL_X,
-    PathSeries,
-    not_over_l1,
-    series_over_l1,
-)
+from .path_polynomial import FULL_ROW_COUNT, NORMAL, SMALL_NORMAL_X, PathSeries, not_over_l1, series_over_l1
 from .root_samples import RootSamples
 
 
@@ -40,24 +32,24 @@ from .root_samples import RootSamples
 class Group:
     """Cases with the same type of solution: their numbers, constants, series and ends."""
 
-    cases: NDArray[np.int_]
+    cases: Integers
     pairing: FlankPair
     series: PathSeries
     ends: Ends
 
-    def part(self, index: NDArray[np.int_]) -> Group:
+    def part(self, index: Integers) -> Group:
         """Return the group of the cases at the positions `index`, in ascending order."""
         if index.size == self.cases.size:
             return self
         series, ends = self.series.cases(index), self.ends.cases(index)
         return Group(self.cases[index], self.pairing.cases(index), series, ends)
 
-    def renumbered(self, cases: NDArray[np.int_]) -> Group:
+    def renumbered(self, cases: Integers) -> Group:
         """Return the group with case k replaced by `cases[k]`, its number in a larger set."""
         return replace(self, cases=cases[self.cases])
 
 
-def _with_ends(cases: NDArray[np.int_], pairing: FlankPair, series: PathSeries) -> Group:
+def _with_ends(cases: Integers, pairing: FlankPair, series: PathSeries) -> Group:
     """Return the group of cases with their constants and series."""
     return Group(cases, pairing, series, find_ends(pairing, series))
 
@@ -88,14 +80,11 @@ def paths_on_flanks(pairing: FlankPair) -> list[Group]:
             decided = (full.ends.status == Status.SOLVED) | parallel[index]
             groups.append(full.part(np.flatnonzero(decided)))
     groups = [group for group in groups if group.cases.size]
-    remaining = np.setdiff1d(
-        np.arange(parallel.size), np.concatenate([[], *(group.cases for group in groups)])
-    )
-    remaining = remaining.astype(int)
-    return groups + [
-        group.renumbered(remaining)
-        for group in (_crossed(pairing.cases(remaining)) if remaining.size else [])
-    ]
+    done = np.concatenate([np.empty(0, dtype=int), *(group.cases for group in groups)])
+    remaining = np.setdiff1d(np.arange(parallel.size), done)
+    if remaining.size:
+        groups += [group.renumbered(remaining) for group in _crossed(pairing.cases(remaining))]
+    return groups
 
 
 def _crossed(pairing: FlankPair) -> list[Group]:
@@ -135,12 +124,12 @@ def _crossed(pairing: FlankPair) -> list[Group]:
     return groups
 
 
-def _blocks(cases: NDArray[np.int_], size: int = 1024) -> list[NDArray[np.int_]]:
+def _blocks(cases: Integers, size: int = 1024) -> list[Integers]:
     """Return the cases in blocks whose arrays stay in the cache."""
     return [cases[start : start + size] for start in range(0, cases.size, size)]
 
 
-def _over_l1(pairing: FlankPair) -> tuple[list[Group], list[Group], NDArray[np.int_]]:
+def _over_l1(pairing: FlankPair) -> tuple[list[Group], list[Group], Integers]:
     """Return paths by series over l1: certain ones, those with possible other curves nearby, and the cases
     whose path is not certain or was not found.
 
@@ -180,14 +169,12 @@ def _over_l1(pairing: FlankPair) -> tuple[list[Group], list[Group], NDArray[np.i
     return [group for group in result if group.cases.size], doubtful, np.flatnonzero(lost)
 
 
-def _over_some_of_l1(full: Group, samples: RootSamples, cases: NDArray[np.int_]) -> Group:
+def _over_some_of_l1(full: Group, samples: RootSamples, cases: Integers) -> Group:
     """Return those of the `cases` whose path is described by a series over a part of l1: the part in which
     their contacts, known approximately from `samples` at the nodes of their series, seem to be on the flanks.
     """
-    pairing, l1 = (
-        full.pairing.cases(cases),
-        (full.series.middle + full.series.half * basis_of(16).nodes)[cases],
-    )
+    pairing, series = full.pairing.cases(cases), full.series.cases(cases)
+    l1 = series.middle + series.half * basis_of(16).nodes
     low, high = rough_window(pairing, np.array((l1, samples.cases(cases).one_way().rough())))
     seen = np.flatnonzero(high[0, :, 0] > low[0, :, 0])
     part, low, high = pairing.cases(seen), low[:, seen], high[:, seen]
@@ -196,7 +183,7 @@ def _over_some_of_l1(full: Group, samples: RootSamples, cases: NDArray[np.int_])
     return result.part(np.flatnonzero(result.ends.status == Status.SOLVED))
 
 
-def _near_faces(pairing: FlankPair, known: NDArray[np.bool_]) -> tuple[list[Group], NDArray[np.int_], Window]:
+def _near_faces(pairing: FlankPair, known: Mask) -> tuple[list[Group], Integers, Window]:
     """Return paths where the cells of l1 and l2 leave at most one curve near the faces for each sign of n_x.
 
     The cells shrink from round to round. The other results are the remaining cases, and bounds in l1 and l2,
@@ -250,7 +237,7 @@ def _near_faces(pairing: FlankPair, known: NDArray[np.bool_]) -> tuple[list[Grou
     return groups, left, (bounds[0][:, left], bounds[1][:, left])
 
 
-def _through_cells(pairing: FlankPair, box: Box) -> tuple[list[Group], NDArray[np.int_]]:
+def _through_cells(pairing: FlankPair, box: Box) -> tuple[list[Group], Integers]:
     """Return paths through cells with one curve of the sign of n_x of the pair, over l1 if this is
     sufficient; and the cases in which the curve clearly misses the flanks.
     """
@@ -268,13 +255,13 @@ def _through_cells(pairing: FlankPair, box: Box) -> tuple[list[Group], NDArray[n
     return groups, np.flatnonzero(off)
 
 
-def _is_decided(group: Group) -> NDArray[np.bool_]:
+def _is_decided(group: Group) -> Mask:
     """Return for which cases a series decides whether and where they are on the flanks."""
     said = (group.ends.status == Status.SOLVED) | (group.ends.status == Status.OFF_FLANK)
     return np.asarray(said & (group.series.status == Status.SOLVED))
 
 
-def _without_path(pairing: FlankPair, cases: NDArray[np.int_], status: NDArray[np.int8]) -> Group:
+def _without_path(pairing: FlankPair, cases: Integers, status: Codes) -> Group:
     """Return cases without a path, with the reason."""
     part, series = pairing.cases(cases), not_over_l1(np.full((FULL_ROW_COUNT, cases.size, 2), np.nan), status)
     return Group(cases, part, series, no_ends(status))
@@ -315,7 +302,7 @@ def _parts_fitted(pairing: FlankPair, parts: list[CurvePart]) -> list[Group]:
     ]
 
 
-def _best_of(case: NDArray[np.int_], fits: list[Group], incomplete: NDArray[np.bool_]) -> list[Group]:
+def _best_of(case: Integers, fits: list[Group], incomplete: Mask) -> list[Group]:
     """Return one path for each case with fitted parts: the part with the largest range of roll.
 
     `case` (parts) is the case of each part. If a curve of the case was lost (`incomplete`) and no part is on
@@ -359,7 +346,7 @@ def _best_of(case: NDArray[np.int_], fits: list[Group], incomplete: NDArray[np.b
     return groups
 
 
-def _repeated(case: NDArray[np.int_], ends: FloatArray, scale: FloatArray) -> NDArray[np.bool_]:
+def _repeated(case: Integers, ends: FloatArray, scale: FloatArray) -> Mask:
     """Return which parts have the same ends as an earlier part of the same case: a curve traced twice."""
     # Distance of two ends, relative to the size of the pair, below which they are the same.
     same_end_tolerance = 1e-9

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..arrays import FloatArray, Integers, Mask
 from ..support.frozen_arrays import kept
@@ -32,12 +31,12 @@ class RootSamples:
     pinion: MemberTerms
     l2: FloatArray
     values: FloatArray
-    real: NDArray[np.bool_]
-    change: NDArray[np.bool_]
+    real: Mask
+    change: Mask
 
-    def cases(self, index: NDArray[np.int_]) -> RootSamples:
+    def cases(self, index: Integers) -> RootSamples:
         """Return the samples of the cases `index`."""
-        pinion = MemberTerms(*(value[..., index, :] for value in vars(self.pinion).values()))
+        pinion = self.pinion.pick(index, slice(None))
         l2, values, real, change = self.l2, self.values, self.real, self.change
         return RootSamples(pinion, l2[:, index], values[:, index], real[:, index], change[:, index])
 
@@ -167,7 +166,7 @@ def equation_samples(
     return RootSamples(pinion, np.broadcast_to(l2, values.shape), values, real, _changes(values, real))
 
 
-def _changes(values: FloatArray, real: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _changes(values: FloatArray, real: Mask) -> Mask:
     """Return between which samples F changes sign and is real on at least one side."""
     below = np.signbit(values)
     return np.asarray((below[:-1] != below[1:]) & (real[:-1] | real[1:]))

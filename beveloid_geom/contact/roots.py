@@ -13,9 +13,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ..arrays import FloatArray, Mask
+from ..arrays import Codes, FloatArray, Mask
 from ..status import Status
 from .equation import (
     ContactTerms,
@@ -48,10 +47,10 @@ class Roots:
 
     l2: FloatArray
     slope: FloatArray
-    status: NDArray[np.int8]
+    status: Codes
     met: ContactTerms | None = None
 
-    def where(self, mask: NDArray[np.bool_], other: Roots) -> Roots:
+    def where(self, mask: Mask, other: Roots) -> Roots:
         """Return these roots where the mask is true, elsewhere the other ones."""
         return Roots(
             np.where(mask, self.l2, other.l2),
@@ -68,10 +67,10 @@ class _Search:
 
     low: FloatArray
     high: FloatArray
-    rising: NDArray[np.bool_]
+    rising: Mask
     l2: FloatArray
     slope: FloatArray
-    done: NDArray[np.bool_]
+    done: Mask
 
 
 def _newton(pairing: FlankPair, pinion: MemberTerms, search: _Search, passes: int) -> _Search:
@@ -108,7 +107,7 @@ def _newton(pairing: FlankPair, pinion: MemberTerms, search: _Search, passes: in
 def _newton_of_some(pairing: FlankPair, pinion: MemberTerms, search: _Search, passes: int) -> _Search:
     """Return the roots after Newton steps for the positions that are not done, each as a separate case."""
     case, position = np.nonzero(~search.done)
-    terms = MemberTerms(*(value[..., case, position, None] for value in vars(pinion).values()))
+    terms = pinion.pick(case, position, None)
     part = _Search(*(value[case, position, None] for value in vars(search).values()))
     result = _newton(pairing.cases(case), terms, part, passes)
     for name in ("l2", "slope", "done"):
@@ -131,7 +130,7 @@ def solve_gear_parameter(pairing: FlankPair, l1: FloatArray) -> Roots:
         # Samples of F in l2, in flank depths of the gear from its root.
         far_positions = np.linspace(-1.0, 2.0, 25)[:, None, None]
         part, far = pairing.cases(lost), (low + far_positions * (high - low))[:, lost]
-        pinion = MemberTerms(*(value[..., lost, :] for value in vars(pinion).values()))
+        pinion = pinion.pick(lost, slice(None))
         far = roots_in(part, l1[lost], with_extremum(part, equation_samples(part, pinion, far)))
         near = Roots(roots.l2[lost], roots.slope[lost], roots.status[lost])
         both = near.where(near.status == Status.SOLVED, far)
@@ -245,7 +244,7 @@ def _best_of_several(
             depth = np.minimum(depth, edge_margins(part, l, z).min(axis=0))
         return np.asarray(np.nan_to_num(depth, nan=-np.inf))
 
-    pinion = MemberTerms(*(value[..., case, position, None] for value in vars(samples.pinion).values()))
+    pinion = samples.pinion.pick(case, position, None)
     at = case, position, None
     best = Roots(roots.l2[at], roots.slope[at], roots.status[at])
     margin = depth_of(best.l2)

@@ -15,10 +15,10 @@ from .curves.curve_equations import linearised, units_of
 from .flank_pair import is_modified, pairing_of
 from .parallel.lines import is_line_contact
 from .parallel.paths import along_lines
-from .parallel.small_angle_equations import regular_jacobian
+from .parallel.small_angle_equations import point_on_curve, regular_jacobian
 from .parallel.small_angle_paths import nearly_parallel
 from .path import ContactPath
-from .surfaces.second_order import least_rates
+from .surfaces.second_order import least_rates, least_singular_value
 
 
 def rounding_error(path: ContactPath) -> FloatArray:
@@ -45,25 +45,16 @@ def rounding_error(path: ContactPath) -> FloatArray:
     pairing = pairing_of(path.design, path.flank)
     units = units_of(pairing)
     shape = path.l1.shape
-    l1, l2, n_x = (np.reshape(x, (-1, shape[-1])) for x in (path.l1, path.l2, path.normal[..., 0]))
+    l1, l2 = (np.reshape(x, (-1, shape[-1])) for x in (path.l1, path.l2))
     point, normal = (np.reshape(x, (-1, shape[-1], 3)) for x in (path.point, path.normal))
-    # w1 is the coordinate of the point along (k1 - v1 n) / S1.
-    v = normal[..., 2]
-    across = (point[..., 2] - v * np.einsum("...i,...i", point, normal)) / np.sqrt(1.0 - v * v)
-    z = np.stack((l1, l2, n_x, across), axis=-1) / units
+    regular = point_on_curve(point, normal, l1, l2)
+    z = np.stack([regular[row] for row in (0, 1, 2, 4)], axis=-1) / units  # without n_y
     near = pairing.parallel | nearly_parallel(pairing)
     with np.errstate(divide="ignore", invalid="ignore"):
-        least = _least_rate(linearised(pairing, z, units)[1])
+        least = least_singular_value(linearised(pairing, z, units)[1])
         if near.any():
-            regular = np.stack((l1, l2, n_x, normal[..., 1], across))
-            least = np.where(near[:, None], _least_rate(regular_jacobian(pairing, regular)[1]), least)
+            others = least_singular_value(regular_jacobian(pairing, regular)[1])
+            least = np.where(near[:, None], others, least)
         known = np.isfinite(least) & ~along_lines(pairing)[:, None]
         moved = np.finfo(float).eps * units[..., 3] / least
     return np.asarray(np.where(known, moved, np.nan).reshape(shape))
-
-
-def _least_rate(jacobian: FloatArray) -> FloatArray:
-    """Return the least singular value of Jacobians (..., equations, unknowns), NaN where these are NaN."""
-    known = np.asarray(np.isfinite(jacobian).all(axis=(-1, -2)))
-    least = np.linalg.svd(np.where(known[..., None, None], jacobian, 0.0), compute_uv=False)[..., -1]
-    return np.where(known, least, np.nan)

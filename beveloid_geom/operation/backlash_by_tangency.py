@@ -162,9 +162,8 @@ def _modified(design: Design) -> TangentBacklash:
         bends = [np.diff(curve.clearance, n=2, axis=0).min(axis=0) for curve in curves]
     # On parallel axes, a path runs along the face and does not show the relative curvature along the profile.
     first, second = (sum(np.asarray(m.tool.parabola_of(flank)) for m in design.members) for flank in FLANKS)
-    along_face = (np.maximum(first, second) > 0.0) & (
-        np.abs(layout_of(design).sin_angle) <= NEARLY_PARALLEL_SINE
-    )
+    along_face = np.abs(layout_of(design).sin_angle) <= NEARLY_PARALLEL_SINE
+    along_face = along_face & (np.maximum(first, second) > 0.0)
     concave = (np.minimum(*bends) < -1e-8 * module) | np.broadcast_to(along_face, shape).reshape(-1)
     concave |= curves[0].hollow | curves[1].hollow
     # Start from the middle of either path, so that the mirrored pair is evaluated at the mirrored rolls.
@@ -182,12 +181,7 @@ def _modified(design: Design) -> TangentBacklash:
 
 
 def _lowest_from(
-    one: _Curve,
-    curves: list[_Curve],
-    layout_play: FloatArray,
-    pitch: FloatArray,
-    steps: Mask,
-    samples: int,
+    one: _Curve, curves: list[_Curve], layout_play: FloatArray, pitch: FloatArray, steps: Mask, samples: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return the minimum play (mm) near each of several rolls of a mesh cycle, from the middle of a path on,
     and the distance past the faces: (samples, cases). `steps`: whether the play is not smooth."""
@@ -236,11 +230,8 @@ def _curve(design: Design, flank: str) -> _Curve:
     pitch, lever = (2.0 * np.pi / teeth[1])[..., None], lever_of(design)[..., None]
     half = (0.5 * np.asarray(member.face_width)[..., None] for member in design.members)
     past_face = [np.abs(z) - width for z, width in zip((path.pinion_z, path.gear_z), half, strict=True)]
-    rows = (
-        path.pinion_roll,
-        flank_sign(flank) * lever * within_half_pitch(phase, pitch),
-        np.maximum(*past_face),
-    )
+    clearance = flank_sign(flank) * lever * within_half_pitch(phase, pitch)
+    rows = path.pinion_roll, clearance, np.maximum(*past_face)
     order = 1 if flank_sign(flank) > 0.0 else -1  # the pinion's roll falls along paths of left flanks
     points = path.pinion_roll.shape[-1]
     roll, clearance, past_faces = (row.reshape(-1, points).T[::order].copy() for row in rows)
@@ -270,12 +261,11 @@ def _first_of(curve: _Curve, roll: FloatArray, pitch: FloatArray) -> tuple[Float
             -0.5 * (x + 1.0) * x * (x - 2.0),
             x * (x + 1.0) * (x - 1.0) / 6.0,
         )
-        place = at * at.shape[1] + np.arange(at.shape[1])  # index into the flattened rows
+        # Index of the four nodes into the flattened rows.
+        place = at * at.shape[1] + np.arange(at.shape[1])
+        nodes = [(place + node * at.shape[1], w) for node, w in zip((-1, 0, 1, 2), weights, strict=True)]
         clearance, off = (
-            sum(
-                weight * row.take(place + node * at.shape[1])
-                for node, weight in zip((-1, 0, 1, 2), weights, strict=True)
-            )
+            sum(weight * row.take(node) for node, weight in nodes)
             for row in (curve.clearance, curve.past_face)
         )
         first = reached & (clearance < least)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 
@@ -18,6 +19,9 @@ from ..pair.mounting import limit_phase, mounting_of
 from ..support.frozen_arrays import kept
 from .angular_clearance import AxisPositions, axes_of
 from .search.search_task import Task
+
+Place: TypeAlias = FloatArray | tuple[FloatArray, ...]
+"""Profile coordinates and distances from mid-face (2, ...), mm."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,14 +119,11 @@ class Engagement:
         share = (roll - ends[0]) / (ends[1] - ends[0])
         ahead = self.gear.sigma * self.lever * (phase - self.phase[position])
         # The path of a line contact ends on limits. At the joint, rounding must not place it on the fillet.
-        s = np.maximum(
-            s[0] + share * (s[1] - s[0]), np.where((share < 0.0) | (share > 1.0), -np.inf, self.pinion.joint)
-        )
+        joint = np.where((share < 0.0) | (share > 1.0), -np.inf, self.pinion.joint)
+        s = np.maximum(s[0] + share * (s[1] - s[0]), joint)
         return np.array((ahead, s, z[0] + share * (z[1] - z[0]), share))
 
-    def on_fillets(
-        self, place: FloatArray | tuple[FloatArray, ...], meeting: FloatArray | tuple[FloatArray, ...]
-    ) -> Mask:
+    def on_fillets(self, place: Place, meeting: Place) -> Mask:
         """Return whether places (s1, z1) and touched points (s2, z2), mm, are on the fillets: (2, ...)."""
         return np.stack((self.pinion.on_fillet(*place), self.gear.on_fillet(*meeting)))
 
@@ -132,9 +133,7 @@ class Engagement:
         modifications = self.pinion.modification, self.gear.modification
         return any(one is not None and len(one.reliefs) for one in modifications)
 
-    def past_reliefs(
-        self, place: FloatArray | tuple[FloatArray, ...], meeting: FloatArray | tuple[FloatArray, ...]
-    ) -> FloatArray:
+    def past_reliefs(self, place: Place, meeting: Place) -> FloatArray:
         """Return the distance (mm) of places (s1, z1) and touched points (s2, z2), mm, from the beginning of
         all reliefs of pinion and gear, positive on the relief: (reliefs, ...)."""
         return np.concatenate((self.pinion.past_reliefs(*place), self.gear.past_reliefs(*meeting)))

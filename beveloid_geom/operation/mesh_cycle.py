@@ -30,13 +30,7 @@ from ..status import FirstStatus
 from ..support.array_repr import html_table, short_repr
 from ..support.chebyshev import evaluate, polynomials, with_derivative
 from ..support.frozen_arrays import kept
-from .cycle.cycle_segments import (
-    CycleSegments,
-    Samples,
-    changes_of,
-    extremes,
-    samples_of,
-)
+from .cycle.cycle_segments import CycleSegments, Samples, changes_of, extremes, samples_of
 from .cycle.segment_search import first_contact_segments, pitch_rolls
 from .engagement import Engagement, engagement_of, pitch_point_roll
 from .first_contact import FirstContact, first_contact, result_of
@@ -169,11 +163,8 @@ class MeshCycle:
         """Return a function that computes gear roll (rad) and rate over the pinion roll, (2, n), of a
         SOLVED case at pinion rolls (n,), rad. Its second argument, rolls (n,), selects the side at
         changes of the contact."""
-        segment, start, pitch = (
-            np.flatnonzero(self.segments.case == case),
-            self.engagement.roll[case],
-            self.pitch,
-        )
+        segment = np.flatnonzero(self.segments.case == case)
+        start, pitch = self.engagement.roll[case], self.pitch
         low, high = self.segments.low[segment] - start, self.segments.high[segment] - start
         series, ratio = self.phase_series()[segment], self.engagement.pitch[1] / self.engagement.pitch[0]
         last = max(1, np.flatnonzero((np.abs(series) > 2e-16).any(axis=0))[-1])
@@ -193,9 +184,8 @@ class MeshCycle:
 
     def phase_series(self) -> FloatArray:
         """Return Chebyshev coefficients (segments, degree + 1) of gear roll plus N1/N2 pinion roll, rad."""
-        series: FloatArray = (
-            self.engagement.gear.sigma / self.engagement.lever * self.segments.coefficients[0]
-        )
+        engagement = self.engagement
+        series: FloatArray = engagement.gear.sigma / engagement.lever * self.segments.coefficients[0]
         series[:, 0] += self.engagement.phase[self.segments.case]
         return series
 
@@ -275,13 +265,8 @@ def cycle_and_pairs(
         raise ValueError(f"harmonics must be at least 1, got {harmonics}")
     find = _solved if design.batch_shape else _kept_solution
     solution = find(design, flank, each or not design.batch_shape)
-    start, (engagement, phase), segments, status = (
-        solution.start,
-        solution.engagement,
-        solution.segments,
-        solution.status,
-    )
-    shape = start.shape
+    start, phase, status = solution.start, solution.phase, solution.status
+    engagement, segments, shape = solution.engagement, solution.segments, start.shape
     lost = (status != FirstStatus.SOLVED) | np.isnan(phase)
     waves, swing, edges = _sums(engagement, segments, harmonics)
     waves[lost], swing[lost], edges[lost] = np.nan, np.nan, np.nan
@@ -309,11 +294,12 @@ def cycle_and_pairs(
 
 @dataclass(frozen=True, eq=False)
 class _Solution:
-    """Segments and `status` of mesh cycles that begin at the rolls `start` (rad); the `engagement` with the
-    conjugate phase; and scan points, samples and contacts of single tooth pairs as in `cycle_and_pairs`."""
+    """Segments and `status` of mesh cycles that begin at the rolls `start` (rad); the `engagement` and the
+    conjugate `phase`; and scan points, samples and contacts of single tooth pairs as in `cycle_and_pairs`."""
 
     start: FloatArray
-    engagement: tuple[Engagement, FloatArray]
+    engagement: Engagement
+    phase: FloatArray
     segments: CycleSegments
     status: Integers
     grids: Grids
@@ -332,7 +318,7 @@ def _solved(design: Design, flank: str, each: bool) -> _Solution:
     samples = samples_of(case, roll, first)
     near_samples = samples_of(case[near[0]], roll[near[0]], near[1])
     segments, status = first_contact_segments(engagement, grids, samples, near_samples)
-    return _Solution(start, (engagement, phase), segments, status, grids, samples, alone)
+    return _Solution(start, engagement, phase, segments, status, grids, samples, alone)
 
 
 _kept_solution = kept(16)(_solved)
@@ -349,10 +335,8 @@ def _sums(
 ) -> tuple[Waves, FloatArray, FloatArray]:
     """Return for each case the Fourier coefficients (cases, harmonics + 1) of the transmission error, its
     peak-to-peak value (rad), and the share of edge contacts."""
-    cases, errors = (
-        engagement.roll.size,
-        -segments.coefficients[:1] / engagement.lever,
-    )  # a positive clearance means that the gear is behind
+    # A positive clearance means that the gear is behind.
+    cases, errors = engagement.roll.size, -segments.coefficients[:1] / engagement.lever
     points, weights = _gauss_points()
     length = (segments.high - segments.low) / engagement.pitch[0]
     share = (segments.rolls(points) - engagement.roll[segments.case, None]) / engagement.pitch[0]

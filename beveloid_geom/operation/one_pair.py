@@ -186,11 +186,8 @@ def contacts_from_segments(
     early = replace(engagement, roll=engagement.roll - 0.5 * span * engagement.pitch[0], span=span)
     case, turned = case.repeat(roll.shape[1]), roll.ravel()
     segment = segments.number(early, case, turned)
-    on = (
-        (segments.case[segment] == case)
-        & (segments.low[segment] <= turned)
-        & (turned <= segments.high[segment])
-    )
+    on = (segments.low[segment] <= turned) & (turned <= segments.high[segment])
+    on &= segments.case[segment] == case
     f = np.full(turned.size, np.inf)
     f[on] = segments.values_at(segment[on], turned[on], 1)[0]
     first, ours = _whose_contact(cycle, case, turned)

@@ -134,10 +134,8 @@ def operating_ratios(
     eq16 = contact_ratio(design, flank).reshape(-1) if lines.size else np.empty(0)
     useful = [size for size in thicknesses if size < engagement.period * engagement.lever]
     segments, followed = segments_of_one_pair(cycle, grids, alone, np.array(useful or [0.0]))
-    share = (
-        np.arange(-engagement.reach * rolls_per_pitch, engagement.reach * rolls_per_pitch + 1)
-        / rolls_per_pitch
-    )
+    steps = engagement.reach * rolls_per_pitch
+    share = np.arange(-steps, steps + 1) / rolls_per_pitch
     evaluations = (
         (partial(contacts_from_segments, cycle, segments), 64),
         (partial(searched_contacts, cycle, grids), 4),
@@ -161,33 +159,28 @@ def operating_ratios(
     return OperatingRatios(ratio.reshape(shape), status.reshape(shape), cycle)
 
 
+Intervals: TypeAlias = tuple[Integers, FloatArray, FloatArray]
+"""Cases (n,), and first and last roll (n,), rad, of intervals."""
+
+
 def _divided(
     case: Integers, roll: FloatArray, labels: Integers, label: Label, least: float, parts: int
-) -> _Intervals:
+) -> Intervals:
     """Return the intervals between rolls (n, rolls) of the cases in which the labels change, divided into
     equal `parts` until narrower than `least`."""
     share = np.linspace(0.0, 1.0, parts + 1)
-    intervals = _with_change(case, roll, labels)
-    limit = 64 * max(1, np.unique(intervals.case).size)
-    while 0 < intervals.case.size <= limit and float((intervals.high - intervals.low).max()) > least:
-        roll = intervals.low[:, None] + (intervals.high - intervals.low)[:, None] * share
-        intervals = _with_change(intervals.case, roll, label(intervals.case, roll))
-    return intervals
+    case, low, high = _with_change(case, roll, labels)
+    limit = 64 * max(1, np.unique(case).size)
+    while 0 < case.size <= limit and float((high - low).max()) > least:
+        roll = low[:, None] + (high - low)[:, None] * share
+        case, low, high = _with_change(case, roll, label(case, roll))
+    return case, low, high
 
 
-@dataclass(frozen=True, eq=False)
-class _Intervals:
-    """Intervals of roll (n,), rad, of the cases with these numbers."""
-
-    case: Integers
-    low: FloatArray
-    high: FloatArray
-
-
-def _with_change(case: Integers, roll: FloatArray, labels: Integers) -> _Intervals:
+def _with_change(case: Integers, roll: FloatArray, labels: Integers) -> Intervals:
     """Return the intervals between rolls (n, rolls) at whose ends the labels differ."""
     row, column = np.nonzero(labels[:, 1:] != labels[:, :-1])
-    return _Intervals(case[row], roll[row, column], roll[row, column + 1])
+    return case[row], roll[row, column], roll[row, column + 1]
 
 
 def _ratio(
@@ -214,20 +207,19 @@ def _ratio(
         return touching(first_contacts_at(cycle, cases, rolls), alone(cases, rolls))
 
     # Beyond this clearance, the same teeth are counted on another turn.
-    most = (1.0 - OVERLAP_PERIODS) * engagement.period * engagement.lever - np.maximum(curves[0].f, 0.0).max(
-        axis=1
-    )
+    most = (1.0 - OVERLAP_PERIODS) * engagement.period * engagement.lever
+    most = most - np.maximum(curves[0].f, 0.0).max(axis=1)
     if (thickness >= most).all():
         return np.full(case.size, np.nan), np.full(case.size, RatioStatus.TOO_THICK)
     inside, width = touching(*curves), change_width_pitches * engagement.pitch[0]
-    ends = _divided(case, roll, inside, touches, width, parts)
+    changed, low, high = _divided(case, roll, inside, touches, width, parts)
     ratio, balance, wide = np.zeros(cases), np.zeros(cases), np.zeros(cases, dtype=bool)
-    leaves = touches(ends.case, ends.low[:, None])[:, 0] if ends.case.size else np.zeros(0)
+    leaves = touches(changed, low[:, None])[:, 0] if changed.size else np.zeros(0)
     sign = np.where(leaves, 1.0, -1.0)
-    middle = 0.5 * (ends.low + ends.high) - engagement.roll[ends.case]
-    np.add.at(ratio, ends.case, sign * middle / engagement.pitch[0])
-    np.add.at(balance, ends.case, sign)
-    wide[ends.case[ends.high - ends.low > width]] = True
+    middle = 0.5 * (low + high) - engagement.roll[changed]
+    np.add.at(ratio, changed, sign * middle / engagement.pitch[0])
+    np.add.at(balance, changed, sign)
+    wide[changed[high - low > width]] = True
     ratio, balance, wide = ratio[case], balance[case], wide[case]
     beyond = (inside[:, [0, -1]] != 0).any(axis=1) | (thickness >= most)
     faults = (

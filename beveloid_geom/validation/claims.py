@@ -219,12 +219,8 @@ def _sweep(name: str, moves: bool, case: FlankCase) -> Measured:
         f"{text} {_course(getattr(parabola_sweep.paths, quantity)[measure][0], parabola_sweep.size, unit)}"
         for text, quantity, measure, unit in shown
     ]
-    quantities = {
-        "length": parabola_sweep.paths.length,
-        "angle": parabola_sweep.paths.angle,
-        "location": places,
-        "fall": falls,
-    }
+    paths = parabola_sweep.paths
+    quantities = {"length": paths.length, "angle": paths.angle, "location": places, "fall": falls}
     return quantities, f"pinion in the side view: {'; '.join(words)}"
 
 
@@ -309,10 +305,7 @@ def _smaller(error: str, size: float, case: FlankCase) -> Measured:
         for name in both["unmodified"]
     }
     rates = [path_sensitivity(design, case.flank) for design in (case.design, case.modified)]
-    for field, name in (
-        ("face_shift_by", "along the face"),
-        ("square_shift_by", "square, on the tooth"),
-    ):
+    for field, name in (("face_shift_by", "along the face"), ("square_shift_by", "square, on the tooth")):
         rows = [np.abs(getattr(rate, field)[1, :, ERROR_NAMES.index(error)]) for rate in rates]
         measures[f"{name}, derivative"] = np.stack(rows, axis=-1)
     along, square = measures["along the face, equal l"][0], measures["square, side view"][0]

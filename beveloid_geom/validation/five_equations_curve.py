@@ -211,19 +211,16 @@ def five_equations_of(design: Design, flank: str) -> FiveEquations:
 
 @dataclass(frozen=True, eq=False)
 class FiveCurve:
-    """A curve of contacts: nodes and a spline through them, by the length `s` along the curve.
+    """A curve of contacts: a spline through nodes, by the length `s` along the curve.
 
-    `s` (nodes,), `nodes` and `tangents` (nodes, 6), `margins` and their `rates` by s (nodes, 8), unknowns
-    scaled; `spline` through the nodes. `closed`: the curve returns to its start."""
+    `s` (nodes,); `margins` of the nodes and their `rates` by s (nodes, 8); `spline` of the scaled
+    unknowns."""
 
     system: FiveEquations
     s: FloatArray
-    nodes: FloatArray
-    tangents: FloatArray
     margins: FloatArray
     rates: FloatArray
     spline: CubicHermiteSpline[Any]
-    closed: bool
 
     def at(self, s: float) -> FloatArray:
         """Return the scaled unknowns (6,) at length s, in the plane perpendicular to the spline."""
@@ -296,40 +293,33 @@ def _sign_changes(
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Trace:
-    """Nodes in one direction; `closed` if the last node is the first."""
-
-    nodes: list[FloatArray]
-    tangents: list[FloatArray]
-    closed: bool = False
-
-
-def _trace(system: FiveEquations, start: FloatArray, tangent: FloatArray, reach: FloatArray) -> _Trace:
-    """Return nodes from `start` to beyond the limits by `reach`, to the end of contact outside them, or back
-    to the start."""
-    trace, step = _Trace([start], [tangent]), 0.05
+def _trace(
+    system: FiveEquations, start: FloatArray, tangent: FloatArray, reach: FloatArray
+) -> tuple[list[FloatArray], list[FloatArray], bool]:
+    """Return nodes and tangents from `start` to beyond the limits by `reach`, to the end of contact outside
+    them, or back to the start, and whether the last node is the first."""
+    nodes, tangents, step = [start], [tangent], 0.05
     max_steps = 3000
     least_step = 1e-6
     for _ in range(max_steps):
-        here, along = trace.nodes[-1], trace.tangents[-1]
+        here, along = nodes[-1], tangents[-1]
         margins = system.margins(here)
         if (margins < -reach).any():
-            return trace
+            return nodes, tangents, False
         ahead = _ahead(system, here, along, step)
         if ahead is None:
             step *= 0.5
             if step >= least_step:
                 continue
             if margins.min() < 0.0:
-                return trace
+                return nodes, tangents, False
             raise ArithmeticError(_lost(here * system.scale))
         node = ahead[0]
         back, on = (start - here) @ tangent, (start - node) @ tangent
-        if len(trace.nodes) > 2 and back >= 0.0 >= on and np.linalg.norm(start - here) < 2.0 * step:
-            return _Trace([*trace.nodes, start], [*trace.tangents, tangent], True)
-        trace.nodes.append(node)
-        trace.tangents.append(ahead[1])
+        if len(nodes) > 2 and back >= 0.0 >= on and np.linalg.norm(start - here) < 2.0 * step:
+            return [*nodes, start], [*tangents, tangent], True
+        nodes.append(node)
+        tangents.append(ahead[1])
         step = min(1.5 * step, LARGEST_STEP)
     text = f"the curve of contacts of the five equations does not end within {max_steps} steps"
     raise ArithmeticError(f"{text}: use the one-equation method")
@@ -366,18 +356,17 @@ def follow_five_equations(system: FiveEquations, start: FloatArray) -> FiveCurve
     tangent = system.tangent(start)
     if tangent is None:
         raise ArithmeticError(_lost(start * system.scale))
-    ahead = _trace(system, start, tangent, reach)
-    nodes, tangents = ahead.nodes, ahead.tangents
-    if not ahead.closed:
-        back = _trace(system, start, -tangent, reach)
-        nodes = back.nodes[:0:-1] + nodes
-        tangents = [-t for t in back.tangents[:0:-1]] + tangents
+    nodes, tangents, closed = _trace(system, start, tangent, reach)
+    if not closed:
+        back, back_tangents, _ = _trace(system, start, -tangent, reach)
+        nodes = back[:0:-1] + nodes
+        tangents = [-t for t in back_tangents[:0:-1]] + tangents
     if len(nodes) < 2:
         raise ArithmeticError(_lost(start * system.scale))
     y, t = np.array(nodes), np.array(tangents)
-    if ahead.closed:  # start where the curve is furthest outside the flanks
+    if closed:  # start where the curve is furthest outside the flanks
         first = int(system.margins(y).min(axis=-1).argmin())
         y, t = (np.concatenate((x[first:-1], x[: first + 1])) for x in (y, t))
     s = np.concatenate(([0.0], np.cumsum(np.linalg.norm(np.diff(y, axis=0), axis=-1))))
     rates = system.margins(y + COMPLEX_STEP * 1j * t).imag / COMPLEX_STEP
-    return FiveCurve(system, s, y, t, system.margins(y), rates, CubicHermiteSpline(s, y, t), ahead.closed)
+    return FiveCurve(system, s, system.margins(y), rates, CubicHermiteSpline(s, y, t))

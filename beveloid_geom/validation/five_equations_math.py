@@ -11,16 +11,14 @@ from dataclasses import dataclass
 from math import cos, pi, sin, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import fsolve
 
-from ..arrays import FLANK_SIGN, Mask
+from ..arrays import FLANK_SIGN, FloatArray, Mask
 from ..design.arguments import require_unmodified
 from ..design.member import Member
 from ..design.model import Design
 from .pitch_region import hand_of_pair
 
-FloatArray = NDArray[np.float64]
 Surface = Callable[[float, float, float], tuple[float, float, float, float, float, float]]
 RESIDUAL_LIMIT = 1e-10
 """Largest residual of an accepted position, mm for points and 1 for normals."""
@@ -40,7 +38,6 @@ class ReferenceContacts:
     normal: FloatArray
     residual: FloatArray  # largest of the five, mm for points and 1 for normals
     converged: Mask  # reported by fsolve, or with a residual below RESIDUAL_LIMIT
-    evaluations: int  # of the five residuals, over all positions
 
 
 def flank_surface(member: Member, flank: str) -> Surface:
@@ -60,11 +57,8 @@ def flank_surface(member: Member, flank: str) -> Surface:
     py, pz = cb * sigma * half_space, -cg * sb * sigma * half_space
     qx, qy, qz = cg * ca + sb * sg * sigma * sa, -cb * sigma * sa, -sg * ca + cg * sb * sigma * sa
     px, py, pz = px + apex * qx, py + apex * qy, pz + apex * qz
-    ex, ey, ez = (
-        (cg * sa - sb * sg * sigma * ca) * a,
-        cb * sigma * ca * a,
-        -(sg * sa + cg * sb * sigma * ca) * a,
-    )
+    ex, ey = (cg * sa - sb * sg * sigma * ca) * a, cb * sigma * ca * a
+    ez = -(sg * sa + cg * sb * sigma * ca) * a
     tx, ty, tz = cb * sg, sb, cb * cg
     # Eq. 5: (q + 2 e l) x t, of length sqrt(1 + 4 a^2 l^2), out of the tooth.
     nx0, ny0, nz0 = (-sigma * c for c in (qy * tz - qz * ty, qz * tx - qx * tz, qx * ty - qy * tx))
@@ -123,13 +117,6 @@ def five_residuals(
     return residuals
 
 
-def first_start(design: Design, guess: Sequence[float], roll: float) -> FloatArray:
-    """Return starting unknowns (5,) at pinion roll `roll`: those of `guess` (l1, u1, l2, u2, phi1, phi2),
-    with the gear rotated by the ratio of the tooth numbers."""
-    ratio = float(design.pinion.teeth) / float(design.gear.teeth)
-    return np.array([*guess[:4], guess[5] - ratio * (roll - guess[4])], dtype=np.float64)
-
-
 def solve_math(
     design: Design,
     flank: str,
@@ -138,7 +125,6 @@ def solve_math(
     mounting: tuple[float, float],
     *,
     xtol: float = 1e-14,
-    cold: bool = False,
     residual_limit: float = RESIDUAL_LIMIT,
 ) -> ReferenceContacts:
     """Compute contacts at pinion rolls `phi1` in order, each started from the one before.
@@ -151,13 +137,12 @@ def solve_math(
     phi1 : sequence of float
         Pinion rolls, rad.
     guess : sequence of float
-        (l1, u1, l2, u2, phi1, phi2), see `first_start`.
+        (l1, u1, l2, u2, phi1, phi2) of a contact near the first roll. The gear is rotated from there by the
+        ratio of the tooth numbers.
     mounting : tuple of float
         Mounting distances, mm.
     xtol : float
         Tolerance of `fsolve`.
-    cold : bool
-        Start every roll from `guess`.
     residual_limit : float
         Largest residual of an accepted position; to be raised with a large `xtol`.
 
@@ -177,12 +162,10 @@ def solve_math(
     height1 = float(mounting[0]) + float(design.errors.pinion_axial)
     rolls = np.asarray(phi1, dtype=np.float64)
     table, converged = np.empty((rolls.size, 12)), np.empty(rolls.size, dtype=bool)
-    evaluations = 0
+    ratio = float(design.pinion.teeth) / float(design.gear.teeth)
+    start = np.array([*guess[:4], guess[5] - ratio * (rolls[0] - guess[4])])
     for i, roll in enumerate(rolls.tolist()):
-        if cold or i == 0:
-            start = first_start(design, guess, roll)
         start, info, code, message = fsolve(residuals, start, args=(roll,), xtol=xtol, full_output=True)
-        evaluations += info["nfev"]
         # fsolve reports "no progress" at the rounding limit, so that the residual decides.
         residual = max(map(abs, info["fvec"].tolist()))
         if not residual <= residual_limit:
@@ -202,5 +185,4 @@ def solve_math(
         normal=table[:, 9:12],
         residual=table[:, 5],
         converged=converged,
-        evaluations=evaluations,
     )

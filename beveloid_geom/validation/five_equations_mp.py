@@ -307,10 +307,7 @@ def _six_equations(
     """Return Eqs. 7-15 as a function of the paper's variables (l1, u1, l2, u2, phi1, phi2): gap of the
     points, sum of the normals, point and normal of the pinion, all in S_f."""
     errors = design.errors
-    surface1, surface2 = (
-        precise_flank_surface(design.pinion, flank),
-        precise_flank_surface(design.gear, flank),
-    )
+    surface1, surface2 = (precise_flank_surface(member, flank) for member in design.members)
     height1 = MP.mpf(mounting[0]) - zero_shift(design.pinion).height + MP.mpf(errors.pinion_axial)
     height2 = MP.mpf(mounting[1]) - zero_shift(design.gear).height + MP.mpf(errors.gear_axial)
     offset = MP.mpf(design.pair.offset) + MP.mpf(errors.offset)

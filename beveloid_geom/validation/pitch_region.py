@@ -32,10 +32,8 @@ class PitchRegion:
 def hand_of_pair(design: Design) -> float:
     """Return the sign of the shaft angle: that of the sum of the helix angles; if the sum is 0, that of the
     pinion helix angle, + for straight teeth."""
-    first, total = (
-        float(design.pinion.helix_angle),
-        float(design.pinion.helix_angle + design.gear.helix_angle),
-    )
+    first, second = (float(member.helix_angle) for member in design.members)
+    total = first + second
     return -1.0 if (first if abs(total) < 1e-9 else total) < 0.0 else 1.0
 
 

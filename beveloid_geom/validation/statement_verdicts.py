@@ -51,13 +51,9 @@ class Claim:
         yes, known = self.count
         if not known:
             return StatementVerdict.NOT_KNOWN
-        return (
-            StatementVerdict.DEPENDS
-            if 0 < yes < known
-            else StatementVerdict.HOLDS
-            if yes
-            else StatementVerdict.DOES_NOT_HOLD
-        )
+        if 0 < yes < known:
+            return StatementVerdict.DEPENDS
+        return StatementVerdict.HOLDS if yes else StatementVerdict.DOES_NOT_HOLD
 
 
 @dataclass(frozen=True, eq=False)

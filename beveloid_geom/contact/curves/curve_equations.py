@@ -8,7 +8,7 @@ With n_x and w1 as additional unknowns, square root and pole disappear:
     n_x w_1 = W_1,
     A_1 + B_1 w_1 + A_2 + B_2 w_2 = E n_x,
 
-where v, n_y, A, B and W_1 (`ContactTerms.reach`) are explicit in l1 and l2. w_2 follows from the axial
+where v, n_y, A, B and W_1 (`Gap.reach`) are explicit in l1 and l2. w_2 follows from the axial
 coordinate of the point at w_1 on the line of action, without a division by n_x:
 
     w_2 = [(cos d + v_1 v_2) w_1 / S_1 - n_x (E v_2 + g_1 sin d / S_1^2)] / S_2.
@@ -28,13 +28,12 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...arrays import FloatArray
+from ...arrays import FloatArray, Mask
 from ...gear.rack import Numbers, Rack, rack_tangent, turn_rate
 from ...pair.frames import Layout, common_normal
-from ...pair.mounting import across_action, across_of_gear
-from ..equation import ContactTerms
+from ...pair.mounting import across_action
+from ..equation import ContactTerms, meeting_at
 from ..flank_pair import FlankPair, MemberTerms, terms_of
 
 NORMAL_UNIT = 0.1
@@ -58,27 +57,11 @@ def meet_on_curve(pairing: FlankPair, y: Numbers) -> tuple[Numbers, ContactTerms
     """
     layout, (nx, w) = pairing.layout, y[2:]
     terms = terms_of(pairing, y[:2])
-    v, square, moment = terms.normal[2], terms.square, terms.moment
+    v = terms.normal[2]
     normal = common_normal(layout, v)
-    reach = across_action(layout, v, square, normal, moment)
-    across = np.array((w, across_of_gear(layout, v, square, moment, w, nx)))
-    along = terms.level + terms.slope * across
-    gap = along[0] + along[1] - layout.offset * nx
-    size = pairing.scale
-    residual = np.array((nx * nx - normal.x_squared, (nx * w - reach[0]) / size, gap / size))
-    met = ContactTerms(
-        gap=gap,
-        along=along,
-        across=across,
-        slope=terms.slope,
-        reach=reach,
-        normal_x=nx,
-        normal_y=normal.y,
-        square=square,
-        moment=moment,
-        normal=terms.normal,
-        start=terms.start,
-    )
+    reach = across_action(layout, v, terms.square, normal, terms.moment)
+    met, size = meeting_at(pairing, terms, w, nx, normal.y), pairing.scale
+    residual = np.array((nx * nx - normal.x_squared, (nx * w - reach[0]) / size, met.gap / size))
     return residual, met
 
 
@@ -125,17 +108,10 @@ class ActionRates:
     side_by: FloatArray
 
 
-def action_rates(
-    layout: Layout,
-    pinion: MemberTerms,
-    gear: MemberTerms,
-    normal_y: FloatArray,
-    rate: MemberTerms,
-    member: int,
-) -> ActionRates:
+def action_rates(layout: Layout, met: ContactTerms, rate: MemberTerms, member: int) -> ActionRates:
     """Return derivatives by the l of `member`, whose terms have the derivatives `rate`."""
-    (v_1, v_2), v_by = (pinion.normal[2], gear.normal[2]), rate.normal[2]
-    square, moment, sin = pinion.square, pinion.moment, layout.sin_angle
+    (v_1, v_2), v_by, normal_y = met.normal[2], rate.normal[2], met.normal_y
+    square, moment, sin = met.square[0], met.moment[0], layout.sin_angle
     # n_y of both members by this l.
     y_by = [-v_by / sin * (layout.cos_angle if k == member else 1.0) for k in range(2)]
     shared, shared_by = layout.cos_angle + v_1 * v_2, (v_1 if member else v_2) * v_by
@@ -147,7 +123,7 @@ def action_rates(
         first_by = first_by + square * rate.moment
         side_by = layout.offset * v_by
     else:
-        seen = gear.moment - layout.offset * normal_y[1]
+        seen = met.moment[1] - layout.offset * normal_y[1]
         arm_by = (rate.moment - moment * rate.square / square) / square
         x_squared_by = x_squared_by - 2.0 * v_1 * v_by
         first_by = first_by + rate.square * seen + arm_by * shared
@@ -163,15 +139,13 @@ def linearised(pairing: FlankPair, z: FloatArray, units: FloatArray) -> tuple[Fl
     y = np.ascontiguousarray(np.moveaxis(z * units, -1, 0))
     (nx, w), layout, size = y[2:], pairing.layout, pairing.scale
     residual, met = meet_on_curve(pairing, y)
-    # eta replaces A (`level`), which `met` does not contain: neither derivative below uses it.
-    terms = MemberTerms(met.normal, met.start, met.square, met.moment, met.along, met.slope)
-    rates, both = term_rates(pairing.rack, pairing.position, y[:2], terms), (terms.of(0), terms.of(1))
+    rates = term_rates(pairing.rack, pairing.position, y[:2], met)
     # The positions of each entry are contiguous in memory.
     jacobian = np.zeros((3, 4, *z.shape[:-1]))
     # Columns of l1 and l2: derivatives of the three residuals.
     for member in range(2):
         rate = rates.of(member)
-        by = action_rates(layout, *both, met.normal_y, rate, member)
+        by = action_rates(layout, met, rate, member)
         gear_by = by.shared_by * w - nx * by.side_by
         if member:
             gear_by = gear_by - met.across[1] * rate.square
@@ -206,7 +180,7 @@ def direction_of(jacobian: FloatArray) -> FloatArray:
 
 def onto_curve(
     pairing: FlankPair, start: FloatArray, normal: FloatArray, units: FloatArray, passes: int
-) -> tuple[FloatArray, NDArray[np.bool_]]:
+) -> tuple[FloatArray, Mask]:
     """Return where the curve crosses planes, and which points are solved to rounding.
 
     At most `passes` steps of Newton's method from `start` (cases, positions, 4), in the planes through it

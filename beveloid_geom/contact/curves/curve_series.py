@@ -26,9 +26,8 @@ from itertools import product
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
-from ...arrays import COMPLEX_STEP, FloatArray
+from ...arrays import COMPLEX_STEP, FloatArray, Integers, Mask
 from ...status import Status
 from ...support.chebyshev import basis_of, evaluate
 from ..equation import meet, relative_margins
@@ -46,7 +45,6 @@ from .curve_equations import meet_on_curve, onto_curve, units_of
 from .curve_tracing import LONGEST_STEP, OFF_FLANK_MARGIN, CurvePart
 from .root_exclusion import Box
 
-Mask = NDArray[np.bool_]
 GUIDE_BASES = tuple(basis_of(degree) for degree in (40, 100, 200, MAX_DEGREE))
 """Bases of series along guides, in the order in which they are tried."""
 CELL_NEWTON_STEPS = 4
@@ -68,9 +66,9 @@ class Chains:
 
     z: FloatArray
     margins: FloatArray
-    count: NDArray[np.int_]
+    count: Integers
 
-    def cases(self, index: NDArray[np.int_]) -> Chains:
+    def cases(self, index: Integers) -> Chains:
         """Return the chains of the cases `index`."""
         return Chains(self.z[index], self.margins[index], self.count[index])
 
@@ -121,7 +119,7 @@ def chains_of(pairing: FlankPair, box: Box) -> Chains:
 
 def _crossings(
     box: Box, left: Mask, cut: tuple[Mask, Mask], good: Mask
-) -> tuple[NDArray[np.int_], NDArray[np.int_], NDArray[np.int_], FloatArray, FloatArray]:
+) -> tuple[Integers, Integers, Integers, FloatArray, FloatArray]:
     """Return where sides of the cells `left` of `good` cases are `cut`.
 
     The results are the case, the numbers of the cells before and behind the side (-1 for an excluded cell), a
@@ -131,12 +129,9 @@ def _crossings(
     number = np.where(left, np.arange(left.shape[1] ** 2).reshape(left.shape[1:]), -1)
     edges = []
     for axis, cuts in enumerate(cut):
-        pad = ((0, 0), (0, 0), (1, 1)) if axis == 0 else ((0, 0), (1, 1), (0, 0))
-        neighbours = np.pad(number, pad, constant_values=-1)
+        outside = np.full_like(number.take([0], axis=2 - axis), -1)
         before, after = (
-            (neighbours[:, :, :-1], neighbours[:, :, 1:])
-            if axis == 0
-            else (neighbours[:, :-1], neighbours[:, 1:])
+            np.concatenate(parts, axis=2 - axis) for parts in ((outside, number), (number, outside))
         )
         case, i, j = np.nonzero(cuts & ((before >= 0) | (after >= 0)) & good[:, None, None])
         other = (i + 1, j) if axis == 0 else (i, j + 1)
@@ -252,9 +247,7 @@ def missed(chains: Chains) -> Mask:
     return np.asarray((most <= -OFF_FLANK_MARGIN).any(axis=-1))
 
 
-def chain_series(
-    pairing: FlankPair, chains: Chains, over_l1: bool
-) -> Iterator[tuple[NDArray[np.int_], PathSeries]]:
+def chain_series(pairing: FlankPair, chains: Chains, over_l1: bool) -> Iterator[tuple[Integers, PathSeries]]:
     """Yield, degree by degree, the cases that are resolved and their series, over l1 or along the chords, of
     the parts of the chains that are not clearly off the flanks.
     """
@@ -294,17 +287,14 @@ def chain_series(
         # Continue only with cases whose coefficients predict convergence at the highest degree.
         bends = basis.coefficients(z.transpose(2, 0, 1))
         tail = np.abs(bends[..., -3:]).max(axis=(0, 2))
-        left = (
-            ~good
-            & solved.all(axis=-1)
-            & (tail < predicted_coefficient_limit ** (len(basis.nodes) / len(bases[-1].nodes)))
-        )
+        share = len(basis.nodes) / len(bases[-1].nodes)
+        left = ~good & solved.all(axis=-1) & (tail < predicted_coefficient_limit**share)
         pending, z, rows, bends = pending[left], z[left], rows[:, left], bends[:, left]
         if pending.size == 0:
             return
 
 
-def series_along(pairing: FlankPair, parts: list[CurvePart]) -> Iterator[tuple[NDArray[np.int_], PathSeries]]:
+def series_along(pairing: FlankPair, parts: list[CurvePart]) -> Iterator[tuple[Integers, PathSeries]]:
     """Yield, basis by basis, which parts of traced curves are resolved and their series, one case each."""
     units = units_of(pairing)
     guides = np.stack([_guide(part.points) for part in parts])
@@ -360,7 +350,7 @@ def _between(points: FloatArray, nodes: FloatArray) -> FloatArray:
 
 def _on_guides(
     pairing: FlankPair, units: FloatArray, guides: FloatArray, lines: list[FloatArray], nodes: FloatArray
-) -> tuple[FloatArray, NDArray[np.bool_]]:
+) -> tuple[FloatArray, Mask]:
     """Return points z (parts, nodes, 4) where the curves cross the planes of their guides at `nodes`, and for
     which parts all of them lie on the part.
     """

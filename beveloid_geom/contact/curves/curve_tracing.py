@@ -16,15 +16,13 @@ All cases are traced together, since a step costs little more for many cases tha
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from enum import IntEnum
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...arrays import FloatArray
+from ...arrays import FloatArray, Integers, Mask
 from ...gear.rack import rack_normal
-from ..equation import axial_and_radius, gap_of, guarded_gap, limit_margins, meet
+from ..equation import axial_and_radius, gap_of, guarded_gap, meet, relative_margins
 from ..flank_pair import FlankPair, MemberTerms, terms_of_one
 from .curve_equations import direction_of, linearised, meet_on_curve, onto_curve, units_of
 from .root_exclusion import window_of
@@ -42,14 +40,6 @@ LONGEST_STEP = 0.08
 
 Window: TypeAlias = tuple[FloatArray, FloatArray]
 """Bounds (2, cases, 1) in l1 and l2, mm."""
-
-
-class Stop(IntEnum):
-    """Reason for the end of a trace."""
-
-    WINDOW = 0
-    CLOSED = 1
-    LOST = 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +65,7 @@ class CurvePart:
     endless: bool
 
 
-def curves_of(pairing: FlankPair, near: Window | None = None) -> tuple[list[TracedCurve], NDArray[np.bool_]]:
+def curves_of(pairing: FlankPair, near: Window | None = None) -> tuple[list[TracedCurve], Mask]:
     """Return all curves of contact in the window, and for which cases a sampled normal does not exist.
 
     `near`: bounds (2, cases, 1) in l1 and l2, mm, of all contacts near the faces. The grid then covers only
@@ -110,7 +100,7 @@ def curves_of(pairing: FlankPair, near: Window | None = None) -> tuple[list[Trac
 
 def _points_on_curves(
     pairing: FlankPair, units: FloatArray, window: Window, farthest: float
-) -> tuple[NDArray[np.int_], FloatArray, NDArray[np.bool_], NDArray[np.bool_]]:
+) -> tuple[Integers, FloatArray, Mask, Mask]:
     """Return points of curves on lines of constant l1 and of constant l2.
 
     The results are their cases, z (points, 4), which are solved to rounding, and for which cases some sample
@@ -199,7 +189,7 @@ def _terms_on_lines(pairing: FlankPair, l: FloatArray, member: int) -> tuple[Mem
 
 def _solved_between(
     part: FlankPair, units: FloatArray, sides: FloatArray, side: FloatArray, halvings: int
-) -> tuple[FloatArray, NDArray[np.bool_]]:
+) -> tuple[FloatArray, Mask]:
     """Return points z (points, 1, 4) of curves between `sides` (2, 2, points, 1), and which are solved. The
     others are only bisected, NaN without a common normal.
     """
@@ -218,7 +208,8 @@ def _bisected(part: FlankPair, ends: FloatArray, gap: FloatArray, halvings: int)
     near, far = ends
     for _ in range(halvings):
         between = 0.5 * (near + far)
-        same = np.signbit(guarded_gap(part, meet(part, between))) == np.signbit(gap)
+        pinion, gear = (terms_of_one(part, between[member], member) for member in (0, 1))
+        same = np.signbit(guarded_gap(part, gap_of(part, pinion, gear))) == np.signbit(gap)
         near, far = np.where(same, between, near), np.where(same, far, between)
     y = np.full((4, gap.shape[0]), np.nan)
     for l in (near, far):
@@ -228,9 +219,7 @@ def _bisected(part: FlankPair, ends: FloatArray, gap: FloatArray, halvings: int)
     return y
 
 
-def _within(
-    pairing: FlankPair, z: FloatArray, units: FloatArray, farthest: float
-) -> tuple[NDArray[np.bool_], FloatArray]:
+def _within(pairing: FlankPair, z: FloatArray, units: FloatArray, farthest: float) -> tuple[Mask, FloatArray]:
     """Return whether points (cases, 1, 4) are in the window, up to `farthest`, and their distance from
     mid-face along the axes of both members, (cases, 2), in face widths.
     """
@@ -257,28 +246,28 @@ def _distance(z: FloatArray, line: FloatArray) -> FloatArray:
 
 
 def _traced_both_ways(
-    pairing: FlankPair, units: FloatArray, start: FloatArray, names: NDArray[np.int_], farthest: float
+    pairing: FlankPair, units: FloatArray, start: FloatArray, names: Integers, farthest: float
 ) -> list[TracedCurve]:
     """Return the curves through `start` (cases, 4), one per case; `names` are the numbers of the cases."""
     twice = np.tile(np.arange(len(names)), 2)
     pairing, units, z = pairing.cases(twice), units[twice], start[twice]
     tangent = direction_of(linearised(pairing, z[:, None], units)[1])[:, 0]
     tangent[len(names) :] *= -1.0
-    lines, stops = _trace(pairing, units, z, tangent, farthest)
+    lines, closes, lost = _trace(pairing, units, z, tangent, farthest)
     curves = []
     for k, name in enumerate(names.tolist()):
         ahead, back = lines[k], lines[k + len(names)]
-        closed = bool(stops[k] == Stop.CLOSED)
-        points = ahead if closed else np.concatenate((back[:0:-1], ahead))
-        lost = bool((stops[[k, k + len(names)]] == Stop.LOST).any())
-        curves.append(TracedCurve(name, points, closed, lost))
+        points = ahead if closes[k] else np.concatenate((back[:0:-1], ahead))
+        curves.append(TracedCurve(name, points, bool(closes[k]), bool(lost[[k, k + len(names)]].any())))
     return curves
 
 
 def _trace(
     pairing: FlankPair, units: FloatArray, start: FloatArray, tangent: FloatArray, farthest: float
-) -> tuple[list[FloatArray], NDArray[np.int_]]:
-    """Return the points of traces from `start` (traces, 4) along `tangent`, and the codes of `Stop`."""
+) -> tuple[list[FloatArray], Mask, Mask]:
+    """Return the points of traces from `start` (traces, 4) along `tangent`, and which of them close or are
+    lost. The others leave the window.
+    """
     # Largest step along the axis of either member near its face, in face widths.
     max_axial_step_faces = 0.2
     z, first, (_, faces) = start.copy(), tangent, _within(pairing, start[:, None], units, farthest)
@@ -288,7 +277,7 @@ def _trace(
     growth_turn_cosine = 0.998
     step, faces = first_step * _far(faces).max(axis=-1), faces.copy()
     tangent, taken = tangent.copy(), np.zeros(len(start), dtype=int)
-    stops = np.full(len(start), int(Stop.LOST))
+    closes, lost = np.zeros(len(start), dtype=bool), np.ones(len(start), dtype=bool)
     active, steps = np.arange(len(start)), [start.copy()]
     for _ in range(most_steps):
         # Predictor and corrector step of all active traces.
@@ -310,13 +299,13 @@ def _trace(
         home = np.linalg.norm(z[active] - start[active], axis=-1) < step[active]
         home &= np.einsum("...i,...i", tangent[active], first[active]) > 0.5
         outside, closed = good & ~inside, good & home & (taken[active] > 4)
-        stops[active[outside]], stops[active[closed]] = Stop.WINDOW, Stop.CLOSED
+        lost[active[outside | closed]], closes[active[closed]] = False, True
         steps[-1][active[closed]] = start[active[closed]]
         active = active[~(outside | closed | (step[active] < shortest_step))]
         if active.size == 0:
             break
     history = np.stack(steps)
-    return [history[~np.isnan(history[:, k, 0]), k] for k in range(len(start))], stops
+    return [history[~np.isnan(history[:, k, 0]), k] for k in range(len(start))], closes, lost
 
 
 def _far(faces: FloatArray) -> FloatArray:
@@ -327,7 +316,7 @@ def _far(faces: FloatArray) -> FloatArray:
 
 def _one_step(
     part: FlankPair, units: FloatArray, z: FloatArray, tangent: FloatArray, step: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray, NDArray[np.bool_]]:
+) -> tuple[FloatArray, FloatArray, FloatArray, Mask]:
     """Return points and tangents after a step, cosines of the rotation, and whether the steps are accepted.
 
     In long steps far from the faces w1 has less weight: l1, l2 and n_x distinguish one curve from the next.
@@ -362,14 +351,11 @@ def near_flanks(pairing: FlankPair, curves: list[TracedCurve]) -> list[CurvePart
     part = pairing.cases(case)
     y = np.concatenate([curve.points for curve in curves])[:, None] * units_of(part)
     y = np.moveaxis(y, -1, 0)
-    axial, radius = axial_and_radius(part, meet_on_curve(part, y)[1])
-    margins = limit_margins(part, y[:2], axial, radius)[..., 0]
+    met = meet_on_curve(part, y)[1]
+    (axial, _), margins = axial_and_radius(part, met), relative_margins(part, y[:2], met)[..., 0]
     # Half face widths beyond toe and heel to which a part reaches.
     part_margin_half_widths = 0.5
-    # Points near both faces, and margins in flank depths and face widths.
     near = np.all(np.abs(axial) <= (1.0 + part_margin_half_widths) * part.half_width, axis=0)[:, 0]
-    depth, face = (part.highest - part.lowest)[..., 0], 2.0 * part.half_width[..., 0]  # as in `Limit`
-    margins /= np.concatenate((depth, depth, face, face))
     parts, start = [], 0
     for curve in curves:
         here = slice(start, start + len(curve.points))
@@ -378,7 +364,7 @@ def near_flanks(pairing: FlankPair, curves: list[TracedCurve]) -> list[CurvePart
     return parts
 
 
-def _cut(curve: TracedCurve, near: NDArray[np.bool_], margins: FloatArray) -> list[CurvePart]:
+def _cut(curve: TracedCurve, near: Mask, margins: FloatArray) -> list[CurvePart]:
     """Return the parts of one curve around its points that are `near` the flanks, except for parts that are
     off the flanks by the `margins` (8, points) of the points."""
     points = curve.points

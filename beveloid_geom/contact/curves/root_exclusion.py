@@ -20,9 +20,8 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...arrays import FloatArray
+from ...arrays import FloatArray, Integers, Mask
 from ...gear.rack import rack_normal
 from ...pair.frames import common_normal
 from ...pair.mounting import across_action
@@ -30,8 +29,6 @@ from ..flank_pair import FlankPair, terms_of
 
 GRID_LINES = 9
 """Default number of grid lines of each member."""
-
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +60,7 @@ class Box:
     CASE_AXES: ClassVar = {"low": 1, "high": 1, "lines": 1}
     """Axes of cases that are not the first."""
 
-    def cases(self, index: NDArray[np.int_]) -> Box:
+    def cases(self, index: Integers) -> Box:
         """Return the results of the cases `index`."""
         return Box(**{name: x.take(index, Box.CASE_AXES.get(name, 0)) for name, x in vars(self).items()})
 
@@ -74,10 +71,8 @@ def window_of(pairing: FlankPair) -> tuple[FloatArray, FloatArray]:
     window_margin_depths = 0.05
     slack = window_margin_depths * (pairing.highest - pairing.lowest)
     shape = (2, *pairing.branch.shape)
-    return (
-        np.broadcast_to(pairing.lowest - slack, shape),
-        np.broadcast_to(pairing.highest + slack, shape),
-    )
+    low, high = pairing.lowest - slack, pairing.highest + slack
+    return np.broadcast_to(low, shape), np.broadcast_to(high, shape)
 
 
 def vanishing(pairing: FlankPair) -> Mask:

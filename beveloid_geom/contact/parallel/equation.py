@@ -26,13 +26,11 @@ Arrays have the shape (2, cases, positions), as in `equation`.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...arrays import COMPLEX_STEP, FloatArray
+from ...arrays import COMPLEX_STEP, FloatArray, Mask
 from ...gear.rack import Numbers
-from ...pair.mounting import across_of_gear
-from ..equation import ContactTerms, gap_tolerance
-from ..flank_pair import FlankPair, MemberTerms, terms_of
+from ..equation import ContactTerms, gap_tolerance, meeting_at
+from ..flank_pair import FlankPair, terms_of
 
 PARALLEL_TRACE_TOLERANCE = 1e-12
 """Components of a trace below which teeth are parallel to the axis."""
@@ -48,30 +46,6 @@ def meet_on_parallel(pairing: FlankPair, l: Numbers, w: Numbers) -> ContactTerms
     normal_y = (moment[0] + moment[1]) / pairing.layout.offset
     normal_x = pairing.branch * np.sqrt(1.0 - v[0] * v[0] - normal_y * normal_y)
     return meeting_at(pairing, terms, w + 0.0 * normal_x, normal_x, np.array((normal_y, normal_y)))
-
-
-def meeting_at(
-    pairing: FlankPair, terms: MemberTerms, w: Numbers, normal_x: Numbers, normal_y: Numbers
-) -> ContactTerms:
-    """Return F and its terms at w1 (cases, positions), mm, for given terms of both members and the common
-    normal in both fixed frames: `normal_x` (cases, positions) and `normal_y` (2, cases, positions).
-    """
-    layout, v = pairing.layout, terms.normal[2]
-    across = np.array((w, across_of_gear(layout, v, terms.square, terms.moment, w, normal_x)))
-    along = terms.level + terms.slope * across
-    return ContactTerms(
-        gap=along[0] + along[1] - layout.offset * normal_x,
-        along=along,
-        across=across,
-        slope=terms.slope,
-        reach=normal_x * across,
-        normal_x=normal_x,
-        normal_y=normal_y,
-        square=terms.square,
-        moment=terms.moment,
-        normal=terms.normal,
-        start=terms.start,
-    )
 
 
 def mate_parameter(pairing: FlankPair, l1: FloatArray, w: FloatArray) -> FloatArray:
@@ -95,7 +69,7 @@ def at_mid_face(pairing: FlankPair, l: FloatArray) -> FloatArray:
     return np.asarray((middle - start) / (end - start))
 
 
-def contact_at_l1(pairing: FlankPair, l1: FloatArray) -> tuple[FloatArray, ContactTerms, NDArray[np.bool_]]:
+def contact_at_l1(pairing: FlankPair, l1: FloatArray) -> tuple[FloatArray, ContactTerms, Mask]:
     """Return l (2, cases, positions) and terms of the contacts at l1 (cases, positions), mm, midway between
     the mid-faces, and where these exist.
     """
@@ -107,7 +81,7 @@ def contact_at_l1(pairing: FlankPair, l1: FloatArray) -> tuple[FloatArray, Conta
     return l, met, good & (np.abs(met.normal[2].sum(axis=0)) <= PARALLEL_TRACE_TOLERANCE)
 
 
-def one_rack(pairing: FlankPair) -> NDArray[np.bool_]:
+def one_rack(pairing: FlankPair) -> Mask:
     """Return for which cases the racks of both members are two sides of one rack, by normal and trace."""
     normal, trace = pairing.rack.normal, pairing.rack.trace
     mirrored = np.array((1.0, 1.0, -1.0)).reshape(3, 1, 1)
@@ -116,6 +90,6 @@ def one_rack(pairing: FlankPair) -> NDArray[np.bool_]:
     return np.asarray((apart <= PARALLEL_TRACE_TOLERANCE).all(axis=(0, 2)))
 
 
-def along_axes(pairing: FlankPair) -> NDArray[np.bool_]:
+def along_axes(pairing: FlankPair) -> Mask:
     """Return for which cases the teeth of both members are parallel to the axes: no helix and no cone."""
     return np.asarray((np.abs(pairing.rack.trace[:2]) <= PARALLEL_TRACE_TOLERANCE).all(axis=(0, 1, 3)))

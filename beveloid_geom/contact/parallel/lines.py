@@ -20,9 +20,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...arrays import FloatArray, Mask
+from ...arrays import Codes, FloatArray, Mask
 from ...design.arguments import require_path
 from ...design.model import Design
 from ...status import Limit, Status
@@ -72,13 +71,13 @@ class ContactLines:
     pinion_r: FloatArray
     gear_z: FloatArray
     gear_r: FloatArray
-    limit: NDArray[np.int8]
+    limit: Codes
     transverse_ratio: FloatArray
     overlap_ratio: FloatArray
     total_ratio: FloatArray
 
 
-def touches_along_lines(design: Design, flank: str = "right") -> NDArray[np.bool_]:
+def touches_along_lines(design: Design, flank: str = "right") -> Mask:
     """Return whether flanks without modification have line contact, if they touch at all.
 
     They have line contact on parallel axes, with the errors of the design, in three cases: without parabolas
@@ -103,7 +102,7 @@ def touches_along_lines(design: Design, flank: str = "right") -> NDArray[np.bool
         return along_lines(pairing).reshape(design.batch_shape)
 
 
-def is_line_contact(design: Design, flank: str = "right") -> NDArray[np.bool_]:
+def is_line_contact(design: Design, flank: str = "right") -> Mask:
     """Return whether flanks touch along lines, with or without modifications.
 
     Modified flanks do on parallel axes where the modifications do not vary along the lines. Their path of

@@ -13,9 +13,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...arrays import FloatArray
+from ...arrays import Codes, FloatArray
 from ...design.model import Design
 from ...gear.flank import modification_of
 from ...gear.modification import Term
@@ -41,7 +40,7 @@ class LineEnds:
     pinion_z: FloatArray
     gear_z: FloatArray
     point: FloatArray
-    limit: NDArray[np.int8]
+    limit: Codes
 
     @property
     def length(self) -> FloatArray:

@@ -15,9 +15,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...arrays import COMPLEX_STEP, FloatArray
+from ...arrays import COMPLEX_STEP, FloatArray, Mask
 from ..curves.root_exclusion import window_of
 from ..flank_pair import FlankPair, terms_of
 from .small_angle_equations import meet_regular, normal_y_at
@@ -27,7 +26,7 @@ CURVE_POINTS = 17
 """Number of points along a curve."""
 
 
-def clear_of_flanks(pairing: FlankPair) -> NDArray[np.bool_]:
+def clear_of_flanks(pairing: FlankPair) -> Mask:
     """Return which cases (cases) of flanks with parabolas on nearly parallel axes certainly have no contact
     on the flanks, for both signs of n_x. The caller silences NumPy's warnings.
     """
@@ -46,9 +45,7 @@ def clear_of_flanks(pairing: FlankPair) -> NDArray[np.bool_]:
     return clear
 
 
-def _without_zero(
-    pairing: FlankPair, gradient: FloatArray, low: FloatArray, high: FloatArray
-) -> NDArray[np.bool_]:
+def _without_zero(pairing: FlankPair, gradient: FloatArray, low: FloatArray, high: FloatArray) -> Mask:
     """Return for which cases F has no zero on the curve perpendicular to a `gradient` (2, cases, 1) between
     `low` and `high` (2, cases, 1), mm.
     """
@@ -88,7 +85,7 @@ def _without_zero(
 
 def _on_curve(
     pairing: FlankPair, l: FloatArray, uphill: FloatArray, w: FloatArray
-) -> tuple[FloatArray, NDArray[np.bool_]]:
+) -> tuple[FloatArray, Mask]:
     """Return points y (5, cases, positions) that satisfy the `small_angle_equations` other than F = 0, and
     which of them have a common normal.
 

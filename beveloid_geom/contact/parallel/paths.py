@@ -15,26 +15,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import partial
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...arrays import FloatArray, Quantity
+from ...arrays import Codes, FloatArray, Integers, Mask, Quantity
 from ...design.model import NORMAL_MATCH_TOLERANCE
 from ...status import Status
 from ...support.chebyshev import basis_of
 from ..equation import ContactTerms, gap_tolerance, roll_angles
 from ..flank_pair import FlankPair, terms_of
 from ..path_polynomial import FULL_ROW_COUNT, ROW_COUNT, PathSeries, fitted_series, not_over_l1, rows_of
-from .equation import (
-    along_axes,
-    at_mid_face,
-    mate_parameter,
-    meet_on_parallel,
-    one_rack,
-)
+from .equation import along_axes, at_mid_face, mate_parameter, meet_on_parallel, one_rack
 
 NEGLIGIBLE_RATE = 1e-14
 """Relative rate that is dominated by rounding and treated as zero."""
@@ -104,11 +96,7 @@ def _above_edges(
 
 
 def _under_tip(
-    tip: FloatArray,
-    taper: FloatArray,
-    q: tuple[FloatArray, FloatArray],
-    arm: FloatArray,
-    spare: float,
+    tip: FloatArray, taper: FloatArray, q: tuple[FloatArray, FloatArray], arm: FloatArray, spare: float
 ) -> tuple[FloatArray, FloatArray]:
     """Return the range of w in which sqrt((q0 + q1 w)^2 + arm^2) <= tip + taper w.
 
@@ -116,10 +104,8 @@ def _under_tip(
     """
     a, b = taper * taper - q[1] * q[1], taper * tip - q[0] * q[1]
     c = tip * tip - q[0] * q[0] - arm * arm
-    a, b = (
-        np.where(np.abs(a) <= NEGLIGIBLE_RATE, 0.0, a),
-        np.where(np.abs(b) <= NEGLIGIBLE_RATE * tip, 0.0, b),
-    )
+    a = np.where(np.abs(a) <= NEGLIGIBLE_RATE, 0.0, a)
+    b = np.where(np.abs(b) <= NEGLIGIBLE_RATE * tip, 0.0, b)
     root = np.sqrt(b * b - a * c)
     far = -(b + np.copysign(root, b))
     lower, upper = np.sort(np.array((far / a, c / far)), axis=0)
@@ -133,7 +119,7 @@ def _under_tip(
     return np.where(empty, np.inf, low), np.where(empty, -np.inf, high)
 
 
-def contact_types(pairing: FlankPair) -> tuple[NDArray[np.bool_], NDArray[np.bool_], FloatArray]:
+def contact_types(pairing: FlankPair) -> tuple[Mask, Mask, FloatArray]:
     """Return which cases have line contact, which have point contact, and s of `on_racks` of a point (cases),
     mm.
     """
@@ -154,7 +140,7 @@ def contact_types(pairing: FlankPair) -> tuple[NDArray[np.bool_], NDArray[np.boo
     return lines, points, s
 
 
-def along_lines(pairing: FlankPair) -> NDArray[np.bool_]:
+def along_lines(pairing: FlankPair) -> Mask:
     """Return whether the generated flanks of each case touch along lines.
 
     The caller silences NumPy's warnings.
@@ -184,7 +170,7 @@ def on_racks(pairing: FlankPair, s: FloatArray) -> FloatArray:
     return np.asarray(s * a[::-1] / np.abs(a).max(axis=0))
 
 
-def single_contact(pairing: FlankPair) -> tuple[FloatArray, NDArray[np.bool_]]:
+def single_contact(pairing: FlankPair) -> tuple[FloatArray, Mask]:
     """Return s (cases), mm, of the contact with the smallest |s|, and whether all s are contacts.
 
     Contacts on both flanks are preferred. s is NaN if F has no zero up to the largest |l| of the flanks.
@@ -254,8 +240,9 @@ def _ends_of_lines(pairing: FlankPair) -> FloatArray:
     cases = len(pairing.branch)
     twice = pairing.cases(np.tile(np.arange(cases), 2))
     lines, sense = on_lines(twice), np.array((-1.0, 1.0)).repeat(cases)[:, None]
-    roll = partial(_extreme_roll, twice, lines, sense)
-    l1 = greatest_at(roll, twice.lowest[0], twice.highest[0], sense)
+    l1 = greatest_at(
+        lambda l1: _extreme_on(twice, lines, sense, l1)[1], twice.lowest[0], twice.highest[0], sense
+    )
     w = _extreme_on(twice, lines, sense, l1)[0]
     return np.array((l1, w)).reshape(2, 2, cases).swapaxes(1, 2)
 
@@ -288,10 +275,6 @@ def on_lines(pairing: FlankPair) -> Lines:
         return np.array((l1, l2)), replace(met, along=along, start=start)
 
     return between
-
-
-def _extreme_roll(pairing: FlankPair, lines: Lines, sense: FloatArray, l1: FloatArray) -> FloatArray:
-    return _extreme_on(pairing, lines, sense, l1)[1]
 
 
 def _extreme_on(
@@ -337,7 +320,7 @@ def parallel_series(pairing: FlankPair) -> PathSeries:
 
 
 def _along(
-    pairing: FlankPair, guide: FloatArray, l2: FloatArray, cases: NDArray[np.int_], status: NDArray[np.int8]
+    pairing: FlankPair, guide: FloatArray, l2: FloatArray, cases: Integers, status: Codes
 ) -> PathSeries:
     """Return the series of the `cases` along straight lines of l1 and w1, with l2 where it is known."""
     # Distance, relative to the size of a pair, by which a path may be beyond limits along which it

@@ -16,14 +16,12 @@ which may be complex for derivatives.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...arrays import COMPLEX_STEP, FloatArray
+from ...arrays import COMPLEX_STEP, FloatArray, Mask
 from ...gear.rack import Numbers
 from ..curves.curve_equations import LAST_STEP, NORMAL_UNIT, units_of
-from ..equation import ContactTerms
+from ..equation import ContactTerms, meeting_at
 from ..flank_pair import FlankPair, MemberTerms, terms_of
-from .equation import meeting_at
 
 UNKNOWN_COUNT = 5
 
@@ -83,7 +81,7 @@ def regular_jacobian(pairing: FlankPair, y: FloatArray) -> tuple[FloatArray, Flo
     return np.moveaxis(residual[..., 0].real, 0, -1), np.moveaxis(residual.imag, 0, -2) / COMPLEX_STEP
 
 
-def tangent_of(jacobian: FloatArray, held: NDArray[np.bool_] | None = None) -> FloatArray:
+def tangent_of(jacobian: FloatArray, held: Mask | None = None) -> FloatArray:
     """Return unit tangents (..., 5) of the curve, in either direction, from derivatives (..., 4, 5).
 
     Where `held` (...), along contact lines, the tangents are those of constant w1. NaN where derivatives are
@@ -99,7 +97,7 @@ def tangent_of(jacobian: FloatArray, held: NDArray[np.bool_] | None = None) -> F
     return np.where(lost[..., None], np.nan, tangent)
 
 
-def onto_held(pairing: FlankPair, y: FloatArray) -> tuple[FloatArray, NDArray[np.bool_]]:
+def onto_held(pairing: FlankPair, y: FloatArray) -> tuple[FloatArray, Mask]:
     """Return y (5, cases, positions) with l1, l2, n_x and n_y solved at constant w1 by Newton's method from
     y, and which positions (cases, positions) are solved.
     """
@@ -108,7 +106,7 @@ def onto_held(pairing: FlankPair, y: FloatArray) -> tuple[FloatArray, NDArray[np
         residual, jacobian = regular_jacobian(pairing, y)
         # Positions that are singular or NaN get the unit matrix and end as NaN.
         system = jacobian[..., :4]
-        lost: NDArray[np.bool_] = np.asarray(~np.isfinite(system.sum(axis=(-1, -2)) + residual.sum(axis=-1)))
+        lost: Mask = np.asarray(~np.isfinite(system.sum(axis=(-1, -2)) + residual.sum(axis=-1)))
         system[lost] = np.eye(4)
         lost |= np.linalg.det(system) == 0.0
         system[lost], residual[lost] = np.eye(4), np.nan

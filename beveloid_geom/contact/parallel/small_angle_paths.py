@@ -9,9 +9,8 @@ from the contact of the same flanks on parallel axes.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ...arrays import FloatArray
+from ...arrays import FloatArray, Mask
 from ...status import Limit, Status
 from ..flank_pair import FlankPair
 from ..path_polynomial import FULL_ROW_COUNT, ROW_COUNT, PathSeries, fitted_series, not_over_l1, rows_of
@@ -23,7 +22,7 @@ NEARLY_PARALLEL_SINE = 0.01
 """Sine of the shaft angle up to which axes are nearly parallel."""
 
 
-def nearly_parallel(pairing: FlankPair) -> NDArray[np.bool_]:
+def nearly_parallel(pairing: FlankPair) -> Mask:
     """Return which cases (cases) have nearly parallel axes and flanks with parabolas."""
     near = np.asarray(np.abs(pairing.layout.sin_angle) <= NEARLY_PARALLEL_SINE)[:, 0]
     return np.asarray(~pairing.without_parabola & near & ~pairing.parallel & ~pairing.undefined)

@@ -81,13 +81,8 @@ def curve_over_s1(problem: Problem) -> Curve:
     s1 = np.tile(nodes, cases)
     case = np.repeat(np.arange(cases), NODE_COUNT)
     placed = problem.placed.take(case)
-    met, _ = solve(
-        problem.surfaces,
-        placed,
-        meshing_start(problem.surfaces, placed, s1, np.zeros(s1.size)),
-        given_row(0, s1),
-        max_steps=max_steps,
-    )
+    start = meshing_start(problem.surfaces, placed, s1, np.zeros(s1.size))
+    met, _ = solve(problem.surfaces, placed, start, given_row(0, s1), max_steps=max_steps)
     curve = sampled(problem, s1.reshape(cases, -1), met, None)
     for _ in range(sweeps):
         start = _from_neighbours(problem, curve)

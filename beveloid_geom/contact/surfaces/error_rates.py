@@ -18,7 +18,7 @@ from ...gear.crossing_curve import START
 from ...gear.rack import rack_point, rack_tangent
 from ...status import Limit
 from .paths import SurfacePaths
-from .tangency import contacts_at, cross, normals_of
+from .tangency import contacts_at, cross, normals_of, turned
 
 L, U, Z, R, ROLLS, PHASE, COUNT = 0, 2, 4, 6, 8, 10, 11
 """Rows of the quantities: l, u, z and r (mm) and rolls (rad) of both members, and the phase (rad): gear
@@ -98,9 +98,7 @@ def error_rates(path: SurfacePaths, cases: Integers, state: FloatArray, sense: F
     # The touched point of the gear, its normal and its roll.
     follow = (x * moved[0, 0] + y * moved[0, 1] - own_z * high) / own_s
     spin = (x * moved[0, 1] - y * moved[0, 0]) / square - turn_z * high
-    rows = normals_of(gear_jet)
-    cos, sin = met.turn
-    normal, by_s, by_z = (np.array((cos * a - sin * b, sin * a + cos * b, c)) for a, b, c in rows)
+    normal, by_s, by_z = turned(normals_of(gear_jet), met.turn).swapaxes(0, 1)
     side = np.array((-normal[1], normal[0], np.zeros(count)))
     first = met.moves[:, :2]
     change = by_z[:, None] * high + side[:, None] * spin
@@ -129,9 +127,9 @@ def error_rates(path: SurfacePaths, cases: Integers, state: FloatArray, sense: F
         value[U + j] = (value[Z + j] - rack_point(rack, value[L + j])[2]) / steep
         for by in (by_state, by_error):
             by[U + j] = (by[Z + j] - rise * by[L + j]) / steep
-    value[ROLLS], value[ROLLS + 1] = state[2], np.arctan2(sin, cos) - gear_jet.phi
-    turned = (x * met.moves[1] - y * met.moves[0]) / square
-    by_state[ROLLS + 1] = turned - turn_s * by_state[L + 1] - turn_z * by_state[Z + 1]
+    value[ROLLS], value[ROLLS + 1] = state[2], np.arctan2(*met.turn[::-1]) - gear_jet.phi
+    angle_by = (x * met.moves[1] - y * met.moves[0]) / square
+    by_state[ROLLS + 1] = angle_by - turn_s * by_state[L + 1] - turn_z * by_state[Z + 1]
     by_error[ROLLS + 1] = spin - turn_s * follow
     for rows in (value, by_state, by_error):
         rows[PHASE] = rows[ROLLS + 1] + problem.surfaces.ratio * rows[ROLLS]
@@ -148,11 +146,6 @@ def limit_rates(path: SurfacePaths, rates: ErrorRates, limit: Integers) -> tuple
             if edge is not None:
                 start, slope = edge.rows(rates.value[Z + j])[START, :2]
                 root = root - np.where(start > problem.lowest[j], slope, 0.0) * by[Z + j]
-            rows[j::2] = (
-                root,
-                problem.taper[j] * by[Z + j] - by[R + j],
-                by[Z + j],
-                -by[Z + j],
-            )
+            rows[j::2] = root, problem.taper[j] * by[Z + j] - by[R + j], by[Z + j], -by[Z + j]
         result.append(np.take_along_axis(rows, limit[None, None], axis=0)[0])
     return result[0], result[1]

@@ -7,14 +7,7 @@ import numpy as np
 from ...arrays import FloatArray, Integers
 from ...pair.misalignment import ERROR_NAMES
 from ...status import Status
-from .error_rates import (
-    COUNT,
-    PHASE,
-    ROLLS,
-    ErrorRates,
-    error_rates,
-    limit_rates,
-)
+from .error_rates import COUNT, PHASE, ROLLS, ErrorRates, error_rates, limit_rates
 from .paths import SurfacePaths
 from .positions import positions_on
 from .tangency import given_row, solve
@@ -86,7 +79,8 @@ def _extreme(
     if inside.size:
         # Secants for the roll at which the phase is stationary along the path.
         last = place[inside]
-        rolls = [state[2, inside, last], state[2, inside, last] + 0.3 * _step(state, inside, last)]
+        roll, next_roll = (state[2, inside, last + k] for k in (0, 1))
+        rolls = [roll, roll + 0.3 * (next_roll - roll)]
         start, slopes = state[:, inside, last], []
         for k in range(2 + secant_steps):
             start, one = _at_roll(path, inside, start, rolls[k], sense)
@@ -101,11 +95,6 @@ def _extreme(
         result[inside, 0], result[inside, 1:] = one.value[PHASE], by[PHASE].T
     result[segment.status != Status.SOLVED] = np.nan
     return result
-
-
-def _step(state: FloatArray, cases: Integers, place: Integers) -> FloatArray:
-    """Return the difference (n,) of the rolls of two neighbouring positions."""
-    return np.asarray(state[2, cases, place + 1] - state[2, cases, place])
 
 
 def _at_roll(

@@ -115,13 +115,7 @@ def problem_of(design: Design, flank: str, pairing: FlankPair, cases: Integers) 
         for value in (layout.cos_angle, layout.sin_angle, layout.offset)
     )
     position = np.broadcast_to(part.position, (2, count, 1))[..., 0]
-    placed = PairPlacement(
-        cos,
-        sin,
-        offset,
-        position,
-        point.T,
-    )
+    placed = PairPlacement(cos, sin, offset, position, point.T)
     ratio = float(design.pinion.teeth / design.gear.teeth)
     surfaces = Surfaces(extended(pinion), extended(gear), ratio, scale)
     return Problem(surfaces, placed, lowest, highest, tip, taper, half_width, edges)

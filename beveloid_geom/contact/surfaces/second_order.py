@@ -113,7 +113,12 @@ def least_rates(path: ContactPath) -> FloatArray:
         steps = np.sqrt((met.moves * met.moves).sum(axis=0))
         normal = np.sqrt((normals_of(met.jets[1])[0] ** 2).sum(axis=0))
         rows = np.moveaxis(met.gradient / (steps[:2, None] * steps * normal), -1, 0)
-        known = np.isfinite(rows).all(axis=(-1, -2))
-        least = np.linalg.svd(np.where(known[:, None, None], rows, 0.0), compute_uv=False)[:, -1]
-        result[index] = np.where(known, least, np.nan).reshape(index.size, -1)
+        result[index] = least_singular_value(rows).reshape(index.size, -1)
     return result.reshape(path.l1.shape)
+
+
+def least_singular_value(jacobian: FloatArray) -> FloatArray:
+    """Return the least singular value of Jacobians (..., equations, unknowns), NaN where these are NaN."""
+    known = np.asarray(np.isfinite(jacobian).all(axis=(-1, -2)))
+    least = np.linalg.svd(np.where(known[..., None, None], jacobian, 0.0), compute_uv=False)[..., -1]
+    return np.where(known, least, np.nan)

@@ -168,7 +168,7 @@ def _in_gear_frame(jet: Jet, z1: FloatArray, roll: FloatArray, placed: PairPlace
     return moved
 
 
-def _turned(vectors: FloatArray, turn: tuple[FloatArray, FloatArray]) -> FloatArray:
+def turned(vectors: FloatArray, turn: tuple[FloatArray, FloatArray]) -> FloatArray:
     """Return vectors (k, 3, n) rotated about the axis of the gear, as (3, k, n). `turn` has the cosine and
     sine of the angle."""
     cos, sin = turn
@@ -190,15 +190,15 @@ def contacts_at(surfaces: Surfaces, placed: PairPlacement, state: FloatArray) ->
     own_s, own_z = px * sx + py * sy, px * zx + py * zy
     scale = 1.0 / np.sqrt(square * own_square)
     turn = (x * px + y * py) * scale, (y * px - x * py) * scale
-    turned = _turned(normals_of(other), turn)  # (3, 3, n)
-    normal = turned[:, 0]
+    rows = turned(normals_of(other), turn)  # (3, 3, n)
+    normal = rows[:, 0]
     side = np.array((-normal[1], normal[0]))
     # Steps by s1, z1, rho: (3, 3, n), and dG by them and by s2.
     by = moved[:, [1, 2, 6]]
     spin = (x * by[1] - y * by[0]) / square - (px * zy - py * zx) / own_square * by[2]
-    change = turned[:, 2][:, None] * by[2]
+    change = rows[:, 2][:, None] * by[2]
     change[:2] += side[:, None] * spin
-    s2_change = turned[:, 1].copy()
+    s2_change = rows[:, 1].copy()
     s2_change[:2] -= side * ((px * sy - py * sx) / own_square)
     # Elimination of s2.
     follow = np.empty((4, len(s1)))

@@ -147,18 +147,10 @@ def _followed(
     for _ in range(MAX_STEPS):
         if not active.size:
             break
-        guess, before, size = (
-            state[:, active] + step[active] * ahead[:, active],
-            direction[:, active],
-            step[active],
-        )
+        before, size = direction[:, active], step[active]
+        guess, placed = state[:, active] + size * ahead[:, active], problem.placed.take(active)
         onwards = roll_axis * np.sign(before[2]) if by_roll else before
-        met, good = solve(
-            problem.surfaces,
-            problem.placed.take(active),
-            guess,
-            on_plane(problem, guess, onwards),
-        )
+        met, good = solve(problem.surfaces, placed, guess, on_plane(problem, guess, onwards))
         after = _direction(problem, met, onwards)
         turn = np.arccos(np.clip((after * before).sum(axis=0), -1.0, 1.0))
         chord = (met.state - state[:, active])[:3] / problem.scale[:, None]
@@ -168,9 +160,8 @@ def _followed(
         # With the shortest step, the curve has a kink, or the surface ends, as at an edge of regression.
         kink = failed & ~shorter & good & (turn < max_kink) & (moved < longest_kink * size)
         reached = ~failed | kink
-        step[active] = control.following(
-            active, size, turn, failed, kink, kink_distance(chord, before, after)
-        )
+        to_kink = kink_distance(chord, before, after)
+        step[active] = control.following(active, size, turn, failed, kink, to_kink)
         there = active[reached]
         state[:, there], direction[:, there] = met.state[:, reached], after[:, reached]
         ahead[:, there] = met.along(after * problem.scale[:, None])[:, reached]

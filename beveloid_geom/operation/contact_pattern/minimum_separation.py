@@ -187,9 +187,7 @@ def minimum_separation(mating: Mating, points: FloatArray, near: Mask | None = N
         np.where(cut, PatternStatus.END_OF_ROLL, PatternStatus.STANDSTILL),
     )
     results, roll, point = (
-        np.append(results, begin[DISTANCE]),
-        np.append(roll, at),
-        np.append(point[down], point),
+        np.append(*both) for both in ((results, begin[DISTANCE]), (roll, at), (point[down], point))
     )
     order = np.argsort(-results, kind="stable")  # the smallest of each point is written last
     order = order[np.isfinite(results[order])]
@@ -228,14 +226,12 @@ def _between(mating: Mating, points: FloatArray, samples: SeparationSamples) -> 
         closer = np.concatenate((roll[None], rows)).reshape(5, closer_rolls, point.size)
         margin = _known_margin(closer, samples.room)
         best = np.clip(margin.argmax(axis=0), 1, closer_rolls - 2)
-        away = np.where(
-            margin.max(axis=0) >= 0.0, closer_rolls, 1
-        )  # once on the flank, keep the complete interval
+        # Once on the flank, keep the complete interval.
+        away = np.where(margin.max(axis=0) >= 0.0, closer_rolls, 1)
         three = np.clip(best + away * np.array([[-1], [0], [1]]), 0, closer_rolls - 1)
         three = np.take_along_axis(closer, three[None], axis=1)
-    return np.concatenate([part for part, _ in results]), np.concatenate(
-        [part for _, part in results], axis=-1
-    )
+    points_between, known = zip(*results, strict=True)
+    return np.concatenate(points_between), np.concatenate(known, axis=-1)
 
 
 def _known_margin(known: FloatArray, room: float) -> FloatArray:

@@ -84,9 +84,7 @@ class Operation:
         kink, the rate is that on the side of the rolls `towards` (n,)."""
         if self.exact is not None:
             return self.exact(roll, towards)
-        next_to = roll + np.minimum(
-            np.maximum(0.25 * (towards - roll), -ROLL_DIFFERENCE_RAD), ROLL_DIFFERENCE_RAD
-        )
+        next_to = roll + np.clip(0.25 * (towards - roll), -ROLL_DIFFERENCE_RAD, ROLL_DIFFERENCE_RAD)
         here, there = self.gear_roll(np.array((roll, next_to)))
         return np.array((here, (there - here) / (next_to - roll)))
 

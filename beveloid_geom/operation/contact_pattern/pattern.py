@@ -250,10 +250,8 @@ def _found_on(side: _Side, cells: tuple[int, int]) -> _Grid:
     l, z, points = side.at(depth[:, None], face)
     share = np.stack(np.meshgrid(depth, face, indexing="ij"), axis=-1)
     minimum = side.least(points.reshape(-1, 3), share.reshape(-1, 2))
-    shape = l.shape
-    return _Grid(
-        l, z, points, minimum.least.reshape(shape), minimum.roll.reshape(shape), minimum.status.reshape(shape)
-    )
+    least, roll, status = (values.reshape(l.shape) for values in vars(minimum).values())
+    return _Grid(l, z, points, least, roll, status)
 
 
 def _cells_of_size(member: Member, resolution: float) -> tuple[int, int]:

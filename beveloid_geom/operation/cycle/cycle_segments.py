@@ -74,26 +74,21 @@ class CycleSegments:
 
     def values(self, index: Integers, roll: FloatArray) -> FloatArray:
         """Return all quantities (rows, n, k) of the segments `index` (n,) at rolls (n, k), rad."""
-        low, high = self.low[index, None], self.high[index, None]
         with np.errstate(invalid="ignore", divide="ignore"):
-            place = (2.0 * roll - (low + high)) / (high - low)
-        place = np.where(
-            np.isnan(place),
-            0.0,
-            np.minimum(np.maximum(place, -EXTRAPOLATION_HALF_LENGTHS), EXTRAPOLATION_HALF_LENGTHS),
-        )
-        return evaluate(self.coefficients[:, index], place)
+            place = _places(self.low[index, None], self.high[index, None], roll)
+        return evaluate(self.coefficients[:, index], np.where(np.isnan(place), 0.0, place))
 
     def values_at(self, index: Integers, roll: FloatArray, rows: int | None = None) -> FloatArray:
         """Return the first `rows` quantities (rows, n), or all, of the segments `index` (n,) at rolls
         (n,), rad."""
-        low, high = self.low[index], self.high[index]
-        place = np.minimum(
-            np.maximum((2.0 * roll - (low + high)) / (high - low), -EXTRAPOLATION_HALF_LENGTHS),
-            EXTRAPOLATION_HALF_LENGTHS,
-        )
-        powers = polynomials(place, SEGMENT_DEGREE)
+        powers = polynomials(_places(self.low[index], self.high[index], roll), SEGMENT_DEGREE)
         return np.array([(row.T[:, index] * powers).sum(axis=0) for row in self.coefficients[:rows]])
+
+
+def _places(low: FloatArray, high: FloatArray, roll: FloatArray) -> FloatArray:
+    """Return the places of rolls, -1 at `low` and 1 at `high`, limited to the range of the polynomials."""
+    place = np.maximum((2.0 * roll - (low + high)) / (high - low), -EXTRAPOLATION_HALF_LENGTHS)
+    return np.minimum(place, EXTRAPOLATION_HALF_LENGTHS)
 
 
 @dataclass(frozen=True, eq=False)

@@ -75,9 +75,8 @@ def past_ends(engagement: Engagement, segments: CycleSegments) -> Samples:
     segment, away = inner[row] + second, np.tile(steps, 2 * chosen.size) * (1 - 2 * second)
     roll = segments.high[inner[row]] + engagement.pitch[0] / SAMPLES_PER_PITCH * away
     place, limit = ends[second, 1:3, row].T, segments.limit[:, segment]
-    return _ahead(engagement, segments, (segments.case[segment], roll, place, limit, segments.pair[segment]))[
-        2
-    ]
+    followed = segments.case[segment], roll, place, limit, segments.pair[segment]
+    return _ahead(engagement, segments, followed)[2]
 
 
 def _at_ends(segments: CycleSegments) -> tuple[Integers, FloatArray, FloatArray]:
@@ -119,10 +118,9 @@ def overtaken(
     segment, place = (inner[jumps] + early)[which], ends[early, 1:3, jumps].T[:, which]
     carriers = segments.limit[:, segment], segments.pair[segment]
     values, _, within = followed_contacts(engagement, samples.case[row], samples.roll[row], place, *carriers)
+    # Of two neighbours, the earlier is written last.
     better = np.flatnonzero(within & (values[0] < contacts.f[row]))
-    better = better[
-        np.argsort(-values[0, better], kind="stable")
-    ]  # of two neighbours, the earlier is written last
+    better = better[np.argsort(-values[0, better], kind="stable")]
     row, values, segment, which = row[better], values[:, better], segment[better], which[better]
     which = which[values[0] < contacts.f[row] - LATE_ROLL_RAD * engagement.lever]
     contacts.f[row], contacts.place[:, row], contacts.meeting[:, row] = values[0], values[1:3], values[3:]
@@ -154,18 +152,11 @@ def earlier(engagement: Engagement, segments: CycleSegments, near: Samples) -> S
         _on_fewer_limits(segments),
     )
     ahead, margin, contacts = _ahead(engagement, segments, _joined(parts))
-    shape = later.case.size, BETWEEN_SAMPLES.size
-    table, margin = (
-        ahead[: later.roll.size * BETWEEN_SAMPLES.size].reshape(shape),
-        margin[:, : later.roll.size * BETWEEN_SAMPLES.size],
-    )
     # Second pass: at the minima and corners that the first pass shows.
-    more = _joined(
-        (
-            _at_lowest(engagement, later, table),
-            _at_limits(engagement, later, table, margin.reshape(len(margin), *shape)),
-        )
-    )
+    shape = later.case.size, BETWEEN_SAMPLES.size
+    halfway = slice(later.case.size * BETWEEN_SAMPLES.size)
+    table, margin = ahead[halfway].reshape(shape), margin[:, halfway].reshape(len(margin), *shape)
+    more = _joined((_at_lowest(engagement, later, table), _at_limits(engagement, later, table, margin)))
     return contacts.and_also(_ahead(engagement, segments, more)[2]) if more[0].size else contacts
 
 
@@ -259,9 +250,9 @@ def _at_limits(engagement: Engagement, later: Samples, ahead: FloatArray, margin
             BETWEEN_SAMPLES[1] - BETWEEN_SAMPLES[0]
         ) * first / (first - last)
         row, away = row.repeat(steps.size), (away[:, None] + sense * steps).ravel()
-        followed = _moved(later, row, later.roll[row] + engagement.pitch[0] / SAMPLES_PER_PITCH * away)
-        limit = np.sort((followed[3][0], code.astype(np.int8).repeat(steps.size)), axis=0)[::-1]
-        parts.append((*followed[:3], limit, followed[4]))
+        moved = _moved(later, row, later.roll[row] + engagement.pitch[0] / SAMPLES_PER_PITCH * away)
+        limit = np.sort((moved[3][0], code.astype(np.int8).repeat(steps.size)), axis=0)[::-1]
+        parts.append((*moved[:3], limit, moved[4]))
     return _joined(tuple(parts))
 
 
@@ -282,14 +273,7 @@ def _near_ends(engagement: Engagement, segments: CycleSegments, near: Samples) -
     row, end = row[known], inner[nearest[known]]
     away = np.abs(segments.high[end] - near.roll[row])
     close = (near.case[row] == segments.case[end]) & (away <= engagement.pitch[0] / SAMPLES_PER_PITCH)
-    row, contacts = row[close], near.contacts
-    return (
-        near.case[row],
-        segments.high[end[close]],
-        contacts.place[:, row],
-        contacts.limit[:, row],
-        contacts.pair[row],
-    )
+    return _moved(near, row[close], segments.high[end[close]])
 
 
 def _on_fewer_limits(segments: CycleSegments) -> Followed:
@@ -300,14 +284,8 @@ def _on_fewer_limits(segments: CycleSegments) -> Followed:
     first, second = segments.limit[:, segment]
     less = np.array(((second, first), np.full((2, segment.size), -1, dtype=np.int8)))
     which, row = np.nonzero((first >= 0, second >= 0))
-    segment = segment[row]
-    return (
-        segments.case[segment],
-        roll.ravel()[row],
-        place[:, row],
-        less[:, which, row],
-        segments.pair[segment],
-    )
+    segment, limit = segment[row], less[:, which, row]
+    return segments.case[segment], roll.ravel()[row], place[:, row], limit, segments.pair[segment]
 
 
 def _inner(segments: CycleSegments) -> Integers:

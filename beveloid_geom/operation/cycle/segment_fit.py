@@ -329,10 +329,7 @@ def _ends(
         taken = _taken_over(engagement, segments, before, roll)
         taken[:, -1] = True
         part = np.maximum(taken.argmax(axis=1), 1)
-        low, high = (
-            np.where(taken[:, 0], low, roll[row, part - 1]),
-            np.where(taken[:, 0], low, roll[row, part]),
-        )
+        low, high = (np.where(taken[:, 0], low, roll[row, part - k]) for k in (1, 0))
     return np.asarray(high)
 
 
@@ -357,15 +354,10 @@ def _outside(
 ) -> FloatArray:
     """Return by how much (mm) contacts violate limits that are not active, or lie beyond a joint with the
     fillet or the beginning of a relief; infinite where there is no contact."""
-    margin = np.where(holding(segments.limit[:, index])[..., None], np.inf, values[QUANTITY_COUNT:]).min(
-        axis=0
-    )
-    for surface, (s, z), fillet in zip(
-        (engagement.pinion, engagement.gear),
-        (values[1:3], values[3:5]),
-        segments.on_fillet[:, index],
-        strict=True,
-    ):
+    held = holding(segments.limit[:, index])[..., None]
+    margin = np.where(held, np.inf, values[QUANTITY_COUNT:]).min(axis=0)
+    for j, surface in enumerate((engagement.pinion, engagement.gear)):
+        (s, z), fillet = values[1 + 2 * j : 3 + 2 * j], segments.on_fillet[j, index]
         # On undercut flanks, the root limit decides whether a contact lies beyond the end.
         joined = s - (surface.joint if surface.crossing is None else np.minimum(surface.fillet_end(z), s))
         margin = np.minimum(margin, np.where(fillet, -1.0, 1.0)[:, None] * joined)

@@ -70,9 +70,8 @@ def first_contact_segments(
         segments.
     """
     segments, status = _divided(engagement, grids, samples, near, halving=True)
-    if (
-        lost := status == FirstStatus.NOT_CONVERGED
-    ).any():  # sample more densely: a contact may have been missed in all rounds
+    lost = status == FirstStatus.NOT_CONVERGED
+    if lost.any():  # sample more densely: a contact may have been missed in all rounds
         case, roll = pitch_rolls(engagement, 64)
         samples = _sampled(engagement, grids, case[lost[case]], roll[lost[case]])
         closer, again = _divided(engagement, grids, samples, near, halving=False)
@@ -119,9 +118,8 @@ def _divided(
         early = earlier(engagement, segments, near)
         failed = np.isin(np.arange(cases), np.concatenate((segments.case[bad], corrected, early.case)))
         if failed.any():
-            checks = checks.and_also(_between(engagement, grids, samples, segments, bad, jumps)).and_also(
-                early
-            )
+            between = _between(engagement, grids, samples, segments, bad, jumps)
+            checks = checks.and_also(between).and_also(early)
         done.append(segments.pick(~failed[segments.case]))
         samples = samples.pick(failed[samples.case]).and_also(checks.pick(failed[checks.case]))
         # Where the same segments fail again, further samples would be the same: go on to the less strict
@@ -143,12 +141,8 @@ def _fitted_past_ends(engagement: Engagement, samples: Samples) -> tuple[Samples
     past = past_ends(engagement, segments)
     if past.case.size:
         samples = samples.and_also(past)
-        segments = sorted_segments(
-            [
-                segments.pick(~np.isin(segments.case, past.case)),
-                fitted(engagement, samples.pick(np.isin(samples.case, past.case))),
-            ]
-        )
+        again = fitted(engagement, samples.pick(np.isin(samples.case, past.case)))
+        segments = sorted_segments([segments.pick(~np.isin(segments.case, past.case)), again])
     return samples, segments
 
 

@@ -156,15 +156,12 @@ def scan_grid(member: Member, flank: str, points: tuple[int, int, int]) -> Grid:
     fillet_points_per_cell = 1.8
     pinion, (fillet, profile, face) = surface_of(member, flank), points
     cell = ((pinion.highest - pinion.joint) / (profile - 1), 2.0 * pinion.half_width / (face - 1))
-    fillet = max(
-        fillet,
-        int(min(np.nan_to_num(fillet_points_per_cell * (pinion.joint - pinion.bottom) / cell[0]), profile)),
-    )
+    wanted = np.nan_to_num(fillet_points_per_cell * (pinion.joint - pinion.bottom) / cell[0])
+    fillet = max(fillet, int(min(wanted, profile)))
     z = pinion.half_width * np.linspace(-1.0, 1.0, face)
     top = np.fmin(tip_parameter(member, flank, z), pinion.highest + 0.0 * z)
-    below = (
-        np.linspace(1.0, 0.0, fillet + 1)[:-1, None] ** 2
-    )  # denser next to the flank, where a fillet is steepest
+    # Denser next to the flank, where a fillet is steepest.
+    below = np.linspace(1.0, 0.0, fillet + 1)[:-1, None] ** 2
     start, end = pinion.flank_start(z), pinion.fillet_end(z)
     low = end - (end - pinion.bottom) * below
     high = start + (top - start) * np.linspace(0.0, 1.0, profile)[:, None]
@@ -198,10 +195,8 @@ def chart_of(surface: ToothSurface, above: float, beyond: float) -> Chart:
     """
     half = surface.half_width + beyond
     depth = surface.tip - surface.root + abs(surface.taper - surface.root_taper) * half + above
-    root, z = (
-        np.linspace(0.0, np.sqrt(depth), CHART_NODES[0])[:, None],
-        half * np.linspace(-1.0, 1.0, CHART_NODES[1]),
-    )
+    root = np.linspace(0.0, np.sqrt(depth), CHART_NODES[0])[:, None]
+    z = half * np.linspace(-1.0, 1.0, CHART_NODES[1])
 
     def angles(root: FloatArray, z: FloatArray) -> FloatArray:
         """Return the angles at roots of the height above the root cone and at z."""
@@ -210,9 +205,8 @@ def chart_of(surface: ToothSurface, above: float, beyond: float) -> Chart:
         s = profile_at(surface, square.ravel(), z.ravel())
         return angle_of(cut_at(surface, s, z.ravel())).reshape(z.shape)
 
-    angle = np.concatenate(
-        (angle_of(cut_at(surface, surface.bottom + 0.0 * z, z))[None], angles(root[1:], z))
-    )
+    bottom = angle_of(cut_at(surface, surface.bottom + 0.0 * z, z))
+    angle = np.concatenate((bottom[None], angles(root[1:], z)))
     middle = 0.25 * (angle[1:, 1:] + angle[1:, :-1] + angle[:-1, 1:] + angle[:-1, :-1])
     missed = np.abs(middle - angles(0.5 * (root[1:] + root[:-1]), 0.5 * (z[1:] + z[:-1])))
     rate = (CHART_NODES[0] - 1) / float(np.sqrt(depth)), (CHART_NODES[1] - 1) / (2.0 * half)

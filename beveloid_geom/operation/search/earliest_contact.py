@@ -194,9 +194,8 @@ def _solved(
     best, bottom = np.full(count, np.inf), np.zeros(count, dtype=bool)
     np.minimum.at(best, position - first, rough.within)
     # Continue with the pairs that are not much later than the first.
-    candidates = np.flatnonzero(
-        rough.f.min(axis=1) <= best[position - first] + pair_spare_modules * engagement.module
-    )
+    latest = best[position - first] + pair_spare_modules * engagement.module
+    candidates = np.flatnonzero(rough.f.min(axis=1) <= latest)
     position, pair = position[candidates], pair[candidates]
     task, group = engagement.task(position, pair), position - first
     scan = scan_of(task, grids[1], grids[2], pairs is None)
@@ -322,9 +321,8 @@ def _chosen(
     # The root limit below the joint is the bottom land; above, it is the undercut edge.
     rooted = (limit == Limit.PINION_ROOT).any(axis=0) & (place[0] < engagement.pinion.joint)
     rooted |= (limit == Limit.GEAR_ROOT).any(axis=0) & (meeting[0] < engagement.gear.joint)
-    most = (
-        0.8 * OVERLAP_PERIODS * engagement.period * engagement.lever
-    )  # beyond, the next turn may be counted
+    # Beyond, the next turn may be counted.
+    most = 0.8 * OVERLAP_PERIODS * engagement.period * engagement.lever
     cases = (
         (~engagement.defined[positions], FirstStatus.UNDEFINED),
         (np.full(f.shape, engagement.pinion.lost or engagement.gear.lost), FirstStatus.UNDERCUT),

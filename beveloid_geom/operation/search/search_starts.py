@@ -83,11 +83,8 @@ def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: flo
     row, point = _line_starts(scan.f, grid.shape, least + start_modules * module)
     cell = np.array(grid.cell)[:, None]
     place = np.array((grid.s[point], grid.z[point]))
-    parts = [
-        SearchStarts(
-            row, scan.periods[row, point].astype(np.int64), place, np.broadcast_to(cell, place.shape)
-        )
-    ]
+    periods = scan.periods[row, point].astype(np.int64)
+    parts = [SearchStarts(row, periods, place, np.broadcast_to(cell, place.shape))]
     bound = least + start_modules * module, least + TIP_START_MODULES * module
     row, periods, place, inwards = _edge_starts(task, scan, grid, bound)
     for step, inside in zip(TIP_STEP_CELLS, (0.0, 1.0), strict=True):
@@ -203,10 +200,7 @@ def _on_edge(task: Task, place: FloatArray, tip: Integers) -> FloatArray:
         # The rate along the profile jumps at the joint: a step that would cross it ends just beyond it.
         joint, below = task.pinion.joint, task.pinion.joint - 1e-9 * task.depth
         on_flank = place[0] >= joint
-        s = np.where(
-            on_flank & (s < joint), np.maximum(s, below), np.where(on_flank, s, np.minimum(s, joint))
-        )
-        place[0] = s
+        place[0] = np.where(on_flank, np.where(s < joint, np.maximum(s, below), s), np.minimum(s, joint))
         for end in (Limit.GEAR_TOE, Limit.GEAR_HEEL):
             place[1] -= _or_nothing(np.minimum(margin[end], 0.0) / rate[end, 1])
         if count and not (np.abs(place - before) > 1e-3 * task.depth).any():
@@ -259,12 +253,9 @@ def beside_fillets(task: Task, place: FloatArray, grid: Grid) -> SearchStarts:
     """
     pinion, cell = task.pinion, np.array(grid.cell)[:, None]
     # Only minima near a fillet can have an edge on it within a cell.
-    room = np.stack(
-        (
-            place[0] - pinion.flank_start(place[1]),
-            pinion.tip + pinion.taper * place[1] - np.sqrt(cut_at(pinion, *place).square),
-        )
-    )
+    above = place[0] - pinion.flank_start(place[1])
+    below_tip = pinion.tip + pinion.taper * place[1] - np.sqrt(cut_at(pinion, *place).square)
+    room = np.stack((above, below_tip))
     tip, close = np.nonzero(room < NEAR_FILLET_CELLS * grid.cell[0])
     edge, gap = place[:, close], np.full(close.size, np.inf)
     if close.size:

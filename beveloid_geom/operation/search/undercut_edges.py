@@ -41,7 +41,7 @@ def across_edges(task: Task, least: LocalMinima, box: FloatArray) -> tuple[Local
     origin = np.arange(least.f.size)
     new = origin
     for _ in range(2):  # a search can cross one edge of each member
-        start, places, sides = _beyond(task, least, origin, new)
+        start, places, sides = _beyond(task, least, new)
         if not start.size:
             break
         searched = replace(task.pick(origin[start]), fillet=sides)
@@ -69,9 +69,7 @@ def _on_edge(surface: ToothSurface, limited: Mask, place: FloatArray) -> Mask:
     return np.asarray(limited.any(axis=0) & above)
 
 
-def _beyond(
-    task: Task, least: LocalMinima, origin: Integers, new: Integers
-) -> tuple[Integers, FloatArray, Mask]:
+def _beyond(task: Task, least: LocalMinima, new: Integers) -> tuple[Integers, FloatArray, Mask]:
     """Return the numbers (k,) of the `new` results that ended on an edge, and the places (2, k) and sides
     (2, k) from which searches continue. Results on the edges of both members are returned twice."""
     numbers, places, sides = [], [], []
