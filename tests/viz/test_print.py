@@ -270,19 +270,3 @@ def test_formulas_are_spelled_in_a_file_of_words() -> None:
     )
     assert theme.spelled("$y_a = a_j l_j^2$") == "ya = aj lj\u00b2"
     assert theme.spelled("5\u00b7$10^{\u221212}$ mm") == "5\u00b710\u207b\u00b9\u00b2 mm"
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (["--width-mm", "90", "--size", "800x600"], "--size and --width-mm cannot both be given"),
-        (["--width-mm", "70"], "80<=x<=260"),
-        (["--width-mm", "wide"], "'wide' is not a number"),
-        (["--format", "bmp"], "'bmp' is not one of 'png', 'pdf', 'svg'"),
-    ],
-)
-def test_what_cannot_be_laid_out_is_refused(arguments: list[str], says: str, tmp_path: Path) -> None:
-    done = CliRunner().invoke(main, [*arguments, "--only", "fig-11", "--out", str(tmp_path / "out")])
-    assert done.exit_code == 2
-    assert says in done.output
-    assert not (tmp_path / "out").exists()

@@ -202,17 +202,6 @@ def test_ease_off_of_modified_flanks_is_compared_with_unmodified_flanks() -> Non
     assert change == pytest.approx(0.010, rel=0.1)
 
 
-def test_a_faulty_design_names_every_fault(tmp_path: Path) -> None:
-    design = tmp_path / "design.toml"
-    design.write_text(
-        builtin_text().replace("teeth = 29", "teeth = 0").replace("offset = 229.0", "offset = nan")
-    )
-    done = CliRunner().invoke(main, ["--design", str(design), "--out", str(tmp_path / "out")])
-    assert done.exit_code == 2
-    assert "[pinion] teeth" in done.stderr
-    assert "[pair] offset" in done.stderr
-
-
 def test_an_interrupted_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")

@@ -177,17 +177,6 @@ def test_the_page_says_which_errors_are_meant(tmp_path: Path) -> None:
     assert "offset 0.02 mm, shaft angle 0 °, pinion axial 0 mm, gear axial 0 mm, in both directions" in given
 
 
-def test_the_page_refuses_errors_of_both_places(tmp_path: Path) -> None:
-    out = tmp_path / "page.html"
-    options = "--offset-tolerance", "0.1", "--in-plane-tolerance-deg", "0.1"
-    result = CliRunner().invoke(render_report, ["--out", str(out), *options])
-    assert result.exit_code == 2
-    assert result.stderr.startswith(
-        "Error: --offset-tolerance is about the common perpendicular, but --in-plane"
-    )
-    assert not out.exists()
-
-
 def test_what_holds_for_the_papers_pair_is_not_said_of_others() -> None:
     """The note on the shaft-angle error is printed for Table 1 only."""
     for name, said in (("ni-2017", True), ("awd-transfer", False)):
