@@ -14,7 +14,6 @@ from beveloid_geom.validation.claims import CLAIM_PARABOLAS_PER_MM
 from beveloid_viz.components import motion_graph, paths_table
 from beveloid_viz.figures.paper import fig_11_contact_ratio as ratios
 from beveloid_viz.figures.results import posed_pair, sensitivity, tolerance_cloud
-from beveloid_viz.rendering.opengl import require_opengl
 
 from .pages import drawn, words
 
@@ -30,7 +29,6 @@ WORDS = {
 
 @pytest.mark.parametrize("name", WORDS)
 def test_what_figures_say_of_lines(name: str) -> None:
-    require_opengl()
     said = words(drawn(name, PAIR)[0])
     assert WORDS[name] in said, said
     assert "crossed" not in said.partition("Roll angles")[0]
@@ -63,7 +61,6 @@ def test_the_posed_pair_touches_along_a_line() -> None:
 
 def test_lines_of_contact_are_lines_of_the_page() -> None:
     """The lines of contact are drawn as straight lines on the flanks of both members."""
-    require_opengl()
     page, _ = drawn("fig-08", PAIR)
     black = [line for axes in page.axes for line in axes.lines if line.get_solid_capstyle() == "butt"]
     drawn_lines = [np.column_stack(line.get_data()) for line in black]

@@ -22,7 +22,6 @@ from beveloid_viz.cli import main
 from beveloid_viz.figures import FIGURES, Figure
 from beveloid_viz.rendering import files, theme, typeset
 from beveloid_viz.rendering.layout import PAPER_INCHES_PER_INCH, PageLayout, PanelRows, of_size, of_width
-from beveloid_viz.rendering.opengl import require_opengl
 from beveloid_viz.rendering.theme import Page
 
 from ..symmetry import mirrored, scaled
@@ -72,7 +71,6 @@ QUICK = ("fig-02", "fig-09", "sensitivity")
 
 @pytest.fixture(scope="module", autouse=True)
 def _small_studies() -> Iterator[None]:
-    require_opengl()
     with short_measurements():
         yield
 

@@ -144,7 +144,6 @@ def polygons_area(rings: list[Any]) -> float:
     return abs(total)
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 def test_the_patch_lies_just_outside_the_tooth(modified: Design, flank: str) -> None:
     found = contact_pattern(modified, flank, resolution=1.0)
     for member, side, panel in zip(

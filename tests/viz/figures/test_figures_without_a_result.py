@@ -12,7 +12,6 @@ from beveloid_viz.figures.results import (
     parabola_map as fig_map,
     tolerance_cloud as fig_cloud,
 )
-from beveloid_viz.rendering.opengl import require_opengl
 
 from ..pages import drawn, words
 
@@ -79,7 +78,6 @@ REASONS: list[tuple[Design, dict[str, str]]] = [
 
 @pytest.fixture(autouse=True)
 def _few(monkeypatch: pytest.MonkeyPatch) -> None:
-    require_opengl()
     few: list[tuple[Any, dict[str, Any]]] = [
         (fig_cloud, {"MOUNTINGS": 20, "PATHS_DRAWN": 20, "CYCLE_MOUNTINGS": 2}),
         (fig_map, {"INTERVAL_COUNT": 2}),

@@ -20,7 +20,6 @@ from beveloid_viz.components import paths_table, posed
 from beveloid_viz.figures.paper import fig_04_meshing, fig_05_errors
 from beveloid_viz.figures.paper.fig_12_to_15_misalignment import CASES, compute as misaligned
 from beveloid_viz.figures.results import pattern_errors, sensitivity, tolerance_cloud
-from beveloid_viz.rendering.opengl import require_opengl
 from beveloid_viz.report.cli import main as render_report
 from tests.validation.test_intersecting_axes import DESIGNS, LARGE
 
@@ -51,7 +50,6 @@ def test_a_crossed_pair_is_scaled_by_its_offset() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", WORDS)
 def test_the_layout_is_drawn(name: str) -> None:
-    require_opengl()
     page, rows = drawn(name, LARGE)
     assert rows
     assert WORDS[name] in words(page), words(page)

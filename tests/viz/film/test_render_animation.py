@@ -15,7 +15,6 @@ from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM
 from beveloid_viz.film import scene
 from beveloid_viz.film.cli import main
 from beveloid_viz.film.motion import Film, film_of
-from beveloid_viz.rendering.opengl import require_opengl
 from tests.symmetry import mirrored
 from tests.viz.test_snapshots import LIMIT, difference
 
@@ -23,11 +22,6 @@ SNAPSHOT = Path(__file__).parents[1] / "snapshots" / "film.png"
 SIZE = (480, 360)
 SMALL = ("--size", "320x240", "--seconds", "0.3", "--fps", "10")
 Image = NDArray[np.uint8]
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _opengl() -> None:
-    require_opengl()
 
 
 @pytest.fixture(scope="module")
