@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import html
-import re
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from beveloid_geom import MeshErrors, builtin_design, path_of_contact, path_sensitivity
 from beveloid_geom.analysis.tolerance import USUAL_AT
@@ -23,7 +20,9 @@ from beveloid_viz.figures.results import pattern_errors, sensitivity, tolerance_
 from beveloid_viz.report.cli import main as render_report
 from tests.validation.test_intersecting_axes import DESIGNS, LARGE
 
+from ...cli.running import run
 from ..pages import drawn, words
+from ..report.report_page import ReportPage
 
 WORDS = {
     "fig-01": "axes at 7°, shortest distance 0 mm, 2162 mm from the members",
@@ -72,9 +71,8 @@ def test_a_remote_perpendicular_is_drawn_nearer(name: str) -> None:
     towards = -np.sign(pair.position) * pair.breaks
     assert (towards > half).all()
     assert (towards < away).all()
-    assert (
-        0.5 < data.gear_direction @ pair.axis[0] < np.cos(2.0 * float(layout_of(DESIGNS[name]).shaft_angle))
-    )
+    shaft_angle = float(layout_of(DESIGNS[name]).shaft_angle)
+    assert 0.5 < data.gear_direction @ pair.axis[0] < np.cos(2.0 * shaft_angle)
 
 
 @pytest.mark.parametrize("name", DESIGNS)
@@ -157,10 +155,9 @@ def page_words(tmp_path: Path, *options: str) -> str:
     source, out = tmp_path / "pair.toml", tmp_path / "page.html"
     text = builtin_text("awd-transfer").partition("[errors]")[0]
     source.write_text(text + '[errors]\nat = "mesh"\nin_plane_deg = 0.005\n', encoding="utf-8")
-    result = CliRunner().invoke(render_report, [str(source), "--out", str(out), "--cases", "30", *options])
+    result = run(source, "--out", out, "--cases", "30", *options, program=render_report)
     assert (result.exit_code, result.stderr) == (0, ""), result.output
-    shown = re.sub(r"<(script|style|svg).*?</\1>", "", out.read_text(encoding="utf-8"), flags=re.S)
-    return " ".join(html.unescape(re.sub(r"<[^>]+>", " ", shown)).split())
+    return " ".join(ReportPage(out.read_text(encoding="utf-8")).words.split())
 
 
 @pytest.mark.slow
