@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import meshio
 import numpy as np
 import pytest
 
 from beveloid_geom import first_contact
-from beveloid_geom.contact.mesh_position import meshing_pair
+from beveloid_geom.contact.mesh_position import Frame, meshing_pair
 from beveloid_geom.export.positions import frames_at_roll, near_origin
 from tests.cli import running
 from tests.oracle.table1 import table1
@@ -54,9 +56,7 @@ def test_mesh_writes_the_pair_at_a_roll(tmp_path: Path, monkeypatch: pytest.Monk
     turns by their difference."""
     asked = []
 
-    def step(
-        design: object, path: Path, frames: tuple[tuple[np.ndarray, np.ndarray], ...], _: object
-    ) -> None:
+    def step(design: object, path: Path, frames: Sequence[Frame], _: object) -> None:
         asked.append(frames[0][0])
         path.write_text("")
 
@@ -64,10 +64,8 @@ def test_mesh_writes_the_pair_at_a_roll(tmp_path: Path, monkeypatch: pytest.Monk
     files = []
     for k, roll in enumerate(("3", "9")):
         path = tmp_path / f"{k}{suffix}"
-        result = running.run(
-            "mesh", "--part", "pair", "--roll-deg", roll, "--out", path,
-            *(["--tolerance", "0.2"] if suffix != ".step" else []),
-        )  # fmt: skip
+        coarse = ["--tolerance", "0.2"] if suffix != ".step" else []
+        result = running.run("mesh", "--part", "pair", "--roll-deg", roll, "--out", path, *coarse)
         assert (result.exit_code, result.stderr) == (0, "")
         files.append(path.read_bytes())
     if suffix == ".step":
@@ -79,15 +77,12 @@ def test_mesh_writes_the_pair_at_a_roll(tmp_path: Path, monkeypatch: pytest.Monk
 
 def test_stl_far_from_the_origin_has_an_origin_near_the_gears(tmp_path: Path) -> None:
     """The triangles are as exact as those of a .ply file in double precision, except for the origin."""
-    import meshio
-
     (tmp_path / "far.toml").write_text(FAR)
     points = {}
     for suffix in (".stl", ".ply"):
         path = tmp_path / f"pair{suffix}"
-        result = running.run(
-            "mesh", tmp_path / "far.toml", "--part", "pair", "--tolerance", "0.01", "--out", path
-        )
+        given = tmp_path / "far.toml", "--part", "pair", "--tolerance", "0.01"
+        result = running.run("mesh", *given, "--out", path)
         assert (result.exit_code, result.stderr) == (0, "")
         assert ("; origin at (0, 1, 8851) mm in S_f" in result.stdout) == (suffix == ".stl")
         read = meshio.read(path)

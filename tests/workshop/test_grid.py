@@ -39,9 +39,8 @@ def test_points_are_on_the_exact_flank(name: str) -> None:
             point, normal = surface(l, u + moved.u, -moved.turn)
             point = np.array([float(value) for value in (*point[:2], point[2] - moved.height)])
             np.testing.assert_allclose(grid.point[side, row, column], point, rtol=0.0, atol=1e-12)
-            np.testing.assert_allclose(
-                grid.normal[side, row, column], [float(value) for value in normal], rtol=0.0, atol=1e-14
-            )
+            expected = [float(value) for value in normal]
+            np.testing.assert_allclose(grid.normal[side, row, column], expected, rtol=0.0, atol=1e-14)
 
 
 def test_normals_point_out_of_the_tooth() -> None:
@@ -55,9 +54,7 @@ def test_borders_are_shares_or_mm() -> None:
     member = MEMBERS["gear"]
     share, length = measuring_grid(member, 4, 5, 0.1), measuring_grid(member, 4, 5, border_mm=2.0)
     width = float(member.face_width)
-    np.testing.assert_allclose(
-        share.point[..., 2], width * np.broadcast_to([-0.4, -0.2, 0, 0.2, 0.4], (2, 4, 5)), atol=1e-12
-    )
+    np.testing.assert_allclose(share.point[..., 2] - width * np.linspace(-0.4, 0.4, 5), 0.0, atol=1e-12)
     np.testing.assert_allclose(length.point[..., 2][..., [0, -1]], np.broadcast_to([-28.0, 28.0], (2, 4, 2)))
     for side, flank in enumerate(FLANK_SIGN):
         tip = tip_parameter(member, flank, length.point[side, 0, :, 2])
@@ -134,15 +131,13 @@ FORMS: dict[str, Callable[[MeasuringGrid], str]] = {
 }
 
 
-def rewritten(
-    change: Callable[[str], str], mark: str = ",", names: str = ""
-) -> Callable[[MeasuringGrid], str]:
-    """Return the CSV of the grid with changed cells, separator and names."""
+def rewritten(change: Callable[[str], str], mark: str = ",") -> Callable[[MeasuringGrid], str]:
+    """Return the CSV of the grid with changed cells and separator."""
 
     def text(grid: MeasuringGrid) -> str:
         header, *rows = csv_of(grid).splitlines()
         cells = [[change(cell) for cell in row.split(",")] for row in rows]
-        return "\n".join([names or header.replace(",", mark), *map(mark.join, cells)])
+        return "\n".join([header.replace(",", mark), *map(mark.join, cells)])
 
     return text
 
@@ -173,7 +168,6 @@ FORMS |= {
     "tabs": unnamed("\t"),
     "commas and tabs": unnamed(",\t"),
     "commas and blanks": unnamed(", "),
-    "x(mm)": unnamed(",", "x(mm),y(mm),z(mm)\n"),
     "X [mm]": unnamed(" ", "X [mm] Y [mm] Z [mm]\n"),
     "quoted names": unnamed(";", '"X";"Y";"Z"\n'),
     "x in mm": unnamed(",", "x in mm,y / mm,Z (MM)\n"),
@@ -235,10 +229,6 @@ BAD = {
     "not a number": (lines(lambda own: [*own[:3], "right,1,3,nan,2.0,3.0", *own[4:]]), "line 4 has no point"),
     "too few": (without_names(lambda own: own[:-1]), "has 89 points, must have 90 of both flanks"),
     "too many": (without_names(lambda own: [*own, own[-1]]), "has 91 points, must have 90"),
-    "another order": (
-        without_names(lambda own: [*own[:45:-1], *own[:46]]),
-        "has the point of right, row 1, column 1 at the position of left, row 5, column 9: write",
-    ),
     "two swapped": (
         without_names(lambda own: [own[1], own[0], *own[2:]]),
         "has the point of right, row 1, column 1 at the position of right, row 1",
@@ -264,10 +254,6 @@ BAD = {
         "\n".join(",".join(with_comma(cell) for cell in point) for point in xyz(GRID)),
         "line 1 has only whole numbers: do the numbers have decimal commas? write decimal points",
     ),
-    "the same with names and places": (
-        rewritten(with_comma)(GRID),
-        "line 2 has only whole numbers: do the numbers have decimal commas?",
-    ),
     "thousands": (
         unnamed(";")(GRID).replace("92.", "1.092,"),
         "line 2 has no point (x, y and z in mm): do the numbers have decimal commas",
@@ -276,10 +262,6 @@ BAD = {
     "a hole in numbered points": (
         "\n".join(f"{i} {' '.join(p[: 3 - (i == 4)])}" for i, p in enumerate(xyz(GRID))),
         "line 5 has no point (x, y and z in mm): measure each point of the grid",
-    ),
-    "a hole in the first point": (
-        "right,1,1,,2.0,3.0\n",
-        "line 1 has no point (x, y and z in mm): measure each point",
     ),
     "nothing": ("", "has 0 points, must have 90"),
     "words": ("a b c\n", "line 1 has no point (x, y and z in mm)"),
