@@ -8,18 +8,19 @@ import re
 import shutil
 import subprocess
 import termios
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from unittest.mock import Mock
 
 import meshio
 import numpy as np
 import pytest
 import pyvista as pv
 
-from beveloid_geom import Design, Member, design_text, read_design, tooth_hexahedra
+from beveloid_geom import design_text, read_design, tooth_hexahedra
 from beveloid_geom.cli.mesh_parts import TEETH
-from beveloid_geom.contact.mesh_position import Frame, meshing_pair
+from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.export import FIXED_FRAME, GEAR_FRAME
 from beveloid_geom.shapes.hexahedral_mesh import element_shapes
 from tests.cli import running
@@ -247,61 +248,40 @@ def test_options_change_the_design(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "given"),
     [
-        (["--part", "gear"], (45, None, None, "gear", False)),
-        (["--part", "gear", "--placed"], (45, None, None, "gear", True)),
-        (
-            ["--part", "pinion-tooth", "--teeth", "3", "--bore-radius", "50"],
-            (29, [0, 1, 2], 50.0, "pinion", False),
-        ),
+        ("--part gear", (45, None, None, "gear", False)),
+        ("--part gear --placed", (45, None, None, "gear", True)),
+        ("--part pinion-tooth --teeth 3 --bore-radius 50", (29, [0, 1, 2], 50.0, "pinion", False)),
     ],
 )
 def test_a_solid_for_cad(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: list[str], given: tuple[object, ...]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: str, given: tuple[object, ...]
 ) -> None:
     """The command passes the right arguments to `write_step`. The files are tested in
     tests/export/test_step.py."""
-    asked = []
-
-    def step(
-        member: Member,
-        path: Path,
-        teeth: Sequence[int] | None,
-        bore_radius: float | None,
-        name: str,
-        frame: Frame | None,
-    ) -> None:
-        numbers = None if teeth is None else list(teeth)
-        asked.append((int(member.teeth), numbers, bore_radius, name, frame is not None))
-        path.write_text("ISO-10303-21;")
-
-    monkeypatch.setattr("beveloid_geom.export.step.write_step", step)
+    write = Mock(side_effect=lambda _, path, *__: path.write_text("ISO-10303-21;"))
+    monkeypatch.setattr("beveloid_geom.export.step.write_step", write)
     path = tmp_path / "a.step"
-    result = run(*options, "--out", path)
+    result = run(*options.split(), "--out", path)
     assert (result.exit_code, result.stderr) == (0, "")
-    assert asked == [given]
+    member, _, teeth, bore_radius, name, frame = write.call_args.args
+    numbers = None if teeth is None else list(teeth)
+    assert (member.teeth, numbers, bore_radius, name, frame is not None) == given
     assert path.read_text() == "ISO-10303-21;"
-    count = given[0] if given[1] is None else 3
-    assert result.stdout == f"{path}: a solid with {count} teeth\n"
+    assert result.stdout == f"{path}: a solid with {given[0] if numbers is None else 3} teeth\n"
 
 
 def test_the_pair_as_an_assembly_and_as_a_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = []
-
-    def step(design: Design, path: Path, frames: Sequence[Frame], _: object) -> None:
-        asked.append([origin[2] for _, origin in frames])
-        path.write_text("ISO-10303-21;")
-
-    monkeypatch.setattr("beveloid_geom.export.step.write_step_pair", step)
+    write = Mock(side_effect=lambda _, path, *__: path.write_text("ISO-10303-21;"))
+    monkeypatch.setattr("beveloid_geom.export.step.write_step_pair", write)
     path = tmp_path / "a.step"
     result = run("--part", "pair", "--out", path)
     assert (result.exit_code, result.stdout) == (0, f"{path}: an assembly of pinion and gear\n")
-    assert asked == [[pytest.approx(211.594669224), pytest.approx(203.049073436)]]
+    heights = [origin[2] for _, origin in write.call_args.args[2]]
+    assert heights == pytest.approx([211.594669224, 203.049073436])
     path = tmp_path / "a.glb"
     result = run("--part", "pair", *COARSE, "--out", path)
     assert result.exit_code == 0
-    assert (
-        "triangles in m, y up: pinion, path of contact on pinion, pattern on pinion, gear," in result.stdout
-    )
+    assert "in m, y up: pinion, path of contact on pinion, pattern on pinion, gear," in result.stdout
     assert path.read_bytes().startswith(b"glTF")
 
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import Mock
 
 import meshio
 import numpy as np
 import pytest
 
 from beveloid_geom import first_contact
-from beveloid_geom.contact.mesh_position import Frame, meshing_pair
+from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.export.positions import frames_at_roll, near_origin
 from tests.cli import running
 from tests.oracle.table1 import table1
@@ -54,13 +54,8 @@ def test_frames_at_a_roll_are_those_of_the_first_contact(roll: float) -> None:
 def test_mesh_writes_the_pair_at_a_roll(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str) -> None:
     """`mesh --part pair` writes different files for different values of --roll-deg; in .step files the pinion
     turns by their difference."""
-    asked = []
-
-    def step(design: object, path: Path, frames: Sequence[Frame], _: object) -> None:
-        asked.append(frames[0][0])
-        path.write_text("")
-
-    monkeypatch.setattr("beveloid_geom.export.step.write_step_pair", step)
+    write = Mock(side_effect=lambda _, path, *__: path.write_text(""))
+    monkeypatch.setattr("beveloid_geom.export.step.write_step_pair", write)
     files = []
     for k, roll in enumerate(("3", "9")):
         path = tmp_path / f"{k}{suffix}"
@@ -69,7 +64,8 @@ def test_mesh_writes_the_pair_at_a_roll(tmp_path: Path, monkeypatch: pytest.Monk
         assert (result.exit_code, result.stderr) == (0, "")
         files.append(path.read_bytes())
     if suffix == ".step":
-        relative = asked[0].T @ asked[1]
+        one, other = (call.args[2][0][0] for call in write.call_args_list)
+        relative = one.T @ other
         assert np.degrees(np.arctan2(relative[1, 0], relative[0, 0])) == pytest.approx(6.0)
     else:
         assert files[0] != files[1]
