@@ -69,18 +69,14 @@ def test_lines_of_contact_are_lines_of_the_page() -> None:
     assert len(upright) >= 2 * paths_table.LINE_COUNT - 2
 
 
-def test_points_have_no_lines() -> None:
-    assert not len(paths_table.solved_case(PAIR.with_parabola(-1e-3, -1e-3), "right").contact_lines(0))
-    assert not len(paths_table.solved_case(builtin_design(), "right").contact_lines(1))
-
-
 def test_the_modification_leaves_a_path_on_the_flanks() -> None:
+    """Flanks that touch in points have no lines of contact."""
     bent = paths_table.paper_modified(PAIR)
+    assert not len(paths_table.solved_case(bent, "right").contact_lines(0))
     assert paths_table.parabolas(bent, "right") == (-0.004, -0.004)
     assert paths_table.solved_case(bent, "right").has_path
-    assert (
-        paths_table.parabolas(paths_table.paper_modified(builtin_design()), "right") == CLAIM_PARABOLAS_PER_MM
-    )
+    crossed = paths_table.paper_modified(builtin_design())
+    assert paths_table.parabolas(crossed, "right") == CLAIM_PARABOLAS_PER_MM
 
 
 def test_lines_are_in_contact_and_not_their_ends() -> None:
