@@ -221,16 +221,6 @@ def test_sets_are_sorted_and_of_all_teeth(element: str, teeth: int | None) -> No
             np.testing.assert_array_equal(np.concatenate([own for own in each if own is not None]), faces)
 
 
-def test_surfaces_face_outwards() -> None:
-    mesh = few(PINION, "C3D8")
-    for name in NAMES:
-        nodes = face_nodes(mesh, mesh.surfaces[name])
-        a, b, c, d = np.moveaxis(mesh.points[nodes], 1, 0)
-        inside = mesh.points[mesh.hexahedra[mesh.surfaces[name][:, 0]]].mean(axis=1)
-        normal = np.cross(c - a, d - b)
-        assert (np.einsum("ni,ni->n", normal, 0.25 * (a + b + c + d) - inside) < 0.0).all()
-
-
 # Teeth
 
 

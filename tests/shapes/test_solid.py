@@ -1,5 +1,4 @@
-"""Closed solids: topology, shape and number of triangles, distance from the exact surfaces, volume, and a
-pair of solids in mesh."""
+"""Closed solids: topology, shape and number of triangles, distance from the exact surfaces, volume."""
 
 from __future__ import annotations
 
@@ -14,20 +13,16 @@ from scipy.optimize import brentq
 
 from beveloid_geom import Member, gear_solid
 from beveloid_geom.arrays import FloatArray, Indices
-from beveloid_geom.contact.mesh_position import MeshingPair, meshing_pair
 from beveloid_geom.gear.fillet import root_radius
 from beveloid_geom.gear.flank import tip_thickness
 from beveloid_geom.gear.flank_limits import tip_radius
-from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.section import SIDES
 from beveloid_geom.shapes.solid import NAMES, Solid, rotated_copies
 from beveloid_geom.shapes.tooth_boundary import cut_sheets, outline_grids
 from tests.members import GEAR, OTHERS as MEMBERS, PINION, SPUR
 from tests.oracle.surface_distance import distance_bound, inside_triangles
-from tests.oracle.table1 import table1
 from tests.oracle.tooth_volume import exact_volume
 
-proximity: Any = trimesh.proximity
 angles: Any = trimesh.triangles.angles
 
 all_members = pytest.mark.parametrize("member", MEMBERS.values(), ids=MEMBERS)
@@ -189,51 +184,6 @@ def test_volume_is_that_of_the_exact_surfaces(name: str) -> None:
         errors.append(abs(gear_solid(member, tolerance, 1, 20.0).to_trimesh().volume / exact - 1.0))
     assert errors[1] < 1e-5
     assert errors[1] < 0.3 * errors[0]
-
-
-DESIGN = table1()
-
-
-def posed(pose: MeshingPair, push: float = 0.0) -> list[trimesh.Trimesh]:
-    """Return three teeth of both members at 0.01 mm around the contact. The gear is rotated until its flank
-    is `push` (mm along the normal) closer to that of the pinion."""
-    found = []
-    for j, (member, (rotation, origin)) in enumerate(zip(DESIGN.members, pose.frames, strict=True)):
-        solid = gear_solid(member, 0.01, 3)
-        arm = np.cross((0.0, 0.0, 1.0), pose.point[1]) @ pose.normal[1]
-        turn = -2.0 * pi / float(member.teeth) + (push / float(arm) if j == 1 else 0.0)
-        points = to_fixed((rotation, origin), rotated_copies(solid.points, np.array([turn]))[0])
-        found.append(trimesh.Trimesh(points, solid.faces, process=False))
-    return found
-
-
-def overlap(
-    one: trimesh.Trimesh, other: trimesh.Trimesh, about: FloatArray, reach: float, order: int
-) -> float:
-    """Return the largest depth (mm) of points on the triangles of `one` inside `other`, negative for a gap.
-    Only triangles with a corner within `reach` (mm) of a point are used."""
-    near = np.linalg.norm(one.triangles - about, axis=2).min(axis=1) < reach
-    i, j = (index.ravel() for index in np.mgrid[: order + 1, : order + 1])
-    weights = (np.stack((order - i - j, i, j), axis=-1) / order)[i + j <= order]
-    points = np.unique(np.round((weights @ one.triangles[near]).reshape(-1, 3), 9), axis=0)
-    return float(proximity.signed_distance(other, points).max())
-
-
-@pytest.mark.slow
-def test_the_pair_touches_and_does_not_intersect(flank: str) -> None:
-    pose = meshing_pair(DESIGN, flank)
-    pinion, gear = posed(pose)
-    assert -0.01 < overlap(pinion, gear, pose.contact, 12.0, 5) < 1e-6
-    assert overlap(gear, pinion, pose.contact, 30.0, 2) < 1e-6
-    assert overlap(pinion, gear, pose.contact, 30.0, 2) < 1e-6
-
-
-def test_an_overlap_of_20_micrometres_is_detected(flank: str) -> None:
-    pose = meshing_pair(DESIGN, flank)
-    pinion, gear = posed(pose, 0.02)
-    assert 0.01 < overlap(pinion, gear, pose.contact, 12.0, 5) < 0.0205
-    pinion, gear = posed(pose, -0.02)
-    assert overlap(pinion, gear, pose.contact, 12.0, 5) < -0.015
 
 
 @pytest.mark.parametrize(
