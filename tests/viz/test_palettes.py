@@ -27,7 +27,7 @@ from beveloid_viz.figures.results import (
 from beveloid_viz.figures.results.pattern import BandFigure
 from beveloid_viz.rendering import theme
 from beveloid_viz.rendering.layout import of_size
-from beveloid_viz.rendering.scene import Camera, Paint, Scene, Tube, grid_surface, render
+from beveloid_viz.rendering.scene import Tube
 
 from .pages import distances
 
@@ -85,22 +85,6 @@ def test_the_radius_of_the_round_ends_on_it() -> None:
     (tip,) = (note.xy for note in arrows if note.xyann == tuple(centre))
     profile = cutter.profile(data.profiles[0], data.module, 3)
     assert distances(np.array(tip), profile) < 1e-3 * data.module
-
-
-@pytest.mark.parametrize("slope", [0.0, -0.6, -1.5])
-def test_a_band_has_its_own_colour_at_any_slope(slope: float) -> None:
-    """The colour does not depend on the angle to the light."""
-    x, y = np.meshgrid(np.linspace(-1.0, 1.0, 41), np.linspace(-1.0, 1.0, 41))
-    points = np.stack((x, y, slope * x), axis=-1)
-    normals = np.broadcast_to(np.array((-slope, 0.0, 1.0)) / np.hypot(slope, 1.0), points.shape)
-    surface = grid_surface(points, normals, "#b9c4cf")
-    paint = Paint(2.0 * (1.0 + x.ravel()), fig_pattern.BLUES[:4], (0.0, 4.0))
-    painted = type(surface)(surface.points, surface.faces, surface.normals, paint=paint)
-    camera = Camera(np.array([0.0, 0.0, -1.0]), np.array([0.0, 1.0, 0.0]), np.zeros(3), 1.0)
-    image = render(Scene([painted], camera), (80, 80)).image.astype(int)
-    for band, colour in enumerate(fig_pattern.BLUES[:4]):
-        own = image[5:-5, 20 * band + 3 : 20 * band + 17]
-        assert np.abs(own - np.round(255.0 * np.array(to_rgb(colour)))).max() <= 2.0
 
 
 def striped(data: BandFigure) -> BandFigure:

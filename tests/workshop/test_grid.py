@@ -207,72 +207,53 @@ def test_files_are_read_back(form: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(found.deviation, shifted, atol=2e-9 if form == "table" else 1e-12)
 
 
-def lines(change: Callable[[list[str]], list[str]]) -> str:
-    """Return the CSV of the grid with changed lines; the header is line 0."""
-    return "\n".join(change(csv_of(GRID).splitlines()))
+def scaled(points: list[str], factor: float) -> list[str]:
+    return [" ".join(str(factor * float(value)) for value in point.split()) for point in points]
 
 
-def without_names(change: Callable[[list[str]], list[str]]) -> str:
-    """Return only the points, changed."""
-    return "\n".join(change(FORMS["bare"](GRID).splitlines()))
-
-
+EMPTY = "has no point (x, y and z in mm)"
+COMMAS = "do the numbers have decimal commas"
+LINE = csv_of(GRID).splitlines()  # the header is line 0
+POINTS = FORMS["bare"](GRID).splitlines()
 BAD = {
     "a hole": (
-        lines(lambda own: own[:14] + own[15:]),
-        "line 15 is (right, row 2, column 6), expected (right, row 2, column 5): a point is missing",
+        [*LINE[:14], *LINE[15:]],
+        "line 15 is (right, row 2, column 6), expected (right, row 2, column 5)",
     ),
-    "an empty cell": (
-        lines(lambda own: [*own[:3], "right,1,3,,2.0,3.0", *own[4:]]),
-        "line 4 has no point (x, y and z in mm): measure each point of the grid",
-    ),
-    "not a number": (lines(lambda own: [*own[:3], "right,1,3,nan,2.0,3.0", *own[4:]]), "line 4 has no point"),
-    "too few": (without_names(lambda own: own[:-1]), "has 89 points, must have 90 of both flanks"),
-    "too many": (without_names(lambda own: [*own, own[-1]]), "has 91 points, must have 90"),
-    "two swapped": (
-        without_names(lambda own: [own[1], own[0], *own[2:]]),
-        "has the point of right, row 1, column 1 at the position of right, row 1",
-    ),
-    "um": (
-        without_names(lambda own: [" ".join(str(1e3 * float(v)) for v in one.split()) for one in own]),
-        "has coordinates 1000 times those of the grid: give them in mm, they are probably in um",
-    ),
-    "inches": (
-        without_names(lambda own: [" ".join(str(float(v) / 25.4) for v in one.split()) for one in own]),
-        "give them in mm, they are probably in inches",
-    ),
-    "um by name": (
-        csv_of(GRID).replace("x_mm", "x_um"),
-        "line 1: x_um must be in mm: convert it and name it x_mm",
-    ),
-    "no z": (csv_of(GRID).replace("z_mm", "height"), "line 1 has no column z"),
+    "an empty cell": ([*LINE[:3], "right,1,3,,2.0,3.0", *LINE[4:]], f"line 4 {EMPTY}: measure each point"),
+    "not a number": ([*LINE[:3], "right,1,3,nan,2.0,3.0", *LINE[4:]], "line 4 has no point"),
+    "too few": (POINTS[:-1], "has 89 points, must have 90 of both flanks"),
+    "too many": ([*POINTS, POINTS[-1]], "has 91 points, must have 90"),
+    "two swapped": ([POINTS[1], POINTS[0], *POINTS[2:]], "row 1, column 1 at the position of right, row 1"),
+    "um": (scaled(POINTS, 1e3), "has coordinates 1000 times those of the grid: give them in mm, they are"),
+    "inches": (scaled(POINTS, 1.0 / 25.4), "give them in mm, they are probably in inches"),
+    "um by name": ([csv_of(GRID).replace("x_mm", "x_um")], "line 1: x_um must be in mm: convert it and name"),
+    "no z": ([csv_of(GRID).replace("z_mm", "height")], "line 1 has no column z"),
     "another gear": (
-        csv_of(measuring_grid(MEMBERS["gear"])),
-        "mm from its nominal position, the limit is 3 mm: do design, member, grid and datum",
+        [csv_of(measuring_grid(MEMBERS["gear"]))],
+        "mm from its nominal position, the limit is 3",
     ),
     "decimal commas between commas": (
-        "\n".join(",".join(with_comma(cell) for cell in point) for point in xyz(GRID)),
-        "line 1 has only whole numbers: do the numbers have decimal commas? write decimal points",
+        [",".join(with_comma(cell) for cell in point) for point in xyz(GRID)],
+        f"line 1 has only whole numbers: {COMMAS}? write decimal points",
     ),
-    "thousands": (
-        unnamed(";")(GRID).replace("92.", "1.092,"),
-        "line 2 has no point (x, y and z in mm): do the numbers have decimal commas",
-    ),
-    "um in brackets": (unnamed(",", "x(um),y(um),z(um)\n")(GRID), "line 1: x_um must be in mm: convert"),
+    "thousands": ([unnamed(";")(GRID).replace("92.", "1.092,")], f"line 2 {EMPTY}: {COMMAS}"),
+    "um in brackets": ([unnamed(",", "x(um),y(um),z(um)\n")(GRID)], "line 1: x_um must be in mm: convert"),
     "a hole in numbered points": (
-        "\n".join(f"{i} {' '.join(p[: 3 - (i == 4)])}" for i, p in enumerate(xyz(GRID))),
-        "line 5 has no point (x, y and z in mm): measure each point of the grid",
+        [f"{i} {' '.join(p[: 3 - (i == 4)])}" for i, p in enumerate(xyz(GRID))],
+        f"line 5 {EMPTY}: measure each point of the grid",
     ),
-    "nothing": ("", "has 0 points, must have 90"),
-    "words": ("a b c\n", "line 1 has no point (x, y and z in mm)"),
+    "nothing": ([], "has 0 points, must have 90"),
+    "words": (["a b c"], f"line 1 {EMPTY}"),
 }
+"""Lines of files, and part of the refusal."""
 
 
 @pytest.mark.parametrize("fault", BAD)
 def test_files_that_do_not_fit_are_rejected(fault: str, tmp_path: Path) -> None:
-    text, words = BAD[fault]
+    lines, words = BAD[fault]
     path = tmp_path / "m.csv"
-    path.write_text(text, encoding="utf-8")
+    path.write_text("\n".join(lines), encoding="utf-8")
     with pytest.raises(MeasuredError) as refusal:
         read_deviations(path, GRID)
     assert words in str(refusal.value)
