@@ -98,19 +98,18 @@ def test_five_equations_agree() -> None:
 @pytest.mark.parametrize(
     ("flank", "parabolas", "expected"),
     [
-        ("right", (0.0, 0.0), []),
-        ("left", (0.0, 0.0), []),
-        ("right", (0.0002, 0.0002), ["an edge touches earlier (pinion tip, gear tip)"]),
-        ("right", (0.0007, 0.0007), ["the flanks interfere"]),
-        ("left", (-0.0001, -0.0001), ["the flanks of a neighbouring tooth pair"]),
-        ("right", (0.001, -0.001), ["flanks of a neighbouring tooth", "edge touches earlier (gear tip)"]),
+        ("right", "0.0 0.0", []),
+        ("left", "0.0 0.0", []),
+        ("right", "0.0002 0.0002", ["an edge touches earlier (pinion tip, gear tip)"]),
+        ("right", "0.0007 0.0007", ["the flanks interfere"]),
+        ("left", "-0.0001 -0.0001", ["the flanks of a neighbouring tooth pair"]),
+        ("right", "0.001 -0.001", ["flanks of a neighbouring tooth", "edge touches earlier (gear tip)"]),
     ],
 )
-def test_notes_where_something_touches_earlier(
-    flank: str, parabolas: tuple[float, float], expected: list[str]
-) -> None:
-    options = "--parabola-pinion", str(parabolas[0]), "--parabola-gear", str(parabolas[1])
-    data = tca("--flank", flank, *options, "--offset-error", "0.06")  # with backlash for all of them
+def test_notes_where_something_touches_earlier(flank: str, parabolas: str, expected: list[str]) -> None:
+    pinion, gear = parabolas.split()
+    options = "--flank", flank, "--parabola-pinion", pinion, "--parabola-gear", gear
+    data = tca(*options, "--offset-error", "0.06")  # with backlash for all of them
     notes, verdicts = [*data["warnings"], *data["notes"]], data["certificate"]["verdict"]
     assert all(any(words in note for note in notes) for words in expected)
     assert any("not the operating contact ratio" in note for note in notes) is bool(expected)
@@ -186,17 +185,11 @@ def test_no_contact(flank: str, option: str, value: str, reason: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("option", "value", "off"),
-    [
-        ("--offset-error", "20", (True, True)),
-        ("--pinion-axial-error", "60", (True, False)),
-        ("--gear-axial-error", "-70", (False, True)),
-    ],
+    ("error", "off"),
+    [("offset-error=20", (1, 1)), ("pinion-axial-error=60", (1, 0)), ("gear-axial-error=-70", (0, 1))],
 )
-def test_position_off_the_face_is_printed_for_both_members(
-    option: str, value: str, off: tuple[bool, bool]
-) -> None:
-    message = run("tca", option, value).stderr
+def test_position_off_the_face_is_printed_for_both_members(error: str, off: tuple[int, int]) -> None:
+    message = run("tca", f"--{error}").stderr
     z = [float(message.split(f" mm on the {name}")[0].split()[-1]) for name in ("pinion", "gear")]
     assert (abs(z[0]) > 25.0, abs(z[1]) > 30.0) == off
 
