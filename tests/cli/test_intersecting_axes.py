@@ -129,10 +129,3 @@ BOTH_KINDS = {
 @pytest.mark.parametrize("arguments", BOTH_KINDS)
 def test_kinds_of_errors_cannot_be_mixed(arguments: str, tmp_path: Path) -> None:
     assert BOTH_KINDS[arguments] in refused(*arguments.split(), written(tmp_path, "straight"))
-
-
-def test_meshes_are_written(tmp_path: Path) -> None:
-    out = tmp_path / "tooth.vtu"
-    result = run("mesh", written(tmp_path, "24/61"), "--part", "pair", "--out", out, "--tolerance", "0.2")
-    assert result.exit_code == 0, result.output
-    assert out.stat().st_size > 1000

@@ -63,6 +63,13 @@ def test_every_part_as_a_surface(tmp_path: Path, name: str) -> None:
         assert read.bounds[4:] == pytest.approx((-half, half), abs=1e-5)
 
 
+@pytest.mark.parametrize("name", ["anti-backlash", "awd-transfer"])
+def test_pairs_on_parallel_and_intersecting_axes(tmp_path: Path, name: str) -> None:
+    result = run(name, "--part", "pair", "--tolerance", "0.2", "--out", tmp_path / "pair.vtu")
+    assert result.exit_code == 0, result.output
+    assert f"{pv.read(tmp_path / 'pair.vtu').n_cells:,} triangles" in result.stdout
+
+
 @pytest.mark.parametrize("suffix", [".inp", ".msh", ".bdf", ".vtu"])
 def test_a_tooth_as_hexahedra(tmp_path: Path, narrow: Path, suffix: str) -> None:
     path = tmp_path / f"tooth{suffix}"

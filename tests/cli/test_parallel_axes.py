@@ -128,13 +128,6 @@ def test_operation_of_line_contact() -> None:
     assert data["operating_contact_ratio"] == data["contact_ratio"]
 
 
-def test_meshes_are_written(tmp_path: Path) -> None:
-    out = tmp_path / "pair.vtu"
-    result = run("mesh", NAME, "--part", "pair", "--out", out, "--tolerance", "0.2")
-    assert result.exit_code == 0, result.output
-    assert out.stat().st_size > 1000
-
-
 @pytest.mark.parametrize("part", ["pinion-tooth", "gear-tooth"])
 def test_a_loaded_tooth_is_written(part: str, tmp_path: Path) -> None:
     """The nodal forces add up to 62.5 N at module 1.5. The load is a strip as long as the line of contact,

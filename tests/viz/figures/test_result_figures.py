@@ -204,10 +204,10 @@ def test_a_posed_pair_without_contact_says_why() -> None:
     are not drawn."""
     design = builtin_design().with_errors(Errors(offset=50.0))
     data = fig_posed.compute(design)
-    page = page_of(fig_posed.draw, data, (400, 300))
+    page = page_of(fig_posed.draw, data)
     assert words(page).count("the right flanks have no contact point") == 2
     assert "Ball" not in words(page)
-    page = page_of(fig_posed.draw, replace(data, meshes=((None, "undercut"), (None, "undercut"))), (400, 300))
+    page = page_of(fig_posed.draw, replace(data, meshes=((None, "undercut"), (None, "undercut"))))
     assert words(page).count("no member can be drawn") == 2
 
 
