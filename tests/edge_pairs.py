@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from math import radians
+
 from beveloid_geom import Design, Errors, Member, Pair, Tool
-from beveloid_geom.design.model import from_degrees
 
 
 def edge_pair(number: int) -> Design:
@@ -22,24 +24,9 @@ def edge_pair(number: int) -> Design:
             (70, 5.723704402966868, 0.0, 0.2838167309862793, 4.116, 0.002504677067562972),
         )
         angle, errors = 6.459860999181511, Errors()
+    tool = Tool(module, radians(20.0), addendum, addendum + clearance, 0.38)
     pinion, gear = (
-        from_degrees(
-            Member,
-            tool=from_degrees(
-                Tool,
-                normal_module=module,
-                normal_pressure_angle_deg=20.0,
-                addendum=addendum,
-                dedendum=addendum + clearance,
-                tip_radius=0.38,
-                parabola=parabola,
-            ),
-            teeth=teeth,
-            helix_angle_deg=helix,
-            cone_angle_deg=cone,
-            profile_shift=shift,
-            face_width=width,
-        )
+        Member(replace(tool, parabola=parabola), teeth, radians(helix), radians(cone), shift, width)
         for teeth, helix, cone, shift, width, parabola in members
     )
-    return Design(pinion, gear, from_degrees(Pair, offset=0.0, shaft_angle_deg=angle), errors)
+    return Design(pinion, gear, Pair(0.0, radians(angle)), errors)

@@ -10,15 +10,8 @@ import pytest
 import beveloid_geom
 
 FUNCTIONS = [name for name in beveloid_geom.__all__ if isinstance(getattr(beveloid_geom, name), FunctionType)]
-SLOW = {
-    "layout_advice",
-    "fit_crowning",
-    "optimise_amounts",
-    "optimise_parabola",
-    "paper_statements",
-    "pattern_matrix",
-    "shim",
-}
+SLOW = {"layout_advice", "fit_crowning", "optimise_amounts", "optimise_parabola", "paper_statements"}
+SLOW |= {"pattern_matrix", "shim"}
 """Functions that need more than two seconds."""
 
 

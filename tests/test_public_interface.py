@@ -43,9 +43,8 @@ def test_returned_classes_are_exported(name: str) -> None:
 def test_enumerations_are_exported() -> None:
     from beveloid_geom import status
 
-    kinds = {
-        name for name, value in vars(status).items() if isinstance(value, type) and IntEnum in value.__bases__
-    }
+    kinds = {kind.__name__ for kind in IntEnum.__subclasses__() if kind.__module__ == status.__name__}
+    assert kinds
     assert kinds <= set(bg.__all__)
 
 
@@ -57,15 +56,9 @@ def test_subpackages_are_imported_when_used() -> None:
 
 
 WRONG: dict[type, tuple[object, str]] = {
-    bg.Design: (
-        "mine.toml",
-        r"design must be a Design, got 'mine.toml': read it with read_design\('mine.toml'\)",
-    ),
+    bg.Design: ("mine.toml", r"design must be a Design, got 'mine.toml': read it with read_design\(.*\)"),
     bg.Member: (DESIGN, "member must be a Member, got a Design: pass design.pinion or design.gear"),
-    bg.ContactPath: (
-        None,
-        r"path must be a ContactPath, got None: pass the result of path_of_contact\(design\)",
-    ),
+    bg.ContactPath: (None, r"path must be a ContactPath, got None: pass the result of path_of_contact\(.*\)"),
 }
 """Wrong first arguments by the class that a function takes, and the message."""
 
@@ -84,12 +77,8 @@ def test_a_wrong_first_argument(name: str) -> None:
 
 RESULTS = [
     *(PATH, bg.path_certificate(PATH), bg.path_sliding(PATH), bg.path_pressure(PATH, bg.Load(force=100.0))),
-    *(
-        bg.first_contact(DESIGN, "right", [0.1, 0.2]),
-        bg.path_sensitivity(DESIGN),
-        bg.tooth_data(DESIGN.pinion),
-    ),
-    *(bg.ease_off(DESIGN, "right", (3, 3)), bg.span_measurement(DESIGN.pinion), bg.mesh_cycle(DESIGN)),
+    *(bg.first_contact(DESIGN, "right", [0.1, 0.2]), bg.path_sensitivity(DESIGN), bg.mesh_cycle(DESIGN)),
+    *(bg.ease_off(DESIGN, "right", (3, 3)), bg.span_measurement(DESIGN.pinion), bg.tooth_data(DESIGN.pinion)),
 ]
 
 

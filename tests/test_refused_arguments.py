@@ -202,6 +202,10 @@ REFUSED: Cases = [
         *(({"tolerance": 0.1, "teeth": n}, f"teeth must be between 1 and 29, got {n}") for n in (0, -1, 30)),
         *(({"tolerance": length}, "tolerance must be a positive length") for length in (0.0, -0.1, nan)),
         ({"tolerance": 1e-320}, "tolerance must be at least 1e-09 mm, got"),
+        *(
+            ({"bore_radius": bore}, "between 1.76387 and 87.5934 mm")
+            for bore in (0.0, -1.0, 1.7638, 87.6, nan)
+        ),
     ),
     *of(
         partial(bg.tooth_hexahedra, PINION),
@@ -212,6 +216,10 @@ REFUSED: Cases = [
         ({"tolerance": 1e-320}, "tolerance must be at least 1e-09 mm, got"),
         ({"tolerance": 1e-5}, r"the mesh needs about .* nodes for 1 tooth, the limit is 5e\+06"),
         ({"bore_radius": 89.0}, "bore_radius must be between 1.76387 and 87.5934 mm, got 89"),
+    ),
+    *of(
+        partial(bg.sample_flank, PINION, "right"),
+        *(({"tolerance": length}, "tolerance must be a positive length") for length in (0.0, nan, inf)),
     ),
     *of(
         partial(bg.sample_flank, flank="right", tolerance=0.01),

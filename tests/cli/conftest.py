@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
 
@@ -25,13 +25,14 @@ def _cached_reports() -> Iterator[None]:
 
 @pytest.fixture
 def design_file(tmp_path: Path) -> Callable[..., Path]:
-    """Return a function that writes the built-in design with one replaced text."""
+    """Return a function that writes a built-in design with replaced and appended text."""
 
-    def write(old: str = "", new: str = "") -> Path:
-        text = builtin_text()
-        assert old in text
-        path = tmp_path / "pair.toml"
-        path.write_text(text.replace(old, new, 1) if old else text, encoding="utf-8")
+    def write(changes: Mapping[str, str] | None = None, more: str = "", name: str = "ni-2017") -> Path:
+        text, path = builtin_text(name), tmp_path / "pair.toml"
+        for old, new in (changes or {}).items():
+            assert old in text
+            text = text.replace(old, new, 1)
+        path.write_text(text + more, encoding="utf-8")
         return path
 
     return write

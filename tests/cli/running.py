@@ -11,13 +11,14 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from click import Command
 from click.testing import CliRunner, Result
 
 from beveloid_geom.cli.main import main
 
 
-def run(*arguments: str | Path) -> Result:
-    return CliRunner().invoke(main, [str(argument) for argument in arguments])
+def run(*arguments: str | Path, program: Command = main) -> Result:
+    return CliRunner().invoke(program, [str(argument) for argument in arguments])
 
 
 def installed(*arguments: str | Path, program: str = "beveloid-geom") -> list[str]:
@@ -31,9 +32,9 @@ def call(*arguments: str | Path, program: str = "beveloid-geom") -> subprocess.C
     return subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
 
 
-def refused(*arguments: str | Path) -> str:
+def refused(*arguments: str | Path, program: Command = main) -> str:
     """Return the line of a refusal, which has exit status 2."""
-    result = run(*arguments)
+    result = run(*arguments, program=program)
     assert (result.exit_code, result.stdout) == (2, ""), result.output
     assert result.stderr.startswith("Error: ")
     assert result.stderr.count("\n") == 1, result.stderr
@@ -54,6 +55,21 @@ def strict_json(text: str) -> Any:
         raise AssertionError(f"{name} is not JSON")
 
     return json.loads(text, parse_constant=refuse)
+
+
+def json_of(*arguments: str | Path) -> Any:
+    """Return the JSON of a command."""
+    return strict_json(run(*arguments, "--json").stdout)
+
+
+def csv_of(*arguments: str | Path) -> list[dict[str, str]]:
+    """Return the rows of the CSV of a command."""
+    return rows_of(run(*arguments, "--csv"))
+
+
+def words_of(*arguments: str | Path) -> str:
+    """Return the text of a command without line breaks."""
+    return " ".join(run(*arguments).stdout.split())
 
 
 def rows_of(result: Result) -> list[dict[str, str]]:

@@ -14,14 +14,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from beveloid_geom import Errors, Status, builtin_design, path_of_contact
 from beveloid_geom.cli.main import main
 from beveloid_geom.design.file import BUILTINS, builtin_text, parse_design
 from beveloid_geom.report.path import contact_report
 from beveloid_geom.report.result import csv_text, json_text
-from tests.cli.running import call, imported_by, refused, run, strict_json, tca
+from tests.cli.result_cases import MODIFIED
+from tests.cli.running import call, csv_of, imported_by, json_of, refused, run, strict_json, tca, words_of
 
 PATH_FIELDS = {
     *("l1", "u1", "l2", "u2", "pinion_roll", "gear_roll", "point", "normal"),
@@ -37,9 +37,7 @@ def test_installed_command_prints_a_table() -> None:
     assert (done.returncode, done.stderr) == (0, "")
     lines = done.stdout.splitlines()
     assert "dw1 = 211.594669 mm" in done.stdout
-    assert (
-        "  as mounted         backlash 0.041589 mm with errors and modifications, smallest at" in done.stdout
-    )
+    assert "as mounted         backlash 0.041589 mm with errors and modifications, smallest" in done.stdout
     path = path_of_contact(builtin_design(), "right", 5)
     assert [float(word) for word in lines[10].split()[:3]] == pytest.approx(
         [math.degrees(path.pinion_roll[-1]), math.degrees(path.gear_roll[-1]), path.pinion_z[-1]], abs=5e-5
@@ -71,7 +69,7 @@ def test_options_change_the_design() -> None:
     given = (
         "--offset-error=-0.01 --shaft-angle-error-deg 0.002 --pinion-axial-error 0.3 --gear-axial-error -0.4"
     )
-    data = tca(*given.split(), "--parabola-pinion", "0.001", "--parabola-gear", "-0.001", "--flank", "left")
+    data = tca(*given.split(), *MODIFIED, "--flank", "left")
     errors = data["layout"]["errors"]
     assert errors["shaft_angle"] == pytest.approx(math.radians(0.002))
     assert [errors[name] for name in ("offset", "pinion_axial", "gear_axial")] == [-0.01, 0.3, -0.4]
@@ -88,7 +86,7 @@ def test_design_file_and_built_in_name_agree(design_file: Callable[..., Path]) -
 
 
 def test_five_equations_agree() -> None:
-    options = "--points", "9", "--parabola-pinion", "0.001", "--parabola-gear", "-0.001"
+    options = "--points", "9", *MODIFIED
     one, five = tca(*options), tca(*options, "--method", "five-equation")
     assert five["method"] == "five-equation"
     assert five["ends"] == one["ends"]
@@ -100,23 +98,18 @@ def test_five_equations_agree() -> None:
 @pytest.mark.parametrize(
     ("flank", "parabolas", "expected"),
     [
-        ("right", (0.0, 0.0), []),
-        ("left", (0.0, 0.0), []),
-        ("right", (0.0002, 0.0002), ["an edge touches earlier (pinion tip, gear tip)"]),
-        ("right", (0.0007, 0.0007), ["the flanks interfere"]),
-        ("left", (-0.0001, -0.0001), ["the flanks of a neighbouring tooth pair"]),
-        (
-            "right",
-            (0.001, -0.001),
-            ["the flanks of a neighbouring tooth pair", "edge touches earlier (gear tip)"],
-        ),
+        ("right", "0.0 0.0", []),
+        ("left", "0.0 0.0", []),
+        ("right", "0.0002 0.0002", ["an edge touches earlier (pinion tip, gear tip)"]),
+        ("right", "0.0007 0.0007", ["the flanks interfere"]),
+        ("left", "-0.0001 -0.0001", ["the flanks of a neighbouring tooth pair"]),
+        ("right", "0.001 -0.001", ["flanks of a neighbouring tooth", "edge touches earlier (gear tip)"]),
     ],
 )
-def test_notes_where_something_touches_earlier(
-    flank: str, parabolas: tuple[float, float], expected: list[str]
-) -> None:
-    options = "--parabola-pinion", str(parabolas[0]), "--parabola-gear", str(parabolas[1])
-    data = tca("--flank", flank, *options, "--offset-error", "0.06")  # with backlash for all of them
+def test_notes_where_something_touches_earlier(flank: str, parabolas: str, expected: list[str]) -> None:
+    pinion, gear = parabolas.split()
+    options = "--flank", flank, "--parabola-pinion", pinion, "--parabola-gear", gear
+    data = tca(*options, "--offset-error", "0.06")  # with backlash for all of them
     notes, verdicts = [*data["warnings"], *data["notes"]], data["certificate"]["verdict"]
     assert all(any(words in note for note in notes) for words in expected)
     assert any("not the operating contact ratio" in note for note in notes) is bool(expected)
@@ -130,14 +123,11 @@ def test_tool_without_a_fitting_tip_round() -> None:
     data = tca("--parabola-pinion", "0.01")
     assert data["contact_ratio"] == pytest.approx(0.637397, abs=5e-7)
     assert "certificate" not in data
-    (unknown,) = data["unknowns"]
-    assert (
-        unknown.endswith("could not be computed: pinion: tip_radius 0.38 is too large") or "0.38" in unknown
-    )
+    assert "could not be computed: pinion: tip_radius 0.38 is too large" in data["unknowns"][0]
 
 
 def test_negative_backlash(design_file: Callable[..., Path]) -> None:
-    result = run("tca", "--json", design_file("offset = 229.0", "offset = 228.7"))
+    result = run("tca", "--json", design_file({"offset = 229.0": "offset = 228.7"}))
     data = strict_json(result.stdout)
     assert result.exit_code == 1
     assert "backlash is -" in data["errors"][0]
@@ -147,29 +137,28 @@ def test_negative_backlash(design_file: Callable[..., Path]) -> None:
 
 
 def test_check_warns_of_a_jam(design_file: Callable[..., Path]) -> None:
-    path = design_file("[errors]\noffset = 0.0", "[errors]\noffset = -0.5")
+    path = design_file({"[errors]\noffset = 0.0": "[errors]\noffset = -0.5"})
     result = run("check", path)
     assert result.exit_code == 1
     assert result.stderr.startswith("Jammed: the pair cannot be assembled: the flanks of one side interfere")
     assert "error the pair cannot be assembled" in " ".join(result.stdout.split())
-    assert "cannot be assembled" in strict_json(run("check", path, "--json").stdout)["errors"][0]
+    assert "cannot be assembled" in json_of("check", path)["errors"][0]
     assert "mounted,normal_backlash,mm,-0.3130" in run("check", path, "--csv").stdout
 
 
 def test_check_takes_parabolas() -> None:
     assert "is undercut" in run("check", "--parabola-pinion=-0.01").stdout
-    assert "rounds overlap by 0.184 mm" in " ".join(run("check", "--parabola-pinion", "0.01").stdout.split())
+    assert "rounds overlap by 0.184 mm" in words_of("check", "--parabola-pinion", "0.01")
 
 
 def test_positions_need_not_be_certified() -> None:
     assert "certificate" not in tca("--no-certify", "--parabola-pinion", "0.0002")
     assert "certified" not in run("tca", "--no-certify").stdout
-    rows = list(csv.DictReader(io.StringIO(run("tca", "--csv", "--points", "3").stdout)))
-    assert {row["verdict"] for row in rows} == {"first_contact"}
+    assert {row["verdict"] for row in csv_of("tca", "--points", "3")} == {"first_contact"}
 
 
 def test_note_on_displaced_paths(design_file: Callable[..., Path]) -> None:
-    notes = tca(design_file("offset = 229.0", "offset = 229.3"))["notes"]
+    notes = tca(design_file({"offset = 229.0": "offset = 229.3"}))["notes"]
     assert notes[0].startswith("the paths of contact of right and left flanks are displaced along the face")
     assert "pass each other at 6.622 mm" in notes[0]
 
@@ -196,23 +185,17 @@ def test_no_contact(flank: str, option: str, value: str, reason: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("option", "value", "off"),
-    [
-        ("--offset-error", "20", (True, True)),
-        ("--pinion-axial-error", "60", (True, False)),
-        ("--gear-axial-error", "-70", (False, True)),
-    ],
+    ("error", "off"),
+    [("offset-error=20", (1, 1)), ("pinion-axial-error=60", (1, 0)), ("gear-axial-error=-70", (0, 1))],
 )
-def test_position_off_the_face_is_printed_for_both_members(
-    option: str, value: str, off: tuple[bool, bool]
-) -> None:
-    message = run("tca", option, value).stderr
+def test_position_off_the_face_is_printed_for_both_members(error: str, off: tuple[int, int]) -> None:
+    message = run("tca", f"--{error}").stderr
     z = [float(message.split(f" mm on the {name}")[0].split()[-1]) for name in ("pinion", "gear")]
     assert (abs(z[0]) > 25.0, abs(z[1]) > 30.0) == off
 
 
 def test_design_without_a_common_normal(design_file: Callable[..., Path]) -> None:
-    path = design_file("shaft_angle_deg = 15.0", "shaft_angle_deg = 14.0")
+    path = design_file({"shaft_angle_deg = 15.0": "shaft_angle_deg = 14.0"})
     result = run("tca", "--json", path)
     assert result.exit_code == 1
     data = strict_json(result.stdout)
@@ -244,16 +227,13 @@ def test_unknown_positions() -> None:
 # design, check, help
 
 
-def test_design_prints_a_valid_file(tmp_path: Path) -> None:
+def test_design_prints_a_valid_file() -> None:
     printed = run("design")
     assert printed.exit_code == 0
     assert parse_design(printed.stdout) == builtin_design()
-    path = tmp_path / "mine.toml"
-    path.write_text(printed.stdout, encoding="utf-8")
-    checked = run("check", path)
-    assert checked.exit_code == 0
+    checked = run("check")
+    assert (checked.exit_code, checked.stderr) == (0, "")
     assert checked.stdout.endswith("No warnings.\n")
-    assert checked.stderr == ""
 
 
 def test_design_lists_and_prints_by_name() -> None:
@@ -268,13 +248,11 @@ def test_design_lists_and_prints_by_name() -> None:
 @pytest.mark.parametrize("command", ["design", "check", "tca", "mesh --part pinion --out a.stl"])
 def test_unknown_design_name(command: str) -> None:
     first, *options = command.split()
-    line = refused(first, "marine", *options)
-    assert line.endswith(f"{', '.join(BUILTINS)}\n")
-    assert "marine'" in line or line.startswith("Error: marine: cannot be read")
+    assert refused(first, "marine", *options).endswith(f"{', '.join(BUILTINS)}\n")
 
 
 def test_check_as_json() -> None:
-    data = strict_json(run("check", "ni-2017", "--json").stdout)
+    data = json_of("check", "ni-2017")
     assert data["errors"] == data["warnings"] == data["advice"] == []
     assert [text.split(":")[0] for text in data["notes"]] == ["right flanks"]
 
@@ -291,7 +269,7 @@ def test_check_as_json() -> None:
 def test_check_warns(design_file: Callable[..., Path], old: str, new: str, warning: str) -> None:
     """The exit status of `check` is 0 with warnings only, 1 with an error, and 4 with a failed
     calculation."""
-    path = design_file(old, new)
+    path = design_file({old: new})
     result = run("check", path)
     assert "No warnings" not in result.stdout
     data = strict_json(run("check", "--json", path).stdout)
@@ -302,8 +280,8 @@ def test_check_warns(design_file: Callable[..., Path], old: str, new: str, warni
 
 
 def test_check_where_no_layout_is_without_backlash(design_file: Callable[..., Path]) -> None:
-    path = design_file("profile_shift = 0.17", "profile_shift = -2.2")
-    assert "no layout without backlash" in " ".join(run("check", path).stdout.split())
+    path = design_file({"profile_shift = 0.17": "profile_shift = -2.2"})
+    assert "no layout without backlash" in words_of("check", path)
     assert strict_json(run("check", "--json", path).stdout)["zero_backlash"] is None
 
 
@@ -332,7 +310,7 @@ def test_failure_of_the_five_equations(monkeypatch: pytest.MonkeyPatch) -> None:
         raise ArithmeticError("the five equations lose the contact at pinion roll 1.0000 deg")
 
     monkeypatch.setattr("beveloid_geom.validation.five_equations.follow_five_equations", lost)
-    result = CliRunner().invoke(main, ["tca", "--method", "five-equation"])
+    result = run("tca", "--method", "five-equation")
     assert (result.exit_code, result.stdout) == (4, "")
     assert result.stderr == "Error: the five equations lose the contact at pinion roll 1.0000 deg\n"
 

@@ -8,42 +8,33 @@ import re
 import shutil
 import subprocess
 import termios
-from collections.abc import Sequence
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from unittest.mock import Mock
 
 import meshio
 import numpy as np
 import pytest
 import pyvista as pv
-from click.testing import Result
 
-from beveloid_geom import Design, Member, read_design, tooth_hexahedra
+from beveloid_geom import design_text, read_design, tooth_hexahedra
 from beveloid_geom.cli.mesh_parts import TEETH
-from beveloid_geom.contact.mesh_position import Frame, meshing_pair
-from beveloid_geom.design.file import builtin_text
+from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.export import FIXED_FRAME, GEAR_FRAME
 from beveloid_geom.shapes.hexahedral_mesh import element_shapes
 from tests.cli import running
+from tests.symmetry import scaled
 
-
-def run(*arguments: str | Path) -> Result:
-    return running.run("mesh", *arguments)
-
-
-def installed(*arguments: str | Path) -> list[str]:
-    return running.installed("mesh", *arguments)
-
-
+run = partial(running.run, "mesh")
+installed = partial(running.installed, "mesh")
 COARSE = "--tolerance", "0.05"
-NARROW = builtin_text().replace("face_width = 50.0", "face_width = 10.0")
 
 
 @pytest.fixture
-def narrow(tmp_path: Path) -> Path:
-    """Write a design whose pinion needs few elements."""
-    path = tmp_path / "narrow.toml"
-    path.write_text(NARROW, encoding="utf-8")
-    return path
+def narrow(design_file: Callable[..., Path]) -> Path:
+    """Return the file of a design whose pinion needs few elements."""
+    return design_file({"face_width = 50.0": "face_width = 10.0"})
 
 
 def test_installed_command_writes_the_pair(tmp_path: Path) -> None:
@@ -72,6 +63,13 @@ def test_every_part_as_a_surface(tmp_path: Path, name: str) -> None:
         assert read.bounds[4:] == pytest.approx((-half, half), abs=1e-5)
 
 
+@pytest.mark.parametrize("name", ["anti-backlash", "awd-transfer"])
+def test_pairs_on_parallel_and_intersecting_axes(tmp_path: Path, name: str) -> None:
+    result = run(name, "--part", "pair", "--tolerance", "0.2", "--out", tmp_path / "pair.vtu")
+    assert result.exit_code == 0, result.output
+    assert f"{pv.read(tmp_path / 'pair.vtu').n_cells:,} triangles" in result.stdout
+
+
 @pytest.mark.parametrize("suffix", [".inp", ".msh", ".bdf", ".vtu"])
 def test_a_tooth_as_hexahedra(tmp_path: Path, narrow: Path, suffix: str) -> None:
     path = tmp_path / f"tooth{suffix}"
@@ -81,11 +79,10 @@ def test_a_tooth_as_hexahedra(tmp_path: Path, narrow: Path, suffix: str) -> None
     assert f"{count:,} hexahedra C3D8I" in result.stdout
 
 
-def test_the_pair_in_contact_over_a_pitch(tmp_path: Path) -> None:
+def test_the_pair_in_contact_over_a_pitch(tmp_path: Path, design_file: Callable[..., Path]) -> None:
     """One deck for each roll about the middle of the path, with the torque of 20 kN."""
-    narrow = builtin_text().replace("face_width = 50.0", "face_width = 12.0")
-    (tmp_path / "narrow.toml").write_text(narrow.replace("face_width = 60.0", "face_width = 12.0"))
-    result = run(tmp_path / "narrow.toml", "--part", "pair", "--rolls", "2", "--out", tmp_path / "p.inp")
+    narrow = design_file({f"face_width = {width}.0": "face_width = 12.0" for width in (50, 60)})
+    result = run(narrow, "--part", "pair", "--rolls", "2", "--out", tmp_path / "p.inp")
     assert (result.exit_code, result.stderr) == (0, "")
     first, second = result.stdout.splitlines()
     rolls = []
@@ -102,7 +99,7 @@ def test_the_pair_in_contact_over_a_pitch(tmp_path: Path) -> None:
         assert text.count("*CONTACT PAIR") == 3
         assert '"decks": 2' in text
     assert rolls[1] - rolls[0] == pytest.approx(0.5 * 360.0 / 29.0, abs=2e-4)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["narrow.toml", "p-1.inp", "p-2.inp"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["p-1.inp", "p-2.inp", "pair.toml"]
 
 
 def test_the_memory_of_the_solver_is_printed_for_large_decks(tmp_path: Path) -> None:
@@ -125,35 +122,23 @@ def test_the_scaled_jacobian_is_a_lower_bound(tmp_path: Path, narrow: Path) -> N
         assert printed <= shape < printed + 0.01
 
 
-@pytest.mark.parametrize("module", [6.0, 1.5])
-def test_defaults_scale_with_the_module(tmp_path: Path, module: float) -> None:
-    """Similar pairs have the same mesh and the same stresses.
-
-    At 6 mm the tolerances are 0.01 and 0.05 mm and the load is 1000 N. Lengths scale with the module, the
-    load with its square."""
-    scale = module / 6.0
-    keys = "normal_module", "face_width", "offset"
-    lines = [line.partition(" = ") for line in NARROW.splitlines()]
-    scaled = [
-        f"{key} = {float(value.split('#')[0]) * scale!r}" if key in keys else key + equals + value
-        for key, equals, value in lines
-    ]
-    (tmp_path / "scaled.toml").write_text("\n".join(scaled))
-    messages = []
+def test_defaults_scale_with_the_module(tmp_path: Path, narrow: Path) -> None:
+    """Similar pairs have the same mesh and the same stresses. At 6 mm the tolerances are 0.01 and 0.05 mm and
+    the load is 1000 N. Lengths scale with the module, the load with its square."""
+    small, messages = tmp_path / "small.toml", []
+    small.write_text(design_text(scaled(read_design(narrow), 0.25)), encoding="utf-8")
     for part, suffix in (("gear-flank", ".ply"), ("pinion-tooth", ".inp")):
-        for source in ("scaled.toml", "narrow.toml"):
-            (tmp_path / "narrow.toml").write_text(NARROW)
-            result = run(tmp_path / source, "--part", part, "--out", tmp_path / f"a{suffix}")
+        for source in (small, narrow):
+            result = run(source, "--part", part, "--out", tmp_path / f"a{suffix}")
             assert (result.exit_code, result.stderr) == (0, ""), result.stderr
             messages.append(result.stdout.split(": ", 1)[1])
     assert messages[0] == messages[1]
     assert messages[2].split(";")[0] == messages[3].split(";")[0]
-    assert f"; {1000 * scale**2:g} N on the right flank" in messages[2]
+    assert "; 62.5 N on the right flank" in messages[2]
     assert "1000 N on" in messages[3]
-    text = (tmp_path / "a.inp").read_text(encoding="ascii")
-    assert "edges within 0.05 mm" in text
+    assert "edges within 0.05 mm" in (tmp_path / "a.inp").read_text(encoding="ascii")
     defaults = "module / 600 (0.01 mm at module 6 mm); .glb: module / 200 (0.03 mm); hexahedra: module / 120"
-    assert defaults in " ".join(run("--help").stdout.split())
+    assert defaults in running.words_of("mesh", "--help")
 
 
 @pytest.mark.parametrize("suffix", [".stl", ".inp"])
@@ -225,7 +210,7 @@ def test_the_message_of_a_single_tooth_mentions_its_cut_sides(tmp_path: Path, na
     assert "** The loaded tooth is held at its cut sides: use --teeth 3 for stresses.\n" in text
     assert ", 1 tooth, " in text
     assert "*ELEMENT, TYPE=C3D20, " in text
-    assert "use 3 for stresses" in " ".join(run("--help").stdout.split())
+    assert "use 3 for stresses" in running.words_of("mesh", "--help")
     assert "** stresses at the contact are not resolved, those of the fillet are.\n" in text
 
 
@@ -270,61 +255,40 @@ def test_options_change_the_design(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "given"),
     [
-        (["--part", "gear"], (45, None, None, "gear", False)),
-        (["--part", "gear", "--placed"], (45, None, None, "gear", True)),
-        (
-            ["--part", "pinion-tooth", "--teeth", "3", "--bore-radius", "50"],
-            (29, [0, 1, 2], 50.0, "pinion", False),
-        ),
+        ("--part gear", (45, None, None, "gear", False)),
+        ("--part gear --placed", (45, None, None, "gear", True)),
+        ("--part pinion-tooth --teeth 3 --bore-radius 50", (29, [0, 1, 2], 50.0, "pinion", False)),
     ],
 )
 def test_a_solid_for_cad(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: list[str], given: tuple[object, ...]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: str, given: tuple[object, ...]
 ) -> None:
     """The command passes the right arguments to `write_step`. The files are tested in
     tests/export/test_step.py."""
-    asked = []
-
-    def step(
-        member: Member,
-        path: Path,
-        teeth: Sequence[int] | None,
-        bore_radius: float | None,
-        name: str,
-        frame: Frame | None,
-    ) -> None:
-        numbers = None if teeth is None else list(teeth)
-        asked.append((int(member.teeth), numbers, bore_radius, name, frame is not None))
-        path.write_text("ISO-10303-21;")
-
-    monkeypatch.setattr("beveloid_geom.export.step.write_step", step)
+    write = Mock(side_effect=lambda _, path, *__: path.write_text("ISO-10303-21;"))
+    monkeypatch.setattr("beveloid_geom.export.step.write_step", write)
     path = tmp_path / "a.step"
-    result = run(*options, "--out", path)
+    result = run(*options.split(), "--out", path)
     assert (result.exit_code, result.stderr) == (0, "")
-    assert asked == [given]
+    member, _, teeth, bore_radius, name, frame = write.call_args.args
+    numbers = None if teeth is None else list(teeth)
+    assert (member.teeth, numbers, bore_radius, name, frame is not None) == given
     assert path.read_text() == "ISO-10303-21;"
-    count = given[0] if given[1] is None else 3
-    assert result.stdout == f"{path}: a solid with {count} teeth\n"
+    assert result.stdout == f"{path}: a solid with {given[0] if numbers is None else 3} teeth\n"
 
 
 def test_the_pair_as_an_assembly_and_as_a_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = []
-
-    def step(design: Design, path: Path, frames: Sequence[Frame], _: object) -> None:
-        asked.append([origin[2] for _, origin in frames])
-        path.write_text("ISO-10303-21;")
-
-    monkeypatch.setattr("beveloid_geom.export.step.write_step_pair", step)
+    write = Mock(side_effect=lambda _, path, *__: path.write_text("ISO-10303-21;"))
+    monkeypatch.setattr("beveloid_geom.export.step.write_step_pair", write)
     path = tmp_path / "a.step"
     result = run("--part", "pair", "--out", path)
     assert (result.exit_code, result.stdout) == (0, f"{path}: an assembly of pinion and gear\n")
-    assert asked == [[pytest.approx(211.594669224), pytest.approx(203.049073436)]]
+    heights = [origin[2] for _, origin in write.call_args.args[2]]
+    assert heights == pytest.approx([211.594669224, 203.049073436])
     path = tmp_path / "a.glb"
     result = run("--part", "pair", *COARSE, "--out", path)
     assert result.exit_code == 0
-    assert (
-        "triangles in m, y up: pinion, path of contact on pinion, pattern on pinion, gear," in result.stdout
-    )
+    assert "in m, y up: pinion, path of contact on pinion, pattern on pinion, gear," in result.stdout
     assert path.read_bytes().startswith(b"glTF")
 
 
@@ -360,13 +324,6 @@ def test_placed_teeth_of_pinion_and_gear_are_in_mesh(tmp_path: Path, narrow: Pat
     pinion, gear = ([middles[part, k] - middles[part, 1] for k in (2, 3)] for part in TEETH)
     assert pinion[0] @ gear[0] > 0.9 * np.linalg.norm(pinion[0]) * np.linalg.norm(gear[0]) > 1.0
     assert max(np.linalg.norm(pinion[1]), np.linalg.norm(gear[1])) < 2.0  # one tooth more on each side
-
-
-def test_missing_options_are_named() -> None:
-    for given, missing in ((["--part", "pair"], "--out"), (["--out", "a.stl"], "--part")):
-        result = run(*given)
-        assert result.exit_code == 2
-        assert f"Missing option '{missing}'" in result.stderr
 
 
 def test_progress_is_shown_on_terminals(tmp_path: Path) -> None:

@@ -8,25 +8,97 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import Result
 
 from beveloid_geom.cli.mesh_parts import WRITERS
 from tests.cli import running
 
-
-def refused(*arguments: str | Path) -> str:
-    return running.refused("mesh", *arguments)
-
-
-def run(*arguments: str | Path) -> Result:
-    return running.run("mesh", *arguments)
-
-
+run = partial(running.run, "mesh")
+refused = partial(running.refused, "mesh")
 COARSE = "--tolerance", "0.05"
+
+
+MOUNTED = "is for the pair, a part --placed, a flank with --field, and a tooth as .inp"
+BORE = "Error: --bore-radius must be between 1.76387 and 87.5934 mm, got "
+MESH = {
+    "pinion .stl": {
+        "--tolerance 0": "--tolerance must be a finite number above 0 mm, got 0",
+        "--tolerance 1e-9": "tolerance 1e-09 mm needs about",
+        "--tolerance 1e-320": "--tolerance must be at least 1e-09 mm, got",
+        "--bore-radius 0": "--bore-radius must be a finite number above 0 mm, got 0",
+        "--bore-radius 500": f"{BORE}500",
+        "--load 10": "--load is for pinion-tooth and gear-tooth as .inp, not for pinion as .stl: omit it",
+        "--teeth 2": "and gear-tooth, and the pair as .inp, not for pinion as .stl: omit it",
+        "--torque 5": "--torque is for the pair as .inp, not for pinion as .stl: omit it",
+        "--roll-deg 5": "--roll-deg is for the pair, a part --placed and --frames, not for pinion as .stl",
+        "--pinion-bore-radius 5": "--pinion-bore-radius is for the pair, not for pinion as .stl: omit it",
+        "--flank left": "--flank is for flanks, the pair, a part --placed, a flank with --field, and",
+        "--element C3D8": "--element is for pinion-tooth and gear-tooth as .inp",
+        "--field pattern": "--field is for pinion-flank and gear-flank as .vtk, .vtp, .vtu",
+        "--parabola-pinion 1": "--parabola-pinion must be",
+        "--parabola-gear 0.001": "--parabola-gear is for the gear, the pair, a part --placed, a flank",
+        "--offset-error 1": f"--offset-error {MOUNTED}",
+        "--shaft-angle-error-deg 1": f"--shaft-angle-error-deg {MOUNTED}",
+        "--pinion-axial-error 1": f"--pinion-axial-error {MOUNTED}",
+    },
+    "gear .step": {"--tolerance 0.1": "--tolerance is for surfaces and hexahedra, not for gear as .step"},
+    "pair .glb": {"--placed": "--placed is for pinion, gear, pinion-tooth, gear-tooth, pinion-flank"},
+    "gear-flank .vtu": {"--gear-axial-error 0.1": f"--gear-axial-error {MOUNTED}"},
+    **{
+        f"pinion-tooth {suffix}": {
+            "--teeth 30": "Error: --teeth must be between 1 and 29, got 30: 29 is the complete gear\n",
+            **(
+                {} if suffix == ".step" else {"--bore-radius 88.193": f"{BORE}88", "--bore-radius 1e-9": BORE}
+            ),
+        }
+        for suffix in (".stl", ".msh", ".step")
+    },
+    "pinion-tooth .inp": {
+        "--load 0": "--load must be a finite number above 0 N, got 0",
+        "--tolerance 1e-320": "--tolerance must be at least 1e-09 mm",
+        "--tolerance 1e-9": "nodes for 1 tooth, the limit is 5e+06",
+    },
+    "pair .inp": {
+        "--torque -5": "--torque must be a finite number above 0 N m, got -5: give its",
+        "--torque nan": "--torque must be a finite number above 0 N m, got nan: give its",
+        "--roll-deg nan": "--roll-deg must be a finite angle in deg, got nan",
+        "--roll-deg 40": "--roll-deg must be between 0.1924 and 20.6876 deg, where tooth pair 0 is",
+        "--offset-error 1 --rolls 7": "at most 6 because tooth pair 0 is in mesh over only 0.8484 pitches",
+        "--roll-deg 5 --rolls 3": "--roll-deg and --rolls exclude each other",
+        "--roll-deg 5 --teeth 1": "--teeth must be at least 3 to include all teeth that touch at this roll",
+        "--bore-radius 40 --gear-bore-radius 200": "--gear-bore-radius must be between 2.61438",
+        "--teeth 4": "--teeth must be an odd number from 1 to 29 for the pair, got 4",
+        "--across 0": "--across must be a finite number above 0, got 0",
+        "--teeth 31": "--teeth must be between 1 and 29, got 31",
+        "--bore-radius 88": f"{BORE}88",
+        "--tolerance 0": "--tolerance must be a finite number above 0 mm, got 0",
+        "--load 10": "--load is for pinion-tooth and gear-tooth as .inp, not for pair as .inp: omit it",
+        "--element C3D8": "--element is for pinion-tooth and gear-tooth as .inp",
+        "--placed": "--placed is for pinion, gear,",
+    },
+    **{
+        f"{part} {suffix}": {"": f"--out: a {part} cannot be written as {suffix}: give one of "}
+        for part, suffix in (("pair", ".msh"), ("gear-flank", ".bdf"), ("pinion", ".glb"))
+    },
+    "gear .inp": {"": "for hexahedra of all teeth, give --part gear-tooth --teeth 45\n"},
+    "pinion .xyz": {"": "Error: --out: .xyz is not a known format: give one of .inp, .msh"},
+    "pair ": {"": "a name without a suffix is not a known format"},
+}
+"""Expected line by part and format, and options."""
+
+
+@pytest.mark.parametrize(
+    ("part", "options", "words"),
+    [(part, options, words) for part, cases in MESH.items() for options, words in cases.items()],
+)
+def test_bad_input(part: str, options: str, words: str, tmp_path: Path) -> None:
+    name, suffix = part.split(" ")
+    assert words in refused("--part", name, *options.split(), "--out", tmp_path / f"a{suffix}")
+    assert not list(tmp_path.iterdir())
 
 
 def test_limits_of_the_bore_of_a_solid(tmp_path: Path) -> None:
@@ -57,17 +129,13 @@ def test_errors_of_the_layout_do_not_change_a_flank_alone(tmp_path: Path) -> Non
     ("old", "new", "line"),
     [
         ("profile_shift = 0.17", "profile_shift = -1.5", "Warning: the right flank is undercut "),
-        (
-            "tip_radius = 0.38",
-            "tip_radius = 0.7",
-            "Warning: tip_radius 0.7 is too large: the tool's tip rounds",
-        ),
+        ("tip_radius = 0.38", "tip_radius = 0.7", "Warning: tip_radius 0.7 is too large: the tool's tip"),
     ],
 )
 def test_undercut_flanks_cause_a_warning(
     tmp_path: Path, design_file: Callable[..., Path], old: str, new: str, line: str
 ) -> None:
-    result = run(design_file(old, new), "--part", "pinion-flank", *COARSE, "--out", tmp_path / "a.stl")
+    result = run(design_file({old: new}), "--part", "pinion-flank", *COARSE, "--out", tmp_path / "a.stl")
     assert result.exit_code == 0
     assert result.stderr.startswith(line)
     assert result.stderr.count("\n") == 1
@@ -86,48 +154,45 @@ def test_internal_errors_are_not_reported_as_bad_input(
 
 
 def test_a_design_without_a_tooth_is_rejected(tmp_path: Path, design_file: Callable[..., Path]) -> None:
-    design = design_file("profile_shift = 0.17", "profile_shift = -2.0")
+    design = design_file({"profile_shift = 0.17": "profile_shift = -2.0"})
     assert "and removed completely" in refused(design, "--part", "pinion", "--out", tmp_path / "a.stl")
     assert "cannot be read" in refused("none.toml", "--part", "pinion", "--out", tmp_path / "a.stl")
     assert list(tmp_path.iterdir()) == [design]
 
 
-@pytest.mark.parametrize("part", ["pair", "pinion-flank"])
-def test_missing_contact_is_one_line(tmp_path: Path, part: str) -> None:
-    options = ["--field", "separation"] if part.endswith("flank") else []
-    result = run("--part", part, *options, "--offset-error", "6", "--out", tmp_path / "a.vtu")
-    assert (result.exit_code, result.stdout) == (1, "")
-    assert result.stderr.startswith("Error: no contact: the path of contact does not meet the right flanks")
-    assert result.stderr.count("\n") == 1
-    assert not list(tmp_path.iterdir())
+LOST = "no contact: the path of contact does not meet the right flanks"
 
 
 @pytest.mark.parametrize(
-    ("errors", "line"),
+    ("options", "line"),
     [
+        ("--part pair --offset-error 6 --out a.vtu", LOST),
+        ("--part pinion-flank --field separation --offset-error 6 --out a.vtu", LOST),
+        ("--part pair --offset-error 6 --rolls 2 --out a.inp", LOST),
         (
-            "--offset-error 6",
-            "Error: no contact: the path of contact does not meet the right flanks: at mid-depth",
+            "--part pair --offset-error -0.5 --out a.inp",
+            "Jammed: the pair cannot be assembled: the flanks of",
         ),
-        ("--offset-error -0.5", "Error: Jammed: the pair cannot be assembled: the flanks of one side"),
     ],
 )
-def test_a_pair_that_cannot_be_in_contact(tmp_path: Path, errors: str, line: str) -> None:
-    result = run("--part", "pair", *errors.split(), "--rolls", "2", "--out", tmp_path / "a.inp")
+def test_a_result_that_does_not_exist_is_one_line(
+    options: str, line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = run(*options.split())
     assert (result.exit_code, result.stdout) == (1, "")
-    assert result.stderr.startswith(line)
+    assert result.stderr.startswith(f"Error: {line}")
     assert result.stderr.count("\n") == 1
     assert not list(tmp_path.iterdir())
 
 
-def test_unknown_first_contacts_are_one_line(tmp_path: Path, design_file: Callable[..., Path]) -> None:
-    design = design_file("addendum = 1.0", "addendum = 1.3")  # tips reach the bottom lands
+def test_unknown_first_contacts(tmp_path: Path, design_file: Callable[..., Path]) -> None:
+    design = design_file({"addendum = 1.0": "addendum = 1.3"})  # tips reach the bottom lands
     given = "--part", "pinion-flank", "--field", "pattern", "--tolerance", "0.2"
     result = run(design, *given, "--out", tmp_path / "a.vtu")
     assert (result.exit_code, result.stdout) == (1, "")
     line = result.stderr.splitlines()[-1]
     assert line.startswith("Error: no pattern: the first contact of the right flanks is not known")
-    assert "give" not in line
     assert list(tmp_path.iterdir()) == [design]
 
 

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
-import pytest
-
 from beveloid_geom.design.amounts import amounts_text, read_amounts
-from beveloid_geom.design.file import builtin_text
-from tests.cli.running import refused, run
+from tests.cli.running import run
 
 TABLES = """
 [pinion.modification]
@@ -25,33 +23,14 @@ OPTIONS = (
 )
 
 
-def test_options_replace_the_tables_of_a_file(tmp_path: Path) -> None:
-    file = tmp_path / "pair.toml"
-    file.write_text(builtin_text() + TABLES, encoding="utf-8")
+def test_options_replace_the_tables_of_a_file(design_file: Callable[..., Path]) -> None:
+    file = design_file(more=TABLES)
     sliding = "sliding", "--csv", "--points", "2"
     expected = run(*sliding, file)
     assert expected.exit_code == 0
     assert run(*sliding, *OPTIONS).stdout == expected.stdout
     none = run(*sliding, file, "--pinion-modification", "none", "--gear-modification", "none").stdout
     assert none == run(*sliding).stdout != expected.stdout
-
-
-@pytest.mark.parametrize(
-    ("amounts", "message"),
-    [
-        ("", "cannot be read at ''"),
-        ("helix_crowning", "cannot be read at 'helix_crowning'"),
-        ("twist=1, twist_um=2", "has twist_um twice"),
-        ("twist=1e6", "twist_um must be between -100000 and 100000 um, got 1000000.0"),
-        ("right.twist=5um", "right.twist_um must be a number, got '5um': give it in um without a unit, 5"),
-        ("helix_crownin=5", "helix_crownin is unknown: did you mean helix_crowning_um?"),
-        ("tip_relief=5", "tip_relief_um needs tip_relief_length_mm"),
-        ("both.twist=5", "both is unknown: tables for one flank are right and left"),
-    ],
-)
-def test_refusals(amounts: str, message: str) -> None:
-    line = refused("check", "--gear-modification", amounts)
-    assert line.startswith(f"Error: --gear-modification {message}")
 
 
 def test_amounts_as_text() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-import json
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +12,8 @@ import pytest
 
 from beveloid_geom import Load, builtin_design, path_of_contact, path_pressure
 from beveloid_geom.contact.parallel.lines import contact_lines
-from beveloid_geom.design.file import builtin_text
 
-from .running import refused, run
+from .running import csv_of, json_of, refused, run, words_of
 
 NAME = "anti-backlash"
 PARABOLA = ("--parabola-pinion", "-0.002", "--parabola-gear", "-0.001")
@@ -48,11 +47,8 @@ def test_check_has_no_warnings() -> None:
 
 
 @pytest.mark.parametrize("error", ["0.0", "0.01"])
-def test_check_prints_that_generators_are_parallel(error: str, tmp_path: Path) -> None:
-    path, (layout, errors) = tmp_path / "pair.toml", builtin_text(NAME).split("[errors]")
-    tilted = errors.replace("shaft_angle_deg = 0.0", f"shaft_angle_deg = {error}")
-    path.write_text(f"{layout}[errors]{tilted}")
-    found = run("check", path).stdout
+def test_check_prints_that_generators_are_parallel(error: str) -> None:
+    found = run("check", NAME, "--shaft-angle-error-deg", error).stdout
     assert "crossing angle     0: the generators of the flanks are parallel" in found
     assert "nan" not in found
 
@@ -62,21 +58,21 @@ def test_load_on_lines_of_contact() -> None:
     arguments = "tca", NAME, "--points", "3", "--torque", "100"
     design = builtin_design(NAME)
     found = path_pressure(path_of_contact(design, "right", 3), Load(torque_nm=100.0))
-    text = " ".join(run(*arguments).stdout.split())
+    text = words_of(*arguments)
     assert "the load is distributed evenly over all lines in contact" in text
     assert f"to {found.pressure.max():.2f} MPa along the path, all lines of contact together under" in text
-    data = json.loads(run(*arguments, "--json").stdout)["hertz"]
+    data = json_of(*arguments)["hertz"]
     np.testing.assert_array_equal(data["pressure"], found.pressure)
     np.testing.assert_array_equal(data["total_length"], found.total_length)
     assert set(data["ellipse"]) == {"line_contact"}
-    rows = list(csv.DictReader(io.StringIO(run(*arguments, "--csv").stdout)))
+    rows = csv_of(*arguments)
     assert [float(row["pressure_MPa"]) for row in rows] == found.pressure.tolist()
 
 
 def test_flanks_limit_the_backlash() -> None:
     """The ends of a line of contact are not reported as edges."""
     assert "flanks touch at" not in run("tca", NAME, "--points", "3").stdout
-    data = json.loads(run("check", NAME, "--json").stdout)["mounted_backlash"]
+    data = json_of("check", NAME)["mounted_backlash"]
     assert data["right"]["edges"] == data["left"]["edges"] == []
 
 
@@ -96,7 +92,7 @@ def test_no_derivative_where_both_signs_of_an_error_have_the_same_effect(errors_
     """With one parabola the path runs along the face at a transmission error of 0. Shaft-angle errors of
     +-1e-5 deg increase the transmission error by 0.01003 arcsec and change the backlash by -1.77e-6 mm."""
     given = ("sensitivity", NAME, "--parabola-pinion", "-0.001", "--errors-at", errors_at)
-    text, data = run(*given).stdout, json.loads(run(*given, "--json").stdout)
+    text, data = run(*given).stdout, json_of(*given)
     for key in ("peak_to_peak_by", "mounted_backlash_by"):
         assert data[key][1] is None
         assert None not in (data[key][0], *data[key][-2:])
@@ -110,33 +106,26 @@ def test_lines_in_text_json_and_csv() -> None:
     design = builtin_design(NAME)
     lines = contact_lines(path_of_contact(design, "left", 5))
     arguments = "tca", NAME, "--flank", "left", "--points", "5"
-    text = " ".join(run(*arguments).stdout.split())
+    text = words_of(*arguments)
     assert f"transverse {float(lines.transverse_ratio):.6f} at mid-face" in text
     assert f"total {float(lines.total_ratio):.6f}" in text
-    data = json.loads(run(*arguments, "--json").stdout)["contact_lines"]
+    data = json_of(*arguments)["contact_lines"]
     np.testing.assert_array_equal(data["length"], lines.length)
     np.testing.assert_array_equal(data["point"], lines.point)
     assert data["overlap_ratio"] == float(lines.overlap_ratio)
     limits = {limit for row in data["limit"] for limit in row}
     assert limits <= {"gear_toe", "gear_heel", "gear_tip", "pinion_tip"}
-    rows = list(csv.DictReader(io.StringIO(run(*arguments, "--csv").stdout)))
+    rows = csv_of(*arguments)
     assert [float(row["line_length_mm"]) for row in rows] == lines.length.tolist()
     assert [row["line_first_limit"] for row in rows] == [row[0] for row in data["limit"]]
-    assert "contact_lines" not in json.loads(run("tca", NAME, *PARABOLA, "--points", "5", "--json").stdout)
+    assert "contact_lines" not in json_of("tca", NAME, *PARABOLA, "--points", "5")
 
 
 def test_operation_of_line_contact() -> None:
-    data = json.loads(run("operation", NAME, "--points", "3", "--json").stdout)
+    data = json_of("operation", NAME, "--points", "3")
     assert set(data["positions"]["carried_by"]) == {"a line"}
     assert data["edge_share"] == 0.0
     assert data["operating_contact_ratio"] == data["contact_ratio"]
-
-
-def test_meshes_are_written(tmp_path: Path) -> None:
-    out = tmp_path / "pair.vtu"
-    result = run("mesh", NAME, "--part", "pair", "--out", out, "--tolerance", "0.2")
-    assert result.exit_code == 0, result.output
-    assert out.stat().st_size > 1000
 
 
 @pytest.mark.parametrize("part", ["pinion-tooth", "gear-tooth"])
@@ -167,8 +156,7 @@ def test_commands_that_need_point_contact(arguments: tuple[str, ...], words: str
     assert words in refused(command, NAME, *rest)
 
 
-def test_equal_hands(tmp_path: Path) -> None:
-    path = tmp_path / "pair.toml"
-    path.write_text(builtin_text(NAME).replace("helix_angle_deg = 0.0", "helix_angle_deg = 10.0"))
-    message = "helix_angle_deg must be -10.0 deg, opposite to that of [pinion], got 10.0: on parallel axes"
+def test_hands_that_are_not_opposite(design_file: Callable[..., Path]) -> None:
+    path = design_file({"helix_angle_deg = 0.0": "helix_angle_deg = 10.0"}, name=NAME)
+    message = "helix_angle_deg must be -10.0 deg, opposite to that of [pinion], got 0.0: on parallel axes"
     assert message in refused("check", path)

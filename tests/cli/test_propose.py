@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import csv
-import io
+from collections.abc import Callable
 from math import degrees, radians
 from pathlib import Path
 
 import pytest
 
 from beveloid_geom import builtin_design, contact_ratio, read_design
-from beveloid_geom.design.file import builtin_text, parse_design
+from beveloid_geom.design.file import parse_design
 from beveloid_geom.pair.generator_angle import generator_angle_as_mounted
 from beveloid_geom.proposal.propose import propose
-from tests.cli.running import refused, run, strict_json
+from tests.cli.running import csv_of, json_of, refused, run, strict_json, words_of
 from tests.proposal.test_closure_equations import TABLE1
 
 REQUEST = (
@@ -36,7 +35,7 @@ def test_written_file_is_accepted_by_tca(tmp_path: Path) -> None:
 
 
 def test_json_has_the_library_values() -> None:
-    data = strict_json(run(*REQUEST, "--json").stdout)
+    data = json_of(*REQUEST)
     first = propose(TABLE1)[0]
     entry = data["designs"][0]
     assert entry["pinion_cone_angle"] == pytest.approx(float(first.design.pinion.cone_angle), abs=1e-5)
@@ -49,27 +48,20 @@ def test_json_has_the_library_values() -> None:
     for side, flank in (("drive", "right"), ("coast", "left")):
         angle = float(generator_angle_as_mounted(written, flank))
         assert entry[f"{side}_crossing_angle"] == pytest.approx(angle, abs=1e-12)
-        assert entry[f"{side}_contact_ratio"] == pytest.approx(
-            float(contact_ratio(written, flank)), abs=1e-12
-        )
+        ratio = float(contact_ratio(written, flank))
+        assert entry[f"{side}_contact_ratio"] == pytest.approx(ratio, abs=1e-12)
     assert float(written.gear.cone_angle) == pytest.approx(entry["gear_cone_angle"], abs=1e-15)
     assert data["command"].startswith("beveloid-geom propose --module 6 --teeth 29 45")
 
 
 def test_csv_and_text(tmp_path: Path) -> None:
-    data = strict_json(run(*REQUEST, "--json").stdout)
-    rows = list(csv.DictReader(io.StringIO(run(*REQUEST, "--csv").stdout)))
+    data = json_of(*REQUEST)
+    rows = csv_of(*REQUEST)
     assert len(rows) == len(data["designs"])
     assert float(rows[0]["gear_helix_angle_rad"]) == data["designs"][0]["gear_helix_angle"]
     text = run(*REQUEST).stdout
     assert max(map(len, text.splitlines())) <= 100
-    for words in (
-        "gear cone angle, deg",
-        "0.8974",
-        "drive crossing angle, deg",
-        "2.2957",
-        "the largest reserve",
-    ):
+    for words in ("gear cone angle, deg", "0.8974", "drive crossing angle, deg", "the largest reserve"):
         assert words in text
 
 
@@ -95,7 +87,7 @@ def test_default_is_least_cones() -> None:
     """Without given cone angles, the first proposal has the smallest cones, and no steep helix angle."""
     for shaft in ("0", "20", "60"):
         request = ("propose", "--module", "4", "--teeth", "25", "31", "--shaft-angle-deg", shaft)
-        data = strict_json(run(*request, "--json").stdout)
+        data = json_of(*request)
         assert data["command"].endswith("--least-cones")
         first = data["designs"][0]
         assert max(abs(first["pinion_cone_angle"]), abs(first["gear_cone_angle"])) < radians(0.01)
@@ -105,20 +97,16 @@ def test_default_is_least_cones() -> None:
 
 def test_steep_helix_angles_come_last_on_parallel_axes() -> None:
     request = ("propose", "--module", "2", "--teeth", "20", "50", "--shaft-angle-deg", "0")
-    designs = strict_json(run(*request, "--cones-deg", "5", "-5", "--json").stdout)["designs"]
+    designs = json_of(*request, "--cones-deg", "5", "-5")["designs"]
     assert all(abs(degrees(one["pinion_helix_angle"])) < 31.0 for one in designs)
 
 
 def test_file_is_not_replaced_without_overwrite(tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     result = run(*REQUEST, "--out", path)
-    assert result.stdout.startswith(
-        f"{path}: proposal 1 of 1, module 6 mm, teeth 29/45, helix 25/-10.56 deg, "
-    )
+    assert result.stdout.startswith(f"{path}: proposal 1 of 1, module 6 mm, teeth 29/45, helix 25/-10.56 deg")
     written = path.read_text(encoding="utf-8")
-    assert refused(*REQUEST, "--out", path).endswith(
-        "exists already: add --overwrite, or choose another --out\n"
-    )
+    assert "exists already: add --overwrite, or choose another --out" in refused(*REQUEST, "--out", path)
     assert path.read_text(encoding="utf-8") == written
     again = run(*REQUEST, "--json", "--out", path, "--overwrite")
     assert again.exit_code == 0
@@ -128,8 +116,7 @@ def test_file_is_not_replaced_without_overwrite(tmp_path: Path) -> None:
 
 def test_tips_that_are_nowhere_in_mesh_have_a_negative_reserve() -> None:
     """At 90 deg, points of the tip edges are in mesh at no roll: the reserve is negative."""
-    result = run("propose", "--module", "3", "--teeth", "13", "44", "--shaft-angle-deg", "90")
-    text = " ".join(result.stdout.split())
+    text = words_of("propose", "--module", "3", "--teeth", "13", "44", "--shaft-angle-deg", "90")
     assert "pair 1: the tips have points that are nowhere in mesh with the mate" in text
     assert "reserve negative" in text
     assert "inf" not in text
@@ -142,7 +129,7 @@ def test_weakest_criterion(tmp_path: Path) -> None:
         *("propose", "--module", "8", "--teeth", "24", "27", "--face-widths", "70.3173", "70.3173"),
         *("--shaft-angle-deg", "16.5152", "--offset", "0", "--backlash", "0.229664", "--least-cones"),
     )
-    data, text = strict_json(run(*request, "--json").stdout), " ".join(run(*request).stdout.split())
+    data, text = json_of(*request), words_of(*request)
     first = data["designs"][0]
     assert first["weakest"] == "depth of tips"
     assert first["reserve"] < 0.0
@@ -151,36 +138,32 @@ def test_weakest_criterion(tmp_path: Path) -> None:
     assert f"pair 1: the tips reach {depth:.3g} mm below the mate's active flank (form diameter)" in text
     path = tmp_path / "mine.toml"
     run(*request, "--out", path)
-    notes = strict_json(run("check", path, "--json").stdout)["notes"]
+    notes = json_of("check", path)["notes"]
     assert any("form diameter" in note for note in notes)
 
 
-def test_check_prints_advice_first_and_a_proposal(tmp_path: Path) -> None:
-    path = tmp_path / "astray.toml"
-    path.write_text(
-        builtin_text().replace("shaft_angle_deg = 15.0", "shaft_angle_deg = 14.0"), encoding="utf-8"
-    )
+def test_check_prints_advice_first_and_a_proposal(tmp_path: Path, design_file: Callable[..., Path]) -> None:
+    path = design_file({"shaft_angle_deg = 15.0": "shaft_angle_deg = 14.0"})
     text = run("check", path).stdout
     lines = text.splitlines()
     assert lines[1].startswith("  advice ")
     assert text.index("propose a pair") < text.index("  layout") < text.index("  error")
     typed = text[text.index("beveloid-geom propose") : text.index("\n  layout")]
     command = typed.replace(" \\\n", " ").split()[1:]
-    assert command == strict_json(run("check", path, "--json").stdout)["proposal"].split()[1:]
+    assert command == json_of("check", path)["proposal"].split()[1:]
     offered = run(*command, "--out", tmp_path / "mine.toml")
     assert (offered.exit_code, offered.stderr) == (0, "")
     assert "No warnings.\n" in run("check", tmp_path / "mine.toml").stdout
 
 
 def test_check_prints_the_angle_between_generators() -> None:
-    result = run("check")
-    words = "crossing angle between the generators of the flanks: 2.2957 deg (right), 9.3266 deg (left)"
-    assert words in " ".join(result.stdout.split())
-    assert "propose" not in result.stdout
-    data = strict_json(run("check", "--json").stdout)
-    assert {flank: degrees(angle) for flank, angle in data["crossing"].items()} == pytest.approx(
-        {"right": 2.2957, "left": 9.3266}, abs=5e-5
+    words, data = words_of("check"), json_of("check")
+    assert (
+        "crossing angle between the generators of the flanks: 2.2957 deg (right), 9.3266 deg (left)" in words
     )
+    assert "propose" not in words
+    found = {flank: degrees(angle) for flank, angle in data["crossing"].items()}
+    assert found == pytest.approx({"right": 2.2957, "left": 9.3266}, abs=5e-5)
     assert data["proposal"] is None
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from unittest.mock import Mock
 
+import meshio
 import numpy as np
 import pytest
 
@@ -52,26 +54,18 @@ def test_frames_at_a_roll_are_those_of_the_first_contact(roll: float) -> None:
 def test_mesh_writes_the_pair_at_a_roll(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, suffix: str) -> None:
     """`mesh --part pair` writes different files for different values of --roll-deg; in .step files the pinion
     turns by their difference."""
-    asked = []
-
-    def step(
-        design: object, path: Path, frames: tuple[tuple[np.ndarray, np.ndarray], ...], _: object
-    ) -> None:
-        asked.append(frames[0][0])
-        path.write_text("")
-
-    monkeypatch.setattr("beveloid_geom.export.step.write_step_pair", step)
+    write = Mock(side_effect=lambda _, path, *__: path.write_text(""))
+    monkeypatch.setattr("beveloid_geom.export.step.write_step_pair", write)
     files = []
     for k, roll in enumerate(("3", "9")):
         path = tmp_path / f"{k}{suffix}"
-        result = running.run(
-            "mesh", "--part", "pair", "--roll-deg", roll, "--out", path,
-            *(["--tolerance", "0.2"] if suffix != ".step" else []),
-        )  # fmt: skip
+        coarse = ["--tolerance", "0.2"] if suffix != ".step" else []
+        result = running.run("mesh", "--part", "pair", "--roll-deg", roll, "--out", path, *coarse)
         assert (result.exit_code, result.stderr) == (0, "")
         files.append(path.read_bytes())
     if suffix == ".step":
-        relative = asked[0].T @ asked[1]
+        one, other = (call.args[2][0][0] for call in write.call_args_list)
+        relative = one.T @ other
         assert np.degrees(np.arctan2(relative[1, 0], relative[0, 0])) == pytest.approx(6.0)
     else:
         assert files[0] != files[1]
@@ -79,15 +73,12 @@ def test_mesh_writes_the_pair_at_a_roll(tmp_path: Path, monkeypatch: pytest.Monk
 
 def test_stl_far_from_the_origin_has_an_origin_near_the_gears(tmp_path: Path) -> None:
     """The triangles are as exact as those of a .ply file in double precision, except for the origin."""
-    import meshio
-
     (tmp_path / "far.toml").write_text(FAR)
     points = {}
     for suffix in (".stl", ".ply"):
         path = tmp_path / f"pair{suffix}"
-        result = running.run(
-            "mesh", tmp_path / "far.toml", "--part", "pair", "--tolerance", "0.01", "--out", path
-        )
+        given = tmp_path / "far.toml", "--part", "pair", "--tolerance", "0.01"
+        result = running.run("mesh", *given, "--out", path)
         assert (result.exit_code, result.stderr) == (0, "")
         assert ("; origin at (0, 1, 8851) mm in S_f" in result.stdout) == (suffix == ".stl")
         read = meshio.read(path)

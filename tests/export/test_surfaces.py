@@ -62,9 +62,7 @@ def test_meshio_reads_surfaces(tmp_path: Path, suffix: str) -> None:
     if suffix != ".stl":
         np.testing.assert_array_equal(faces, surface.faces)
         data = meshio.read(path).point_data
-        read = (
-            data["obj:vn"] if suffix == ".obj" else np.stack([data[name] for name in ("nx", "ny", "nz")], -1)
-        )
+        read = data["obj:vn"] if suffix == ".obj" else np.stack([data[f"n{axis}"] for axis in "xyz"], -1)
         np.testing.assert_allclose(read, surface.point_fields["normals"], rtol=0, atol=1e-7)
 
 
@@ -111,29 +109,17 @@ def test_every_format_holds_the_same_tooth(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"tooth{suffix}"
     write_surface(tooth(suffix), path)
     points, faces = triangles(path)
-    one = trimesh.Trimesh(*triangles(path), process=False)
+    one = trimesh.Trimesh(points, faces, process=False)
     closed = tooth(".stl")
     reference = trimesh.Trimesh(closed.points, closed.faces, process=False)
     assert len(points) == len(tooth(suffix).points) or suffix == ".stl"
     assert len(faces) == len(closed.faces)
     assert one.volume == pytest.approx(reference.volume, rel=1e-7)
     assert one.area == pytest.approx(reference.area, rel=1e-7)
-
-
-@pytest.mark.parametrize("suffix", [".ply", ".obj", ".3mf"])
-def test_files_without_fields_are_closed(tmp_path: Path, suffix: str) -> None:
-    path = tmp_path / f"tooth{suffix}"
-    write_surface(tooth(suffix), path)
-    _, faces = triangles(path)
-    edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    _, counts = np.unique(edges, axis=0, return_counts=True)
-    assert set(counts) == {2}
+    assert one.is_watertight == (suffix in (".stl", ".ply", ".obj", ".3mf"))  # files without fields
 
 
 def test_parts_are_numbered() -> None:
-    for suffix in (".stl", ".vtp"):
-        surface = tooth(suffix)
-        assert surface.cell_fields["part"].shape == (len(surface.faces),)
     mesh = tooth(".vtp")
     normals = mesh.point_fields["normals"][mesh.faces[mesh.cell_fields["part"] == 6]]
     np.testing.assert_array_equal(normals, np.broadcast_to((0.0, 0.0, -1.0), normals.shape))  # the toe
@@ -207,13 +193,6 @@ def test_pose_puts_both_flanks_at_the_contact(flank: str, name: str) -> None:
     np.testing.assert_allclose(normals[0], path.normal[2], rtol=0, atol=1e-9)
 
 
-def test_a_position_without_contact_is_rejected() -> None:
-    with pytest.raises(ValueError, match="right flanks have no path of contact"):
-        meshing_pair(table1((0.0, 0.0), Errors(offset=6.0)))
-    with pytest.raises(ValueError, match="design must be a single design"):
-        meshing_pair(table1((0.0, 0.0), Errors(offset=np.zeros(3))))
-
-
 @pytest.mark.parametrize("suffix", [".stl", ".vtu"])
 def test_pair_touches_at_the_contact(tmp_path: Path, suffix: str) -> None:
     """The triangles of both gears are within the tolerance of the contact point."""
@@ -238,9 +217,8 @@ def test_moving_a_surface_turns_its_normals() -> None:
     pose, surface = meshing_pair(table1()), flank_surface()
     moved = in_fixed(surface, pose.frames[1])
     back = np.linalg.inv(pose.frames[1][0])
-    np.testing.assert_allclose(
-        moved.point_fields["normals"] @ back.T, surface.point_fields["normals"], rtol=0, atol=1e-14
-    )
+    normals = moved.point_fields["normals"] @ back.T
+    np.testing.assert_allclose(normals, surface.point_fields["normals"], rtol=0, atol=1e-14)
     np.testing.assert_array_equal(moved.point_fields["x_mm"], surface.point_fields["x_mm"])
     two = joined_surfaces([surface, SurfaceMesh(moved.points, moved.faces, {"normals": moved.points}, {})])
     assert set(two.point_fields) == {"normals"}
@@ -294,9 +272,8 @@ def test_pattern_and_separation_in_one_file(tmp_path: Path) -> None:
     """A file can have both fields. Without transmission error, the smallest separation does not exceed that
     in the middle of the path."""
     design = table1()
-    surface = parts.flank_part(
-        design, 0, "left", 1e-3, meshing_pair(design, "left"), ["pattern", "separation"]
-    )
+    pose = meshing_pair(design, "left")
+    surface = parts.flank_part(design, 0, "left", 1e-3, pose, ["pattern", "separation"])
     write_surface(surface, tmp_path / "a.vtu")
     data = pv.read(tmp_path / "a.vtu").point_data
     least, middle = (np.asarray(data[name]) for name in ("pattern", "separation"))
@@ -304,15 +281,6 @@ def test_pattern_and_separation_in_one_file(tmp_path: Path) -> None:
     near = middle < 0.02
     assert near.sum() > 10
     assert (least - middle)[near].max() < 2e-5
-
-
-# Refusals
-
-
-@pytest.mark.parametrize("suffix", [".inp", "", ".stlx"])
-def test_unknown_suffix(tmp_path: Path, suffix: str) -> None:
-    with pytest.raises(ValueError, match=re.escape(f"{suffix!r} is not a known format: give one of .stl")):
-        write_surface(flank_surface(), tmp_path / f"a{suffix}")
 
 
 def test_estimate_of_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:

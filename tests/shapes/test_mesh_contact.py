@@ -3,10 +3,11 @@ and errors without refinement."""
 
 from __future__ import annotations
 
-from typing import TypedDict
+from typing import Any, TypedDict
 
 import numpy as np
 import pytest
+import trimesh
 
 from beveloid_geom import ContactPath, Design, Errors, Status, path_of_contact
 from beveloid_geom.arrays import FloatArray
@@ -22,20 +23,15 @@ from beveloid_geom.shapes.proximity.mesh_separation import mesh_separation
 from beveloid_geom.shapes.sheet import Faces
 from tests.oracle.table1 import table1
 
+closest_point: Any = trimesh.triangles.closest_point
+
 
 def on_triangle(points: FloatArray, a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
     """Return squared distances (n, m) of points (n, 3) from triangles with corners (m, 3) or (n, m, 3)."""
-    p = points[:, None]
-    normal = np.cross(b - a, c - a)
-    height = dots(p - a, normal) ** 2 / dots(normal, normal)
-    inside = np.ones(height.shape, dtype=bool)
-    edges = []
-    for start, stop in ((a, b), (b, c), (c, a)):
-        side = stop - start
-        inside &= dots(p - start, np.cross(normal, side)) >= 0.0
-        share = np.clip(dots(p - start, side) / dots(side, side), 0.0, 1.0)
-        edges.append(((p - start - share[..., None] * side) ** 2).sum(axis=-1))
-    return np.asarray(np.where(inside, height, np.min(edges, axis=0)))
+    corners = np.stack(np.broadcast_arrays(points[:, None], a, b, c), axis=2)
+    flat = corners.reshape(-1, 4, 3)
+    closest = closest_point(flat[:, 1:], flat[:, 0])
+    return np.asarray(((flat[:, 0] - closest) ** 2).sum(axis=-1).reshape(corners.shape[:2]))
 
 
 def dots(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -19,6 +19,7 @@ from beveloid_geom.shapes.tooth_boundary import cut_sheets
 from tests.members import MEMBERS, PINION, SPUR
 
 all_members = pytest.mark.parametrize("member", MEMBERS.values(), ids=MEMBERS)
+Outline = dict[str, FloatArray]
 CELLS = {"least": (1, 2, 1, 1), "coarse": (1, 4, 6, 4), "fine": (5, 14, 30, 12)}
 
 angles: Any = trimesh.triangles.angles
@@ -26,7 +27,7 @@ angles: Any = trimesh.triangles.angles
 
 def outline_of(
     member: Member, bottom: int = 2, fillet: int = 5, flank: int = 8, tip: int = 5, nz: int = 5
-) -> dict[str, FloatArray]:
+) -> Outline:
     cells = {"bottom": bottom, "fillet": fillet, "flank": flank, "tip": tip}
     z = 0.5 * float(member.face_width) * np.linspace(-1.0, 1.0, nz)
     curves = {}
@@ -36,7 +37,7 @@ def outline_of(
     return curves
 
 
-def least_root(outline: dict[str, FloatArray]) -> float:
+def least_root(outline: Outline) -> float:
     return float(np.hypot(*outline["left bottom"][0, :, :2].T).min())
 
 
@@ -53,12 +54,12 @@ def edges_of(quads: Indices) -> Indices:
 
 
 @pytest.fixture(scope="module")
-def pinion() -> tuple[dict[str, FloatArray], Section]:
+def pinion() -> tuple[Outline, Section]:
     outline = outline_of(PINION)
     return outline, section_of(outline, 45.0)
 
 
-def test_the_outline_is_kept(pinion: tuple[dict[str, FloatArray], Section]) -> None:
+def test_the_outline_is_kept(pinion: tuple[Outline, Section]) -> None:
     outline, section = pinion
     for number, name in enumerate(OUTLINE):
         kept = section.points[section.boundary[name]]
@@ -68,7 +69,7 @@ def test_the_outline_is_kept(pinion: tuple[dict[str, FloatArray], Section]) -> N
     assert (section.points[..., 2] == outline["tip"][0, :, 2]).all()
 
 
-def test_bore_and_sides(pinion: tuple[dict[str, FloatArray], Section]) -> None:
+def test_bore_and_sides(pinion: tuple[Outline, Section]) -> None:
     section = pinion[1]
     first, last, bore = (section.boundary[name] for name in ("first side", "last side", "bore"))
     radius = np.hypot(*np.moveaxis(section.points[bore], -1, 0)[:2])
@@ -117,15 +118,11 @@ def test_cells_are_well_shaped(member: Member, cells: tuple[int, int, int, int])
         for station in (0, -1):
             points, (a, b, c, d) = section.points[:, station], section.quads.T
             cuts = [((a, b, c), (a, c, d)), ((a, b, d), (b, c, d))]
-            best = [
-                np.min([angles(points[np.stack(t, -1)]).min(axis=1) for t in cut], axis=0) for cut in cuts
-            ]
+            best = [np.min([angles(points[np.stack(t, -1)]).min(1) for t in cut], axis=0) for cut in cuts]
             assert np.max(best, axis=0).min() > radians(1.0)
 
 
-def test_inner_nodes_have_four_cells_and_two_nodes_of_the_outline_three(
-    pinion: tuple[dict[str, FloatArray], Section],
-) -> None:
+def test_two_nodes_of_the_outline_have_three_cells(pinion: tuple[Outline, Section]) -> None:
     section = pinion[1]
     cells = np.bincount(section.quads.ravel())
     edge = np.unique(np.concatenate(list(section.boundary.values())))
@@ -188,13 +185,8 @@ def test_lattice_coordinates_are_harmonic_in_the_tooth() -> None:
     assert np.abs(found - xi).max() < 5e-4
 
 
-def test_all_sections_of_a_spur_gear_are_equal() -> None:
-    section = section_of(outline_of(SPUR), 45.0)
-    assert np.ptp(section.points[..., :2], axis=1).max() < 1e-11
-
-
-def test_sections_of_a_helical_gear_are_rotated() -> None:
-    member = replace(PINION, cone_angle=0.0)
+@pytest.mark.parametrize("member", [SPUR, replace(PINION, cone_angle=0.0)], ids=["spur", "helical"])
+def test_sections_of_a_cylindrical_gear_are_rotated(member: Member) -> None:
     section = section_of(outline_of(member, nz=4), 45.0)
     x = section.points[..., :2] @ (1.0, 1.0j)
     lead = np.tan(member.helix_angle) * 2.0 * np.cos(member.helix_angle) / (6.0 * 29.0)
@@ -202,7 +194,7 @@ def test_sections_of_a_helical_gear_are_rotated() -> None:
     assert np.abs(turned - turned[:, :1]).max() < 1e-4
 
 
-def test_a_rotated_outline_gives_a_rotated_section(pinion: tuple[dict[str, FloatArray], Section]) -> None:
+def test_a_rotated_outline_gives_a_rotated_section(pinion: tuple[Outline, Section]) -> None:
     outline, section = pinion
     cos, sin = np.cos(2.0), np.sin(2.0)
     matrix = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
@@ -210,9 +202,7 @@ def test_a_rotated_outline_gives_a_rotated_section(pinion: tuple[dict[str, Float
     np.testing.assert_allclose(other.points, section.points @ matrix, rtol=0.0, atol=1e-9)
 
 
-def test_a_mirrored_outline_gives_a_mirrored_section(
-    pinion: tuple[dict[str, FloatArray], Section],
-) -> None:
+def test_a_mirrored_outline_gives_a_mirrored_section(pinion: tuple[Outline, Section]) -> None:
     outline, section = pinion
     mirror = np.array([1.0, -1.0, 1.0])
     swapped = [outline[name][::-1] * mirror for name in reversed(OUTLINE)]
@@ -263,14 +253,7 @@ def test_rows_of_the_body_obey_growth_and_aspect() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (
-            {"left flank": slice(0, -1)},
-            r"'left flank' and 'right flank' must have equal numbers of points, got",
-        ),
-        (
-            {"left fillet": slice(0, None, 5), "right fillet": slice(0, None, 5)},
-            "a fillet must have at least 2 cells, got 1",
-        ),
+        ({"left flank": slice(0, -1)}, "'left flank' and 'right flank' must have equal numbers of points"),
         ({"left fillet": slice(1, None), "right fillet": slice(1, None)}, "'left bottom' must end where"),
     ],
 )
@@ -289,14 +272,7 @@ def test_a_bore_outside_its_limits_is_rejected(bore: float) -> None:
 
 def test_an_outline_that_intersects_itself_is_rejected() -> None:
     outline = outline_of(SPUR)
-    swapped = outline | {
-        "left flank": outline["left flank"].copy(),
-        "right flank": outline["right flank"].copy(),
-    }
-    middle = len(outline["left flank"]) // 2
-    swapped["left flank"][middle], swapped["right flank"][middle] = (
-        outline["right flank"][middle],
-        outline["left flank"][middle],
-    )
+    flanks = np.stack((outline["left flank"], outline["right flank"]))
+    flanks[:, 4] = flanks[::-1, 4]  # the middles of both flanks exchanged
     with pytest.raises(ValueError, match="cannot be filled with cells"):
-        section_of(swapped, 45.0)
+        section_of(outline | {"left flank": flanks[0], "right flank": flanks[1]}, 45.0)

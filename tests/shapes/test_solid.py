@@ -1,5 +1,4 @@
-"""Closed solids: topology, shape and number of triangles, distance from the exact surfaces, volume, and a
-pair of solids in mesh."""
+"""Closed solids: topology, shape and number of triangles, distance from the exact surfaces, volume."""
 
 from __future__ import annotations
 
@@ -14,20 +13,16 @@ from scipy.optimize import brentq
 
 from beveloid_geom import Member, gear_solid
 from beveloid_geom.arrays import FloatArray, Indices
-from beveloid_geom.contact.mesh_position import MeshingPair, meshing_pair
 from beveloid_geom.gear.fillet import root_radius
 from beveloid_geom.gear.flank import tip_thickness
 from beveloid_geom.gear.flank_limits import tip_radius
-from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.section import SIDES
 from beveloid_geom.shapes.solid import NAMES, Solid, rotated_copies
 from beveloid_geom.shapes.tooth_boundary import cut_sheets, outline_grids
 from tests.members import GEAR, OTHERS as MEMBERS, PINION, SPUR
 from tests.oracle.surface_distance import distance_bound, inside_triangles
-from tests.oracle.table1 import table1
 from tests.oracle.tooth_volume import exact_volume
 
-proximity: Any = trimesh.proximity
 angles: Any = trimesh.triangles.angles
 
 all_members = pytest.mark.parametrize("member", MEMBERS.values(), ids=MEMBERS)
@@ -83,9 +78,7 @@ def test_complete_gears_are_closed(name: str) -> None:
 
 
 FINE = ("pinion", "convex", "spur", "spur cone", "steep", "steep helix", "few teeth")
-SLIVER_CASES = [(name, tolerance) for name in MEMBERS for tolerance in (0.1, 0.01)] + [
-    (name, 0.001) for name in FINE
-]
+SLIVER_CASES = [(name, tolerance) for name in MEMBERS for tolerance in (0.1, 0.01)]
 
 
 @pytest.mark.slow
@@ -193,51 +186,6 @@ def test_volume_is_that_of_the_exact_surfaces(name: str) -> None:
     assert errors[1] < 0.3 * errors[0]
 
 
-DESIGN = table1()
-
-
-def posed(pose: MeshingPair, push: float = 0.0) -> list[trimesh.Trimesh]:
-    """Return three teeth of both members at 0.01 mm around the contact. The gear is rotated until its flank
-    is `push` (mm along the normal) closer to that of the pinion."""
-    found = []
-    for j, (member, (rotation, origin)) in enumerate(zip(DESIGN.members, pose.frames, strict=True)):
-        solid = gear_solid(member, 0.01, 3)
-        arm = np.cross((0.0, 0.0, 1.0), pose.point[1]) @ pose.normal[1]
-        turn = -2.0 * pi / float(member.teeth) + (push / float(arm) if j == 1 else 0.0)
-        points = to_fixed((rotation, origin), rotated_copies(solid.points, np.array([turn]))[0])
-        found.append(trimesh.Trimesh(points, solid.faces, process=False))
-    return found
-
-
-def overlap(
-    one: trimesh.Trimesh, other: trimesh.Trimesh, about: FloatArray, reach: float, order: int
-) -> float:
-    """Return the largest depth (mm) of points on the triangles of `one` inside `other`, negative for a gap.
-    Only triangles with a corner within `reach` (mm) of a point are used."""
-    near = np.linalg.norm(one.triangles - about, axis=2).min(axis=1) < reach
-    i, j = (index.ravel() for index in np.mgrid[: order + 1, : order + 1])
-    weights = (np.stack((order - i - j, i, j), axis=-1) / order)[i + j <= order]
-    points = np.unique(np.round((weights @ one.triangles[near]).reshape(-1, 3), 9), axis=0)
-    return float(proximity.signed_distance(other, points).max())
-
-
-@pytest.mark.slow
-def test_the_pair_touches_and_does_not_intersect(flank: str) -> None:
-    pose = meshing_pair(DESIGN, flank)
-    pinion, gear = posed(pose)
-    assert -0.01 < overlap(pinion, gear, pose.contact, 12.0, 5) < 1e-6
-    assert overlap(gear, pinion, pose.contact, 30.0, 2) < 1e-6
-    assert overlap(pinion, gear, pose.contact, 30.0, 2) < 1e-6
-
-
-def test_an_overlap_of_20_micrometres_is_detected(flank: str) -> None:
-    pose = meshing_pair(DESIGN, flank)
-    pinion, gear = posed(pose, 0.02)
-    assert 0.01 < overlap(pinion, gear, pose.contact, 12.0, 5) < 0.0205
-    pinion, gear = posed(pose, -0.02)
-    assert overlap(pinion, gear, pose.contact, 12.0, 5) < -0.015
-
-
 @pytest.mark.parametrize(
     ("changed", "message"),
     [
@@ -246,10 +194,7 @@ def test_an_overlap_of_20_micrometres_is_detected(flank: str) -> None:
             {"teeth": 8, "cone_angle": radians(20.0), "profile_shift": -0.5, "face_width": 60.0},
             r"the right flank is undercut from z = -30 to 22.49 mm, and removed completely at z = -30 mm",
         ),
-        (
-            {"tool": replace(PINION.tool, parabola=0.01)},
-            r"tip_radius 0.38 is too large: the tool's tip rounds",
-        ),
+        ({"tool": replace(PINION.tool, parabola=0.01)}, "tip_radius 0.38 is too large: the tool's tip"),
     ],
 )
 def test_invalid_teeth_are_rejected(changed: dict[str, object], message: str) -> None:
@@ -262,9 +207,7 @@ def test_a_pointed_tip_is_rejected() -> None:
         return Member(PINION.tool, 12, 0.1, 0.0, shift, 20.0)
 
     shift = brentq(lambda shift: float(tip_thickness(member(shift), 0.0)) - 0.06, 0.6, 0.9)
-    with pytest.raises(
-        ValueError, match=r"is pointed at z = .*: its tip is 0.06 mm thick, it must be at least"
-    ):
+    with pytest.raises(ValueError, match=r"is pointed at z = .*: its tip is 0.06 mm thick"):
         gear_solid(member(shift + 1e-6), 0.1, 1)
     for tolerance in (0.1, 0.01):
         solid = gear_solid(member(shift - 1e-6), tolerance, 1)
@@ -289,17 +232,7 @@ def test_a_fillet_that_vanishes_at_one_end_is_rejected() -> None:
     assert len(gear_solid(round_, 0.0187, 1).faces) < 25_000
 
 
-BORES = (0.0, -1.0, 1e-9, 1.7638, 87.6, 88.19, 88.193, 88.6, float("nan"))
-TOO_FINE = r"tolerance 4e-06 mm for 29 teeth needs about 2.\de\+07 points and \d(\.\d)? GB of"
-
-
-@pytest.mark.parametrize(
-    ("asked", "message"),
-    [
-        *(((0.1, 1, bore), r"bore_radius must be between 1.76387 and 87.5934 mm") for bore in BORES),
-        ((4e-6,), TOO_FINE),
-    ],
-)
-def test_invalid_arguments_are_rejected(asked: tuple[Any, ...], message: str) -> None:
+def test_too_fine_a_tolerance_is_rejected() -> None:
+    message = r"tolerance 4e-06 mm for 29 teeth needs about 2.\de\+07 points and \d(\.\d)? GB of"
     with pytest.raises(ValueError, match=message):
-        gear_solid(PINION, *asked)
+        gear_solid(PINION, 4e-6)

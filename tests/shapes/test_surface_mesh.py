@@ -15,12 +15,7 @@ from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.shapes.section import SIDES
 from beveloid_geom.shapes.sheet import SheetGrid, grid_of
 from beveloid_geom.shapes.surface_mesh import gear_mesh
-from beveloid_geom.shapes.tooth_boundary import (
-    bottom_sheet,
-    cut_sheets,
-    fillet_sheet,
-    outline_grids,
-)
+from beveloid_geom.shapes.tooth_boundary import bottom_sheet, cut_sheets, fillet_sheet, outline_grids
 from tests.members import GEAR, OTHERS as MEMBERS, PINION
 from tests.oracle.tool_sweep import clearance_of_round
 
@@ -55,9 +50,8 @@ def test_fillet_is_as_deep_as_the_round_sweeps(member: Member, flank: str) -> No
 def test_lands_are_cones(member: Member) -> None:
     grids, module = grids_of(member), float(member.tool.normal_module)
     tip = grids["tip"].points
-    np.testing.assert_allclose(
-        np.hypot(tip[..., 0], tip[..., 1]), tip_radius(member, tip[..., 2]), rtol=1e-13
-    )
+    radius = np.hypot(tip[..., 0], tip[..., 1])
+    np.testing.assert_allclose(radius, tip_radius(member, tip[..., 2]), rtol=1e-13)
     root = grids["left bottom"].points[0]
     pitch = float(reference_radius(member)) + float(member.profile_shift) * module
     cone = float(member.cone_angle)
@@ -114,10 +108,8 @@ def test_normals_are_those_of_the_surfaces(member: Member) -> None:
     np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1.0, atol=1e-12)
     a, b, c = mesh.points[mesh.faces.T]
     normal = np.cross(b - a, c - a)
-    facing = np.einsum("ni,nki->nk", normal, mesh.normals[mesh.faces]) / np.linalg.norm(
-        normal, axis=1, keepdims=True
-    )
-    assert facing.min() > 0.9
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    assert np.einsum("ni,nki->nk", normal, mesh.normals[mesh.faces]).min() > 0.9
     for name, axial in (("toe", -1.0), ("heel", 1.0), ("bore", 0.0), ("tip", -np.sin(gamma))):
         np.testing.assert_allclose(mesh.of(name).normals[:, 2], axial, atol=1e-12)
     for name in SIDES:

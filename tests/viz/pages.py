@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import csv
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from beveloid_geom import Design
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.validation.comparison import METHODS
 from beveloid_viz.components.figure_steps import Drawing, Recipe
 from beveloid_viz.figures import FIGURES
@@ -63,6 +66,18 @@ def short_measurements() -> Iterator[None]:
         patch.setattr(fig_stability, "ABOVE_DEG", 10.0 ** np.arange(-8.0, -0.9, 2.0))
         patch.setattr(fig_stability, "COMPARED_CELLS", 2)
         yield
+
+
+def table_in(path: Path) -> list[dict[str, str]]:
+    """Return the rows of a CSV file."""
+    return list(csv.DictReader(path.read_text(encoding="utf-8").splitlines()))
+
+
+def distances(points: FloatArray, line: FloatArray) -> FloatArray:
+    """Return the distance of each of the points (n, d) from a polyline (m, d)."""
+    way, from_start = np.diff(line, axis=0), np.atleast_2d(points)[:, None] - line[:-1]
+    share = np.clip((from_start * way).sum(axis=-1) / np.maximum((way**2).sum(axis=-1), 1e-30), 0.0, 1.0)
+    return np.asarray(np.linalg.norm(from_start - share[..., None] * way, axis=-1).min(axis=1))
 
 
 def words(page: Page) -> str:

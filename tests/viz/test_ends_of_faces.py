@@ -13,7 +13,6 @@ from beveloid_geom import Design, builtin_design
 from beveloid_geom.design.text import design_text
 from beveloid_geom.gear.flank_limits import tip_radius
 from beveloid_viz.components.viewpoint import flank_view
-from beveloid_viz.rendering.opengl import require_opengl
 from beveloid_viz.report.cli import main
 from beveloid_viz.report.view_data import view_data
 from tests.symmetry import exchanged
@@ -42,7 +41,6 @@ def test_the_larger_end_of_a_drawn_flank_is_its_heel(design: Design) -> None:
 def test_words_of_a_figure_of_a_pinion_that_narrows() -> None:
     """The figure names the ends by size: the path of convex flanks runs from the small end at +z to the large
     end. The CSV file contains the codes."""
-    require_opengl()
     page, rows = drawn("fig-08", PINION_NARROWS, (1000, 750))
     assert "pinion toe \u2192 pinion heel" in words(page)
     assert {(row["enters_at"], row["leaves_at"]) for row in rows} >= {("pinion heel", "pinion toe")}

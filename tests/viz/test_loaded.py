@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import csv
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -20,15 +20,17 @@ from beveloid_viz.cli import main
 from beveloid_viz.figures.results import load_sharing
 from beveloid_viz.figures.results.load_sharing import decks_of, loaded_pair
 from beveloid_viz.rendering import theme
+from tests.cli.running import refused as refused_by
 from tests.symmetry import scaled
 
-from .pages import page_of, words
+from .pages import page_of, table_in, words
 from .test_print import faults, in_print
 
 DESIGN = builtin_design()
 PITCH = 2.0 * np.pi / 29.0
 SHARES = (0.0, 0.7, 0.3), (0.0, 1.0, 0.0), (0.4, 0.6, 0.0)
 TURN = 2e-4
+refused = partial(refused_by, program=main)
 FORCE = 1000.0
 
 
@@ -116,7 +118,7 @@ def test_the_command_draws_the_decks(decks: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     done = CliRunner().invoke(main, ["--loaded", str(decks), "--out", str(out), "--size", "600x450"])
     assert done.exit_code == 0, done.output
-    table = list(csv.DictReader((out / "load-sharing.csv").read_text(encoding="utf-8").splitlines()))
+    table = table_in(out / "load-sharing.csv")
     loaded = [row for row in table if row["kind"] == "loaded"]
     np.testing.assert_allclose([float(row["share"]) for row in loaded], np.ravel(SHARES), atol=1e-7)
     assert [row["tooth_pair"] for row in loaded[:3]] == ["-1", "0", "1"]
@@ -129,13 +131,6 @@ def test_the_command_draws_the_decks(decks: Path, tmp_path: Path) -> None:
     ends = [float(row["pitches"]) for row in table if row["kind"] == "end of path"]
     np.testing.assert_allclose(ends, found.pitches(found.ends), rtol=1e-12)
     assert (out / "load-sharing.png").stat().st_size > 10_000
-
-
-def refused(*arguments: str) -> str:
-    """Return the error message, one line."""
-    done = CliRunner().invoke(main, arguments)
-    assert (done.exit_code, done.stderr.count("\n")) == (2, 1), done.output
-    return done.stderr
 
 
 def test_what_is_no_result_is_refused(decks: Path, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@ alone."""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -26,16 +27,11 @@ from beveloid_viz.figures.results import (
 from beveloid_viz.figures.results.pattern import BandFigure
 from beveloid_viz.rendering import theme
 from beveloid_viz.rendering.layout import of_size
-from beveloid_viz.rendering.opengl import require_opengl
-from beveloid_viz.rendering.scene import Camera, Paint, Scene, Tube, grid_surface, render
+from beveloid_viz.rendering.scene import Tube
 
-BANDS = {
-    **{
-        f"{name}, {member}": (*colours, bare)
-        for name, colours in (("BLUES", fig_pattern.BLUES), ("HUES", fig_pattern.HUES))
-        for member, bare in zip(("pinion", "gear"), fig_pattern.BARE, strict=True)
-    },
-}
+from .pages import distances
+
+BANDS = [(*colours, bare) for colours in (fig_pattern.BLUES, fig_pattern.HUES) for bare in fig_pattern.BARE]
 MAPS = sorted({one.colours for one in parabola_map.QUANTITIES.values() if one.scale != "cyclic"})
 
 
@@ -47,9 +43,9 @@ def lightness(colours: Sequence[str] | FloatArray) -> FloatArray:
     return np.where(luminance > (6 / 29) ** 3, 116.0 * np.cbrt(luminance) - 16.0, luminance * (29 / 3) ** 3)
 
 
-@pytest.mark.parametrize("name", BANDS)
-def test_bands_grow_lighter_up_to_bare_metal(name: str) -> None:
-    assert np.diff(lightness(BANDS[name])).min() > 4.0
+@pytest.mark.parametrize("colours", BANDS)
+def test_bands_grow_lighter_up_to_bare_metal(colours: tuple[str, ...]) -> None:
+    assert np.diff(lightness(colours)).min() > 4.0
 
 
 @pytest.mark.parametrize("name", MAPS)
@@ -71,15 +67,8 @@ def test_bars_and_marks_differ_without_colours() -> None:
 
 def test_working_pitch_circles_are_dashed() -> None:
     """Working pitch circles are drawn as dashes, reference circles as one line each."""
-    tubes = [
-        item
-        for item in fig_04_meshing._items(fig_04_meshing.compute(builtin_design()), 1.0)
-        if isinstance(item, Tube)
-    ]
-    count = {
-        colour: sum(item.colour == colour for item in tubes)
-        for colour in (*fig_04_meshing.LINE_COLOURS, theme.VERMILLION)
-    }
+    items = fig_04_meshing._items(fig_04_meshing.compute(builtin_design()), 1.0)
+    count = Counter(item.colour for item in items if isinstance(item, Tube))
     assert [count[ink] for ink in fig_04_meshing.LINE_COLOURS] == [1, 1]
     assert count[theme.VERMILLION] > 50
 
@@ -95,28 +84,7 @@ def test_the_radius_of_the_round_ends_on_it() -> None:
     arrows = (note for note in axes.texts if isinstance(note, Annotation))
     (tip,) = (note.xy for note in arrows if note.xyann == tuple(centre))
     profile = cutter.profile(data.profiles[0], data.module, 3)
-    profile = profile[np.append(True, np.diff(profile, axis=0).any(axis=1))]
-    ways = np.diff(profile, axis=0)
-    share = np.clip(((tip - profile[:-1]) * ways).sum(axis=1) / (ways**2).sum(axis=1), 0.0, 1.0)
-    off = np.linalg.norm(profile[:-1] + share[:, None] * ways - tip, axis=1).min()
-    assert off < 1e-3 * data.module
-
-
-@pytest.mark.parametrize("slope", [0.0, -0.6, -1.5])
-def test_a_band_has_its_own_colour_at_any_slope(slope: float) -> None:
-    """The colour does not depend on the angle to the light."""
-    require_opengl()
-    x, y = np.meshgrid(np.linspace(-1.0, 1.0, 41), np.linspace(-1.0, 1.0, 41))
-    points = np.stack((x, y, slope * x), axis=-1)
-    normals = np.broadcast_to(np.array((-slope, 0.0, 1.0)) / np.hypot(slope, 1.0), points.shape)
-    surface = grid_surface(points, normals, "#b9c4cf")
-    paint = Paint(2.0 * (1.0 + x.ravel()), fig_pattern.BLUES[:4], (0.0, 4.0))
-    painted = type(surface)(surface.points, surface.faces, surface.normals, paint=paint)
-    camera = Camera(np.array([0.0, 0.0, -1.0]), np.array([0.0, 1.0, 0.0]), np.zeros(3), 1.0)
-    image = render(Scene([painted], camera), (80, 80)).image.astype(int)
-    for band, colour in enumerate(fig_pattern.BLUES[:4]):
-        own = image[5:-5, 20 * band + 3 : 20 * band + 17]
-        assert np.abs(own - np.round(255.0 * np.array(to_rgb(colour)))).max() <= 2.0
+    assert distances(np.array(tip), profile) < 1e-3 * data.module
 
 
 def striped(data: BandFigure) -> BandFigure:
@@ -142,7 +110,6 @@ def striped(data: BandFigure) -> BandFigure:
 @pytest.mark.parametrize("compute", [fig_pattern.compute_pattern, fig_pattern.compute_separation])
 def test_pixels_of_a_band_are_the_legends(compute: Callable[[Design], BandFigure]) -> None:
     """Pixels in the middle half of each band, away from the path, have the colour of the legend."""
-    require_opengl()
     data = striped(compute(builtin_design()))
     with theme.style():
         drawing = fig_pattern.draw(data, of_size((1600, 1200)))
@@ -159,12 +126,7 @@ def test_pixels_of_a_band_are_the_legends(compute: Callable[[Design], BandFigure
             inside[:, :2] = inside[:, -2:] = False
             x, y = np.floor(picture.project(view.place(layer.points[inside]))).astype(int).T
             track = picture.project(view.place(layer.trace.points))
-            free = (
-                np.hypot(*(np.stack((x, y), axis=-1)[:, None] - track).transpose(2, 0, 1)).min(axis=1) > 20.0
-            )
-            found, own = (
-                picture.image[y[free], x[free]].astype(int),
-                np.floor(counted[inside]).astype(int)[free],
-            )
-            assert np.abs(found - colours[own]).max() <= 2.0
+            free = distances(np.stack((x, y), axis=-1), track) > 20.0
+            own = np.floor(counted[inside]).astype(int)[free]
+            assert np.abs(picture.image[y[free], x[free]] - colours[own]).max() <= 2.0
             assert (np.bincount(own, minlength=len(colours)) > 20).all()

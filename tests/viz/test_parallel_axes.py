@@ -14,7 +14,6 @@ from beveloid_geom.validation.claims import CLAIM_PARABOLAS_PER_MM
 from beveloid_viz.components import motion_graph, paths_table
 from beveloid_viz.figures.paper import fig_11_contact_ratio as ratios
 from beveloid_viz.figures.results import posed_pair, sensitivity, tolerance_cloud
-from beveloid_viz.rendering.opengl import require_opengl
 
 from .pages import drawn, words
 
@@ -30,7 +29,6 @@ WORDS = {
 
 @pytest.mark.parametrize("name", WORDS)
 def test_what_figures_say_of_lines(name: str) -> None:
-    require_opengl()
     said = words(drawn(name, PAIR)[0])
     assert WORDS[name] in said, said
     assert "crossed" not in said.partition("Roll angles")[0]
@@ -63,7 +61,6 @@ def test_the_posed_pair_touches_along_a_line() -> None:
 
 def test_lines_of_contact_are_lines_of_the_page() -> None:
     """The lines of contact are drawn as straight lines on the flanks of both members."""
-    require_opengl()
     page, _ = drawn("fig-08", PAIR)
     black = [line for axes in page.axes for line in axes.lines if line.get_solid_capstyle() == "butt"]
     drawn_lines = [np.column_stack(line.get_data()) for line in black]
@@ -72,18 +69,14 @@ def test_lines_of_contact_are_lines_of_the_page() -> None:
     assert len(upright) >= 2 * paths_table.LINE_COUNT - 2
 
 
-def test_points_have_no_lines() -> None:
-    assert not len(paths_table.solved_case(PAIR.with_parabola(-1e-3, -1e-3), "right").contact_lines(0))
-    assert not len(paths_table.solved_case(builtin_design(), "right").contact_lines(1))
-
-
 def test_the_modification_leaves_a_path_on_the_flanks() -> None:
+    """Flanks that touch in points have no lines of contact."""
     bent = paths_table.paper_modified(PAIR)
+    assert not len(paths_table.solved_case(bent, "right").contact_lines(0))
     assert paths_table.parabolas(bent, "right") == (-0.004, -0.004)
     assert paths_table.solved_case(bent, "right").has_path
-    assert (
-        paths_table.parabolas(paths_table.paper_modified(builtin_design()), "right") == CLAIM_PARABOLAS_PER_MM
-    )
+    crossed = paths_table.paper_modified(builtin_design())
+    assert paths_table.parabolas(crossed, "right") == CLAIM_PARABOLAS_PER_MM
 
 
 def test_lines_are_in_contact_and_not_their_ends() -> None:

@@ -8,22 +8,16 @@ import pyvista as pv
 from beveloid_viz.rendering.polylines import dashed, simplified
 from beveloid_viz.rendering.scene import TUBE_SIDES, Arrow, Item, Tube, add_items, tube_meshes
 
+from .pages import distances
+
 TURN = np.linspace(0.0, 2.0 * np.pi, 401)
 CIRCLE = np.stack((10.0 * np.cos(TURN), 10.0 * np.sin(TURN), 0.0 * TURN), axis=-1)
-
-
-def distance(points: np.ndarray, line: np.ndarray) -> float:
-    """Return the largest distance of points from a polyline."""
-    a, b = line[:-1], line[1:]
-    share = np.einsum("pni,ni->pn", points[:, None] - a, b - a) / np.einsum("ni,ni->n", b - a, b - a)
-    feet = a + np.clip(share, 0.0, 1.0)[..., None] * (b - a)
-    return float(np.linalg.norm(points[:, None] - feet, axis=-1).min(axis=1).max())
 
 
 def test_a_simplified_line_stays_within_its_tolerance() -> None:
     for tolerance in (0.3, 0.03, 0.003):
         fewer = simplified(CIRCLE, tolerance)
-        assert 0.2 * tolerance < distance(CIRCLE, fewer) <= tolerance
+        assert 0.2 * tolerance < distances(CIRCLE, fewer).max() <= tolerance
         # A chord with the sagitta `tolerance`: no more than twice as many as a circle needs.
         needed = np.pi / np.arccos(1.0 - tolerance / 10.0)
         assert needed <= len(fewer) - 1 < 2.0 * needed + 4.0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import os
 import subprocess
@@ -23,6 +22,7 @@ from beveloid_viz.figures.results import ease_off
 from beveloid_viz.rendering import opengl
 
 from ..symmetry import scaled
+from .pages import recipe_of, table_in
 
 COMMAND = Path(sys.executable).with_name("render-figures")
 
@@ -39,8 +39,7 @@ def test_figures_are_written_with_their_numbers(tmp_path: Path) -> None:
     assert "triangles" in done.stdout
     assert sorted(p.name for p in out.iterdir()) == ["fig-02.csv", "fig-02.png", "fig-07.csv", "fig-07.png"]
     assert imread(out / "fig-07.png").shape[:2] == (480, 640)
-    with open(out / "fig-07.csv", encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
+    rows = table_in(out / "fig-07.csv")
     assert {row["member"] for row in rows} == {"pinion", "gear"}
     path = [row for row in rows if row["index"]]
     assert {row["status"] for row in path} == {"solved"}
@@ -54,22 +53,19 @@ def test_figures_are_written_with_their_numbers(tmp_path: Path) -> None:
     assert float(straight["contact_ratio"]) == pytest.approx(1.651001, abs=1e-6)
 
 
-def test_a_notebook_and_a_read_only_home_do_not_matter(tmp_path: Path) -> None:
+def test_a_notebook_and_a_read_only_home_do_not_matter(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Figures are drawn although a notebook exports its backend and the folders of Matplotlib are not
     writable."""
     temporary = tmp_path / "temporary"
     temporary.mkdir()
-    unusual = {
-        "MPLBACKEND": "module://matplotlib_inline.backend_inline",
-        "HOME": "/proc/none",
-        "TMPDIR": str(temporary),
-    }
-    own = ("MPLCONFIGDIR", "XDG_CACHE_HOME", "XDG_CONFIG_HOME")
-    environment = {name: value for name, value in os.environ.items() if name not in own}
-    arguments = ["--only", "sliding", "--size", "320x240", "--jobs", "1", "--out", str(tmp_path / "out")]
-    done = subprocess.run(
-        [COMMAND, *arguments], capture_output=True, text=True, check=False, env=environment | unusual
-    )
+    monkeypatch.setenv("MPLBACKEND", "module://matplotlib_inline.backend_inline")
+    monkeypatch.setenv("HOME", "/proc/none")
+    monkeypatch.setenv("TMPDIR", str(temporary))
+    for name in ("MPLCONFIGDIR", "XDG_CACHE_HOME", "XDG_CONFIG_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    done = run("--only", "sliding", "--size", "320x240", "--jobs", "1", "--out", str(tmp_path / "out"))
     assert done.returncode == 0, done.stderr
     assert "atplotlib" not in done.stderr
     assert (tmp_path / "out" / "sliding.png").exists()
@@ -102,45 +98,26 @@ def abort(*_: object) -> None:
     os.abort()
 
 
-def test_figures_of_time_are_made_last_and_alone() -> None:
-    assert [figure.name for figure in FIGURES if figure.timed] == ["speed-accuracy"]
-
-
-PAPER = [f"fig-{k:02d}" for k in range(1, 16)]
-RESULTS = [
-    "method",
-    "separation",
-    "pattern",
-    "pattern-errors",
-    "transmission-error",
-    "modifications",
-    "ease-off",
-    "sliding",
-    "sensitivity",
-    "tolerance-cloud",
-    "map-parabola",
-    "posed-pair",
-    "meshed-tooth",
-]
-METHODS = ["mesh-convergence", "stability", "speed-accuracy"]
+def in_set(*sets: str) -> list[str]:
+    return [figure.name for figure in FIGURES if figure.set in sets]
 
 
 def test_list_names_the_figures_and_their_sets() -> None:
+    """The only figure with measured times is the last one, because it is drawn alone."""
     done = CliRunner().invoke(main, ["--list"])
     assert done.exit_code == 0
-    names = [(name, "paper") for name in PAPER]
-    names += [(name, "results") for name in RESULTS] + [(name, "methods") for name in METHODS]
-    assert [tuple(line.split()[:2]) for line in done.stdout.splitlines()] == names
-    assert [(figure.name, figure.set) for figure in FIGURES] == names
+    named = [(figure.name, figure.set) for figure in FIGURES]
+    assert [tuple(line.split()[:2]) for line in done.stdout.splitlines()] == named
+    assert [figure.timed for figure in FIGURES] == [False] * (len(FIGURES) - 1) + [True]
 
 
 @pytest.mark.parametrize(
     ("names", "sets", "chosen"),
     [
-        ((), (), PAPER + RESULTS),
-        ((), ("methods",), METHODS),
+        ((), (), in_set("paper", "results")),
+        ((), ("methods",), in_set("methods")),
         (("speed-accuracy", "fig-02"), (), ["fig-02", "speed-accuracy"]),
-        (("fig-02",), ("methods",), ["fig-02", *METHODS]),
+        (("fig-02",), ("methods",), ["fig-02", *in_set("methods")]),
     ],
 )
 def test_figures_are_chosen_by_name_and_set(
@@ -163,10 +140,7 @@ def test_both_flanks_are_drawn(tmp_path: Path) -> None:
         assert done.exit_code == 0, done.output
     names = sorted(path.stem for path in (tmp_path / "both").glob("*.png"))
     assert names == ["fig-09", "fig-09-left", "sliding"]
-    left, right = (
-        list(csv.DictReader((tmp_path / folder).read_text(encoding="utf-8").splitlines()))
-        for folder in ("both/fig-09-left.csv", "right/fig-09.csv")
-    )
+    left, right = (table_in(tmp_path / name) for name in ("both/fig-09-left.csv", "right/fig-09.csv"))
     assert len(left) == len(right) > 1000
     for one, other in zip(left, right, strict=True):
         if not one["index"]:  # between the positions of the path
@@ -180,7 +154,7 @@ def test_coefficients_and_errors_scale_with_the_module() -> None:
     """A pair of a third of the size has three times the coefficients and a third of the errors."""
     small = scaled(builtin_design(), 1.0 / 3.0)
     for name, times in (("fig-09", 3.0), ("fig-12", 1.0 / 3.0)):
-        recipe = next(figure for figure in FIGURES if figure.name == name).recipe()
+        recipe = recipe_of(name)
         (header, own), (_, usual) = (
             recipe.rows(recipe.compute(design)) for design in (small, builtin_design())
         )
@@ -200,17 +174,6 @@ def test_ease_off_of_modified_flanks_is_compared_with_unmodified_flanks() -> Non
     assert after.result is not None
     change = after.result.second_order.face_crowning - plain.result.second_order.face_crowning
     assert change == pytest.approx(0.010, rel=0.1)
-
-
-def test_a_faulty_design_names_every_fault(tmp_path: Path) -> None:
-    design = tmp_path / "design.toml"
-    design.write_text(
-        builtin_text().replace("teeth = 29", "teeth = 0").replace("offset = 229.0", "offset = nan")
-    )
-    done = CliRunner().invoke(main, ["--design", str(design), "--out", str(tmp_path / "out")])
-    assert done.exit_code == 2
-    assert "[pinion] teeth" in done.stderr
-    assert "[pair] offset" in done.stderr
 
 
 def test_an_interrupted_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from beveloid_viz.rendering.opengl import require_opengl
 from beveloid_viz.rendering.scene import Paint, Scene, Surface, Tube, divided, fit_camera, render
 
 SIZE = (240, 180)
@@ -15,7 +14,6 @@ CORNERS = np.stack(np.meshgrid((0.0, 60.0), (-20.0, 20.0), (0.0, 90.0)), axis=-1
 @pytest.mark.parametrize("perspective", [False, True])
 def test_points_are_where_they_are_drawn(perspective: bool) -> None:
     """The centre of a ball in the image is at its projected pixel, near and far from the viewer."""
-    require_opengl()
     camera = fit_camera(CORNERS, (-0.5, 0.52, 0.7), (0.0, -1.0, 0.0), SIZE, 0.1, perspective)
     balls = dict(zip(("red", "lime", "blue"), CORNERS[[0, 3, 6]], strict=True))
     picture = render(Scene([Tube(point[None], hue, 3.0) for hue, point in balls.items()], camera), SIZE)

@@ -39,9 +39,8 @@ def test_points_are_on_the_exact_flank(name: str) -> None:
             point, normal = surface(l, u + moved.u, -moved.turn)
             point = np.array([float(value) for value in (*point[:2], point[2] - moved.height)])
             np.testing.assert_allclose(grid.point[side, row, column], point, rtol=0.0, atol=1e-12)
-            np.testing.assert_allclose(
-                grid.normal[side, row, column], [float(value) for value in normal], rtol=0.0, atol=1e-14
-            )
+            expected = [float(value) for value in normal]
+            np.testing.assert_allclose(grid.normal[side, row, column], expected, rtol=0.0, atol=1e-14)
 
 
 def test_normals_point_out_of_the_tooth() -> None:
@@ -55,9 +54,7 @@ def test_borders_are_shares_or_mm() -> None:
     member = MEMBERS["gear"]
     share, length = measuring_grid(member, 4, 5, 0.1), measuring_grid(member, 4, 5, border_mm=2.0)
     width = float(member.face_width)
-    np.testing.assert_allclose(
-        share.point[..., 2], width * np.broadcast_to([-0.4, -0.2, 0, 0.2, 0.4], (2, 4, 5)), atol=1e-12
-    )
+    np.testing.assert_allclose(share.point[..., 2] - width * np.linspace(-0.4, 0.4, 5), 0.0, atol=1e-12)
     np.testing.assert_allclose(length.point[..., 2][..., [0, -1]], np.broadcast_to([-28.0, 28.0], (2, 4, 2)))
     for side, flank in enumerate(FLANK_SIGN):
         tip = tip_parameter(member, flank, length.point[side, 0, :, 2])
@@ -134,15 +131,13 @@ FORMS: dict[str, Callable[[MeasuringGrid], str]] = {
 }
 
 
-def rewritten(
-    change: Callable[[str], str], mark: str = ",", names: str = ""
-) -> Callable[[MeasuringGrid], str]:
-    """Return the CSV of the grid with changed cells, separator and names."""
+def rewritten(change: Callable[[str], str], mark: str = ",") -> Callable[[MeasuringGrid], str]:
+    """Return the CSV of the grid with changed cells and separator."""
 
     def text(grid: MeasuringGrid) -> str:
         header, *rows = csv_of(grid).splitlines()
         cells = [[change(cell) for cell in row.split(",")] for row in rows]
-        return "\n".join([names or header.replace(",", mark), *map(mark.join, cells)])
+        return "\n".join([header.replace(",", mark), *map(mark.join, cells)])
 
     return text
 
@@ -173,7 +168,6 @@ FORMS |= {
     "tabs": unnamed("\t"),
     "commas and tabs": unnamed(",\t"),
     "commas and blanks": unnamed(", "),
-    "x(mm)": unnamed(",", "x(mm),y(mm),z(mm)\n"),
     "X [mm]": unnamed(" ", "X [mm] Y [mm] Z [mm]\n"),
     "quoted names": unnamed(";", '"X";"Y";"Z"\n'),
     "x in mm": unnamed(",", "x in mm,y / mm,Z (MM)\n"),
@@ -213,84 +207,53 @@ def test_files_are_read_back(form: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(found.deviation, shifted, atol=2e-9 if form == "table" else 1e-12)
 
 
-def lines(change: Callable[[list[str]], list[str]]) -> str:
-    """Return the CSV of the grid with changed lines; the header is line 0."""
-    return "\n".join(change(csv_of(GRID).splitlines()))
+def scaled(points: list[str], factor: float) -> list[str]:
+    return [" ".join(str(factor * float(value)) for value in point.split()) for point in points]
 
 
-def without_names(change: Callable[[list[str]], list[str]]) -> str:
-    """Return only the points, changed."""
-    return "\n".join(change(FORMS["bare"](GRID).splitlines()))
-
-
+EMPTY = "has no point (x, y and z in mm)"
+COMMAS = "do the numbers have decimal commas"
+LINE = csv_of(GRID).splitlines()  # the header is line 0
+POINTS = FORMS["bare"](GRID).splitlines()
 BAD = {
     "a hole": (
-        lines(lambda own: own[:14] + own[15:]),
-        "line 15 is (right, row 2, column 6), expected (right, row 2, column 5): a point is missing",
+        [*LINE[:14], *LINE[15:]],
+        "line 15 is (right, row 2, column 6), expected (right, row 2, column 5)",
     ),
-    "an empty cell": (
-        lines(lambda own: [*own[:3], "right,1,3,,2.0,3.0", *own[4:]]),
-        "line 4 has no point (x, y and z in mm): measure each point of the grid",
-    ),
-    "not a number": (lines(lambda own: [*own[:3], "right,1,3,nan,2.0,3.0", *own[4:]]), "line 4 has no point"),
-    "too few": (without_names(lambda own: own[:-1]), "has 89 points, must have 90 of both flanks"),
-    "too many": (without_names(lambda own: [*own, own[-1]]), "has 91 points, must have 90"),
-    "another order": (
-        without_names(lambda own: [*own[:45:-1], *own[:46]]),
-        "has the point of right, row 1, column 1 at the position of left, row 5, column 9: write",
-    ),
-    "two swapped": (
-        without_names(lambda own: [own[1], own[0], *own[2:]]),
-        "has the point of right, row 1, column 1 at the position of right, row 1",
-    ),
-    "um": (
-        without_names(lambda own: [" ".join(str(1e3 * float(v)) for v in one.split()) for one in own]),
-        "has coordinates 1000 times those of the grid: give them in mm, they are probably in um",
-    ),
-    "inches": (
-        without_names(lambda own: [" ".join(str(float(v) / 25.4) for v in one.split()) for one in own]),
-        "give them in mm, they are probably in inches",
-    ),
-    "um by name": (
-        csv_of(GRID).replace("x_mm", "x_um"),
-        "line 1: x_um must be in mm: convert it and name it x_mm",
-    ),
-    "no z": (csv_of(GRID).replace("z_mm", "height"), "line 1 has no column z"),
+    "an empty cell": ([*LINE[:3], "right,1,3,,2.0,3.0", *LINE[4:]], f"line 4 {EMPTY}: measure each point"),
+    "not a number": ([*LINE[:3], "right,1,3,nan,2.0,3.0", *LINE[4:]], "line 4 has no point"),
+    "too few": (POINTS[:-1], "has 89 points, must have 90 of both flanks"),
+    "too many": ([*POINTS, POINTS[-1]], "has 91 points, must have 90"),
+    "two swapped": ([POINTS[1], POINTS[0], *POINTS[2:]], "row 1, column 1 at the position of right, row 1"),
+    "um": (scaled(POINTS, 1e3), "has coordinates 1000 times those of the grid: give them in mm, they are"),
+    "inches": (scaled(POINTS, 1.0 / 25.4), "give them in mm, they are probably in inches"),
+    "um by name": ([csv_of(GRID).replace("x_mm", "x_um")], "line 1: x_um must be in mm: convert it and name"),
+    "no z": ([csv_of(GRID).replace("z_mm", "height")], "line 1 has no column z"),
     "another gear": (
-        csv_of(measuring_grid(MEMBERS["gear"])),
-        "mm from its nominal position, the limit is 3 mm: do design, member, grid and datum",
+        [csv_of(measuring_grid(MEMBERS["gear"]))],
+        "mm from its nominal position, the limit is 3",
     ),
     "decimal commas between commas": (
-        "\n".join(",".join(with_comma(cell) for cell in point) for point in xyz(GRID)),
-        "line 1 has only whole numbers: do the numbers have decimal commas? write decimal points",
+        [",".join(with_comma(cell) for cell in point) for point in xyz(GRID)],
+        f"line 1 has only whole numbers: {COMMAS}? write decimal points",
     ),
-    "the same with names and places": (
-        rewritten(with_comma)(GRID),
-        "line 2 has only whole numbers: do the numbers have decimal commas?",
-    ),
-    "thousands": (
-        unnamed(";")(GRID).replace("92.", "1.092,"),
-        "line 2 has no point (x, y and z in mm): do the numbers have decimal commas",
-    ),
-    "um in brackets": (unnamed(",", "x(um),y(um),z(um)\n")(GRID), "line 1: x_um must be in mm: convert"),
+    "thousands": ([unnamed(";")(GRID).replace("92.", "1.092,")], f"line 2 {EMPTY}: {COMMAS}"),
+    "um in brackets": ([unnamed(",", "x(um),y(um),z(um)\n")(GRID)], "line 1: x_um must be in mm: convert"),
     "a hole in numbered points": (
-        "\n".join(f"{i} {' '.join(p[: 3 - (i == 4)])}" for i, p in enumerate(xyz(GRID))),
-        "line 5 has no point (x, y and z in mm): measure each point of the grid",
+        [f"{i} {' '.join(p[: 3 - (i == 4)])}" for i, p in enumerate(xyz(GRID))],
+        f"line 5 {EMPTY}: measure each point of the grid",
     ),
-    "a hole in the first point": (
-        "right,1,1,,2.0,3.0\n",
-        "line 1 has no point (x, y and z in mm): measure each point",
-    ),
-    "nothing": ("", "has 0 points, must have 90"),
-    "words": ("a b c\n", "line 1 has no point (x, y and z in mm)"),
+    "nothing": ([], "has 0 points, must have 90"),
+    "words": (["a b c"], f"line 1 {EMPTY}"),
 }
+"""Lines of files, and part of the refusal."""
 
 
 @pytest.mark.parametrize("fault", BAD)
 def test_files_that_do_not_fit_are_rejected(fault: str, tmp_path: Path) -> None:
-    text, words = BAD[fault]
+    lines, words = BAD[fault]
     path = tmp_path / "m.csv"
-    path.write_text(text, encoding="utf-8")
+    path.write_text("\n".join(lines), encoding="utf-8")
     with pytest.raises(MeasuredError) as refusal:
         read_deviations(path, GRID)
     assert words in str(refusal.value)

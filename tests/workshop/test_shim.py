@@ -28,6 +28,7 @@ from tests.stability.random_designs import random_designs
 from tests.symmetry import mirrored
 
 TABLE = builtin_design()
+BENT = TABLE.with_parabola(0.001, -0.001)
 HOUSING = Errors(offset=-0.1, shaft_angle=radians(0.002))
 
 
@@ -46,7 +47,7 @@ def crowned() -> Design:
     return replace(TABLE, pinion=pinion, gear=TABLE.gear.modified(relief))
 
 
-@pytest.mark.parametrize("pair", [TABLE, TABLE.with_parabola(0.001, -0.001), crowned()])
+@pytest.mark.parametrize("pair", [TABLE, BENT, crowned()])
 def test_a_mounting_is_recovered(pair: Design, flank: str) -> None:
     """Recover a mounting from its backlash and the position of its path."""
     design = pair.with_errors(HOUSING)
@@ -81,7 +82,7 @@ def test_the_smallest_movement_is_that_of_the_closed_form() -> None:
 def test_with_parabolas_no_movement_is_smaller() -> None:
     """The movement is along the gradient of the backlash, by differences and by exact derivatives, so that no
     smaller movement gives this backlash."""
-    design = TABLE.with_parabola(0.001, -0.001).with_errors(HOUSING)
+    design = BENT.with_errors(HOUSING)
     found, step = shim(design, 0.1), 1.0
     pinion, gear = found.axial[:, None] + step * np.array([[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]])
     play = mounted_backlash(design.with_errors(replace(HOUSING, pinion_axial=pinion, gear_axial=gear))).normal
@@ -103,12 +104,9 @@ def test_positions_at_which_an_edge_stops_an_edge_are_found(number: int, backlas
     assert found.residual < 1e-9
 
     def missing(distance: float, angle: float) -> float:
-        pinion, gear = distance * np.cos(angle), distance * np.sin(angle)
-        errors = replace(
-            design.errors,
-            pinion_axial=float(design.errors.pinion_axial) + pinion,
-            gear_axial=float(design.errors.gear_axial) + gear,
-        )
+        own = design.errors
+        pinion, gear = own.pinion_axial + distance * np.cos(angle), own.gear_axial + distance * np.sin(angle)
+        errors = replace(own, pinion_axial=float(pinion), gear_axial=float(gear))
         return float(mounted_backlash(replace(design, errors=errors)).normal) - backlash
 
     moved, own = float(np.hypot(*found.axial)), float(np.arctan2(*found.axial[::-1]))
@@ -146,9 +144,8 @@ def test_a_path_is_searched_if_the_start_has_none() -> None:
 
 def crossed_helical() -> Design:
     """Return a crossed helical pair."""
-    first, second = (
-        Member(TABLE.pinion.tool, n, radians(b), 0.0, 0.0, 40.0) for n, b in ((29, 20.0), (45, 10.0))
-    )
+    tool = TABLE.pinion.tool
+    first, second = (Member(tool, n, radians(b), 0.0, 0.0, 40.0) for n, b in ((29, 20.0), (45, 10.0)))
     layout = zero_backlash_layout(Design(first, second, Pair(220.0, radians(30.0))))
     return Design(first, second, Pair(float(layout.offset) + 0.2, float(layout.shaft_angle)))
 
@@ -159,12 +156,7 @@ def crossed_helical() -> Design:
         (crossed_helical(), 0.1, None, ShimStatus.NO_EFFECT),
         (TABLE.with_errors(Errors(offset=3.0)), 0.1, None, ShimStatus.OUT_OF_REACH),
         (TABLE, 5.0, 0.5, ShimStatus.NOT_FOUND),
-        (
-            TABLE.with_parabola(0.001, -0.001).with_errors(Errors(offset=0.3, shaft_angle=radians(-0.03))),
-            0.12,
-            0.5,
-            ShimStatus.NO_PATH,
-        ),
+        (BENT.with_errors(Errors(offset=0.3, shaft_angle=radians(-0.03))), 0.12, 0.5, ShimStatus.NO_PATH),
     ],
 )
 def test_requirements_without_solution_have_a_status(

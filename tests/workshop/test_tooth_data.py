@@ -34,9 +34,8 @@ def test_cylindrical_gears_agree_with_the_standards(teeth: int, helix_deg: float
     v = d + 2 * x * MODULE
     helix_v = atan(tan(beta) * v / d)
     alpha_v = np.arccos(base / v)
-    normal_v = (
-        v * (thickness / cos(beta) / d + tan(alpha_t) - alpha_t - tan(alpha_v) + alpha_v) * cos(helix_v)
-    )
+    angle = thickness / cos(beta) / d + tan(alpha_t) - alpha_t - tan(alpha_v) + alpha_v
+    normal_v = v * angle * cos(helix_v)
     psi = normal_v * cos(helix_v) / v
     expected = {
         "tip_diameter": d + 2 * (x + 1) * MODULE,
@@ -63,9 +62,8 @@ def test_the_thickness_of_a_spur_beveloid_grows_linearly(cone_deg: float) -> Non
     found = tooth_data(Member(TOOL, 36, 0.0, gamma, 0.1, 30.0))
     rate = 2 * (tan(ALPHA) * cos(gamma)) * tan(gamma)
     np.testing.assert_allclose(np.diff(found.normal_thickness[0]) / 15.0, rate, atol=1e-12)
-    assert found.normal_thickness[0, 1] == pytest.approx(
-        MODULE * (pi / 2 + 0.2 * tan(ALPHA) * cos(gamma)), abs=1e-12
-    )
+    middle = MODULE * (pi / 2 + 0.2 * tan(ALPHA) * cos(gamma))
+    assert found.normal_thickness[0, 1] == pytest.approx(middle, abs=1e-12)
     np.testing.assert_allclose(np.diff(found.root_diameter) / 30.0, found.infeed, atol=1e-12)
 
 

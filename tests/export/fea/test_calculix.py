@@ -1,14 +1,9 @@
-"""A loaded tooth in CalculiX: the deck runs as it is, and reactions, displacements and stresses are checked.
-
-Tests need `ccx`, in Debian's package calculix-ccx.
-"""
+"""A loaded tooth in CalculiX: the deck runs as it is; reactions, displacements and stresses are checked."""
 
 from __future__ import annotations
 
 import re
-import shutil
-import subprocess
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -22,14 +17,14 @@ from beveloid_geom.export.fea.volumes import write_volume
 from beveloid_geom.export.parts import contact_case
 from beveloid_geom.shapes.element_sizes import Cells
 from beveloid_geom.shapes.hexahedral_mesh import VolumeMesh
+from tests.export.fea.ccx import mises, narrow, run_ccx, with_ccx
 from tests.oracle.table1 import table1
 
-CCX = shutil.which("ccx") or ""
-pytestmark = pytest.mark.skipif(not CCX, reason="CalculiX is not installed: apt-get install calculix-ccx")
+pytestmark = with_ccx
 FORCE = 1000.0
 SMALL = 1.0
-FACE_WIDTH = 16.0
-"""mm, of both gears, so that few elements are nearly cubic and converged."""
+NARROW = narrow(16.0)
+"""Few elements are nearly cubic and converged."""
 FEW = Cells(1, 2, 3, 4, 4)
 REFINED = (Cells(1, 2, 2, 2, 2), Cells(1, 3, 4, 6, 6), Cells(1, 4, 6, 8, 8))
 STRESSED = (Cells(1, 2, 2, 2, 2), Cells(1, 4, 4, 4, 4), Cells(1, 6, 6, 6, 6))
@@ -40,23 +35,12 @@ FINE = Cells(1, 3, 5, 6, 8)
 
 def run(deck: Path) -> dict[str, FloatArray]:
     """Run a deck and return the printed vectors by set."""
-    done = subprocess.run(
-        [CCX, "-i", deck.stem], cwd=deck.parent, capture_output=True, text=True, timeout=300
-    )
-    assert done.returncode == 0, done.stdout[-2000:]
-    for word in ("*ERROR", "*WARNING"):
-        assert word not in done.stdout
+    run_ccx(deck)
     text = deck.with_suffix(".dat").read_text()
     numbers = r"\s+([-+.\dE]+)\s+([-+.\dE]+)\s+([-+.\dE]+)\n"
     head = r"(?:total force|displacements) \([^)]*\) for set (\w+) and time +0\.10+E\+01\n\n"
     found = re.findall(rf"{head}(?: +\d+(?= ))?{numbers}", text)
     return {name.lower(): np.array(vector, dtype=float) for name, *vector in found}
-
-
-def narrow() -> Design:
-    design = table1()
-    pinion, gear = (replace(one, face_width=FACE_WIDTH) for one in design.members)
-    return replace(design, pinion=pinion, gear=gear)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +86,7 @@ def solved(
 )
 def test_reaction_is_the_load(tmp_path: Path, element: str, member: int, teeth: int) -> None:
     """Reactions are printed for all fixed nodes and for each fixed set."""
-    found = solved(tmp_path, narrow(), FEW, element, member=member, teeth=teeth)
+    found = solved(tmp_path, NARROW, FEW, element, member=member, teeth=teeth)
     sets = (name.replace(" ", "_") for name in FIXED_SETS)
     assert set(found.printed) == {"observer", "fixed", *sets}
 
@@ -110,7 +94,7 @@ def test_reaction_is_the_load(tmp_path: Path, element: str, member: int, teeth: 
 @pytest.mark.parametrize("element", ["C3D20", pytest.param("C3D20R", marks=pytest.mark.slow)])
 def test_displacement_of_an_unloaded_point_converges(tmp_path: Path, element: str) -> None:
     """The observed point is at the tip of the opposite flank."""
-    answers = [solved(tmp_path, narrow(), cells, element, member=0, flank="left") for cells in REFINED]
+    answers = [solved(tmp_path, NARROW, cells, element, member=0, flank="left") for cells in REFINED]
     sizes = [len(one.mesh.points) for one in answers]
     assert sizes == sorted(sizes)
     assert sizes[-1] < MOST_NODES
@@ -127,25 +111,6 @@ def test_displacement_of_an_unloaded_point_converges(tmp_path: Path, element: st
     assert 0.0 < fine @ answers[-1].case.load.total / (size * FORCE) <= 1.0
 
 
-def field(results: Path, name: str) -> FloatArray:
-    """Return the last values (n, 6) of a named field in the result file, in the order of the node numbers."""
-    found: dict[int, list[float]] = {}
-    wanted = False
-    for line in results.read_text().splitlines():
-        if line.startswith(" -4"):
-            wanted = line.split()[1] == name
-        elif line.startswith(" -1") and wanted:
-            found[int(line[3:13])] = [float(line[k : k + 12]) for k in range(13, 85, 12)]
-    return np.array([found[node] for node in sorted(found)])
-
-
-def mises(results: Path) -> FloatArray:
-    """Return the von Mises stress (n,), MPa, of the nodes in the result file."""
-    x, y, z, xy, yz, zx = field(results, "STRESS").T
-    direct = 0.5 * ((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2)
-    return np.asarray(np.sqrt(direct + 3.0 * (xy**2 + yz**2 + zx**2)))
-
-
 @pytest.mark.parametrize("flank", ["right", pytest.param("left", marks=pytest.mark.slow)])
 def test_fillet_stress_and_balance_converge(tmp_path: Path, flank: str) -> None:
     """Largest stress of the fillet on the loaded side, for three meshes.
@@ -154,7 +119,7 @@ def test_fillet_stress_and_balance_converge(tmp_path: Path, flank: str) -> None:
     24.1."""
     stresses, size = [], 0
     for cells in STRESSED:
-        one = solved(tmp_path, narrow(), cells, flank=flank)
+        one = solved(tmp_path, NARROW, cells, flank=flank)
         assert one.case.load.cut == (flank == "right")
         stresses.append(one.stress(f"{flank} fillet"))
         assert len(one.mesh.points) > 2 * size
@@ -175,7 +140,7 @@ def test_a_small_contact_causes_more_fillet_stress(tmp_path: Path) -> None:
 
 def test_a_complete_gear_is_held_only_in_its_bore(tmp_path: Path) -> None:
     """With all teeth there are no cut sides and no duplicate nodes."""
-    found = solved(tmp_path, narrow(), Cells(1, 2, 1, 2, 2), "C3D8", member=0, teeth=29)
+    found = solved(tmp_path, NARROW, Cells(1, 2, 1, 2, 2), "C3D8", member=0, teeth=29)
     points = found.mesh.points
     assert len(np.unique(np.round(points, 6), axis=0)) == len(points)
     assert found.case.fixed == ("bore",)

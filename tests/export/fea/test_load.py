@@ -14,9 +14,7 @@ from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.hertz import contact_modulus, hertz_ellipse
 from beveloid_geom.export.fea.abaqus import fixed_nodes
 from beveloid_geom.export.fea.load import ContactPlace, contact_load
-from beveloid_geom.shapes.hexahedral_mesh import (
-    shape_functions,
-)
+from beveloid_geom.shapes.hexahedral_mesh import shape_functions
 from tests.export.fea.test_volumes import SIZE, block, case_of, place_at
 from tests.shapes.test_hexahedral_mesh import reference_nodes
 

@@ -15,8 +15,8 @@ from beveloid_geom.export.fea.pair_mesh import pair_mesh
 from beveloid_geom.operation.certificate import path_certificate
 from beveloid_geom.shapes.element_sizes import Cells
 from beveloid_geom.status import Verdict
-from tests.export.fea.test_calculix import field
-from tests.export.fea.test_pair_deck import scaled, solved, with_ccx
+from tests.export.fea.ccx import field, with_ccx
+from tests.export.fea.test_pair_deck import scaled, solved
 
 pytestmark = [with_ccx, pytest.mark.slow]
 FORCE = 8e3

@@ -15,7 +15,7 @@ from beveloid_geom.operation.cycle.cycle_segments import SAMPLES_PER_PITCH
 from beveloid_viz.explore import panels
 from beveloid_viz.explore.calculation import Calculation
 from beveloid_viz.explore.values import Start
-from tests.cli.running import run, strict_json
+from tests.cli.running import json_of
 
 ARCSEC = 180.0 * 3600.0 / math.pi
 
@@ -54,15 +54,10 @@ def test_figures_are_those_of_the_commands(modified: Design, tmp_path: Path, val
     found = figures(shown.motion(), shown.pattern(), shown.remarks())
     file = tmp_path / "saved.toml"
     file.write_text(design_text(shown.design))
-    flank, film = ("--flank", values["flank"]), str(values["film"])
-    commands = (
-        ("operation", "--film", film),
-        ("pattern", "--separation", film),
-        ("tca", "--torque", "500", "--no-certify"),
-    )
-    operation, pattern, path = (
-        strict_json(run(name, str(file), "--json", *flank, *options).stdout) for name, *options in commands
-    )
+    given, film = (file, "--flank", values["flank"]), str(values["film"])
+    operation = json_of("operation", *given, "--film", film)
+    pattern = json_of("pattern", *given, "--separation", film)
+    path = json_of("tca", *given, "--torque", "500", "--no-certify")
     ratios = operation["operating_contact_ratio"], operation["operating_contact_ratio_within_film"]
     operating, within = ("not known" if ratio is None else f"{ratio:.4f}" for ratio in ratios)
     assert found == {
@@ -120,11 +115,9 @@ def test_curves_and_areas_fit_the_results(name: str) -> None:
     assert len(motion["graph"]["pitches"]) == len(motion["graph"]["alone"])
     # In operation the pair with the gear furthest ahead is in contact: no curve of a single pair is above it.
     alone = np.array(motion["graph"]["alone"], dtype=float)
-    shift = SAMPLES_PER_PITCH
+    shift, at = SAMPLES_PER_PITCH, np.linspace(0.0, 1.0, SAMPLES_PER_PITCH + 1)
     pairs = np.stack([alone[k * shift : k * shift + shift + 1] for k in range(2 * motion["graph"]["reach"])])
-    carried = np.interp(
-        np.linspace(0.0, 1.0, shift + 1), np.linspace(0.0, 1.0, 121), motion["graph"]["operation"]
-    )
+    carried = np.interp(at, np.linspace(0.0, 1.0, 121), motion["graph"]["operation"])
     assert np.nanmax(pairs, axis=0) == pytest.approx(carried, abs=0.02)
     for number, (flank, side) in enumerate(zip(motion["flanks"], pattern["patterns"], strict=True)):
         share = polygons_area(side["bands"][-1]) / polygons_area([flank["outline"]])
@@ -144,23 +137,17 @@ def polygons_area(rings: list[Any]) -> float:
     return abs(total)
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 def test_the_patch_lies_just_outside_the_tooth(modified: Design, flank: str) -> None:
     found = contact_pattern(modified, flank, resolution=1.0)
-    for member, side, panel in zip(
-        modified.members,
-        (found.pinion, found.gear),
-        panels.pattern_panels(modified, flank, found),
-        strict=True,
-    ):
+    shown = panels.pattern_panels(modified, flank, found)
+    for member, side, panel in zip(modified.members, (found.pinion, found.gear), shown, strict=True):
         size = panel["patch"]["size"]
         points = np.reshape(panel["patch"]["points"], (*size, 3))[size[0] // 2, size[1] // 2]
         picked = [round((n - 1) * (k // 2) / (k - 1)) for n, k in zip(side.l.shape, size, strict=True)]
         on_flank = side.points[tuple(picked)]
         away = points - on_flank
-        assert np.linalg.norm(away) == pytest.approx(
-            panels.LIFT_MODULES * float(member.tool.normal_module), rel=0.05
-        )
+        lift = panels.LIFT_MODULES * float(member.tool.normal_module)
+        assert np.linalg.norm(away) == pytest.approx(lift, rel=0.05)
         # The middle of the tooth is on the x axis at mid-face, so that |y| grows out of the tooth.
         assert on_flank[2] == pytest.approx(0.0, abs=0.6)
         assert away[1] * on_flank[1] > 0.0

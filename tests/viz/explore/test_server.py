@@ -14,10 +14,10 @@ from urllib.parse import urlsplit
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from beveloid_geom import Design, builtin_design
 from beveloid_viz.explore.cli import main
+from tests.cli.running import refused
 
 if TYPE_CHECKING:
     from beveloid_viz.explore.notebook import Exploration
@@ -113,18 +113,12 @@ def test_a_batch_and_refused_settings(explored: Explored, modified: Design) -> N
 
 def test_without_the_extra_one_line_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("beveloid_viz.explore.cli.find_spec", lambda name: None)
-    result = CliRunner().invoke(main, ["--no-browser"])
-    assert (result.exit_code, result.stdout) == (2, "")
-    assert result.stderr == (
-        "Error: explore-pair needs the package aiohttp: pip install 'beveloid-geom[explore]'\n"
-    )
+    line = refused("--no-browser", program=main)
+    assert "needs the package aiohttp: pip install 'beveloid-geom[explore]'" in line
 
 
 def test_a_busy_port_and_a_bad_design_are_refused(url: str, tmp_path: Path) -> None:
     port = str(urlsplit(url).port)
-    result = CliRunner().invoke(main, ["--no-browser", "--port", port])
-    assert result.exit_code == 2
-    assert result.stderr.startswith(f"Error: --port {port} of 127.0.0.1 cannot be used (Address")
-    assert result.stderr.count("\n") == 1
-    bad = CliRunner().invoke(main, ["--no-browser", str(tmp_path / "none.toml")])
-    assert (bad.exit_code, bad.stdout) == (2, "")
+    line = refused("--no-browser", "--port", port, program=main)
+    assert line.startswith(f"Error: --port {port} of 127.0.0.1 cannot be used (Address")
+    refused("--no-browser", tmp_path / "none.toml", program=main)

@@ -60,6 +60,23 @@ def opened() -> Iterator[Callable[[Design], Window]]:
         window.session._worker.join(20.0)
 
 
+class Held:
+    """The first stage of the calculation, held until `go` is set; `offsets` are those computed."""
+
+    def __init__(self, status: str) -> None:
+        self.entered, self.go = threading.Event(), threading.Event()
+        self.status, self.offsets = status, list[float]()
+
+    def motion(self, calculation: Any) -> dict[str, Any]:
+        self.offsets.append(calculation.design.errors.offset)
+        self.entered.set()
+        assert self.go.wait(20.0)
+        return {"status": self.status, "reason": "of the test"}
+
+
+MOTION = "beveloid_viz.explore.calculation.Calculation.motion"
+
+
 def test_stages_come_in_order_and_refusals_do_not_end_the_window(
     opened: Callable[[Design], Window], modified: Design
 ) -> None:
@@ -75,10 +92,7 @@ def test_stages_come_in_order_and_refusals_do_not_end_the_window(
     "text",
     [
         *("", "[]", "{}", '{"kind": "values"}', '{"kind": "x", "values": {}}', "[" * 9999),
-        *(
-            f'{{"kind": "values", "id": {number}, "values": {{}}}}'
-            for number in ("NaN", "1e999", "null", "[]")
-        ),
+        *(f'{{"kind": "values", "id": {one}, "values": {{}}}}' for one in ("NaN", "1e999", "null", "[]")),
     ],
 )
 def test_unreadable_messages_are_answered(opened: Callable[[Design], Window], text: str) -> None:
@@ -99,7 +113,7 @@ def test_an_error_of_the_calculation_is_shown_and_the_next_values_are_computed(
 ) -> None:
     window = opened(modified)
     with monkeypatch.context() as broken:
-        broken.setattr("beveloid_viz.explore.calculation.Calculation.motion", lambda _: 1 / 0)
+        broken.setattr(MOTION, lambda _: 1 / 0)
         window.send(1)
         (answer,) = window.wait(1)
     assert (answer["status"], "ZeroDivisionError" in answer["reason"]) == ("not computed", True)
@@ -111,24 +125,15 @@ def test_an_error_of_the_calculation_is_shown_and_the_next_values_are_computed(
 def test_only_the_newest_values_are_computed(
     opened: Callable[[Design], Window], modified: Design, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    entered, go = threading.Event(), threading.Event()
-    shown: list[float] = []
-
-    def motion(self: Any) -> dict[str, Any]:
-        shown.append(self.design.errors.offset)
-        entered.set()
-        assert go.wait(20.0)
-        return {"status": "no contact", "reason": "of the test"}
-
-    monkeypatch.setattr("beveloid_viz.explore.calculation.Calculation.motion", motion)
-    window = opened(modified)
+    held, window = Held("no contact"), opened(modified)
+    monkeypatch.setattr(MOTION, lambda own: held.motion(own))
     window.send(1, offset_error=0.001)
-    assert entered.wait(20.0)
+    assert held.entered.wait(20.0)
     for number in range(2, 50):
         window.send(number, offset_error=0.001 * number)
-    go.set()
+    held.go.set()
     window.wait(49)
-    assert shown == [0.001, 0.049]
+    assert held.offsets == [0.001, 0.049]
 
 
 def test_pattern_and_remarks_of_outdated_values_are_skipped(
@@ -138,18 +143,12 @@ def test_pattern_and_remarks_of_outdated_values_are_skipped(
     window = opened(modified)
     window.send(1, film=0.0)
     window.wait(1)
-    entered, go = threading.Event(), threading.Event()
-
-    def motion(self: Any) -> dict[str, Any]:
-        entered.set()
-        assert go.wait(20.0)
-        return {"status": "solved"}
-
-    monkeypatch.setattr("beveloid_viz.explore.calculation.Calculation.motion", motion)
+    held = Held("solved")
+    monkeypatch.setattr(MOTION, lambda own: held.motion(own))
     window.send(2, film=0.0)
-    assert entered.wait(20.0)
+    assert held.entered.wait(20.0)
     window.send(3, film=0.0)
-    go.set()
+    held.go.set()
     assert len(window.wait(3)) == 3
     assert [answer["stage"] for answer in window.answers if answer["id"] == 2] == ["motion"]
 

@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Design, DesignError, MeshErrors, Modification, builtin_design, from_degrees
-from beveloid_geom.arrays import FLANK_SIGN
 from beveloid_geom.pair.misalignment_at_mesh import from_mesh
 from beveloid_viz.explore.values import Start, ViewSettings
-from tests.cli.running import run, strict_json
+from tests.cli.running import json_of
 
 RELIEF = "pinion.right.tip_relief_um"
 CHANGES: dict[str, Any] = {
@@ -85,12 +84,9 @@ def test_a_relief_with_a_wrong_length_is_refused(length: float, flank: str) -> N
     """If both flanks have the same values, the control of the driving flanks is named."""
     start, name = Start(builtin_design()), RELIEF.replace("_um", "_length_mm")
     refused = RELIEF if length == 0.0 else name
-    both = {
-        key.replace("right", side): value
-        for side in FLANK_SIGN
-        for key, value in ((RELIEF, 5.0), (name, length))
-    }
-    for values, of in (({RELIEF: 5.0, name: length}, "right"), ({**both, "flank": flank}, flank)):
+    one = {RELIEF: 5.0, name: length}
+    both = one | {key.replace("right", "left"): value for key, value in one.items()}
+    for values, of in ((one, "right"), ({**both, "flank": flank}, flank)):
         with pytest.raises(DesignError) as refusal:
             start.read(values)
         (fault,) = refusal.value.parts
@@ -133,7 +129,7 @@ def test_the_command_line_computes_the_same_as_the_file(values: dict[str, Any]) 
     assert reason == ""
     program, *arguments = shlex.split(line)
     assert program == "beveloid-geom"
-    shown = strict_json(run(*arguments, "--json").stdout)
+    shown = json_of(*arguments)
     design, settings = start.read(values)
     expected = shown["layout"]["errors"]
     assert expected == pytest.approx(vars(design.errors))

@@ -13,7 +13,6 @@ from beveloid_geom.contact.mesh_position import Frame
 from beveloid_viz.components import posed
 from beveloid_viz.figures.paper import fig_05_errors as fig
 from beveloid_viz.rendering.layout import of_size
-from beveloid_viz.rendering.opengl import require_opengl
 
 from ...symmetry import mirrored
 from ..pages import recipe_of
@@ -61,7 +60,6 @@ def test_each_error_lies_between_its_two_frames() -> None:
 def test_all_panels_have_one_direction_and_one_scale() -> None:
     """All panels have the same direction of view and scale. Each shows both members completely, and the
     largest picture fills its panel."""
-    require_opengl()
     drawing = recipe_of("fig-05").drawn(fig.compute(builtin_design()), of_size((400, 300)))
     pictures = list(drawing.pictures.values())
     assert len(pictures) == 4

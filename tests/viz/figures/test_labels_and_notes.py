@@ -12,7 +12,6 @@ from matplotlib.path import Path as Outline
 from matplotlib.text import Annotation
 
 from beveloid_geom import Design, builtin_design
-from beveloid_geom.arrays import FloatArray
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.proximity.mesh_convergence import Convergence
 from beveloid_geom.validation.near_singular import METHODS, MethodErrors
@@ -22,7 +21,7 @@ from beveloid_viz.components.charts import _tick
 from beveloid_viz.components.map_panel import next_to_unknown
 from beveloid_viz.components.panels import Trace
 from beveloid_viz.figures.methods import mesh_convergence, stability
-from beveloid_viz.figures.methods.speed_accuracy import SpeedAccuracy, draw as draw_speed
+from beveloid_viz.figures.methods.speed_accuracy import draw as draw_speed
 from beveloid_viz.figures.paper import fig_01_pair, fig_06_modification
 from beveloid_viz.figures.paper.fig_07_to_10_paths import coefficient_texts
 from beveloid_viz.figures.paper.fig_12_to_15_misalignment import _free_corner
@@ -32,7 +31,7 @@ from beveloid_viz.rendering.layout import PageLayout, of_size, of_width
 from beveloid_viz.rendering.scene import Picture, Tube
 
 from ...symmetry import mirrored, scaled
-from ..pages import drawn, page_of, recipe_of, short_measurements, texts
+from ..pages import distances, drawn, page_of, recipe_of, short_measurements, texts
 from ..test_print import both_right
 from .test_speed_accuracy import data_with
 
@@ -60,25 +59,18 @@ def test_wrong_points_have_one_label_and_a_limit_in_proportion_to_the_module() -
     assert [text.get_text() for text in axes.texts] == ["wrong by up to 0.025 mm"]
 
 
-def test_a_method_without_an_answer_is_in_the_note_and_not_in_the_legend() -> None:
-    for failed, lost in (("", 0), ("five equations", 1)):
-        data: SpeedAccuracy = data_with(lambda: 1.0, failed)
-        page = page_of(draw_speed, data)
-        (legend,) = page.legends
-        assert len(legend.get_texts()) == 5 - lost
-        assert page.note.endswith("Without an answer: five equations.") == bool(lost)
-
-
-def test_a_setting_without_an_answer_is_in_the_note() -> None:
-    data: SpeedAccuracy = data_with(lambda: 1.0, "five equations")
-    changed = [
-        replace(one, status="5 of 5 positions not solved")
-        if (one.method, one.value) == ("one equation", 1)
-        else one
+@pytest.mark.parametrize("failed", ["", "five equations"])
+def test_what_has_no_answer_is_in_the_note_and_not_in_the_legend(failed: str) -> None:
+    data, lost = data_with(lambda: 1.0, failed), ("one equation", 1)
+    page = page_of(draw_speed, data)
+    assert len(page.legends[0].get_texts()) == 5 - bool(failed)
+    assert page.note.endswith("Without an answer: five equations.") == bool(failed)
+    changed = tuple(
+        replace(one, status="5 of 5 positions not solved") if (one.method, one.value) == lost else one
         for one in data.measurements
-    ]
-    note = page_of(draw_speed, replace(data, measurements=tuple(changed))).note
-    assert note.endswith("Without an answer: five equations; one equation, 1 position.")
+    )
+    note = page_of(draw_speed, replace(data, measurements=changed)).note
+    assert note.endswith(f"Without an answer: {failed}{'; ' * bool(failed)}one equation, 1 position.")
 
 
 @pytest.mark.parametrize("greatest", [0.0172, 0.99, 1.31, 3.46, 4.86, 7.3, 10.4, 486.0, 870.0])
@@ -110,11 +102,15 @@ def test_ellipses_stay_in_their_cells() -> None:
 
 
 @pytest.mark.parametrize(("design", "labelled"), [(TABLE, True), (both_right(), False)])
-def test_the_note_of_fig_11_names_labelled_dots_only_if_there_are_any(design: Design, labelled: bool) -> None:
+def test_the_note_of_fig_11_names_only_what_is_drawn(design: Design, labelled: bool) -> None:
+    """Labelled dots are explained if there are any, and missing circles are."""
     recipe = recipe_of("fig-11")
     with short_measurements():
-        page = recipe.drawn(recipe.compute(design), of_width(90.0)).page
-    assert ("Labelled dots" in page.note) == labelled
+        data = recipe.compute(design)
+        unknown = {side: np.full_like(ratio, np.nan) for side, ratio in data.ratio.items()}
+        notes = [page_of(recipe.draw, one).note for one in (data, replace(data, ratio=unknown))]
+    assert ("Labelled dots" in notes[0]) == labelled
+    assert ["Without circle" in note for note in notes] == [False, True]
 
 
 def test_empty_panels_have_no_axes() -> None:
@@ -185,16 +181,6 @@ def test_the_note_on_first_contacts_names_only_what_is_drawn() -> None:
         note = page_of(recipe.draw, recipe.compute(PARALLEL)).note
         assert ("Not first: another tooth pair" in note) == said
         assert "Contact ratios: one tooth pair" in note
-
-
-@pytest.mark.parametrize(("missing", "said"), [(False, False), (True, True)])
-def test_fig_11_says_why_a_circle_is_missing(missing: bool, said: bool) -> None:
-    recipe = recipe_of("fig-11")
-    with short_measurements():
-        data = recipe.compute(TABLE)
-        if missing:
-            data = replace(data, ratio={side: np.full_like(data.ratio[side], np.nan) for side in data.ratio})
-        assert ("Without circle" in page_of(recipe.draw, data).note) == said
 
 
 @pytest.mark.parametrize(
@@ -282,14 +268,7 @@ def test_labels_of_radii_are_next_to_their_arrows(design: Design, layout: PageLa
             middle = np.array((box.x0 + box.x1, box.y0 + box.y1)) / 2.0
             colour = to_hex(label.get_color())
             near = [one for one in patches if one[2] == colour or one[1] == radius_pt]
-            nearest = min(near, key=lambda one: away(one[0], middle))
+            nearest = min(near, key=lambda one: distances(middle, one[0])[0])
             assert nearest[1:] == (radius_pt, colour)
             seen.add(label.get_text())
     assert seen == names
-
-
-def away(arrow: FloatArray, point: FloatArray) -> float:
-    """Return the distance of a point (2,) from an arrow, (2, 2), pixels."""
-    start, way = arrow[0], arrow[1] - arrow[0]
-    share = np.clip((point - start) @ way / (way @ way), 0.0, 1.0)
-    return float(np.linalg.norm(point - start - share * way))

@@ -19,7 +19,6 @@ from beveloid_geom import builtin_design, sample_flank
 from beveloid_viz.components import panels, posed, viewpoint
 from beveloid_viz.figures.paper import fig_01_pair as fig_pair
 from beveloid_viz.rendering import theme
-from beveloid_viz.rendering.opengl import require_opengl
 from beveloid_viz.rendering.scene import MESH_PX, Scene, render
 
 NOTICEABLE = 6
@@ -71,7 +70,6 @@ def flank_at(size: tuple[int, int], pixels: float) -> Scene:
 def test_a_finer_mesh_is_not_seen(
     scene_at: Callable[[tuple[int, int], float], Scene], size: tuple[int, int], default: float
 ) -> None:
-    require_opengl()
     at = partial(scene_at, size)
     finest, usual, coarse = (render(at(share * default), size).image for share in (FINEST, 1.0, 20.0))
     print(worst_place(usual, finest), worst_place(coarse, finest))

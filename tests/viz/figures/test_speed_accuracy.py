@@ -59,9 +59,8 @@ def test_page_does_not_depend_on_the_times(width_mm: float) -> None:
 @pytest.mark.parametrize("spread", [0.0, 0.3, 1.0])
 def test_no_label_is_overprinted(spread: float) -> None:
     random = np.random.default_rng(5)
-    page = page_of(
-        fig_speed.draw, data_with(lambda: float(10.0 ** random.uniform(-spread, spread))), (800, 600)
-    )
+    data = data_with(lambda: float(10.0 ** random.uniform(-spread, spread)))
+    page = page_of(fig_speed.draw, data, (800, 600))
     assert overprinted(page.axes[0]) == []
     assert len(page.axes[0].texts) >= 4
 
@@ -73,12 +72,8 @@ def test_the_finding_compares_exact_methods_only() -> None:
     data, inexact = replace(data, measurements=tuple(exact)), replace(data, measurements=tuple(coarse))
     assert fig_speed.title(data).startswith("One equation is as exact")
     # Five equations: 1e-4 s at the loosest xtol. One equation: 1e-5 s, 1.6 times longer at each size.
-    assert fig_speed.finding(data)[2:] == [
-        "1: 10 times faster",
-        "11: 6.3 times faster",
-        "101: 4 times faster",
-        "100,001: 1 times slower",
-    ]
+    times = ["1: 10 times faster", "11: 6.3 times faster", "101: 4 times faster", "100,001: 1 times slower"]
+    assert fig_speed.finding(data)[2:] == times
     assert fig_speed.finding(inexact) == []
     assert fig_speed.title(inexact).startswith("Error and time")
 

@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 from numpy.typing import NDArray
 from PIL import Image as Pillow, ImageSequence
 
@@ -15,7 +14,7 @@ from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM
 from beveloid_viz.film import scene
 from beveloid_viz.film.cli import main
 from beveloid_viz.film.motion import Film, film_of
-from beveloid_viz.rendering.opengl import require_opengl
+from tests.cli.running import refused, run
 from tests.symmetry import mirrored
 from tests.viz.test_snapshots import LIMIT, difference
 
@@ -23,11 +22,6 @@ SNAPSHOT = Path(__file__).parents[1] / "snapshots" / "film.png"
 SIZE = (480, 360)
 SMALL = ("--size", "320x240", "--seconds", "0.3", "--fps", "10")
 Image = NDArray[np.uint8]
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _opengl() -> None:
-    require_opengl()
 
 
 @pytest.fixture(scope="module")
@@ -44,10 +38,6 @@ def frames_of(path: Path) -> list[Image]:
     with Pillow.open(path) as film:
         assert film.info["loop"] == 0
         return [np.asarray(frame.convert("RGB")) for frame in ImageSequence.Iterator(film)]
-
-
-def run(*arguments: str) -> Result:
-    return CliRunner().invoke(main, arguments)
 
 
 def test_contacts_of_unmodified_flanks_are_on_the_path(plain: Film) -> None:
@@ -105,7 +95,7 @@ def test_titles_have_no_missing_letters(modified: Film, name: str) -> None:
 
 def test_gif(tmp_path: Path) -> None:
     out = tmp_path / "new" / "mesh.GIF"
-    done = run("--out", str(out), *SMALL, "--pitches", "2")
+    done = run("--out", out, *SMALL, "--pitches", "2", program=main)
     assert done.exit_code == 0, done.stderr
     assert "mesh.GIF: 6 frames, 0.6 s" in done.stdout
     assert [path.name for path in out.parent.iterdir()] == ["mesh.GIF"]
@@ -117,7 +107,7 @@ def test_gif(tmp_path: Path) -> None:
 def test_mp4(tmp_path: Path) -> None:
     ffmpeg = pytest.importorskip("imageio_ffmpeg", reason="the encoder of films, extra `film`")
     out = tmp_path / "mesh.mp4"
-    done = run("--out", str(out), *SMALL)
+    done = run("--out", out, *SMALL, program=main)
     assert done.exit_code == 0, done.stderr
     content = out.read_bytes()
     assert 0 < content.find(b"moov") < content.find(b"mdat")  # browsers play it while it is loaded
@@ -135,7 +125,7 @@ def test_mp4(tmp_path: Path) -> None:
     ],
 )
 def test_a_pair_without_motion(arguments: tuple[str, ...], reason: str, status: int, tmp_path: Path) -> None:
-    done = run("--out", str(tmp_path / "new" / "mesh.gif"), *arguments)
+    done = run("--out", tmp_path / "new" / "mesh.gif", *arguments, program=main)
     assert done.exit_code == status
     assert reason in done.stderr
     assert done.stderr.count("\n") == 1
@@ -144,9 +134,7 @@ def test_a_pair_without_motion(arguments: tuple[str, ...], reason: str, status: 
 
 def test_a_missing_encoder_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("beveloid_viz.film.cli.find_spec", lambda _: None)
-    done = run("--out", str(tmp_path / "mesh.mp4"))
-    assert done.exit_code == 2
-    assert "pip install 'beveloid-geom[film]'" in done.stderr
+    assert "pip install 'beveloid-geom[film]'" in refused("--out", tmp_path / "mesh.mp4", program=main)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -155,7 +143,7 @@ def test_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(scene, "write_film", full)
-    done = run("--out", str(tmp_path / "mesh.gif"), *SMALL)
+    done = run("--out", tmp_path / "mesh.gif", *SMALL, program=main)
     assert done.exit_code == 2
     assert "No space left on device" in done.stderr
     assert list(tmp_path.iterdir()) == []

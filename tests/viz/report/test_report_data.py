@@ -39,24 +39,24 @@ def test_the_time_of_a_copied_file_is_not_later_than_the_source(
 
 
 def test_failing_mountings_are_counted_once() -> None:
-    """The counts of three kinds of failures equal those of a loop over all mountings; a mounting with several
+    """The counts of three kinds of failures equal those of both flanks; a mounting with several
     failures counts once."""
     design = builtin_design().with_errors(Errors(offset=-0.11))
     wide = Tolerances(0.1, math.radians(0.5), 0.1, 0.1)
     studies = [tolerance_study(design, wide, flank, 300) for flank in ("right", "left")]
-    found, lost, short, jammed = failed_mountings(list(studies)), set(), set(), set()
-    for one in (study.mountings for study in studies):
-        for case in range(300):
-            if not one.solved[case]:
-                lost.add(case)
-            elif one.contact_ratio[case] < 1.0:
-                short.add(case)
-            if one.jammed[case]:
-                jammed.add(case)
-    counts = {"without_contact": len(lost), "contact_ratio_below_1": len(short), "jammed": len(jammed)}
-    assert found == {"cases": 300, "failed": len(lost | short | jammed), **counts}
-    assert 0 < len(lost) < 300
-    assert 0 < len(jammed) < 300
+    found, sides = failed_mountings(list(studies)), [study.mountings for study in studies]
+    lost, short, jammed = (
+        np.logical_or(*flanks)
+        for flanks in (
+            [~one.solved for one in sides],
+            [one.solved & (one.contact_ratio < 1.0) for one in sides],
+            [one.jammed for one in sides],
+        )
+    )
+    counts = {"without_contact": lost.sum(), "contact_ratio_below_1": short.sum(), "jammed": jammed.sum()}
+    assert found == {"cases": 300, "failed": (lost | short | jammed).sum(), **counts}
+    assert 0 < lost.sum() < 300
+    assert 0 < jammed.sum() < 300
     assert failed_mountings([None, None]) == {}
 
 
@@ -65,10 +65,9 @@ def test_failing_mountings_give_a_warning() -> None:
     table1 = builtin_design()
     tool = replace(table1.pinion.tool, normal_module=4.0)
     pinion = replace(table1.pinion, tool=tool, teeth=25)
-    gear = replace(
-        table1.gear, tool=tool, teeth=31, cone_angle=math.radians(5.0), helix_angle=math.radians(-6.64)
-    )
-    design = Design(pinion, gear, Pair(111.6066, math.radians(20.0)))
+    cone, helix, shaft = map(math.radians, (5.0, -6.64, 20.0))
+    gear = replace(table1.gear, tool=tool, teeth=31, cone_angle=cone, helix_angle=helix)
+    design = Design(pinion, gear, Pair(111.6066, shaft))
     study = tolerance_study(design, USUAL, "right", 100)
     remark, reach = tolerance_remarks(design, study)
     share = 1.0 - np.count_nonzero(study.mountings.solved) / study.cases
@@ -87,9 +86,8 @@ def test_failing_mountings_give_a_warning() -> None:
 def test_usual_tolerances_too_wide_for_a_pair_are_a_reason_and_given_ones_a_refusal() -> None:
     design = scaled(builtin_design(), 0.004 / 6.0)  # 0.05 mm are more than ten modules
     done = list[str]()
-    for result, data, reason in _tolerances(
-        "small", design, ReportSettings(cases=5), done.append, None
-    ).values():
+    found = _tolerances("small", design, ReportSettings(cases=5), done.append, None)
+    for result, data, reason in found.values():
         assert result is None
         assert data["reason"] == reason
         assert "tolerance of offset must be less" in str(reason)
