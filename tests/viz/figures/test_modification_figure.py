@@ -110,7 +110,7 @@ def test_crowning_against_parabolas() -> None:
     np.testing.assert_allclose(round_.shifts[1, [0, -1]], (3.9, -3.9), atol=0.3)
     own_plain, own = modifications.compute(crowned(builtin_design())).cases
     assert swing(own) == swing(round_)
-    assert own_plain.design == builtin_design()
+    assert own_plain.path.design == builtin_design()
 
 
 @pytest.mark.slow
