@@ -32,6 +32,13 @@ def require_design(design: object) -> None:
     raise TypeError(f"design must be a Design, got {_shown(design)}: {cure}")
 
 
+def require_single(design: Design) -> None:
+    """Raise TypeError if an argument is not a `Design`, and ValueError for a design with arrays."""
+    require_design(design)
+    if design.batch_shape:
+        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
+
+
 def require_member(member: object) -> None:
     """Raise TypeError if an argument is not a `Member`, with the parts of a design that are."""
     if not isinstance(member, Member):
