@@ -260,29 +260,7 @@ def test_sets_are_sorted_and_of_all_teeth(element: str, teeth: int | None) -> No
             np.testing.assert_array_equal(np.concatenate([own for own in each if own is not None]), faces)
 
 
-def test_surfaces_face_outwards() -> None:
-    mesh = few(PINION, "C3D8")
-    for name in NAMES:
-        nodes = face_nodes(mesh, mesh.surfaces[name])
-        a, b, c, d = np.moveaxis(mesh.points[nodes], 1, 0)
-        inside = mesh.points[mesh.hexahedra[mesh.surfaces[name][:, 0]]].mean(axis=1)
-        normal = np.cross(c - a, d - b)
-        assert (np.einsum("ni,ni->n", normal, 0.25 * (a + b + c + d) - inside) < 0.0).all()
-
-
 # Teeth
-
-
-@both_orders
-def test_teeth_join(element: str) -> None:
-    one, three = few(PINION, element), few(PINION, element, 3)
-    shared = len(one.node_sets["first side"])
-    assert len(three.points) == 3 * len(one.points) - 2 * shared
-    assert volume(three) == pytest.approx(3.0 * volume(one), rel=1e-12)
-    for name in ("right flank", "tip"):
-        angle = [polar(three.points[three.node_sets[f"{name} {number}"]])[1] for number in (1, 2, 3)]
-        np.testing.assert_allclose(angle[1].mean() - angle[0].mean(), 2.0 * pi / 29.0, rtol=1e-9)
-        np.testing.assert_allclose(angle[2].mean() - angle[1].mean(), 2.0 * pi / 29.0, rtol=1e-9)
 
 
 @both_orders
@@ -346,14 +324,6 @@ def test_fine_elements_of_a_bent_flank_stay_near_it() -> None:
     cells = replace(cells_of(member, 0.0006), tip=6)
     mesh = tooth_hexahedra(member, 1, "C3D8", cells=cells, bore_radius=1.2 * bore_of(member))
     assert 0.0002 < distance_from_flanks(member, mesh) < 0.0006
-
-
-def test_smaller_tolerances_take_more_elements() -> None:
-    cells = [cells_of(PINION, tolerance) for tolerance in (0.1, 0.02, 0.004)]
-    for name in ("fillet", "flank", "tip", "face"):
-        numbers = [getattr(own, name) for own in cells]
-        assert numbers == sorted(numbers)
-        assert numbers[0] < numbers[-1]
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 from math import pi, radians
 from typing import Any
 
@@ -12,7 +11,7 @@ import pytest
 import trimesh
 
 from beveloid_geom import Member
-from beveloid_geom.arrays import FloatArray, Indices
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.shapes.section import OUTLINE, Section, section_of, section_size
 from beveloid_geom.shapes.sheet import grid_of
 from beveloid_geom.shapes.tooth_boundary import cut_sheets
@@ -48,65 +47,6 @@ def corners(section: Section) -> tuple[FloatArray, FloatArray]:
     return np.asarray(np.sin(np.angle(turn))), np.asarray(np.angle(turn))
 
 
-def edges_of(quads: Indices) -> Indices:
-    return np.stack((quads, np.roll(quads, -1, axis=1)), axis=-1).reshape(-1, 2)
-
-
-@pytest.fixture(scope="module")
-def pinion() -> tuple[dict[str, FloatArray], Section]:
-    outline = outline_of(PINION)
-    return outline, section_of(outline, 45.0)
-
-
-def test_the_outline_is_kept(pinion: tuple[dict[str, FloatArray], Section]) -> None:
-    outline, section = pinion
-    for number, name in enumerate(OUTLINE):
-        kept = section.points[section.boundary[name]]
-        last = -1 if number < len(OUTLINE) - 1 else None  # the last point is the next curve's first
-        np.testing.assert_array_equal(kept[:last, :, :2], outline[name][:last, :, :2])
-        np.testing.assert_allclose(kept, outline[name], rtol=0.0, atol=1e-10)
-    assert (section.points[..., 2] == outline["tip"][0, :, 2]).all()
-
-
-def test_bore_and_sides(pinion: tuple[dict[str, FloatArray], Section]) -> None:
-    section = pinion[1]
-    first, last, bore = (section.boundary[name] for name in ("first side", "last side", "bore"))
-    radius = np.hypot(*np.moveaxis(section.points[bore], -1, 0)[:2])
-    np.testing.assert_allclose(radius, 45.0, rtol=1e-14)
-    angle = np.unwrap(np.arctan2(*np.moveaxis(section.points[bore], -1, 0)[1::-1]), axis=0)
-    assert (np.diff(angle, axis=0) > 0.0).all()
-    assert (first[0], last[0]) == (section.boundary["left bottom"][0], section.boundary["right bottom"][-1])
-    assert (first[-1], last[-1]) == (bore[0], bore[-1])
-    one, other = (section.points[side][..., :2] @ (1.0, 1.0j) for side in (first, last))
-    np.testing.assert_allclose(one * np.exp(2.0j * pi / 29.0), other, rtol=0.0, atol=1e-11)
-    np.testing.assert_allclose(np.angle(one / one[0]), 0.0, atol=1e-14)
-
-
-@all_members
-def test_quadrilaterals_tile_the_section(member: Member) -> None:
-    outline = outline_of(member)
-    section = section_of(outline, 0.5 * least_root(outline))
-    edges = edges_of(section.quads)
-    keys = {tuple(edge) for edge in edges.tolist()}
-    assert len(keys) == len(edges)
-    open_edges = {(a, b) for a, b in keys if (b, a) not in keys}
-    around = [edge for nodes in section.boundary.values() for edge in pairwise(nodes.tolist())]
-    assert {frozenset(edge) for edge in around} == {frozenset(edge) for edge in open_edges}
-    assert len(around) == len(open_edges)
-    ahead = dict(open_edges)
-    path = [int(section.boundary["bore"][0])]
-    while len(path) <= len(ahead) and (len(path) == 1 or path[-1] != path[0]):
-        path.append(ahead[path[-1]])
-    assert len(path) == len(ahead) + 1
-    assert np.array_equal(np.unique(section.quads), np.arange(len(section.points)))
-    x = section.points[..., :2] @ (1.0, 1.0j)
-    whole = 0.5 * np.sum((x[path[:-1]].conj() * x[path[1:]]).imag, axis=0)
-    a, b, c, d = x[section.quads.T]
-    parts = 0.5 * ((c - a).conj() * (d - b)).imag
-    assert (parts > 0.0).all()
-    np.testing.assert_allclose(parts.sum(axis=0), whole, rtol=1e-12)
-
-
 @all_members
 @pytest.mark.parametrize("cells", CELLS.values(), ids=CELLS)
 def test_cells_are_well_shaped(member: Member, cells: tuple[int, int, int, int]) -> None:
@@ -121,19 +61,6 @@ def test_cells_are_well_shaped(member: Member, cells: tuple[int, int, int, int])
                 np.min([angles(points[np.stack(t, -1)]).min(axis=1) for t in cut], axis=0) for cut in cuts
             ]
             assert np.max(best, axis=0).min() > radians(1.0)
-
-
-def test_inner_nodes_have_four_cells_and_two_nodes_of_the_outline_three(
-    pinion: tuple[dict[str, FloatArray], Section],
-) -> None:
-    section = pinion[1]
-    cells = np.bincount(section.quads.ravel())
-    edge = np.unique(np.concatenate(list(section.boundary.values())))
-    assert (np.delete(cells, edge) == 4).all()
-    three = np.flatnonzero(cells[edge] == 3)
-    assert len(three) == 2
-    for node, name in zip(edge[three], ("left fillet", "right fillet"), strict=True):
-        assert node in section.boundary[name]
 
 
 def test_three_cells_share_the_middle_of_a_fillet(flank: str) -> None:
@@ -202,18 +129,9 @@ def test_sections_of_a_helical_gear_are_rotated() -> None:
     assert np.abs(turned - turned[:, :1]).max() < 1e-4
 
 
-def test_a_rotated_outline_gives_a_rotated_section(pinion: tuple[dict[str, FloatArray], Section]) -> None:
-    outline, section = pinion
-    cos, sin = np.cos(2.0), np.sin(2.0)
-    matrix = np.array([[cos, sin, 0.0], [-sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    other = section_of({name: curve @ matrix for name, curve in outline.items()}, 45.0)
-    np.testing.assert_allclose(other.points, section.points @ matrix, rtol=0.0, atol=1e-9)
-
-
-def test_a_mirrored_outline_gives_a_mirrored_section(
-    pinion: tuple[dict[str, FloatArray], Section],
-) -> None:
-    outline, section = pinion
+def test_a_mirrored_outline_gives_a_mirrored_section() -> None:
+    outline = outline_of(PINION)
+    section = section_of(outline, 45.0)
     mirror = np.array([1.0, -1.0, 1.0])
     swapped = [outline[name][::-1] * mirror for name in reversed(OUTLINE)]
     other = section_of(dict(zip(OUTLINE, swapped, strict=True)), 45.0)
@@ -250,41 +168,20 @@ def test_a_bottom_land_without_width() -> None:
 
 def test_rows_of_the_body_obey_growth_and_aspect() -> None:
     outline = outline_of(SPUR)
-    for aspect, growth in ((3.0, 1.2), (10.0, 2.0)):
-        section = section_of(outline, 20.0, aspect, growth)
-        side = section.points[section.boundary["first side"], 0]
-        height = -np.diff(np.hypot(side[:, 0], side[:, 1]))
-        width = 2.0 * pi / 29.0 / (len(section.boundary["bore"]) - 1) * np.hypot(side[1:, 0], side[1:, 1])
-        assert (height[1:] / height[:-1]).max() < growth * (1.0 + 1e-9)
-        assert (height / width).max() < 1.2 * aspect
-        assert len(height) > 5
+    section = section_of(outline, 20.0)
+    side = section.points[section.boundary["first side"], 0]
+    height = -np.diff(np.hypot(side[:, 0], side[:, 1]))
+    width = 2.0 * pi / 29.0 / (len(section.boundary["bore"]) - 1) * np.hypot(side[1:, 0], side[1:, 1])
+    assert (height[1:] / height[:-1]).max() < 1.4 * (1.0 + 1e-9)
+    assert (height / width).max() < 1.2 * 8.0
+    assert len(height) > 5
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        (
-            {"left flank": slice(0, -1)},
-            r"'left flank' and 'right flank' must have equal numbers of points, got",
-        ),
-        (
-            {"left fillet": slice(0, None, 5), "right fillet": slice(0, None, 5)},
-            "a fillet must have at least 2 cells, got 1",
-        ),
-        ({"left fillet": slice(1, None), "right fillet": slice(1, None)}, "'left bottom' must end where"),
-    ],
-)
-def test_curves_that_do_not_match_are_rejected(change: dict[str, slice], message: str) -> None:
+def test_curves_that_do_not_meet_are_rejected() -> None:
     outline = outline_of(PINION)
-    changed = {name: outline[name][part] for name, part in change.items()}
-    with pytest.raises(ValueError, match=message):
-        section_of(outline | changed, 45.0)
-
-
-@pytest.mark.parametrize("bore", [0.0, -3.0, 77.0, 200.0])
-def test_a_bore_outside_its_limits_is_rejected(bore: float) -> None:
-    with pytest.raises(ValueError, match="bore_radius must be between 0 and the root radius"):
-        section_of(outline_of(PINION), 1.2 * bore)
+    shorter = {name: outline[name][1:] for name in ("left fillet", "right fillet")}
+    with pytest.raises(ValueError, match="'left bottom' must end where"):
+        section_of(outline | shorter, 45.0)
 
 
 def test_an_outline_that_intersects_itself_is_rejected() -> None:

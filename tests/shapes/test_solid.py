@@ -83,9 +83,7 @@ def test_complete_gears_are_closed(name: str) -> None:
 
 
 FINE = ("pinion", "convex", "spur", "spur cone", "steep", "steep helix", "few teeth")
-SLIVER_CASES = [(name, tolerance) for name in MEMBERS for tolerance in (0.1, 0.01)] + [
-    (name, 0.001) for name in FINE
-]
+SLIVER_CASES = [(name, tolerance) for name in MEMBERS for tolerance in (0.1, 0.01)]
 
 
 @pytest.mark.slow

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from math import pi, radians, tan
 
 import numpy as np
@@ -13,7 +12,7 @@ from beveloid_geom.gear.fillet import root_radius, tool_round
 from beveloid_geom.gear.flank_limits import tip_radius
 from beveloid_geom.gear.rack import reference_radius
 from beveloid_geom.shapes.section import SIDES
-from beveloid_geom.shapes.sheet import SheetGrid, grid_of
+from beveloid_geom.shapes.sheet import SheetGrid
 from beveloid_geom.shapes.surface_mesh import gear_mesh
 from beveloid_geom.shapes.tooth_boundary import (
     bottom_sheet,
@@ -21,7 +20,7 @@ from beveloid_geom.shapes.tooth_boundary import (
     fillet_sheet,
     outline_grids,
 )
-from tests.members import GEAR, OTHERS as MEMBERS, PINION
+from tests.members import OTHERS as MEMBERS, PINION
 from tests.oracle.tool_sweep import clearance_of_round
 
 all_members = pytest.mark.parametrize("member", MEMBERS.values(), ids=MEMBERS)
@@ -75,24 +74,6 @@ def test_a_narrow_bottom_land_includes_the_end_of_the_fillet() -> None:
     assert float(fillet.lower(np.zeros(1))[0]) < 0.5 * pi - 0.04
 
 
-def test_round_meets_the_flank_where_it_should() -> None:
-    for parabola, height in ((0.0, -0.99997), (-0.001, -0.9954), (0.001, -1.0046)):
-        tool = replace(PINION.tool, parabola=parabola)
-        l, alpha = tool_round(tool, "right").joint, float(tool.normal_pressure_angle)
-        x = l * np.cos(alpha) + parabola * l * l * np.sin(alpha)
-        assert x / 6.0 == pytest.approx(height, abs=1e-4)
-
-
-@pytest.mark.parametrize("shift", [0.0, 0.3])
-def test_thickness_of_a_spur_gear(shift: float) -> None:
-    member = replace(MEMBERS["spur"], profile_shift=shift)
-    sheet = cut_sheets(member)["right flank"]
-    points = grid_of(sheet, np.linspace(0.0, 1.0, 2001), np.zeros(1)).points[:, 0]
-    radius, pitch = np.hypot(points[:, 0], points[:, 1]), float(reference_radius(member))
-    half = abs(np.interp(pitch, radius, np.arctan2(points[:, 1], points[:, 0])))
-    assert 2.0 * half * pitch == pytest.approx(6.0 * (0.5 * pi + 2.0 * shift * tan(radians(20.0))), abs=2e-6)
-
-
 @pytest.mark.parametrize("name", ["gear", "spur"])
 @pytest.mark.parametrize("teeth", [None, range(2)])
 def test_pictures_show_the_solid(name: str, teeth: range | None) -> None:
@@ -123,14 +104,6 @@ def test_normals_are_those_of_the_surfaces(member: Member) -> None:
     for name in SIDES:
         angle = np.arctan2(*mesh.of(name).points[:, 1::-1].T)
         assert (angle < 0.0).all() if name == SIDES[0] else (angle > -0.25).all()
-
-
-def test_surfaces_can_be_selected() -> None:
-    mesh = gear_mesh(GEAR, 0.05, range(2))
-    flank = mesh.of("right flank")
-    assert 0 < len(flank.faces) < len(mesh.faces)
-    assert len(flank.points) == len(np.unique(flank.faces))
-    assert {"first side", "last side", "bore", "toe", "heel", "tip", "bottom"} <= set(mesh.names)
 
 
 def test_normals_of_cut_sides_do_not_depend_on_the_mesh() -> None:
