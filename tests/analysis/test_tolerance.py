@@ -245,12 +245,6 @@ def test_mean_and_variance_of_the_errors(distribution: Any, deviation: float) ->
     assert (np.abs(shares).max() <= 1.0) == (distribution == "uniform")
 
 
-def test_progress_counts_every_mounting() -> None:
-    done: list[int] = []
-    tolerance_study(table1(), GIVEN, cases=MOUNTINGS_PER_BLOCK + 1, blocks_per_task=1, progress=done.append)
-    assert done == [MOUNTINGS_PER_BLOCK, 1]
-
-
 def test_jammed_mountings_are_counted() -> None:
     """The share of jammed mountings is that of the normal distribution. With 0.3 mm as 3 sigma of the offset,
     Table 1 jams at offset errors below -0.0588 mm."""

@@ -8,19 +8,11 @@ import pytest
 from click.testing import CliRunner
 
 from beveloid_geom.cli.main import main
-from beveloid_geom.export import CAD_FORMATS, SURFACE_FORMATS, VOLUME_FORMATS, Format, writer_of
+from beveloid_geom.export import CAD_FORMATS, SURFACE_FORMATS, VOLUME_FORMATS
 
 ROOT = Path(__file__).parents[2]
 ALL = {"surface": SURFACE_FORMATS, "volume": VOLUME_FORMATS, "solid": CAD_FORMATS}
 each = pytest.mark.parametrize("kind", ALL)
-
-
-@each
-def test_every_format_has_its_writer(kind: str) -> None:
-    formats: dict[str, Format] = ALL[kind]
-    assert all(callable(writer_of(formats, suffix)) for suffix in formats)
-    with pytest.raises(ValueError, match=r"'\.pdf' is not a known format: give one of \."):
-        writer_of(formats, ".pdf")
 
 
 @each

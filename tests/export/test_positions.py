@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -99,4 +98,3 @@ def test_stl_far_from_the_origin_has_an_origin_near_the_gears(tmp_path: Path) ->
 def test_usual_pairs_keep_the_origin_of_the_frame() -> None:
     design = table1()
     assert not near_origin(design, meshing_pair(design)).any()
-    assert not near_origin(replace(design, gear=design.gear), meshing_pair(design, "left")).any()

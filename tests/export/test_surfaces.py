@@ -130,15 +130,6 @@ def test_files_without_fields_are_closed(tmp_path: Path, suffix: str) -> None:
     assert set(counts) == {2}
 
 
-def test_parts_are_numbered() -> None:
-    for suffix in (".stl", ".vtp"):
-        surface = tooth(suffix)
-        assert surface.cell_fields["part"].shape == (len(surface.faces),)
-    mesh = tooth(".vtp")
-    normals = mesh.point_fields["normals"][mesh.faces[mesh.cell_fields["part"] == 6]]
-    np.testing.assert_array_equal(normals, np.broadcast_to((0.0, 0.0, -1.0), normals.shape))  # the toe
-
-
 def test_a_pair_has_groups_and_names(tmp_path: Path) -> None:
     """VTK's reader numbers the groups. The fields 'pinion' and 'gear' name the members."""
     design = table1()
@@ -205,13 +196,6 @@ def test_pose_puts_both_flanks_at_the_contact(flank: str, name: str) -> None:
         normals.append(normals_to_fixed(frame, pose.normal[member]))
     np.testing.assert_allclose(normals[0], -normals[1], rtol=0, atol=1e-12)
     np.testing.assert_allclose(normals[0], path.normal[2], rtol=0, atol=1e-9)
-
-
-def test_a_position_without_contact_is_rejected() -> None:
-    with pytest.raises(ValueError, match="right flanks have no path of contact"):
-        meshing_pair(table1((0.0, 0.0), Errors(offset=6.0)))
-    with pytest.raises(ValueError, match="design must be a single design"):
-        meshing_pair(table1((0.0, 0.0), Errors(offset=np.zeros(3))))
 
 
 @pytest.mark.parametrize("suffix", [".stl", ".vtu"])
@@ -307,12 +291,6 @@ def test_pattern_and_separation_in_one_file(tmp_path: Path) -> None:
 
 
 # Refusals
-
-
-@pytest.mark.parametrize("suffix", [".inp", "", ".stlx"])
-def test_unknown_suffix(tmp_path: Path, suffix: str) -> None:
-    with pytest.raises(ValueError, match=re.escape(f"{suffix!r} is not a known format: give one of .stl")):
-        write_surface(flank_surface(), tmp_path / f"a{suffix}")
 
 
 def test_estimate_of_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,7 +17,6 @@ from beveloid_geom import (
     Pair,
     Status,
     Tool,
-    contact_pattern,
     first_contact,
     mesh_cycle,
     path_of_contact,
@@ -208,13 +207,6 @@ def test_the_limit_of_the_apex_is_the_flank_of_the_tool() -> None:
     for sign in (-1.0, 1.0):
         bent = replace(member, tool=replace(member.tool, parabola_right=sign * most))
         assert np.isfinite(active_range(bent, "right")).all()
-
-
-def test_patterns_use_the_parabola_of_their_flank(flank: str) -> None:
-    design = table1()
-    both = design.with_parabola(*(own[flank] for own in OWN))
-    one, other = (contact_pattern(each, flank).pinion.area for each in (by_flank(design), both))
-    assert one == pytest.approx(other, rel=1e-9)
 
 
 def random_tools(design: Design, rng: np.random.Generator) -> Design:

@@ -27,7 +27,7 @@ from beveloid_geom.analysis.pattern_matrix import check_size, pattern_matrix
 from beveloid_geom.analysis.tolerance import USUAL_AT
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.operation.backlash import backlash_by_errors, mounted_backlash
-from beveloid_geom.pair.misalignment import ALL_NAMES, ERROR_NAMES, NAMES, mounted, place_of
+from beveloid_geom.pair.misalignment import NAMES, mounted, place_of
 from beveloid_geom.pair.misalignment_at_mesh import at_mesh, by_mesh_errors, from_mesh
 from beveloid_geom.status import PlaceStatus
 from tests.oracle.table1 import table1
@@ -201,9 +201,3 @@ def test_limits_of_offset_errors_on_intersecting_axes(design: Design) -> None:
 def test_refusals(call: Any, words: str) -> None:
     with pytest.raises(ValueError, match=words):
         call()
-
-
-def test_names() -> None:
-    assert place_of(("pinion_axial", "gear_axial")) == place_of(ERROR_NAMES) == "perpendicular"
-    assert place_of(("pinion_axial", "in_plane")) == place_of(NAMES["mesh"]) == "mesh"
-    assert len(ALL_NAMES) == 7

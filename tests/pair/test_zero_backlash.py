@@ -102,12 +102,6 @@ def test_layouts_with_backlash_close_too(name: str) -> None:
     assert mounting.normal_backlash == pytest.approx(float(wider.normal_backlash), abs=1e-9)
 
 
-def test_table_1_without_backlash() -> None:
-    layout = zero_backlash_layout(TABLE1)
-    assert layout.offset == pytest.approx(228.84, abs=0.005)
-    assert math.degrees(layout.shaft_angle) == pytest.approx(14.9934, abs=5e-5)
-
-
 def test_cylindrical_gears_close_at_any_axial_position() -> None:
     layout, design = without_backlash(DESIGNS["cylindrical"])
     np.testing.assert_array_equal(layout.mounting, 0.0)
@@ -178,10 +172,6 @@ def test_teeth_too_thin_for_any_layout() -> None:
 
 def warnings_on(design: Design) -> list[str]:
     return [remark.text for remark in remarks_on(design) if remark.level != "note"]
-
-
-def test_table_1_gives_no_warning() -> None:
-    assert remarks_on(TABLE1) == ()
 
 
 @pytest.mark.parametrize(

@@ -73,16 +73,6 @@ def test_table_1_is_proposed_first() -> None:
     )
 
 
-def test_smaller_shaft_angle_needs_a_negative_cone() -> None:
-    request = replace(TABLE1, shaft_angle=radians(14.0))
-    proposals = propose(request)
-    assert_sound(request, proposals)
-    pinion, gear = proposals[0].design.members
-    assert degrees(pinion.cone_angle) == pytest.approx(-1.56, abs=0.1)
-    assert degrees(gear.cone_angle) == pytest.approx(5.2, abs=0.1)
-    assert degrees(gear.helix_angle) == pytest.approx(-11.54, abs=0.05)
-
-
 def test_two_pinions_on_one_gear() -> None:
     """Two pinions of a marine gearbox: one axis intersects that of the gear at 7 deg, one crosses it at 180
     mm."""

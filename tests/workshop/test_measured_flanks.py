@@ -176,11 +176,7 @@ FAULTS = {
     'deviations = {file = "all.txt", border = "60%"}': "border must be at least 0 and below 50 %, got 60 %",
     'deviations = {file = "all.txt", columns = 4}': "row 1, column 5), expected (right, row 2, column 1)",
     'deviations = "hole.txt"': "line 8 is (right, row 1, column 2), expected (right, row 1, column 1)",
-    'deviations = "order.txt"': "line 8 is (right, row 1, column 2), expected (right, row 1, column 1)",
-    'deviations = "um.txt"': "1000 times those of the grid: give them in mm, they are probably in um",
-    'deviations = "thick.txt"': "4 mm from its nominal position, the limit is 3 mm: do design, member, grid",
     'deviations = "gear.txt"': "from its nominal position, the limit is 3 mm: do design, member, grid",
-    'deviations = "/dev/zero"': "is longer than 1,090,000 bytes: give the table of points",
     'deviation = "all.txt"': "deviation is unknown: did you mean deviations?",
     'right.deviations = "none.csv"': "[pinion.modification.right] deviations names 'none.csv', which",
 }
@@ -192,13 +188,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("points")
     text = run("grid", "ni-2017").stdout
     lines = text.splitlines()
-    grid = measuring_grid(builtin_design().pinion)
-    plain = {"um": 1e3 * grid.point, "thick": grid.point + 4.0 * grid.normal}
-    files = {name: "\n".join(" ".join(map(str, p)) for p in x.reshape(-1, 3)) for name, x in plain.items()}
-    files |= {
+    files = {
         "all": text,
         "hole": "\n".join((*lines[:7], *lines[8:])),
-        "order": "\n".join((*lines[:7], lines[8], lines[7], *lines[9:])),
         "gear": run("grid", "ni-2017", "--member", "gear").stdout,
     }
     for name, content in files.items():

@@ -53,9 +53,10 @@ def run(deck: Path) -> dict[str, FloatArray]:
     return {name.lower(): np.array(vector, dtype=float) for name, *vector in found}
 
 
-def narrow() -> Design:
+def narrow(face_width: float = FACE_WIDTH) -> Design:
+    """Return the pair of Table 1 with narrower faces, mm."""
     design = table1()
-    pinion, gear = (replace(one, face_width=FACE_WIDTH) for one in design.members)
+    pinion, gear = (replace(one, face_width=face_width) for one in design.members)
     return replace(design, pinion=pinion, gear=gear)
 
 

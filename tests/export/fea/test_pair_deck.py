@@ -23,7 +23,7 @@ from beveloid_geom.export.fea.pair_mesh import PairMesh, force_lever, pair_mesh
 from beveloid_geom.export.fea.pair_results import PairResult, read_pair_result
 from beveloid_geom.shapes.element_sizes import Cells
 from beveloid_geom.shapes.hexahedral_mesh import face_nodes
-from tests.export.fea.test_calculix import mises
+from tests.export.fea.test_calculix import mises, narrow
 from tests.oracle.table1 import table1
 
 CCX = shutil.which("ccx") or ""
@@ -33,12 +33,6 @@ FACE_WIDTH = 12.0
 FORCE = 5000.0
 SMALL = {"cells": Cells(1, 2, 3, 2, 2), "across": 0.5, "bore_radii": (84.0, 84.0), "force": FORCE}
 PITCH = 2.0 * np.pi / 29.0
-
-
-def narrow() -> Design:
-    design = table1()
-    pinion, gear = (replace(one, face_width=FACE_WIDTH) for one in design.members)
-    return replace(design, pinion=pinion, gear=gear)
 
 
 def scaled(module: float) -> Design:
@@ -53,14 +47,14 @@ def scaled(module: float) -> Design:
 
 def meshed(flank: str = "right", pitches: float = 0.0) -> PairMesh:
     """Return the narrow pair at a roll that is `pitches` away from the middle of its path."""
-    design = narrow()
+    design = narrow(FACE_WIDTH)
     pose = meshing_pair(design, flank)
     return pair_mesh(design, pose, float(pose.roll[0]) + pitches * PITCH, **SMALL)  # type: ignore[arg-type]
 
 
 def solved(folder: Path, pair: PairMesh, force: float = FORCE, design: Design | None = None) -> PairResult:
     """Return the result of CalculiX for the torque of a force between unmodified flanks."""
-    design, deck = narrow() if design is None else design, folder / "pair.inp"
+    design, deck = narrow(FACE_WIDTH) if design is None else design, folder / "pair.inp"
     write_pair_deck(deck, design, pair, force * force_lever(design))
     done = subprocess.run([CCX, "-i", deck.stem], cwd=folder, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stdout[-2000:]
@@ -120,7 +114,7 @@ def test_flanks_that_touch_are_finer() -> None:
 
 def test_the_deck_is_flat_and_names_what_a_reader_needs(tmp_path: Path) -> None:
     pair = meshed("left")
-    write_pair_deck(tmp_path / "a.inp", narrow(), pair, 1e5, ["a comment"])
+    write_pair_deck(tmp_path / "a.inp", narrow(FACE_WIDTH), pair, 1e5, ["a comment"])
     text = (tmp_path / "a.inp").read_text(encoding="ascii")
     assert not re.search(r"^\*(PART|INSTANCE|ASSEMBLY)", text, re.MULTILINE)
     assert text.count("*CONTACT PAIR") == text.count("*CONTACT PRINT") == 3
@@ -190,7 +184,7 @@ def test_members_have_bores_of_their_own() -> None:
 def test_invalid_rolls_and_numbers_of_teeth_are_rejected(
     roll: float | None, teeth: int, message: str
 ) -> None:
-    design = narrow()
+    design = narrow(FACE_WIDTH)
     with pytest.raises(ValueError, match=message):
         pair_mesh(design, meshing_pair(design), roll, teeth=teeth, force=FORCE)
 
@@ -213,7 +207,7 @@ def test_torques_are_as_the_numbers_of_teeth(tmp_path: Path, flank: str, pitches
     """The moments about both axes have the ratio N2 / N1, because the flanks are conjugate and have no
     friction. The forces along the common normal add up to torque over lever. Away from the middle, two tooth
     pairs share them."""
-    design, pair = narrow(), meshed(flank, pitches)
+    design, pair = narrow(FACE_WIDTH), meshed(flank, pitches)
     result = solved(tmp_path, pair)
     pinion, gear = result.moment.sum(axis=0)
     assert -pinion * (1.0 if flank == "right" else -1.0) == pytest.approx(result.torque, rel=1e-3)
@@ -240,7 +234,7 @@ def test_fillet_stress_converges(tmp_path: Path) -> None:
     """The largest von Mises stresses of the loaded fillets at mid-face converge. Two meshes, refined
     everywhere, are compared with the stored result of a third one, Cells(4, 7, 7, 7, 2): 186.7 MPa on the
     pinion and 165.6 MPa on the gear."""
-    design, stresses = narrow(), []
+    design, stresses = narrow(FACE_WIDTH), []
     pose, fine = meshing_pair(design), np.array((186.7, 165.6))
     for cells in (Cells(2, 3, 3, 3, 2), Cells(3, 5, 5, 5, 2)):
         pair = pair_mesh(design, pose, teeth=1, force=FORCE, cells=cells, across=1.0, bore_radii=(82.0, 82.0))

@@ -296,10 +296,3 @@ def test_bdf_uses_all_characters_of_its_fields(tmp_path: Path, scale: float, pre
 def test_other_numbers_of_nodes_are_rejected(tmp_path: Path, nodes: int, element: str) -> None:
     with pytest.raises(ValueError, match="cannot be written as"):
         write_deck(tmp_path / "a.inp", block(nodes), element)
-
-
-def test_unknown_suffix(tmp_path: Path) -> None:
-    with pytest.raises(
-        ValueError, match=r"'\.stl' is not a known format: give one of \.inp, \.msh, \.bdf, \.vtu"
-    ):
-        write_volume(block(8), tmp_path / "a.stl", "C3D8")
