@@ -148,18 +148,6 @@ def test_lines_share_the_load_by_their_length(
     assert (found.reaches == NO_LIMIT_REACHED).all()
 
 
-def test_a_spur_pair_at_its_pitch_point_as_in_iso_6336() -> None:
-    """sigma_H0 = sqrt(F E' / (2 pi R b)), E' = E / (1 - nu^2); one tooth pair is in contact at the pitch
-    point."""
-    design = spur(0.0)
-    found = path_pressure(path_of_contact(design, "right", l1=[0.0]), Load(torque_nm=300.0))
-    assert found.total_length == pytest.approx(30.0, rel=1e-9)
-    radii = np.array([46.0, 74.0]) * sin(radians(20.0))
-    force, young = 300e3 / (46.0 * cos(radians(20.0))), 206000.0 / (1.0 - 0.3**2)
-    wanted = sqrt(force * young / (2.0 * pi * (1.0 / (1.0 / radii).sum()) * 30.0))
-    assert found.pressure == pytest.approx(wanted, rel=1e-9)
-
-
 def counterparts() -> Design:
     """Return a pair with parabolas of opposite sign on reference cylinders that touch: one rack generates
     both members, so that they touch along lines."""

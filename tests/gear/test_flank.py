@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from math import pi, radians, tan
+from math import radians, tan
 
 import numpy as np
 import pytest
@@ -85,19 +85,6 @@ def test_points_are_given_by_the_distance_from_mid_face_or_along_the_trace(flank
     for places in ({}, {"u": u, "z": z}):
         with pytest.raises(TypeError, match="the flank parameter u or the distance z"):
             flank_point(member, flank, l, **places)
-
-
-def test_rack_section_has_the_pressure_angle_and_the_papers_space_width() -> None:
-    tool = Tool(6.0, radians(20.0))
-    points = section_point(tool, "right", np.array([0.0, 1.0]))
-    assert points[0] == pytest.approx([0.0, pi * 6.0 / 4.0])
-    assert np.degrees(np.arctan2(-(points[1] - points[0])[1], (points[1] - points[0])[0])) == pytest.approx(
-        20.0
-    )
-    bent = section_point(replace(tool, parabola=0.01), "right", np.array([3.0]))[0]
-    straight = section_point(tool, "right", np.array([3.0]))[0]
-    outward = np.array([np.sin(radians(20.0)), np.cos(radians(20.0))])
-    np.testing.assert_allclose(bent - straight, 0.01 * 9.0 * outward, atol=1e-15)  # Eq. (1)
 
 
 def test_a_large_tool_round_raises_the_start_of_the_flank() -> None:

@@ -271,12 +271,6 @@ def test_invalid_files_give_one_line(errors: str, tmp_path: Path) -> None:
     assert caught.value.faults[0].startswith(f"[errors] {FAULTS[errors]}")
 
 
-def test_mirrored_pairs_have_the_same_errors() -> None:
-    given = MeshErrors(centre_distance=0.05, in_plane=2e-3, out_of_plane=3e-3, gear_axial=1.0)
-    for design in (table1(), LARGE):
-        assert differences(from_mesh(mirrored(design), given), from_mesh(design, given)) < 1e-12
-
-
 def test_errors_without_an_equivalent_are_nan() -> None:
     nowhere = replace(table1(), pair=Pair(229.0, radians(5.0)))
     assert np.isnan(mounting_of(nowhere).gap)

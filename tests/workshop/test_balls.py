@@ -127,15 +127,6 @@ def test_balls_on_steep_cones_agree_with_balls_on_one_flank(seed: int) -> None:
     assert found.angle[0, 0] == pytest.approx(float(np.arctan2(centre[1], centre[0])), abs=1e-8)
 
 
-def test_a_ball_on_a_cone_of_31_deg() -> None:
-    """67 teeth, helix -26.5 deg, x -0.16, a ball of two modules: the centre is at the radius that brute force
-    gave, 37.6428 modules."""
-    member = Member(Tool(3.0, ALPHA), 67, radians(-26.5), radians(31.1), -0.16, 16.0)
-    found = ball_dimensions(member, 6.0, -0.16 * 16.0)
-    assert found.status[0, 0] == BallStatus.MEASURED
-    assert found.radius[0, 0] / 3.0 == pytest.approx(37.6428, abs=1e-3)
-
-
 def test_a_ball_touches_a_beveloid_on_both_sides_of_its_plane() -> None:
     found = ball_dimensions(MEMBERS["pinion"], 10.5, 0.0)
     right, left = found.contact_z[:, 0, 0]

@@ -44,13 +44,6 @@ def test_points_are_on_the_exact_flank(name: str) -> None:
             )
 
 
-def test_normals_point_out_of_the_tooth() -> None:
-    """Right normals point from x to y and left ones from y to x."""
-    assert (GRID.normal[0, ..., 1] > 0.0).all()
-    assert (GRID.normal[1, ..., 1] < 0.0).all()
-    np.testing.assert_allclose(np.linalg.norm(GRID.normal, axis=-1), 1.0, atol=1e-15)
-
-
 def test_borders_are_shares_or_mm() -> None:
     member = MEMBERS["gear"]
     share, length = measuring_grid(member, 4, 5, 0.1), measuring_grid(member, 4, 5, border_mm=2.0)
@@ -85,13 +78,6 @@ def test_grids_of_undercut_flanks_begin_above_the_fillet() -> None:
 def off_flank(grid: MeasuringGrid) -> FloatArray:
     """Return deviations of some um, different at all points."""
     return 0.004 * np.sin(np.arange(grid.l.size)).reshape(grid.l.shape)
-
-
-def test_deviations_are_along_the_normal() -> None:
-    wanted = off_flank(GRID)
-    found = deviations_of(GRID, GRID.point + wanted[..., None] * GRID.normal)
-    np.testing.assert_allclose(found.deviation, wanted, atol=1e-12)
-    assert found.foot_distance.max() < 1e-10
 
 
 def test_a_laterally_displaced_probe_causes_no_error() -> None:
