@@ -260,7 +260,6 @@ def test_leads_predict_edge_contact_of_many_pairs(name: str, flank: str) -> None
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("flank", ["right", "left"])
 def test_no_coefficients_of_a_grid_without_edge_contact_are_better(flank: str) -> None:
     """On the right flanks, all coefficients with a smaller shift that meet the other constraints have edge
     contact. On the left flanks there are no such coefficients."""

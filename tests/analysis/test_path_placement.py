@@ -16,7 +16,6 @@ from beveloid_geom import (
 )
 from beveloid_geom.analysis.path_placement import Placement, centred, place_path, search_limits
 from beveloid_geom.pair.misalignment import mounted
-from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.status import PlaceStatus
 from tests.oracle.table1 import table1
 from tests.symmetry import OTHER, mirrored, scaled
@@ -91,14 +90,6 @@ def test_a_pair_half_as_large_takes_half_the_lengths() -> None:
     one, two = (place_path(each, (0.5, 0.7)) for each in (design, scaled(design, 0.5)))
     np.testing.assert_allclose(two.errors, one.errors * (0.5, 1.0), rtol=1e-6)
     np.testing.assert_allclose(two.z, 0.5 * one.z, rtol=0.0, atol=1e-6)
-
-
-def test_axial_errors_are_changes_of_the_mounting_distances() -> None:
-    design = table1()
-    found = place_path(design, (0.5,), ("pinion_axial", "gear_axial"), "left")
-    distance = np.array(mounting_of(design).distance) + found.errors[0]
-    pair = replace(design.pair, pinion_mounting=float(distance[0]), gear_mounting=float(distance[1]))
-    assert middle_of(replace(design, pair=pair), "left") == pytest.approx((0.0, found.wanted_l), abs=1e-6)
 
 
 def off_of(found: Placement) -> float:

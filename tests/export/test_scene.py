@@ -81,7 +81,6 @@ def distances(member: Member, points: FloatArray) -> FloatArray:
     return np.array(found)
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 def test_only_first_contacts_are_shown_as_contact(flank: str) -> None:
     """The thick tube covers the steps of the path between first contacts."""
     pieces = scene_of(MODIFIED, flank)

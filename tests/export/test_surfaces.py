@@ -235,21 +235,6 @@ def test_moving_a_surface_turns_its_normals() -> None:
 # Fields on flanks
 
 
-@pytest.mark.parametrize("member", [0, 1])
-def test_separation_is_least_at_the_contact(flank: str, member: int) -> None:
-    design = table1((0.001, -0.001))
-    pose, path = meshing_pair(design, flank), path_of_contact(design, flank, 3)
-    l, z = ((path.l1, path.pinion_z), (path.l2, path.gear_z))[member]
-    nothing = np.zeros((1, 1, 3))
-    at_contact = FlankGrid(nothing, nothing, l[1:2, None], z[1:2], 0.0)
-    assert parts.separation_field(design, pose, member, at_contact) == pytest.approx(0.0, abs=1e-9)
-    grid = sample_flank(design.members[member], flank, 1e-3)
-    field = parts.separation_field(design, pose, member, grid)
-    known = field[np.isfinite(field)]
-    assert 0.6 * field.size < known.size < field.size  # a part of the flank has no mating flank opposite
-    assert known.min() > -1e-9
-
-
 def test_separation_is_the_distance_to_the_mating_gear() -> None:
     """The distance from the triangles of the mating gear shares no code with the calculation."""
     design = table1((0.001, -0.001))

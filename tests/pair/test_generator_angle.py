@@ -53,7 +53,6 @@ def generators(design: Design, flank: str) -> list[FloatArray]:
 
 
 @pytest.mark.parametrize("name", ["table 1", "left hand", "steep cones", "thin end outside", "two tools"])
-@pytest.mark.parametrize("flank", FLANKS)
 def test_angle_between_generators_from_flank_points(name: str, flank: str) -> None:
     layout, design = without_backlash(DESIGNS[name])
     first, second = generators(design, flank)

@@ -45,7 +45,6 @@ def root_radius_at(member: Member, flank: str, z: float) -> float:
 
 
 @pytest.mark.parametrize("helix_deg", [0.0, 17.0])
-@pytest.mark.parametrize("flank", FLANKS)
 def test_start_of_active_profile_of_cylindrical_gears(helix_deg: float, flank: str) -> None:
     """r_SAP^2 = r_b1^2 + (a sin(a_wt) - sqrt(r_a2^2 - r_b2^2))^2, and the same for the gear."""
     tool = Tool(3.0, radians(20.0))

@@ -29,7 +29,6 @@ def test_refusal_names_the_nearest_request() -> None:
     assert "the nearest request with a solution: --crossing-deg 3.9" in line
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 def test_line_contact_beyond_the_limits(flank: str) -> None:
     """Line contact in the layout of Table 1 needs cone angles of 22 and 14 deg."""
     request = replace(TABLE1, flank=flank, crossing=0.0)

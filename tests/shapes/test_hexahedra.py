@@ -25,13 +25,10 @@ from beveloid_geom.shapes.hexahedral_mesh import (
     element_shapes,
     face_nodes,
     rounded_down,
-    shape_functions,
 )
-from beveloid_geom.shapes.sheet import grid_of
 from beveloid_geom.shapes.solid import NAMES
-from beveloid_geom.shapes.tooth_boundary import cut_sheets
 from tests.members import GEAR, MEMBERS, PINION
-from tests.oracle.tooth_volume import exact_volume, section_area
+from tests.oracle.tooth_volume import exact_volume
 
 all_members = pytest.mark.parametrize("member", MEMBERS.values(), ids=MEMBERS)
 SOME = {name: MEMBERS[name] for name in ("pinion", "gear", "cone 20", "concave")}
@@ -128,40 +125,6 @@ def test_volume_converges_to_the_exact_one(member: Member, element: str, order: 
     ]
     assert off[0] < 4.0 * error
     assert off[0] / off[1] == pytest.approx(2.0**order, rel=0.35)
-
-
-def area(mesh: VolumeMesh, name: str) -> float:
-    """Return the area of a surface by Gauss points of its faces with 8 nodes."""
-    nodes = face_nodes(mesh, mesh.surfaces[name])
-    x = mesh.points[nodes]
-    place, weights = np.polynomial.legendre.leggauss(4)
-    total = 0.0
-    for u, first in zip(place, weights, strict=True):
-        for v, second in zip(place, weights, strict=True):
-            # The face z = 1 of an element; its nodes 4 5 6 7 and mid-sides 12 13 14 15.
-            derivatives = shape_functions(20, np.array([u, v, 1.0]))[1][[4, 5, 6, 7, 12, 13, 14, 15], :2]
-            along, across = np.einsum("ka,mkc->amc", derivatives, x)
-            total += first * second * float(np.linalg.norm(np.cross(along, across), axis=-1).sum())
-    return total
-
-
-@some_members
-def test_areas_are_those_of_the_surfaces(member: Member) -> None:
-    mesh = few(member, "C3D20")
-    sheets, half = cut_sheets(member), 0.5 * float(member.face_width)
-    s = np.linspace(0.0, 1.0, 161)
-    exact: dict[str, float] = {"bore": 2.0 * pi / float(member.teeth) * bore_of(member) * 2.0 * half}
-    for name, sheet in sheets.items():
-        points = grid_of(sheet, s, half * np.linspace(-1.0, 1.0, 161)).points
-        a, b, c, d = points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]
-        own = 0.5 * float(np.linalg.norm(np.cross(c - a, d - b), axis=-1).sum())
-        key = "bottom" if name.endswith("bottom") else name
-        exact[key] = exact.get(key, 0.0) + own
-    for name, value in exact.items():
-        assert area(mesh, name) == pytest.approx(value, rel=1e-4)
-    for name, z in (("toe", -half), ("heel", half)):
-        bored = pi / float(member.teeth) * bore_of(member) ** 2
-        assert area(mesh, name) == pytest.approx(section_area(member, z) - bored, rel=1e-4)
 
 
 # Shapes

@@ -87,7 +87,6 @@ def test_the_mesh_of_both_members() -> None:
     assert max(gaps) < 20.0  # neighbours face each other, a base pitch of 18 mm apart at most
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 def test_the_contact_lies_on_both_meshes(flank: str) -> None:
     """The faces of the middle teeth are within 0.1 um of the contact point of the path."""
     design = table1()
@@ -131,7 +130,6 @@ def test_the_deck_is_flat_and_names_what_a_reader_needs(tmp_path: Path) -> None:
         read_pair_result(tmp_path / "b.inp")
 
 
-@pytest.mark.parametrize("flank", ["right", "left"])
 def test_similar_pairs_have_similar_decks(flank: str) -> None:
     """Pairs of all modules have the same elements, and a contact stiffness that is inversely proportional to
     the module."""
