@@ -15,7 +15,6 @@ from beveloid_geom.analysis.pattern_matrix import pattern_matrix
 from beveloid_geom.analysis.tolerance import USUAL
 from beveloid_geom.status import FirstStatus
 from tests.oracle.table1 import table1
-from tests.symmetry import OTHER, mirrored
 
 COARSE = 2.0
 
@@ -66,19 +65,6 @@ def test_the_known_pair() -> None:
     centres = [cell.ellipses[0].z for cell in found.cells[3:6] if cell]
     assert centres == sorted(centres, reverse=True)
     assert centres[0] - centres[2] > 5.0  # line contact: by 0.02 deg over the face
-
-
-def test_the_mirror_image_has_the_same(flank: str) -> None:
-    design = table1((0.0005, -0.001))
-    one, two = (
-        pattern_matrix(each, ("shaft_angle", "pinion_axial"), side, sizes=(1e-4, 0.1), resolution=COARSE)
-        for each, side in ((design, flank), (mirrored(design), OTHER[flank]))
-    )
-    np.testing.assert_allclose(two.cycle_peak_to_peak, one.cycle_peak_to_peak, rtol=1e-6)
-    for first, second in zip(one.cells, two.cells, strict=True):
-        assert first is not None
-        assert second is not None
-        assert vars(second.ellipses[1]) == pytest.approx(vars(first.ellipses[1]), rel=1e-5)
 
 
 def test_a_pair_without_a_flank_has_no_cell() -> None:

@@ -21,7 +21,6 @@ from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.pair.zero_backlash import zero_backlash_layout
 from beveloid_geom.status import EllipseStatus, Limit
 from tests.oracle.table1 import table1
-from tests.symmetry import exchanged, mirrored, scaled
 
 LOAD = Load(force=1e4, young=210000.0)
 
@@ -253,21 +252,6 @@ def test_the_angle_is_measured_from_the_tooth_trace(flank: str) -> None:
     assert np.cos(found.angle) == pytest.approx(np.abs(cosine), abs=1e-6)
     across = np.einsum("ni,ni->n", up - here, trace)
     assert np.array_equal(np.sign((rise - cosine * across) * np.sign(cosine)), np.sign(found.angle))
-
-
-def test_symmetries_of_the_pattern(flank: str) -> None:
-    design = table1((0.001, -0.0005), Errors(0.05, 0.0001, 0.1, -0.1))
-    other = {"right": "left", "left": "right"}[flank]
-    path = path_of_contact(design, flank, 4)
-    wanted = path_pressure(path, LOAD)
-    mirror = path_pressure(path_of_contact(mirrored(design), other, 4), LOAD)
-    assert mirror.pressure == pytest.approx(wanted.pressure, rel=1e-9)
-    assert mirror.angle == pytest.approx(wanted.angle, abs=1e-9)
-    assert np.array_equal(mirror.reaches, wanted.reaches)
-    bigger = path_pressure(path_of_contact(scaled(design, 2.0), flank, 4), replace(LOAD, force=4e4))
-    assert bigger.pressure == pytest.approx(wanted.pressure, rel=1e-9)
-    swapped = path_pressure(path_of_contact(exchanged(design), flank, l1=path.l2), LOAD)
-    assert swapped.pressure == pytest.approx(wanted.pressure, rel=1e-7)
 
 
 def test_batches_equal_single_designs(flank: str) -> None:

@@ -23,7 +23,6 @@ from beveloid_geom.validation.five_equations_mp import MP, solve_mp
 from ..contact.test_path_search import LOST
 from ..oracle.sixty_digits import numbers_of
 from ..oracle.table1 import table1
-from ..symmetry import mirrored
 
 VALUES = ("l", "z", "r", "pinion_roll", "contact_ratio", "peak_to_peak")
 STEP = MP.mpf(10) ** -18
@@ -228,15 +227,6 @@ def test_unmodified_flanks_have_their_lines_of_action(flank: str) -> None:
     assert np.abs(own).max() < 1e-12
     assert np.abs(found.square_shift_by[:, 0, 3]).max() < 1e-12
     assert (found.face_shift_by[:, 0, 2] < 0.0).all()
-
-
-def test_mirror_image(flank: str) -> None:
-    design, other = table1(MODIFIED, Errors(0.1, 1e-4, 0.3, 0.1)), {"right": "left", "left": "right"}[flank]
-    ours, mirror = path_sensitivity(design, flank), path_sensitivity(mirrored(design), other)
-    for name in ("l_by", "z_by", "r_by", "face_shift_by", "square_shift_by", "contact_ratio_by"):
-        np.testing.assert_allclose(getattr(mirror, name), getattr(ours, name), rtol=1e-9, atol=1e-9)
-    np.testing.assert_allclose(mirror.pinion_roll_by, -ours.pinion_roll_by, rtol=1e-9, atol=1e-12)
-    np.testing.assert_allclose(mirror.peak_to_peak_by, ours.peak_to_peak_by, rtol=1e-8, atol=1e-13)
 
 
 def test_a_path_along_which_the_roll_turns_back_has_no_middle() -> None:

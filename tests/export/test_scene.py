@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from beveloid_geom import Design, Member, contact_pattern, path_certificate, path_of_contact
+from beveloid_geom import Design, contact_pattern, path_certificate, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.export.scene import METRES_Y_UP, SceneItem, pair_scene, write_glb
+from beveloid_geom.gear.closest_point import feet
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.status import Verdict
 from tests.oracle.table1 import table1
@@ -56,29 +57,14 @@ def test_pattern_is_raised_from_the_flank_and_has_the_area_of_the_pattern(member
     name = ("pinion", "gear")[member]
     piece = scene_of(MODIFIED, "left")[f"pattern on {name}"]
     points = in_own_frame(MODIFIED, "left", member, piece.surface.points)
-    assert distances(MODIFIED.members[member], points) == pytest.approx(MODULE / 300.0, rel=0.01)
+    height = feet(MODIFIED.members[member], "left", points).distance
+    np.testing.assert_allclose(height, MODULE / 300.0, rtol=0.01)
     corners = piece.surface.points[piece.surface.faces]
     area = 0.5 * np.linalg.norm(
         np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
     )
     pattern = contact_pattern(MODIFIED, "left")
     assert area.sum() == pytest.approx((pattern.pinion, pattern.gear)[member].area, rel=0.02)
-
-
-def distances(member: Member, points: FloatArray) -> FloatArray:
-    """Return the distances (mm) of twelve points from the left flank, by SciPy's least squares."""
-    from scipy.optimize import least_squares
-
-    def off(place: FloatArray, point: FloatArray, /) -> FloatArray:
-        l, z = place
-        return np.asarray(flank_point(member, "left", l, z=z) - point)
-
-    found = []
-    for point in points[:: max(1, len(points) // 12)]:
-        starts = np.stack((np.linspace(-6.0, 6.0, 25), np.full(25, point[2])), axis=-1)
-        start = min(starts, key=lambda place: float(np.sum(off(place, point) ** 2)))
-        found.append(np.sqrt(2.0 * least_squares(off, start, args=(point,), xtol=1e-14).cost))
-    return np.array(found)
 
 
 def test_only_first_contacts_are_shown_as_contact(flank: str) -> None:

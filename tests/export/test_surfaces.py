@@ -124,10 +124,7 @@ def test_every_format_holds_the_same_tooth(tmp_path: Path, suffix: str) -> None:
 def test_files_without_fields_are_closed(tmp_path: Path, suffix: str) -> None:
     path = tmp_path / f"tooth{suffix}"
     write_surface(tooth(suffix), path)
-    _, faces = triangles(path)
-    edges = np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
-    _, counts = np.unique(edges, axis=0, return_counts=True)
-    assert set(counts) == {2}
+    assert trimesh.Trimesh(*triangles(path), process=False).is_watertight
 
 
 def test_a_pair_has_groups_and_names(tmp_path: Path) -> None:

@@ -21,7 +21,7 @@ from tests.contact.test_path import five_equation_residual
 from tests.oracle.pitch_point_mp import mounting_mp
 from tests.oracle.table1 import table1
 from tests.stability.answers import closed
-from tests.symmetry import exchanged, mirrored, scaled
+from tests.symmetry import exchanged, mirrored
 
 
 def test_table_1() -> None:
@@ -49,19 +49,6 @@ def test_given_mounting_distances_are_used() -> None:
     mounting = mounting_of(design)
     assert mounting.distance == pytest.approx([200.0, 210.211869], abs=1e-6)
     assert mounting.pitch_distance == pytest.approx([211.594669, 210.211869], abs=1e-6)
-
-
-def test_exchange_mirror_and_scale() -> None:
-    design = table1()
-    plain, swapped = mounting_of(design), mounting_of(exchanged(design))
-    np.testing.assert_allclose(swapped.distance, plain.distance[::-1], rtol=1e-13)
-    np.testing.assert_allclose(swapped.working_radius, plain.working_radius[::-1], rtol=1e-13)
-    assert swapped.normal_backlash == pytest.approx(plain.normal_backlash, abs=1e-12)
-    mirror, big = mounting_of(mirrored(design)), mounting_of(scaled(design, 10.0))
-    np.testing.assert_allclose(mirror.distance, plain.distance, rtol=1e-13)
-    np.testing.assert_allclose(big.distance, 10.0 * plain.distance, rtol=1e-12)
-    assert mirror.normal_backlash == pytest.approx(plain.normal_backlash, abs=1e-12)
-    assert big.normal_backlash == pytest.approx(10.0 * plain.normal_backlash, abs=1e-11)
 
 
 def test_no_common_normal_gives_nan() -> None:

@@ -25,7 +25,6 @@ from beveloid_geom.workshop.shim import shim
 from tests.edge_pairs import edge_pair
 from tests.stability.five_residuals import cases_of, mapped
 from tests.stability.random_designs import random_designs
-from tests.symmetry import mirrored
 
 TABLE = builtin_design()
 HOUSING = Errors(offset=-0.1, shaft_angle=radians(0.002))
@@ -126,12 +125,6 @@ def test_a_backlash_of_another_mounting_is_found(case: int, backlash: float) -> 
     found = shim(drawn, backlash)
     assert found.status == ShimStatus.REACHED
     assert found.residual < 1e-9
-
-
-def test_mirrored_pairs_have_the_same_shims() -> None:
-    design = TABLE.with_errors(HOUSING)
-    one, other = shim(design, 0.1, 0.5, "right"), shim(mirrored(design), 0.1, 0.5, "left")
-    np.testing.assert_allclose(one.axial, other.axial, atol=1e-8)
 
 
 def test_a_path_is_searched_if_the_start_has_none() -> None:

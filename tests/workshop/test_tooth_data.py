@@ -120,15 +120,6 @@ def test_form_diameters_are_above_undercut() -> None:
     assert (cut.form_diameter < 2.0 * np.hypot(*flank_point(few, "right", l, 0.0)[:2])).all()
 
 
-def test_mirrored_members_have_the_same_dimensions() -> None:
-    first = MEMBERS["pinion"]
-    one, other = tooth_data(first), tooth_data(replace(first, helix_angle=-first.helix_angle))
-    for name, value in vars(one).items():
-        turned = np.flip(value, axis=0) if name in ("form_diameter", "base_diameter") else value
-        sign = -1.0 if name == "swivel" else 1.0
-        np.testing.assert_allclose(getattr(other, name), sign * np.asarray(turned), rtol=1e-13, atol=1e-13)
-
-
 def test_thickness_changes_the_backlash() -> None:
     """The change of the backlash by an allowance equals that of first contacts of rotated flanks: exactly
     without parabolas, approximately with them."""
