@@ -121,9 +121,3 @@ def test_a_mounting_without_first_contact_is_named() -> None:
     assert found.status.tolist()[1] != FirstStatus.SOLVED
     assert np.isnan([found.cycle_peak_to_peak[1], found.edge_share[1], found.film_ratio[1]]).all()
     assert pattern_counts(found)["known"] == 0
-
-
-def test_one_error_of_a_closed_pair_leaves_no_transmission_error() -> None:
-    """Unmodified flanks have no transmission error in any mounting."""
-    few = tolerance_study(table1(), Tolerances(offset=0.02), "left", 4, operation=4)
-    assert np.abs(in_operation(few).cycle_peak_to_peak).max() < 1e-12

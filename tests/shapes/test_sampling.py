@@ -117,13 +117,6 @@ def test_no_more_points_than_the_best_uniform_grid(name: str, tolerance: float) 
     assert uniform_keeps(member, flank, tolerance, 2 * rows, 2 * columns)
 
 
-def test_points_grow_inversely_with_the_tolerance() -> None:
-    tolerances = np.array([1e-2, 1e-3, 1e-4])
-    sizes = [sample_flank(PINION, "left", float(tolerance)).l.size for tolerance in tolerances]
-    slope = np.polyfit(np.log(tolerances), np.log(sizes), 1)[0]
-    assert slope == pytest.approx(-1.0, abs=0.1)
-
-
 @all_flanks
 def test_edges_are_exact(member: Member, flank: str) -> None:
     grid = sample_flank(member, flank, 0.02)
