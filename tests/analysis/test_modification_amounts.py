@@ -124,15 +124,6 @@ def test_crownings_give_the_required_contact(
     assert getattr(found.design, other) == getattr(design, other)
 
 
-@pytest.mark.parametrize(
-    ("arcsec", "length", "message"),
-    [(0.0, 20.0, "transmission_error must be positive"), (1.0, 50.0, "length must be below the face width")],
-)
-def test_refused_values(arcsec: float, length: float, message: str) -> None:
-    with pytest.raises(ValueError, match=message):
-        fit_crowning(table1(), np.radians(arcsec / 3600.0), length)
-
-
 @pytest.mark.slow
 def test_no_solution_in_one_line() -> None:
     with pytest.raises(ValueError, match=r"^no crownings give a transmission error of 0\.01 arcsec [^\n]*$"):

@@ -166,14 +166,9 @@ def test_limits_of_offset_errors_on_intersecting_axes(design: Design) -> None:
             "in_plane must be less than 0.0698132 rad",
         ),
         (lambda: tolerance_study(EQUAL, Tolerances(out_of_plane=0.09)), "must be less than 0.0872665 rad"),
-        (lambda: tolerance_study(EQUAL, Tolerances(centre_distance=30.0)), "must be less than 30 mm on this"),
         (
             lambda: design_map(EQUAL, "shift", errors=MeshErrors(in_plane=0.08)),
             "less than 0.0698132 rad",
-        ),
-        (
-            lambda: design_map(EQUAL, "shift", errors=MeshErrors()),
-            "errors of a map must be finite and not all 0",
         ),
         (
             lambda: Design(*EQUAL.members, EQUAL.pair, EQUAL.errors, _ANY),
