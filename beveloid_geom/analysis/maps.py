@@ -21,7 +21,7 @@ import numpy as np
 
 from ..arrays import Codes, FloatArray, Mask, flank_sign
 from ..contact.path import path_ends
-from ..design.arguments import require_design
+from ..design.arguments import require_single
 from ..design.limits import parabola_limit
 from ..design.model import Design, Errors, MeshErrors
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
@@ -265,11 +265,9 @@ def design_map(
            [1.816, 0.075]])
     """
     cells_per_call = 512
-    require_design(design)
+    require_single(design)
     flank_sign(flank)
     over = inputs_of(over)
-    if design.batch_shape:
-        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     bounds = tuple(
         _usual(design, name) if given is None else given
         for name, given in zip(over, (first, second), strict=True)

@@ -30,7 +30,7 @@ import numpy as np
 
 from ..arrays import Codes, FloatArray, Mask, flank_sign
 from ..contact.path import path_of_contact
-from ..design.arguments import require_design
+from ..design.arguments import require_single
 from ..design.model import Design, Errors
 from ..gear.flank_limits import active_range
 from ..operation.backlash import mounted_backlash
@@ -183,11 +183,9 @@ def place_path(
     >>> print(f"offset error {placement.errors[0, 0]:.4f} mm")
     offset error 0.0238 mm
     """
-    require_design(design)
+    require_single(design)
     flank_sign(flank)
     check_names(by, "by")
-    if design.batch_shape:
-        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     if design.pair.shaft_angle == 0.0:
         text = "on parallel axes a path runs along the complete face, also with parabolas, so that its middle"
         cure = "give the pair a shaft angle (`beveloid-geom propose`), or compute the effect of errors by"

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..arrays import Codes, FloatArray, Mask, flank_sign
 from ..contact.ellipse import MARKING_SEPARATION_MM
-from ..design.arguments import require_design
+from ..design.arguments import require_single
 from ..design.model import Design
 from ..operation.backlash import mounted_backlash
 from ..operation.contact_pattern.motion import first_contact_operation
@@ -155,11 +155,9 @@ def pattern_matrix(
     >>> int(matrix.jammed.sum()), matrix.first
     (1, array([-0.05,  0.  ,  0.05]))
     """
-    require_design(design)
+    require_single(design)
     flank_sign(flank)
     check_names(over, "over")
-    if design.batch_shape:
-        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     if cells not in (3, 5):
         raise ValueError(f"cells must be 3 or 5, got {cells}")
     usual = USUAL_AT[place_of(over)]

@@ -29,7 +29,7 @@ import numpy as np
 
 from ..arrays import FloatArray, Integers, flank_sign
 from ..contact.parallel.lines import is_line_contact
-from ..design.arguments import require_design
+from ..design.arguments import require_single
 from ..design.model import Design, ErrorsAt
 from ..pair.misalignment import ANGLES, ERROR_NAMES, NAMES, errors_below, mounted, size_words
 from ..status import Limit, Status
@@ -237,7 +237,6 @@ def tolerance_study(
     >>> print(f"{study.mountings.contact_ratio.min():.3f}")
     1.648
     """
-    require_design(design)
     if not 0 <= operation <= cases:
         limit = f"must be 0 to {cases}, the number of mountings, got {operation}"
         raise ArgumentError("operation", f"{limit}: reduce it, or increase cases")
@@ -299,6 +298,7 @@ def tolerance_studies(
 
     Parameters and ValueError are those of `tolerance_study`; `progress` counts a mounting of all flanks as
     1."""
+    require_single(design)
     for flank in flanks:
         _check(design, tolerances, flank, seed)
     if min(cases, blocks_per_task) < 1:
@@ -323,8 +323,6 @@ def tolerance_studies(
 
 def _check(design: Design, tolerances: Tolerances, flank: str, seed: int) -> None:
     flank_sign(flank)
-    if design.batch_shape:
-        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     if seed < 0:
         raise ValueError(f"seed must be at least 0, got {seed}")
     if tolerances.distribution not in ("normal", "uniform"):

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FloatArray
+from ..design.arguments import require_single
 from ..design.model import Design
 from ..gear.flank import flank_patch
 from ..pair.frames import layout_of, member_frame
@@ -88,8 +89,7 @@ def meshing_pair(design: Design, flank: str = "right") -> MeshingPair:
     ValueError
         For a batch, and if the path has no point on the flanks or could not be computed.
     """
-    if design.batch_shape:
-        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
+    require_single(design)
     path = path_of_contact(design, flank, points=3)
     if not len(path.pinion_roll) or not np.isfinite(path.pinion_roll[1]):
         raise ValueError(f"the {flank} flanks have no path of contact, so that the gears cannot be placed")

@@ -32,8 +32,8 @@ def require_design(design: object) -> None:
     raise TypeError(f"design must be a Design, got {_shown(design)}: {cure}")
 
 
-def require_single_design(design: Design) -> None:
-    """Raise TypeError as `require_design`, and ValueError for a design with arrays."""
+def require_single(design: Design) -> None:
+    """Raise TypeError if an argument is not a `Design`, and ValueError for a design with arrays."""
     require_design(design)
     if design.batch_shape:
         raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")

@@ -8,7 +8,7 @@ import textwrap
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from .arguments import require_single_design
+from .arguments import require_single
 from .field_limits import LIMITS, in_radians
 from .member import MODIFICATIONS
 from .model import Design
@@ -44,7 +44,7 @@ def design_text(design: Design, remark: str = "") -> str:
     >>> text.splitlines()[:2]
     ['[tool]', 'normal_module = 6.0']
     """
-    require_single_design(design)
+    require_single(design)
     for member in design.members:
         for measured in (one.deviations for one in member.modifications if one.deviations):
             if not all(measured.files):

@@ -10,8 +10,7 @@ The module needs OCP, the Python bindings of Open CASCADE 8: pip install 'bevelo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from ..arrays import MEMBERS
@@ -100,23 +99,16 @@ def write_step_pair(
 
 
 def _kernel() -> Callable[[Sequence[SolidPart], Path, str], None]:
-    """Return the function that writes solids. Raises ImportError with the missing package or library."""
-    with _kernel_errors():
-        import OCP  # noqa: F401
+    """Return the function that writes solids.
 
-        from ._brep import write_solids
-    return write_solids
-
-
-@contextmanager
-def _kernel_errors() -> Iterator[None]:
-    """Add the installation command of a missing package or system library to an ImportError.
-
-    A KeyboardInterrupt during the import, which the bindings turn into an ImportError, is raised again."""
+    Raises ImportError with the installation command of a missing package or system library. A
+    KeyboardInterrupt during the import, which the bindings turn into an ImportError, is raised again."""
     install = "STEP files need Open CASCADE: pip install 'beveloid-geom[step]'"
     libraries = "on Debian and Ubuntu, run `sudo apt-get install libgl1`"
     try:
-        yield
+        import OCP  # noqa: F401
+
+        from ._brep import write_solids
     except ImportError as error:
         cause: BaseException | None = error
         while cause is not None:
@@ -128,3 +120,4 @@ def _kernel_errors() -> Iterator[None]:
         if "cannot open shared object file" in str(error):  # servers and containers without a screen
             raise ImportError(f"Open CASCADE cannot be loaded: {error}: {libraries}") from None
         raise
+    return write_solids

@@ -51,14 +51,10 @@ class SurfaceMesh:
 
 def in_fixed(surface: SurfaceMesh, frame: Frame) -> SurfaceMesh:
     """Return a surface, given in the frame of its gear, in the fixed frame S_f, with its normals."""
-    points, cells = (
-        {
-            name: normals_to_fixed(frame, values) if name == "normals" else values
-            for name, values in fields.items()
-        }
-        for fields in (surface.point_fields, surface.cell_fields)
-    )
-    return replace(surface, points=to_fixed(frame, surface.points), point_fields=points, cell_fields=cells)
+    fields = dict(surface.point_fields)
+    if "normals" in fields:
+        fields["normals"] = normals_to_fixed(frame, fields["normals"])
+    return replace(surface, points=to_fixed(frame, surface.points), point_fields=fields)
 
 
 def moved(surface: SurfaceMesh, distance: FloatArray) -> SurfaceMesh:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..arrays import FLANKS
 from ..contact.path import path_of_contact
-from ..design.arguments import require_single_design
+from ..design.arguments import require_single
 from ..design.model import Design, Pair
 from ..operation.certificate import path_certificate
 from ..pair.zero_backlash import LayoutDeviation, layout_deviation
@@ -162,7 +162,7 @@ def layout_advice(design: Design) -> tuple[Advice, ...]:
     >>> bg.layout_advice(tight)[0].offset
     229.0751
     """
-    require_single_design(design)
+    require_single(design)
     plain = design.bare()
     if quiet(layout_remarks(plain)):
         return ()

@@ -27,7 +27,7 @@ from math import lcm
 import numpy as np
 
 from ..arrays import FloatArray, Indices, flank_sign
-from ..design.arguments import require_design
+from ..design.arguments import require_single
 from ..design.member import MODIFICATIONS, Member
 from ..design.model import Design
 from ..design.modification import Modification
@@ -114,9 +114,7 @@ def pitch_cycle(design: Design, flank: str = "right", points: int = 24) -> Pitch
     >>> cycle.pitches
     29
     """
-    require_design(design)
-    if design.batch_shape:
-        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
+    require_single(design)
     if not isinstance(points, int | np.integer) or isinstance(points, bool) or points < 1:
         raise ValueError(f"points must be a whole number of at least 1, got {points!r}")
     teeth = [int(member.teeth) for member in design.members]

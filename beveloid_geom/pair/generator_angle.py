@@ -17,9 +17,8 @@ import numpy as np
 
 from ..arrays import FloatArray, flank_sign
 from ..design.model import Design
-from ..gear.rack import rack_of
-from .frames import layout_of, normal_of_unmodified
-from .mounting import mounting_of
+from .frames import layout_of
+from .mounting import mounting_of, normal_of_flanks
 from .zero_backlash import ZeroBacklashLayout
 
 
@@ -47,14 +46,11 @@ def normal_x_as_mounted(design: Design, flank: str) -> tuple[FloatArray, FloatAr
     """
     plain = design.unmodified()
     layout = layout_of(plain, with_errors=False)
-    racks = [rack_of(member, flank) for member in plain.members]
-    axial = np.array([rack.normal[2] for rack in racks])
-    moment = np.array([rack.pitch_radius * rack.normal[1] for rack in racks])
     # The sign of n_x is a property of the layout.
     branch = mounting_of(plain).branch[0 if flank == "right" else 1]
     with np.errstate(invalid="ignore", divide="ignore"):
-        square = normal_of_unmodified(layout, axial, moment).x_squared
-        return np.asarray(branch * np.sqrt(square)), axial
+        normal, axial = normal_of_flanks(layout, plain.members, flank)
+        return np.asarray(branch * np.sqrt(normal.x_squared)), axial
 
 
 def closed_normal(layout: ZeroBacklashLayout, flank: str, sense: FloatArray) -> tuple[FloatArray, FloatArray]:

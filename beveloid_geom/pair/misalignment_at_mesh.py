@@ -243,13 +243,6 @@ def by_mesh_errors(design: Design, rates: FloatArray) -> FloatArray:
     return turned
 
 
-def holds_tilt(design: Design) -> Mask:
-    """Return (batch shape) whether `at_mesh` keeps the tilt out of the plane fixed, and not the centre
-    distance.
-    """
-    return np.asarray(np.abs(_nominal(design).centre_line[0]) > 0.5)
-
-
 def at_mesh(design: Design, centre_distance: Quantity = 0.0, out_of_plane: Quantity = 0.0) -> MeshErrors:
     """Return the errors at the mesh that are equivalent to the errors of a design about the common
     perpendicular.
@@ -259,7 +252,7 @@ def at_mesh(design: Design, centre_distance: Quantity = 0.0, out_of_plane: Quant
     design : Design
         With its errors.
     centre_distance, out_of_plane : float or array
-        The fixed one of these two, mm or rad (`holds_tilt`); the other is computed.
+        The fixed one of these two, mm or rad (see the module docstring); the other is computed.
 
     Returns
     -------

@@ -29,6 +29,7 @@ other unless mounting distances are given. Only the difference of given mounting
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -112,6 +113,18 @@ def across_of_gear(
     shared = layout.cos_angle + axial[0] * axial[1]
     side = layout.offset * axial[1] + moment[0] / (square[0] * square[0]) * layout.sin_angle
     return (shared / square[0] * first - normal_x * side) / square[1]
+
+
+def normal_of_flanks(
+    layout: Layout, members: Sequence[Member], flank: str
+) -> tuple[CommonNormal, FloatArray]:
+    """Return the common normal of the unmodified flanks of pinion and gear, as by `normal_of_unmodified`, and
+    the axial components (2, ...) of their normals.
+    """
+    racks = [rack_of(member, flank) for member in members]
+    axial = np.array([rack.normal[2] for rack in racks])
+    moment = np.array([rack.pitch_radius * rack.normal[1] for rack in racks])
+    return normal_of_unmodified(layout, axial, moment), axial
 
 
 def _action(layout: Layout, members: Member, flank: str, sign: float, distance: FloatArray) -> _Action:

@@ -27,10 +27,9 @@ from ..design.member import Member
 from ..design.model import Design
 from ..gear.flank import flank_patch, flank_point, turned
 from ..gear.flank_limits import root_parameter, tip_parameter
-from ..gear.rack import rack_of
-from .frames import Layout, layout_of, normal_of_unmodified
+from .frames import Layout, layout_of
 from .generator_angle import normal_x_as_mounted
-from .mounting import mounting_of
+from .mounting import mounting_of, normal_of_flanks
 
 CLEAR_DEPTH_MODULES = 0.02
 """Depth of flank below the tips of the mate, in modules, that prevents contact with the fillet."""
@@ -72,13 +71,10 @@ def depth_below_tips(
         Points of a tip edge that meet the mate beyond the ends of its face are ignored.
     """
     members = design.members
-    racks = [rack_of(member, flank) for member in members]
-    axial = np.array([rack.normal[2] for rack in racks])
-    moment = np.array([rack.pitch_radius * rack.normal[1] for rack in racks])
     width = np.minimum(*(np.asarray(member.face_width, dtype=float) for member in members))
     result = []
     with np.errstate(invalid="ignore", divide="ignore"):
-        normal_y = normal_of_unmodified(layout, axial, moment).y
+        normal_y = normal_of_flanks(layout, members, flank)[0].y
         # Each member in turn is the one whose flank is measured.
         for j, (mate, member) in enumerate(zip(members, members[::-1], strict=True)):
             position = mounting[::-1] if j == 0 else mounting

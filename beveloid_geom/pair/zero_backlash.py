@@ -36,14 +36,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import FloatArray
-from ..design.arguments import require_design
+from ..design.arguments import require_single
 from ..design.member import Member
 from ..design.model import Design
 from ..gear.rack import rack_of
 from ..support.array_repr import short_repr
 from ..support.frozen_arrays import kept
-from .frames import layout_of, normal_of_unmodified
-from .mounting import mounting_of
+from .frames import layout_of
+from .mounting import mounting_of, normal_of_flanks
 
 ROUNDING_SINE = 1e-12
 """Limit for computed layouts. Below this sine of the shaft angle the axes are parallel. Below this sum of the
@@ -100,11 +100,6 @@ class LayoutDeviation:
     reasons: tuple[str, ...] = ()
 
     __repr__ = short_repr
-
-
-def _only_single(design: Design) -> None:
-    if design.batch_shape:
-        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
 
 
 def _pressure_angles(design: Design) -> FloatArray:
@@ -249,8 +244,7 @@ def zero_backlash_layout(design: Design) -> ZeroBacklashLayout:
     >>> print(f"{layout.offset:.4f} mm, {layout.shaft_angle:.6f} rad")
     228.8373 mm, 0.261683 rad
     """
-    require_design(design)
-    _only_single(design)
+    require_single(design)
 
     def backlash(pressure_angle: FloatArray) -> FloatArray:
         return closed_layout(design, pressure_angle).normal_backlash
@@ -280,10 +274,7 @@ def _pressure_angle_as_mounted(design: Design) -> float:
     normals = []
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         for flank, sign in zip(("right", "left"), branch, strict=True):
-            racks = [rack_of(member, flank) for member in design.members]
-            axial = np.array([rack.normal[2] for rack in racks])
-            moment = np.array([rack.pitch_radius * rack.normal[1] for rack in racks])
-            normal = normal_of_unmodified(layout, axial, moment)
+            normal, axial = normal_of_flanks(layout, design.members, flank)
             normals.append((sign * np.sqrt(normal.x_squared), normal.y[0], axial[0]))
         return float(np.arcsin(0.5 * np.linalg.norm(np.sum(normals, axis=0))))
 
@@ -354,8 +345,7 @@ def layout_deviation(design: Design) -> LayoutDeviation:
     >>> print(f"{deviation.normal_backlash:.4f} mm, {deviation.offset:.4f} mm")
     0.0416 mm, 229.0751 mm
     """
-    require_design(design)
-    _only_single(design)
+    require_single(design)
     return _kept_deviation(design.bare())
 
 

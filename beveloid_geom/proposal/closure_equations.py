@@ -119,10 +119,9 @@ class ClosureStarts:
     turn: FloatArray
     owner: NDArray[np.intp]
 
-    def take(self, rows: Mask | NDArray[np.intp] | list[int]) -> ClosureStarts:
+    def take(self, rows: Mask | NDArray[np.intp]) -> ClosureStarts:
         """Return some of the starts."""
-        index = np.asarray(rows) if len(rows) else np.empty(0, int)
-        return ClosureStarts(*(value[..., index] for value in vars(self).values()))
+        return ClosureStarts(*(value[..., rows] for value in vars(self).values()))
 
 
 def pair_at(members: tuple[Member, Member], values: FloatArray) -> tuple[Design, ZeroBacklashLayout]:

@@ -21,11 +21,10 @@ from numpy.typing import ArrayLike
 from ..arrays import FloatArray
 from ..design.member import Member
 from .grid_cells import form_of, stations
+from .section import GROWTH_RATIO
 from .sheet import Sheet, SheetGrid, grid_of
 from .tooth_boundary import cut_sheets, require_tolerance
 
-GROWTH_RATIO = 1.4
-"""Ratio of successive steps along a flank from the fillet on, and of rows of the body, see `section_of`."""
 MAX_THICKENING_RATIO = 1.6
 """Largest ratio of the thicknesses of the tooth at both ends of a step next to a thin tip."""
 

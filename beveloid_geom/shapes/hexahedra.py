@@ -19,7 +19,7 @@ import numpy as np
 from ..arrays import FloatArray, Indices
 from ..design.arguments import require_member
 from ..design.member import Member
-from .element_sizes import GROWTH_RATIO, Cells, boundary_nodes, cells_of, face_stations
+from .element_sizes import Cells, boundary_nodes, cells_of, face_stations
 from .hexahedral_mesh import VolumeMesh, element_shapes, face_nodes, rounded_down
 from .section import SIDES, Section, section_of, section_size
 from .solid import NAMES, joined_numbers, rotated_copies, teeth_with
@@ -102,18 +102,16 @@ def tooth_hexahedra(
 def _tooth(member: Member, cells: Cells, quadratic: bool, bore: float, teeth: int) -> _ToothHexahedra:
     """Return hexahedra of one tooth. Raises ValueError for numbers of cells below 1, and if `teeth` of them
     have too many nodes."""
-    # Largest ratio of height and width of the rows of the body, see `section_of`.
-    body_aspect = 8.0
     for name, number in vars(cells).items():
         if number < 1:
             raise ValueError(f"cells must be 1 or more, got {name}={number}")
     # The size is checked before the section is solved: first by the tooth alone, then with the body.
     _require_size((cells.tip * (cells.flank + cells.fillet),) * 2, cells.face, quadratic, teeth)
     sheets = cut_sheets(member)
-    size = section_size(_corners(boundary_nodes(sheets, cells, np.zeros(1))), bore, body_aspect, GROWTH_RATIO)
+    size = section_size(_corners(boundary_nodes(sheets, cells, np.zeros(1))), bore)
     _require_size(size, cells.face, quadratic, teeth)
     outline = boundary_nodes(sheets, cells, face_stations(sheets, cells.face))
-    section = section_of(_corners(outline), bore, body_aspect, GROWTH_RATIO)
+    section = section_of(_corners(outline), bore)
     return _quadratic(section, outline, bore) if quadratic else _linear(section)
 
 

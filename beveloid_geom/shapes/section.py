@@ -36,6 +36,9 @@ Plane: TypeAlias = NDArray[np.complex128]
 
 OUTLINE = ("left bottom", "left fillet", "left flank", "tip", "right flank", "right fillet", "right bottom")
 """Curves around one tooth, counter-clockwise seen from +z."""
+GROWTH_RATIO = 1.4
+"""Largest ratio of the heights of successive rows of the body from the root to the bore, and ratio of
+successive steps along a flank from the fillet on (`element_sizes`)."""
 SIDES = ("first side", "last side")
 """Cuts between the tooth and its neighbours, in the middle of the tooth spaces."""
 
@@ -74,9 +77,7 @@ class _Lattice:
     bore: float
 
 
-def section_of(
-    outline: dict[str, FloatArray], bore_radius: float, aspect: float = 8.0, growth: float = 1.3
-) -> Section:
+def section_of(outline: dict[str, FloatArray], bore_radius: float) -> Section:
     """Return quadrilaterals between an outline and the bore.
 
     Parameters
@@ -86,11 +87,7 @@ def section_of(
         ends with their neighbours. Left and right curves have equal numbers of points. Fillets have three or
         more, and bottom lands without width have one. The columns of the tooth are those of the tip.
     bore_radius : float
-        mm.
-    aspect : float
-        Largest ratio of height and width of the rows of the body, approximately.
-    growth : float
-        Largest ratio of the heights of successive rows of the body, from the root to the bore.
+        mm, between 0 and the smallest root radius (`bore_of`).
 
     Returns
     -------
@@ -99,12 +96,12 @@ def section_of(
     Raises
     ------
     ValueError
-        For curves that do not match, a bore that is too large, an outline that surrounds the axis, and an
-        outline that cannot be filled, for example because it intersects itself.
+        For curves that do not match, an outline that surrounds the axis, and an outline that cannot be
+        filled, for example because it intersects itself.
     """
     flat = _flat(outline)
     half = _corner(flat)
-    lattice = _lattice_of(flat, half, bore_radius, (aspect, growth))
+    lattice = _lattice_of(flat, half, bore_radius)
     boundary = _boundary(lattice, flat, half)
     x = np.zeros((int(lattice.index.max()) + 1, flat["tip"].shape[1]), dtype=complex)
     for name, curve in flat.items():
@@ -119,23 +116,17 @@ def section_of(
     return Section(points, quads, boundary)
 
 
-def section_size(
-    outline: dict[str, FloatArray], bore_radius: float, aspect: float = 8.0, growth: float = 1.3
-) -> tuple[int, int]:
+def section_size(outline: dict[str, FloatArray], bore_radius: float) -> tuple[int, int]:
     """Return the numbers of points and of quadrilaterals of `section_of` without computing the section.
     Parameters and errors are the same, but the outline is not filled."""
     flat = _flat(outline)
-    lattice = _lattice_of(flat, _corner(flat), bore_radius, (aspect, growth))
+    lattice = _lattice_of(flat, _corner(flat), bore_radius)
     return int(lattice.index.max()) + 1, len(_quads(lattice))
 
 
 def _flat(outline: dict[str, FloatArray]) -> dict[str, Plane]:
     """Return the curves as points in transverse planes, in order. Raises ValueError if they do not match."""
     flat = {name: np.asarray(outline[name][..., 0] + 1.0j * outline[name][..., 1]) for name in OUTLINE}
-    for name, partner in zip(OUTLINE[:3], OUTLINE[:3:-1], strict=True):
-        if flat[name].shape != flat[partner].shape:
-            shapes = f"{len(flat[name])} and {len(flat[partner])}"
-            raise ValueError(f"'{name}' and '{partner}' must have equal numbers of points, got {shapes}")
     if len(flat["left fillet"]) < 3:
         cells = len(flat["left fillet"]) - 1
         raise ValueError(f"a fillet must have at least 2 cells, got {cells}")
@@ -182,14 +173,16 @@ def _corner(flat: dict[str, Plane]) -> int:
     return min(max(nearest, 1), len(lengths) - 2)
 
 
-def _shares(root: float, bore: float, first: float, across: float, limits: tuple[float, float]) -> FloatArray:
+def _shares(root: float, bore: float, first: float, across: float) -> FloatArray:
     """Return three or more stations 0 ... 1 from the root radius to the bore. Heights of rows grow from the
     `first` one (mm) up to the limit of the aspect ratio of cells that are `across` (rad) wide."""
-    (aspect, growth), radii, height = limits, [root], min(first, 0.5 * (root - bore))
+    # Largest ratio of height and width of the rows, approximately.
+    max_aspect = 8.0
+    radii, height = [root], min(first, 0.5 * (root - bore))
     while radii[-1] > bore:
-        height = min(height, aspect * across * max(radii[-1], bore))
+        height = min(height, max_aspect * across * max(radii[-1], bore))
         radii.append(radii[-1] - height)
-        height *= growth
+        height *= GROWTH_RATIO
     depths = root - np.array(radii)
     return np.asarray(depths / depths[-1])
 
@@ -206,14 +199,12 @@ def _stretched(lengths: FloatArray, scale: float) -> FloatArray:
     return np.asarray(lengths * np.sqrt(lengths / (lengths + scale)))
 
 
-def _lattice_of(flat: dict[str, Plane], half: int, bore: float, limits: tuple[float, float]) -> _Lattice:
+def _lattice_of(flat: dict[str, Plane], half: int, bore: float) -> _Lattice:
     """Return the lattice. The rows of the body follow from the outline at the middle station."""
     # Largest angle of the section about the axis, rad: that of a gear with two teeth.
     max_pitch = 1.001 * np.pi
     first = flat["left bottom"][0]
     root = float(np.abs(first).min())
-    if not 0.0 < bore < root:
-        raise ValueError(f"bore_radius must be between 0 and the root radius {root:.6g} mm, got {bore:g}")
     at, pitch = len(first) // 2, _swept(flat)
     if not (pitch.min() > 0.0 and pitch.max() < max_pitch):
         turn = f"from {np.degrees(pitch.min()):.4g} to {np.degrees(pitch.max()):.4g} deg"
@@ -226,7 +217,7 @@ def _lattice_of(flat: dict[str, Plane], half: int, bore: float, limits: tuple[fl
     left, right = wing, wing + len(flat["tip"]) - 1
     width = 0.5 * sum(_profile(flat, side, half, at)[0][-1] for side in ("left", "right")) / wing
     across = float(pitch[at]) / (right + wing)
-    shares = _shares(root, bore, width, across, limits)
+    shares = _shares(root, bore, width, across)
     body = len(shares) - 1
     mask = np.zeros((body + tall + 1, right + wing + 1), dtype=bool)
     mask[: body + 1], mask[:, left : right + 1] = True, True

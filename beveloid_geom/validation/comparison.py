@@ -34,6 +34,7 @@ import numpy as np
 
 from ..arrays import FloatArray
 from ..contact.path import path_of_contact
+from ..design.arguments import require_single
 from ..design.file import builtin_design
 from ..design.model import Design
 from ..gear.flank import flank_patch
@@ -125,8 +126,7 @@ def compare(
     ImportError
         If mpmath is missing; Table 1 with the paper's modification does not need it.
     """
-    if design.batch_shape:
-        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
+    require_single(design)
     results, positions = [], dict[object, ReferencePositions]()
     for method in methods or METHODS:
         if method.reference not in positions:

@@ -25,7 +25,7 @@ from ..analysis.path_placement import search_limits
 from ..analysis.sensitivity import path_sensitivity
 from ..arrays import FloatArray, flank_sign
 from ..contact.path import path_of_contact
-from ..design.arguments import require_design
+from ..design.arguments import require_single
 from ..design.model import Design
 from ..operation.backlash import backlash_by_errors, mounted_backlash
 from ..pair.misalignment import ERROR_NAMES, mounted
@@ -124,10 +124,8 @@ def shim(design: Design, backlash: float, at: float | None = None, flank: str = 
     """
     # Change of the backlash per mm of axial position (mm/mm) below which shims have no effect.
     min_backlash_slope = 1e-9
-    require_design(design)
+    require_single(design)
     flank_sign(flank)
-    if design.batch_shape:
-        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
     if not np.isfinite(backlash):
         raise ValueError(f"backlash must be a finite number in mm, got {backlash:g}")
     if at is not None and not 0.0 < at < 1.0:

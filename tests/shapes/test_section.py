@@ -239,35 +239,20 @@ def test_a_bottom_land_without_width() -> None:
 
 
 def test_rows_of_the_body_obey_growth_and_aspect() -> None:
-    outline = outline_of(SPUR)
-    for aspect, growth in ((3.0, 1.2), (10.0, 2.0)):
-        section = section_of(outline, 20.0, aspect, growth)
-        side = section.points[section.boundary["first side"], 0]
-        height = -np.diff(np.hypot(side[:, 0], side[:, 1]))
-        width = 2.0 * pi / 29.0 / (len(section.boundary["bore"]) - 1) * np.hypot(side[1:, 0], side[1:, 1])
-        assert (height[1:] / height[:-1]).max() < growth * (1.0 + 1e-9)
-        assert (height / width).max() < 1.2 * aspect
-        assert len(height) > 5
+    section = section_of(outline_of(SPUR), 20.0)
+    side = section.points[section.boundary["first side"], 0]
+    height = -np.diff(np.hypot(side[:, 0], side[:, 1]))
+    width = 2.0 * pi / 29.0 / (len(section.boundary["bore"]) - 1) * np.hypot(side[1:, 0], side[1:, 1])
+    assert (height[1:] / height[:-1]).max() < 1.4 * (1.0 + 1e-9)
+    assert (height / width).max() < 1.2 * 8.0
+    assert len(height) > 5
 
 
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"left flank": slice(0, -1)}, "'left flank' and 'right flank' must have equal numbers of points"),
-        ({"left fillet": slice(1, None), "right fillet": slice(1, None)}, "'left bottom' must end where"),
-    ],
-)
-def test_curves_that_do_not_match_are_rejected(change: dict[str, slice], message: str) -> None:
+def test_curves_that_do_not_meet_are_rejected() -> None:
     outline = outline_of(PINION)
-    changed = {name: outline[name][part] for name, part in change.items()}
-    with pytest.raises(ValueError, match=message):
-        section_of(outline | changed, 45.0)
-
-
-@pytest.mark.parametrize("bore", [0.0, -3.0, 77.0, 200.0])
-def test_a_bore_outside_its_limits_is_rejected(bore: float) -> None:
-    with pytest.raises(ValueError, match="bore_radius must be between 0 and the root radius"):
-        section_of(outline_of(PINION), 1.2 * bore)
+    shorter = {name: outline[name][1:] for name in ("left fillet", "right fillet")}
+    with pytest.raises(ValueError, match="'left bottom' must end where"):
+        section_of(outline | shorter, 45.0)
 
 
 def test_an_outline_that_intersects_itself_is_rejected() -> None:

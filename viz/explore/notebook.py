@@ -8,7 +8,7 @@ import threading
 
 from beveloid_geom import Design
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM
-from beveloid_geom.design.arguments import require_design
+from beveloid_geom.design.arguments import require_single
 
 from .server import Server
 from .values import Start, ViewSettings
@@ -87,9 +87,7 @@ def explore(
     OSError
         If the port is not free.
     """
-    require_design(design)
-    if design.batch_shape:
-        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
+    require_single(design)
     start = Start(design, name, ViewSettings(flank, film, torque))
     start.read(start.values)
     return Exploration(Server(start, port))

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from beveloid_geom import ContactPath, Design, Member, MeshCycle, Status, mesh_cycle, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.mesh_position import Frame, frames_at
+from beveloid_geom.design.arguments import require_single
 from beveloid_geom.design.ends import end_names, limit_words
 from beveloid_geom.findings.path import reason_of
 from beveloid_geom.gear.flank_limits import tip_radius
@@ -54,8 +55,7 @@ def view_data(design: Design, tolerance: float | None = None) -> dict[str, Any]:
     ValueError
         For a batch of designs.
     """
-    if design.batch_shape:
-        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
+    require_single(design)
     frames = frames_at(design, 0.0, 0.0)
     members = [
         _member(name, member, tolerance) | place

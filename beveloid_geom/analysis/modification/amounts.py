@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...arrays import MEMBERS, FloatArray
-from ...design.arguments import require_design
 from ...design.member import MODIFICATIONS
 from ...design.model import Design
 from ...design.modification import AMOUNT, Modification, kinds_of, length_of
@@ -83,7 +82,6 @@ def optimise_amounts(
     >>> optimum.at_limits
     ('pinion.helix_crowning_um',)
     """
-    require_design(design)
     check_aim(design, aim, flank)
     _check_amounts(design, flank, bounds)
     search = _AmountSearch(design, aim, flank, tuple(bounds), np.array([*bounds.values()], dtype=float).T)

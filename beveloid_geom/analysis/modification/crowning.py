@@ -22,7 +22,7 @@ import numpy as np
 from ...arrays import FloatArray, flank_sign
 from ...contact.ellipse import MARKING_SEPARATION_MM
 from ...contact.path import path_of_contact
-from ...design.arguments import require_design
+from ...design.arguments import require_single
 from ...design.field_limits import DesignError
 from ...design.model import Design
 from ...gear.flank import base_cylinder
@@ -114,7 +114,7 @@ def fit_crowning(
     >>> round(crowned.helix_crowning_um), round(crowned.profile_crowning_um, 1)
     (27, 3.5)
     """
-    require_design(design)
+    require_single(design)
     flank_sign(flank)
     _check(design, transmission_error, length, member, separation)
     from scipy.optimize import root
@@ -212,9 +212,7 @@ def pattern_length(side: MemberPattern, separation: float) -> float:
 
 
 def _check(design: Design, transmission_error: float, length: float, member: str, separation: float) -> None:
-    """Raise ValueError for a batch and for values outside their limits."""
-    if design.batch_shape:
-        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
+    """Raise ValueError for values outside their limits."""
     if member not in ("pinion", "gear"):
         raise ValueError(f"member must be pinion or gear, got {member!r}")
     given = {"transmission_error": transmission_error, "length": length, "separation": separation}

@@ -12,6 +12,7 @@ import numpy as np
 
 from ...arrays import FloatArray, flank_sign
 from ...contact.path import path_of_contact
+from ...design.arguments import require_single
 from ...design.model import Design, Errors, MeshErrors
 from ...pair.misalignment import mounted
 from ..edge_contact import leads_of, swing_of_all
@@ -132,8 +133,7 @@ def check_aim(design: Design, aim: Aim, flank: str) -> None:
     """Raise ValueError for a batch, an unknown flank, and values of the aim outside their limits. The bounds
     of the coefficients are not checked here."""
     flank_sign(flank)
-    if design.batch_shape:
-        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
+    require_single(design)
     errors = list(vars(aim.errors).values())
     if not any(errors):
         raise ValueError(f"errors of the aim must be finite and not all 0, got {errors}")

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 
 from ...arrays import Codes, FloatArray, Integers, Mask
 from ...contact.ellipse import MARKING_SEPARATION_MM
-from ...design.arguments import require_design
+from ...design.arguments import require_single
 from ...design.member import Member
 from ...design.model import Design
 from ...gear.active_flank import place_at
@@ -158,7 +158,6 @@ def contact_pattern(
     >>> pattern.pinion.l.shape == pattern.pinion.marked.shape
     True
     """
-    require_design(design)
     _check(design, separation, resolution, tolerance, area_error)
     operation = given_operation(design, pinion_roll, gear_roll) or operation
     operation = operation or first_contact_operation(design, flank)
@@ -182,8 +181,7 @@ def _check(
 ) -> None:
     # Smallest relative error of areas that can be requested.
     min_area_error = 1e-3
-    if design.batch_shape:
-        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
+    require_single(design)
     if resolution is not None and tolerance is not None:
         raise ValueError("give resolution or tolerance, not both")
     lengths = {"separation": separation, "resolution": resolution, "tolerance": tolerance}

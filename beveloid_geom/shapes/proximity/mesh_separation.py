@@ -15,6 +15,7 @@ import numpy as np
 
 from ...arrays import Codes, FloatArray
 from ...contact.mesh_position import Frame, frames_at
+from ...design.arguments import require_single
 from ...design.member import Member
 from ...design.model import Design
 from ...gear.closest_point import feet
@@ -59,8 +60,7 @@ class MeshSeparation:
 def frames_of(design: Design, pinion_roll: float, gear_roll: float) -> tuple[Frame, Frame]:
     """Return the frames of both members of a single design at a pose. Raises ValueError for a batch, and for
     a design without mounting distances."""
-    if design.batch_shape:
-        raise ValueError(f"design must be a single design, got arrays of shape {design.batch_shape}")
+    require_single(design)
     frames = frames_at(design, pinion_roll, gear_roll)
     if not all(np.isfinite(part).all() for frame in frames for part in frame):
         why = "an input or a roll is NaN, or the flanks define no mounting distances"
