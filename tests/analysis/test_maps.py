@@ -179,6 +179,7 @@ def test_a_map_over_offset_and_shaft_angle() -> None:
     second = (radians(14.99), radians(15.01))
     found = design_map(table1(MODIFIED), layout, steps=3, errors=OFFSET, first=first, second=second)
     assert_cells(found, layout, "right", 1e-9)
+    assert design_at(found.design, layout, 228.95, second[1]).pair == Pair(228.95, second[1])
     assert MapReport("Table 1", found.design, found).rows()["shaft_angle"][1] == pytest.approx(radians(15.0))
     assert "over the offset and shaft_angle" in MapReport("Table 1", found.design, found).summary()
     with pytest.raises(ValueError, match="bounds of shaft_angle must be given"):
