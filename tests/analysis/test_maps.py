@@ -262,6 +262,12 @@ def test_each_cell_has_its_own_reason() -> None:
     assert "moves the path off" not in cell_words(few)
 
 
+def test_the_table_has_the_magnitude_of_the_angle() -> None:
+    found = design_map(table1(), "parabola", steps=3, errors=OFFSET)
+    one, other = (replace(found, angle=sign * found.angle) for sign in (1.0, -1.0))
+    assert MapReport("", one.design, one).summary() == MapReport("", one.design, other).summary()
+
+
 def test_a_design_reaches_its_own_ratio() -> None:
     """The cell with the coefficients of the design counts as one with at least the contact ratio of the
     design, although the ratio differs by rounding if it is solved in a batch."""

@@ -76,22 +76,6 @@ def test_a_quarter_and_three_quarters_of_the_face_by_shaft_angle_and_offset() ->
     assert right.status.tolist() == [PlaceStatus.OFF_CENTRE, PlaceStatus.REACHED]
 
 
-def test_the_mirror_image_takes_the_same_errors(flank: str) -> None:
-    one, two = (
-        place_path(design, (0.51, 0.53), ("offset", "shaft_angle"), side)
-        for design, side in ((table1(MODIFIED), flank), (mirrored(table1(MODIFIED)), OTHER[flank]))
-    )
-    np.testing.assert_allclose(two.exact, one.exact, rtol=1e-6, atol=1e-9)
-    assert two.wanted_l == pytest.approx(one.wanted_l, abs=1e-9)
-
-
-def test_a_pair_half_as_large_takes_half_the_lengths() -> None:
-    design = table1(MODIFIED)
-    one, two = (place_path(each, (0.5, 0.7)) for each in (design, scaled(design, 0.5)))
-    np.testing.assert_allclose(two.errors, one.errors * (0.5, 1.0), rtol=1e-6)
-    np.testing.assert_allclose(two.z, 0.5 * one.z, rtol=0.0, atol=1e-6)
-
-
 def off_of(found: Placement) -> float:
     return float(found.l[0] - found.wanted_l)
 
@@ -177,3 +161,19 @@ def test_the_position_along_the_face_is_kept_if_the_pair_jams() -> None:
     assert found.z[0] == pytest.approx(-12.5, abs=1e-6)
     assert -2e-4 < found.normal_backlash[0] < 2e-3
     assert not found.jammed[0]
+
+
+def test_mirrored_pairs_have_equal_errors(flank: str) -> None:
+    one, two = (
+        place_path(design, (0.51, 0.53), ("offset", "shaft_angle"), side)
+        for design, side in ((table1(MODIFIED), flank), (mirrored(table1(MODIFIED)), OTHER[flank]))
+    )
+    np.testing.assert_allclose(two.exact, one.exact, rtol=1e-6, atol=1e-9)
+    assert two.wanted_l == pytest.approx(one.wanted_l, abs=1e-9)
+
+
+def test_lengths_of_a_pair_half_as_large() -> None:
+    design = table1(MODIFIED)
+    one, two = (place_path(each, (0.5, 0.7)) for each in (design, scaled(design, 0.5)))
+    np.testing.assert_allclose(two.errors, one.errors * (0.5, 1.0), rtol=1e-6)
+    np.testing.assert_allclose(two.z, 0.5 * one.z, rtol=0.0, atol=1e-6)
