@@ -1,4 +1,4 @@
-"""Ease-off: 0 for conjugate flanks; brute force along the normal, and the transmission error."""
+"""Ease-off: 0 for conjugate flanks; brute force along the normal, parabolas, transmission error, pattern."""
 
 from __future__ import annotations
 
@@ -16,14 +16,17 @@ from beveloid_geom import (
     Pair,
     Status,
     Tool,
+    contact_pattern,
     ease_off,
     path_of_contact,
 )
 from beveloid_geom.analysis.ease_off import ease_off_at, second_order_of
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.mesh_position import frames_at, meshing_pair
+from beveloid_geom.gear.closest_point import feet
 from beveloid_geom.gear.flank import flank_patch, flank_point, trace_parameter
 from beveloid_geom.pair.frames import layout_of, normals_to_fixed, to_fixed
+from beveloid_geom.status import PatternStatus
 from tests.oracle.table1 import table1
 from tests.stability.five_residuals import cases_of
 from tests.stability.named_designs import CROSSING
@@ -205,3 +208,57 @@ def test_random_pairs_have_a_smooth_ease_off() -> None:
 
 def test_points_of_nan_have_no_ease_off() -> None:
     assert np.isnan(ease_off_at(table1(), "right", [np.nan, 0.0], 0.0)).tolist() == [True, False]
+
+
+def test_it_is_the_minimum_separation_of_a_pattern(flank: str) -> None:
+    """The separation is computed from feet on the mating flank and parabolas over the roll. Both agree to
+    second order in the slope."""
+    side = contact_pattern(table1(), flank, resolution=2.0).pinion
+    stands = side.status == PatternStatus.STANDSTILL
+    assert np.count_nonzero(stands) > 50
+    own = ease_off_at(table1(), flank, side.l[stands], side.z[stands])
+    longer = own - side.least[stands]  # than the perpendicular
+    assert longer.min() > -1e-8
+    assert (longer < 1e-4 * own + 1e-8).all()
+
+
+def test_normal_deviation_by_a_parabola_of_the_pinion(flank: str) -> None:
+    """The change equals the distance of the parabolic flank from the straight one at its feet, minus this
+    distance in the middle, where the gear is rotated into contact again. The difference is of the order
+    a^2, and of the order of the tilt 2 a l of the normal times the slope of the ease-off (below 0.01
+    here)."""
+    pose, found, left = meshing_pair(table1(), flank), ease_off(table1(), flank, (7, 7)), []
+    for a in (1e-4, 1e-5):
+        bent, u = table1((a, 0.0)), trace_parameter(table1((a, 0.0)).pinion, flank, found.l, found.z)
+        foot = feet(table1().pinion, flank, flank_point(bent.pinion, flank, found.l, u))
+        own = ease_off_at(bent, flank, found.l, found.z) - ease_off_at(table1(), flank, foot.l, foot.z)
+        assert np.abs(foot.distance).max() > 35.0 * a
+        left.append(np.abs(own + foot.distance - a * pose.path.l1[1] ** 2).max())
+        tilt = 2.0 * a * np.abs(found.l).max() * 0.01 * found.deviation.max()
+        assert left[-1] < 700.0 * a * a + 2.0 * tilt
+    assert left[1] < (0.012 if flank == "right" else 0.12) * left[0]
+
+
+def test_normal_deviation_by_a_parabola_of_the_gear(flank: str) -> None:
+    """The change is a l2^2 at the conjugate point, minus its value in the middle, up to terms of the order
+    a^2."""
+    design, left = table1(), []
+    pose, found = meshing_pair(design, flank), ease_off(design, flank, (7, 7))
+    patch = flank_patch(design.pinion, flank, found.l, z=found.z)
+    roll, ratio = found.pinion_roll, -float(design.pinion.teeth) / float(design.gear.teeth)
+    pinion, (turn, origin) = frames_at(design, roll, pose.roll[1] + ratio * (roll - pose.roll[0]))
+    met = to_fixed(pinion, patch.point + found.deviation[..., None] * patch.normal) - origin
+    on_gear = feet(design.gear, flank, np.einsum("...ji,...j->...i", turn, met))
+    assert np.abs(on_gear.distance).max() < 1e-12
+    for a in (1e-4, 1e-5):
+        own = ease_off_at(table1((0.0, a)), flank, found.l, found.z) - found.deviation
+        height = a * (on_gear.l**2 - pose.path.l2[1] ** 2)
+        assert np.abs(height).max() > 35.0 * a
+        left.append(np.abs(own + height).max())
+    assert left[0] < 3e-5
+    assert left[1] < 0.012 * left[0]
+
+
+def test_gears_without_a_path_are_not_placed() -> None:
+    with pytest.raises(ValueError, match="no path of contact, so that the gears cannot be placed"):
+        meshing_pair(table1(errors=Errors(offset=60.0)), "right")

@@ -179,6 +179,7 @@ def test_a_map_over_offset_and_shaft_angle() -> None:
     second = (radians(14.99), radians(15.01))
     found = design_map(table1(MODIFIED), layout, steps=3, errors=OFFSET, first=first, second=second)
     assert_cells(found, layout, "right", 1e-9)
+    assert design_at(found.design, layout, 228.95, second[1]).pair == Pair(228.95, second[1])
     assert MapReport("Table 1", found.design, found).rows()["shaft_angle"][1] == pytest.approx(radians(15.0))
     assert "over the offset and shaft_angle" in MapReport("Table 1", found.design, found).summary()
     with pytest.raises(ValueError, match="bounds of shaft_angle must be given"):
@@ -259,6 +260,12 @@ def test_each_cell_has_its_own_reason() -> None:
     assert f"in {lost} an error moves the path off" in cell_words(found) or lost == 0
     few = replace(found, shift=np.where(found.solved, 1.0, np.nan))
     assert "moves the path off" not in cell_words(few)
+
+
+def test_the_table_has_the_magnitude_of_the_angle() -> None:
+    found = design_map(table1(), "parabola", steps=3, errors=OFFSET)
+    one, other = (replace(found, angle=sign * found.angle) for sign in (1.0, -1.0))
+    assert MapReport("", one.design, one).summary() == MapReport("", one.design, other).summary()
 
 
 def test_a_design_reaches_its_own_ratio() -> None:

@@ -1,4 +1,4 @@
-"""Two errors that place a path: contact of the result, grids, and backlash."""
+"""Two errors that place a path: contact of the result, mirror image, scaling, grids, and backlash."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ from beveloid_geom import (
     mounted_backlash,
     path_of_contact,
 )
-from beveloid_geom.analysis.path_placement import Placement, centred, place_path
+from beveloid_geom.analysis.path_placement import Placement, centred, place_path, search_limits
 from beveloid_geom.pair.misalignment import mounted
 from beveloid_geom.status import PlaceStatus
 from tests.oracle.table1 import table1
+from tests.symmetry import OTHER, mirrored, scaled
 
 MODIFIED = (0.001, -0.001)
 
@@ -118,6 +119,12 @@ def test_it_is_centred_where_the_path_runs_from_tip_to_tip() -> None:
     assert centred(table1((0.0, -0.0005)), "right") == 0.0  # from heel to toe
 
 
+def test_limits_scale_with_the_pair() -> None:
+    names = ("offset", "shaft_angle"), ("pinion_axial", "gear_axial")
+    np.testing.assert_allclose(search_limits(table1(), names[0]), (6.0, np.radians(5.0)))
+    np.testing.assert_allclose(search_limits(scaled(table1(), 0.5), names[1]), (25.0, 25.0))
+
+
 def test_a_pair_without_contact_has_no_path() -> None:
     design = table1(errors=Errors(offset=60.0))
     found = place_path(design, (0.5,))
@@ -154,3 +161,19 @@ def test_the_position_along_the_face_is_kept_if_the_pair_jams() -> None:
     assert found.z[0] == pytest.approx(-12.5, abs=1e-6)
     assert -2e-4 < found.normal_backlash[0] < 2e-3
     assert not found.jammed[0]
+
+
+def test_mirrored_pairs_have_equal_errors(flank: str) -> None:
+    one, two = (
+        place_path(design, (0.51, 0.53), ("offset", "shaft_angle"), side)
+        for design, side in ((table1(MODIFIED), flank), (mirrored(table1(MODIFIED)), OTHER[flank]))
+    )
+    np.testing.assert_allclose(two.exact, one.exact, rtol=1e-6, atol=1e-9)
+    assert two.wanted_l == pytest.approx(one.wanted_l, abs=1e-9)
+
+
+def test_lengths_of_a_pair_half_as_large() -> None:
+    design = table1(MODIFIED)
+    one, two = (place_path(each, (0.5, 0.7)) for each in (design, scaled(design, 0.5)))
+    np.testing.assert_allclose(two.errors, one.errors * (0.5, 1.0), rtol=1e-6)
+    np.testing.assert_allclose(two.z, 0.5 * one.z, rtol=0.0, atol=1e-6)

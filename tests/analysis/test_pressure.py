@@ -17,7 +17,7 @@ from beveloid_geom.gear.closest_point import feet
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.pair.frames import layout_of, member_frame, to_fixed
 from beveloid_geom.pair.mounting import mounting_of
-from beveloid_geom.status import EllipseStatus
+from beveloid_geom.status import EllipseStatus, Limit
 from tests.oracle.table1 import table1
 from tests.stability.answers import closed
 from tests.stability.parallel_pairs import pair_of
@@ -72,6 +72,22 @@ def test_crossed_cylinders() -> None:
     difference = sqrt(first**2 + second**2 + 2.0 * first * second * (2.0 * cosine**2 - 1.0))
     assert found.curvature[0].sum() == pytest.approx(first + second, rel=1e-9)
     assert np.ptp(found.curvature[0]) == pytest.approx(difference, rel=1e-9)
+
+
+def test_the_strip_of_two_cylinders() -> None:
+    """Spur gears on nearly parallel axes have a long ellipse with p0 = E* b / (2 R) across it. The force
+    per length is that of a strip, p0 = 2 q / (pi b), with q = 3 F / (4 a) in the middle. The ellipse exceeds
+    the end of the face that is nearest."""
+    found = path_pressure(path_of_contact(spur(1e-3), "right", 5), LOAD)
+    assert (found.status == EllipseStatus.ELLIPSE).all()
+    modulus, (a, b) = contact_modulus(210000.0, 0.3), found.semi_axes.T
+    assert (b / a < 1e-3).all()
+    radius = 1.0 / found.curvature[:, 1]
+    assert found.pressure == pytest.approx(modulus * b / (2.0 * radius), rel=1e-4)
+    assert found.pressure == pytest.approx(2.0 / (pi * b) * 0.75 * 1e4 / a, rel=1e-12)
+    for axial, end in ((5.0, Limit.PINION_TOE), (-5.0, Limit.PINION_HEEL)):
+        moved = spur(1e-3).with_errors(Errors(pinion_axial=axial))
+        assert (path_pressure(path_of_contact(moved, "right", 5), LOAD).reaches == end).all()
 
 
 def helical(helix: float, widths: tuple[float, float], shifts: tuple[float, float]) -> Design:

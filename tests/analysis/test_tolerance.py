@@ -258,6 +258,12 @@ def test_jammed_mountings_are_counted() -> None:
     assert float(study.nominal.normal_backlash[0]) == pytest.approx(0.0416, abs=5e-5)
 
 
+def test_an_error_without_tolerance_is_plain_zero() -> None:
+    drawn = drawn_errors(replace(GIVEN, offset=0.0), 0, 0, 50)
+    assert not np.signbit(drawn[:, 0]).any()
+    assert drawn[:, 1:].all()
+
+
 def test_ten_times_the_usual_errors_jam_two_of_five() -> None:
     """Under ten times the usual errors, 40 % of the mountings jam. At least half of these jam with certainty;
     the others have a path that leaves the faces."""

@@ -1,4 +1,6 @@
-"""Hertzian contact ellipse against closed forms of circle and strip, and elliptic integrals to 50 digits."""
+"""Hertzian contact ellipse against closed forms of circle and strip, elliptic integrals to 50 digits, and the
+integral of the pressure.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +8,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.hertz import axis_ratio, contact_modulus, hertz_ellipse
 
 STEEL = contact_modulus(206000.0, 0.3)
@@ -58,6 +61,29 @@ def test_slenderness_of_very_long_ellipses_and_near_circles() -> None:
     assert np.abs(axis_ratio(ratios) / wanted - 1.0).max() < 1e-14
     assert axis_ratio([1.0, 0.0]).tolist() == pytest.approx([1.0, 1e-12], rel=1e-12)
     assert np.isnan(axis_ratio([-0.1, 1.1, np.nan])).all()
+
+
+@pytest.mark.parametrize("ratio", [1.0, 0.5, 0.01, 1e-3])
+def test_by_the_integral_of_the_pressure(ratio: float) -> None:
+    """Boussinesq: u = 1/(pi E*) times the integral of p / r.
+
+    In polar coordinates about a point inside the ellipse, the integrand of each chord is a half-ellipse with
+    known area. The surfaces touch everywhere: u(0) - u = A x^2 + B y^2. No elliptic integral is used.
+    """
+    curvature = np.array([ratio, 1.0]) * 0.05
+    found = hertz_ellipse(curvature, 2500.0, STEEL)
+    angle = (np.arange(200_000) + 0.5) * np.pi / 200_000
+    way, scale = np.stack((np.cos(angle), np.sin(angle))), found.semi_axes[:, None] ** -2.0
+
+    def sunk(point: FloatArray) -> float:
+        alpha, beta = (way * way * scale).sum(axis=0), (point[:, None] * way * scale).sum(axis=0)
+        height = 1.0 - (point * point * scale[:, 0]).sum() + beta * beta / alpha
+        return float(found.pressure * np.pi / (2.0 * STEEL) * (height / np.sqrt(alpha)).mean())
+
+    for share in ((0.5, 0.0), (0.0, 0.7), (0.6, 0.6), (0.999, 0.0)):
+        point = np.array(share) * found.semi_axes
+        gap = 0.5 * float(curvature @ point**2)
+        assert sunk(np.zeros(2)) - sunk(point) == pytest.approx(gap, rel=1e-9)
 
 
 def test_a_very_long_ellipse_is_a_strip() -> None:

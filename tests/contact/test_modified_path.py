@@ -23,12 +23,16 @@ from beveloid_geom import (
     path_sensitivity,
     path_sliding,
 )
+from beveloid_geom.analysis import sensitivity
 from beveloid_geom.analysis.optimise import Aim, optimise_parabola
+from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import relative_curvature
+from beveloid_geom.contact.flank_pair import pairing_of
 from beveloid_geom.contact.parallel.lines import contact_lines
 from beveloid_geom.contact.path import ContactPath
 from beveloid_geom.contact.path_polynomial import ROWS
 from beveloid_geom.contact.rounding import rounding_error
+from beveloid_geom.contact.surfaces.paths import rows_between_ends, surface_ends, surface_paths
 from beveloid_geom.contact.surfaces.second_order import tangents_and_turns
 from beveloid_geom.pair.mounting import mounting_of
 from tests.oracle.modified_flank import flank as oracle_flank, residuals
@@ -38,6 +42,7 @@ from tests.stability.parallel_pairs import pair_of
 from tests.stability.random_designs import random_designs
 
 FLANKS = ("right", "left")
+PITCH = 2.0 * np.pi / 29.0
 KINDS = (
     *("helix_slope_um", "helix_crowning_um", "profile_slope_um", "profile_crowning_um", "twist_um"),
     *("tip_relief_um", "root_relief_um", "heel_relief_um", "toe_relief_um"),
@@ -105,6 +110,62 @@ def test_random_modified_pairs_fulfil_the_five_equations() -> None:
             assert path.ends.status in (Status.OFF_FLANK, Status.NOT_CONVERGED)
     assert statuses > 40
     assert solved > 0.9 * statuses
+
+
+def test_surfaces_reproduce_the_one_equation() -> None:
+    batch, compared = random_designs("usual", 100, 7), 0
+    for k in range(100):
+        design: Design = cases_of(batch, k)
+        for flank in FLANKS:
+            known = path_of_contact(design, flank, 9)
+            if known.ends.status != Status.SOLVED:
+                continue
+            try:
+                with np.errstate(all="ignore"):
+                    paths = surface_paths(design, flank, pairing_of(design, flank))
+                    rows, status = rows_between_ends(paths, 1, np.linspace(0.0, 1.0, 9))
+                    ends = surface_ends(paths, 1)
+            except ValueError:  # the rounds of the tool overlap
+                continue
+            if status.any():
+                assert (status == Status.NOT_CONVERGED).all()
+                continue
+            compared += 1
+            assert ends.limit[0].tolist() == known.ends.limit.tolist()
+            # Near an edge of regression, the end of an undercut flank is sensitive to rounding.
+            tolerance = 1e-6 if pairing_of(design, flank).edges else 1e-9
+            for name in ("l1", "l2", "u1", "u2", "pinion_z", "gear_z", "pinion_r", "gear_r"):
+                assert np.abs(rows[ROWS[name], 0] - getattr(known, name)).max() < tolerance, (k, flank, name)
+            for name in ("pinion_roll", "gear_roll"):
+                assert np.abs(rows[ROWS[name], 0] - getattr(known, name)).max() < 0.1 * tolerance
+    assert compared > 120
+
+
+@pytest.mark.parametrize(
+    ("crowning", "error", "shifts"),
+    [(5.0, 0.091, (-5.35, 5.51)), (10.0, 0.129, (-3.82, 3.88)), (20.0, 0.163, (-2.43, 2.44))],
+)
+def test_helix_crowning_of_table_1(crowning: float, error: float, shifts: tuple[float, float]) -> None:
+    """Transmission errors and shifts of Table 1 with helix crowning. The expected numbers come from a
+    brute-force search for the first contact."""
+    plain = builtin_design("ni-2017")
+    design = modified(plain, {"helix_crowning_um": crowning})
+    start = path_of_contact(plain, "right", l1=[0.0]).pinion_roll[0]
+
+    def at(path: ContactPath, roll: FloatArray, values: FloatArray) -> FloatArray:
+        """Interpolate along a path; NaN beyond its ends."""
+        return np.interp(roll, path.pinion_roll, values, left=np.nan, right=np.nan)
+
+    places = []
+    for degrees in (0.0, 0.01, -0.01):
+        path = path_of_contact(design.with_errors(Errors(shaft_angle=np.radians(degrees))), "right", 1001)
+        places.append(float(at(path, start + 0.1 * PITCH, path.pinion_z)))
+        if degrees == 0.0:
+            rolls = start + np.linspace(0.0, 1.0, 13) * PITCH
+            teeth = [at(path, rolls + k * PITCH, path.transmission_error) for k in range(-2, 3)]
+            swing = np.degrees(np.ptp(np.nanmax(teeth, axis=0))) * 3600.0
+            assert swing == pytest.approx(error, abs=6e-4)
+    assert np.subtract(places[1:], places[0]) == pytest.approx(shifts, abs=0.011)
 
 
 def test_first_contact_lies_on_the_path() -> None:
@@ -184,6 +245,16 @@ def test_sliding_of_modified_flanks() -> None:
     # On parallel axes, crowned flanks touch in points.
     spur = modified(pair_of(3.0, (25, 50), 0.0, 112.5), {"helix_crowning_um": 10.0})
     assert np.isnan(contact_lines(path_of_contact(spur, "right", 3)).length).all()
+
+
+def test_derivatives_by_errors_are_those_of_the_one_equation(monkeypatch: pytest.MonkeyPatch) -> None:
+    design = table1((0.001, -0.001)).with_errors(Errors(offset=0.01, shaft_angle=1e-4, gear_axial=-0.03))
+    known = path_sensitivity(design, "right")
+    monkeypatch.setattr(sensitivity, "is_modified", lambda *_: True)
+    found = path_sensitivity(design, "right")
+    for name, values in vars(known).items():
+        if name.endswith("_by") or name in ("l", "z", "r", "pinion_roll", "contact_ratio", "peak_to_peak"):
+            np.testing.assert_allclose(getattr(found, name), values, rtol=1e-9, atol=1e-11)
 
 
 def test_derivatives_of_modified_paths_equal_differences() -> None:

@@ -218,5 +218,5 @@ def test_derivatives_of_clearance_and_limits() -> None:
             # Places within a step of the joint or of the beginning of a relief have no second derivative.
             assert np.quantile(np.abs(rate[known]), 0.97) < 1e-7
             assert np.quantile(np.abs(bend[:, known]), 0.97) < 1e-7
-            assert np.quantile(np.abs(margin[:, known]), 0.97) < 1e-7
-            assert np.quantile(np.abs(curve[..., known]), 0.97) < 1e-7
+            assert np.abs(margin[:, known]).max() < 1e-7
+            assert np.abs(curve[..., known]).max() < 1e-7

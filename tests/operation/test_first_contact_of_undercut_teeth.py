@@ -103,7 +103,7 @@ def assert_first(design: Design, flank: str, share: float) -> FirstStatus:
         (roll + k * pitches[0], float(first.gear_roll[0]) - k * pitches[1])
         for k in (pair - 1, pair, pair + 1)
     ]
-    turns = [least_turn(design, flank, rolls, (49, 25), CutTooth) for rolls in settings]
+    turns = [least_turn(design, flank, rolls, (121, 25), CutTooth) for rolls in settings]
     assert lever * min(turns) > -1e-6
     w = coordinate(CutTooth(design.pinion, flank_sign(flank)), flank, first.l1)
     touch = clearance(design, flank, w, first.z1, settings[1], CutTooth, 1e-9)

@@ -1,4 +1,6 @@
-"""Errors at the mesh: against two lines in space at 40 digits, both conversions, and design files."""
+"""Errors at the mesh: against two lines in space at 40 digits, both conversions, and a pair with a distant
+apex.
+"""
 
 from __future__ import annotations
 
@@ -171,6 +173,18 @@ def test_lines_in_space(name: str) -> None:
         found = [float(value) for value in vars(from_mesh(design, given)).values()]
         scale = max(1.0, *np.abs(mounting_of(design).pitch_distance))
         np.testing.assert_allclose(found, by_lines(design, given), rtol=1e-12, atol=1e-14 * scale)
+
+
+def test_a_distant_apex() -> None:
+    """37/37 teeth: a shaft-angle error about the common perpendicular acts mostly as a shift at the mesh."""
+    error = radians(0.02)
+    at_the_mesh = from_mesh(EQUAL, MeshErrors(in_plane=error))
+    assert (at_the_mesh.pinion_axial, at_the_mesh.gear_axial) == pytest.approx((-8.42, -8.42), abs=0.005)
+    places = [
+        path_of_contact(EQUAL.with_errors(errors), "right", 3).pinion_z[1]
+        for errors in (Errors(), at_the_mesh, Errors(shaft_angle=error))
+    ]
+    assert np.subtract(places[1:], places[0]) == pytest.approx((-1.37, -10.01), abs=0.005)
 
 
 AT_MESH = """

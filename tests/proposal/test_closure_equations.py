@@ -16,6 +16,7 @@ from beveloid_geom.proposal.candidates import candidates_of, found_for_each, wit
 from beveloid_geom.proposal.merit import PairCriteria, criteria_of, design_of, tooth_criteria
 from beveloid_geom.proposal.request import Request
 from tests.oracle.pitch_point_mp import mounting_mp
+from tests.symmetry import scaled
 
 TABLE1 = Request(
     module=6.0,
@@ -197,6 +198,21 @@ def test_mirrored_request(name: str) -> None:
     assert own.shape == images.shape
     for column in own.T:
         assert np.abs(images - column[:, None]).max(axis=0).min() < 1e-6
+
+
+@by_request
+def test_similarity_in_the_module(name: str) -> None:
+    request = REQUESTS[name]
+    assert request.gear is None or request.module == 6.0
+    larger = replace(
+        request,
+        module=2.5 * request.module,
+        face_widths=(2.5 * request.face_widths[0], 2.5 * request.face_widths[1]),
+        backlash=2.5 * request.backlash,
+        offset=request.offset and 2.5 * request.offset,
+        gear=request.gear and scaled(builtin_design("marine-gearbox"), 2.5).gear,
+    )
+    np.testing.assert_allclose(candidates_of(larger), candidates_of(request), rtol=0, atol=1e-9)
 
 
 def all_criteria(request: Request, values: FloatArray) -> PairCriteria:

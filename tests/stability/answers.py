@@ -108,6 +108,7 @@ def assert_no_path(design: Design, flank: str, status: Status) -> None:
     path = checked_path(design, flank)
     assert path.l1.size == 0
     assert path.ends.status == status
+    assert path.ends.enter is None
     np.testing.assert_equal(float(path.ends.contact_ratio), np.nan if status == Status.UNDEFINED else 0.0)
 
 

@@ -123,6 +123,10 @@ def test_random_designs(kind: Kind, flank: Flank) -> None:
     assert sum(found[code.name] for code in UNKNOWN) <= LOST[kind] * SIZES[kind]
 
 
+def test_there_are_70_000() -> None:
+    assert len(FLANKS) * sum(SIZES.values()) == 70_000
+
+
 def test_the_search_finds_contacts(flank: Flank) -> None:
     """The search finds a contact of nearly every pair that was placed at one, so that the comparison can
     fail."""

@@ -11,6 +11,7 @@ import pytest
 
 from beveloid_geom import Errors, contact_ratio
 from beveloid_geom.analysis.path_measures import measures_of
+from beveloid_geom.validation.claims import angle_falls, shorter_first, turns_over
 from beveloid_geom.validation.statement_verdicts import Claim, Statement, StatementVerdict
 from beveloid_geom.validation.statements import is_table1, paper_statements
 
@@ -124,6 +125,18 @@ def test_verdict_of_claims() -> None:
     assert verdict(claim(True), claim(True, False)) == DEPENDS
     assert verdict(claim(True, False), claim(False)) == NO
     assert verdict(claim(True), claim(None)) == StatementVerdict.NOT_KNOWN
+
+
+def test_tests_of_rows() -> None:
+    assert turns_over(np.array((-40.0, -70.0, 85.0, 30.0)))
+    assert not turns_over(np.array((-40.0, -20.0, 10.0)))  # through the axial direction
+    assert not turns_over(np.array((-40.0, -70.0, -30.0)))
+    assert not turns_over(np.array((40.0, 60.0, 80.0)))
+    assert angle_falls(np.array((-40.0, -20.0, -10.0)))
+    assert not angle_falls(np.array((-40.0, -20.0, 10.0)))
+    assert shorter_first(np.array((3.0, 2.0, 2.5)))
+    assert not shorter_first(np.array((3.0, 2.0, 1.0)))
+    assert not shorter_first(np.array((3.0, 2.0, 4.0, 3.5)))
 
 
 def test_coefficients_of_the_other_sign() -> None:
