@@ -253,7 +253,14 @@ def test_rows_of_the_body_obey_growth_and_aspect() -> None:
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"left flank": slice(0, -1)}, "'left flank' and 'right flank' must have equal numbers of points"),
+        (
+            {"left flank": slice(0, -1)},
+            "'left flank' and 'right flank' must have equal numbers of points, got",
+        ),
+        (
+            {"left fillet": slice(0, None, 5), "right fillet": slice(0, None, 5)},
+            "a fillet must have at least 2 cells, got 1",
+        ),
         ({"left fillet": slice(1, None), "right fillet": slice(1, None)}, "'left bottom' must end where"),
     ],
 )
