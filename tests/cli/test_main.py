@@ -123,7 +123,8 @@ def test_tool_without_a_fitting_tip_round() -> None:
     data = tca("--parabola-pinion", "0.01")
     assert data["contact_ratio"] == pytest.approx(0.637397, abs=5e-7)
     assert "certificate" not in data
-    assert "could not be computed: pinion: tip_radius 0.38 is too large" in data["unknowns"][0]
+    (unknown,) = data["unknowns"]
+    assert "could not be computed: pinion: tip_radius 0.38 is too large" in unknown
 
 
 def test_negative_backlash(design_file: Callable[..., Path]) -> None:
