@@ -56,9 +56,15 @@ def test_subpackages_are_imported_when_used() -> None:
 
 
 WRONG: dict[type, tuple[object, str]] = {
-    bg.Design: ("mine.toml", r"design must be a Design, got 'mine.toml': read it with read_design\(.*\)"),
+    bg.Design: (
+        "mine.toml",
+        r"design must be a Design, got 'mine.toml': read it with read_design\('mine.toml'\)",
+    ),
     bg.Member: (DESIGN, "member must be a Member, got a Design: pass design.pinion or design.gear"),
-    bg.ContactPath: (None, r"path must be a ContactPath, got None: pass the result of path_of_contact\(.*\)"),
+    bg.ContactPath: (
+        None,
+        r"path must be a ContactPath, got None: pass the result of path_of_contact\(design\)",
+    ),
 }
 """Wrong first arguments by the class that a function takes, and the message."""
 

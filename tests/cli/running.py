@@ -57,19 +57,27 @@ def strict_json(text: str) -> Any:
     return json.loads(text, parse_constant=refuse)
 
 
-def json_of(*arguments: str | Path) -> Any:
+def output_of(*arguments: str | Path, status: int = 0) -> Result:
+    """Return the result of a command with this exit status. With status 0 it prints no message but notes."""
+    result = run(*arguments)
+    assert result.exit_code == status, result.output
+    assert status or all(line.startswith("Note: ") for line in result.stderr.splitlines())
+    return result
+
+
+def json_of(*arguments: str | Path, status: int = 0) -> Any:
     """Return the JSON of a command."""
-    return strict_json(run(*arguments, "--json").stdout)
+    return strict_json(output_of(*arguments, "--json", status=status).stdout)
 
 
-def csv_of(*arguments: str | Path) -> list[dict[str, str]]:
+def csv_of(*arguments: str | Path, status: int = 0) -> list[dict[str, str]]:
     """Return the rows of the CSV of a command."""
-    return rows_of(run(*arguments, "--csv"))
+    return rows_of(output_of(*arguments, "--csv", status=status))
 
 
-def words_of(*arguments: str | Path) -> str:
+def words_of(*arguments: str | Path, status: int = 0) -> str:
     """Return the text of a command without line breaks."""
-    return " ".join(run(*arguments).stdout.split())
+    return " ".join(output_of(*arguments, status=status).stdout.split())
 
 
 def rows_of(result: Result) -> list[dict[str, str]]:

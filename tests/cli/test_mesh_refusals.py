@@ -45,7 +45,9 @@ MESH = {
         "--shaft-angle-error-deg 1": f"--shaft-angle-error-deg {MOUNTED}",
         "--pinion-axial-error 1": f"--pinion-axial-error {MOUNTED}",
     },
-    "gear .step": {"--tolerance 0.1": "--tolerance is for surfaces and hexahedra, not for gear as .step"},
+    "gear .step": {
+        "--tolerance 0.1": "--tolerance is for surfaces and hexahedra, not for gear as .step: omit it\n"
+    },
     "pair .glb": {"--placed": "--placed is for pinion, gear, pinion-tooth, gear-tooth, pinion-flank"},
     "gear-flank .vtu": {"--gear-axial-error 0.1": f"--gear-axial-error {MOUNTED}"},
     **{
@@ -67,7 +69,8 @@ MESH = {
         "--torque nan": "--torque must be a finite number above 0 N m, got nan: give its",
         "--roll-deg nan": "--roll-deg must be a finite angle in deg, got nan",
         "--roll-deg 40": "--roll-deg must be between 0.1924 and 20.6876 deg, where tooth pair 0 is",
-        "--offset-error 1 --rolls 7": "at most 6 because tooth pair 0 is in mesh over only 0.8484 pitches",
+        "--offset-error 1 --rolls 7": "--rolls must be at most 6 because tooth pair 0 is in mesh over only "
+        "0.8484 pitches, got 7: or give each roll with --roll-deg\n",
         "--roll-deg 5 --rolls 3": "--roll-deg and --rolls exclude each other",
         "--roll-deg 5 --teeth 1": "--teeth must be at least 3 to include all teeth that touch at this roll",
         "--bore-radius 40 --gear-bore-radius 200": "--gear-bore-radius must be between 2.61438",
@@ -129,7 +132,11 @@ def test_errors_of_the_layout_do_not_change_a_flank_alone(tmp_path: Path) -> Non
     ("old", "new", "line"),
     [
         ("profile_shift = 0.17", "profile_shift = -1.5", "Warning: the right flank is undercut "),
-        ("tip_radius = 0.38", "tip_radius = 0.7", "Warning: tip_radius 0.7 is too large: the tool's tip"),
+        (
+            "tip_radius = 0.38",
+            "tip_radius = 0.7",
+            "Warning: tip_radius 0.7 is too large: the tool's tip rounds",
+        ),
     ],
 )
 def test_undercut_flanks_cause_a_warning(

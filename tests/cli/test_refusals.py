@@ -56,6 +56,7 @@ BAD = {
     "propose": (
         *("", "--teeth 25 31 --module 4", f"{PAIR} --cones-deg 3", f"{PAIR} --cones-deg 3 5 --least-cones"),
         *(f"{PAIR} --cones-deg {more}" for more in ("nan 5", "3 5 --backlash -1", "3 5 --count 6")),
+        "--teeth 25 -31 --module 4 --shaft-angle-deg 20 --cones-deg 3 5",
         *(f"{PAIR} --gear missing.toml", f"{PAIR} --cones-deg 3 5 --out missing/a.toml"),
     ),
     "place": ("--at 0", "--at 100", "--at nan", "--by E"),
@@ -81,16 +82,27 @@ BAD = {
         "--part pinion-flank --out a.vtu --field heat",
     ),
 }
+REQUIRING = "mesh", "modify", "propose", "shim"
+"""Commands with required options, which are checked before the file."""
 FOR_ALL = "--flank up", "--json --csv"
 MESSAGES = {
     "tca --flan": "No such option '--flan'. Did you mean '--flank'? (see main tca --help)",
     "tca --flank": "Option '--flank' requires an argument.",
     "mesh": "Missing option '--part'. Choose from: pinion, gear, pair,",
+    "mesh --part pair": "Missing option '--out'",
     "tca --json --csv": "--json and --csv exclude each other: give one of them (see main tca --help)",
+    "shim --backlash 0.1 missing.toml": "missing.toml: cannot be read",
+    f"{CROWNED} missing.toml": "missing.toml: cannot be read",
     "nope": "No such command 'nope'. (see main --help)",
-    "tca --offset-error 0,05": "--offset-error must be a number, got '0,05': write it with a decimal point",
-    "tca --offset-error 0.002in": "must be a number, got '0.002in': give it in mm without a unit, 0.0508\n",
-    "tca --shaft-angle-error-deg 0.01rad": "must be a number, got '0.01rad': give it in deg without",
+    "tca --offset-error 0,05": (
+        "--offset-error must be a number, got '0,05': write it with a decimal point, 0.05\n"
+    ),
+    "tca --offset-error 0.002in": (
+        "--offset-error must be a number, got '0.002in': give it in mm without a unit, 0.0508\n"
+    ),
+    "tca --shaft-angle-error-deg 0.01rad": (
+        "--shaft-angle-error-deg must be a number, got '0.01rad': give it in deg without"
+    ),
     "tca --force 1,5": "--force must be a number, got '1,5': write it with a decimal point, 1.5\n",
     "gear-data --pinion-allowances -0,05 -0.1": "--pinion-allowances must be a number, got '-0,05': write it",
     "tca --offset-error nan": "--offset-error must be a finite number, got nan",
@@ -98,8 +110,12 @@ MESSAGES = {
     "tca --pinion-axial-error 1e9": "--pinion-axial-error must be",
     "tca --force 1 --torque 1": "--force and --torque exclude each other: give one of them\n",
     "tca --poisson 0.3": "--youngs-modulus-mpa and --poisson need a load: give --force or --torque\n",
-    "gear-data --pinion-allowances -50 -100": "-1.8 and 1.8 mm, got -50 -100: were they given in um?\n",
-    "gear-data --gear-allowances -0.1 -0.05": "upper and then the lower allowance, got -0.1 -0.05: swap them",
+    "gear-data --pinion-allowances -50 -100": (
+        "--pinion-allowances must be between -1.8 and 1.8 mm, got -50 -100: were they given in um?\n"
+    ),
+    "gear-data --gear-allowances -0.1 -0.05": (
+        "--gear-allowances must be the upper and then the lower allowance, got -0.1 -0.05: swap them\n"
+    ),
     "grid --border 10": "--border must be a percentage such as 10% or a length such as 2mm, got '10'\n",
     "grid --measured missing.csv": "cannot read missing.csv (No such file or directory): give the path",
     "tca --offset-error 61": "--offset-error must be between -60 and 60 mm (10 modules), got 61.0",
@@ -107,19 +123,30 @@ MESSAGES = {
     "pattern --over E,E": "--over must be two different errors, separated by a comma, got 'E,E': ",
     "pattern --offset-tolerance 1": "--offset-tolerance is for patterns under two errors",
     "pattern --over E,P --offset-tolerance 1": "give the tolerances of both errors",
-    "pattern --over E,P --shaft-angle-tolerance-deg 0.01": "is for an error that is not in --over",
+    "pattern --over E,P --shaft-angle-tolerance-deg 0.01": (
+        "--shaft-angle-tolerance-deg is for an error that is not in --over"
+    ),
     "place --by E,H": "--by must be two different errors",
     "place --l1 30": "--l1 must be on the pinion profile",
     "place --l1 nan": "--l1 must be on the pinion profile",
-    "place --at 10,20": "write it with a decimal point, 10.2, or repeat the option, --at 10 --at 20\n",
+    "place --at 10,20": (
+        "--at must be a number, got '10,20': write it with a decimal point, 10.2, or repeat the option, "
+        "--at 10 --at 20\n"
+    ),
     "place --at 10,20,5": "--at must be a number, got '10,20,5': repeat the option, --at 10 --at 20 --at 5",
     "place --at 50%": "Invalid value for '--at': '50%' is not a number. (see",
     "tca --force '1 kN'": "Invalid value for '--force': '1 kN' is not a number. (see",
     "tca --points 2.5": "Invalid value for '--points': '2.5' is not a whole number. (see",
     "ease-off --grid 3.5 4": "Invalid value for '--grid': '3.5' is not a whole number. (see",
-    "tca --force 1,000": "write it with a decimal point, 1.000, or without the comma, 1000\n",
+    "tca --force 1,000": (
+        "--force must be a number, got '1,000': write it with a decimal point, 1.000, or without the comma, "
+        "1000\n"
+    ),
     **{
-        f"{command} --offset-tolerance 0": f"above 0, got 0 for --offset-tolerance{others}: omit all of them"
+        f"{command} --offset-tolerance 0": (
+            f"at least one tolerance must be above 0, got 0 for --offset-tolerance{others}: "
+            "omit all of them for the usual tolerances\n"
+        )
         for command, others in {
             "tolerance": "",
             "tolerance --shaft-angle-tolerance-deg 0": ", --shaft-angle-tolerance-deg",
@@ -128,16 +155,28 @@ MESSAGES = {
             "optimise": "",
         }.items()
     },
-    "pattern --over E,G --offset-tolerance 0 --gear-axial-tolerance 0.1": "must be positive and less than 60",
+    "pattern --over E,G --offset-tolerance 0 --gear-axial-tolerance 0.1": (
+        "--offset-tolerance must be positive and less than 60 mm on this pair, got 0 mm\n"
+    ),
     "tolerance --offset-tolerance 100": "--offset-tolerance must be less than 60 mm on this pair, got 100 mm",
     "map --offset-tolerance 100": "--offset-tolerance must be less than 60 mm on this pair, got 100 mm",
-    "tolerance --cases 10 --operation 100": "--operation must be 0 to 10, the number of mountings, got 100",
-    "tolerance --distribution uniform --sigmas 2": "--sigmas has no effect without --distribution normal:",
-    "pattern --resolution 0.01": "0.01 mm needs more than 1,000,000 points: give at least 0.0247 mm\n",
+    "tolerance --cases 10 --operation 100": (
+        "--operation must be 0 to 10, the number of mountings, got 100: reduce it, or increase cases\n"
+    ),
+    "tolerance --distribution uniform --sigmas 2": (
+        "--sigmas has no effect without --distribution normal: add --distribution normal, or omit --sigmas\n"
+    ),
+    "pattern --resolution 0.01": (
+        "--resolution 0.01 mm needs more than 1,000,000 points: give at least 0.0247 mm\n"
+    ),
     "design nope --list": "--list is for all designs and has no NAME, got 'nope': omit one of them\n",
     "design ni-2017 --list": "--list is for all designs and has no NAME, got 'ni-2017': omit one of them\n",
-    f"propose {PAIR} --shifts 0.1 0.1 --shift-limits -0.1 0": "--shift-limits has no effect with --shifts",
-    f"propose {PAIR} --cones-deg 3 5 --cone-limits-deg 0 1": "-limits-deg has no effect with --cones-deg",
+    f"propose {PAIR} --shifts 0.1 0.1 --shift-limits -0.1 0": (
+        "--shift-limits has no effect with --shifts: omit one of them\n"
+    ),
+    f"propose {PAIR} --cones-deg 3 5 --cone-limits-deg 0 1": (
+        "--cone-limits-deg has no effect with --cones-deg: omit one of them\n"
+    ),
     f"propose {PAIR} --count 3 --pick 2": "--pick has no effect without --out: add --out, or omit --pick\n",
     **{
         f"{command} --overwrite{more}": words
@@ -150,15 +189,22 @@ MESSAGES = {
         }.items()
     },
     "check ''": "'': cannot be read",
-    f"{GEAR} --pressure-angle-deg 25": "must be 20, the pressure angle of --gear, got 25: omit the option",
-    f"{GEAR} --face-widths 30 20": "second value of --face-widths must be 60, the face width of --gear",
+    f"{GEAR} --pressure-angle-deg 25": (
+        "--pressure-angle-deg must be 20, the pressure angle of --gear, got 25: omit the option, or give"
+    ),
+    f"{GEAR} --face-widths 30 20": (
+        "second value of --face-widths must be 60, the face width of --gear, got 20: omit the option"
+    ),
     f"{GEAR} --module 3": "--module must be 6, the module of --gear, got 3: omit the option",
     **{
         f"check --pinion-modification '{amounts}'": f"--pinion-modification {words}"
         for amounts, words in {
             "": "cannot be read at ''",
             "helix_crowning": "cannot be read at 'helix_crowning'",
-            "helix_crowning=1,5": "cannot be read at '5': write amounts such as",
+            "helix_crowning=1,5": (
+                "cannot be read at '5': write amounts such as "
+                '"helix_crowning=10, tip_relief=15, tip_relief_length=2.5", with decimal points, or none\n'
+            ),
             "twist=1; left.twist=5": 'must have commas between the amounts, not ";": write them such as',
             "twist=1, twist_um=2": "has twist_um twice",
             "twist=1e6": "twist_um must be between -100000 and 100000 um, got 1000000.0",
@@ -166,11 +212,18 @@ MESSAGES = {
             "helix_crownin=5": "helix_crownin is unknown: did you mean helix_crowning_um?",
             "tip_relief=5": "tip_relief_um needs tip_relief_length_mm",
             "both.twist=5": "both is unknown: tables for one flank are right and left",
-            "right.deviations=points.csv": "right.deviations can only be given in a design file: write it",
+            "right.deviations=points.csv": (
+                "right.deviations can only be given in a design file: write it in [pinion.modification.right]"
+            ),
         }.items()
     },
-    "modify --transmission-error-arcsec 3 --length 100": "below the face width of the pinion, 50 mm, got 100",
-    "modify --transmission-error-arcsec 3 --length 1e-6": "no crownings within their limits give both values",
+    "modify --transmission-error-arcsec 3 --length 100": (
+        "--length must be below the face width of the pinion, 50 mm, got 100: reduce it\n"
+    ),
+    "modify --transmission-error-arcsec 3 --length 1e-6": (
+        "no crownings within their limits give both values: the length is too small, or the separation or "
+        "transmission error is too large\n"
+    ),
     **{
         f"optimise {name} {value}": f"Invalid value for '{name}': {float(value)} is not in the range"
         for name, value in {
@@ -197,14 +250,33 @@ MESSAGES = {
     "tca --parabola-pinion 1": "--parabola-pinion must be",
     "pattern --cells 5": "--cells has no effect without --over: add --over, or omit --cells\n",
     "map --over colour": "--over must be one of parabola, mounting, shift, or two different inputs of ",
-    "map --over offset,shaft_angle": "--pinion-bounds of offset must be given, because it has no usual range",
-    f"{OVER_ANGLE} 228.9 229.1 --gear-bounds 14.9 15.1": "3.14159 rad, got 14.9: was it given in degrees?\n",
-    f"{OVER_ANGLE} -5 229 --gear-bounds 0.2 0.3": "between 0 and 1e+09 mm, got -5.0: give the distance",
-    f"{OVER_ANGLE} 229 228 --gear-bounds 0.2 0.3": "must be two finite values, lower one first, got 229.0",
-    "map --over helix_angle_gear,offset --pinion-bounds -6 0 --gear-bounds 228 229": "got -6.0: was it given",
-    "map --gear-bounds -0.1 0.1": "--gear-bounds of parabola_gear cannot be used: [gear] parabola must be",
-    "map --steps 2 --parabola-gear 0.001": "give --gear-bounds, or another --over\n",
-    "map --steps 2 --parabola-pinion 0.001": "give --pinion-bounds, or another --over\n",
+    "map --over offset,shaft_angle": (
+        "--pinion-bounds of offset must be given, because it has no usual range: give the lower and the "
+        "upper limit in mm\n"
+    ),
+    f"{OVER_ANGLE} 228.9 229.1 --gear-bounds 14.9 15.1": (
+        "--gear-bounds of shaft_angle must be between -3.14159 and 3.14159 rad, got 14.9: was it given in "
+        "degrees?\n"
+    ),
+    f"{OVER_ANGLE} -5 229 --gear-bounds 0.2 0.3": (
+        "--pinion-bounds of offset must be between 0 and 1e+09 mm, got -5.0: give the distance"
+    ),
+    f"{OVER_ANGLE} 229 228 --gear-bounds 0.2 0.3": (
+        "--pinion-bounds of offset must be two finite values, lower one first, got 229.0, 228.0\n"
+    ),
+    "map --over helix_angle_gear,offset --pinion-bounds -6 0 --gear-bounds 228 229": (
+        "--pinion-bounds of helix_angle_gear must be between -1.39626 and 1.39626 rad, got -6.0: was it given"
+    ),
+    "map --gear-bounds -0.1 0.1": (
+        "--gear-bounds of parabola_gear cannot be used: [gear] parabola must be between -0.02"
+    ),
+    **{
+        f"map --steps 2 --parabola-{member} 0.001": (
+            f"--parabola-{member} cannot be given, as the map is over the parabola coefficients: "
+            f"give --{member}-bounds, or another --over\n"
+        )
+        for member in ("pinion", "gear")
+    },
 }
 FILES = {
     "tca": ("teeth = 29", "", "[pinion] teeth"),
@@ -233,7 +305,7 @@ CONTRACT = {
         for option in command.params
         if option.type.name in ("float", "float range", "integer", "integer range")
     },
-    **{f"{name} missing.toml": "" for name in main.commands if name != "propose"},
+    **{f"{name} missing.toml": "missing.toml" for name in main.commands if name not in REQUIRING},
     **MESSAGES,
 }
 """Part of the expected line by arguments."""

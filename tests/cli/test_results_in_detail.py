@@ -31,6 +31,13 @@ def test_summary_follows_the_positions() -> None:
     assert any(line.startswith("  contact ratio      1.816308") for line in lines[start:])
 
 
+def test_csv_of_a_path_has_vectors_by_axis() -> None:
+    rows, data = rows_of(printed("tca", "csv")), strict_json(printed("tca", "json").stdout)
+    points = [[float(row[f"point_{axis}_mm"]) for axis in "xyz"] for row in rows]
+    assert points == data["path"]["point"]
+    assert {"normal_z", "separation_mm", "mounted_backlash_mm"} <= set(rows[0])
+
+
 PRESSED = ("tca", *MODIFIED, "--points", "9", "--torque", "800", "--youngs-modulus-mpa", "210000")
 
 
@@ -52,6 +59,7 @@ def test_path_under_a_load() -> None:
         "pressure": "_MPa",
         "force": "_N",
         "least_curvature": "_per_mm",
+        "ellipse_angle": "_rad",
         "reaches": "",
     }.items():
         assert [row[name + unit] for row in rows] == list(map(str, hertz[name]))
@@ -68,15 +76,22 @@ def test_path_under_a_load() -> None:
 
 
 def test_no_pressure_under_interference() -> None:
-    given = (
-        *["tca", "--parabola-pinion", "0.002", "--parabola-gear", "0.002", "--points", "3", "--force", "10"],
-    )
-    rows, data = csv_of(*given), json_of(*given)["hertz"]
-    assert {(row["pressure_MPa"], row["reaches"], row["ellipse"]) for row in rows} == {
-        ("", "", "interference")
-    }
+    given = [
+        "tca",
+        "--parabola-pinion",
+        "0.002",
+        "--parabola-gear",
+        "0.002",
+        "--points",
+        "3",
+        "--force",
+        "10",
+    ]
+    rows, data = csv_of(*given, status=1), json_of(*given, status=1)["hertz"]
+    found = [(row["pressure_MPa"], row["reaches"], row["ellipse"]) for row in rows]
+    assert found == [("", "", "interference")] * 3
     assert data["pressure"] == data["reaches"] == [None] * 3
-    words = words_of(*given)
+    words = words_of(*given, status=1)
     assert "3 of 3 positions the flanks interfere next to the contact: no ellipse, no pressure" in words
     lost = run(*given, "--offset-error", "30")
     assert (lost.exit_code, "ellipse" in lost.stdout) == (1, False)
@@ -273,7 +288,12 @@ UNFIT = "the first contact could not be computed:"
         ("operation", "--parabola-pinion=0.01", 4, f"{UNFIT} pinion: tip_radius 0.38 is too large"),
         ("pattern", "--parabola-pinion=0.01", 4, f"no pattern: {UNFIT} pinion: tip_radius 0.38 is too large"),
         # A tip on the mate's bottom land is a result, not a failed calculation.
-        ("pattern", "--offset-error=-2.5", 1, "no pattern: the first contact of the right flanks is not "),
+        (
+            "pattern",
+            "--offset-error=-2.5",
+            1,
+            "no pattern: the first contact of the right flanks is not known",
+        ),
     ],
 )
 def test_reason_for_a_missing_first_contact(command: str, option: str, status: int, message: str) -> None:
@@ -341,7 +361,10 @@ def test_measured_points_are_read_back(tmp_path: Path) -> None:
     assert "tip above root" in text
     assert "um of normal thickness, rotated by 1.5" in text
     path.write_text("\n".join(" ".join(row) for row in moved[1:]), encoding="utf-8")
-    words = "line 1 is (right, row 1, column 2), expected (right, row 1, column 1): a point is missing"
+    words = (
+        "line 1 is (right, row 1, column 2), expected (right, row 1, column 1): a point is missing, or the "
+        "order is different\n"
+    )
     assert refused(*asked, "--measured", path).startswith(f"Error: {path}: {words}")
     assert f"cannot read {tmp_path} (Is a directory): give the path" in refused(
         "grid", "--measured", tmp_path

@@ -14,15 +14,26 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from beveloid_geom import DesignError, Pair, builtin_design, path_of_contact, path_sliding, read_design
+from beveloid_geom import (
+    DesignError,
+    Pair,
+    builtin_design,
+    path_certificate,
+    path_of_contact,
+    path_sliding,
+    read_design,
+)
 from beveloid_geom.contact.parallel.lines import contact_lines
 from beveloid_geom.design import file
 from beveloid_geom.design.file import BUILTINS, builtin_text, parse_design
 from beveloid_geom.findings.diagnostics import NOTE, tip_clearances
 from beveloid_geom.operation.backlash import mounted_backlash
+from beveloid_geom.operation.operating_ratio import operating_ratio
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.pair.zero_backlash import layout_deviation
 from beveloid_geom.report.check import check_report
+from beveloid_geom.status import Limit
+from tests.validation.test_intersecting_axes import closed_form
 
 NAMES = ("awd-transfer", "marine-gearbox")
 PARALLEL = "anti-backlash"
@@ -31,7 +42,10 @@ PARALLEL = "anti-backlash"
 def test_every_file_is_listed() -> None:
     folder = Path(file.__file__).parent / "designs"
     assert {path.stem for path in folder.glob("*.toml")} == set(BUILTINS) == {"ni-2017", *NAMES, PARALLEL}
-    with pytest.raises(DesignError, match=f"give one of ni-2017, {', '.join((*NAMES, PARALLEL))}$"):
+    with pytest.raises(
+        DesignError,
+        match=f"^there is no built-in design 'marine': give one of ni-2017, {', '.join((*NAMES, PARALLEL))}$",
+    ):
         builtin_design("marine")
 
 
@@ -71,6 +85,18 @@ def test_numbers_in_the_comments(name: str) -> None:
         least = 1.0 - float(member.teeth) * sin(alpha) ** 2 / (2.0 * cos(float(member.helix_angle)) ** 3)
         at_toe = 0.5 * float(member.face_width) * tan(float(member.cone_angle)) / module
         assert float(member.profile_shift) - at_toe > least + 0.3
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_contact_ratios_in_closed_form(name: str, flank: str) -> None:
+    """The ratios agree with a closed form, which is valid with profile shifts too, and in operation."""
+    design = builtin_design(name)
+    path = path_of_contact(design, flank, 5)
+    assert {path.ends.enter, path.ends.leave} == {Limit.GEAR_TIP, Limit.PINION_TIP}
+    ratio = float(path.ends.contact_ratio)
+    assert ratio == pytest.approx(closed_form(design, flank), abs=1e-11)
+    assert path_certificate(path).holds
+    assert float(operating_ratio(design, flank)) == pytest.approx(ratio, abs=1e-9)
 
 
 def test_specific_sliding_of_the_marine_pair_is_balanced() -> None:

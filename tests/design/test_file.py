@@ -12,7 +12,7 @@ from beveloid_geom.design.file import DesignError, builtin_text, override, parse
 from beveloid_geom.design.text import design_text
 from beveloid_geom.gear.flank_limits import tip_radius
 
-from .table1_file import DESIGN_1, faults_of, toml
+from .table1_file import DESIGN_1, NUMBER, faults_of, toml
 
 
 def test_builtin_is_table_1() -> None:
@@ -127,6 +127,13 @@ def test_override() -> None:
 @pytest.mark.parametrize(
     ("values", "faults"),
     [
+        (
+            {"offset_error": float("nan"), "parabola_pinion": True},
+            (
+                "offset_error must be a finite number, got nan: give a number such as 1.5",
+                f"parabola_pinion must be a number, got true: {NUMBER}",
+            ),
+        ),
         (
             {"offset_error": -200, "parabola_gear": 0.03},
             (

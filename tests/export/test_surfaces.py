@@ -193,6 +193,15 @@ def test_pose_puts_both_flanks_at_the_contact(flank: str, name: str) -> None:
     np.testing.assert_allclose(normals[0], path.normal[2], rtol=0, atol=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("offset", "message"),
+    [(6.0, "right flanks have no path of contact"), (np.zeros(3), "design must be a single design")],
+)
+def test_a_position_without_contact_is_rejected(offset: Any, message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        meshing_pair(table1((0.0, 0.0), Errors(offset=offset)))
+
+
 @pytest.mark.parametrize("suffix", [".stl", ".vtu"])
 def test_pair_touches_at_the_contact(tmp_path: Path, suffix: str) -> None:
     """The triangles of both gears are within the tolerance of the contact point."""

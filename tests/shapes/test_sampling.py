@@ -16,7 +16,7 @@ from beveloid_geom.gear.flank import flank_patch, flank_point
 from beveloid_geom.gear.flank_limits import root_parameter, tip_parameter, tip_radius
 from beveloid_geom.gear.undercut import undercut_margin
 from beveloid_geom.shapes.sampling import flank_sheet
-from beveloid_geom.shapes.sheet import Sheet, grid_faces, grid_of, series_of
+from beveloid_geom.shapes.sheet import Sheet, falling_diagonals, grid_faces, grid_of, series_of
 from tests.oracle.surface_distance import distance_bound, inside_triangles
 from tests.oracle.table1 import table1
 
@@ -110,6 +110,19 @@ def test_no_more_points_than_the_best_uniform_grid(name: str, tolerance: float) 
             assert not uniform_keeps(member, flank, tolerance, rows, columns), (rows, columns)
     rows, columns = grid.l.shape
     assert uniform_keeps(member, flank, tolerance, 2 * rows, 2 * columns)
+
+
+def test_table1_pinion_takes_7_by_5_cells() -> None:
+    """The tolerance is used. With the other diagonals an evenly spaced grid deviates more than three times
+    as much."""
+    grid = sample_flank(PINION, "right", 0.01)
+    assert grid.l.shape == (8, 6)
+    assert grid.deviation > 0.009
+    falling = falling_diagonals(grid.points, grid.normals)
+    chosen = bool(falling.any())
+    assert falling.all() == chosen
+    of_chosen, of_other = (uniform_deviation(PINION, "right", 8, 6, way) for way in (chosen, not chosen))
+    assert of_other > 3.0 * of_chosen
 
 
 def test_points_grow_inversely_with_the_tolerance() -> None:

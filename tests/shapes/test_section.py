@@ -248,11 +248,21 @@ def test_rows_of_the_body_obey_growth_and_aspect() -> None:
     assert len(height) > 5
 
 
-def test_curves_that_do_not_meet_are_rejected() -> None:
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (
+            {"left fillet": slice(0, None, 5), "right fillet": slice(0, None, 5)},
+            "a fillet must have at least 2 cells, got 1",
+        ),
+        ({"left fillet": slice(1, None), "right fillet": slice(1, None)}, "'left bottom' must end where"),
+    ],
+)
+def test_curves_that_do_not_match_are_rejected(change: dict[str, slice], message: str) -> None:
     outline = outline_of(PINION)
-    shorter = {name: outline[name][1:] for name in ("left fillet", "right fillet")}
-    with pytest.raises(ValueError, match="'left bottom' must end where"):
-        section_of(outline | shorter, 45.0)
+    changed = {name: outline[name][part] for name, part in change.items()}
+    with pytest.raises(ValueError, match=message):
+        section_of(outline | changed, 45.0)
 
 
 def test_an_outline_that_intersects_itself_is_rejected() -> None:

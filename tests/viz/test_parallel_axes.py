@@ -75,6 +75,7 @@ def test_the_modification_leaves_a_path_on_the_flanks() -> None:
     assert not len(paths_table.solved_case(bent, "right").contact_lines(0))
     assert paths_table.parabolas(bent, "right") == (-0.004, -0.004)
     assert paths_table.solved_case(bent, "right").has_path
+    assert not len(paths_table.solved_case(builtin_design(), "right").contact_lines(1))
     crossed = paths_table.paper_modified(builtin_design())
     assert paths_table.parabolas(crossed, "right") == CLAIM_PARABOLAS_PER_MM
 

@@ -55,7 +55,9 @@ DRAWINGS = {
         "--shaft-angle-tolerance-deg 4 --offset-tolerance 300": "must be less than 60 mm on this pair",
         "--parabola-pinion 100": "--parabola-pinion must be",
         "--offset-tolerance -1": "--offset-tolerance",
-        "--offset-tolerance 0.1 --in-plane-tolerance-deg 0.1": "the common perpendicular, but --in-plane",
+        "--offset-tolerance 0.1 --in-plane-tolerance-deg 0.1": (
+            "--offset-tolerance is about the common perpendicular, but --in-plane"
+        ),
         "--offset-tolerance 0": "at least one tolerance must be above 0, got 0 for --offset-tolerance: omit",
         "--offset-tolerance 100": "--offset-tolerance must be less than 60 mm on this pair",
         "--pinion-axial-tolerance nan": "'--pinion-axial-tolerance': nan is not in the range",

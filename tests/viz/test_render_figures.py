@@ -108,6 +108,8 @@ def test_list_names_the_figures_and_their_sets() -> None:
     assert done.exit_code == 0
     named = [(figure.name, figure.set) for figure in FIGURES]
     assert [tuple(line.split()[:2]) for line in done.stdout.splitlines()] == named
+    assert in_set("paper") == [f"fig-{number:02d}" for number in range(1, 16)]
+    assert [len(in_set(name)) for name in ("results", "methods")] == [13, 3]
     assert [figure.timed for figure in FIGURES] == [False] * (len(FIGURES) - 1) + [True]
 
 

@@ -37,6 +37,7 @@ from beveloid_viz.components.figure_steps import Drawing
 from beveloid_viz.components.paths_table import SolvedPath
 from beveloid_viz.figures import FIGURES, Figure
 from beveloid_viz.figures.paper.fig_07_to_10_paths import PathFigure
+from beveloid_viz.figures.results.pattern import BandFigure
 from beveloid_viz.rendering import theme
 from beveloid_viz.rendering.layout import of_size
 from beveloid_viz.rendering.theme import Page
@@ -203,6 +204,19 @@ def test_a_moved_contact_line_fails() -> None:
     data: PathFigure = data_of("fig-09")
     other = drawn("fig-09", replace(data, paths=moved(data.paths, 0.5)))
     for key, picture in drawing("fig-09").pictures.items():
+        assert difference(picture.image, other.pictures[key].image) > 2.0 * LIMIT, key
+
+
+def test_another_pattern_fails() -> None:
+    """The comparison fails if the separation of a pattern is larger by half a micrometre."""
+    data: BandFigure = data_of("pattern")
+    columns = []
+    for column in data.columns:
+        assert column.layers
+        first, second = (replace(layer, values=layer.values + 0.5) for layer in column.layers)
+        columns.append(replace(column, layers=(first, second)))
+    other = drawn("pattern", replace(data, columns=tuple(columns)))
+    for key, picture in drawing("pattern").pictures.items():
         assert difference(picture.image, other.pictures[key].image) > 2.0 * LIMIT, key
 
 

@@ -58,6 +58,7 @@ def test_right_flanks_are_on_the_right_from_the_toe(number: int) -> None:
     [
         ([("right", False)], "right flanks through the tooth", [-1]),
         ([("left", True)], "left flanks from outside", [-1]),
+        ([("right", True)], "right flanks from outside", [1]),
         ([("right", True), ("left", True)], "flanks from outside", [1, -1]),
         ([("right", False), ("left", True)], "right through the tooth, left from outside", [-1, -1]),
     ],

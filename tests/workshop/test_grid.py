@@ -218,24 +218,41 @@ POINTS = FORMS["bare"](GRID).splitlines()
 BAD = {
     "a hole": (
         [*LINE[:14], *LINE[15:]],
-        "line 15 is (right, row 2, column 6), expected (right, row 2, column 5)",
+        "line 15 is (right, row 2, column 6), expected (right, row 2, column 5): a point is missing",
     ),
     "an empty cell": ([*LINE[:3], "right,1,3,,2.0,3.0", *LINE[4:]], f"line 4 {EMPTY}: measure each point"),
     "not a number": ([*LINE[:3], "right,1,3,nan,2.0,3.0", *LINE[4:]], "line 4 has no point"),
     "too few": (POINTS[:-1], "has 89 points, must have 90 of both flanks"),
     "too many": ([*POINTS, POINTS[-1]], "has 91 points, must have 90"),
-    "two swapped": ([POINTS[1], POINTS[0], *POINTS[2:]], "row 1, column 1 at the position of right, row 1"),
-    "um": (scaled(POINTS, 1e3), "has coordinates 1000 times those of the grid: give them in mm, they are"),
+    "another order": (
+        [*POINTS[:45:-1], *POINTS[:46]],
+        "has the point of right, row 1, column 1 at the position of left, row 5, column 9: write",
+    ),
+    "two swapped": (
+        [POINTS[1], POINTS[0], *POINTS[2:]],
+        "has the point of right, row 1, column 1 at the position of right, row 1",
+    ),
+    "um": (
+        scaled(POINTS, 1e3),
+        "has coordinates 1000 times those of the grid: give them in mm, they are probably in um",
+    ),
     "inches": (scaled(POINTS, 1.0 / 25.4), "give them in mm, they are probably in inches"),
-    "um by name": ([csv_of(GRID).replace("x_mm", "x_um")], "line 1: x_um must be in mm: convert it and name"),
+    "um by name": (
+        [csv_of(GRID).replace("x_mm", "x_um")],
+        "line 1: x_um must be in mm: convert it and name it x_mm",
+    ),
     "no z": ([csv_of(GRID).replace("z_mm", "height")], "line 1 has no column z"),
     "another gear": (
         [csv_of(measuring_grid(MEMBERS["gear"]))],
-        "mm from its nominal position, the limit is 3",
+        "mm from its nominal position, the limit is 3 mm: do design, member, grid and datum",
     ),
     "decimal commas between commas": (
         [",".join(with_comma(cell) for cell in point) for point in xyz(GRID)],
         f"line 1 has only whole numbers: {COMMAS}? write decimal points",
+    ),
+    "the same with names and places": (
+        [rewritten(with_comma)(GRID)],
+        f"line 2 has only whole numbers: {COMMAS}?",
     ),
     "thousands": ([unnamed(";")(GRID).replace("92.", "1.092,")], f"line 2 {EMPTY}: {COMMAS}"),
     "um in brackets": ([unnamed(",", "x(um),y(um),z(um)\n")(GRID)], "line 1: x_um must be in mm: convert"),
@@ -243,6 +260,7 @@ BAD = {
         [f"{i} {' '.join(p[: 3 - (i == 4)])}" for i, p in enumerate(xyz(GRID))],
         f"line 5 {EMPTY}: measure each point of the grid",
     ),
+    "a hole in the first point": (["right,1,1,,2.0,3.0"], f"line 1 {EMPTY}: measure each point"),
     "nothing": ([], "has 0 points, must have 90"),
     "words": (["a b c"], f"line 1 {EMPTY}"),
 }

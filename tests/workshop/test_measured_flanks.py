@@ -160,11 +160,13 @@ def test_designs_with_deviations_are_values(tmp_path: Path) -> None:
 FAULTS = {
     'deviations = "none.csv"': "deviations names 'none.csv', which cannot be read (No such file",
     "deviations = 3.0": "deviations must name a file of measured points, got 3.0: write",
+    "deviations = {rows = 5}": "deviations must name a file of measured points",
     'deviations = {file = "all.txt", row = 5}': "deviations.row is unknown: known are file, rows, columns",
     'deviations = {file = "all.txt", rows = 1}': "deviations.rows must be between 2 and 999, got 1",
     'deviations = {file = "all.txt", border = 0.1}': "deviations.border must be a text, got 0.1",
     'deviations = {file = "all.txt", border = "10"}': "border must be a percentage such as 10%",
     'deviations = {file = "all.txt", border = "60%"}': "border must be at least 0 and below 50 %, got 60 %",
+    'deviations = {file = "all.txt", columns = 4}': "row 1, column 5), expected (right, row 2, column 1)",
     'deviations = "hole.txt"': "line 8 is (right, row 1, column 2), expected (right, row 1, column 1)",
     'deviations = "gear.txt"': "from its nominal position, the limit is 3 mm: do design, member, grid",
     'deviation = "all.txt"': "deviation is unknown: did you mean deviations?",

@@ -114,7 +114,7 @@ def test_a_batch_and_refused_settings(explored: Explored, modified: Design) -> N
 def test_without_the_extra_one_line_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("beveloid_viz.explore.cli.find_spec", lambda name: None)
     line = refused("--no-browser", program=main)
-    assert "needs the package aiohttp: pip install 'beveloid-geom[explore]'" in line
+    assert line == "Error: explore-pair needs the package aiohttp: pip install 'beveloid-geom[explore]'\n"
 
 
 def test_a_busy_port_and_a_bad_design_are_refused(url: str, tmp_path: Path) -> None:

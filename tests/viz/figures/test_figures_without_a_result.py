@@ -43,7 +43,10 @@ REASONS: list[tuple[Design, dict[str, str]]] = [
     ),
     (
         TABLE.with_parabola(pinion=0.03),
-        {"sensitivity": "no path of contact", "tolerance-cloud": "the flank does not reach the tip"},
+        {
+            "sensitivity": "no path of contact",
+            "tolerance-cloud": "no drawing: the flank does not reach the tip",
+        },
     ),
     (replace(TABLE, pair=replace(TABLE.pair, shaft_angle=0.1745)), {"map-parabola": "no cell has a path"}),
     (replace(TABLE, pair=replace(TABLE.pair, pinion_mounting=230.0)), {"map-parabola": ""}),

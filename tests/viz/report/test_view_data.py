@@ -259,12 +259,16 @@ def test_initial_position_of_the_view() -> None:
 
 def test_gear_position_without_first_contact() -> None:
     """If first contacts are not known, here without fillets, the position follows from the path, and no edges
-    are named."""
-    view = view_data(ODD["no fillet"])
-    for flank in view["flanks"].values():
-        assert flank["cycle"]["by"] == "path"
-        assert not any(flank["cycle"]["edges"])
-    assert np.isfinite(cycle_at(view, "right")[1]).all()
+    are named. Unmodified flanks have one position."""
+    unmodified = replace(TABLE, pinion=replace(TABLE.pinion, tool=replace(TABLE.pinion.tool, tip_radius=0.9)))
+    for design in (ODD["no fillet"], unmodified):
+        view = view_data(design)
+        for flank in view["flanks"].values():
+            assert flank["cycle"]["by"] == "path"
+            assert not any(flank["cycle"]["edges"])
+        phase = cycle_at(view, "right")[1]
+        assert np.isfinite(phase).all()
+        assert (np.ptp(phase) < 1e-12) == (design is unmodified)
 
 
 def test_the_view_stays_small_and_takes_single_designs() -> None:
