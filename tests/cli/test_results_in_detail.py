@@ -21,6 +21,8 @@ from beveloid_geom.status import Limit
 from tests.cli.result_cases import MODIFIED, OFFSET, printed, tolerance_case
 from tests.cli.running import csv_of, json_of, refused, rows_of, run, strict_json, words_of
 
+UNFIT = "the first contact could not be computed:"
+
 
 def test_summary_follows_the_positions() -> None:
     """The summary of `tca` stays visible below a long table."""
@@ -224,64 +226,6 @@ def test_csv_of_check_has_groups_and_units() -> None:
         assert (rows[key]["unit"], float(rows[key]["value"])) == (unit, value)
 
 
-def test_cells_of_a_map_without_a_path_are_empty() -> None:
-    given = [
-        "map",
-        "--over",
-        "mounting",
-        "--steps",
-        "2",
-        "--pinion-bounds",
-        "0",
-        "60",
-        "--gear-bounds",
-        "0",
-        "1",
-    ]
-    rows, data = csv_of(*given), json_of(*given)
-    assert [row["status"] for row in rows] == ["solved", "solved", "off_flank", "off_flank"]
-    assert (rows[2]["contact_ratio"], data["map"]["contact_ratio"][1]) == ("", [None, None])
-    assert float(rows[2]["normal_backlash_mm"]) > 0.0
-    assert list(rows[0])[:2] == ["pinion_mounting_change_mm", "gear_mounting_change_mm"]
-
-
-@pytest.mark.parametrize("over", ["mounting", "shift"])
-def test_texts_of_other_maps(over: str) -> None:
-    result = run("map", "--over", over, "--steps", "4", *MODIFIED)
-    assert result.exit_code == 0
-    assert "the backlash is negative" in " ".join(result.stdout.split())
-    assert "C3" not in result.stdout
-    assert result.stdout.startswith("Map of ni-2017 over the ")
-    errors = "errors for shift   offset +/-0.05 mm, shaft angle +/-0.01 deg, pinion axial +/-0.1 mm"
-    assert errors in result.stdout
-
-
-def test_positions_in_a_map_have_the_digits_of_its_step() -> None:
-    bounds = ("--pinion-bounds", "228.95", "229.05", "--gear-bounds", "0.26175", "0.26185")
-    text = run("map", "--over", "offset,shaft_angle", *bounds, "--steps", "3").stdout
-    heading, row = (
-        next(line for line in text.splitlines() if word in line) for word in ("smallest", "contact ratio")
-    )
-    assert heading.split() == ["smallest", "offset", "shaft_angle", "largest", "offset", "shaft_angle"]
-    assert row.split()[3:5] == ["229.05", "0.26175"]
-    assert heading.index("offset") + len("offset") == row.index("229.05") + len("229.05")
-
-
-def test_map_without_a_contact_ratio_and_map_in_operation(design_file: Callable[..., Path]) -> None:
-    source = design_file({f"face_width = {width}.0": "face_width = 0.1" for width in (50, 60)})
-    result = run("map", source, "--steps", "4")
-    assert result.exit_code == 0
-    assert "The design has no contact ratio" in result.stdout
-    bounds = ("--pinion-bounds", "-0.0005", "0.0005", "--gear-bounds", "-0.0005", "0")
-    found = strict_json(run("map", "--operation", "--steps", "2", "--json", *bounds, *OFFSET).stdout)
-    shares = np.array(found["map"]["edge_share"])
-    assert shares[0, 0] == 0.0
-    assert ((shares >= 0.0) & (shares <= 1.0)).all()
-
-
-UNFIT = "the first contact could not be computed:"
-
-
 @pytest.mark.parametrize(
     ("command", "option", "status", "message"),
     [
@@ -383,15 +327,6 @@ def test_missing_shims_are_reported_with_those_for_the_backlash_alone() -> None:
     assert f"{alone['pinion_axial']:+.6f} mm, to dw1 = " in text.stdout
 
 
-def test_a_map_whose_cells_have_no_common_normal_has_no_contact() -> None:
-    """`tca` has exit status 1 for the offset 230 mm and the shaft angle 0.25 rad, 14.3239448783 deg."""
-    over = ("map", "--over", "offset,shaft_angle", "--pinion-bounds", "228", "230", "--steps", "3")
-    result = run(*over, "--gear-bounds", "0.25", "0.27")
-    assert result.exit_code == 1
-    words = "no cell of the map has a path on the right flanks, in 3 the flanks have no common normal"
-    assert result.stderr == f"No contact: {words}\n"
-
-
 @pytest.mark.parametrize("command", ["operation", "check"])
 def test_the_backlash_ignores_pitch_deviations(command: str, design_file: Callable[..., Path]) -> None:
     """One tooth of the gear is 0.3 mm thicker on each flank, which is more than the backlash of 0.243 mm."""
@@ -402,17 +337,3 @@ def test_the_backlash_ignores_pitch_deviations(command: str, design_file: Callab
     assert note in words_of(command, source)
     assert any(note in one for one in json_of(command, source)["notes"])
     assert note not in words_of(command, "marine-gearbox")
-
-
-def test_a_map_names_its_backlash_and_counts_the_cells_in_which_it_is_unknown() -> None:
-    """With both coefficients at 0.002 1/mm the map does not know the backlash, and `check` reports a jam."""
-    given = ("map", "marine-gearbox", "--steps", "3")
-    text, rows = words_of(*given), csv_of(*given)
-    unknown = [row for row in rows if not row["mounted_backlash_mm"]]
-    assert [(float(row["parabola_pinion_per_mm"]), row["jammed"]) for row in unknown] == [(0.002, "0")]
-    assert "in 1 the mounted backlash is unknown" in text
-    assert "of the flanks without edge contact, as in `tolerance`" in text
-    cell = ("--parabola-pinion", "0.002", "--parabola-gear", "0.002")
-    assert run("check", "marine-gearbox", *cell).stderr.startswith("Jammed: ")
-    known = ("--pinion-bounds", "-0.002", "-0.001", "--gear-bounds", "-0.002", "-0.001")
-    assert "unknown" not in run(*given, *known).stdout

@@ -386,12 +386,9 @@ def failed_mountings(studies: list[ToleranceStudy | None]) -> dict[str, int]:
     without_path = np.any([~one.solved for one in known], axis=0)
     short = np.any([one.solved & (one.contact_ratio < 1.0) for one in known], axis=0)
     jammed = np.any([one.jammed for one in known], axis=0)
-    masks = {
-        "failed": without_path | short | jammed,
-        "without_contact": without_path,
-        "contact_ratio_below_1": short,
-    }
-    counts = {name: int(np.count_nonzero(mask)) for name, mask in {**masks, "jammed": jammed}.items()}
+    kinds = {"without_contact": without_path, "contact_ratio_below_1": short, "jammed": jammed}
+    masks = {"failed": np.any(list(kinds.values()), axis=0)} | kinds
+    counts = {name: int(np.count_nonzero(mask)) for name, mask in masks.items()}
     return {"cases": int(without_path.size), **counts}
 
 
