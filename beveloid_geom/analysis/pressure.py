@@ -179,7 +179,9 @@ def path_pressure(path: ContactPath, load: Load) -> PathPressure:
         status=status,
         total_length=np.full(status.shape, np.nan),
     )
-    return pressed if lines is None else _along_lines(pressed, lines, along, modulus)
+    if lines is None or not along.any():
+        return pressed
+    return _along_lines(pressed, lines, along, modulus)
 
 
 def _along_lines(given: PathPressure, lines: ContactLines, along: Mask, modulus: float) -> PathPressure:

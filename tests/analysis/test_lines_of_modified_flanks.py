@@ -16,11 +16,13 @@ import pytest
 
 from beveloid_geom import (
     Design,
+    Errors,
     Load,
     Member,
     Modification,
     Pair,
     Tool,
+    builtin_design,
     path_of_contact,
     path_pressure,
 )
@@ -143,3 +145,28 @@ def test_batches_equal_single_designs(flank: str) -> None:
             np.testing.assert_allclose(
                 getattr(together, name)[k], getattr(alone, name), rtol=1e-7, err_msg=name
             )
+
+
+@pytest.mark.parametrize("helix", [0.0, 0.15])
+@pytest.mark.parametrize("amounts", [TIPS, ({}, {})], ids=["tips", "unmodified"])
+def test_pairs_without_a_path_have_no_pressure(
+    helix: float, amounts: tuple[dict[str, Any], dict[str, Any]]
+) -> None:
+    """A single design without contact has empty arrays; with given l1, and in a batch, the values are NaN."""
+    design = pair_with(helix, amounts)
+    apart = design.with_errors(Errors(offset=20.0))
+    path = path_of_contact(apart, "right", 5)
+    assert contact_lines(path).length.shape == path_pressure(path, Load(force=1e3)).pressure.shape == (0,)
+    given = path_of_contact(apart, "right", l1=[0.0, 0.1])
+    assert np.isnan(path_pressure(given, Load(force=1e3)).pressure).all()
+    assert np.isnan(contact_lines(given).length).all()
+    tilted = design.with_errors(Errors(shaft_angle=np.array([0.0, 1e-3])))
+    found = path_pressure(path_of_contact(tilted, "right", 5), Load(force=1e3)).pressure
+    assert np.isfinite(found[0, :-1]).all()
+    assert np.isnan(found[1]).all() or amounts == TIPS  # relieved flanks can touch on a relief
+
+
+def test_crossed_axes_have_no_lines(flank: str) -> None:
+    design = builtin_design()
+    relieved = replace(design, pinion=design.pinion.modified(Modification(**TIPS[0])))
+    assert np.isnan(contact_lines(path_of_contact(relieved, flank, 5)).length).all()

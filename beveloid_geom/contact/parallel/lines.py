@@ -156,7 +156,7 @@ def contact_lines(path: ContactPath) -> ContactLines:
     1.911
     """
     require_path(path)
-    if is_modified(path.design, path.flank):
+    if _modified_line_contact(path):
         return _modified_lines(path)
     return _lines_at(path, path.l1, path.pinion_roll)
 
@@ -176,7 +176,7 @@ def carrying_length(path: ContactPath) -> FloatArray:
     array (..., positions)
         mm; NaN where flanks touch in points, 0 for a case of a batch without a path.
     """
-    if not is_modified(path.design, path.flank):
+    if not _modified_line_contact(path):
         lines, touches = _lines_of_all_pairs(path)
         return _total_length(lines.length, touches)
     # Where a pair with reliefs touches as without them, so do its neighbours. Elsewhere it is ahead of them.
@@ -186,6 +186,12 @@ def carrying_length(path: ContactPath) -> FloatArray:
     lines, touches = _lines_of_all_pairs(generated)
     rest = without_reliefs(path.design, path.flank, _ends_of(lines))
     return np.where(_conjugate(path, generated), _total_length(np.nan_to_num(rest.length), touches), own)
+
+
+def _modified_line_contact(path: ContactPath) -> bool:
+    """Return whether flanks with a modification touch along lines in some case of a path with positions."""
+    modified = path.l1.size > 0 and is_modified(path.design, path.flank)
+    return modified and bool(is_line_contact(path.design, path.flank).any())
 
 
 def _total_length(length: FloatArray, touches: Mask) -> FloatArray:
@@ -236,7 +242,7 @@ def _generated_path(path: ContactPath) -> ContactPath:
     first, last = np.moveaxis(ends.pinion_roll, -1, 0)[..., None]
     share = np.clip((path.pinion_roll - first) / (last - first), 0.0, 1.0)
     # Along the straight path across lines without transmission error, l1 is linear in the roll.
-    l1 = ends.l1[..., :1] + share * np.diff(ends.l1)
+    l1 = np.nan_to_num(ends.l1[..., :1] + share * np.diff(ends.l1))  # 0 without a path: any l1 will do
     return path_of_contact(design, path.flank, l1=l1, undercut=path._undercut)
 
 
