@@ -91,8 +91,9 @@ class DesignMap:
         Normal backlash without parabolas and errors, mm. It is not reduced to half a pitch: it changes
         continuously over the map, starting from the backlash of the design.
     mounted_backlash : FloatArray
-        Smallest backlash over a mesh cycle with parabolas and errors, mm, of the flanks without edge contact
-        (`tangent_backlash`); NaN if unknown. Edges can touch earlier (`operation.backlash.mounted_backlash`).
+        Smallest backlash over a mesh cycle, mm, of the flanks without edge contact (`tangent_backlash`), with
+        the parabolas, modifications and errors of the design of the cell, not with `errors`; NaN if unknown.
+        Edges can touch earlier (`operation.backlash.mounted_backlash`).
     cycle_peak_to_peak, edge_share : FloatArray
         Transmission error of all teeth, rad, and share of the mesh cycle in which edges touch; NaN where not
         computed.
