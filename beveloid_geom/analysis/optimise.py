@@ -10,14 +10,15 @@ SciPy's SLSQP continues from there.
 If the sum of the coefficients is positive, the relative curvature of the flanks is negative and their
 tangency is not the first contact. Such coefficients are excluded.
 
-Edges. If the path of a tooth pair ends and no other pair is ahead, an edge touches. An aim may exclude this
-in the mounting as designed and under each error in both directions. This is no bound on the sum of the
-coefficients: on Table 1's right flanks with a1 = 0.001 1/mm, edges touch for sums close to 0, and again for
-sums far below 0, where an error moves the largest transmission error towards one end of the path. The leads at the ends of all
-these paths (`edge_contact`) are therefore constraints. The candidates are then checked by the mesh cycles of
-all teeth, the best one first; the first one without edge contact is the result. If edges touch for another
-reason than the end of a path, the optimum may be missed, or nothing is found; then the message states the
-share of edge contact at the optimum without this constraint.
+Edges. If the path of a tooth pair ends and no other pair is ahead, an edge touches. An aim may exclude
+this in the mounting as designed and under each error in both directions. This is no bound on the sum of
+the coefficients: on Table 1's right flanks with a1 = 0.001 1/mm, edges touch for sums close to 0, and
+again for sums far below 0, where an error moves the largest transmission error towards one end of the
+path. The leads at the ends of all these paths (`edge_contact`) are therefore constraints. The candidates
+are then checked by the mesh cycles of all teeth, the best one first; the first one without edge contact
+is the result. If edges touch for another reason than the end of a path, the optimum may be missed, or
+nothing is found; then the message states the share of edge contact at the optimum without this
+constraint.
 
 Transmission error. Without edge contact, that of all teeth follows from the path
 (`edge_contact.swing_of_all`). Its largest value over the mountings is minimised. Nearly unmodified flanks
