@@ -129,8 +129,8 @@ window.beveloidPanels = (function () {
       high = Math.max(...limits.map((one) => one[1]));
     const px = (pitch) => left + (pitch / 2) * (right - left),
       py = (error) => top + ((high - error) / (high - low)) * (bottom - top);
-    // Points outside the frame are left out, except next to one inside, and moved to the frame: long dashed
-    // lines and clipped ones take seconds to draw without a graphics card.
+    // Points outside the frame are left out; only a point next to one inside is kept and moved to the frame.
+    // Long dashed lines, and clipped lines, take seconds to draw without a graphics card.
     const within = (value, low, high) => Math.min(Math.max(value, low), high);
     const line = (x, y, shown = () => true) => {
       const inside = x.map((value, n) => y[n] !== null && value >= 0 && value <= 2 && y[n] >= low && y[n] <= high);

@@ -262,7 +262,7 @@ window.beveloidGears = function (data) {
 
   function alongTooth({ point, normal }) {
     const along = normal.clone().cross(radialOf(pinion, point)).normalize();
-    return along.dot(pinion.axis) > 0 ? along.negate() : along; // towards the toe
+    return along.dot(pinion.axis) > 0 ? along.negate() : along; // towards -z
   }
 
   function pose(roll, flankName, section) {
@@ -340,7 +340,7 @@ window.beveloidGears = function (data) {
 
   /* ---- places on the gears, in the world ---- */
 
-  // The point of a tip circle (end 0 toe, 1 heel) that lies furthest along a direction.
+  // The point of a tip circle (end 0 at -z, 1 at +z) that lies furthest along a direction.
   function onRim(member, end, direction, beyond = 0) {
     const across = direction.clone().addScaledVector(member.axis, -direction.dot(member.axis)).normalize();
     const middle = member.centre.clone().addScaledVector(member.axis, (2 * end - 1) * member.half_width);
@@ -355,7 +355,7 @@ window.beveloidGears = function (data) {
     return [0, 1].flatMap((end) => directions.map((direction) => onRim(member, end, direction)));
   }
 
-  // Returns the corners of the flank of a tooth pair: root and tip at the toe, then root and tip at the heel;
+  // Returns the corners of the flank of a tooth pair: root and tip at -z, then root and tip at +z;
   // undefined for a blank without teeth.
   function corners(member, flankName, pair) {
     const turn = member.angle + (member === gear ? -1 : 1) * pair * member.pitch;

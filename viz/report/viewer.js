@@ -213,7 +213,7 @@ window.beveloidView = function (container, data) {
       const points = [radial, there.normal].flatMap((way) =>
         [reach, -reach].map((size) => there.point.clone().addScaledVector(way, size)),
       );
-      return { back: along, up: along.clone().cross(radial), points }; // from the toe, pinion on the left
+      return { back: along, up: along.clone().cross(radial), points }; // from -z, pinion on the left
     }
     // Look perpendicular to the flank, but inclined towards the tip, so that the next tooth does not hide the
     // flank.

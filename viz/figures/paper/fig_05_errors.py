@@ -276,7 +276,7 @@ def _annotate(over: Overlay, data: ErrorFigure, index: int, length: float) -> No
 
 
 def _axis(over: Overlay, data: ErrorFigure, frames: dict[str, Frame], number: int, colour: str) -> None:
-    """Draw the axis of a member from the common perpendicular past its heel."""
+    """Draw the axis of a member from the common perpendicular to a point beyond mid-face towards +z."""
     (rotation, origin), (_, middle) = frames[("\\delta", "e")[number]], frames[f"d{number + 1}"]
     beyond = 0.75 * float(data.design.members[number].face_width)
     at = middle + data.pair.breaks[number] * rotation[:, 2] if data.pair.nearer else None

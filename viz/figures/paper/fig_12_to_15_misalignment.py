@@ -28,8 +28,8 @@ SIGNS = (-1.0, 0.0, 1.0)
 
 
 class PathStyle(NamedTuple):
-    """Style of a path: colour, dashes, width, lift of `panels.Trace`, legend line, and width of edge contact
-    if the paths are far apart and close together."""
+    """Style of a path: colour, dashes, width, lift of `panels.Trace`, legend line, and two widths of edge
+    contact: for paths far apart, and for paths close together."""
 
     colour: str
     dashes: tuple[float, ...]

@@ -32,7 +32,7 @@ MOUNTINGS, CYCLE_MOUNTINGS, PATHS_DRAWN, SEED = 1024, 64, 300, 0
 """Number of mountings of a study (a mounting: the pair with one set of random errors), number of those whose
 mesh cycle is computed, number of those whose path is drawn, and seed."""
 CLOUDS = ((5.0, "white", 0.4), (1.0, theme.BLUE, 0.12))
-"""Multiples of the tolerances, colour and opacity of the paths drawn, the lowest first."""
+"""Multiples of the tolerances, colour and opacity of the paths, in the order of drawing (bottom first)."""
 
 
 @dataclass(frozen=True, eq=False)
