@@ -28,7 +28,8 @@ def mirrored(design: Design) -> Design:
 
 
 def scaled(design: Design, factor: float) -> Design:
-    """Return the pair with all lengths multiplied by a factor."""
+    """Return a pair without modifications and given mounting distances, with all lengths multiplied by a
+    factor."""
 
     def bigger(member: Member) -> Member:
         tool = member.tool

@@ -29,8 +29,8 @@ EXCEPTED = {
     "beveloid_geom.export.vtk_files": {"vtkmodules"},
     "beveloid_geom.shapes.solid": {"trimesh"},
 }
-"""VTK writes its own formats, and its cell locator was the best by measurement. `test_import_is_light` keeps
-the latter where it is. `Solid.to_trimesh` imports trimesh when it is called."""
+"""VTK writes its own formats, and its cell locator was the best by measurement. `test_import_is_light` checks
+that nothing else loads it. `Solid.to_trimesh` imports trimesh when it is called."""
 WRITERS = {"meshio", "trimesh", "OCP"}
 """Libraries that only `export` may import, apart from the exceptions."""
 MODULES_PER_PACKAGE = 14

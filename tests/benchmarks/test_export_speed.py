@@ -8,9 +8,10 @@ library: VTK for .vtp, which compresses; meshio for .inp and .bdf, which leaves 
 Nastran writer of meshio accepts no negative coordinates with twelve digits, so that it gets rounded
 coordinates.
 
-The solid for CAD is the pinion of Table 1 with 29 teeth. Faces and solid from the poles of their surfaces
-take less time than sewing of ready faces by the kernel. The complete way from the member to the file takes
-less than four times as long as the writing of a ready solid by the kernel."""
+The solid for CAD is the pinion of Table 1 with 29 teeth. Making faces and solid from the control points
+of the surfaces takes less time than sewing ready faces by the kernel (Open CASCADE). The complete way
+from the member to the file takes less than four times as long as the writing of a ready solid by the
+kernel."""
 
 from __future__ import annotations
 

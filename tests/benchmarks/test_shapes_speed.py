@@ -2,12 +2,12 @@
 
     OPENBLAS_NUM_THREADS=1 python -m pytest tests/benchmarks/test_shapes_speed.py -m benchmark -s
 
-A call of `sample_flank` computes limits of the flank, its shape, the number of cells, the measured
-deviation, points and normals. The reference is the exact formula for points and normals alone, at the same
-flank parameters and stations. The reference for solids is the smallest possible work for the same points:
-the exact formulas at all points of the outlines of all teeth, and the solid of one tooth (the others are
-copies). The references for hexahedra are an iteration of Winslow's equations at every station, instead of
-three stations with interpolation; and hexahedra with half the nodes."""
+A call of `sample_flank` computes limits of the flank, its shape, the number of cells, the distance of the
+triangles from the flank, points and normals. The reference is the exact formula for points and normals
+alone, at the same flank parameters and stations. The reference for solids is the smallest possible work
+for the same points: the exact formulas at all points of the outlines of all teeth, and the solid of one
+tooth (the others are copies). The references for hexahedra are an iteration of Winslow's equations at
+every station, instead of three stations with interpolation; and hexahedra with half the nodes."""
 
 from __future__ import annotations
 

@@ -80,7 +80,7 @@ def test_a_tooth_as_hexahedra(tmp_path: Path, narrow: Path, suffix: str) -> None
 
 
 def test_the_pair_in_contact_over_a_pitch(tmp_path: Path, design_file: Callable[..., Path]) -> None:
-    """One deck for each roll about the middle of the path, with the torque of 20 kN."""
+    """One deck for each roll about the middle of the path. The torque is that of a normal force of 20 kN."""
     narrow = design_file({f"face_width = {width}.0": "face_width = 12.0" for width in (50, 60)})
     result = run(narrow, "--part", "pair", "--rolls", "2", "--out", tmp_path / "p.inp")
     assert (result.exit_code, result.stderr) == (0, "")

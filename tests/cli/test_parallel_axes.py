@@ -77,7 +77,8 @@ def test_flanks_limit_the_backlash() -> None:
 
 
 def test_sensitivity_of_line_contact() -> None:
-    """An axial shift changes the backlash by 2 sin(alpha_n) sin(cone) = 0.0358 mm per mm."""
+    """An axial shift changes the backlash by 2 sin(alpha_n) sin(cone) = 0.0358 mm per mm. The text has the
+    change for 0.1 mm."""
     text = run("sensitivity", NAME).stdout
     rows = [line for line in text.splitlines() if " mm  " in line and "backlash" in line]
     assert len(rows) == 1

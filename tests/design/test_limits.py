@@ -32,7 +32,8 @@ def test_parabola_limit_against_the_rack_surface(
         return
 
     def angles_of(coefficient: float) -> tuple[float, float, float]:
-        """Return the least radial normal and the least and largest local pressure angle, deg."""
+        """Return the least radial component of the normal, and the least and largest local pressure
+        angle, deg."""
         l = np.linspace(-4.0 * module, 4.0 * module, 80_001)
         x = l * cos(radians(alpha)) + coefficient * l**2 * sin(radians(alpha))
         y = coefficient * l**2 * cos(radians(alpha)) - l * sin(radians(alpha))

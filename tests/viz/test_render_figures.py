@@ -178,7 +178,7 @@ def test_ease_off_of_modified_flanks_is_compared_with_unmodified_flanks() -> Non
     assert change == pytest.approx(0.010, rel=0.1)
 
 
-def test_an_interrupted_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failed_write_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object, **__: object) -> None:
         raise OSError(28, "No space left on device")
 

@@ -44,7 +44,7 @@ def test_points_are_on_the_exact_flank(name: str) -> None:
 
 
 def test_normals_point_out_of_the_tooth() -> None:
-    """Right normals point from x to y and left ones from y to x."""
+    """Normals of right flanks have a positive y component, those of left flanks a negative one."""
     assert (GRID.normal[0, ..., 1] > 0.0).all()
     assert (GRID.normal[1, ..., 1] < 0.0).all()
     np.testing.assert_allclose(np.linalg.norm(GRID.normal, axis=-1), 1.0, atol=1e-15)
@@ -92,10 +92,11 @@ def test_deviations_are_along_the_normal() -> None:
 
 
 def test_a_laterally_displaced_probe_causes_no_error() -> None:
-    """Points of a finer grid, moved along their normals, have exactly these deviations."""
-    fine = measuring_grid(MEMBERS["pinion"], 5, 9, 0.1005)
+    """Points of a grid with a border of 10.05 % instead of 10 %, moved along their normals, have exactly
+    these deviations."""
+    shifted = measuring_grid(MEMBERS["pinion"], 5, 9, 0.1005)
     wanted = off_flank(GRID)
-    found = deviations_of(GRID, fine.point + wanted[..., None] * fine.normal)
+    found = deviations_of(GRID, shifted.point + wanted[..., None] * shifted.normal)
     np.testing.assert_allclose(found.deviation, wanted, atol=1e-11)
     assert found.foot_distance.max() > 1e-2
 

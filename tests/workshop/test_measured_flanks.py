@@ -1,4 +1,5 @@
-"""Measured flanks in contact analysis: surfaces through measured points, design files, and a closure."""
+"""Measured flanks in contact analysis: surfaces through measured points, design files, and
+parabolas given as deviations."""
 
 from __future__ import annotations
 

@@ -108,7 +108,7 @@ def test_chords_of_beveloids_agree_with_a_caliper(name: str) -> None:
 
 
 def test_form_diameters_are_above_undercut() -> None:
-    """Flanks of an undercut spur gear begin above the point that the tip round of the tool generates."""
+    """Flanks of an undercut spur gear begin above the base circle, where the fillet intersects them."""
     few = Member(TOOL, 11, 0.0, 0.0, 0.0, 30.0)
     sound = tooth_data(replace(few, profile_shift=0.5))
     cut = tooth_data(few)

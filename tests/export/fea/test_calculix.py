@@ -24,7 +24,7 @@ pytestmark = with_ccx
 FORCE = 1000.0
 SMALL = 1.0
 NARROW = narrow(16.0)
-"""Few elements are nearly cubic and converged."""
+"""On this narrow face a mesh of few elements has nearly cubic elements and converged results."""
 FEW = Cells(1, 2, 3, 4, 4)
 REFINED = (Cells(1, 2, 2, 2, 2), Cells(1, 3, 4, 6, 6), Cells(1, 4, 6, 8, 8))
 STRESSED = (Cells(1, 2, 2, 2, 2), Cells(1, 4, 4, 4, 4), Cells(1, 6, 6, 6, 6))

@@ -103,7 +103,7 @@ def test_ellipses_stay_in_their_cells() -> None:
 
 @pytest.mark.parametrize(("design", "labelled"), [(TABLE, True), (both_right(), False)])
 def test_the_note_of_fig_11_names_only_what_is_drawn(design: Design, labelled: bool) -> None:
-    """Labelled dots are explained if there are any, and missing circles are."""
+    """The note explains labelled dots only if there are any, and missing circles only if some are missing."""
     recipe = recipe_of("fig-11")
     with short_measurements():
         data = recipe.compute(design)

@@ -41,7 +41,7 @@ def test_only_first_contacts_are_drawn_thick() -> None:
 
 
 def test_lines_where_edges_touch_lie_on_them() -> None:
-    """Edge contact is on the tip edge of the gear on both flanks."""
+    """The tip edge of the gear is in contact. Its lines are drawn on both members."""
     path = paths_table.solved_case(MODIFIED, "right", touching=True)
     assert path.touching is not None
     assert {name for name in path.touching.edges if name} == {"gear tip"}

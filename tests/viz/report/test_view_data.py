@@ -259,7 +259,7 @@ def test_initial_position_of_the_view() -> None:
 
 def test_gear_position_without_first_contact() -> None:
     """If first contacts are not known, here without fillets, the position follows from the path, and no edges
-    are named. Unmodified flanks have one position."""
+    are named. With unmodified flanks, gear roll + N1/N2 pinion roll is constant."""
     unmodified = replace(TABLE, pinion=replace(TABLE.pinion, tool=replace(TABLE.pinion.tool, tip_radius=0.9)))
     for design in (ODD["no fillet"], unmodified):
         view = view_data(design)
