@@ -3,7 +3,7 @@
 The normals of unmodified flanks have a constant angle to the axis of their member. A common normal exists if
 the shaft angle is at least the difference of these angles. At this smallest shaft angle the common normal is
 perpendicular to the common perpendicular of the axes (n_x = 0). Above it, n_x grows with the square root of
-the distance, and rounding errors of the contact point are proportional to 1/n_x. Below it, there is no
+the distance, and rounding errors of the contact point are proportional to 1/n_x^2. Below it, there is no
 contact.
 """
 

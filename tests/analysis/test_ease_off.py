@@ -127,9 +127,9 @@ def test_against_brute_force(flank: str, parabola: tuple[float, float]) -> None:
 
 
 def test_along_the_path_it_is_the_transmission_error(flank: str) -> None:
-    """Along the path, the ease-off equals the transmission error times its lever, to first order: where the
-    gear is ahead, flanks would overlap at the constant ratio. With half the parabolas the residual is a
-    quarter or less."""
+    """Along the path, the ease-off equals minus the transmission error times its lever, to first order:
+    where the gear is ahead, flanks would overlap at the constant ratio. With half the parabolas the
+    residual is a quarter or less."""
     left = []
     for share in (1.0, 0.5):
         path = path_of_contact(table1((0.001 * share, -0.001 * share)), flank, 11)

@@ -104,7 +104,8 @@ def test_shift_at_equal_radius_and_perpendicular_to_the_path() -> None:
 
 
 def test_concavity_follows_the_coefficient(flank: str) -> None:
-    """To first order in a, the additional material is a l^2 and the change of the curvature is 2 a."""
+    """Additional material and change of the curvature are proportional to a. The curvature changes by 1.4
+    a to 2 a."""
     small, large = (concavity(table1(), flank, size) for size in (1e-5, 1e-4))
     for name, rows in small.items():
         np.testing.assert_allclose(large[name], 10.0 * rows, rtol=2e-2, err_msg=name)

@@ -51,8 +51,8 @@ def test_a_torque_acts_on_the_lever_of_the_common_normal(flank: str) -> None:
 
 
 def spur(shaft_angle: float, parabola: float = 0.0) -> Design:
-    """Return two spur gears (module 4, 20 deg, 23 and 37 teeth) on axes that cross at the sum of the helix
-    angles."""
+    """Return two gears (module 4, 20 deg, 23 and 37 teeth). Each has half the shaft angle (rad) as its helix
+    angle."""
     tool = Tool(4.0, radians(20.0), parabola=parabola)
     pinion, gear = (Member(tool, n, shaft_angle / 2.0, 0.0, 0.0, 30.0) for n in (23, 37))
     offset = sum(2.0 * n for n in (23, 37)) / cos(shaft_angle / 2.0)

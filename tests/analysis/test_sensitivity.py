@@ -89,7 +89,8 @@ def margin_rates(design: Design, limit: int, rates: Any) -> Any:
 
 @cache
 def exact_ends(flank: str, parabola: tuple[float, float], errors: Errors) -> tuple[Any, ...]:
-    """Return the sensitivity, and exact values and derivatives (4, 8) of both ends at their fixed limits."""
+    """Return the sensitivity, and exact derivatives at both ends: (2, 4, 8) by the errors, with the end
+    on its limit, and (2, 5, 8) by l1 and the errors, along the path and at fixed l1."""
     design = table1(parabola, errors)
     path = path_of_contact(design, flank, 2)
     exact, found = Exact(design, flank), path_sensitivity(design, flank)

@@ -202,10 +202,10 @@ def test_quantiles_are_over_the_mountings_with_a_path() -> None:
 def axial_limits() -> tuple[float, float]:
     """Return the axial errors of the pinion of Table 1 between which its path is on the flanks, mm.
 
-    The line of contact of unmodified flanks is fixed in space and relative to the gear. The pinion moves
-    along it, so that its z decreases by the error. The limits of the gear keep their positions on the
-    line. The path is lost where the toe of the pinion reaches the tip of the gear, or its heel the root of
-    the gear."""
+    The line of action of unmodified flanks is fixed in space and relative to the gear. The pinion moves
+    along its axis, so that z of the path on the pinion decreases by the error. The limits of the gear
+    keep their positions on the line of action. The path is lost where the toe of the pinion reaches the
+    tip of the gear, or its heel the root of the gear."""
     line = path_of_contact(table1(), "right", 2)
     slope = (line.pinion_z[1] - line.pinion_z[0]) / (line.l2[1] - line.l2[0])
     root = float(np.squeeze(root_parameter(table1().gear, "right")))

@@ -34,7 +34,8 @@ def drawn(count: int) -> list[Member]:
 
 def exact(member: Member, flank: str, z: float, start: float, end: float) -> tuple[float, float]:
     """Return l and radius (mm) at which flank and fillet have the same radius and angle in the plane `z`,
-    with 50 digits from Eqs. 1 to 6. The search starts at the estimates `start` and `end` (mm)."""
+    with 50 digits from Eqs. 1 to 6. The search starts at estimates (mm) of the profile coordinates
+    at which the flank starts (`start`) and the fillet ends (`end`)."""
     tool, sigma, rounding = member.tool, flank_sign(flank), tool_round(member.tool, flank)
     alpha, beta, gamma = map(MP.mpf, (tool.normal_pressure_angle, member.helix_angle, member.cone_angle))
     module, a, rho = MP.mpf(tool.normal_module), MP.mpf(tool.parabola), MP.mpf(rounding.radius)

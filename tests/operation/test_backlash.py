@@ -107,7 +107,7 @@ def test_helix_slope_of_straight_teeth_takes_half_of_it(
 
 
 def test_play_above_half_a_pitch() -> None:
-    """A play that is larger than half a normal pitch, 8.86 mm, is computed correctly and increases
+    """A play that is larger than half a normal base pitch, 8.86 mm, is computed correctly and increases
     continuously with the offset error."""
     roll = at_roll(pitch_point_roll(table1(errors=Errors(offset=12.0)), "right"))
     (near, far), status = zip(

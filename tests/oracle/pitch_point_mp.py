@@ -13,19 +13,21 @@ from beveloid_geom.validation.pitch_region import hand_of_pair, pitch_guess, pit
 
 @dataclass(frozen=True)
 class MountingMp:
-    """Pitch point of the unmodified pair without errors, and its position on both members."""
+    """Pitch point of the unmodified pair without errors (mm, in S_f), and its position on both members.
+
+    `dw1`, `dw2`: mounting distances, mm. `rw1`, `rw2`: working radii, mm."""
 
     dw1: Mpf
     dw2: Mpf
     rw1: Mpf
     rw2: Mpf
     pitch_point: tuple[Mpf, Mpf, Mpf]
-    gap: Mpf  # closest approach of the right and left lines of contact
+    gap: Mpf  # smallest distance of the lines of action of right and left flanks, mm
 
 
 def mounting_mp(design: Design) -> MountingMp:
-    """Pitch point: midpoint of the closest approach of the right and left lines of contact of
-    the unmodified pair without errors, each line through two contacts solved for.
+    """Return the pitch point of the unmodified pair without errors: the midpoint between the nearest
+    points of the lines of action of right and left flanks. Two contacts are solved for each line.
 
     Raises ArithmeticError if a line belongs to the other, false branch of the common normal.
     """

@@ -30,7 +30,7 @@ def test_table_1() -> None:
     assert mounting.normal_backlash == pytest.approx(0.0415892, abs=1e-7)
 
 
-def test_agrees_with_50_digits() -> None:
+def test_agrees_with_60_digits() -> None:
     exact, ours = mounting_mp(table1()), mounting_of(table1())
     assert ours.distance == pytest.approx([float(exact.dw1), float(exact.dw2)], abs=1e-10)
     assert ours.working_radius == pytest.approx([float(exact.rw1), float(exact.rw2)], abs=1e-10)

@@ -95,8 +95,8 @@ def tilted(design: Design) -> Design:
 
 
 def near_the_fold(*where: float) -> list[Case]:
-    """Return poses of the meshes at distances in l1 (mm) from the position at which the roll is
-    stationary, on the side of positive curvature."""
+    """Return poses of the meshes at distances `where` in l1 (mm) from the position at which the roll is
+    stationary: positive on the side of positive curvature, negative on the side of the saddle point."""
     cases = []
     for a in line_contact.FOLDS:
         design, middle = line_contact.concave(a), line_contact.fold(a)

@@ -72,7 +72,7 @@ def test_paths_down_to_the_fold() -> None:
 
 @pytest.mark.parametrize("above", [1e-2, 1e-6])
 def test_sixty_digits_agree_near_the_fold(above: float) -> None:
-    """The error of the result is rounding divided by n_x, as for the shift under errors."""
+    """The error of the point is rounding divided by n_x^2, that of n_x rounding divided by n_x."""
     ours = path_of_contact(folding(above), points=3)
     true = exact_at(ours, 1, "l1")
     normal_x = abs(float(ours.normal[1, 0]))

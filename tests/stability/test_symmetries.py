@@ -243,7 +243,7 @@ def test_certificates(name: str, flank: str) -> None:
 
 @pytest.mark.slow
 def test_mesh_cycles() -> None:
-    """Extrema may differ by the error of the kinks, which are found to SETTLED of a pitch."""
+    """Extrema may differ by the error of the kinks, which are found to END_TOLERANCE_PITCHES pitches."""
     flank, design = "left", table1(DESIGNS["recommended"], Errors(0.05, 1e-4, 0.1, -0.2))
     cycle = mesh_cycle(design, flank)
     samples = first_contact(design, flank, cycle.start + cycle.pitch * np.linspace(0.0, 1.0, 97))

@@ -4,7 +4,7 @@ Without parabolas, the flanks of a pair without backlash have one common normal 
 cos(a_w) b, with the normal N of the pitch plane and b in this plane, perpendicular to the tooth trace. The
 path of contact is the straight line through the pitch point along n, limited by both tip cones. Its length
 divided by the normal base pitch is the contact ratio. The axes intersect if the working helix angles cancel:
-both axes then lie in the plane of N and the trace. Only `tip` uses the library."""
+both axes then lie in the plane of N and the trace. `closed_form` calls no function of the library."""
 
 from __future__ import annotations
 

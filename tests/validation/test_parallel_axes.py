@@ -7,8 +7,8 @@ pressure angle a_wt, base radii r_b, tip radii r_a, common face width b and base
     eps_beta = b tan(b_b) / p_bt,   eps_gamma = eps_alpha + eps_beta,
     j_n = m_n cos(a_n) [(z1 + z2) (inv a_wt - inv a_t) - 2 (x1 + x2) tan(a_n)].
 
-With opposite cones an axial shift of one member against the other changes the backlash by 2 sin(a_n)
-sin(cone) a mm, since that is by how much both flanks of a rack tooth close over its trace.
+With opposite cones an axial shift s (mm) of one member against the other changes the backlash by 2 sin(a_n)
+sin(cone) s, because both flanks of a rack tooth approach each other by this amount along the trace.
 """
 
 from __future__ import annotations
@@ -124,8 +124,8 @@ def test_zero_backlash_by_the_inverse_involute() -> None:
 
 @pytest.mark.parametrize("name", ANGLES)
 def test_layout_and_closing(name: str) -> None:
-    """The pitch line divides the offset in the ratio of the teeth; every offset closes; the mid-faces are
-    opposite each other."""
+    """The pitch line divides the offset in the ratio of the teeth; the lines of action meet at every offset;
+    the mid-faces are opposite each other."""
     design = pair(*ANGLES[name])
     mounting, closing = mounting_of(design), layout_deviation(design)
     offset = float(design.pair.offset)
