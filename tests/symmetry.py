@@ -28,8 +28,10 @@ def mirrored(design: Design) -> Design:
 
 
 def scaled(design: Design, factor: float) -> Design:
-    """Return a pair without modifications and given mounting distances, with all lengths multiplied by a
-    factor."""
+    """Return the pair with all lengths multiplied by a factor.
+
+    The pair must have no modifications, no given mounting distances, no parabola of a single flank, and the
+    apex of its parabolas at 0."""
 
     def bigger(member: Member) -> Member:
         tool = member.tool

@@ -30,7 +30,8 @@ EXCEPTED = {
     "beveloid_geom.shapes.solid": {"trimesh"},
 }
 """VTK writes its own formats, and its cell locator was the best by measurement. `test_import_is_light` checks
-that nothing else loads it. `Solid.to_trimesh` imports trimesh when it is called."""
+that the commands, `export.parts` and `contact.path` are imported without VTK. `Solid.to_trimesh` imports
+trimesh when it is called."""
 WRITERS = {"meshio", "trimesh", "OCP"}
 """Libraries that only `export` may import, apart from the exceptions."""
 MODULES_PER_PACKAGE = 14

@@ -8,7 +8,7 @@ pressure angle a_wt, base radii r_b, tip radii r_a, common face width b and base
     j_n = m_n cos(a_n) [(z1 + z2) (inv a_wt - inv a_t) - 2 (x1 + x2) tan(a_n)].
 
 With opposite cones an axial shift s (mm) of one member against the other changes the backlash by 2 sin(a_n)
-sin(cone) s, because both flanks of a rack tooth approach each other by this amount along the trace.
+sin(cone) s: apart from a rotation, it moves each flank of the rack by sin(a_n) sin(cone) s along its normal.
 """
 
 from __future__ import annotations
