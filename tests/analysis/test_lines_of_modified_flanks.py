@@ -170,3 +170,16 @@ def test_crossed_axes_have_no_lines(flank: str) -> None:
     design = builtin_design()
     relieved = replace(design, pinion=design.pinion.modified(Modification(**TIPS[0])))
     assert np.isnan(contact_lines(path_of_contact(relieved, flank, 5)).length).all()
+
+
+def test_reliefs_with_parabolas_of_one_rack_have_no_lines(flank: str) -> None:
+    """Parabolas of opposite sign on reference cylinders that touch have line contact, along curves on the
+    tools. With reliefs the ends of these lines are not computed."""
+    design = pair_with(0.15, TIPS)
+    design = replace(design, pair=replace(design.pair, offset=1.5 * 65 / cos(0.15))).with_parabola(
+        2e-3, -2e-3
+    )
+    path = path_of_contact(design, flank, 7)
+    assert (path.status == 0).all()
+    assert np.isnan(contact_lines(path).length).all()
+    assert np.isnan(path_pressure(path, Load(force=1e3)).total_length).all()

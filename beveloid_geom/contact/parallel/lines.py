@@ -140,9 +140,9 @@ def contact_lines(path: ContactPath) -> ContactLines:
     Returns
     -------
     ContactLines
-        NaN where flanks touch in points, or not at all, and for modifications other than reliefs on helical
-        teeth. A line ends where a relief begins, except for tip and root reliefs of teeth parallel to the
-        axes, which touch along the complete line at any depth.
+        NaN where flanks touch in points, or not at all, and on teeth with a helix or a cone for modifications
+        other than reliefs and for reliefs together with parabolas. A line ends where a relief begins, except
+        for tip and root reliefs of teeth parallel to the axes, which touch along the complete line.
 
     References
     ----------
@@ -179,13 +179,13 @@ def carrying_length(path: ContactPath) -> FloatArray:
     if not _modified_line_contact(path):
         lines, touches = _lines_of_all_pairs(path)
         return _total_length(lines.length, touches)
-    # Where a pair with reliefs touches as without them, so do its neighbours. Elsewhere it is ahead of them.
+    # Where a pair with reliefs touches as without them, so do its neighbours. Elsewhere the length is that of
+    # its own line, as if this pair touched alone.
     own, generated = contact_lines(path).length, _generated_path(path)
-    if not has_reliefs_only(path.design, path.flank):
-        return own
     lines, touches = _lines_of_all_pairs(generated)
     rest = without_reliefs(path.design, path.flank, _ends_of(lines))
-    return np.where(_conjugate(path, generated), _total_length(np.nan_to_num(rest.length), touches), own)
+    total = _total_length(np.nan_to_num(rest.length), touches)
+    return np.where(_unrelieved(path, generated), total, own)
 
 
 def _modified_line_contact(path: ContactPath) -> bool:
@@ -195,9 +195,7 @@ def _modified_line_contact(path: ContactPath) -> bool:
 
 
 def _total_length(length: FloatArray, touches: Mask) -> FloatArray:
-    """Return the sum of the lengths (..., positions * pairs), mm, of the pairs (..., positions, pairs) that
-    touch.
-    """
+    """Return the sum of the lengths, mm, of the tooth pairs (..., positions, pairs) that touch."""
     length = np.where(touches, length.reshape(touches.shape), 0.0)
     return np.asarray(length.sum(axis=-1))
 
@@ -246,12 +244,16 @@ def _generated_path(path: ContactPath) -> ContactPath:
     return path_of_contact(design, path.flank, l1=l1, undercut=path._undercut)
 
 
-def _conjugate(path: ContactPath, generated: ContactPath) -> Mask:
-    """Return where a path has the same rolls as that of the generated flanks."""
+def _unrelieved(path: ContactPath, generated: ContactPath) -> Mask:
+    """Return the positions (..., positions) of a path at which the flanks touch as without their reliefs: at
+    the same rolls. False for flanks with parabolas or with other modifications.
+    """
     # Larger than the effect of the additional crowning of modified flanks (`surfaces.problems`).
     largest_difference_rad = 1e-9
     rolls = (path.pinion_roll - generated.pinion_roll, path.gear_roll - generated.gear_roll)
-    return np.asarray(np.abs(rolls).max(axis=0) <= largest_difference_rad)
+    same = np.abs(rolls).max(axis=0) <= largest_difference_rad
+    straight = pairing_of_path(path).without_parabola.reshape(*path.design.batch_shape, 1)
+    return np.asarray(same & straight & has_reliefs_only(path.design, path.flank))
 
 
 def _ends_of(lines: ContactLines) -> LineEnds:
@@ -270,7 +272,7 @@ def _modified_lines(path: ContactPath) -> ContactLines:
     across = without_reliefs(design, flank, across_the_face(pairing, LineEnds(**contact)), profile=False)
     rest = without_reliefs(design, flank, _ends_of(lines))
     touches = is_line_contact(design, flank)[..., None] & (path.status == Status.SOLVED)
-    fits = _conjugate(path, generated) if has_reliefs_only(design, flank) else np.zeros_like(touches)
+    fits = _unrelieved(path, generated)
     values: dict[str, Any] = {}
     for name in (*LINEAR, "limit"):
         own, shared = getattr(across, name), getattr(rest, name)

@@ -1,11 +1,12 @@
 """Lines of contact of modified flanks on parallel axes.
 
-- Flanks with reliefs only touch along the lines of the generated flanks where neither is relieved. l and z
-  are linear along such a line, so that each relief cuts off one of its ends, or all of it.
+- Flanks with reliefs only touch along the lines of the generated flanks where neither is relieved. Without
+  parabolas l and z are linear along such a line, so that each relief cuts off one of its ends, or all of it.
 - Teeth parallel to the axes touch, at each roll, along a line parallel to the axes, for any modification of
   the profile. It ends at the ends of the common face, or where a heel or toe relief begins.
 
-Other modifications that compensate each other along the lines are not covered: their lines are NaN.
+Other lines of teeth with a helix or a cone are not computed: those of modifications that compensate each
+other, and those of reliefs together with parabolas.
 """
 
 from __future__ import annotations
