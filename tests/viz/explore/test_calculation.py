@@ -15,7 +15,7 @@ from beveloid_geom.operation.cycle.cycle_segments import SAMPLES_PER_PITCH
 from beveloid_viz.explore import panels
 from beveloid_viz.explore.calculation import Calculation
 from beveloid_viz.explore.values import Start
-from tests.cli.running import json_of
+from tests.cli.running import json_of, run, strict_json
 
 ARCSEC = 180.0 * 3600.0 / math.pi
 
@@ -55,10 +55,12 @@ def test_figures_are_those_of_the_commands(modified: Design, tmp_path: Path, val
     file = tmp_path / "saved.toml"
     file.write_text(design_text(shown.design))
     given, film = (file, "--flank", values["flank"]), str(values["film"])
-    operation = json_of("operation", *given, "--film", film)
+    done = run("operation", *given, "--film", film, "--json")
+    operation = strict_json(done.stdout)
     pattern = json_of("pattern", *given, "--separation", film)
     path = json_of("tca", *given, "--torque", "500", "--no-certify")
     ratios = operation["operating_contact_ratio"], operation["operating_contact_ratio_within_film"]
+    assert done.exit_code == (4 if None in ratios else 0)
     operating, within = ("not known" if ratio is None else f"{ratio:.4f}" for ratio in ratios)
     assert found == {
         "ratio": f"{operation['contact_ratio']:.4f}",
