@@ -135,7 +135,7 @@ def contact_lines(path: ContactPath) -> ContactLines:
     Parameters
     ----------
     path : ContactPath
-        Path with evenly spaced positions. Undercut limits the lines only if it limits the path.
+        Path with evenly spaced positions. Undercut limits the lines unless the path has `undercut=False`.
 
     Returns
     -------
@@ -174,7 +174,7 @@ def carrying_length(path: ContactPath) -> FloatArray:
     Returns
     -------
     array (..., positions)
-        mm; NaN where flanks touch in points, 0 for a case of a batch without a path.
+        mm; NaN where flanks touch in points, 0 or NaN for a case of a batch without a path.
     """
     if not _modified_line_contact(path):
         lines, touches = _lines_of_all_pairs(path)
