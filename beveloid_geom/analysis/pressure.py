@@ -190,7 +190,7 @@ def _along_lines(given: PathPressure, lines: ContactLines, along: Mask, modulus:
     greatest = _curvature_at_ends(lines, path).max(axis=-1)
     if not is_modified(path.design, path.flank):  # the path may run along the beginning of a relief
         greatest = np.fmax(greatest, given.curvature[..., 1])
-    total = np.where(along, carrying_length(path), np.nan)
+    total = np.where(along, carrying_length(path, lines), np.nan)
     with np.errstate(divide="ignore"):
         half_width, pressure = hertz_strip(greatest, given.force / total, modulus)
     strip = np.stack((0.5 * lines.length, half_width), axis=-1)
@@ -210,16 +210,14 @@ def _curvature_at_ends(lines: ContactLines, path: ContactPath) -> FloatArray:
     # Distance of the points from the ends, as a fraction of the line: a relief can begin at an end, and its
     # curvature does not belong to the line.
     inset = 1e-9 if is_modified(path.design, path.flank) else 0.0
-    shape = lines.l1.shape
-    names = ("l1", "u1", "l2", "u2", "pinion_z", "gear_z")
-    both = {
-        name: (ends + inset * (ends[..., ::-1] - ends)).reshape(*shape[:-2], -1)
-        for name, ends in ((name, getattr(lines, name)) for name in names)
-    }
-    both |= {name: np.repeat(getattr(path, name), 2, axis=-1) for name in ("pinion_roll", "gear_roll")}
-    values: dict[str, Any] = both | {"normal": np.repeat(path.normal, 2, axis=-2)}
-    ends = replace(path, **values)
-    return np.asarray(relative_curvature(ends).curvature[..., 1].reshape(shape))
+    shape, values = lines.l1.shape, dict[str, Any]()
+    for name in ("l1", "u1", "l2", "u2", "pinion_z", "gear_z"):
+        ends = getattr(lines, name)
+        values[name] = (ends + inset * (ends[..., ::-1] - ends)).reshape(*shape[:-2], -1)
+    for name in ("pinion_roll", "gear_roll"):
+        values[name] = np.repeat(getattr(path, name), 2, axis=-1)
+    values["normal"] = np.repeat(path.normal, 2, axis=-2)
+    return np.asarray(relative_curvature(replace(path, **values)).curvature[..., 1].reshape(shape))
 
 
 def _angle(path: ContactPath, major: FloatArray) -> FloatArray:

@@ -161,7 +161,7 @@ def contact_lines(path: ContactPath) -> ContactLines:
     return _lines_at(path, path.l1, path.pinion_roll)
 
 
-def carrying_length(path: ContactPath) -> FloatArray:
+def carrying_length(path: ContactPath, lines: ContactLines) -> FloatArray:
     """Return the total length of the contact lines of all tooth pairs at each roll of a path.
 
     Rigid flanks without transmission error touch on all tooth pairs in mesh at the same time. Flanks with a
@@ -170,6 +170,8 @@ def carrying_length(path: ContactPath) -> FloatArray:
     Parameters
     ----------
     path : ContactPath
+    lines : ContactLines
+        Lines of this path (`contact_lines`).
 
     Returns
     -------
@@ -177,15 +179,15 @@ def carrying_length(path: ContactPath) -> FloatArray:
         mm; NaN where flanks touch in points, 0 or NaN for a case of a batch without a path.
     """
     if not _modified_line_contact(path):
-        lines, touches = _lines_of_all_pairs(path)
-        return _total_length(lines.length, touches)
+        every, touches = _lines_of_all_pairs(path)
+        return _total_length(every.length, touches)
     # Where a pair with reliefs touches as without them, so do its neighbours. Elsewhere the length is that of
     # its own line, as if this pair touched alone.
-    own, generated = contact_lines(path).length, _generated_path(path)
-    lines, touches = _lines_of_all_pairs(generated)
-    rest = without_reliefs(path.design, path.flank, _ends_of(lines))
+    generated = _generated_path(path)
+    every, touches = _lines_of_all_pairs(generated)
+    rest = without_reliefs(path.design, path.flank, _ends_of(every))
     total = _total_length(np.nan_to_num(rest.length), touches)
-    return np.where(_unrelieved(path, generated), total, own)
+    return np.where(_unrelieved(path, generated), total, lines.length)
 
 
 def _modified_line_contact(path: ContactPath) -> bool:
@@ -245,10 +247,9 @@ def _generated_path(path: ContactPath) -> ContactPath:
 
 
 def _unrelieved(path: ContactPath, generated: ContactPath) -> Mask:
-    """Return the positions (..., positions) of a path at which the flanks touch as without their reliefs: at
-    the same rolls. False for flanks with parabolas or with other modifications.
-    """
-    # Larger than the effect of the additional crowning of modified flanks (`surfaces.problems`).
+    """Return where flanks touch as without their reliefs; nowhere with parabolas or other modifications."""
+    # There both paths have the same rolls. The limit is larger than the effect of the additional crowning of
+    # modified flanks (`surfaces.problems`).
     largest_difference_rad = 1e-9
     rolls = (path.pinion_roll - generated.pinion_roll, path.gear_roll - generated.gear_roll)
     same = np.abs(rolls).max(axis=0) <= largest_difference_rad
