@@ -111,6 +111,9 @@ def test_lines_without_their_reliefs(
             continue
         assert lines.length[k] == pytest.approx(length, abs=5e-3)
         assert lines.pinion_z[k] == pytest.approx(ends, abs=3e-3)
+        inside = np.abs(lines.pinion_z[k]) < 0.5 * WIDTH - 0.01
+        if amounts == TIPS:
+            assert np.isin(lines.limit[k, inside], (Limit.PINION_TIP, Limit.GEAR_TIP)).all()
         assert found.total_length[k] == pytest.approx(total, abs=2e-2)
         pressure = sqrt(1e3 / found.total_length[k] * contact_modulus(206000.0, 0.3) * curvature / pi)
         assert found.pressure[k] == pytest.approx(pressure, rel=1e-4)
@@ -126,9 +129,12 @@ def test_teeth_parallel_to_the_axes_touch_along_the_complete_line_on_a_crowned_p
     np.testing.assert_allclose(lines.length, WIDTH - 7.0, atol=1e-12)
     np.testing.assert_allclose(found.total_length, lines.length)
     assert (lines.limit == (Limit.PINION_TOE, Limit.GEAR_HEEL)).all()
-    ends = (lines.l1, lines.u1, lines.pinion_r), (lines.l2, lines.u2, lines.gear_r)
-    for member, (l, u, radius) in zip(design.members, ends, strict=True):
-        np.testing.assert_allclose(np.hypot(*flank_point(member, flank, l, u).T[:2]).T, radius, atol=1e-9)
+    pinion = lines.l1, lines.u1, lines.pinion_r, lines.pinion_z
+    gear = lines.l2, lines.u2, lines.gear_r, lines.gear_z
+    for member, (l, u, radius, z) in zip(design.members, (pinion, gear), strict=True):
+        points = flank_point(member, flank, l, u)
+        np.testing.assert_allclose(np.hypot(points[..., 0], points[..., 1]), radius, atol=1e-9)
+        np.testing.assert_allclose(points[..., 2], z, atol=1e-12)
     np.testing.assert_allclose(found.curvature[:, 1], relative_curvature(path).curvature[:, 1], rtol=1e-9)
 
 

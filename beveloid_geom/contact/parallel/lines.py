@@ -247,14 +247,13 @@ def _generated_path(path: ContactPath) -> ContactPath:
 
 
 def _unrelieved(path: ContactPath, generated: ContactPath) -> Mask:
-    """Return where flanks touch as without their reliefs; nowhere with parabolas or other modifications."""
+    """Return where flanks touch as without their reliefs; nowhere with other modifications."""
     # There both paths have the same rolls. The limit is larger than the effect of the additional crowning of
-    # modified flanks (`surfaces.problems`).
+    # modified flanks (`surfaces.problems`). With parabolas `_generated_path` has other rolls.
     largest_difference_rad = 1e-9
     rolls = (path.pinion_roll - generated.pinion_roll, path.gear_roll - generated.gear_roll)
     same = np.abs(rolls).max(axis=0) <= largest_difference_rad
-    straight = pairing_of_path(path).without_parabola.reshape(*path.design.batch_shape, 1)
-    return np.asarray(same & straight & has_reliefs_only(path.design, path.flank))
+    return np.asarray(same & has_reliefs_only(path.design, path.flank))
 
 
 def _ends_of(lines: ContactLines) -> LineEnds:
