@@ -31,6 +31,7 @@ from beveloid_geom.contact.ellipse import relative_curvature
 from beveloid_geom.contact.hertz import contact_modulus
 from beveloid_geom.contact.parallel.lines import contact_lines
 from beveloid_geom.gear.flank import flank_point
+from beveloid_geom.gear.flank_limits import active_range
 from beveloid_geom.status import Limit
 
 WIDTH, PIECES = 24.0, 20000
@@ -191,3 +192,16 @@ def test_reliefs_with_parabolas_of_one_rack_have_no_lines(flank: str) -> None:
     assert (path.status == 0).all()
     assert np.isnan(contact_lines(path).length).all()
     assert np.isnan(path_pressure(path, Load(force=1e3)).total_length).all()
+
+
+def test_a_crowned_profile_carries_alone_where_its_depth_is_zero(flank: str) -> None:
+    """In the middle of a crowned profile both flanks touch as without crowning; their neighbours do not."""
+    tool = Tool(3.0, radians(20.0), addendum=1.3, dedendum=1.5, tip_radius=0.2)
+    pinion, gear = (Member(tool, teeth, 0.0, 0.0, 0.0, WIDTH) for teeth in (50, 80))
+    design = Design(pinion, gear, Pair(195.2, 0.0, 0.0, 0.0))
+    middle = 0.5 * sum(active_range(pinion, flank))
+    plain = path_pressure(path_of_contact(design, flank, l1=[middle]), Load(force=1e3))
+    assert plain.total_length[0] == pytest.approx(2.0 * WIDTH)
+    crowned = replace(design, pinion=pinion.modified(Modification(profile_crowning_um=5.0)))
+    found = path_pressure(path_of_contact(crowned, flank, l1=[middle]), Load(force=1e3))
+    assert found.total_length[0] == pytest.approx(WIDTH)
