@@ -31,7 +31,7 @@ from beveloid_geom.contact.ellipse import relative_curvature
 from beveloid_geom.contact.hertz import contact_modulus
 from beveloid_geom.contact.parallel.lines import contact_lines
 from beveloid_geom.gear.flank import flank_point
-from beveloid_geom.gear.flank_limits import active_range
+from beveloid_geom.gear.flank_limits import root_parameter, tip_parameter
 from beveloid_geom.status import Limit
 
 WIDTH, PIECES = 24.0, 20000
@@ -199,7 +199,7 @@ def test_a_crowned_profile_carries_alone_where_its_depth_is_zero(flank: str) -> 
     tool = Tool(3.0, radians(20.0), addendum=1.3, dedendum=1.5, tip_radius=0.2)
     pinion, gear = (Member(tool, teeth, 0.0, 0.0, 0.0, WIDTH) for teeth in (50, 80))
     design = Design(pinion, gear, Pair(195.2, 0.0, 0.0, 0.0))
-    middle = 0.5 * sum(active_range(pinion, flank))
+    middle = 0.5 * float(root_parameter(pinion, flank) + tip_parameter(pinion, flank, 0.0))
     plain = path_pressure(path_of_contact(design, flank, l1=[middle]), Load(force=1e3))
     assert plain.total_length[0] == pytest.approx(3.0 * WIDTH)
     crowned = replace(design, pinion=pinion.modified(Modification(profile_crowning_um=5.0)))
