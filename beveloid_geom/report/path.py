@@ -194,7 +194,10 @@ class ContactReport(Report):
                 text += lines_table(self.design, self.lines) + "\n"
             if self.pressed is not None:
                 words = {"reaches": [(name or "").replace("_", " ") for name in rows["reaches"]]}
-                shown, words = (pressure_columns, words) if self.lines is None else (pressed_lines, {})
+                if self.lines is not None:  # a path may leave the lines on a relief
+                    kinds = [name.replace("_", " ") for name in rows["ellipse"]]
+                    words = {"contact": kinds} if "ellipse" in kinds else {}
+                shown = pressure_columns if self.lines is None else pressed_lines
                 pressed = {name: rows[name] for name in shown}
                 text += table_lines(pressed, self.lost_pressures, words) + "\n"
         text += head_lines(self.design)

@@ -161,3 +161,19 @@ def test_hands_that_are_not_opposite(design_file: Callable[..., Path]) -> None:
     path = design_file({"helix_angle_deg = 0.0": "helix_angle_deg = 10.0"}, name=NAME)
     message = "helix_angle_deg must be -10.0 deg, opposite to that of [pinion], got 0.0: on parallel axes"
     assert message in refused("check", path)
+
+
+def test_lines_with_a_tip_relief() -> None:
+    """The path of contact leaves the last line on the relief: there the contact is an ellipse."""
+    relief = ("--pinion-modification", "tip_relief=20,tip_relief_length=1.0")
+    arguments = ("tca", NAME, *relief, "--torque", "100", "--points", "7")
+    text, data = run(*arguments).stdout, json_of(*arguments)
+    rows = [line.split() for line in text.splitlines() if line.endswith(("  line contact", "  ellipse"))]
+    assert [row[-1] for row in rows] == ["contact"] * 6 + ["ellipse"]
+    assert "no line" in text
+    assert "overlap 0.060634 without modification" in " ".join(text.split())
+    lines = data["contact_lines"]
+    assert lines["total_ratio"] is None
+    assert lines["limit"][0] == ["gear_toe", "gear_tip"]
+    assert lines["limit"][-1] == [None, None]
+    assert data["hertz"]["total_length"][-1] is None
