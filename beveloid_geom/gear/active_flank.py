@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -29,11 +31,17 @@ def active_start(member: Member, flank: str, z: ArrayLike) -> FloatArray:
         mm, of the shape of `z` broadcast with the member: the end of the fillet, or on an undercut flank its
         intersection with the fillet.
     """
-    z = np.asarray(z, dtype=float)
+    return active_start_by_z(member, flank)(np.asarray(z, dtype=float))
+
+
+def active_start_by_z(member: Member, flank: str) -> Callable[[FloatArray], FloatArray]:
+    """Return `active_start` of one flank as a function of the planes z (mm)."""
     # Start from the end of the fillet; undercut raises it for single members.
-    root = root_parameter(member, flank) + 0.0 * z
+    root = root_parameter(member, flank)
     curve = None if is_batch(member) else undercut_edge(member, flank)
-    return root if curve is None else np.maximum(root, curve.start(z))
+    if curve is None:
+        return lambda z: root + 0.0 * z
+    return lambda z: np.maximum(root + 0.0 * z, curve.start(z))
 
 
 def place_at(

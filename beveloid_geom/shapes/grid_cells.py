@@ -28,6 +28,8 @@ MAX_POINTS = 20_000_000
 """Largest number of points of a surface or a solid."""
 CELL_STEPS = 6
 """Number of steps along each side of a cell, to points at which the deviation is measured."""
+IN_TRIANGLE = np.array([(i, j) for i in range(5) for j in range(5 - i)]).T / 4.0
+"""Points of a triangle with sides 1 along s and z, at which its deviation is estimated."""
 RATIOS = np.vander(np.geomspace(1.0 / 16.0, 16.0, 17), 3, increasing=True)
 """Powers 0, 1 and 2 of the ratios of the sides of a cell for which the largest deviation is looked up."""
 
@@ -101,8 +103,7 @@ def _factors(L: FloatArray, M: FloatArray, N: FloatArray) -> FloatArray:
     deviate by similar amounts, so that the sign of M (L + N) decides."""
     balance = np.abs(L).max() / max(np.abs(N).max(), 1e-300)
     M = np.where(M * (L + balance * N) < 0.0, -M, M)
-    in_triangle = np.array([(i, j) for i in range(5) for j in range(5 - i)]).T / 4.0
-    s, z = in_triangle
+    s, z = IN_TRIANGLE
     parts = np.broadcast_arrays(0.5 * L * s * (1.0 - s), -M * s * z, 0.5 * N * z * (1.0 - z))
     factors = np.stack([part.ravel() for part in parts])
     # Only deviations that are the largest for some ratio of the sides matter.

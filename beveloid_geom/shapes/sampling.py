@@ -6,14 +6,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 
 from ..arrays import FloatArray
 from ..design.arguments import require_member
 from ..design.member import Member
-from ..gear.active_flank import active_start
+from ..gear.active_flank import active_start_by_z
 from ..gear.flank import generated
 from ..gear.flank_limits import tip_parameter
 from ..gear.rack import rack_normal, rack_of, rack_point
@@ -59,7 +58,7 @@ def flank_sheet(member: Member, flank: str, to_fillet: bool = False) -> Sheet:
     require_cut(member)
     rack = rack_of(member, flank)
     half = 0.5 * float(member.face_width)
-    start = surface_of(member, flank).flank_start if to_fillet else partial(active_start, member, flank)
+    start = surface_of(member, flank).flank_start if to_fillet else active_start_by_z(member, flank)
 
     def place(l: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return points and unit normals of the flank."""

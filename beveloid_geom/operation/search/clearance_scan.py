@@ -236,7 +236,7 @@ def scan_of(task: Task, grid: Grid, chart: Chart, turns: bool = True) -> Scan:
     Scan
     """
     # Points of one block, so that the arrays stay in the cache.
-    points_per_block = 65536
+    points_per_block = 24576
     count, lines = task.roll.size, (grid.low * grid.shape[1], grid.shape[1])
     scan = Scan(
         f=np.empty((count, grid.s.size), dtype=np.float32),

@@ -98,9 +98,10 @@ def starts_of(task: Task, scan: Scan, grid: Grid, least: FloatArray, module: flo
 def _valley_ends(task: Task, scan: Scan, grid: Grid, bound: FloatArray, module: float) -> SearchStarts:
     """Return starts at both ends of the valley through the smallest scanned f of each tooth pair.
 
-    A valley is used if f is within the `bound` (tasks,) and rises by less than the scan resolves, 1e-4
-    modules from the middle to both ends. Flanks that nearly touch along a line have such a valley from one
-    edge to another. If f decreases towards both ends, the other starts can all lead to the same end."""
+    A valley is used if f is within the `bound` (tasks,), and falls towards the ends or rises by less than
+    1e-6 modules, so that the quadratic model is not certain of the minimum in between. Flanks that nearly
+    touch along a line have such a valley from one edge to another. If f decreases towards both ends, the
+    other starts can all lead to the same end."""
     point = scan.f.argmin(axis=1)
     least = scan.f[np.arange(point.size), point]
     row = np.flatnonzero(np.isfinite(least) & (least <= bound))
@@ -122,10 +123,10 @@ def _valley_ends(task: Task, scan: Scan, grid: Grid, bound: FloatArray, module: 
     margin, rate = here.margin + (here.rate * step).sum(axis=1), (here.rate * along).sum(axis=1)
     senses = np.array(((1.0,), (-1.0,)))
     falls = senses[:, None] * rate
-    # f along the valley is quadratic: compare its rise over half of the length with 1e-4 modules.
+    # f along the valley is quadratic: compare its rise over half of the length with 1e-6 modules.
     length = np.where(falls < 0.0, margin / -falls, np.inf).min(axis=1)
     extent = length.sum(axis=0)
-    level = (greater > 0.0) & (lesser * extent**2 <= 8.0 * 1e-4 * module)
+    level = (greater > 0.0) & (lesser * extent**2 <= 8.0 * 1e-6 * module)
     known = np.flatnonzero(level & np.isfinite(extent) & (extent > 0.02 * grid.cell[0]))
     ends = bottom[:, None, known] + (senses * length[:, known]) * along[:, None, known]
     twice = chosen.pick(np.tile(known, 2))
