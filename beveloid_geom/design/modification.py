@@ -35,6 +35,35 @@ PITCH = "pitch_deviations_um"
 AMOUNT = FieldLimit(-1e5, 1e5, "um", "give it in um")
 
 
+@dataclass(frozen=True)
+class QuadraticShape:
+    """Shape that is a quadratic function of its coordinates x (profile) and y (face).
+
+    Attributes
+    ----------
+    x, y, xx, xy, yy : float
+        Coefficients of these products.
+    """
+
+    x: float = 0.0
+    y: float = 0.0
+    xx: float = 0.0
+    xy: float = 0.0
+    yy: float = 0.0
+
+    def __call__(self, x: Any, y: Any) -> tuple[Any, ...]:
+        """Return the value and its derivatives by x, y, x x, x y and y y."""
+        by_x, by_y = self.x + self.xx * x + self.xy * y, self.y + self.xy * x + self.yy * y
+        return (
+            x * by_x + y * (self.y + self.yy * y),
+            by_x + self.xx * x,
+            by_y + self.yy * y,
+            2.0 * self.xx,
+            self.xy,
+            2.0 * self.yy,
+        )
+
+
 class Kind(NamedTuple):
     """A kind of modification: its `shape`, and the coordinates on which the shape depends.
 
@@ -54,34 +83,6 @@ class Kind(NamedTuple):
 def kind(*values: Any, **names: Any) -> dict[str, Kind]:
     """Return the metadata of the field of a `Modification`; the arguments are those of `Kind`."""
     return {"kind": Kind(*values, **names)}
-
-
-def _helix_slope(lam: Any, zeta: Any) -> tuple[Any, ...]:
-    return 0.5 * zeta, 0.0, 0.5, 0.0, 0.0, 0.0
-
-
-def _helix_crowning(lam: Any, zeta: Any) -> tuple[Any, ...]:
-    return zeta * zeta, 0.0, 2.0 * zeta, 0.0, 0.0, 2.0
-
-
-def _profile_slope(lam: Any, zeta: Any) -> tuple[Any, ...]:
-    return 0.5 * lam, 0.5, 0.0, 0.0, 0.0, 0.0
-
-
-def _profile_crowning(lam: Any, zeta: Any) -> tuple[Any, ...]:
-    return lam * lam, 2.0 * lam, 0.0, 2.0, 0.0, 0.0
-
-
-def _twist(lam: Any, zeta: Any) -> tuple[Any, ...]:
-    return 0.25 * lam * zeta, 0.25 * zeta, 0.25 * lam, 0.0, 0.25, 0.0
-
-
-def _profile_relief(t: Any, zeta: Any) -> tuple[Any, ...]:
-    return t * t, 2.0 * t, 0.0, 2.0, 0.0, 0.0
-
-
-def _face_relief(lam: Any, t: Any) -> tuple[Any, ...]:
-    return t * t, 0.0, 2.0 * t, 0.0, 0.0, 2.0
 
 
 @dataclass(frozen=True)
@@ -138,18 +139,18 @@ class Modification(Input):
     10.0
     """
 
-    helix_slope_um: Quantity = field(default=0.0, metadata=kind(_helix_slope))
-    helix_crowning_um: Quantity = field(default=0.0, metadata=kind(_helix_crowning))
-    profile_slope_um: Quantity = field(default=0.0, metadata=kind(_profile_slope))
-    profile_crowning_um: Quantity = field(default=0.0, metadata=kind(_profile_crowning))
-    twist_um: Quantity = field(default=0.0, metadata=kind(_twist))
-    tip_relief_um: Quantity = field(default=0.0, metadata=kind(_profile_relief, profile="tip"))
+    helix_slope_um: Quantity = field(default=0.0, metadata=kind(QuadraticShape(y=0.5)))
+    helix_crowning_um: Quantity = field(default=0.0, metadata=kind(QuadraticShape(yy=1.0)))
+    profile_slope_um: Quantity = field(default=0.0, metadata=kind(QuadraticShape(x=0.5)))
+    profile_crowning_um: Quantity = field(default=0.0, metadata=kind(QuadraticShape(xx=1.0)))
+    twist_um: Quantity = field(default=0.0, metadata=kind(QuadraticShape(xy=0.25)))
+    tip_relief_um: Quantity = field(default=0.0, metadata=kind(QuadraticShape(xx=1.0), profile="tip"))
     tip_relief_length_mm: Quantity | None = None
-    root_relief_um: Quantity = field(default=0.0, metadata=kind(_profile_relief, profile="root"))
+    root_relief_um: Quantity = field(default=0.0, metadata=kind(QuadraticShape(xx=1.0), profile="root"))
     root_relief_length_mm: Quantity | None = None
-    heel_relief_um: Quantity = field(default=0.0, metadata=kind(_face_relief, face="heel"))
+    heel_relief_um: Quantity = field(default=0.0, metadata=kind(QuadraticShape(yy=1.0), face="heel"))
     heel_relief_length_mm: Quantity | None = None
-    toe_relief_um: Quantity = field(default=0.0, metadata=kind(_face_relief, face="toe"))
+    toe_relief_um: Quantity = field(default=0.0, metadata=kind(QuadraticShape(yy=1.0), face="toe"))
     toe_relief_length_mm: Quantity | None = None
     deviations: FlankDeviations | None = None
     pitch_deviations_um: tuple[float, ...] | None = None

@@ -20,13 +20,8 @@ import numpy as np
 
 from ..arrays import FloatArray, Mask, Quantity
 from ..design.deviations import DeviationShape, Shape
-from ..design.modification import Modification
+from ..design.modification import Modification, QuadraticShape
 from .rack import Numbers
-
-
-def is_zero(value: Any) -> bool:
-    """Return whether a value of a shape is the constant 0."""
-    return isinstance(value, float) and value == 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +66,25 @@ class Term:
         if self.relief is None:
             return values
         begun = np.asarray(places[self.relief] > 0.0 if on is None else on, dtype=float)
-        return tuple(value if is_zero(value) else begun * value for value in values)
+        return tuple(begun * value for value in values)
+
+    @cached_property
+    def quadratic(self) -> tuple[Quantity, ...] | None:
+        """The rotation as coefficients of 1, l and z, and second derivatives by l l, l z and z z; None for
+        reliefs and for shapes that are not quadratic."""
+        if self.relief is not None or not isinstance(self.shape, QuadraticShape):
+            return None
+        at_origin = self.shape(*(-rate * start for rate, start in zip(self.rate, self.origin, strict=True)))
+        return tuple(factor * value for factor, value in zip(self.factors, at_origin, strict=True))
+
+    @cached_property
+    def relief_bend(self) -> Quantity | None:
+        """The second derivative (rad/mm^2) of the rotation on a relief that is quadratic in its coordinate;
+        None for other terms."""
+        square = QuadraticShape(xx=1.0), QuadraticShape(yy=1.0)
+        if self.relief is None or self.shape != square[self.relief]:
+            return None
+        return 2.0 * self.scale * self.rate[self.relief] ** 2
 
     @cached_property
     def factors(self) -> tuple[Quantity, ...]:
@@ -118,17 +131,33 @@ class FlankModification:
         formula. A relief that does not apply is left out, also after its beginning.
         """
         shape = np.broadcast_shapes(self.batch_shape, np.shape(l), np.shape(z))
-        rows: list[Any] = [0.0] * 6
+        rows = np.empty((6, *shape), dtype=np.result_type(l, z, float))
+        constant, by_l, by_z, *bends = self._quadratic
+        rows[1], rows[2] = by_l + bends[0] * l + bends[1] * z, by_z + bends[1] * l + bends[2] * z
+        rows[0] = constant + 0.5 * (l * (by_l + rows[1]) + z * (by_z + rows[2]))
+        rows[3], rows[4], rows[5] = bends
         each = iter(() if on is None else on)
         for term in self.terms:
-            values = term.values(l, z, None if term.relief is None else next(each, None))
-            for k, (factor, value) in enumerate(zip(term.factors, values, strict=True)):
-                if not is_zero(value):
-                    rows[k] = rows[k] + factor * value
-        total = np.empty((6, *shape), dtype=np.result_type(l, z, float))
-        for k, row in enumerate(rows):
-            total[k] = row
-        return total
+            begun = None if term.relief is None else next(each, None)
+            if term.relief is not None and term.relief_bend is not None:
+                past = (l, z)[term.relief] - term.origin[term.relief]
+                begun = past * term.rate[term.relief] > 0.0 if begun is None else begun
+                bend = begun * term.relief_bend
+                slope = bend * past
+                rows[0] += 0.5 * slope * past
+                rows[1 + term.relief] += slope
+                rows[3 + 2 * term.relief] += bend
+            elif term.quadratic is None:
+                values = term.values(l, z, begun)
+                for row, factor, value in zip(rows, term.factors, values, strict=True):
+                    row += factor * value
+        return rows
+
+    @cached_property
+    def _quadratic(self) -> tuple[Quantity, ...]:
+        """Sum of the `Term.quadratic` of all terms."""
+        parts = [term.quadratic for term in self.terms if term.quadratic is not None]
+        return tuple(sum(column, start=0.0) for column in zip(*parts, strict=True)) or (0.0,) * 6
 
     @cached_property
     def batch_shape(self) -> tuple[int, ...]:
