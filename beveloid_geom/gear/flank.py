@@ -253,7 +253,7 @@ _kept_modification = kept(64)(_modification)
 
 def is_batch(member: Member) -> bool:
     """Return whether any quantity of a member, its tool or its modifications is an array."""
-    return any(np.ndim(value) for value in member.quantities())
+    return any(isinstance(value, np.ndarray) and value.ndim for value in member.quantities())
 
 
 def half_thickness_angle(member: Member, flank: str, l: ArrayLike, z: ArrayLike) -> FloatArray:

@@ -152,8 +152,8 @@ def rotated_cut(cut: Cut, turn: FloatArray, normals: bool = True) -> Cut:
     """Return points rotated by a modification. `turn` (3, ...) is the rotation (rad) with its derivatives by
     s and z. Without `normals`, the normals of the result are NaN."""
     phi, phi_s, phi_z = cut.phi + turn[0], cut.phi_s + turn[1], cut.phi_z + turn[2]
-    unknown = np.full(1, np.nan)
-    moved = replace(cut, phi=phi, phi_s=phi_s, phi_z=phi_z, nx=unknown, ny=unknown, nz=unknown)
+    unknown = (np.full(1, np.nan),) * 3
+    moved = Cut(cut.x, cut.y, phi, *unknown, cut.x_s, cut.y_s, phi_s, cut.x_z, cut.y_z, phi_z)
     if not normals:
         return moved
     nx, ny, nz = turned_normal((cut.nx, cut.ny, cut.nz), moved.by_s, moved.by_z)

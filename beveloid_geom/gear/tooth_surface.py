@@ -19,7 +19,7 @@ curve on which flank and fillet intersect.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -208,7 +208,7 @@ def cut_with_bends(
         return cut, bends
     turn = turn_rows(surface, s, z, reliefs)
     phi_ss, phi_sz = bends.phi_ss + turn[3], bends.phi_sz + turn[4]
-    bends = replace(bends, phi_ss=phi_ss, phi_sz=phi_sz, phi_zz=turn[5])
+    bends = Bends(bends.x_ss, bends.y_ss, phi_ss, bends.y_sz, phi_sz, turn[5])
     return rotated_cut(cut, turn, normals=False), bends
 
 
