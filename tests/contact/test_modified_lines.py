@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from beveloid_geom import (
     Design,
@@ -23,10 +24,12 @@ from beveloid_geom import (
 )
 from beveloid_geom.contact.parallel.lines import is_line_contact
 from beveloid_geom.findings.path import path_remarks
+from beveloid_geom.gear.flank_limits import tip_parameter
 from beveloid_geom.pair.mounting import mounting_of
 from beveloid_geom.report.sensitivity import sensitivity_report
 from tests.contact.test_modified_path import modified
 from tests.oracle.modified_flank import residuals
+from tests.oracle.tooth import least_turn
 from tests.stability.parallel_pairs import HELICAL, pair_of, parallel_pairs
 
 SPUR = pair_of(2.0, (20, 35), 0.0, 55.1)
@@ -150,6 +153,37 @@ def test_relieved_helical_pairs_have_the_limit_of_small_crownings(flank: str) ->
 )
 def test_which_flanks_touch_along_lines(design: Design, lines: bool) -> None:
     assert bool(is_line_contact(design)) == lines
+
+
+@pytest.mark.parametrize("width", [0.3, 0.03, 0.001, -0.01, -0.1])
+def test_tip_reliefs_that_leave_a_narrow_strip(width: float, flank: str) -> None:
+    """Tip reliefs of both members leave a strip of this width (mm along l) without relief, or overlap by it.
+    The flanks touch along lines if there is a strip, and nothing touches earlier."""
+    free, tips = (
+        path_of_contact(HELICAL, flank, 1001),
+        [tip_parameter(m, flank, 0.0) for m in HELICAL.members],
+    )
+    order = free.l2.argsort()
+
+    def strip(length: float) -> float:
+        """Return the width between the beginnings of both reliefs."""
+        return float(tips[0] - length - np.interp(tips[1] - length, free.l2[order], free.l1[order]))
+
+    length = brentq(lambda length: strip(length) - width, 1.0, 3.5)
+    relief = {"tip_relief_um": 10.0, "tip_relief_length_mm": length}
+    design = modified(HELICAL, relief, relief)
+    assert bool(is_line_contact(design, flank)) == (width > 0.0)
+    assert (path_of_contact(design, flank, 41).status == Status.SOLVED).all()
+    cycle = mesh_cycle(design, flank)
+    assert not cycle.lost
+    rolls = float(cycle.start) + cycle.pitch * np.array((0.1, 0.45, 0.8))
+    first, lever = first_contact(design, flank, rolls), cycle.engagement.lever
+    assert np.abs(first.gear_roll - cycle.at(rolls).gear_roll).max() * lever < 1e-9
+    pitch = [2.0 * np.pi / float(member.teeth) for member in design.members]
+    for roll, gear_roll, pair in zip(rolls, first.gear_roll, first.pair, strict=True):
+        turned = float(roll + pair * pitch[0]), float(gear_roll - pair * pitch[1])
+        # The clearance by independent code is zero up to the crowning for flanks that touch along lines.
+        assert abs(least_turn(design, flank, turned, (65, 33))) * lever < 1e-8 * 3.0
 
 
 def test_helix_slope_leaves_contact_at_an_edge_only() -> None:

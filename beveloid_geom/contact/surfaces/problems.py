@@ -18,8 +18,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ...arrays import FloatArray, Integers
+from ...arrays import MEMBERS, FloatArray, Integers
 from ...design.member import Tool, unchecked
 from ...design.model import Design
 from ...design.modification import Modification
@@ -27,11 +28,14 @@ from ...gear.tooth_side import is_batch, surface_of
 from ...pair.mounting import mounting_of
 from ...support.frozen_arrays import kept
 from ..flank_pair import FlankPair, generated_pairing, is_modified
+from ..parallel.modified_lines import has_reliefs_only
 from ..parallel.paths import along_lines
 from .limits import Problem
-from .tangency import PairPlacement, Surfaces, contacts_at, extended
+from .tangency import Contacts, PairPlacement, Surfaces, contacts_at, extended
 from .tracing import grid_function
 
+GRID_LINES = 33, 25
+"""Lines along profile and face of the grid on which flanks are checked for contact in areas."""
 LINE_CROWNING_MODULES = 1e-8
 """Additional crowning, in modules, of flanks that touch along lines. With less, fewer paths of helical pairs
 are found, because their lines end where a relief begins."""
@@ -47,7 +51,7 @@ def problems_of(design: Design, flank: str, pairing: FlankPair) -> Iterator[tupl
             if not part.size:
                 continue
             problem = problem_of(single, flank, pairing, part)
-            if lines[part[0]] and _touches_in_areas(problem):
+            if lines[part[0]] and _touches_in_areas(single, flank, pairing, problem):
                 problem = problem_of(_with_crowning(single, flank), flank, pairing, part)
                 problem = replace(problem, line_contact=True)
             problem = replace(problem, generated_lines=bool(lines[part[0]]))
@@ -71,7 +75,7 @@ def _are_lines(design: Design, flank: str) -> bool:
         pairing = generated_pairing(design, flank)
         if not along_lines(pairing).all():
             return False
-        return _touches_in_areas(problem_of(design, flank, pairing, np.arange(1)))
+        return _touches_in_areas(design, flank, pairing, problem_of(design, flank, pairing, np.arange(1)))
 
 
 _kept_are_lines = kept(16)(_are_lines)
@@ -85,15 +89,58 @@ def _with_crowning(design: Design, flank: str) -> Design:
     return unchecked(design, pinion=unchecked(design.pinion, **{f"modification_{flank}": more}))
 
 
-def _touches_in_areas(problem: Problem) -> bool:
-    """Return whether the flanks of the first case touch at all corners of a cell of a grid on the pinion."""
-    # Number of grid lines along profile and face, and sine of the angle between flanks that touch.
-    lines, largest_angle = (33, 25), 1e-8
+def _touches_in_areas(design: Design, flank: str, pairing: FlankPair, problem: Problem) -> bool:
+    """Return whether the flanks of the first case of a problem touch at all corners of a cell of a grid on
+    the pinion, or anywhere in a cell where no relief has begun."""
+    # Sine of the angle between flanks that touch.
+    largest_angle = 1e-8
+    met = _on_grid(problem)
+    touches = (met.error <= largest_angle) & met.opposed
+    if _corners(touches.reshape(GRID_LINES)).all(axis=0).any():
+        return True
+    if not has_reliefs_only(design, flank):
+        return False
+    # Contacts of the generated flanks, and their distances (reliefs, 33, 25) from the beginnings of reliefs.
+    bare = {name: getattr(design, name).modified(None) for name in MEMBERS}
+    met = _on_grid(problem_of(unchecked(design, **bare), flank, pairing, np.arange(1)))
+    s1, z1, _, s2 = met.state
+    pinion, gear = (surface_of(member, flank) for member in design.members)
+    past = np.concatenate((pinion.past_reliefs(s1, z1), gear.past_reliefs(s2, met.z2)))
+    corners = _corners(past.reshape(-1, *GRID_LINES))
+    # Cells in which every distance is negative at a corner.
+    return _negative_together(corners[..., (corners.min(axis=0) <= 0.0).all(axis=0)])
+
+
+def _negative_together(corners: FloatArray) -> bool:
+    """Return whether all rows of values are negative at one place of a cell, by bilinear interpolation
+    between the values at its `corners` (4, rows, cells)."""
+    # Narrow a grid around the smallest value of the largest row, which is nearly convex, in each cell.
+    rounds, lines, narrowing = 4, 17, 4.0
+    cells = np.arange(corners.shape[2])
+    a = b = np.full(cells.size, 0.5)
+    for k in range(rounds):
+        steps = np.linspace(-0.5, 0.5, lines) / narrowing**k
+        a, b = (np.clip(middle[:, None] + steps, 0.0, 1.0) for middle in (a, b))
+        weights = [p[:, :, None] * q[:, None] for p in (1.0 - a, a) for q in (1.0 - b, b)]
+        largest = np.einsum("cnij,crn->rnij", weights, corners).max(axis=0)
+        if (largest < 0.0).any():
+            return True
+        row, column = np.divmod(largest.reshape(cells.size, lines**2).argmin(axis=1), lines)
+        a, b = a[cells, row], b[cells, column]
+    return False
+
+
+def _on_grid(problem: Problem) -> Contacts:
+    """Return the points with tangent profiles of the first case of a problem, on a grid of the pinion."""
     one = problem.cases(np.arange(1))
-    state, _ = grid_function(one, lines)
-    met = contacts_at(one.surfaces, one.placed.take(np.zeros(state[0].size, dtype=int)), state.reshape(4, -1))
-    touches = ((met.error <= largest_angle) & met.opposed).reshape(lines)
-    return bool((touches[1:, 1:] & touches[1:, :-1] & touches[:-1, 1:] & touches[:-1, :-1]).any())
+    state = grid_function(one, GRID_LINES)[0].reshape(4, -1)
+    return contacts_at(one.surfaces, one.placed.take(np.zeros(len(state[0]), dtype=int)), state)
+
+
+def _corners(values: NDArray[Any]) -> NDArray[Any]:
+    """Return the values (..., n, m) of a grid at the four corners of its cells, (4, ..., n - 1, m - 1)."""
+    rows = values[..., :-1, :], values[..., 1:, :]
+    return np.array([row[..., part] for row in rows for part in (slice(None, -1), slice(1, None))])
 
 
 def problem_of(design: Design, flank: str, pairing: FlankPair, cases: Integers) -> Problem:
