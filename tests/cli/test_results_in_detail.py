@@ -77,6 +77,12 @@ def test_path_under_a_load() -> None:
     assert "hertz" not in strict_json(printed("tca", "json").stdout)
 
 
+def test_columns_of_large_pressures_are_separated() -> None:
+    lines = run("tca", "--points", "3", "--force", "1e12").stdout.splitlines()
+    rows = [line.split() for line in lines if line.endswith(("gear heel", "gear toe"))]
+    assert [row[-3].partition(".")[0] for row in rows] == ["328212", "296616", "298777"]
+
+
 def test_no_pressure_under_interference() -> None:
     given = [
         "tca",
