@@ -83,6 +83,12 @@ def test_columns_of_large_pressures_are_separated() -> None:
     assert [row[-3].partition(".")[0] for row in rows] == ["328212", "296616", "298777"]
 
 
+@pytest.mark.parametrize("film", ["0", "0.001"])
+def test_operation_without_a_film_has_no_pattern(film: str) -> None:
+    words = words_of("operation", "--points", "3", "--film", film)
+    assert ("the contact pattern for a film" in words) == (film != "0")
+
+
 def test_no_pressure_under_interference() -> None:
     given = [
         "tca",
