@@ -7,7 +7,8 @@ values are the best points of a Halton sequence within the bounds. SciPy's SLSQP
 derivatives by differences of 0.001, because paths of modified flanks have more rounding than those of
 generated flanks. All designs of a sequence or a difference are one batch.
 
-The candidates, which include the given amounts if they are within the bounds, are then checked by the mesh cycles of all teeth in all mountings, the best one first.
+The candidates include the given amounts if they are within the bounds. They are then checked by the mesh
+cycles of all teeth in all mountings, the best one first.
 """
 
 from __future__ import annotations

@@ -45,8 +45,8 @@ def load_of(
         "--method",
         click.Choice(["one-equation", "five-equation"]),
         "one-equation",
-        "Method: one equation, or for comparison the five equations of the paper, which are slower and give"
-        " the same path.",
+        "Method: one equation, or for comparison the five equations of the paper, which are slower, give the"
+        " same path, and cannot solve line contact.",
     ),
     option("--force", NumberRange(0.0, 1e12, min_open=True), None, FORCE, "N"),
     option("--torque", NumberRange(0.0, 1e12, min_open=True), None, TORQUE, "NM"),
