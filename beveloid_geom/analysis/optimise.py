@@ -179,7 +179,7 @@ def _candidates(design: Design, flank: str, aim: Aim) -> tuple[FloatArray, str]:
     inside = ((given >= bounds[:, :1]) & (given <= bounds[:, 1:])).all(axis=0)
     # The given coefficients are the first candidate, so that they are the result unless others are better.
     coefficients = np.hstack((given[:, inside], COEFFICIENT_UNIT_PER_MM * x))
-    paths = objectives_of(design, flank, aim, *coefficients).without_leads(np.count_nonzero(inside))
+    paths = objectives_of(design, flank, aim, *coefficients).without_leads(int(inside.sum()))
     margins = _margins(paths, aim, coefficients / COEFFICIENT_UNIT_PER_MM)
     met = (margins >= -CONSTRAINT_TOLERANCE).all(axis=0) & np.isfinite(paths.shift)
     if not met.any():
