@@ -226,7 +226,7 @@ def parse_design(
             errors = _about_perpendicular(Design(pinion, gear, pair), errors, from_mesh, faults)
         if isinstance(errors, Errors) and not faults:
             return Design(pinion, gear, pair, errors, at)
-    raise DesignError(dict.fromkeys(faults), source)
+    raise DesignError(faults, source)
 
 
 def _about_perpendicular(
@@ -389,5 +389,5 @@ def override(
         return Fault("", arguments[fault[:2]], fault.text) if fault[:2] in arguments else fault
 
     if faults:
-        raise DesignError(dict.fromkeys(map(named, faults)))
+        raise DesignError(map(named, faults))
     return changed
