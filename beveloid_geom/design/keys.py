@@ -61,7 +61,8 @@ def unknown_key(table: str, key: str, value: object, keys: Iterable[str] = ()) -
     if isinstance(value, dict) and not table:
         shown = f"[{shown}]"
     elif table == "errors" and (places := [at for at, keys_at in ERRORS_AT.items() if key in keys_at]):
-        return Fault(table, shown, f'needs at = "{places[0]}": without it, the keys are {", ".join(known)}')
+        now = "without it" if places[0] == "mesh" else 'with at = "mesh"'  # "perpendicular" is the default
+        return Fault(table, shown, f'needs at = "{places[0]}": {now}, the keys are {", ".join(known)}')
     elif tables := [f"[{name}]" for name, keys in TABLES.items() if key in keys]:
         return Fault(table, shown, f"does not belong here: move it to {' or '.join(tables)}")
     helix = shown.lower().replace("lead_", "helix_", 1)
