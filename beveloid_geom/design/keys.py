@@ -56,7 +56,8 @@ def guess(word: str, known: Iterable[str]) -> str | None:
 
 def unknown_key(table: str, key: str, value: object, keys: Iterable[str] = ()) -> Fault:
     """Return the fault of an unknown key of a table; the table is '' for keys above the first table."""
-    known = list(keys) if table else [f"[{name}]" for name in TABLES]
+    names = {name: name for name in keys} if table else {name: f"[{name}]" for name in TABLES}
+    known = list(names.values())
     shown = key if re.fullmatch(r"[\w-]{1,40}", key) else shown_value(key)
     if isinstance(value, dict) and not table:
         shown = f"[{shown}]"
@@ -66,8 +67,8 @@ def unknown_key(table: str, key: str, value: object, keys: Iterable[str] = ()) -
     elif tables := [f"[{name}]" for name, keys in TABLES.items() if key in keys]:
         return Fault(table, shown, f"does not belong here: move it to {' or '.join(tables)}")
     helix = shown.lower().replace("lead_", "helix_", 1)
-    similar = helix if helix in known else guess(shown, known)
-    hint = f"did you mean {similar}?" if similar else f"known are {', '.join(known)}"
+    similar = helix if helix in names else guess(shown.strip("[]"), names)
+    hint = f"did you mean {names[similar]}?" if similar else f"known are {', '.join(known)}"
     return Fault(table, shown, f"is unknown: {hint}")
 
 
