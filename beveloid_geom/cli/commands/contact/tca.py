@@ -54,7 +54,8 @@ def load_of(
         "--youngs-modulus-mpa",
         NumberRange(1e-3, 1e7),
         None,
-        "Elastic modulus of both members.  [default: 206000, steel]",
+        "Young's modulus of both members; outside 500 to 1,000,000 MPa, a warning is printed."
+        "  [default: 206000, steel]",
         "MPA",
     ),
     option(
