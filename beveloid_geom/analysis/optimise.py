@@ -100,8 +100,9 @@ def optimise_parabola(design: Design, aim: Aim, flank: str = "right") -> Optimum
     Parameters
     ----------
     design : Design
-        A single design; its coefficients are compared with the optimum. If they are within the bounds, the
-        optimum is not worse. The optimum has the same coefficient on right and left flanks of a member.
+        A single design; its coefficients are compared with the optimum. If they are within the bounds and
+        meet the constraints, the optimum is not worse. The optimum has the same coefficient on right and left
+        flanks of a member.
     aim : Aim
     flank : {'right', 'left'}
 

@@ -48,8 +48,9 @@ def optimise_amounts(
     Parameters
     ----------
     design : Design
-        A single design. The result also contains the values for the design as given; if its amounts are
-        within the bounds, the optimum is not worse. Its parabolas and all other amounts are not changed.
+        A single design. The result also contains the values for the design as given. If its amounts are
+        within the bounds and meet the constraints, the optimum is not worse. Its parabolas and all other
+        amounts are not changed.
     aim : Aim
         The bounds of the parabola coefficients are not used.
     bounds : mapping
