@@ -5,7 +5,8 @@ error of all teeth under any of them. Constraints are a minimum contact ratio (E
 face, bounds of the coefficients a1 (pinion) and a2 (gear), and optional limits on the shift and on the
 transmission error of the path. Starting values are the local minima on two grids: an even grid between the
 bounds, and a grid of sums and differences of the coefficients whose steps do not depend on the bounds.
-SciPy's SLSQP continues from there.
+SciPy's SLSQP continues from there. The given coefficients are a candidate, too, if they are within the
+bounds.
 
 If the sum of the coefficients is positive, the relative curvature of the flanks is negative and their
 tangency is not the first contact. Such coefficients are excluded.
@@ -99,8 +100,9 @@ def optimise_parabola(design: Design, aim: Aim, flank: str = "right") -> Optimum
     Parameters
     ----------
     design : Design
-        A single design; its coefficients are compared with the optimum. The optimum has the same coefficient
-        on right and left flanks of a member.
+        A single design; its coefficients are compared with the optimum. If they are within the bounds and
+        meet the constraints, the optimum is not worse. The optimum has the same coefficient on right and left
+        flanks of a member.
     aim : Aim
     flank : {'right', 'left'}
 
@@ -170,32 +172,36 @@ def at_limits(values: Mapping[str, tuple[float, tuple[float, float]]]) -> tuple[
 def _candidates(design: Design, flank: str, aim: Aim) -> tuple[FloatArray, str]:
     """Return coefficients (n, 2), 1/mm, that satisfy an aim by its paths, the best first; or none and the
     reason."""
-    limits = np.array([aim.pinion_parabola, aim.gear_parabola]) / COEFFICIENT_UNIT_PER_MM
+    bounds = np.array([aim.pinion_parabola, aim.gear_parabola])
+    limits = bounds / COEFFICIENT_UNIT_PER_MM
     starts = _starts(design, flank, aim, limits)
     x = np.hstack((starts, *(_refined(design, flank, aim, limits, start) for start in starts.T)))
-    paths = objectives_of(design, flank, aim, COEFFICIENT_UNIT_PER_MM * x[0], COEFFICIENT_UNIT_PER_MM * x[1])
-    met = (_margins(paths, aim, x) >= -CONSTRAINT_TOLERANCE).all(axis=0) & np.isfinite(paths.shift)
+    given = np.array([[member.tool.parabola_of(flank)] for member in design.members])
+    inside = ((given >= bounds[:, :1]) & (given <= bounds[:, 1:])).all(axis=0)
+    # The given coefficients are the first candidate, so that they are the result unless others are better.
+    coefficients = np.hstack((given[:, inside], COEFFICIENT_UNIT_PER_MM * x))
+    paths = objectives_of(design, flank, aim, *coefficients).without_leads(int(inside.sum()))
+    margins = _margins(paths, aim, coefficients / COEFFICIENT_UNIT_PER_MM)
+    met = (margins >= -CONSTRAINT_TOLERANCE).all(axis=0) & np.isfinite(paths.shift)
     if not met.any():
         best = float(np.max(paths.contact_ratio, initial=0.0, where=~np.isnan(paths.contact_ratio)))
         swing = f" and {aim.peak_to_peak:.3g} rad of error" if np.isfinite(aim.peak_to_peak) else ""
         swing += f" and a shift of {aim.shift:g} mm" if np.isfinite(aim.shift) else ""
-        return x[:, :0].T, (
+        return coefficients[:, :0].T, (
             f"no coefficients were found with a contact ratio of {aim.contact_ratio:g} within"
             f" {aim.off_centre:g} mm of mid-face{swing}; the largest ratio tried is {best:.3f}:"
             " relax the constraints, or widen the bounds"
         )
-    backlash = tangent_backlash(
-        design.with_parabola(COEFFICIENT_UNIT_PER_MM * x[0], COEFFICIENT_UNIT_PER_MM * x[1])
-    ).normal
+    backlash = tangent_backlash(design.with_parabola(*coefficients)).normal
     met &= ~jammed(backlash, float(design.pinion.tool.normal_module))
     if not met.any():
-        return x[:, :0].T, (
+        return coefficients[:, :0].T, (
             "all coefficients that satisfy the constraints leave no backlash"
             f" ({np.nanmax(backlash):.4f} mm at most):"
             " reduce the profile shift, or increase the offset of crossed axes"
         )
     order = np.argsort(np.where(met, paths.goals.max(axis=0), np.inf), kind="stable")[: np.count_nonzero(met)]
-    return COEFFICIENT_UNIT_PER_MM * x[:, order].T, ""
+    return coefficients[:, order].T, ""
 
 
 def _without_edges(design: Design, flank: str, aim: Aim) -> FloatArray:

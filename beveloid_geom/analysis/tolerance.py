@@ -42,6 +42,8 @@ from .mountings import Mountings, solved_mountings
 Distribution: TypeAlias = Literal["normal", "uniform"]
 MOUNTINGS_PER_BLOCK = 1024
 """Number of mountings that are drawn from one random stream and solved in one call."""
+BLOCKS_PER_TASK = 4
+"""Number of blocks that a worker process solves in one task."""
 CYCLE_COST_PATHS = 48
 """Cost of a mounting in operation relative to that of its path, for the progress."""
 QUANTILE_SHARES = (0.0, 0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99, 1.0)
@@ -184,7 +186,7 @@ def tolerance_study(
     seed: int = 0,
     operation: int = 0,
     executor: Executor | None = None,
-    blocks_per_task: int = 4,
+    blocks_per_task: int = BLOCKS_PER_TASK,
     progress: Callable[[int], object] | None = None,
 ) -> ToleranceStudy:
     """Compute the paths of contact of a design in many mountings with random assembly errors.
@@ -274,6 +276,11 @@ def tolerance_study(
     return replace(study, cycles=cycles, nominal_cycles=nominal)
 
 
+def useful_processes(cases: int, operation: int) -> int:
+    """Return the number of processes above which a study is not faster, one for each task."""
+    return max(-(-cases // (BLOCKS_PER_TASK * MOUNTINGS_PER_BLOCK)), -(-operation // CYCLES_PER_CALL))
+
+
 def _furthest(study: ToleranceStudy, cycles: CycleStatistics) -> Integers:
     """Return the numbers of the mountings in operation whose paths move furthest along the face, those
     without a path on the flanks first. For these, the edges at which the contact pattern ends are
@@ -291,7 +298,7 @@ def tolerance_studies(
     *,
     seed: int = 0,
     executor: Executor | None = None,
-    blocks_per_task: int = 4,
+    blocks_per_task: int = BLOCKS_PER_TASK,
     progress: Callable[[int], object] | None = None,
 ) -> tuple[ToleranceStudy, ...]:
     """Compute the studies of several flanks in the same mountings, with the backlash computed only once.

@@ -32,13 +32,13 @@ Option: TypeAlias = Callable[[Callable[..., Any]], Callable[..., Any]]
 
 
 class Refusal(click.ClickException):
-    """Bad input: one line for each fault on standard error, exit status 2."""
+    """Bad input: one line for each different fault on standard error, exit status 2."""
 
     exit_code = 2
 
     def __init__(self, faults: Iterable[str]) -> None:
         """Store the lines of the message."""
-        self.faults = tuple(faults)
+        self.faults = tuple(dict.fromkeys(faults))
         super().__init__("\n".join(self.faults))
 
     def show(self, file: IO[Any] | None = None) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from .modification import limits_of
+from .modification import PITCH, limits_of
 
 
 def read_amounts(text: str) -> dict[str, Any]:
@@ -29,13 +29,14 @@ def read_amounts(text: str) -> dict[str, Any]:
     ValueError
         For another form of the text, and for a name that is given twice.
     """
-    keys = {key.removesuffix(unit): key for key in limits_of() for unit in ("_um", "_mm")}
+    names = (*limits_of(), PITCH)  # the latter has a message that it needs a design file
+    keys = {key.removesuffix(unit): key for key in names for unit in ("_um", "_mm")}
     table: dict[str, Any] = {}
     # Amounts in um and lengths in mm; their names may end in the unit, as in a design file.
     example = "helix_crowning=10, tip_relief=15, tip_relief_length=2.5"
     if ";" in text:
         raise ValueError(f'must have commas between the amounts, not ";": write them such as "{example}"')
-    for entry in [] if text.strip() == "none" else text.split(","):
+    for entry in [] if text.strip().lower() == "none" else text.split(","):
         words, _, amount = (part.strip() for part in entry.partition("="))
         flank, dot, name = words.rpartition(".")
         if not name or not amount:

@@ -51,7 +51,7 @@ class Fault(NamedTuple):
 
 
 class DesignError(ValueError):
-    """Design that cannot be used; the message has one line for each fault."""
+    """Design that cannot be used; the message has one line for each different fault."""
 
     def __init__(self, faults: Iterable[Fault | str], source: str = "") -> None:
         """Store the faults.
@@ -63,7 +63,8 @@ class DesignError(ValueError):
         source : str
             File or class, printed at the beginning of each line of the message.
         """
-        self.parts = tuple(Fault("", "", fault) if isinstance(fault, str) else fault for fault in faults)
+        parts = (Fault("", "", fault) if isinstance(fault, str) else fault for fault in faults)
+        self.parts = tuple(dict.fromkeys(parts))
         self.source = source
         super().__init__(self.parts, source)
 

@@ -226,7 +226,7 @@ def parse_design(
             errors = _about_perpendicular(Design(pinion, gear, pair), errors, from_mesh, faults)
         if isinstance(errors, Errors) and not faults:
             return Design(pinion, gear, pair, errors, at)
-    raise DesignError(dict.fromkeys(faults), source)
+    raise DesignError(faults, source)
 
 
 def _about_perpendicular(
@@ -367,22 +367,27 @@ def override(
     for name in ("pinion", "gear"):  # values of one flank are applied to those of both flanks
         member = getattr(changed, name)
         changed = replace(changed, **{name: replace(member, tool=replace(member.tool, **changes[name]))})
-    for name, amounts in (("pinion", pinion_modification), ("gear", gear_modification)):
-        if amounts is not None:
-            table, new = f"{name}.modification", list[Fault]()
-            by_flank = modification_tables_of(table, amounts, new)
-            new += dict.fromkeys(file_key_faults(by_flank))
-            member = replace(getattr(changed, name), **read_modifications(by_flank, new))
-            changed = replace(changed, **{name: member})
-            for fault in new:  # the table of one flank is named in front of the key
-                flank = fault.table.removeprefix(table).removeprefix(".")
-                key = ".".join(filter(None, (flank, fault.key)))
-                faults.append(Fault("", f"{name}_modification", f"{key} {fault.text}"))
+    amounts = {"pinion": pinion_modification, "gear": gear_modification}
+    given_amounts = {f"{name}.modification": keys for name, keys in amounts.items() if keys is not None}
+    for table, keys in given_amounts.items():
+        by_flank = modification_tables_of(table, keys, faults)
+        faults += file_key_faults(by_flank)
+        name = table.partition(".")[0]
+        member = replace(getattr(changed, name), **read_modifications(by_flank, faults, others=()))
+        changed = replace(changed, **{name: member})
     for name, member in (("pinion", changed.pinion), ("gear", changed.gear)):
         faults += member_faults(name, member)
     faults += offset_error_faults(changed.pinion, changed.errors)
     faults += parallel_faults(*changed.members, changed.pair)
+
+    def named(fault: Fault) -> Fault:
+        """Return the fault with the name of its argument."""
+        table, dot, flank = fault.table.partition(".modification")
+        if f"{table}{dot}" in given_amounts:  # the table of one flank is named in front of the key
+            key = f"{flank}.{fault.key}".strip(".")
+            return Fault("", f"{table}_modification", f"{key} {fault.text}".strip())
+        return Fault("", arguments[fault[:2]], fault.text) if fault[:2] in arguments else fault
+
     if faults:
-        named = (Fault("", arguments[f[:2]], f.text) if f[:2] in arguments else f for f in faults)
-        raise DesignError(dict.fromkeys(named))
+        raise DesignError(map(named, faults))
     return changed

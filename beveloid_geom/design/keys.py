@@ -56,17 +56,19 @@ def guess(word: str, known: Iterable[str]) -> str | None:
 
 def unknown_key(table: str, key: str, value: object, keys: Iterable[str] = ()) -> Fault:
     """Return the fault of an unknown key of a table; the table is '' for keys above the first table."""
-    known = list(keys) if table else [f"[{name}]" for name in TABLES]
+    names = {name: name for name in keys} if table else {name: f"[{name}]" for name in TABLES}
+    known = list(names.values())
     shown = key if re.fullmatch(r"[\w-]{1,40}", key) else shown_value(key)
     if isinstance(value, dict) and not table:
         shown = f"[{shown}]"
     elif table == "errors" and (places := [at for at, keys_at in ERRORS_AT.items() if key in keys_at]):
-        return Fault(table, shown, f'needs at = "{places[0]}": without it, the keys are {", ".join(known)}')
+        now = "without it" if places[0] == "mesh" else 'with at = "mesh"'  # "perpendicular" is the default
+        return Fault(table, shown, f'needs at = "{places[0]}": {now}, the keys are {", ".join(known)}')
     elif tables := [f"[{name}]" for name, keys in TABLES.items() if key in keys]:
         return Fault(table, shown, f"does not belong here: move it to {' or '.join(tables)}")
     helix = shown.lower().replace("lead_", "helix_", 1)
-    similar = helix if helix in known else guess(shown, known)
-    hint = f"did you mean {similar}?" if similar else f"known are {', '.join(known)}"
+    similar = helix if helix in names else guess(shown.strip("[]"), names)
+    hint = f"did you mean {names[similar]}?" if similar else f"known are {', '.join(known)}"
     return Fault(table, shown, f"is unknown: {hint}")
 
 

@@ -97,7 +97,12 @@ def member_faults(name: str, member: Member) -> Iterator[Fault]:
                 yield outside(name, key, f"be between -{most:.4g} and {most:.4g} 1/mm", parabola, cure)
 
     largest = (float(tool.dedendum) - MIN_FLANK_DEPTH_MODULES) / (1.0 - math.sin(alpha))
-    if float(tool.tip_radius) > largest:
+    if float(tool.tip_radius) > largest and float(tool.dedendum) < float(tool.addendum):
+        least = MIN_FLANK_DEPTH_MODULES + float(tool.tip_radius) * (1.0 - math.sin(alpha))
+        cure = f"it is less than the addendum, {float(tool.addendum):g}, usual is 1.25"
+        limit = f"be at least {math.ceil(1e3 * least) / 1e3:g} with this tip_radius"
+        yield outside(name, "dedendum", limit, tool.dedendum, cure)
+    elif float(tool.tip_radius) > largest:
         cure = "a larger tip round leaves no flank, the unit is the normal module, not mm"
         yield outside(name, "tip_radius", f"be at most {largest:.4g} at this dedendum", tool.tip_radius, cure)
     if float(member.tip_height) < MIN_TIP_HEIGHT_MODULES:

@@ -21,6 +21,8 @@ MODIFICATION_KEYS = limits_of(Modification)
 """Limits of the keys of [pinion.modification] and [gear.modification]."""
 _DEVIATIONS = "deviations"
 """Key of these tables that names a file of measured points."""
+FILE_KEYS = (_DEVIATIONS, PITCH)
+"""Keys of these tables that only a design file may have."""
 
 
 class DeviationFile(NamedTuple):
@@ -59,11 +61,13 @@ def modification_tables_of(table: str, given: object, faults: list[Fault]) -> di
 
 
 def read_modifications(
-    tables: Mapping[str, tuple[str, object]], faults: list[Fault]
+    tables: Mapping[str, tuple[str, object]], faults: list[Fault], others: tuple[str, ...] = FILE_KEYS
 ) -> dict[str, Modification | None]:
-    """Read the tables of `modification_tables_of`, without measured deviations, by field of `Member`."""
+    """Read the tables of `modification_tables_of`, without measured deviations, by field of `Member`.
+
+    `others` are the keys that are suggested for an unknown key in addition to amounts and lengths."""
     return {
-        MODIFICATIONS[flank]: read_modification(table, values, faults)
+        MODIFICATIONS[flank]: read_modification(table, values, faults, others)
         for flank, (table, values) in tables.items()
     }
 
@@ -71,20 +75,22 @@ def read_modifications(
 def file_key_faults(tables: Mapping[str, tuple[str, object]]) -> Iterator[Fault]:
     """Yield the faults of keys that only a design file may have."""
     for table, values in tables.values():
-        for key in (_DEVIATIONS, PITCH):
+        for key in FILE_KEYS:
             if isinstance(values, dict) and key in values:
                 yield Fault(table, key, f"can only be given in a design file: write it in [{table}]")
 
 
-def read_modification(table: str, given: object, faults: list[Fault]) -> Modification | None:
+def read_modification(
+    table: str, given: object, faults: list[Fault], others: tuple[str, ...] = FILE_KEYS
+) -> Modification | None:
     """Read one table of amounts and lengths, without measured deviations; None for an empty one."""
     if not isinstance(given, dict):
         faults.append(outside(table, "", "be a table", given, f"write the line [{table}] above its keys"))
         return None
     if _DEVIATIONS in given:
         _deviation_files(table, given[_DEVIATIONS], faults)
-    given = {key: value for key, value in given.items() if key not in (_DEVIATIONS, PITCH)}
-    values = checked_table(MODIFICATION_KEYS, table, given, faults, others=(_DEVIATIONS, PITCH))
+    given = {key: value for key, value in given.items() if key not in FILE_KEYS}
+    values = checked_table(MODIFICATION_KEYS, table, given, faults, others=others)
     incomplete = [*missing_lengths(Modification, given), *missing_amounts(Modification, given)]
     faults += (fault._replace(table=table) for fault in incomplete)
     return Modification(**values) if values and not incomplete else None

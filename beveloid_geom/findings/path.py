@@ -24,6 +24,7 @@ from ..pair.misalignment import ANGLES, mounted
 from ..pair.mounting import mounting_of
 from ..status import EllipseStatus, FirstStatus, NotComputed, Status, Verdict
 from .diagnostics import NOTE, UNKNOWN, WARNING, Remark
+from .units import modulus_remarks
 
 SENSITIVE = ((0.25, WARNING), (0.1, NOTE))
 """Shifts of a path that cause a remark, and the level of the remark. A shift under one usual tolerance is
@@ -297,8 +298,9 @@ def _path_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
 
 
 def pressure_remarks(hertz: PathPressure) -> Iterator[Remark]:
-    """Yield remarks on the positions where the theory of Hertz does not apply, or on the load distribution of
-    line contact."""
+    """Yield remarks on an unusual Young's modulus, and on the positions where the theory of Hertz does not
+    apply, or on the load distribution of line contact."""
+    yield from modulus_remarks(hertz.load.young)
     if is_line_contact(hertz.path.design, hertz.path.flank):
         shared = (
             "the load is distributed evenly over all lines in contact at the same roll, as for rigid teeth"

@@ -1,4 +1,5 @@
-"""Likely unit mistakes: lengths within their limits that fit the other lengths only if they are in inches.
+"""Likely unit mistakes: lengths within their limits that fit the other lengths only if they are in
+inches, and a Young's modulus in GPa.
 
 A single length cannot show its unit, so lengths are compared with each other. A module of 1/12 is the
 exception: it is the module, in inches, of a tool with a diametral pitch of 12, and no standard module in mm.
@@ -48,6 +49,18 @@ def unit_remarks(design: Design) -> Iterator[Remark]:
         yield Remark(
             WARNING, f"the {name} of {value:.6g} mm is unusual or does not fit the other lengths: {inches}"
         )
+
+
+def modulus_remarks(young_mpa: float) -> Iterator[Remark]:
+    """Yield a warning on a Young's modulus that no usual material of gears has."""
+    # Soft plastics to cemented carbides.
+    low_mpa, high_mpa = 500.0, 1e6
+    if not low_mpa <= young_mpa <= high_mpa:
+        value = f"{young_mpa:.6g}"
+        cure = "steel has about 206000 MPa"
+        if young_mpa < low_mpa:
+            cure = f"was it given in GPa? {value} GPa are {1e3 * young_mpa:.6g} MPa"
+        yield Remark(WARNING, f"the Young's modulus of {value} MPa is unusual: {cure}")
 
 
 def _is_inch_module(module: float) -> bool:

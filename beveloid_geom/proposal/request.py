@@ -132,12 +132,14 @@ def _single_faults(request: Request) -> Iterator[Fault]:
     smaller = "it is the smaller angle between the axes, give 180 deg minus this angle"
     shaft = FieldLimit(0.0, 90.0, "deg", smaller, ((0.0, "give its magnitude, 0 is parallel axes"),))
     crossing = FieldLimit(0.0, 90.0, "deg", "give its magnitude, 0 is line contact")
-    usual = "it is the normal backlash, usual values are 0.02 to 0.1"
+    usual = "it is the normal backlash, usual values are {:g} to {:g} mm"
+    usual = usual.format(0.02 * request.module, 0.1 * request.module)
     checks: list[tuple[str, tuple[float | None, ...], FieldLimit]] = [
         ("pressure_angle_deg", (request.pressure_angle,) if request.gear is None else (), pressure),
         ("face_widths", request.face_widths, member["face_width"]),
         ("shaft_angle_deg", (request.shaft_angle,), shaft),
         ("offset", (request.offset,), pair["offset"]),
+        ("backlash", (request.backlash,), FieldLimit(0.0, request.module, "mm", usual)),
         ("cones_deg", cones, member["cone_angle"]),
         ("helix_deg", (helix,), member["helix_angle"]),
         ("crossing_deg", (request.crossing,), crossing),
@@ -152,16 +154,11 @@ def _single_faults(request: Request) -> Iterator[Fault]:
             given = value if value is None or limit.unit != "deg" else in_degrees(value)
             if given is not None and (text := number_fault(given, limit)):
                 yield Fault("", key, text)
-    backlash = FieldLimit(0.0, 1.0, "modules", usual)
-    if text := number_fault(request.backlash / request.module, backlash):
-        yield Fault("", "backlash", text)
-    for key, (low, high) in (
-        ("cone_limits_deg", request.cone_limits),
-        ("helix_limits_deg", request.helix_limits),
-        ("shift_limits", request.shift_limits),
-    ):
+    limits = {"cone_limits": request.cone_limits, "helix_limits": request.helix_limits}
+    in_deg = {f"{key}_deg": tuple(map(in_degrees, values)) for key, values in limits.items()}
+    for key, (low, high) in (in_deg | {"shift_limits": request.shift_limits}).items():
         if low > high:
-            yield Fault("", key, "needs the lower limit first, then the upper limit")
+            yield Fault("", key, f"must have the lower limit first, got {low:g} {high:g}: exchange them")
 
 
 def teeth_faults(numbers: tuple[int, int]) -> Iterator[Fault]:

@@ -110,9 +110,9 @@ def scaled(name: str, values: Any) -> Any:
     return scales.get(column(name).shown, 1.0) * np.asarray(values)
 
 
-def number(name: str, value: Any, width: int = 0) -> str:
-    """Return a value of a column as in a text, right-aligned in `width` characters."""
-    return f"{scaled(name, value):z{width or ''}.{column(name).digits}f}"
+def number(name: str, value: Any) -> str:
+    """Return a value of a column as in a text."""
+    return f"{scaled(name, value):z.{column(name).digits}f}"
 
 
 def known_number(name: str, value: Any) -> str:
@@ -150,10 +150,12 @@ def table_lines(
     rows, widths = [""] * len(status), []
     headings: list[list[str]] = []
     for name, values in columns.items():
-        width = max(6 + column(name).digits, 1 + max(map(len, heading(name).split())))
+        cells = [number(name, value) for value in values]
+        longest = max(map(len, (*heading(name).split(), *cells)))
+        width = max(6 + column(name).digits, 1 + longest)
         headings.append([*textwrap.wrap(heading(name), width - 1), unit_shown(name)])
         widths.append(width)
-        rows = [row + number(name, value, width) for row, value in zip(rows, values, strict=True)]
+        rows = [row + f"{cell:>{width}}" for row, cell in zip(rows, cells, strict=True)]
     rows = [row if state == "solved" else f"{state:>24}" for row, state in zip(rows, status, strict=True)]
     # Headings of different heights are aligned at the unit, their last line.
     depth = max(map(len, headings))

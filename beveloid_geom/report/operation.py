@@ -118,8 +118,10 @@ class OperationReport(Report):
             words = self._pitch_words(self.pitch_cycle)
             error = f"{self.flank} flanks, transmission error with the deviations of all teeth"
             remarks.append(Remark(NOTE, f"{error}: {words}"))
-        pattern = f"the contact pattern for a film of {1e3 * self.film:g} um reaches {self.edges_reached}"
-        return (*remarks, Remark(NOTE, f"{self.flank} flanks: {pattern}"))
+        if self.film > 0.0:  # without a film, there is no pattern
+            pattern = f"the contact pattern for a film of {1e3 * self.film:g} um reaches {self.edges_reached}"
+            remarks.append(Remark(NOTE, f"{self.flank} flanks: {pattern}"))
+        return tuple(remarks)
 
     @property
     def edge_remarks(self) -> tuple[Remark, ...]:

@@ -267,7 +267,8 @@ def to_csv(result: Any) -> str:
     -------
     str
         The columns are the arrays with the most frequent length of the first axis. Their names contain the
-        unit; a vector has three columns. Codes are replaced by names, and cells of NaN are empty.
+        unit; a vector has three columns. Codes are replaced by names, and cells of NaN are empty,
+        False is 0 and True is 1.
 
     Raises
     ------
@@ -322,13 +323,20 @@ def _cells(values: Any, count: int) -> list[Any]:
 
 
 def csv_text(rows: Rows) -> str:
-    """Return CSV with units in the header; cells of unknown values are empty."""
+    """Return CSV with units in the header; cells of unknown values are empty, false is 0 and true is 1."""
     text, (header, columns) = io.StringIO(), table_of(rows)
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(header)
     for row in zip(*columns, strict=True):
-        writer.writerow("" if isinstance(value, float) and math.isnan(value) else value for value in row)
+        writer.writerow(map(_csv_cell, row))
     return text.getvalue()
+
+
+def _csv_cell(value: Any) -> Any:
+    """Return the value that a cell of CSV has."""
+    if isinstance(value, float) and math.isnan(value):
+        return ""
+    return int(value) if isinstance(value, bool | np.bool_) else value
 
 
 def by_columns(names: tuple[str, ...], rows: list[tuple[Any, ...]]) -> Rows:
@@ -349,9 +357,8 @@ def stacked_rows(tables: Sequence[Rows], names: Sequence[str] = ()) -> dict[str,
 
 
 def flattened(columns: Mapping[str, Any]) -> dict[str, Any]:
-    """Return quantities on a grid as columns, in the order of the points; masks become 0 and 1."""
-    arrays = {name: np.ravel(values) for name, values in columns.items()}
-    return {name: array.astype(int) if array.dtype == bool else array for name, array in arrays.items()}
+    """Return quantities on a grid as columns, in the order of the points."""
+    return {name: np.ravel(values) for name, values in columns.items()}
 
 
 def by_member(name: str, values: Any) -> dict[str, Any]:

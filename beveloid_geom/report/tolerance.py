@@ -81,7 +81,7 @@ class ToleranceReport(ResultReport[ToleranceStudy]):
             **places,
             "normal_backlash": mountings.normal_backlash,
             "tangency": plain(mountings.tangency, Tangency),
-            "jammed": mountings.jammed.astype(int),
+            "jammed": mountings.jammed,
             **({} if cycles is None else _to_all(cycles, mountings.status.size)),
         }
 

@@ -9,13 +9,15 @@ method has no result, the start is the rough pitch point of the unmodified pair 
 coefficients and errors are introduced step by step.
 
 The method takes about a thousand times as long as the one equation, and solves single designs only. A curve
-of contacts that is not connected with the starting value is not found."""
+of contacts that is not connected with the starting value is not found. If flanks touch along lines, each roll
+has an infinite number of contacts, so that the equations are singular."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from ..arrays import FloatArray, flank_sign, gear_sense
+from ..contact.parallel.lines import is_line_contact
 from ..contact.path import ContactPath, PathEnds, path_of_contact, require_points
 from ..design.arguments import require_unmodified
 from ..design.model import Design, Errors
@@ -56,12 +58,15 @@ def path_of_contact_five_equations(design: Design, flank: str = "right", points:
     ValueError
         For a batch, or fewer than two points.
     ArithmeticError
-        If the solver finds no contact, or loses it on the flanks.
+        For flanks with line contact; if the solver finds no contact, or loses it on the flanks.
     """
     require_unmodified(flank, "the five equations", pinion=design.pinion, gear=design.gear)
     if design.batch_shape:
         raise ValueError("the five equations are solved for single designs, not for batches")
     require_points(points)
+    if is_line_contact(design, flank):
+        reason = "because line contact has an infinite number of contacts at each roll"
+        raise ArithmeticError(f"the five equations are singular, {reason}: use the one-equation method")
     guide = path_of_contact(design, flank, 3)
     if guide.ends.status == Status.UNDEFINED:
         return guide

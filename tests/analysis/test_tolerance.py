@@ -35,7 +35,7 @@ from beveloid_geom.operation.backlash_by_tangency import Tangency
 from beveloid_geom.pair.misalignment import mounted
 from beveloid_geom.report.tolerance import ToleranceReport, jam_counts
 from beveloid_geom.status import Limit
-from tests.cli.running import refused
+from tests.cli.running import refused, run
 from tests.oracle.table1 import table1
 
 GIVEN = Tolerances(0.05, math.radians(0.01), 0.1, 0.1)
@@ -109,7 +109,25 @@ def test_a_lost_process_is_one_line(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr("beveloid_geom.analysis.tolerance.tolerance_study", killed)
     line = "Error: a process ended unexpectedly, perhaps for lack of memory: try fewer --jobs\n"
-    assert refused("tolerance", "--jobs", "2", "--cases", "10") == line
+    assert refused("tolerance", "--jobs", "2", "--cases", "5000") == line
+
+
+@pytest.mark.parametrize(
+    ("cases", "operation", "expected"), [(10, 0, []), (4096, 64, []), (4097, 0, [2]), (200, 130, [3])]
+)
+def test_no_more_processes_than_tasks(
+    cases: int, operation: int, expected: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    started = []
+
+    def workers(number: int) -> Executor:
+        started.append(number)
+        return Immediate()
+
+    monkeypatch.setattr("beveloid_geom.support.process.workers", workers)
+    tasks = ("--cases", str(cases), "--operation", str(operation))
+    assert run("tolerance", "--jobs", "1024", *tasks).exit_code == 0
+    assert started == expected
 
 
 @pytest.mark.parametrize("parabolas", [(0.001, -0.001), (0.0, 0.0)])

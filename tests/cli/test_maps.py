@@ -33,6 +33,16 @@ def test_cells_of_a_map_without_a_path_are_empty() -> None:
     assert list(rows[0])[:2] == ["pinion_mounting_change_mm", "gear_mounting_change_mm"]
 
 
+def test_symbols_of_the_layout() -> None:
+    """E and Sigma are the offset and the shaft angle of the layout, in any order."""
+    first, second = ("--pinion-bounds", "228.9", "229.1"), ("--gear-bounds", "0.261", "0.2625")
+    expected = csv_of("map", "--steps", "2", "--over", "offset,shaft-angle", *first, *second)
+    assert csv_of("map", "--steps", "2", "--over", "E,Sigma", *first, *second) == expected
+    swapped = ("--pinion-bounds", *second[1:], "--gear-bounds", *first[1:])
+    rows = csv_of("map", "--steps", "2", "--over", "sigma, e", *swapped)
+    assert sorted(row["contact_ratio"] for row in rows) == sorted(row["contact_ratio"] for row in expected)
+
+
 @pytest.mark.parametrize("over", ["mounting", "shift"])
 def test_texts_of_other_maps(over: str) -> None:
     result = run("map", "--over", over, "--steps", "4", *MODIFIED)

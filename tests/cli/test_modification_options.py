@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from beveloid_geom.design.amounts import amounts_text, read_amounts
-from tests.cli.running import run
+from tests.cli.running import refused, run
 
 TABLES = """
 [pinion.modification]
@@ -31,6 +31,26 @@ def test_options_replace_the_tables_of_a_file(design_file: Callable[..., Path]) 
     assert run(*sliding, *OPTIONS).stdout == expected.stdout
     none = run(*sliding, file, "--pinion-modification", "none", "--gear-modification", "none").stdout
     assert none == run(*sliding).stdout != expected.stdout
+
+
+def test_refused_names_of_the_option() -> None:
+    """Keys that only a design file may have are not suggested, with or without their unit."""
+    option = "--pinion-modification"
+    for name in ("pitch_deviations", "pitch_deviations_um"):
+        cure = "can only be given in a design file: write it in [pinion.modification]"
+        assert refused("check", option, f"{name}=3") == f"Error: {option} pitch_deviations_um {cure}\n"
+    line = refused("check", option, "foo=1")
+    assert line.startswith(f"Error: {option} foo is unknown: known are helix_slope_um,")
+    assert "deviations" not in line
+    assert run("sliding", option, "NONE").stdout == run("sliding", option, "none").stdout != ""
+
+
+def test_refused_lengths_name_the_option() -> None:
+    lengths = "tip_relief=10, tip_relief_length=100"
+    for flank in ("", "right."):
+        given = lengths.replace("tip_relief", f"{flank}tip_relief")
+        line = refused("check", "--gear-modification", given)
+        assert line.startswith(f"Error: --gear-modification {flank}tip_relief_length_mm must be at most ")
 
 
 def test_amounts_as_text() -> None:

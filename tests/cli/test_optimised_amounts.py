@@ -8,7 +8,7 @@ import pytest
 
 from beveloid_geom import mesh_cycle, read_design
 from beveloid_geom.report.columns import ARCSEC
-from tests.cli.running import csv_of, json_of, refused, run
+from tests.cli.running import csv_of, json_of, refused, run, words_of
 
 AIM = ("--shaft-angle-tolerance-deg", "0.01", "--contact-ratio", "1.4")
 
@@ -31,6 +31,15 @@ def test_optimum_on_a_bound(tmp_path: Path) -> None:
     row, given = csv_of(*arguments, "--overwrite")
     assert float(row["pinion_helix_crowning_um"]) == data["amounts"]["pinion.helix_crowning_um"]
     assert float(given["pinion_helix_crowning_um"]) == 0.0
+
+
+@pytest.mark.parametrize("vary", [(), ("--vary", "pinion.helix_crowning", "0", "20")])
+def test_the_given_design_is_a_candidate(vary: tuple[str, ...]) -> None:
+    """Conjugate flanks have no transmission error, so that no parabolas and no amounts are better."""
+    aim = ("--least", "transmission-error", "--no-edges", "--shaft-angle-tolerance-deg", "0.01")
+    words = words_of("optimise", "marine-gearbox", *aim, *vary)
+    assert "as designed: no better values were found" in words
+    assert "transmission error, under errors, arcsec 0.0000 0.0000" in words
 
 
 @pytest.mark.slow

@@ -53,6 +53,14 @@ def test_check_prints_that_generators_are_parallel(error: str) -> None:
     assert "nan" not in found
 
 
+def test_the_five_equations_cannot_solve_line_contact() -> None:
+    result = run("tca", NAME, "--method", "five-equation")
+    reason = "because line contact has an infinite number of contacts at each roll"
+    line = f"Error: the five equations are singular, {reason}: use the one-equation method\n"
+    assert (result.exit_code, result.stderr) == (4, line)
+    assert "cannot solve line contact" in " ".join(run("tca", "--help").stdout.split())
+
+
 def test_load_on_lines_of_contact() -> None:
     """The note states the load distribution; text, JSON and CSV have pressure and total length."""
     arguments = "tca", NAME, "--points", "3", "--torque", "100"

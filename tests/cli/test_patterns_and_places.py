@@ -112,6 +112,7 @@ def test_place_without_a_position_that_has_values() -> None:
         assert strict_json(data.stdout)["reason"] in words + text.stderr
     place = strict_json(run(*jams, "--json").stdout)["places"][0]
     assert (place["status"], place["jammed"], place["z"]) == ("jammed", True, None)
+    assert [row["jammed"] for row in rows_of(run(*jams, "--at", "50", "--csv"))] == ["1", "0"]
     assert run(*jams, "--at", "50").exit_code == 0  # one position has values
 
 

@@ -75,6 +75,18 @@ def test_refusal_writes_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--backlash", "-1"), "--backlash must be between 0 and 6 mm, got -1.0: it is the normal backlash"),
+        (("--shifts", "5", "5"), "--shifts must be between -3 and 3, got 5.0"),
+        (("--cone-limits-deg", "10", "1"), "--cone-limits-deg must have the lower limit first, got 10 1"),
+    ],
+)
+def test_refused_values_are_as_written_and_in_one_line(options: tuple[str, ...], message: str) -> None:
+    assert refused(*REQUEST, *options).startswith(f"Error: {message}")
+
+
 def test_given_gear_is_kept(tmp_path: Path) -> None:
     path = tmp_path / "second.toml"
     request = ("propose", "--gear", "marine-gearbox", "--teeth", "24", "61", "--shaft-angle-deg", "7")

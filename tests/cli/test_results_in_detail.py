@@ -77,6 +77,33 @@ def test_path_under_a_load() -> None:
     assert "hertz" not in strict_json(printed("tca", "json").stdout)
 
 
+@pytest.mark.parametrize(
+    ("young", "words"),
+    [
+        ("206", "206 MPa is unusual: was it given in GPa? 206 GPa are 206000 MPa"),
+        ("2.06e6", "2.06e+06 MPa is unusual: steel has about 206000 MPa"),
+    ],
+)
+def test_unusual_modulus(young: str, words: str) -> None:
+    """Usual materials, from plastics to carbides, have no warning."""
+    pressed = ("tca", *MODIFIED, "--points", "2", "--torque", "100", "--youngs-modulus-mpa")
+    assert f"warning the Young's modulus of {words}" in words_of(*pressed, young)
+    for usual in ("500", "1e6"):
+        assert "is unusual" not in words_of(*pressed, usual)
+
+
+def test_columns_of_large_pressures_are_separated() -> None:
+    lines = run("tca", "--points", "3", "--force", "1e12").stdout.splitlines()
+    rows = [line.split() for line in lines if line.endswith(("gear heel", "gear toe"))]
+    assert [row[-3].partition(".")[0] for row in rows] == ["328212", "296616", "298777"]
+
+
+@pytest.mark.parametrize("film", ["0", "0.001"])
+def test_operation_without_a_film_has_no_pattern(film: str) -> None:
+    words = words_of("operation", "--points", "3", "--film", film)
+    assert ("the contact pattern for a film" in words) == (film != "0")
+
+
 def test_no_pressure_under_interference() -> None:
     given = [
         "tca",

@@ -50,6 +50,9 @@ BAD = {
     # combinations of keys
     "pinion.parabola = -0.03": "must be between -0.0212 and 0.0212 1/mm, got -0.03: a larger coefficient "
         "folds the rack profile, usual values are 0.0001 to 0.01",
+    "tool.dedendum = 0.5": (
+        "must be at least 0.751 with this tip_radius, got 0.5: it is less than the addendum, 1, usual is 1.25"
+    ),
     "tool.tip_radius = 2.28": "must be at most 1.14 at this dedendum, got 2.28: a larger tip round "
         "leaves no flank, the unit is the normal module, not mm",
     "pinion.cone_angle_deg = 40": "must be between -39.1714 and 39.1714 deg at this helix and pressure "
@@ -70,6 +73,7 @@ BAD = {
     "pair.x = 1": "is unknown: known are offset, shaft_angle_deg, pinion_mounting, gear_mounting",
     "tool.parabola = 0.001": "does not belong here: move it to [pinion] or [gear]",
     "tool.face_width = 50": "does not belong here: move it to [pinion] or [gear]",
+    "foo.offset = 1": "[foo] is unknown: known are [tool], [pinion], [gear], [pair], [errors]",
     "error.offset = 1": "[error] is unknown: did you mean [errors]?",
     "'a\\nb'.offset = 1": "['a\\\\nb'] is unknown: known are [tool], [pinion], [gear], [pair], [errors]",
 }  # fmt: skip

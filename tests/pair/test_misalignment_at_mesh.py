@@ -214,7 +214,7 @@ FAULTS = {
     "at = 3": 'at must be "perpendicular" or "mesh", got 3: it selects',
     "at = ['mesh']": 'at must be "perpendicular" or "mesh", got [\'mesh\']: it selects',
     "centre_distance = 0.1": 'centre_distance needs at = "mesh": without it, the keys are offset, ',
-    "at = 'mesh'\noffset = 0.1": 'offset needs at = "perpendicular": without it, the keys are centre',
+    "at = 'mesh'\noffset = 0.1": 'offset needs at = "perpendicular": with at = "mesh", the keys are centre',
     "at = 'mesh'\nin_plane = 0.1": "in_plane is unknown: did you mean in_plane_deg?",
     "at = 'mesh'\nin_plane_deg = '1'": "in_plane_deg must be a number, got '1'",
     "at = 'mesh'\nin_plane_deg = 6": "in_plane_deg must be between -5 and 5 deg, got 6.0",

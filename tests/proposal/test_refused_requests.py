@@ -105,8 +105,15 @@ BAD = {
     "no offset": (replace(TABLE1, offset=None), "offset is missing: --crossing-deg"),
     "no helix": (replace(TABLE1, helix_angle=None), "helix_deg is missing"),
     "not this gear": (replace(MARINE, offset=0.0, teeth=(24, 60)), "teeth must be 61 for the gear"),
-    "backlash": (replace(FIRST, backlash=5.0), "backlash must be between 0 and 1 modules, got 1.25"),
-    "limits": (replace(FIRST, shift_limits=Bounds(0.5, 0.0)), "shift_limits needs the lower limit first"),
+    "backlash": (replace(FIRST, backlash=5.0), "backlash must be between 0 and 4 mm, got 5.0"),
+    "limits": (
+        replace(FIRST, shift_limits=Bounds(0.5, 0.0)),
+        "shift_limits must have the lower limit first, got 0.5 0: exchange them",
+    ),
+    "limits in deg": (
+        replace(FIRST, cone_limits=Bounds(radians(10.0), radians(1.0))),
+        "cone_limits_deg must have the lower limit first, got 10 1: exchange them",
+    ),
     "module": (replace(FIRST, module=-1.0), "module must be between 0.01 and 100 mm, got -1.0"),
 }
 

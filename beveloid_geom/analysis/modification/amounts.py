@@ -7,7 +7,8 @@ values are the best points of a Halton sequence within the bounds. SciPy's SLSQP
 derivatives by differences of 0.001, because paths of modified flanks have more rounding than those of
 generated flanks. All designs of a sequence or a difference are one batch.
 
-The candidates are then checked by the mesh cycles of all teeth in all mountings, the best one first.
+The candidates include the given amounts if they are within the bounds. They are then checked by the mesh
+cycles of all teeth in all mountings, the best one first.
 """
 
 from __future__ import annotations
@@ -47,8 +48,9 @@ def optimise_amounts(
     Parameters
     ----------
     design : Design
-        A single design. The result also contains the values for the design as given. Its parabolas and all
-        other amounts are not changed.
+        A single design. The result also contains the values for the design as given. If its amounts are
+        within the bounds and meet the constraints, the optimum is not worse. Its parabolas and all other
+        amounts are not changed.
     aim : Aim
         The bounds of the parabola coefficients are not used.
     bounds : mapping
@@ -112,6 +114,13 @@ def with_amounts(design: Design, flank: str, amounts: Mapping[str, float | Float
     return design
 
 
+def amount_of(design: Design, flank: str, name: str) -> float:
+    """Return an amount of a design, um, by a name such as `pinion.helix_crowning_um`."""
+    member, _, key = name.partition(".")
+    given = getattr(design, member).modification(flank)
+    return 0.0 if given is None else float(getattr(given, key))
+
+
 @dataclass(frozen=True, eq=False)
 class _AmountSearch:
     """Search for the amounts `names` between the rows of `limits` (2, n), um."""
@@ -129,9 +138,17 @@ class _AmountSearch:
 
     def at(self, x: FloatArray) -> Objectives:
         """Return the objectives (...) at x (n, ...)."""
-        return objectives_of_designs(
-            with_amounts(self.design, self.flank, self.amounts(x)), self.flank, self.aim
-        )
+        return self._objectives(self.amounts(x))
+
+    def _objectives(self, amounts: Mapping[str, FloatArray]) -> Objectives:
+        """Return the objectives (...) for amounts (...), um by name."""
+        return objectives_of_designs(with_amounts(self.design, self.flank, amounts), self.flank, self.aim)
+
+    def _given(self) -> FloatArray:
+        """Return the amounts (n, 1), um, of the design; (n, 0) if they are outside the limits."""
+        given = np.array([[amount_of(self.design, self.flank, name)] for name in self.names])
+        low, high = self.limits[:, :, None]
+        return given[:, ((given >= low) & (given <= high)).all(axis=0)]
 
     def result(self) -> dict[str, float]:
         """Return the best amounts that satisfy the aim. Raises ValueError if there are none."""
@@ -142,14 +159,17 @@ class _AmountSearch:
         x = Halton(count, scramble=False).random(1 + points_per_variable * count).T
         starts = x[:, self._order(self.at(x))[:starts_count]]
         x = np.hstack((starts, *(self._refined(start)[:, None] for start in starts.T)))
-        objectives = self.at(x)
+        # The given amounts are the first candidate, so that they are the result unless others are better.
+        given, found = self._given(), self.amounts(x)
+        candidates = {name: np.append(one, found[name]) for one, name in zip(given, self.names, strict=True)}
+        objectives = self._objectives(candidates).without_leads(given.shape[1])
         order = self._order(objectives)
         met = self._violation(objectives) <= CONSTRAINT_TOLERANCE
         if not met.any():
             raise ValueError(self._reason(objectives))
         module = float(self.design.pinion.tool.normal_module)
         for k in order[met[order]]:
-            amounts = {name: float(value) for name, value in self.amounts(x[:, k]).items()}
+            amounts = {name: float(values[k]) for name, values in candidates.items()}
             design = with_amounts(self.design, self.flank, amounts)
             if jammed(tangent_backlash(design).normal, module):
                 continue

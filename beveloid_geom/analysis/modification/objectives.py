@@ -5,7 +5,7 @@ path is not a shift. (z, l1) are used as plane coordinates of the flank."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -85,6 +85,13 @@ class Objectives:
     peak_to_peak: FloatArray
     leads: FloatArray
     goals: FloatArray
+
+    def without_leads(self, count: int) -> Objectives:
+        """Return these results without the constraints on leads for the first `count` designs of a batch (n).
+
+        Leads of conjugate flanks are 0, although no edge touches: only the mesh cycle can show this."""
+        first = np.arange(self.shift.size) < count
+        return replace(self, leads=np.where(first, np.inf, self.leads))
 
     def margins(self, aim: Aim) -> FloatArray:
         """Return the margins of all constraints (constraints, ...), relative to their bounds; negative if

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from ...analysis.edge_contact import CycleExtremes
-from ...analysis.modification.amounts import AmountsOptimum
+from ...analysis.modification.amounts import AmountsOptimum, amount_of
 from ...analysis.optimise import Aim, Objectives, Optimised, Optimum
 from ...arrays import MEMBERS
 from ...design.model import Design
@@ -90,7 +90,8 @@ class OptimumReport(Report):
         title = f"{self.subject} for {self.name}, {self.flank} flanks: {objectives[self.aim.least]}\n"
         text = title + head_lines(self.design) + line("constraints", f"{_aim_words(self.aim)}; {self.bounds}")
         text += line("errors", both_signs_words(self.aim.errors))
-        text += line("optimum", self.words)
+        same = self.columns(optimum.design) == self.columns(self.design)
+        text += line("optimum", self.words + ", as designed: no better values were found" * same)
         if optimum.at_limits:
             names = ", ".join(map(shown, optimum.at_limits))
             text += line("at a bound", f"{names}: wider bounds may give a better optimum")
@@ -132,12 +133,7 @@ def amounts_report(
 
     def columns(design: Design) -> dict[str, float]:
         """Return the amounts of a design."""
-        values = {}
-        for name in amounts:
-            member, _, key = name.partition(".")
-            given = getattr(design, member).modification(flank)
-            values[f"{member}_{key}"] = 0.0 if given is None else float(getattr(given, key))
-        return values
+        return {name.replace(".", "_"): amount_of(design, flank, name) for name in amounts}
 
     variables = {"amounts": amounts}
     subject = "Amounts of modification"

@@ -138,7 +138,7 @@ class DeviationReport:
         for flank, values in zip(FLANK_SIGN, self.result.deviation, strict=True):
             text += f"\n{flank.capitalize()} flank, {ends[0]} to {ends[1]}, tip above root\n"
             if grid.shape[1] <= max_printed_columns:
-                rows = ("".join(number("deviation", one, 9) for one in row) for row in values[::-1])
+                rows = ("".join(f"{number('deviation', one):>9}" for one in row) for row in values[::-1])
                 text += "".join(
                     f"  row {k:>3} {row}\n" for k, row in zip(range(len(values), 0, -1), rows, strict=True)
                 )

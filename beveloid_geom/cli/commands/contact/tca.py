@@ -45,8 +45,8 @@ def load_of(
         "--method",
         click.Choice(["one-equation", "five-equation"]),
         "one-equation",
-        "Method: one equation, or for comparison the five equations of the paper, which are slower and give"
-        " the same path.",
+        "Method: one equation, or for comparison the five equations of the paper, which are slower, give the"
+        " same path, and cannot solve line contact.",
     ),
     option("--force", NumberRange(0.0, 1e12, min_open=True), None, FORCE, "N"),
     option("--torque", NumberRange(0.0, 1e12, min_open=True), None, TORQUE, "NM"),
@@ -54,7 +54,8 @@ def load_of(
         "--youngs-modulus-mpa",
         NumberRange(1e-3, 1e7),
         None,
-        "Elastic modulus of both members.  [default: 206000, steel]",
+        "Young's modulus of both members; outside 500 to 1,000,000 MPa, a warning is printed."
+        "  [default: 206000, steel]",
         "MPA",
     ),
     option(

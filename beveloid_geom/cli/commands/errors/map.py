@@ -30,7 +30,8 @@ if TYPE_CHECKING:
         str,
         "parabola",
         "parabola (coefficients), mounting (changes of the mounting distances), shift (profile shift"
-        " coefficients), or two inputs such as offset,shaft_angle; an unknown name lists all inputs.",
+        " coefficients), or two inputs such as offset,shaft_angle (or E,Sigma: the values of the layout, not"
+        " assembly errors); an unknown name lists all inputs.",
         "INPUTS",
     ),
     flank_option,
@@ -87,7 +88,9 @@ def map_(
     from ....pair.named_inputs import bounds_argument, inputs_of
     from ....report.map import MapReport
 
-    first, comma, second = over.replace("-", "_").partition(",")
+    symbols = {"e": "offset", "sigma": "shaft_angle"}
+    words = (word.strip() for word in over.replace("-", "_").partition(","))
+    first, comma, second = (symbols.get(word.lower(), word) for word in words)
     inputs = (first, second) if comma else over
     errors = errors_of(sizes) if (sizes := sizes_of(tolerances)) else None
     with results.refused_values():

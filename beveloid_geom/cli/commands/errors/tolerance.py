@@ -41,7 +41,13 @@ MAX_CASES = 1_000_000
         " computed for the 24 of them that move the path furthest along the face.",
     ),
     option("--seed", click.IntRange(0), 0, "Seed of the random numbers."),
-    option("--jobs", click.IntRange(1, 1024), 1, "Number of processes; the result does not depend on it."),
+    option(
+        "--jobs",
+        click.IntRange(1, 1024),
+        1,
+        "Largest number of processes: at most one for 4096 mountings, or for 64 mountings of --operation. The"
+        " result does not depend on it.",
+    ),
     tooth_options,
     json=" of the summary",
     csv="one mounting per row",
@@ -71,13 +77,14 @@ def tolerance(
     if distribution != "normal":
         refuse_without("--distribution normal", ("sigmas",))
     sizes = sizes_of(tolerances, design)
-    from ....analysis.tolerance import CYCLE_COST_PATHS, Tolerances, tolerance_study
+    from ....analysis.tolerance import CYCLE_COST_PATHS, Tolerances, tolerance_study, useful_processes
     from ....report.tolerance import ToleranceReport
 
+    processes = min(jobs, useful_processes(cases, operation))
     given = Tolerances(**sizes, distribution=distribution, sigmas=sigmas)
     with (
         results.refused_values(tolerance_names("tolerance of")),
-        nullcontext() if jobs == 1 else worker_processes(jobs, "try fewer --jobs") as executor,
+        nullcontext() if processes == 1 else worker_processes(processes, "try fewer --jobs") as executor,
         progress_bar(cases + CYCLE_COST_PATHS * operation, "mounting") as bar,
     ):
         study = tolerance_study(
