@@ -149,16 +149,15 @@ def cross(a: FloatArray, b: FloatArray) -> FloatArray:
 def _in_gear_frame(jet: Jet, z1: FloatArray, roll: FloatArray, placed: PairPlacement) -> FloatArray:
     """Return points of the pinion and their derivatives in the frame of the gear, (3, 9, n): P, P_s, P_z,
     P_ss, P_sz, P_zz, and P_r, P_sr, P_zr with the roll r."""
-    # Rotate by roll + phi. The derivatives by the roll are k x the vector.
     angle = roll + jet.phi
-    cos, sin = np.cos(angle), np.sin(angle)
-    plane = np.empty((9, 2, len(z1)))
-    plane[:6, 0] = cos * jet.plane[:, 0] - sin * jet.plane[:, 1]
-    plane[:6, 1] = sin * jet.plane[:, 0] + cos * jet.plane[:, 1]
-    plane[6:, 0], plane[6:, 1] = -plane[:3, 1], plane[:3, 0]
-    # The fixed frame of the gear has X2 = -x and Z2 = k2.
-    moved = np.empty((3, 9, len(z1)))
-    moved[0], moved[1], moved[2] = -plane[:, 0], -placed.cos * plane[:, 1], placed.sin * plane[:, 1]
+    cos, sin, (x, y) = np.cos(angle), np.sin(angle), jet.plane.swapaxes(0, 1)
+    # Rotate by roll + phi. The fixed frame of the gear has X2 = -x and Z2 = k2.
+    moved, across = np.empty((3, 9, len(z1))), sin * x + cos * y
+    moved[0, :6] = sin * y - cos * x
+    moved[1, :6], moved[2, :6] = -placed.cos * across, placed.sin * across
+    # The derivatives by the roll are k x the vector.
+    moved[0, 6:] = across[:3]
+    moved[1, 6:], moved[2, 6:] = placed.cos * moved[0, :3], -placed.sin * moved[0, :3]
     along = z1 + placed.position[0]
     moved[0, 0] += placed.offset
     moved[1, 0] += placed.sin * along
