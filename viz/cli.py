@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -25,6 +23,7 @@ from beveloid_geom.cli.options import (
     worker_processes,
     write_out,
 )
+from beveloid_geom.report.result import csv_of
 from beveloid_geom.support.atomic_file import atomic_file
 
 from .figures import DEFAULT_SETS, FIGURES, LOADED, MEASURED, SETS, Figure
@@ -96,10 +95,7 @@ def make_figure(job: Job) -> Made:
     drawing = recipe.drawn(data, job.layout)
     with theme.style():
         pages = {job.form: files.file_of(drawing.page, job.form)}
-    header, rows = recipe.rows(data)
-    table = io.StringIO()
-    csv.writer(table, lineterminator="\n").writerows((header, *rows))
-    pages["csv"] = table.getvalue().encode()
+    pages["csv"] = csv_of(*recipe.rows(data)).encode()
     if job.layout.plain:
         pages["txt"] = theme.spelled(caption_of(drawing.page)).encode()
     return Made(pages, drawing.triangles, time.perf_counter() - start)

@@ -11,7 +11,7 @@ import csv
 import io
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from enum import IntEnum
 from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeAlias, TypeVar
@@ -323,11 +323,17 @@ def _cells(values: Any, count: int) -> list[Any]:
 
 
 def csv_text(rows: Rows) -> str:
-    """Return CSV with units in the header; cells of unknown values are empty, false is 0 and true is 1."""
-    text, (header, columns) = io.StringIO(), table_of(rows)
+    """Return CSV with units in the header, by `csv_of`."""
+    header, columns = table_of(rows)
+    return csv_of(header, zip(*columns, strict=True))
+
+
+def csv_of(header: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
+    """Return CSV; cells of unknown values are empty, false is 0 and true is 1."""
+    text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(header)
-    for row in zip(*columns, strict=True):
+    for row in rows:
         writer.writerow(map(_csv_cell, row))
     return text.getvalue()
 

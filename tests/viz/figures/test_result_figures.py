@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from dataclasses import replace
 from functools import cache
 from typing import Any
@@ -31,6 +33,7 @@ from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.operation import OperationReport, operation_report
 from beveloid_geom.report.pattern import pattern_report
+from beveloid_geom.report.result import csv_of
 from beveloid_geom.shapes.hexahedral_mesh import face_nodes
 from beveloid_viz.components import charts, motion_graph, posed
 from beveloid_viz.figures.results import (
@@ -140,8 +143,9 @@ def test_picture_of_tolerances_its_table_and_the_command_agree() -> None:
     given = f"{CLOUD} --flank left --parabola-pinion 0.001 --parabola-gear -0.001 --operation 12"
     case = [row for row in table if row["parabola_pinion_per_mm"] == 0.001]
     printed = rows_of(run(*given.split(), "--csv"))
-    for row, wanted in zip(case, printed, strict=True):
-        assert {name: "" if row[name] != row[name] else str(row[name]) for name in wanted} == wanted
+    written = csv.DictReader(io.StringIO(csv_of(case[0], (row.values() for row in case))))
+    for row, wanted in zip(written, printed, strict=True):
+        assert {name: row[name] for name in wanted} == wanted
     found = strict_json(run(*given.split(), "--json").stdout)["operation"]
     counts = words(page).partition("Edges touch in")[2]
     assert f" and {found['edges_carry']} of 12 mountings; patterns" in counts
