@@ -277,7 +277,8 @@ def tolerance_study(
 
 
 def useful_processes(cases: int, operation: int) -> int:
-    """Return the number of processes above which a study is not faster, one for each task."""
+    """Return the number of tasks of paths or of mesh cycles, the larger one: the largest useful number of
+    processes. More processes would share only the patterns, at most 24."""
     return max(-(-cases // (BLOCKS_PER_TASK * MOUNTINGS_PER_BLOCK)), -(-operation // CYCLES_PER_CALL))
 
 

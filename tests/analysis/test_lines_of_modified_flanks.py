@@ -194,6 +194,18 @@ def test_reliefs_with_parabolas_of_one_rack_have_no_lines(flank: str) -> None:
     assert np.isnan(path_pressure(path, Load(force=1e3)).total_length).all()
 
 
+def test_spur_teeth_with_reliefs_and_parabolas_of_one_rack_carry_with_the_line_of_one_pair(
+    flank: str,
+) -> None:
+    """At the ends of the path, the rolls are those without reliefs. The length does not jump there."""
+    design = pair_with(0.0, ({"tip_relief_um": 10.0, "tip_relief_length_mm": 0.3}, {}))
+    design = replace(design, pair=replace(design.pair, offset=1.5 * 65)).with_parabola(5e-4, -5e-4)
+    path = path_of_contact(design, flank, 9)
+    lines = contact_lines(path)
+    assert np.isfinite(lines.length).all()
+    assert np.array_equal(path_pressure(path, Load(force=1e3)).total_length, lines.length)
+
+
 def test_a_crowned_profile_carries_alone_where_its_depth_is_zero(flank: str) -> None:
     """In the middle of a crowned profile both flanks touch as without crowning; their neighbours do not."""
     tool = Tool(3.0, radians(20.0), addendum=1.3, dedendum=1.5, tip_radius=0.2)

@@ -165,7 +165,8 @@ def carrying_length(path: ContactPath, lines: ContactLines) -> FloatArray:
     """Return the total length of the contact lines of all tooth pairs at each roll of a path.
 
     Rigid flanks without transmission error touch on all tooth pairs in mesh at the same time. Flanks with a
-    transmission error, or on a relief, touch on one tooth pair, and the length is that of its line.
+    transmission error, or on a relief, touch on one tooth pair, and the length is that of its line. So it is
+    for reliefs together with parabolas, where only the line of this tooth pair is known.
 
     Parameters
     ----------
@@ -204,8 +205,7 @@ def _total_length(length: FloatArray, touches: Mask) -> FloatArray:
 
 def _lines_of_all_pairs(path: ContactPath) -> tuple[ContactLines, Mask]:
     """Return the lines (..., positions * pairs) of neighbouring tooth pairs at each position of a path, and
-    which of them touch, (..., positions, pairs).
-    """
+    which of them touch, (..., positions, pairs)."""
     # Transmission error along a path below which neighbouring tooth pairs touch at the same time.
     conjugate_rad = 1e-10
     ends, shape = path.ends, path.l1.shape
@@ -232,8 +232,7 @@ def _lines_of_all_pairs(path: ContactPath) -> tuple[ContactLines, Mask]:
 
 def _generated_path(path: ContactPath) -> ContactPath:
     """Return the contacts of the flanks without modification at the rolls of a path, or at the nearest rolls
-    of their own path.
-    """
+    of their own path."""
     design, shape = path.design.without_modifications(), path.design.batch_shape
     if design.batch_shape != shape:  # the amounts of the modifications are a batch
         offset = np.array(np.broadcast_to(design.pair.offset, shape))
@@ -247,12 +246,13 @@ def _generated_path(path: ContactPath) -> ContactPath:
 
 
 def _unrelieved(path: ContactPath, generated: ContactPath) -> Mask:
-    """Return where flanks touch as without their reliefs; nowhere with other modifications."""
-    # There both paths have the same rolls. The limit is larger than the effect of the additional crowning of
-    # modified flanks (`surfaces.problems`). With parabolas `_generated_path` has other rolls.
+    """Return where flanks touch as without their reliefs; nowhere with parabolas or other modifications."""
+    # There both paths have the same rolls (with parabolas, they also have at both ends). The limit is larger
+    # than the effect of the additional crowning of modified flanks (`surfaces.problems`).
     largest_difference_rad = 1e-9
     rolls = (path.pinion_roll - generated.pinion_roll, path.gear_roll - generated.gear_roll)
     same = np.abs(rolls).max(axis=0) <= largest_difference_rad
+    same &= pairing_of_path(path).without_parabola.reshape(*path.design.batch_shape, 1)
     return np.asarray(same & has_reliefs_only(path.design, path.flank))
 
 

@@ -225,7 +225,8 @@ def _at_lowest(engagement: Engagement, later: Samples, ahead: FloatArray) -> Fol
     fall, bend = after - before, before - 2.0 * middle + after
     with np.errstate(invalid="ignore", divide="ignore"):
         lowest = (middle <= before) & (middle <= after) & (middle - 0.125 * fall * fall / bend < 0.0)
-        # At two rolls as early as the segments: the contact is the first there itself.
+        # Left out: contacts that are not later than the segments at two neighbouring rolls. Such a contact is
+        # itself the first one there.
         itself = np.minimum(before, after) <= LATE_ROLL_RAD * engagement.lever
         row, column = np.nonzero(lowest & (bend > 0.0) & ~itself)
         away = BETWEEN_SAMPLES[column + 1] - 0.5 * (fall / bend)[row, column] * (

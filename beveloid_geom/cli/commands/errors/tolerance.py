@@ -45,8 +45,8 @@ MAX_CASES = 1_000_000
         "--jobs",
         click.IntRange(1, 1024),
         1,
-        "Largest number of processes: at most one for 4096 mountings, or for 64 mountings of --operation. The"
-        " result does not depend on it.",
+        "Largest number of processes. At most one is started for each 4096 mountings, or for each 64"
+        " mountings of --operation. The result does not depend on it.",
     ),
     tooth_options,
     json=" of the summary",
