@@ -8,7 +8,8 @@ parabolas. Modified flanks still do where the modifications do not vary along th
 with tip relief, or where neither flank is relieved. Every point of these lines is a contact, so that the
 equations have no single solution. The pinion then has an additional helix crowning of LINE_CROWNING_MODULES:
 the contact on each line is now the point nearest to mid-face, which is the limit for crownings that tend to
-zero. Searches for a first contact use it as well (`with_line_crowning`).
+zero. Searches for a first contact use it as well (`with_line_crowning`), also for flanks with parabolas but
+without modifications.
 """
 
 from __future__ import annotations
@@ -64,7 +65,7 @@ def with_line_crowning(design: Design, flank: str) -> tuple[Design, bool]:
 
     If they do in all cases, the pinion gets the additional helix crowning of LINE_CROWNING_MODULES. `design`
     has single members."""
-    if not is_modified(design, flank):
+    if not is_modified(design, flank) and not design.has_parabola:  # these lines are known in closed form
         return design, False
     lines = _are_lines(design, flank) if design.batch_shape else _kept_are_lines(design, flank)
     return _with_crowning(design, flank) if lines else design, lines
@@ -98,7 +99,7 @@ def _touches_in_areas(design: Design, flank: str, pairing: FlankPair, problem: P
     touches = (met.error <= largest_angle) & met.opposed
     if _corners(touches.reshape(GRID_LINES)).all(axis=0).any():
         return True
-    if not has_reliefs_only(design, flank):
+    if not (is_modified(design, flank) and has_reliefs_only(design, flank)):
         return False
     # Contacts of the generated flanks, and their distances (reliefs, 33, 25) from the beginnings of reliefs.
     bare = {name: getattr(design, name).modified(None) for name in MEMBERS}
