@@ -19,7 +19,7 @@ curve on which flank and fillet intersect.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -72,6 +72,10 @@ class ToothSurface:
     crossing: CrossingCurve | None = None
     lost: bool = False
     modification: FlankModification | None = None
+
+    def extended(self) -> ToothSurface:
+        """Return the flank continued below its joint with the fillet and beyond an edge of undercut."""
+        return replace(self, joint=-np.inf, crossing=None)
 
     def flank_start(self, z: FloatArray) -> FloatArray:
         """Return the profile coordinate (mm) at which the flank starts in the planes `z`: the joint with the

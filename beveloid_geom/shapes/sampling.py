@@ -53,17 +53,19 @@ def flank_sheet(member: Member, flank: str, to_fillet: bool = False) -> Sheet:
     """Return a flank of a single member as a surface over (l, z) up to the tip cone, in the frame of the
     gear.
 
-    It begins at the start of the active profile, or exactly at the end of the fillet if `to_fillet`. Raises
+    It begins at the start of the active profile, or exactly at the end of the fillet if `to_fillet`. With a
+    parabola the start may be slightly below the end of the fillet: the flank is continued there. Raises
     ValueError if the tool cannot cut the flank, or if the flank does not reach its tip cone."""
     require_cut(member)
     rack = rack_of(member, flank)
     half = 0.5 * float(member.face_width)
     start = surface_of(member, flank).flank_start if to_fillet else active_start_by_z(member, flank)
+    modified = None if member.modification(flank) is None else surface_of(member, flank).extended()
 
     def place(l: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return points and unit normals of the flank."""
-        if member.modification(flank) is not None:
-            return side_points(surface_of(member, flank), l, z)
+        if modified is not None:
+            return side_points(modified, l, z)
         x0, y0, z0 = rack_point(rack, l)
         u = (z - z0) / rack.trace[2]
         return generated(rack, (x0 + u * rack.trace[0], y0 + u * rack.trace[1], z), rack_normal(rack, l))

@@ -9,7 +9,7 @@ from math import radians
 import numpy as np
 import pytest
 
-from beveloid_geom import Member, sample_flank
+from beveloid_geom import Member, Modification, sample_flank
 from beveloid_geom.arrays import FloatArray, Quantity
 from beveloid_geom.gear.active_flank import active_start
 from beveloid_geom.gear.flank import flank_patch, flank_point
@@ -123,6 +123,18 @@ def test_table1_pinion_takes_7_by_5_cells() -> None:
     assert falling.all() == chosen
     of_chosen, of_other = (uniform_deviation(PINION, "right", 8, 6, way) for way in (chosen, not chosen))
     assert of_other > 3.0 * of_chosen
+
+
+@pytest.mark.parametrize("parabola", [-0.005, -0.002, 0.003])
+def test_a_small_crowning_of_a_parabolic_flank_changes_no_grid(parabola: float, flank: str) -> None:
+    """With a parabola the active profile may start below the joint with the fillet."""
+    plain = table1((parabola, parabola)).gear
+    crowned = plain.modified(
+        Modification(helix_crowning_um=1e-3, tip_relief_um=1e-3, tip_relief_length_mm=1.0)
+    )
+    grids = [sample_flank(member, flank, 0.002) for member in (plain, crowned)]
+    assert grids[0].points.shape == grids[1].points.shape
+    assert np.abs(grids[0].points - grids[1].points).max() < 1e-3
 
 
 def test_points_grow_inversely_with_the_tolerance() -> None:

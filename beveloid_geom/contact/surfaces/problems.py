@@ -32,7 +32,7 @@ from ..flank_pair import FlankPair, generated_pairing, is_modified
 from ..parallel.modified_lines import has_reliefs_only
 from ..parallel.paths import along_lines
 from .limits import Problem
-from .tangency import Contacts, PairPlacement, Surfaces, contacts_at, extended
+from .tangency import Contacts, PairPlacement, Surfaces, contacts_at
 from .tracing import grid_function
 
 GRID_LINES = 33, 25
@@ -165,7 +165,7 @@ def problem_of(design: Design, flank: str, pairing: FlankPair, cases: Integers) 
     position = np.broadcast_to(part.position, (2, count, 1))[..., 0]
     placed = PairPlacement(cos, sin, offset, position, point.T)
     ratio = float(design.pinion.teeth / design.gear.teeth)
-    surfaces = Surfaces(extended(pinion), extended(gear), ratio, scale)
+    surfaces = Surfaces(pinion.extended(), gear.extended(), ratio, scale)
     return Problem(surfaces, placed, lowest, highest, tip, taper, half_width, edges)
 
 

@@ -25,7 +25,7 @@ is D_s x D_z. All arrays have the contacts on the last axis, (..., n).
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
@@ -383,7 +383,3 @@ def meshing_start(surfaces: Surfaces, placed: PairPlacement, s1: FloatArray, z1:
     s2 = np.where(np.isnan(s2), 0.5 * surfaces.gear.highest, s2)
     return np.array((s1, z1, angle - jet.phi, s2))
 
-
-def extended(surface: ToothSurface) -> ToothSurface:
-    """Return the flank continued below its joint with the fillet and beyond an edge of undercut."""
-    return replace(surface, joint=-np.inf, crossing=None)
