@@ -92,16 +92,15 @@ def _leans_outwards(member: Member, flank: str, l: FloatArray) -> Mask:
 def tip_parameter(member: Member, flank: str, z: ArrayLike) -> FloatArray:
     """Return the flank parameter `l` (mm) at which the flank reaches the tip cone in the plane `z`.
 
-    Newton's method from the straight flank, with the exact slope of the radius along the line of constant z,
-    is kept by bisection between the start of the active profile and its highest point. NaN if the flank does
-    not reach the tip cone. The solution is unique unless the flank is undercut.
+    Newton's method from above, with the exact slope of the radius along the line of constant z, is kept
+    by bisection between the start of the active profile and its highest point. NaN if the flank does not
+    reach the tip cone. The solution is unique unless the flank is undercut.
     """
     z = np.asarray(z, dtype=float)
     rack, target = rack_of(member, flank), tip_radius(member, z)
     low, high = (end + 0.0 * z for end in active_range(member, flank))
+    l = high
     with np.errstate(invalid="ignore", divide="ignore"):
-        straight = _straight_parameter(rack, target, z)
-        l = np.where(straight >= low, np.minimum(straight, high), high)
         for _ in range(60):
             cut = flank_cut(rack, l, rack_at(rack, l), z)
             radius = np.sqrt(cut.square)
@@ -114,17 +113,6 @@ def tip_parameter(member: Member, flank: str, z: ArrayLike) -> FloatArray:
             if not np.any(step > 1e-13 * target):
                 break
     return np.where((step <= 1e-9 * target) & (np.abs(missing) <= 1e-9 * target), l, np.nan)
-
-
-def _straight_parameter(rack: Rack, radius: FloatArray, z: FloatArray) -> FloatArray:
-    """Return the flank parameter `l` (mm) at which flanks without their parabola have this radius, mm, in the
-    planes `z`. NaN below the base cylinder."""
-    r, slope = rack.pitch_radius, rack.normal[1] / rack.normal[0]
-    along = rack.trace[0] / rack.trace[2]
-    excess = radius * radius - r * r
-    x_c = excess / (r + np.sqrt(r * r + (1.0 + slope * slope) * excess))
-    at_zero = rack.apex[0] + (z - rack.apex[2]) * along
-    return np.asarray((x_c - at_zero) / (rack.direction[0] - rack.direction[2] * along))
 
 
 def may_fold(member: Member, rack: Rack, low: FloatArray, high: FloatArray) -> Mask:
