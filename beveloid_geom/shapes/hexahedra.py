@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import FloatArray, Indices
-from ..design.arguments import require_member
+from ..design.arguments import require_member, require_number
 from ..design.member import Member
 from .element_sizes import Cells, boundary_nodes, cells_of, face_stations
 from .hexahedral_mesh import VolumeMesh, element_shapes, face_nodes, rounded_down
@@ -81,6 +81,8 @@ def tooth_hexahedra(
     (8, True)
     """
     require_member(member)
+    require_number("tolerance", tolerance)
+    require_number("teeth", teeth, integer=True)
     if element not in ELEMENTS:
         raise ValueError(f"element must be one of {', '.join(ELEMENTS)}, got {element!r}")
     count = int(member.teeth)
@@ -121,7 +123,7 @@ def _tooth(member: Member, cells: Cells, quadratic: bool, bore: float, teeth: in
 
 def _require_shape(mesh: VolumeMesh) -> None:
     """Raise ValueError for elements that are inverted or too distorted."""
-    shape_cure = "reduce the tolerance, change bore_radius, or increase the tip_radius of the tool"
+    shape_cure = "reduce the tolerance, change the bore radius, or increase the tip radius of the tool"
     scaled, ratio = (float(values.min()) for values in element_shapes(mesh))
     # Smallest scaled Jacobian and smallest ratio of determinants, see `hexahedral_mesh.element_shapes`.
     min_shape = 0.2
