@@ -338,3 +338,11 @@ def test_imports_of_commands(tmp_path: Path, command: str) -> None:
     imported = imported_by(*command.split(), folder=tmp_path)
     assert "beveloid_geom.cli.main" in imported
     assert not imported & set(SLOW[command])
+
+
+def test_operation_of_a_pair_that_jams() -> None:
+    """The contact ratios in operation and the pattern are not known."""
+    result = run("operation", "--offset-error", "-0.5", "--points", "3")
+    assert result.exit_code == 1
+    assert "not known (jammed) in operation" in " ".join(result.stdout.split())
+    assert "the contact pattern" not in result.stdout
