@@ -111,3 +111,26 @@ def test_csv_of_a_path() -> None:
     assert [row["status"] for row in rows] == ["solved"] * 3
     with pytest.raises(ValueError, match="Pair has no arrays"):
         bg.to_csv(DESIGN.pair)
+
+
+def rows_of(result: Any) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(bg.to_csv(result))))
+
+
+def test_csv_of_grids_and_tooth_data() -> None:
+    """The tables contain the points of grids, and the tooth thickness in each plane for each change."""
+    grid = bg.sample_flank(DESIGN.pinion, "right", 0.1)
+    rows = rows_of(grid)
+    points = [[float(row[f"point_{axis}_mm"]) for axis in "xyz"] for row in rows]
+    assert np.array_equal(points, grid.points.reshape(-1, 3))
+    assert [float(row["z_mm"]) for row in rows[: grid.z.size]] == grid.z.tolist()
+    pattern = bg.contact_pattern(DESIGN, resolution=3.0)
+    rows = rows_of(pattern)
+    least = np.concatenate([pattern.pinion.least.ravel(), pattern.gear.least.ravel()])
+    assert np.array_equal([float(row["least_mm"] or "nan") for row in rows], least, equal_nan=True)
+    assert {row["member"] for row in rows} == {"pinion", "gear"}
+    data = bg.tooth_data(DESIGN.pinion, [0.0, -0.1])
+    thickness = [float(row["normal_thickness_mm"]) for row in rows_of(data)]
+    assert thickness == data.normal_thickness.ravel().tolist()
+    with pytest.raises(ValueError, match=r"^Solid is no table: use write\(result, path\), or to_dict"):
+        bg.to_csv(bg.gear_solid(DESIGN.pinion, 0.5, teeth=1))

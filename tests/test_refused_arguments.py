@@ -301,3 +301,11 @@ def test_a_batch_without_elements(function: Callable[[bg.Design], object]) -> No
 def test_members_of_arrays(function: Callable[[bg.Design], object]) -> None:
     with pytest.raises(ValueError, match="single numbers"):
         function(TABLE_1.with_parabola(pinion=np.zeros(2)))
+
+
+@pytest.mark.parametrize("function", [bg.gear_solid, bg.tooth_hexahedra], ids=lambda each: each.__name__)
+def test_text_as_tolerance_and_parts_of_teeth(function: Callable[..., object]) -> None:
+    with pytest.raises(TypeError, match=r"^tolerance must be a number, got '0\.01'$"):
+        function(PINION, tolerance="0.01")
+    with pytest.raises(TypeError, match=r"^teeth must be an integer, got 3\.5$"):
+        function(PINION, teeth=3.5)

@@ -345,10 +345,15 @@ def _check(design: Design, tolerances: Tolerances, flank: str, seed: int) -> Non
             )
     angle = next((name for name in names if name in ANGLES and getattr(tolerances, name) > 0.0), None)
     if angle is not None and bool(is_line_contact(design, flank)):
-        raise ValueError(
-            f"tolerance of {angle} must be 0 if the flanks touch along lines: any such error moves the"
-            " contact to an edge; with parabolas or helix crowning the contact stays on the flanks"
+        # On straight cylindrical teeth, parabolas leave line contact.
+        size = -1e-3 / float(design.pinion.tool.normal_module)
+        parabolas = "" if is_line_contact(design.with_parabola(size, size), flank) else "parabolas or "
+        text = (
+            f"must be 0 if the flanks touch along lines, got {size_words(angle, getattr(tolerances, angle))}"
         )
+        text += ": any such error moves the contact to an edge"
+        text += f"; give only the other tolerances, or add {parabolas}helix crowning"
+        raise ArgumentError(f"tolerance of {angle}", text)
     for name in names:
         value, unit = getattr(tolerances, name), "rad" if name in ANGLES else "mm"
         if not 0.0 <= value < np.inf:

@@ -385,7 +385,8 @@ def write_scene_part(request: MeshRequest, path: Path, bar: Any) -> str:
     writer_of(SCENE_FORMATS, request.suffix)(items, path)
     faces = sum(len(item.surface.faces) for item in items)
     names = ", ".join(item.name for item in items)
-    return f"{faces:,} triangles in m, y up: {names}{origin_text(request)}"
+    note = "" if "pattern" in names else "; no pattern, because all points are beyond its separation"
+    return f"{faces:,} triangles in m, y up: {names}{note}{origin_text(request)}"
 
 
 WRITERS = {

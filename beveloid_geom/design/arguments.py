@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numbers
 import os
 
 from .member import MODIFICATIONS, Member
@@ -44,6 +45,13 @@ def require_member(member: object) -> None:
     if not isinstance(member, Member):
         cure = "pass design.pinion or design.gear"
         raise TypeError(f"member must be a Member, got {_shown(member)}: {cure}")
+
+
+def require_number(name: str, value: object, *, integer: bool = False) -> None:
+    """Raise TypeError if an argument is neither None nor a number, or no integer if one is needed."""
+    if value is None or isinstance(value, numbers.Integral if integer else numbers.Real):
+        return
+    raise TypeError(f"{name} must be {'an integer' if integer else 'a number'}, got {_shown(value)}")
 
 
 def require_path(path: object) -> None:

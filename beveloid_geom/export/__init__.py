@@ -79,7 +79,11 @@ def writer_of(formats: Mapping[str, Format], suffix: str) -> Callable[..., None]
 
     Raises ValueError if the suffix is not one of the `formats`."""
     if suffix not in formats:
-        raise ValueError(f"{suffix!r} is not a known format: give one of {', '.join(formats)}")
+        known = suffix in SURFACE_FORMATS | VOLUME_FORMATS | CAD_FORMATS | SCENE_FORMATS
+        fault = "does not suit this object" if known else "is not a known format"
+        cure = ": pass gear_solid(member)" if formats is CAD_FORMATS and suffix in SURFACE_FORMATS else ""
+        cure = ": pass the member" if formats is SURFACE_FORMATS and suffix in CAD_FORMATS else cure
+        raise ValueError(f"{suffix!r} {fault}: give one of {', '.join(formats)}{cure and ', or'}{cure[1:]}")
     writer: Callable[..., None] = resolve_name(f"{__name__}.{formats[suffix].writer}")
     return writer
 

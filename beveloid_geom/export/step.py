@@ -105,6 +105,7 @@ def _kernel() -> Callable[[Sequence[SolidPart], Path, str], None]:
     KeyboardInterrupt during the import, which the bindings turn into an ImportError, is raised again."""
     install = "STEP files need Open CASCADE: pip install 'beveloid-geom[step]'"
     libraries = "on Debian and Ubuntu, run `sudo apt-get install libgl1`"
+    without_vtk = "replace the package cadquery-ocp by cadquery-ocp-novtk, which needs no VTK"
     try:
         import OCP  # noqa: F401
 
@@ -118,6 +119,7 @@ def _kernel() -> Callable[[Sequence[SolidPart], Path, str], None]:
         if isinstance(error, ModuleNotFoundError) and (error.name or "").partition(".")[0] == "OCP":
             raise ModuleNotFoundError(install, name=error.name) from None
         if "cannot open shared object file" in str(error):  # servers and containers without a screen
-            raise ImportError(f"Open CASCADE cannot be loaded: {error}: {libraries}") from None
+            cure = without_vtk if "libvtk" in str(error) else libraries
+            raise ImportError(f"Open CASCADE cannot be loaded: {error}: {cure}") from None
         raise
     return write_solids

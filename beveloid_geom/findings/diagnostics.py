@@ -165,6 +165,11 @@ def tooth_remarks(name: str, member: Member) -> Iterator[Remark]:
     yield from _undercut_remarks(name, member)
     module, pointed = float(member.tool.normal_module), pointed_part(member)
     back, front = end_names(member)
+    half = 0.5 * float(member.face_width)
+    if pointed == (-half, half):
+        text = f"the tooth of the {name} is pointed along the complete face"
+        yield Remark(WARNING, f"{text}: reduce the profile shift or the addendum")
+        return
     for end, z, part in ((front, 0.5, "from {0:.4g} mm on"), (back, -0.5, "up to {1:.4g} mm")):
         thickness = float(tip_thickness(member, z * float(member.face_width)))
         if math.isnan(thickness):

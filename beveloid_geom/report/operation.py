@@ -118,7 +118,8 @@ class OperationReport(Report):
             words = self._pitch_words(self.pitch_cycle)
             error = f"{self.flank} flanks, transmission error with the deviations of all teeth"
             remarks.append(Remark(NOTE, f"{error}: {words}"))
-        if self.film > 0.0:  # without a film, there is no pattern
+        # Without a film, and if the pair cannot be assembled, there is no pattern.
+        if self.film > 0.0 and not backlash_report(self.design).jam:
             pattern = f"the contact pattern for a film of {1e3 * self.film:g} um reaches {self.edges_reached}"
             remarks.append(Remark(NOTE, f"{self.flank} flanks: {pattern}"))
         return tuple(remarks)
@@ -195,6 +196,8 @@ class OperationReport(Report):
             else number("contact_ratio", value)
             for value, doubt in zip((self.operating, self.within_film), self.doubts, strict=True)
         )
+        if backlash_report(self.design).jam:
+            operating, near = "not known (jammed)", "not known (jammed)"
         near += f" with clearances up to {1e3 * self.film:g} um"
         text += line("contact ratio", f"{eq16} of one tooth pair (Eq. 16), {operating} in operation, {near}")
         cycle = self.cycle

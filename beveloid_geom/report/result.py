@@ -18,7 +18,7 @@ from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeAlias, Type
 
 import numpy as np
 
-from ..arrays import MEMBERS as MEMBERS
+from ..arrays import FLANK_SIGN, MEMBERS as MEMBERS
 from ..contact.path import PathEnds
 from ..design.member import MODIFICATIONS
 from ..design.model import Design
@@ -268,12 +268,13 @@ def to_csv(result: Any) -> str:
     str
         The columns are the arrays with the most frequent length of the first axis. Their names contain the
         unit; a vector has three columns. Codes are replaced by names, and cells of NaN are empty,
-        False is 0 and True is 1.
+        False is 0 and True is 1. A `FlankGrid` and a `ContactPattern` have one row for each point of their
+        grids, and `ToothData` for each change of the thickness and each plane, with all numbers.
 
     Raises
     ------
     ValueError
-        If the result has no arrays.
+        If the result has no arrays, or for triangles and hexahedra, which `write` writes.
 
     Examples
     --------
@@ -282,10 +283,19 @@ def to_csv(result: Any) -> str:
     >>> text.splitlines()[0].split(",")[:4]
     ['l1_mm', 'u1_mm', 'l2_mm', 'u2_mm']
     """
+    kind = type(result).__name__
+    if hasattr(result, "faces") or hasattr(result, "hexahedra"):
+        raise ValueError(f"{kind} is no table: use write(result, path), or to_dict(result)")
+    if kind == "ToothData":
+        return csv_text(stacked_rows([_planes(result, k) for k in range(len(result.change))]))
+    if kind == "ContactPattern":
+        return csv_text(stacked_rows([{"member": m} | _grid_rows(getattr(result, m)) for m in MEMBERS]))
+    if kind in ("FlankGrid", "MemberPattern"):
+        return csv_text(_grid_rows(result))
     data = to_dict(result)
     arrays = {name: value for name, value in vars(result).items() if np.ndim(value) in (1, 2) and len(value)}
     if not arrays:
-        raise ValueError(f"{type(result).__name__} has no arrays: use to_dict")
+        raise ValueError(f"{kind} has no arrays: use to_dict")
     lengths = [len(value) for value in arrays.values()]
     count = max(lengths, key=lengths.count)
     rows: dict[str, Any] = {}
@@ -298,6 +308,27 @@ def to_csv(result: Any) -> str:
         else:  # other second axes are numbered
             rows |= {f"{name}_{k}": columns[:, k] for k in range(columns.shape[1])}
     return csv_text(rows)
+
+
+def _grid_rows(grid: Any) -> dict[str, Any]:
+    """Return one row for each point of a grid; a station z belongs to all points of its column."""
+    rows, shape = {}, grid.points.shape[:2]
+    for name in (name for name, value in vars(grid).items() if name != "border" and np.shape(value)):
+        values = np.asarray(picked(grid, name)[name])
+        values = np.broadcast_to(values, shape) if values.ndim == 1 else values
+        rows[name.removesuffix("s") if values.ndim == 3 else name] = values.reshape(-1, *values.shape[2:])
+    return rows
+
+
+def _planes(tooth: Any, k: int) -> dict[str, Any]:
+    """Return one row for each plane, with change number k of the thickness; single values are repeated."""
+    columns = {"change_of_thickness": tooth.change[k]}
+    for name, value in vars(tooth).items():
+        if name in ("form_diameter", "base_diameter"):
+            columns |= {f"{flank}_{name}": row for flank, row in zip(FLANK_SIGN, value, strict=True)}
+        elif name != "change":
+            columns[name] = value[k] if np.ndim(value) == 2 else value
+    return columns
 
 
 def table_of(rows: Rows) -> tuple[list[str], list[list[Any]]]:

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import FloatArray, Indices
-from ..design.arguments import require_member
+from ..design.arguments import require_member, require_number
 from ..design.member import Member
 from .element_sizes import Cells, boundary_nodes, cells_of, face_stations
 from .hexahedral_mesh import VolumeMesh, element_shapes, face_nodes, rounded_down
@@ -34,7 +34,7 @@ def tooth_hexahedra(
     member: Member,
     teeth: int | None = 1,
     element: str = "C3D20",
-    tolerance: float = 0.05,
+    tolerance: float | None = None,
     bore_radius: float | None = None,
     cells: Cells | Sequence[Cells] | None = None,
 ) -> VolumeMesh:
@@ -49,8 +49,9 @@ def tooth_hexahedra(
     element : {'C3D20', 'C3D20R', 'C3D8I', 'C3D8'}
         Elements with 20 or 8 nodes. The reduced integration of C3D20R allows hourglass modes under a load on
         one face. C3D8I fails the patch test unless elements are parallelepipeds.
-    tolerance : float
-        Largest distance of straight edges from the surfaces that the tool cuts, mm; see `cells_of`.
+    tolerance : float, optional
+        Largest distance of straight edges from the surfaces that the tool cuts, mm; see `cells_of`. By
+        default 1/120 of the normal module, as for the command `mesh`.
     bore_radius : float, optional
         mm; 0.45 of the smallest root radius by default.
     cells : Cells or sequence of Cells, optional
@@ -80,13 +81,18 @@ def tooth_hexahedra(
     (8, True)
     """
     require_member(member)
+    require_number("tolerance", tolerance)
+    require_number("teeth", teeth, integer=True)
     if element not in ELEMENTS:
         raise ValueError(f"element must be one of {', '.join(ELEMENTS)}, got {element!r}")
     count = int(member.teeth)
     if teeth is not None and not 0 < teeth <= count:
         raise ValueError(f"teeth must be between 1 and {count}, got {teeth}")
     number = count if teeth is None else teeth
-    cells = cells_of(member, tolerance) if cells is None else cells
+    if cells is None:
+        module_per_tolerance = 120.0
+        usual = float(member.tool.normal_module) / module_per_tolerance
+        cells = cells_of(member, usual if tolerance is None else tolerance)
     each = [cells] * number if isinstance(cells, Cells) else list(cells)
     if len(each) != number or len({replace(one, flank=1) for one in each}) > 1:
         limit = f"be given for {counted(number)} and may differ only in `flank`"
@@ -117,7 +123,7 @@ def _tooth(member: Member, cells: Cells, quadratic: bool, bore: float, teeth: in
 
 def _require_shape(mesh: VolumeMesh) -> None:
     """Raise ValueError for elements that are inverted or too distorted."""
-    shape_cure = "reduce the tolerance, change bore_radius, or increase the tip_radius of the tool"
+    shape_cure = "reduce the tolerance, change the bore radius, or increase the tip radius of the tool"
     scaled, ratio = (float(values.min()) for values in element_shapes(mesh))
     # Smallest scaled Jacobian and smallest ratio of determinants, see `hexahedral_mesh.element_shapes`.
     min_shape = 0.2

@@ -266,7 +266,8 @@ def test_check_as_json() -> None:
         ("face_width = 50.0", "face_width = 3.0", "the contact reaches the pinion's"),
         ("shaft_angle_deg = 15.0", "shaft_angle_deg = 14.0", "no common normal at a shaft angle of 14 deg"),
         ("profile_shift = 0.17", "profile_shift = -1.5", "the right flank of the pinion is undercut"),
-        ("addendum = 1.0", "addendum = 2.2", "the tooth of the pinion is pointed at the heel"),
+        ("addendum = 1.0", "addendum = 1.6", "the tooth of the pinion is pointed at the heel"),
+        ("addendum = 1.0", "addendum = 2.2", "the tooth of the pinion is pointed along the complete face"),
     ],
 )
 def test_check_warns(design_file: Callable[..., Path], old: str, new: str, warning: str) -> None:
@@ -337,3 +338,11 @@ def test_imports_of_commands(tmp_path: Path, command: str) -> None:
     imported = imported_by(*command.split(), folder=tmp_path)
     assert "beveloid_geom.cli.main" in imported
     assert not imported & set(SLOW[command])
+
+
+def test_operation_of_a_pair_that_jams() -> None:
+    """The contact ratios in operation and the pattern are not known."""
+    result = run("operation", "--offset-error", "-0.5", "--points", "3")
+    assert result.exit_code == 1
+    assert "not known (jammed) in operation" in " ".join(result.stdout.split())
+    assert "the contact pattern" not in result.stdout

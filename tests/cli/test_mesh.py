@@ -343,3 +343,12 @@ def test_progress_is_shown_on_terminals(tmp_path: Path) -> None:
     assert "pinion" in shown
     assert "write a.ply" in shown
     assert done.stdout.count("\n") == 1
+
+
+def test_a_pair_that_jams_has_a_warning(tmp_path: Path) -> None:
+    """The pair is written; the warning is that of the other commands."""
+    out = tmp_path / "pair.stl"
+    result = run("--part", "pair", "--offset-error", "-0.5", "--tolerance", "0.5", "--out", out)
+    assert result.exit_code == 0
+    assert result.stderr.startswith("Warning: the pair cannot be assembled: ")
+    assert out.exists()

@@ -157,7 +157,8 @@ def test_a_loaded_tooth_is_written(part: str, tmp_path: Path) -> None:
     [
         (("place",), "so that its middle cannot be moved: give the pair a shaft angle"),
         (("place", *PARABOLA), "runs along the complete face, also with parabolas"),
-        (("tolerance", "--shaft-angle-tolerance-deg", "0.01"), "any such error moves the contact to an edge"),
+        (("tolerance",), "; give only the other tolerances, or add parabolas or helix crowning"),
+        (("tolerance",), "--shaft-angle-tolerance-deg must be 0 if the flanks touch along lines, got "),
     ],
 )
 def test_commands_that_need_point_contact(arguments: tuple[str, ...], words: str) -> None:

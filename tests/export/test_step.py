@@ -360,6 +360,7 @@ def raising(error: BaseException, cause: BaseException | None) -> type:
     ("error", "cause", "expected", "text"),
     [
         (ImportError(NO_GL), None, ImportError, f"{UNLOADED}: {NO_GL}.*sudo apt-get install libgl1"),
+        (ImportError(NO_GL.replace("libGL", "libvtk")), None, ImportError, "libvtk.*: .*cadquery-ocp-novtk"),
         (ModuleNotFoundError("No module named 'vtk'", name="vtk"), None, ModuleNotFoundError, "vtk"),
         (ModuleNotFoundError("no OCP", name="OCP.gp"), None, ModuleNotFoundError, r"beveloid-geom\[step\]"),
         (ImportError("initialization failed"), KeyboardInterrupt(), KeyboardInterrupt, "^$"),

@@ -77,7 +77,14 @@ def test_members(tmp_path: Path) -> None:
     [
         (3.0, "a.stl", TypeError, "cannot write a float: pass a solid, a flank grid"),
         ([], "a.glb", TypeError, "cannot write a list"),
-        ("solid", "a.inp", ValueError, r"'\.inp' is not a known format: give one of \.stl"),
+        ("solid", "a.inp", ValueError, r"'\.inp' does not suit this object: give one of \.stl"),
+        ("solid", "a.step", ValueError, r"'\.step' does not suit .* \.vtu, or pass the member$"),
+        (
+            DESIGN.pinion,
+            "a.stl",
+            ValueError,
+            r"'\.stl' does not suit .* \.stp, or pass gear_solid\(member\)$",
+        ),
         ("solid", "a", ValueError, "'' is not a known format"),
         ("solid", "none/a.stl", FileNotFoundError, "No such folder: .*none"),
     ],

@@ -315,3 +315,11 @@ def test_smaller_tolerances_take_more_elements() -> None:
 def test_invalid_arguments_are_rejected(values: dict[str, object], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         tooth_hexahedra(PINION, **values)  # type: ignore[arg-type]
+
+
+def test_default_tolerance_scales_with_the_module() -> None:
+    """The mesh of a gear of one tenth of the size has the same elements."""
+    tool = replace(PINION.tool, normal_module=0.1 * PINION.tool.normal_module)
+    small = replace(PINION, tool=tool, face_width=0.1 * PINION.face_width)
+    counts = [len(tooth_hexahedra(member, 1, "C3D8").hexahedra) for member in (PINION, small)]
+    assert counts[0] == counts[1]

@@ -70,8 +70,8 @@ def main(
     The page has a verdict with a picture, checks, and for both flanks: path of contact, pattern, ease-off,
     pressure, transmission error, sliding, sensitivity and tolerances, and a 3D view of the pair in mesh.
     If no tolerance is given, the usual tolerances of `beveloid-geom tolerance` are used. The
-    exit status is 1 if neither flank has contact, 4 if contact or operation of a flank pair could not be
-    computed. The page is written in both cases and gives the reason.
+    exit status is 1 if neither flank has contact or the pair cannot be assembled, 4 if contact or
+    operation of a flank pair could not be computed. The page is written in all cases and gives the reason.
     """
     begin = time.perf_counter()
     tolerances = {name: values.pop(name) for name, *_ in TOLERANCES}

@@ -137,8 +137,7 @@ class FlankResults:
 
 @dataclass(frozen=True, eq=False)
 class PageData:
-    """Contents of the page: results by flank, ease-off of both flanks, JSON by section and flank, and all
-    remarks, most severe first."""
+    """Results by flank, ease-off of both flanks, JSON by section and flank, and all remarks in order."""
 
     name: str
     design: Design
@@ -155,7 +154,7 @@ class PageData:
 
     @property
     def failures(self) -> list[Failure]:
-        """Failures of the page: no contact on both flanks, or results that could not be computed."""
+        """Failures of the page: no contact on both flanks, failed calculations, or a pair that jams."""
         failures = []
         for results in self.flanks.values():
             contact, operation = results.contact.reason, results.operation
@@ -164,8 +163,9 @@ class PageData:
             elif isinstance(reason := results.reasons.get("operation"), NotComputed):
                 failures.append(failure_of(reason))
             elif operation is not None:
-                failures.append(operation.failure)
-        return [each for each in failures if each and (not self.has_path or each.status == NOT_COMPUTED)]
+                failures.append(operation.unknown)
+        kept = [each for each in failures if each and (not self.has_path or each.status == NOT_COMPUTED)]
+        return [*kept, *filter(None, [failure_of(None, self.design)])]
 
     @property
     def verdict(self) -> str:

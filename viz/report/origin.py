@@ -9,7 +9,7 @@ from datetime import datetime
 from typing import Any
 
 from beveloid_geom.cli.options import option_name
-from beveloid_geom.cli.tolerance_options import TOLERANCES
+from beveloid_geom.cli.tolerance_options import TOLERANCES, tolerance_names
 
 
 @dataclass(frozen=True)
@@ -63,3 +63,10 @@ def tolerances_of(sizes: Mapping[str, float], cases: int, seed: int) -> str:
     """Return the options of a tolerance study as on a command line, with sizes by argument."""
     given = [f"{option} {sizes[name]!r}" for name, option, *_ in TOLERANCES if sizes.get(name)]
     return " ".join([*given, f"--cases {cases}", f"--seed {seed}"])
+
+
+def with_options(text: str) -> str:
+    """Return a message on a tolerance with the name of its option."""
+    for argument, name in tolerance_names("tolerance of").items():
+        text = text.replace(f"{argument} ", f"{name} ")
+    return text

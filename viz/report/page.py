@@ -39,7 +39,7 @@ from . import charts
 from .cells import cell_pictures, size_decimals
 from .charts import Flats
 from .data import EASE_OFF_GRID, HARMONICS, POSITIONS, FlankResults, PageData
-from .origin import Origin
+from .origin import Origin, with_options
 from .picture import SHADE_COUNT
 from .svg import chart_style, svg_of
 
@@ -280,11 +280,16 @@ def _unlisted(data: PageData) -> list[str]:
     missing: dict[tuple[str, str], list[str]] = {}
     for flank, results in data.flanks.items():
         for section, reason in results.reasons.items():
-            if reason not in named:
+            if reason not in named and reason != _no_study(data):
                 missing.setdefault((flank, reason), []).append(section_words.get(section, section))
     return [
         f"No {', '.join(sections)}, {flank} flanks: {reason}" for (flank, reason), sections in missing.items()
     ]
+
+
+def _no_study(data: PageData) -> str | None:
+    """Return the reason if the tolerances do not suit the design, so that there are no mountings."""
+    return None if data.numbers["mountings"] else data.flanks[FLANKS[0]].reasons["tolerance"]
 
 
 def _stamped(data: PageData, origin: Origin) -> dict[str, Any]:
@@ -352,6 +357,7 @@ def _of_data(data: PageData) -> dict[str, Any]:
         "clean": quiet(data.remarks),
         "without_transmission_error": without_transmission_error(data),
         "unlisted": _unlisted(data),
+        "no_study": with_options(_no_study(data) or ""),
         "modified": data.ease_off.modified,
         "pressure_remarks": dict.fromkeys(
             remark for one in pressed if one is not None for remark in pressure_remarks(one)

@@ -70,10 +70,10 @@ def page(text: str) -> ReportPage:
     return ReportPage(text)
 
 
-def written(folder: Path, *options: str) -> ReportPage:
-    """Return the page that the command writes."""
+def written(folder: Path, *options: str, status: int = 0) -> ReportPage:
+    """Return the page that the command writes; it ends with this exit status."""
     done = CliRunner().invoke(main, [*options, "--out", str(folder / "page.html")])
-    assert done.exit_code == 0, done.stderr
+    assert done.exit_code == status, done.stderr
     return ReportPage((folder / "page.html").read_text(encoding="utf-8"))
 
 
@@ -147,8 +147,8 @@ def test_verdict_lists_errors_and_warnings_first(page: ReportPage) -> None:
 )
 def test_verdicts(options: tuple[str, ...], verdict: str, level: str, tmp_path: Path) -> None:
     """The verdict has the level and the numbers of the remarks. Results of unmodified flanks that are zero
-    have one line instead of charts and rows."""
-    page = written(tmp_path, *options, "--cases", "40")
+    have one line instead of charts and rows. If the pair jams, the exit status is 1."""
+    page = written(tmp_path, *options, "--cases", "40", status=1 if options else 0)
     words, data = " ".join(page.words.split()), page.json("data")
     assert words.index(verdict) < words.index("Summary Paths")
     assert ("div", {"class": f"verdict {level}"}) in page.tags

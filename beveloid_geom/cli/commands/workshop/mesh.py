@@ -271,6 +271,8 @@ def write_part(
     check_numbers(request, bores)
     if part in FLANKS:
         warn_of_undercut(request.member, request.flank)
+    if part == "pair" and kind != "contact":  # the pair in contact is not written if it jams
+        warn_of_jam(changed)
     write_files(request)
 
 
@@ -291,6 +293,14 @@ def write_files(request: MeshRequest) -> None:
                 text = WRITERS[request.kind](one, path, bar)
             messages.append(f"{click.format_filename(one.out)}: {text}\n")
     write_out("".join(messages))
+
+
+def warn_of_jam(design: Design) -> None:
+    """Write a warning on standard error if the pair cannot be assembled."""
+    from ....findings.backlash import backlash_report
+
+    if jam := backlash_report(design).jam:
+        click.echo(f"Warning: {jam}; it is written as if it could", err=True)
 
 
 def warn_of_undercut(member: Member, flank: str) -> None:
