@@ -320,11 +320,16 @@ def _line(case: ErrorCase, sign: float, path: SolvedPath, zero: SolvedPath, memb
     as an error in mm."""
     error = case.label(sign).partition("\u00a0")[0]
     if not path.has_path:
-        return (error, "", "no path", panels.ratios(path)[1]) if member else (error, "no path")
+        return (error, "", "no path", _ratios(path)[1]) if member else (error, "no path")
     shift = _shift(path, zero, member)
     digits = max(paths_table.digits_mm(path.design), case.digits if case.unit == "mm" else 0)
     shift_text = "" if path is zero else theme.signed(shift, digits) if np.isfinite(shift) else "unknown"
-    return error, shift_text, *(panels.ratios(path) if member else ())
+    return error, shift_text, *(_ratios(path) if member else ())
+
+
+def _ratios(path: SolvedPath) -> tuple[str, str]:
+    """Return the columns of both contact ratios, which have no space for a number next to "jammed"."""
+    return ("", "jammed") if path.jammed else panels.ratios(path)
 
 
 def _shift(path: SolvedPath, zero: SolvedPath, member: int) -> float:

@@ -151,6 +151,8 @@ def _rings(design: Design, path: SolvedPath, number: int) -> tuple[FloatArray, .
     at, touching = path.path, np.flatnonzero(path.path.status == Status.SOLVED)
     if path.first is not None:
         touching = touching[path.first]
+    if not touching.size:
+        return ()
     shown = touching[np.linspace(0, len(touching) - 1, ellipses + 2).round().astype(int)[1:-1]]
     ellipse = contact_ellipse(at, MARKING_SEPARATION_MM)
     turn = np.linspace(0.0, 2.0 * np.pi, 721)[:, None]
