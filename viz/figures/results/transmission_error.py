@@ -59,7 +59,8 @@ def compute(design: Design, flank: str = "right") -> tuple[CycleCase, ...]:
 
 def draw(data: tuple[CycleCase, ...], layout: theme.PageLayout) -> Drawing:
     """Draw a panel for each case and a panel of all amplitudes."""
-    cells = PanelRows(left=1.05, right=1.0, across=2.1, down=1.45, most=2, least=3.3)
+    left = 1.05 if layout.wide else 1.2  # labels of two lines on a narrow page
+    cells = PanelRows(left=left, right=1.0, across=2.1, down=1.45, most=2, least=3.3)
     # Factor of the scale of amplitudes in print, which leaves space for the legend.
     print_scale_factor = 1.4
     # Height of the text above a panel, points.
