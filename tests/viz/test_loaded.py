@@ -178,4 +178,12 @@ def test_decks_of_other_rolls_are_not_mixed(decks: Path, tmp_path: Path) -> None
 def test_a_single_deck(decks: Path, tmp_path: Path) -> None:
     path = copied(decks, tmp_path, "p")
     assert decks_of(path) == [path]
-    assert len(loaded_pair(DESIGN, path).results) == 1
+    found = loaded_pair(DESIGN, path)
+    assert len(found.results) == 1
+    page = page_of(load_sharing.draw, found, (1600, 1200))
+    legend = page.axes[1].get_legend()
+    assert legend is not None
+    assert legend.get_texts()[1].get_text().startswith("loaded, one roll: ")
+    page.axes[2].set_yticks([-0.015, 0.0, 0.015])  # 6 characters
+    page.draw_without_rendering()
+    assert page.axes[2].yaxis.label.get_window_extent().x1 < page.bbox.x1

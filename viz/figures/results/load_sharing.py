@@ -136,7 +136,7 @@ def compute(loaded: Loaded) -> Loaded:
 
 def draw(result: Loaded, layout: theme.PageLayout) -> Drawing:
     """Draw load sharing and transmission error."""
-    cells = PanelRows(left=0.85, right=0.85, across=1.75, down=1.35, most=2, least=5.0)
+    cells = PanelRows(left=1.05, right=1.15, across=1.75, down=1.35, most=2, least=5.0)
     one, count = result.results[0], len(result.results)
     rolls = "one roll" if count == 1 else f"{count} rolls"
     page, low, high = theme.new_page(
@@ -181,6 +181,8 @@ def _errors(axes: Axes, result: Loaded) -> None:
     at = result.pitches(result.loaded_rolls)
     behind = ARCSEC * float(np.mean(result.unloaded - result.loaded))
     label = f"loaded, {_swing(loaded)}\n({behind:.3g} arcsec behind in the mean)"
+    if loaded.size == 1:
+        label = f"loaded, one roll: {behind:.3g} arcsec behind"
     axes.plot(at, loaded, "-o", color=theme.BLUE, ms=5.0, lw=1.6, label=label)
     low, high = axes.get_ylim()
     room = max(high - low, 1e-3)
@@ -188,7 +190,7 @@ def _errors(axes: Axes, result: Loaded) -> None:
     axes.set(ylim=(low, low + 1.4 * room), xlabel="pinion roll, loaded or rigid, from mid-path (pitches)")
     axes.set_ylabel("gear ahead of its mean (arcsec)")
     axes.grid(True)
-    axes.legend(loc="upper left")
+    axes.legend(loc="upper left", fontsize=theme.SMALL)
     length_axes = axes.twinx()
     length_axes.set(ylim=[radius * limit for limit in axes.get_ylim()])
     length_axes.set_ylabel("at the gear's pitch circle (\u00b5m)")
