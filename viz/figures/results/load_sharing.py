@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -89,8 +90,16 @@ def decks_of(path: Path) -> list[Path]:
     return several or [path]
 
 
-def loaded_pair(design: Design, path: Path) -> Loaded:
-    """Read the results of the decks of a design.
+def _named_design(deck: Path) -> str:
+    """Return the name of the design in the header of a deck, '' if there is none."""
+    with open(deck, encoding="ascii", errors="replace") as file:
+        found = re.search(r"^\*\* pair of (.*), \d+ (?:tooth|teeth) of each$", file.read(2000), re.MULTILINE)
+    return found[1] if found else ""
+
+
+def loaded_pair(design: Design, path: Path, name: str = "") -> Loaded:
+    """Read the results of the decks of a design with a `name`, which is compared with the name in the decks
+    if both are known.
 
     Raises ValueError for decks of another design, of several torques, flanks or numbers of teeth, for an
     incomplete set, and as `read_pair_result`; OSError if a file cannot be read."""
@@ -107,6 +116,10 @@ def loaded_pair(design: Design, path: Path) -> Loaded:
         raise ValueError(
             f"the decks of {path} differ in flank, torque or teeth: write them again with --rolls"
         )
+    written = name.encode("ascii", "replace").decode()  # as in decks
+    for other in filter(None, map(_named_design, decks)):
+        if written and Path(other).stem != Path(written).stem:
+            raise ValueError(f"the decks of {path} belong to {other}, not to {name}: name it with --design")
     flank, rolls_of_decks = results[0].flank, np.array([one.rolls for one in results])
     # Rolls do not depend on the size of the gears, so the positions of the members are compared as well.
     origins = np.array([origin for _, origin in frames_at(design, *rolls_of_decks[0])])
