@@ -32,7 +32,7 @@ from beveloid_viz.rendering.scene import Picture, Tube
 
 from ...symmetry import mirrored, scaled
 from ..pages import distances, drawn, page_of, recipe_of, short_measurements, texts
-from ..test_print import both_right
+from ..test_print import both_right, straight_undercut
 from .test_speed_accuracy import data_with
 
 TABLE = builtin_design()
@@ -152,6 +152,17 @@ def test_names_of_face_ends_in_fig_1_point_at_visible_points() -> None:
         shown = fig_01_pair._visible(over, far, near)
         assert 0 < len(shown) < len(far)
         assert not Outline(picture.project(near)).contains_points(picture.project(shown)).any()
+
+
+def test_labels_in_fig_1_do_not_point_at_the_other_member() -> None:
+    """The front of a small pinion is behind the gear, so that it has no label."""
+    page, _ = drawn("fig-01", straight_undercut(), (800, 600))
+    labels = [text for axes in page.axes for text in axes.texts if isinstance(text, Annotation)]
+    assert [text.get_text() for text in labels].count("front") == 1
+    ends = {text.get_text().split("\n")[0]: text.xy for text in labels if "teeth" in text.get_text()}
+    backs = sorted(text.xy[0] for text in labels if text.get_text() == "back")
+    assert ends["pinion"][0] < backs[0] + 0.1 * (ends["gear"][0] - backs[0])
+    assert "Heels" not in page.note
 
 
 def test_the_note_of_fig_3_names_only_changed_angles() -> None:
