@@ -95,11 +95,11 @@ def draw(data: MethodFigure, layout: theme.PageLayout) -> Drawing:
     """Draw the flank with the query, and the detail with the distances."""
     cells = PanelRows(left=1.2, right=0.4, across=1.4, down=1.5, most=2, least=3.6)
     numbers = " + ".join(map(str, data.triangles))
-    meshes = f" Meshes within {data.tolerance:.2g} mm: {numbers} triangles" if numbers else ""
+    meshes = f". Meshes within {data.tolerance:.2g} mm: {numbers} triangles" if numbers else ""
     page, low, high = theme.new_page(
         layout,
         finding(data),
-        f"{data.flank.capitalize()} flanks, {coefficients(data.design)}, one position." + meshes,
+        f"{data.flank.capitalize()} flanks, {coefficients(data.design)}, one position" + meshes,
         (
             "(a) Proximity query: distance of the vertices of the pinion flank (colours) from the gear mesh."
             " (b) Separation of the exact flanks. Polished: by Newton's method from the nearest vertices. A"
