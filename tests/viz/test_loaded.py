@@ -197,5 +197,7 @@ def test_decks_name_their_design(decks: Path, tmp_path: Path) -> None:
     error = refused("--loaded", str(path), "--out", str(tmp_path / "out"))
     assert f"the decks of {path} belong to narrow.toml, not to ni-2017: name it with --design" in error
     path.write_text(path.read_text().replace("narrow.toml", "ni-2017.toml"))
-    done = CliRunner().invoke(main, ["--loaded", str(path), "--out", str(tmp_path / "out"), "--size", "400x300"])
+    done = CliRunner().invoke(
+        main, ["--loaded", str(path), "--out", str(tmp_path / "out"), "--size", "400x300"]
+    )
     assert done.exit_code == 0, done.output

@@ -301,7 +301,9 @@ def _rows(case: Sequence[object], solved: SolvedPath) -> Iterator[list[object]]:
             rolls = solved.between.first.pinion_roll
             low, high = np.sort(path.ends.pinion_roll)
             on_path = (low <= rolls) & (rolls <= high)
-            between = zip(on_path, rolls.tolist(), _first_columns(solved, solved.between, number), strict=True)
+            between = zip(
+                on_path, rolls.tolist(), _first_columns(solved, solved.between, number), strict=True
+            )
             for inside, roll, contact_columns in between:
                 if inside and not contact_columns[2]:  # no edge touches
                     continue

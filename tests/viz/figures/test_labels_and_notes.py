@@ -11,7 +11,7 @@ from matplotlib.patches import Ellipse
 from matplotlib.path import Path as Outline
 from matplotlib.text import Annotation
 
-from beveloid_geom import Design, builtin_design
+from beveloid_geom import Design, Modification, builtin_design
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.proximity.mesh_convergence import Convergence
 from beveloid_geom.validation.near_singular import METHODS, MethodErrors
@@ -283,3 +283,22 @@ def test_labels_of_radii_are_next_to_their_arrows(design: Design, layout: PageLa
             assert nearest[1:] == (radius_pt, colour)
             seen.add(label.get_text())
     assert seen == names
+
+
+def test_figures_12_to_15_name_the_modifications_of_the_design() -> None:
+    """The lower row has the paper's parabolas and the modifications of the design."""
+    crowned = TABLE.pinion.modified(Modification(helix_crowning_um=10.0))
+    for design, own in ((replace(TABLE, pinion=crowned), True), (TABLE, False)):
+        page, _ = drawn("fig-12", design)
+        assert any("with the design's modifications and $a_1$" in text for text in texts(page)) == own
+        assert any("with modification, $a_1$" in text for text in texts(page)) != own
+
+
+@pytest.mark.parametrize("name", ["transmission-error", "pattern"])
+def test_without_curves_there_is_no_legend_or_note(name: str) -> None:
+    """The tips of this pair reach the bottom lands, so that there is no first contact."""
+    close = replace(TABLE, pair=replace(TABLE.pair, offset=TABLE.pair.offset - 5.0))
+    page, _ = drawn(name, close)
+    assert page.note == ""
+    assert not page.legends
+    assert not any(axes.axison for axes in page.axes)

@@ -56,7 +56,9 @@ def test_sticks_are_as_long_as_the_deviations(size: float) -> None:
 def test_long_numbers_are_apart_and_clear_of_the_grid() -> None:
     """Numbers of a grid of 5 x 9 points touch neither each other nor the horizontal lines of the grid."""
     grid = measuring_grid(builtin_design().gear, 5, 9)
-    found = DeviationReport(GridOrigin("mine", "gear", ""), deviations_of(grid, grid.point + 0.01 * grid.normal))
+    found = DeviationReport(
+        GridOrigin("mine", "gear", ""), deviations_of(grid, grid.point + 0.01 * grid.normal)
+    )
     axes = page_of(deviations.draw, found, (1600, 1200)).axes[0]
     boxes = [text.get_window_extent().padded(1.0) for text in axes.texts if text.get_text() == "+10.0"]
     assert len(boxes) == 25

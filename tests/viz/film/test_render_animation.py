@@ -61,14 +61,21 @@ def test_line_contact_is_drawn_along_its_lines(tmp_path: Path) -> None:
     touching = film.touching
     assert np.isfinite(film.lines[0][touching]).all()
     for number in (0, 1):
-        (start, end), point = np.moveaxis(film.lines[number][touching], 1, 0), film.on_tooth_0(number)[touching]
-        off = np.linalg.norm(np.cross(point - start, end - start), axis=1) / np.linalg.norm(end - start, axis=1)
+        (start, end), point = (
+            np.moveaxis(film.lines[number][touching], 1, 0),
+            film.on_tooth_0(number)[touching],
+        )
+        off = np.linalg.norm(np.cross(point - start, end - start), axis=1) / np.linalg.norm(
+            end - start, axis=1
+        )
         assert off.max() < 1e-3
     step = int(np.argmax(touching.any(axis=0)))
     in_mesh = film.line_in_mesh(step)[touching[:, step]]
     mesh_points = film.point[touching[:, step], step]
     way = in_mesh[:, 1] - in_mesh[:, 0]
-    assert np.linalg.norm(np.cross(mesh_points - in_mesh[:, 0], way), axis=1).max() < 1e-3 * np.linalg.norm(way)
+    assert np.linalg.norm(np.cross(mesh_points - in_mesh[:, 0], way), axis=1).max() < 1e-3 * np.linalg.norm(
+        way
+    )
     assert "orange: path of contact" in scene.film_title(film)
     pages = []
     for shown in (film, replace(film, lines=(np.full_like(film.lines[0], np.nan),) * 2)):

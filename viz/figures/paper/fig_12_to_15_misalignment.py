@@ -12,6 +12,7 @@ from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from beveloid_geom import Design
+from beveloid_geom.contact.flank_pair import is_modified
 from beveloid_geom.pair.misalignment import mounted
 from beveloid_geom.validation.claims import ANGLE_ERROR, AXIAL_ERROR, OFFSET_ERROR
 from beveloid_geom.validation.statements import is_table1
@@ -149,9 +150,11 @@ def draw(data: MisalignmentFigure, layout: theme.PageLayout) -> Drawing:
     right. In print, the cases are in columns."""
     case, flank = data.case, data.flank
     values = "$a_1$ = $a_2$ = 0", paths_table.coefficients(data.paths[1][1].design)
+    own = is_modified(data.paths[1][1].design, flank)
+    design_words = "the design's modifications and " if own else "modification, "
     names = (
-        f"{word} modification, {value}".replace(" = ", "\u00a0=\u00a0").replace(" mm", "\u00a0mm")
-        for word, value in zip(("without", "with"), values, strict=True)
+        f"{word}{value}".replace(" = ", "\u00a0=\u00a0").replace(" mm", "\u00a0mm")
+        for word, value in zip(("without modification, ", f"with {design_words}"), values, strict=True)
     )
     cases = [(name, paths[1].design, flank) for name, paths in zip(names, data.paths, strict=True)]
     # Width of the widest flank as a fraction of its column if a table is next to it.

@@ -243,7 +243,8 @@ def _colours(page: theme.Page, axes: Axes, data: ParabolaMap, name: str) -> None
         usable, fine = (start + (angles - start) % HALF_TURN_DEG for angles in (usable, fine))
     if quantity.scale == "cyclic" and not cyclic:  # hollow pairs may have any angle
         fine = np.where(fine_y <= 1e-9, fine, np.nan)
-        look: dict[str, Any] = {"fontsize": theme.SMALL, "zorder": 7.0, "path_effects": map_panel.HALO}
+        white = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
+        look: dict[str, Any] = {"fontsize": theme.SMALL, "zorder": 7.0, "bbox": white}
         theme.message(axes, "in CSV only", height=0.8, **look)
     norm, levels = _scale(quantity, usable, cyclic)
     mesh = axes.pcolormesh(
