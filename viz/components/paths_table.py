@@ -249,8 +249,8 @@ def solved_case(design: Design, flank: str, points: int = 101, touching: bool = 
     path = path_of_contact(design, flank, points)
     good = path.status == Status.SOLVED
     at, between = touching_along(path, points) if touching else (None, None)
-    points = points_on(path, 0)[good], points_on(path, 1)[good]
-    return SolvedPath(design, path, points, at, between, touching and bool(backlash_report(design).jam))
+    both = points_on(path, 0)[good], points_on(path, 1)[good]
+    return SolvedPath(design, path, both, at, between, touching and bool(backlash_report(design).jam))
 
 
 def table(case: Sequence[str], paths: Iterable[tuple[Sequence[object], SolvedPath]]) -> Table:

@@ -231,7 +231,7 @@ def _visible(over: Overlay, ring: FloatArray, other: FloatArray) -> FloatArray:
 
 
 def _covered(over: Overlay, points: FloatArray, ends: FloatArray) -> Mask:
-    """Return which points (n, 3) are behind one of the `ends` (2, m, 3) of the other member in the picture."""
+    """Return a mask of the points (n, 3) behind one of the `ends` (2, m, 3) of the other member."""
     camera = over.picture.camera
     viewer = camera.focal_point + camera.distance * camera.axes[2]
     covered = np.zeros(len(points), dtype=bool)
@@ -242,7 +242,7 @@ def _covered(over: Overlay, points: FloatArray, ends: FloatArray) -> Mask:
         share = height / np.where(depth == 0.0, np.inf, depth)  # of the line to the viewer, up to the end
         at = points + share[:, None] * (viewer - points)
         radius = np.linalg.norm(ring[0] - middle)
-        covered |= (0.0 < share) & (share < 1.0) & (np.linalg.norm(at - middle, axis=1) < radius)
+        covered |= (share > 0.0) & (share < 1.0) & (np.linalg.norm(at - middle, axis=1) < radius)
     return covered
 
 

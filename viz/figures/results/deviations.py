@@ -17,8 +17,8 @@ from ...rendering import theme
 from ...rendering.layout import PanelRows
 
 MOST_COLUMNS, MOST_ROWS = 11, 5
-"""Largest numbers of columns and rows for which every point has a label. Otherwise, and in print, the corners,
-the minimum and the maximum have one."""
+"""Largest numbers of columns and rows for which every point has a label. Otherwise, and in print, the
+corners, the minimum and the maximum have one."""
 
 
 def compute(report: DeviationReport) -> DeviationReport:
@@ -39,8 +39,8 @@ def draw(report: DeviationReport, layout: theme.PageLayout) -> Drawing:
         (
             "Grey: nominal grid, tip at the back, \u2212z on the left. Deviation along the normal, drawn"
             " upwards: blue for excess, orange for missing metal, \u00b5m. One scale for both flanks. Below:"
-            " fitted surface of second order, with face and profile of the measured grid from \u22121 to 1, and"
-            " the root mean square of the residual."
+            " fitted surface of second order, with face and profile of the measured grid from \u22121 to 1,"
+            " and the root mean square of the residual."
         ),
         below=1.15,
         above=0.4,
