@@ -59,8 +59,7 @@ def compute(design: Design, flank: str = "right") -> tuple[CycleCase, ...]:
 
 def draw(data: tuple[CycleCase, ...], layout: theme.PageLayout) -> Drawing:
     """Draw a panel for each case and a panel of all amplitudes."""
-    left = 1.05 if layout.wide else 1.2  # labels of two lines on a narrow page
-    cells = PanelRows(left=left, right=1.0, across=2.1, down=1.45, most=2, least=3.3)
+    cells = PanelRows(left=1.05, right=1.0, across=2.1, down=1.45, most=2, least=3.3)
     # Factor of the scale of amplitudes in print, which leaves space for the legend.
     print_scale_factor = 1.4
     # Height of the text above a panel, points.
@@ -90,6 +89,7 @@ def draw(data: tuple[CycleCase, ...], layout: theme.PageLayout) -> Drawing:
             theme.message(axes, case.reason, 36)
             continue
         motion_graph.draw_graph(axes, case.graph)
+        axes.yaxis.labelpad = 0.5  # space for a label of two lines on a narrow page
         style: dict[str, Any] = {"xycoords": "axes fraction", "va": "bottom", "fontsize": theme.SMALL}
         theme.label_point(axes, (0.0, 1.0), motion_graph.graph_text(case.graph), (0.0, 6.0), **style)
     bars.set_title("(d)  amplitudes of all teeth", loc="left", pad=8.0, fontsize=theme.LABEL)
