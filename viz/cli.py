@@ -132,12 +132,12 @@ def write_figure(name: str, files_made: Made, folder: Path) -> None:
             temporary.write_bytes(content)
 
 
-def solved_decks(design: Design, path: Path) -> Loaded:
+def solved_decks(design: Design, name: str, path: Path) -> Loaded:
     """Read the results of CalculiX for the decks of a pair in contact. Raises Refusal."""
     from .figures.results.load_sharing import loaded_pair
 
     try:
-        return loaded_pair(design, path)
+        return loaded_pair(design, path, name)
     except ValueError as error:
         raise Refusal([f"--loaded: {error}"]) from None
     except OSError as error:
@@ -271,7 +271,7 @@ def main(
     if measured is not None:
         figures, shown = [MEASURED], measured_report(design, given, measured, **grid)
     elif loaded is not None:
-        figures, shown = [LOADED], solved_decks(given, loaded)
+        figures, shown = [LOADED], solved_decks(given, click.format_filename(design, shorten=True), loaded)
     else:
         figures = chosen_figures(names, sets)
 

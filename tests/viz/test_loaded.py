@@ -178,4 +178,26 @@ def test_decks_of_other_rolls_are_not_mixed(decks: Path, tmp_path: Path) -> None
 def test_a_single_deck(decks: Path, tmp_path: Path) -> None:
     path = copied(decks, tmp_path, "p")
     assert decks_of(path) == [path]
-    assert len(loaded_pair(DESIGN, path).results) == 1
+    found = loaded_pair(DESIGN, path)
+    assert len(found.results) == 1
+    page = page_of(load_sharing.draw, found, (1600, 1200))
+    legend = page.axes[1].get_legend()
+    assert legend is not None
+    assert legend.get_texts()[1].get_text().startswith("loaded, one roll: ")
+    page.axes[2].set_yticks([-0.015, 0.0, 0.015])  # 6 characters
+    page.draw_without_rendering()
+    assert page.axes[2].yaxis.label.get_window_extent().x1 < page.bbox.x1
+
+
+def test_decks_name_their_design(decks: Path, tmp_path: Path) -> None:
+    """A narrower face has the same rolls and mid-faces, so that the name in the header is compared."""
+    path = copied(decks, tmp_path, "p")
+    head, rest = path.read_text().split("\n** pair in contact", 1)
+    path.write_text(f"{head}\n** pair of narrow.toml, 3 teeth of each\n** pair in contact{rest}")
+    error = refused("--loaded", str(path), "--out", str(tmp_path / "out"))
+    assert f"the decks of {path} belong to narrow.toml, not to ni-2017: name it with --design" in error
+    path.write_text(path.read_text().replace("narrow.toml", "ni-2017.toml"))
+    done = CliRunner().invoke(
+        main, ["--loaded", str(path), "--out", str(tmp_path / "out"), "--size", "400x300"]
+    )
+    assert done.exit_code == 0, done.output

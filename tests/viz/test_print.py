@@ -26,7 +26,7 @@ from beveloid_viz.rendering.layout import PAPER_INCHES_PER_INCH, PageLayout, Pan
 from beveloid_viz.rendering.theme import Page
 
 from ..symmetry import mirrored, scaled
-from .pages import recipe_of, short_measurements
+from .pages import recipe_of, short_measurements, words
 
 WIDTHS = (90.0, 190.0)
 HIGHEST = 235.0
@@ -45,6 +45,13 @@ def both_right() -> Design:
         for teeth, width, (helix, cone) in zip((25, 61), (20.0, 22.0), angles, strict=True)
     )
     return Design(pinion, gear, Pair(107.2317, 0.3946795))
+
+
+def straight_undercut() -> Design:
+    """Return a straight cylindrical pair whose pinion of 7 teeth is undercut."""
+    tool = replace(TABLE.pinion.tool, normal_module=2.0)
+    pinion, gear = (Member(tool, teeth, 0.0, 0.0, 0.0, 20.0) for teeth in (7, 40))
+    return Design(pinion, gear, Pair(47.1, 0.0))
 
 
 DESIGNS = {"table1": TABLE, "both_left": scaled(mirrored(both_right()), 0.8)}
@@ -135,6 +142,21 @@ def test_words_are_apart_whole_and_large_enough(figure: Figure, design: str) -> 
             covered = sum(int((one.image.min(axis=-1) < 250).sum()) for one in drawing.pictures.values())
             share = covered / np.prod(drawing.page.canvas.get_width_height())
             assert share > LEAST_SHARES[figure.name], f"{width:g} mm"
+
+
+@pytest.mark.parametrize("name", ["tolerance-cloud", "transmission-error"])
+def test_pages_of_a_straight_undercut_pair(name: str) -> None:
+    """Line contact has no study of tolerances, and edge contact has large transmission errors."""
+    recipe = recipe_of(name)
+    data = recipe.compute(straight_undercut())
+    page = recipe.drawn(data, of_width(90.0)).page
+    assert faults(page) == []
+    if name == "tolerance-cloud":
+        assert not page.legends
+        assert "mountings" not in page.note
+        assert [axes.axison for axes in page.axes if axes.get_title("left")] == [False, False]
+        assert words(page).count("errors leave contact on edges only") == 2
+        assert recipe.drawn(data, of_size((1600, 1200))).page.legends == []
 
 
 def test_faults_are_seen() -> None:

@@ -159,7 +159,7 @@ def touching_legend(
     looks = (
         ("first contact", wide, (1.0, 0.0), any(path.has_path for path in paths)),
         ("not first", THIN_WIDTH_RATIO * wide, DASHED, _any_not_first(paths)),
-        ("edge contact", wide, (1.0, 0.0), any(path.edge_lines(0) for path in paths)),
+        ("edge contact", wide, (1.0, 0.0), any(path.edge_lines(0) or path.edge_lines(1) for path in paths)),
     )
     return [
         Line2D([], [], color=colour, linewidth=width, label=words, dashes=dashes)
@@ -175,9 +175,13 @@ def _any_not_first(paths: Iterable[SolvedPath]) -> bool:
 
 def what_touches(paths: Iterable[SolvedPath]) -> str:
     """Return the sentences of a caption on first contacts and contact ratios."""
-    not_first = "Not first: another tooth pair or an edge touches earlier. "
-    ratios = "Contact ratios: one tooth pair (Eq.\u00a016), all teeth in operation, without load."
-    return (not_first if _any_not_first(paths) else "") + ratios
+    paths = list(paths)
+    jammed = any(path.jammed for path in paths)
+    not_first = "Not first: another tooth pair or an edge touches earlier"
+    not_first += ", or the pair jams (cannot be assembled). " if jammed else ". "
+    operation = "" if jammed else " in operation"  # the note has at most 60 words
+    ratios = f"Contact ratios: one tooth pair (Eq.\u00a016), all teeth{operation}, without load."
+    return (not_first if jammed or _any_not_first(paths) else "") + ratios
 
 
 def lines_drawn(paths: Iterable[SolvedPath]) -> str:
@@ -323,5 +327,7 @@ def how_drawn(flank: str, stretch: float, outside: bool = False) -> str:
 
 def ratios(path: SolvedPath) -> tuple[str, str]:
     """Return both contact ratios of a path as text: that of one tooth pair (Eq. 16), and that in
-    operation."""
+    operation, or "jammed"."""
+    if path.jammed:
+        return both_ratios(path.ratio, 0.0)[0], "jammed"
     return both_ratios(path.ratio, path.touching.ratio if path.touching else float("nan"))

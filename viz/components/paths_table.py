@@ -14,6 +14,7 @@ from beveloid_geom.analysis.path_measures import in_side_view
 from beveloid_geom.arrays import FLANKS as FLANKS, MEMBERS as MEMBERS, FloatArray, Mask
 from beveloid_geom.contact.parallel.lines import contact_lines, is_line_contact
 from beveloid_geom.design.ends import limit_words
+from beveloid_geom.findings.backlash import backlash_report
 from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.pair.frames import layout_of
 from beveloid_geom.report.result import status_name
@@ -58,6 +59,9 @@ class SolvedPath:
     between : Touching, optional
         First contact on both sides of each change of the contact, and over the remainder of a pitch for a
         path shorter than a pitch.
+    jammed : bool
+        True if the pair cannot be assembled, so that no part of the path is first contact. False if first
+        contacts were not requested.
     """
 
     design: Design
@@ -65,6 +69,7 @@ class SolvedPath:
     points: tuple[FloatArray, FloatArray]
     touching: Touching | None = None
     between: Touching | None = None
+    jammed: bool = False
 
     @property
     def has_path(self) -> bool:
@@ -90,11 +95,12 @@ class SolvedPath:
         """Mask of the points of the path that are first contacts; None if unknown."""
         if self.touching is None or not self.has_path:
             return None
-        return np.asarray(self.touching.verdict[self.path.status == Status.SOLVED] == Verdict.FIRST_CONTACT)
+        verdict = self.touching.verdict[self.path.status == Status.SOLVED]
+        return np.asarray((verdict == Verdict.FIRST_CONTACT) & (not self.jammed))
 
     def edge_lines(self, member: int) -> list[FloatArray]:
         """Return the lines (n, 3) of edge contact on pinion (0) or gear (1), in its frame, mm."""
-        if self.touching is None:
+        if self.touching is None or self.jammed:
             return []
         touching = joined_contacts(self.touching, self.between)
         edges = [set(name.split(" on ")) - {""} for name in touching.edges]
@@ -243,7 +249,8 @@ def solved_case(design: Design, flank: str, points: int = 101, touching: bool = 
     path = path_of_contact(design, flank, points)
     good = path.status == Status.SOLVED
     at, between = touching_along(path, points) if touching else (None, None)
-    return SolvedPath(design, path, (points_on(path, 0)[good], points_on(path, 1)[good]), at, between)
+    both = points_on(path, 0)[good], points_on(path, 1)[good]
+    return SolvedPath(design, path, both, at, between, touching and bool(backlash_report(design).jam))
 
 
 def table(case: Sequence[str], paths: Iterable[tuple[Sequence[object], SolvedPath]]) -> Table:
@@ -279,7 +286,7 @@ def _rows(case: Sequence[object], solved: SolvedPath) -> Iterator[list[object]]:
     pinion = path.pinion_z, path.pinion_r, path.l1, path.u1
     gear = path.gear_z, path.gear_r, path.l2, path.u2
     for number, places in enumerate((pinion, gear)):
-        first, member = _first_columns(solved.touching, number), MEMBERS[number]
+        first, member = _first_columns(solved, solved.touching, number), MEMBERS[number]
         measures = [solved.length(number), solved.angle(number)] if solved.has_path else ["", ""]
         ends = [*measures, solved.ratio, *solved.ends]
         if not solved.has_path:
@@ -290,11 +297,13 @@ def _rows(case: Sequence[object], solved: SolvedPath) -> Iterator[list[object]]:
         rows = zip(path.status, columns.tolist(), first or [()] * len(columns), strict=True)
         for index, (status, values, contact_columns) in enumerate(rows):
             yield [*case, member, status_name(status), index, *values, *ends, *contact_columns]
-        if solved.between is not None:
+        if solved.between is not None and not solved.jammed:
             rolls = solved.between.first.pinion_roll
             low, high = np.sort(path.ends.pinion_roll)
             on_path = (low <= rolls) & (rolls <= high)
-            between = zip(on_path, rolls.tolist(), _first_columns(solved.between, number), strict=True)
+            between = zip(
+                on_path, rolls.tolist(), _first_columns(solved, solved.between, number), strict=True
+            )
             for inside, roll, contact_columns in between:
                 if inside and not contact_columns[2]:  # no edge touches
                     continue
@@ -302,10 +311,13 @@ def _rows(case: Sequence[object], solved: SolvedPath) -> Iterator[list[object]]:
                 yield [*case, member, status, "", roll, *[""] * 8, *ends, *contact_columns]
 
 
-def _first_columns(touching: Touching | None, member: int) -> list[tuple[object, ...]]:
-    """Return the columns of the first contact at each position; nothing if it was not computed."""
+def _first_columns(solved: SolvedPath, touching: Touching | None, member: int) -> list[tuple[object, ...]]:
+    """Return the columns of the first contact at each position; nothing if it was not computed. A jammed
+    pair has the verdict JAMMED at all positions."""
     if touching is None:
         return []
+    if solved.jammed:
+        return [("", "JAMMED", "", "", "")] * len(touching.verdict)
     l, z = touching.places(member)
     verdicts = [Verdict(code).name for code in touching.verdict.tolist()]
     each = zip(verdicts, touching.edges, z.tolist(), l.tolist(), strict=True)

@@ -7,12 +7,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from beveloid_geom import Design, first_contact
+from beveloid_geom import Design, first_contact, path_of_contact
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM
 from beveloid_geom.contact.mesh_position import frames_at
+from beveloid_geom.contact.parallel.lines import contact_lines, is_line_contact
 from beveloid_geom.findings.path import first_contact_fault, reason_of
+from beveloid_geom.gear.flank import flank_point
 from beveloid_geom.operation.engagement import engagement_of
+from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.report.operation import OperationReport, operation_report
 
 from ..components import paths_table
@@ -44,6 +47,9 @@ class Film:
         cannot touch.
     point : ndarray, shape (k, n, 3)
         Point in S_f, mm, where each tooth pair would touch first.
+    lines : tuple of ndarray, shape (k, n, 2, 3)
+        Ends of the line of contact of each tooth pair on tooth 0 of pinion and gear, in their frames, mm; NaN
+        without one.
     """
 
     path: SolvedPath
@@ -52,6 +58,7 @@ class Film:
     pairs: NDArray[np.int_]
     gap: FloatArray
     point: FloatArray
+    lines: tuple[FloatArray, FloatArray]
 
     @property
     def touching(self) -> NDArray[np.bool_]:
@@ -64,6 +71,14 @@ class Film:
     def near(self) -> NDArray[np.bool_]:
         """Mask (k, n) of the tooth pairs with a gap below the thickness of marking compound."""
         return np.asarray(self.gap <= MARKING_SEPARATION_MM)
+
+    def line_in_mesh(self, step: int) -> FloatArray:
+        """Return the lines of contact (k, 2, 3) at a step in S_f, mm."""
+        member, (rotation, origin) = self.path.design.pinion, self.frames[0]
+        turned = zip(self.lines[0][:, step], self.pairs.tolist(), strict=True)
+        return to_fixed(
+            (rotation[step], origin[step]), np.stack([on_tooth(line, member, pair) for line, pair in turned])
+        )
 
     def on_tooth_0(self, number: int) -> FloatArray:
         """Return the contacts (k, n, 3) turned to tooth 0 of pinion (0) or gear (1), in its frame, mm."""
@@ -112,4 +127,22 @@ def film_of(design: Design, flank: str, steps: int, name: str = "") -> Film:
     behind = first.transmission_error - np.stack([each.transmission_error for each in alone])
     frames = frames_at(design, roll, first.gear_roll)
     point = np.stack([each.point for each in alone])
-    return Film(path, replace(report, first=first), frames, pairs, mesh.lever * behind, point)
+    lines = _lines_of_contact(path, roll + report.cycle.pitch * pairs[:, None])
+    return Film(path, replace(report, first=first), frames, pairs, mesh.lever * behind, point, lines)
+
+
+def _lines_of_contact(solved: SolvedPath, rolls: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the lines of contact (k, n, 2, 3) of tooth 0 of pinion and gear at rolls (k, n), in their
+    frames, mm; NaN for point contact and outside the path."""
+    path, design = solved.path, solved.design
+    lines = np.full((2, *rolls.shape, 2, 3), np.nan)
+    if not (solved.has_path and is_line_contact(design, path.flank)):
+        return lines[0], lines[1]
+    order = np.argsort(path.pinion_roll)
+    l1 = np.interp(rolls, path.pinion_roll[order], path.l1[order], np.nan, np.nan)
+    inside = np.isfinite(l1)
+    found = contact_lines(path_of_contact(design, path.flank, l1=l1[inside]))
+    ends = (found.l1, found.pinion_z), (found.l2, found.gear_z)
+    for number, (l, z) in enumerate(ends):
+        lines[number][inside] = flank_point(design.members[number], path.flank, l, z=z)
+    return lines[0], lines[1]

@@ -43,7 +43,9 @@ class FilmView:
         self.renderer = plotter.renderer
         self.actors = [self._added(plotter, items) for items in members]
         ball = Tube(np.zeros((1, 3)), "white", 0.035 * camera.half_height)
+        line = Tube(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), theme.BLUE, 0.014 * camera.half_height)
         self.balls = [actor for _ in range(pairs) for actor in self._added(plotter, [ball])]
+        self.lines = [actor for _ in range(pairs) for actor in self._added(plotter, [line])]
         aim(plotter, camera)
 
     def _added(self, plotter: Any, items: Sequence[Item]) -> list[Any]:
@@ -52,9 +54,21 @@ class FilmView:
         add_items(plotter, items)
         return list(self.renderer.actors.values())[before:]
 
-    def show(self, points: FloatArray, near: NDArray[np.bool_], touching: NDArray[np.bool_]) -> None:
-        """Place the balls at points (k, 3), mm: blue if in contact, white if only near."""
-        for ball, point, visible, full in zip(self.balls, points, near, touching, strict=True):
+    def show(
+        self, points: FloatArray, ends: FloatArray, near: NDArray[np.bool_], touching: NDArray[np.bool_]
+    ) -> None:
+        """Place the balls at points (k, 3), mm: blue if in contact, white if only near. A pair in contact
+        along a line has a blue line between its ends (k, 2, 3), mm, instead."""
+        along = touching & np.isfinite(ends).all(axis=(1, 2))
+        for line, (start, end), visible in zip(self.lines, ends, along, strict=True):
+            line.visibility = bool(visible)
+            if visible:
+                # A frame with z along the line; the tube of unit length is stretched along z only.
+                across = np.linalg.svd((end - start)[None])[2][1]
+                side = np.cross(end - start, across) / np.linalg.norm(end - start)
+                columns = np.column_stack((across, side, end - start, start))
+                line.user_matrix = np.vstack((columns, (0.0, 0.0, 0.0, 1.0)))
+        for ball, point, visible, full in zip(self.balls, points, near & ~along, touching, strict=True):
             ball.visibility = bool(visible)
             if visible:
                 ball.position = point
@@ -85,11 +99,12 @@ def write_film(film: Film, out: Path, size: Size, fps: float, steps: Iterable[in
     """
     import pyvista as pv
 
+    header = max(0.12, 75.0 / size[1])  # height of the text, as a fraction of the window
     # A line of text over the teeth in mesh on the left and the two flanks on the right.
     grid: dict[str, Any] = {"shape": (3, 2), "groups": [(0, [0, 1]), ([1, 2], 0)], "border": False}
     grid |= {
         "col_weights": [MESH_WIDTH_FRACTION, 1.0 - MESH_WIDTH_FRACTION],
-        "row_weights": [0.12, 0.44, 0.44],
+        "row_weights": [header, 0.5 - 0.5 * header, 0.5 - 0.5 * header],
     }
     plotter: Any = pv.Plotter(off_screen=True, window_size=list(size), lighting="none", **grid)
     try:
@@ -187,15 +202,15 @@ def _move(plotter: Any, film: Film, views: Sequence[FilmView], step: int) -> Non
         matrix[:3, :3], matrix[:3, 3] = rotation, origin
         for actor in actors:
             actor.user_matrix = matrix
-        views[1 + number].show(film.on_tooth_0(number)[:, step], near, touching)
-    views[0].show(points, near, touching)
+        views[1 + number].show(film.on_tooth_0(number)[:, step], film.lines[number][:, step], near, touching)
+    views[0].show(points, film.line_in_mesh(step), near, touching)
     plotter.subplot(0, 0)
     _write(plotter, readings(film, step), "upper_right")
 
 
 def _write(plotter: Any, words: str, place: str) -> None:
     """Write text in a corner of the active view, replacing text that is there."""
-    size = max(6, round(plotter.window_size[0] / 96.0))
+    size = max(7, round(plotter.window_size[0] / 96.0))
     font = {"font_file": findfont(theme.FONT), "font_size": size, "color": theme.INK}
     plotter.add_text(words, position=place, name=place, **font)
 
@@ -206,13 +221,14 @@ def film_title(film: Film) -> str:
     name = name if len(name) <= 40 else f"{name[:19]}\u2026{name[-20:]}"
     ratios = ratio_words(film.path.ratio, film.report.operating)
     gap_um = 1e3 * MARKING_SEPARATION_MM
-    return f"{name}, {film.report.flank} flanks: {ratios}\nblue: contact; white: gap below {gap_um:g} \u00b5m"
+    balls = f"blue: contact; white: gap below {gap_um:g} \u00b5m; orange: path of contact"
+    return f"{name}, {film.report.flank} flanks: {ratios}\n{balls}"
 
 
 def readings(film: Film, step: int) -> str:
     """Return the numbers of a step: roll of the pinion, transmission error, tooth pairs, and contact."""
     report = film.report
-    error = report.first.transmission_error[step] - float(report.cycle.mean)
+    error = float(report.first.transmission_error[step])  # from the unmodified pair, as in `operation`
     share = step / film.gap.shape[1]
     return (
         f"pinion roll {360.0 * share / float(film.path.design.pinion.teeth):.2f}\u00b0 = {share:.2f} pitch\n"

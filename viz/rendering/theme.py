@@ -268,14 +268,17 @@ def message(axes: Axes, words: str, characters: int = 36, height: float = 0.5, *
     words : str
         Message.
     characters : int
-        Characters per line.
+        Largest number of characters per line; fewer if the axes are narrow.
     height : float
         Vertical position, as a fraction of the axes.
     **style
         Properties of the text.
     """
     settings = {"ha": "center", "va": "center", "transform": axes.transAxes, **style}
-    axes.text(0.5, height, textwrap.fill(words, characters), **settings)
+    text = axes.text(0.5, height, textwrap.fill(words, characters), **settings)
+    room = 0.98 * axes.get_window_extent().width
+    if text.get_window_extent().width > room:
+        wrap_text(text, words, room)
 
 
 def legend(

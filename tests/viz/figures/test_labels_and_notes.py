@@ -11,7 +11,7 @@ from matplotlib.patches import Ellipse
 from matplotlib.path import Path as Outline
 from matplotlib.text import Annotation
 
-from beveloid_geom import Design, builtin_design
+from beveloid_geom import Design, Modification, builtin_design
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.proximity.mesh_convergence import Convergence
 from beveloid_geom.validation.near_singular import METHODS, MethodErrors
@@ -32,7 +32,7 @@ from beveloid_viz.rendering.scene import Picture, Tube
 
 from ...symmetry import mirrored, scaled
 from ..pages import distances, drawn, page_of, recipe_of, short_measurements, texts
-from ..test_print import both_right
+from ..test_print import both_right, straight_undercut
 from .test_speed_accuracy import data_with
 
 TABLE = builtin_design()
@@ -154,6 +154,17 @@ def test_names_of_face_ends_in_fig_1_point_at_visible_points() -> None:
         assert not Outline(picture.project(near)).contains_points(picture.project(shown)).any()
 
 
+def test_labels_in_fig_1_do_not_point_at_the_other_member() -> None:
+    """The front of a small pinion is behind the gear, so that it has no label."""
+    page, _ = drawn("fig-01", straight_undercut(), (800, 600))
+    labels = [text for axes in page.axes for text in axes.texts if isinstance(text, Annotation)]
+    assert [text.get_text() for text in labels].count("front") == 1
+    ends = {text.get_text().split("\n")[0]: text.xy for text in labels if "teeth" in text.get_text()}
+    backs = sorted(text.xy[0] for text in labels if text.get_text() == "back")
+    assert ends["pinion"][0] < backs[0] + 0.1 * (ends["gear"][0] - backs[0])
+    assert "Heels" not in page.note
+
+
 def test_the_note_of_fig_3_names_only_changed_angles() -> None:
     recipe = recipe_of("fig-03")
     note = page_of(recipe.draw, recipe.compute(PARALLEL)).note
@@ -272,3 +283,22 @@ def test_labels_of_radii_are_next_to_their_arrows(design: Design, layout: PageLa
             assert nearest[1:] == (radius_pt, colour)
             seen.add(label.get_text())
     assert seen == names
+
+
+def test_figures_12_to_15_name_the_modifications_of_the_design() -> None:
+    """The lower row has the paper's parabolas and the modifications of the design."""
+    crowned = TABLE.pinion.modified(Modification(helix_crowning_um=10.0))
+    for design, own in ((replace(TABLE, pinion=crowned), True), (TABLE, False)):
+        page, _ = drawn("fig-12", design)
+        assert any("with the design's modifications and $a_1$" in text for text in texts(page)) == own
+        assert any("with modification, $a_1$" in text for text in texts(page)) != own
+
+
+@pytest.mark.parametrize("name", ["transmission-error", "pattern"])
+def test_without_curves_there_is_no_legend_or_note(name: str) -> None:
+    """The tips of this pair reach the bottom lands, so that there is no first contact."""
+    close = replace(TABLE, pair=replace(TABLE.pair, offset=TABLE.pair.offset - 5.0))
+    page, _ = drawn(name, close)
+    assert page.note == ""
+    assert not page.legends
+    assert not any(axes.axison for axes in page.axes)

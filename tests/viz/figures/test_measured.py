@@ -53,6 +53,21 @@ def test_sticks_are_as_long_as_the_deviations(size: float) -> None:
     assert "Gear, 45 teeth" in words(page)
 
 
+def test_long_numbers_are_apart_and_clear_of_the_grid() -> None:
+    """Numbers of a grid of 5 x 9 points touch neither each other nor the horizontal lines of the grid."""
+    grid = measuring_grid(builtin_design().gear, 5, 9)
+    found = DeviationReport(
+        GridOrigin("mine", "gear", ""), deviations_of(grid, grid.point + 0.01 * grid.normal)
+    )
+    axes = page_of(deviations.draw, found, (1600, 1200)).axes[0]
+    boxes = [text.get_window_extent().padded(1.0) for text in axes.texts if text.get_text() == "+10.0"]
+    assert len(boxes) == 25
+    for k, box in enumerate(boxes):
+        assert not any(box.overlaps(other) for other in boxes[:k])
+        low, high = axes.transData.inverted().transform(box)[:, 1]
+        assert not any(low < y < high for y in np.linspace(-1.0, 1.0, 5))
+
+
 @pytest.mark.parametrize("width", WIDTHS)
 def test_the_page_is_printable(width: float) -> None:
     assert_printable(deviations.RECIPES["deviations"].drawn(report(), in_print(width)).page, width)

@@ -10,7 +10,7 @@ from beveloid_viz.figures.results import method as fig_method
 
 from ...symmetry import scaled
 from ..pages import drawn, words
-from ..test_print import both_right
+from ..test_print import both_right, straight_undercut
 
 TABLE = builtin_design()
 
@@ -49,3 +49,14 @@ def test_the_page_has_the_errors_or_the_reason() -> None:
     page, rows = drawn("method", TABLE.with_errors(Errors(offset=20.0)))
     assert words(page).count("the right flanks have no path of contact") == 2
     assert rows[0]["status"] == "the right flanks have no path of contact"
+
+
+def test_without_a_contact_from_the_meshes_the_page_says_why() -> None:
+    """Straight cylindrical flanks touch along lines, on which the search does not converge."""
+    page, rows = drawn("method", straight_undercut())
+    reason = "no contact found from the meshes: not converged; the flanks touch along lines"
+    assert words(page).count(reason) == 2
+    assert rows[0]["status"] == reason
+    assert page.note == ""
+    assert "Meshes within" not in page.subtitle
+    assert not any(axes.axison for axes in page.axes)

@@ -57,6 +57,7 @@ def test_the_finding_and_the_errors_are_on_the_page() -> None:
     text = words(page)
     assert "contact ratio up to 2.23 in the map, smallest shift at a ratio of 1.65 or more: 1.15 mm" in text
     assert "under offset \u00b10.05 mm, shaft angle \u00b10.01 deg" in text
+    assert [text.get_text() for text in page.axes[1].texts].count("in CSV only") == 1  # above sum 0 in (b)
     (legend,) = page.legends
     names = [text.get_text() for text in legend.get_texts()]
     assert names[-1] == "negative relative curvature (sum above 0)"

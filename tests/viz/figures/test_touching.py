@@ -16,6 +16,7 @@ from beveloid_viz.rendering.polylines import spaced
 from beveloid_viz.rendering.scene import Arrow
 
 from ...oracle.table1 import table1
+from ..pages import drawn, texts
 
 MODIFIED = table1((0.001, -0.001))
 
@@ -145,3 +146,18 @@ def test_the_table_holds_what_is_drawn(design: Design) -> None:
         np.testing.assert_allclose(np.sort(z[np.isfinite(z)]), np.sort(drawn), rtol=1e-12, atol=1e-12)
         first = {row["verdict"] == "FIRST_CONTACT" for row in own}
         assert first == ({True, False} if path.has_path else {False})
+
+
+def test_jammed_pairs_are_named_in_fig_12() -> None:
+    """With an offset error of -0.5 mm the backlash is -0.31 mm, so that the pair cannot be assembled."""
+    page, rows = drawn("fig-12", table1(), (1600, 1200))
+    for row in rows:
+        assert (row["verdict"] == "JAMMED") == (row["offset_error_mm"] == -0.5)
+        assert row["verdict"] != "JAMMED" or row["operating_contact_ratio"] == row["edge_that_touches"] == ""
+    assert texts(page).count("jammed") == 2  # without and with modification
+    assert "or the pair jams (cannot be assembled)" in page.note
+    assert len(page.note.split()) <= 60
+    path = paths_table.solved_case(table1(errors=Errors(offset=-0.5)), "right", touching=True)
+    assert path.first is not None
+    assert not path.first.any()
+    assert not path.edge_lines(0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from beveloid_geom.contact.ellipse import MARKING_SEPARATION_MM
 from beveloid_viz.film import scene
 from beveloid_viz.film.cli import main
 from beveloid_viz.film.motion import Film, film_of
+from beveloid_viz.rendering import theme
 from tests.cli.running import refused, run
 from tests.symmetry import mirrored
 from tests.viz.test_snapshots import LIMIT, difference
@@ -51,6 +53,46 @@ def test_contacts_of_unmodified_flanks_are_on_the_path(plain: Film) -> None:
     for number, z in enumerate((path.pinion_z, path.gear_z)):
         expected = np.interp(roll, path.pinion_roll[order], z[order])
         np.testing.assert_allclose(plain.on_tooth_0(number)[..., 2][inside], expected[inside], atol=2e-3)
+
+
+def test_line_contact_is_drawn_along_its_lines(tmp_path: Path) -> None:
+    """Each contact lies on the line of its tooth pair, which is drawn over the path."""
+    film = film_of(builtin_design("anti-backlash"), "right", 3, "pair")
+    touching = film.touching
+    assert np.isfinite(film.lines[0][touching]).all()
+    for number in (0, 1):
+        (start, end), point = (
+            np.moveaxis(film.lines[number][touching], 1, 0),
+            film.on_tooth_0(number)[touching],
+        )
+        off = np.linalg.norm(np.cross(point - start, end - start), axis=1) / np.linalg.norm(
+            end - start, axis=1
+        )
+        assert off.max() < 1e-3
+    step = int(np.argmax(touching.any(axis=0)))
+    in_mesh = film.line_in_mesh(step)[touching[:, step]]
+    mesh_points = film.point[touching[:, step], step]
+    way = in_mesh[:, 1] - in_mesh[:, 0]
+    assert np.linalg.norm(np.cross(mesh_points - in_mesh[:, 0], way), axis=1).max() < 1e-3 * np.linalg.norm(
+        way
+    )
+    assert "orange: path of contact" in scene.film_title(film)
+    pages = []
+    for shown in (film, replace(film, lines=(np.full_like(film.lines[0], np.nan),) * 2)):
+        scene.write_film(shown, tmp_path / "film.gif", SIZE, 10.0, [step, step])
+        pages.append(frames_of(tmp_path / "film.gif")[0])
+    assert difference(*pages) > 50.0 * LIMIT
+
+
+def test_point_contact_has_no_lines(modified: Film) -> None:
+    assert np.isnan(modified.lines[0]).all()
+
+
+def test_the_transmission_error_is_that_of_the_mesh_cycle(modified: Film) -> None:
+    """It is measured from the unmodified pair, as in `operation`, not from the mean."""
+    error = np.degrees(modified.report.first.transmission_error[1]) * 3600.0
+    assert abs(float(modified.report.cycle.mean)) > 1e-6
+    assert f"transmission error {theme.signed(error, 2)} arcsec" in scene.readings(modified, 1)
 
 
 def test_teeth_do_not_overlap(modified: Film) -> None:

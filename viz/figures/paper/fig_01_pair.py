@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.path import Path as Outline
 
 from beveloid_geom import Design, path_of_contact
-from beveloid_geom.arrays import FloatArray
+from beveloid_geom.arrays import FloatArray, Mask
 from beveloid_geom.design.ends import end_names
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.shapes.surface_mesh import gear_mesh
@@ -146,8 +146,9 @@ def draw(data: PairFigure, layout: theme.PageLayout) -> Drawing:
 
 def _ends_words(design: Design) -> str:
     """Return sentences that explain the names of the ends of the faces."""
-    words = "Heels are the large ends of teeth. "
-    if any(end_names(member) == ("back", "front") for member in design.members):
+    cylindrical = [end_names(member) == ("back", "front") for member in design.members]
+    words = "" if all(cylindrical) else "Heels are the large ends of teeth. "
+    if any(cylindrical):
         words += "Cylindrical gears have their front at +z. "
     return words
 
@@ -197,15 +198,21 @@ def _draw_scale(over: Overlay, box: theme.PageBox, pair: PosedPair) -> None:
 def _name(over: Overlay, room: FreeSpace, pair: PosedPair, narrow: bool) -> None:
     """Label members and ends of faces where there is room, in more lines on a narrow page."""
     right, up, _ = over.picture.camera.axes
+    rings = [to_fixed(*both) for both in zip(pair.frames, map(posed.rings, pair.design.members), strict=True)]
     for number, member in enumerate(pair.design.members):
-        back, front = to_fixed(pair.frames[number], posed.rings(member))
-        names = end_names(member)
+        (back, front), names = rings[number], end_names(member)
+        seen_back, seen_front = (
+            points[~_covered(over, points, rings[1 - number])]
+            for points in (_visible(over, back, front), _visible(over, front, back))
+        )
         kind = _kind(pair, number).replace(", ", "\n" if narrow else ", ")
         for ring, points, words, direction, offset in (
-            (back, _visible(over, back, front), names[0], 0.3 * up - right, (-24.0, 6.0)),
-            (front, _visible(over, front, back), names[1], up, (-4.0, 22.0)),
-            (front, front, kind, right + up, (26.0, 30.0)),
+            (back, seen_back, names[0], 0.3 * up - right, (-24.0, 6.0)),
+            (front, seen_front, names[1], up, (-4.0, 22.0)),
+            (front, seen_front if len(seen_front) else seen_back, kind, right + up, (26.0, 30.0)),
         ):
+            if not len(points):  # this end is behind the other member
+                continue
             near = points[np.argsort(-(points @ direction))]
             room.note(over.picture.project(near), over.picture.project(ring[:-1].mean(axis=0)), words, offset)
 
@@ -221,6 +228,22 @@ def _visible(over: Overlay, ring: FloatArray, other: FloatArray) -> FloatArray:
     distance = np.linalg.norm(points[:, None] - outline, axis=-1).min(axis=1)
     distance[Outline(outline).contains_points(points)] = 0.0
     return np.asarray(ring[distance >= clear_share * distance.max()])
+
+
+def _covered(over: Overlay, points: FloatArray, ends: FloatArray) -> Mask:
+    """Return a mask of the points (n, 3) behind one of the `ends` (2, m, 3) of the other member."""
+    camera = over.picture.camera
+    viewer = camera.focal_point + camera.distance * camera.axes[2]
+    covered = np.zeros(len(points), dtype=bool)
+    for ring in ends:
+        middle = ring[:-1].mean(axis=0)
+        normal = np.cross(ring[0] - middle, ring[len(ring) // 4] - middle)
+        depth, height = (viewer - points) @ normal, (middle - points) @ normal
+        share = height / np.where(depth == 0.0, np.inf, depth)  # of the line to the viewer, up to the end
+        at = points + share[:, None] * (viewer - points)
+        radius = np.linalg.norm(ring[0] - middle)
+        covered |= (share > 0.0) & (share < 1.0) & (np.linalg.norm(at - middle, axis=1) < radius)
+    return covered
 
 
 def _degrees(pair: PosedPair) -> float:

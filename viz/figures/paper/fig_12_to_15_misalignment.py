@@ -12,6 +12,7 @@ from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
 from beveloid_geom import Design
+from beveloid_geom.contact.flank_pair import is_modified
 from beveloid_geom.pair.misalignment import mounted
 from beveloid_geom.validation.claims import ANGLE_ERROR, AXIAL_ERROR, OFFSET_ERROR
 from beveloid_geom.validation.statements import is_table1
@@ -149,9 +150,11 @@ def draw(data: MisalignmentFigure, layout: theme.PageLayout) -> Drawing:
     right. In print, the cases are in columns."""
     case, flank = data.case, data.flank
     values = "$a_1$ = $a_2$ = 0", paths_table.coefficients(data.paths[1][1].design)
+    own = is_modified(data.paths[1][1].design, flank)
+    design_words = "the design's modifications and " if own else "modification, "
     names = (
-        f"{word} modification, {value}".replace(" = ", "\u00a0=\u00a0").replace(" mm", "\u00a0mm")
-        for word, value in zip(("without", "with"), values, strict=True)
+        f"{word}{value}".replace(" = ", "\u00a0=\u00a0").replace(" mm", "\u00a0mm")
+        for word, value in zip(("without modification, ", f"with {design_words}"), values, strict=True)
     )
     cases = [(name, paths[1].design, flank) for name, paths in zip(names, data.paths, strict=True)]
     # Width of the widest flank as a fraction of its column if a table is next to it.
@@ -320,11 +323,16 @@ def _line(case: ErrorCase, sign: float, path: SolvedPath, zero: SolvedPath, memb
     as an error in mm."""
     error = case.label(sign).partition("\u00a0")[0]
     if not path.has_path:
-        return (error, "", "no path", panels.ratios(path)[1]) if member else (error, "no path")
+        return (error, "", "no path", _ratios(path)[1]) if member else (error, "no path")
     shift = _shift(path, zero, member)
     digits = max(paths_table.digits_mm(path.design), case.digits if case.unit == "mm" else 0)
     shift_text = "" if path is zero else theme.signed(shift, digits) if np.isfinite(shift) else "unknown"
-    return error, shift_text, *(panels.ratios(path) if member else ())
+    return error, shift_text, *(_ratios(path) if member else ())
+
+
+def _ratios(path: SolvedPath) -> tuple[str, str]:
+    """Return the columns of both contact ratios, which have no space for a number next to "jammed"."""
+    return ("", "jammed") if path.jammed else panels.ratios(path)
 
 
 def _shift(path: SolvedPath, zero: SolvedPath, member: int) -> float:

@@ -13,9 +13,12 @@ from beveloid_geom.report.columns import header_of
 from beveloid_geom.report.workshop.grid import SHAPE_LABELS, DeviationReport
 
 from ...components.figure_steps import Drawing, Recipe, Table, rows_of_cases
-from ...components.map_panel import HALO
 from ...rendering import theme
 from ...rendering.layout import PanelRows
+
+MOST_COLUMNS, MOST_ROWS = 11, 5
+"""Largest numbers of columns and rows for which every point has a label. Otherwise, and in print, the
+corners, the minimum and the maximum have one."""
 
 
 def compute(report: DeviationReport) -> DeviationReport:
@@ -36,8 +39,8 @@ def draw(report: DeviationReport, layout: theme.PageLayout) -> Drawing:
         (
             "Grey: nominal grid, tip at the back, \u2212z on the left. Deviation along the normal, drawn"
             " upwards: blue for excess, orange for missing metal, \u00b5m. One scale for both flanks. Below:"
-            " fitted surface of second order over face and profile from \u22121 to 1, and the root mean"
-            " square of the residual."
+            " fitted surface of second order, with face and profile of the measured grid from \u22121 to 1,"
+            " and the root mean square of the residual."
         ),
         below=1.15,
         above=0.4,
@@ -66,9 +69,10 @@ def _grid(axes: Axes, values: FloatArray, ends: tuple[str, str], greatest: float
     `greatest` is the largest deviation of both flanks. With `every`, all points are labelled if there are
     few."""
     # Lengths in half face widths: displacement of the tip to the right of the root and above it, and
-    # height of the largest deviation of both flanks.
-    tip_shift, tip_height, largest_height = 0.35, 1.0, 0.45
+    # height of the largest deviation of both flanks, which leaves space for its number below the next row.
+    tip_shift, tip_height = 0.35, 1.0
     rows, columns = values.shape
+    largest_height = 0.45 if rows > MOST_ROWS else min(0.45, 1.2 * tip_height / (rows - 1))
     face, profile = np.meshgrid(np.linspace(-1.0, 1.0, columns), np.linspace(-1.0, 1.0, rows))
     plane = np.stack((face + tip_shift * profile, tip_height * profile), axis=-1)
     surface = plane + np.stack((np.zeros_like(values), largest_height / greatest * values), axis=-1)
@@ -87,8 +91,8 @@ def _grid(axes: Axes, values: FloatArray, ends: tuple[str, str], greatest: float
     style: dict[str, Any] = {"ha": "center", "fontsize": theme.SMALL}
     theme.label_point(axes, (right, -tip_height), f"{length:g} \u00b5m", (0.0, -4.0), va="top", **style)
     sides = (
-        (ends[0], (-1.3, 0.0)),
-        (ends[1], (1.32, 0.0)),
+        (ends[0], (-1.47, 0.0)),
+        (ends[1], (1.47, 0.0)),
         ("root", (-tip_shift, low - 0.3)),
         ("tip", (tip_shift, high + 0.3)),
     )
@@ -98,20 +102,20 @@ def _grid(axes: Axes, values: FloatArray, ends: tuple[str, str], greatest: float
 
 
 def _numbers(axes: Axes, values: FloatArray, ends: FloatArray, every: bool) -> None:
-    """Write deviations next to their points: all points with `every`, else corners, minimum and maximum."""
-    # Largest numbers of columns and rows for which every point has a label. Otherwise, and in print,
-    # the corners, the minimum and the maximum have one.
-    most_columns, most_rows = 11, 5
-    every = every and values.shape[1] <= most_columns and len(values) <= most_rows
-    shown = np.full(values.shape, every)
+    """Write deviations next to their points: with `every` at all points, or in every second column if the
+    numbers are long; else at corners, minimum and maximum."""
+    every = every and values.shape[1] <= MOST_COLUMNS and len(values) <= MOST_ROWS
+    longest = max(len(theme.signed(float(value), 1)) for value in values.ravel())
+    shown = np.zeros(values.shape, dtype=bool)
+    shown[:, :: 2 if longest * values.shape[1] > 40 else 1] = every
     shown[:: len(values) - 1, :: values.shape[1] - 1] = True
     shown.ravel()[[values.argmin(), values.argmax()]] = True
     for row, column in np.argwhere(shown):
         value = float(values[row, column])
         side, away = ("bottom", 2.0) if value >= 0.0 else ("top", -2.0)
         style: dict[str, Any] = {"ha": "center", "va": side, "fontsize": theme.SMALL, "zorder": 5.0}
-        text = theme.label_point(axes, ends[row, column], theme.signed(value, 1), (0.0, away), **style)
-        text.set_path_effects(HALO)
+        style["bbox"] = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}  # hides lines of the grid
+        theme.label_point(axes, ends[row, column], theme.signed(value, 1), (0.0, away), **style)
 
 
 def rows(report: DeviationReport) -> Table:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -89,8 +90,16 @@ def decks_of(path: Path) -> list[Path]:
     return several or [path]
 
 
-def loaded_pair(design: Design, path: Path) -> Loaded:
-    """Read the results of the decks of a design.
+def _named_design(deck: Path) -> str:
+    """Return the name of the design in the header of a deck, '' if there is none."""
+    with open(deck, encoding="ascii", errors="replace") as file:
+        found = re.search(r"^\*\* pair of (.*), \d+ (?:tooth|teeth) of each$", file.read(2000), re.MULTILINE)
+    return found[1] if found else ""
+
+
+def loaded_pair(design: Design, path: Path, name: str = "") -> Loaded:
+    """Read the results of the decks of a design with a `name`, which is compared with the name in the decks
+    if both are known.
 
     Raises ValueError for decks of another design, of several torques, flanks or numbers of teeth, for an
     incomplete set, and as `read_pair_result`; OSError if a file cannot be read."""
@@ -107,6 +116,10 @@ def loaded_pair(design: Design, path: Path) -> Loaded:
         raise ValueError(
             f"the decks of {path} differ in flank, torque or teeth: write them again with --rolls"
         )
+    written = name.encode("ascii", "replace").decode()  # as in decks
+    for other in filter(None, map(_named_design, decks)):
+        if written and Path(other).stem != Path(written).stem:
+            raise ValueError(f"the decks of {path} belong to {other}, not to {name}: name it with --design")
     flank, rolls_of_decks = results[0].flank, np.array([one.rolls for one in results])
     # Rolls do not depend on the size of the gears, so the positions of the members are compared as well.
     origins = np.array([origin for _, origin in frames_at(design, *rolls_of_decks[0])])
@@ -136,7 +149,7 @@ def compute(loaded: Loaded) -> Loaded:
 
 def draw(result: Loaded, layout: theme.PageLayout) -> Drawing:
     """Draw load sharing and transmission error."""
-    cells = PanelRows(left=0.85, right=0.85, across=1.75, down=1.35, most=2, least=5.0)
+    cells = PanelRows(left=1.05, right=1.15, across=1.75, down=1.35, most=2, least=5.0)
     one, count = result.results[0], len(result.results)
     rolls = "one roll" if count == 1 else f"{count} rolls"
     page, low, high = theme.new_page(
@@ -181,6 +194,8 @@ def _errors(axes: Axes, result: Loaded) -> None:
     at = result.pitches(result.loaded_rolls)
     behind = ARCSEC * float(np.mean(result.unloaded - result.loaded))
     label = f"loaded, {_swing(loaded)}\n({behind:.3g} arcsec behind in the mean)"
+    if loaded.size == 1:
+        label = f"loaded, one roll: {behind:.3g} arcsec behind"
     axes.plot(at, loaded, "-o", color=theme.BLUE, ms=5.0, lw=1.6, label=label)
     low, high = axes.get_ylim()
     room = max(high - low, 1e-3)
@@ -188,7 +203,7 @@ def _errors(axes: Axes, result: Loaded) -> None:
     axes.set(ylim=(low, low + 1.4 * room), xlabel="pinion roll, loaded or rigid, from mid-path (pitches)")
     axes.set_ylabel("gear ahead of its mean (arcsec)")
     axes.grid(True)
-    axes.legend(loc="upper left")
+    axes.legend(loc="upper left", fontsize=theme.SMALL)
     length_axes = axes.twinx()
     length_axes.set(ylim=[radius * limit for limit in axes.get_ylim()])
     length_axes.set_ylabel("at the gear's pitch circle (\u00b5m)")

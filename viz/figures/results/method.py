@@ -18,6 +18,8 @@ from matplotlib.tri import Triangulation
 
 from beveloid_geom import Design, Status, path_of_contact
 from beveloid_geom.arrays import FloatArray
+from beveloid_geom.contact.parallel.lines import is_line_contact
+from beveloid_geom.report.text import status_words
 from beveloid_geom.shapes.proximity.flank_mesh import flank_mesh
 from beveloid_geom.shapes.proximity.mesh_contact import MeshContact, mesh_contact
 from beveloid_geom.shapes.proximity.mesh_separation import MeshSeparation, mesh_separation
@@ -75,7 +77,8 @@ def compute(design: Design, flank: str = "right") -> MethodFigure:
             mesh_contact(pair, flank, tolerance, **pose, polish=polish) for polish in (False, True)
         )
         if any(one.status != Status.SOLVED for one in contacts):
-            raise ValueError(f"the meshes give {contacts[-1].status.name}")
+            lines = "; the flanks touch along lines" if is_line_contact(pair, flank).any() else ""
+            raise ValueError(f"no contact found from the meshes: {status_words(contacts[-1].status)}{lines}")
         query = mesh_separation(pair, flank, 0, tolerance, **pose, polish=False)
         detail = mesh_separation(pair, flank, 0, fine_mm * scale, **pose, polish=True)
     except ValueError as error:
@@ -91,16 +94,19 @@ def compute(design: Design, flank: str = "right") -> MethodFigure:
 def draw(data: MethodFigure, layout: theme.PageLayout) -> Drawing:
     """Draw the flank with the query, and the detail with the distances."""
     cells = PanelRows(left=1.2, right=0.4, across=1.4, down=1.5, most=2, least=3.6)
+    numbers = " + ".join(map(str, data.triangles))
+    meshes = f". Meshes within {data.tolerance:.2g} mm: {numbers} triangles" if numbers else ""
     page, low, high = theme.new_page(
         layout,
         finding(data),
-        f"{data.flank.capitalize()} flanks, {coefficients(data.design)}, one position."
-        f" Meshes within {data.tolerance:.2g} mm: {' + '.join(map(str, data.triangles))} triangles",
+        f"{data.flank.capitalize()} flanks, {coefficients(data.design)}, one position" + meshes,
         (
             "(a) Proximity query: distance of the vertices of the pinion flank (colours) from the gear mesh."
             " (b) Separation of the exact flanks. Polished: by Newton's method from the nearest vertices. A"
             " query finds tangencies only, a search of all teeth also edge contact."
-        ),
+        )
+        if data.triangles
+        else "",
         below=0.75,
         above=1.15,
         tall=cells.tall(layout, 2, 3.4),
@@ -112,6 +118,7 @@ def draw(data: MethodFigure, layout: theme.PageLayout) -> Drawing:
         axes.set(xlabel="z (mm)", ylabel="flank parameter l (mm)")
     if data.query is None or data.detail is None or data.exact is None:
         for axes in (first, second):
+            axes.set_axis_off()
             theme.message(axes, data.reason)
         return Drawing(page, {})
     scale = as_large(data.design)

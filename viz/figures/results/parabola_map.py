@@ -243,6 +243,9 @@ def _colours(page: theme.Page, axes: Axes, data: ParabolaMap, name: str) -> None
         usable, fine = (start + (angles - start) % HALF_TURN_DEG for angles in (usable, fine))
     if quantity.scale == "cyclic" and not cyclic:  # hollow pairs may have any angle
         fine = np.where(fine_y <= 1e-9, fine, np.nan)
+        white = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
+        look: dict[str, Any] = {"fontsize": theme.SMALL, "zorder": 7.0, "bbox": white}
+        theme.message(axes, "in CSV only", height=0.8, **look)
     norm, levels = _scale(quantity, usable, cyclic)
     mesh = axes.pcolormesh(
         fine_x, fine_y, fine.T, cmap=colours, norm=norm, shading="nearest", rasterized=True, zorder=0.0

@@ -151,6 +151,8 @@ def _rings(design: Design, path: SolvedPath, number: int) -> tuple[FloatArray, .
     at, touching = path.path, np.flatnonzero(path.path.status == Status.SOLVED)
     if path.first is not None:
         touching = touching[path.first]
+    if not touching.size:
+        return ()
     shown = touching[np.linspace(0, len(touching) - 1, ellipses + 2).round().astype(int)[1:-1]]
     ellipse = contact_ellipse(at, MARKING_SEPARATION_MM)
     turn = np.linspace(0.0, 2.0 * np.pi, 721)[:, None]
@@ -252,19 +254,21 @@ def _separation_layer(path: SolvedPath, number: int, pose: tuple[float, float], 
 def draw(data: BandFigure, layout: theme.PageLayout) -> Drawing:
     """Draw pinion flanks above gear flanks, one column for each case."""
     text_heights_in, bar_height_in = (0.4, 0.4), 0.9  # of pinion and gear flanks
+    known = any(column.layers for column in data.columns)
     flanks = " and ".join(sorted({column.flank for column in data.columns}, reverse=True))
     stretch = 4.0 if layout.wide else 3.0  # magnification from root to tip
     # Width of paths relative to those of other figures, so that they hide less of the bands, and line width
     # of ellipses and lines of contact, points.
     path_width, ring_pt = (0.7, 1.3) if layout.wide else (1.0, 0.7)
     halo: list[AbstractPathEffect] = [withStroke(linewidth=2.0 * ring_pt, foreground="white")]
-    note = panels.how_drawn(flanks, stretch, outside=True) + data.note
+    note = panels.how_drawn(flanks, stretch, outside=True) + data.note if known else ""
     cases = [(column.heading, column.design, column.flank) for column in data.columns]
     grid = FlankArrangement(cases, text_heights(layout, len(cases), text_heights_in), stretch, outside=True)
     tall = grid.tall(layout) + bar_height_in
     title = data.title, data.subtitle, note
     page, low, high = theme.new_page(layout, *title, characters=viewpoint.NOTE_CHARACTERS, tall=tall)
-    _colour_bar(page, data, low)
+    if known:
+        _colour_bar(page, data, low)
 
     def panel(cell: Cell) -> Picture | None:
         """Draw one flank with its text."""

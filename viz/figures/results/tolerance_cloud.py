@@ -71,6 +71,11 @@ class CloudFigure:
         return next((case.reason for case in self.cases if case.reason), none)
 
     @property
+    def drawn(self) -> bool:
+        """True if some mounting has a path to draw."""
+        return any(np.isfinite(points).any() for cloud in self.clouds for points in cloud)
+
+    @property
     def moved(self) -> float:
         """Distance between the 1 % and 99 % quantiles of z at the middle of the path on the pinion, mm, for
         the design whose paths are drawn; NaN if unknown."""
@@ -101,7 +106,9 @@ def case_study(flank: str, name: str, design: Design, colour: str, width: float)
         usual = USUAL_AT[design.errors_at]
         study = tolerance_study(design, usual, flank, MOUNTINGS, seed=SEED, operation=known)
     except ValueError as error:
-        return CaseStudy(name, design, colour, width, None, str(error))
+        lines = is_line_contact(design).all()
+        reason = "not studied, shaft-angle errors leave contact on edges only" if lines else str(error)
+        return CaseStudy(name, design, colour, width, None, reason)
     return CaseStudy(name, design, colour, width, study)
 
 
@@ -160,7 +167,7 @@ def draw(data: CloudFigure, layout: theme.PageLayout) -> Drawing:
         for case, study in solved:
             charts.distribution(axes, study, name, scale, case.colour, case.width)
         if not solved:
-            axes.set_xticks([])
+            axes.set_axis_off()
             theme.message(axes, data.reason, 30)
     _legend(page, data)
     return Drawing(page, pictures)
@@ -186,6 +193,8 @@ def _tolerances(data: CloudFigure) -> str:
 
 def _note(data: CloudFigure, stretch: float) -> str:
     """Return the note with the mountings drawn."""
+    if not data.drawn:
+        return f"Flanks from outside, {stretch:g} times larger from root to tip; black: without errors."
     note = (
         "Flanks from outside, {stretch:g} times larger from root to tip: {drawn} mountings of the"
         " design{which}; black and dots: without errors. (c), (d): cumulative distributions; title: range"
@@ -225,10 +234,9 @@ def _cloud(drawn: Panel, data: CloudFigure, number: int) -> None:
 
 def counts(case: CaseStudy) -> str:
     """Return the name of a case, its number of mountings with a path, and that of jammed ones if not zero."""
-    line_contact_note = ", shaft-angle errors leave contact on edges only"
     if case.study is None:
         lines = is_line_contact(case.design).all()
-        return f"{case.name}: not studied{line_contact_note if lines else ''}"
+        return f"{case.name}: {case.reason if lines else 'not studied'}"
     solved = np.count_nonzero(case.study.mountings.solved)
     jammed = np.count_nonzero(case.study.mountings.jammed)
     jams = f", {jammed} jammed" if jammed else ""
@@ -236,12 +244,17 @@ def counts(case: CaseStudy) -> str:
 
 
 def _legend(page: theme.Page, data: CloudFigure) -> None:
-    """Draw the legend of clouds and cases."""
+    """Draw the legend of clouds and cases, if there are any."""
     handles: list[Any] = [
         Patch(facecolor=hue, edgecolor=theme.GREY, linewidth=0.8, label=f"{factor:g} \u00d7 tolerances")
-        for factor, hue, _ in reversed(CLOUDS)
+        for factor, hue, _ in reversed(CLOUDS if data.drawn else ())
     ]
-    handles += [Line2D([], [], color=case.colour, lw=case.width, label=counts(case)) for case in data.cases]
+    if any(case.study for case in data.cases):
+        handles += [
+            Line2D([], [], color=case.colour, lw=case.width, label=counts(case)) for case in data.cases
+        ]
+    if not handles:
+        return
     size: dict[str, Any] = {} if page.layout.printed else {"fontsize": theme.SMALL}
     theme.legend(page, handles, 4, 1.15, **size)
 

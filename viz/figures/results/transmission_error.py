@@ -64,7 +64,7 @@ def draw(data: tuple[CycleCase, ...], layout: theme.PageLayout) -> Drawing:
     print_scale_factor = 1.4
     # Height of the text above a panel, points.
     text_height_pt = 42.0
-    count = len(data) + 1
+    count, known = len(data) + 1, any(case.graph for case in data)
     page, low, high = theme.new_page(
         layout,
         "Motion graph: transmission error of every tooth pair, and of the pair in contact",
@@ -74,7 +74,9 @@ def draw(data: tuple[CycleCase, ...], layout: theme.PageLayout) -> Drawing:
             " contact, with the gear furthest ahead. Positive: gear ahead of its mean position over"
             " the mesh cycle. Above: peak to peak, fraction of edge contact,"
             " contact ratio by Eq. 16, and in operation."
-        ),
+        )
+        if known
+        else "",
         below=0.65,
         above=1.45,
         tall=cells.tall(layout, count, 2.9),
@@ -83,15 +85,20 @@ def draw(data: tuple[CycleCase, ...], layout: theme.PageLayout) -> Drawing:
     for index, (case, axes) in enumerate(zip(data, graphs, strict=True)):
         axes.set_title(f"({'abc'[index]})  {case.name}", loc="left", pad=text_height_pt, fontsize=theme.LABEL)
         if case.graph is None:
+            axes.set_axis_off()
             theme.message(axes, case.reason, 36)
             continue
         motion_graph.draw_graph(axes, case.graph)
+        axes.yaxis.labelpad = 0.5  # space for a label of two lines on a narrow page
         style: dict[str, Any] = {"xycoords": "axes fraction", "va": "bottom", "fontsize": theme.SMALL}
         theme.label_point(axes, (0.0, 1.0), motion_graph.graph_text(case.graph), (0.0, 6.0), **style)
+    bars.set_title("(d)  amplitudes of all teeth", loc="left", pad=8.0, fontsize=theme.LABEL)
+    if not known:
+        bars.set_axis_off()
+        return Drawing(page, {})
     _amplitudes(bars, data)
     if layout.printed:  # space for the legend above the bars
         bars.set_ylim(top=print_scale_factor * bars.get_ylim()[1])
-    bars.set_title("(d)  amplitudes of all teeth", loc="left", pad=8.0, fontsize=theme.LABEL)
     theme.legend(page, motion_graph.legend_entries(), 5, 1.15, handlelength=2.2, columnspacing=1.2)
     return Drawing(page, {})
 
@@ -99,7 +106,7 @@ def draw(data: tuple[CycleCase, ...], layout: theme.PageLayout) -> Drawing:
 def _amplitudes(axes: Axes, data: tuple[CycleCase, ...]) -> None:
     """Draw the amplitudes (arcsec) at multiples of the mesh frequency, the cases next to each other."""
     known = [case for case in data if case.graph is not None]
-    orders, width = np.arange(1, HARMONICS + 1), 0.8 / max(len(known), 1)
+    orders, width = np.arange(1, HARMONICS + 1), 0.8 / len(known)
     for place, case in enumerate(known):
         assert case.graph is not None
         values = ARCSEC * np.abs(case.graph.report.cycle.harmonics)
@@ -113,8 +120,7 @@ def _amplitudes(axes: Axes, data: tuple[CycleCase, ...]) -> None:
     axes.set(xlabel="multiple of the mesh frequency", ylabel="amplitude (arcsec)")
     axes.set_axisbelow(True)
     axes.grid(True, axis="y")
-    if known:
-        axes.legend(loc="upper right", ncols=3)
+    axes.legend(loc="upper right", ncols=3)
 
 
 def rows(data: tuple[CycleCase, ...]) -> Table:
