@@ -382,4 +382,3 @@ def meshing_start(surfaces: Surfaces, placed: PairPlacement, s1: FloatArray, z1:
     # Below the base cylinder: halfway between l = 0 and the tip.
     s2 = np.where(np.isnan(s2), 0.5 * surfaces.gear.highest, s2)
     return np.array((s1, z1, angle - jet.phi, s2))
-
