@@ -364,8 +364,7 @@ def csv_of(header: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(header)
-    for row in rows:
-        writer.writerow(map(_csv_cell, row))
+    writer.writerows(map(_csv_cell, row) for row in rows)
     return text.getvalue()
 
 
