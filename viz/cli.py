@@ -23,7 +23,6 @@ from beveloid_geom.cli.options import (
     worker_processes,
     write_out,
 )
-from beveloid_geom.report.result import csv_of
 from beveloid_geom.support.atomic_file import atomic_file
 
 from .figures import DEFAULT_SETS, FIGURES, LOADED, MEASURED, SETS, Figure
@@ -87,6 +86,8 @@ class Job:
 
 def make_figure(job: Job) -> Made:
     """Compute and draw one figure. For a plain page, the text of the page is an additional file (txt)."""
+    from beveloid_geom.report.result import csv_of
+
     from .rendering import files, theme
 
     start = time.perf_counter()
