@@ -164,8 +164,10 @@ class PageData:
                 failures.append(failure_of(reason))
             elif operation is not None:
                 failures.append(operation.unknown)
-        kept = [each for each in failures if each and (not self.has_path or each.status == NOT_COMPUTED)]
-        return [*kept, *filter(None, [failure_of(None, self.design)])]
+        if self.has_path:  # one flank pair without contact is no failure
+            failures = [each for each in failures if each and each.status == NOT_COMPUTED]
+            failures.append(failure_of(None, self.design))
+        return [each for each in failures if each]
 
     @property
     def verdict(self) -> str:

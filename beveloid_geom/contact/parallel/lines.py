@@ -165,8 +165,8 @@ def carrying_length(path: ContactPath, lines: ContactLines) -> FloatArray:
     """Return the total length of the contact lines of all tooth pairs at each roll of a path.
 
     Rigid flanks without transmission error touch on all tooth pairs in mesh at the same time. Flanks with a
-    transmission error, or on a relief, touch on one tooth pair, and the length is that of its line. So it is
-    for reliefs together with parabolas, where only the line of this tooth pair is known.
+    transmission error, or on a relief, touch on one tooth pair, and the length is that of its line. This is
+    also the length for reliefs together with parabolas, where only the line of this tooth pair is known.
 
     Parameters
     ----------

@@ -109,7 +109,8 @@ def _numbers(axes: Axes, values: FloatArray, ends: FloatArray, every: bool) -> N
     shown = np.zeros(values.shape, dtype=bool)
     shown[:, :: 2 if longest * values.shape[1] > 40 else 1] = every
     shown[:: len(values) - 1, :: values.shape[1] - 1] = True
-    shown.ravel()[[values.argmin(), values.argmax()]] = True
+    written = values.round(1)  # of equal numbers, the first is the minimum or maximum
+    shown.ravel()[[written.argmin(), written.argmax()]] = True
     for row, column in np.argwhere(shown):
         value = float(values[row, column])
         side, away = ("bottom", 2.0) if value >= 0.0 else ("top", -2.0)
