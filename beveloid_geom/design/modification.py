@@ -51,6 +51,11 @@ class QuadraticShape:
     xy: float = 0.0
     yy: float = 0.0
 
+    @property
+    def axes(self) -> tuple[bool, bool]:
+        """Whether the shape depends on x, and on y."""
+        return any((self.x, self.xx, self.xy)), any((self.y, self.xy, self.yy))
+
     def __call__(self, x: Any, y: Any) -> tuple[Any, ...]:
         """Return the value and its derivatives by x, y, x x, x y and y y."""
         by_x, by_y = self.x + self.xx * x + self.xy * y, self.y + self.xy * x + self.yy * y

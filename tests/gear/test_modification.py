@@ -140,6 +140,18 @@ def test_modifications_belong_to_their_side(flank: str) -> None:
         path_of_contact_five_equations(given, other)
 
 
+def test_helix_crowning_needs_no_tip_at_mid_face(flank: str) -> None:
+    """With this profile shift the flank does not reach its tip cone, so that the profile has no extent."""
+    pinion = replace(table1().pinion, profile_shift=-2.5)
+    assert np.isnan(tip_parameter(pinion, flank, 0.0))
+    l, z = np.array((0.0, 1.0)), np.array((3.0, -9.0))
+    plain, crowned = (
+        flank_point(member, flank, l, z)
+        for member in (pinion, pinion.modified(Modification(helix_crowning_um=10.0)))
+    )
+    assert 0.0 < np.linalg.norm(crowned - plain, axis=-1).max() < 0.01
+
+
 def _bias(lam: Any, zeta: Any) -> tuple[Any, ...]:
     u, v = 1.0 + lam, 1.0 + zeta
     return u * u * v, 2.0 * u * v, u * u, 2.0 * v, 2.0 * u, 0.0
