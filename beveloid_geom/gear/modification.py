@@ -185,7 +185,7 @@ def flank_modification(modification: Modification, extent: FlankExtent) -> Flank
             }
             depth, face = ends.get(kind.profile, depth), ends.get(kind.face, face)
         if isinstance(kind.shape, QuadraticShape):
-            # The profile has no extent (NaN) if the flank does not reach its tip: leave out unused coordinates.
+            # The profile has no extent (NaN) if the flank does not reach its tip. Omit unused coordinates.
             used = zip((depth, face), kind.shape.axes, strict=True)
             depth, face = (place if needed else (0.0, 0.0) for place, needed in used)
         scale = -extent.sigma * 1e-3 * amount / extent.base_radius
