@@ -81,9 +81,12 @@ def writer_of(formats: Mapping[str, Format], suffix: str) -> Callable[..., None]
     if suffix not in formats:
         known = suffix in SURFACE_FORMATS | VOLUME_FORMATS | CAD_FORMATS | SCENE_FORMATS
         fault = "does not suit this object" if known else "is not a known format"
-        cure = ": pass gear_solid(member)" if formats is CAD_FORMATS and suffix in SURFACE_FORMATS else ""
-        cure = ": pass the member" if formats is SURFACE_FORMATS and suffix in CAD_FORMATS else cure
-        raise ValueError(f"{suffix!r} {fault}: give one of {', '.join(formats)}{cure and ', or'}{cure[1:]}")
+        cure = f"give one of {', '.join(formats)}"
+        if formats is CAD_FORMATS and suffix in SURFACE_FORMATS:
+            cure += ", or pass gear_solid(member)"
+        elif formats is SURFACE_FORMATS and suffix in CAD_FORMATS:
+            cure += ", or pass the member"
+        raise ValueError(f"{suffix!r} {fault}: {cure}")
     writer: Callable[..., None] = resolve_name(f"{__name__}.{formats[suffix].writer}")
     return writer
 

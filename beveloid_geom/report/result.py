@@ -267,9 +267,9 @@ def to_csv(result: Any) -> str:
     -------
     str
         The columns are the arrays with the most frequent length of the first axis. Their names contain the
-        unit; a vector has three columns. Codes are replaced by names, and cells of NaN are empty,
-        False is 0 and True is 1. A `FlankGrid` and a `ContactPattern` have one row for each point of their
-        grids, and `ToothData` for each change of the thickness and each plane, with all numbers.
+        unit; a vector has three columns. Codes are replaced by names; NaN is an empty cell. A `FlankGrid` and
+        a `ContactPattern` have a row for each point of their grids, and `ToothData` for each change of the
+        thickness and each plane.
 
     Raises
     ------
@@ -313,8 +313,9 @@ def to_csv(result: Any) -> str:
 def _grid_rows(grid: Any) -> dict[str, Any]:
     """Return one row for each point of a grid; a station z belongs to all points of its column."""
     rows, shape = {}, grid.points.shape[:2]
-    for name in (name for name, value in vars(grid).items() if name != "border" and np.shape(value)):
-        values = np.asarray(picked(grid, name)[name])
+    names = [name for name, value in vars(grid).items() if name != "border" and np.shape(value)]
+    for name, given in picked(grid, *names).items():
+        values = np.asarray(given)
         values = np.broadcast_to(values, shape) if values.ndim == 1 else values
         rows[name.removesuffix("s") if values.ndim == 3 else name] = values.reshape(-1, *values.shape[2:])
     return rows
@@ -370,9 +371,8 @@ def csv_of(header: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:
 
 def _csv_cell(value: Any) -> Any:
     """Return the value that a cell of CSV has."""
-    if isinstance(value, float) and math.isnan(value):
-        return ""
-    return int(value) if isinstance(value, bool | np.bool_) else value
+    value = int(value) if isinstance(value, bool | np.bool_) else value
+    return "" if isinstance(value, float) and math.isnan(value) else value
 
 
 def by_columns(names: tuple[str, ...], rows: list[tuple[Any, ...]]) -> Rows:

@@ -276,9 +276,9 @@ def message(axes: Axes, words: str, characters: int = 36, height: float = 0.5, *
     """
     settings = {"ha": "center", "va": "center", "transform": axes.transAxes, **style}
     text = axes.text(0.5, height, textwrap.fill(words, characters), **settings)
-    room = 0.98 * axes.get_window_extent().width
-    if text.get_window_extent().width > room:
-        wrap_text(text, words, room)
+    width = 0.98 * axes.get_window_extent().width
+    if text.get_window_extent().width > width:
+        wrap_text(text, words, width)
 
 
 def legend(
