@@ -144,6 +144,14 @@ class OperationReport(Report):
         return ", ".join(limit_words(self.design, limit) for limit in reached) or "no edge"
 
     @property
+    def ratios(self) -> tuple[tuple[float, float], tuple[str | None, str | None]]:
+        """Contact ratios in operation, without and within the film, and reasons for unknown ones. Both are
+        unknown if the pair cannot be assembled."""
+        if backlash_report(self.design).jam:
+            return (math.nan, math.nan), ("jammed", "jammed")
+        return (self.operating, self.within_film), self.doubts
+
+    @property
     def positions(self) -> dict[str, Any]:
         """Columns of the positions in JSON and CSV."""
         # Quantities of a position.
@@ -162,11 +170,12 @@ class OperationReport(Report):
             "gear_tooth",
         )
         ratios = ("operating_contact_ratio", "operating_contact_ratio_within_film")
+        values, doubts = self.ratios
         cycle = self.cycle
         return {
             "contact_ratio": self.eq16,
             "film": self.film,
-            **dict(zip(ratios, (self.operating, self.within_film), strict=True)),
+            **dict(zip(ratios, values, strict=True)),
             **picked(cycle, "pitch", "peak_to_peak"),
             "cycle_peak_to_peak": cycle.peak_to_peak,
             "mean": cycle.mean,
@@ -175,7 +184,7 @@ class OperationReport(Report):
             **({} if self.pitch_cycle is None else {"pitch_cycle": picked(self.pitch_cycle, *pitch_fields)}),
             "positions": self.positions,
             **remarks_data((*self.remarks, *equal_teeth_remarks(self.design))),
-            **{f"{key}_reason": doubt for key, doubt in zip(ratios, self.doubts, strict=True) if doubt},
+            **{f"{key}_reason": doubt for key, doubt in zip(ratios, doubts, strict=True) if doubt},
         }
 
     def rows(self) -> Rows:
@@ -194,10 +203,8 @@ class OperationReport(Report):
             f"{'could not be computed' if isinstance(doubt, NotComputed) else 'not known'} ({doubt})"
             if doubt
             else number("contact_ratio", value)
-            for value, doubt in zip((self.operating, self.within_film), self.doubts, strict=True)
+            for value, doubt in zip(*self.ratios, strict=True)
         )
-        if backlash_report(self.design).jam:
-            operating, near = "not known (jammed)", "not known (jammed)"
         near += f" with clearances up to {1e3 * self.film:g} um"
         text += line("contact ratio", f"{eq16} of one tooth pair (Eq. 16), {operating} in operation, {near}")
         cycle = self.cycle

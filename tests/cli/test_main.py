@@ -346,3 +346,7 @@ def test_operation_of_a_pair_that_jams() -> None:
     assert result.exit_code == 1
     assert "not known (jammed) in operation" in " ".join(result.stdout.split())
     assert "the contact pattern" not in result.stdout
+    data = strict_json(run("operation", "--offset-error", "-0.5", "--points", "3", "--json").stdout)
+    for name in ("operating_contact_ratio", "operating_contact_ratio_within_film"):
+        assert data[name] is None
+        assert data[f"{name}_reason"] == "jammed"
