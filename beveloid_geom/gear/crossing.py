@@ -285,7 +285,7 @@ def fillet_profile(surface: ToothSurface, square: FloatArray, z: FloatArray, top
     # Newton step, relative to the branch, below which the iteration ends: the error is its square.
     last_fillet_step = 1e-8
     low, high = np.full_like(z, surface.bottom), top
-    floor, most = cut_at(surface, low, z).square, cut_at(surface, high, z).square
+    floor, most = cut_at(surface, np.concatenate((low, high)), np.tile(z, 2)).square.reshape(2, -1)
     share = (square - floor) / (most - floor)
     slack = 1e-12
     s = surface.bottom + (top - surface.bottom) * np.sqrt(np.clip(share, 0.0, 1.0))

@@ -166,26 +166,36 @@ def _flank_profile(
     return s if surface.parabola == 0.0 else _bent_profile(surface, s, square, z, least)
 
 
-def _straight_profile(surface: ToothSurface, square: FloatArray, z: FloatArray) -> FloatArray:
-    """Return s on the flank without parabola, where r^2 is quadratic in x_c. NaN below the base cylinder."""
-    r, slope = surface.pitch_radius, surface.normal[1] / surface.normal[0]
+def _straight_profile(
+    surface: ToothSurface, square: FloatArray, z: FloatArray, near: FloatArray | float = 0.0
+) -> FloatArray:
+    """Return s on the flank without parabola, where r^2 is quadratic in x_c. NaN below the base cylinder.
+
+    With a parabola, an approximation: the normal and the chord of the rack from its apex are those at the
+    profile coordinate `near`, mm."""
+    (dx, dy), (mx, my) = surface.direction[:2], surface.normal[:2]
+    a, r = surface.parabola, surface.pitch_radius
+    turn = 2.0 * a * near
+    slope = (my - turn * dy) / (mx - turn * dx)
     spread = 1.0 + slope * slope
     excess = square - r * r
     # Root above the base cylinder, without cancellation near the pitch cylinder.
     x_c = excess / (r + np.sqrt(r * r + spread * excess))
-    return np.asarray((x_c - surface.apex[0] - z * surface.trace[0]) / surface.along[0])
+    along = surface.along[0] + a * near * surface.out[0]
+    return np.asarray((x_c - surface.apex[0] - z * surface.trace[0]) / along)
 
 
 def _bent_profile(
     surface: ToothSurface, s: FloatArray, square: FloatArray, z: FloatArray, low: FloatArray | float
 ) -> FloatArray:
-    """Return s by Newton's method from the straight flank; NaN where the result is below `low` (mm)."""
+    """Return s by Newton's method from `s` on the straight flank; NaN where it is below `low` (mm)."""
     newton_max_steps = 14
     # Newton step, relative to the flank depth, below which the iteration ends: the error is its square
     # over a radius.
     last_step_depths = 1e-8
     high = 2.0 * surface.highest - surface.joint
     last = last_step_depths * (surface.highest - surface.joint)
+    s = _straight_profile(surface, square, z, s)
     s = np.where(np.isnan(s), low, np.minimum(np.maximum(s, low), high))
     a, bend = surface.parabola, 2.0 * surface.parabola
     (dx, dy), (mx, my), r = surface.direction[:2], surface.normal[:2], surface.pitch_radius

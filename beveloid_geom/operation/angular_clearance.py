@@ -57,7 +57,9 @@ class AxisPositions:
     position: FloatArray
 
     def at(self, index: Integers) -> AxisPositions:
-        """Return the positions with the numbers `index` along the last axis."""
+        """Return the positions with the numbers `index` along the last axis, or the only one, (1,)."""
+        if self.offset.shape == (1,):
+            return self
         return AxisPositions(*(value.take(index, axis=-1) for value in vars(self).values()))
 
 

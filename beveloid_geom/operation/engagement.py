@@ -33,6 +33,7 @@ class Engagement:
     pinion, gear : ToothSurface
         Tooth surfaces of pinion and gear.
     axes : AxisPositions
+        (n,), or (1,) if they are the same at all positions.
     roll, phase : ndarray, shape (n,)
         Pinion roll, and conjugate phase of the gear (gear roll plus N1/N2 pinion roll), rad.
     nearest : ndarray of int, shape (n,)
@@ -274,8 +275,9 @@ def engagement_of(
     pinion, gear = (surface_of(member, flank) for member in searched.members)
     phase = np.broadcast_to(conjugate_phase(design, flank)[..., None], roll.shape).reshape(-1)
     axes = axes_of(design)
+    shape = roll.shape if design.batch_shape else (1,)
     by_position = [
-        np.broadcast_to(value[..., None], roll.shape).reshape(-1)
+        np.broadcast_to(value[..., None], shape).reshape(-1)
         for value in (axes.offset, axes.sin, axes.cos, *axes.position)
     ]
     tool, teeth = design.gear.tool, [int(member.teeth) for member in design.members]
@@ -296,7 +298,7 @@ def engagement_of(
         reach=2 + int(np.ceil(spread(design, flank))),
         period=min(teeth) * pitch[1],
         again=teeth[0] if teeth[0] < teeth[1] else 0,
-        defined=np.isfinite(sum(by_position) + pinion.highest + gear.highest),
+        defined=np.broadcast_to(np.isfinite(sum(by_position) + pinion.highest + gear.highest), roll.size),
         lines=_lines_of(design, flank, roll.shape),
         line_contact=along_lines,
     )

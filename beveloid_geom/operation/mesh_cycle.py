@@ -340,7 +340,8 @@ def _sums(
     points, weights = _gauss_points()
     length = (segments.high - segments.low) / engagement.pitch[0]
     share = (segments.rolls(points) - engagement.roll[segments.case, None]) / engagement.pitch[0]
-    turns = np.exp(-2.0j * np.pi * np.arange(harmonics + 1)[:, None, None] * share)
+    turns = np.ones((harmonics + 1, *share.shape), dtype=np.complex128)
+    np.cumprod(np.broadcast_to(np.exp(-2.0j * np.pi * share), turns[1:].shape), axis=0, out=turns[1:])
     waves = np.zeros((cases, harmonics + 1), dtype=np.complex128)
     # einsum instead of BLAS, which would start threads for a complex product.
     sums = np.einsum("...k,k", turns * evaluate(errors, points)[0], weights)

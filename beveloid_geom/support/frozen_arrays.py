@@ -6,7 +6,6 @@ exception and does not change the results of other callers."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import is_dataclass
 from functools import lru_cache, wraps
 from typing import TYPE_CHECKING, Any, ParamSpec
 
@@ -25,14 +24,14 @@ def read_only(value: T) -> T:
 
     Arrays in dataclasses, mappings, lists and tuples are included."""
     if isinstance(value, np.ndarray):
-        value.flags.writeable = False
-    elif is_dataclass(value) and not isinstance(value, type):
-        read_only(vars(value))
-    elif isinstance(value, Mapping):
-        read_only(tuple(value.values()))
+        value.setflags(write=False)
+    elif hasattr(type(value), "__dataclass_fields__"):
+        read_only(tuple(vars(value).values()))
     elif isinstance(value, list | tuple):
         for part in value:
             read_only(part)
+    elif isinstance(value, Mapping):
+        read_only(tuple(value.values()))
     return value
 
 

@@ -137,19 +137,17 @@ def _candidates(lines: int) -> tuple[Integers, Integers]:
 
 def _multipliers(gradient: FloatArray, rate: FloatArray, active: Integers) -> FloatArray:
     """Return multipliers (constraints, n) that balance the gradient (2, n) at the solution."""
-    each = np.arange(active.shape[1])
+    each, on = np.arange(active.shape[1]), active >= 0
     first, second = (rate[code, :, each].T for code in active)
+    # With one active constraint, the gradient has a component along it that is not balanced.
+    second = np.where(on[1], second, np.array((-first[1], first[0])))
     cross = first[0] * second[1] - first[1] * second[0]
-    two, one = active[1] >= 0, (active[0] >= 0) & (active[1] < 0)
+    parts = (
+        gradient[0] * second[1] - gradient[1] * second[0],
+        first[0] * gradient[1] - first[1] * gradient[0],
+    )
     values = np.zeros((len(rate), active.shape[1]))
-    # One active constraint: least squares. Two: a system of two linear equations.
-    single = (gradient * first).sum(axis=0) / np.maximum((first * first).sum(axis=0), 1e-300)
     with np.errstate(divide="ignore", invalid="ignore"):
-        both = (
-            (gradient[0] * second[1] - gradient[1] * second[0]) / cross,
-            (first[0] * gradient[1] - first[1] * gradient[0]) / cross,
-        )
-    values[active[0][one], each[one]] = single[one]
-    for code, part in zip(active, both, strict=True):
-        values[code[two], each[two]] = np.where(np.isfinite(part[two]), part[two], 0.0)
+        for code, used, part in zip(active, on, np.array(parts) / cross, strict=True):
+            values[code[used], each[used]] = np.where(np.isfinite(part[used]), part[used], 0.0)
     return values

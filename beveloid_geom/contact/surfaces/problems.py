@@ -26,6 +26,7 @@ from ...design.member import Tool, unchecked
 from ...design.model import Design
 from ...design.modification import Modification
 from ...gear.tooth_side import is_batch, surface_of
+from ...pair.frames import layout_by_case
 from ...pair.mounting import mounting_of
 from ...support.frozen_arrays import kept
 from ..flank_pair import FlankPair, generated_pairing, is_modified
@@ -66,6 +67,8 @@ def with_line_crowning(design: Design, flank: str) -> tuple[Design, bool]:
     If they do in all cases, the pinion gets the additional helix crowning of LINE_CROWNING_MODULES. `design`
     has single members."""
     if not is_modified(design, flank) and not design.has_parabola:  # these lines are known in closed form
+        return design, False
+    if not layout_by_case(design).parallel.all():
         return design, False
     lines = _are_lines(design, flank) if design.batch_shape else _kept_are_lines(design, flank)
     return _with_crowning(design, flank) if lines else design, lines

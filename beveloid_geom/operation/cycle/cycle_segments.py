@@ -72,7 +72,7 @@ class CycleSegments:
         last."""
         return rolls_between(self.low, self.high, places)
 
-    def values(self, index: Integers, roll: FloatArray) -> FloatArray:
+    def values(self, index: Integers | slice, roll: FloatArray) -> FloatArray:
         """Return all quantities (rows, n, k) of the segments `index` (n,) at rolls (n, k), rad."""
         with np.errstate(invalid="ignore", divide="ignore"):
             place = _places(self.low[index, None], self.high[index, None], roll)

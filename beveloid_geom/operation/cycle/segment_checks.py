@@ -8,7 +8,7 @@ import numpy as np
 
 from ...arrays import Integers
 from ..engagement import Engagement
-from ..search.local_clearance import local_at
+from ..search.local_clearance import limits_at
 from .cycle_segments import QUANTITY_COUNT, CycleSegments, Samples, converged, holding
 from .missed_contacts import LATE_ROLL_RAD, followed_contacts
 
@@ -105,5 +105,5 @@ def beyond_limits(engagement: Engagement, segments: CycleSegments) -> Integers:
         task = engagement.at(segments.case[segment], roll.ravel()).task(
             np.arange(segment.size), segments.pair[segment]
         )
-        margin = np.where(holding(segments.limit[:, segment]), 0.0, local_at(task, *place).margin).min(axis=0)
+        margin = np.where(holding(segments.limit[:, segment]), 0.0, limits_at(task, *place)[0]).min(axis=0)
     return np.unique(segment[~(margin >= -1e-6 * task.depth)])

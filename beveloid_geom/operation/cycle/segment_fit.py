@@ -263,22 +263,26 @@ def held_to(task: Task, place: FloatArray, limit: Codes, most: int = 12) -> Floa
     ndarray, shape (13, n)
         f, s1, z1, s2, z2 and the eight limits, mm; NaN where the iteration does not converge.
     """
+    # Newton step, in tooth depths, that is the last. The remaining error is of the order of its square, and
+    # that of the Taylor series after this step of the order of its cube.
+    last_step_depths = 1e-6
     contacts = np.full((QUANTITY_COUNT + len(Limit), limit.shape[1]), np.nan)
-    going, last = np.arange(limit.shape[1]), np.zeros(limit.shape[1], dtype=bool)
-    for _ in range(most + 1):
+    going = np.arange(limit.shape[1])
+    for _ in range(most):
         here = local_at(task, *place)
         step = _newton_step(here, limit)
         if task.line is not None:
             step = _onto_lines(task, place, here, limit, step)
         size = np.abs(step).max(axis=0) / task.depth
-        there = last | (size <= 1e-12)
-        rows = here.f[None, there], place[:, there], here.meeting[:, there], here.margin[:, there]
-        contacts[:, going[there]] = np.concatenate(rows)
-        stays = np.flatnonzero(~there & np.isfinite(size))
+        last, place = np.flatnonzero(size <= last_step_depths), place + step
+        if last.size:
+            there = here.after(step)
+            rows = np.concatenate((there.f[None], place, there.meeting, there.margin))
+            contacts[:, going[last]] = rows.take(last, axis=1)
+        stays = np.flatnonzero((size > last_step_depths) & (size < np.inf))
         if not stays.size:
             break
-        place, limit, last = place[:, stays] + step[:, stays], limit[:, stays], size[stays] <= 1e-7
-        going, task = going[stays], task.pick(stays)
+        place, limit, going, task = place[:, stays], limit[:, stays], going[stays], task.pick(stays)
     return contacts
 
 
@@ -293,21 +297,20 @@ def _onto_lines(task: Task, place: FloatArray, here: Local, limit: Codes, step: 
 
 
 def _newton_step(here: Local, limit: Codes) -> FloatArray:
-    """Return the Newton step (2, n) towards the contact with the active limits (2, n)."""
-    each = np.arange(limit.shape[1])
-    rates, margins = ([row[code, ..., each] for code in limit] for row in (here.rate, here.margin))
-    first, second = (rate.T for rate in rates)
-    curve = hessian(here.curve[limit[0], :, each].T)
-    size = (first * first).sum(axis=0)
+    """Return the Newton step (2, n) towards the contact with the active limits (2, n): the solution of the
+    linearised equations of the module docstring."""
+    each, (one, two) = np.arange(limit.shape[1]), limit >= 0
+    (first, second), (on_first, on_second) = (
+        [row[code, ..., each].T for code in limit] for row in (here.rate, here.margin)
+    )
     # Second derivatives of the Lagrange function on one limit.
-    bend = hessian(here.bend) - np.where(limit[0] >= 0, (here.slope * first).sum(axis=0) / size, 0.0) * curve
-    # The three systems of the module docstring.
-    free = -_solved(bend[0], bend[1], here.slope)
-    onto, along = -margins[0] / size * first, np.array((-first[1], first[0]))
-    pull = here.slope + (bend * onto).sum(axis=1)
-    on_edge = onto - (along * pull).sum(axis=0) / (along * (bend * along).sum(axis=1)).sum(axis=0) * along
-    corner = -_solved(first, second, np.array(margins))
-    return np.asarray(np.where(limit[1] >= 0, corner, np.where(limit[0] >= 0, on_edge, free)))
+    pull = np.where(one, (here.slope * first).sum(axis=0) / (first * first).sum(axis=0), 0.0)
+    bend = hessian(here.bend - pull * here.curve[limit[0], :, each].T)
+    # Without a limit, both components of grad f are zero, otherwise its component along the first limit.
+    along = np.where(one, np.array((-first[1], first[0])), ((0.0,), (1.0,)))
+    level = (here.slope * along).sum(axis=0), (bend * along).sum(axis=1)
+    values = np.where(one, on_first, here.slope[0]), np.where(two, on_second, level[0])
+    return -_solved(np.where(one, first, bend[0]), np.where(two, second, level[1]), np.array(values))
 
 
 def _solved(first: FloatArray, second: FloatArray, right: FloatArray) -> FloatArray:
@@ -322,47 +325,48 @@ def _ends(
     """Return the rolls (k,), rad, between the `limits` (2, k) at which the segments `before` (k,) end and
     the next take over."""
     low, high = limits
-    row = np.arange(before.size)
-    # Divide the interval that contains the change, first into 128 parts, then seven times into 32.
-    for parts in (128, *[32] * 7) if before.size else ():
+    row, both = np.arange(before.size), segments.pick(np.append(before, before + 1))
+    # Divide the interval that contains the change, first into 128 parts, then six times into 64.
+    for parts in (128, *[64] * 6) if before.size else ():
         roll = rolls_between(low, high, 2.0 * np.arange(parts + 1) / parts - 1.0)
-        taken = _taken_over(engagement, segments, before, roll)
+        taken = _taken_over(engagement, both, roll)
         taken[:, -1] = True
         part = np.maximum(taken.argmax(axis=1), 1)
         low, high = (np.where(taken[:, 0], low, roll[row, part - k]) for k in (1, 0))
     return np.asarray(high)
 
 
-def _taken_over(engagement: Engagement, segments: CycleSegments, before: Integers, roll: FloatArray) -> Mask:
-    """Return whether at rolls (k, m) the segments after `before` (k,) are the first contact: within their
-    limits and with smaller f. At equal f, tangencies come before edges, then the pair that came into
-    mesh last."""
-    both, shape = np.append(before, before + 1), (2, *roll.shape)
-    values = segments.values(both, np.concatenate((roll, roll)))
-    f, outside = values[0].reshape(shape), _outside(engagement, segments, both, values).reshape(shape)
-    edge, pair = (
-        row[both].reshape(2, -1) for row in (segments.limit[0] >= 0, engagement.pinion.sigma * segments.pair)
-    )
+def _taken_over(engagement: Engagement, segments: CycleSegments, roll: FloatArray) -> Mask:
+    """Return whether at rolls (k, m) the second half of the segments (2 k) are the first contact instead of
+    the first half: within their limits and with smaller f. At equal f, tangencies come before edges, then
+    the pair that came into mesh last."""
+    shape = 2, *roll.shape
+    values = segments.values(slice(None), np.concatenate((roll, roll)))
+    f, outside = values[0].reshape(shape), _outside(engagement, segments, values).reshape(shape)
     together = np.abs(f[1] - f[0]) <= SAME_ROLL_RAD * engagement.lever
-    prior = np.where(edge[0] == edge[1], pair[1] < pair[0], edge[0])[:, None]
-    sooner = np.where(together, prior, f[1] < f[0])
+    sooner = f[1] < f[0]
+    if together.any():
+        edge, pair = (
+            segments.limit[0].reshape(2, -1) >= 0,
+            engagement.pinion.sigma * segments.pair.reshape(2, -1),
+        )
+        prior = np.where(edge[0] == edge[1], pair[1] < pair[0], edge[0])[:, None]
+        sooner = np.where(together, prior, sooner)
     return np.asarray(np.where(outside[0] == outside[1], sooner, outside[1] < outside[0]))
 
 
-def _outside(
-    engagement: Engagement, segments: CycleSegments, index: Integers, values: FloatArray
-) -> FloatArray:
-    """Return by how much (mm) contacts violate limits that are not active, or lie beyond a joint with the
-    fillet or the beginning of a relief; infinite where there is no contact."""
-    held = holding(segments.limit[:, index])[..., None]
-    margin = np.where(held, np.inf, values[QUANTITY_COUNT:]).min(axis=0)
+def _outside(engagement: Engagement, segments: CycleSegments, values: FloatArray) -> FloatArray:
+    """Return by how much (mm) contacts of segments with the `values` (13, n, m) violate limits that are not
+    active, or lie beyond a joint with the fillet or the beginning of a relief; infinite where there is no
+    contact."""
+    margin = np.where(holding(segments.limit)[..., None], np.inf, values[QUANTITY_COUNT:]).min(axis=0)
     for j, surface in enumerate((engagement.pinion, engagement.gear)):
-        (s, z), fillet = values[1 + 2 * j : 3 + 2 * j], segments.on_fillet[j, index]
+        (s, z), fillet = values[1 + 2 * j : 3 + 2 * j], segments.on_fillet[j]
         # On undercut flanks, the root limit decides whether a contact lies beyond the end.
         joined = s - (surface.joint if surface.crossing is None else np.minimum(surface.fillet_end(z), s))
         margin = np.minimum(margin, np.where(fillet, -1.0, 1.0)[:, None] * joined)
     past = engagement.past_reliefs(values[1:3], values[3:5])
     if len(past):
-        on = _bits(segments.reliefs[index], len(past))[..., None]
+        on = _bits(segments.reliefs, len(past))[..., None]
         margin = np.minimum(margin, np.where(on, past, -past).min(axis=0))
     return np.where(np.isnan(margin), np.inf, np.maximum(-margin, 0.0))

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ...arrays import FloatArray, Integers, Mask
 from ...design.member import Member
 from ...gear.flank_limits import tip_parameter
-from ...gear.tooth_side import ToothSurface, angle_of, cut_at, profile_at, surface_of
+from ...gear.tooth_side import Cut, ToothSurface, angle_of, cut_at, profile_at, surface_of
 from ...support.frozen_arrays import kept
 from ...support.products import product
 from ..angular_clearance import met_by
@@ -266,13 +266,16 @@ def scan_of(task: Task, grid: Grid, chart: Chart, turns: bool = True) -> Scan:
 def _moves(task: Task) -> FloatArray:
     """Return the matrices (3, n, 4) from the `points` of a grid to coordinates of the gear."""
     axes, cos, sin = task.axes, np.cos(task.roll), np.sin(task.roll)
-    ahead, none = axes.position[0], np.zeros(task.roll.shape)
+    ahead, moves = axes.position[0], np.empty((3, cos.size, 4))
     rows = (
-        (-cos, sin, none, axes.offset + none),
+        (-cos, sin, 0.0, axes.offset),
         (-axes.cos * sin, -axes.cos * cos, axes.sin, axes.sin * ahead),
         (axes.sin * sin, axes.sin * cos, axes.cos, axes.cos * ahead - axes.position[1]),
     )
-    return np.stack([np.stack(row, axis=-1) for row in rows])
+    for row, values in zip(moves, rows, strict=True):
+        for column, value in enumerate(values):
+            row[:, column] = value
+    return moves
 
 
 def _counted(task: Task, angle: Angles) -> tuple[Angles, FloatArray]:
@@ -313,7 +316,7 @@ def _scan_rows(
     scan.gear_tip[:] = np.where(on, deep, np.inf)
     # Radius at which the gear's fillet starts: at a fixed profile coordinate, points are linear in z.
     if gear.crossing is None:
-        fillet = cut_at(gear, np.array([gear.joint + reach]), np.zeros(1))
+        fillet = _mid_face_point(gear, gear.joint + reach)
         across, up = fillet.x + fillet.x_z * z[:, edge], fillet.y + fillet.y_z * z[:, edge]
         square = across * across + up * up
     else:
@@ -328,3 +331,8 @@ def _scan_rows(
     unknown = np.isnan(scan.f)
     row, point = np.nonzero(near & (within & (scan.f <= np.minimum(least, largest_mm)[:, None]) | unknown))
     return row, point, within[row, point]
+
+
+@kept(64)
+def _mid_face_point(surface: ToothSurface, s: float) -> Cut:
+    return cut_at(surface, np.array([s]), np.zeros(1))

@@ -23,7 +23,7 @@ of the fillet is the edge or the bottom land, whichever is nearer."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -61,8 +61,8 @@ class Local:
         Second derivatives by s1 s1, s1 z1 and z1 z1.
     margin, rate, curve : ndarray, shapes (8, n), (8, 2, n) and (8, 3, n)
         Limits c >= 0 with first and second derivatives.
-    meeting : ndarray, shape (2, n)
-        s2 and z2 of the touched point of the gear.
+    meeting, meeting_rate : ndarray, shapes (2, n) and (2, 2, n)
+        s2 and z2 of the touched point of the gear, with their derivatives.
     """
 
     f: FloatArray
@@ -72,6 +72,7 @@ class Local:
     rate: FloatArray
     curve: FloatArray
     meeting: FloatArray
+    meeting_rate: FloatArray
 
     def merit(self, weight: FloatArray, depth: float) -> FloatArray:
         """Return the merit function: the Lagrange function with multipliers `weight` (8, n) plus a
@@ -80,6 +81,18 @@ class Local:
         outside = np.minimum(self.margin, 0.0)
         merit = self.f + (150.0 / depth * outside * outside - weight * self.margin).sum(axis=0)
         return np.where(np.isnan(merit), np.inf, merit)
+
+    def after(self, step: FloatArray) -> Local:
+        """Return the values after small steps (2, n), by Taylor series: f and limits to second order, touched
+        points to first order. The derivatives remain those before the steps."""
+        x, y = step
+        squares = np.array((0.5 * x * x, x * y, 0.5 * y * y))
+        return replace(
+            self,
+            f=self.f + (self.slope * step).sum(axis=0) + (self.bend * squares).sum(axis=0),
+            margin=self.margin + (self.rate * step).sum(axis=1) + (self.curve * squares).sum(axis=1),
+            meeting=self.meeting + (self.meeting_rate * step).sum(axis=1),
+        )
 
     def pick(self, index: Integers) -> Local:
         """Return the places `index`."""
@@ -362,6 +375,7 @@ def local_at(task: Task, s: FloatArray, z: FloatArray) -> Local:
         rate=rows[:, 1:3],
         curve=rows[:, 3:],
         meeting=np.array((other_s, high)),
+        meeting_rate=np.array((met_s, moves[2])),
     )
 
 

@@ -144,7 +144,7 @@ def _line_starts(f: Single, shape: tuple[int, int], bound: FloatArray) -> tuple[
     f = f.reshape(-1, *shape)
     for axis in (1, 2):
         best = f.argmin(axis=axis)
-        line = f.min(axis=axis)
+        line = np.take_along_axis(f, np.expand_dims(best, axis), axis).squeeze(axis)  # faster than f.min
         low = np.ones(line.shape, dtype=bool)
         low[:, 1:] = line[:, 1:] <= line[:, :-1]
         low[:, :-1] &= line[:, :-1] <= line[:, 1:]
@@ -193,8 +193,10 @@ def _edge_starts(
 def _on_edge(task: Task, place: FloatArray, tip: Integers) -> FloatArray:
     """Return places (2, n) moved along the profile by Newton's method to the edges of the TIPS with the
     numbers `tip` (n,), and to within the gear's toe and heel."""
+    # Step, in tooth depths, after which the next one is expected below a thousandth.
+    last_step_depths = 0.03
     place, limit, each = place.copy(), TIPS[tip], np.arange(tip.size)
-    for count in range(4):  # two steps, and two more across a joint
+    for _ in range(4):  # two steps, and two more across a joint
         before = place.copy()
         margin, rate = limits_at(task, *place)
         s = place[0] - _or_nothing(margin[limit, each] / rate[limit, 0, each])
@@ -204,7 +206,8 @@ def _on_edge(task: Task, place: FloatArray, tip: Integers) -> FloatArray:
         place[0] = np.where(on_flank, np.where(s < joint, np.maximum(s, below), s), np.minimum(s, joint))
         for end in (Limit.GEAR_TOE, Limit.GEAR_HEEL):
             place[1] -= _or_nothing(np.minimum(margin[end], 0.0) / rate[end, 1])
-        if count and not (np.abs(place - before) > 1e-3 * task.depth).any():
+        small = np.abs(place - before) <= last_step_depths * task.depth
+        if (small.all(axis=0) & (place[0] == s)).all():
             break
     return place
 

@@ -17,7 +17,7 @@ one period: this fraction of it as overlap (negative), the remainder as clearanc
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """Tooth pairs whose clearance is evaluated, with their pinion rolls and axes, (n,).
+    """Tooth pairs whose clearance is evaluated, with their pinion rolls and axes, (n,) or (1,).
 
     Attributes
     ----------
