@@ -331,7 +331,9 @@ def _chosen(
         (doubt, FirstStatus.NOT_CONVERGED),
         (np.isinf(f), FirstStatus.NO_CONTACT),
     )
-    status = np.select([case for case, _ in cases], [code for _, code in cases], FirstStatus.SOLVED)
+    status = np.full(f.shape, FirstStatus.SOLVED)
+    for case, code in reversed(cases):  # the first that applies
+        status[case] = code
     bad = status != FirstStatus.SOLVED
     return Found(
         f=np.where(bad, np.nan, f),

@@ -118,7 +118,7 @@ def _valley_ends(task: Task, scan: Scan, grid: Grid, bound: FloatArray, module: 
     across = np.array((-along[1], along[0]))
     fall = (here.slope * across).sum(axis=0)
     step = -fall / greater * across
-    bottom, f = place + step, here.f - 0.5 * fall * fall / greater
+    bottom = place + step
     # From there, it is nearly straight up to the nearest limit in both senses.
     margin, rate = here.margin + (here.rate * step).sum(axis=1), (here.rate * along).sum(axis=1)
     senses = np.array(((1.0,), (-1.0,)))
@@ -129,10 +129,7 @@ def _valley_ends(task: Task, scan: Scan, grid: Grid, bound: FloatArray, module: 
     level = (greater > 0.0) & (lesser * extent**2 <= 8.0 * 1e-6 * module)
     known = np.flatnonzero(level & np.isfinite(extent) & (extent > 0.02 * grid.cell[0]))
     ends = bottom[:, None, known] + (senses * length[:, known]) * along[:, None, known]
-    twice = chosen.pick(np.tile(known, 2))
-    low = clearance_at(twice, *ends.reshape(2, -1))[0].reshape(2, -1) <= f[known] + 1e-3 * module
-    both = np.flatnonzero(low.all(axis=0))
-    each, ends = np.tile(known[both], 2), ends[:, :, both].reshape(2, -1)
+    each, ends = np.tile(known, 2), ends.reshape(2, -1)
     cell = np.array(grid.cell)[:, None]
     box = np.clip(0.25 * np.abs(ends - bottom[:, each]), 0.02 * cell, 0.25 * cell)
     return SearchStarts(row[each], periods[each], ends, box)
