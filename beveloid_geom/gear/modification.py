@@ -78,13 +78,16 @@ class Term:
         return tuple(factor * value for factor, value in zip(self.factors, at_origin, strict=True))
 
     @cached_property
-    def relief_bend(self) -> Quantity | None:
-        """The second derivative (rad/mm^2) of the rotation on a relief that is quadratic in its coordinate;
-        None for other terms."""
+    def quadratic_relief(self) -> tuple[int, Quantity, np.ufunc, Quantity] | None:
+        """For a relief that is quadratic in its coordinate, otherwise None: number and origin of this
+        coordinate, the comparison with the origin that shows where the relief has begun, and the second
+        derivative of the rotation (rad/mm^2)."""
         square = QuadraticShape(xx=1.0), QuadraticShape(yy=1.0)
         if self.relief is None or self.shape != square[self.relief]:
             return None
-        return 2.0 * self.scale * self.rate[self.relief] ** 2
+        rate = self.rate[self.relief]
+        compare = np.greater if np.all(rate > 0.0) else np.less
+        return self.relief, self.origin[self.relief], compare, 2.0 * self.scale * rate**2
 
     @cached_property
     def factors(self) -> tuple[Quantity, ...]:
@@ -139,14 +142,14 @@ class FlankModification:
         each = iter(() if on is None else on)
         for term in self.terms:
             begun = None if term.relief is None else next(each, None)
-            if term.relief is not None and term.relief_bend is not None:
-                past = (l, z)[term.relief] - term.origin[term.relief]
-                begun = past * term.rate[term.relief] > 0.0 if begun is None else begun
-                bend = begun * term.relief_bend
+            if term.quadratic_relief is not None:
+                coordinate, origin, compare, second = term.quadratic_relief
+                past = (l, z)[coordinate] - origin
+                bend = (compare(past, 0.0) if begun is None else begun) * second
                 slope = bend * past
                 rows[0] += 0.5 * slope * past
-                rows[1 + term.relief] += slope
-                rows[3 + 2 * term.relief] += bend
+                rows[1 + coordinate] += slope
+                rows[3 + 2 * coordinate] += bend
             elif term.quadratic is None:
                 values = term.values(l, z, begun)
                 for row, factor, value in zip(rows, term.factors, values, strict=True):

@@ -166,8 +166,7 @@ def test_default_threads_take_as_long_as_one_thread(busy: bool) -> None:
 def test_modified_flanks_against_unmodified(crowned: bool, relieved: bool) -> None:
     """Time for Table 1 with crowning of the pinion, with crowning and reliefs of all edges of both members,
     or with these reliefs only, relative to unmodified flanks: a path of 101 positions, and contact ratios of
-    1,000 mountings. The goal for a path is less than ten times. A path with eight reliefs misses it, and its
-    limit here is 20."""
+    1,000 mountings."""
     plain = table1()
     amounts: dict[str, Any] = {"helix_crowning_um": 10.0, "profile_crowning_um": 8.0} if crowned else {}
     if relieved:
@@ -178,7 +177,7 @@ def test_modified_flanks_against_unmodified(crowned: bool, relieved: bool) -> No
     modified = replace(plain, pinion=plain.pinion.modified(given), gear=gear)
     errors = drawn_errors(USUAL, 0, 0, 1_000)
     for name, work, repeat, most in (
-        ("path of 101", partial(path_of_contact, flank="right", points=101), 10, 20.0 if relieved else 10.0),
+        ("path of 101", partial(path_of_contact, flank="right", points=101), 10, 10.0),
         ("contact ratio of 1,000", lambda design: contact_ratio(mounted(design, errors), "right"), 2, 3.0),
     ):
         works = [partial(work, design) for design in (plain, modified)]

@@ -73,16 +73,18 @@ def curve_over_s1(problem: Problem) -> Curve:
     """
     # Number of times that unsolved positions are started again from their solved neighbours.
     sweeps = 6
-    # Number of Newton steps from the middle of the face. Positions that take longer are started again.
-    max_steps = 16
+    # Number of Newton steps from the middle of the face, and their largest length, in face widths: from the
+    # middle to toe or heel. Positions that take longer are started again.
+    max_steps, longest_step = 16, 0.5
     low, high = problem.lowest[0], problem.highest[0]
     spare = WINDOW_MARGIN * (high - low)
     nodes, cases = np.linspace(low - spare, high + spare, NODE_COUNT), problem.placed.offset.size
     s1 = np.tile(nodes, cases)
     case = np.repeat(np.arange(cases), NODE_COUNT)
-    placed = problem.placed.take(case)
+    placed = problem.placed.of_cases(case)
     start = meshing_start(problem.surfaces, placed, s1, np.zeros(s1.size))
-    met, _ = solve(problem.surfaces, placed, start, given_row(0, s1), max_steps=max_steps)
+    reach = np.full(s1.size, longest_step)
+    met, _ = solve(problem.surfaces, placed, start, given_row(0, s1), reach, max_steps)
     curve = sampled(problem, s1.reshape(cases, -1), met, None)
     for _ in range(sweeps):
         start = _from_neighbours(problem, curve)
@@ -90,7 +92,7 @@ def curve_over_s1(problem: Problem) -> Curve:
         if not again.size:
             break
         starts, there = start.reshape(4, -1)[:, again], given_row(0, s1[again])
-        met, good = solve(problem.surfaces, placed.take(again), starts, there, max_steps=NEAR_STEPS)
+        met, good = solve(problem.surfaces, placed.of_cases(again), starts, there, max_steps=NEAR_STEPS)
         if not good.any():
             break
         state = curve.value[STATE].reshape(4, -1).copy()
@@ -116,19 +118,30 @@ def _from_neighbours(problem: Problem, curve: Curve) -> FloatArray:
 
 def dense(problem: Problem, curve: Curve) -> tuple[FloatArray, FloatArray]:
     """Return x (cases, m) and rows (WIDTH, cases, m) of a curve and of PARTS - 1 interpolated places in each
-    interval; NaN next to samples that are not solved. The interpolation is linear next to kinks.
+    interval; NaN next to samples that are not solved.
+
+    The interpolation is cubic. In an interval with a kink, where a relief begins, it follows both tangents up
+    to their intersection, which is one of the places.
     """
-    t = np.arange(PARTS) / PARTS
+    # Difference of both tangents, relative to the longer one, above which there may be a kink between.
+    kink_ratio = 0.5
     step = np.diff(curve.x)[..., None]
     low, high = curve.value[..., :-1, None], curve.value[..., 1:, None]
     first, last = curve.rate[..., :-1, None] * step, curve.rate[..., 1:, None] * step
-    change = high - low
-    misfit, size = _misfit(problem, curve)
-    kinked = (misfit > 0.5 * size)[..., None]
-    first, last = np.where(kinked, change, first), np.where(kinked, change, last)
+    change, scale = high - low, problem.scale[:, None, None, None]
+    bends, slopes = np.abs((first - last)[:3] / scale), np.abs(np.array((first, last))[:, :3] / scale)
+    kinked = bends.max(axis=0) > kink_ratio * slopes.max(axis=(0, 1))
+    # The tangents intersect where the coordinate with the largest bend has the same value.
+    share = (change - last)[:3] / (first - last)[:3]
+    middle = np.take_along_axis(share, bends.argmax(axis=0)[None], axis=0)[0]
+    kinked &= (middle > 0.0) & (middle < 1.0)
+    middle = np.where(kinked, middle, 0.5)
+    t = np.concatenate((0.0 * middle, 0.5 * middle, middle, 0.5 + 0.5 * middle), axis=-1)
     between = low + t * (
         first + t * ((3.0 * change - 2.0 * first - last) + t * (first + last - 2.0 * change))
     )
+    tangents = np.where(t <= middle, low + t * first, high - (1.0 - t) * last)
+    between = np.where(kinked, tangents, between)
     between[..., 0] = curve.value[..., :-1]
     cases = len(curve.x)
     x = np.concatenate(((curve.x[:, :-1, None] + t * step).reshape(cases, -1), curve.x[:, -1:]), axis=-1)

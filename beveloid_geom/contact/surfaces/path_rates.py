@@ -102,5 +102,5 @@ def _at_roll(
 ) -> tuple[FloatArray, ErrorRates]:
     """Return the contacts (4, n) of cases at pinion rolls (n,), and their derivatives."""
     problem = path.problem
-    met, _ = solve(problem.surfaces, problem.placed.take(cases), start, given_row(2, roll))
+    met, _ = solve(problem.surfaces, problem.placed.of_cases(cases), start, given_row(2, roll))
     return met.state, error_rates(path, cases, met.state, sense[cases])

@@ -287,7 +287,7 @@ def _at_l1(problem: Problem, segment: Segment, l1: FloatArray) -> tuple[Contacts
     passed &= low != high
     several = passed.sum(axis=-1) > 1
     # Start on the segment, and elsewhere in the middle of the face.
-    placed = problem.placed.take(np.repeat(np.arange(cases), count))
+    placed = problem.placed.of_cases(np.repeat(np.arange(cases), count))
     start = meshing_start(problem.surfaces, placed, l1.ravel(), np.zeros(l1.size)).reshape(4, cases, count)
     place = passed.argmax(axis=-1) + 1
     ends = [np.take_along_axis(knots, (place - k)[None], axis=-1) for k in (1, 0)]
@@ -303,7 +303,7 @@ def _rows(path: SurfacePaths, met: Contacts, shape: tuple[int, ...]) -> tuple[Fl
     least margins, mm; NaN where the state is not known.
     """
     problem, flat = path.problem, met.state
-    placed = problem.placed.take(np.repeat(np.arange(shape[0]), shape[1]))
+    placed = problem.placed.of_cases(np.repeat(np.arange(shape[0]), shape[1]))
     margins, _ = margins_at(problem, met)
     rows = np.empty((ROW_COUNT, flat.shape[1]))
     rows[0], rows[1], rows[4], rows[5] = flat[0], flat[3], flat[1], met.z2

@@ -29,7 +29,7 @@ def positions_on(problem: Problem, segment: Segment, share: FloatArray) -> tuple
     )
     start, across = start.reshape(4, -1), across.reshape(3, -1)
     reach = np.linalg.norm(direction / problem.scale[:, None, None], axis=0).ravel()
-    placed = problem.placed.take(np.repeat(np.arange(cases), count))
+    placed = problem.placed.of_cases(np.repeat(np.arange(cases), count))
     condition = on_plane(problem, start, across)
     met, good = _solved_near(problem, placed, start, condition, reach)
     if not good.all():  # next to a kink, where the flanks nearly touch along a line, Newton's steps are long

@@ -138,7 +138,7 @@ def _on_grid(problem: Problem) -> Contacts:
     """Return the points with tangent profiles of the first case of a problem, on a grid of the pinion."""
     one = problem.cases(np.arange(1))
     state = grid_function(one, GRID_LINES)[0].reshape(4, -1)
-    return contacts_at(one.surfaces, one.placed.take(np.zeros(len(state[0]), dtype=int)), state)
+    return contacts_at(one.surfaces, one.placed.of_cases(np.zeros(len(state[0]), dtype=int)), state)
 
 
 def _corners(values: NDArray[Any]) -> NDArray[Any]:
@@ -150,7 +150,7 @@ def _corners(values: NDArray[Any]) -> NDArray[Any]:
 def problem_of(design: Design, flank: str, pairing: FlankPair, cases: Integers) -> Problem:
     """Return the problem of cases with the same single members."""
     pinion, gear = (surface_of(member, flank) for member in design.members)
-    part = pairing.cases(cases)
+    part = pairing if cases.size == len(pairing.branch) else pairing.cases(cases)
     lowest, highest, tip, half_width, taper = (
         np.asarray(values)[:, 0, 0]
         for values in (part.lowest, part.highest, part.tip, part.half_width, part.taper)

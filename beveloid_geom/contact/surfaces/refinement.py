@@ -26,7 +26,7 @@ def with_more_samples(problem: Problem, curve: Curve) -> Curve:
     with np.errstate(invalid="ignore", divide="ignore"):
         start, place, across = _targets(problem, curve, after, gaps[:, after])
     plane = on_plane(problem, place.reshape(3, -1), across.reshape(3, -1))
-    placed = problem.placed.take(np.repeat(np.arange(len(curve.x)), 2 * after.size))
+    placed = problem.placed.of_cases(np.repeat(np.arange(len(curve.x)), 2 * after.size))
     met, _ = solve(problem.surfaces, placed, start.reshape(4, -1), plane, max_steps=NEAR_STEPS)
     return _inserted(problem, curve, after, met)
 

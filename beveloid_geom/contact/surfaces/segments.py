@@ -222,7 +222,7 @@ def _solved_knots(problem: Problem, knots: FloatArray) -> tuple[FloatArray, Mask
     apart = (steps != 0.0).any(axis=0)  # the ends are repeated
     case, inner = np.nonzero(apart[:, 1:] & apart[:, :-1])
     inner += 1
-    start, placed = knots[:, case, inner], problem.placed.take(case)
+    start, placed = knots[:, case, inner], problem.placed.of_cases(case)
     across = (knots[:3, case, inner + 1] - knots[:3, case, inner - 1]) / scale
     length = np.linalg.norm(across, axis=0)
     met, good = solve(problem.surfaces, placed, start, on_plane(problem, start, across / length))

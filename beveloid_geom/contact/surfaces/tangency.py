@@ -31,7 +31,7 @@ from typing import TypeAlias
 import numpy as np
 
 from ...arrays import FloatArray, Integers, Mask
-from ...gear.tooth_side import ToothSurface, cut_with_bends, profile_at, tangents_of
+from ...gear.tooth_side import ToothSurface, cut_at, cut_with_bends, profile_at, tangents_of
 
 NEWTON_MAX_STEPS = 40
 """Largest number of Newton steps from starting values that may be far away."""
@@ -83,6 +83,10 @@ class PairPlacement:
         """Return the placements at `index`."""
         return PairPlacement(*(value[..., index] for value in vars(self).values()))
 
+    def of_cases(self, cases: Integers) -> PairPlacement:
+        """Return the placements of contacts of `cases` (n,). A single placement, (1,), is not repeated."""
+        return self if self.offset.size == 1 else self.take(cases)
+
 
 @dataclass(frozen=True, eq=False)
 class Surfaces:
@@ -109,27 +113,45 @@ class Contacts:
     """States (s1, z1, rho, s2) with residuals and derivatives; mm and rad.
 
     `state` (4, n); `residual` (2, n) and `gradient` (2, 3, n) of both tangency equations after s2 is
-    eliminated; `follow` (4, n): the step of s2 is follow[0] + follow[1:].(ds1, dz1, drho); `error` (n,): the
-    largest relative residual; `z2` (n,), mm: axial coordinate of the touched point of the gear from mid-face;
-    `jets`: surface points of pinion and gear. `point` and unit `normal` (3, n) in the fixed frame of the
-    gear, the normal out of the gear tooth; `moves` (3, 3, n): derivatives of the point of the pinion by s1,
-    z1 and rho in this frame, by component and derivative. `turn` has the cosine and sine of the angle of the
-    section frame of the gear in its fixed frame. `opposed` states whether the normals of both flanks point
-    against each other.
+    eliminated; `follow` (4, n): the step of s2 is follow[0] + follow[1:].(ds1, dz1, drho); `z2` (n,), mm:
+    axial coordinate of the touched point of the gear from mid-face; `jets`: surface points of pinion and
+    gear. In the fixed frame of the gear: `point` (3, n); `moves` (3, 3, n), derivatives of the point of the
+    pinion by s1, z1 and rho, by component and derivative; `product` (3, n), D_s x D_z of the gear. `turn` has
+    the cosine and sine of the angle of the section frame of the gear in its fixed frame. `sigma` is +1 on
+    right and -1 on left flanks.
     """
 
     state: FloatArray
     residual: FloatArray
     gradient: FloatArray
     follow: FloatArray
-    error: FloatArray
     z2: FloatArray
     moves: FloatArray
     point: FloatArray
+    product: FloatArray
     turn: tuple[FloatArray, FloatArray]
     jets: tuple[Jet, Jet]
-    normal: FloatArray
-    opposed: Mask
+    sigma: float
+
+    @property
+    def normal(self) -> FloatArray:
+        """Unit normal (3, n) out of the gear tooth in the fixed frame of the gear."""
+        return np.asarray(-self.sigma * self.product / np.sqrt((self.product**2).sum(axis=0)))
+
+    @property
+    def error(self) -> FloatArray:
+        """The relative difference of the radii or the sine of the angle between the flanks (n,), whichever is
+        larger."""
+        square, own_square = ((x * x).sum(axis=0) for x in (self.point[:2], self.jets[1].plane[0]))
+        tangents = self.moves[:, :2]
+        sines = (self.normal[:, None] * tangents).sum(axis=0) / np.sqrt((tangents * tangents).sum(axis=0))
+        return np.asarray(np.maximum(0.5 * np.abs(square - own_square) / square, np.abs(sines).max(axis=0)))
+
+    @property
+    def opposed(self) -> Mask:
+        """Whether the normals of both flanks point against each other (n,)."""
+        # P_s x P_z is opposed to D_s x D_z of the gear; mirrored frames do not occur.
+        return np.asarray((cross(self.moves[:, 0], self.moves[:, 1]) * self.product).sum(axis=0) < 0.0)
 
     @property
     def tangent(self) -> FloatArray:
@@ -203,7 +225,6 @@ def contacts_at(surfaces: Surfaces, placed: PairPlacement, state: FloatArray) ->
     follow = np.empty((4, len(s1)))
     follow[0] = 0.5 * (square - own_square)
     follow[1:] = x * by[0] + y * by[1] - own_z * by[2]
-    error = np.abs(follow[0]) / square
     follow /= own_s
     # Tangency by s (row 0) and by z (row 1).
     first = moved[:, 1:3]  # P_s, P_z
@@ -213,24 +234,18 @@ def contacts_at(surfaces: Surfaces, placed: PairPlacement, state: FloatArray) ->
     own_change = (first * s2_change[:, None]).sum(axis=0)
     gradient += own_change[:, None] * follow[1:]
     residual = value + own_change * follow[0]
-    length = np.sqrt((normal * normal).sum(axis=0))
-    sizes = length * np.sqrt((first * first).sum(axis=0))
-    error = np.maximum(error, (np.abs(value) / sizes).max(axis=0))
-    # P_s x P_z is opposed to D_s x D_z of the gear; mirrored frames do not occur.
-    facing = (cross(first[:, 0], first[:, 1]) * normal).sum(axis=0)
     return Contacts(
-        state,
-        residual,
-        gradient,
-        follow,
-        error,
-        z2,
-        by,
-        moved[:, 0],
-        turn,
-        (jet, other),
-        -surfaces.gear.sigma * normal / length,
-        facing < 0.0,
+        state=state,
+        residual=residual,
+        gradient=gradient,
+        follow=follow,
+        z2=z2,
+        moves=by,
+        point=moved[:, 0],
+        product=normal,
+        turn=turn,
+        jets=(jet, other),
+        sigma=surfaces.gear.sigma,
     )
 
 
@@ -300,7 +315,7 @@ def solve(
     for _ in range(max_steps):
         if not active.size:
             break
-        met = contacts_at(surfaces, placed.take(active), state[:, active])
+        met = contacts_at(surfaces, placed.of_cases(active), state[:, active])
         value, normal = condition(met, active)
         (h1, h2), (q1, q2) = met.gradient, met.residual
         across = cross(h2, normal)
@@ -343,7 +358,7 @@ def _limited(
     counts the times before."""
     step = step * np.minimum(1.0, farthest / np.abs(step).max(axis=0))
     back = (step * previous).sum(axis=0) < -0.5 * (previous**2).sum(axis=0)
-    return step * np.where(back, 0.5 ** (halvings + 1), 1.0), back
+    return step * np.where(back, 0.5 ** (halvings + 1), 1.0) if back.any() else step, back
 
 
 def meshing_start(surfaces: Surfaces, placed: PairPlacement, s1: FloatArray, z1: FloatArray) -> FloatArray:
@@ -353,10 +368,9 @@ def meshing_start(surfaces: Surfaces, placed: PairPlacement, s1: FloatArray, z1:
     With k2.((P - E i) x n) written out, this equation is A cos(theta) + B sin(theta) = D for the angle theta
     of the section frame.
     """
-    jet = jet_at(surfaces.pinion, s1, z1)
-    normal = normals_of(jet)[0] * -surfaces.pinion.sigma
-    nx, ny, nz = normal / np.sqrt((normal * normal).sum(axis=0))
-    (x, y), ratio, along = jet.plane[0], surfaces.ratio, z1 + placed.position[0]
+    cut = cut_at(surfaces.pinion, s1, z1)
+    x, y, nx, ny, nz = cut.x, cut.y, cut.nx, cut.ny, cut.nz
+    ratio, along = surfaces.ratio, z1 + placed.position[0]
     moment = x * ny - y * nx
     by_cos = ratio * (placed.sin * (along * nx - x * nz) - placed.cos * placed.offset * ny)
     by_sin = ratio * (placed.sin * (y * nz - along * ny) - placed.cos * placed.offset * nx)
@@ -381,4 +395,4 @@ def meshing_start(surfaces: Surfaces, placed: PairPlacement, s1: FloatArray, z1:
     s2 = profile_at(surfaces.gear, x2 * x2 + y2 * y2, z2)
     # Below the base cylinder: halfway between l = 0 and the tip.
     s2 = np.where(np.isnan(s2), 0.5 * surfaces.gear.highest, s2)
-    return np.array((s1, z1, angle - jet.phi, s2))
+    return np.array((s1, z1, angle - cut.phi, s2))

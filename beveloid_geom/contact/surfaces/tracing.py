@@ -33,7 +33,7 @@ def grid_function(
     s = np.linspace(problem.lowest[0], problem.highest[0], lines[0])
     z = problem.half_width[0] * np.linspace(-1.0, 1.0, lines[1])
     s1, z1 = (values.ravel() for values in np.meshgrid(s, z, indexing="ij"))
-    placed = problem.placed.take(np.zeros(s1.size, dtype=int))
+    placed = problem.placed.of_cases(np.zeros(s1.size, dtype=int))
     state = meshing_start(problem.surfaces, placed, s1, z1)
     # Newton steps to tangent profiles, and angle (rad) that counts as tangent.
     profile_steps, profile_tolerance = 14, 1e-10
@@ -72,7 +72,7 @@ def seeds_of(problem: Problem) -> tuple[FloatArray, bool]:
     contacts = []
     for held in (0, 1):
         part = start[:, row == held]
-        placed = problem.placed.take(np.zeros(part.shape[1], dtype=int))
+        placed = problem.placed.of_cases(np.zeros(part.shape[1], dtype=int))
         result, good = solve(problem.surfaces, placed, part, given_row(held, part[held]))
         contacts.append(result.state[:, good])
     seeds = np.concatenate(contacts, axis=1)
@@ -119,7 +119,7 @@ def traced(problem: Problem, seeds: FloatArray) -> tuple[Curve, Mask]:
         if polyline.shape[1] > 1:
             filled[:, case, : polyline.shape[1]] = polyline
     states, directions = filled.reshape(7, -1)[:4], filled.reshape(7, -1)[4:]
-    met = contacts_at(problem.surfaces, problem.placed.take(np.repeat(np.arange(cases), width)), states)
+    met = contacts_at(problem.surfaces, problem.placed.of_cases(np.repeat(np.arange(cases), width)), states)
     return sampled(problem, x, met, directions), np.asarray(left.reshape(2, cases).all(axis=0))
 
 
@@ -148,7 +148,7 @@ def _followed(
         if not active.size:
             break
         before, size = direction[:, active], step[active]
-        guess, placed = state[:, active] + size * ahead[:, active], problem.placed.take(active)
+        guess, placed = state[:, active] + size * ahead[:, active], problem.placed.of_cases(active)
         onwards = roll_axis * np.sign(before[2]) if by_roll else before
         met, good = solve(problem.surfaces, placed, guess, on_plane(problem, guess, onwards))
         after = _direction(problem, met, onwards)
