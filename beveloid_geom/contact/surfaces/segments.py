@@ -120,7 +120,7 @@ def _with_ends(
     if (doubtful := np.flatnonzero(turning & good)).size:
         knots[:, doubtful] = _solved_knots(part.cases(doubtful), knots[:, doubtful])[0]
         turning[doubtful] = _turns(knots[2, doubtful])
-    span = np.ptp(np.nan_to_num(knots[2]), axis=-1)
+    span = np.abs(knots[2, :, -1] - knots[2, :, 0])  # interpolated knots may be beyond an end
     # Direction of the roll at both ends, along the segment.
     scale = problem.scale[:, None]
     chord = (knots[:3, :, -1] - knots[:3, :, 0]) / scale
