@@ -120,6 +120,11 @@ def test_pointed_teeth() -> None:
         texts = [remark.text for remark in tooth_remarks("pinion", member) if "pointed" in remark.text]
         assert len(texts) == 1
         assert "pointed at the heel" in texts[0]
+        texts = [remark.text for remark in tooth_remarks("pinion", replace(member, profile_shift=2.5))]
+        assert [text for text in texts if "pointed" in text] == [
+            "the tooth of the pinion is pointed along the complete face: reduce the profile shift or the"
+            " addendum"
+        ]
 
 
 def test_corners_of_the_ease_off() -> None:
