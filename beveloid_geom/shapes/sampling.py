@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import FloatArray
-from ..design.arguments import require_member
+from ..design.arguments import require_member, require_numbers
 from ..design.member import Member
 from ..gear.active_flank import active_start_by_z
 from ..gear.flank import generated
@@ -118,6 +118,7 @@ def sample_flank(member: Member, flank: str, tolerance: float | None = None) -> 
     ((8, 6, 3), True)
     """
     require_member(member)
+    require_numbers(tolerance=tolerance)
     # Largest number of grids that are tried.
     max_attempts = 12
     # Largest ratio of measured and estimated deviation. With a larger one the flank may be folded and cannot
