@@ -291,7 +291,7 @@ def _lines(name: str, one: MemberData) -> str:
     angle, swivel = np.degrees((data.root_cone_angle, data.swivel))
     text += line(
         "root cone",
-        f"{angle:.4f} deg to the axis; while the hob is fed by 1 mm towards +z (the {one.ends[1]}), its "
+        f"{angle:z.4f} deg to the axis; while the hob is fed by 1 mm towards +z (the {one.ends[1]}), its "
         f"distance from the axis changes by {data.infeed:+z.6f} mm",
     )
     text += line(
