@@ -188,7 +188,7 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     "--out",
     click.Path(path_type=Path),
     "outputs/figures",
-    "Folder for pictures and CSV files; created.",
+    "Folder for pictures and CSV files; a missing folder is created.",
     "DIR",
 )
 @size_option("1600x1200")

@@ -301,6 +301,7 @@ def write_contact_part(request: MeshRequest, path: Path, bar: Any) -> str:
     """Build and write the pair in contact; return the message for the user."""
     # Default force between the teeth for a module of 6 mm, N; it scales with the square of the module.
     tooth_force_n = 20e3
+    from ..contact.parallel.lines import is_line_contact
     from ..export.fea.pair_mesh import ELEMENT, force_lever, pair_mesh
     from ..report.result import failure_of
     from ..shapes.tooth_boundary import counted
@@ -324,7 +325,8 @@ def write_contact_part(request: MeshRequest, path: Path, bar: Any) -> str:
     )
     begin_writing(request, bar)
     where = f"{torque:.6g} N m on the pinion at a roll of {math.degrees(pair.roll[0]):z.4f} deg"
-    fine = f"elements: {pair.across:.2g} across and {pair.along:.2g} along the ellipse of {force:.4g} N"
+    shape = "strip" if is_line_contact(design, request.flank) else "ellipse"
+    fine = f"elements: {pair.across:.2g} across and {pair.along:.2g} along the {shape} of {force:.4g} N"
     comment = [f"pair of {request.source}, {counted(request.teeth)} of each", where, fine, FIXED_FRAME, UNITS]
     write = writer_of(CONTACT_FORMATS, request.suffix)
     write(path, design, pair, 1e3 * torque, comment, request.rolls or 1)
