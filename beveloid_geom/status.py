@@ -91,6 +91,19 @@ class FirstStatus(IntEnum):
         return str if self in (FirstStatus.NO_CONTACT, FirstStatus.MEETS_BOTTOM) else NotComputed
 
 
+WHY_NO_FIRST_CONTACT = {
+    FirstStatus.NO_CONTACT: "no tooth reaches the other member",
+    FirstStatus.MEETS_BOTTOM: "a tip reaches the other member's bottom land",
+    FirstStatus.UNDERCUT: "undercut removes a complete flank in a part of the face",
+    FirstStatus.OUT_OF_STEP: "the roll angles are too far from mesh to distinguish the tooth pairs",
+    FirstStatus.UNDEFINED: "the inputs do not define the teeth or their position",
+    FirstStatus.NOT_CONVERGED: "the search did not converge",
+    FirstStatus.SOLVED: "the search found only a later contact",
+}
+"""Reasons for an unknown first contact at a position. SOLVED: the first contact found is later than the
+contact of the path."""
+
+
 class Verdict(IntEnum):
     """Comparison of one position of a path with the first contact of all teeth."""
 

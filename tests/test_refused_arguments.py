@@ -6,7 +6,8 @@ Faults of designs are tested in `tests/design`, and refusals of the commands in 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from math import inf, nan
@@ -303,9 +304,48 @@ def test_members_of_arrays(function: Callable[[bg.Design], object]) -> None:
         function(TABLE_1.with_parabola(pinion=np.zeros(2)))
 
 
-@pytest.mark.parametrize("function", [bg.gear_solid, bg.tooth_hexahedra], ids=lambda each: each.__name__)
-def test_text_as_tolerance_and_parts_of_teeth(function: Callable[..., object]) -> None:
-    with pytest.raises(TypeError, match=r"^tolerance must be a number, got '0\.01'$"):
-        function(PINION, tolerance="0.01")
-    with pytest.raises(TypeError, match=r"^teeth must be an integer, got 3\.5$"):
-        function(PINION, teeth=3.5)
+REQUEST = bg.Request(2.0, (20, 30), (20.0, 20.0), 0.1, 0.1, cone_angles=(0.05, 0.05))
+OTHERS |= {"request": REQUEST, "path": bg.path_of_contact(TABLE_1), "load": bg.Load(1.0)}
+OTHERS |= {"diameter": 10.0, "z": 0.0, "flank": "right"}
+NUMBER_TYPES = re.compile("float|int|ArrayLike|Bounds|Cells")
+
+
+def request_of(**changes: Any) -> object:
+    return bg.propose(replace(REQUEST, **changes))
+
+
+def number_arguments() -> Iterator[tuple[str, Callable[..., object], str, str]]:
+    """Yield label, function, argument and annotation of all arguments of the public functions, and of all
+    fields of their inputs, that are numbers."""
+    functions = [(name, getattr(bg, name), getattr(bg, name)) for name in bg.__all__]
+    functions = [each for each in functions if inspect.isfunction(each[1])]
+    inputs = (bg.Aim, optimise), (bg.Tolerances, study), (bg.Request, request_of), (bg.Load, bg.Load)
+    functions += [(one.__name__, one, used_by) for one, used_by in inputs]
+    for label, signature_of, function in functions:
+        for each in inspect.signature(signature_of).parameters.values():
+            if NUMBER_TYPES.search(each.annotation) and "Callable" not in each.annotation:
+                yield f"{label}-{each.name}", function, each.name, each.annotation
+
+
+NUMBER_ARGUMENTS = list(number_arguments())
+
+
+@pytest.mark.parametrize(
+    ("label", "function", "argument", "annotation"),
+    NUMBER_ARGUMENTS,
+    ids=[one[0] for one in NUMBER_ARGUMENTS],
+)
+def test_arguments_that_are_not_numbers(
+    label: str, function: Callable[..., object], argument: str, annotation: str
+) -> None:
+    parameters = inspect.signature(function).parameters
+    others = {
+        name: OTHERS[name]
+        for name, each in parameters.items()
+        if each.default is inspect.Parameter.empty and each.kind is not inspect.Parameter.VAR_KEYWORD
+    }
+    if label.startswith("contact_pattern") and argument.endswith("roll"):  # both are needed
+        others |= {"pinion_roll": [0.0, 1.0], "gear_roll": [0.0, 1.0]}
+    for value in ["x", *([2.5] if annotation in ("int", "int | None") else [])]:
+        with pytest.raises((TypeError, ValueError), match=rf"{argument} .*must .* got .*{value!r}"):
+            function(**{**others, argument: value})

@@ -184,7 +184,13 @@ def _list(context: click.Context, _: click.Parameter, wanted: bool) -> None:
     show_default=" and ".join(DEFAULT_SETS),
     help="Draw the figures of this set. Can be repeated.",
 )
-@option("--out", click.Path(path_type=Path), "outputs/figures", "Folder for pictures and CSV files.", "DIR")
+@option(
+    "--out",
+    click.Path(path_type=Path),
+    "outputs/figures",
+    "Folder for pictures and CSV files; a missing folder is created.",
+    "DIR",
+)
 @size_option("1600x1200")
 @click.option(
     "--width-mm",

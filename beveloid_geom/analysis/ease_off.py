@@ -29,7 +29,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import Codes, FloatArray, Mask
 from ..contact.mesh_position import Frame, MeshingPair, frames_at, meshing_pair
-from ..design.arguments import require_design
+from ..design.arguments import require_design, require_two_numbers
 from ..design.model import Design
 from ..gear.active_flank import place_at
 from ..gear.closest_point import feet
@@ -142,6 +142,7 @@ def ease_off(design: Design, flank: str = "right", shape: tuple[int, int] = (15,
     0.0126 mm
     """
     require_design(design)
+    require_two_numbers(shape=shape)
     if min(shape) < 3:
         raise ValueError(f"shape must be at least 3 points along profile and face, got {shape}")
     profile, face = (np.linspace(-1.0, 1.0, count) for count in shape)

@@ -21,7 +21,7 @@ import numpy as np
 
 from ..arrays import Codes, FloatArray, Mask, flank_sign
 from ..contact.path import path_ends
-from ..design.arguments import require_single
+from ..design.arguments import require_numbers, require_single, require_two_numbers
 from ..design.limits import parabola_limit
 from ..design.model import Design, Errors, MeshErrors
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
@@ -269,6 +269,8 @@ def design_map(
     require_single(design)
     flank_sign(flank)
     over = inputs_of(over)
+    require_two_numbers(first=first, second=second)
+    require_numbers(steps=steps)
     bounds = tuple(
         _usual(design, name) if given is None else given
         for name, given in zip(over, (first, second), strict=True)

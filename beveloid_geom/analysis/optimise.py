@@ -35,7 +35,7 @@ from typing import TypeAlias
 import numpy as np
 
 from ..arrays import FloatArray
-from ..design.arguments import require_design, require_unmodified
+from ..design.arguments import require_design, require_two_numbers, require_unmodified
 from ..design.model import Design
 from ..operation.backlash_by_tangency import jammed, tangent_backlash
 from ..pair.named_inputs import PRESETS, bound_faults
@@ -293,6 +293,7 @@ def _step(design: Design) -> float:
 
 def _check_bounds(design: Design, aim: Aim) -> None:
     for name in ("pinion_parabola", "gear_parabola"):
+        require_two_numbers(**{f"{name} of the aim": getattr(aim, name)})
         low, high = getattr(aim, name)
         if not -np.inf < low < high < np.inf:
             text = f"must be two finite bounds, the first below the second, got {low}, {high}"

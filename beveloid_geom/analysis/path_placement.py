@@ -30,7 +30,8 @@ import numpy as np
 
 from ..arrays import Codes, FloatArray, Mask, flank_sign
 from ..contact.path import path_of_contact
-from ..design.arguments import require_single
+from ..design.arguments import require_numbers, require_single
+from ..design.field_limits import float64_of
 from ..design.model import Design, Errors
 from ..gear.flank_limits import active_range
 from ..operation.backlash import mounted_backlash
@@ -190,7 +191,8 @@ def place_path(
         text = "on parallel axes a path runs along the complete face, also with parabolas, so that its middle"
         cure = "give the pair a shaft angle (`beveloid-geom propose`), or compute the effect of errors by"
         raise ValueError(f"{text} cannot be moved: {cure} `beveloid-geom pattern --over offset,shaft-angle`")
-    share = np.array(at, dtype=float)
+    require_numbers(l=l)
+    share = float64_of("at", at)
     if share.ndim != 1 or not share.size or not ((share > 0.0) & (share < 1.0)).all():
         raise ValueError(f"at must be one or more shares of the face, above 0 and below 1, got {at}")
     low, high = map(float, active_range(design.pinion, flank))

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..arrays import Codes, FloatArray, Mask, flank_sign
 from ..contact.ellipse import MARKING_SEPARATION_MM
-from ..design.arguments import require_single
+from ..design.arguments import require_numbers, require_single, require_two_numbers
 from ..design.model import Design
 from ..operation.backlash import mounted_backlash
 from ..operation.contact_pattern.motion import first_contact_operation
@@ -158,8 +158,10 @@ def pattern_matrix(
     require_single(design)
     flank_sign(flank)
     check_names(over, "over")
+    require_numbers(separation=separation, resolution=resolution, area_error=area_error)
+    require_two_numbers(sizes=sizes)
     if cells not in (3, 5):
-        raise ValueError(f"cells must be 3 or 5, got {cells}")
+        raise ValueError(f"cells must be 3 or 5, got {cells!r}")
     usual = USUAL_AT[place_of(over)]
     sizes = (getattr(usual, over[0]), getattr(usual, over[1])) if sizes is None else sizes
     for name, size in zip(over, sizes, strict=True):

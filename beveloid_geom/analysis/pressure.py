@@ -32,7 +32,7 @@ from ..contact.flank_pair import is_modified
 from ..contact.hertz import POISSON_RATIO, YOUNG_MPA, contact_modulus, hertz_ellipse, hertz_strip
 from ..contact.parallel.lines import ContactLines, carrying_length, contact_lines, is_line_contact
 from ..contact.path import ContactPath, pairing_of_path
-from ..design.arguments import require_path
+from ..design.arguments import require_numbers, require_path
 from ..gear.flank import flank_point
 from ..status import EllipseStatus
 from ..support.array_repr import short_repr
@@ -69,7 +69,8 @@ class Load:
     poisson: float = POISSON_RATIO
 
     def __post_init__(self) -> None:
-        """Check the values. Raises ValueError."""
+        """Check the values. Raises TypeError or ValueError."""
+        require_numbers(**vars(self))
         if (self.force is None) == (self.torque_nm is None):
             raise ValueError("a load is either a force or a torque on the pinion: give one of them")
         sizes = {
@@ -77,6 +78,7 @@ class Load:
             "torque_nm": (self.torque_nm, "N m"),
             "young": (self.young, "MPa"),
         }
+        require_numbers(**vars(self))
         for name, (value, unit) in sizes.items():
             if value is not None and not 0.0 < value < np.inf:
                 raise ValueError(f"{name} must be a finite number above 0 {unit}, got {value:g}")

@@ -29,7 +29,7 @@ import numpy as np
 
 from ..arrays import FloatArray, Integers, flank_sign
 from ..contact.parallel.lines import is_line_contact
-from ..design.arguments import require_single
+from ..design.arguments import require_integers, require_numbers, require_single
 from ..design.model import Design, ErrorsAt
 from ..pair.misalignment import ANGLES, ERROR_NAMES, NAMES, errors_below, mounted, size_words
 from ..status import Limit, Status
@@ -239,6 +239,7 @@ def tolerance_study(
     >>> print(f"{study.mountings.contact_ratio.min():.3f}")
     1.648
     """
+    require_integers(cases=cases, seed=seed, operation=operation, blocks_per_task=blocks_per_task)
     if not 0 <= operation <= cases:
         limit = f"must be 0 to {cases}, the number of mountings, got {operation}"
         raise ArgumentError("operation", f"{limit}: reduce it, or increase cases")
@@ -333,6 +334,9 @@ def _check(design: Design, tolerances: Tolerances, flank: str, seed: int) -> Non
     flank_sign(flank)
     if seed < 0:
         raise ValueError(f"seed must be at least 0, got {seed}")
+    every = sorted({name for place in NAMES.values() for name in place})
+    require_numbers(**{f"tolerance of {name}": getattr(tolerances, name) for name in every})
+    require_numbers(sigmas=tolerances.sigmas)
     if tolerances.distribution not in ("normal", "uniform"):
         raise ValueError(f"distribution must be 'normal' or 'uniform', got {tolerances.distribution!r}")
     if not 0.0 < tolerances.sigmas < np.inf:

@@ -102,8 +102,8 @@ mesh_options = block(
         "--across",
         float,
         4.0,
-        "Number of elements across the contact ellipse of the pair as .inp: 4 for pressures, 1 for load"
-        " sharing and transmission error.",
+        "Number of elements across the contact ellipse or strip of the pair as .inp: 4 for pressures, 1 for"
+        " load sharing and transmission error.",
         "N",
     ),
     option(

@@ -224,7 +224,7 @@ def origin_text(request: MeshRequest) -> str:
     """Return the note for the user about a new origin, or an empty text."""
     if request.origin is None:
         return ""
-    place = ", ".join(f"{x:.0f}" for x in request.origin)
+    place = ", ".join(f"{x:z.0f}" for x in request.origin)
     return f"; origin at ({place}) mm in S_f, as single precision loses digits far from it"
 
 
@@ -282,7 +282,7 @@ def write_volume_part(request: MeshRequest, path: Path, bar: Any) -> str:
     if request.frame is not None:
         mesh, case = parts.placed_volume(mesh, case, request.frame)
     if case is not None:
-        place = ", ".join(f"{x:.4f}" for x in case.load.point)
+        place = ", ".join(f"{x:z.4f}" for x in case.load.point)
         where = f"{request.load:g} N on the {request.flank} flank of tooth {loaded + 1} of {teeth}"
         where += f" at ({place}) mm"
         comment += [f"{where}, the middle of the path of contact", f"{case.load.description}."]
@@ -301,6 +301,7 @@ def write_contact_part(request: MeshRequest, path: Path, bar: Any) -> str:
     """Build and write the pair in contact; return the message for the user."""
     # Default force between the teeth for a module of 6 mm, N; it scales with the square of the module.
     tooth_force_n = 20e3
+    from ..contact.parallel.lines import is_line_contact
     from ..export.fea.pair_mesh import ELEMENT, force_lever, pair_mesh
     from ..report.result import failure_of
     from ..shapes.tooth_boundary import counted
@@ -323,8 +324,9 @@ def write_contact_part(request: MeshRequest, path: Path, bar: Any) -> str:
         bore_radii=request.bore_radii,
     )
     begin_writing(request, bar)
-    where = f"{torque:.6g} N m on the pinion at a roll of {math.degrees(pair.roll[0]):.4f} deg"
-    fine = f"elements: {pair.across:.2g} across and {pair.along:.2g} along the ellipse of {force:.4g} N"
+    where = f"{torque:.6g} N m on the pinion at a roll of {math.degrees(pair.roll[0]):z.4f} deg"
+    shape = "strip" if is_line_contact(design, request.flank) else "ellipse"
+    fine = f"elements: {pair.across:.2g} across and {pair.along:.2g} along the {shape} of {force:.4g} N"
     comment = [f"pair of {request.source}, {counted(request.teeth)} of each", where, fine, FIXED_FRAME, UNITS]
     write = writer_of(CONTACT_FORMATS, request.suffix)
     write(path, design, pair, 1e3 * torque, comment, request.rolls or 1)

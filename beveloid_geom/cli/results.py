@@ -178,10 +178,15 @@ def unfinished_file(out: Path) -> AbstractContextManager[Path]:
     from ..support.atomic_file import atomic_file
 
     _check_file_name(out)
+    require_folder(out)
+    return atomic_file(out)
+
+
+def require_folder(out: Path) -> None:
+    """Raise Refusal for a file in a missing folder."""
     if not out.parent.is_dir():
         folder = click.format_filename(out.parent)
         raise Refusal([f"--out: the folder {folder} does not exist: create it first"])
-    return atomic_file(out)
 
 
 def _check_file_name(out: Path) -> None:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import numbers
 import os
+from collections.abc import Sequence
+
+import numpy as np
 
 from .member import MODIFICATIONS, Member
 from .model import Design
@@ -47,11 +50,31 @@ def require_member(member: object) -> None:
         raise TypeError(f"member must be a Member, got {_shown(member)}: {cure}")
 
 
-def require_number(name: str, value: object, *, integer: bool = False) -> None:
-    """Raise TypeError if an argument is neither None nor a number, or no integer if one is needed."""
-    if value is None or isinstance(value, numbers.Integral if integer else numbers.Real):
-        return
-    raise TypeError(f"{name} must be {'an integer' if integer else 'a number'}, got {_shown(value)}")
+def require_numbers(**arguments: object) -> None:
+    """Raise TypeError if one of the named arguments is neither None nor a number."""
+    for name, value in arguments.items():
+        if value is not None and not _is_a(numbers.Real, value):
+            raise TypeError(f"{name} must be a number, got {_shown(value)}")
+
+
+def require_integers(**arguments: object) -> None:
+    """Raise TypeError if one of the named arguments is neither None nor an integer."""
+    for name, value in arguments.items():
+        if value is not None and not _is_a(numbers.Integral, value):
+            raise TypeError(f"{name} must be an integer, got {_shown(value)}")
+
+
+def require_two_numbers(**arguments: object) -> None:
+    """Raise TypeError if one of the named arguments is neither None nor a sequence of two numbers."""
+    for name, value in arguments.items():
+        two = value if isinstance(value, Sequence | np.ndarray) else ()
+        if value is not None and not (len(two) == 2 and all(_is_a(numbers.Real, one) for one in two)):
+            raise TypeError(f"{name} must be two numbers, got {_shown(value)}")
+
+
+def _is_a(kind: type, value: object) -> bool:
+    """Return whether a value, or the value of an array without dimensions, is a number of a kind."""
+    return isinstance(value[()] if isinstance(value, np.ndarray) else value, kind)
 
 
 def require_path(path: object) -> None:

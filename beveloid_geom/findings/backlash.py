@@ -12,9 +12,9 @@ from ..design.model import Design
 from ..operation.backlash import Backlash, mounted_backlash
 from ..operation.first_contact import FirstContact
 from ..pair.mounting import unmodified_backlash
-from ..status import FirstStatus, Limit
+from ..status import WHY_NO_FIRST_CONTACT, FirstStatus, Limit
 from .diagnostics import NOTE, UNKNOWN, Remark
-from .path import WHY_NO_FIRST_CONTACT, first_contact_fault
+from .path import first_contact_fault
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +81,7 @@ class BacklashReport:
         if self.unknown:
             return f"not known: {self.unknown}"
         assert self.backlash is not None  # it is known
-        at = f"smallest at a pinion roll of {math.degrees(float(self.backlash.pinion_roll)):.4f} deg"
+        at = f"smallest at a pinion roll of {math.degrees(float(self.backlash.pinion_roll)):z.4f} deg"
         right, left = (_contact(self.design, getattr(self.backlash, flank)) for flank in FLANKS)
         touching = f"right and left flanks touch {right}"
         if right != left:

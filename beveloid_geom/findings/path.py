@@ -22,7 +22,7 @@ from ..gear.flank_limits import active_range, tip_radius
 from ..operation.certificate import Certificate
 from ..pair.misalignment import ANGLES, mounted
 from ..pair.mounting import mounting_of
-from ..status import EllipseStatus, FirstStatus, NotComputed, Status, Verdict
+from ..status import WHY_NO_FIRST_CONTACT, EllipseStatus, FirstStatus, NotComputed, Status, Verdict
 from .diagnostics import NOTE, UNKNOWN, WARNING, Remark
 from .units import modulus_remarks
 
@@ -32,17 +32,6 @@ divided by the size of the flank in the direction of the shift. A path in the mi
 one half. One quarter is a warning, because other errors, deflection and the length of the path need the
 remaining space."""
 ALONG_LINES = "line contact, so that an error of the shaft angle moves the contact to an edge"
-WHY_NO_FIRST_CONTACT = {
-    FirstStatus.NO_CONTACT: "no tooth reaches the other member",
-    FirstStatus.MEETS_BOTTOM: "a tip reaches the other member's bottom land",
-    FirstStatus.UNDERCUT: "undercut removes a complete flank in a part of the face",
-    FirstStatus.OUT_OF_STEP: "the roll angles are too far from mesh to distinguish the tooth pairs",
-    FirstStatus.UNDEFINED: "the inputs do not define the teeth or their position",
-    FirstStatus.NOT_CONVERGED: "the search did not converge",
-    FirstStatus.SOLVED: "the search found only a later contact",
-}
-"""Reasons for an unknown first contact at a position. SOLVED: the first contact found is later than the
-contact of the path."""
 
 
 def first_contact_reason(flank: str, code: int) -> str:

@@ -163,15 +163,19 @@ def require_flanks(member: Member) -> None:
 
 def undercut_text(undercut: Undercut) -> str:
     """Return the place and amount of undercut as text for a message."""
-    worst, (first, last) = undercut.worst, undercut.limits
-    where = f"from z = {first:.4g} to {last:.4g} mm"
-    if first == undercut.z[0] and last == undercut.z[-1]:
-        where = "along the complete face"
+    worst, where = undercut.worst, part_text(undercut.limits, float(undercut.z[-1]))
     if np.isinf(undercut.lost[worst]):
         return f"{where}, and removed completely at z = {undercut.z[worst]:.4g} mm"
     lost, neck = undercut.lost[worst], undercut.neck.max()
     thickness = f" and {neck:.3g} mm of thickness" if neck > 0.0005 else ""
     return f"{where}, it loses up to {lost:.3g} mm of its length along the profile{thickness}"
+
+
+def part_text(ends: tuple[float, float], half: float) -> str:
+    """Return the part of the face between two ends (z, mm) as text; `half`: half of the face width, mm."""
+    return (
+        "along the complete face" if ends == (-half, half) else "from z = {:.4g} to {:.4g} mm".format(*ends)
+    )
 
 
 def pointed_part(member: Member) -> tuple[float, float]:

@@ -23,6 +23,7 @@ from ..arrays import Codes, FloatArray, Integers, Mask
 from ..design.arguments import require_design
 from ..design.field_limits import float64_of
 from ..design.model import Design
+from ..design.written_numbers import shown_value
 from ..gear.tooth_side import cut_at
 from ..support.array_repr import short_repr
 from .engagement import Engagement, engagement_of
@@ -121,7 +122,7 @@ def first_contact(
     """
     require_design(design)
     if pairs is not None and np.size(pairs) and not np.issubdtype(np.asarray(pairs).dtype, np.integer):
-        raise ValueError("pairs must contain whole numbers")
+        raise ValueError(f"pairs must contain whole numbers, got {shown_value(pairs)}")
     shape = design.batch_shape
     roll = np.atleast_1d(float64_of("pinion_roll", pinion_roll))
     if not np.isfinite(roll).all():

@@ -23,7 +23,7 @@ from numpy.polynomial.legendre import leggauss
 from numpy.typing import ArrayLike, NDArray
 
 from ..arrays import FloatArray, Integers, Mask
-from ..design.arguments import require_design
+from ..design.arguments import require_design, require_integers
 from ..design.field_limits import float64_of
 from ..design.model import Design
 from ..status import FirstStatus
@@ -234,6 +234,7 @@ def mesh_cycle(design: Design, flank: str = "right", harmonics: int = 10) -> Mes
     8.779e-06 rad
     """
     require_design(design)
+    require_integers(harmonics=harmonics)
     return cycle_and_pairs(design, flank, harmonics, False)[0]
 
 

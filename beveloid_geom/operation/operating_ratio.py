@@ -16,7 +16,8 @@ import numpy as np
 
 from ..arrays import Codes, FloatArray, Integers
 from ..contact.path import contact_ratio
-from ..design.arguments import require_design
+from ..design.arguments import require_design, require_integers
+from ..design.field_limits import float64_of
 from ..design.model import Design
 from ..status import RatioStatus
 from ..support.array_repr import short_repr
@@ -122,7 +123,8 @@ def operating_ratios(
     # Rolls at which a single tooth pair is compared with the first contact.
     rolls_per_pitch = 96
     require_design(design)
-    for thickness in thicknesses:
+    require_integers(harmonics=harmonics)
+    for thickness in float64_of("thicknesses", thicknesses).tolist():
         if not thickness >= 0.0:
             raise ValueError(f"thickness must be at least 0 mm, got {thickness}")
     cycle, grids, samples, each = cycle_and_pairs(design, flank, harmonics)

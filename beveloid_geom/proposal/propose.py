@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..arrays import FLANKS, FloatArray
+from ..design.arguments import require_integers
 from ..design.field_limits import DesignError
 from ..design.model import Design
 from ..findings.advice import iter_findings
@@ -107,6 +108,7 @@ def propose(request: Request, most: int = 3) -> tuple[Proposal, ...]:
     >>> print(f"{best.design.pair.offset:.1f} mm")
     127.8 mm
     """
+    require_integers(most=most)
     if faults := faults_of(request):
         raise DesignError(faults)
     candidates = candidates_of(request)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from ..arrays import FLANK_SIGN
+from ..design.arguments import require_numbers, require_two_numbers
 from ..design.field_limits import LIMITS, Fault, FieldLimit, number_fault
 from ..design.limits import in_degrees, outside
 from ..design.member import Member, Tool
@@ -117,7 +118,17 @@ def faults_of(request: Request) -> tuple[Fault, ...]:
     -------
     tuple of Fault
         Empty for a valid request.
+
+    Raises
+    ------
+    TypeError
+        For values that are not numbers.
     """
+    values = vars(request)
+    two = ("teeth", "face_widths", "cone_angles", "shifts", "cone_limits", "helix_limits", "shift_limits")
+    require_two_numbers(**{name: values[name] for name in two})
+    one = ("module", "shaft_angle", "backlash", "offset", "helix_angle", "crossing", "pressure_angle")
+    require_numbers(**{name: values[name] for name in one})
     return tuple(_single_faults(request)) or tuple(_joint_faults(request))
 
 

@@ -135,16 +135,16 @@ class CheckReport(Report):
             text += error_lines(self.design) or line("errors", _pivot_words(self.design))
             if not math.isnan(deviation.offset):
                 offset, change = deviation.offset, deviation.offset_difference
-                text += line("lines meet at", f"E = {offset:.4f} mm ({change:+z.4f}) with this shaft angle")
+                text += line("lines meet at", f"E = {offset:z.4f} mm ({change:+z.4f}) with this shaft angle")
             if not math.isnan(deviation.shaft_angle):
                 angle, change = map(math.degrees, (deviation.shaft_angle, deviation.shaft_angle_difference))
                 at = f"shaft angle = {angle:.4f} deg ({change:+z.4f}) with this offset"
                 text += line("lines meet at", at)
         if not isinstance(ideal, str):
             axes = (
-                f"E = {float(ideal.offset):.4f} mm, shaft angle = {math.degrees(ideal.shaft_angle):.4f} deg"
+                f"E = {float(ideal.offset):z.4f} mm, shaft angle = {math.degrees(ideal.shaft_angle):.4f} deg"
             )
-            ideal = axes + ", dw1 = {:.3f} mm, dw2 = {:.3f} mm".format(*ideal.mounting)
+            ideal = axes + ", dw1 = {:z.3f} mm, dw2 = {:z.3f} mm".format(*ideal.mounting)
         text += line("zero backlash", ideal)
         return text + "No warnings.\n" if quiet(self.remarks) else text
 
@@ -174,7 +174,7 @@ def _generator_words(crossing: dict[str, float]) -> str:
     """Return the angles between the generators by flank, from rad."""
     if not any(crossing.values()):
         return "0: the generators of the flanks are parallel without errors, which is line contact"
-    angles = (f"{math.degrees(angle):.4f} deg ({flank})" for flank, angle in crossing.items())
+    angles = (f"{math.degrees(angle):z.4f} deg ({flank})" for flank, angle in crossing.items())
     return f"between the generators of the flanks: {', '.join(angles)}; 0 is line contact"
 
 

@@ -92,7 +92,7 @@ class PatternReport(ResultReport[ContactPattern]):
         """Return the sizes of the pattern."""
         text = f"Contact pattern of {self.name}, {self.result.flank} flanks\n" + mounted_lines(self.design)
         text += line("marking compound", f"{1e3 * self.result.separation:g} um thick")
-        rolls = " to ".join(f"{math.degrees(roll):.4f}" for roll in self.result.roll_range)
+        rolls = " to ".join(f"{math.degrees(roll):z.4f}" for roll in self.result.roll_range)
         text += line("pinion rolls", f"{rolls} deg, one tooth pair from before its contact until after it")
         text += "".join(
             _side_lines(member, side, self.area_error, self.result.separation)
@@ -141,7 +141,7 @@ def _side_lines(member: str, side: MemberPattern, requested: float, separation: 
     `requested` is the limit of the relative error of the area."""
     low, high = marked_face(side)
     words = f"{side.area:.1f} mm^2 marked, {100.0 * side.area_share:.1f} % of the active flank"
-    text = line(member, words if math.isnan(low) else f"{words}, z {low:.2f} to {high:.2f} mm")
+    text = line(member, words if math.isnan(low) else f"{words}, z {low:z.2f} to {high:z.2f} mm")
     bound = f"error of the area at most {100.0 * side.area_error:.2g} %"
     missed = "" if side.area_error <= requested else f", above the requested {100.0 * requested:g} %"
     least = side.least[np.isfinite(side.least)]

@@ -91,7 +91,7 @@ class PlaceReport(ResultReport[Placement]):
         text += line(
             "face, z, dl",
             "middle of the path on the pinion: share of the face from the end at -z, distance from mid-face,"
-            f" and l1 minus the required l1 = {result.wanted_l:.4f} mm, which is centred in profile by"
+            f" and l1 minus the required l1 = {result.wanted_l:z.4f} mm, which is centred in profile by"
             " default; l1 is the position along the tool flank from the apex of its parabola, positive"
             " towards the tip",
         )
@@ -105,7 +105,7 @@ class PlaceReport(ResultReport[Placement]):
             distances = [
                 (letters[name], z[k]) for name, z in distances_of(result).items() if np.isfinite(z[k])
             ]
-            if words := [f"{letter} = {z:.6f} mm" for letter, z in distances]:
+            if words := [f"{letter} = {z:z.6f} mm" for letter, z in distances]:
                 text += line(f"at {100.0 * share:g} %", ", ".join(words))
         return text + "".join(line("note", note) for k in range(result.at.size) for note in self._notes(k))
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import FloatArray, Indices
-from ..design.arguments import require_member, require_number
+from ..design.arguments import require_integers, require_member, require_numbers
 from ..design.member import Member
 from .element_sizes import Cells, boundary_nodes, cells_of, face_stations
 from .hexahedral_mesh import VolumeMesh, element_shapes, face_nodes, rounded_down
@@ -81,8 +81,8 @@ def tooth_hexahedra(
     (8, True)
     """
     require_member(member)
-    require_number("tolerance", tolerance)
-    require_number("teeth", teeth, integer=True)
+    require_numbers(tolerance=tolerance, bore_radius=bore_radius)
+    require_integers(teeth=teeth)
     if element not in ELEMENTS:
         raise ValueError(f"element must be one of {', '.join(ELEMENTS)}, got {element!r}")
     count = int(member.teeth)
@@ -94,7 +94,8 @@ def tooth_hexahedra(
         usual = float(member.tool.normal_module) / module_per_tolerance
         cells = cells_of(member, usual if tolerance is None else tolerance)
     each = [cells] * number if isinstance(cells, Cells) else list(cells)
-    if len(each) != number or len({replace(one, flank=1) for one in each}) > 1:
+    are_cells = all(isinstance(one, Cells) for one in each)
+    if not are_cells or len(each) != number or len({replace(one, flank=1) for one in each}) > 1:
         limit = f"be given for {counted(number)} and may differ only in `flank`"
         raise ValueError(f"cells must {limit}, got {each}")
     bore, teeth_of = bore_of(member, bore_radius), {}

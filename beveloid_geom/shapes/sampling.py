@@ -10,14 +10,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import FloatArray
-from ..design.arguments import require_member
+from ..design.arguments import require_member, require_numbers
 from ..design.member import Member
 from ..gear.active_flank import active_start_by_z
 from ..gear.flank import generated
 from ..gear.flank_limits import tip_parameter
 from ..gear.rack import rack_normal, rack_of, rack_point
 from ..gear.tooth_side import side_points, surface_of
-from ..gear.undercut import require_cut
+from ..gear.undercut import CURE, require_cut, undercut_margin
 from ..support.array_repr import short_repr
 from . import MODULE_PER_TOLERANCE
 from .grid_cells import cells_for, estimated_deviation, form_of, measured_deviation, stations
@@ -72,7 +72,8 @@ def flank_sheet(member: Member, flank: str, to_fillet: bool = False) -> Sheet:
 
     sheet = Sheet(place, start, lambda z: tip_parameter(member, flank, z), half)
     series = series_of(sheet)
-    if series is None and not np.all(np.isfinite(sheet.upper(half * CHECK_STATIONS))):
+    checked = half * np.concatenate((CHECK_STATIONS, (-1.0, 1.0)))
+    if series is None and not np.all(np.isfinite(sheet.upper(checked))):
         raise ValueError(
             f"the {flank} flank does not reach its tip cone: reduce the addendum or profile shift"
         )
@@ -117,6 +118,7 @@ def sample_flank(member: Member, flank: str, tolerance: float | None = None) -> 
     ((8, 6, 3), True)
     """
     require_member(member)
+    require_numbers(tolerance=tolerance)
     # Largest number of grids that are tried.
     max_attempts = 12
     # Largest ratio of measured and estimated deviation. With a larger one the flank may be folded and cannot
@@ -127,7 +129,6 @@ def sample_flank(member: Member, flank: str, tolerance: float | None = None) -> 
     tolerance = default_tolerance(member) if tolerance is None else tolerance
     sheet = flank_sheet(member, flank)
     form = form_of(sheet, tolerance)
-    refusal = f"the {flank} flank cannot be sampled to {tolerance:g} mm: check it for undercut"
     scale = 1.0
     for attempt in range(max_attempts):
         cells = cells_for(form, tolerance / scale)
@@ -137,9 +138,9 @@ def sample_flank(member: Member, flank: str, tolerance: float | None = None) -> 
             break
         scale = ratio if attempt == 0 else max(1.05 * scale, ratio)
         if scale > max_estimate_ratio:
-            raise ValueError(refusal)
+            raise ValueError(_refusal(member, flank, tolerance))
     else:
-        raise ValueError(refusal)
+        raise ValueError(_refusal(member, flank, tolerance))
     if (cells[0] + 1) * (cells[1] + 1) < small_grid_points:
         for fewer in ((cells[0] - 1, cells[1]), (cells[0], cells[1] - 1)):
             coarser = measured_deviation(sheet, form, *fewer) if min(fewer) else np.inf
@@ -148,3 +149,10 @@ def sample_flank(member: Member, flank: str, tolerance: float | None = None) -> 
                 break
     grid = grid_of(sheet, *stations(form, *cells, sheet.half_width))
     return FlankGrid(grid.points, grid.normals, grid.parameter, grid.z, deviation)
+
+
+def _refusal(member: Member, flank: str, tolerance: float) -> str:
+    """Return the reason why a flank cannot be sampled to a tolerance, mm."""
+    if float(undercut_margin(member, flank)) <= 0.0:
+        return f"the {flank} flank is undercut: {CURE}"
+    return f"the {flank} flank cannot be sampled to {tolerance:g} mm: increase the tolerance"

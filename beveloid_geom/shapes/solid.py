@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import FloatArray, Indices
-from ..design.arguments import require_member, require_number
+from ..design.arguments import require_integers, require_member, require_numbers
 from ..design.member import Member
 from ..support.array_repr import short_repr
 from .sampling import default_tolerance
@@ -122,8 +122,8 @@ def gear_solid(
     (3, 'right flank')
     """
     require_member(member)
-    require_number("tolerance", tolerance)
-    require_number("teeth", teeth, integer=True)
+    require_numbers(tolerance=tolerance, bore_radius=bore_radius)
+    require_integers(teeth=teeth)
     count = int(member.teeth)
     wanted = count if teeth is None else teeth
     if not 0 < wanted <= count:

@@ -12,7 +12,7 @@ from importlib.resources import files
 import numpy as np
 
 from ..arrays import flank_sign
-from ..design.arguments import require_design
+from ..design.arguments import require_design, require_integers
 from ..design.file import builtin_design
 from ..design.model import Design
 from .claims import CLAIMS, MEASURES, FlankCase
@@ -53,6 +53,7 @@ def paper_statements(design: Design, flank: str = "right", *, sign: int = 1) -> 
     """
     require_design(design)
     flank_sign(flank)
+    require_integers(sign=sign)
     if design.batch_shape:
         raise ValueError(f"statements are judged for single designs, got a batch of {design.batch_shape}")
     case = FlankCase(design.bare(), flank, sign)

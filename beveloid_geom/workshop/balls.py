@@ -33,7 +33,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FLANK_SIGN, Codes, FloatArray, Mask
-from ..design.arguments import require_member
+from ..design.arguments import require_member, require_numbers
+from ..design.field_limits import float64_of
 from ..design.member import Member
 from ..gear.closest_point import Feet, feet
 from ..gear.fillet import root_radius
@@ -129,9 +130,10 @@ def ball_dimensions(member: Member, diameter: float, z: ArrayLike, change: Array
     206.709 mm
     """
     require_member(member)
+    require_numbers(diameter=diameter)
     if not 0.0 < diameter < np.inf:
         raise ValueError(f"the diameter of a ball must be positive, got {diameter:g} mm")
-    z, change = (np.atleast_1d(np.asarray(given, dtype=float)) for given in (z, change))
+    z, change = np.atleast_1d(float64_of("z", z), float64_of("change", change))
     centre, pair = _centres(member, diameter, np.broadcast_to(z, (change.size, z.size)), change[:, None])
     return _judged(member, diameter, z, change, centre, pair)
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import FLANK_SIGN, FloatArray
-from ..design.arguments import require_member
+from ..design.arguments import require_integers, require_member, require_numbers
 from ..design.member import Member
 from ..gear.active_flank import place_at
 from ..gear.flank import flank_patch
@@ -112,6 +112,8 @@ def measuring_grid(
     (2, 3, 5, 3)
     """
     require_member(member)
+    require_integers(rows=rows, columns=columns)
+    require_numbers(border=border, border_mm=border_mm)
     # Smallest and largest number of rows and of columns.
     least, most = 2, 999
     for name, count in (("rows", rows), ("columns", columns)):

@@ -25,7 +25,7 @@ from ..analysis.path_placement import search_limits
 from ..analysis.sensitivity import path_sensitivity
 from ..arrays import FloatArray, flank_sign
 from ..contact.path import path_of_contact
-from ..design.arguments import require_single
+from ..design.arguments import require_numbers, require_single
 from ..design.model import Design
 from ..operation.backlash import backlash_by_errors, mounted_backlash
 from ..pair.misalignment import ERROR_NAMES, mounted
@@ -126,6 +126,7 @@ def shim(design: Design, backlash: float, at: float | None = None, flank: str = 
     min_backlash_slope = 1e-9
     require_single(design)
     flank_sign(flank)
+    require_numbers(backlash=backlash, at=at)
     if not np.isfinite(backlash):
         raise ValueError(f"backlash must be a finite number in mm, got {backlash:g}")
     if at is not None and not 0.0 < at < 1.0:

@@ -23,7 +23,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..arrays import FLANK_SIGN, Codes, FloatArray
-from ..design.arguments import require_member
+from ..design.arguments import require_integers, require_member
+from ..design.field_limits import float64_of
 from ..design.member import Member
 from ..gear.flank import base_cylinder
 from ..gear.flank_limits import tip_radius
@@ -95,9 +96,10 @@ def span_measurement(member: Member, teeth: int | None = None, change: ArrayLike
     (3, array([15.3209]))
     """
     require_member(member)
+    require_integers(teeth=teeth)
     # Smallest default number of teeth in a span. Over one tooth, the planes touch too deep.
     min_default_teeth = 2
-    change = np.atleast_1d(np.asarray(change, dtype=float))
+    change = np.atleast_1d(float64_of("change", change))
     total = int(member.teeth)
     if teeth is not None and not 1 <= teeth < total:
         raise ValueError(f"the number of teeth in a span must be between 1 and {total - 1}, got {teeth}")

@@ -32,6 +32,7 @@ from numpy.typing import ArrayLike
 
 from ..arrays import FLANK_SIGN, FloatArray
 from ..design.arguments import require_member
+from ..design.field_limits import float64_of
 from ..design.member import Member
 from ..design.model import Design
 from ..gear.fillet import root_radius
@@ -125,7 +126,7 @@ def tooth_data(member: Member, change: ArrayLike = 0.0) -> ToothData:
     array([203.407, 206.028, 208.648])
     """
     require_member(member)
-    change = np.atleast_1d(np.asarray(change, dtype=float))
+    change = np.atleast_1d(float64_of("change", change))
     surfaces = [surface_of(member, flank) for flank in FLANK_SIGN]
     starts = [undercut_of(member, flank, len(PLACES)) for flank in FLANK_SIGN]
     z, reference = starts[0].z, float(reference_radius(member))

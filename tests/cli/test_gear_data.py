@@ -53,6 +53,15 @@ def test_reasons_for_missing_rolls_and_spans(design_file: Callable[..., Path]) -
     assert "span not defined on flanks with a parabola" in bent
 
 
+def test_pointed_teeth_are_reported(design_file: Callable[..., Path]) -> None:
+    """The flanks of a pinion with a large profile shift intersect below its tip, first at the heel."""
+    part = words_of("gear-data", design_file({"profile_shift = 0.17": "profile_shift = 2.0"}))
+    assert "pointed tooth the flanks intersect below the tip diameter from z = " in part
+    complete = words_of("gear-data", design_file({"profile_shift = 0.17": "profile_shift = 2.2"}))
+    assert "intersect below the tip diameter along the complete face" in complete
+    assert "pointed" not in words_of("gear-data")
+
+
 def test_axial_distances() -> None:
     """Axial distances are the mounting distances of Table 1, 211.594669 and 210.211869 mm, plus or minus half
     the face width, and the distance of a given datum face."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import pty
 import re
@@ -18,7 +19,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 
-from beveloid_geom import design_text, read_design, tooth_hexahedra
+from beveloid_geom import Design, Member, Pair, Tool, design_text, read_design, tooth_hexahedra
 from beveloid_geom.cli.mesh_parts import TEETH
 from beveloid_geom.contact.mesh_position import meshing_pair
 from beveloid_geom.export import FIXED_FRAME, GEAR_FRAME
@@ -77,6 +78,18 @@ def test_a_tooth_as_hexahedra(tmp_path: Path, narrow: Path, suffix: str) -> None
     assert (result.exit_code, result.stderr) == (0, "")
     count = sum(len(cells.data) for cells in meshio.read(path).cells if cells.type == "hexahedron")
     assert f"{count:,} hexahedra C3D8I" in result.stdout
+
+
+def test_line_contact_is_on_a_strip(tmp_path: Path) -> None:
+    """The outputs for a tooth and for the pair name the same shape of the contact."""
+    tool = Tool(2.0, math.radians(20.0))
+    pinion, gear = (Member(tool, teeth, 0.0, 0.0, 0.2, 8.0) for teeth in (20, 40))
+    pair = tmp_path / "pair.toml"
+    pair.write_text(design_text(Design(pinion, gear, Pair(60.9, 0.0))), encoding="utf-8")
+    tooth = run(pair, "--part", "pinion-tooth", "--load", "200", "--out", tmp_path / "t.inp")
+    assert "Hertz's pressure on a strip of 8 by " in tooth.stdout, tooth.stderr
+    both = run(pair, "--part", "pair", "--teeth", "3", "--across", "1", "--out", tmp_path / "p.inp")
+    assert re.search(r"1 across and \S+ along the strip of 2222 N", both.stdout), both.stderr
 
 
 def test_the_pair_in_contact_over_a_pitch(tmp_path: Path, design_file: Callable[..., Path]) -> None:

@@ -122,6 +122,14 @@ def test_pointed_teeth() -> None:
         assert "pointed at the heel" in texts[0]
 
 
+def test_teeth_pointed_along_the_complete_face() -> None:
+    """The tooth of Table 1 is pointed at both ends with a profile shift of 2.2: one remark."""
+    member = replace(builtin_design().pinion, profile_shift=2.2)
+    texts = [remark.text for remark in tooth_remarks("pinion", member) if "pointed" in remark.text]
+    cure = "reduce the profile shift or the addendum"
+    assert texts == [f"the tooth of the pinion is pointed along the complete face: {cure}"]
+
+
 def test_corners_of_the_ease_off() -> None:
     """If the cone angle of the pinion is negative, the printed heel is the end at -z, whose code is toe."""
     design = exchanged(builtin_design("anti-backlash")).with_parabola(-0.001, -0.0005)

@@ -22,6 +22,7 @@ from beveloid_geom import (
 )
 from beveloid_geom.analysis.tolerance import USUAL, Tolerances
 from beveloid_geom.findings.advice import design_remarks
+from beveloid_geom.findings.backlash import backlash_report
 from beveloid_geom.findings.diagnostics import Remark, quiet
 from beveloid_geom.findings.layout import remarks_on
 from beveloid_geom.findings.path import first_contact_reason, path_remarks
@@ -157,3 +158,10 @@ def test_tangency_near_fillets_is_an_estimate() -> None:
     assert float(mounted.normal) < float(tangent.normal) - 0.005
     assert int(tangent.status) == Tangency.ESTIMATE
     assert int(tangent_backlash(TABLE1).status) == Tangency.TOUCHES
+
+
+def test_no_negative_zero_in_the_roll_of_the_backlash() -> None:
+    report = backlash_report(builtin_design())
+    assert report.backlash is not None
+    at_zero = replace(report, backlash=replace(report.backlash, pinion_roll=np.array(-1e-9)))
+    assert "at a pinion roll of 0.0000 deg" in at_zero.line

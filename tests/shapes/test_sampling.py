@@ -15,6 +15,7 @@ from beveloid_geom.gear.active_flank import active_start
 from beveloid_geom.gear.flank import flank_patch, flank_point
 from beveloid_geom.gear.flank_limits import root_parameter, tip_parameter, tip_radius
 from beveloid_geom.gear.undercut import undercut_margin
+from beveloid_geom.shapes import sampling
 from beveloid_geom.shapes.sampling import flank_sheet
 from beveloid_geom.shapes.sheet import Sheet, falling_diagonals, grid_faces, grid_of, series_of
 from tests.oracle.surface_distance import distance_bound, inside_triangles
@@ -244,3 +245,19 @@ def test_undercut_margin_of_a_batch_is_that_of_its_members() -> None:
     for at in np.ndindex(3, 2):
         single = with_parabola(replace(PINION, teeth=float(teeth[at[0], 0])), float(parabolas[at[1]]))
         assert undercut_margin(single, "left") == pytest.approx(batch[at], abs=1e-13)
+
+
+def test_flank_that_ends_below_its_tip_cone_at_one_end() -> None:
+    """The tip lies beyond the flank in the last 0.15 mm at the heel only."""
+    member = replace(PINION, teeth=30, cone_angle=radians(-16.0), helix_angle=radians(37.0))
+    member = replace(member, profile_shift=-0.7, face_width=137.4)
+    with pytest.raises(ValueError, match="the right flank does not reach its tip cone"):
+        sample_flank(member, "right", 0.01)
+
+
+def test_only_undercut_flanks_are_called_undercut(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sampling, "measured_deviation", lambda *_: 1.0)
+    with pytest.raises(ValueError, match=r"^the right flank is undercut: use more teeth"):
+        sample_flank(with_parabola(PINION, -0.01), "right", 0.01)
+    with pytest.raises(ValueError, match=r"cannot be sampled to 0\.01 mm: increase the tolerance"):
+        sample_flank(PINION, "right", 0.01)

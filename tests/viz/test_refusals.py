@@ -44,7 +44,8 @@ DRAWINGS = {
         "--out mesh.gif --offset-error x": "--offset-error",
         "--out mesh.gif --parabola-pinion 9": "--parabola-pinion",
         "--out mesh.gif nowhere.toml": "nowhere.toml",
-        "--out file/mesh.gif": "cannot write to",
+        "--out file/mesh.gif": "--out: the folder file does not exist: create it first",
+        "--out nowhere/mesh.gif": "--out: the folder nowhere does not exist: create it first",
     },
     "report": {
         "nowhere.toml": "nowhere.toml",

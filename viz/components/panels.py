@@ -249,8 +249,9 @@ def draw_flank(
         return None
     try:
         grid = sample_flank(design.members[number], view.flank, OUTLINE_PX / (px_per_mm * view.stretch))
-    except ValueError:
-        theme.message(theme.overlay(page, box), "no drawing: the flank is undercut", 24)
+    except ValueError as error:
+        reason = str(error).partition(":")[0]  # without the cure
+        theme.message(theme.overlay(page, box), f"no drawing: {reason}", 24)
         return None
     items: list[Item] = [lit_flank(grid.points, grid.normals, view, theme.METALS[number])]
     items += path_items(page, traces, view, px_per_mm)

@@ -25,14 +25,19 @@ from beveloid_geom.cli.options import (
     override_options,
     write_out,
 )
+from beveloid_geom.cli.results import require_folder
 
 from ..options import command, option, prepare_folder, require_drawing, size_option, writing
+
+DEFAULT_OUT = Path("outputs/mesh.gif")
 
 
 def check_format(out: Path, size: tuple[int, int], fps: float, frames: int) -> None:
     """Raise Refusal for a film that cannot be written in the format of the file name."""
     suffix, name = out.suffix.lower(), click.format_filename(out, shorten=True)
     fault = ""
+    if out != DEFAULT_OUT:  # only the folder of the default is created
+        require_folder(out)
     if suffix not in (".gif", ".mp4"):
         fault = f"--out: {name} ends in neither .gif nor .mp4"
     elif out.is_dir():
@@ -61,9 +66,7 @@ def _removed(folder: str) -> str:
 @command("render-animation")
 @click.argument("design", default=BUILTIN_DESIGN)
 @flank_option
-@option(
-    "--out", click.Path(path_type=Path), "outputs/mesh.gif", "File to write, .gif or .mp4.", metavar="FILE"
-)
+@option("--out", click.Path(path_type=Path), DEFAULT_OUT, "File to write, .gif or .mp4.", metavar="FILE")
 @option("--pitches", click.IntRange(1, 100), 1, "Number of pitches of the pinion.")
 @option("--seconds", NumberRange(0.1, 60.0), 3.0, "Duration of a pitch.", metavar="S")
 @option(

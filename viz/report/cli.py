@@ -26,7 +26,7 @@ from beveloid_geom.cli.options import (
     worker_processes,
     write_out,
 )
-from beveloid_geom.cli.results import refused_values
+from beveloid_geom.cli.results import refused_values, require_folder
 from beveloid_geom.cli.tolerance_options import TOLERANCES, sizes_of, tolerance_names, tolerance_options
 from beveloid_geom.support.atomic_file import atomic_file, replaceable_mode
 from beveloid_geom.support.process import source_date
@@ -104,9 +104,7 @@ def prepare(out: Path) -> None:
     try:
         if out == DEFAULT_OUT:
             folder.mkdir(parents=True, exist_ok=True)
-        if not folder.is_dir():
-            folder_name = click.format_filename(out.parent)
-            raise Refusal([f"--out: the folder {folder_name} does not exist: create it first"])
+        require_folder(out)
         replaceable_mode(out)
         if out.suffix.lower() not in suffixes:
             cure = "choose such a name; for a PDF, print the page from the browser"

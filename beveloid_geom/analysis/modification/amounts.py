@@ -19,9 +19,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...arrays import MEMBERS, FloatArray
+from ...design.arguments import require_two_numbers
 from ...design.member import MODIFICATIONS
 from ...design.model import Design
 from ...design.modification import AMOUNT, Modification, kinds_of, length_of
+from ...design.written_numbers import shown_value
 from ...operation.backlash_by_tangency import jammed, tangent_backlash
 from ...pair.named_inputs import Bounds
 from ...support.argument import ArgumentError
@@ -268,6 +270,9 @@ def _check_amounts(design: Design, flank: str, bounds: Mapping[str, Bounds]) -> 
     """Raise ValueError for unknown names, reliefs without a length, bounds that do not increase, or too many
     of them."""
     max_variables = 6
+    if not isinstance(bounds, Mapping):
+        raise TypeError(f"bounds must be a dictionary of two numbers by amount, got {shown_value(bounds)}")
+    require_two_numbers(**{f"bounds of {name}": two for name, two in bounds.items()})
     if not 0 < len(bounds) <= max_variables:
         raise ValueError(f"bounds must have 1 to {max_variables} amounts, got {len(bounds)}")
     kinds = kinds_of()

@@ -22,7 +22,7 @@ import numpy as np
 from ...arrays import FloatArray, flank_sign
 from ...contact.ellipse import MARKING_SEPARATION_MM
 from ...contact.path import path_of_contact
-from ...design.arguments import require_single
+from ...design.arguments import require_numbers, require_single
 from ...design.field_limits import DesignError
 from ...design.model import Design
 from ...gear.flank import base_cylinder
@@ -216,6 +216,7 @@ def _check(design: Design, transmission_error: float, length: float, member: str
     if member not in ("pinion", "gear"):
         raise ValueError(f"member must be pinion or gear, got {member!r}")
     given = {"transmission_error": transmission_error, "length": length, "separation": separation}
+    require_numbers(**given)
     for name, value in given.items():
         if not 0.0 < value < np.inf:
             raise ValueError(f"{name} must be positive and finite, got {value}")

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...arrays import FloatArray, flank_sign
 from ...contact.path import path_of_contact
-from ...design.arguments import require_single
+from ...design.arguments import require_numbers, require_single
 from ...design.model import Design, Errors, MeshErrors
 from ...pair.misalignment import mounted
 from ..edge_contact import leads_of, swing_of_all
@@ -150,5 +150,6 @@ def check_aim(design: Design, aim: Aim, flank: str) -> None:
         raise ValueError("least='transmission_error' requires teeth without edge contact: set edges=False")
     for name in ("contact_ratio", "off_centre", "peak_to_peak", "shift"):
         value = getattr(aim, name)
+        require_numbers(**{f"{name} of the aim": value})
         if not value > 0.0 or (value == np.inf and name not in ("peak_to_peak", "shift")):
             raise ValueError(f"{name} of the aim must be positive and finite, got {value}")

@@ -52,11 +52,18 @@ def mate_parameter(pairing: FlankPair, l1: FloatArray, w: FloatArray) -> FloatAr
     """Return l2 (cases, positions), mm, with F = 0 at l1 and w1; explicit without parabolas."""
     l2 = np.zeros(np.broadcast_shapes(l1.shape, w.shape))
     steps = 2 if pairing.without_parabola.all() else 12
+    # Step, relative to the length of the profile, after which the square of the error is below rounding.
+    converged = 1e-10 * (pairing.highest[1] - pairing.lowest[1])
+    done = np.zeros(l2.shape, dtype=bool)
     # Newton's method with a complex step; F is linear without parabolas.
     for _ in range(steps):
         l = np.array(np.broadcast_arrays(l1 + 0j, l2 + COMPLEX_STEP * 1j))
         gap = meet_on_parallel(pairing, l, w).gap
-        l2 = l2 - COMPLEX_STEP * gap.real / gap.imag
+        step = COMPLEX_STEP * gap.real / gap.imag
+        l2 = np.where(done, l2, l2 - step)
+        done |= ~(np.abs(step) > converged)  # also NaN
+        if done.all():
+            break
     return l2
 
 

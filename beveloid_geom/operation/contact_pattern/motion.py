@@ -16,7 +16,7 @@ from ...arrays import FloatArray
 from ...contact.path import path_ends
 from ...design.field_limits import float64_of
 from ...design.model import Design
-from ...status import FirstStatus, Status
+from ...status import WHY_NO_FIRST_CONTACT, FirstStatus, Status
 from ..engagement import pitch_point_roll, spread
 from ..mesh_cycle import MeshCycle, mesh_cycle
 
@@ -53,8 +53,8 @@ def unknown_contact(flank: str, code: int, where: str = "") -> str:
         Of the class `NotComputed` if the calculation failed.
     """
     status = FirstStatus(code)
-    text = status.name.lower().replace("_", " ")
-    return status.reason_type(f"the first contact of the {flank} flanks is not known{where} ({text})")
+    text = f"the first contact of the {flank} flanks is not known{where}: {WHY_NO_FIRST_CONTACT[status]}"
+    return status.reason_type(text)
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,7 @@ from numpy.typing import ArrayLike
 
 from ...arrays import Codes, FloatArray, Integers, Mask
 from ...contact.ellipse import MARKING_SEPARATION_MM
-from ...design.arguments import require_single
+from ...design.arguments import require_numbers, require_single
 from ...design.member import Member
 from ...design.model import Design
 from ...gear.active_flank import place_at
@@ -182,6 +182,7 @@ def _check(
     # Smallest relative error of areas that can be requested.
     min_area_error = 1e-3
     require_single(design)
+    require_numbers(separation=separation, resolution=resolution, tolerance=tolerance, area_error=area_error)
     if resolution is not None and tolerance is not None:
         raise ValueError("give resolution or tolerance, not both")
     lengths = {"separation": separation, "resolution": resolution, "tolerance": tolerance}

@@ -10,8 +10,10 @@ import numpy as np
 
 from ...arrays import FLANK_SIGN, MEMBERS, FloatArray
 from ...design.ends import end_names
+from ...design.member import Member
 from ...design.model import Design
 from ...findings.backlash import backlash_report
+from ...gear.undercut import part_text, pointed_part
 from ...pair.mounting import mounting_of
 from ...status import BallStatus, SpanStatus
 from ...workshop.balls import Balls, ball_dimensions, ball_planes, recommended_ball
@@ -96,7 +98,10 @@ class GearDataReport(Report):
         text = f"Gear data of {self.name}\n"
         for name, data in self.members.items():
             text += f"\n{name.capitalize()}, {getattr(self.design, name).teeth:g} teeth\n"
-            text += line("no data", data) if isinstance(data, str) else _table(name, data)
+            if isinstance(data, str):
+                text += line("no data", data)
+            else:
+                text += _table(name, data) + _pointed_line(getattr(self.design, name))
         text += "\n" + head_lines(self.design)
         words = ", ".join(
             f"{value:.6f} mm {self._thickness(limit)}" for limit, value in self.backlash.items()
@@ -265,6 +270,15 @@ def _table(name: str, one: MemberData) -> str:
     return labelled_lines(table, label_width=44, cell_width=16) + _lines(name, one)
 
 
+def _pointed_line(member: Member) -> str:
+    """Return a line for a tooth whose flanks intersect below the tip, otherwise an empty text."""
+    ends = pointed_part(member)
+    if np.isnan(ends[0]):
+        return ""
+    where = part_text(ends, 0.5 * float(member.face_width))
+    return line("pointed tooth", f"the flanks intersect below the tip diameter {where}")
+
+
 def _lines(name: str, one: MemberData) -> str:
     """Return the lines with single values of a member and the reasons for missing values."""
     no_ball = (
@@ -277,7 +291,7 @@ def _lines(name: str, one: MemberData) -> str:
     angle, swivel = np.degrees((data.root_cone_angle, data.swivel))
     text += line(
         "root cone",
-        f"{angle:.4f} deg to the axis; while the hob is fed by 1 mm towards +z (the {one.ends[1]}), its "
+        f"{angle:z.4f} deg to the axis; while the hob is fed by 1 mm towards +z (the {one.ends[1]}), its "
         f"distance from the axis changes by {data.infeed:+z.6f} mm",
     )
     text += line(

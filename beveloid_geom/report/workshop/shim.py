@@ -96,7 +96,7 @@ def _lines(result: Shim) -> str:
     """Return the lines on the positions and the results there."""
     displacements = zip(MEMBERS, result.axial, result.distance, ("dw1", "dw2"), strict=True)
     text = "".join(
-        line(f"move the {name}", f"{move:+z.6f} mm, to {letters} = {distance:.6f} mm")
+        line(f"move the {name}", f"{move:+z.6f} mm, to {letters} = {distance:z.6f} mm")
         for name, move, distance, letters in displacements
     )
     ratio = f"contact ratio {result.contact_ratio:.4f}"

@@ -161,7 +161,9 @@ def test_invalid_rolls_and_numbers_of_teeth_are_rejected(
 def test_an_unknown_first_contact_is_named() -> None:
     pinion, gear = (replace(m, tip_alteration=0.3) for m in table1().members)
     design = Design(pinion, gear, table1().pair)
-    message = r"^the first contact of the right flanks is not known \(meets bottom\)$"
+    message = (
+        r"^the first contact of the right flanks is not known: a tip reaches the other member's bottom land$"
+    )
     with pytest.raises(ValueError, match=message):
         pair_mesh(design, meshing_pair(design), force=FORCE)
 

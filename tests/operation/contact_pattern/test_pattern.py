@@ -379,5 +379,5 @@ def test_edges_are_marked_where_the_path_is_off_the_flanks() -> None:
 def test_patterns_are_of_single_designs_with_a_known_first_contact() -> None:
     with pytest.raises(ValueError, match="a single design"):
         contact_pattern(table1((0.0, 0.0), Errors(offset=np.zeros(2))))
-    with pytest.raises(ValueError, match=r"first contact .* at some rolls \(meets bottom\)"):
+    with pytest.raises(ValueError, match=r"first contact .* at some rolls: a tip reaches the other"):
         contact_pattern(table1((0.0, 0.0), Errors(offset=-2.5)))

@@ -7,7 +7,10 @@ from dataclasses import replace
 import pytest
 
 from beveloid_geom import Design, Errors, builtin_design
+from beveloid_viz.components import panels, viewpoint
 from beveloid_viz.figures.results import parabola_map as fig_map, tolerance_cloud as fig_cloud
+from beveloid_viz.rendering import theme
+from beveloid_viz.rendering.layout import of_size
 
 from ..pages import drawn, words
 
@@ -77,3 +80,12 @@ def test_the_reason_is_on_the_page(design: Design, name: str, reason: str) -> No
 def test_without_contact_no_figure_claims_one() -> None:
     page, _ = drawn("separation", TABLE.with_parabola(pinion=0.01, gear=0.01))
     assert "Right flanks; pinion (top)" in words(page)
+
+
+def test_reason_of_a_flank_that_cannot_be_drawn() -> None:
+    view = viewpoint.flank_view(TABLE.pinion, "right")
+    with theme.style():
+        page, *_ = theme.new_page(of_size((400, 300)), "title", "", "")
+        box = theme.place(page, 0.0, 0.0, 1.0, 1.0)
+        assert panels.draw_flank(page, box, TABLE.with_parabola(pinion=0.3), 0, view, (), 10.0) is None
+    assert "no drawing: the flanks cannot be cut" in words(page)

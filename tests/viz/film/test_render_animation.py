@@ -136,7 +136,7 @@ def test_titles_have_no_missing_letters(modified: Film, name: str) -> None:
 
 
 def test_gif(tmp_path: Path) -> None:
-    out = tmp_path / "new" / "mesh.GIF"
+    out = tmp_path / "mesh.GIF"
     done = run("--out", out, *SMALL, "--pitches", "2", program=main)
     assert done.exit_code == 0, done.stderr
     assert "mesh.GIF: 6 frames, 0.6 s" in done.stdout
@@ -167,7 +167,7 @@ def test_mp4(tmp_path: Path) -> None:
     ],
 )
 def test_a_pair_without_motion(arguments: tuple[str, ...], reason: str, status: int, tmp_path: Path) -> None:
-    done = run("--out", tmp_path / "new" / "mesh.gif", *arguments, program=main)
+    done = run("--out", tmp_path / "mesh.gif", *arguments, program=main)
     assert done.exit_code == status
     assert reason in done.stderr
     assert done.stderr.count("\n") == 1
