@@ -78,7 +78,6 @@ class Load:
             "torque_nm": (self.torque_nm, "N m"),
             "young": (self.young, "MPa"),
         }
-        require_numbers(**vars(self))
         for name, (value, unit) in sizes.items():
             if value is not None and not 0.0 < value < np.inf:
                 raise ValueError(f"{name} must be a finite number above 0 {unit}, got {value:g}")
