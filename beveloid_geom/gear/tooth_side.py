@@ -139,8 +139,9 @@ def profile_at(
     flank_continuation = 0.3
     if surface.crossing is None:
         s = _flank_profile(surface, square, z, surface.joint)
-        low = np.flatnonzero(~(s >= surface.joint) & ~np.isnan(square + z))
-        if low.size:
+        above = s >= surface.joint
+        if not above.all():
+            low = np.flatnonzero(~above & ~np.isnan(square + z))
             s[low] = fillet_profile(surface, square[low], z[low], np.full(low.size, surface.joint))
         return s
     curve, undercut = surface.crossing.rows(z), surface.crossing.undercut(z)

@@ -117,8 +117,9 @@ def _section(surface: ToothSurface, s: Numbers) -> tuple[Numbers, ...]:
         return l, zero, zero, one, zero, one, zero
     bend = 2.0 * a * l
     cos = 1.0 / np.sqrt(1.0 + bend * bend)
-    values = [l, 0.5 * bend * l, bend * cos, cos, 2.0 * a * cos * cos, np.ones_like(l), bend]
+    values: list[Any] = [l, 0.5 * bend * l, bend * cos, cos, 2.0 * a * cos * cos, 1.0, bend]
     if low:
+        values[5] = np.ones_like(l)
         rate, rho = 1.0 / surface.scale, surface.radius
         tau = surface.turn + (s[on_fillet] - joint) * rate
         sin, cos = np.sin(tau), np.cos(tau)
