@@ -196,6 +196,11 @@ class Member(Input):
         names = MODIFICATIONS.values() if flank is None else (MODIFICATIONS[flank],)
         return replace(self, **dict.fromkeys(names, modification))
 
+    def unmodified(self) -> Member:
+        """Return the member without parabolas and without modifications."""
+        tool = unchecked(self.tool, parabola=0.0, **dict.fromkeys(BY_FLANK))
+        return unchecked(self, tool=tool, **dict.fromkeys(MODIFICATIONS.values()))
+
     def nominal(self) -> Member:
         """Return the member without measured deviations of its flanks and pitches."""
         result = self

@@ -233,7 +233,7 @@ class Design(Input):
 
     def unmodified(self) -> Design:
         """Return the design without parabolas and without modifications."""
-        return self.with_parabola(0.0, 0.0).without_modifications()
+        return replace(self, pinion=self.pinion.unmodified(), gear=self.gear.unmodified())
 
     @property
     def measured(self) -> bool:
@@ -252,7 +252,7 @@ class Design(Input):
 
     def bare(self) -> Design:
         """Return the design without parabolas, modifications and errors."""
-        return self.unmodified().with_errors(Errors())
+        return replace(self, pinion=self.pinion.unmodified(), gear=self.gear.unmodified(), errors=Errors())
 
     def with_errors(self, errors: Errors) -> Design:
         """Return the design with other assembly errors."""
