@@ -4,7 +4,7 @@ The points are those of `tooth_surface`, over the profile coordinate s and the a
 follows from r^2 in closed form (without parabola) or by Newton's method. On an undercut tooth the flank
 ends where it intersects the fillet (`crossing`), and the radius of the intersection decides on which of
 the two a point lies. Searches that step across this edge state on which side they are, so that their
-surface is smooth.
+surface is smooth. `surface_of` is the flank with its fillet, `flank_surface` the flank continued without it.
 """
 
 from __future__ import annotations

@@ -165,8 +165,8 @@ def problem_of(design: Design, flank: str, pairing: FlankPair, cases: Integers) 
     position = np.broadcast_to(part.position, (2, count, 1))[..., 0]
     placed = PairPlacement(cos, sin, offset, position, point.T)
     ratio = float(design.pinion.teeth / design.gear.teeth)
-    whole = (flank_surface(member, flank) for member in design.members)
-    surfaces = Surfaces(*whole, ratio, scale)
+    first, second = (flank_surface(member, flank) for member in design.members)
+    surfaces = Surfaces(first, second, ratio, scale)
     return Problem(surfaces, placed, lowest, highest, tip, taper, half_width, edges)
 
 
