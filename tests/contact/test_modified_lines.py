@@ -131,6 +131,20 @@ RELIEVED = {
         {"tip_relief_um": 4.843, "tip_relief_length_mm": 1.606, "root_relief_um": 16.05}
         | {"root_relief_length_mm": 0.7567, "heel_relief_um": 12.15, "heel_relief_length_mm": 2.137},
     ),
+    "Newton's steps go back and forth at single positions": (
+        pair_of(1.508, (43, 50), 30.303, 82.359, (0.37075, 0.38974), (14.598, 16.006)),
+        {"root_relief_um": 5.2689, "root_relief_length_mm": 0.48868, "heel_relief_um": 8.9109}
+        | {"heel_relief_length_mm": 2.4285, "toe_relief_um": 8.4185, "toe_relief_length_mm": 2.0652},
+        {"tip_relief_um": 16.496, "tip_relief_length_mm": 0.76607, "root_relief_um": 14.984}
+        | {"root_relief_length_mm": 0.4389, "toe_relief_um": 6.4136, "toe_relief_length_mm": 1.7156},
+    ),
+    "the last position is rounded beyond the end": (
+        pair_of(4.6772, (28, 28), 26.549, 148.44, (0.34335, 0.082781), (43.655, 41.113)),
+        {"root_relief_um": 9.7709, "root_relief_length_mm": 1.1955, "heel_relief_um": 3.8203}
+        | {"heel_relief_length_mm": 6.5515, "toe_relief_um": 10.609, "toe_relief_length_mm": 5.6308},
+        {"root_relief_um": 19.683, "root_relief_length_mm": 0.95471, "heel_relief_um": 7.7914}
+        | {"heel_relief_length_mm": 7.7378, "toe_relief_um": 14.825, "toe_relief_length_mm": 5.3384},
+    ),
 }
 """Helical pairs by their difficulty, with modifications of pinion and gear."""
 
@@ -142,7 +156,7 @@ def test_paths_of_relieved_helical_pairs(
     """Every position of the path is known and fulfils the five equations of independent code, up to the
     additional crowning of the pinion."""
     design = modified(pair, pinion, gear)
-    path = path_of_contact(design, flank, 41)
+    path = path_of_contact(design, flank, 101)
     assert path.ends.status == Status.SOLVED
     assert (path.status == Status.SOLVED).all()
     apart, turned = residuals(design, path, np.asarray(mounting_of(design).distance))
