@@ -4,7 +4,7 @@ The points are those of `tooth_surface`, over the profile coordinate s and the a
 follows from r^2 in closed form (without parabola) or by Newton's method. On an undercut tooth the flank
 ends where it intersects the fillet (`crossing`), and the radius of the intersection decides on which of
 the two a point lies. Searches that step across this edge state on which side they are, so that their
-surface is smooth.
+surface is smooth. `surface_of` is the flank with its fillet, `flank_surface` the flank continued without it.
 """
 
 from __future__ import annotations
@@ -34,19 +34,15 @@ from .tooth_surface import (
 )
 
 
-def _surface(member: Member, flank: str) -> ToothSurface:
-    # Modules: least length of the profile coordinate for one rad of the fillet.
-    least_fillet_scale_modules = 0.1
-    rack, rounding, tool = rack_of(member, flank), tool_round(member.tool, flank), member.tool
-    a, radius = float(tool.parabola_of(flank)), rounding.radius
-    tx, ty, tz = rack.trace
-    trace = np.array((tx / tz, ty / tz))
-    turn = float(np.arctan(2.0 * a * rounding.joint))
-    scale = max(radius, least_fillet_scale_modules * float(tool.normal_module))
-    d, m = rack.direction, rack.normal
-    surface = ToothSurface(
+@kept(64)
+def flank_surface(member: Member, flank: str) -> ToothSurface:
+    """Return the `flank` ('right' or 'left') of a single member without its fillet: the surface continues
+    below the joint with the fillet, and beyond an edge of undercut."""
+    rack = rack_of(member, flank)
+    trace, d, m = rack.trace[:2] / rack.trace[2], rack.direction, rack.normal
+    return ToothSurface(
         sigma=rack.sigma,
-        parabola=a,
+        parabola=float(rack.parabola),
         pitch_radius=float(rack.pitch_radius),
         apex=rack.apex[:2] - rack.apex[2] * trace,
         along=d[:2] - d[2] * trace,
@@ -55,18 +51,32 @@ def _surface(member: Member, flank: str) -> ToothSurface:
         direction=d,
         normal=m,
         twist=float(d[0] * m[1] - d[1] * m[0]),
-        joint=rounding.joint,
-        bottom=rounding.joint - scale * (0.5 * np.pi - rounding.angle),
-        turn=turn,
-        centre=(rounding.joint - radius * np.sin(turn), a * rounding.joint**2 + radius * np.cos(turn)),
-        radius=radius,
-        scale=scale,
         highest=float(highest_parameter(member, flank)),
         tip=float(tip_radius(member, 0.0)),
         taper=float(np.tan(member.cone_angle)),
         half_width=0.5 * float(member.face_width),
+        modification=modification_of(member, flank),
     )
-    low, joint = surface.bottom, surface.joint
+
+
+def _surface(member: Member, flank: str) -> ToothSurface:
+    # Modules: least length of the profile coordinate for one rad of the fillet.
+    least_fillet_scale_modules = 0.1
+    whole, rounding = flank_surface(member, flank), tool_round(member.tool, flank)
+    a, joint, radius = whole.parabola, rounding.joint, rounding.radius
+    turn = float(np.arctan(2.0 * a * joint))
+    scale = max(radius, least_fillet_scale_modules * float(member.tool.normal_module))
+    surface = replace(
+        whole,
+        joint=joint,
+        bottom=joint - scale * (0.5 * np.pi - rounding.angle),
+        turn=turn,
+        centre=(joint - radius * np.sin(turn), a * joint**2 + radius * np.cos(turn)),
+        radius=radius,
+        scale=scale,
+        modification=None,
+    )
+    low = surface.bottom
     s = np.append(low + (joint - low) * np.linspace(0.02, 1.0, 25), np.linspace(joint, surface.highest, 25))
     z = surface.half_width * np.linspace(-1.0, 1.0, 9)[:, None]
     rises = bool((cut_at(surface, s, z).square_s > 0.0).all())
@@ -75,7 +85,7 @@ def _surface(member: Member, flank: str) -> ToothSurface:
     if not rises and not np.isnan(surface.highest):
         crossing, lost = crossing_of(surface)
         surface = replace(surface, crossing=crossing, lost=lost)
-    return replace(surface, modification=modification_of(member, flank))
+    return replace(surface, modification=whole.modification)
 
 
 _kept_surface = kept(64)(_surface)
@@ -99,8 +109,9 @@ def side_points(surface: ToothSurface, s: FloatArray, z: FloatArray) -> tuple[Fl
     coordinates `s` in the planes `z`, mm."""
     s, z = np.broadcast_arrays(s, z)
     cut = cut_at(surface, s.ravel(), z.ravel())
-    points = turned(cut.phi, cut.x, cut.y, z.ravel()), turned(cut.phi, cut.nx, cut.ny, cut.nz)
-    return points[0].reshape(*s.shape, 3), points[1].reshape(*s.shape, 3)
+    x, y, height = (np.array(rows) for rows in ((cut.x, cut.nx), (cut.y, cut.ny), (z.ravel(), cut.nz)))
+    points, normals = turned(cut.phi, x, y, height).reshape(2, *s.shape, 3)
+    return points, normals
 
 
 def fillet_points(

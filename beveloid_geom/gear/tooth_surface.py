@@ -19,7 +19,7 @@ curve on which flank and fillet intersect.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -33,18 +33,20 @@ from .rack import Numbers
 
 @dataclass(frozen=True, eq=False)
 class ToothSurface:
-    """One flank of a single member with its fillet, as one surface over (s, z).
+    """One flank of a single member, with its fillet or without, as one surface over (s, z).
 
     `sigma`, `parabola` (1/mm) and `pitch_radius` (mm) as in `Rack`; `apex`, `along`, `out` (2,): apex and the
     directions of p and q, moved along the trace into the plane z = 0, components x and y in S_c; `trace`
     (2,): change of a point of the rack per mm of z; `direction` d, `normal` m (3,) of the rack; `twist` is
-    (d x m)_z; `highest` (mm): upper bound of l on the active flank. `joint` and `bottom` are the profile
-    coordinates (mm) of the ends of flank and fillet, `turn` is tau (rad) at the joint, `centre` (p, q) and
-    `radius` (mm) belong to the tool round, and `scale` is the length of s (mm) for one rad of the round.
-    `tip` (mm) at mid-face and `taper` give the tip cone, `root` and `root_taper` the root cone, `half_width`
-    (mm) toe and heel. `crossing` is the curve on which flank and fillet of an undercut tooth intersect, None
-    for a sound tooth; `lost` states whether undercut leaves no flank in a part of the face. `modification`
-    rotates the points about the axis.
+    (d x m)_z; `highest` (mm): upper bound of l on the active flank. `tip` (mm) at mid-face and `taper` give
+    the tip cone, `half_width` (mm) toe and heel. `modification` rotates the points about the axis.
+
+    The other fields belong to the fillet; their default values are those of a flank that continues without a
+    fillet. `joint` and `bottom` are the profile coordinates (mm) of the ends of flank and fillet, `turn` is
+    tau (rad) at the joint, `centre` (p, q) and `radius` (mm) belong to the tool round, and `scale` is the
+    length of s (mm) for one rad of the round. `root` and `root_taper` give the root cone. `crossing` is the
+    curve on which flank and fillet of an undercut tooth intersect, None for a sound tooth; `lost` states
+    whether undercut leaves no flank in a part of the face.
     """
 
     sigma: float
@@ -57,25 +59,21 @@ class ToothSurface:
     direction: FloatArray
     normal: FloatArray
     twist: float
-    joint: float
-    bottom: float
-    turn: float
-    centre: tuple[float, float]
-    radius: float
-    scale: float
     highest: float
     tip: float
     taper: float
     half_width: float
+    modification: FlankModification | None = None
+    joint: float = -np.inf
+    bottom: float = -np.inf
+    turn: float = 0.0
+    centre: tuple[float, float] = (0.0, 0.0)
+    radius: float = 0.0
+    scale: float = 1.0
     root: float = 0.0
     root_taper: float = 0.0
     crossing: CrossingCurve | None = None
     lost: bool = False
-    modification: FlankModification | None = None
-
-    def extended(self) -> ToothSurface:
-        """Return the flank continued below its joint with the fillet and beyond an edge of undercut."""
-        return replace(self, joint=-np.inf, crossing=None)
 
     def flank_start(self, z: FloatArray) -> FloatArray:
         """Return the profile coordinate (mm) at which the flank starts in the planes `z`: the joint with the

@@ -13,10 +13,8 @@ from ..arrays import FloatArray
 from ..design.arguments import require_member, require_numbers
 from ..design.member import Member
 from ..gear.active_flank import active_start_by_z
-from ..gear.flank import generated
 from ..gear.flank_limits import tip_parameter
-from ..gear.rack import rack_normal, rack_of, rack_point
-from ..gear.tooth_side import side_points, surface_of
+from ..gear.tooth_side import flank_surface, side_points, surface_of
 from ..gear.undercut import CURE, require_cut, undercut_margin
 from ..support.array_repr import short_repr
 from . import MODULE_PER_TOLERANCE
@@ -57,20 +55,11 @@ def flank_sheet(member: Member, flank: str, to_fillet: bool = False) -> Sheet:
     parabola the start may be slightly below the end of the fillet: the flank is continued there. Raises
     ValueError if the tool cannot cut the flank, or if the flank does not reach its tip cone."""
     require_cut(member)
-    rack = rack_of(member, flank)
-    half = 0.5 * float(member.face_width)
+    half, surface = 0.5 * float(member.face_width), flank_surface(member, flank)
     start = surface_of(member, flank).flank_start if to_fillet else active_start_by_z(member, flank)
-    modified = None if member.modification(flank) is None else surface_of(member, flank).extended()
-
-    def place(l: FloatArray, z: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return points and unit normals of the flank."""
-        if modified is not None:
-            return side_points(modified, l, z)
-        x0, y0, z0 = rack_point(rack, l)
-        u = (z - z0) / rack.trace[2]
-        return generated(rack, (x0 + u * rack.trace[0], y0 + u * rack.trace[1], z), rack_normal(rack, l))
-
-    sheet = Sheet(place, start, lambda z: tip_parameter(member, flank, z), half)
+    sheet = Sheet(
+        lambda l, z: side_points(surface, l, z), start, lambda z: tip_parameter(member, flank, z), half
+    )
     series = series_of(sheet)
     checked = half * np.concatenate((CHECK_STATIONS, (-1.0, 1.0)))
     if series is None and not np.all(np.isfinite(sheet.upper(checked))):

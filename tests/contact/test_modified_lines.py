@@ -109,6 +109,42 @@ RELIEVED = {
         {"heel_relief_um": 17.3, "heel_relief_length_mm": 4.83}
         | {"toe_relief_um": 19.6, "toe_relief_length_mm": 4.95},
     ),
+    "reliefs of pinion and gear begin next to each other, 17 teeth": (
+        pair_of(4.342, (17, 88), 24.51, 252.2, (-0.02339, 0.3834), (56.9, 52.13)),
+        {"tip_relief_um": 12.86, "tip_relief_length_mm": 4.124, "root_relief_um": 13.6}
+        | {"root_relief_length_mm": 1.332, "heel_relief_um": 9.378, "heel_relief_length_mm": 7.086},
+        {"tip_relief_um": 11.75, "tip_relief_length_mm": 3.492, "root_relief_um": 3.182}
+        | {"root_relief_length_mm": 2.54, "toe_relief_um": 10.37, "toe_relief_length_mm": 7.259},
+    ),
+    "reliefs of pinion and gear begin next to each other, 32 teeth": (
+        pair_of(2.663, (32, 81), 12.31, 154.7, (-0.0641, 0.3025), (18.48, 19.27)),
+        {"tip_relief_um": 3.665, "tip_relief_length_mm": 2.232, "root_relief_um": 16.69}
+        | {"root_relief_length_mm": 1.552},
+        {"tip_relief_um": 18.2, "tip_relief_length_mm": 2.473, "root_relief_um": 14.77}
+        | {"root_relief_length_mm": 1.555, "toe_relief_um": 14.09, "toe_relief_length_mm": 5.138},
+    ),
+    "reliefs of pinion and gear begin next to each other, 22 teeth": (
+        pair_of(1.689, (22, 53), 27.01, 71.81, (0.03238, 0.3893), (23.47, 23.53)),
+        {"tip_relief_um": 15.53, "tip_relief_length_mm": 1.361, "root_relief_um": 17.42}
+        | {"root_relief_length_mm": 0.5899, "heel_relief_um": 7.023, "heel_relief_length_mm": 3.327}
+        | {"toe_relief_um": 4.9, "toe_relief_length_mm": 1.847},
+        {"tip_relief_um": 4.843, "tip_relief_length_mm": 1.606, "root_relief_um": 16.05}
+        | {"root_relief_length_mm": 0.7567, "heel_relief_um": 12.15, "heel_relief_length_mm": 2.137},
+    ),
+    "Newton's steps go back and forth at single positions": (
+        pair_of(1.508, (43, 50), 30.303, 82.359, (0.37075, 0.38974), (14.598, 16.006)),
+        {"root_relief_um": 5.2689, "root_relief_length_mm": 0.48868, "heel_relief_um": 8.9109}
+        | {"heel_relief_length_mm": 2.4285, "toe_relief_um": 8.4185, "toe_relief_length_mm": 2.0652},
+        {"tip_relief_um": 16.496, "tip_relief_length_mm": 0.76607, "root_relief_um": 14.984}
+        | {"root_relief_length_mm": 0.4389, "toe_relief_um": 6.4136, "toe_relief_length_mm": 1.7156},
+    ),
+    "the last position is rounded beyond the end": (
+        pair_of(4.6772, (28, 28), 26.549, 148.44, (0.34335, 0.082781), (43.655, 41.113)),
+        {"root_relief_um": 9.7709, "root_relief_length_mm": 1.1955, "heel_relief_um": 3.8203}
+        | {"heel_relief_length_mm": 6.5515, "toe_relief_um": 10.609, "toe_relief_length_mm": 5.6308},
+        {"root_relief_um": 19.683, "root_relief_length_mm": 0.95471, "heel_relief_um": 7.7914}
+        | {"heel_relief_length_mm": 7.7378, "toe_relief_um": 14.825, "toe_relief_length_mm": 5.3384},
+    ),
 }
 """Helical pairs by their difficulty, with modifications of pinion and gear."""
 
@@ -120,12 +156,15 @@ def test_paths_of_relieved_helical_pairs(
     """Every position of the path is known and fulfils the five equations of independent code, up to the
     additional crowning of the pinion."""
     design = modified(pair, pinion, gear)
-    path = path_of_contact(design, flank, 41)
+    path = path_of_contact(design, flank, 101)
     assert path.ends.status == Status.SOLVED
     assert (path.status == Status.SOLVED).all()
     apart, turned = residuals(design, path, np.asarray(mounting_of(design).distance))
     assert apart < 2e-7
     assert turned < 2e-8
+    # The first contacts of this pair of teeth at the same rolls are on the path.
+    first = first_contact(design, flank, path.pinion_roll, pairs=[0])
+    np.testing.assert_allclose(first.gear_roll, path.gear_roll, atol=1e-12, rtol=0.0)
 
 
 def test_relieved_helical_pairs_have_the_limit_of_small_crownings(flank: str) -> None:

@@ -81,9 +81,10 @@ def _interpolated(by: FloatArray, knots: FloatArray, goal: FloatArray) -> tuple[
     rising = np.where(by[:, -1:] >= by[:, :1], 1.0, -1.0)
     ordered, wanted = by * rising, goal * rising
     place = (ordered[:, None, :] < wanted[:, :, None]).sum(axis=-1)
-    # The first knot is repeated; an interval between equal knots has no direction.
-    repeated = (ordered <= ordered[:, :1]).sum(axis=-1, keepdims=True)
-    place = np.clip(np.maximum(place, repeated), 1, by.shape[1] - 1)
+    # The first and the last knot are repeated; an interval between equal knots has no direction.
+    least = (ordered <= ordered[:, :1]).sum(axis=-1, keepdims=True)
+    most = (ordered < ordered[:, -1:]).sum(axis=-1, keepdims=True)
+    place = np.maximum(np.minimum(np.maximum(place, least), most), 1)
     low, high = (np.take_along_axis(ordered, place - k, axis=1) for k in (1, 0))
     with np.errstate(invalid="ignore", divide="ignore"):
         share = np.where(high > low, (wanted - low) / (high - low), 0.0)

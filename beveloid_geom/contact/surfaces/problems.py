@@ -25,7 +25,7 @@ from ...arrays import MEMBERS, FloatArray, Integers
 from ...design.member import Tool, unchecked
 from ...design.model import Design
 from ...design.modification import Modification
-from ...gear.tooth_side import is_batch, surface_of
+from ...gear.tooth_side import flank_surface, is_batch, surface_of
 from ...pair.frames import layout_by_case
 from ...pair.mounting import mounting_of
 from ...support.frozen_arrays import kept
@@ -168,7 +168,8 @@ def problem_of(design: Design, flank: str, pairing: FlankPair, cases: Integers) 
     position = np.broadcast_to(part.position, (2, count, 1))[..., 0]
     placed = PairPlacement(cos, sin, offset, position, point.T)
     ratio = float(design.pinion.teeth / design.gear.teeth)
-    surfaces = Surfaces(pinion.extended(), gear.extended(), ratio, scale)
+    first, second = (flank_surface(member, flank) for member in design.members)
+    surfaces = Surfaces(first, second, ratio, scale)
     return Problem(surfaces, placed, lowest, highest, tip, taper, half_width, edges)
 
 

@@ -8,7 +8,7 @@ from ...arrays import FloatArray, Integers
 from ...design.member import Member
 from ...gear.flank import turned
 from ...gear.rack import rack_of, rack_point, rack_tangent
-from ...gear.tooth_side import surface_of
+from ...gear.tooth_side import flank_surface
 from ...pair.frames import layout_by_case, member_frame, normals_to_fixed
 from ..flank_pair import generated_pairing
 from ..path import ContactPath
@@ -61,7 +61,7 @@ def _steps_and_turns(
 ) -> tuple[FloatArray, tuple[tuple[FloatArray, FloatArray], ...]]:
     """Return the rotation phi (rad) of flank points (n,), and before this rotation their tangents by l and u
     and the derivatives of the outward unit normal, each (3, n)."""
-    surface, rack = surface_of(member, flank).extended(), rack_of(member, flank)
+    surface, rack = flank_surface(member, flank), rack_of(member, flank)
     jet = jet_at(surface, l, z)
     by_s, by_z = np.array((*jet.plane[1], np.zeros_like(l))), np.array((*jet.plane[2], np.ones_like(l)))
     normal, normal_s, normal_z = normals_of(jet)

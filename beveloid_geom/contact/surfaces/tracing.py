@@ -150,7 +150,9 @@ def _followed(
         before, size = direction[:, active], step[active]
         guess, placed = state[:, active] + size * ahead[:, active], problem.placed.of_cases(active)
         onwards = roll_axis * np.sign(before[2]) if by_roll else before
-        met, good = solve(problem.surfaces, placed, guess, on_plane(problem, guess, onwards))
+        # Where reliefs of both flanks begin next to each other, the flanks nearly touch along a line between
+        # them. Newton's steps are long there, so that they are limited to the step along the curve.
+        met, good = solve(problem.surfaces, placed, guess, on_plane(problem, guess, onwards), reach=size)
         after = _direction(problem, met, onwards)
         turn = np.arccos(np.clip((after * before).sum(axis=0), -1.0, 1.0))
         chord = (met.state - state[:, active])[:3] / problem.scale[:, None]
