@@ -225,6 +225,13 @@ def test_tip_reliefs_that_leave_a_narrow_strip(width: float, flank: str) -> None
         assert abs(least_turn(design, flank, turned, (65, 33))) * lever < 1e-8 * 3.0
 
 
+def test_a_lost_curve_is_not_reported_as_closed(flank: str) -> None:
+    """Nearly spur teeth: the contact moves from mid-face to a relief within 0.001 pitches, where the curve is
+    lost inside the flanks."""
+    design = modified(pair_of(2.0, (20, 35), 0.05, 55.1), TIP, TIP)
+    assert path_of_contact(design, flank, 3).ends.status in (Status.SOLVED, Status.NOT_CONVERGED)
+
+
 def test_helix_slope_leaves_contact_at_an_edge_only() -> None:
     path = path_of_contact(modified(SPUR, {"helix_slope_um": 5.0}))
     assert path.ends.status == Status.OFF_FLANK
