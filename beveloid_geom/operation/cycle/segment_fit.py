@@ -265,7 +265,7 @@ def held_to(task: Task, place: FloatArray, limit: Codes, most: int = 12) -> Floa
     """
     # Newton step, in tooth depths, that is the last. The remaining error is of the order of its square, and
     # that of the Taylor series after this step of the order of its cube.
-    last_step_depths = 1e-6
+    last_step_depths = 1e-7
     contacts = np.full((QUANTITY_COUNT + len(Limit), limit.shape[1]), np.nan)
     going = np.arange(limit.shape[1])
     for _ in range(most):
