@@ -202,11 +202,11 @@ def _bent_profile(
 ) -> FloatArray:
     """Return s by Newton's method from `s` on the straight flank; NaN where it is below `low` (mm)."""
     newton_max_steps = 14
-    # Newton step, relative to the flank depth, below which the iteration ends: the error is its square
+    # Newton step, relative to the pitch radius, below which the iteration ends: the error is its square
     # over a radius.
-    last_step_depths = 1e-8
-    high = 2.0 * surface.highest - surface.joint
-    last = last_step_depths * (surface.highest - surface.joint)
+    last_step_radii = 1e-9
+    high = 2.0 * surface.highest - surface.joint  # infinite without a fillet
+    last = last_step_radii * surface.pitch_radius
     s = _straight_profile(surface, square, z, s)
     s = np.where(np.isnan(s), low, np.minimum(np.maximum(s, low), high))
     a, bend = surface.parabola, 2.0 * surface.parabola

@@ -166,7 +166,8 @@ def _searched(problem: Problem) -> Segment:
         seeds = seeds[:, 1:][:, ~on_curve(curve, problem, seeds[:, 1:])]
         inside = (dense(problem, curve)[1][MARGINS].min(axis=0) >= 0.0).any()
         if inside and not (decided[0] and complete[0]):
-            # A closed curve on the flanks is no path, but one of the segments. A lost one ends elsewhere.
+            # A closed curve on the flanks is not a path, but counts as a segment. Its ends meet; those of a
+            # curve that was lost while it was traced do not.
             chord = (curve.value[:3, 0, -1] - curve.value[:3, 0, 0]) / problem.scale
             closed = np.linalg.norm(chord) <= 0.1 * curve.x[0, -1]
             if closed and (curve.value[MARGINS].min(axis=0) >= 0.0).all():

@@ -263,8 +263,9 @@ def held_to(task: Task, place: FloatArray, limit: Codes, most: int = 12) -> Floa
     ndarray, shape (13, n)
         f, s1, z1, s2, z2 and the eight limits, mm; NaN where the iteration does not converge.
     """
-    # Newton step, in tooth depths, that is the last. The remaining error is of the order of its square, and
-    # that of the Taylor series after this step of the order of its cube.
+    # Largest Newton step, in tooth depths, after which the iteration ends. The remaining error of the place
+    # is of the order of its square. The error of the Taylor series after this step is of the order of its
+    # cube for f and the limits, and of its square for s2 and z2.
     last_step_depths = 1e-7
     contacts = np.full((QUANTITY_COUNT + len(Limit), limit.shape[1]), np.nan)
     going = np.arange(limit.shape[1])

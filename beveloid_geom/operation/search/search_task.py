@@ -17,7 +17,7 @@ one period: this fraction of it as overlap (negative), the remainder as clearanc
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """Tooth pairs whose clearance is evaluated, with their pinion rolls and axes, (n,) or (1,).
+    """Tooth pairs (n,) whose clearance is evaluated, with their pinion rolls and axes.
 
     Attributes
     ----------
@@ -26,6 +26,7 @@ class Task:
     lever : float
         Clearance along the normal per rad of gear roll, g of `local_clearance`, mm.
     axes : AxisPositions
+        (n,), or (1,) if they are the same for all tooth pairs.
     roll, start : ndarray, shape (n,)
         Pinion roll, and reference roll T0 of the gear, rad.
     period : float
