@@ -52,7 +52,8 @@ def mate_parameter(pairing: FlankPair, l1: FloatArray, w: FloatArray) -> FloatAr
     """Return l2 (cases, positions), mm, with F = 0 at l1 and w1; explicit without parabolas."""
     l2 = np.zeros(np.broadcast_shapes(l1.shape, w.shape))
     steps = 2 if pairing.without_parabola.all() else 12
-    # Step, relative to the length of the profile, after which the square of the error is below rounding.
+    # Newton step, relative to the length of the profile, below which the iteration ends: the remaining error
+    # is of the order of its square, which is below rounding.
     converged = 1e-10 * (pairing.highest[1] - pairing.lowest[1])
     done = np.zeros(l2.shape, dtype=bool)
     # Newton's method with a complex step; F is linear without parabolas.
