@@ -16,6 +16,7 @@ from beveloid_geom.gear.flank import flank_patch
 from beveloid_geom.operation.contact_pattern.pattern import MemberPattern
 from beveloid_geom.pair.frames import to_fixed
 from beveloid_geom.report.pattern import pattern_report
+from beveloid_geom.shapes.sampling import default_tolerance
 from beveloid_geom.shapes.sheet import grid_faces
 from beveloid_geom.shapes.surface_mesh import TriangleMesh, gear_mesh
 
@@ -40,10 +41,8 @@ class PosedFigure:
 
 
 def tolerance_of(design: Design) -> float:
-    """Return the tolerance of the meshes, mm."""
-    # A tenth of a pixel of the close picture on a page of 1000 x 750.
-    tolerance_modules = 1.0 / 600.0
-    return tolerance_modules * float(design.pinion.tool.normal_module)
+    """Return the tolerance of the meshes, mm: the default of `beveloid-geom mesh`."""
+    return default_tolerance(design.pinion)  # a tenth of a pixel of the close picture on a page of 1000 x 750
 
 
 def compute(design: Design, flank: str = "right") -> PosedFigure:
@@ -76,7 +75,7 @@ def draw(data: PosedFigure, layout: theme.PageLayout) -> Drawing:
         layout,
         "The pair in mesh as exported",
         f"Closed meshes with a tolerance of {tolerance_of(data.pair.design):.3g} mm, {pose}",
-        f"{counts.capitalize()}.{_marks(data)}{_export_note(data.pair.design)}",
+        f"{counts.capitalize()}.{_marks(data)}",
         above=0.25,
         tall=theme.stacked_height(layout, 5.2),
     )
@@ -113,15 +112,6 @@ def _marks(data: PosedFigure) -> str:
         band = f"separation below {1e3 * MARKING_SEPARATION_MM:g} \u00b5m"
         words += f" Blue, darker in front of the gear: contact pattern, {band}."
     return words
-
-
-def _export_note(design: Design) -> str:
-    """Return the sentence with the option --tolerance if it differs from the default."""
-    # Default of `beveloid-geom mesh`.
-    export_tolerance_mm = 0.01
-    tolerance = tolerance_of(design)
-    usual = abs(tolerance - export_tolerance_mm) < 1e-9 * export_tolerance_mm
-    return "" if usual else f" The command mesh exports this with --tolerance {tolerance:.3g}."
 
 
 def _label(over: Overlay, data: PosedFigure) -> None:
