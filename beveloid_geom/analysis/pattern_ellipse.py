@@ -43,8 +43,8 @@ class MarkedEllipse:
 def marked_ellipse(side: MemberPattern, separation: float) -> MarkedEllipse:
     """Return the ellipse of the area of a pattern in which the minimum separation is within `separation`.
 
-    The root of the minimum separation is interpolated between the grid points, as for the area. Cells with a
-    corner that has no projection on the mating flank count as unmarked.
+    The square root of the minimum separation is interpolated between the grid points, as for the area. Cells
+    with a corner that has no projection on the mating flank count as unmarked.
 
     Parameters
     ----------

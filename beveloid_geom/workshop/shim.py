@@ -62,7 +62,7 @@ class Shim:
         Mounting distances after the displacements, mm.
     backlash, z, contact_ratio : float
         Backlash (mm), position of the middle of the path (mm) and contact ratio, computed for the new
-        mounting. NaN without a path.
+        mounting. Without a path on the flanks, `z` is NaN and `contact_ratio` is 0.
     residual : float
         Largest deviation from the requirements, mm.
     status : ShimStatus

@@ -71,7 +71,8 @@ class Aim:
 
 @dataclass(frozen=True, eq=False)
 class Objectives:
-    """Objectives and constrained quantities in the shape of the coefficients; NaN without a path.
+    """Objectives and constrained quantities in the shape of the coefficients; NaN without a path, except for
+    `contact_ratio`, which is 0 if the flanks have no path.
 
     `shift`, mm: the squared shifts under +error and -error are averaged and added over the errors; `shift` is
     the root of this sum. `centre`, mm: z

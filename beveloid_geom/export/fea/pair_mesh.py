@@ -1,7 +1,7 @@
 """Hexahedral mesh of the pair in contact: some teeth of both members, in the position of their first contact.
 
 Both members are in S_f. The pinion has a given roll, and the gear is turned until the first of all teeth
-touches. An odd number of teeth is meshed of each member. The middle teeth are in contact with each other;
+touches. An odd number K of teeth is meshed of each member. The middle teeth are in contact with each other;
 tooth k of the pinion meets tooth K + 1 - k of the gear. Flanks that touch at this roll are divided along the
 profile according to the width of Hertz's contact ellipse. All other surfaces have a coarse mesh.
 """
@@ -33,8 +33,8 @@ from .abaqus import FIXED_SETS
 from .material import POISSON_RATIO, YOUNG_MPA
 
 ELEMENT = "C3D20"
-"""Type of all elements. Elements with 8 nodes have plane faces, which miss the flank by tens of micrometres:
-the flanks would touch too late and the contact would be too soft."""
+"""Type of all elements. Elements with 8 nodes have straight edges, which miss the flank by tens of
+micrometres: the flanks would touch too late and the contact would be too soft."""
 
 
 @dataclass(frozen=True, eq=False)
