@@ -6,7 +6,7 @@ Functions, results and enumerations are imported when they are first used::
                    or from_degrees; builtin_design, read_design, design_text; DesignError lists the faults
     layout         zero_backlash_layout, layout_deviation, design_remarks, layout_advice; propose for a
                    Request
-    contact        path_of_contact is a ContactPath with a Status for each position; contact_ratio,
+    contact        path_of_contact returns a ContactPath with a Status for each position; contact_ratio,
                    contact_lines, path_sliding(path), path_pressure(path, Load(...))
     first contact  path_certificate(path), first_contact, mesh_cycle, pitch_cycle, operating_ratios,
                    contact_pattern, mounted_backlash

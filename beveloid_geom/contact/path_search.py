@@ -268,7 +268,7 @@ def _without_path(pairing: FlankPair, cases: Integers, status: Codes) -> Group:
 
 
 def _followed(pairing: FlankPair, near: Window | None = None) -> list[Group]:
-    """Return paths by length; only of curves `near` the faces if bounds are given, as in `curves_of`.
+    """Return paths from traced curves; only from those `near` the faces if bounds are given (`curves_of`).
 
     OFF_FLANK and NO_COMMON_NORMAL mean that all curves found were traced until they left the window.
     NOT_CONVERGED means that a curve was lost, or not resolved on the flanks.

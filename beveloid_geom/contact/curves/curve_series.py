@@ -1,11 +1,11 @@
 """Series of the single curve of contact through the cells that remain (`root_exclusion`).
 
-Consider cells in which n_x does not vanish and n F is monotone along l1 or along l2. If all corners of such a
-cell have one sign, it contains no curve. If they have both signs, one curve enters and leaves. The sides of
-cells that the curve crosses give its points. A crossed side that belongs to one remaining cell only is an
-end. Suppose that there are exactly two ends, that the points are sorted along the chord between them, and
-that each point has a cell in common with the next one. Then there is one curve, and this is the order of its
-points (`chains_of`).
+Consider cells in which n_x does not vanish and n F, with n = |n_x|, is monotone along l1 or along l2. If all
+corners of such a cell have one sign, it contains no curve. If they have both signs, one curve enters and
+leaves. The sides of cells that the curve crosses give its points. A crossed side that belongs to one
+remaining cell only is an end. Suppose that there are exactly two ends, that the points are sorted along the
+chord between them, and that each point has a cell in common with the next one. Then there is one curve, and
+this is the order of its points (`chains_of`).
 
 Its part near the flanks is solved at Chebyshev points, starting from these points: where the curve crosses
 planes perpendicular to the l1 axis or to the chord of this part (`chain_series`). The chord is in the space
