@@ -132,8 +132,9 @@ def _followed(
     Each step ends in the plane across its direction or, with `by_roll`, at a given roll: then the curve may
     turn by any angle, if the roll never turns back."""
     # Angle (rad) by which a curve may turn at the beginning of a relief, where the second derivatives of the
-    # flank jump, and largest length of the smallest step there, relative to its size.
-    max_kink, longest_kink = (np.pi, 50.0) if by_roll else (1.4, 1.0 / np.cos(1.4))
+    # flank jump, and largest length of the smallest step there, relative to its size. On nearly spur teeth,
+    # the contact moves along the face in a small part of a pitch.
+    max_kink, longest_kink = (np.pi, 1000.0) if by_roll else (1.4, 1.0 / np.cos(1.4))
     roll_axis = np.eye(3)[:, 2:]
     # Distances from the limits, in depths and face widths, at which a curve ends, and at which it may end.
     beyond, outside = 0.1, 1e-3
@@ -151,8 +152,9 @@ def _followed(
         guess, placed = state[:, active] + size * ahead[:, active], problem.placed.of_cases(active)
         onwards = roll_axis * np.sign(before[2]) if by_roll else before
         # Where reliefs of both flanks begin next to each other, the flanks nearly touch along a line between
-        # them. Newton's steps are long there, so that they are limited to the step along the curve.
-        met, good = solve(problem.surfaces, placed, guess, on_plane(problem, guess, onwards), reach=size)
+        # them. Newton's steps are long there, so that they are limited to the longest possible kink.
+        condition, reach = on_plane(problem, guess, onwards), longest_kink * size
+        met, good = solve(problem.surfaces, placed, guess, condition, reach)
         after = _direction(problem, met, onwards)
         turn = np.arccos(np.clip((after * before).sum(axis=0), -1.0, 1.0))
         chord = (met.state - state[:, active])[:3] / problem.scale[:, None]
