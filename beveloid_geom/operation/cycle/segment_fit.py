@@ -267,6 +267,10 @@ def held_to(task: Task, place: FloatArray, limit: Codes, most: int = 12) -> Floa
     # is of the order of its square. The error of the Taylor series after this step is of the order of its
     # cube for f and the limits, and of its square for s2 and z2.
     last_step_depths = 1e-7
+    # Change of f by a step along the flanks, mm, that is rounding. On flanks that nearly touch along a line,
+    # such steps remain longer, because the place along the line is uncertain.
+    smallest_change_mm = 1e-18
+    largest = np.array(((task.depth,), (task.pinion.half_width,)))  # step along profile and face, mm
     contacts = np.full((QUANTITY_COUNT + len(Limit), limit.shape[1]), np.nan)
     going = np.arange(limit.shape[1])
     for _ in range(most):
@@ -274,13 +278,17 @@ def held_to(task: Task, place: FloatArray, limit: Codes, most: int = 12) -> Floa
         step = _newton_step(here, limit)
         if task.line is not None:
             step = _onto_lines(task, place, here, limit, step)
+        # Along a flat valley of the clearance, steps from far away may lead far beyond the faces.
+        step = step / np.maximum(np.abs(step / largest).max(axis=0), 1.0)
         size = np.abs(step).max(axis=0) / task.depth
-        last, place = np.flatnonzero(size <= last_step_depths), place + step
+        rounding = (limit[0] < 0) & (np.abs((here.slope * step).sum(axis=0)) <= smallest_change_mm)
+        ended = (size <= last_step_depths) | rounding
+        last, place = np.flatnonzero(ended), place + step
         if last.size:
             there = here.after(step)
             rows = np.concatenate((there.f[None], place, there.meeting, there.margin))
             contacts[:, going[last]] = rows.take(last, axis=1)
-        stays = np.flatnonzero((size > last_step_depths) & (size < np.inf))
+        stays = np.flatnonzero(~ended & (size < np.inf))
         if not stays.size:
             break
         place, limit, going, task = place[:, stays], limit[:, stays], going[stays], task.pick(stays)
