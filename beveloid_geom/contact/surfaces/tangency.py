@@ -357,7 +357,8 @@ def _limited(
     takes back at least half of the `previous` one (3, n) is halved, once more each time. `halvings` (n,)
     counts the times before. Each time the longest step is halved as well: steps forth are too long where the
     flanks nearly touch along a line."""
-    step = step * np.minimum(1.0, farthest * 0.5**halvings / np.abs(step).max(axis=0))
+    longest = farthest * 0.5**halvings if halvings.any() else farthest
+    step = step * np.minimum(1.0, longest / np.abs(step).max(axis=0))
     back = (step * previous).sum(axis=0) < -0.5 * (previous**2).sum(axis=0)
     return step * np.where(back, 0.5 ** (halvings + 1), 1.0) if back.any() else step, back
 

@@ -278,11 +278,12 @@ def held_to(task: Task, place: FloatArray, limit: Codes, most: int = 12) -> Floa
         step = _newton_step(here, limit)
         if task.line is not None:
             step = _onto_lines(task, place, here, limit, step)
-        # Along a flat valley of the clearance, steps from far away may lead far beyond the faces.
-        step = step / np.maximum(np.abs(step / largest).max(axis=0), 1.0)
         size = np.abs(step).max(axis=0) / task.depth
-        rounding = (limit[0] < 0) & (np.abs((here.slope * step).sum(axis=0)) <= smallest_change_mm)
-        ended = (size <= last_step_depths) | rounding
+        if (size > 1.0).any():  # along a flat valley of the clearance, steps may lead far beyond the faces
+            step = step / np.maximum(np.abs(step / largest).max(axis=0), 1.0)
+        ended = size <= last_step_depths
+        if not ended.all():
+            ended |= (limit[0] < 0) & (np.abs((here.slope * step).sum(axis=0)) <= smallest_change_mm)
         last, place = np.flatnonzero(ended), place + step
         if last.size:
             there = here.after(step)
