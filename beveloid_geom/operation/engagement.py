@@ -172,10 +172,11 @@ def conjugate_phase(design: Design, flank: str) -> FloatArray:
     """
     plain = design.bare()
     find = _conjugate_phase if plain.batch_shape else _kept_phase
-    phase, axes = find(plain, flank), axes_of(plain)
-    lost = np.isnan(phase) & np.isfinite(axes.position.sum(axis=0))
-    if not lost.any():
+    phase = find(plain, flank)
+    if not np.isnan(phase).any():
         return phase
+    axes = axes_of(plain)
+    lost = np.isnan(phase) & np.isfinite(axes.position.sum(axis=0))
     pinion, gear = np.where(lost, axes.position, 0.0)
     # At the mesh, the gear's axis is `aside` from the common perpendicular. This adds `turn` to both rolls.
     aside = gear * axes.sin
