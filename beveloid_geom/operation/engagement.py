@@ -177,6 +177,8 @@ def conjugate_phase(design: Design, flank: str) -> FloatArray:
         return phase
     axes = axes_of(plain)
     lost = np.isnan(phase) & np.isfinite(axes.position.sum(axis=0))
+    if not lost.any():
+        return phase
     pinion, gear = np.where(lost, axes.position, 0.0)
     # At the mesh, the gear's axis is `aside` from the common perpendicular. This adds `turn` to both rolls.
     aside = gear * axes.sin
