@@ -157,7 +157,7 @@ def _between(
     """Return first contacts at more rolls in the segments `bad`, and next to the ends at which the curve
     jumps."""
     places = np.array((-0.8, -0.6, -0.4, -0.2, 0.3, 0.5, 0.7))
-    aside = np.array((-1e-3, -1e-5, 1e-5, 1e-3))  # pitches
+    aside = np.array((-1e-3, -1e-4, -1e-5, 1e-5, 1e-4, 1e-3))  # pitches
     start, stop = samples.ends(segments.case[jumps])
     next_to = np.clip(segments.high[jumps, None] + engagement.pitch[0] * aside, start[:, None], stop[:, None])
     case = np.append(segments.case[bad].repeat(places.size), segments.case[jumps].repeat(aside.size))
