@@ -308,9 +308,7 @@ def test_both_ends_of_a_level_valley_are_searched(name: str) -> None:
 
 
 def assert_searches_agree(designs: Iterable[Design], rolls: int) -> None:
-    """Check that single searches and the segments of the mesh cycle agree. The mesh cycle may be
-    NOT_CONVERGED for 1 of 100 pairs, if flanks are nearly unmodified."""
-    unknown = 0
+    """Check that single searches and the segments of the mesh cycle agree."""
     for number, design in enumerate(designs):
         flank, rng = FLANKS[number % 2], np.random.default_rng(number)
         cycle = mesh_cycle(design, flank)
@@ -318,14 +316,10 @@ def assert_searches_agree(designs: Iterable[Design], rolls: int) -> None:
         first = first_contact(design, flank, roll)
         if cycle.status == FirstStatus.MEETS_BOTTOM:
             continue
-        if cycle.status == FirstStatus.NOT_CONVERGED:
-            unknown += 1
-            continue
         assert cycle.status == FirstStatus.SOLVED, (number, design)
         assert (first.status == FirstStatus.SOLVED).all(), (number, design)
         late = np.abs(first.gear_roll - cycle.at(roll).gear_roll).max()
         assert late < 1e-9, (number, design, late)
-    assert unknown <= number // 100
 
 
 @pytest.mark.parametrize(
