@@ -21,8 +21,6 @@ reach beyond root and tip of the pinion.
 """
 NEAR_STEPS = 10
 """Largest number of Newton steps from starting values on a tangent of the curve."""
-PARTS = 4
-"""Number of parts into which interpolation divides an interval between two samples."""
 STATE, MARGINS, WIDTH = slice(0, 4), slice(4, 12), 12
 
 
@@ -117,7 +115,7 @@ def _from_neighbours(problem: Problem, curve: Curve) -> FloatArray:
 
 
 def dense(problem: Problem, curve: Curve) -> tuple[FloatArray, FloatArray]:
-    """Return x (cases, m) and rows (WIDTH, cases, m) of a curve and of PARTS - 1 interpolated places in each
+    """Return x (cases, m) and rows (WIDTH, cases, m) of a curve and of three interpolated places in each
     interval; NaN next to samples that are not solved.
 
     The interpolation is cubic. In an interval with a kink, where a relief begins, it follows both tangents up
