@@ -130,7 +130,8 @@ def dense(problem: Problem, curve: Curve) -> tuple[FloatArray, FloatArray]:
     bends, slopes = np.abs((first - last)[:3] / scale), np.abs(np.array((first, last))[:, :3] / scale)
     kinked = bends.max(axis=0) > kink_ratio * slopes.max(axis=(0, 1))
     # The tangents intersect where the coordinate with the largest bend has the same value.
-    share = (change - last)[:3] / (first - last)[:3]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = (change - last)[:3] / (first - last)[:3]
     middle = np.take_along_axis(share, bends.argmax(axis=0)[None], axis=0)[0]
     kinked &= (middle > 0.0) & (middle < 1.0)
     middle = np.where(kinked, middle, 0.5)
