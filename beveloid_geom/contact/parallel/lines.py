@@ -247,9 +247,8 @@ def _generated_path(path: ContactPath) -> ContactPath:
 
 def _unrelieved(path: ContactPath, generated: ContactPath) -> Mask:
     """Return where flanks touch as without their reliefs; nowhere with parabolas or other modifications."""
-    # There both paths have the same rolls. With parabolas, they may have the same rolls at both ends without
-    # this reason, so that these cases are excluded. The limit is larger than the effect of the additional
-    # crowning of modified flanks (`surfaces.problems`).
+    # There both paths have the same rolls. With parabolas, both ends may have them too: these cases are left
+    # out. The limit is larger than the effect of the additional crowning of modified flanks.
     largest_difference_rad = 1e-9
     rolls = (path.pinion_roll - generated.pinion_roll, path.gear_roll - generated.gear_roll)
     same = np.abs(rolls).max(axis=0) <= largest_difference_rad
