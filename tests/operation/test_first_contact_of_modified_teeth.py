@@ -220,3 +220,10 @@ def test_derivatives_of_clearance_and_limits() -> None:
             assert np.quantile(np.abs(bend[:, known]), 0.97) < 1e-7
             assert np.abs(margin[:, known]).max() < 1e-7
             assert np.abs(curve[..., known]).max() < 1e-7
+            meeting = (above.meeting - below.meeting) / (2.0 * step) - here.meeting_rate[:, axis]
+            assert np.quantile(np.abs(meeting[:, known]), 0.97) < 1e-7
+            # The Taylor series after a small step.
+            after = here.after(np.broadcast_to(shift, places.shape))
+            assert np.quantile(np.abs(after.f - above.f)[known], 0.97) < 1e-13
+            assert np.abs(after.margin - above.margin)[:, known].max() < 1e-12
+            assert np.quantile(np.abs(after.meeting - above.meeting)[:, known], 0.97) < 1e-9
