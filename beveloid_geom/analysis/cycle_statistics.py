@@ -15,12 +15,6 @@ import numpy as np
 from ..arrays import Codes, FloatArray, Integers, Mask
 from ..contact.ellipse import MARKING_SEPARATION_MM
 from ..design.model import Design
-from ..gear.active_flank import place_at
-from ..gear.flank import flank_point
-from ..operation.contact_pattern.mating import mating_of
-from ..operation.contact_pattern.minimum_separation import minimum_separation, separation_samples
-from ..operation.contact_pattern.motion import first_contact_operation
-from ..operation.mesh_cycle import MeshCycle
 from ..operation.operating_ratio import operating_ratios
 from ..status import FirstStatus, Limit
 from ..support.array_repr import short_repr
@@ -103,54 +97,3 @@ def cycle_statistics(mountings: Design, flank: str) -> CycleStatistics:
         pattern_ends=np.zeros((cycle.status.size, len(Limit)), dtype=bool),
         pattern_known=np.zeros(cycle.status.size, dtype=bool),
     )
-
-
-def pattern_ends(
-    design: Design, flank: str, separation: float = MARKING_SEPARATION_MM, cycle: MeshCycle | None = None
-) -> Mask:
-    """Return the edges of both flanks at which the contact pattern of a single design ends.
-
-    A pattern ends at an edge if the minimum separation of a point of this edge from the mating flank, over
-    the roll of the pair, is within the marking compound. The separation is computed as for a contact pattern,
-    but only along the four edges of each flank.
-
-    Parameters
-    ----------
-    design : Design
-    flank : {'right', 'left'}
-    separation : float
-        Thickness of the marking compound, mm.
-    cycle : MeshCycle, optional
-        Mesh cycle of the design, if it is known already.
-
-    Returns
-    -------
-    Mask
-        (8,), in the order of `Limit`.
-
-    Raises
-    ------
-    ValueError
-        If the mesh cycle is not known, or a flank does not reach its tip cone.
-    """
-    # Number of points along an edge of a flank.
-    edge_points = 48
-    operation = first_contact_operation(design, flank, cycle)
-    along, low, high = np.linspace(0.0, 1.0, edge_points), np.zeros(edge_points), np.ones(edge_points)
-    # Root and tip run along the face, toe and heel along the depth.
-    depth, face = np.concatenate((low, high, along, along)), np.concatenate((along, along, low, high))
-    least = np.empty((len(Limit) // 2, 2))
-    for k, member in enumerate(design.members):
-        l, _, u = place_at(member, flank, depth, face)
-        points = flank_point(member, flank, l, u)
-        mating = mating_of(design, flank, k, operation)
-        # An edge with a point within the compound at a sample needs no search between the samples.
-        sampled_least = (
-            separation_samples(mating, points).table.min(axis=0).reshape(-1, edge_points).min(axis=1)
-        )
-        unknown = np.flatnonzero(sampled_least > separation)
-        searched = points.reshape(-1, edge_points, 3)[unknown].reshape(-1, 3)
-        searched_least = minimum_separation(mating, searched).least
-        least[:, k] = sampled_least
-        least[unknown, k] = np.nan_to_num(searched_least, nan=np.inf).reshape(-1, edge_points).min(axis=1)
-    return np.asarray(least.reshape(-1) <= separation)

@@ -40,7 +40,7 @@ from ..contact.parallel.small_angle_equations import (
 )
 from ..contact.path_polynomial import NORMAL, PHASE, POINT, ROLL, ROW_COUNT, PathSeries
 from ..contact.path_positions import at_shares
-from ..contact.path_search import Group, paths_on_flanks
+from ..contact.path_search import Group, generated_paths, paths_on_flanks
 from ..contact.surfaces.path_rates import surface_rates
 from ..contact.surfaces.paths import surface_paths
 from ..design.arguments import require_design
@@ -180,7 +180,7 @@ def path_sensitivity(
         lines = along_lines(pairing) & (not modified)
         if modified:
             sense = np.broadcast_to(pairing.layout.sense, (cases, 1))[:, 0]
-            for path in surface_paths(design, flank, pairing):
+            for path in surface_paths(design, flank):
                 places, scalars[:, path.cases] = surface_rates(path, sense[path.cases])
                 table[:, path.cases] = places.reshape(_COLUMNS, *places.shape[2:])
                 limit[path.cases], status[path.cases] = path.segment.limit, path.segment.status
@@ -188,7 +188,8 @@ def path_sensitivity(
         cases_per_block = 256
         for start in range(0, 0 if modified else cases, cases_per_block):
             block = np.arange(start, min(start + cases_per_block, cases))
-            for group in paths_on_flanks(pairing.cases(block)):
+            single = not design.batch_shape
+            for group in generated_paths(design, flank) if single else paths_on_flanks(pairing.cases(block)):
                 group_cases = block[group.cases]
                 table[:, group_cases], scalars[:, group_cases] = _of_group(group)
                 limit[group_cases], status[group_cases] = group.ends.limit, group.ends.status

@@ -27,16 +27,17 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from ..arrays import FloatArray, Integers, flank_sign
+from ..arrays import FloatArray, Integers, Mask, flank_sign
 from ..contact.parallel.lines import is_line_contact
 from ..design.arguments import require_integers, require_numbers, require_single
 from ..design.model import Design, ErrorsAt
+from ..operation.contact_pattern.pattern import contact_pattern
 from ..pair.misalignment import ANGLES, ERROR_NAMES, NAMES, errors_below, mounted, size_words
 from ..status import Limit, Status
 from ..support.argument import ArgumentError
 from ..support.array_records import joined
 from ..support.array_repr import short_repr
-from .cycle_statistics import CYCLES_PER_CALL, CycleStatistics, cycle_statistics, pattern_ends
+from .cycle_statistics import CYCLES_PER_CALL, CycleStatistics, cycle_statistics
 from .mountings import Mountings, solved_mountings
 
 Distribution: TypeAlias = Literal["normal", "uniform"]
@@ -224,8 +225,8 @@ def tolerance_study(
     -----
     A mounting takes 50 to 300 us, half of it for the backlash. Paths that have to be traced take about 10 ms,
     lines of contact on parallel axes 3 to 5 ms. A mesh cycle, with the contact ratio in a film, takes 5 to
-    10 ms more (ratio to a path: beveloid_geom/operation/README.md, Cost). The search for the edges at which
-    a pattern ends takes the same time as a mesh cycle.
+    10 ms more (ratio to a path: beveloid_geom/operation/README.md, Cost). A contact pattern takes about as
+    long as two mesh cycles.
 
     References
     ----------
@@ -270,11 +271,16 @@ def tolerance_study(
         cycle_statistics(mounted(design, np.zeros((1, len(names))), names), flank),
     )
     far = _furthest(study, cycles)
-    ends = distribute(partial(pattern_ends, flank=flank), [mounted(design, errors[k], names) for k in far])
+    ends = distribute(partial(_pattern_ends, flank=flank), [mounted(design, errors[k], names) for k in far])
     cycles = cycles.with_patterns(far, list(ends))
     if nominal.solved[0]:
-        nominal = nominal.with_patterns(np.zeros(1, dtype=int), [pattern_ends(design, flank)])
+        nominal = nominal.with_patterns(np.zeros(1, dtype=int), [_pattern_ends(design, flank)])
     return replace(study, cycles=cycles, nominal_cycles=nominal)
+
+
+def _pattern_ends(design: Design, flank: str) -> Mask:
+    """Return `ContactPattern.ends` of a mounting."""
+    return contact_pattern(design, flank).ends
 
 
 def useful_processes(cases: int, operation: int) -> int:

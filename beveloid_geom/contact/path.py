@@ -31,7 +31,7 @@ from .ends import Ends
 from .flank_pair import FlankPair, generated_pairing, is_modified
 from .path_polynomial import NORMAL, PHASE, POINT, ROW_COUNT, ROWS
 from .path_positions import ends_of_groups, middles_of, rows_alone, rows_of_groups
-from .path_search import paths_on_flanks
+from .path_search import generated_paths
 from .surfaces.paths import rows_at_l1, rows_between_ends, surface_ends, surface_paths
 
 
@@ -201,7 +201,7 @@ def path_of_contact(
     given = None if l1 is None else _by_case(l1, shape)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         if is_modified(design, flank):  # the one equation does not apply
-            paths = surface_paths(design, flank, pairing)
+            paths = surface_paths(design, flank, undercut)
             if given is None:
                 table, status = rows_between_ends(paths, cases, np.linspace(0.0, 1.0, points))
             else:
@@ -211,7 +211,7 @@ def path_of_contact(
         elif given is not None and given.shape[-1] <= 16 and (alone := rows_alone(pairing, given)):
             return _result(design, flank, *alone, None, undercut)
         else:
-            groups = paths_on_flanks(pairing)
+            groups = generated_paths(design, flank, undercut)
             table, status = rows_of_groups(groups, points, given, cases)
             if given is not None:  # transmission error relative to mid-roll
                 table[PHASE] -= middles_of(groups, given)
@@ -296,9 +296,9 @@ def path_ends(design: Design, flank: str = "right") -> PathEnds:
     cases = pairing.branch.shape[0]
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         if is_modified(design, flank):
-            ends = surface_ends(surface_paths(design, flank, pairing), cases)
+            ends = surface_ends(surface_paths(design, flank), cases)
         else:
-            ends = ends_of_groups(paths_on_flanks(pairing), cases)
+            ends = ends_of_groups(generated_paths(design, flank), cases)
     return _of_batch(pairing, ends, design.batch_shape)
 
 
@@ -347,7 +347,7 @@ def _searched(path: ContactPath) -> dict[str, Any]:
     pairing = pairing_of_path(path)
     shape = path.l1.shape
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        groups = paths_on_flanks(pairing)
+        groups = generated_paths(path.design, path.flank, path._undercut)
         middle = middles_of(groups, path.l1.reshape(-1, shape[-1])).reshape(*shape[:-1], 1)
     ratio = (pairing.teeth[0] / pairing.teeth[1] + 0.0 * middle.reshape(-1, 1)).reshape(middle.shape)
     error = gear_sense(path.flank) * (path.gear_roll + ratio * path.pinion_roll - middle)

@@ -14,13 +14,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..arrays import Codes, FloatArray, Integers, Mask
+from ..design.model import Design
 from ..status import Status
 from ..support.chebyshev import basis_of
+from ..support.frozen_arrays import kept
 from .curves.curve_series import chain_series, chains_of, missed, series_along
 from .curves.curve_tracing import CurvePart, Window, curves_of, near_flanks
 from .curves.root_exclusion import Box, box_of, vanishing, window_of
 from .ends import Ends, find_ends, no_ends, rough_window
-from .flank_pair import FlankPair
+from .flank_pair import FlankPair, generated_pairing
 from .parallel.no_contact_bound import clear_of_flanks
 from .parallel.paths import parallel_series
 from .parallel.small_angle_paths import NEARLY_PARALLEL_SINE, nearly_parallel, series_over_w1
@@ -52,6 +54,20 @@ class Group:
 def _with_ends(cases: Integers, pairing: FlankPair, series: PathSeries) -> Group:
     """Return the group of cases with their constants and series."""
     return Group(cases, pairing, series, find_ends(pairing, series))
+
+
+def generated_paths(design: Design, flank: str, undercut: bool = True) -> list[Group]:
+    """Return `paths_on_flanks` of the generated flanks; the paths of single designs are cached."""
+    find = _generated_paths if design.batch_shape else _kept_paths
+    return find(design, flank, undercut)
+
+
+def _generated_paths(design: Design, flank: str, undercut: bool) -> list[Group]:
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        return paths_on_flanks(generated_pairing(design, flank, undercut))
+
+
+_kept_paths = kept(16)(_generated_paths)
 
 
 def paths_on_flanks(pairing: FlankPair) -> list[Group]:

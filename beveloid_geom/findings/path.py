@@ -13,7 +13,7 @@ from ..analysis.tolerance import USUAL_AT
 from ..arrays import FLANK_SIGN, MEMBERS, Codes, FloatArray
 from ..contact.flank_pair import is_modified
 from ..contact.parallel.lines import is_line_contact
-from ..contact.path import ContactPath, path_of_contact
+from ..contact.path import ContactPath, path_ends, path_of_contact
 from ..contact.rounding import rounding_error
 from ..design.ends import limit_names, limit_words
 from ..design.model import Design, ErrorsAt
@@ -217,7 +217,7 @@ def _loss_remarks(path: ContactPath) -> Iterator[tuple[str, str]]:
     errors = np.concatenate((np.diag(size), np.diag(-size)))
     if design.pair.shaft_angle > 0.0:
         errors = errors[design.pair.shaft_angle + design.errors.shaft_angle + errors[:, 1] > 0.0]
-    status = path_of_contact(mounted(design, errors, names), path.flank, 2).ends.status
+    status = path_ends(mounted(design, errors, names), path.flank).status
     words = []
     for row in errors[np.isin(status, (Status.OFF_FLANK, Status.NO_COMMON_NORMAL))]:
         column = int(np.flatnonzero(row)[0])

@@ -10,13 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from ..analysis.cycle_statistics import pattern_ends
 from ..contact.path import contact_ratio
 from ..design.ends import limit_words
 from ..design.model import Design
 from ..findings.backlash import backlash_report, equal_teeth_remarks
 from ..findings.diagnostics import NOTE, UNKNOWN, WARNING, Remark, remarks_data
 from ..findings.path import first_contact_reason
+from ..operation.contact_pattern.motion import first_contact_operation
+from ..operation.contact_pattern.pattern import ContactPattern, contact_pattern
 from ..operation.first_contact import FirstContact
 from ..operation.mesh_cycle import MeshCycle
 from ..operation.operating_ratio import operating_ratios
@@ -137,9 +138,15 @@ class OperationReport(Report):
         return (Remark(WARNING, f"{self.flank} flanks, in operation: {text}"),)
 
     @cached_property
+    def pattern(self) -> ContactPattern:
+        """Contact pattern of a film that is thicker than zero."""
+        operation = first_contact_operation(self.design, self.flank, self.cycle)
+        return contact_pattern(self.design, self.flank, self.film, operation=operation)
+
+    @property
     def edges_reached(self) -> str:
         """Printed names of the edges, except roots, that the contact pattern of the film reaches."""
-        ends = pattern_ends(self.design, self.flank, self.film, self.cycle)
+        ends = self.pattern.ends
         reached = (limit for limit in Limit if ends[limit] and limit.limit != "root")
         return ", ".join(limit_words(self.design, limit) for limit in reached) or "no edge"
 

@@ -22,10 +22,11 @@ contact may lie on an edge.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from dataclasses import dataclass
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
 from importlib.resources import files
-from itertools import pairwise
+from itertools import count, pairwise
 from time import get_clock_info, perf_counter, process_time
 from timeit import Timer
 from typing import TypeAlias
@@ -57,7 +58,7 @@ Prepared: TypeAlias = tuple[Callable[[], Answer], int]
 @dataclass(frozen=True, eq=False)
 class ReferencePositions:
     """Positions of a flank pair with the exact solution: `pinion_roll`, `gear_roll` (n,), rad; `l1` (n,), mm;
-    `point` (n, 3) in S_f, mm."""
+    `point` (n, 3) in S_f, mm; and `calls`, the numbers of the paths that are computed for them."""
 
     design: Design
     flank: str
@@ -65,6 +66,7 @@ class ReferencePositions:
     gear_roll: FloatArray
     l1: FloatArray
     point: FloatArray
+    calls: Iterator[int] = field(default_factory=count)
 
 
 @dataclass(frozen=True)
@@ -284,15 +286,20 @@ def by_five_equations(
 
 
 def _by_one_equation(positions: ReferencePositions, size: float) -> Prepared:
-    """Solve single positions at given l1, or paths of 10 k + 1 positions, which include those compared."""
+    """Solve single positions at given l1, or paths of 10 k + 1 positions, which include those compared.
+
+    Paths are cached. Therefore each path has another error of the offset, by one rounding error."""
     design, flank, step = positions.design, positions.flank, int(size) // (2 * POSITION_COUNT)
+    offset = float(design.errors.offset)
 
     def single() -> Answer:
         paths = [path_of_contact(design, flank, l1=l1) for l1 in positions.l1[:, None]]
         return np.concatenate([p.point for p in paths]), np.concatenate([p.gear_roll for p in paths])
 
     def path() -> Answer:
-        contact_path, compared = path_of_contact(design, flank, int(size)), slice(step, None, 2 * step)
+        errors = replace(design.errors, offset=offset + next(positions.calls) * math.ulp(offset))
+        contact_path = path_of_contact(design.with_errors(errors), flank, int(size))
+        compared = slice(step, None, 2 * step)
         return contact_path.point[compared], contact_path.gear_roll[compared]
 
     return (path, int(size)) if step else (single, POSITION_COUNT)

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.benchmark
 EVENTS = 200
+MAX_MS = {"motion": 90.0, "pattern": 150.0, "remarks": 150.0}
+"""Largest median time from event to picture, by stage."""
 MAX_BEYOND_MS = 60.0
 """Largest median time from event to picture beyond the calculation."""
 TIMED = """async (count) => {
@@ -61,4 +63,5 @@ def test_event_to_picture(browser: Browser, explored: Callable[..., Exploration]
         total, alone = (median(each[k] for each in times) for k in (0, 1))
         ratio, beyond = median(a / b for a, b in times), median(a - b for a, b in times)
         print(f"  {stage:8s} {total:6.0f}, calculation {alone:6.0f}, beyond {beyond:5.0f}, ratio {ratio:.2f}")
+        assert total < MAX_MS[stage]
         assert beyond < MAX_BEYOND_MS

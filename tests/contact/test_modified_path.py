@@ -140,7 +140,7 @@ def test_surfaces_reproduce_the_one_equation() -> None:
                 continue
             try:
                 with np.errstate(all="ignore"):
-                    paths = surface_paths(design, flank, pairing_of(design, flank))
+                    paths = surface_paths(design, flank)
                     rows, status = rows_between_ends(paths, 1, np.linspace(0.0, 1.0, 9))
                     ends = surface_ends(paths, 1)
             except ValueError:  # the rounds of the tool overlap

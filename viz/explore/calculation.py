@@ -13,13 +13,12 @@ from typing import Any
 
 import numpy as np
 
-from beveloid_geom import ContactPath, Design, Load, contact_pattern, path_of_contact, path_pressure
+from beveloid_geom import ContactPath, Design, Load, path_of_contact, path_pressure
 from beveloid_geom.findings.backlash import BacklashReport, backlash_report
 from beveloid_geom.findings.diagnostics import UNKNOWN, Remark, in_order
 from beveloid_geom.findings.layout import layout_remarks
 from beveloid_geom.findings.path import first_contact_fault, path_remarks, pressure_remarks, reason_of
 from beveloid_geom.findings.units import unit_remarks
-from beveloid_geom.operation.contact_pattern.motion import first_contact_operation
 from beveloid_geom.pair.mounting import unmodified_backlash
 from beveloid_geom.report.columns import ARCSEC
 from beveloid_geom.report.operation import OperationReport, operation_report
@@ -84,16 +83,15 @@ class Calculation:
     def pattern(self) -> dict[str, Any]:
         """Return the teeth with their paths, and the contact pattern of the film on both flanks, with its
         shares of the flanks."""
-        film, design, flank = float(self.settings.film), self.design, self.settings.flank
+        design, flank = self.design, self.settings.flank
         module = float(design.pinion.tool.normal_module)
         teeth = {
             "frames": member_frames(design),
             "view": flank_data(design, flank, self.operation.cycle, VIEW_TOLERANCE_MODULES * module),
         }
-        if film <= 0.0:
+        if self.settings.film <= 0.0:
             return {"patterns": None, "figures": [], **teeth}
-        motion = first_contact_operation(design, flank, self.operation.cycle)
-        result = contact_pattern(design, flank, film, operation=motion)
+        result = self.operation.pattern
         sides = {"pinion": result.pinion, "gear": result.gear}
         figures = [
             _number(f"{name}_pattern", f"Pattern on the {name}", f"{100.0 * side.area_share:.1f}", "%")

@@ -72,7 +72,7 @@
       });
       input.addEventListener("change", commit);
     }
-    inputs[control.name] = { number, slider };
+    inputs[control.name] = { number, slider, unit: control.unit };
     const unit = make("span", { className: "unit" }, control.unit);
     return make("div", { className: "row" }, make("label", { htmlFor: id }, control.label), number, unit, slider);
   }
@@ -125,16 +125,22 @@
     show(); // the answer sets the place
   });
 
-  // Shows the values, except in the input that is being used.
+  // Shows the values that have changed, except in the input that is being used. Every assignment costs time,
+  // even that of the same value.
   function show(used = null) {
-    for (const [name, { number, slider, select }] of Object.entries(inputs)) {
-      if (select) select.value = values[name];
-      if (number && number !== used) number.value = String(Number(values[name].toPrecision(12)));
-      if (slider && slider !== used) {
-        // A value beyond the slider is at its end; the number field has it.
-        slider.value = String(values[name]);
-        slider.setAttribute("aria-valuetext", `${number.value} ${slider.getAttribute("aria-label").split(", ").at(-1)}`);
-      }
+    const assign = (input, value) => {
+      if (input && input !== used && input.value !== value) input.value = value;
+    };
+    for (const [name, { number, slider, select, unit }] of Object.entries(inputs)) {
+      assign(select, values[name]);
+      if (!number) continue;
+      const text = String(Number(values[name].toPrecision(12)));
+      assign(number, text);
+      // A value beyond the slider is at its end; the number field has it.
+      if (slider.dataset.value === text) continue;
+      slider.dataset.value = text;
+      assign(slider, String(values[name]));
+      slider.setAttribute("aria-valuetext", `${text} ${unit}`);
     }
     boxes.perpendicular.hidden = values.errors_at !== "perpendicular";
     boxes.mesh.hidden = values.errors_at !== "mesh";
@@ -148,8 +154,8 @@
 
   function change(name, value, input) {
     values[name] = value;
+    send(); // first, as the server takes longer than the page
     show(input);
-    send();
   }
 
   // A drag is one step of the history.
@@ -280,10 +286,18 @@
 
   /* ---- what is shown ---- */
 
+  // Texts are replaced only if they have changed, as every change is laid out and painted.
+  function write(node, text) {
+    if (node.textContent !== text) node.textContent = text;
+  }
+
   function verdict(level, words, remarks) {
     find("verdict").className = `verdict ${level}`;
-    find("verdict").querySelector(".words").textContent = words;
-    find("verdict").querySelector("ul").replaceChildren(...remarks.map(({ text }) => make("li", {}, text)));
+    write(find("verdict").querySelector(".words"), words);
+    const list = find("verdict").querySelector("ul"),
+      texts = remarks.map(({ text }) => text);
+    if (String([...list.children].map((item) => item.textContent)) === String(texts)) return;
+    list.replaceChildren(...texts.map((text) => make("li", {}, text)));
   }
 
   function judge(remarks) {
@@ -332,13 +346,20 @@
     const listed = (figures) => Object.values(figures ?? {}).flat();
     const before = new Map(listed(start?.figures).map((figure) => [figure.name, figure]));
     const cell = (figure) => (figure ? `${figure.text.replace("-", "\u2212")} ${figure.unit}` : "");
-    find("figures").tBodies[0].replaceChildren(
-      ...listed(now.figures).map((figure) =>
-        make("tr", {}, make("th", { scope: "row" }, figure.label),
-          make("td", { "data-figure": figure.name }, cell(figure)),
-          make("td", { className: "start" }, cell(before.get(figure.name)))),
-      ),
-    );
+    const body = find("figures").tBodies[0],
+      shownNow = listed(now.figures),
+      labels = shownNow.map(({ label }) => label);
+    if (String([...body.rows].map((line) => line.cells[0].textContent)) !== String(labels))
+      body.replaceChildren(
+        ...shownNow.map(({ name, label }) =>
+          make("tr", {}, make("th", { scope: "row" }, label),
+            make("td", { "data-figure": name }), make("td", { className: "start" })),
+        ),
+      );
+    shownNow.forEach((figure, n) => {
+      write(body.rows[n].cells[1], cell(figure));
+      write(body.rows[n].cells[2], cell(before.get(figure.name)));
+    });
   }
 
   /* ---- actions ---- */

@@ -192,10 +192,10 @@ window.beveloidPanels = (function () {
   };
 
   function key(node, names) {
-    const c = colours();
-    node.innerHTML = names
-      .map((name) => `<span><svg viewBox="0 0 26 12" aria-hidden="true">${SAMPLES[name][1](c)}</svg>${SAMPLES[name][0]}</span>`)
-      .join("");
+    const c = colours(),
+      sample = (name) => `<svg viewBox="0 0 26 12" aria-hidden="true">${SAMPLES[name][1](c)}</svg>`,
+      html = names.map((name) => `<span>${sample(name)}${SAMPLES[name][0]}</span>`).join("");
+    if (node.drawn !== html) node.innerHTML = node.drawn = html; // otherwise it would be laid out again
   }
 
   return { flanks, graph, key, colours };

@@ -89,7 +89,8 @@ def pattern_panels(design: Design, flank: str, pattern: ContactPattern) -> list[
     """Return the pattern on pinion and gear: areas on the flattened flank, and a patch for the 3D view.
 
     `bands` are areas of growing separation, each a list of closed polygons; the last is the pattern. The
-    patch has points (mm, in the frame of the member), the level (square root of the separation less that of
+    patch has points (mm, in the frame of the member), so that rows and columns are counter-clockwise seen
+    from outside the tooth, the level (square root of the separation less that of
     the limit, both in mm; negative inside the pattern), and the tolerance of its triangles in mm.
     """
     panels = []
@@ -137,9 +138,12 @@ def _patch(side: MemberPattern, separation: float, module: float) -> dict[str, A
     outwards = 1.0 if (turn > 0.0) == (middle[1] > 0.0) else -1.0
     edge = float(np.sqrt(separation))
     level = np.sqrt(np.maximum(side.least[np.ix_(*picked)], 0.0)) - edge
+    points = points + LIFT_MODULES * module * outwards * normal
+    if outwards > 0.0:  # so that depth, face and outwards are a right-handed system
+        points, level = points[:, ::-1], level[:, ::-1]
     return {
         "size": list(points.shape[:2]),
-        "points": rows((points + LIFT_MODULES * module * outwards * normal).ravel()),
+        "points": rows(points.ravel()),
         "levels": rows(np.nan_to_num(level, nan=edge).ravel(), 5),
         "tolerance": 0.5 * LIFT_MODULES * module,
     }

@@ -7,7 +7,6 @@ window.beveloidPattern = function (gears) {
     transparent: true,
     opacity: 0.5,
     depthWrite: false,
-    side: 2, // both sides
     forceSinglePass: true, // otherwise both sides are compiled anew for each picture
     polygonOffset: true,
     polygonOffsetFactor: -1,
@@ -99,6 +98,10 @@ window.beveloidPattern = function (gears) {
         mesh.frustumCulled = false;
         mesh.renderOrder = 12; // after both gears
         mesh.layers.set(gears.over);
+        // Only a see-through gear shows patterns from behind.
+        mesh.onBeforeRender = () => {
+          material.side = gears.members.some(({ display }) => display === "glass") ? T.DoubleSide : T.FrontSide;
+        };
         member.spin.add(mesh);
         shown[j] = mesh;
       });

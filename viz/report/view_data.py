@@ -223,10 +223,12 @@ def _edges(cycle: MeshCycle) -> list[dict[str, Any] | None]:
     edges: list[dict[str, Any] | None] = []
     nodes = chebpts1(SEGMENT_DEGREE + 1)
     for roll, limit in zip(cycle.segments.rolls(nodes), cycle.segments.limit.T, strict=True):
-        carry = [int(code) for code in limit if code >= 0 and not cycle.along_lines]
-        names = " and ".join(limit_words(cycle.design, code) for code in carry)
+        names = [limit_words(cycle.design, int(code)) for code in limit if code >= 0]
+        if not names or cycle.along_lines:
+            edges.append(None)
+            continue
         point = chebfit(nodes, cycle.at(roll).point, SEGMENT_DEGREE).T
-        edges.append({"point": packed(point), "edge": names} if names else None)
+        edges.append({"point": packed(point), "edge": " and ".join(names)})
     return edges
 
 

@@ -19,8 +19,9 @@ from ...arrays import Codes, FloatArray, Integers, Mask
 from ...design.model import Design
 from ...gear.rack import Rack, rack_of, rack_point
 from ...status import Status
+from ...support.frozen_arrays import kept
 from ..ends import Ends, no_ends
-from ..flank_pair import FlankPair
+from ..flank_pair import generated_pairing
 from ..path_polynomial import NORMAL, PHASE, POINT, ROLL, ROW_COUNT
 from .curve import MARGINS, NODE_COUNT, STATE, Curve, curve_over_s1, dense
 from .limits import Problem, margins_at
@@ -193,22 +194,31 @@ def _searched(problem: Problem) -> Segment:
     return best
 
 
-def surface_paths(design: Design, flank: str, pairing: FlankPair) -> list[SurfacePaths]:
+def surface_paths(design: Design, flank: str, undercut: bool = True) -> list[SurfacePaths]:
     """Return the paths of all cases of a design, one group for each pair of different members.
 
     Parameters
     ----------
     design : Design
+        The paths of single designs are cached.
     flank : {'right', 'left'}
-    pairing : FlankPair
-        Constants of the pair: layout, positions and limits.
+    undercut : bool
+        Whether undercut limits the flanks.
     """
-    result = []
+    find = _surface_paths if design.batch_shape else _kept_paths
+    return find(design, flank, undercut)
+
+
+def _surface_paths(design: Design, flank: str, undercut: bool) -> list[SurfacePaths]:
+    pairing, result = generated_pairing(design, flank, undercut), []
     for single, cases, problem in problems_of(design, flank, pairing):
         segment = segments_on_flanks(problem, pairing.undefined[cases])
         racks = rack_of(single.pinion, flank), rack_of(single.gear, flank)
         result.append(SurfacePaths(cases, problem, segment, racks))
     return result
+
+
+_kept_paths = kept(16)(_surface_paths)
 
 
 def surface_ends(paths: list[SurfacePaths], count: int) -> Ends:

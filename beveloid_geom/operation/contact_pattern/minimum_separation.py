@@ -151,7 +151,9 @@ def separation_samples(mating: Mating, points: FloatArray, near: Mask | None = N
     return SeparationSamples(table, np.concatenate(parts, axis=1), place, sample, point, room)
 
 
-def minimum_separation(mating: Mating, points: FloatArray, near: Mask | None = None) -> MinimumSeparation:
+def minimum_separation(
+    mating: Mating, points: FloatArray, samples: SeparationSamples | None = None
+) -> MinimumSeparation:
     """Compute the minimum separation of points over the roll.
 
     Parameters
@@ -159,15 +161,15 @@ def minimum_separation(mating: Mating, points: FloatArray, near: Mask | None = N
     mating : Mating
     points : ndarray, shape (n, 3)
         In the frame that rotates with the member, mm.
-    near : ndarray of bool, shape (k, n), optional
-        Samples near which the minimum may be, if known.
+    samples : SeparationSamples, optional
+        `separation_samples` of these points, if known.
 
     Returns
     -------
     MinimumSeparation
         The smallest result of the descents from all low samples and all feet between samples.
     """
-    samples = separation_samples(mating, points, near)
+    samples = separation_samples(mating, points) if samples is None else samples
     low, between = samples.beside(samples.low, mating.rolls), _between(mating, points, samples)
     point, three = (np.concatenate(both, axis=-1) for both in zip(low, between, strict=True))
     at, neighbours, rows, direction = three[0, 1], three[0, ::2], three[1:], np.array(((-1,), (1,)))

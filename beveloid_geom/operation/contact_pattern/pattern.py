@@ -99,6 +99,15 @@ class ContactPattern:
     pinion: MemberPattern
     gear: MemberPattern
 
+    @property
+    def ends(self) -> Mask:
+        """Edges at which the pattern ends, (8,), in the order of `Limit`: those with a marked grid point."""
+        rims = [
+            [marked[0], marked[-1], marked[:, 0], marked[:, -1]]
+            for marked in (self.pinion.marked, self.gear.marked)
+        ]
+        return np.array([[rim.any() for rim in of_member] for of_member in rims]).T.reshape(-1)
+
 
 def contact_pattern(
     design: Design,
@@ -216,7 +225,7 @@ class _Side:
         (i, j), (m, n) = np.floor(place + 1e-9).astype(int).T, np.ceil(place - 1e-9).astype(int).T
         first, last = self.reach[:, (i, i, m, m), (j, n, j, n)]
         near = (each >= first.min(axis=0)) & (each <= last.max(axis=0))
-        return minimum_separation(self.mating, points, near)
+        return minimum_separation(self.mating, points, separation_samples(self.mating, points, near))
 
 
 def _side_of(member: Member, flank: str, mating: Mating) -> _Side:

@@ -14,6 +14,7 @@ import pytest
 from beveloid_geom import Design, contact_pattern, read_design
 from beveloid_viz.explore.calculation import Calculation
 from beveloid_viz.explore.values import Start
+from tests.viz.report.browsing import collect_messages
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
@@ -58,8 +59,7 @@ def window(browser: Browser, url: str, width: int = 1280, **options: Any) -> Ite
     messages: list[str] = []
     requests: list[str] = []
     page = context.new_page()
-    page.on("console", lambda message: messages.append(message.text))
-    page.on("pageerror", lambda error: messages.append(str(error)))
+    collect_messages(page, messages)
     page.on("request", lambda request: requests.append(request.url))
     page.add_init_script(WATCH)
     page.goto(url)

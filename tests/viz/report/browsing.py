@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, ConsoleMessage, Page
 
 FRAMES = "() => new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))"
 
@@ -43,6 +43,18 @@ class Seen:
         self.page.get_by_role("button", name=name, exact=True).click()
 
 
+def collect_messages(page: Page, messages: list[str]) -> None:
+    """Collect the messages of a page: errors, and texts of the console. The emulated WebGL has a remark of
+    its own, that the browser waits for the picture."""
+
+    def collect(message: ConsoleMessage) -> None:
+        if "GPU stall due to ReadPixels" not in message.text:
+            messages.append(f"{message.type}: {message.text}")
+
+    page.on("pageerror", lambda error: messages.append(str(error)))
+    page.on("console", collect)
+
+
 @contextmanager
 def opened(
     browser: Browser,
@@ -57,8 +69,7 @@ def opened(
     context = browser.new_context(viewport={"width": width, "height": 900}, **options)
     context.set_offline(True)
     seen = Seen(context.new_page())
-    seen.page.on("console", lambda m: seen.messages.append(f"{m.type}: {m.text}"))
-    seen.page.on("pageerror", lambda error: seen.messages.append(str(error)))
+    collect_messages(seen.page, seen.messages)
     seen.page.on("requestfailed", lambda request: seen.messages.append(f"failed: {request.url}"))
     seen.page.on("request", lambda request: seen.requests.append(request.url))
     if script:

@@ -16,10 +16,10 @@ from .browsing import Seen, opened
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
+# As without a graphics card: Chromium draws pages by software, and emulates WebGL.
 ARGUMENTS = (
-    *("--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-first-run"),
+    *("--no-sandbox", "--enable-unsafe-swiftshader", "--no-first-run"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync"),
-    "--disable-gpu-rasterization",  # as without a graphics card: only WebGL is emulated
 )
 MODIFIED = ("--parabola-pinion", "0.001", "--parabola-gear", "-0.001")
 

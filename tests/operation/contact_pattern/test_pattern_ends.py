@@ -1,4 +1,4 @@
-"""Edges at which patterns end: against complete patterns."""
+"""Edges at which patterns end: against finer patterns."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from beveloid_geom import Design, builtin_design, contact_pattern
-from beveloid_geom.analysis.cycle_statistics import pattern_ends
 from beveloid_geom.analysis.tolerance import USUAL, drawn_errors
 from beveloid_geom.arrays import FloatArray
 from beveloid_geom.pair.misalignment import mounted
@@ -30,15 +29,15 @@ def drawn(times: float, seed: int) -> FloatArray:
 
 @pytest.mark.parametrize(("design", "flank", "times"), CASES)
 @pytest.mark.parametrize("seed", [1, 2])
-def test_ends_equal_those_of_a_complete_pattern(design: Design, flank: str, times: float, seed: int) -> None:
+def test_ends_equal_those_of_a_finer_pattern(design: Design, flank: str, times: float, seed: int) -> None:
     mounting = mounted(design, drawn(times, seed))
-    pattern = contact_pattern(mounting, flank, resolution=0.5)
+    fine = contact_pattern(mounting, flank, resolution=0.5)
     rims = [
-        [side.marked[0], side.marked[-1], side.marked[:, 0], side.marked[:, -1]]
-        for side in (pattern.pinion, pattern.gear)
+        [side.least[0], side.least[-1], side.least[:, 0], side.least[:, -1]]
+        for side in (fine.pinion, fine.gear)
     ]
-    expected = np.array([[rim.any() for rim in of_member] for of_member in rims]).T.reshape(-1)
-    np.testing.assert_array_equal(pattern_ends(mounting, flank), expected)
+    expected = np.array([[(rim <= fine.separation).any() for rim in of_member] for of_member in rims])
+    np.testing.assert_array_equal(contact_pattern(mounting, flank).ends, expected.T.ravel())
     assert 0 < np.count_nonzero(expected) < 8
 
 
@@ -46,5 +45,5 @@ def test_thick_compound_ends_at_all_tips_and_ends_of_faces() -> None:
     """The pattern of 1 mm of compound ends at both tips and at both ends of the pinion face. The pattern of
     0.1 um ends only where the path ends, at both tips."""
     tips = [Limit.PINION_TIP, Limit.GEAR_TIP]
-    assert pattern_ends(table1(), "right", 1.0)[[*tips, Limit.PINION_TOE, Limit.PINION_HEEL]].all()
-    assert np.flatnonzero(pattern_ends(table1(), "left", 1e-4)).tolist() == tips
+    assert contact_pattern(table1(), "right", 1.0).ends[[*tips, Limit.PINION_TOE, Limit.PINION_HEEL]].all()
+    assert np.flatnonzero(contact_pattern(table1(), "left", 1e-4).ends).tolist() == tips
